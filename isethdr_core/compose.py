@@ -1,0 +1,107 @@
+"""Feed the registry to Hydra: dataclass fields become typed config groups, presets join the search path."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, field, fields, make_dataclass
+from functools import cache
+from typing import Any, get_type_hints
+
+from .errors import ConfigError
+from .registry import components, plugin_manager
+
+CONFIG_MODULE = "isethdr_core.conf"
+
+
+def compose(overrides=(), config_name: str = "config"):
+    """Return the composed config, the same as the command line's `isethdr run <overrides>`.
+
+    Parameters
+    ----------
+    overrides : list of Hydra overrides, e.g. `["experiment=night_drive", "sensor=rgbw", "sensor.exposure_s=0.008"]`.
+
+    Raises
+    ------
+    ConfigError : an unknown group, name or key, or a value of the wrong type.
+    """
+    import hydra
+    from hydra.core.global_hydra import GlobalHydra
+    from hydra.errors import HydraException
+    from omegaconf.errors import OmegaConfBaseException
+
+    register_with_hydra()
+    GlobalHydra.instance().clear()
+    try:
+        with hydra.initialize_config_module(CONFIG_MODULE, version_base="1.3"):
+            return hydra.compose(config_name, overrides=list(overrides))
+    except (HydraException, OmegaConfBaseException) as err:
+        raise ConfigError(explain(err)) from None
+
+
+def explain(err: BaseException) -> str:
+    """Return Hydra's or OmegaConf's message with its cause, on few lines."""
+    cause = err.__cause__
+    text = str(err).strip()
+    if cause is not None and str(cause).strip() not in text:
+        text += ": " + str(cause).strip()
+    return text
+
+
+@cache
+def register_with_hydra() -> None:
+    """Make components and presets known to Hydra; call once before `hydra.main` or `hydra.compose`."""
+    from hydra.core.config_store import ConfigStore
+    from hydra.core.plugins import Plugins
+
+    Plugins.instance().register(_search_path_plugin())
+    for comp in components().values():
+        ConfigStore.instance().store(group=comp.kind, name=comp.name, node=schema(comp), provider="isethdr")
+
+
+def schema(comp):
+    """Return a typed Hydra node with the component's own fields plus its registry name."""
+    from omegaconf import MISSING as UNSET
+
+    hints = get_type_hints(comp.cls)
+    columns = [("name", str, field(default=comp.name))]
+    for f in fields(comp.cls):
+        if not f.init:
+            continue
+        if f.default_factory is not MISSING:
+            default = field(default_factory=f.default_factory)
+        else:
+            default = field(default=UNSET if f.default is MISSING else f.default)
+        columns.append((f.name, hydra_type(hints[f.name], f), default))
+    return make_dataclass(f"{comp.cls.__name__}Config", columns)
+
+
+def hydra_type(annotation, f=None):
+    """Return the annotation where OmegaConf 2.3 understands it, else `Any`.
+
+    `Literal`, nested tuples and unions with containers are refused by OmegaConf; pydantic checks
+    them when the component is built.
+    """
+    from omegaconf import OmegaConf
+    from omegaconf.errors import OmegaConfBaseException
+
+    default = field(default_factory=f.default_factory) if f is not None and f.default_factory is not MISSING else (
+        field(default=f.default) if f is not None and f.default is not MISSING else field(default="???"))
+    try:
+        OmegaConf.structured(make_dataclass("Probe", [("x", annotation, default)]))
+    except (OmegaConfBaseException, ValueError, TypeError):
+        return Any
+    return annotation
+
+
+def _search_path_plugin():
+    from hydra.core.config_search_path import ConfigSearchPath
+    from hydra.plugins.search_path_plugin import SearchPathPlugin
+
+    class IsethdrSearchPath(SearchPathPlugin):
+        """Adds the folders with presets that plugins ship."""
+
+        def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
+            for impl in plugin_manager().hook.isethdr_config_paths.get_hookimpls():
+                for path in impl.function():
+                    search_path.append(provider=impl.plugin_name, path=path)
+
+    return IsethdrSearchPath

@@ -1,0 +1,40 @@
+"""What made a result: versions and source digests of the packages that took part."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from importlib import metadata, util
+from pathlib import Path
+
+LIBRARIES = ("isethdr", "numpy", "scipy", "xarray", "zarr", "hydra-core", "mitsuba", "drjit", "colour-science")
+
+
+@cache
+def source_digest(package: str) -> str:
+    """Return a digest of all Python, YAML and CSV sources of an import package: it names the code that ran."""
+    spec = util.find_spec(package)
+    digest = hashlib.sha256()
+    for folder in sorted(spec.submodule_search_locations or []) if spec else []:
+        for path in sorted(Path(folder).rglob("*")):
+            if path.suffix in (".py", ".yaml", ".csv"):
+                digest.update(path.relative_to(folder).as_posix().encode())
+                digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def fingerprint(*components) -> dict[str, str]:
+    """Return the source digest of the core and of each component's package."""
+    packages = {"isethdr_core"} | {type(c).__module__.split(".")[0] for c in components if c is not None}
+    return {name: source_digest(name) for name in sorted(packages)}
+
+
+def versions() -> dict[str, str]:
+    """Return the version of every library that can change a result; absent ones are left out."""
+    found = {}
+    for name in LIBRARIES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return found

@@ -1,0 +1,135 @@
+"""One run: named by the hash of what made it, computed at most once, stored whole or not at all."""
+
+from __future__ import annotations
+
+import traceback
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from . import store
+from .component import Stage
+from .ledger import Ledger
+from .pipeline import Camera, Chain, chain, plan, stage, through_camera
+from .provenance import fingerprint, versions
+from .quantities import tristimulus
+from .recipes import described, scene_radiance
+from .registry import plugin_manager
+
+
+@dataclass
+class Result:
+    """A finished run, read back from its store."""
+
+    path: Path
+    attributes: dict[str, Any]
+    computed: bool                 # False: the same run was already stored
+
+    @property
+    def key(self) -> str:
+        """The run's name: the hash of its config, code, versions and inputs."""
+        return self.attributes["key"]
+
+    @cached_property
+    def ledger(self) -> Ledger:
+        """The rows: stage, seconds, peak memory, error, what was left out."""
+        return Ledger.from_records(self.attributes["ledger"])
+
+    @property
+    def scores(self) -> list[dict]:
+        """One dictionary per camera, metric and object."""
+        return self.attributes["scores"]
+
+    @property
+    def cameras(self) -> list[str]:
+        """Names of the cameras."""
+        return self.attributes["cameras"]
+
+    def open(self, group: str):
+        """Return one group of the store as a Dataset: `picture/bayer`, `captures/bayer`, `truth/bayer`, `light`, `versions/day`."""
+        return store.open_store(self.path, group)
+
+
+def run(config) -> Result:
+    """Run the chain that a composed config describes, or return the stored run of the same key.
+
+    Raises
+    ------
+    IsetHdrError : bad input, named before expensive work starts; nothing already stored is lost.
+    """
+    parts = chain(config)
+    key = run_key(config, parts)
+    folder = store.home() / "runs"
+    path = store.find_complete(folder, key)
+    if path is not None:
+        return Result(path, store.read_attrs(path), computed=False)
+    failed = store.home() / "failed" / f"{key}.txt"
+    at_work = Stage("run", key, parts)
+    try:
+        path = _compute(config, parts, key, folder)
+    except Exception:
+        failed.parent.mkdir(parents=True, exist_ok=True)
+        failed.write_text(traceback.format_exc())
+        raise
+    failed.unlink(missing_ok=True)
+    at_work.result = Result(path, store.read_attrs(path), computed=True)
+    plugin_manager().hook.isethdr_after_stage(stage=at_work)
+    return at_work.result
+
+
+def run_key(config, parts: Chain) -> str:
+    """Return the hash of all that can change the result: resolved config, code, library versions."""
+    return store.content_hash({"config": plain(config), "code": fingerprint(*parts.components()), "versions": versions()})
+
+
+def plain(config) -> dict:
+    """Return a composed config as plain data, without Hydra's own node."""
+    from omegaconf import OmegaConf
+
+    data = OmegaConf.to_container(config, resolve=True) if OmegaConf.is_config(config) else dict(config)
+    return {k: v for k, v in data.items() if k not in ("hydra", "experiment")}
+
+
+def _compute(config, parts: Chain, key: str, folder: Path) -> Path:
+    from .seeds import generator
+
+    rows = Ledger()
+    demand = plan(parts, rows)
+    scene, ids = scene_radiance(parts, demand, rows, config)
+    mixed = stage(rows, "lighting", config.lighting.name, parts.lighting, lambda: parts.lighting(scene))
+    versions_mixed = {name: stage(rows, "lighting", name, light, lambda part=light: part(scene))
+                      for name, light in parts.versions.items() if _possible(light, scene)}
+    light = stage(rows, "lens", config.lens.name, parts.lens, lambda: parts.lens(mixed, flares=tuple(parts.flares.values())))
+    random = generator(config.seed, config.device, ids[0] if ids else config.scene.name)
+    cameras = {name: through_camera(parts, rows, name, light, mixed, scene, random) for name in parts.cameras}
+    attributes = _record(config, parts, key, ids, scene, mixed, cameras, rows)
+    return store.write_store(folder, key, _groups(cameras, mixed, versions_mixed), attributes)
+
+
+def _possible(light, scene) -> bool:
+    """Return whether a further lighting of the report can light this scene: one group alone has no other version."""
+    return scene.sizes["light_group"] > 1
+
+
+def _groups(cameras: dict[str, Camera], mixed, versions_mixed) -> dict:
+    groups = {"versions/main": tristimulus(mixed)} | {f"versions/{name}": tristimulus(m) for name, m in versions_mixed.items()}
+    for name, seen in cameras.items():
+        truth = seen.truth.assign({v: seen.labels[v] for v in seen.labels.data_vars})
+        groups |= {f"captures/{name}": seen.captures, f"picture/{name}": seen.picture, f"truth/{name}": truth}
+    return groups
+
+
+def _record(config, parts, key, ids, scene, mixed, cameras, rows) -> dict:
+    return {
+        "kind": "run", "key": key, "config": plain(config), "scene_id": ids[0] if ids else "", "scene_ids": ids,
+        "scene": described(parts.scene), "lighting": config.lighting.name, "lens": config.lens.name,
+        "weights": mixed.attrs["weights"], "cameras": list(cameras), "lighting_notes": {
+            k: v for k, v in mixed.attrs.items() if k in ("infeasible", "residual")},
+        "sensors": {name: type(parts.cameras[name]).__name__ for name in cameras},
+        "objects": scene.attrs.get("objects", []), "lamps": scene.attrs.get("lamps", []),
+        "scores": [{"camera": name, **asdict(score)} for name, seen in cameras.items() for score in seen.scores],
+        "ledger": rows.as_records(), "versions": versions(), "code": fingerprint(*parts.components()),
+        "created": datetime.now(UTC).isoformat(timespec="seconds")}
+

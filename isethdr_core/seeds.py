@@ -1,0 +1,35 @@
+"""Random numbers keyed by what they are for, so that order, chunks and processes never change them.
+
+A `Generator` is an immutable key. It draws nothing itself: `generator.stream(...)` names one stream, and
+`isethdr_core.physics.noise` turns a stream and a pixel's position into one 64-bit word.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+
+@dataclass(frozen=True)
+class Generator:
+    """The key of all noise of a run: `seed` and `scene` name the shot, `device` the piece of silicon."""
+
+    seed: int = 0
+    device: str = "A"
+    scene: str = ""
+
+    def stream(self, *purpose) -> tuple:
+        """Return the key of one shot-to-shot stream, e.g. `stream("LPHG", "read")`."""
+        return ("shot", self.seed, self.device, self.scene, *purpose)
+
+    def device_stream(self, *purpose) -> tuple:
+        """Return the key of a map that belongs to the device and persists from shot to shot."""
+        return ("device", self.device, *purpose)
+
+    def child(self, scene: str) -> Generator:
+        """Return the same key for another scene."""
+        return replace(self, scene=scene)
+
+
+def generator(seed: int = 0, device: str = "A", scene: str = "") -> Generator:
+    """Return the key of all random numbers of one shot of `scene` by `device`."""
+    return Generator(int(seed), str(device), str(scene))

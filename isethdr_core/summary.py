@@ -1,0 +1,119 @@
+"""What the command line prints: the table of a run, the plan of one, and the list of plugins."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from rich.console import Console
+from rich.table import Table
+
+from .component import KINDS
+
+
+def print_result(result) -> None:
+    """Print the ledger, the scores side by side and where everything is."""
+    console = Console()
+    if not result.computed:
+        console.print(f"already computed: {result.key}")
+    console.print(ledger_table(result.ledger))
+    console.print(score_table(result))
+    console.print(f"store   {result.path}", soft_wrap=True)
+    report = result.path.with_suffix(".html")
+    if report.exists():
+        console.print(f"report  {report}", soft_wrap=True)
+    for note in result.attributes["lighting_notes"].values():
+        console.print(f"lighting: {note}", soft_wrap=True)
+
+
+def ledger_table(ledger) -> Table:
+    """Return stage, seconds, peak memory, and the errors and bounds stated."""
+    table = Table(title="ledger", title_justify="left")
+    for name, side in (("stage", "left"), ("seconds", "right"), ("peak MB", "right"), ("error", "left"), ("left out", "left")):
+        table.add_column(name, justify=side)
+    for row in ledger:
+        errors = "\n".join(error_text(e) for e in row.errors)
+        left = "\n".join(f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out)
+        table.add_row(row.stage, f"{row.seconds:.2f}", f"{row.peak_bytes / 1e6:.0f}", errors, left)
+    return table
+
+
+def error_text(note) -> str:
+    """Return one stated error as text: value, unit, what it is of, how it is known."""
+    return f"{note.what + ' ' if note.what else ''}{note.value:.3g} {note.unit} ({note.how})"
+
+
+def score_table(result) -> Table:
+    """Return one row per metric of the whole picture and one column per camera."""
+    table = Table(title="scores", title_justify="left")
+    table.add_column("metric")
+    for camera in result.cameras:
+        table.add_column(camera, justify="right")
+    cells: dict[str, dict[str, str]] = {}
+    for s in result.scores:
+        label = f"{s['metric']} [{s['unit']}]" + (f" {s['object']}" if s["object"] else "")
+        cells.setdefault(label, {})[s["camera"]] = score_text(s)
+    for label, row in cells.items():
+        table.add_row(label, *(row.get(c, "") for c in result.cameras))
+    return table
+
+
+def score_text(score: dict) -> str:
+    """Return the value with its 95 % interval where it has one."""
+    low, high = score["low"], score["high"]
+    known = low is not None and high is not None and low == low and high == high
+    return f"{score['value']:.4g}" + (f" ({low:.4g} to {high:.4g})" if known else "")
+
+
+def print_plan(overrides) -> None:
+    """Print what a run would compute, what is stored already, and what is left out and why."""
+    from . import recipes, runs, store
+    from .compose import compose
+    from .ledger import Ledger
+    from .pipeline import chain, plan
+
+    console, rows = Console(), Ledger()
+    config = compose(overrides)
+    parts = chain(config)
+    demand = plan(parts, rows)
+    key = runs.run_key(config, parts)
+    if store.find_complete(store.home() / "runs", key):
+        console.print(f"run {key} is stored: nothing to compute")
+    console.print(f"light groups  {', '.join(demand.groups) if demand.groups else 'all'}")
+    console.print(f"labels        {', '.join(sorted(demand.labels)) or 'none'}")
+    bands = demand.wavelength_nm
+    console.print(f"bands         {f'{len(bands)} from {bands[0]:g} to {bands[-1]:g} nm' if bands else 'all'}")
+    console.print(f"cameras       {', '.join(parts.cameras)}")
+    if parts.renderer is not None:
+        recipe = recipes.recipe_hash(parts)
+        held = recipes.stored(store.home() / "scenes", recipe)
+        groups = sorted({g for s in held for g in s["groups"]})
+        console.print(f"radiance      recipe {recipe}: " + (f"stored groups {', '.join(groups)}" if groups else "nothing stored"))
+    console.print(ledger_table(rows))
+
+
+def print_plugins(kind: str = "") -> int:
+    """Print every component with its fields; return how many plugins are broken."""
+    from .errors import ConfigError, did_you_mean
+    from .registry import broken_plugins, components, package_of_component
+
+    if kind and kind not in KINDS:
+        raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
+    console = Console()
+    for k in KINDS:
+        members = sorted((c for c in components().values() if c.kind == k), key=lambda c: c.name)
+        if kind in ("", k):
+            console.print(f"[bold]{k}[/]")
+        for comp in members if kind in ("", k) else []:
+            first = (comp.cls.__doc__ or "no description").strip().splitlines()[0]
+            console.print(f"  [cyan]{comp.name}[/]  {first}  [dim]({package_of_component(comp)})[/]", highlight=False, soft_wrap=True)
+            fields = "  ".join(f"{f.name}={default_text(f)}" for f in dataclasses.fields(comp.cls) if f.init)
+            if fields:
+                console.print(f"      {fields}", style="dim", highlight=False, soft_wrap=True, markup=False)
+    for broken in broken_plugins():
+        console.print(f"[bold red]broken plugin {broken.entry_point} (package {broken.package}): {broken.reason}[/]")
+    return len(broken_plugins())
+
+
+def default_text(f: dataclasses.Field) -> str:
+    """Return a field's default as the command line would write it."""
+    return repr(f.default if f.default is not dataclasses.MISSING else f.default_factory())
