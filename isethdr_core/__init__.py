@@ -3,7 +3,7 @@
 | module                     | what                                                             |
 |----------------------------|------------------------------------------------------------------|
 | `component`, `hookspecs`   | what a plugin offers, and through which hooks                    |
-| `registry`, `compose`      | collect plugins; turn their fields into Hydra configs            |
+| `registry`, `composition`  | collect plugins; turn their fields into Hydra configs            |
 | `scene`, `quantities`      | what crosses the borders between stages, and the checks on it    |
 | `demand`, `ledger`         | what is needed; what it cost, how wrong it may be, what was left out |
 | `pipeline`, `runs`         | the chain from scene to scores; one stored run                   |
@@ -17,7 +17,7 @@ import importlib
 
 _PUBLIC = {
     "Component": "component", "Stage": "component", "hookimpl": "hookspecs", "hookspec": "hookspecs",
-    "build": "registry", "components": "registry", "compose": "compose", "run": "runs", "open_scene": "store",
+    "build": "registry", "components": "registry", "compose": "composition", "run": "runs", "open_scene": "store",
     "generator": "seeds", "Generator": "seeds", "Demand": "demand", "Score": "scores",
 }
 __all__ = sorted(_PUBLIC)

@@ -38,3 +38,13 @@ def versions() -> dict[str, str]:
         except metadata.PackageNotFoundError:
             continue
     return found
+
+
+def input_digests(*components) -> dict[str, str]:
+    """Return a digest of every file that a component names in its method `input_files()`, by path."""
+    found = {}
+    for component in components:
+        for path in getattr(component, "input_files", tuple)():
+            with open(path, "rb") as file:
+                found[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()[:16]
+    return found

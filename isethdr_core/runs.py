@@ -13,7 +13,7 @@ from . import store
 from .component import Stage
 from .ledger import Ledger
 from .pipeline import Camera, Chain, chain, plan, stage, through_camera
-from .provenance import fingerprint, versions
+from .provenance import fingerprint, input_digests, versions
 from .quantities import tristimulus
 from .recipes import described, scene_radiance
 from .registry import plugin_manager
@@ -66,22 +66,24 @@ def run(config) -> Result:
     if path is not None:
         return Result(path, store.read_attrs(path), computed=False)
     failed = store.home() / "failed" / f"{key}.txt"
-    at_work = Stage("run", key, parts)
     try:
         path = _compute(config, parts, key, folder)
-    except Exception:
+    except Exception as err:
         failed.parent.mkdir(parents=True, exist_ok=True)
         failed.write_text(traceback.format_exc())
+        plugin_manager().hook.isethdr_on_stage_error(stage=Stage("run", key, parts, error=err))
         raise
     failed.unlink(missing_ok=True)
-    at_work.result = Result(path, store.read_attrs(path), computed=True)
-    plugin_manager().hook.isethdr_after_stage(stage=at_work)
-    return at_work.result
+    result = Result(path, store.read_attrs(path), computed=True)
+    plugin_manager().hook.isethdr_after_stage(stage=Stage("run", key, parts, result=result))
+    return result
 
 
 def run_key(config, parts: Chain) -> str:
-    """Return the hash of all that can change the result: resolved config, code, library versions."""
-    return store.content_hash({"config": plain(config), "code": fingerprint(*parts.components()), "versions": versions()})
+    """Return the hash of all that can change the result: resolved config, code, library versions, input files."""
+    components = parts.components()
+    return store.content_hash({"config": plain(config), "code": fingerprint(*components), "versions": versions(),
+                               "inputs": input_digests(*components)})
 
 
 def plain(config) -> dict:
@@ -89,7 +91,7 @@ def plain(config) -> dict:
     from omegaconf import OmegaConf
 
     data = OmegaConf.to_container(config, resolve=True) if OmegaConf.is_config(config) else dict(config)
-    return {k: v for k, v in data.items() if k not in ("hydra", "experiment")}
+    return {k: v for k, v in data.items() if k not in ("hydra", "experiment", "choices")}
 
 
 def _compute(config, parts: Chain, key: str, folder: Path) -> Path:
@@ -100,33 +102,31 @@ def _compute(config, parts: Chain, key: str, folder: Path) -> Path:
     scene, ids = scene_radiance(parts, demand, rows, config)
     mixed = stage(rows, "lighting", config.lighting.name, parts.lighting, lambda: parts.lighting(scene))
     versions_mixed = {name: stage(rows, "lighting", name, light, lambda part=light: part(scene))
-                      for name, light in parts.versions.items() if _possible(light, scene)}
+                      for name, light in parts.versions.items() if scene.sizes["light_group"] > 1}
     light = stage(rows, "lens", config.lens.name, parts.lens, lambda: parts.lens(mixed, flares=tuple(parts.flares.values())))
-    random = generator(config.seed, config.device, ids[0] if ids else config.scene.name)
+    # the recipe, not the store: which groups were rendered when must not change the noise
+    random = generator(config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name)
     cameras = {name: through_camera(parts, rows, name, light, mixed, scene, random) for name in parts.cameras}
-    attributes = _record(config, parts, key, ids, scene, mixed, cameras, rows)
+    attributes = _record(config, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows)
     return store.write_store(folder, key, _groups(cameras, mixed, versions_mixed), attributes)
-
-
-def _possible(light, scene) -> bool:
-    """Return whether a further lighting of the report can light this scene: one group alone has no other version."""
-    return scene.sizes["light_group"] > 1
 
 
 def _groups(cameras: dict[str, Camera], mixed, versions_mixed) -> dict:
     groups = {"versions/main": tristimulus(mixed)} | {f"versions/{name}": tristimulus(m) for name, m in versions_mixed.items()}
     for name, seen in cameras.items():
-        truth = seen.truth.assign({v: seen.labels[v] for v in seen.labels.data_vars})
+        truth = seen.truth.assign({v: seen.labels[v] for v in seen.labels.data_vars}).assign_attrs(seen.labels.attrs)
         groups |= {f"captures/{name}": seen.captures, f"picture/{name}": seen.picture, f"truth/{name}": truth}
     return groups
 
 
-def _record(config, parts, key, ids, scene, mixed, cameras, rows) -> dict:
+def _record(config, parts, key, ids, scene, mixed, shown, cameras, rows) -> dict:
+    choices = dict(config.get("choices") or {})
     return {
         "kind": "run", "key": key, "config": plain(config), "scene_id": ids[0] if ids else "", "scene_ids": ids,
-        "scene": described(parts.scene), "lighting": config.lighting.name, "lens": config.lens.name,
-        "weights": mixed.attrs["weights"], "cameras": list(cameras), "lighting_notes": {
-            k: v for k, v in mixed.attrs.items() if k in ("infeasible", "residual")},
+        "scene": described(parts.scene), "choices": choices,
+        "lighting": choices.get("lighting", config.lighting.name), "lens": choices.get("lens", config.lens.name),
+        "weights": mixed.attrs["weights"], "versions_shown": shown, "cameras": list(cameras), "lighting_notes": {
+            k: v for k, v in mixed.attrs.items() if k in ("infeasible", "targets") and v},
         "sensors": {name: type(parts.cameras[name]).__name__ for name in cameras},
         "objects": scene.attrs.get("objects", []), "lamps": scene.attrs.get("lamps", []),
         "scores": [{"camera": name, **asdict(score)} for name, seen in cameras.items() for score in seen.scores],

@@ -5,35 +5,37 @@ from __future__ import annotations
 import dataclasses
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from .component import KINDS
 
 
 def print_result(result) -> None:
-    """Print the ledger, the scores side by side and where everything is."""
+    """Print the ledger, the scores of the cameras side by side, and where everything is."""
     console = Console()
     if not result.computed:
-        console.print(f"already computed: {result.key}")
+        console.print(f"already computed: {result.key}", highlight=False)
     console.print(ledger_table(result.ledger))
     console.print(score_table(result))
-    console.print(f"store   {result.path}", soft_wrap=True)
+    for name, note in result.attributes["lighting_notes"].items():
+        console.print(f"lighting {name}: {escape(str(note))}", soft_wrap=True, highlight=False)
     report = result.path.with_suffix(".html")
-    if report.exists():
-        console.print(f"report  {report}", soft_wrap=True)
-    for note in result.attributes["lighting_notes"].values():
-        console.print(f"lighting: {note}", soft_wrap=True)
+    for label, path in (("store ", result.path), ("report", report)):
+        if path.exists():
+            console.print(f"{label} {path}", soft_wrap=True, highlight=False)
 
 
-def ledger_table(ledger) -> Table:
-    """Return stage, seconds, peak memory, and the errors and bounds stated."""
+def ledger_table(ledger, details: bool = False) -> Table:
+    """Return stage, seconds, peak memory and stated errors; with `details` every reason for what was left out."""
     table = Table(title="ledger", title_justify="left")
     for name, side in (("stage", "left"), ("seconds", "right"), ("peak MB", "right"), ("error", "left"), ("left out", "left")):
-        table.add_column(name, justify=side)
+        table.add_column(name, justify=side, no_wrap=name == "stage")
     for row in ledger:
         errors = "\n".join(error_text(e) for e in row.errors)
-        left = "\n".join(f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out)
-        table.add_row(row.stage, f"{row.seconds:.2f}", f"{row.peak_bytes / 1e6:.0f}", errors, left)
+        left = "\n".join(f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out) if details else (
+            f"{len(row.left_out)} noted" if row.left_out else "")
+        table.add_row(escape(row.stage), f"{row.seconds:.2f}", f"{row.peak_bytes / 1e6:.0f}", escape(errors), escape(left))
     return table
 
 
@@ -43,31 +45,32 @@ def error_text(note) -> str:
 
 
 def score_table(result) -> Table:
-    """Return one row per metric of the whole picture and one column per camera."""
+    """Return one row per metric of the whole picture and one column per camera; the report has those of objects."""
     table = Table(title="scores", title_justify="left")
-    table.add_column("metric")
+    table.add_column("metric", no_wrap=True)
+    table.add_column("unit")
     for camera in result.cameras:
-        table.add_column(camera, justify="right")
-    cells: dict[str, dict[str, str]] = {}
+        table.add_column(escape(camera), justify="right")
+    cells: dict[tuple[str, str], dict[str, str]] = {}
     for s in result.scores:
-        label = f"{s['metric']} [{s['unit']}]" + (f" {s['object']}" if s["object"] else "")
-        cells.setdefault(label, {})[s["camera"]] = score_text(s)
-    for label, row in cells.items():
-        table.add_row(label, *(row.get(c, "") for c in result.cameras))
+        if not s["object"]:
+            cells.setdefault((s["metric"], s["unit"]), {})[s["camera"]] = score_text(s)
+    for (metric, unit), row in cells.items():
+        table.add_row(escape(metric), escape(unit), *(row.get(c, "") for c in result.cameras))
     return table
 
 
 def score_text(score: dict) -> str:
-    """Return the value with its 95 % interval where it has one."""
+    """Return the value with half of its 95 % interval where it has one."""
     low, high = score["low"], score["high"]
-    known = low is not None and high is not None and low == low and high == high
-    return f"{score['value']:.4g}" + (f" ({low:.4g} to {high:.4g})" if known else "")
+    known = low is not None and high is not None and low == low and high == high and high > low
+    return f"{score['value']:.4g}" + (f" ± {(high - low) / 2:.1g}" if known else "")
 
 
 def print_plan(overrides) -> None:
     """Print what a run would compute, what is stored already, and what is left out and why."""
     from . import recipes, runs, store
-    from .compose import compose
+    from .composition import compose
     from .ledger import Ledger
     from .pipeline import chain, plan
 
@@ -88,7 +91,7 @@ def print_plan(overrides) -> None:
         held = recipes.stored(store.home() / "scenes", recipe)
         groups = sorted({g for s in held for g in s["groups"]})
         console.print(f"radiance      recipe {recipe}: " + (f"stored groups {', '.join(groups)}" if groups else "nothing stored"))
-    console.print(ledger_table(rows))
+    console.print(ledger_table(rows, details=True))
 
 
 def print_plugins(kind: str = "") -> int:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import MISSING, field, fields, make_dataclass
 from functools import cache
 from typing import Any, get_type_hints
 
-from .errors import ConfigError
+from .component import KINDS
+from .errors import ConfigError, did_you_mean
 from .registry import components, plugin_manager
 
 CONFIG_MODULE = "isethdr_core.conf"
@@ -32,18 +34,43 @@ def compose(overrides=(), config_name: str = "config"):
     GlobalHydra.instance().clear()
     try:
         with hydra.initialize_config_module(CONFIG_MODULE, version_base="1.3"):
-            return hydra.compose(config_name, overrides=list(overrides))
+            config = hydra.compose(config_name, overrides=list(overrides), return_hydra_config=True)
+            return with_choices(config, config.hydra.runtime.choices)
     except (HydraException, OmegaConfBaseException) as err:
         raise ConfigError(explain(err)) from None
 
 
+def with_choices(config, choices):
+    """Return the config without Hydra's node, with the chosen presets by group under `choices`: names for people."""
+    from omegaconf import OmegaConf, open_dict
+
+    with open_dict(config):
+        config.pop("hydra", None)
+        config.choices = {k: v for k, v in OmegaConf.to_container(choices).items() if not k.startswith("hydra") and v}
+    return config
+
+
 def explain(err: BaseException) -> str:
-    """Return Hydra's or OmegaConf's message with its cause, on few lines."""
-    cause = err.__cause__
-    text = str(err).strip()
-    if cause is not None and str(cause).strip() not in text:
-        text += ": " + str(cause).strip()
-    return text
+    """Return Hydra's or OmegaConf's complaint in our form: what was wrong, the nearest valid name, what to type."""
+    options = getattr(err, "options", None)
+    if options and getattr(err, "missing_cfg_file", None):
+        group, _, name = str(err.missing_cfg_file).rpartition("/")
+        known = [o for o in options if not o.startswith("_")]
+        return f"{group} {name!r} is not installed{did_you_mean(name, known)}; `isethdr plugins` describes them"
+    text = " ".join(str(e).strip() for e in (err, err.__cause__) if e is not None)
+    if missing := re.search(r"Key '([^']+)' (?:is )?not in '?(\w+)'?", text):
+        key, owner = missing.groups()
+        where = re.search(r"override '([^']+)'", text)
+        return f"the config has no key {where.group(1) if where else key!r}{did_you_mean(key, _keys_of(owner))}"
+    lines = [line.strip() for line in text.splitlines() if line.strip() and not line.strip().startswith("object_type")]
+    return "; ".join(lines)
+
+
+def _keys_of(schema_name: str) -> list[str]:
+    for comp in components().values():
+        if f"{comp.cls.__name__}Config" == schema_name:
+            return [f.name for f in fields(comp.cls) if f.init]
+    return [*KINDS, "cameras", "versions", "seed", "device", "experiment"]
 
 
 @cache

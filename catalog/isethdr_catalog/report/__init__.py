@@ -1,0 +1,24 @@
+"""The report of a run: one self-contained HTML file beside its store.
+
+| module     | what                                                                  |
+|------------|-----------------------------------------------------------------------|
+| `page`     | the whole page: sections in order, and the style sheet                |
+| `pictures` | display views, false colour and labels as embedded images             |
+| `plots`    | line profile, signal-to-noise ratio, error beside seconds             |
+| `tables`   | scores, ledger, what was left out, config and versions                |
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def write_report(result) -> Path:
+    """Write `<key>.html` beside the run's store and return its path; written whole or not at all."""
+    from .page import page
+
+    path = result.path.with_suffix(".html")
+    temporary = path.with_suffix(".html.tmp")
+    temporary.write_text(page(result), encoding="utf-8")
+    temporary.replace(path)
+    return path

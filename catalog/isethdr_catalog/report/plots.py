@@ -1,0 +1,87 @@
+"""Plots of the report, as embedded vector graphics: line profile, signal-to-noise ratio, error and seconds."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+
+COLOURS = {"truth": "#222222"}
+CYCLE = ("#c1272d", "#0b6fa4", "#2e8b57", "#b8860b", "#6a4c93")
+
+
+def _svg(draw, width: float = 7.0, height: float = 3.4) -> str:
+    import matplotlib
+
+    matplotlib.use("Agg", force=False)
+    from matplotlib import pyplot as plt
+
+    with plt.rc_context({"svg.fonttype": "none", "svg.hashsalt": "isethdr", "font.size": 9, "font.family": "sans-serif",
+                         "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25}):
+        fig, ax = plt.subplots(figsize=(width, height), layout="constrained")
+        draw(ax)
+        buffer = io.StringIO()
+        fig.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+        plt.close(fig)
+    return buffer.getvalue()[buffer.getvalue().index("<svg"):]
+
+
+def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: float) -> str:
+    """Return log luminance along a row: {name: (x in degrees, cd/m2)}; `truth` is drawn last, in black.
+
+    Estimates at or below `floor` cd/m2, negative ones among them, are drawn at the floor.
+    """
+    def draw(ax):
+        for i, (name, (x, y)) in enumerate((k, v) for k, v in profiles.items() if k != "truth"):
+            ax.semilogy(x, np.maximum(y, floor), lw=0.8, color=CYCLE[i % len(CYCLE)], label=name, alpha=0.85)
+        if "truth" in profiles:
+            x, y = profiles["truth"]
+            ax.semilogy(x, np.maximum(y, floor), lw=1.3, color=COLOURS["truth"], label="truth, without flare and noise")
+        ax.set_xlabel("field angle, degrees (right positive)")
+        ax.set_ylabel("luminance, cd/m²")
+        ax.legend(frameon=False, ncols=2, fontsize=8)
+
+    return _svg(draw)
+
+
+def snr_against_luminance(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> str:
+    """Return signal-to-noise ratio in dB against luminance: {camera: (cd/m2, dB)}."""
+    def draw(ax):
+        for i, (name, (luminance, snr)) in enumerate(curves.items()):
+            ax.semilogx(luminance, snr, ".-", ms=3, lw=1.0, color=CYCLE[i % len(CYCLE)], label=name)
+        ax.axhline(0, color="#888", lw=0.8)
+        ax.set_xlabel("luminance, cd/m²")
+        ax.set_ylabel("SNR, dB")
+        ax.legend(frameon=False, fontsize=8)
+
+    return _svg(draw)
+
+
+def seconds(rows) -> str:
+    """Return seconds per stage as bars, longest first, the shortest together."""
+    def draw(ax):
+        ranked = sorted(rows, key=lambda r: -r.seconds)
+        shown, rest = ranked[:9], ranked[9:]
+        names = [r.stage for r in shown] + ([f"{len(rest)} more"] if rest else [])
+        values = [r.seconds for r in shown] + ([sum(r.seconds for r in rest)] if rest else [])
+        ax.barh(names[::-1], values[::-1], color=CYCLE[1])
+        ax.set_xlabel("seconds")
+        ax.grid(axis="y", visible=False)
+
+    return _svg(draw, height=2.8)
+
+
+def snr_curve(picture, bins_per_decade: int = 6, least: int = 20) -> tuple[np.ndarray, np.ndarray]:
+    """Return (cd/m2, dB): median Y / sd of Y over valid pixels, binned by estimated luminance.
+
+    The sd is the one that the picture itself carries in `variance`.
+    """
+    y, variance = picture["xyz"].values[..., 1], picture["variance"].values[..., 1]
+    good = picture["valid"].values & (y > 0) & (variance > 0)
+    y, ratio = y[good], y[good] / np.sqrt(variance[good])
+    if not y.size:
+        return np.zeros(0), np.zeros(0)
+    index = np.floor(np.log10(y) * bins_per_decade).astype(int)
+    kept = [i for i in np.unique(index) if (index == i).sum() >= least]
+    return (np.array([np.median(y[index == i]) for i in kept]),
+            np.array([20 * np.log10(np.median(ratio[index == i])) for i in kept]))
