@@ -1,0 +1,88 @@
+"""Lighting whose weights are known beforehand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from .. import ledger
+from ..errors import ConfigError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..demand import Demand
+
+
+@dataclass(frozen=True)
+class WeightsLighting:
+    """Fixed weights: each light group times its own number, summed."""
+
+    weights: dict[str, float] = field(default_factory=dict)  # {group: weight}, 1 = as the scene was built
+    others: float = 0.0                      # weight of every group not named in `weights`
+    relative_to_mean_cd_m2: float = 0.0      # first bring each group to this mean luminance; 0: radiance stays absolute
+
+    def __post_init__(self):
+        check_weights(self.weights, self.others)
+        if not 0 <= self.relative_to_mean_cd_m2 < math.inf:
+            raise ConfigError(f"relative_to_mean_cd_m2 is {self.relative_to_mean_cd_m2:g}; expected a luminance above 0, "
+                              "or 0 to keep the absolute level")
+
+    def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
+        """Return mixed radiance, W m-2 sr-1 nm-1; `weights` in its attributes multiply the scene's own radiance."""
+        from . import mix
+
+        weights = mix.all_weights(self.weights, self.others, mix.group_names(radiance))
+        if self.relative_to_mean_cd_m2:
+            weights = {g: w and w * self._scale(radiance, g) for g, w in weights.items()}
+        return mix.mix(radiance, weights)
+
+    def narrow(self, demand: Demand) -> Demand:
+        """Return the demand without the groups of weight 0."""
+        return without_dark_groups(demand, self.weights, self.others)
+
+    def _scale(self, radiance, group):
+        from . import mix
+
+        mean = float(mix.luminance_map(radiance, group).mean())
+        if mean == 0:
+            ledger.left_out(f"group {group}", "no light in the picture, so no mean luminance to be relative to", 0.0, "cd/m2")
+            return 0.0
+        return self.relative_to_mean_cd_m2 / mean
+
+
+@dataclass(frozen=True)
+class IdealLighting:
+    """All light groups as the scene was built: every weight is 1."""
+
+    def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
+        """Return mixed radiance, W m-2 sr-1 nm-1: the plain sum of all groups."""
+        from . import mix
+
+        return mix.mix(radiance, dict.fromkeys(mix.group_names(radiance), 1.0))
+
+
+def check_weights(weights, others: float) -> None:
+    """Raise ConfigError unless all weights are finite and not negative."""
+    for name, weight in (*weights.items(), ("others", others)):
+        if not 0 <= weight < math.inf:
+            raise ConfigError(f"lighting weight of {name!r} is {weight:g}; expected a finite number, 0 or more; "
+                              f"type lighting.{'others' if name == 'others' else f'weights.{name}'}=1")
+
+
+def without_dark_groups(demand: Demand, weights, others: float) -> Demand:
+    """Return the demand without the groups whose weight is 0, and note each in the ledger.
+
+    Where neither the demand nor the weights list all groups, what the scene holds is unknown: nothing is dropped.
+    """
+    if demand.groups is None and others != 0:
+        return demand
+    listed = tuple(weights) if demand.groups is None else demand.groups
+    kept = tuple(g for g in listed if weights.get(g, others) != 0)
+    if not kept:  # a scene of no group at all cannot be made; black then comes from the weights
+        return demand
+    for group in listed:
+        if group not in kept:
+            ledger.left_out(f"group {group}", "weight 0", 0.0, "cd/m2")
+    return demand.with_groups(kept)

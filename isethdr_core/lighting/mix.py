@@ -1,0 +1,119 @@
+"""The weighted sum of light groups, and their luminance maps, read group by group in blocks of bands."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import ledger, quantities
+from ..errors import ConfigError, UnitError, did_you_mean
+from ..physics import photometry
+
+BLOCK_BANDS = 8  # the bands of one inner chunk of a stored cube: a block decompresses each chunk once
+
+
+def group_names(ds) -> list[str]:
+    """Return the names of the light groups of a scene radiance Dataset after the checks that read no light."""
+    quantities.check_scene_form(ds)
+    found = [str(g) for g in ds.light_group.values]
+    if len(set(found)) < len(found):
+        raise UnitError(f"scene radiance names a light group twice: {', '.join(found)}; expected one cube per name")
+    return found
+
+
+def all_weights(named, others: float, groups) -> dict[str, float]:
+    """Return the weight of every group of the scene.
+
+    Parameters
+    ----------
+    named : {group: weight}; a group the scene lacks is an error unless its weight is 0 (it was not asked for).
+    others : weight of the groups that `named` does not list.
+    groups : names of the scene's light groups.
+
+    Raises
+    ------
+    ConfigError : a weight names a group the scene does not have.
+    """
+    for name, weight in named.items():
+        if name not in groups and weight != 0:
+            raise ConfigError(f"the scene has no light group {name!r}{did_you_mean(name, groups)}; "
+                              f"type ~lighting.weights.{name} to leave it out")
+    return {g: float(named.get(g, others)) for g in groups}
+
+
+def mix(ds, weights: dict[str, float], **attrs):
+    """Return mixed radiance: the sum over groups of weight times radiance.
+
+    Sums in float64 and rounds once, so that mixing is linear to half a unit of float32. A group of weight 0 is
+    never read; at most `BLOCK_BANDS` bands of one group are in memory beside the result.
+
+    Parameters
+    ----------
+    ds : scene radiance Dataset, W m-2 sr-1 nm-1; may be lazy.
+    weights : {group: weight} for every group of the scene, each finite and >= 0.
+    **attrs : further attributes of the result.
+
+    Returns
+    -------
+    (wavelength, y, x) float32 DataArray, W m-2 sr-1 nm-1.
+
+    Raises
+    ------
+    UnitError : light that was read is negative or not finite, or the sum is beyond float32.
+    """
+    for group, weight in weights.items():
+        if weight == 0:
+            ledger.left_out(f"group {group}", "weight 0", 0.0, "cd/m2")
+    cube = ds["radiance"]
+    out = np.empty(cube.shape[1:], np.float32)
+    for bands in _blocks(cube.sizes["wavelength"]):
+        total = np.zeros(out[bands].shape, np.float64)
+        for group, weight in weights.items():
+            if weight != 0:
+                total += weight * _read(ds, group, bands)
+        if total.max(initial=0.0) > np.finfo(np.float32).max:
+            raise UnitError(f"mixed radiance reaches {total.max():g} W m-2 sr-1 nm-1, beyond float32; expected at most 3.4e38; "
+                            f"lower the weights {weights}")
+        out[bands] = total
+    width, height = field_size(ds)
+    pitch = {k: ds.attrs[k] for k in ("pitch_x", "pitch_y") if k in ds.attrs}
+    return quantities.plane(out, ds.wavelength.values, ds.x.values, ds.y.values, quantities.RADIANCE,
+                            weights=dict(weights), field_width=width, field_height=height, **pitch, **attrs)
+
+
+def luminance_map(ds, group: str) -> np.ndarray:
+    """Return the luminance of one group at weight 1 within the camera's field, (y, x) float64, cd/m2.
+
+    Tiles in the margin beyond the field are left out: targets speak of what the camera sees.
+    """
+    weights = photometry.xyz_weights(ds.wavelength.values)[1]
+    width, height = field_size(ds)
+    # 1e-9: a tile centre never lies on the border, but coordinates stored in float32 move a little
+    rows = np.abs(ds.y.values) < height / 2 * (1 + 1e-9)
+    columns = np.abs(ds.x.values) < width / 2 * (1 + 1e-9)
+    out = np.zeros((rows.sum(), columns.sum()))
+    for bands in _blocks(ds.sizes["wavelength"]):
+        out += np.tensordot(weights[bands], _read(ds, group, bands)[:, rows][:, :, columns], axes=1)
+    return out
+
+
+def field_size(ds) -> tuple[float, float]:
+    """Return the camera's full field (width, height) in tangents; all tiles where the scene states none."""
+    if "field_width" in ds.attrs and "field_height" in ds.attrs:
+        return float(ds.attrs["field_width"]), float(ds.attrs["field_height"])
+    return quantities.full_field(ds)
+
+
+def _blocks(count: int):
+    return [slice(i, min(i + BLOCK_BANDS, count)) for i in range(0, count, BLOCK_BANDS)]
+
+
+def _read(ds, group: str, bands: slice) -> np.ndarray:
+    """Return one block of one group in float64 after checking that it is light."""
+    position = [str(g) for g in ds.light_group.values].index(group)
+    block = ds["radiance"].isel(light_group=position, wavelength=bands).values.astype(np.float64)
+    low, high = block.min(), block.max()  # NaN makes both NaN, and every comparison below false
+    if not (low >= 0 and high < np.inf):
+        nm = ds.wavelength.values[bands]
+        raise UnitError(f"light group {group!r} holds values from {low:g} to {high:g} at {nm[0]:g}-{nm[-1]:g} nm; expected "
+                        "finite light, never negative; render or fetch the group again")
+    return block

@@ -1,0 +1,96 @@
+"""Weights from luminance maps: one unknown at a time, each by a monotone search.
+
+Percentiles are Hazen's (numpy `method="hazen"`, also MATLAB's prctile); they are continuous in every weight.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import brentq
+
+_LARGEST_STEP = 200   # doublings in a bracket search: 60 decades, more than any light
+
+
+def statistic(luminance, name: str, percentile: float = 50.0) -> float:
+    """Return `max`, `mean` or `percentile` of a luminance map, in its unit."""
+    if name == "max":
+        return float(luminance.max())
+    if name == "mean":
+        return float(luminance.mean())
+    return percentile_of(luminance, percentile)
+
+
+def percentile_of(luminance, percentile: float) -> float:
+    """Return Hazen's percentile of a luminance map; 100 is the maximum, 0 the minimum."""
+    return float(np.percentile(luminance, percentile, method="hazen"))
+
+
+def dynamic_range(luminance, low_percentile: float, high_percentile: float) -> float:
+    """Return the ratio of two percentiles of a luminance map; infinite over black, NaN where all is black."""
+    low, high = np.percentile(luminance, [low_percentile, high_percentile], method="hazen")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.divide(high, low))
+
+
+def weight_for_mean(rest, ambient, mean: float) -> float:
+    """Return w >= 0 so that mean(rest + w * ambient) = `mean`, or 0 where the rest alone exceeds it."""
+    own = ambient.mean()
+    return max(0.0, float((mean - rest.mean()) / own)) if own > 0 else 1.0
+
+
+def weight_for_percentile(rest, ambient, percentile: float, wanted: float) -> float:
+    """Return w >= 0 so that the percentile of rest + w * ambient is `wanted`.
+
+    The percentile never falls with w, so a bracket and Brent's method find w. Where no w reaches `wanted`: 0 if
+    the rest alone is brighter, 1 if the ambient light is too dark where it matters.
+    """
+    def miss(w):
+        return percentile_of(rest + w * ambient, percentile) - wanted
+
+    peak = ambient.max()
+    if peak <= 0:
+        return 1.0
+    if miss(0.0) >= 0:
+        return 0.0
+    low, high = 0.0, wanted / peak
+    for _ in range(_LARGEST_STEP):
+        if miss(high) >= 0:
+            return _root(miss, low, high)
+        low, high = high, 2 * high
+    return 1.0
+
+
+def weight_for_dynamic_range(rest, ambient, wanted: float, low_percentile: float, high_percentile: float) -> float:
+    """Return w >= 0 so that the ratio of two percentiles of rest + w * ambient is `wanted`.
+
+    More ambient light lifts the dark tiles first: as w falls from 'ambient alone' the ratio grows, until the rest
+    alone is left. The search goes down by decades and takes the first crossing, the one with most ambient light;
+    where there is none it returns the w whose ratio comes nearest.
+    """
+    def ratio(w):
+        return dynamic_range(rest + w * ambient, low_percentile, high_percentile)
+
+    bright, peak = rest.max(), ambient.max()
+    if bright <= 0 or peak <= 0:
+        return 1.0
+    # 1e6: ambient light outshines every lamp; 1e-24: darker than any dynamic range that float32 holds
+    grid = bright / peak * 10.0 ** np.arange(6, -25, -1)
+    tried = [(float(grid[0]), ratio(grid[0]))]
+    for w in (*grid[1:], 0.0):
+        upper, at_upper = tried[-1]
+        tried.append((float(w), ratio(w)))
+        if (at_upper <= wanted) != (tried[-1][1] <= wanted):
+            return _root(lambda v: _log_miss(ratio(v), wanted), float(w), upper)
+    return min(tried, key=lambda pair: abs(_log_miss(pair[1], wanted)))[0]
+
+
+def _log_miss(found: float, wanted: float) -> float:
+    """Return log(found / wanted), kept finite over black tiles, where the ratio is infinite."""
+    return float(np.log(min(found, 1e300) / wanted))
+
+
+def _root(function, low: float, high: float) -> float:
+    """Return the root between two brackets to the last bits of float64, however small it is."""
+    if function(low) == 0:
+        return low
+    return float(brentq(function, low, high, xtol=1e-300, rtol=1e-14, maxiter=500))

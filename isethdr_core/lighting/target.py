@@ -1,0 +1,92 @@
+"""One photometric target: which statistic of a light group shall reach which luminance."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import ConfigError, did_you_mean
+
+STATISTICS = ("lamp_axis", "max", "percentile", "mean")
+
+
+@dataclass(frozen=True)
+class Target:
+    """`statistic` of `group` shall be `low`..`high`, in cd/m2, or in multiples of the luminance drawn for `relative_to`.
+
+    lamp_axis: luminance of the brightest lamp of the group along its own axis, from the scene's table of lamps.
+    max, percentile, mean: of the group's luminance over the picture.
+    """
+
+    group: str
+    statistic: str
+    low: float
+    high: float
+    percentile: float = 50.0
+    lamp_kind: str = ""
+    relative_to: str = ""
+
+
+def parse(targets: dict[str, Any]) -> tuple[Target, ...]:
+    """Return the targets of a config `{group: {statistic, cd_m2 or relative_to and ratio, percentile, lamp_kind}}`.
+
+    `cd_m2` and `ratio` are a number or a range [low, high]. Targets that others are relative to come first.
+
+    Raises
+    ------
+    ConfigError : an unknown key, statistic or group to be relative to, or a value that cannot be.
+    """
+    found = [_one(group, dict(entry)) for group, entry in targets.items() if entry is not None]
+    absolute = [t for t in found if not t.relative_to]
+    for target in found:
+        if target.relative_to and target.relative_to not in [t.group for t in absolute]:
+            raise ConfigError(f"target of {target.group!r} is relative to {target.relative_to!r}, which has no target in cd/m2"
+                              + did_you_mean(target.relative_to, [t.group for t in absolute]))
+    return (*absolute, *(t for t in found if t.relative_to))
+
+
+def draw(targets: tuple[Target, ...], seed: int) -> dict[str, float]:
+    """Return the wanted luminance of each group, cd/m2, uniform in its range.
+
+    Each draw is keyed by (seed, group), so that adding a group never moves another.
+    """
+    wanted: dict[str, float] = {}
+    for t in targets:
+        value = t.low + (t.high - t.low) * uniform(seed, t.group)
+        wanted[t.group] = value * wanted[t.relative_to] if t.relative_to else value
+    return wanted
+
+
+def uniform(seed: int, name: str) -> float:
+    """Return a number in [0, 1) that depends on nothing but `seed` and `name`."""
+    word = hashlib.blake2b(f"lighting/{int(seed)}/{name}".encode(), digest_size=8).digest()
+    return (int.from_bytes(word, "little") >> 11) * 2.0**-53
+
+
+def _one(group: str, entry: dict) -> Target:
+    where = f"lighting.targets.{group}"
+    known = ("statistic", "cd_m2", "relative_to", "ratio", "percentile", "lamp_kind")
+    for key in entry:
+        if key not in known:
+            raise ConfigError(f"{where} has no key {key!r}{did_you_mean(key, known)}")
+    statistic = entry.get("statistic", "mean")
+    if statistic not in STATISTICS:
+        raise ConfigError(f"{where}.statistic is {statistic!r}{did_you_mean(statistic, STATISTICS)}")
+    relative_to = entry.get("relative_to") or ""
+    key, other = ("ratio", "cd_m2") if relative_to else ("cd_m2", "ratio")
+    if key not in entry or other in entry:
+        raise ConfigError(f"{where} needs either cd_m2, or relative_to and ratio; type for example "
+                          f"'lighting.targets.{group}={{statistic: max, cd_m2: 30000}}'")
+    value = entry[key]
+    low, high = value if isinstance(value, (list, tuple)) and len(value) == 2 else (value, value)
+    try:
+        low, high, percentile = float(low), float(high), float(entry.get("percentile", 50.0))
+    except (TypeError, ValueError):
+        raise ConfigError(f"{where}.{key} is {value!r}; expected a number or a range [low, high]") from None
+    if not 0 <= low <= high < math.inf:
+        raise ConfigError(f"{where}.{key} is {value!r}; expected 0 <= low <= high, finite")
+    if not 0 <= percentile <= 100:
+        raise ConfigError(f"{where}.percentile is {percentile:g}; expected 0 to 100")
+    return Target(group, statistic, low, high, percentile, entry.get("lamp_kind") or "", relative_to)

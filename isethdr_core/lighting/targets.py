@@ -1,0 +1,165 @@
+"""Lighting whose weights are solved: luminances per group, a dynamic range, a median or mean of the picture."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from .. import ledger
+from ..errors import ConfigError, did_you_mean
+from . import target
+from .members import check_weights, without_dark_groups
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..demand import Demand
+
+REACHED = 1e-6  # relative: a target is met within this; the searches end at 1e-14, sums of float32 light at 1e-7
+
+
+@dataclass(frozen=True)
+class TargetsLighting:
+    """Weights solved from photometric targets: lamp and sky luminances, dynamic range, median or mean."""
+
+    targets: dict[str, Any] = field(default_factory=dict)     # {group: {statistic, cd_m2, percentile, lamp_kind, ...}}
+    weights: dict[str, float] = field(default_factory=dict)   # {group: weight} of groups without a target
+    others: float = 1.0                  # weight of all other groups; 1 = as the scene was built
+    ambient: str = "sky"                 # the group that moves to reach dynamic range, median or mean
+    dynamic_range: float | None = None   # ratio of the two percentiles of the picture's luminance
+    low_percentile: float = 1.0          # Hazen's, percent
+    high_percentile: float = 100.0       # 100: the brightest tile
+    median_cd_m2: float | None = None    # of the whole picture
+    mean_cd_m2: float | None = None      # of the whole picture
+    seed: int = 0                        # of targets that are ranges
+
+    def __post_init__(self):
+        check_weights(self.weights, self.others)
+        for t in target.parse(self.targets):
+            if t.group in self.weights:
+                raise ConfigError(f"group {t.group!r} has both a target and a weight; type ~lighting.weights.{t.group} to drop one")
+        if not 0 <= self.low_percentile < self.high_percentile <= 100:
+            raise ConfigError(f"low_percentile is {self.low_percentile:g} and high_percentile {self.high_percentile:g}; "
+                              "expected 0 <= low < high <= 100")
+        for name, least in (("dynamic_range", 1.0), ("median_cd_m2", 0.0), ("mean_cd_m2", 0.0)):
+            value = getattr(self, name)
+            if value is not None and not least < value < math.inf:
+                raise ConfigError(f"{name} is {value:g}; expected more than {least:g}, finite; type lighting.{name}=null for none")
+        if self.median_cd_m2 is not None and self.mean_cd_m2 is not None:
+            raise ConfigError("lighting has both median_cd_m2 and mean_cd_m2; one scale cannot reach two levels; "
+                              "type lighting.mean_cd_m2=null")
+
+    def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
+        """Return mixed radiance, W m-2 sr-1 nm-1.
+
+        Attributes: `weights`; `targets` {name: {wanted, reached}}; `infeasible`, a text, "" where all were reached.
+        """
+        from . import mix
+
+        groups = mix.group_names(radiance)
+        weights, targets = self._solve(radiance, groups)
+        infeasible = _report(targets)
+        return mix.mix(radiance, weights, targets=targets, infeasible=infeasible)
+
+    def narrow(self, demand: Demand) -> Demand:
+        """Return the demand without the groups whose weight is known to be 0."""
+        known = {**self.weights, **{t.group: t.high for t in target.parse(self.targets)}}
+        if self._level() or self.dynamic_range:
+            known[self.ambient] = 1.0
+        return without_dark_groups(demand, known, self.others)
+
+    def _level(self):
+        """Return (statistic, percentile, cd/m2) of the picture's level, or None."""
+        if self.median_cd_m2 is not None:
+            return "percentile", 50.0, self.median_cd_m2
+        return None if self.mean_cd_m2 is None else ("mean", 0.0, self.mean_cd_m2)
+
+    def _solve(self, radiance, groups):
+        """Return the weight of every group, and {name: {wanted, reached}} of every target."""
+        from . import mix
+
+        map_of = cache(lambda group: mix.luminance_map(radiance, group))  # read once, and only where a target asks
+        moving = self.ambient if self._level() or self.dynamic_range else None
+        own = [t for t in target.parse(self.targets) if t.high > 0 or t.group in groups]
+        for name in (*(t.group for t in own), *([moving] if moving else [])):
+            if name not in groups:
+                raise ConfigError(f"the scene has no light group {name!r}{did_you_mean(name, groups)}, which the lighting has a "
+                                  f"target for; type ~lighting.targets.{name}, or lighting.ambient=<group>")
+        weights = mix.all_weights(self.weights, self.others, groups)
+        wanted = target.draw(target.parse(self.targets), self.seed)
+        at_one = {t.group: _statistic(radiance, t, map_of) for t in own if t.group != moving}
+        for group, value in at_one.items():
+            # a group without light cannot be scaled to any: as built, and reported
+            weights[group] = wanted[group] / value if value > 0 else 1.0
+        picture = {}
+        if moving:
+            if moving in wanted:
+                ledger.left_out(f"target of {moving}", "it moves to reach the dynamic range or level of the picture", 0.0, "cd/m2")
+            weights, picture = self._move(moving, weights, map_of)
+        lamps = {g: {"wanted": wanted[g], "reached": weights[g] * value} for g, value in at_one.items()}
+        return weights, {**lamps, **picture}
+
+    def _move(self, moving, weights, map_of):
+        """Return the weights after the ambient group, then all, moved to the picture's targets; and what was reached."""
+        from . import solve
+
+        level, ambient = self._level(), map_of(moving)
+        rest = sum((w * map_of(g) for g, w in weights.items() if g != moving and w), 0.0 * ambient)
+        if self.dynamic_range:
+            weight = solve.weight_for_dynamic_range(rest, ambient, self.dynamic_range, self.low_percentile, self.high_percentile)
+        elif level[0] == "mean":
+            weight = solve.weight_for_mean(rest, ambient, level[2])
+        else:
+            weight = solve.weight_for_percentile(rest, ambient, level[1], level[2])
+        weights = {**weights, moving: weight}
+        whole = rest + weight * ambient
+        picture = {}
+        if self.dynamic_range:
+            found = solve.dynamic_range(whole, self.low_percentile, self.high_percentile)
+            picture["dynamic_range"] = {"wanted": self.dynamic_range, "reached": found}
+        if level:
+            name = "mean_cd_m2" if level[0] == "mean" else "median_cd_m2"
+            found = solve.statistic(whole, level[0], level[1])
+            if self.dynamic_range and found > 0:  # the ambient group is spent: all groups move together
+                scale = level[2] / found
+                weights = {g: scale * w for g, w in weights.items()}
+                found *= scale
+            picture[name] = {"wanted": level[2], "reached": found}
+        return weights, picture
+
+
+def _statistic(radiance, t: target.Target, map_of) -> float:
+    """Return the statistic a target speaks of, cd/m2, of its group at weight 1."""
+    from . import solve
+
+    if t.statistic == "lamp_axis":
+        return _lamp_axis(radiance, t)
+    return solve.statistic(map_of(t.group), t.statistic, t.percentile)
+
+
+def _lamp_axis(radiance, t: target.Target) -> float:
+    """Return the luminance on its axis, cd/m2 at weight 1, of the brightest lamp that the target means; 0 without one."""
+    lamps = radiance.attrs.get("lamps")
+    if lamps is None:
+        raise ConfigError(f"target of {t.group!r} is for the axis of a lamp, and this scene lists no lamps; "
+                          f"type lighting.targets.{t.group}.statistic=max")
+    return max((float(lamp["luminance_cd_m2"]) for lamp in lamps
+                if lamp["group"] == t.group and t.lamp_kind in ("", lamp["kind"])), default=0.0)
+
+
+def _report(targets) -> str:
+    """State the largest residual in the ledger; return what was not reached, and by how much, as one text."""
+    missed, worst = [], 0.0
+    for name, value in targets.items():
+        wanted, found = value["wanted"], value["reached"]
+        residual = abs(found / wanted - 1) if wanted and math.isfinite(found) else float(found != wanted)
+        worst = max(worst, residual)
+        if residual > REACHED:
+            text = f"{name}: wanted {wanted:.6g}, reached {found:.6g}"
+            missed.append(text)
+            ledger.left_out(f"target {text}", "no weights of this scene reach it together with the others", residual, "relative")
+    if targets:
+        ledger.error(worst, "relative", "measured", "photometric targets of the lighting")
+    return "; ".join(missed)

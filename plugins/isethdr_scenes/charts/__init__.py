@@ -1,0 +1,23 @@
+"""Charts with known answers: scene radiance in closed form, no renderer.
+
+| module           | what                                                              |
+|------------------|-------------------------------------------------------------------|
+| `uniform`        | one radiance everywhere (also the kind's `ideal` member)          |
+| `macbeth`        | 24 patches of a colour checker under a daylight                   |
+| `slanted_edge`   | a straight edge between two luminances, exact in every tile       |
+| `point_lights`   | five discs, each ten times dimmer than the last, on a dark ground |
+| `luminance_ramp` | equal luminance ratios from column to column over eight decades   |
+| `chart`          | fields that all charts share; grid, illuminant, dataset           |
+| `coverage`       | exact areas of discs and half planes in tiles                     |
+"""
+
+from __future__ import annotations
+
+from .luminance_ramp import LuminanceRamp
+from .macbeth import Macbeth
+from .point_lights import PointLights
+from .slanted_edge import SlantedEdge
+from .uniform import Uniform
+
+COMPONENTS = [("uniform", Uniform), ("ideal", Uniform), ("macbeth", Macbeth), ("slanted_edge", SlantedEdge),
+              ("point_lights", PointLights), ("luminance_ramp", LuminanceRamp)]

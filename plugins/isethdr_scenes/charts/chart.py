@@ -1,0 +1,123 @@
+"""Fields that all charts share; their grid, illuminant and dataset."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from isethdr_core.categories import CATEGORIES
+from isethdr_core.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Grid, wavelengths and illuminant of a chart; tiles are square."""
+
+    width: int = 320                    # tiles
+    height: int = 180                   # tiles
+    horizontal_field_deg: float = 40.0  # full angle
+    luminance_cd_m2: float = 100.0      # of the brightest part, or of a perfect white
+    first_nm: float = 400.0             # centre of the first band
+    last_nm: float = 700.0              # centre of the last band
+    step_nm: float = 10.0
+    spectrum: Literal["D65", "A", "E"] = "D65"  # daylight, tungsten, equal energy
+
+    def __post_init__(self):
+        if self.width < 1 or self.height < 1:
+            raise ConfigError(f"chart is {self.width} x {self.height} tiles; expected at least 1 x 1; type scene.width=320")
+        if not 0 < self.horizontal_field_deg <= 150:
+            raise ConfigError(f"horizontal_field_deg is {self.horizontal_field_deg:g}; expected more than 0, at most 150")
+        if not 0 <= self.luminance_cd_m2 < math.inf:
+            raise ConfigError(f"luminance_cd_m2 is {self.luminance_cd_m2:g}; expected 0 or more, finite; light is never negative")
+        if not (0 < self.first_nm <= self.last_nm and self.step_nm > 0):
+            raise ConfigError(f"wavelengths {self.first_nm:g} to {self.last_nm:g} nm in steps of {self.step_nm:g} nm are not a grid; "
+                              "type scene.first_nm=400 scene.last_nm=700 scene.step_nm=10")
+
+    def bands_nm(self):
+        """Return the band centres, nm, from `first_nm` up to at most `last_nm`."""
+        import numpy as np
+
+        count = math.floor((self.last_nm - self.first_nm) / self.step_nm + 1e-9) + 1
+        return self.first_nm + self.step_nm * np.arange(count)
+
+    def white(self):
+        """Return the illuminant's radiance per cd/m2, (wavelength,) W m-2 sr-1 nm-1: its luminance is 1.
+
+        Raises
+        ------
+        ConfigError : no band is visible, so no luminance can be reached.
+        """
+        import numpy as np
+
+        from isethdr_core.physics.photometry import luminance
+
+        bands = self.bands_nm()
+        relative = band_means(_illuminant(self.spectrum), bands)
+        unit = float(luminance(relative, bands))
+        if not unit > 0:
+            raise ConfigError(f"bands {bands[0]:g}-{bands[-1]:g} nm hold no visible light, so no luminance; type scene.first_nm=400")
+        return np.asarray(relative / unit)
+
+    def tiles(self):
+        """Return x (width,), y (height,) tile centres and the pitch of a tile, in tangents of the field angle."""
+        from isethdr_core.quantities import centres
+
+        field = 2 * math.tan(math.radians(self.horizontal_field_deg) / 2)
+        pitch = field / self.width
+        return centres(self.width, field), centres(self.height, pitch * self.height), pitch
+
+    def dataset(self, groups: dict, **labels):
+        """Return the chart's scene radiance Dataset from {group: (wavelength, y, x) radiance} and labels."""
+        import numpy as np
+
+        from isethdr_core.quantities import scene_radiance
+
+        x, y, pitch = self.tiles()
+        field = (pitch * self.width, pitch * self.height)
+        ds = scene_radiance(np.stack([np.broadcast_to(cube, (len(self.bands_nm()), self.height, self.width))
+                                      for cube in groups.values()]), groups, self.bands_nm(), x, y, field, **labels)
+        ds.attrs.update(objects=[], lamps=[], pitch_x=pitch, pitch_y=pitch)
+        return ds
+
+
+def band_means(spectrum, bands_nm):
+    """Return the means of `spectrum(wavelength_nm)` over the bands whose borders lie half way between `bands_nm`."""
+    import numpy as np
+
+    from isethdr_core.physics.radiometry import band_widths_nm
+
+    inside = (np.arange(20) + 0.5) / 20 - 0.5  # midpoint rule: 20 steps in a band, 2e-6 for daylight in bands of 10 nm
+    return spectrum(bands_nm[:, None] + inside * band_widths_nm(bands_nm)[:, None]).mean(1)
+
+
+def table(distribution):
+    """Return a function of the wavelength in nm: a colour-science distribution, linear between, constant beyond."""
+    import numpy as np
+
+    return lambda nm: np.interp(nm, distribution.wavelengths, distribution.values)
+
+
+def chart_object(instance: int, name: str, left: float, top: float, width: float, height: float) -> dict:
+    """Return a row of the objects table for a part of a chart; the box in tiles."""
+    return {"instance": instance, "category": "chart", "name": name, "box": [left, top, width, height],
+            "visible_fraction": 1.0, "distance_m": math.inf, "position_m": None}
+
+
+def category_of(instance):
+    """Return the category label (y, x) of an instance label: chart where there is an instance, else none."""
+    import numpy as np
+
+    return np.where(instance > 0, CATEGORIES["chart"], 0).astype(np.uint16)
+
+
+def _illuminant(name: str):
+    import numpy as np
+
+    if name == "E":
+        return lambda nm: np.ones_like(nm)
+    if name == "A":  # CIE 15:2018, eq. 4.1 (relative; 1 at 560 nm)
+        return lambda nm: (560 / nm) ** 5 * np.expm1(1.435e7 / (2848 * 560)) / np.expm1(1.435e7 / (2848 * nm))
+    import colour
+
+    return table(colour.SDS_ILLUMINANTS[name])

@@ -1,0 +1,65 @@
+"""Colour checker: 24 patches whose spectral reflectance is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from isethdr_core.errors import ConfigError
+
+from .chart import Chart, band_means, category_of, chart_object, table
+
+ROWS, COLUMNS = 4, 6
+FRAME_REFLECTANCE = 0.03  # of the black cardboard between the patches
+
+
+@dataclass(frozen=True)
+class Macbeth(Chart):
+    """Colour checker of 24 patches under a daylight; luminance is that of a perfect white."""
+
+    gap: float = 0.1   # width of the black frame between two patches, as a fraction of their spacing
+
+    def __post_init__(self):
+        super().__post_init__()
+        if not 0 <= self.gap < 1:
+            raise ConfigError(f"gap is {self.gap:g}; expected a fraction, at least 0 and below 1")
+
+    def reflectances(self):
+        """Return the names and the band means of the reflectance, (24, wavelength), left to right, top to bottom.
+
+        Measured values of colour-science, `SDS_COLOURCHECKERS["ColorChecker N Ohta"]` (Ohta 1997).
+        """
+        import colour
+        import numpy as np
+
+        patches = colour.SDS_COLOURCHECKERS["ColorChecker N Ohta"]
+        bands = self.bands_nm()
+        return list(patches), np.stack([band_means(table(sd), bands) for sd in patches.values()])
+
+    def __call__(self):
+        """Return scene radiance with the single group `sky`, and each patch as an object."""
+        import numpy as np
+
+        names, reflectance = self.reflectances()
+        # in tiles: (6, width) and (4, height), the fraction of each tile that a column or row of patches covers
+        across = _bars(self.width, COLUMNS, self.gap)
+        down = _bars(self.height, ROWS, self.gap)
+        cover = np.einsum("ry,cx->rcyx", down, across).reshape(ROWS * COLUMNS, self.height, self.width)
+        mean = np.einsum("pw,pyx->wyx", reflectance - FRAME_REFLECTANCE, cover) + FRAME_REFLECTANCE
+        instance = np.where(cover.max(0) >= 0.5, cover.argmax(0) + 1, 0).astype(np.uint32)
+        ds = self.dataset({"sky": self.luminance_cd_m2 * self.white()[:, None, None] * mean},
+                          instance=instance, category=category_of(instance))
+        wide, high = self.width / COLUMNS, self.height / ROWS
+        ds.attrs["objects"] = [
+            chart_object(k + 1, name, (k % COLUMNS + self.gap / 2) * wide, (k // COLUMNS + self.gap / 2) * high,
+                         (1 - self.gap) * wide, (1 - self.gap) * high) for k, name in enumerate(names)]
+        return ds
+
+
+def _bars(tiles: int, bars: int, gap: float):
+    """Return (bars, tiles): the fraction of each tile that each of `bars` equal bars covers, exactly."""
+    import numpy as np
+
+    left = (np.arange(bars) + gap / 2)[:, None] * tiles / bars
+    right = (np.arange(bars) + 1 - gap / 2)[:, None] * tiles / bars
+    tile = np.arange(tiles)
+    return np.clip(np.minimum(right, tile + 1) - np.maximum(left, tile), 0.0, 1.0)

@@ -1,0 +1,69 @@
+"""Point lights: five discs in a row that step down in luminance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from isethdr_core.errors import ConfigError
+
+from .chart import Chart, category_of, chart_object
+
+
+@dataclass(frozen=True)
+class PointLights(Chart):
+    """Five discs in a row, each ten times dimmer than the last, on a dark ground: flare and dynamic range."""
+
+    luminance_cd_m2: float = 1e6    # of the first disc, on the left
+    background_cd_m2: float = 0.1
+    disc_diameter_deg: float = 0.5
+    discs: int = 5
+    step: float = 10.0              # luminance of a disc / luminance of the next
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.discs < 1 or not self.step > 0 or not self.disc_diameter_deg > 0:
+            raise ConfigError(f"discs {self.discs}, step {self.step:g}, disc_diameter_deg {self.disc_diameter_deg:g}; expected "
+                              "at least 1 disc, a step and a diameter above 0")
+        if not self.background_cd_m2 >= 0:
+            raise ConfigError(f"background_cd_m2 is {self.background_cd_m2:g}; expected 0 or more; light is never negative")
+        if self.discs * self._radius() * 2 > self._row_width() or 2 * self._radius() > self.tiles()[2] * self.height:
+            raise ConfigError(f"{self.discs} discs of {self.disc_diameter_deg:g} degrees do not fit side by side into the field; "
+                              "type scene.disc_diameter_deg=0.5")
+
+    def levels_cd_m2(self) -> list[float]:
+        """Return the luminance of each disc, left to right."""
+        return [self.luminance_cd_m2 * self.step**-k for k in range(self.discs)]
+
+    def __call__(self):
+        """Return scene radiance: group `headlights` holds the discs, `sky` the ground around them."""
+        import numpy as np
+
+        from .coverage import disc
+
+        x, y, pitch = self.tiles()
+        radius = self._radius()
+        positions = (np.arange(self.discs) - (self.discs - 1) / 2) * (self._row_width() / self.discs)
+        lit, covered = np.zeros((self.height, self.width)), np.zeros((self.height, self.width))
+        instance = np.zeros((self.height, self.width), np.uint32)
+        objects, lamps = [], []
+        for number, (centre, level) in enumerate(zip(positions, self.levels_cd_m2()), start=1):
+            area = disc(x, y, pitch, centre, 0.0, radius)
+            lit += level * area
+            covered += area
+            instance[(area > 0) & (area >= area.max() / 2)] = number  # a disc below a tile still has a label
+            left, top = (centre - radius) / pitch + self.width / 2, self.height / 2 - radius / pitch
+            objects.append(chart_object(number, f"disc {number}", left, top, 2 * radius / pitch, 2 * radius / pitch))
+            lamps.append({"object": number, "kind": "disc", "group": "headlights", "luminance_cd_m2": level})
+        white = self.white()[:, None, None]
+        ds = self.dataset({"sky": white * self.background_cd_m2 * np.clip(1 - covered, 0, 1), "headlights": white * lit},
+                          instance=instance, category=category_of(instance))
+        ds.attrs.update(objects=objects, lamps=lamps)
+        return ds
+
+    def _radius(self) -> float:
+        import math
+
+        return math.tan(math.radians(self.disc_diameter_deg) / 2)
+
+    def _row_width(self) -> float:
+        return self.tiles()[2] * self.width

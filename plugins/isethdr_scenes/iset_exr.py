@@ -1,0 +1,117 @@
+"""Scenes of the published ISETHDR deposit: one EXR file of spectral radiance per light group.
+
+| module            | what                                                   |
+|-------------------|--------------------------------------------------------|
+| `iset_exr`        | the component: which files, which groups, which labels |
+| `iset_exr_files`  | the files: EXR radiance and instance maps, MAT maps    |
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from isethdr_core import ledger
+from isethdr_core.errors import CatalogError, ConfigError, UnitError, did_you_mean
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FILES = {"sky": "skymap", "headlights": "headlights", "streetlights": "streetlights", "other": "otherlights"}
+
+
+@dataclass(frozen=True)
+class IsetExr:
+    """A scene of the published ISETHDR deposit, read from its folder of EXR files."""
+
+    folder: str = "."                     # holds <scene_id>_skymap.exr, _headlights.exr, ..., <scene_id>.mat
+    scene_id: str = ""                    # month, day, hour, minute, second: 1112184733
+    horizontal_field_deg: float = 40.0    # full angle; the files do not carry it
+    normalise_cd_m2: float = 0.0          # ISET's reading: each group rescaled to this mean (100); 0 keeps the absolute level
+
+    def __post_init__(self):
+        if not 0 < self.horizontal_field_deg <= 150:
+            raise ConfigError(f"horizontal_field_deg is {self.horizontal_field_deg:g}; expected more than 0, at most 150")
+        if not 0 <= self.normalise_cd_m2 < math.inf:
+            raise ConfigError(f"normalise_cd_m2 is {self.normalise_cd_m2:g}; expected 0 (absolute) or a mean luminance, as ISET's 100")
+
+    def __call__(self) -> xr.Dataset:
+        """Return scene radiance, W m-2 sr-1 nm-1, with the labels `distance` and `instance` where they can be read.
+
+        Raises
+        ------
+        CatalogError : no file of the scene, or a file is cut off or lacks a channel.
+        UnitError : light in a file is negative or not finite, or two files differ in size or wavelengths.
+        """
+        import numpy as np
+
+        from isethdr_core.quantities import centres, scene_radiance
+
+        from . import iset_exr_files as files
+
+        paths = {group: self._path(f"_{name}.exr") for group, name in FILES.items()}
+        found = {group: path for group, path in paths.items() if path.exists()}
+        if not found:
+            raise self._missing()
+        for group in paths.keys() - found.keys():  # the deposit leaves out groups without a lamp
+            ledger.left_out(f"group {group}", f"no file {paths[group].name}", 0.0, "cd/m2")
+        bands, cube = None, None
+        for k, (group, path) in enumerate(found.items()):
+            nm, light = files.read_radiance(path)
+            if cube is None:
+                bands, cube = nm, np.empty((len(found), *light.shape), np.float32)
+            if light.shape != cube.shape[1:] or not np.array_equal(nm, bands):
+                raise UnitError(f"{path.name} has {light.shape[2]} x {light.shape[1]} tiles and {len(nm)} bands, the files before it "
+                                f"{cube.shape[3]} x {cube.shape[2]} and {len(bands)}; expected one grid; fetch the scene again")
+            cube[k] = light * self._scale(light, nm) if self.normalise_cd_m2 else light
+        height, width = cube.shape[2:]
+        field = 2 * math.tan(math.radians(self.horizontal_field_deg) / 2)
+        ds = scene_radiance(cube, found, bands, centres(width, field), centres(height, field * height / width),
+                            (field, field * height / width), **self._labels((height, width)))
+        ds.attrs.update(scene_id=self.scene_id, objects=[])  # no `lamps`: the deposit does not say where they are
+        return ds
+
+    def _scale(self, light, nm) -> float:
+        from isethdr_core.physics.photometry import luminance
+
+        mean = float(luminance(light, nm).mean())
+        return self.normalise_cd_m2 / mean if mean > 0 else 1.0
+
+    def _labels(self, shape) -> dict:
+        from . import iset_exr_files as files
+
+        labels = {}
+        for label, suffix, read in (("instance", "_instanceID.exr", files.read_instance), ("distance", ".mat", files.read_distance)):
+            path = self._path(suffix)
+            if not path.exists():
+                ledger.left_out(f"label {label}", f"no file {path.name}", 0.0, "cd/m2")
+                continue
+            try:
+                values = read(path)
+            except LookupError as err:
+                ledger.left_out(f"label {label}", f"{path.name} {err}", 0.0, "cd/m2")
+                continue
+            if values.shape != shape:  # ISET attaches full-size maps to cropped scenes; here that is an error
+                raise UnitError(f"{path.name} holds a {label} map of {values.shape[1]} x {values.shape[0]} tiles, the radiance has "
+                                f"{shape[1]} x {shape[0]}; expected the same; fetch the scene again, or move {path.name} away")
+            labels[label] = values
+        return labels
+
+    def _path(self, suffix: str):
+        from pathlib import Path
+
+        return Path(self.folder).expanduser() / f"{self.scene_id}{suffix}"
+
+    def _missing(self) -> CatalogError:
+        from pathlib import Path
+
+        folder = Path(self.folder).expanduser()
+        if not folder.is_dir():
+            return CatalogError(f"{folder} is not a folder; type scene.folder=<folder with the deposit's files>")
+        known = {p.name.split("_")[0] for name in FILES.values() for p in folder.glob(f"*_{name}.exr")}
+        return CatalogError(f"{folder} has no EXR file of scene {self.scene_id!r}{did_you_mean(self.scene_id, known)}; "
+                            "type scene.scene_id=<id>")
+
+
+COMPONENTS = [("iset_exr", IsetExr)]

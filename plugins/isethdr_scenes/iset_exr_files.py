@@ -1,0 +1,89 @@
+"""The files of an ISETHDR scene: spectral radiance and instance maps in EXR, maps in MAT.
+
+Radiance channels are named `S0.<nm>,000nm` (a decimal comma), one per band, in W m-2 sr-1 nm-1.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from isethdr_core.errors import CatalogError, UnitError
+
+_BAND = re.compile(r"S0\.(\d+)[.,](\d+)nm")
+FIRST_NM, LAST_NM, STEP_NM = 400, 700, 10
+
+
+def read_radiance(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Return band centres (wavelength,), nm, and radiance (wavelength, y, x) float32, W m-2 sr-1 nm-1.
+
+    Raises
+    ------
+    CatalogError : the file is cut off, or lacks one of the deposit's channels.
+    UnitError : a channel holds negative or infinite light.
+    """
+    channels = _channels(path)
+    bands = {float(f"{m[1]}.{m[2]}"): name for name in channels if (m := _BAND.fullmatch(name))}
+    missing = [nm for nm in range(FIRST_NM, LAST_NM + 1, STEP_NM) if nm not in bands]
+    if missing:
+        raise CatalogError(f"{path} lacks channel 'S0.{missing[0]},000nm' ({len(missing)} of 31 bands are missing); "
+                           "expected radiance at 400-700 nm in steps of 10 nm; fetch the file again")
+    nm = np.array(sorted(bands))
+    cube = np.stack([np.asarray(channels[bands[k]], np.float32) for k in nm])
+    for k, plane in zip(nm, cube):
+        low, high = plane.min(), plane.max()  # NaN makes both NaN, and the comparison below false
+        if not (low >= 0 and high < np.inf):
+            raise UnitError(f"{path} channel {bands[k]!r} holds values from {low:g} to {high:g}; expected finite light, never "
+                            "negative; fetch the file again")
+    return nm, cube
+
+
+def read_instance(path: Path) -> np.ndarray:
+    """Return the instance map (y, x) uint32; what is not a positive number there is 0, no instance.
+
+    Raises
+    ------
+    LookupError : the file has no channel of instances.
+    CatalogError : the file cannot be read.
+    """
+    channels = _channels(path)
+    name = "InstanceId" if "InstanceId" in channels else next(iter(channels)) if len(channels) == 1 else None
+    if name is None:
+        raise LookupError(f"has no channel 'InstanceId', only {', '.join(sorted(channels))}")
+    values = np.asarray(channels[name], np.float64)
+    return np.where(np.isfinite(values) & (values > 0), np.rint(values), 0).astype(np.uint32)
+
+
+def read_distance(path: Path) -> np.ndarray:
+    """Return the distance along the ray (y, x), m, from `sceneMeta.depthMap` of a MAT file up to version 7.
+
+    Raises
+    ------
+    LookupError : the file is of version 7.3 (HDF5), or has no depth map.
+    CatalogError : the file cannot be read.
+    """
+    from scipy.io import loadmat
+
+    try:
+        content = loadmat(path, squeeze_me=True, struct_as_record=False)
+    except NotImplementedError:
+        raise LookupError("is a version 7.3 MAT file, which is not read; save it in MATLAB with -v7") from None
+    except Exception as err:  # noqa: BLE001 - scipy raises many kinds for a cut-off file
+        raise CatalogError(f"{path} is not a readable MAT file ({err}); fetch it again, or move it away") from None
+    depth = getattr(content.get("sceneMeta"), "depthMap", None)
+    if depth is None or np.ndim(depth) != 2:
+        raise LookupError("has no map sceneMeta.depthMap")
+    return np.asarray(depth, np.float32)
+
+
+def _channels(path: Path) -> dict[str, np.ndarray]:
+    import OpenEXR
+
+    try:
+        with OpenEXR.File(str(path), separate_channels=True) as file:
+            # leaving the block empties the library's own dictionary
+            return {name: channel.pixels for name, channel in file.channels().items()}
+    except (RuntimeError, ValueError) as err:  # a cut-off file opens with no part, or not at all
+        raise CatalogError(f"{path} is not a readable EXR file, or is cut off ({err}); fetch it again") from None

@@ -1,0 +1,174 @@
+"""Charts: their luminances, areas and reflectances against numbers computed another way."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from isethdr_scenes.charts import COMPONENTS, coverage
+from isethdr_scenes.charts.luminance_ramp import LuminanceRamp
+from isethdr_scenes.charts.macbeth import Macbeth
+from isethdr_scenes.charts.point_lights import PointLights
+from isethdr_scenes.charts.slanted_edge import SlantedEdge
+from isethdr_scenes.charts.uniform import Uniform
+
+from isethdr_core import quantities
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.photometry import luminance, xyz
+from isethdr_core.testing import check
+
+FLOAT32 = 6e-8  # radiance is stored as float32
+
+
+def seen(ds):
+    return luminance(ds.radiance.values.astype(float).sum(0), ds.wavelength.values)
+
+
+@pytest.mark.parametrize("cls", sorted({cls for _, cls in COMPONENTS}, key=lambda c: c.__name__))
+def test_every_chart_is_scene_radiance_on_its_field(cls):
+    ds = cls(width=64, height=32, horizontal_field_deg=30.0)()
+    quantities.check_scene(ds)
+    assert ds.attrs["field_width"] == pytest.approx(2 * np.tan(np.radians(15)), rel=1e-12)
+    assert ds.attrs["field_height"] == pytest.approx(ds.attrs["field_width"] / 2, rel=1e-12)
+    assert list(ds.wavelength.values) == list(range(400, 701, 10))
+    assert "sky" in ds.light_group.values
+    for row in ds.attrs["objects"]:
+        left, top, width, height = row["box"]
+        inside = ds.instance.values == row["instance"]
+        rows, columns = np.nonzero(inside)
+        # a tile belongs to the part that covers half of it, or most of any: boxes agree to a tile
+        assert abs(columns.min() - left) <= 1 and abs(columns.max() + 1 - left - width) <= 1
+        assert abs(rows.min() - top) <= 1 and abs(rows.max() + 1 - top - height) <= 1
+
+
+@pytest.mark.parametrize("spectrum", ["D65", "A", "E"])
+@pytest.mark.parametrize("bands", [(400.0, 700.0, 10.0), (380.0, 780.0, 5.0), (555.0, 555.0, 10.0)])
+def test_uniform_has_its_luminance_whatever_the_bands(spectrum, bands):
+    ds = Uniform(4, 3, 10.0, 1234.5, *bands, spectrum)()
+    np.testing.assert_allclose(seen(ds), 1234.5, rtol=FLOAT32)
+
+
+@pytest.mark.parametrize(("spectrum", "x", "y"), [("D65", 0.31272, 0.32903), ("A", 0.44757, 0.40745), ("E", 1 / 3, 1 / 3)])
+def test_illuminants_have_their_chromaticity(spectrum, x, y):
+    """CIE 15: chromaticities of the 1931 observer; 2e-4 for sums at 5 nm from 380 to 780 nm."""
+    ds = Uniform(1, 1, first_nm=380.0, last_nm=780.0, step_nm=5.0, spectrum=spectrum)()
+    values = xyz(ds.radiance.values[0, :, 0, 0].astype(float), ds.wavelength.values)
+    assert values[:2] / values.sum() == pytest.approx([x, y], abs=2e-4)
+
+
+def test_ramp_ends_and_ratios():
+    y = seen(LuminanceRamp(width=257, height=2, luminance_cd_m2=1e6, decades=8.0)())
+    np.testing.assert_allclose(y[:, 0], 1e-2, rtol=FLOAT32)
+    np.testing.assert_allclose(y[:, -1], 1e6, rtol=FLOAT32)
+    np.testing.assert_allclose(y[:, 1:] / y[:, :-1], 10 ** (8 / 256), rtol=3 * FLOAT32)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-5, 5.0, 45.0, 80.0, 90.0, 135.0, 180.0])
+def test_half_plane_agrees_with_counting_points(angle):
+    x, y, pitch = quantities.centres(7, 7.0), quantities.centres(5, 5.0), 1.0
+    cover = coverage.half_plane(x, y, pitch, angle)
+    fine = (np.arange(400) + 0.5) / 400 - 0.5
+    px, py = (x[:, None] + fine).ravel(), (y[:, None] + fine).ravel()
+    counted = (np.cos(np.radians(angle)) * px[None] + np.sin(np.radians(angle)) * py[:, None] > 0)
+    counted = counted.reshape(5, 400, 7, 400).mean((1, 3))
+    # 400 points to a side: a line misjudges fewer than one point per row, 1/400, half of it on average
+    assert np.abs(cover - counted).max() < 2.5e-3
+    # a line through the centre of a symmetric grid halves it; four squares cancel to 1e-16 / tan(angle)
+    assert cover.mean() == pytest.approx(0.5, abs=1e-10)
+
+
+@pytest.mark.parametrize("angle", [0.0, 5.0, 30.0])
+def test_slanted_edge_mean_sides_and_slope(angle):
+    ds = SlantedEdge(width=60, height=40, angle_deg=angle, contrast_ratio=20.0, luminance_cd_m2=200.0)()
+    y = seen(ds)
+    assert y.mean() == pytest.approx((200 + 10) / 2, rel=FLOAT32)
+    assert y.max() == pytest.approx(200, rel=FLOAT32) and y.min() == pytest.approx(10, rel=FLOAT32)
+    if angle == 5.0:  # the edge's position in each row: dark tiles counted with their share
+        edge = ((200 - y) / 190).sum(1)
+        np.testing.assert_allclose(np.diff(edge), -np.tan(np.radians(5.0)), rtol=1e-5)  # clockwise: to the left going down
+
+
+def test_disc_area_whatever_its_size_and_place():
+    x, y, pitch = quantities.centres(11, 1.1), quantities.centres(9, 0.9), 0.1
+    for radius, cx, cy in ((0.3, 0.0, 0.0), (0.31, 0.017, -0.023), (0.02, 0.05, 0.05), (1e-5, 0.2, 0.1), (0.05, 0.0, 0.0)):
+        cover = coverage.disc(x, y, pitch, cx, cy, radius)
+        assert cover.sum() * pitch**2 == pytest.approx(np.pi * radius**2, rel=1e-10)
+        assert cover.min() >= 0 and cover.max() <= 1
+    # a disc larger than the field: rounding of its area, 1e-16, times 50^2 tiles per squared radius
+    assert coverage.disc(x, y, pitch, 0.0, 0.0, 5.0).min() == pytest.approx(1.0, abs=1e-12)
+    # a disc centred on a corner of four tiles gives a quarter to each
+    four = coverage.disc(x, y, pitch, 0.05, 0.05, 0.02)
+    np.testing.assert_allclose(four[four > 0], np.full(4, np.pi * 0.02**2 / 4 / pitch**2), rtol=1e-12)
+    # against counting points
+    fine = (np.arange(200) + 0.5) / 200 * pitch - pitch / 2
+    inside = ((x[:, None] + fine).ravel() - 0.017) ** 2 + ((y[:, None] + fine).ravel()[:, None] + 0.023) ** 2 < 0.31**2
+    counted = inside.reshape(9, 200, 11, 200).mean((1, 3))
+    # the circle crosses a tile in at most two arcs; each row of 200 points is misjudged by less than one
+    assert np.abs(coverage.disc(x, y, pitch, 0.017, -0.023, 0.31) - counted).max() < 5e-3
+
+
+@pytest.mark.parametrize("diameter_deg", [0.05, 0.5, 2.0])
+def test_point_lights_hold_their_energy(diameter_deg):
+    chart = PointLights(width=200, height=60, disc_diameter_deg=diameter_deg, luminance_cd_m2=1e6)
+    ds = chart()
+    pitch = quantities.tile_pitch(ds, "x")
+    lamps = luminance(ds.radiance.sel(light_group="headlights").values.astype(float), ds.wavelength.values)
+    area = np.pi * np.tan(np.radians(diameter_deg / 2)) ** 2
+    energy = lamps.reshape(60, 5, 40).sum((0, 2)) * pitch**2  # each disc owns a fifth of the width
+    np.testing.assert_allclose(energy, [area * 10.0 ** (6 - k) for k in range(5)], rtol=1e-6)  # float32 tiles
+    sky = luminance(ds.radiance.sel(light_group="sky").values.astype(float), ds.wavelength.values)
+    assert sky.sum() * pitch**2 == pytest.approx(0.1 * (200 * 60 * pitch**2 - 5 * area), rel=1e-6)
+    assert [lamp["luminance_cd_m2"] for lamp in ds.attrs["lamps"]] == pytest.approx([1e6, 1e5, 1e4, 1e3, 1e2])
+    if diameter_deg == 2.0:  # full tiles inside show exactly the disc
+        assert lamps.max() == pytest.approx(1e6, rel=FLOAT32)
+
+
+def test_macbeth_patches_reflect_what_they_should():
+    chart = Macbeth(width=60, height=40, luminance_cd_m2=500.0)
+    ds = chart()
+    names, reflectance = chart.reflectances()
+    assert len(names) == 24 and reflectance.shape == (24, 31) and reflectance.min() > 0 and reflectance.max() < 1
+    white = Uniform(1, 1, luminance_cd_m2=500.0)().radiance.values[0, :, 0, 0]
+    for k in range(24):
+        middle = ds.radiance.values[0, :, 5 + 10 * (k // 6), 5 + 10 * (k % 6)]
+        np.testing.assert_allclose(middle, white * reflectance[k], rtol=3 * FLOAT32)
+        assert ds.instance.values[5 + 10 * (k // 6), 5 + 10 * (k % 6)] == k + 1
+    # the grey row is sold by its density: 0.05 (white), 0.23, 0.44, 0.70, 1.05, 1.50; printed to 10 %
+    np.testing.assert_allclose(seen(ds)[35, 5::10] / 500, 10.0 ** -np.array([0.05, 0.23, 0.44, 0.70, 1.05, 1.50]), rtol=0.1)
+
+
+def test_uniform_d65_agrees_with_isetcam():
+    folder = os.environ.get("ISETHDR_REFERENCE")
+    if not folder:
+        pytest.skip("ISETHDR_REFERENCE is not set: reference numbers are not part of the project")
+    data = np.load(Path(folder) / "isetcam" / "a_photometry.npz")
+    ours = Uniform(1, 1)().radiance.values[0, :, 0, 0].astype(float)
+    fine = data["d65_w5"][np.searchsorted(data["wave5"], np.arange(395, 706, 5))]
+    theirs = (fine[:-2:2] + 2 * fine[1:-1:2] + fine[2::2]) / 4  # mean over 10 nm of lines between values at 5 nm
+    # ISETCam's D65 is tilted against the CIE table by 1.3e-3 from 380 to 780 nm; values at the centres would differ by 4 %
+    np.testing.assert_allclose(ours / ours.mean(), theirs / theirs.mean(), rtol=1e-3)
+
+
+@pytest.mark.parametrize(("cls", "fields", "match"), [
+    (Uniform, {"luminance_cd_m2": -1.0}, "never negative"), (Uniform, {"luminance_cd_m2": float("nan")}, "finite"),
+    (Uniform, {"width": 0}, "at least 1 x 1"), (Uniform, {"horizontal_field_deg": 180.0}, "at most 150"),
+    (Uniform, {"step_nm": 0.0}, "not a grid"), (Uniform, {"first_nm": 700.0, "last_nm": 400.0}, "not a grid"),
+    (SlantedEdge, {"contrast_ratio": 0.5}, "at least 1"), (PointLights, {"disc_diameter_deg": 20.0}, "do not fit"),
+    (PointLights, {"background_cd_m2": -1.0}, "never negative"), (LuminanceRamp, {"decades": 0.0}, "more than 0"),
+    (Macbeth, {"gap": 1.0}, "below 1"),
+])
+def test_impossible_charts_are_config_errors(cls, fields, match):
+    with pytest.raises(ConfigError, match=match):
+        cls(**fields)
+
+
+def test_invisible_bands_are_an_error():
+    with pytest.raises(ConfigError, match="no visible light"):
+        Uniform(2, 2, first_nm=900.0, last_nm=1000.0)()
+
+
+@pytest.mark.parametrize("name", [name for name, _ in COMPONENTS])
+def test_charts_keep_the_promises_of_scenes(name):
+    check("scene", name)

@@ -1,0 +1,126 @@
+"""Reading a scene of the ISETHDR deposit, from files written here in its layout."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from isethdr_scenes.iset_exr import IsetExr
+from scipy.io import savemat
+
+from isethdr_core import ledger, quantities
+from isethdr_core.errors import CatalogError, UnitError
+from isethdr_core.physics.photometry import luminance
+
+BANDS = range(400, 701, 10)
+NAMES = {"sky": "skymap", "headlights": "headlights", "streetlights": "streetlights", "other": "otherlights"}
+SHAPE = (18, 32)
+
+
+def write(path, channels):
+    import OpenEXR
+
+    with OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, dict(channels)) as file:
+        file.write(str(path))
+
+
+@pytest.fixture
+def deposit(tmp_path):
+    """Write one scene; return its folder and its light {group: (wavelength, y, x)}."""
+    rng = np.random.default_rng(5)
+    light = {g: 10 ** rng.uniform(-6, 5, (31, *SHAPE)).astype(np.float32) for g in NAMES}
+    for group, name in NAMES.items():
+        write(tmp_path / f"1112184733_{name}.exr", {f"S0.{nm},000nm": light[group][k] for k, nm in enumerate(BANDS)})
+    instance = np.arange(np.prod(SHAPE), dtype=np.float32).reshape(SHAPE)
+    write(tmp_path / "1112184733_instanceID.exr", {"InstanceId": instance})
+    savemat(tmp_path / "1112184733.mat", {"sceneMeta": {"depthMap": 5.0 + instance.astype(float), "datasetFolder": "x"}})
+    return tmp_path, light
+
+
+def test_radiance_comes_back_bit_for_bit_with_labels(deposit):
+    folder, light = deposit
+    ds = IsetExr(str(folder), "1112184733")()
+    for group in NAMES:
+        np.testing.assert_array_equal(ds.radiance.sel(light_group=group), light[group])
+    assert list(ds.wavelength.values) == list(BANDS)
+    assert ds.attrs["field_width"] == pytest.approx(2 * np.tan(np.radians(20)), rel=1e-12)
+    assert ds.attrs["field_height"] == pytest.approx(ds.attrs["field_width"] * 18 / 32, rel=1e-12)
+    assert quantities.tile_pitch(ds, "x") == pytest.approx(quantities.tile_pitch(ds, "y"), rel=1e-12)
+    assert ds.instance.dtype == np.uint32 and ds.instance.values[1, 0] == SHAPE[1]
+    np.testing.assert_array_equal(ds.distance, 5.0 + ds.instance.values)
+
+
+def test_isets_normalisation_brings_every_group_to_its_mean(deposit):
+    folder, _ = deposit
+    ds = IsetExr(str(folder), "1112184733", normalise_cd_m2=100.0)()
+    for k in range(4):
+        y = luminance(ds.radiance.values[k].astype(float), ds.wavelength.values)
+        assert y.mean() == pytest.approx(100.0, rel=1e-6)  # float32 light and a float32 factor
+
+
+def test_missing_groups_and_labels_are_dropped_and_said(deposit):
+    folder, light = deposit
+    (folder / "1112184733_streetlights.exr").unlink()
+    (folder / "1112184733_instanceID.exr").unlink()
+    # the first bytes of a version 7.3 MAT file: a text, then version 0x0200
+    (folder / "1112184733.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(400))
+    book = ledger.Ledger()
+    with ledger.stage(book, "scene"):
+        ds = IsetExr(str(folder), "1112184733")()
+    assert list(ds.light_group.values) == ["sky", "headlights", "other"]
+    np.testing.assert_array_equal(ds.radiance.sel(light_group="other"), light["other"])
+    said = {row.what: row.why for row in book[0].left_out}
+    assert set(said) == {"group streetlights", "label instance", "label distance"}
+    assert "7.3" in said["label distance"] and "streetlights.exr" in said["group streetlights"]
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.02, 0.5, 0.999])
+def test_a_cut_off_file_is_named(deposit, kept):
+    folder, _ = deposit
+    path = folder / "1112184733_headlights.exr"
+    content = path.read_bytes()
+    path.write_bytes(content[: int(kept * len(content))])
+    with pytest.raises(CatalogError, match="1112184733_headlights.exr.*cut off"):
+        IsetExr(str(folder), "1112184733")()
+
+
+def test_a_missing_channel_or_bad_light_is_named(deposit):
+    folder, light = deposit
+    path = folder / "1112184733_skymap.exr"
+    channels = {f"S0.{nm},000nm": light["sky"][k].copy() for k, nm in enumerate(BANDS)}
+    write(path, {k: v for k, v in channels.items() if "550" not in k})
+    with pytest.raises(CatalogError, match="skymap.exr lacks channel 'S0.550,000nm'"):
+        IsetExr(str(folder), "1112184733")()
+    for bad in (np.nan, -1.0, np.inf):
+        broken = {k: v.copy() for k, v in channels.items()}
+        broken["S0.610,000nm"][3, 4] = bad
+        write(path, broken)
+        with pytest.raises(UnitError, match="skymap.exr channel 'S0.610,000nm'"):
+            IsetExr(str(folder), "1112184733")()
+
+
+def test_files_that_do_not_fit_together_are_an_error(deposit):
+    folder, light = deposit
+    savemat(folder / "1112184733.mat", {"sceneMeta": {"depthMap": np.ones((4, 5))}})
+    with pytest.raises(UnitError, match="1112184733.mat holds a distance map of 5 x 4"):
+        IsetExr(str(folder), "1112184733")()
+    write(folder / "1112184733_otherlights.exr", {f"S0.{nm},000nm": light["sky"][k, :9] for k, nm in enumerate(BANDS)})
+    with pytest.raises(UnitError, match="otherlights.exr has 32 x 9"):
+        IsetExr(str(folder), "1112184733")()
+
+
+def test_a_wrong_folder_or_id_says_what_to_type(deposit, tmp_path):
+    folder, _ = deposit
+    with pytest.raises(CatalogError, match="did you mean '1112184733'"):
+        IsetExr(str(folder), "1112184734")()
+    with pytest.raises(CatalogError, match="not a folder.*scene.folder"):
+        IsetExr(str(tmp_path / "nowhere"), "1")()
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.05, 0.5, 0.99])
+def test_a_cut_off_mat_file_is_named(deposit, kept):
+    folder, _ = deposit
+    path = folder / "1112184733.mat"
+    content = path.read_bytes()
+    path.write_bytes(content[: int(kept * len(content))])
+    with pytest.raises(CatalogError, match="1112184733.mat is not a readable MAT file"):
+        IsetExr(str(folder), "1112184733")()
