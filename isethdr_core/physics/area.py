@@ -1,0 +1,97 @@
+"""Area: exact integrals of constant tiles over the rectangles of another regular grid.
+
+Both grids are separable, so the integral is two banded matrices of overlap lengths, one per axis.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array
+
+SLACK = 1e-9  # of a tile: how far a rectangle may reach outside by rounding alone
+
+
+def resample_mean(values, x_in, y_in, x_out, y_out, width_out: float, height_out: float) -> np.ndarray:
+    """Return the mean of constant tiles over each output rectangle.
+
+    Parameters
+    ----------
+    values : (..., y, x) array; each value is constant over its tile.
+    x_in, y_in : evenly spaced tile centres, increasing, any unit.
+    x_out, y_out : centres of the output rectangles, same unit, any order; they may overlap.
+    width_out, height_out : full size of an output rectangle, same unit.
+
+    Returns
+    -------
+    (..., y_out, x_out) float64 array in the unit of `values`. Times width and height: the integral.
+
+    Raises
+    ------
+    ValueError : when a rectangle reaches outside the tiles; there is no light known there.
+    """
+    return integrate_tiles(values, x_in, y_in, x_out, y_out, width_out, height_out) / (width_out * height_out)
+
+
+def integrate_tiles(values, x_in, y_in, x_out, y_out, width_out: float, height_out: float) -> np.ndarray:
+    """Return the integral of constant tiles over each output rectangle; arguments as `resample_mean`.
+
+    Returns
+    -------
+    (..., y_out, x_out) float64 array, unit of `values` times the square of the coordinates' unit.
+    """
+    values = np.asarray(values)
+    along_x = overlaps(x_in, x_out, width_out, "x")
+    along_y = overlaps(y_in, y_out, height_out, "y")
+    if values.shape[-2:] != (along_y.shape[1], along_x.shape[1]):
+        raise ValueError(f"values of shape {values.shape} do not end in (y, x) = {(along_y.shape[1], along_x.shape[1])}, "
+                         "the number of tile centres given")
+    out = np.empty((*values.shape[:-2], along_y.shape[0], along_x.shape[0]))
+    for band in np.ndindex(values.shape[:-2]):  # one band at a time: no float64 copy of the whole cube
+        rows = along_y @ values[band].astype(np.float64, copy=False)
+        out[band] = (along_x @ rows.T).T
+    return out
+
+
+def overlaps(centres_in, centres_out, width_out: float, axis: str = "x") -> csr_array:
+    """Return the (out, in) matrix of the lengths that each output interval shares with each tile.
+
+    Parameters
+    ----------
+    centres_in : evenly spaced tile centres, increasing, at least two.
+    centres_out, width_out : centres and common width of the output intervals, same unit.
+    axis : name for the error message.
+    """
+    centres_in, centres_out = np.asarray(centres_in, float), np.asarray(centres_out, float)
+    count = len(centres_in)
+    if not width_out > 0:
+        raise ValueError(f"output width {width_out!r} along {axis}; expected a length above 0")
+    if count == 1:
+        raise ValueError(f"one tile along {axis} has no known width; expected at least two centres")
+    pitch = (centres_in[-1] - centres_in[0]) / (count - 1)
+    # 1e-3 of a tile: coordinates that were stored as float32 still pass.
+    if not pitch > 0 or np.abs(np.diff(centres_in) - pitch).max() > 1e-3 * pitch:
+        raise ValueError(f"tile centres along {axis} are not evenly spaced and increasing")
+    # Interval borders in tiles, from the left border of the first tile.
+    low = (centres_out - width_out / 2 - centres_in[0]) / pitch + 0.5
+    high = (centres_out + width_out / 2 - centres_in[0]) / pitch + 0.5
+    outside = max(-low.min(), high.max() - count)
+    if outside > SLACK * count:
+        raise ValueError(f"output rectangles reach {outside * pitch:.6g} ({outside:.3g} tiles) beyond the input along {axis}; "
+                         f"the tiles cover {centres_in[0] - pitch / 2:.6g} to {centres_in[-1] + pitch / 2:.6g}")
+    low, high = np.clip(_snapped(low), 0, count), np.clip(_snapped(high), 0, count)
+    first = np.minimum(np.floor(low).astype(int), count - 1)
+    reach = int(np.max(np.ceil(high).astype(int) - first))
+    tile = first[:, None] + np.arange(max(reach, 1))
+    length = np.minimum(high[:, None], tile + 1) - np.maximum(low[:, None], tile)
+    keep = (length > 0) & (tile < count)
+    row = np.broadcast_to(np.arange(len(low))[:, None], tile.shape)
+    return csr_array((length[keep] * pitch, (row[keep], tile[keep])), shape=(len(low), count))
+
+
+def _snapped(border):
+    """Return borders, in tiles, with those on a tile's border put exactly there.
+
+    Rounding would leave slivers of 1e-15 of a tile, which a neighbour 1e12 times brighter makes visible.
+    """
+    whole = np.rint(border)
+    return np.where(np.abs(border - whole) < SLACK, whole, border)

@@ -1,0 +1,51 @@
+"""Random words that belong to a pixel: one 64-bit word per (stream, row, column).
+
+The word of pixel (y, x) is word x % 4 of Philox4x64-10 (Salmon et al. 2011, "Parallel random numbers: as easy
+as 1, 2, 3") with key = 128-bit hash of the stream and counter = [x // 4 + 1, y, 0, 0]. Image size, chunks, order,
+processes and the light in other pixels do not enter. A stream is a tuple of strings and numbers, as
+`isethdr_core.seeds.Generator` makes them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+
+def philox(stream: tuple) -> np.random.Philox:
+    """Return numpy's Philox, keyed by a tuple of str and int; tuples of other length or type get other keys."""
+    key = hashlib.blake2b(repr(tuple(stream)).encode(), digest_size=16).digest()
+    return np.random.Philox(key=int.from_bytes(key, "little"))
+
+
+def words(stream: tuple, y0: int, y1: int, x0: int, x1: int) -> np.ndarray:
+    """Return the int64 words of the pixels in rows y0:y1 and columns x0:x1.
+
+    Parameters
+    ----------
+    stream : the key of one purpose, e.g. `generator.stream("LPHG", "read")`.
+    y0, y1, x0, x1 : non-negative pixel positions, ends excluded.
+
+    Returns
+    -------
+    (y1 - y0, x1 - x0) int64 array, all 2^64 values equally likely.
+    """
+    bits = philox(stream)
+    state, first = bits.state, x0 % 4
+    out = np.empty((y1 - y0, x1 - x0), np.int64)
+    for y in range(y0, y1):
+        # numpy adds 1 to the counter before it makes the next four words; position 4 says that none is left over
+        state["state"]["counter"][:] = x0 // 4, y, 0, 0
+        state["buffer_pos"], state["has_uint32"] = 4, 0
+        bits.state = state
+        out[y - y0] = bits.random_raw(x1 - x0 + first)[first:].view(np.int64)
+    return out
+
+
+def tail(word) -> tuple[np.ndarray, np.ndarray]:
+    """Return (p, upper): the probability p in (0, 0.5] beyond the draw, above it where `upper`, else below it.
+
+    The near tail keeps its relative precision down to p = 2^-65, where a number in (0, 1) would round to 1.
+    """
+    return ((word ^ (word >> 63)) + 0.5) * 2.0**-64, word >= 0

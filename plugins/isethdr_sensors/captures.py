@@ -1,0 +1,60 @@
+"""Captures: the Dataset that leaves the sensor, with all that an image signal processor needs to read it back."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from isethdr_core.quantities import names
+
+from . import converter
+from .colour_filter_array import channels
+from .dark_current import dark_electrons
+
+FROM_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", "falloff")
+
+
+def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
+    """Return the captures Dataset of docs/contracts.md.
+
+    Parameters
+    ----------
+    raw, saturated : (capture, y, x), DN and bool.
+    filters : (y, x) uint8 index of each pixel's channel.
+    qe : (channel, wavelength) electrons per photon, the same for all captures.
+    """
+    readings, diodes = model.readings, [model.diode_of(r) for r in model.readings]
+    dark = [dark_electrons(d.dark_e_per_s, model.exposure_s, model.temperature_c) for d in diodes]
+
+    def each(values, units, dtype=float):
+        return "capture", np.array(list(values), dtype), {"units": units}
+
+    out = xr.Dataset({
+        "raw": (("capture", "y", "x"), raw, {"units": "DN"}),
+        "saturated": (("capture", "y", "x"), saturated),
+        "filter": (("y", "x"), filters),
+        "exposure_s": each((model.exposure_s for _ in readings), "s"),
+        "gain_dn_per_e": each((r.gain_dn_per_e for r in readings), "DN/e"),
+        "black_dn": each((r.black_dn for r in readings), "DN"),
+        "top_dn": each((converter.top_dn(r, d) for r, d in zip(readings, diodes, strict=True)), "DN"),
+        "read_noise_e": each((r.read_noise_e * model.noise for r in readings), "e"),
+        "dark_e": each(dark, "e"),
+        "quantisation_e": each((converter.quantisation_e(r) for r in readings), "e"),
+        "area_m2": each((grid.pitch_m**2 * d.fill_factor for d in diodes), "m2"),
+        "charge": each((r.diode for r in readings), "1", int),
+        "quantum_efficiency": (("capture", "channel", "wavelength"), np.repeat(qe[None], len(readings), 0), {"units": "e/photon"}),
+    }, coords={**_grid(model, grid), "channel": names(channels(model.cfa)), "wavelength": light.wavelength.values.astype(float)},
+        attrs={"pitch_um": model.pitch_um, "cfa": model.cfa, **{k: light.attrs[k] for k in FROM_LIGHT if k in light.attrs}})
+    out.wavelength.attrs["units"] = "nm"
+    for axis in ("x", "y"):
+        out[axis].attrs["units"] = "m"
+    return out
+
+
+def electrons(model, grid, values) -> xr.DataArray:
+    """Return (capture, y, x) electrons on the pixel grid."""
+    return xr.DataArray(values, dims=("capture", "y", "x"), coords=_grid(model, grid), attrs={"units": "e"})
+
+
+def _grid(model, grid):
+    return {"capture": names(r.capture for r in model.readings), "y": grid.y_m, "x": grid.x_m}

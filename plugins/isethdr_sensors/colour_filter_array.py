@@ -1,0 +1,36 @@
+"""Colour filter array: a small text pattern, repeated from the upper left pixel of the sensor."""
+
+from __future__ import annotations
+
+from math import isqrt
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+
+ORDER = "RGBWC"  # channels come in this order, other letters after them
+
+
+def cell(pattern: str) -> tuple[str, ...]:
+    """Return the rows of a pattern: "RGGB" is ("RG", "GB"), "RG/WB" is ("RG", "WB"), "W" is ("W",)."""
+    rows = tuple(pattern.split("/"))
+    if len(rows) == 1:  # without a / only a square is clear; stripes are "RGB/RGB"
+        side = isqrt(len(pattern))
+        rows = tuple(pattern[k * side:(k + 1) * side] for k in range(side)) if side**2 == len(pattern) else ()
+    if not rows or not all(rows) or len({len(row) for row in rows}) > 1:
+        raise ConfigError(f"sensor.cfa={pattern!r} is no rectangle of letters; expected rows parted by /, e.g. RG/WB, "
+                          "or a square, e.g. RGGB")
+    return rows
+
+
+def channels(pattern: str) -> tuple[str, ...]:
+    """Return the filters of a pattern, each once, in the order R, G, B, W, C, others."""
+    letters = sorted(set("".join(cell(pattern))))
+    return tuple(sorted(letters, key=lambda c: (ORDER.find(c) % (len(ORDER) + 1), c)))
+
+
+def filter_map(pattern: str, rows: int, columns: int) -> np.ndarray:
+    """Return the (y, x) uint8 index into `channels(pattern)` of every pixel's filter."""
+    names = channels(pattern)
+    tile = np.array([[names.index(c) for c in row] for row in cell(pattern)], np.uint8)
+    return np.tile(tile, (-(-rows // tile.shape[0]), -(-columns // tile.shape[1])))[:rows, :columns]

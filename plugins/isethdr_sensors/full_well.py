@@ -1,0 +1,20 @@
+"""Full well: a photodiode holds no more charge than this; what comes later is lost (no blooming into neighbours)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core.physics.noise import LARGEST_MEAN_E
+
+
+def limit_charge(charge_e, full_well_e: float) -> np.ndarray:
+    """Return the charge that stays, electrons. Clipped after the shot noise: it is electrons that spill, not means."""
+    return np.minimum(charge_e, full_well_e)
+
+
+def limit_mean(mean_e, full_well_e: float) -> np.ndarray:
+    """Return the mean charge cut where every draw of 64 bits fills the well anyway, so that no light is too strong.
+
+    A draw is never more than 9.2 standard deviations low; 12 sqrt(well) + 100 above the well, all of them spill.
+    """
+    return np.minimum(mean_e, min(full_well_e + 12.0 * np.sqrt(full_well_e) + 100.0, LARGEST_MEAN_E))

@@ -1,0 +1,54 @@
+"""Ideal sensor: what every other sensor becomes when its effects are switched off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from .sensor_model import Photodiode, Reading, SensorModel
+
+
+@dataclass(frozen=True)
+class IdealSensor:
+    """Count electrons without noise, dark charge, saturation or rounding; raw is mean electrons.
+
+    With cfa=W and curves=unit it counts photons.
+    """
+
+    exposure_s: float = 0.016
+    pitch_um: float = 3.0
+    rows: int = 0                   # 0: fill the camera's field; else a centred crop
+    columns: int = 0
+    fill_factor: float = 1.0        # photodiode area / pixel area
+    cfa: str = "RGGB"               # repeated pattern of filters, rows parted by / where it is no square
+    curves: Literal["ar0132at", "unit"] = "ar0132at"   # unit: one electron per photon at every wavelength
+    peak_qe: float = 1.0            # scale of the ar0132at curves, electrons per photon
+    infrared_cut: bool = True       # blocking filter; not applied to unit curves
+    qe_csv: str = ""                # own curves: wavelength_nm and one column per filter
+
+    def __post_init__(self):
+        self.model()
+
+    def model(self) -> SensorModel:
+        """Return what the sensor is made of."""
+        return SensorModel(self.exposure_s, self.pitch_um, self.rows, self.columns, self.cfa,
+                           (Photodiode("pixel", self.fill_factor),), (Reading("single"),), curves=self.curves, peak_qe=self.peak_qe,
+                           infrared_cut=self.infrared_cut, qe_csv=self.qe_csv, noise=False)
+
+    def __call__(self, light, generator=None):
+        """Return captures of one shot; `generator` is not used."""
+        from .shot import take_shot
+
+        return take_shot(self.model(), light, generator)
+
+    def expected(self, light):
+        """Return mean electrons (capture, y, x)."""
+        from .shot import expected_electrons
+
+        return expected_electrons(self.model(), light)
+
+    def narrow(self, demand):
+        """Return the demand without outer bands in which the sensor is blind."""
+        from .quantum_efficiency import narrow
+
+        return narrow(self.model(), demand)

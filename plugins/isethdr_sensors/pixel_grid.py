@@ -1,0 +1,73 @@
+"""Pixel grid: where the pixels lie in the camera's field."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.errors import ConfigError, UnitError
+
+ROUNDING = 1e-9  # relative: a field of 100 pitches holds 100 pixels although metres are rounded
+
+
+@dataclass(frozen=True, eq=False)
+class PixelGrid:
+    """Pixel centres in metres, x right and y down, centred on the axis."""
+
+    x_m: np.ndarray
+    y_m: np.ndarray
+    pitch_m: float
+
+
+def pixel_grid(light, pitch_um: float, rows: int = 0, columns: int = 0) -> PixelGrid:
+    """Return the grid of `rows` x `columns` pixels, centred; 0 fills the camera's nominal field.
+
+    Margin tiles beyond `field_width` and `field_height` of the light are not part of the field.
+
+    Raises
+    ------
+    ConfigError : when the sensor is larger than the field, so that its border would see no light.
+    """
+    from isethdr_core.quantities import centres
+
+    pitch = pitch_um * 1e-6
+    y = _count(light.attrs["field_height"], pitch, rows, "rows", "high")
+    x = _count(light.attrs["field_width"], pitch, columns, "columns", "wide")
+    return PixelGrid(centres(x, x * pitch), centres(y, y * pitch), pitch)
+
+
+def _count(field_m, pitch, wanted, name, direction):
+    fits = int(np.floor(field_m / pitch * (1 + ROUNDING)))
+    if fits < 1:
+        raise ConfigError(f"one pixel of {pitch * 1e6:g} um is larger than the field, {field_m * 1e6:g} um {direction}; "
+                          "type a smaller sensor.pitch_um or a longer lens.focal_length_mm")
+    if wanted > fits:
+        raise ConfigError(f"sensor.{name}={wanted} at {pitch * 1e6:g} um is {wanted * pitch * 1e3:.4g} mm {direction}; the camera's "
+                          f"field is {field_m * 1e3:.4g} mm, {fits} pixels; type sensor.{name}={fits}, or 0 to fill the field")
+    return wanted or fits
+
+
+def check_tiles(light, grid: PixelGrid) -> None:
+    """Refuse light that does not cover the pixels; state in the ledger when its tiles are coarser than they are.
+
+    The detail that is missing inside a tile cannot be known; the mean change from tile to tile tells its size.
+    """
+    from isethdr_core.quantities import tile_pitch
+
+    if min(light.sizes["x"], light.sizes["y"]) < 2:
+        raise UnitError(f"irradiance has {light.sizes['y']} x {light.sizes['x']} tiles; expected at least 2 x 2, "
+                        "so that a tile has a size")
+    for name, centres in (("x", grid.x_m), ("y", grid.y_m)):
+        tiles = light[name].values
+        spare = (centres[-1] - centres[0] + grid.pitch_m) * ROUNDING + (tile_pitch(light, name) - grid.pitch_m) / 2
+        if tiles[0] > centres[0] + spare or tiles[-1] < centres[-1] - spare:
+            raise UnitError(f"irradiance covers {name} only within {tiles[0]:.6g}..{tiles[-1]:.6g} m (tile centres), the pixels lie within "
+                            f"{centres[0]:.6g}..{centres[-1]:.6g} m; expected tiles over all of field_width and field_height")
+    tile = max(tile_pitch(light, "x"), tile_pitch(light, "y"))
+    if tile > grid.pitch_m * (1 + ROUNDING):
+        band = np.asarray(light.values[light.sizes["wavelength"] // 2], float)
+        step = max(np.abs(np.diff(band, axis=axis)).mean() for axis in (0, 1)) / max(band.mean(), np.finfo(float).tiny)
+        ledger.error(step, "relative", "measured", f"mean change from tile to tile: tiles of {tile * 1e6:.3g} um hide the detail "
+                                                   f"inside {tile / grid.pitch_m:.3g} pixels of {grid.pitch_m * 1e6:.3g} um")

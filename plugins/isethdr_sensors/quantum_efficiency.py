@@ -1,0 +1,66 @@
+"""Quantum efficiency: electrons per photon of every filter, blocking filter included, and which bands matter."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.errors import ConfigError, did_you_mean
+
+from . import spectral_curves
+from .colour_filter_array import channels
+from .sensor_model import SensorModel
+
+NEGLIGIBLE = 1e-6  # of the largest quantum efficiency: bands below it at both ends need not be rendered
+
+
+def quantum_efficiency(model: SensorModel, wavelength_nm) -> np.ndarray:
+    """Return (channel, wavelength) electrons per photon at the band centres; channels as `colour_filter_array.channels`."""
+    w = np.asarray(wavelength_nm, float)
+    qe = np.stack([_curve(model, letter, w) for letter in channels(model.cfa)])
+    if model.infrared_cut and model.curves != "unit":
+        qe = qe * spectral_curves.infrared_cut(w)
+    if qe.max() > 1.0 + 1e-12:
+        raise ConfigError(f"sensor.peak_qe={model.peak_qe} makes {qe.max():.3g} electrons per photon; expected at most 1")
+    return qe
+
+
+def band_centre_error(model: SensorModel, wavelength_nm) -> float:
+    """Return how much a channel's response to a flat spectrum changes when each band is read at 9 points, not at its centre."""
+    w = np.asarray(wavelength_nm, float)
+    if len(w) < 2:
+        return 0.0
+    offsets = (np.arange(9) - 4) / 9
+    fine = quantum_efficiency(model, (w[:, None] + np.gradient(w)[:, None] * offsets).ravel())
+    mean = fine.reshape(len(fine), len(w), 9).mean(2).sum(1)
+    return float(np.max(np.abs(quantum_efficiency(model, w).sum(1) - mean) / mean))
+
+
+def narrow(model: SensorModel, demand):
+    """Return the demand without the outer bands in which the sensor is blind; states the bound."""
+    if demand.wavelength_nm is None:
+        return demand
+    strongest = quantum_efficiency(model, demand.wavelength_nm).max(0)
+    seen = np.flatnonzero(strongest > NEGLIGIBLE * strongest.max())
+    # inner bands stay, and always two: band widths come from the distances between centres
+    first, last = seen[0], max(seen[-1], min(seen[0] + 1, len(strongest) - 1))
+    kept = demand.wavelength_nm[first:last + 1]
+    dropped = [f"{w:g}" for w in demand.wavelength_nm if w not in kept]
+    if dropped:
+        ledger.left_out(f"bands {', '.join(dropped)} nm", "quantum efficiency below 1e-6 of its peak", NEGLIGIBLE,
+                        "electrons per electron that the same photons make at the peak")
+    return replace(demand, wavelength_nm=tuple(kept))
+
+
+def _curve(model, letter, w):
+    if model.qe_csv:
+        table = spectral_curves.read_csv(model.qe_csv)
+        if letter not in table:
+            known = [name for name in table if name != "wavelength_nm"]
+            raise ConfigError(f"sensor.qe_csv={model.qe_csv!r} has no column for filter {letter!r}{did_you_mean(letter, known)}")
+        return np.interp(w, table["wavelength_nm"], table[letter], left=0.0, right=0.0)
+    if model.curves == "unit":
+        return np.ones_like(w)
+    return model.peak_qe * spectral_curves.filter_curve(letter, w)

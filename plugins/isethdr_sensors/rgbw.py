@@ -1,0 +1,14 @@
+"""RGBW sensor: a Bayer sensor with one green of each cell replaced by a clear filter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .bayer import BayerSensor
+
+
+@dataclass(frozen=True)
+class RgbwSensor(BayerSensor):
+    """Take one capture with red, green, blue and clear filters (AR0132AT figures)."""
+
+    cfa: str = "RG/WB"              # rows parted by /

@@ -1,0 +1,81 @@
+"""What a sensor is made of: photodiodes that collect charge, readings that turn charge into numbers.
+
+Every sensor of this plugin is a set of fields that builds one `SensorModel`; `shot.py` knows nothing else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+from isethdr_core.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class Photodiode:
+    """One charge well, a centred square of `fill_factor` of the pixel's area."""
+
+    name: str
+    fill_factor: float = 1.0
+    full_well_e: float = inf
+    dark_e_per_s: float = 0.0       # mean at the reference temperature
+    dark_spread: float = 0.0        # rms over pixels / mean, persistent
+    prnu: float = 0.0               # rms over pixels / mean, persistent
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One capture: the charge of photodiode number `diode`, amplified and digitised."""
+
+    capture: str
+    diode: int = 0
+    read_noise_e: float = 0.0
+    dsnu_e: float = 0.0             # rms over pixels of the offset, persistent
+    column_e: float = 0.0           # rms over columns of the offset, persistent
+    gain_dn_per_e: float = 1.0
+    black_dn: float = 0.0
+    bits: int = 0                   # 0: converter off, raw is float32
+    swing_e: float = inf            # charge at which the amplifier or the converter ends
+
+
+@dataclass(frozen=True)
+class SensorModel:
+    """All that one shot needs besides light and random numbers."""
+
+    exposure_s: float
+    pitch_um: float
+    rows: int
+    columns: int
+    cfa: str
+    photodiodes: tuple[Photodiode, ...]
+    readings: tuple[Reading, ...]
+    curves: str = "ar0132at"        # ar0132at, unit
+    peak_qe: float = 1.0
+    infrared_cut: bool = True
+    qe_csv: str = ""
+    temperature_c: float = 60.0
+    noise: bool = True
+
+    def __post_init__(self):
+        for name in ("exposure_s", "pitch_um", "peak_qe"):
+            _expect(getattr(self, name), name, lambda v: 0 < v < inf, "a finite number above 0")
+        for name in ("rows", "columns"):
+            _expect(getattr(self, name), name, lambda v: v >= 0 and v == int(v), "a whole number; 0 fills the camera's field")
+        _expect(self.temperature_c, "temperature_c", lambda v: -100 <= v <= 200, "degrees Celsius within -100..200")
+        for diode in self.photodiodes:
+            _expect(diode.fill_factor, "fill_factor", lambda v: 0 < v <= 1, "a share of the pixel's area above 0, at most 1")
+            _expect(diode.full_well_e, "full_well_e", lambda v: v > 0, "electrons, above 0")
+            for name in ("dark_e_per_s", "dark_spread", "prnu"):
+                _expect(getattr(diode, name), name, lambda v: 0 <= v < inf, "a finite number, 0 or above")
+        for reading in self.readings:
+            for name in ("read_noise_e", "dsnu_e", "column_e"):
+                _expect(getattr(reading, name), name, lambda v: 0 <= v < inf, "electrons, 0 or above")
+
+    def diode_of(self, reading: Reading) -> Photodiode:
+        """Return the photodiode whose charge `reading` reads."""
+        return self.photodiodes[reading.diode]
+
+
+def _expect(value, name, allowed, expected):
+    if not allowed(value):  # also refuses NaN, for which every comparison is false
+        raise ConfigError(f"sensor.{name} is {value!r}; expected {expected}; type sensor.{name}=<number>")

@@ -1,0 +1,124 @@
+"""One shot, in the order in which it happens: light, photodiode, shot noise, full well, readings, converter."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core import ledger, quantities
+from isethdr_core.physics.noise import rows_per_block
+
+from . import area_integration, captures, converter, fixed_pattern, full_well, read_noise, shot_noise
+from .colour_filter_array import filter_map
+from .dark_current import dark_electrons
+from .pixel_grid import check_tiles, pixel_grid
+from .quantum_efficiency import band_centre_error, quantum_efficiency
+from .sensor_model import Photodiode, SensorModel
+
+
+def take_shot(model: SensorModel, light, generator):
+    """Return the captures of one shot.
+
+    Parameters
+    ----------
+    model : what the sensor is made of.
+    light : irradiance DataArray (wavelength, y, x), W m-2 nm-1.
+    generator : `isethdr_core.seeds.Generator`; its seed and scene key the shot, its device the fixed pattern.
+        May be None for a model without noise.
+    """
+    grid, filters, qe, light_e = _light_electrons(model, light)
+    if len(light.wavelength) > 1:
+        ledger.error(band_centre_error(model, light.wavelength.values), "relative", "measured",
+                     "quantum efficiency taken at band centres, flat spectrum")
+    for reading in model.readings if model.noise else ():
+        converter.check_black_level(reading)
+    raw, saturated = readings(model, light_e, generator)
+    return captures.captures(model, light, grid, raw, saturated, filters, qe)
+
+
+def expected_electrons(model: SensorModel, light):
+    """Return the mean electrons of light and dark charge, DataArray (capture, y, x): no noise, full well or converter.
+
+    It is affine in the light; in darkness it is `dark_e` of the captures.
+    """
+    grid, _, _, light_e = _light_electrons(model, light)
+    mean_e = [light_e[reading.diode] + dark_charge_e(model, model.diode_of(reading)) for reading in model.readings]
+    return captures.electrons(model, grid, np.stack(mean_e))
+
+
+def _light_electrons(model, light):
+    quantities.check_irradiance(light)
+    grid = pixel_grid(light, model.pitch_um, model.rows, model.columns)
+    check_tiles(light, grid)
+    filters = filter_map(model.cfa, len(grid.y_m), len(grid.x_m))
+    wavelength, x, y = (light[name].values for name in ("wavelength", "x", "y"))
+    qe = quantum_efficiency(model, wavelength)
+    planes = area_integration.electrons_per_m2_s(light.values, wavelength, qe)
+    per_fill = {fill: model.exposure_s * area_integration.electrons_per_s(planes, x, y, grid, filters, fill)
+                for fill in {diode.fill_factor for diode in model.photodiodes}}
+    return grid, filters, qe, [per_fill[diode.fill_factor] for diode in model.photodiodes]
+
+
+def readings(model: SensorModel, light_e, generator, block_rows: int | None = None):
+    """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons of each photodiode.
+
+    Parameters
+    ----------
+    light_e : per photodiode a (y, x) array of mean electrons of the whole exposure.
+    block_rows : rows computed at a time; the result is the same for any number.
+
+    Notes
+    -----
+    `saturated` is true where the charge fills the well or the converter gives its top code. The first cannot be
+    seen in the numbers: read noise may take a full well below the top code, and that value measures no light.
+    """
+    height, width = light_e[0].shape
+    raw = np.empty((len(model.readings), height, width), converter.raw_dtype(model.readings))
+    saturated = np.empty(raw.shape, bool)
+    prnu, dark, offsets = _device_maps(model, generator, height, width)
+    step = block_rows or rows_per_block(width)
+    for y in range(0, height, step):
+        rows = slice(y, min(y + step, height))
+        charge = [_charge(model, diode, light_e[k][rows] * _part(prnu[k], rows) + _part(dark[k], rows), generator, y)
+                  for k, diode in enumerate(model.photodiodes)]
+        for k, reading in enumerate(model.readings):
+            electrons = charge[reading.diode]
+            if model.noise:
+                electrons = electrons + _part(offsets[k], rows)
+                if reading.read_noise_e:
+                    electrons = electrons + read_noise.read_noise(
+                        reading.read_noise_e, generator.stream(reading.capture, "read"), y, *electrons.shape)
+            dn = converter.digitise(electrons, reading)
+            raw[k, rows] = dn
+            saturated[k, rows] = (charge[reading.diode] >= model.diode_of(reading).full_well_e) | (dn >= converter.top_code(reading))
+    return raw, saturated
+
+
+def dark_charge_e(model: SensorModel, diode: Photodiode) -> float:
+    """Return the mean dark charge of the exposure in `diode`, electrons."""
+    return dark_electrons(diode.dark_e_per_s, model.exposure_s, model.temperature_c)
+
+
+def _charge(model, diode, mean_e, generator, first_row):
+    if model.noise:
+        mean_e = full_well.limit_mean(mean_e, diode.full_well_e)
+        return full_well.limit_charge(shot_noise.collect(mean_e, generator.stream(diode.name, "shot"), first_row), diode.full_well_e)
+    return full_well.limit_charge(mean_e, diode.full_well_e)
+
+
+def _device_maps(model, generator, height, width):
+    """Return per photodiode the PRNU factor and the dark electrons, per reading the offset: maps, rows or numbers."""
+    dark = [dark_charge_e(model, diode) for diode in model.photodiodes]
+    if not model.noise:
+        return [1.0] * len(dark), dark, [0.0] * len(model.readings)
+    key, size = generator.device_stream, (height, width)
+    prnu = [fixed_pattern.factor(d.prnu, key(d.name, "prnu"), *size) for d in model.photodiodes]
+    dark = [mean * fixed_pattern.factor(d.dark_spread, key(d.name, "dark"), *size) if mean else 0.0
+            for mean, d in zip(dark, model.photodiodes, strict=True)]
+    offsets = [fixed_pattern.offset_e(r.dsnu_e, r.column_e, key(r.capture, "dsnu"), key(r.capture, "column"), *size)
+               for r in model.readings]
+    return prnu, dark, offsets
+
+
+def _part(values, rows):
+    """Return the block of a map; a number or a single row of columns serves every block."""
+    return values[rows] if np.ndim(values) and values.shape[0] > 1 else values

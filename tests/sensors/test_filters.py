@@ -1,0 +1,134 @@
+"""Filter patterns and spectral curves."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from isethdr_core.demand import Demand
+from isethdr_core.errors import ConfigError
+from isethdr_core.ledger import Ledger, stage
+from isethdr_core.physics.photometry import luminance
+from isethdr_core.physics.radiometry import photons_from_energy, planck_radiance
+from isethdr_sensors import BayerSensor, IdealSensor, RgbwSensor
+from isethdr_sensors.colour_filter_array import cell, channels, filter_map
+from isethdr_sensors.quantum_efficiency import band_centre_error, quantum_efficiency
+from isethdr_sensors.spectral_curves import filter_curve, infrared_cut
+
+
+@pytest.mark.parametrize("pattern, rows", [("RGGB", ("RG", "GB")), ("RG/WB", ("RG", "WB")), ("W", ("W",)), ("RGB", None),
+                                           ("RGB/RGB", ("RGB", "RGB")), ("RG", None), ("RG/W", None), ("", None), ("R//B", None)])
+def test_pattern_text(pattern, rows):
+    if rows is None:
+        with pytest.raises(ConfigError, match="rows parted by /"):
+            cell(pattern)
+    else:
+        assert cell(pattern) == rows
+
+
+def test_pattern_repeats_from_the_upper_left():
+    assert channels("GRBG") == ("R", "G", "B") and channels("RG/WB") == ("R", "G", "B", "W") and channels("RCCC") == ("R", "C")
+    assert_array_equal(filter_map("GRBG", 3, 5), [[1, 0, 1, 0, 1], [2, 1, 2, 1, 2], [1, 0, 1, 0, 1]])
+    assert_array_equal(filter_map("RG/WB", 2, 2), [[0, 1], [3, 2]])
+
+
+def reference(name):
+    folder = os.environ.get("ISETHDR_REFERENCE")
+    if not folder:
+        pytest.skip("ISETHDR_REFERENCE is not set")
+    return np.load(Path(folder) / "spectra" / name)
+
+
+@pytest.mark.parametrize("letter, rms, largest", [("R", 0.008, 0.024), ("G", 0.006, 0.015), ("B", 0.007, 0.040), ("W", 0.006, 0.018)])
+def test_fit_residual_is_as_stated(letter, rms, largest):
+    # the bounds are the residuals stated in spectral_curves, rounded up
+    data = reference("sensor_qe.npz")
+    error = filter_curve(letter, data["wavelength_nm"]) - data["ar0132at_rgbw"][:, "RGBW".index(letter)]
+    assert np.sqrt(np.mean(error**2)) < rms and np.abs(error).max() < largest
+
+
+def test_infrared_cut_residual_is_as_stated():
+    data = reference("sensor_qe.npz")
+    error = infrared_cut(data["wavelength_nm"]) - data["ircut_public"][:, 0]
+    assert np.sqrt(np.mean(error**2)) < 0.020 and np.abs(error).max() < 0.052
+
+
+def test_imx363_curves_are_the_same_shapes_times_062():
+    data = reference("sensor_qe.npz")
+    assert_allclose(data["imx363_public"], 0.62 * data["ar0132at_rgb"], atol=0.017)  # one was resampled from a coarser grid
+
+
+def test_responsivity_of_the_data_sheet():
+    # 5.48 V/lux-s over 110 uV/e; illuminant A (2856 K), no blocking filter, green: the assumption behind peak_qe = 0.65
+    w = np.arange(380.0, 781, 5)
+    light = planck_radiance(w, 2856)
+    photons = photons_from_energy(light, w) * 5 / luminance(light, w)
+    qe = quantum_efficiency(BayerSensor(infrared_cut=False).model(), w)[1]
+    volts = (photons * qe).sum() * 3.75e-6**2 * 110e-6
+    assert_allclose(volts, 5.48, rtol=0.03)  # peak_qe is stated to two digits, the fit is good to 1 %
+
+
+def test_curves_are_physical_everywhere():
+    w = np.linspace(200, 1200, 2001)
+    for letter in "RGBW":
+        assert np.all((filter_curve(letter, w) >= 0) & (filter_curve(letter, w) <= 1))
+    assert np.all((infrared_cut(w) >= 0) & (infrared_cut(w) <= 1))
+    assert infrared_cut(850.0) < 1e-10
+    # filters: red longest, blue shortest centroid
+    centroid = [np.sum(w * filter_curve(k, w) * infrared_cut(w)) / np.sum(filter_curve(k, w) * infrared_cut(w)) for k in "BGR"]
+    assert centroid[0] < 480 < 520 < centroid[1] < 560 < 590 < centroid[2]
+
+
+def test_clear_filter_gathers_more_than_any_colour():
+    qe = quantum_efficiency(RgbwSensor().model(), np.arange(400.0, 701, 10)).sum(1)
+    assert qe[3] > 1.8 * qe[:3].max()
+
+
+def test_own_curves(tmp_path, flat):
+    path = tmp_path / "qe.csv"
+    path.write_text("wavelength_nm,R,G,B\n400,0,0,1\n500,0,1,0\n600,1,0,0\n")
+    sensor = IdealSensor(qe_csv=str(path), infrared_cut=False)
+    assert_allclose(quantum_efficiency(sensor.model(), [450.0, 500.0, 700.0]), [[0, 0, 0], [0.5, 1, 0], [0.5, 0, 0]])
+    assert float(sensor.expected(flat(1e-3)).min()) > 0
+    with pytest.raises(ConfigError, match="no column for filter 'W'"):
+        RgbwSensor(qe_csv=str(path)).expected(flat(1e-3))
+
+
+@pytest.mark.parametrize("text, message", [("R,G\n1,2\n", "expected wavelength_nm"), ("wavelength_nm,R\n400,0.1\n300,0.1\n", "increasing"),
+                                           ("wavelength_nm,R\n400,0.1\n500,60\n", "within 0..1"), ("wavelength_nm,R\n400,x\n", "no table"),
+                                           (None, "cannot be read")])
+def test_bad_curves_are_refused(tmp_path, flat, text, message):
+    path = tmp_path / "bad.csv"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(ConfigError, match=message):
+        IdealSensor(cfa="R", qe_csv=str(path)).expected(flat(1e-3))
+
+
+def test_unknown_filter_and_impossible_scale_are_refused(flat):
+    with pytest.raises(ConfigError, match="no spectral curve for filter 'X'"):
+        IdealSensor(cfa="X").expected(flat(1e-3))
+    with pytest.raises(ConfigError, match="expected at most 1"):
+        IdealSensor(peak_qe=1.3, infrared_cut=False).expected(flat(1e-3))
+
+
+def test_narrow_drops_only_bands_that_cannot_matter(make_light):
+    w = tuple(np.arange(380.0, 851, 10))
+    sensor, ledger = BayerSensor(), Ledger()
+    with stage(ledger, "sensor"):
+        kept = sensor.narrow(Demand(wavelength_nm=w)).wavelength_nm
+    assert set(kept) < set(w) and ledger[0].left_out[0].bound == 1e-6
+    values = np.ones((len(w), 4, 4))
+    inside = np.isin(w, kept)
+    full = sensor.expected(make_light(values, 3.75, w)).values
+    less = sensor.expected(make_light(values[inside], 3.75, kept)).values
+    assert_allclose(less, full, rtol=1e-5)  # the bound, for as many as 10 dropped bands
+    assert sensor.narrow(Demand()) == Demand()
+
+
+def test_band_centre_error_shrinks_with_the_band():
+    model = BayerSensor().model()
+    wide, narrow = (band_centre_error(model, np.arange(380.0, 781, step)) for step in (40, 10))
+    assert narrow < 2e-3 < wide
