@@ -1,0 +1,32 @@
+"""Catalog: find, query, check and index what is stored.
+
+| module     | what                                                               |
+|------------|--------------------------------------------------------------------|
+| `record`   | what is known of one store, from its root attributes alone          |
+| `index`    | `refresh`: rebuild index.parquet, a cache of all records            |
+| `query`    | `find`, `sql`, `show`                                               |
+| `verify`   | read every chunk and name what is damaged                           |
+| `commands` | `isethdr catalog find|sql|show|verify|refresh`                      |
+| `report`   | one self-contained page per run                                     |
+"""
+
+from __future__ import annotations
+
+from isethdr_core.hookspecs import hookimpl
+
+
+@hookimpl
+def isethdr_commands(app) -> None:
+    """Add `isethdr catalog`."""
+    from .commands import catalog
+
+    app.add_typer(catalog, name="catalog")
+
+
+@hookimpl
+def isethdr_after_stage(stage):
+    """Write the report beside the store once a whole run is done."""
+    if stage.kind == "run":
+        from .report import write_report
+
+        write_report(stage.result)

@@ -1,0 +1,84 @@
+"""Commands: `isethdr catalog find|sql|show|verify|refresh`, on the folder ISETHDR_HOME or ./runs."""
+
+from __future__ import annotations
+
+import typer
+
+catalog = typer.Typer(no_args_is_help=True, help="Find, query, check and index stored scenes and runs.")
+
+
+@catalog.command(help="List stores that meet all conditions: isethdr catalog find kind=run sensor=rgbw ssim__ge=0.9 --order-by ssim")
+def find(conditions: list[str] = typer.Argument(None, help="name=value or name__ge|le|gt|lt|ne|in=value"),
+         order_by: str = typer.Option("", help="a property; --order-by=-ssim puts the largest first"),
+         limit: int = typer.Option(50, help="most rows listed")) -> None:
+    """Print one row per scene, and per camera of a run."""
+    from isethdr_core.errors import CatalogError
+    from isethdr_core.store import home
+
+    from .query import find as query
+
+    pairs = dict(c.split("=", 1) for c in conditions or () if "=" in c)
+    if wrong := [c for c in conditions or () if "=" not in c]:
+        raise CatalogError(f"{wrong[0]!r} is no condition; expected name=value, for example kind=run or person.distance_m__le=30")
+    order_by, limit = pairs.pop("order_by", order_by), int(pairs.pop("limit", limit))
+    rows = query(home(), order_by=order_by or None, limit=limit, **pairs)
+    _table(list(rows[0]) if rows else ["nothing found"], [list(r.values()) for r in rows])
+
+
+@catalog.command(help="Query the views stores, shots, objects and scores: isethdr catalog sql \"select * from scores\"")
+def sql(text: str) -> None:
+    """Print the result of one DuckDB query."""
+    from isethdr_core.store import home
+
+    from .query import sql as query
+
+    _table(*query(home(), text))
+
+
+@catalog.command(help="Show all that is recorded about one store: isethdr catalog show ID (its first digits are enough)")
+def show(name: str) -> None:
+    """Print the root attributes as JSON."""
+    import json
+
+    from isethdr_core.store import home
+    from isethdr_core.store_encoding import jsonable
+
+    from .query import show as query
+
+    print(json.dumps(jsonable(query(home(), name)), indent=2))
+
+
+@catalog.command(help="Read every chunk of every store and name what is damaged; exit code 1 if anything is.")
+def verify() -> None:
+    """Print one row per store."""
+    from isethdr_core.store import home
+
+    from .verify import verify as check
+
+    reports = check(home())
+    _table(["store", "arrays", "state"], [[r.path, r.arrays, "; ".join(r.problems) or "whole"] for r in reports])
+    if any(r.problems for r in reports):
+        raise typer.Exit(1)
+
+
+@catalog.command(help="Rebuild index.parquet from the stores (find and sql do so by themselves when stores were added).")
+def refresh() -> None:
+    """Print how many records there are and which stores were skipped."""
+    from isethdr_core.store import home
+
+    from .index import refresh as rebuild
+
+    done = rebuild(home())
+    print(f"{done.path}: {done.records} records")
+    for path, why in done.skipped.items():
+        print(f"skipped {path}: {why}")
+
+
+def _table(columns, rows) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(*map(str, columns), box=None)
+    for row in rows:
+        table.add_row(*("" if cell is None else str(cell) for cell in row))
+    Console().print(table)

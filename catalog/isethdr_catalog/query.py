@@ -1,0 +1,156 @@
+"""Queries: `find` by conditions, `sql` for everything else, `show` one store.
+
+`find(folder, kind="run", sensor="rgbw", order_by="ssim")`; an operator follows the name after two underscores:
+`__ge __le __gt __lt __ne __in`. In Python a dot of a name may be written as two underscores: `person__distance_m__le=30`.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from isethdr_core.errors import CatalogError, did_you_mean
+from isethdr_core.store import read_attrs
+
+from .index import _quoted, refresh, stores
+
+OPERATORS = {"ge": ">=", "le": "<=", "gt": ">", "lt": "<"}
+PLAIN = ("id", "kind", "camera", "name", "path", "created", "derived_from")
+VIEWS = """
+CREATE VIEW shots AS SELECT * FROM read_parquet('{index}');
+CREATE VIEW stores AS SELECT id, kind, any_value(name) AS name, path, any_value(created) AS created, any_value(derived_from) AS derived_from,
+  list(camera) AS cameras, any_value(properties) AS properties, any_value(ledger) AS ledger, any_value(assets) AS assets
+  FROM shots GROUP BY id, kind, path;
+CREATE VIEW objects AS SELECT id, kind, lighting, (o->>'instance')::BIGINT AS instance, o->>'name' AS name, o->>'category' AS category,
+  (o->>'distance_m')::DOUBLE AS distance_m, (o->>'visible_fraction')::DOUBLE AS visible_fraction, o->'box' AS box
+  FROM (SELECT id, kind, any_value(properties->>'lighting') AS lighting, unnest(from_json(any_value(objects), '["JSON"]')) AS o
+        FROM shots GROUP BY id, kind);
+CREATE VIEW scores AS SELECT id, camera, sensor, lighting, s->>'metric' AS metric, s->>'object' AS object, (s->>'value')::DOUBLE AS value,
+  s->>'unit' AS unit, (s->>'low')::DOUBLE AS low, (s->>'high')::DOUBLE AS high
+  FROM (SELECT id, camera, properties->>'sensor' AS sensor, properties->>'lighting' AS lighting,
+        unnest(from_json(scores, '["JSON"]')) AS s FROM shots);
+"""
+
+
+def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> list[dict]:
+    """Return the scenes, and the runs (one row per camera), that meet all conditions.
+
+    Parameters
+    ----------
+    folder : the home folder, with `scenes/` and `runs/`.
+    order_by : a property; a leading `-` puts the largest first. Rows without it come last.
+    conditions : property=value, or property__operator=value. A list property equals a value that it holds.
+
+    Returns
+    -------
+    list of dict : id, kind, camera, path, and every property that was asked about.
+
+    Raises
+    ------
+    CatalogError : a property that no record has.
+    """
+    tests = [_split(key) + (value,) for key, value in conditions.items()]
+    ordered = (order_by or "").removeprefix("-").replace("__", ".")
+    with _connect(folder) as base:
+        asked = list(dict.fromkeys([name for name, _, _ in tests] + ([ordered] if ordered else [])))
+        _check_known(base, asked)
+        clauses, values = [], []
+        for name, operator, value in tests:
+            clause, bound = _clause(name, operator, value)
+            clauses.append(clause)
+            values += bound
+        extra = [name for name in asked if name not in PLAIN]
+        columns = ", ".join(["id", "kind", "camera", "path", *(f"json_extract(properties, {_pointer(name)}) AS {_identifier(name)}" for name in extra)])
+        order = "created DESC, id, camera"
+        if ordered:
+            way = "DESC" if order_by.startswith("-") else "ASC"
+            order = f"try_cast({_text(ordered)} AS DOUBLE) {way} NULLS LAST, {_text(ordered)} {way} NULLS LAST, id"
+        rows = base.execute(f"SELECT {columns} FROM shots {'WHERE ' if clauses else ''}{' AND '.join(clauses)} "
+                            f"ORDER BY {order} LIMIT {int(limit)}", values)
+        names = [d[0] for d in rows.description]
+        return [{k: json.loads(v) if k in extra and v is not None else v for k, v in zip(names, row, strict=True)}
+                for row in rows.fetchall()]
+
+
+def sql(folder, text: str) -> tuple[list[str], list[tuple]]:
+    """Return (column names, rows) of a DuckDB query over the views `stores`, `shots`, `objects` and `scores`."""
+    import duckdb
+
+    with _connect(folder) as base:
+        try:
+            rows = base.execute(text)
+            return [d[0] for d in rows.description or []], rows.fetchall()
+        except duckdb.Error as error:
+            raise CatalogError(f"the query does not run: {error}; views: stores, shots, objects, scores; "
+                               "`DESCRIBE scores` lists the columns") from error
+
+
+def show(folder, name: str) -> dict:
+    """Return the root attributes of the store that is called `name` or begins so, with its `path`."""
+    found = [p for p in stores(folder) if p.stem.startswith(str(name).removesuffix(".zarr"))]
+    exact = [p for p in found if p.stem == name] or found
+    if len(exact) != 1:
+        what = f"could be any of {', '.join(p.stem for p in exact)}" if exact else \
+            "names no store" + did_you_mean(name, [p.stem for p in stores(folder)])
+        raise CatalogError(f"{name!r} {what}; looked in {folder}")
+    return {"path": str(exact[0]), **read_attrs(exact[0])}
+
+
+def _connect(folder):
+    """Return a database in memory with the views, over an index that is no older than the stores."""
+    import duckdb
+
+    folder = Path(folder)
+    index = folder / "index.parquet"
+    changed = max((p.stat().st_mtime_ns for p in (folder / "scenes", folder / "runs") if p.exists()), default=0)
+    if not index.exists() or index.stat().st_mtime_ns <= changed:   # a rename into a folder changes the folder's time
+        refresh(folder)
+    base = duckdb.connect()
+    base.execute(VIEWS.format(index=_quoted(index)))
+    return base
+
+
+def _split(key: str) -> tuple[str, str]:
+    name, _, operator = key.rpartition("__")
+    if name and operator in (*OPERATORS, "ne", "in"):
+        return name.replace("__", "."), operator
+    return key.replace("__", "."), "eq"
+
+
+def _check_known(base, names) -> None:
+    known = {key for (key,) in base.execute("SELECT DISTINCT unnest(json_keys(properties)) FROM shots").fetchall()} | set(PLAIN)
+    for name in names:
+        if known > set(PLAIN) and name not in known:
+            raise CatalogError(f"no record has the property {name!r}{did_you_mean(name, known)}")
+
+
+def _clause(name: str, operator: str, value) -> tuple[str, list]:
+    """Return the SQL of one condition and the values it binds."""
+    text = _text(name)
+    if operator in OPERATORS:
+        try:
+            return f"try_cast({text} AS DOUBLE) {OPERATORS[operator]} ?", [float(value)]
+        except ValueError:
+            return f"{text} {OPERATORS[operator]} ?", [str(value)]     # dates, and other text that sorts
+    wanted = value if isinstance(value, (list, tuple, set)) else str(value).split(",") if operator == "in" else [value]
+    tests, values = [], []
+    for one in wanted:
+        one = str(one).lower() if isinstance(one, bool) else str(one)
+        tests.append(f"({text} = ? OR try_cast({text} AS DOUBLE) = try_cast(? AS DOUBLE)"
+                     + ("" if name in PLAIN else f" OR json_contains(json_extract(properties, {_pointer(name)}), to_json(?))") + ")")
+        values += [one, one] + ([] if name in PLAIN else [one])
+    joined = " OR ".join(tests) or "false"
+    return (f"coalesce(NOT ({joined}), true)" if operator == "ne" else f"coalesce({joined}, false)"), values
+
+
+def _text(name: str) -> str:
+    return name if name in PLAIN else f"json_extract_string(properties, {_pointer(name)})"
+
+
+def _pointer(name: str) -> str:
+    """Return the JSON pointer of a flat property, as an SQL text; names hold dots, so a path would not do."""
+    return "'/" + name.replace("~", "~0").replace("/", "~1").replace("'", "''") + "'"
+
+
+def _identifier(name: str) -> str:
+    return '"' + name.replace('"', '""') + '"'

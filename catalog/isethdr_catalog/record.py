@@ -1,0 +1,96 @@
+"""Record: what the catalog knows of one store, taken from its root attributes alone.
+
+A scene store gives one record; a run gives one per camera, so that `sensor=rgbw` and a score belong together.
+The properties are flat: `scene.seed`, `weights.sky`, `ledger.seconds`, `person.distance_m` (the nearest
+object of a category), `ssim` (a score of the whole picture).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from isethdr_core.store import read_attrs
+
+SCHEMA = 1
+COLUMNS = {"id": "VARCHAR", "kind": "VARCHAR", "camera": "VARCHAR", "name": "VARCHAR", "path": "VARCHAR", "created": "VARCHAR",
+           "derived_from": "VARCHAR", "schema": "INTEGER", "properties": "JSON", "objects": "JSON", "scores": "JSON",
+           "ledger": "JSON", "assets": "JSON"}
+NESTED = ("config", "scene", "renderer", "weights", "noise", "effort", "versions")   # flattened with dotted names
+
+
+def records(path, folder) -> list[dict]:
+    """Return the records of the store `path`; `folder` is what its path is stated relative to.
+
+    Raises
+    ------
+    CatalogError : the store is damaged or incomplete.
+    """
+    path, attrs = Path(path), read_attrs(path)
+    kind, objects, scores = attrs.get("kind", "scene"), attrs.get("objects") or [], attrs.get("scores") or []
+    common = {"id": path.stem, "kind": kind, "path": str(path.relative_to(folder)), "created": attrs.get("created"), "schema": SCHEMA,
+              "name": str(attrs.get("name") or attrs.get("scene_id") or ""), "derived_from": attrs.get("scene_id") or None,
+              "objects": objects, "ledger": attrs.get("ledger") or [], "assets": assets(path)}
+    properties = flat(attrs) | nearest(objects)
+    if kind != "run":
+        return [common | {"camera": None, "scores": [], "properties": properties}]
+    return [common | {"camera": camera, "scores": [s for s in scores if s.get("camera") == camera],
+                      "properties": properties | {"camera": camera, "sensor": sensor(attrs, camera)} | whole_picture(scores, camera)}
+            for camera in attrs.get("cameras") or [""]]
+
+
+def sensor(attrs: dict, camera: str) -> str:
+    """Return the registered name of a camera's sensor, or what the run says its sensor is."""
+    config = attrs.get("config") or {}
+    chosen = (config.get("cameras") or {}).get(camera) or config.get("sensor") or {}
+    named = chosen.get("name") if isinstance(chosen, dict) else chosen
+    return str(named or (attrs.get("sensors") or {}).get(camera) or camera)
+
+
+def flat(attrs: dict) -> dict:
+    """Return the searchable root attributes with dotted names: numbers, text, and lists of either."""
+    out = {}
+    for key, value in attrs.items():
+        if key in NESTED and isinstance(value, dict):
+            _flatten(value, key, out)
+        elif _plain(value):
+            out[key] = value
+    out["ledger.seconds"] = sum(row.get("seconds", 0) for row in attrs.get("ledger") or [])
+    return out
+
+
+def nearest(objects: list[dict]) -> dict:
+    """Return, per category, how many objects there are and the distance (m) and visible fraction of the nearest."""
+    out = {}
+    for entry in sorted(objects, key=lambda o: -_number(o.get("distance_m"), float("inf"))):    # the nearest comes last
+        category = entry.get("category")
+        out[f"{category}.count"] = out.get(f"{category}.count", 0) + 1
+        out[f"{category}.distance_m"] = entry.get("distance_m")
+        out[f"{category}.visible_fraction"] = entry.get("visible_fraction")
+    return out
+
+
+def whole_picture(scores: list[dict], camera: str) -> dict:
+    """Return {metric: value} of the scores that are about the whole picture of one camera."""
+    return {s["metric"]: s["value"] for s in scores if s.get("camera") == camera and not s.get("object")}
+
+
+def assets(path: Path) -> list[str]:
+    """Return the names of the groups and arrays that a store holds."""
+    return sorted(str(p.parent.relative_to(path)) for p in path.glob("**/zarr.json") if p.parent != path)
+
+
+def _flatten(value: dict, prefix: str, out: dict) -> None:
+    for key, inner in value.items():
+        if isinstance(inner, dict):
+            _flatten(inner, f"{prefix}.{key}", out)
+        elif _plain(inner):
+            out[f"{prefix}.{key}"] = inner
+
+
+def _plain(value) -> bool:
+    scalar = (str, int, float, bool)
+    return isinstance(value, scalar) or isinstance(value, list) and len(value) <= 64 and all(isinstance(v, scalar) for v in value)
+
+
+def _number(value, otherwise: float) -> float:
+    return float(value) if isinstance(value, (int, float)) else otherwise

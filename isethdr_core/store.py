@@ -1,0 +1,272 @@
+"""Zarr v3 stores that are either whole or not there.
+
+A store is written by one process under a temporary name in its final folder, read back, and renamed;
+whatever has its final name is complete and never changes again. Killed writers leave only temporary
+names, which the next writer in that folder removes.
+
+    <ISETHDR_HOME or ./runs>/scenes/<name>.zarr    one scene's radiance and labels
+    <ISETHDR_HOME or ./runs>/runs/<name>.zarr      one run: captures, pictures, scores
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import json
+import os
+import shutil
+import socket
+import uuid
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .errors import CatalogError
+from .store_encoding import KEEPBITS, LIGHT, encoding_for, jsonable, portable, restored
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FORMAT = 1      # of the layout below the root; raised when an older reader would misread a newer store
+
+
+def home() -> Path:
+    """Return the folder that holds `scenes/` and `runs/`: the variable ISETHDR_HOME, or ./runs."""
+    return Path(os.environ.get("ISETHDR_HOME") or "runs")
+
+
+def content_hash(obj) -> str:
+    """Return 16 hex digits that name `obj` by its content; the order of dictionary keys does not matter."""
+    text = json.dumps(jsonable(obj), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def find_complete(folder, name: str) -> Path | None:
+    """Return the path of the complete store `name` in `folder`, or None where it still has to be made."""
+    path = Path(folder) / f"{name}.zarr"
+    if not path.exists():
+        return None
+    read_attrs(path)
+    return path
+
+
+def read_attrs(path) -> dict:
+    """Return the root attributes of a store, without reading any array.
+
+    Raises
+    ------
+    CatalogError : missing, damaged, incomplete, or written by a newer version.
+    """
+    path = Path(path)
+    advice = "see `isethdr catalog verify`; a store that cannot be saved is removed by hand and computed again"
+    try:
+        attrs = json.loads((path / "zarr.json").read_bytes())["attributes"]
+        complete, version = attrs.get("complete"), attrs.get("format")
+    except FileNotFoundError:
+        if path.exists():
+            raise CatalogError(f"{path} is not a store: it holds no zarr.json; {advice}") from None
+        raise CatalogError(f"there is no store {path}; `isethdr catalog find` lists what there is") from None
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise CatalogError(f"the store {path} is damaged: zarr.json cannot be read ({error}); {advice}") from None
+    if complete is not True:
+        raise CatalogError(f"the store {path} is incomplete: it lacks the mark that is written last; {advice}")
+    if version != FORMAT:
+        raise CatalogError(f"the store {path} has format {version!r}; this version reads {FORMAT}; install the isethdr that wrote it")
+    return restored(attrs)
+
+
+def write_store(folder, name: str, datasets: dict[str, xr.Dataset], attrs: dict, keepbits: int | None = KEEPBITS) -> Path:
+    """Write a store as a whole, or nothing; keep the one that is there already.
+
+    Parameters
+    ----------
+    folder : where the store goes; made if missing.
+    name : name without `.zarr`, usually holding a `content_hash` of all that made it.
+    datasets : {group: Dataset}; "" is the root, "captures/bayer" a nested group.
+    attrs : root attributes, by which the catalog finds the store.
+    keepbits : mantissa bits kept of radiance and irradiance; None keeps all.
+
+    Returns
+    -------
+    Path : `<folder>/<name>.zarr`, complete.
+
+    Raises
+    ------
+    CatalogError : the folder cannot be written, is full, or holds a damaged store of that name.
+    """
+    folder = Path(folder)
+    final = folder / f"{name}.zarr"
+    if find_complete(folder, name):
+        return final
+    temporary = folder / f".{name}.{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:6]}.tmp"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        remove_leftovers(folder)
+        _write(temporary, {key: portable(ds, keepbits) for key, ds in datasets.items()}, jsonable(attrs))
+        _to_disk(temporary)
+        try:
+            os.rename(temporary, final)
+        except OSError as error:
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+                raise
+            find_complete(folder, name)     # another writer of the same recipe was faster: its store is as good
+    except OSError as error:
+        raise _cannot_write(final, error) from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)    # gone already after the rename; left by any failure or Ctrl-C
+    return final
+
+
+def _write(path: Path, datasets: dict, attrs: dict) -> None:
+    import zarr
+
+    zarr.create_group(path, zarr_format=3)
+    for key, ds in datasets.items():
+        ds.to_zarr(path, group=key or None, mode="a", zarr_format=3, consolidated=False, encoding=encoding_for(ds))
+    for key, ds in datasets.items():
+        _check_written(path, key, ds)
+    zarr.open_group(path, mode="r+").attrs.update({**attrs, "format": FORMAT, "complete": True})
+
+
+def _check_written(path: Path, key: str, ds) -> None:
+    import zarr
+
+    group = zarr.open_group(path, path=key, mode="r")
+    for name, variable in ds.variables.items():
+        stored = group[name]
+        if stored.shape != variable.shape:
+            raise CatalogError(f"{path}: {key}/{name} was written as {stored.shape}, expected {variable.shape}; write it again")
+    for name in set(LIGHT) & set(ds.variables):
+        hole = holes(group[name])
+        if hole:
+            raise CatalogError(f"{path}: {key}/{name} holds NaN at {hole}; light is finite: a failed render, or a chunk was lost")
+
+
+def holes(array) -> str:
+    """Return where a zarr array of floats holds NaN, the value of what was never written; "" where nowhere."""
+    for i in range(array.shape[0] if array.ndim else 0):     # one shard at a time bounds the memory
+        if np.isnan(array[i]).any():
+            return f"index {i} of {array.shape[0]}"
+    return ""
+
+
+def _to_disk(path: Path) -> None:
+    """Ask the disk for every file before the rename, so that a power cut cannot leave a renamed, empty store."""
+    for folder, _, files in os.walk(path):
+        for file in files:
+            handle = os.open(os.path.join(folder, file), os.O_RDONLY)
+            try:
+                os.fsync(handle)
+            finally:
+                os.close(handle)
+
+
+def _cannot_write(final: Path, error: OSError) -> CatalogError:
+    reasons = {errno.ENOSPC: "the disk is full", errno.EDQUOT: "the disk quota is used up", errno.EROFS: "the disk is read-only",
+               errno.EACCES: "no permission to write there", errno.EPERM: "no permission to write there"}
+    reason = reasons.get(error.errno, str(error))
+    return CatalogError(f"cannot write {final}: {reason}; nothing was left behind; "
+                        "make room or choose another folder with ISETHDR_HOME=/path")
+
+
+def remove_leftovers(folder) -> list[Path]:
+    """Remove what killed writers of this machine left in `folder`, and return what was removed."""
+    removed = []
+    for path in Path(folder).glob(".*.tmp"):
+        owner, _, rest = path.name.removesuffix(".tmp").partition(f".{socket.gethostname()}-")
+        pid = rest.partition("-")[0]
+        if owner and pid.isdigit() and not _alive(int(pid)):    # a writer on another machine cannot be asked
+            shutil.rmtree(path, ignore_errors=True)
+            removed.append(path)
+    return removed
+
+
+def _alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:     # it lives, and belongs to somebody else
+        pass
+    return True
+
+
+def open_store(path, group: str = "") -> xr.Dataset:
+    """Return one group of a complete store; arrays are read when their values are asked for.
+
+    Raises
+    ------
+    CatalogError : as `read_attrs`; or no such group.
+    """
+    import xarray as xr
+
+    root = read_attrs(path)
+    try:
+        ds = xr.open_zarr(path, group=group or None, consolidated=False, chunks=None, mask_and_scale=False)
+    except Exception as error:      # zarr, xarray and json each raise their own kinds on damaged metadata
+        known = ", ".join(repr(str(p.parent.relative_to(path))) for p in sorted(Path(path).glob("**/zarr.json"))
+                          if '"group"' in p.read_text())
+        raise CatalogError(f"cannot open group {group!r} of the store {path}: {error}; groups it holds: {known}; "
+                           "see `isethdr catalog verify`") from error
+    ds.attrs = restored(ds.attrs) if group else root
+    for name, variable in ds.variables.items():
+        variable.attrs = restored({k: v for k, v in variable.attrs.items() if k != "_FillValue"})
+        if variable.dtype.kind == "T":
+            ds[name] = variable.astype(object)      # as quantities.names makes them
+    return ds
+
+
+def open_scene(path_or_id) -> xr.Dataset:
+    """Return stored scene radiance, joined with the sibling stores of its recipe that hold further groups.
+
+    Parameters
+    ----------
+    path_or_id : a path that ends in `.zarr`, or a store name, a recipe hash, or the beginning of either, looked up
+        in `home()/scenes`.
+
+    Returns
+    -------
+    Dataset : scene radiance and labels; only the groups, bands and tiles that are used are read.
+    """
+    from .store_join import join_groups
+
+    path = _scene_path(path_or_id)
+    base = open_store(path)
+    recipe = base.attrs.get("recipe")
+    siblings = [p for p, attrs in _complete_stores(path.parent) if recipe and p != path and attrs.get("recipe") == recipe]
+    return join_groups([base, *(open_store(p) for p in siblings)], base.wavelength.values)
+
+
+def join(paths) -> xr.Dataset:
+    """Return the scene stores `paths`, of one recipe, as one lazy Dataset on the bands that all of them hold."""
+    from .store_join import join_groups
+
+    scenes = [open_store(path) for path in paths]
+    bands = set.intersection(*(set(scene.wavelength.values) for scene in scenes))
+    return join_groups(scenes, np.array(sorted(bands)))
+
+
+def _scene_path(path_or_id) -> Path:
+    path = Path(path_or_id)
+    if path.suffix == ".zarr" or path.is_dir():
+        return path
+    folder, wanted = home() / "scenes", str(path_or_id)
+    found = {p: attrs.get("recipe") or p.name for p, attrs in _complete_stores(folder)
+             if p.stem.startswith(wanted) or str(attrs.get("recipe", "")).startswith(wanted)}
+    if not found:
+        raise CatalogError(f"no scene in {folder} is called {wanted!r} or begins so; "
+                           "`isethdr catalog find kind=scene` lists them; a path ends in .zarr")
+    if len(set(found.values())) > 1:
+        raise CatalogError(f"{wanted!r} could be any of {', '.join(sorted(p.stem for p in found))}; give more of the name")
+    return min(found)
+
+
+def _complete_stores(folder: Path) -> list[tuple[Path, dict]]:
+    stores = []
+    for path in sorted(folder.glob("*.zarr")):
+        try:
+            stores.append((path, read_attrs(path)))
+        except CatalogError:     # one damaged store must not hide the others; `isethdr catalog verify` names it
+            pass
+    return stores

@@ -1,0 +1,128 @@
+"""The catalog finds what the root attributes say, skips what is damaged, and needs no array to do so."""
+
+import json
+import time
+
+import pytest
+from typer.testing import CliRunner
+
+from isethdr_catalog.commands import catalog
+from isethdr_catalog.index import refresh
+from isethdr_catalog.query import find, show, sql
+from isethdr_catalog.verify import verify
+from isethdr_core.errors import CatalogError
+
+
+def put(folder, name, **attrs):
+    path = folder / ("runs" if attrs["kind"] == "run" else "scenes") / f"{name}.zarr"
+    path.mkdir(parents=True)
+    (path / "zarr.json").write_text(json.dumps({"zarr_format": 3, "node_type": "group",
+                                                "attributes": {"format": 1, "complete": True, **attrs}}))
+    return path
+
+
+def person(distance_m):
+    return {"instance": 1, "category": "person", "name": "p1", "box": [1, 2, 3, 4], "visible_fraction": 0.5, "distance_m": distance_m}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    put(tmp_path, "near", kind="scene", recipe="near", scene={"seed": 1}, objects=[person(60.0), person(12.0)])
+    put(tmp_path, "far", kind="scene", recipe="far", scene={"seed": 2}, objects=[person(80.0)])
+    put(tmp_path, "empty", kind="scene", recipe="empty", scene={"seed": 3}, objects=[])
+    for i, (scene, light, rgbw, bayer) in enumerate([("near", "night", 0.7, 0.9), ("far", "night", 0.9, 0.1), ("empty", "day", 0.8, "NaN")]):
+        put(tmp_path, f"run{i}", kind="run", scene_id=scene, lighting=light, cameras=["rgbw", "bayer"], created=f"2026-01-0{i + 1}",
+            config={"cameras": {"rgbw": {"name": "rgbw"}, "bayer": {"name": "bayer"}}, "seed": i}, objects=[],
+            scores=[{"camera": c, "metric": "ssim", "object": "", "value": v, "unit": "", "low": "NaN", "high": "NaN"}
+                    for c, v in (("rgbw", rgbw), ("bayer", bayer))])
+    return tmp_path
+
+
+def ids(rows):
+    return [row["id"] for row in rows]
+
+
+def test_night_scenes_with_a_pedestrian_within_30_m(folder):
+    rows = find(folder, kind="scene", lighting="night", person__distance_m__le=30)
+    assert ids(rows) == ["near"] and rows[0]["person.distance_m"] == 12.0   # the nearer of two
+
+
+def test_runs_of_one_sensor_ordered_by_a_score(folder):
+    assert ids(find(folder, kind="run", sensor="rgbw", order_by="ssim")) == ["run0", "run2", "run1"]
+    assert ids(find(folder, kind="run", sensor="rgbw", order_by="-ssim")) == ["run1", "run2", "run0"]
+    assert ids(find(folder, kind="run", sensor="bayer", order_by="-ssim")) == ["run0", "run1", "run2"]    # NaN last
+
+
+@pytest.mark.parametrize("conditions, expected", [
+    ({"scene.seed": 2}, {"far"}), ({"scene__seed__ge": 2}, {"far", "empty"}), ({"scene__seed__gt": 2}, {"empty"}),
+    ({"scene__seed__lt": 2}, {"near"}), ({"scene__seed__in": [1, 3]}, {"near", "empty"}), ({"scene.seed__in": "1,3"}, {"near", "empty"}),
+    ({"kind": "scene", "scene__seed__ne": 1}, {"far", "empty"}), ({"created__ge": "2026-01-03"}, {"run2"}),
+])
+def test_operators(folder, conditions, expected):
+    assert set(ids(find(folder, **conditions))) == expected
+
+
+def test_an_unknown_property_names_the_nearest(folder):
+    with pytest.raises(CatalogError, match="did you mean 'lighting'"):
+        find(folder, lightning="night")
+
+
+def test_a_value_is_data_and_never_sql(folder):
+    assert find(folder, kind="x' OR 1=1 --") == []
+
+
+def test_sql_views(folder):
+    assert sql(folder, "SELECT camera, max(value) FROM scores WHERE sensor='rgbw' GROUP BY 1")[1] == [("rgbw", 0.9)]
+    assert sql(folder, "SELECT count(*), min(distance_m) FROM objects WHERE category='person'")[1] == [(3, 12.0)]
+    assert sql(folder, "SELECT kind, count(*) FROM stores GROUP BY 1 ORDER BY 1")[1] == [("run", 3), ("scene", 3)]
+    with pytest.raises(CatalogError, match="views: stores"):
+        sql(folder, "SELECT nonsense FROM nowhere")
+
+
+def test_damaged_and_incomplete_stores_are_named_and_skipped(folder):
+    put(folder, "half", kind="scene", complete=False)
+    (put(folder, "torn", kind="scene") / "zarr.json").write_text('{"attributes": {"ki')
+    put(folder, "odd", kind="scene", objects=5)
+    done = refresh(folder)
+    assert {p.rsplit("/")[-1] for p in done.skipped} == {"half.zarr", "torn.zarr", "odd.zarr"}
+    assert done.records == 3 + 3 * 2
+    assert len(find(folder, kind="scene")) == 3
+    assert {r.path.stem for r in verify(folder) if r.problems} >= {"half", "torn"}
+
+
+def test_a_new_store_is_found_without_asking_for_a_refresh(folder):
+    assert len(find(folder, kind="scene")) == 3
+    put(folder, "new", kind="scene", scene={"seed": 9})
+    assert len(find(folder, kind="scene")) == 4
+
+
+def test_an_empty_folder_holds_nothing(tmp_path):
+    assert find(tmp_path, kind="scene") == []
+    assert sql(tmp_path, "SELECT count(*) FROM scores")[1] == [(0,)]
+
+
+def test_two_hundred_records_are_indexed_fast(tmp_path):
+    for i in range(200):
+        put(tmp_path, f"s{i:03d}", kind="scene", scene={"seed": i}, objects=[person(float(i))] * 20)
+    start = time.perf_counter()
+    assert refresh(tmp_path).records == 200
+    assert time.perf_counter() - start < 3     # measured well below 1 s; the rest is room for a loaded machine
+
+
+def test_show_takes_the_first_digits(folder):
+    assert show(folder, "nea")["recipe"] == "near"
+    with pytest.raises(CatalogError, match="could be any of run0, run1, run2"):
+        show(folder, "run")
+
+
+def test_commands(folder, monkeypatch):
+    monkeypatch.setenv("ISETHDR_HOME", str(folder))
+    call = CliRunner().invoke
+    out = call(catalog, ["find", "kind=run", "sensor=rgbw", "order_by=ssim"]).output
+    assert out.index("run0") < out.index("run2") < out.index("run1")
+    assert "near" in call(catalog, ["find", "person.distance_m__le=30", "lighting=night"]).output
+    assert "3" in call(catalog, ["sql", "select count(*) from objects"]).output
+    assert json.loads(call(catalog, ["show", "near"]).output)["recipe"] == "near"
+    assert "9 records" in call(catalog, ["refresh"]).output
+    assert call(catalog, ["verify"]).exit_code == 0
+    assert isinstance(call(catalog, ["find", "kind"]).exception, CatalogError)
