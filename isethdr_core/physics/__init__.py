@@ -3,6 +3,7 @@
 | module        | what                                                                        |
 |---------------|-----------------------------------------------------------------------------|
 | `radiometry`  | photons and joules, band widths, irradiance from radiance, falloff          |
+| `colour`      | sRGB, CIELAB, colour differences, colour matrix of a sensor                 |
 | `photometry`  | luminance, illuminance, CIE XYZ                                             |
 | `diffraction` | point spread function of a pupil on a pixel-locked grid                     |
 | `zernike`     | wavefront from OSA/ANSI coefficients                                        |

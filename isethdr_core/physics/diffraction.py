@@ -1,0 +1,199 @@
+"""Diffraction: the point spread function of any complex pupil, on the same image grid for every wavelength.
+
+Fraunhofer (Goodman 2005, Introduction to Fourier Optics, eq. 5-14): the field at image position u is the Fourier
+transform of the pupil at u / (wavelength * distance), and the point spread function its square. A value is the
+fraction of the light that passed the pupil; what is missing from a sum of 1 lies beyond the grid.
+Sign: an optical path difference W sends light to u = +distance * dW/dx, so tilt along +x moves the image to +x.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.fft as sf
+
+
+def psf_from_pupil(amplitude, opd_um, wavelength_nm, pupil_pitch_mm: float, focal_length_mm: float, pitch_um: float, size: int,
+                   energy_mm2: float | None = None, cell_means: bool = False, integrated: bool = False) -> np.ndarray:
+    """Return the point spread function of a sampled pupil, exactly, at any pitch.
+
+    Parameters
+    ----------
+    amplitude : (y, x) amplitude transmission, real or complex, on square cells of `pupil_pitch_mm`.
+    opd_um : (y, x) optical path difference in micrometres, or 0 or None for none.
+    wavelength_nm : one wavelength, or several.
+    pupil_pitch_mm, focal_length_mm : pupil sampling; distance from pupil to image.
+    pitch_um, size : the image grid: size x size samples, the axis at index size // 2.
+    energy_mm2 : the integral of |amplitude|^2; default the sum of the samples, which grey border cells bias low by about 0.6 / samples.
+    cell_means : whether `amplitude` holds means over cells (antialiased) and not samples: undoes what averaging costs off axis.
+    integrated : False: intensity at the sample times the sample's area. True: integral over the sample's square.
+
+    Returns
+    -------
+    (y, x), or (wavelength, y, x) for several wavelengths; fraction of the energy per sample.
+
+    Raises
+    ------
+    ValueError : when the pupil is too coarse for the image grid or for the phase; says how fine it has to be.
+    """
+    amplitude = np.asarray(amplitude)
+    opd_um = None if opd_um is None or (np.ndim(opd_um) == 0 and opd_um == 0) else np.broadcast_to(opd_um, amplitude.shape)
+    if energy_mm2 is None:
+        energy_mm2 = float(np.sum(np.abs(amplitude) ** 2, dtype=float)) * pupil_pitch_mm**2
+    if not energy_mm2 > 0:
+        raise ValueError("the pupil lets no light through; expected an amplitude above 0 somewhere")
+    out = []
+    for wavelength in np.atleast_1d(np.asarray(wavelength_nm, float)):
+        pupil = amplitude if opd_um is None else amplitude * phase(opd_um, wavelength, amplitude)
+        grid = (size, size), (pitch_um, pitch_um)
+        if integrated:
+            psf = integrated_psf(pupil, wavelength, (pupil_pitch_mm,) * 2, focal_length_mm, *grid, energy_mm2, cell_means)
+        else:
+            psf = sampled_psf(pupil, wavelength, (pupil_pitch_mm,) * 2, focal_length_mm, *grid, energy_mm2, cell_means)
+        out.append(psf)
+    return out[0] if np.ndim(wavelength_nm) == 0 else np.stack(out)
+
+
+def phase(opd_um, wavelength_nm: float, amplitude=None) -> np.ndarray:
+    """Return exp(2 pi i OPD / wavelength); refuse a jump of half a wavelength or more between neighbours inside the pupil."""
+    opd_um = np.asarray(opd_um)
+    inside = np.ones(opd_um.shape, bool) if amplitude is None else np.abs(amplitude) > 0
+    steps = [np.where(_both(inside, a), np.abs(np.diff(opd_um, axis=a)), 0.0) for a in (0, 1)]
+    jump = max((float(s.max()) for s in steps if s.size), default=0.0) / (wavelength_nm * 1e-3)
+    if jump >= 0.5:
+        raise ValueError(f"the wavefront changes by {jump:.2f} wavelengths ({wavelength_nm:g} nm) between neighbouring pupil samples; expected "
+                         f"less than 0.5: sample the pupil {np.ceil(jump / 0.25):.0f} times finer")
+    return np.exp(2j * np.pi / (wavelength_nm * 1e-3) * opd_um)
+
+
+def _both(inside, axis):
+    first, second = np.delete(inside, -1, axis), np.delete(inside, 0, axis)
+    return first & second
+
+
+def sampled_psf(pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pitch_um, energy_mm2, cell_means=False) -> np.ndarray:
+    """Return intensity times sample area at a (y, x) grid of `count` samples `pitch_um` apart, the axis at count // 2.
+
+    Arguments as `psf_from_pupil`, with pairs (y, x) for pitches and counts and a complex `pupil`. A chirp-z transform
+    (Bluestein 1970; Jurling 2018, Appl. Opt. 57, 8655) along each axis: no interpolation, any pitch.
+    """
+    field, loss, area = np.asarray(pupil), [], 1.0
+    for axis in (1, 0):
+        turn = pupil_pitch_mm[axis] * pitch_um[axis] / (wavelength_nm * 1e-3 * distance_mm)  # cycles per pupil and image sample
+        if abs(turn) * count[axis] > 1.0:
+            raise ValueError(f"the image grid, {count[axis] * pitch_um[axis]:.6g} um, is wider than the {pitch_um[axis] / turn:.6g} um that a pupil pitch of "
+                             f"{pupil_pitch_mm[axis]:.4g} mm can tell apart at {wavelength_nm:g} nm; expected a pupil pitch below "
+                             f"{pupil_pitch_mm[axis] / (turn * count[axis]):.4g} mm")
+        first = -(count[axis] // 2)
+        field = _chirp_z(field, axis, turn, first, count[axis])
+        # Means over cells multiply the field by the cell's sinc: divided out.
+        loss.insert(0, np.sinc((first + np.arange(count[axis])) * turn) ** -2 if cell_means else np.ones(count[axis]))
+        area *= pupil_pitch_mm[axis] * turn
+    return (field.real**2 + field.imag**2) * (area / energy_mm2) * loss[0][:, None] * loss[1][None, :]
+
+
+def _chirp_z(a, axis, turn, first, count):
+    """Return sum over n of a[n] exp(-2 pi i turn n (first + k)), k < count: 2 n k = n^2 + k^2 - (k - n)^2 makes it a convolution."""
+    n, k = np.arange(a.shape[axis]), np.arange(count)
+    size = sf.next_fast_len(len(n) + count - 1)
+    lag = np.arange(-(len(n) - 1), count)
+    chirp = sf.fft(np.roll(np.pad(np.exp(1j * np.pi * turn * lag**2), (0, size - len(lag))), -(len(n) - 1)))
+    before, after = np.exp(-1j * np.pi * turn * (n * n + 2 * first * n)), np.exp(-1j * np.pi * turn * k * k)
+    if axis == 0:
+        before, chirp, after = before[:, None], chirp[:, None], after[:, None]
+    spectrum = sf.fft(a * before, size, axis=axis, overwrite_x=True)
+    spectrum *= chirp
+    out = sf.ifft(spectrum, axis=axis, overwrite_x=True)
+    return (out[:count] if axis == 0 else out[:, :count]) * after
+
+
+def integrated_psf(pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pitch_um, energy_mm2, cell_means=False,
+                   boxes: int = 1) -> np.ndarray:
+    """Return the fraction of the energy on each rectangle of `pitch_um`; arguments as `sampled_psf`.
+
+    The function is sampled finer than half of wavelength * f-number, where samples carry all of it, and its spectrum
+    multiplied by the sinc of the rectangle: exact, where sums of samples converge only as their pitch squared.
+
+    Parameters
+    ----------
+    boxes : 1: light of a point, integrated over a rectangle. 2: light of a uniform rectangle of the same size, integrated over one.
+    """
+    extent = [np.ptp(np.flatnonzero(np.any(pupil, axis=1 - a))) + 1 if np.any(pupil) else 1 for a in (0, 1)]
+    fine, margin = [], 3  # pixels: the transform is circular, so its border is wrong
+    for a in (0, 1):
+        cutoff_um = wavelength_nm * 1e-3 * distance_mm / (extent[a] * pupil_pitch_mm[a])
+        fine.append(int(np.ceil(2.0 * pitch_um[a] / cutoff_um)))
+    wide = [2 * (n // 2 + margin) * q + 1 for n, q in zip(count, fine)]
+    psf = sampled_psf(pupil, wavelength_nm, pupil_pitch_mm, distance_mm, wide, [p / q for p, q in zip(pitch_um, fine)], energy_mm2, cell_means)
+    spectrum = sf.rfft2(psf)
+    spectrum *= (np.sinc(sf.fftfreq(wide[0]) * fine[0]) ** boxes)[:, None] * (np.sinc(sf.rfftfreq(wide[1]) * fine[1]) ** boxes)
+    spectrum *= fine[0] * fine[1]
+    blurred = sf.irfft2(spectrum, s=psf.shape)
+    out = blurred[margin * fine[0]::fine[0], margin * fine[1]::fine[1]][:count[0], :count[1]]
+    lowest = float(out.min())
+    if lowest < -1e-6 * float(out.max()):
+        raise ValueError(f"integration over {pitch_um} um left {lowest:.3g} of the light negative: pupil or image sampling is too coarse")
+    return np.maximum(out, 0.0)  # rounding and the circular border leave +-1e-9 of the peak at most
+
+
+def lattice_psf(pupil, wavelength_nm, period, distance_mm, reach, pitch_um, energy_mm2, offset=(0.0, 0.0), folded=False) -> np.ndarray:
+    """Return intensity times pixel area, one point per pixel, for pixels -reach .. reach of a whole frame.
+
+    A field sampled at the pixel pitch is the transform of the pupil folded (summed modulo the grid): exact at those points, and
+    ten times cheaper than a chirp-z of that size. One point does not represent a pixel: average over offsets and wavelengths.
+
+    Parameters
+    ----------
+    pupil : (y, x) cell means on a grid of `lattice_pitch_mm`; or already folded (`pupil.folded`, with the same offset).
+    period : (y, x) number of pixels after which the field repeats, 1.25 x (2 reach + 1) or more, because it wraps in amplitude.
+    reach, pitch_um, offset : (y, x) in pixels, micrometres, and the point inside the pixel, -1 to 1 pixels from its centre.
+
+    Returns
+    -------
+    (2 reach_y + 1, 2 reach_x + 1) float32, fraction of the energy per pixel.
+    """
+    field = pupil if folded else _fold(_fold(pupil, 0, period[0], offset[0]), 1, period[1], offset[1])
+    field = sf.fft2(field, overwrite_x=True)
+    step = lattice_pitch_mm(wavelength_nm, period, distance_mm, pitch_um)
+    scale = step[0] * step[1] / (period[0] * period[1] * energy_mm2)
+    index = [np.arange(-r, r + 1) for r in reach]
+    gain_y, gain_x = (np.sinc((k + o) / p) ** -2 for k, o, p in zip(index, offset, period))
+    out = np.empty((len(index[0]), len(index[1])), np.float32)
+    (ry, rx) = reach
+    for rows_out, rows_in in ((slice(0, ry), slice(period[0] - ry, None)), (slice(ry, None), slice(0, ry + 1))):
+        for cols_out, cols_in in ((slice(0, rx), slice(period[1] - rx, None)), (slice(rx, None), slice(0, rx + 1))):
+            part = field[rows_in, cols_in]
+            np.square(part.real, out=out[rows_out, cols_out])
+            out[rows_out, cols_out] += np.square(part.imag)
+    out *= (scale * gain_y).astype(np.float32)[:, None]
+    out *= gain_x.astype(np.float32)
+    return out
+
+
+def _fold(a, axis, period, offset):
+    """Return the sum of `a` modulo `period` along `axis`, with the phase that moves the image by `offset` pixels."""
+    shape = (period, a.shape[1]) if axis == 0 else (a.shape[0], period)
+    out = np.zeros(shape, np.complex64)
+    for start in range(0, a.shape[axis], period):
+        stop = min(start + period, a.shape[axis])
+        turn = np.exp(-2j * np.pi * offset * (start // period))  # a period further on, the offset has turned the phase this far
+        part, into = (a[start:stop], out[:stop - start]) if axis == 0 else (a[:, start:stop], out[:, :stop - start])
+        if np.iscomplexobj(a):
+            into += part * np.complex64(turn)
+        else:  # half the products of the complex case
+            into.real += part * np.float32(turn.real)
+            if start:
+                into.imag += part * np.float32(turn.imag)
+    ramp = np.exp(-2j * np.pi * offset / period * np.arange(period)).astype(np.complex64)
+    out *= ramp[:, None] if axis == 0 else ramp
+    return out
+
+
+def lattice_pitch_mm(wavelength_nm, period, distance_mm, pitch_um) -> tuple[float, float]:
+    """Return the (y, x) pupil pitch whose field repeats after `period` pixels: wavelength * distance / (period * pitch)."""
+    return tuple(wavelength_nm * 1e-3 * distance_mm / (n * p) for n, p in zip(period, pitch_um))
+
+
+def diffraction_mtf(frequency_per_um, wavelength_nm: float, f_number: float) -> np.ndarray:
+    """Return the modulation transfer of an unaberrated circular pupil (Goodman 2005, eq. 6-31), frequency in cycles per micrometre."""
+    v = np.minimum(np.abs(frequency_per_um) * wavelength_nm * 1e-3 * f_number, 1.0)
+    return 2 / np.pi * (np.arccos(v) - v * np.sqrt(1 - v * v))

@@ -1,0 +1,112 @@
+"""View: what a linear picture looks like on a display. Only for eyes and for scores that judge looks; never a stage.
+
+Two renderings. `display` gives 8 bit sRGB; a picture and its truth share one white, which is stated beside any score
+made from it. `false_colour` gives luminance on a logarithmic scale in cd/m2.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .errors import UnitError
+from .physics.colour import linear_srgb, srgb_encode
+
+LAMP_MULTIPLE = 100.0   # a lamp is brighter than this times the 95th percentile; the whitest snow is 30 times asphalt
+LAMP_PERCENTILE = 95.0  # lamps cover less than a twentieth of a driving scene
+WHITE_PERCENTILE = 99.0
+COMPRESSION = 100.0     # shows two decades below the white; see `tone`
+
+
+def lamp_mask(luminance) -> np.ndarray:
+    """Return which pixels (y, x) are lamps: brighter than 100 times the 95th percentile of `luminance`."""
+    y = np.asarray(luminance, float)
+    return y > LAMP_MULTIPLE * max(float(np.percentile(y, LAMP_PERCENTILE)), 0.0)
+
+
+def white_cd_m2(truth, lamps=None) -> float:
+    """Return the luminance shown as white: the 99th percentile of the truth without its lamps.
+
+    Parameters
+    ----------
+    truth : picture Dataset or luminance (y, x), cd/m2.
+    lamps : (y, x) bool, pixels that are lamps; None takes `lamp_mask`.
+
+    Returns
+    -------
+    cd/m2, above 0; 1 cd/m2 for a scene without any light.
+    """
+    y = luminance(truth)
+    mask = lamp_mask(y) if lamps is None else np.asarray(lamps, bool)
+    rest = y[~mask] if not mask.all() else y
+    white = float(np.percentile(rest, WHITE_PERCENTILE))
+    return white if white > 0 else float(y.max()) if y.max() > 0 else 1.0
+
+
+def luminance(picture) -> np.ndarray:
+    """Return Y (y, x) in cd/m2 of a picture Dataset, an xyz array (y, x, 3) or a luminance array (y, x)."""
+    if hasattr(picture, "data_vars"):
+        picture = picture["xyz"].values
+    values = np.asarray(picture, float)
+    if values.ndim == 3 and values.shape[-1] == 3:
+        return values[..., 1]
+    if values.ndim == 2:
+        return values
+    raise UnitError(f"a picture has the shape {values.shape}; expected (y, x, 3) or (y, x); pass a picture Dataset or its xyz")
+
+
+def tone(relative, compression: float = COMPRESSION) -> np.ndarray:
+    """Return displayed luminance 0..1 from luminance relative to white: log(1 + a t) / log(1 + a), t clipped to 0..1.
+
+    The slope at black is a / log(1 + a), so a = 100 lifts the dark 21.7 times; a = 0 is linear. The curve is
+    that of Drago et al. 2003 (equation 4) with a constant base: one pixel's value depends on no other pixel.
+    """
+    t = np.clip(relative, 0.0, 1.0)
+    return t if compression == 0 else np.log1p(compression * t) / np.log1p(compression)
+
+
+def display(picture, white_cd_m2: float, compression: float = COMPRESSION) -> np.ndarray:
+    """Return the picture as a display would show it: uint8 sRGB (y, x, 3).
+
+    Luminance goes through `tone`; X and Z keep their ratio to Y, so hue stays. What lies outside the display's
+    gamut or range is clipped here, in the view only.
+
+    Parameters
+    ----------
+    picture : picture Dataset or xyz (y, x, 3), cd/m2.
+    white_cd_m2 : luminance shown as white; use the truth's `white_cd_m2` for picture and truth alike.
+    compression : a of `tone`.
+    """
+    if not white_cd_m2 > 0:
+        raise UnitError(f"white_cd_m2 is {white_cd_m2!r}; expected a luminance above 0, such as view.white_cd_m2(truth)")
+    xyz = np.asarray(picture["xyz"].values if hasattr(picture, "data_vars") else picture, float)
+    y = luminance(xyz) / white_cd_m2
+    # where no light was found there is no hue either: noise around 0 shows as black
+    gain = np.divide(tone(y, compression), y, out=np.zeros_like(y), where=y > 0)
+    rgb = srgb_encode(linear_srgb(xyz / white_cd_m2 * gain[..., None]))
+    return np.rint(255 * rgb).astype(np.uint8)
+
+
+def false_colour(luminance_cd_m2, low: float | None = None, high: float | None = None, colormap: str = "inferno"):
+    """Return luminance as colours on a logarithmic scale.
+
+    Parameters
+    ----------
+    luminance_cd_m2 : picture Dataset, xyz (y, x, 3) or luminance (y, x), cd/m2.
+    low, high : ends of the scale, cd/m2; None takes the first percentile and the largest of the positive values.
+    colormap : a name known to matplotlib.
+
+    Returns
+    -------
+    (uint8 RGB (y, x, 3), (low, high)). Values at or below 0 take the colour of `low`.
+    """
+    import matplotlib
+
+    y = luminance(luminance_cd_m2)
+    lit = y[y > 0]
+    low = float(low if low is not None else np.percentile(lit, 1) if lit.size else 1e-3)
+    high = float(high if high is not None else lit.max() if lit.size else 1.0)
+    if not 0 < low <= high:
+        raise UnitError(f"false colour from {low:g} to {high:g} cd/m2; expected 0 < low <= high")
+    span = max(np.log(high / low), 1e-12)  # a uniform picture has no span and shows the low colour
+    position = np.clip(np.log(np.maximum(y, low) / low) / span, 0.0, 1.0)
+    return matplotlib.colormaps[colormap](position, bytes=True)[..., :3], (low, high)

@@ -1,0 +1,32 @@
+"""Image signal processing: from captures in DN to a picture in cd/m2 with its variance.
+
+| module     | what                                                                          |
+|------------|-------------------------------------------------------------------------------|
+| `ideal`    | every pixel for itself, for sensors without a filter array                    |
+| `linear`   | one capture                                                                   |
+| `merge`    | all captures of a shot                                                        |
+| `readout`  | DN to electrons, their variance, electrons per unit of light                  |
+| `combine`  | captures to one mosaic of electrons, without bias                             |
+| `demosaic` | every channel at every pixel, any filter array                                |
+| `develop`  | colour matrix, lens falloff, absolute level                                   |
+| `spectra`  | lights and reflectances the colour matrix is solved for                       |
+"""
+
+from isethdr_core.component import Component
+from isethdr_core.hookspecs import hookimpl
+
+from .ideal import IdealIsp
+from .linear import LinearIsp
+from .merge import MergeIsp
+
+
+@hookimpl
+def isethdr_components():
+    """Return the image signal processors."""
+    return [Component("isp", "ideal", IdealIsp), Component("isp", "linear", LinearIsp), Component("isp", "merge", MergeIsp)]
+
+
+@hookimpl
+def isethdr_config_paths():
+    """Return the presets: `isp=merge_isetcam`."""
+    return ["pkg://isethdr_isp.conf"]

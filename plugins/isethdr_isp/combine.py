@@ -1,0 +1,115 @@
+"""Combine: any number of captures of one shot into one mosaic of electrons, without bias.
+
+Weights must follow the noisy data, and such weights usually bias the result. For a charge t = N + n with N Poisson(m)
+and n normal(0, v), and any smooth G,
+
+    E[t G(t)] = m E[G(t + 1)] + v E[G'(t)]                                    (Chen 1975; Stein 1981)
+
+so that, with z an independent estimate of the signal m - d and d the known dark charge,
+
+    x = t G(t) - v G'(t) - d G(t + 1) + z (1 - G(t + 1))
+
+has exactly the mean of the signal for every G. Here G is the weight of inverse variances times a ramp that ends just
+below saturation, one shot-noise deviation wide. Several reads of one charge are averaged first with constant weights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .readout import MARGIN, Readout, charge_variance
+
+ISETCAM_SHARE = 0.95   # ISETCam's saturated fraction (sensorComputeArray.m)
+
+
+@dataclass(frozen=True, eq=False)
+class Charge:
+    """One charge as best read: its estimate and the variance of the read, per pixel."""
+
+    t_e: np.ndarray           # (y, x) dark charge included
+    read_var_e2: np.ndarray   # (y, x)
+    dark_e: float
+    top_e: float              # less the margin for clipped charge
+    good: np.ndarray          # (y, x) bool, not saturated
+    per_light: np.ndarray     # (y, x) electrons per cd/m2 of the white, each pixel through its own filter
+
+
+def read_charge(reads: list[Readout], per_light) -> Charge:
+    """Return one charge from all reads of it: those below their top, weighted by 1 / read variance.
+
+    The weights depend on no light, so nothing is biased, and the shot noise that the reads share is counted once.
+    """
+    widest = max(reads, key=lambda r: r.top_e)
+    top = _margin_top(widest)
+    total = np.zeros(widest.charge_e.shape)
+    weight = np.zeros_like(total)
+    for read in reads:
+        inverse = 1 / max(read.read_var_e2, 1e-12)  # a noiseless read simply outweighs the others
+        use = (read.charge_e < _margin_top(read)) & ~read.saturated
+        total += np.where(use, inverse * read.charge_e, 0.0)
+        weight += np.where(use, inverse, 0.0)
+    some = weight > 0
+    t = np.where(some, total / np.where(some, weight, 1.0), widest.charge_e)
+    variance = np.where(some, 1 / np.where(some, weight, 1.0), widest.read_var_e2)
+    # a full well reads as saturated though its read noise may lie below the top
+    good = np.any([~r.saturated & (r.charge_e < _margin_top(r)) for r in reads], axis=0)
+    return Charge(t, variance, widest.dark_e, top, good, per_light)
+
+
+def fold(charges: list[Charge]):
+    """Return (signal, variance, valid) in electrons of the last charge; `charges` runs from least to most sensitive."""
+    short = charges[0]
+    z, z_var, valid = short.t_e - short.dark_e, charge_variance(short.t_e, short.read_var_e2), short.good
+    for charge in charges[1:]:
+        ratio = short.per_light / charge.per_light
+        z, z_var = z / ratio, z_var / ratio**2
+        g, slope = _weight(charge.t_e, charge, short, ratio)
+        g_next, _ = _weight(charge.t_e + 1, charge, short, ratio)
+        signal = charge.t_e * g - charge.read_var_e2 * slope - charge.dark_e * g_next + z * (1 - g_next)
+        z_var = g**2 * charge_variance(charge.t_e, charge.read_var_e2) + (1 - g) ** 2 * z_var
+        z, valid, short = signal, valid | charge.good, charge
+    return z, z_var, valid
+
+
+def isetcam_saturated(charges: list[list[Readout]], per_light: list[np.ndarray]):
+    """Return (signal, variance, valid) by ISETCam's rule 'saturated' (sensorComputeArray.m), kept in absolute electrons.
+
+    From the most sensitive charge down: its widest read where that is below 95 % of its top, else the next charge.
+    Higher gains of one charge are never used. Nothing tests the least sensitive one in ISETCam; here it sets `valid`.
+    """
+    signal = variance = valid = None
+    for reads, light in zip(charges, per_light):  # least sensitive first, later ones overwrite
+        read = max(reads, key=lambda r: r.top_e)
+        good = read.charge_e < ISETCAM_SHARE * read.top_e
+        ratio = light / per_light[-1]
+        x, v = (read.charge_e - read.dark_e) / ratio, read.variance_e2() / ratio**2
+        if signal is None:
+            signal, variance, valid = x, v, good
+        else:
+            signal, variance, valid = np.where(good, x, signal), np.where(good, v, variance), valid | good
+    return signal, variance, valid
+
+
+def _weight(t, charge: Charge, short: Charge, ratio):
+    """Return G and its derivative at `t`: share of the more sensitive charge against the shorter one."""
+    mean = np.maximum(t, 0.0)
+    own = mean + charge.read_var_e2
+    # what the shorter capture's variance would be at this light, in electrons of the longer one
+    other = mean / ratio + (short.dark_e + short.read_var_e2) / ratio**2
+    both = own + other
+    dark = both <= 0  # no light, no read noise: the limit of the same formula
+    both = np.where(dark, 1.0, both)
+    share = np.where(dark, 1 / (1 + ratio), other / both)
+    slope = np.where(t > 0, (own / ratio - other) / both**2, 0.0)
+    width = np.sqrt(max(charge.top_e, 1.0))
+    # a sensor without a well has an infinite top: always below the ramp
+    s = np.clip((charge.top_e - t) / width, 0.0, 1.0) if np.isfinite(width) else np.ones_like(t)
+    ramp, ramp_slope = s * s * (3 - 2 * s), -6 * s * (1 - s) / width
+    usable = charge.good
+    return np.where(usable, share * ramp, 0.0), np.where(usable, slope * ramp + share * ramp_slope, 0.0)
+
+
+def _margin_top(read: Readout) -> float:
+    return read.top_e - MARGIN * np.sqrt(read.read_var_e2)

@@ -1,0 +1,102 @@
+"""Readout: from DN back to electrons with their variance, and what one electron of a capture means in light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from isethdr_core.errors import UnitError, did_you_mean
+from isethdr_core.physics.radiometry import band_widths_nm, cos4_falloff, photon_energy_j
+
+PER_CAPTURE = ("exposure_s", "gain_dn_per_e", "black_dn", "top_dn", "read_noise_e", "dark_e", "quantisation_e", "area_m2",
+               "charge")
+ATTRIBUTES = ("pitch_um", "focal_length_mm", "throughput_sr", "falloff")
+MARGIN = 5.0           # read noises: a sample this close below the top may be clipped charge
+VARIANCE_FLOOR = 0.1   # of the read variance: a variance estimated from one pixel must stay above 0
+
+
+@dataclass(frozen=True, eq=False)
+class Readout:
+    """One capture in electrons of charge, dark charge included; negative where read noise was."""
+
+    charge_e: np.ndarray      # (y, x)
+    saturated: np.ndarray     # (y, x) bool
+    read_var_e2: float        # read noise and quantisation
+    dark_e: float
+    top_e: float              # largest charge still measured
+    sensitivity: np.ndarray   # (channel,) electrons per (cd/m2 of light `white`) on the axis
+    response: np.ndarray      # (channel, wavelength) electrons per band mean radiance on the axis
+
+    def variance_e2(self) -> np.ndarray:
+        """Return the variance (y, x) estimated from each pixel's own charge: charge + read variance."""
+        return charge_variance(self.charge_e, self.read_var_e2)
+
+
+def charge_variance(charge_e, read_var_e2):
+    """Return the estimated variance, e^2, of one read of a Poisson charge; kept above 0 where noise made it negative."""
+    return np.maximum(charge_e + read_var_e2, VARIANCE_FLOOR * read_var_e2)
+
+
+def readouts(captures, white_radiance) -> list[Readout]:
+    """Return every capture in electrons, in the captures' order.
+
+    Parameters
+    ----------
+    captures : captures Dataset.
+    white_radiance : (wavelength,) spectral radiance of a white of 1 cd/m2 on the captures' wavelengths.
+    """
+    per_photon = captures["quantum_efficiency"].values.astype(float)
+    wavelength = captures.wavelength.values
+    photons = band_widths_nm(wavelength) / photon_energy_j(wavelength)  # photons per W of band mean
+    out = []
+    for i in range(captures.sizes["capture"]):
+        c = {name: float(captures[name].values[i]) for name in PER_CAPTURE}
+        response = per_photon[i] * photons * c["exposure_s"] * c["area_m2"] * float(captures.attrs["throughput_sr"])
+        out.append(Readout(
+            charge_e=(captures["raw"].values[i].astype(float) - c["black_dn"]) / c["gain_dn_per_e"],
+            saturated=np.asarray(captures["saturated"].values[i], bool),
+            read_var_e2=c["read_noise_e"] ** 2 + c["quantisation_e"] ** 2 / 12,
+            dark_e=c["dark_e"], top_e=(c["top_dn"] - c["black_dn"]) / c["gain_dn_per_e"],
+            sensitivity=response @ white_radiance, response=response))
+    return out
+
+
+def falloff(captures) -> np.ndarray:
+    """Return the relative illumination (y, x) that the lens states for these pixels, 1 on the axis."""
+    if captures.attrs["falloff"] == "cos4":
+        return cos4_falloff(captures.x.values[None, :], captures.y.values[:, None], captures.attrs["focal_length_mm"] * 1e-3)
+    return np.ones((captures.sizes["y"], captures.sizes["x"]))
+
+
+def check_captures(captures) -> None:
+    """Raise UnitError unless `captures` holds all that docs/contracts.md lists, with sane values."""
+    present = set(getattr(captures, "variables", ()))
+    for name in ("raw", "saturated", "filter", *PER_CAPTURE, "quantum_efficiency", "wavelength", "x", "y"):
+        if name not in present:
+            raise UnitError(f"captures lack {name!r}; expected what a sensor returns (docs/contracts.md, Captures)")
+    for name in ATTRIBUTES:
+        if name not in captures.attrs:
+            raise UnitError(f"captures lack the attribute {name!r}; the sensor copies it from the light")
+    for name, dims in (("raw", ("capture", "y", "x")), ("saturated", ("capture", "y", "x")), ("filter", ("y", "x")),
+                       ("quantum_efficiency", ("capture", "channel", "wavelength"))):
+        if tuple(captures[name].dims) != dims:
+            raise UnitError(f"captures have {name} with dims {tuple(captures[name].dims)}; expected {dims}")
+    if captures["raw"].size == 0:
+        raise UnitError("captures are empty; expected at least one capture and one pixel")
+    if captures.attrs["falloff"] not in ("cos4", "none"):
+        hint = did_you_mean(captures.attrs["falloff"], ("cos4", "none"))
+        raise UnitError(f"falloff {captures.attrs['falloff']!r} is unknown{hint}")
+    for name in ("exposure_s", "gain_dn_per_e", "area_m2"):
+        if not np.all(captures[name].values > 0):
+            raise UnitError(f"captures have {name} = {captures[name].values}; expected values above 0")
+    if not np.all(np.isfinite(captures["raw"].values)):
+        raise UnitError("raw holds NaN or infinite values; expected finite DN")
+
+
+def chosen(captures, name: str):
+    """Return the captures Dataset with only the capture called `name`; the first one when the name is empty."""
+    known = [str(c) for c in captures["capture"].values]
+    if name and name not in known:
+        raise UnitError(f"capture {name!r} is not in this shot{did_you_mean(name, known)}; set isp.capture")
+    return captures.isel(capture=[known.index(name) if name else 0])

@@ -1,0 +1,60 @@
+"""Spectra a colour matrix is solved for: lights of a driving scene and smooth reflectances, all from formulas.
+
+| light    | formula                                                                                   |
+|----------|-------------------------------------------------------------------------------------------|
+| daylight | black body of 6504 K, the daylight locus without its absorption lines                     |
+| halogen  | black body of 3200 K, a head lamp                                                          |
+| led      | blue line 450 nm (sigma 10) and phosphor 560 nm (sigma 55), a white head lamp              |
+| sodium   | lines at 498, 569, 589, 616 nm (sigma 6) on 5 %, a high pressure street lamp               |
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from isethdr_core.physics.photometry import xyz_weights
+from isethdr_core.physics.radiometry import planck_radiance
+
+Light = Literal["daylight", "halogen", "led", "sodium"]
+LIGHTS = ("daylight", "halogen", "led", "sodium")
+
+
+def light(name: str, wavelength_nm) -> np.ndarray:
+    """Return the spectral radiance (wavelength) of a perfect white in this light, W m-2 sr-1 nm-1, scaled to 1 cd/m2."""
+    w = np.asarray(wavelength_nm, float)
+    if name in ("daylight", "halogen"):
+        shape = planck_radiance(w, 6504.0 if name == "daylight" else 3200.0)
+    elif name == "led":
+        shape = _bell(w, 450, 10) + 0.55 * _bell(w, 560, 55)
+    else:
+        lines = ((498, 0.12), (569, 0.55), (589, 1.0), (616, 0.45))
+        shape = 0.05 + sum(height * _bell(w, centre, 6) for centre, height in lines)
+    return shape / (xyz_weights(w)[1] @ shape)
+
+
+def reflectances(wavelength_nm) -> np.ndarray:
+    """Return smooth reflectances (surface, wavelength), 0..1: a grey, edges up and down, bands up and down.
+
+    Edges are logistic with a width of 20 nm, at 440 to 640 nm: foliage, bricks, paints are of this kind. Bands
+    have a sigma of 30 nm. Each comes saturated (3 to 80 %) and half mixed with grey.
+    """
+    w = np.asarray(wavelength_nm, float)
+    out = [np.full(len(w), 0.5)]
+    for place in range(440, 641, 25):
+        edge, band = 1 / (1 + np.exp(-(w - place) / 20)), _bell(w, place, 30)
+        for shape in (edge, 1 - edge, band, 1 - band):
+            out += [0.03 + 0.77 * shape, 0.2 + 0.4 * shape]
+    return np.array(out)
+
+
+def radiances(wavelength_nm) -> np.ndarray:
+    """Return every reflectance in every light (sample, wavelength), each scaled to 1 cd/m2: all count alike."""
+    w = np.asarray(wavelength_nm, float)
+    lit = np.concatenate([reflectances(w) * light(name, w) for name in LIGHTS])
+    return lit / (lit @ xyz_weights(w)[1])[:, None]
+
+
+def _bell(w, centre, sigma):
+    return np.exp(-(((w - centre) / sigma) ** 2) / 2)

@@ -1,0 +1,46 @@
+"""Line profile: luminance along one row, where flare shows best."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class LineProfile:
+    """Log luminance of picture and truth along a row, by default through the brightest lamp; scores their difference."""
+
+    row: int = -1  # pixel row; -1 takes the row of the truth's brightest pixel
+    floor_cd_m2: float = 1e-3  # luminances below this count as this
+
+    def __call__(self, picture, truth, labels=None):
+        """Return the rms difference of the two log10 profiles over the row's valid pixels."""
+        import numpy as np
+
+        from isethdr_core.scores import Score
+
+        from .regions import NAN
+
+        line = self.profile(picture, truth)
+        difference = (line["log10_picture"] - line["log10_truth"])[line["valid"]]
+        value = float(np.sqrt(np.mean(difference**2))) if len(difference) else NAN
+        return [Score("line_profile_error", value, "log10")]
+
+    def profile(self, picture, truth) -> dict:
+        """Return row, x_m, log10_picture, log10_truth (log10 cd/m2), log10_low, log10_high (95 % of the noise), valid."""
+        import numpy as np
+
+        from isethdr_core.errors import ConfigError
+
+        from .regions import luminances
+
+        y, true, valid = luminances(picture, truth)
+        if not -1 <= self.row < len(y):
+            raise ConfigError(f"metric row is {self.row}; expected -1 or a row of the picture, 0..{len(y) - 1}")
+        row = self.row if self.row >= 0 else int(np.unravel_index(np.argmax(true), true.shape)[0])
+        spread = 1.96 * np.sqrt(picture["variance"].values[row, :, 1])
+
+        def log(values):
+            return np.log10(np.maximum(values, self.floor_cd_m2))
+
+        return {"row": row, "x_m": picture.x.values, "log10_picture": log(y[row]), "log10_truth": log(true[row]),
+                "log10_low": log(y[row] - spread), "log10_high": log(y[row] + spread), "valid": valid[row]}

@@ -1,0 +1,33 @@
+"""Log luminance error: how far a picture's luminance is from the truth, in decades."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class LogLuminanceError:
+    """Rms of log10 (picture / truth) luminance over valid pixels, for the frame and for each object."""
+
+    floor_cd_m2: float = 1e-3  # luminances below this count as this: an estimate of 0 or less has no logarithm
+
+    def narrow(self, demand):
+        """Ask for the instance labels."""
+        return demand.with_labels("instance")
+
+    def __call__(self, picture, truth, labels=None):
+        """Return one score per region, in log10 units (0.3 is a factor of two)."""
+        import numpy as np
+
+        from isethdr_core.errors import ConfigError
+        from isethdr_core.scores import Score
+
+        from .regions import frame_and_objects, luminances, mean_interval
+
+        if not self.floor_cd_m2 > 0:
+            raise ConfigError(f"metric floor_cd_m2 is {self.floor_cd_m2!r}; expected a luminance above 0, such as 1e-3")
+        y, true, valid = luminances(picture, truth)
+        square = (np.log10(np.maximum(y, self.floor_cd_m2)) - np.log10(np.maximum(true, self.floor_cd_m2))) ** 2
+        return [Score("log_luminance_error", value, "log10", name, low, high)
+                for name, region in frame_and_objects(y.shape, labels)
+                for value, low, high in [np.sqrt(mean_interval(square, region & valid)).tolist()]]

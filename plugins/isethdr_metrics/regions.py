@@ -1,0 +1,70 @@
+"""Regions: the frame and the objects in it, and what every metric needs of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core.errors import UnitError
+from isethdr_core.truth import check_picture
+
+BLOCKS = 12          # the frame is cut into 12 x 12 blocks; noise and scene are taken as independent between them
+RESAMPLES = 400
+FEWEST_BLOCKS = 8    # below this, resampling says nothing: the interval is NaN
+NAN = float("nan")
+
+
+def check_pair(picture, truth) -> None:
+    """Raise UnitError unless picture and truth are pictures on the same grid."""
+    check_picture(picture, "picture")
+    check_picture(truth, "truth")
+    if picture["xyz"].shape != truth["xyz"].shape:
+        raise UnitError(f"the picture has shape {picture['xyz'].shape}, its truth {truth['xyz'].shape}; "
+                        "make the truth with isethdr_core.truth.truth(mixed, picture)")
+
+
+def luminances(picture, truth):
+    """Return Y of picture and truth and which pixels are valid, each (y, x)."""
+    check_pair(picture, truth)
+    return picture["xyz"].values[..., 1].astype(float), truth["xyz"].values[..., 1].astype(float), picture["valid"].values
+
+
+def frame_and_objects(shape, labels):
+    """Yield (name, mask): the whole frame as "", then each labelled object that has a pixel in it.
+
+    Names come from the object table; an object without an entry is called by its number.
+    """
+    yield "", np.ones(shape, bool)
+    if labels is None or "instance" not in labels:
+        return
+    instance = labels["instance"].values
+    if instance.shape != tuple(shape):
+        raise UnitError(f"labels have shape {instance.shape}, the picture {tuple(shape)}; "
+                        "use isethdr_core.truth.labels_on(scene, picture)")
+    known = {int(o["instance"]): str(o.get("name") or o.get("category") or o["instance"])
+             for o in labels.attrs.get("objects", [])}
+    taken: set[str] = set()
+    for number in np.unique(instance[instance > 0]).tolist():
+        name = known.get(number, str(number))
+        if name in taken:
+            name = f"{name} {number}"
+        taken.add(name)
+        yield name, instance == number
+
+
+def mean_interval(values, mask):
+    """Return (mean, low, high) of `values` (y, x) over `mask`: 95 % by resampling blocks of the frame."""
+    if not mask.any():
+        return NAN, NAN, NAN
+    rows, columns = (np.arange(n) * BLOCKS // n for n in mask.shape)
+    block = (rows[:, None] * BLOCKS + columns)[mask]
+    count = np.bincount(block, minlength=BLOCKS * BLOCKS).astype(float)
+    total = np.bincount(block, values[mask], minlength=BLOCKS * BLOCKS)
+    mean = total.sum() / count.sum()
+    held = count > 0
+    if held.sum() < FEWEST_BLOCKS:
+        return mean, NAN, NAN
+    count, total = count[held], total[held]
+    # resampling is part of the score's definition, so its seed is fixed: the same picture gives the same interval
+    picks = np.random.default_rng(0).multinomial(len(count), np.full(len(count), 1 / len(count)), RESAMPLES)
+    low, high = np.percentile(picks @ total / (picks @ count), [2.5, 97.5])
+    return float(mean), float(low), float(high)

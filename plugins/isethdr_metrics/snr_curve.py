@@ -1,0 +1,75 @@
+"""SNR curve: signal to noise ratio against luminance, as reported and as measured against the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SnrCurve:
+    """SNR in dB at given luminances, from the picture's own variance; `curve` gives the whole table."""
+
+    luminances_cd_m2: tuple[float, ...] = (0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)  # where to score, if the scene has it
+    bins_per_decade: int = 6  # width of a bin of true luminance
+
+    def __call__(self, picture, truth, labels=None):
+        """Return one score per luminance that the scene holds, named snr_at_<cd/m2>."""
+        import numpy as np
+
+        from isethdr_core import ledger
+        from isethdr_core.scores import Score
+
+        table = self.curve(picture, truth)
+        scores = []
+        for level in self.luminances_cd_m2:
+            place = np.flatnonzero((table["low_cd_m2"] <= level) & (level < table["high_cd_m2"]))
+            if not len(place):
+                ledger.left_out(f"SNR at {level:g} cd/m2", "the scene has no valid pixel there", np.nan, "dB")
+                continue
+            scores.append(Score(f"snr_at_{level:g}", _at(table, place[0], level), "dB"))
+        return scores
+
+    def curve(self, picture, truth) -> dict:
+        """Return the table, one row per bin of true luminance that holds a valid pixel.
+
+        Returns
+        -------
+        dict of equally long arrays: luminance_cd_m2 (mean of the bin), low_cd_m2 and high_cd_m2 (its borders),
+        snr_db (20 log10 of mean Y over the root of the mean reported variance), snr_measured_db (the same over the rms
+        difference from the truth, so blur, demosaic and flare count as noise), pixels.
+        """
+        import numpy as np
+
+        from isethdr_core.errors import ConfigError
+
+        from .regions import luminances
+
+        if not self.bins_per_decade > 0:
+            raise ConfigError(f"metric bins_per_decade is {self.bins_per_decade!r}; expected a whole number above 0")
+        y, true, valid = luminances(picture, truth)
+        use = valid & (true > 0)
+        bin_of = np.floor(np.log10(true[use]) * self.bins_per_decade + 1e-9).astype(int)
+        present, index, count = np.unique(bin_of, return_inverse=True, return_counts=True)
+
+        def mean(values):
+            return np.bincount(index, values[use], minlength=len(present)) / count
+
+        signal = mean(true)
+        with np.errstate(divide="ignore"):  # a noise-free picture has an infinite SNR
+            snr, measured = (20 * np.log10(signal / np.sqrt(noise))
+                             for noise in (mean(picture["variance"].values[..., 1]), mean((y - true) ** 2)))
+        return {"luminance_cd_m2": signal, "low_cd_m2": 10.0 ** (present / self.bins_per_decade),
+                "high_cd_m2": 10.0 ** ((present + 1) / self.bins_per_decade),
+                "snr_db": snr, "snr_measured_db": measured, "pixels": count}
+
+
+def _at(table, k: int, level: float) -> float:
+    """Return the SNR in dB at `level` cd/m2, which lies in row `k`, on the line through it and the next row on that side."""
+    import numpy as np
+
+    x, snr = np.log10(table["luminance_cd_m2"]), table["snr_db"]
+    step = np.log10(level) - x[k]
+    j = k + (1 if step > 0 else -1)
+    known = 0 <= j < len(x) and np.isfinite(snr[j]) and np.isfinite(snr[k])
+    slope = (snr[j] - snr[k]) / (x[j] - x[k]) if known else 10.0  # at the end of the table: shot noise, 10 dB per decade
+    return float(snr[k] + slope * step)

@@ -1,0 +1,45 @@
+"""SSIM: structural similarity of the two pictures as a display shows them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Ssim:
+    """Mean structural similarity (Wang et al. 2004) of picture and truth, both shown by the same display rendering."""
+
+    white_cd_m2: float = 0.0  # luminance shown as white; 0 takes the truth's 99th percentile without lamps
+    compression: float = 100.0  # of the tone map in isethdr_core.view; 0 is linear
+
+    def narrow(self, demand):
+        """Ask for the instance labels."""
+        return demand.with_labels("instance")
+
+    def __call__(self, picture, truth, labels=None):
+        """Return the mean of the similarity map per region and the white that was used.
+
+        Gaussian window of 1.5 pixels, 11 wide, as in the paper; the three display channels are averaged. Pixels
+        that are not valid count: a display shows them too.
+        """
+        from skimage.metrics import structural_similarity
+
+        from isethdr_core.errors import UnitError
+        from isethdr_core.scores import Score
+        from isethdr_core.view import display, white_cd_m2
+
+        from .regions import check_pair, frame_and_objects, mean_interval
+
+        check_pair(picture, truth)
+        shape = picture["valid"].shape
+        if min(shape) < 11:
+            raise UnitError(f"a picture of {shape} pixels is smaller than the window of SSIM; "
+                            "expected at least 11 rows and columns")
+        white = self.white_cd_m2 or white_cd_m2(truth)
+        # float32 halves the time; the smallest stabilising constant is 6.5, rounding of the windowed squares 4e-3
+        pair = (display(p, white, self.compression).astype("float32") for p in (truth, picture))
+        _, similarity = structural_similarity(*pair, channel_axis=-1, full=True, gaussian_weights=True, sigma=1.5,
+                                              use_sample_covariance=False, data_range=255)
+        scores = [Score("ssim", value, "", name, low, high) for name, region in frame_and_objects(shape, labels)
+                  for value, low, high in [mean_interval(similarity.mean(-1), region)]]
+        return [*scores, Score("ssim_white", float(white), "cd m-2")]

@@ -1,0 +1,232 @@
+"""Metrics: perfect pictures, known offsets in closed form, shot noise, objects, intervals, bad input."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from isethdr_metrics import isethdr_components
+from isethdr_metrics.ciede2000 import Ciede2000
+from isethdr_metrics.dynamic_range import DynamicRange
+from isethdr_metrics.line_profile import LineProfile
+from isethdr_metrics.log_luminance_error import LogLuminanceError
+from isethdr_metrics.mean_luminance import MeanLuminance
+from isethdr_metrics.object_contrast import ObjectContrast
+from isethdr_metrics.snr_curve import SnrCurve
+from isethdr_metrics.ssim import Ssim
+
+from isethdr_core import ledger
+from isethdr_core.demand import Demand
+from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.physics.colour import D65_XYZ
+from isethdr_core.quantities import centres
+from isethdr_core.truth import make_picture
+
+ALL = [c.cls for c in isethdr_components()]
+NY, NX = 48, 60
+
+
+def picture(y, variance=0.0, valid=True):
+    """Return a grey (D65) picture of luminance y (y, x)."""
+    y = np.asarray(y, float)
+    xyz = y[..., None] * D65_XYZ
+    ny, nx = y.shape
+    return make_picture(xyz, np.broadcast_to(variance, y.shape)[..., None] * D65_XYZ**2, np.broadcast_to(valid, y.shape),
+                        centres(nx, nx * 3e-6), centres(ny, ny * 3e-6), focal_length_mm=4.0, pitch_um=3.0)
+
+
+def labels(instance, names=("road", "person", "cyclist")):
+    objects = [{"instance": k + 1, "name": n, "category": n} for k, n in enumerate(names)]
+    return xr.Dataset({"instance": (("y", "x"), instance.astype(np.uint32))}, attrs={"objects": objects})
+
+
+def scene():
+    """Return (luminance, labels): a road of 0.5 to 2 cd/m2, a person of twice the road, a cyclist of a quarter, a lamp."""
+    rng = np.random.default_rng(0)
+    y = np.geomspace(0.5, 2, NX) * np.exp(0.05 * rng.normal(size=(NY, NX)))
+    instance = np.ones((NY, NX))
+    instance[10:30, 10:16], instance[12:30, 35:45] = 2, 3
+    y[instance == 2], y[instance == 3] = 2.0, 0.25
+    y[20, 55] = 1e5
+    return y, labels(instance)
+
+
+def by_name(scores):
+    return {(s.metric, s.object): s for s in scores}
+
+
+@pytest.mark.parametrize("metric", [Ciede2000(), Ssim(), LogLuminanceError(), LineProfile()])
+def test_identical_pictures_are_perfect(metric):
+    y, table = scene()
+    for s in metric(picture(y), picture(y), table):
+        if not s.metric.endswith("white"):
+            assert s.value == pytest.approx(1.0 if s.metric == "ssim" else 0.0, abs=1e-12)
+
+
+def test_log_error_of_a_constant_factor_is_its_logarithm():
+    y, table = scene()
+    found = by_name(LogLuminanceError()(picture(2 * y), picture(y), table))
+    assert {o for _, o in found} == {"", "road", "person", "cyclist"}
+    for s in found.values():
+        assert s.value == pytest.approx(np.log10(2), rel=1e-12)
+    whole = found["log_luminance_error", ""]
+    assert whole.low == pytest.approx(whole.value) and whole.high == pytest.approx(whole.value)  # all blocks alike
+    dark = LogLuminanceError(floor_cd_m2=0.1)(picture(-y), picture(np.full_like(y, 10.0)))  # negative estimates count as the floor
+    assert dark[0].value == pytest.approx(2.0)
+
+
+def test_pixels_that_are_not_valid_do_not_count():
+    y, _ = scene()
+    wrong, valid = y.copy(), np.ones_like(y, bool)
+    wrong[:, :20], valid[:, :20] = 1e9, False
+    for metric in (LogLuminanceError(), Ciede2000()):
+        assert metric(picture(wrong, valid=valid), picture(y))[0].value == pytest.approx(0, abs=1e-12)
+    nothing = LogLuminanceError()(picture(wrong, valid=False), picture(y))[0]
+    assert np.isnan(nothing.value)
+
+
+def test_colour_difference_of_a_grey_step_is_the_closed_form():
+    """Greys differ in L* only: dE00 = dL / S_L with S_L of the mean lightness (Sharma 2005, equation 15)."""
+    l1, l2 = 50.0, 52.0
+    y1, y2 = (100 * ((v + 16) / 116) ** 3 for v in (l1, l2))
+    s_l = 1 + 0.015 * (51 - 50) ** 2 / np.sqrt(20 + (51 - 50) ** 2)
+    scores = Ciede2000(white_cd_m2=100.0)(picture(np.full((NY, NX), y2)), picture(np.full((NY, NX), y1)))
+    assert scores[0].value == pytest.approx(2 / s_l, rel=1e-9)
+    assert by_name(scores)["ciede2000_white", ""].value == 100.0
+
+
+def test_lamps_neither_set_the_white_nor_count_as_colour():
+    y, _ = scene()
+    book = ledger.Ledger()
+    with ledger.stage(book, "metric") as row:
+        lit = by_name(Ciede2000()(picture(y), picture(y)))["ciede2000_white", ""].value
+    brighter = np.where(y > 1e4, 1e9, y)
+    assert by_name(Ciede2000()(picture(brighter), picture(brighter)))["ciede2000_white", ""].value == lit < 3
+    assert row.left_out[0].bound < 0.05
+
+
+def test_ssim_falls_with_noise_and_uses_one_white():
+    y, _ = scene()
+    rng = np.random.default_rng(1)
+    values = [Ssim()(picture(y * np.exp(sd * rng.normal(size=y.shape))), picture(y))[0].value for sd in (0.01, 0.1, 0.5)]
+    assert 1 > values[0] > values[1] > values[2] > -1
+    # a picture at half the level is not the same picture: the white comes from the truth, never from the picture
+    assert Ssim()(picture(y / 2), picture(y))[0].value < 0.995
+    with pytest.raises(UnitError, match="at least 11"):
+        Ssim()(picture(np.ones((8, 20))), picture(np.ones((8, 20))))
+
+
+def test_snr_of_pure_shot_noise_is_the_root_of_the_count():
+    """With c electrons per cd/m2, variance = Y / c and SNR = sqrt(c Y): 10 dB per decade."""
+    c = 40.0
+    truth = np.repeat(np.geomspace(0.1, 1e4, 251)[:250, None], 400, axis=1)
+    rng = np.random.default_rng(2)
+    y = rng.poisson(c * truth) / c
+    metric = SnrCurve(luminances_cd_m2=(1.0, 10.0, 1000.0, 1e7))
+    table = metric.curve(picture(y, truth / c), picture(truth))
+    expected = 10 * np.log10(c * table["luminance_cd_m2"])
+    np.testing.assert_allclose(table["snr_db"], expected, atol=1e-9)
+    # about 3300 pixels a bin: a standard deviation is known to 1.2 %, 0.1 dB; 30 bins, so 4 of them
+    np.testing.assert_allclose(table["snr_measured_db"], expected, atol=0.45)
+    scores = by_name(metric(picture(y, truth / c), picture(truth)))
+    assert set(scores) == {("snr_at_1", ""), ("snr_at_10", ""), ("snr_at_1000", "")}  # 1e7 is not in the scene
+    for level in (1, 10, 1000):
+        assert scores[f"snr_at_{level}", ""].value == pytest.approx(10 * np.log10(c * level), abs=1e-9)
+    assert table["pixels"].sum() == truth.size
+    flat = by_name(metric(picture(truth, 0.25), picture(truth)))  # read noise alone: 20 dB per decade, not 10
+    for level in (1, 10, 1000):
+        assert flat[f"snr_at_{level}", ""].value == pytest.approx(20 * np.log10(level / 0.5), abs=1e-9)
+    with pytest.raises(ConfigError, match="bins_per_decade"):
+        SnrCurve(bins_per_decade=0)(picture(y), picture(truth))
+
+
+def test_dynamic_range_of_read_and_shot_noise_is_the_closed_form():
+    a, b = 4e-4, 2e-3  # (cd/m2)^2 and cd/m2: SNR = 1 at (b + sqrt(b^2 + 4 a)) / 2
+    truth = np.repeat(np.geomspace(1e-2, 1e4, 300)[:, None], 20, axis=1)
+    valid = truth < 5e3
+    found = by_name(DynamicRange()(picture(truth, a + b * truth, valid), picture(truth)))
+    bottom = (b + np.sqrt(b * b + 4 * a)) / 2
+    top = truth[valid].max()
+    assert found["dynamic_range_bottom", ""].value == pytest.approx(bottom, rel=1e-6)
+    total = found["dynamic_range", ""]
+    assert total.value == pytest.approx(20 * np.log10(top / bottom), abs=1e-5) and total.high == total.value
+    unsaturated = DynamicRange()(picture(truth, a + b * truth), picture(truth))[0]
+    assert np.isnan(unsaturated.high) and unsaturated.low == unsaturated.value  # a lower bound only
+    assert np.isnan(DynamicRange()(picture(truth, 1.0, False), picture(truth))[0].value)
+
+
+def test_profile_runs_through_the_brightest_lamp():
+    y, _ = scene()
+    metric = LineProfile()
+    line = metric.profile(picture(y * 10, 0.01), picture(y))
+    assert line["row"] == 20
+    np.testing.assert_allclose(line["log10_picture"] - line["log10_truth"], 1, atol=1e-12)
+    assert (line["log10_low"] < line["log10_picture"]).all() and (line["log10_high"] > line["log10_picture"]).all()
+    assert metric(picture(y * 10), picture(y))[0].value == pytest.approx(1)
+    assert LineProfile(row=3).profile(picture(y), picture(y))["row"] == 3
+    with pytest.raises(ConfigError, match="row is 99"):
+        LineProfile(row=99)(picture(y), picture(y))
+
+
+def test_contrast_is_webers_and_its_snr_follows_the_variance():
+    instance = np.zeros((NY, NX))
+    instance[10:30, 10:20] = 2
+    y = np.where(instance == 2, 0.5, 2.0)
+    veil = 2.0  # flare adds the same light everywhere and so takes contrast away
+    found = by_name(ObjectContrast()(picture(y + veil, 0.02), picture(y), labels(instance)))
+    assert found["object_contrast_truth", "person"].value == pytest.approx(-0.75)
+    assert found["object_contrast", "person"].value == pytest.approx((2.5 - 4) / 4)
+    assert found["object_contrast_snr", "person"].value == pytest.approx(1.5 / np.sqrt(0.04))
+    s = found["object_contrast", "person"]
+    assert s.low < s.value < s.high
+    with pytest.raises(UnitError, match="instance"):
+        ObjectContrast()(picture(y), picture(y), None)
+
+
+def test_intervals_hold_the_true_mean_as_often_as_they_say():
+    rng = np.random.default_rng(3)
+    sd, hits, n = 1.0, 0, 200
+    for _ in range(n):
+        y = 10 + sd * rng.normal(size=(NY, NX))
+        [s] = MeanLuminance()(picture(y, sd**2), picture(y))
+        hits += s.low <= 10 <= s.high
+    assert hits == n  # three times too wide for pixels without demosaic, on purpose: 5.9 standard deviations
+    from isethdr_metrics.regions import mean_interval
+    found = [mean_interval(rng.normal(size=(NY, NX)), np.ones((NY, NX), bool)) for _ in range(n)]
+    inside = np.mean([low <= 0 <= high for _, low, high in found])
+    assert 0.88 <= inside <= 0.99  # 95 % less 1 % for 144 blocks; the standard error of 200 trials is 1.5 %
+
+
+def test_small_regions_have_no_resampled_interval():
+    from isethdr_metrics.regions import mean_interval
+    mask = np.zeros((NY, NX), bool)
+    mask[3:5, 3:5] = True
+    mean, low, high = mean_interval(np.ones((NY, NX)), mask)
+    assert mean == 1 and np.isnan(low) and np.isnan(high)
+
+
+@pytest.mark.parametrize("cls", ALL)
+def test_every_metric_takes_any_picture_with_truth_and_refuses_others(cls):
+    y, table = scene()
+    noisy = picture(y * 1.1, 0.01 + 0.01 * y)
+    scores = cls()(noisy, picture(y), table)
+    assert scores and all(isinstance(s.value, float) and np.isfinite(s.value) for s in scores)
+    assert len({(s.metric, s.object) for s in scores}) == len(scores)
+    assert cls()(noisy, picture(y), table)[0] == scores[0]  # the same picture, the same score
+    with pytest.raises(UnitError, match="shape"):
+        cls()(noisy, picture(y[:-1]), table)
+    with pytest.raises(UnitError, match="no variable 'variance'"):
+        cls()(noisy.drop_vars("variance"), picture(y), table)
+    dark = picture(np.zeros((NY, NX)), 1.0)
+    assert all(not np.isinf(s.value) for s in cls()(dark, dark, table))  # an empty scene gives numbers or NaN, no error
+
+
+@pytest.mark.parametrize("cls", ALL)
+def test_metrics_ask_for_the_labels_they_read_and_no_more(cls):
+    narrowed = cls().narrow(Demand()) if hasattr(cls, "narrow") else Demand()
+    assert narrowed.labels == (frozenset() if cls in (SnrCurve, DynamicRange, LineProfile) else {"instance"})
+
+
+def test_two_objects_of_one_name_stay_apart():
+    y, table = scene()
+    table.attrs["objects"][2]["name"] = "person"
+    found = by_name(MeanLuminance()(picture(y), picture(y), table))
+    assert found["luminance", "person"].value == pytest.approx(2) and found["luminance", "person 3"].value == pytest.approx(0.25)

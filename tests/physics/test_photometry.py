@@ -1,0 +1,68 @@
+"""Photometry: the colour matching table, the lumen, ISETCam's numbers."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from isethdr_core.physics import photometry, radiometry
+
+# ISETCam's 5 nm table stops at 730 nm and holds zeros beyond, where ours goes on to 830 nm
+LAST_NM_OF_ISETCAM = 730
+
+
+@pytest.fixture(scope="module")
+def isetcam():
+    folder = os.environ.get("ISETHDR_REFERENCE")
+    if not folder:
+        pytest.skip("ISETHDR_REFERENCE is not set: no reference numbers to compare with")
+    return np.load(Path(folder) / "isetcam" / "a_photometry.npz")
+
+
+def test_table_equals_colour_science():
+    science = pytest.importorskip("colour")
+    table = science.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    w = np.arange(360, 831, 5)
+    np.testing.assert_allclose(photometry.xyz_bar(w).T, [table[float(x)] for x in w], atol=1e-14)
+
+
+def test_one_watt_at_555_nm_is_683_lumen():
+    w = np.arange(550.0, 561.0, 1.0)
+    line = np.where(w == 555, 1.0, 0.0)  # 1 W/nm over a band of 1 nm
+    assert photometry.luminance(line, w) == pytest.approx(683.0, rel=1e-4)  # y-bar is 1.0000 at 555 nm in four digits
+
+
+def test_luminance_is_y_and_linear_and_axis_is_free():
+    w = np.arange(400.0, 701.0, 10.0)
+    cube = np.random.default_rng(0).uniform(0, 1, (len(w), 3, 4))
+    y = photometry.luminance(cube, w)
+    np.testing.assert_allclose(photometry.xyz(cube, w)[..., 1], y, rtol=1e-14)
+    np.testing.assert_allclose(photometry.luminance(np.moveaxis(cube, 0, -1), w, axis=-1), y, rtol=1e-14)
+    np.testing.assert_allclose(photometry.luminance(3 * cube, w), 3 * y, rtol=1e-14)
+
+
+def test_equal_energy_is_white_to_the_table_accuracy():
+    w = np.arange(360.0, 831.0, 5.0)
+    x, y, z = photometry.xyz(np.ones(len(w)), w)
+    # the observer is normalised so that equal energy has x = y = z; the rounded table holds that to 4e-4
+    assert x / y == pytest.approx(1, abs=4e-4) and z / y == pytest.approx(1, abs=4e-4)
+
+
+def test_nothing_is_seen_outside_the_visible():
+    assert not photometry.xyz_bar([300.0, 359.0, 831.0, 1000.0]).any()
+
+
+def test_agrees_with_isetcam(isetcam):
+    w, w5 = isetcam["wave"], isetcam["wave5"]
+    seen = w5 <= LAST_NM_OF_ISETCAM
+    np.testing.assert_allclose(photometry.xyz_bar(w).T, isetcam["xyz_cmf"], atol=1e-14)
+    np.testing.assert_allclose(photometry.xyz_bar(w5[seen]).T, isetcam["xyz_cmf5"][seen], atol=1e-14)
+    np.testing.assert_allclose(photometry.xyz(isetcam["d65"], w), isetcam["xyz_d65"], rtol=1e-14)
+    np.testing.assert_allclose(photometry.luminance(isetcam["d65_w5"], w5), isetcam["lum_d65_w5"], rtol=5e-5)  # their cut at 730 nm: 3.7e-5
+    np.testing.assert_allclose(photometry.xyz(isetcam["bb_energy"], w), isetcam["xyz_bb"], rtol=1e-14)
+    # stored as float32: 2e-7 in luminance, a little more where X or Z is small
+    np.testing.assert_allclose(photometry.xyz(isetcam["patch_energy"], w, axis=2), isetcam["patch_xyz"], rtol=1e-6)
+    np.testing.assert_allclose(photometry.luminance(isetcam["patch_energy"], w, axis=2), isetcam["patch_lum"], rtol=5e-7)
+    # their Planck constant is 1.6e-5 above CODATA
+    np.testing.assert_allclose(radiometry.photons_from_energy(isetcam["d65"], w), isetcam["d65_photons"], rtol=2e-5)
