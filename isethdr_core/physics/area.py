@@ -43,8 +43,10 @@ def integrate_tiles(values, x_in, y_in, x_out, y_out, width_out: float, height_o
     along_x = overlaps(x_in, x_out, width_out, "x")
     along_y = overlaps(y_in, y_out, height_out, "y")
     if values.shape[-2:] != (along_y.shape[1], along_x.shape[1]):
-        raise ValueError(f"values of shape {values.shape} do not end in (y, x) = {(along_y.shape[1], along_x.shape[1])}, "
-                         "the number of tile centres given")
+        raise ValueError(
+            f"values of shape {values.shape} do not end in (y, x) = {(along_y.shape[1], along_x.shape[1])}, "
+            "the number of tile centres given"
+        )
     out = np.empty((*values.shape[:-2], along_y.shape[0], along_x.shape[0]))
     for band in np.ndindex(values.shape[:-2]):  # one band at a time: no float64 copy of the whole cube
         rows = along_y @ values[band].astype(np.float64, copy=False)
@@ -76,8 +78,10 @@ def overlaps(centres_in, centres_out, width_out: float, axis: str = "x") -> csr_
     high = (centres_out + width_out / 2 - centres_in[0]) / pitch + 0.5
     outside = max(-low.min(), high.max() - count)
     if outside > SLACK * count:
-        raise ValueError(f"output rectangles reach {outside * pitch:.6g} ({outside:.3g} tiles) beyond the input along {axis}; "
-                         f"the tiles cover {centres_in[0] - pitch / 2:.6g} to {centres_in[-1] + pitch / 2:.6g}")
+        raise ValueError(
+            f"output rectangles reach {outside * pitch:.6g} ({outside:.3g} tiles) beyond the input along {axis}; "
+            f"the tiles cover {centres_in[0] - pitch / 2:.6g} to {centres_in[-1] + pitch / 2:.6g}"
+        )
     low, high = np.clip(_snapped(low), 0, count), np.clip(_snapped(high), 0, count)
     first = np.minimum(np.floor(low).astype(int), count - 1)
     reach = int(np.max(np.ceil(high).astype(int) - first))

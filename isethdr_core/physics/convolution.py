@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.fft as sf
 
-RELATIVE = 1e-8          # of a pixel: what the exact way allows the transform
-MOST_PRODUCTS = 4e10     # of direct summation, about a minute; beyond it the bound of `convolve` is absolute
+RELATIVE = 1e-8  # of a pixel: what the exact way allows the transform
+MOST_PRODUCTS = 4e10  # of direct summation, about a minute; beyond it the bound of `convolve` is absolute
 
 
 def convolve(image, psf, error_allowed: float = 0.0) -> np.ndarray:
@@ -31,7 +31,9 @@ def convolve(image, psf, error_allowed: float = 0.0) -> np.ndarray:
     """
     image, psf = np.asarray(image, np.float64), _crop(np.asarray(psf, np.float64), np.shape(image))
     if image.ndim != 2 or psf.ndim != 2:
-        raise ValueError(f"image and psf have {image.ndim} and {psf.ndim} dimensions; expected two each: convolve one band at a time")
+        raise ValueError(
+            f"image and psf have {image.ndim} and {psf.ndim} dimensions; expected two each: convolve one band at a time"
+        )
     if not (np.isfinite(image).all() and np.isfinite(psf).all()):
         raise ValueError("image or psf holds NaN or infinite values; expected finite numbers: one would spoil every pixel")
     if not image.any() or not psf.any():
@@ -47,7 +49,9 @@ def convolve(image, psf, error_allowed: float = 0.0) -> np.ndarray:
 def transform_error(image, psf, out) -> float:
     """Return a bound on the error of any pixel of a float64 transform: rounding is white, 10 standard deviations of it."""
     size = np.prod(_sizes(image.shape, psf.shape), dtype=float)
-    return 10 * 1.2e-16 * (np.linalg.norm(image) * np.linalg.norm(psf) + np.linalg.norm(out)) / np.sqrt(size) * np.log2(size) ** 0.5
+    return (
+        10 * 1.2e-16 * (np.linalg.norm(image) * np.linalg.norm(psf) + np.linalg.norm(out)) / np.sqrt(size) * np.log2(size) ** 0.5
+    )
 
 
 def _crop(psf, shape):
@@ -76,8 +80,8 @@ def _by_transform(image, psf):
     spectrum = _forward(image, size)
     spectrum *= _forward(psf, size)
     cy, cx = psf.shape[0] // 2, psf.shape[1] // 2
-    rows = sf.ifft(spectrum, axis=0, overwrite_x=True)[cy:cy + image.shape[0]]
-    return sf.irfft(rows, size[1], axis=1)[:, cx:cx + image.shape[1]]
+    rows = sf.ifft(spectrum, axis=0, overwrite_x=True)[cy : cy + image.shape[0]]
+    return sf.irfft(rows, size[1], axis=1)[:, cx : cx + image.shape[1]]
 
 
 def _forward(a, size):
@@ -150,7 +154,7 @@ def _scatter(sources, psf):
     for i, j in zip(*np.nonzero(sources)):
         y, x = i - ky // 2, j - kx // 2
         top, left, bottom, right = max(y, 0), max(x, 0), min(y + ky, ny), min(x + kx, nx)
-        out[top:bottom, left:right] += sources[i, j] * psf[top - y:bottom - y, left - x:right - x]
+        out[top:bottom, left:right] += sources[i, j] * psf[top - y : bottom - y, left - x : right - x]
     return out
 
 
@@ -164,5 +168,5 @@ def _gather(out, where, image, psf):
     for i, j in zip(rows, cols):
         y, x = i + ky // 2 - (ky - 1), j + kx // 2 - (kx - 1)
         top, left, bottom, right = max(y, 0), max(x, 0), min(y + ky, ny), min(x + kx, nx)
-        out[i, j] = np.sum(image[top:bottom, left:right] * flipped[top - y:bottom - y, left - x:right - x])
+        out[i, j] = np.sum(image[top:bottom, left:right] * flipped[top - y : bottom - y, left - x : right - x])
     return out

@@ -12,8 +12,18 @@ import numpy as np
 import scipy.fft as sf
 
 
-def psf_from_pupil(amplitude, opd_um, wavelength_nm, pupil_pitch_mm: float, focal_length_mm: float, pitch_um: float, size: int,
-                   energy_mm2: float | None = None, cell_means: bool = False, integrated: bool = False) -> np.ndarray:
+def psf_from_pupil(
+    amplitude,
+    opd_um,
+    wavelength_nm,
+    pupil_pitch_mm: float,
+    focal_length_mm: float,
+    pitch_um: float,
+    size: int,
+    energy_mm2: float | None = None,
+    cell_means: bool = False,
+    integrated: bool = False,
+) -> np.ndarray:
     """Return the point spread function of a sampled pupil, exactly, at any pitch.
 
     Parameters
@@ -23,7 +33,8 @@ def psf_from_pupil(amplitude, opd_um, wavelength_nm, pupil_pitch_mm: float, foca
     wavelength_nm : one wavelength, or several.
     pupil_pitch_mm, focal_length_mm : pupil sampling; distance from pupil to image.
     pitch_um, size : the image grid: size x size samples, the axis at index size // 2.
-    energy_mm2 : the integral of |amplitude|^2; default the sum of the samples, which grey border cells bias low by about 0.6 / samples.
+    energy_mm2 : the integral of |amplitude|^2; default the sum of the samples, which grey border cells bias low by about 0.6 /
+        samples.
     cell_means : whether `amplitude` holds means over cells (antialiased) and not samples: undoes what averaging costs off axis.
     integrated : False: intensity at the sample times the sample's area. True: integral over the sample's square.
 
@@ -60,8 +71,10 @@ def phase(opd_um, wavelength_nm: float, amplitude=None) -> np.ndarray:
     steps = [np.where(_both(inside, a), np.abs(np.diff(opd_um, axis=a)), 0.0) for a in (0, 1)]
     jump = max((float(s.max()) for s in steps if s.size), default=0.0) / (wavelength_nm * 1e-3)
     if jump >= 0.5:
-        raise ValueError(f"the wavefront changes by {jump:.2f} wavelengths ({wavelength_nm:g} nm) between neighbouring pupil samples; expected "
-                         f"less than 0.5: sample the pupil {np.ceil(jump / 0.25):.0f} times finer")
+        raise ValueError(
+            f"the wavefront changes by {jump:.2f} wavelengths ({wavelength_nm:g} nm) between pupil samples; expected "
+            f"less than 0.5: sample the pupil {np.ceil(jump / 0.25):.0f} times finer"
+        )
     return np.exp(2j * np.pi / (wavelength_nm * 1e-3) * opd_um)
 
 
@@ -80,9 +93,12 @@ def sampled_psf(pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pitch_
     for axis in (1, 0):
         turn = pupil_pitch_mm[axis] * pitch_um[axis] / (wavelength_nm * 1e-3 * distance_mm)  # cycles per pupil and image sample
         if abs(turn) * count[axis] > 1.0:
-            raise ValueError(f"the image grid, {count[axis] * pitch_um[axis]:.6g} um, is wider than the {pitch_um[axis] / turn:.6g} um that a pupil pitch of "
-                             f"{pupil_pitch_mm[axis]:.4g} mm can tell apart at {wavelength_nm:g} nm; expected a pupil pitch below "
-                             f"{pupil_pitch_mm[axis] / (turn * count[axis]):.4g} mm")
+            raise ValueError(
+                f"the image grid, {count[axis] * pitch_um[axis]:.6g} um, is wider than the "
+                f"{pitch_um[axis] / turn:.6g} um of a pupil pitch of "
+                f"{pupil_pitch_mm[axis]:.4g} mm at {wavelength_nm:g} nm; expected a pupil pitch below "
+                f"{pupil_pitch_mm[axis] / (turn * count[axis]):.4g} mm"
+            )
         first = -(count[axis] // 2)
         field = _chirp_z(field, axis, turn, first, count[axis])
         # Means over cells multiply the field by the cell's sinc: divided out.
@@ -92,7 +108,7 @@ def sampled_psf(pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pitch_
 
 
 def _chirp_z(a, axis, turn, first, count):
-    """Return sum over n of a[n] exp(-2 pi i turn n (first + k)), k < count: 2 n k = n^2 + k^2 - (k - n)^2 makes it a convolution."""
+    """Return sum over n of a[n] exp(-2 pi i turn n (first + k)), k < count, using 2 n k = n^2 + k^2 - (k - n)^2."""
     n, k = np.arange(a.shape[axis]), np.arange(count)
     size = sf.next_fast_len(len(n) + count - 1)
     lag = np.arange(-(len(n) - 1), count)
@@ -106,8 +122,9 @@ def _chirp_z(a, axis, turn, first, count):
     return (out[:count] if axis == 0 else out[:, :count]) * after
 
 
-def integrated_psf(pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pitch_um, energy_mm2, cell_means=False,
-                   boxes: int = 1) -> np.ndarray:
+def integrated_psf(
+    pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pitch_um, energy_mm2, cell_means=False, boxes: int = 1
+) -> np.ndarray:
     """Return the fraction of the energy on each rectangle of `pitch_um`; arguments as `sampled_psf`.
 
     The function is sampled finer than half of wavelength * f-number, where samples carry all of it, and its spectrum
@@ -115,7 +132,8 @@ def integrated_psf(pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pit
 
     Parameters
     ----------
-    boxes : 1: light of a point, integrated over a rectangle. 2: light of a uniform rectangle of the same size, integrated over one.
+    boxes : 1: light of a point, integrated over a rectangle. 2: light of a uniform rectangle of the same size, integrated over
+        one.
     """
     extent = [np.ptp(np.flatnonzero(np.any(pupil, axis=1 - a))) + 1 if np.any(pupil) else 1 for a in (0, 1)]
     fine, margin = [], 3  # pixels: the transform is circular, so its border is wrong
@@ -123,19 +141,25 @@ def integrated_psf(pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pit
         cutoff_um = wavelength_nm * 1e-3 * distance_mm / (extent[a] * pupil_pitch_mm[a])
         fine.append(int(np.ceil(2.0 * pitch_um[a] / cutoff_um)))
     wide = [2 * (n // 2 + margin) * q + 1 for n, q in zip(count, fine)]
-    psf = sampled_psf(pupil, wavelength_nm, pupil_pitch_mm, distance_mm, wide, [p / q for p, q in zip(pitch_um, fine)], energy_mm2, cell_means)
+    psf = sampled_psf(
+        pupil, wavelength_nm, pupil_pitch_mm, distance_mm, wide, [p / q for p, q in zip(pitch_um, fine)], energy_mm2, cell_means
+    )
     spectrum = sf.rfft2(psf)
     spectrum *= (np.sinc(sf.fftfreq(wide[0]) * fine[0]) ** boxes)[:, None] * (np.sinc(sf.rfftfreq(wide[1]) * fine[1]) ** boxes)
     spectrum *= fine[0] * fine[1]
     blurred = sf.irfft2(spectrum, s=psf.shape)
-    out = blurred[margin * fine[0]::fine[0], margin * fine[1]::fine[1]][:count[0], :count[1]]
+    out = blurred[margin * fine[0] :: fine[0], margin * fine[1] :: fine[1]][: count[0], : count[1]]
     lowest = float(out.min())
     if lowest < -1e-6 * float(out.max()):
-        raise ValueError(f"integration over {pitch_um} um left {lowest:.3g} of the light negative: pupil or image sampling is too coarse")
+        raise ValueError(
+            f"integration over {pitch_um} um left {lowest:.3g} of the light negative: pupil or image sampling is too coarse"
+        )
     return np.maximum(out, 0.0)  # rounding and the circular border leave +-1e-9 of the peak at most
 
 
-def lattice_psf(pupil, wavelength_nm, period, distance_mm, reach, pitch_um, energy_mm2, offset=(0.0, 0.0), folded=False) -> np.ndarray:
+def lattice_psf(
+    pupil, wavelength_nm, period, distance_mm, reach, pitch_um, energy_mm2, offset=(0.0, 0.0), folded=False
+) -> np.ndarray:
     """Return intensity times pixel area, one point per pixel, for pixels -reach .. reach of a whole frame.
 
     A field sampled at the pixel pitch is the transform of the pupil folded (summed modulo the grid): exact at those points, and
@@ -176,7 +200,7 @@ def _fold(a, axis, period, offset):
     for start in range(0, a.shape[axis], period):
         stop = min(start + period, a.shape[axis])
         turn = np.exp(-2j * np.pi * offset * (start // period))  # a period further on, the offset has turned the phase this far
-        part, into = (a[start:stop], out[:stop - start]) if axis == 0 else (a[:, start:stop], out[:, :stop - start])
+        part, into = (a[start:stop], out[: stop - start]) if axis == 0 else (a[:, start:stop], out[:, : stop - start])
         if np.iscomplexobj(a):
             into += part * np.complex64(turn)
         else:  # half the products of the complex case
@@ -194,6 +218,6 @@ def lattice_pitch_mm(wavelength_nm, period, distance_mm, pitch_um) -> tuple[floa
 
 
 def diffraction_mtf(frequency_per_um, wavelength_nm: float, f_number: float) -> np.ndarray:
-    """Return the modulation transfer of an unaberrated circular pupil (Goodman 2005, eq. 6-31), frequency in cycles per micrometre."""
+    """Return the modulation transfer of a perfect round pupil (Goodman 2005, eq. 6-31); frequency in cycles per micrometre."""
     v = np.minimum(np.abs(frequency_per_um) * wavelength_nm * 1e-3 * f_number, 1.0)
     return 2 / np.pi * (np.arccos(v) - v * np.sqrt(1 - v * v))

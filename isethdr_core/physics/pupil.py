@@ -66,7 +66,8 @@ def disc(x: float, y: float, radius: float) -> Convex:
 def blades(radius: float, count: int, rotation_deg: float = 0.0, rounding: float = 0.0) -> Convex:
     """Return an iris whose corners lie on a circle of `radius`; fewer than three blades make the full circle.
 
-    Each blade's edge is an arc between two corners, of curvature `rounding` / `radius`: 0 is a straight edge, 1 the circle itself.
+    Each blade's edge is an arc between two corners, of curvature `rounding` / `radius`: 0 is a straight edge, 1 the circle
+    itself.
     """
     if not 0.0 <= rounding <= 1.0:
         raise ValueError(f"rounding {rounding!r}; expected 0 (straight blades) to 1 (a circle)")
@@ -93,11 +94,19 @@ def strip(x: float, y: float, length: float, width: float, angle_rad: float) -> 
     return Convex(planes=planes, low=y - tall, high=y + tall)
 
 
-def dirt(radius: float, dust_per_mm2: float, dust_radius_um: float, scratches_per_mm2: float, scratch_width_um: float,
-         scratch_length_um: float, seed: int) -> list[tuple[Convex, float]]:
+def dirt(
+    radius: float,
+    dust_per_mm2: float,
+    dust_radius_um: float,
+    scratches_per_mm2: float,
+    scratch_width_um: float,
+    scratch_length_um: float,
+    seed: int,
+) -> list[tuple[Convex, float]]:
     """Draw dust and scratches over the square around a pupil of `radius` mm.
 
-    Counts are Poisson; positions uniform; dust radii log-normal about `dust_radius_um` (sigma 0.5); scratches are straight, 0.4 to
+    Counts are Poisson; positions uniform; dust radii log-normal about `dust_radius_um` (sigma 0.5); scratches are straight, 0.4
+    to
     1.6 of `scratch_length_um` long and 0.5 to 1.5 of `scratch_width_um` wide; each takes 0.5 to 1 (dust) or 0.3 to 1 (scratch) of
     the amplitude. The same seed and radius give the same dirt.
 
@@ -119,7 +128,7 @@ def dirt(radius: float, dust_per_mm2: float, dust_radius_um: float, scratches_pe
 
 
 def opening(aperture: Convex, losses) -> list[tuple[Convex, float]]:
-    """Expand aperture x product of (1 - loss) over all dirt into a sum of (shape, weight): amplitude = sum of weights where inside."""
+    """Expand aperture x product of (1 - loss) over all dirt into a sum of (shape, weight), each 1 x weight inside."""
     terms = [(aperture, 1.0)]
     for shape, loss in losses:
         both = [(term & shape, -loss * weight) for term, weight in terms if term.low < shape.high and shape.low < term.high]
@@ -129,16 +138,18 @@ def opening(aperture: Convex, losses) -> list[tuple[Convex, float]]:
 
 def energy(aperture: Convex, losses, strips: int = 4000) -> float:
     """Return the integral of the squared amplitude, mm2: squares of products are products of squares, so areas suffice."""
-    total = 0.0
+    total, angle = (
+        0.0,
+        (np.arange(strips) + 0.5) * np.pi / strips,
+    )  # heights by cosine: exact for discs, whose chords end in a root
     for shape, weight in opening(aperture, [(s, 1 - (1 - loss) ** 2) for s, loss in losses]):
-        step = (shape.high - shape.low) / strips
-        left, right = shape.chords(shape.low + (np.arange(strips) + 0.5) * step)
-        total += weight * step * float(np.maximum(right - left, 0.0).sum())
+        left, right = shape.chords((shape.high + shape.low - (shape.high - shape.low) * np.cos(angle)) / 2)
+        total += weight * (shape.high - shape.low) / 2 * float(np.maximum(right - left, 0.0) @ np.sin(angle)) * np.pi / strips
     return total
 
 
 def transmission(aperture: Convex, losses, x, y) -> np.ndarray:
-    """Return the amplitude transmission at points (x, y), broadcast: 0 outside, 1 in the clear, the product of (1 - loss) in dirt."""
+    """Return the amplitude transmission at points (x, y), broadcast: 0 outside, the product of (1 - loss) inside."""
     a = aperture.contains(x, y).astype(float)
     for shape, loss in losses:
         a *= 1 - loss * shape.contains(x, y)
@@ -185,14 +196,15 @@ def raster(terms, x, y, chords_per_cell: int = 4) -> np.ndarray:
     np.add.at(ends, np.concatenate(position), np.concatenate(change).astype(np.float32))
     ends = ends.reshape(len(y), len(x) + 2)
     np.cumsum(ends, axis=1, out=ends)
-    ends = ends[:, :len(x)]
+    ends = ends[:, : len(x)]
     return np.maximum(ends, 0.0, out=ends)  # float32 sums leave +-1e-7
 
 
 def folded(terms, radius: float, step, period, offset, chords_per_cell: int = 2) -> np.ndarray:
     """Return the raster summed modulo `period`, with the phase that moves the image by `offset`, without drawing it in full.
 
-    The same as drawing cells of `step` centred on the axis and folding them (`diffraction.lattice_psf`), at a cost that does not grow
+    The same as drawing cells of `step` centred on the axis and folding them (`diffraction.lattice_psf`), at a cost that does not
+    grow
     with the f-number: a chord that runs past the period goes on at the other side, turned by exp(-2 pi i offset).
 
     Parameters
@@ -207,7 +219,9 @@ def folded(terms, radius: float, step, period, offset, chords_per_cell: int = 2)
     (dy, dx), (py, px), sub = step, period, chords_per_cell
     rows, cols = (2 * (int(np.ceil(radius / d)) + 1) for d in step)
     wraps = np.exp(-2j * np.pi * offset[1] * np.arange(cols // px + 2))
-    passed = np.concatenate([[0], np.cumsum(wraps)])  # what a chord from the first cell on adds to column 0 of the wraps it enters
+    passed = np.concatenate(
+        [[0], np.cumsum(wraps)]
+    )  # what a chord from the first cell on adds to column 0 of the wraps it enters
     position, change = [], []
     for k, left, right, weight in _chord_ends(terms, -rows / 2 * dy, dy / sub, rows * sub):
         row = k // sub
@@ -220,7 +234,11 @@ def folded(terms, radius: float, step, period, offset, chords_per_cell: int = 2)
             part = inside - whole
             # From here to infinity: this wrap from `inside` on, all later wraps in full. Earlier wraps cancel between both ends.
             position += [start, start + whole, start + whole + 1]
-            change += [-sign * weight * passed[wrap + 1], sign * weight * wraps[wrap] * (1 - part), sign * weight * wraps[wrap] * part]
+            change += [
+                -sign * weight * passed[wrap + 1],
+                sign * weight * wraps[wrap] * (1 - part),
+                sign * weight * wraps[wrap] * part,
+            ]
     ends = np.zeros(py * (px + 2), np.complex64)
     position, change = np.concatenate(position), np.concatenate(change)
     np.add.at(ends, position, change.astype(np.complex64))

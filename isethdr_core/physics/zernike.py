@@ -35,8 +35,8 @@ def _powers(j: int) -> np.ndarray:
         radial = (-1) ** s * factorial(n - s) // (factorial(s) * factorial((n + a) // 2 - s) * factorial((n - a) // 2 - s))
         h = (n - a) // 2 - s  # rho^(n - 2s) = rho^|m| (x^2 + y^2)^h
         for q in range(h + 1):
-            for (k, l), c in angular.items():
-                out[k + 2 * (h - q), l + 2 * q] += norm * radial * comb(h, q) * c
+            for (px, py), c in angular.items():
+                out[px + 2 * (h - q), py + 2 * q] += norm * radial * comb(h, q) * c
     return out
 
 
@@ -81,5 +81,5 @@ def _sum(zernike_um) -> np.ndarray:
     c = np.zeros((size, size))
     for j, value in zernike_um.items():
         p = _powers(int(j))
-        c[:len(p), :len(p)] += value * p
+        c[: len(p), : len(p)] += value * p
     return c

@@ -18,8 +18,9 @@ def test_constant_stays_constant():
 def test_adjoining_rectangles_conserve_the_integral():
     rng = np.random.default_rng(0)
     v = 10.0 ** rng.uniform(-6, 6, (3, 40, 64))
-    total = integrate_tiles(v, grid(64, 0.7), grid(40, 0.7), grid(50, 64 * 0.7 / 50), grid(13, 40 * 0.7 / 13),
-                            64 * 0.7 / 50, 40 * 0.7 / 13).sum((1, 2))
+    total = integrate_tiles(
+        v, grid(64, 0.7), grid(40, 0.7), grid(50, 64 * 0.7 / 50), grid(13, 40 * 0.7 / 13), 64 * 0.7 / 50, 40 * 0.7 / 13
+    ).sum((1, 2))
     np.testing.assert_allclose(total, v.sum((1, 2)) * 0.49, rtol=1e-12)  # float64 sums of 2560 values
 
 
@@ -37,7 +38,9 @@ def test_matches_brute_force_in_long_double():
 
 def test_identity_on_the_same_grid():
     v = np.random.default_rng(2).uniform(0, 1e9, (8, 11))
-    np.testing.assert_allclose(resample_mean(v, grid(11, 3e-6), grid(8, 3e-6), grid(11, 3e-6), grid(8, 3e-6), 3e-6, 3e-6), v, rtol=1e-8)
+    np.testing.assert_allclose(
+        resample_mean(v, grid(11, 3e-6), grid(8, 3e-6), grid(11, 3e-6), grid(8, 3e-6), 3e-6, 3e-6), v, rtol=1e-8
+    )
 
 
 def test_smaller_than_a_tile_reads_that_tile():

@@ -1,0 +1,70 @@
+"""Flares: what dirties the light on its way, and what a flare of your own may offer.
+
+A flare is a frozen dataclass with any of these methods; a lens honours every one it finds.
+
+`pupil(x_mm, y_mm, wavelength_nm)`
+    complex or real amplitude transmission at points of the pupil plane (broadcast; mm from the axis, x right, y down as in
+    the image). The lens multiplies it into its own round stop, averaged over 3 x 3 points per pupil cell.
+`pupil_shapes(radius_mm)`
+    instead of sampling `pupil`: (opening, [(shape, loss of amplitude), ...]) of `isethdr_core.physics.pupil`, convex shapes in
+    mm, the same
+    at all wavelengths, for a lens whose stop has `radius_mm`. The lens draws them exactly, and much faster.
+`scatter(wavelength_nm, angle_rad)`
+    light scattered per steradian at `angle_rad` (array) from the unscattered ray, as a fraction of all light. Its integral
+    over the forward hemisphere is taken from the sharp image and spread: energy is conserved.
+`irradiance(lens, mixed)`
+    light added on the sensor plane (ghosts), W m-2 nm-1, (wavelength, y, x) on the tiles of `mixed`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class IdealFlare:
+    """A clean flare slot: changes nothing."""
+
+    def scatter(self, wavelength_nm, angle_rad):
+        """Return 0 per steradian at every angle."""
+        return 0.0 * angle_rad
+
+
+@dataclass(frozen=True)
+class ApertureFlare:
+    """Diffraction at the iris blades, and at dust and scratches on the glass near it."""
+
+    blades: int = 6  # corners of the iris; below 3 it is round
+    rotation_deg: float = 17.0  # of the iris about the axis
+    rounding: float = 0.0  # of the blades: 0 straight, 1 a circle
+    dust_per_mm2: float = 40.0  # grains per area of the pupil
+    dust_radius_um: float = 9.0  # median of a log-normal
+    scratches_per_mm2: float = 5.0  # scratches per area of the pupil
+    scratch_width_um: float = 3.5  # mean
+    scratch_length_um: float = 500.0  # mean
+    seed: int = 1  # which dirt
+    radius_mm: float = 0.0  # of the circle through the corners; 0: the stop of the lens (0.5 where no lens is known)
+
+    def pupil(self, x_mm, y_mm, wavelength_nm):
+        """Return the amplitude transmission at points of the pupil plane, the same at every wavelength."""
+        from isethdr_core.physics.pupil import transmission
+
+        return transmission(*self.pupil_shapes(0.5), x_mm, y_mm)
+
+    def pupil_shapes(self, radius_mm):
+        """Return the iris and its dirt as convex shapes, for a lens whose stop has `radius_mm`."""
+        from isethdr_core.physics.pupil import blades, dirt
+
+        radius = self.radius_mm or radius_mm
+        return (
+            blades(radius, self.blades, self.rotation_deg, self.rounding),
+            dirt(
+                radius,
+                self.dust_per_mm2,
+                self.dust_radius_um,
+                self.scratches_per_mm2,
+                self.scratch_width_um,
+                self.scratch_length_um,
+                self.seed,
+            ),
+        )

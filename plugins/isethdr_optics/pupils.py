@@ -1,0 +1,154 @@
+"""Pupils: stop, wavefront and flares of a lens put together on any grid of cells."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics import pupil as shapes
+from isethdr_core.physics.zernike import steepest_slope_um, wavefront_um
+
+CORE_SAMPLES = 768  # across the stop: kernel values to 1e-4 (L1), measured against 3072
+MOST_SAMPLES = 8192
+
+
+def radius_mm(lens) -> float:
+    """Return the radius of the round stop, mm."""
+    return lens.focal_length_mm / lens.f_number / 2
+
+
+def distance_mm(lens) -> float:
+    """Return the distance from the pupil to the image, mm: focal length x (1 + magnification)."""
+    return lens.focal_length_mm * (1 + lens.magnification)
+
+
+def blur_um(lens, wavelength_nm: float) -> float:
+    """Return wavelength x working f-number, um: the reciprocal of the highest spatial frequency."""
+    return wavelength_nm * 1e-3 * distance_mm(lens) / (2 * radius_mm(lens))
+
+
+def axis_mm(lens, pitch_mm: float) -> np.ndarray:
+    """Return cell centres, symmetric about the axis, that cover the stop with a cell to spare on either side."""
+    half = int(np.ceil(radius_mm(lens) / pitch_mm)) + 1
+    return (np.arange(2 * half) - half + 0.5) * pitch_mm
+
+
+def _shapes(lens, flares) -> tuple:
+    """Return the stop cut by every iris, and all dirt: (opening, losses)."""
+    given = [f.pupil_shapes(radius_mm(lens)) for f in flares if hasattr(f, "pupil_shapes")]
+    opening = shapes.disc(0.0, 0.0, radius_mm(lens))
+    for iris, _ in given:
+        opening = opening & iris
+    return opening, tuple(loss for _, dirt in given for loss in dirt)
+
+
+def terms(lens, flares) -> list:
+    """Return the stop and all flares with shapes as one sum of (shape, weight)."""
+    return _terms(*_shapes(lens, flares))
+
+
+_terms, _energy = lru_cache(maxsize=16)(shapes.opening), lru_cache(maxsize=16)(shapes.energy)
+
+
+def amplitude(lens, flares, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
+    """Return the mean amplitude transmission (y, x) of each cell, real or complex, without the wavefront."""
+    out = shapes.raster(terms(lens, flares), x_mm, y_mm, chords_per_cell=2 if len(y_mm) > 2100 else 4)
+    for flare in flares:
+        if hasattr(flare, "pupil") and not hasattr(flare, "pupil_shapes"):
+            out = out * _sampled(flare, x_mm, y_mm, wavelength_nm)
+    return out
+
+
+def _sampled(flare, x_mm, y_mm, wavelength_nm, points: int = 3):
+    step_x, step_y = x_mm[1] - x_mm[0], y_mm[1] - y_mm[0]
+    inner = (np.arange(points) + 0.5) / points - 0.5
+    mean = 0.0
+    for dy in inner * step_y:
+        for dx in inner * step_x:
+            mean = mean + np.asarray(flare.pupil(x_mm[None, :] + dx, y_mm[:, None] + dy, wavelength_nm))
+    mean = mean / points**2
+    if not np.isfinite(mean).all() or np.abs(mean).max() > 1 + 1e-9:
+        raise ConfigError(
+            f"flare {type(flare).__name__} has a pupil transmission that is not finite or above 1; "
+            "expected amplitudes of at most 1 from pupil(x_mm, y_mm, wavelength_nm)"
+        )
+    return np.broadcast_to(mean, (len(y_mm), len(x_mm)))
+
+
+def has_phase(lens, flares) -> bool:
+    """Return whether the pupil may be complex: without phase a point spread function equals its mirror image."""
+    return bool(lens.zernike_um) or any(hasattr(f, "pupil") and not hasattr(f, "pupil_shapes") for f in flares)
+
+
+def with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
+    """Return the cells times exp(2 pi i OPD / wavelength) of the lens; refuse a phase the cells cannot follow.
+
+    OSA's y points up, the rows of an image down.
+    """
+    if not lens.zernike_um:
+        return cells
+    radius = radius_mm(lens)
+    step = max(x_mm[1] - x_mm[0], y_mm[1] - y_mm[0]) / radius
+    jump = steepest_slope_um(lens.zernike_um) * step / (wavelength_nm * 1e-3)
+    if jump >= 0.5:
+        raise ConfigError(
+            f"the wavefront changes by {jump:.2f} wavelengths per pupil sample at {wavelength_nm:g} nm: its blur is wider than "
+            "the image; expected smaller lens.zernike_um, or a wider field"
+        )
+    out = np.empty(cells.shape, np.complex64)
+    for start in range(0, len(y_mm), 64):  # in blocks that stay in the processor's cache: four times faster
+        rows = slice(start, start + 64)
+        turns = wavefront_um(lens.zernike_um, x_mm / radius, -y_mm[rows] / radius) / (wavelength_nm * 1e-3)
+        turns -= np.rint(turns)  # whole turns dropped in float64: float32 then keeps 1e-7 of a turn
+        angle = (2 * np.pi * turns).astype(np.float32)
+        block = out[rows]
+        if np.iscomplexobj(cells):
+            np.cos(angle, out=block.real)
+            np.sin(angle, out=block.imag)
+            block *= cells[rows]
+        else:
+            np.multiply(np.cos(angle), cells[rows], out=block.real)
+            np.multiply(np.sin(angle), cells[rows], out=block.imag)
+    return out
+
+
+def core_pitch_mm(lens, extent_um: float, wavelength_nm: float) -> float:
+    """Return a pupil pitch that resolves the stop, an image `extent_um` wide, and the wavefront (a quarter wave per sample)."""
+    diameter = 2 * radius_mm(lens)
+    samples = max(CORE_SAMPLES, 2.0 * extent_um / blur_um(lens, wavelength_nm))
+    if lens.zernike_um:
+        samples = max(samples, 8 * steepest_slope_um(lens.zernike_um) / (wavelength_nm * 1e-3))
+    if samples > MOST_SAMPLES:
+        raise ConfigError(
+            f"the pupil would need {samples:.0f} samples across at {wavelength_nm:g} nm; expected at most {MOST_SAMPLES}: "
+            "ask for a smaller image, or smaller lens.zernike_um"
+        )
+    return diameter / samples
+
+
+def open_energy_mm2(lens, flares, wavelength_nm: float) -> float:
+    """Return the integral of |a|^2 over the pupil, mm2: from areas where all is shapes.
+
+    Else from two grids: grey border cells make a grid's sum too small by a term in 1 / samples, which two extrapolate away.
+    """
+    if same_at_all_wavelengths(flares):
+        energy = _energy(*_shapes(lens, flares))
+    else:
+        fine, coarse = (_energy_on_grid(lens, flares, wavelength_nm, n) for n in (2048, 1024))
+        energy = 2 * fine - coarse
+    if not energy > 0:
+        raise ConfigError("the flares let no light through the pupil; expected a transmission above 0 somewhere")
+    return energy
+
+
+def _energy_on_grid(lens, flares, wavelength_nm, samples):
+    pitch = 2 * radius_mm(lens) / samples
+    axis = axis_mm(lens, pitch)
+    return float(np.sum(np.abs(amplitude(lens, flares, axis, axis, wavelength_nm)) ** 2, dtype=float)) * pitch**2
+
+
+def same_at_all_wavelengths(flares) -> bool:
+    """Return whether every pupil flare states exact shapes, which do not depend on wavelength."""
+    return all(hasattr(f, "pupil_shapes") or not hasattr(f, "pupil") for f in flares)

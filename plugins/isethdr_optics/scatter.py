@@ -1,0 +1,85 @@
+"""Scatter: part of the light leaves the sharp image and is spread by angle; the sum stays the same."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+
+
+def active(flares, wavelength_nm) -> list:
+    """Return the flares that scatter any light at `wavelength_nm` (one or more)."""
+    angles = np.geomspace(1e-6, np.pi / 2, 64)
+    return [
+        f for f in flares if hasattr(f, "scatter") and any(np.any(_values(f, w, angles)) for w in np.atleast_1d(wavelength_nm))
+    ]
+
+
+def total(flare, wavelength_nm: float) -> float:
+    """Return the scattered fraction: the integral of 2 pi sin(angle) scatter over the forward hemisphere."""
+    edges = np.concatenate(
+        [[0.0], np.geomspace(1e-6, np.pi / 2, 400)]
+    )  # decades of angle: scatter often rises steeply to its axis
+    node, weight = np.polynomial.legendre.leggauss(6)
+    half = np.diff(edges)[:, None] / 2
+    angle = edges[:-1, None] + half * (1 + node)
+    return float(np.sum(half * weight * 2 * np.pi * np.sin(angle) * _values(flare, wavelength_nm, angle)))
+
+
+def mix(kernel, flares, wavelength_nm: float, pitch_um, focal_length_mm: float) -> np.ndarray:
+    """Return (1 - scattered fraction) kernel + scatter per sample, for a (y, x) kernel whose axis is at index size // 2."""
+    for flare in active(flares, wavelength_nm):
+        part = total(flare, wavelength_nm)
+        if not part < 1:
+            raise ConfigError(
+                f"flare {type(flare).__name__} scatters {part:.3g} of the light at {wavelength_nm:g} nm; expected less than 1"
+            )
+        spread = _per_sample(flare, wavelength_nm, kernel.shape, pitch_um, focal_length_mm, part)
+        kernel = (1 - part) * kernel + spread
+    return kernel
+
+
+def _per_sample(flare, wavelength_nm, shape, pitch_um, focal_length_mm, part):
+    """Integrate scatter over samples: radially where it is steep, so that the axis sample has its share whatever the peak."""
+    f = focal_length_mm * 1e3
+    x = (np.arange(shape[1]) - shape[1] // 2) * pitch_um[1] / f
+    y = (np.arange(shape[0]) - shape[0] // 2) * pitch_um[0] / f
+    out = _density(flare, wavelength_nm, x[None, :], y[:, None]) * (pitch_um[0] * pitch_um[1] / f**2)
+    near = 4  # samples from the axis within which each is divided finer
+    cy, cx = shape[0] // 2, shape[1] // 2
+    rows, cols = (np.arange(max(0, c - near), min(n, c + near + 1)) for c, n in ((cy, shape[0]), (cx, shape[1])))
+    fine = 32
+    inner = (np.arange(fine) + 0.5) / fine - 0.5
+    py, px = pitch_um[0] / f, pitch_um[1] / f
+    ys = (y[rows][:, None] + inner * py).ravel()
+    xs = (x[cols][:, None] + inner * px).ravel()
+    block = _density(flare, wavelength_nm, xs[None, :], ys[:, None]).reshape(len(rows), fine, len(cols), fine).sum((1, 3))
+    out[np.ix_(rows, cols)] = block * (px * py / fine**2)
+    # The axis sample: what lies inside the largest disc in it by the radial integral, the corners by sums.
+    r = min(px, py) / 2
+    edges = np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 200)]) * np.arctan(r)
+    node, weight = np.polynomial.legendre.leggauss(6)
+    half = np.diff(edges)[:, None] / 2
+    angle = edges[:-1, None] + half * (1 + node)
+    disc = float(np.sum(half * weight * 2 * np.pi * np.sin(angle) * _values(flare, wavelength_nm, angle)))
+    gx, gy = inner * px, inner[:, None] * py
+    corners = _density(flare, wavelength_nm, gx[None, :], gy) * (np.hypot(gx[None, :], gy) > r)
+    out[cy, cx] = disc + float(corners.sum()) * px * py / fine**2
+    inside = float(out.sum())
+    return out if inside <= part else out * (part / inside)
+
+
+def _density(flare, wavelength_nm, x, y):
+    """Return scatter per unit of tangent-plane area: times cos^3, the solid angle of a flat sensor's area."""
+    r2 = x**2 + y**2
+    return _values(flare, wavelength_nm, np.arctan(np.sqrt(r2))) * (1 + r2) ** -1.5
+
+
+def _values(flare, wavelength_nm, angle):
+    values = np.broadcast_to(np.asarray(flare.scatter(wavelength_nm, angle), float), np.shape(angle))
+    if not np.isfinite(values).all() or values.min() < 0:
+        raise ConfigError(
+            f"flare {type(flare).__name__} scatters a negative or infinite amount at {wavelength_nm:g} nm; "
+            "expected finite fractions per steradian >= 0"
+        )
+    return values

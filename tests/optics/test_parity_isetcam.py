@@ -1,0 +1,96 @@
+"""Parity with numbers computed by ISETCam (data beside the project, never copied into it)."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from isethdr_optics import DiffractionLimitedLens, IdealLens
+
+from isethdr_core import quantities
+from isethdr_core.physics.diffraction import diffraction_mtf, psf_from_pupil
+from isethdr_core.physics.zernike import wavefront_um
+
+
+def reference(name):
+    folder = os.environ.get("ISETHDR_REFERENCE")
+    if not folder:
+        pytest.skip("ISETHDR_REFERENCE is not set to the folder of reference numbers")
+    return np.load(Path(folder) / "isetcam" / f"{name}.npz")
+
+
+def uniform(values, wave, count=5, half=0.01):
+    x = quantities.centres(count, 2 * half)
+    cube = np.broadcast_to(np.asarray(values, float)[:, None, None], (len(wave), count, count))
+    return quantities.plane(cube, wave, x, x, quantities.RADIANCE)
+
+
+def test_irradiance_of_a_uniform_scene():
+    d = reference("b_irradiance")
+    for case in range(9):
+        lens = IdealLens(
+            f_number=float(d["case_fnumber"][case]),
+            focal_length_mm=1e3 * float(d["focal_length_m"]),
+            object_distance_m=float(d["case_distance_m"][case]),
+            falloff="none",
+        )
+        light = lens(uniform(d["radiance_photons"], d["wave"]))
+        np.testing.assert_allclose(light[:, 2, 2], d["irr_before_otf"][:, case], rtol=1e-6)  # stored from float32
+
+
+def test_cos4():
+    d = reference("b_irradiance")
+    want = d["cos4th_factor"]
+    n, f, far = len(want), 1e3 * float(d["cos4th_focal_m"]), float(d["cos4th_distance_m"])
+    # ISETCam measures field positions at the image distance, so the field is in tangents.
+    x = quantities.centres(n, 2 * np.tan(np.radians(float(d["cos4th_fov_deg"]) / 2)))
+    lens = IdealLens(focal_length_mm=f, object_distance_m=far)
+    light = lens(quantities.plane(np.ones((1, n, n)), [550.0], x, x, quantities.RADIANCE))
+    got = light.values[0] / lens.throughput_sr()
+    np.testing.assert_allclose(got, want, rtol=3e-3)  # their near-field formula and sample grid
+
+
+def test_diffraction_transfer_function():
+    d = reference("c_dl_otf")
+    frequency = d["otf_axis_mm"]
+    fx, fy = np.meshgrid(np.fft.ifftshift(np.sort(frequency)), np.fft.ifftshift(np.sort(frequency)))
+    for i, wave in enumerate(d["wavelength_nm"]):
+        want = diffraction_mtf(np.hypot(fx, fy) * 1e-3, wave, float(d["fnumber"]))
+        np.testing.assert_allclose(d["otf_dc_at_11"][..., i], want, atol=1e-6)  # float32
+
+
+def test_diffraction_psf_to_transfer_function():
+    d = reference("c_dl_otf")
+    pitch, lens = 1e3 * float(d["psf_dx_mm"]), DiffractionLimitedLens()
+    for i, wave in enumerate(d["wavelength_nm"]):
+        psf = lens.psf([float(wave)], pitch_um=pitch, size=1024).values[0]
+        got = np.abs(np.fft.fft2(psf))[::8, ::8]  # 1024 samples: every eighth frequency is one of theirs
+        assert np.abs(got - d["otf_dc_at_11"][..., i]).max() < 6e-3  # light beyond 128 um: 0.3 % to 0.5 %
+
+
+@pytest.mark.parametrize("domain", ["psf", "pupil"])
+def test_zernike_point_spread(domain):
+    d = reference("d_wvf_zernike")
+    for w, wave in enumerate(d["wave_nm"]):
+        for z in range(3):
+            amplitude, opd = d[f"pupil_amp_{domain}"][:, :, w, z], d[f"wavefront_um_{domain}"][:, :, w, z]
+            plane_mm = float(d[f"pupil_plane_mm_{domain}"][w, z])
+            # Their transform has 201 samples: the pitch is wavelength f / plane.
+            pitch_um = float(wave) * 1e-3 * 8.0 / plane_mm
+            got = psf_from_pupil(amplitude.astype(float), opd, float(wave), plane_mm / 201, 8.0, pitch_um, 129)
+            want = d[f"psf_{domain}"][:, :, w, z]
+            assert np.abs(got - want).max() < 1e-6 * want.max(), (domain, w, z)
+
+
+@pytest.mark.parametrize("domain", ["psf", "pupil"])
+def test_zernike_wavefront(domain):
+    d = reference("d_wvf_zernike")
+    for w in range(3):
+        for z in range(3):
+            inside = d[f"pupil_amp_{domain}"][:, :, w, z] > 0
+            if not inside.any() or not d["zcoeffs"][:, z].any():
+                continue
+            axis = (np.arange(201) - 100) * float(d[f"pupil_plane_mm_{domain}"][w, z]) / 201 / (float(d["pupil_diameter_mm"]) / 2)
+            got = wavefront_um({j: c for j, c in enumerate(d["zcoeffs"][:, z]) if c}, axis, -axis)  # OSA's y points up
+            want = d[f"wavefront_um_{domain}"][:, :, w, z]
+            assert np.abs(got - want)[inside].max() < 2e-6 * np.abs(want).max()  # float32; their pi of 3.1416 in one domain

@@ -1,0 +1,145 @@
+"""Diffraction: Airy pattern, annulus, transfer function, tilt, energy, and the two ways to large frames."""
+
+import numpy as np
+import pytest
+from scipy.special import j0, j1
+
+from isethdr_core.physics.diffraction import (
+    diffraction_mtf,
+    integrated_psf,
+    lattice_pitch_mm,
+    lattice_psf,
+    psf_from_pupil,
+    sampled_psf,
+)
+from isethdr_core.physics.pupil import disc, opening, raster
+from isethdr_core.physics.zernike import wavefront_um
+
+N, FOCAL, RADIUS = 400, 4.0, 0.5
+
+
+def pupil(n=N, obscured=0.0):
+    pitch = 2 * RADIUS / n
+    x = (np.arange(n + 2) - (n + 1) / 2) * pitch
+    losses = [(disc(0, 0, RADIUS * obscured), 1.0)] if obscured else []
+    return raster(opening(disc(0, 0, RADIUS), losses), x, x).astype(float), pitch, x
+
+
+def psf(wavelength, pitch_um, size, obscured=0.0, opd=None, **kw):
+    a, pitch, _ = pupil(obscured=obscured)
+    return psf_from_pupil(a, opd, wavelength, pitch, FOCAL, pitch_um, size, np.pi * RADIUS**2 * (1 - obscured**2), True, **kw)
+
+
+def encircled(values, pitch_um, radius_um):
+    i = (np.arange(len(values)) - len(values) // 2) * pitch_um
+    return values[np.hypot(i[:, None], i[None, :]) <= radius_um].sum()
+
+
+def test_airy_encircled_energy_at_the_dark_rings():
+    p = psf(550, 0.05, 256)
+    for x, want in ((3.8317, 0.8378), (7.0156, 0.9099)):  # 1 - J0^2 - J1^2 at the zeros of J1
+        assert want == pytest.approx(1 - j0(x) ** 2 - j1(x) ** 2, abs=1e-4)
+        assert encircled(p, 0.05, x / np.pi * 0.55 * 4) == pytest.approx(want, abs=1e-3)
+
+
+def test_airy_profile_absolute():
+    p = psf(550, 0.25, 65)
+    r = np.abs(np.arange(65) - 32) * 0.25
+    v = np.pi * r / (0.55 * 4) + 1e-12
+    want = (2 * j1(v) / v) ** 2 * np.pi / 4 * (0.25 / (0.55 * 4)) ** 2  # peak: area of the pupil / (wavelength f)^2
+    np.testing.assert_allclose(p[32], want, atol=2e-4 * want.max())  # 400 pupil samples
+
+
+def test_annulus():
+    e, p = 0.5, psf(550, 0.05, 256, obscured=0.5)
+    r = (np.arange(256) - 128) * 0.05
+    v = np.pi * np.hypot(r[:, None], r[None, :]) / (0.55 * 4) + 1e-12
+    want = (2 * j1(v) / v - e * e * 2 * j1(e * v) / (e * v)) ** 2
+    np.testing.assert_allclose(p / p.max(), want / want.max(), atol=5e-4)  # 400 pupil samples
+    assert encircled(p, 0.05, 3.1461 / np.pi * 0.55 * 4) == pytest.approx(0.4786, abs=2e-3)  # first dark ring, Mahajan 1991
+
+
+def test_mtf_is_the_closed_form():
+    p = psf(550, 0.5, 512)
+    otf = np.abs(np.fft.fft(p.sum(axis=0)))[:100]
+    want = diffraction_mtf(np.fft.fftfreq(512, 0.5)[:100], 550, 4.0)
+    np.testing.assert_allclose(otf, want, atol=4e-3)  # the light beyond 128 um, 0.3 %
+
+
+def test_sum_below_one_and_the_rest_lies_outside():
+    small, large = psf(550, 0.5, 64), psf(550, 0.5, 512)
+    assert small.sum() < large.sum() < 1
+    assert 1 - large.sum() == pytest.approx(
+        2 / (np.pi**2) * 0.55 * 4 / 128, rel=0.25
+    )  # Airy: 2 lambda N / (pi^2 r); a square, not a disc
+
+
+@pytest.mark.parametrize("axis_, j", [(1, 2), (0, 1)])
+def test_tilt_moves_the_image_along_plus(axis_, j):
+    _, _, x = pupil()
+    c = 0.25  # um: OPD 2 c x / R, image shift f dW/dx = 4 N c = 4 um
+    p = psf(550, 0.25, 128, opd=wavefront_um({j: c}, x / RADIUS, x / RADIUS))
+    at = np.unravel_index(p.argmax(), p.shape)
+    assert (at[axis_] - 64) * 0.25 == pytest.approx(4.0, abs=0.125)
+    assert at[1 - axis_] == 64
+
+
+def test_array_of_wavelengths_and_centre_of_even_and_odd_sizes():
+    p = psf([450, 650], 0.5, 31)
+    assert p.shape == (2, 31, 31) and p[0, 15, 15] == p[0].max()
+    np.testing.assert_array_equal(p[1], psf(650, 0.5, 31))
+    even = psf(550, 0.5, 32)
+    assert np.unravel_index(even.argmax(), even.shape) == (16, 16)
+
+
+def test_integrated_is_the_fine_sum_and_splits_consistently():
+    fine = psf(550, 0.1, 455)  # Nyquist is 1.1 um: sums of an 11 x 11 midpoint rule
+    centre = 227
+    want = fine[centre - 192 : centre + 193, centre - 192 : centre + 193].reshape(35, 11, 35, 11).sum((1, 3))
+    got = psf(550, 1.1, 35, integrated=True)
+    np.testing.assert_allclose(got, want, atol=2e-3 * want.max())  # a midpoint rule of 11 points errs by 1e-3
+    assert got.min() >= 0
+
+
+def test_complex_pupil_is_asymmetric_and_keeps_its_energy():
+    a, pitch, x = pupil()
+    coma = wavefront_um({8: 0.15}, x / RADIUS, x / RADIUS)
+    p = psf_from_pupil(a, coma, 550, pitch, FOCAL, 0.5, 401)
+    assert p.sum() == pytest.approx(1, abs=0.01)  # Parseval, less what is outside 200 um
+    assert np.abs(p - p[::-1, ::-1]).max() > 0.1 * p.max()
+
+
+@pytest.mark.parametrize("z", [{}, {4: 0.15, 8: 0.1}])
+def test_folded_transform_equals_chirp_z(z):
+    wave, pitch, reach, period = 550.0, (4.0, 3.5), (60, 80), (160, 216)
+    step = lattice_pitch_mm(wave, (period[0] * 6, period[1] * 6), FOCAL, (pitch[0] / 6, pitch[1] / 6))
+    ny, nx = (2 * int(np.ceil(RADIUS / s)) + 2 for s in step)
+    x, y = (np.arange(nx) - (nx - 1) / 2) * step[1], (np.arange(ny) - (ny - 1) / 2) * step[0]
+    a = raster([(disc(0.05, 0.02, RADIUS * 0.9), 1.0)], x, y)
+    if z:
+        a = a * np.exp(2j * np.pi * wavefront_um(z, x / RADIUS, y / RADIUS) / 0.55)
+    got = lattice_psf(a, wave, period, FOCAL, reach, pitch, 1.0, (0.0, 0.0))
+    want = sampled_psf(a, wave, step, FOCAL, [2 * r + 1 for r in reach], pitch, 1.0, cell_means=True)
+    np.testing.assert_allclose(got[40:-40, 40:-40], want[40:-40, 40:-40], rtol=2e-4, atol=1e-7 * want.max())  # complex64
+    moved = lattice_psf(a, wave, period, FOCAL, reach, pitch, 1.0, (1.0, 1.0))  # one tile further on: the same values, shifted
+    np.testing.assert_allclose(moved[40:-41, 40:-41], got[41:-40, 41:-40], rtol=2e-3, atol=1e-6 * want.max())
+
+
+def test_two_boxes_equal_one_box_averaged_over_the_source():
+    a, pitch, _ = pupil()
+    args = (550.0, (pitch, pitch), FOCAL)
+    two = integrated_psf(a, *args, (9, 9), (3.0, 3.0), np.pi / 4, True, boxes=2)
+    fine = integrated_psf(a, *args, (91, 91), (0.3, 0.3), np.pi / 4, True)
+    w = np.convolve(np.ones(10), np.ones(10)) / 10
+    direct = sum(w[i] * w[j] * fine[45 + i - 9, 45 + j - 9] for i in range(19) for j in range(19))
+    assert two[4, 4] == pytest.approx(direct, rel=3e-3)  # a sum of 10 x 10 points for the source
+
+
+def test_coarse_pupils_are_refused():
+    a, pitch, x = pupil(40)
+    with pytest.raises(ValueError, match="wider than"):
+        psf_from_pupil(a, None, 550, pitch, FOCAL, 1.0, 512)
+    with pytest.raises(ValueError, match="wavefront changes"):
+        psf_from_pupil(a, wavefront_um({4: 2.0}, x / RADIUS, x / RADIUS), 550, pitch, FOCAL, 0.5, 64)
+    with pytest.raises(ValueError, match="no light"):
+        psf_from_pupil(0 * a, None, 550, pitch, FOCAL, 0.5, 64)
