@@ -1,0 +1,101 @@
+"""Cutting: split a sheet exactly along the zero line of a scalar field, and the outlines to cut along."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .piece import Piece, compact, face_areas, flat, unit
+
+
+def cut(part, value):
+    """Split along value = 0 (one value per vertex) -> (negative side, positive side, seam).
+
+    The seam is (k, 2, 2, 3): segments of the cut line, each end with position and normal.
+    """
+    value = np.where(np.abs(value) < 1e-7, 1e-7, value)
+    v, n, f = part.vertices, part.normals, part.faces
+    neg = value[f] < 0
+    count = neg.sum(1)
+    lone = np.where(count == 1, np.argmax(neg, 1), np.argmin(neg, 1))
+    mixed = (count == 1) | (count == 2)
+    t = f[mixed]
+    row = np.arange(len(t))
+    a, b, c = (t[row, (lone[mixed] + k) % 3] for k in range(3))
+
+    def crossing(p, q):
+        w = (value[p] / (value[p] - value[q]))[:, None]
+        return v[p] + w * (v[q] - v[p]), unit(n[p] + w * (n[q] - n[p]))
+
+    (vab, nab), (vac, nac) = crossing(a, b), crossing(a, c)
+    base = len(v)
+    ab, ac = base + row, base + len(t) + row
+    tip, quad = np.stack([a, ab, ac], 1), np.concatenate([np.stack([ab, b, c], 1), np.stack([ab, c, ac], 1)])
+    tip_neg = count[mixed] == 1
+    allv, alln = np.concatenate([v, vab, vac]), np.concatenate([n, nab, nac])
+    two = np.concatenate([tip_neg, tip_neg])
+    inside = np.concatenate([f[count == 3], tip[tip_neg], quad[~two]])
+    outside = np.concatenate([f[count == 0], tip[~tip_neg], quad[two]])
+    seam = np.stack([np.stack([vab, nab], 1), np.stack([vac, nac], 1)], 1)
+    seam[tip_neg] = seam[tip_neg][:, ::-1]
+    return (
+        compact(replace(part, vertices=allv, faces=inside, normals=alln)),
+        compact(replace(part, vertices=allv, faces=outside, normals=alln)),
+        seam,
+    )
+
+
+def hem(seam, shift, name: str, material: str) -> Piece:
+    """Return the strip from a seam to its copy moved by `shift`: a vector, or a distance along the normals, m."""
+    p, n = seam[:, :, 0], seam[:, :, 1]
+    q = p + (n * shift if np.isscalar(shift) else np.asarray(shift, float))
+    v = np.stack([p[:, 0], p[:, 1], q[:, 1], q[:, 0]], 1).reshape(-1, 3)
+    k = 4 * np.arange(len(p))[:, None]
+    strip = Piece(name, v, np.concatenate([k + [0, 1, 2], k + [0, 2, 3]]), material)
+    solid = np.linalg.norm(face_areas(strip), axis=1) > 1e-12  # a segment along `shift` sweeps nothing
+    return flat(replace(strip, faces=strip.faces[solid]))
+
+
+def polygon(points, r=0.0):
+    """Signed distance (negative inside) to a closed 2-D polygon grown by r with round corners."""
+    a = np.asarray(points, float)
+    b = np.roll(a, -1, 0)
+
+    def distance(p, q):
+        w = np.stack([p, q], -1)[:, None]
+        e = b - a
+        k = np.clip(((w - a) * e).sum(-1) / np.maximum((e * e).sum(-1), 1e-12), 0, 1)
+        d = np.sqrt((((w - a) - k[..., None] * e) ** 2).sum(-1)).min(1)
+        y, y0, y1 = w[..., 1], a[:, 1], b[:, 1]
+        hit = (y0 > y) != (y1 > y)
+        x = a[:, 0] + (y - y0) / np.where(y1 == y0, 1, y1 - y0) * e[:, 0]
+        odd = (hit & (w[..., 0] < x)).sum(1) % 2 == 1
+        return np.where(odd, -d, d) - r
+
+    return distance
+
+
+def curve(points, sigma=0.0):
+    """Function through (x, y) points, corners rounded by a Gaussian of width sigma."""
+    from scipy.ndimage import gaussian_filter1d
+
+    x, y = np.asarray(points, float).T
+    t = np.linspace(x[0], x[-1], 2000)
+    s = np.interp(t, x, y)
+    if sigma:
+        s = gaussian_filter1d(s, sigma / (t[1] - t[0]), mode="nearest")
+    return lambda q: np.interp(q, t, s)
+
+
+def subdivide(piece):
+    """Return the piece with every face split into four at the middles of its edges."""
+    v, n, f = piece.vertices, piece.normals, piece.faces
+    edges = np.sort(f[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), 1)
+    pairs, ids = np.unique(edges, axis=0, return_inverse=True)
+    ids = ids.reshape(-1, 3) + len(v)
+    a, b, c = f.T
+    ab, bc, ca = ids.T
+    faces = np.concatenate([np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    return replace(piece, faces=faces, vertices=np.concatenate([v, v[pairs].mean(1)]),
+                   normals=np.concatenate([n, unit(n[pairs].mean(1))]))

@@ -1,0 +1,94 @@
+"""Primitives: quad grids, balls, boxes, lathed profiles and tubes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .piece import Piece, flat, unit, vertex_normals
+
+
+def grid(points, name="grid", material="plastic_black", close_u=False, close_v=False, smooth=True):
+    """Return a grid of quads as triangles.
+
+    Parameters
+    ----------
+    points : (n, m, 3), m; u runs along the first axis, v along the second, and outward is d/du x d/dv
+    close_u, close_v : join the last row or column to the first
+    smooth : one normal per vertex, else one per face
+    """
+    p = np.asarray(points, float)
+    n, m = p.shape[:2]
+    i, j = np.meshgrid(np.arange(n - (not close_u)), np.arange(m - (not close_v)), indexing="ij")
+    k = lambda a, b: ((a % n) * m + b % m).ravel()
+    a, b, c, d = k(i, j), k(i + 1, j), k(i + 1, j + 1), k(i, j + 1)
+    v, f = p.reshape(-1, 3), np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    part = Piece(name, v, f, material)
+    return replace(part, normals=vertex_normals(v, f)) if smooth else flat(part)
+
+
+def ball(centre=(0, 0, 0), radii=(1, 1, 1), name="ball", material="plastic_black", n=12):
+    """Return an ellipsoid of `n` rings."""
+    a = np.linspace(-np.pi / 2, np.pi / 2, n + 1)[:, None]
+    b = np.linspace(0, 2 * np.pi, 2 * n, endpoint=False)[None, :]
+    p = np.stack([np.cos(a) * np.cos(b), np.cos(a) * np.sin(b), np.sin(a) + 0 * b], -1)
+    return grid((p * radii + centre)[::-1], name, material, close_v=True)
+
+
+def box(centre, size, name="box", material="plastic_black", r=0.0, n=3):
+    """Return a box whose edges are rounded by radius `r`, m, in `n` steps."""
+    half = np.asarray(size, float) / 2
+    r = min(r, half.min())
+    if r <= 0:
+        s = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+        q = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+        f = np.array([t for a, b, c, d in q for t in ([a, b, c], [a, c, d])])
+        return flat(Piece(name, s * half + centre, f, material))
+    lat = np.concatenate(
+        [
+            [-np.pi / 2],
+            -np.linspace(np.pi / 2 - 1e-3, 1e-3, n + 1),
+            np.linspace(1e-3, np.pi / 2 - 1e-3, n + 1),
+            [np.pi / 2],
+        ]
+    )[:, None]
+    q = np.linspace(1e-3, np.pi / 2 - 1e-3, n + 1)
+    lon = np.concatenate([q + k * np.pi / 2 for k in range(4)])[None, :]
+    d = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat) + 0 * lon], -1)
+    sign = np.where(np.abs(d) < 1e-9, 0, np.sign(d))
+    p = sign * (half - r) + r * d + centre
+    part = grid(p[::-1], name, material, close_v=True)
+    return replace(part, normals=d[::-1].reshape(-1, 3))
+
+
+def lathe(profile, name="lathe", material="plastic_black", n=32, axis="y", turn=(0, 2 * np.pi)):
+    """Return a profile of (radius, height) turned about an axis through `turn`, radians.
+
+    The outside is right when the profile goes up along the axis; a disc that looks along the axis runs from rim to centre.
+    """
+    r, h = np.asarray(profile, float).T
+    full = abs(turn[1] - turn[0]) > 6.28
+    a = np.linspace(*turn, n, endpoint=not full)
+    c, s = np.cos(a)[:, None] * r, np.sin(a)[:, None] * r
+    h = np.broadcast_to(h, c.shape)
+    p = {"x": (h, c, s), "y": (s, h, c), "z": (c, s, h)}[axis]
+    return grid(np.stack(p, -1), name, material, close_u=full)
+
+
+def tube(path, radius, name="tube", material="plastic_black", sides=8, caps=True):
+    """Return a round tube along a polyline (k, 3); `radius` is a number or one per point, m."""
+    p = np.asarray(path, float)
+    r = np.broadcast_to(np.asarray(radius, float), len(p)).copy()
+    if caps:
+        p, r = np.concatenate([p[:1], p, p[-1:]]), np.concatenate([[1e-5], r, [1e-5]])
+    t = unit(np.gradient(p, axis=0) + 1e-12)
+    side = np.cross(t, [0.31, 0.17, 0.94])
+    weak = np.linalg.norm(side, axis=1) < 0.2
+    if weak.any():
+        side = np.cross(t, [0.9, 0.4, 0.17])
+    side = unit(side)
+    up = np.cross(side, t)
+    a = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+    ring = np.cos(a)[None, :, None] * side[:, None] + np.sin(a)[None, :, None] * up[:, None]
+    return grid(p[:, None] + r[:, None, None] * ring, name, material, close_v=True)

@@ -1,0 +1,66 @@
+"""Relative spectral power of the lamps: measured tables of colour-science, and three stated models.
+
+| name | what | source |
+|---|---|---|
+| halogen | tungsten halogen (H7) | model: black body at 3200 K (Planck) |
+| led_white | headlamp and street LED, about 5100 K | CIE 015:2018 illuminant LED-B4, `colour.SDS_ILLUMINANTS` |
+| led_warm | room light, about 2700 K | CIE 015:2018 illuminant LED-B1 |
+| sodium | high pressure sodium street lamp | "C100S54 (HPS)", `colour.SDS_LIGHT_SOURCES` |
+| metal_halide | metal halide | "MHC100/U/MP/4K", `colour.SDS_LIGHT_SOURCES` |
+| red | tail and brake LED | model: Gaussian at 630 nm, 18 nm wide (full width at half maximum) |
+| amber | indicator and marker LED | model: Gaussian at 592 nm, 16 nm wide |
+| daylight | CIE D65 | `colour.SDS_ILLUMINANTS` |
+
+Only the shape matters: a lamp's level is its candela. Each is scaled to a maximum of 1.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from isethdr_core.scene import Spectrum
+
+WAVELENGTH_NM = np.arange(380.0, 781.0, 5.0)
+MEASURED = {  # name: (collection of colour-science, its key)
+    "led_white": ("SDS_ILLUMINANTS", "LED-B4"),
+    "led_warm": ("SDS_ILLUMINANTS", "LED-B1"),
+    "sodium": ("SDS_LIGHT_SOURCES", "C100S54 (HPS)"),
+    "metal_halide": ("SDS_LIGHT_SOURCES", "MHC100/U/MP/4K"),
+    "daylight": ("SDS_ILLUMINANTS", "D65"),
+}
+GAUSSIAN = {"red": (630.0, 18.0), "amber": (592.0, 16.0)}  # centre nm, full width at half maximum nm
+HALOGEN_K = 3200.0
+NAMES = (*MEASURED, *GAUSSIAN, "halogen")
+
+
+@cache
+def spectrum_of(name: str) -> Spectrum:
+    """Return the relative spectral power `name` of the table above, 380-780 nm in steps of 5 nm."""
+    from isethdr_core.physics.radiometry import planck_radiance
+
+    if name in MEASURED:
+        import colour  # more than a second to import: only when a scene with such a lamp is built
+
+        collection, key = MEASURED[name]
+        table = getattr(colour, collection)[key]
+        power = np.interp(WAVELENGTH_NM, table.wavelengths, table.values)
+    elif name in GAUSSIAN:
+        centre, width = GAUSSIAN[name]
+        power = np.exp(-4 * np.log(2) * ((WAVELENGTH_NM - centre) / width) ** 2)
+    elif name == "halogen":
+        power = planck_radiance(WAVELENGTH_NM, HALOGEN_K)
+    else:
+        raise KeyError(f"no lamp spectrum {name!r}; expected one of {', '.join(NAMES)}")
+    return Spectrum(tuple(WAVELENGTH_NM.tolist()), tuple((power / power.max()).tolist()))
+
+
+def sky_of(luminance_cd_m2: float, name: str = "daylight") -> Spectrum:
+    """Return a sky radiance, W m-2 sr-1 nm-1, of that luminance and the spectral shape `name`."""
+    from isethdr_core.physics.photometry import luminance
+
+    shape = spectrum_of(name)
+    fine = np.arange(360.0, 831.0)
+    scale = luminance_cd_m2 / float(luminance(shape.at(fine), fine))
+    return Spectrum(shape.wavelength_nm, tuple(scale * v for v in shape.value))

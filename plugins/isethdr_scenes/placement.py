@@ -1,0 +1,150 @@
+"""Who stands where: the cheap half of a scene, drawn from its seed before any mesh is made.
+
+Places are (s, y): metres along the road from below the camera, metres to the left of its middle line.
+Random numbers are drawn in a fixed order, so that the same seed gives the same places.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .geometry.ground import EDGE_M, Ground
+
+OWN_LANE_M = -1.75                     # middle of the camera's lane
+OWN_LAMPS = (2.0, 0.65, 0.65)          # own headlamps: metres ahead of the camera, to either side, above the road
+CAR_LAMP = (2.25, 0.68, 0.70)          # headlamps of a car: ahead of its middle, to either side, above the road
+RAIL_Y_M, RAIL_M = 5.6, (26.0, 150.0)
+LAMP_POST_Y_M, LAMP_POST_FIRST_M, LAMP_POST_STEP_M = 6.4, 16.0, 30.0
+MARKER_POSTS_M = (22.0, 47.0, 97.0, 147.0)
+HOUSE = (96.0, -26.0)
+FAR_STEP_M = 0.09                      # coarser sections for vehicles beyond 40 m
+SIDE_WALK_Y_M = EDGE_M - 0.25          # pedestrians walk on the paved shoulder
+
+DRIVING = ("low_beam", "low_beam_middle", "low_beam_shoulder", "low_beam_side", "low_beam_stray", "position", "tail", "marker", "sign")
+PARKED = ("position", "tail", "marker", "indicator")
+PLANTS = {"oak": (0.20, 13.0), "birch": (0.12, 13.0), "spruce": (0.33, 15.0), "bush": (0.35, 10.5)}  # share, least |y| m
+
+
+@dataclass(frozen=True)
+class Spot:
+    """One object: its recipe (see `builders`), category, place, turn, and the kinds of its lamps that are on."""
+
+    name: str
+    recipe: tuple
+    category: str
+    s_m: float = 0.0
+    y_m: float = 0.0
+    turn_deg: float = 0.0
+    scale: float = 1.0
+    z_m: float | None = None                # height over the datum; None: on the ground
+    lamps: tuple[str, ...] = ()
+
+
+def eye(ground: Ground, camera_height_m: float) -> np.ndarray:
+    """Return the camera's position in the world, m."""
+    return ground.on(0.0, OWN_LANE_M, camera_height_m)
+
+
+def bearing_deg(point, seen_from) -> float:
+    """Return the horizontal angle of a point to the left of +x, seen from another."""
+    d = np.asarray(point, float) - seen_from
+    return float(np.degrees(np.arctan2(d[1], d[0])))
+
+
+def oncoming_lamp(ground: Ground, s_m: float) -> np.ndarray:
+    """Return where the oncoming car at `s_m` has the headlamp nearer to the roadside, m."""
+    ahead, side, height = CAR_LAMP
+    return ground.on(s_m - ahead, -OWN_LANE_M + side, height)
+
+
+def walk_beside(ground: Ground, y_m: float, bearing: float, seen_from) -> float:
+    """Return the s at which a walker at `y_m` is seen at that bearing (bisection; the bearing falls with s)."""
+    near, far = 6.0, 150.0
+    for _ in range(40):
+        middle = 0.5 * (near + far)
+        near, far = (middle, far) if bearing_deg(ground.on(middle, y_m), seen_from) > bearing else (near, middle)
+    return 0.5 * (near + far)
+
+
+def traffic(drive, ground: Ground, s: dict, rng) -> list[Spot]:
+    """Return the vehicles: one ahead, one oncoming, one parked, and further ones up to a drawn number."""
+    count = rng.integers(drive.vehicles[0], drive.vehicles[1] + 1)
+    paints = rng.permutation(["blue", "silver", "red", "green", "grey", "sand"])
+    gaps = rng.uniform([18, 17, 17], [26, 24, 25])
+    ahead = (*DRIVING, "brake") if drive.braking else DRIVING
+    spots = [
+        Spot("car oncoming", ("car", "suv", str(paints[0])), "car", s["oncoming"], -OWN_LANE_M, 180, lamps=DRIVING),
+        Spot("car ahead", ("car", "sedan", str(paints[1])), "car", s["ahead"], OWN_LANE_M, lamps=ahead),
+        Spot("truck parked", ("truck",), "truck", s["truck"], -6.0, lamps=PARKED),
+        Spot("van oncoming", ("car", "van", "white", FAR_STEP_M), "car", s["oncoming"] + gaps[0], -OWN_LANE_M, 180, lamps=DRIVING),
+        Spot("car further ahead", ("car", "hatchback", str(paints[2]), FAR_STEP_M), "car", s["ahead"] + gaps[1], OWN_LANE_M, lamps=DRIVING),
+        Spot("bus oncoming", ("bus",), "bus", s["oncoming"] + gaps[0] + gaps[2] + 8, -OWN_LANE_M, 180, lamps=DRIVING),
+    ]
+    return spots[:count]
+
+
+def living(drive, ground: Ground, s: dict, rng) -> list[Spot]:
+    """Return the people and animals: a walker beside the oncoming headlamps, a rider, deer, and some more."""
+    people = rng.integers(drive.people[0], drive.people[1] + 1)
+    animals = rng.integers(drive.animals[0], drive.animals[1] + 1)
+    turn, phase, further = rng.uniform(-15, 15), rng.uniform(0, 1, 3), rng.uniform(20, 45)
+    look = int(rng.integers(0, 3))
+    y = SIDE_WALK_Y_M
+    spots = [
+        Spot("pedestrian", ("person", look, round(float(phase[0]), 2)), "person", s["pedestrian"], y, 180 + turn),
+        Spot("bicycle", ("bicycle",), "bicycle", s["cyclist"], -3.75, lamps=("bike_front", "bike_tail")),
+        Spot("rider", ("rider",), "person", s["cyclist"], -3.75),
+        Spot("worker", ("person", 3, round(float(phase[1]), 2)), "person", s["truck"] - 9.5, -5.0, 160),
+        Spot("child", ("person", 4, round(float(phase[2]), 2)), "person", s["pedestrian"] + further, y, 180 - turn),
+    ]
+    deer = [
+        Spot("stag", ("deer", True, 1.0), "deer", s["deer"], -8.8, 62 + turn),
+        Spot("hind", ("deer", False, 0.05), "deer", s["deer"] + 8, -11.2, 130 + turn),
+        Spot("second hind", ("deer", False, 0.05), "deer", s["deer"] + 22, -13.0, 40 - turn),
+    ]
+    return spots[: people + 1] + deer[:animals]  # the bicycle is no person
+
+
+def plants(drive, rng) -> list[Spot]:
+    """Return trees and bushes on both sides of the road, none on the house."""
+    spots = []
+    total = int(rng.integers(drive.trees[0], drive.trees[1] + 1))
+    for kind, (share, near) in PLANTS.items():
+        for k in range(round(share * total)):
+            s, y = rng.uniform(20, 230), rng.choice([-1.0, 1.0]) * (near + rng.gamma(1.6, 7))
+            turn, scale = rng.uniform(0, 360), rng.uniform(0.75, 1.2)
+            if y < 0 and abs(s - HOUSE[0]) < 16 and y > HOUSE[1] - 10:
+                y = -y
+            spots.append(Spot(f"{kind} {k}", ("plant", kind), "tree" if kind != "bush" else "vegetation", s, y, turn, scale))
+    return spots
+
+
+def furniture(drive, ground: Ground, rng) -> list[Spot]:
+    """Return what was built: road, land, grass, guard rail, street lamps, posts, a house, and the own headlamps."""
+    lamps = int(rng.integers(drive.street_lamps[0], drive.street_lamps[1] + 1))
+    posts = [LAMP_POST_FIRST_M + k * LAMP_POST_STEP_M for k in range(lamps)]
+    return [
+        Spot("road", ("road", ground), "road"),
+        Spot("field", ("field", ground), "vegetation"),
+        Spot("grass", ("grass", ground), "vegetation"),
+        Spot("guard rail", ("guard_rail", ground, *RAIL_M, RAIL_Y_M), "guard rail"),
+        Spot("own headlamps", ("own_headlamps", *OWN_LAMPS), "own vehicle", 0.0, OWN_LANE_M, lamps=DRIVING),
+        Spot("house", ("house",), "building", *HOUSE, 180, lamps=("window",)),
+        *(Spot(f"street lamp {k}", ("street_lamp",), "street lamp", s, LAMP_POST_Y_M, 180, lamps=("street",))
+          for k, s in enumerate(posts)),
+        *(Spot(f"marker post {k}", ("marker_post",), "post", s, -5.1) for k, s in enumerate(MARKER_POSTS_M)),
+    ]
+
+
+def plan(drive) -> tuple[Ground, list[Spot]]:
+    """Return the ground and the spots of all objects of a `night_drive`; the same seed, the same plan."""
+    rng = np.random.default_rng(drive.seed)
+    s = {name: float(rng.uniform(*getattr(drive, f"{name}_m"))) for name in ("oncoming", "ahead", "cyclist", "deer", "truck")}
+    beside = float(rng.uniform(*drive.pedestrian_beside_deg))
+    ground = Ground(float(rng.uniform(*drive.curvature_per_m)), drive.seed, (s["truck"] - 14, s["truck"] + 12))
+    seen_from = eye(ground, drive.camera_height_m)
+    lamp_bearing = bearing_deg(oncoming_lamp(ground, s["oncoming"]), seen_from)
+    s["pedestrian"] = walk_beside(ground, SIDE_WALK_Y_M, lamp_bearing + beside, seen_from)
+    return ground, traffic(drive, ground, s, rng) + living(drive, ground, s, rng) + furniture(drive, ground, rng) + plants(drive, rng)

@@ -1,0 +1,56 @@
+"""The inside of a road tunnel, looking at its bright exit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from .validation import check_ranges
+
+
+@dataclass(frozen=True)
+class Tunnel:
+    """A lit tunnel with a car ahead, an oncoming car and a walker, and daylight at its end.
+
+    At weight 1 the sky outside has `sky_luminance_cd_m2`: with all weights 1 it is day. The walker stands
+    on the right walkway against the tunnel's dim wall; the exit fills a few degrees of the picture.
+    """
+
+    seed: int = 0                                                  # draws all that has a range
+    horizontal_field_deg: float = 45.0                             # full field of the camera
+    aspect: float = 16 / 9                                         # width / height of the field
+    camera_height_m: float = 1.3                                   # above the road, behind the windscreen
+    exit_m: tuple[float, float] = (75.0, 110.0)                    # distance of the exit
+    ahead_m: tuple[float, float] = (24.0, 36.0)                    # distance of the car ahead
+    oncoming_m: tuple[float, float] = (32.0, 50.0)                 # distance of the oncoming car
+    pedestrian_m: tuple[float, float] = (18.0, 26.0)               # distance of the walker
+    luminaire_spacing_m: float = 12.0                              # of both rows of luminaires
+    trees: tuple[int, int] = (30, 50)                              # beyond the exit
+    tunnel_light: Literal["led_white", "sodium"] = "sodium"        # spectrum of the luminaires
+    headlamp_light: Literal["led_white", "halogen"] = "led_white"  # spectrum of all vehicle headlamps
+    braking: bool = True                                           # the car ahead brakes
+    sky_luminance_cd_m2: float = 4000.0                            # of the sky at weight 1
+
+    def __call__(self):
+        """Build the scene.
+
+        Returns
+        -------
+        SceneDescription
+            Light groups `sky`, `headlights`, `streetlights` (the luminaires) and `other`.
+        """
+        from .builders import describe
+        from .placement import OWN_LANE_M
+
+        ground, spots = self.plan()
+        target = ground.points(40.0, OWN_LANE_M + 0.6, self.camera_height_m + 0.25)
+        return describe("tunnel", self, ground, spots, target,
+                        {"headlights": self.headlamp_light, "streetlights": self.tunnel_light})
+
+    def plan(self):
+        """Return (ground, spots): where everything stands, without building a mesh."""
+        from .placement_tunnel import plan
+
+        limits = {"exit_m": (40, 400), "ahead_m": (8, 200), "oncoming_m": (12, 200), "pedestrian_m": (10, 150), "trees": (0, 200)}
+        check_ranges(self, limits)
+        return plan(self)

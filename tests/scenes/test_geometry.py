@@ -1,0 +1,140 @@
+"""Meshes against volumes and areas known in closed form; cuts conserve area; outward faces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from isethdr_scenes.geometry.cutting import cut, polygon, subdivide
+from isethdr_scenes.geometry.headlamp import own_headlamps
+from isethdr_scenes.geometry.implicit import blend, cone, skin_of
+from isethdr_scenes.geometry.piece import Assembly, face_areas, mirrored, pose, shift, unit
+from isethdr_scenes.geometry.primitives import ball, box, grid, lathe, tube
+from isethdr_scenes.geometry.shell import Shell, loft
+
+ROUNDING = 1e-9  # of sums over some thousand float64 terms
+
+
+def volume(piece):
+    """Enclosed volume by the divergence theorem; positive when the faces look outwards."""
+    return float((face_areas(piece) * piece.vertices[piece.faces].mean(1)).sum() / 3)
+
+
+def area(piece):
+    return float(np.linalg.norm(face_areas(piece), axis=1).sum())
+
+
+def open_edge(piece):
+    """Length of the sum of all vector areas: 0 for a closed surface."""
+    return float(np.linalg.norm(face_areas(piece).sum(0)))
+
+
+def test_box_has_its_volume_and_rounding_takes_away_the_corners():
+    size = (1.0, 2.0, 3.0)
+    assert volume(box((5, 1, 2), size)) == pytest.approx(6.0, rel=ROUNDING)
+    r = 0.2
+    inner = np.array(size) - 2 * r  # Steiner's formula for a box grown by r
+    faces = 2 * (inner[0] * inner[1] + inner[1] * inner[2] + inner[2] * inner[0]) * r
+    exact = inner.prod() + faces + np.pi * r**2 * inner.sum() + 4 / 3 * np.pi * r**3
+    # 5e-3: rounded edges are polygons of few chords, inside the round by a share of r^2
+    assert volume(box((0, 0, 0), size, r=r, n=4)) == pytest.approx(exact, rel=5e-3)
+
+
+def test_ball_and_implicit_ball_converge_to_a_sphere():
+    exact = 4 / 3 * np.pi * 0.5**3
+    # the inscribed polyhedron of n steps misses about (pi/n)^2 / 4 of each of two angles
+    assert volume(ball(radii=(0.5,) * 3, n=40)) == pytest.approx(exact, rel=5e-3)
+    sphere = skin_of(cone((0, 0, 0), (0, 0, 0), 0.5, 0.5), 0.025, "sphere", "skin")
+    assert volume(sphere) == pytest.approx(exact, rel=5e-3)  # step / radius is 1/20: sagitta (1/20)^2
+    # normals are central differences of the field over e = 0.7 steps: off by (e / r)^2 / 6 = 2e-4
+    assert np.abs(sphere.normals - unit(sphere.vertices)).max() < 5e-4
+    assert open_edge(sphere) < ROUNDING
+
+
+def test_tube_and_lathe_are_closed_cylinders():
+    t = tube([(0, 0, 0), (0, 0, 2.0)], 0.1, sides=64)
+    # 0.2 %: a polygon of 64 sides; the caps' rim is where the tube's normals turn
+    assert volume(t) == pytest.approx(np.pi * 0.1**2 * 2, rel=2e-3)
+    turned = lathe([(1e-6, -1), (0.3, -1), (0.3, 1), (1e-6, 1)], n=128, axis="z")
+    assert volume(turned) == pytest.approx(np.pi * 0.3**2 * 2, rel=1e-3)
+
+
+def test_smooth_union_is_larger_than_its_parts_and_smaller_than_their_sum():
+    a, b = cone((0, 0, 0), (0.3, 0, 0), 0.1, 0.1), cone((0.2, 0, 0), (0.5, 0, 0), 0.1, 0.1)
+    both = volume(skin_of(blend([a, b], 0.03), 0.01, "union", "skin"))
+    one = np.pi * 0.1**2 * 0.3 + 4 / 3 * np.pi * 0.1**3
+    assert one < both < 2 * one
+
+
+def test_cut_conserves_area_and_finds_the_circle():
+    x, y = np.meshgrid(np.linspace(-1, 1, 81), np.linspace(-1, 1, 81), indexing="ij")
+    sheet = grid(np.stack([x, y, 0 * x], -1))
+    inside, outside, seam = cut(sheet, np.hypot(*sheet.vertices[:, :2].T) - 0.6)
+    assert area(inside) + area(outside) == pytest.approx(4.0, rel=ROUNDING)
+    # 1e-3: on a grid of pitch 1/40 the circle is a polygon whose sagitta is pitch^2 / (8 r)
+    assert area(inside) == pytest.approx(np.pi * 0.36, rel=1e-3)
+    length = np.linalg.norm(seam[:, 0, 0] - seam[:, 1, 0], axis=1).sum()
+    assert length == pytest.approx(2 * np.pi * 0.6, rel=2e-3)
+
+
+def test_cut_along_a_linear_field_is_exact():
+    whole = box((0, 0, 0), (1, 1, 1))
+    below, above, _ = cut(whole, whole.vertices[:, 2] - 0.2)
+    assert below.vertices[:, 2].max() == pytest.approx(0.2, abs=1e-12)
+    assert area(below) == pytest.approx(1 + 4 * 0.7, rel=ROUNDING)
+    assert area(above) == pytest.approx(1 + 4 * 0.3, rel=ROUNDING)
+
+
+def test_polygon_is_a_signed_distance():
+    square = polygon([(-1, -1), (1, -1), (1, 1), (-1, 1)], 0.25)
+    p, q = np.array([0.0, 3.0, 2.0, 0.0]), np.array([0.0, 0.0, 2.0, 0.75])
+    assert square(p, q) == pytest.approx([-1.25, 1.75, np.sqrt(2) - 0.25, -0.5], abs=1e-12)
+
+
+def test_subdivision_keeps_the_surface():
+    piece = ball()
+    fine = subdivide(piece)
+    assert len(fine.faces) == 4 * len(piece.faces)
+    assert area(fine) == pytest.approx(area(piece), rel=ROUNDING)
+    assert volume(fine) == pytest.approx(volume(piece), rel=ROUNDING)
+
+
+def test_moving_scales_volume_and_mirroring_keeps_faces_outward():
+    piece = box((0.5, 0.2, 0.1), (0.4, 0.3, 0.2), r=0.02)
+    assert volume(piece.moved(pose(3, 1, 0, 30, (2, 1, 1)))) == pytest.approx(2 * volume(piece), rel=ROUNDING)
+    other = mirrored(piece)
+    assert volume(other) == pytest.approx(volume(piece), rel=ROUNDING)
+    centre = other.vertices.mean(0)
+    assert ((other.vertices - centre) * other.normals).sum(1).min() > 0
+
+
+def test_stretched_normals_stay_across_the_surface():
+    long = ball(n=40).moved(pose(scale=(3, 1, 1)))
+    v = long.vertices
+    exact = unit(v / np.array([9.0, 1, 1]))  # gradient of x^2/9 + y^2 + z^2
+    assert np.median(np.abs(long.normals - exact).max(1)) < 0.01  # mesh normals of 40 rings
+
+
+def test_shell_is_closed_outward_and_symmetric():
+    skin = loft(Shell(4.6, 1.8, ((0, 0.7), (1.3, 0.95), (2.1, 1.4), (3.3, 1.4), (4.6, 1.0)), ((0, 0.6), (4.6, 0.95))), (0.9, 3.6))
+    assert open_edge(skin) < 1e-6  # the two poles of the end caps are collapsed rings
+    assert 4.0 < volume(skin) < 4.6 * 1.8 * 1.4  # inside its box
+    assert skin.vertices[:, 1].min() == pytest.approx(-skin.vertices[:, 1].max(), abs=1e-12)
+
+
+def test_a_model_joins_parts_by_material_but_keeps_lamps_apart():
+    model = own_headlamps(2.0, 0.65, 0.65).model()
+    assert len(model.parts) == 14 and all(p.lamp for p in model.parts)
+    many = Assembly("many").add(*(box((k, 0, 0), (1, 1, 1), f"b{k}", "steel") for k in range(5))).model()
+    assert [p.name for p in many.parts] == ["steel"]
+    assert len(many.parts[0].faces) == 60
+
+
+def test_own_headlamps_stand_where_they_are_asked_to_and_look_ahead():
+    for part in own_headlamps(2.0, 0.65, 0.66).model().parts:
+        side = 1 if part.name.endswith("left") else -1
+        assert np.allclose(part.vertices.mean(0), (2.0, side * 0.65, 0.66), atol=0.05)  # the lens' radius
+        assert (unit(face_areas(part))[:, 0] > 0.99).all()
+
+
+def test_shift_is_a_pose():
+    assert np.array_equal(shift(1, 2, 3), pose(1, 2, 3))
