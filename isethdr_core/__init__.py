@@ -1,14 +1,22 @@
 """isethdr: simulate a camera looking at a high dynamic range driving scene, in physical units.
 
-| module                     | what                                                             |
-|----------------------------|------------------------------------------------------------------|
-| `component`, `hookspecs`   | what a plugin offers, and through which hooks                    |
-| `registry`, `composition`  | collect plugins; turn their fields into Hydra configs            |
-| `scene`, `quantities`      | what crosses the borders between stages, and the checks on it    |
-| `demand`, `ledger`         | what is needed; what it cost, how wrong it may be, what was left out |
-| `pipeline`, `runs`         | the chain from scene to scores; one stored run                   |
-| `store`                    | zarr stores that are either whole or not there                   |
-| `physics`                  | one law per function, numpy and scipy only                       |
+| module                          | what                                                                  |
+|---------------------------------|-----------------------------------------------------------------------|
+| `component`, `hookspecs`        | what a plugin offers, and through which hooks                         |
+| `registry`, `composition`       | collect plugins; turn their fields into Hydra configs                 |
+| `builtin`                       | the components that the core itself offers: lighting                  |
+| `scene`, `categories`           | scene description: geometry, materials, lamps; names of things        |
+| `quantities`, `scores`          | what crosses the borders between stages, and the checks on it         |
+| `truth`, `view`                 | the picture without noise and flare; how a picture looks on a display |
+| `demand`, `ledger`, `progress`  | what is needed; what it cost and how wrong it may be; how far it is   |
+| `seeds`, `provenance`           | which noise; which code, versions and inputs                          |
+| `pipeline`, `recipes`, `runs`   | the chain; stored radiance; one stored run                            |
+| `store`, `store_encoding`, `store_join` | zarr stores that are either whole or not there                |
+| `cli`, `hydra_app`, `sweeps`, `summary` | the command line, sweeps, and what it prints                  |
+| `errors`                        | every error a user can cause                                          |
+| `lighting`                      | light groups mixed to weights or photometric targets                  |
+| `testing`                       | the conformance kit for plugin authors                                |
+| `physics`                       | one law per function, numpy and scipy only                            |
 """
 
 from __future__ import annotations

@@ -38,6 +38,8 @@ def compose(overrides=(), config_name: str = "config"):
             return with_choices(config, config.hydra.runtime.choices)
     except (HydraException, OmegaConfBaseException) as err:
         raise ConfigError(explain(err)) from None
+    except ValueError as err:   # Hydra 1.3 lets `renderer=null` through to a bare ValueError
+        raise ConfigError(f"{err}; expected <kind>=<name>; type ~<kind>, for example ~renderer, to leave one out") from None
 
 
 def with_choices(config, choices):
@@ -60,7 +62,11 @@ def explain(err: BaseException) -> str:
     text = " ".join(str(e).strip() for e in (err, err.__cause__) if e is not None)
     if missing := re.search(r"Key '([^']+)' (?:is )?not in '?(\w+)'?", text):
         key, owner = missing.groups()
-        where = re.search(r"override '([^']+)'", text)
+        where, append = re.search(r"override '([^']+)'", text), re.search(r"append to your config use (\S+)", text)
+        if where and append and owner == "struct" and key in KINDS:
+            return f"{where.group(1)} has no owner: no {key} is chosen; type {key}=<name> before it"
+        if where and append and owner == "struct" and re.search(r"full_key: \S+\.", text):    # a table that users fill
+            return f"the config has no key {where.group(1)!r}; to add it to the table type {append.group(1)}"
         return f"the config has no key {where.group(1) if where else key!r}{did_you_mean(key, _keys_of(owner))}"
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.strip().startswith("object_type")]
     return "; ".join(lines)

@@ -1,10 +1,14 @@
-"""Where Hydra meets a run: single runs, sweeps (`-m`) and launchers."""
+"""Where Hydra meets a run: single runs, sweeps (`-m`) and launchers; a failure is one line, and its exit code says which kind."""
 
 from __future__ import annotations
 
+import signal
 import sys
 
 from .composition import CONFIG_MODULE, compose, register_with_hydra, with_choices
+from .sweeps import prepared
+
+MISTAKE, CRASH, INTERRUPTED = 2, 1, 130     # exit codes: the user's to fix, a component's, Ctrl-C (128 + SIGINT)
 
 
 def run_with_hydra(arguments: list[str]) -> None:
@@ -13,29 +17,48 @@ def run_with_hydra(arguments: list[str]) -> None:
 
     register_with_hydra()
     if not any(a.startswith("-") for a in arguments):
-        compose(arguments)      # a mistake in a single run gets our own message, with the nearest valid name
+        compose(arguments)      # a mistake gets our own message, with the nearest valid name
+    elif {"-m", "--multirun"} & set(arguments):
+        arguments = prepared(arguments)
     sys.argv = ["isethdr run", *arguments]
-    hydra.main(version_base="1.3", config_path=f"pkg://{CONFIG_MODULE}", config_name="config")(task)()
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))     # unwinds, so that what is half-written is removed
+    try:
+        hydra.main(version_base="1.3", config_path=f"pkg://{CONFIG_MODULE}", config_name="config")(task)()
+    except KeyboardInterrupt:
+        print("interrupted: what is stored is whole; the same command goes on where this one stopped", file=sys.stderr)
+        sys.exit(INTERRUPTED)
 
 
 def task(config) -> None:
-    """Compute one run of a composed config and print its summary; a user's mistake is one line.
+    """Compute one run of a composed config and print its summary; a failure is one line.
 
-    In a sweep the line is Hydra's to print, with the overrides of the job, after the other jobs have run.
+    In a sweep the other jobs go on; Hydra raises the first failure again once they have run.
     """
     from hydra.core.hydra_config import HydraConfig
     from hydra.errors import CompactHydraException
     from hydra.types import RunMode
 
-    from .errors import IsetHdrError
     from .runs import run
     from .summary import print_result
 
     hydra_config = HydraConfig.get()
+    sweeping = hydra_config.mode == RunMode.MULTIRUN
     try:
         print_result(run(with_choices(config.copy(), hydra_config.runtime.choices)))
-    except IsetHdrError as err:
-        if hydra_config.mode == RunMode.MULTIRUN:
-            raise CompactHydraException(str(err)) from None
-        print(f"error: {err}", file=sys.stderr)
-        sys.exit(2)
+    except Exception as err:        # a plugin's code: anything may happen
+        text, code = complaint(err)
+        if sweeping:
+            print(f"error: job {' '.join(hydra_config.overrides.task)}: {text}", file=sys.stderr, flush=True)
+            raise CompactHydraException("failed as said above; the other jobs are stored") from None
+        print(f"error: {text}", file=sys.stderr)
+        sys.exit(code)
+
+
+def complaint(err: Exception) -> tuple[str, int]:
+    """Return one line about a failure, and the exit code: a component's crash names the stage and where the traceback is."""
+    from .errors import IsetHdrError
+
+    if isinstance(err, IsetHdrError):
+        return str(err), MISTAKE
+    where = "; ".join(getattr(err, "__notes__", []))
+    return f"{type(err).__name__}: {' '.join(str(err).split())}" + (f"; {where}" if where else ""), CRASH

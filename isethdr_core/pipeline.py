@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from . import ledger as book
+from . import progress
 from .component import Stage
 from .demand import Demand
 from .errors import ConfigError, PluginError
@@ -61,6 +62,8 @@ def chain(config) -> Chain:
         cameras = table("sensor", config.get("cameras"))
     if not cameras:
         raise ConfigError("the config has no camera; name a sensor, for example sensor=bayer")
+    if not isinstance(config.get("seed", 0), int):
+        raise ConfigError(f"seed is {config.seed!r}; expected a whole number; type for example seed=7")
     renderer = config.get("renderer")
     return Chain(
         scene=build_from_config("scene", config.scene),
@@ -110,13 +113,14 @@ def union(demands: list[Demand]) -> Demand:
 
 def stage(rows: Ledger, kind: str, name: str, component, call):
     """Run `call()` as one stage: hooks around it, a row in the ledger, the result back."""
-    hook, at_work = plugin_manager().hook, Stage(kind, name, component)
+    hook, at_work, title = plugin_manager().hook, Stage(kind, name, component), f"{kind} {name}" if name else kind
     hook.isethdr_before_stage(stage=at_work)
     try:
-        with book.stage(rows, f"{kind} {name}" if name else kind) as at_work.row:
+        with book.stage(rows, title) as at_work.row, progress.shown(title):
             at_work.result = call()
     except BaseException as err:
         at_work.error = err
+        err.add_note(f"in stage {title}")
         hook.isethdr_on_stage_error(stage=at_work)
         raise
     hook.isethdr_after_stage(stage=at_work)

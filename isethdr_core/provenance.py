@@ -15,6 +15,8 @@ def source_digest(package: str) -> str:
     """Return a digest of all Python, YAML and CSV sources of an import package: it names the code that ran."""
     spec = util.find_spec(package)
     digest = hashlib.sha256()
+    if spec and not spec.submodule_search_locations and spec.has_location:      # a plugin of one file
+        digest.update(Path(spec.origin).read_bytes())
     for folder in sorted(spec.submodule_search_locations or []) if spec else []:
         for path in sorted(Path(folder).rglob("*")):
             if path.suffix in (".py", ".yaml", ".csv"):

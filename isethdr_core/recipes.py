@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 
 from . import store
 from .demand import Demand
-from .errors import CatalogError, ConfigError
+from .errors import CatalogError, ConfigError, did_you_mean
 from .ledger import Ledger
 from .pipeline import Chain, stage
 from .provenance import fingerprint, versions
@@ -51,10 +51,21 @@ def scene_radiance(parts: Chain, demand: Demand, rows: Ledger, config):
         description = stage(rows, "scene", config.scene.name, parts.scene, parts.scene)
         if not isinstance(description, SceneDescription):
             return _known(parts, description), []
+        check_groups(parts, description.light_groups())
         ask = demand if missing is None else replace(demand, groups=missing)
         held.append(_render(parts, description, ask, rows, config, folder, recipe, spent))
     paths = [folder / f"{s['id']}.zarr" for s in held]
     return stage(rows, "radiance", "", None, lambda: store.join(paths)), [s["id"] for s in held]
+
+
+def check_groups(parts: Chain, groups: tuple[str, ...]) -> None:
+    """Raise ConfigError where a lighting names a group that the scene lacks: before the rendering, which takes longest."""
+    for light in (parts.lighting, *(parts.versions.values() if len(groups) > 1 else ())):
+        for table in ("weights", "targets"):
+            for name, value in (getattr(light, table, None) or {}).items():
+                if name not in groups and value:
+                    raise ConfigError(f"the scene has no light group {name!r}{did_you_mean(name, groups)}; "
+                                      f"type ~lighting.{table}.{name} to leave it out")
 
 
 def missing_groups(held: list[dict], demand: Demand) -> tuple[str, ...] | None:

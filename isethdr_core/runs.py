@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import traceback
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from functools import cached_property
@@ -11,6 +14,7 @@ from typing import Any
 
 from . import store
 from .component import Stage
+from .errors import CatalogError
 from .ledger import Ledger
 from .pipeline import Camera, Chain, chain, plan, stage, through_camera
 from .provenance import fingerprint, input_digests, versions
@@ -64,19 +68,37 @@ def run(config) -> Result:
     folder = store.home() / "runs"
     path = store.find_complete(folder, key)
     if path is not None:
-        return Result(path, store.read_attrs(path), computed=False)
+        return announced(Result(path, store.read_attrs(path), computed=False), parts)
+    check_writable(folder)
     failed = store.home() / "failed" / f"{key}.txt"
     try:
         path = _compute(config, parts, key, folder)
     except Exception as err:
-        failed.parent.mkdir(parents=True, exist_ok=True)
-        failed.write_text(traceback.format_exc())
+        with suppress(OSError):     # a full disk must not hide the error that it caused
+            failed.parent.mkdir(parents=True, exist_ok=True)
+            failed.write_text(traceback.format_exc())
+            err.add_note(f"traceback in {failed}")
         plugin_manager().hook.isethdr_on_stage_error(stage=Stage("run", key, parts, error=err))
         raise
     failed.unlink(missing_ok=True)
-    result = Result(path, store.read_attrs(path), computed=True)
-    plugin_manager().hook.isethdr_after_stage(stage=Stage("run", key, parts, result=result))
+    return announced(Result(path, store.read_attrs(path), computed=True), parts)
+
+
+def announced(result: Result, parts: Chain) -> Result:
+    """Tell the plugins of a finished run, also of one that was stored before: a report that is missing is then made."""
+    plugin_manager().hook.isethdr_after_stage(stage=Stage("run", result.key, parts, result=result))
     return result
+
+
+def check_writable(folder: Path) -> None:
+    """Raise CatalogError where no store could be written later: found out in a moment, before the work of hours."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if not os.access(folder, os.W_OK):
+            raise PermissionError(errno.EACCES, "no permission to write there")
+    except OSError as err:
+        raise CatalogError(f"cannot write stores into {folder}: {err.strerror}; "
+                           "choose another folder with ISETHDR_HOME=/path") from err
 
 
 def run_key(config, parts: Chain) -> str:

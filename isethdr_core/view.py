@@ -68,7 +68,8 @@ def display(picture, white_cd_m2: float, compression: float = COMPRESSION) -> np
     """Return the picture as a display would show it: uint8 sRGB (y, x, 3).
 
     Luminance goes through `tone`; X and Z keep their ratio to Y, so hue stays. What lies outside the display's
-    gamut or range is clipped here, in the view only.
+    gamut or range is clipped here, in the view only. Pixels that are not valid, every capture being saturated,
+    show as white: their true colour is unknown, but it is bright.
 
     Parameters
     ----------
@@ -83,6 +84,8 @@ def display(picture, white_cd_m2: float, compression: float = COMPRESSION) -> np
     # where no light was found there is no hue either: noise around 0 shows as black
     gain = np.divide(tone(y, compression), y, out=np.zeros_like(y), where=y > 0)
     rgb = srgb_encode(linear_srgb(xyz / white_cd_m2 * gain[..., None]))
+    if hasattr(picture, "data_vars") and "valid" in picture:
+        rgb[~picture["valid"].values] = 1.0
     return np.rint(255 * rgb).astype(np.uint8)
 
 

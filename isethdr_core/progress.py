@@ -1,0 +1,63 @@
+"""Progress: which stage is running, for how long, and how long it still takes; on a terminal only.
+
+`for part in track(parts, "rendering"):` inside a component shows a bar. Nothing is shown, and nothing imported, where
+standard error is no terminal. What is done within two seconds never shows.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from functools import cache
+
+SHOWN_AFTER_S = 2.0
+
+
+@contextmanager
+def shown(what: str, total: float | None = None):
+    """Show `what` and the seconds it takes while the block runs; yield a function that counts one part of `total` as done."""
+    if not sys.stderr.isatty():
+        yield lambda: None
+        return
+    display = _display()
+    task = display.add_task(what, total=total)
+    if len(display.tasks) == 1:
+        display.start()
+    try:
+        yield lambda: display.advance(task)
+    finally:
+        display.remove_task(task)
+        if not display.tasks:
+            display.stop()
+
+
+def track(items: Iterable, what: str, total: int | None = None) -> Iterator:
+    """Yield `items`; show how many of `total` are done and the time that remains.
+
+    Parameters
+    ----------
+    items : what to work through.
+    what : one word or two, for example "rendering".
+    total : number of items, where `items` has no length.
+    """
+    with shown(what, total if total is not None else len(items)) as done:
+        for item in items:
+            yield item
+            done()
+
+
+@cache
+def _display():
+    """Return the one display of this process: rich draws nested stages and bars below each other."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    class Late(Progress):
+        """Tasks show once they have taken a while, so that quick stages do not flicker."""
+
+        def get_renderables(self):
+            yield self.make_tasks_table([t for t in self.tasks if (t.elapsed or 0.0) > SHOWN_AFTER_S])
+
+    return Late(SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(),
+                TextColumn("remaining"), TimeRemainingColumn(), console=Console(stderr=True), transient=True)

@@ -1,0 +1,81 @@
+"""What a lens promises: linear, bands apart, no light made, right way up, and the ideal lens on a uniform field."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..quantities import check_irradiance
+from .inputs import damaged_planes, mixed
+from .promise import close, holds, keeps, refuses, repeatable, same
+
+# of the largest value: float32 results of Fourier transforms of this size carry 1e-6 of it
+ROUNDING = 1e-5
+
+
+def check(who: str, lens) -> None:
+    """Check one lens without flare."""
+    scene = mixed()
+    out = repeatable(who, lens, mixed)
+    with keeps(who, "returns irradiance with its attributes"):
+        check_irradiance(out)
+    same(who, "no flare is the default", out, lens(scene, flares=()))
+    holds(who, "x and y keep their direction", out.x[0] < 0 < out.x[-1] and out.y[0] < 0 < out.y[-1])
+    holds(who, "f-number, focal length and throughput are above 0",
+          min(out.attrs[k] for k in ("f_number", "focal_length_mm", "throughput_sr")) > 0)
+    _check_linear(who, lens, scene, out)
+    _check_energy(who, lens)
+    _check_orientation(who, lens)
+    if hasattr(lens, "psf"):
+        _check_psf(who, lens)
+    for what, bad in damaged_planes(scene):
+        refuses(who, what, lambda b=bad: lens(b))
+
+
+def _check_linear(who, lens, scene, out):
+    peak = float(out.max())
+    other = mixed(0.01 - scene.values)
+    both = mixed(scene.values.astype(float) + 3.0 * other.values)
+    close(who, "linear in radiance", lens(both).values, out.values.astype(float) + 3.0 * lens(other).values.astype(float),
+          ROUNDING, 4 * ROUNDING * peak)
+    holds(who, "no light in, no light out", float(lens(mixed(0.0)).max()) == 0.0)
+    # neighbours in a row: a band reaches half way to its neighbours, so leaving out every other one would widen it
+    part = lens(scene.isel(wavelength=slice(1, 4))).values
+    close(who, "a band does not depend on which other bands are there", part, out.values[1:4], ROUNDING, ROUNDING * peak)
+
+
+def _check_energy(who, lens):
+    uniform = lens(mixed(0.01))
+    expected = uniform.attrs["throughput_sr"] * np.float32(0.01)
+    middle = uniform.isel(y=slice(uniform.sizes["y"] // 2 - 1, uniform.sizes["y"] // 2 + 1),
+                          x=slice(uniform.sizes["x"] // 2 - 1, uniform.sizes["x"] // 2 + 1)).mean("wavelength")
+    # 2 %: light that a wide point spread function takes from beyond the field is missing in the middle
+    close(who, "a uniform field gives throughput_sr times radiance in the middle", middle.values, expected, 2e-2)
+    # 1e-4: relative illumination is at most 1 on the axis; rounding only
+    holds(who, "nowhere more light than throughput_sr times radiance", float(uniform.max()) <= expected * (1 + 1e-4),
+          f"{float(uniform.max()):.6g} > {expected:.6g}")
+
+
+def _check_orientation(who, lens):
+    values = np.zeros((5, 24, 32))
+    values[:, 5, 24] = 0.01                         # up and to the right of the axis: x > 0, y < 0
+    point = lens(mixed(values)).sum("wavelength")
+    y, x = np.unravel_index(int(point.values.argmax()), point.shape)
+    holds(who, "a lamp up and to the right lands at y < 0 < x (x right, y down, upright)", point.y[y] < 0 < point.x[x],
+          f"it landed at x = {float(point.x[x]):.3g} m, y = {float(point.y[y]):.3g} m")
+    source = mixed(values)
+    lost = float(point.sum()) - float(source.sum()) * lens(mixed(0.01)).attrs["throughput_sr"] * _tiles_ratio(source, point)
+    holds(who, "a lamp's light on the sensor is at most what went through the pupil", lost <= 1e-4 * float(point.sum()), f"{lost:.3g} more")
+
+
+def _tiles_ratio(source, image) -> float:
+    """Return how many tiles of the image one tile of the source covers: 1 where a lens keeps the grid."""
+    return image.sizes["x"] * image.sizes["y"] / (source.sizes["x"] * source.sizes["y"])
+
+
+def _check_psf(who, lens):
+    spread = lens.psf(wavelength_nm=[450.0, 550.0, 650.0], pitch_um=1.0, size=64)
+    values = np.asarray(spread)
+    holds(who, "psf has the shape (wavelength, y, x)", values.shape == (3, 64, 64), str(values.shape))
+    total = values.sum(axis=(1, 2))
+    holds(who, "psf holds no negative energy", values.min() >= 0, f"{values.min():.3g}")
+    holds(who, "psf sums to at most 1", total.max() <= 1 + 1e-6, str(total))

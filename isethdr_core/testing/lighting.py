@@ -1,0 +1,40 @@
+"""What a lighting promises: the mix is the weighted sum of the groups, with the weights it states."""
+
+from __future__ import annotations
+
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from ..quantities import check_mixed
+from ..store import open_store, write_store
+from .inputs import damaged_scenes, scene
+from .promise import close, fortran, holds, keeps, refuses, repeatable, same
+
+
+def check(who: str, lighting) -> None:
+    """Check one lighting on a scene of four light groups."""
+    radiance = scene()
+    out = repeatable(who, lighting, scene)
+    with keeps(who, "returns mixed radiance"):
+        check_mixed(out)
+    holds(who, "keeps the scene's grid", all(np.array_equal(out[d], radiance[d]) for d in ("wavelength", "y", "x")))
+    holds(who, "carries the camera's field", (out.attrs.get("field_width"), out.attrs.get("field_height"))
+          == (radiance.attrs["field_width"], radiance.attrs["field_height"]))
+    weights = out.attrs.get("weights")
+    groups = [str(g) for g in radiance.light_group.values]
+    holds(who, "states the weight of every group in attrs['weights']", isinstance(weights, dict) and set(weights) == set(groups), repr(weights))
+    holds(who, "weights are finite, 0 or more", all(0 <= w < np.inf for w in weights.values()), repr(weights))
+    total = np.tensordot([weights[g] for g in groups], radiance["radiance"].values.astype(float), axes=1)
+    # the sum in float64, rounded once to float32: half a unit in the last place is 6e-8; twice that for other orders
+    close(who, "the mix is the sum of weight times radiance", out.values, total, 1.2e-7, 1e-30)
+    turned = lighting(fortran(radiance.isel(light_group=slice(None, None, -1))))
+    # solved weights move in their last digits when the groups come in another order
+    close(who, "the order of the light groups does not matter", turned.values, out.values, 1e-5, 1e-30)
+    with TemporaryDirectory() as folder:
+        path = write_store(folder, "kit", {"": radiance}, {}, keepbits=None)
+        same(who, "a scene opened from a store gives the same bits as one in memory", lighting(open_store(path)).values, out.values)
+    for what, bad in damaged_scenes(radiance):
+        if what.endswith("light") and not any(weights.values()):
+            continue    # all lights are off: nothing is read, so nothing can be found
+        refuses(who, what, lambda b=bad: lighting(b))

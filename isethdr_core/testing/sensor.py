@@ -1,0 +1,142 @@
+"""What a sensor promises: expected electrons linear in light, noise keyed by pixel, captures that say how to read them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..seeds import generator
+from .inputs import damaged_planes, irradiance, pattern
+from .promise import close, holds, keeps, refuses, repeatable, same
+
+DIMS = {"raw": 3, "saturated": 3, "filter": 2, "exposure_s": 1, "gain_dn_per_e": 1, "black_dn": 1, "top_dn": 1,
+        "read_noise_e": 1, "dark_e": 1, "quantisation_e": 1, "area_m2": 1, "charge": 1, "quantum_efficiency": 3}
+ORDER = ("capture", "y", "x")
+KEY = generator(seed=7, device="K", scene="kit")
+SIGNAL_E = 200.0    # mean signal of the test field: well above the read noise, well below any full well
+
+
+def check(who: str, sensor) -> None:
+    """Check one sensor on a field of 24 x 32 of its own pixels."""
+    light = dim_light(who, sensor)
+    shot = repeatable(who, lambda e: sensor(e, KEY), lambda: light.copy(deep=True))
+    check_captures(who, shot)
+    mean = repeatable(who, sensor.expected, lambda: light.copy(deep=True))
+    _check_expected(who, sensor, light, mean, shot)
+    _check_noise(who, sensor, light, shot)
+    _check_quiet(who, sensor, light)
+    _check_extremes(who, sensor, light)
+    for what, bad in damaged_planes(light):
+        refuses(who, what, lambda b=bad: sensor(b, KEY))
+        refuses(who, what, lambda b=bad: sensor.expected(b))
+
+
+def check_captures(who: str, shot) -> None:
+    """Check that captures hold all that is needed to read a DN back into light."""
+    for name, count in DIMS.items():
+        holds(who, f"captures hold {name!r}", name in shot.data_vars)
+        holds(who, f"{name!r} has {count} dims", shot[name].ndim == count, str(shot[name].dims))
+    for name in ("raw", "saturated"):
+        holds(who, f"{name!r} has the dims {ORDER}", shot[name].dims == ORDER, str(shot[name].dims))
+    holds(who, "'saturated' is bool", shot["saturated"].dtype == bool)
+    holds(who, "'quantum_efficiency' has the dims (capture, channel, wavelength)",
+          shot["quantum_efficiency"].dims == ("capture", "channel", "wavelength"))
+    holds(who, "'filter' points into 'channel'", 0 <= int(shot["filter"].min()) <= int(shot["filter"].max()) < shot.sizes["channel"])
+    for name in ("pitch_um", "f_number", "focal_length_mm", "throughput_sr", "falloff"):
+        holds(who, f"captures carry the attribute {name!r}", name in shot.attrs)
+    qe = shot["quantum_efficiency"].values
+    holds(who, "quantum efficiency lies within 0..1", qe.min() >= 0 and qe.max() <= 1, f"{qe.min():.3g} to {qe.max():.3g}")
+    for name in ("exposure_s", "gain_dn_per_e", "area_m2"):
+        holds(who, f"{name!r} is finite and above 0", np.isfinite(shot[name]).all() and float(shot[name].min()) > 0)
+    for name in ("read_noise_e", "dark_e", "quantisation_e"):
+        holds(who, f"{name!r} is finite, 0 or more", np.isfinite(shot[name]).all() and float(shot[name].min()) >= 0)
+    holds(who, "top_dn lies above black_dn", bool((shot["top_dn"] > shot["black_dn"]).all()))
+    holds(who, "raw is finite", np.isfinite(shot["raw"].values).all())
+
+
+def dim_light(who: str, sensor):
+    """Return a patterned field, as wide as 24 x 32 pixels or the sensor's own, that makes at most `SIGNAL_E` electrons."""
+    pitch_m = float(getattr(sensor, "pitch_um", 3.0)) * 1e-6
+    height, width = (int(getattr(sensor, side, None) or count) for side, count in (("rows", 24), ("columns", 32)))
+    tiles = (12, 16)    # coarser than the pixels: sensors integrate constant tiles exactly
+    values = 1e-3 * pattern((31, *tiles))
+    light = irradiance(values, *tiles, pitch_m * max(height / tiles[0], width / tiles[1]))
+    with keeps(who, "expected(light) returns electrons"):
+        bright = float((sensor.expected(light) - sensor.expected(_zero(light))).max())
+    holds(who, "light makes electrons", bright > 0)
+    return light.copy(data=np.float32(light.values * (SIGNAL_E / bright)))
+
+
+def _zero(light):
+    return light.copy(data=np.zeros_like(light.values))
+
+
+def _check_expected(who, sensor, light, mean, shot):
+    holds(who, "expected has the dims (capture, y, x) of raw", mean.dims == ORDER and mean.shape == shot["raw"].shape)
+    holds(who, "expected electrons are finite, 0 or more", np.isfinite(mean.values).all() and float(mean.min()) >= 0)
+    dark = sensor.expected(_zero(light)).values.astype(float)
+    # 1e-6: float32 electrons
+    close(who, "in darkness expected is dark_e of the captures", dark, shot["dark_e"].values[:, None, None], 1e-6)
+    # powers of two lose no digit; 1e-5 for sums in float32
+    for factor in (0.5, 2.0**20):
+        scaled = sensor.expected(light.copy(data=light.values * np.float32(factor))).values.astype(float)
+        close(who, "expected is dark charge plus a linear answer to light, without noise or a full well",
+              scaled, dark + factor * (mean.values - dark), 1e-5)
+    only = light.copy(data=light.values * (light.wavelength.values == 550.0)[:, None, None].astype(np.float32))
+    holds(who, "a green light alone makes electrons", float(sensor.expected(only).max()) > dark.max())
+
+
+def _check_noise(who, sensor, light, shot):
+    changed = light.copy(deep=True)
+    changed[:, :, light.sizes["x"] // 2:] *= 1.5
+    other = sensor(changed, KEY)
+    quarter = shot.sizes["x"] // 4      # half way to the change: crosstalk reaches a few pixels
+    same(who, "a pixel's noise does not depend on light elsewhere in the frame", shot["raw"][..., :quarter], other["raw"][..., :quarter])
+    again = sensor(light, generator(seed=8, device="K", scene="kit"))
+    with keeps(who, "an ideal sensor may be noise-free, a noisy one must follow its generator"):
+        noisy = not np.array_equal(_electrons(shot).round(6), _electrons(again).round(6))
+    if not noisy:
+        return
+    mean = sensor.expected(light).values.astype(float)
+    free = ~shot["saturated"].values
+    residual = np.where(free, _electrons(shot) - mean, 0.0)
+    count = np.maximum(free.sum(axis=(1, 2)), 1)
+    variance = np.where(free, mean, 0).sum(axis=(1, 2)) / count + shot["read_noise_e"].values**2 + shot["quantisation_e"].values**2 / 12
+    found = residual.sum(axis=(1, 2)) / count
+    # 6 standard errors never happen by chance; 2 % for fixed patterns, whose mean over so few pixels is not 0
+    bound = 6 * np.sqrt(variance / count) + 0.02 * np.abs(mean).mean(axis=(1, 2)) + 0.5 * shot["quantisation_e"].values
+    holds(who, "raw, read back into electrons, agrees with expected on average", np.all(np.abs(found) <= bound),
+          f"off by {found.round(3)} e, allowed {bound.round(3)} e")
+
+
+def _check_quiet(who, sensor, light):
+    """A sensor that can be told `noise=False` then is its own mean, but for the steps of its converter."""
+    if not isinstance(getattr(sensor, "noise", None), bool):
+        return
+    quiet = replace(sensor, noise=False)
+    shot = quiet(light, KEY)
+    mean = sensor.expected(light).values.astype(float)
+    free = ~shot["saturated"].values
+    step = np.broadcast_to(shot["quantisation_e"].values[:, None, None], mean.shape)
+    # half a step of rounding; 1e-4 for float32 electrons and a converter's rounding of exact halves
+    close(who, "without noise, raw read back into electrons is expected", _electrons(shot)[free], mean[free], 1e-4,
+          0.501 * step[free].max(initial=0.0) + 1e-4)
+
+
+def _electrons(shot) -> np.ndarray:
+    """Return electrons, dark charge included, read back from raw as captures say: (raw - black) / gain."""
+    column = (slice(None), None, None)
+    return (shot["raw"].values.astype(float) - shot["black_dn"].values[column]) / shot["gain_dn_per_e"].values[column]
+
+
+def _check_extremes(who, sensor, light):
+    with keeps(who, "gives finite captures in complete darkness"):
+        check_captures(who, sensor(_zero(light), KEY))
+    huge = light.copy(data=np.full_like(light.values, 1e6))
+    with keeps(who, "gives finite captures in blinding light"):
+        blind = sensor(huge, KEY)
+        check_captures(who, blind)
+    holds(who, "blinding light saturates every pixel of every capture with a converter",
+          blind["saturated"].values.all() or not np.isfinite(blind["top_dn"].values).all(), f"{blind['saturated'].values.mean():.3f} of them")
+    holds(who, "darkness saturates no pixel", not sensor(_zero(light), KEY)["saturated"].values.any())

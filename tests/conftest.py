@@ -1,0 +1,32 @@
+"""Fixtures for all tests: nothing is ever written outside the test's own folder."""
+
+from __future__ import annotations
+
+import pytest
+
+
+@pytest.fixture(autouse=True)
+def isethdr_home(tmp_path, monkeypatch):
+    """Send every store that a test makes to the test's own folder, and return it."""
+    home = tmp_path / "isethdr_home"
+    monkeypatch.setenv("ISETHDR_HOME", str(home))
+    monkeypatch.delenv("ISETHDR_PLUGINS", raising=False)
+    return home
+
+
+@pytest.fixture
+def offer(monkeypatch):
+    """Return a function that offers a class as a component for the length of one test."""
+    from isethdr_core import registry
+    from isethdr_core.component import Component
+
+    known = dict(registry.components())
+
+    def add(kind: str, name: str, cls: type):
+        comp = Component(kind, name, cls)
+        registry._check(comp)
+        known[kind, name] = comp
+        return cls
+
+    monkeypatch.setattr(registry, "components", lambda: known)
+    return add

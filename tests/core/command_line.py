@@ -1,0 +1,30 @@
+"""Run isethdr in processes of its own, with plugin packages made for one test."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+EXAMPLE = Path(__file__).parents[1] / "example_plugin"
+
+
+def isethdr(*arguments: str, plugins=(), code: str | None = None, **variables: str) -> subprocess.CompletedProcess:
+    """Return the finished command `isethdr <arguments>`, or `python -c code`, with the folders `plugins` on its path."""
+    paths = [*map(str, plugins), os.environ.get("PYTHONPATH", "")]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths)), "COLUMNS": "200", "NO_COLOR": "1", **variables}
+    command = [sys.executable, "-c", code or "from isethdr_core.cli import main; main()", *arguments]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)
+
+
+def write_plugin(folder: Path, package: str, source: str, **modules: str) -> Path:
+    """Write an installed package of one module, with its entry point, into `folder`, and return the folder."""
+    (folder / f"{package}.py").write_text(source)
+    for name, text in modules.items():
+        (folder / f"{name}.py").write_text(text)
+    info = folder / f"{package}-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(f"[isethdr]\n{package} = {package}\n")
+    return folder

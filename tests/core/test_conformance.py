@@ -1,0 +1,42 @@
+"""Every installed component keeps every promise of its kind."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+import pytest
+
+from isethdr_core.registry import broken_plugins, components
+from isethdr_core.testing import check
+
+# fields that make a component quick; none of them switches an effect off
+QUICK = {
+    ("renderer", "mitsuba"): {"width": 32, "height": 18, "samples": 16, "step_nm": 50.0},
+    ("scene", "luminance_ramp"): {"width": 64, "height": 36},
+    ("scene", "point_lights"): {"width": 64, "height": 36},
+    ("scene", "macbeth"): {"width": 64, "height": 36},
+}
+NEEDS = {("renderer", "mitsuba"): "mitsuba"}
+NOT_HERE = {("scene", "iset_exr"): "reads a folder of EXR files, of which none is part of this project"}
+
+
+@pytest.mark.parametrize(("kind", "name"), sorted(components()), ids=lambda part: part)
+def test_component_keeps_its_promises(kind, name):
+    if (kind, name) in NOT_HERE:
+        pytest.skip(NOT_HERE[kind, name])
+    if (library := NEEDS.get((kind, name))) and not find_spec(library):
+        pytest.skip(f"{library} is not installed; pip install isethdr[{library}]")
+    check(kind, name, **QUICK.get((kind, name), {}))
+
+
+def test_no_bundled_plugin_is_broken():
+    assert broken_plugins() == ()
+
+
+def test_tables_above_name_components_that_exist():
+    assert (QUICK.keys() | NEEDS.keys() | NOT_HERE.keys()) <= components().keys()
+
+
+def test_every_kind_has_an_ideal_member_or_needs_none():
+    have = {kind for kind, name in components() if name == "ideal"}
+    assert have >= {"lighting", "lens", "flare", "sensor", "isp", "metric"}  # a scene and a renderer have no effects to switch off

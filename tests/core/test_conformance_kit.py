@@ -1,0 +1,208 @@
+"""The conformance kit catches the mistakes it is made for: components with one deliberate fault each."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from isethdr_core.component import KINDS
+from isethdr_core.errors import ConfigError
+from isethdr_core.registry import build, components
+from isethdr_core.testing import check
+
+COUNTER = itertools.count()     # hidden state, as a careless component has it
+
+
+def wrapped(kind, name, change):
+    """Return a component class like `kind/name` whose result goes through `change(result, *arguments)`."""
+    base = components()[kind, name].cls
+
+    @dataclass(frozen=True)
+    class Faulty(base):
+        """A component with one fault."""
+
+        def __call__(self, *arguments, **options):
+            return change(base.__call__(self, *arguments, **options), *arguments)
+
+    return Faulty
+
+
+def caught(offer, kind, cls, promise, **fields):
+    # pickle looks the class up in its module, so it has to be there
+    cls.__qualname__, cls.__module__ = cls.__name__, __name__
+    globals()[cls.__name__] = cls
+    offer(kind, "faulty", cls)
+    with pytest.raises(AssertionError, match=promise) as found:
+        check(kind, "faulty", **fields)
+    assert f"{kind} 'faulty'" in str(found.value)
+
+
+def brighter(result, *_):
+    return result * np.float32(1.1)
+
+
+def keep(data, values):
+    """Return `data` with other values and the same attributes."""
+    return data.copy(data=np.asarray(values, data.dtype))
+
+
+LENS_FAULTS = {
+    "light from nothing": (lambda out, *_: keep(out, out.values + 1e-9), "linear|no light"),
+    "hidden state": (lambda out, *_: keep(out, out.values * (1 + 1e-3 * (next(COUNTER) % 3))), "twice gives the same bits"),
+    "normalised": (lambda out, *_: keep(out, out.values / max(out.values.max(), 1e-30)), "linear"),
+    "mirrored": (lambda out, *_: keep(out, out.values[:, :, ::-1]), "lands at"),
+    "upside down": (lambda out, *_: keep(out, out.values[:, ::-1]), "lands at"),
+    "10 % too bright": (lambda out, *_: keep(out, out.values * 1.1), "throughput"),
+    "bands mixed": (lambda out, *_: keep(out, out.values * 0.5 + out.values.mean(0) * 0.5), "band"),
+    "other units": (lambda out, *_: out.assign_attrs(units="lx"), "returns irradiance"),
+    "throughput missing": (lambda out, *_: (out.attrs.pop("throughput_sr"), out)[1], "returns irradiance"),
+}
+
+
+@pytest.mark.parametrize("fault", LENS_FAULTS)
+def test_lens_faults(fault, offer):
+    change, promise = LENS_FAULTS[fault]
+    caught(offer, "lens", wrapped("lens", "ideal", change), promise)
+
+
+def test_a_lens_that_changes_its_input(offer):
+    def spoil(out, mixed, *_):
+        mixed.values[...] = 0.0
+        return out
+
+    caught(offer, "lens", wrapped("lens", "ideal", spoil), "does not change its input")
+
+
+def test_a_lens_that_accepts_anything(offer):
+    def forgiving(self, mixed, flares=()):
+        clean = mixed
+        if "wavelength" in mixed.dims and mixed.sizes.get("x", 0) and "wavelength" in mixed.coords:
+            clean = mixed.fillna(0.0)
+        return components()["lens", "ideal"].cls.__call__(self, clean, flares=flares)
+
+    faulty = wrapped("lens", "ideal", lambda out, *_: out)
+    faulty.__call__ = forgiving
+    caught(offer, "lens", faulty, "refuses NaN light")
+
+
+SENSOR_FAULTS = {
+    "noise by order of calls": (lambda shot, *_: shot.assign(raw=shot["raw"] + next(COUNTER) % 5), "twice gives the same bits"),
+    "gain misstated": (lambda shot, *_: shot.assign(gain_dn_per_e=shot["gain_dn_per_e"] * 1.2), "agrees with expected"),
+    "black level misstated": (lambda shot, *_: shot.assign(black_dn=shot["black_dn"] - 20), "agrees with expected"),
+    "auto exposure": (lambda shot, *_: shot.assign(raw=shot["raw"] * 0 + shot["raw"] - shot["raw"].mean()), "elsewhere in the frame"),
+    "no filter curves": (lambda shot, *_: shot.drop_vars("quantum_efficiency"), "quantum_efficiency"),
+    "saturation hidden": (lambda shot, *_: shot.assign(saturated=shot["saturated"] & False), "blinding light"),
+    "150 % efficiency": (lambda shot, *_: shot.assign(quantum_efficiency=shot["quantum_efficiency"] * 0 + 1.5), "0..1"),
+}
+
+
+@pytest.mark.parametrize("fault", SENSOR_FAULTS)
+def test_sensor_faults(fault, offer):
+    change, promise = SENSOR_FAULTS[fault]
+    caught(offer, "sensor", wrapped("sensor", "bayer", change), promise)
+
+
+def clipped(picture, *_):
+    return picture.assign(xyz=picture["xyz"].clip(min=0.0).assign_attrs(picture["xyz"].attrs))
+
+
+ISP_FAULTS = {
+    "clips estimates": (clipped, "not clipped"),
+    "relative luminance": (lambda p, *_: p.assign(xyz=(p["xyz"] / 50).assign_attrs(p["xyz"].attrs)), "comes back as 100"),
+    "all valid": (lambda p, *_: p.assign(valid=p["valid"] | True), "saturated pixels"),
+    "no variance": (lambda p, *_: p.assign(variance=p["variance"] * 0), "variance above 0"),
+}
+
+
+@pytest.mark.parametrize("fault", ISP_FAULTS)
+def test_isp_faults(fault, offer):
+    change, promise = ISP_FAULTS[fault]
+    caught(offer, "isp", wrapped("isp", "linear", change), promise)
+
+
+METRIC_FAULTS = {
+    "a number, no list": (lambda scores, *_: 0.5, "list of Score"),
+    "NaN": (lambda scores, *_: [replace(scores[0], value=float("nan"))], "is a number"),
+    "interval elsewhere": (lambda scores, *_: [replace(scores[0], low=1e9, high=2e9)], "low <= value <= high"),
+    "the same row twice": (lambda scores, *_: scores * 2, "one row per"),
+}
+
+
+@pytest.mark.parametrize("fault", METRIC_FAULTS)
+def test_metric_faults(fault, offer):
+    change, promise = METRIC_FAULTS[fault]
+    caught(offer, "metric", wrapped("metric", "ideal", change), promise)
+
+
+def test_a_metric_that_reads_labels_it_never_asked_for(offer):
+    def greedy(scores, picture, truth, labels, *_):
+        labels["instance"]
+        return scores
+
+    caught(offer, "metric", wrapped("metric", "dynamic_range", greedy), "accepts valid input")
+
+
+LIGHTING_FAULTS = {
+    "weights misstated": (lambda m, *_: m.assign_attrs(weights={g: 2.0 * w for g, w in m.attrs["weights"].items()}), "sum of weight"),
+    "weights missing": (lambda m, *_: (m.attrs.pop("weights"), m)[1], "states the weight"),
+    "normalised": (lambda m, *_: keep(m, m.values / m.values.max()), "sum of weight"),
+}
+
+
+@pytest.mark.parametrize("fault", LIGHTING_FAULTS)
+def test_lighting_faults(fault, offer):
+    change, promise = LIGHTING_FAULTS[fault]
+    caught(offer, "lighting", wrapped("lighting", "ideal", change), promise)
+
+
+def test_a_scene_with_hidden_state(offer):
+    caught(offer, "scene", wrapped("scene", "uniform", lambda ds, *_: ds.assign(radiance=ds["radiance"] * (1 + next(COUNTER)))), "valid|seed")
+
+
+def test_flares_that_amplify(offer):
+    @dataclass(frozen=True)
+    class Amplifying:
+        """An aperture that makes light."""
+
+        def pupil(self, x_mm, y_mm, wavelength_nm):
+            return 1.5 + 0.0 * x_mm * y_mm
+
+    caught(offer, "flare", Amplifying, "never amplifies")
+
+    @dataclass(frozen=True)
+    class Scattering:
+        """A scatter that spreads more than there is."""
+
+        def scatter(self, wavelength_nm, angle_rad):
+            return np.full(np.shape(angle_rad), 1.0)
+
+    caught(offer, "flare", Scattering, "at most 1")
+
+    @dataclass(frozen=True)
+    class Nothing:
+        """A flare without any method."""
+
+    caught(offer, "flare", Nothing, "at least one")
+
+
+def test_greedy_demand(offer):
+    faulty = wrapped("metric", "ideal", lambda scores, *_: scores)
+    faulty.narrow = lambda self, demand: replace(demand, groups=None)
+    caught(offer, "metric", faulty, "never asks for more")
+
+
+def test_every_kind_has_a_check():
+    import importlib
+
+    for kind in KINDS:
+        assert callable(importlib.import_module(f"isethdr_core.testing.{kind}").check)
+    with pytest.raises(ConfigError, match="did you mean 'sensor'"):
+        check("sensr", "ideal")
+    with pytest.raises(ConfigError, match="did you mean 'ideal'"):
+        check("sensor", "idael")
+    with pytest.raises(ConfigError, match="no field 'exposure'; did you mean 'exposure_s'"):
+        check("sensor", "ideal", exposure=1.0)
+    assert build("sensor", "ideal") == build("sensor", "ideal")

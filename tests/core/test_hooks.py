@@ -1,0 +1,133 @@
+"""The six hooks: each is called, in order, with what its documentation says."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from isethdr_core import compose, hookimpl, run
+from isethdr_core.errors import IsetHdrError
+from isethdr_core.registry import components, plugin_manager
+
+# 24 x 16 tiles within 2 degrees: a run takes a tenth of a second
+SMALL = ["scene=uniform", "scene.width=24", "scene.height=16", "scene.horizontal_field_deg=2", "~renderer", "lighting=ideal",
+         "~versions", "lens=ideal", "~flare.dirt", "isp=linear", "+metric@metric.mean=ideal",
+         *(f"~metric.{name}" for name in ("dynamic_range", "snr", "colour", "ssim", "log_luminance", "contrast"))]
+
+
+class Recorder:
+    """A plugin that writes down which hook was called for what."""
+
+    def __init__(self):
+        self.calls, self.stages = [], []
+
+    @hookimpl
+    def isethdr_before_stage(self, stage):
+        assert stage.component is not None and stage.result is None and stage.error is None
+        self.calls.append(("before", stage.kind, stage.name))
+
+    @hookimpl
+    def isethdr_after_stage(self, stage):
+        assert stage.result is not None and stage.error is None
+        self.stages.append(stage)
+        self.calls.append(("after", stage.kind, stage.name))
+
+    @hookimpl
+    def isethdr_on_stage_error(self, stage):
+        assert isinstance(stage.error, BaseException) and stage.result is None
+        self.calls.append(("error", stage.kind, stage.name))
+
+
+@contextmanager
+def plugged_in(plugin):
+    plugin_manager().register(plugin, name="recorder")
+    try:
+        yield plugin
+    finally:
+        plugin_manager().unregister(name="recorder")
+
+
+def test_isethdr_before_stage_and_isethdr_after_stage_surround_every_stage():
+    with plugged_in(Recorder()) as seen:
+        result = run(compose([*SMALL, "sensor=bayer"]))
+    chain = [("scene", "uniform"), ("lighting", "ideal"), ("lens", "ideal"), ("sensor", "bayer"), ("isp", "bayer"), ("metric", "mean bayer")]
+    assert seen.calls == [(when, *stage) for stage in chain for when in ("before", "after")] + [("after", "run", result.key)]
+    assert [s.row.stage for s in seen.stages[:-1]] == [f"{kind} {name}" for kind, name in chain]
+    assert {row.stage for row in result.ledger} >= {f"{kind} {name}" for kind, name in chain}
+
+
+def test_a_stored_run_calls_no_stage():
+    run(compose([*SMALL, "sensor=bayer"]))
+    with plugged_in(Recorder()) as seen:
+        assert not run(compose([*SMALL, "sensor=bayer"])).computed
+    assert seen.calls == []
+
+
+def test_isethdr_on_stage_error_is_called_and_the_error_goes_on(monkeypatch):
+    def broken(*_, **__):
+        raise ArithmeticError("glass broke")
+
+    monkeypatch.setattr(components()["lens", "ideal"].cls, "__call__", broken)
+    with plugged_in(Recorder()) as seen, pytest.raises(ArithmeticError, match="glass broke"):
+        run(compose([*SMALL, "sensor=bayer"]))
+    assert seen.calls[-3:-1] == [("before", "lens", "ideal"), ("error", "lens", "ideal")]
+    assert seen.calls[-1][:2] == ("error", "run")
+
+
+def test_a_stage_may_be_given_more_attributes_later():
+    """Plugins take one object, so that a new attribute breaks none of them."""
+
+    class Old:
+        @hookimpl
+        def isethdr_before_stage(self, stage):
+            assert {"kind", "name", "component"} <= set(vars(stage))
+
+        @hookimpl
+        def isethdr_after_stage(self):      # pluggy lets a plugin leave arguments out
+            pass
+
+    with plugged_in(Old()):
+        run(compose([*SMALL, "sensor=bayer"]))
+
+
+def test_isethdr_commands_adds_to_the_command_line():
+    class Shouter:
+        @hookimpl
+        def isethdr_commands(self, app):
+            @app.command("shout")
+            def shout(text: str):
+                typer.echo(text.upper())
+
+            @app.command("whisper")
+            def whisper(text: str):
+                typer.echo(text.lower())
+
+    app = typer.Typer()
+    with plugged_in(Shouter()) as plugin:
+        plugin_manager().subset_hook_caller("isethdr_commands", [p for p in plugin_manager().get_plugins() if p is not plugin])(app=app)
+    result = CliRunner().invoke(app, ["shout", "hello"])
+    assert result.exit_code == 0 and "HELLO" in result.output
+
+
+def test_isethdr_components_and_isethdr_config_paths_feed_the_registry():
+    hook = plugin_manager().hook
+    offered = [c for impl in hook.isethdr_components.get_hookimpls() for c in impl.function()]
+    assert {(c.kind, c.name) for c in offered} >= {("lens", "ideal"), ("sensor", "bayer")}
+    paths = [p for impl in hook.isethdr_config_paths.get_hookimpls() for p in impl.function()]
+    assert "pkg://isethdr_sensors.conf" in paths
+    assert all(p.startswith("pkg://") for p in paths)
+
+
+def test_a_hook_that_raises_stops_the_run_and_stores_nothing(isethdr_home):
+    class Strict:
+        @hookimpl
+        def isethdr_before_stage(self, stage):
+            if stage.kind == "isp":
+                raise IsetHdrError("not today")
+
+    with plugged_in(Strict()), pytest.raises(IsetHdrError, match="not today"):
+        run(compose([*SMALL, "sensor=bayer"]))
+    assert not list((isethdr_home / "runs").glob("*")) and len(list((isethdr_home / "failed").glob("*.txt"))) == 1

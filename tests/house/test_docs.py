@@ -1,0 +1,92 @@
+"""The documents say what the code does: hooks and their signatures, the tutorial's code, the words of the glossary."""
+
+from __future__ import annotations
+
+import inspect
+import re
+
+import pytest
+
+from isethdr_core import hookspecs
+from isethdr_core.component import KINDS
+from isethdr_core.registry import components
+from isethdr_core.testing import check
+
+from .source import ROOT
+
+PLUGINS = (ROOT / "docs" / "plugins.md").read_text()
+GLOSSARY = (ROOT / "docs" / "glossary.md").read_text()
+CONTRACTS = (ROOT / "docs" / "contracts.md").read_text()
+HOOKS = {name: spec for name, spec in vars(hookspecs).items() if name.startswith("isethdr_")}
+
+
+def test_there_are_six_hooks():
+    assert len(HOOKS) == 6
+
+
+@pytest.mark.parametrize("name", HOOKS)
+def test_hooks_are_documented_with_their_signature(name):
+    signature = f"{name}{inspect.signature(HOOKS[name])}".replace("'", "")
+    assert f"### {signature}\n" in PLUGINS, f"docs/plugins.md needs the heading: ### {signature}"
+    assert inspect.getdoc(HOOKS[name])
+
+
+def test_no_hook_is_documented_that_does_not_exist():
+    assert set(re.findall(r"\bisethdr_(?!core|camera)\w+", PLUGINS)) <= HOOKS.keys()
+
+
+@pytest.mark.parametrize("name", HOOKS)
+def test_every_hook_has_a_test(name):
+    tests = re.findall(r"def (test_\w+)", (ROOT / "tests" / "core" / "test_hooks.py").read_text())
+    assert any(name in test for test in tests), f"tests/core/test_hooks.py needs a test with {name} in its name"
+
+
+def blocks(language):
+    return re.findall(rf"```{language}\n(.*?)```", PLUGINS, re.DOTALL)
+
+
+def tutorial(number):
+    """Run the whole plugins among the tutorial's code blocks and return the component that number `number` offers."""
+    whole = [b for b in blocks("python") if "class " in b and "isethdr_components" in b]
+    scope = {"__name__": __name__}
+    exec(compile(whole[number], "docs/plugins.md", "exec", dont_inherit=True), scope)  # noqa: S102 - the tutorial is what is tested
+    globals()["Darkest"] = scope["Darkest"]     # where pickle looks for it
+    [comp] = scope["isethdr_components"]()
+    return comp
+
+
+def test_the_ten_lines_work_and_the_kit_says_what_they_lack(offer):
+    comp = tutorial(0)
+    code = [line for line in blocks("python")[0].splitlines() if line.strip() and not line.strip().startswith('"""')]
+    assert len(code) == 10
+    offer(comp.kind, comp.name, comp.cls)
+    said = re.search(r"metric 'darkest' breaks the promise '[^']+': raised KeyError", PLUGINS).group(0)
+    with pytest.raises(AssertionError, match=re.escape(said)):
+        check(comp.kind, comp.name)
+
+
+def test_the_tutorials_second_version_keeps_every_promise(offer):
+    comp = tutorial(1)
+    offer(comp.kind, comp.name, comp.cls)
+    check(comp.kind, comp.name)
+
+
+def test_the_tutorials_files_are_those_of_the_example_plugin():
+    acme = ROOT / "tests" / "example_plugin" / "acme_camera" / "conf"
+    for path in re.findall(r"`acme_camera/conf/([\w/]+\.yaml)`", PLUGINS):
+        assert (acme / path).exists(), path
+
+
+def test_the_contracts_name_every_kind():
+    assert all(re.search(rf"^\| {kind} \|", CONTRACTS, re.MULTILINE) for kind in KINDS)
+    assert {kind for kind, _ in components()} == set(KINDS)
+
+
+def test_every_kind_and_border_is_in_the_glossary():
+    words = set(re.findall(r"^\| ([\w -]+?) \|", GLOSSARY, re.MULTILINE))
+    assert words >= {*KINDS, "scene radiance", "mixed radiance", "irradiance", "captures", "picture", "truth", "score", "demand", "ledger"}
+
+
+def test_no_word_is_explained_twice():
+    words = [w for w in re.findall(r"^\| ([\w -]+?) \|", GLOSSARY, re.MULTILINE) if w != "word"]
+    assert len(words) == len(set(words)), sorted(w for w in words if words.count(w) > 1)

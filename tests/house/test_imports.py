@@ -1,0 +1,70 @@
+"""Who may import whom, and what may not be imported before it is needed."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+from .source import PACKAGES, PLUGINS, PRODUCT, imports, name_of
+
+STANDARD = set(sys.stdlib_module_names)
+SLOW = ("xarray", "scipy", "colour", "mitsuba", "drjit", "zarr", "matplotlib", "skimage", "pandas", "duckdb")
+
+
+def roots(file, **options):
+    return {name.split(".")[0] for name in imports(file, **options)}
+
+
+def layer(file):
+    package = next(name for name, folder in PACKAGES.items() if folder in file.parents)
+    if package == "isethdr_core":
+        return "physics" if "physics" in file.parts else "core"
+    return "plugin" if package in PLUGINS else package.removeprefix("isethdr_")
+
+
+def test_layers():
+    """physics <- core <- plugins, never each other; catalog imports the core; workflows import anything, nobody imports them."""
+    wrong = []
+    for file in PRODUCT:
+        own = next(name for name, folder in PACKAGES.items() if folder in file.parents)
+        allowed = {"core": {"isethdr_core"}, "physics": {"isethdr_core"}, "plugin": {own, "isethdr_core"},
+                   "catalog": {own, "isethdr_core"}, "workflows": set(PACKAGES)}[layer(file)]
+        wrong += [f"{name_of(file)} ({layer(file)}) imports {name}" for name in roots(file) if name.startswith("isethdr_") and name not in allowed]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_physics_imports_numpy_and_scipy_only():
+    files = [f for f in PRODUCT if layer(f) == "physics"]
+    assert len(files) > 5
+    wrong = []
+    for file in files:
+        wrong += [f"{name_of(file)} imports {name}" for name in roots(file) - STANDARD - {"numpy", "scipy", "isethdr_core"}]
+        wrong += [f"{name_of(file)} imports {name}; physics knows no stage" for name in imports(file)
+                  if name.startswith("isethdr_core") and not name.startswith("isethdr_core.physics")]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_what_a_plugin_author_imports_is_light():
+    """`isethdr --help`, and every plugin's hooks, run without the libraries that take seconds to import."""
+    code = ("import json, sys\n"
+            "from isethdr_core.registry import components; components()\n"
+            "sys.argv = ['isethdr', '--help']\n"
+            "from isethdr_core.cli import main\n"
+            "try:\n    main()\n"
+            "except SystemExit as end:\n    print(json.dumps([end.code, sorted({m.split('.')[0] for m in sys.modules})]))")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    exit_code, modules = json.loads(done.stdout.splitlines()[-1])
+    assert exit_code == 0
+    assert not set(SLOW) & set(modules), f"imported before they are needed: {sorted(set(SLOW) & set(modules))}"
+
+
+def test_the_layer_rule_sees_what_it_must():
+    """The walk finds imports inside functions and relative ones, and leaves out those for annotations only."""
+    from . import source
+
+    file = source.PACKAGES["isethdr_core"] / "lighting" / "mix.py"
+    assert {"isethdr_core.ledger", "isethdr_core.physics.photometry"} <= imports(file)
+    assert "xarray" not in roots(source.PACKAGES["isethdr_core"] / "store.py", top_level_only=True)
+    assert "zarr" in roots(source.PACKAGES["isethdr_core"] / "store.py")
