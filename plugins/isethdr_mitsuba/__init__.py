@@ -1,0 +1,35 @@
+"""isethdr_mitsuba: turns a scene description into scene radiance with Mitsuba 3.
+
+renderer.py        the component `mitsuba`: fields, demand, what is stated in the ledger
+view.py            the camera's tiles as tangents, margin included
+frame.py           one frame: world, passes, lamps seen directly, labels, and the Dataset made of them
+placed_lamps.py    lamps in the world: candela into radiance, beam pattern, projected area
+lamp_tables.py     lamps as lookup tables on the device, and how a shadow ray's target is chosen
+integrator.py      one path, all bands, all light groups
+radiance.py        passes of that integrator, summed in float64, with their spread
+visible_lamps.py   lamps seen directly, with their exact footprint on the tiles
+materials.py       material kinds as Mitsuba surfaces
+surface_tables.py  which material a ray met, and one evaluation of it for all bands
+spectra.py         all spectra in one table on the device
+geometry.py        parts, models and poses as a Mitsuba scene
+beam_lamp.py       the beam-limited area light as a Mitsuba emitter
+film_bands.py      the slow way for machines without LLVM: four bands a pass, group by group
+labels.py          one ray per tile centre: instance, category, depth, distance, normal
+doctor.py          which variants work on this machine, and what to install
+"""
+
+from isethdr_core.component import Component
+from isethdr_core.hookspecs import hookimpl
+
+from .doctor import doctor_command
+from .renderer import MitsubaRenderer
+
+
+@hookimpl
+def isethdr_components():
+    return [Component("renderer", "mitsuba", MitsubaRenderer)]
+
+
+@hookimpl
+def isethdr_commands(app):
+    app.command("doctor")(doctor_command)

@@ -1,0 +1,115 @@
+"""Doctor: which Mitsuba variants work on this machine, found out in a child process, and what to install."""
+
+from __future__ import annotations
+
+import glob
+import importlib.metadata
+import json
+import os
+import platform
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+from isethdr_core.errors import ConfigError
+
+VARIANTS = {"cuda": "cuda_ad_spectral", "llvm": "llvm_ad_spectral", "scalar": "scalar_spectral"}
+HELP = {
+    "llvm": "install LLVM 17 or newer (tested: 19), for example `apt-get install libllvm19`, or set DRJIT_LIBLLVM_PATH "
+            "to its libLLVM.so; LLVM 15 and 16 stop the process with Mitsuba 3.9.1",
+    "cuda": "needs an NVIDIA graphics card with a driver of version 535 or newer",
+    "scalar": "reinstall mitsuba: `pip install --force-reinstall isethdr[mitsuba]`",
+}
+# a small scene that makes the compiler emit what old LLVM versions stumble over
+PROBE = """
+import sys, mitsuba as mi
+mi.set_variant(sys.argv[1])
+import drjit as dr, numpy as np
+scene = mi.load_dict({'type': 'scene', 'a': {'type': 'sphere'}, 'e': {'type': 'constant'}, 'i': {'type': 'path', 'max_depth': 3},
+    's': {'type': 'perspective', 'to_world': mi.ScalarTransform4f().look_at(origin=[0, 0, 4], target=[0, 0, 0], up=[0, 1, 0]),
+          'film': {'type': 'hdrfilm', 'width': 4, 'height': 4}}}, optimize=False)
+image = np.array(mi.render(scene, spp=4))
+if dr.is_jit_v(mi.Float):
+    image = image + np.array(dr.maximum(mi.Float([1., 2.]), 1.5)).sum()
+assert np.isfinite(image).all()
+"""
+
+
+def choose_variant(asked: str) -> str:
+    """Return the Mitsuba variant for "auto", "cuda", "llvm" or "scalar".
+
+    Raises
+    ------
+    ConfigError : mitsuba is not installed, or the variant asked for does not work here.
+    """
+    found = doctor()
+    if not found["mitsuba"]:
+        raise ConfigError("renderer mitsuba needs the package mitsuba, which is not installed; type pip install 'isethdr[mitsuba]'")
+    if asked == "auto":
+        asked = next(name for name in VARIANTS if found[name] == "works" or name == "scalar")
+    if found[asked] != "works":
+        raise ConfigError(f"renderer variant {asked!r} does not work here: {found[asked]}; {HELP[asked]}; or type renderer.variant=auto")
+    return VARIANTS[asked]
+
+
+@cache
+def doctor() -> dict[str, str]:
+    """Return {"mitsuba": version or "", "cuda": ..., "llvm": ..., "scalar": "works" or what went wrong}.
+
+    Each variant is tried in a child process, because some LLVM versions abort the process. That costs
+    seconds, so the answer is kept in the user's cache folder until Mitsuba or the LLVM libraries change.
+    """
+    try:
+        version = importlib.metadata.version("mitsuba")
+    except importlib.metadata.PackageNotFoundError:
+        return {"mitsuba": "", **dict.fromkeys(VARIANTS, "mitsuba is not installed")}
+    key = json.dumps([version, platform.node(), sys.executable, os.environ.get("DRJIT_LIBLLVM_PATH", ""), _llvm_libraries()])
+    kept = _read()
+    if kept.get("key") != key:
+        kept = {"key": key, "found": {"mitsuba": version, **{name: _probe(v) for name, v in VARIANTS.items()}}}
+        _write(kept)
+    return kept["found"]
+
+
+def doctor_command(fresh: bool = False):
+    """Say which renderer variants work on this machine, and what to install where one does not."""
+    if fresh:
+        _write({})
+        doctor.cache_clear()
+    found = doctor()
+    print(f"mitsuba {found['mitsuba'] or 'is not installed: pip install isethdr[mitsuba]'}")
+    for name in VARIANTS:
+        print(f"{name:7s} {found[name]}" + ("" if found[name] == "works" else f"\n        {HELP[name]}"))
+
+
+def _probe(variant):
+    done = subprocess.run([sys.executable, "-c", PROBE, variant], check=False, capture_output=True, text=True, timeout=300)
+    if done.returncode == 0:
+        return "works"
+    last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+    return f"exit status {done.returncode}: {last[:200]}"
+
+
+def _llvm_libraries():
+    folders = ("/usr/lib/*", "/usr/lib/llvm-*/lib", "/usr/lib64", "/opt/homebrew/opt/llvm/lib")
+    return sorted(path for folder in folders for path in glob.glob(f"{folder}/libLLVM*.so*"))
+
+
+def _file():
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "isethdr" / "mitsuba_variants.json"
+
+
+def _read():
+    try:
+        return json.loads(_file().read_text())
+    except (OSError, ValueError):
+        return {}
+
+
+def _write(content):
+    try:
+        _file().parent.mkdir(parents=True, exist_ok=True)
+        _file().write_text(json.dumps(content))
+    except OSError:
+        pass                      # a home that cannot be written to only costs the probe again

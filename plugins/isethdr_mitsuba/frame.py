@@ -1,0 +1,81 @@
+"""One frame: world, passes, lamps seen directly, labels, and the Dataset made of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.quantities import scene_radiance
+
+from .placed_lamps import placed_lamps
+from .radiance import Progress, estimate, pass_sizes
+from .view import view_of
+
+
+def render_frame(settings, description, groups, bands_nm, labels, variant: str):
+    """Return the scene radiance Dataset.
+
+    Parameters
+    ----------
+    settings : MitsubaRenderer.
+    description : SceneDescription.
+    groups : light groups to render, all of which have an emitter.
+    bands_nm : band centres, nm.
+    labels : names out of isethdr_core.quantities.LABELS.
+    variant : Mitsuba variant that works here.
+    """
+    import mitsuba as mi
+
+    mi.set_variant(variant)
+    from .geometry import build_world
+    from .labels import label_tiles
+    from .materials import ramp_surfaces
+    from .visible_lamps import visible_lamps
+
+    view = view_of(description.camera, settings.width, settings.height, settings.margin)
+    lamps = placed_lamps(description, settings.normalise)
+    sizes = pass_sizes(settings.samples, view.shape[0] * view.shape[1])
+    surfaces = ramp_surfaces(description)
+    world = build_world(description, surfaces)
+    if variant.startswith("scalar"):
+        from .film_bands import film_pass
+
+        one_pass = film_pass(description, view, lamps, groups, bands_nm, settings)
+    else:
+        one_pass = path_pass(description, view, lamps, groups, bands_nm, settings, world, surfaces)
+    result = estimate(one_pass, sizes, settings.seed, groups, bands_nm, view.shape, Progress(len(sizes)))
+    layer, error = visible_lamps(world, view, lamps, groups, bands_nm, settings.step_nm)
+    radiance = result.radiance
+    radiance += layer
+    for group, noise in zip(groups, result.noise, strict=True):
+        if np.isfinite(noise):          # one pass alone has no spread, a group without light no noise
+            ledger.error(noise, "relative", "statistical", f"median over tiles, light group {group}")
+    if error > 0:
+        ledger.error(error, "relative", "bound", "part of a lamp's footprint on a tile, where the lamp is partly hidden")
+    found, objects = label_tiles(world, view, description, labels)
+    ds = scene_radiance(radiance, groups, bands_nm, view.x, view.y, view.field, **found)
+    # a lone band or tile has no neighbour to take its width from
+    ds.attrs.update(pitch_x=view.pitch_x, pitch_y=view.pitch_y)
+    if objects is not None:
+        ds.attrs["objects"] = objects
+    ds.attrs["lamps"] = [{"object": p.object, "instance": p.instance, "kind": p.lamp.kind, "group": p.lamp.group,
+                          "luminance_cd_m2": p.peak_cd_m2} for p in lamps if p.lamp.group in groups]
+    return ds
+
+
+def path_pass(description, view, lamps, groups, bands_nm, settings, world, surfaces):
+    """Return the function of one pass of the all-in-one integrator, as `radiance.estimate` wants it."""
+    from .integrator import path_radiance
+    from .lamp_tables import LampTables
+    from .surface_tables import SurfaceTables
+
+    tables = LampTables(world, lamps, groups, description.sky if "sky" in groups else None)
+    materials = SurfaceTables(world, description.materials.values(), surfaces.values())
+
+    def one_pass(seed, samples):
+        found = path_radiance(world, view, tables, materials, bands_nm, settings.step_nm, seed, samples, settings.max_depth)
+        for g, packets in enumerate(found):
+            for band in range(len(bands_nm)):
+                yield g, band, np.array(packets[band // 4][band % 4], float) / samples
+
+    return one_pass

@@ -1,0 +1,115 @@
+"""Parts, models and poses as a Mitsuba scene.
+
+A lampless part of a model that stands in several places is stored once (shape group and instances); all others are
+written out at their place. Scenes are always loaded unmerged: Mitsuba's loader would else join shapes, which loses
+labels, breaks emitters written in Python, and makes renders differ between two loads.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from isethdr_core.errors import ConfigError, did_you_mean
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A Mitsuba shape and what it stands for."""
+
+    shape: mi.Shape
+    label: int = 0               # object 1, 2, ...; 0 for the shared parts of a model, whose instances carry it
+    material: int = 0            # index into the description's materials
+    lamp: int | None = None      # index into the lamps
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """A loaded scene and its shapes. Keeps all of them alive as long as tables of their numbers are in use."""
+
+    scene: mi.Scene
+    shapes: list[Shape]
+
+    def table(self, value_of, default: int = 0) -> np.ndarray:
+        """Return a table from Mitsuba's number of a shape to `value_of(Shape)`; `default` where there is none."""
+        numbers = [int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(s.shape))[0]) for s in self.shapes]
+        table = np.full(max(numbers, default=0) + 1, default, np.uint32)
+        for number, shape in zip(numbers, self.shapes, strict=True):
+            table[number] = value_of(shape)
+        return table
+
+
+def build_world(description, surfaces: dict, emitter_of=None, **extra) -> World:
+    """Return the Mitsuba scene of `description`.
+
+    Parameters
+    ----------
+    description : SceneDescription.
+    surfaces : Mitsuba BSDF of each material.
+    emitter_of : None, or a function from the index of a lamp to a Mitsuba emitter or None. The integrator of this
+        plugin needs no emitters: it finds lamps by the shape that a ray hits.
+    extra : more entries of the scene dictionary.
+    """
+    times = Counter(o.model for o in description.objects)
+    order = {name: k for k, name in enumerate(description.materials)}
+    entries, shapes, lamps, instances = {"type": "scene", **extra}, [], 0, {}
+    for number, placed in enumerate(description.objects, 1):
+        if placed.model not in description.models:
+            raise ConfigError(f"object {placed.name!r} has the unknown model {placed.model!r}" + did_you_mean(placed.model, description.models))
+        model, pose = description.models[placed.model], np.asarray(placed.pose, float)
+        shared = [p for p in model.parts if not p.lamp] if times[placed.model] > 1 else []
+        if shared:
+            group = f"model_{placed.model}"
+            if group not in entries:
+                meshes = [_mesh(f"{group}_{j}", p, np.eye(4), _surface(surfaces, p)) for j, p in enumerate(shared)]
+                entries[group] = {"type": "shapegroup", **{f"part{j}": m for j, m in enumerate(meshes)}}
+                shapes += [Shape(m, material=order[p.material]) for m, p in zip(meshes, shared, strict=True)]
+            entries[f"object{number}"] = {"type": "instance", "to_world": mi.ScalarTransform4f(pose), "model": {"type": "ref", "id": group}}
+            instances[f"object{number}"] = number
+        for j, part in enumerate(model.parts):
+            if shared and not part.lamp:
+                continue
+            emitter = emitter_of(lamps) if emitter_of and part.lamp else None
+            name = f"object{number}_part{j}"
+            mesh = _mesh(name, part, pose, _surface(surfaces, part), emitter)
+            shapes.append(Shape(mesh, number, order[part.material], lamps if part.lamp else None))
+            lamps += bool(part.lamp)
+            entries[name] = mesh
+    if not shapes:
+        # compiled code has nothing to choose from without any surface: a speck that no ray meets
+        entries["speck"] = {"type": "sphere", "radius": 1e-9, "center": [0.0, 0.0, -1e7]}
+    scene = mi.load_dict(entries, optimize=False)
+    return World(scene, shapes + [Shape(s, instances[s.id()]) for s in scene.shapes() if s.id() in instances])
+
+
+def _surface(surfaces, part):
+    if part.material not in surfaces:
+        raise ConfigError(f"part {part.name!r} has the unknown material {part.material!r}" + did_you_mean(part.material, surfaces))
+    return surfaces[part.material]
+
+
+def _mesh(name, part, pose, surface, emitter=None):
+    vertices = np.asarray(part.vertices, float) @ pose[:3, :3].T + pose[:3, 3]
+    faces = np.asarray(part.faces)
+    if np.linalg.det(pose[:3, :3]) < 0:
+        faces = faces[:, ::-1]                       # a mirroring pose turns the winding round
+    # a lamp's pattern follows its real faces, so it gets no smoothed normals
+    smooth = part.normals is not None and not part.lamp
+    properties = mi.Properties()
+    properties["surface"] = surface
+    if emitter is not None:
+        properties["emitter"] = emitter
+    mesh = mi.Mesh(name, len(vertices), len(faces), properties, has_vertex_normals=smooth)
+    fields = mi.traverse(mesh)
+    fields["vertex_positions"] = np.ascontiguousarray(vertices, np.float32).ravel()
+    fields["faces"] = np.ascontiguousarray(faces, np.uint32).ravel()
+    if smooth:
+        normals = np.asarray(part.normals, float) @ np.linalg.inv(pose[:3, :3])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        fields["vertex_normals"] = np.ascontiguousarray(normals, np.float32).ravel()
+    fields.update()
+    return mesh

@@ -1,0 +1,137 @@
+"""Labels by one ray through each tile's centre: exact, and all from the same hit."""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from isethdr_core.categories import CATEGORIES
+from isethdr_core.errors import ConfigError, did_you_mean
+
+from .visible_lamps import NEAR_M, cut
+
+PAIRS = 1_000_000   # triangle and tile pairs tested at a time: bounds memory
+
+
+def label_tiles(world, view, description, wanted):
+    """Return the labels asked for, and the table of objects if `instance` is among them.
+
+    depth : m along the optical axis. distance : m along the ray. Both infinite where there is only sky.
+    instance : uint32, the object's place in the description, from 1; 0 is the sky.
+    category : uint16, number of isethdr_core.categories.
+    normal : unit vector of the smoothed surface in world axes, turned towards the camera; 0 for the sky.
+    """
+    if not wanted:
+        return {}, None
+    numbers = [0]
+    for placed in description.objects:
+        if placed.category not in CATEGORIES:
+            raise ConfigError(f"object {placed.name!r} has the unknown category {placed.category!r}" + did_you_mean(placed.category, CATEGORIES))
+        numbers.append(CATEGORIES[placed.category])
+    rows, columns = view.shape
+    x, y = (a.ravel() for a in np.meshgrid(view.x, view.y))
+    ray = np.stack([x, y, np.ones_like(x)], 1)
+    length = np.linalg.norm(ray, axis=1)
+    direction = view.to_world(ray / length[:, None])
+    instance, distance, normal = (_first_hits if dr.is_jit_v(mi.Float) else _first_hits_scalar)(world, view.origin_m, direction)
+    normal *= -np.sign(np.einsum("nk,nk->n", normal, direction))[:, None]
+    found = {"instance": instance.astype(np.uint32), "category": np.array(numbers, np.uint16)[instance],
+             "distance": distance.astype(np.float32), "depth": (distance / length).astype(np.float32)}
+    found = {name: value.reshape(rows, columns) for name, value in found.items()}
+    found["normal"] = normal.reshape(rows, columns, 3).astype(np.float32)
+    objects = object_table(description, view, found) if "instance" in wanted else None
+    return {name: found[name] for name in wanted}, objects
+
+
+def object_table(description, view, found) -> list[dict]:
+    """Return the objects seen on at least one tile, as dictionaries of plain numbers and names."""
+    instance = found["instance"]
+    out = []
+    for number, placed in enumerate(description.objects, 1):
+        rows, columns = np.nonzero(instance == number)
+        if not len(rows):
+            continue
+        corner = int(columns.min()), int(rows.min())
+        out.append({"instance": number, "category": placed.category, "name": placed.name,
+                    "box": [*corner, int(columns.max()) + 1 - corner[0], int(rows.max()) + 1 - corner[1]],
+                    "visible_fraction": visible_fraction(description.models[placed.model], placed.pose, view, len(rows)),
+                    "distance_m": float(found["distance"][rows, columns].min()),
+                    "position_m": [float(v) for v in np.asarray(placed.pose, float)[:3, 3]]})
+    return out
+
+
+def visible_fraction(model, pose, view, seen: int) -> float:
+    """Return tiles seen / tiles covered if nothing stood in front, by filling the object's own triangles.
+
+    Tiles beyond the rendered field do not count. At most 1; exact for tile centres, as the labels are.
+    """
+    covered = np.zeros(view.shape, bool)
+    for part in model.parts:
+        world = np.asarray(part.vertices, float) @ np.asarray(pose, float)[:3, :3].T + np.asarray(pose, float)[:3, 3]
+        fill(covered, view, view.to_camera(world)[np.asarray(part.faces, int)])
+    return min(1.0, seen / max(int(covered.sum()), seen))
+
+
+def fill(covered, view, triangles) -> None:
+    """Set `covered` at the tiles whose centre ray meets one of `triangles` (n, 3, 3) in camera axes.
+
+    A centre ray meets a triangle where it lies on the same side of the three planes through the pinhole and an
+    edge; this holds also for triangles that reach behind the camera, as long as the meeting point is in front.
+    """
+    low, high, useful = _tile_boxes(triangles, view)
+    triangles, low, high = triangles[useful], low[useful], high[useful]
+    a, b, c = (triangles[:, k] for k in range(3))
+    sides = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], 1)
+    sides *= np.sign(np.einsum("nk,nk->n", a, sides[:, 0]))[:, None, None]
+    wide, tall = (high - low + 1).T
+    chunk = np.cumsum(wide * tall) // PAIRS
+    for few in np.split(np.arange(len(sides)), np.flatnonzero(np.diff(chunk)) + 1):
+        count = wide[few] * tall[few]
+        which = np.repeat(few, count)
+        place = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+        column, row = low[which, 0] + place % wide[which], low[which, 1] + place // wide[which]
+        ray = np.stack([view.x[column], view.y[row], np.ones(len(which))], 1)
+        height = np.einsum("nsk,nk->ns", sides[which], ray)
+        met = (height >= 0).all(1) & (height.max(1) > 0)      # a triangle seen edge-on covers nothing
+        covered[row[met], column[met]] = True
+
+
+def _tile_boxes(triangles, view):
+    """Return first and last tile (column, row) of the box around each triangle, and which triangles have one."""
+    z = triangles[..., 2]
+    useful = (z > NEAR_M).any(1)
+    low, high = np.zeros((len(z), 2)), np.zeros((len(z), 2))
+    for some in (useful & (z > NEAR_M).all(1), useful & ~(z > NEAR_M).all(1)):
+        # those that reach behind the camera are cut where they pass it: their corners there have no tangents
+        polygon = triangles[some]
+        if not (z[some] > NEAR_M).all():
+            polygon = cut(polygon, np.broadcast_to([0.0, 0, 1], (len(polygon), 3)), NEAR_M)
+        flat = polygon[..., :2] / polygon[..., 2:]
+        low[some], high[some] = flat.min(1), flat.max(1)
+    first, pitch = np.array([view.x[0], view.y[0]]), np.array([view.pitch_x, view.pitch_y])
+    last = np.array([len(view.x), len(view.y)]) - 1
+    low, high = np.ceil((low - first) / pitch - 1e-9), np.floor((high - first) / pitch + 1e-9)
+    low, high = np.clip(low, 0, last + 1).astype(int), np.clip(high, -1, last).astype(int)
+    return low, high, useful & (low <= high).all(1)
+
+
+def _first_hits(world, origin, direction):
+    ray = mi.Ray3f(mi.Point3f(*(mi.Float(float(v)) for v in origin)), mi.Vector3f(*direction.T.astype(np.float32)))
+    si = world.scene.ray_intersect_preliminary(ray, coherent=True).compute_surface_interaction(ray)
+    # inside an instance the shape is the shared part; the instance says which object it is
+    shape, instance = dr.reinterpret_array(mi.UInt32, si.shape), dr.reinterpret_array(mi.UInt32, si.instance)
+    table = world.table(lambda s: s.label)
+    valid = np.array(si.is_valid())
+    number = table[np.where(valid, np.array(dr.select(instance != 0, instance, shape)), 0)]
+    return np.where(valid, number, 0), np.where(valid, np.array(si.t, float), np.inf), np.array(si.sh_frame.n, float).T * valid[:, None]
+
+
+def _first_hits_scalar(world, origin, direction):
+    number, distance, normal = np.zeros(len(direction), int), np.full(len(direction), np.inf), np.zeros((len(direction), 3))
+    label = {s.shape.id(): s.label for s in world.shapes}
+    for k, d in enumerate(direction):
+        si = world.scene.ray_intersect(mi.Ray3f(origin, d))
+        if si.is_valid():
+            number[k], distance[k], normal[k] = label[(si.instance or si.shape).id()], si.t, np.array(si.sh_frame.n)
+    return number, distance, normal

@@ -1,0 +1,148 @@
+"""Lamps in the world: from luminous intensity to radiance, with the beam pattern and the area that makes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.photometry import LM_PER_W, v_lambda
+from isethdr_core.scene import Lamp, Spectrum
+
+SPECTRUM_NM = np.arange(360.0, 831.0)  # grid on which emission spectra are tabulated and weighed, nm
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedLamp:
+    """One emitting part at its place, in world coordinates."""
+
+    instance: int            # label of the object it belongs to
+    object: str
+    lamp: Lamp
+    triangles: np.ndarray    # (n, 3, 3) m, counter-clockwise seen from outside
+    axis: np.ndarray         # (3,) unit vector
+    peak_cd_m2: float        # luminance on the axis
+    floor: float             # Lambertian share of the pattern, relative to the beam's 1
+    cos_inner: float
+    cos_outer: float
+
+    @property
+    def area_m2(self) -> float:
+        """Area of all its triangles."""
+        return float(np.linalg.norm(_area_vectors(self.triangles), axis=1).sum())
+
+    def pattern(self, cos_axis):
+        """Return radiance relative to that on the axis, at the cosine of the angle from the axis."""
+        return (beam(cos_axis, self.cos_inner, self.cos_outer) + self.floor) / (1 + self.floor)
+
+
+def beam(cos_axis, cos_inner: float, cos_outer: float):
+    """Return 1 within the inner cone, 0 beyond the outer, a smoothstep of the cosine between; 1 everywhere if Lambertian."""
+    if cos_inner <= LAMBERTIAN_COS:
+        return np.ones_like(np.asarray(cos_axis, float))
+    t = np.clip((cos_axis - cos_outer) / max(cos_inner - cos_outer, 1e-6), 0, 1)
+    return t * t * (3 - 2 * t)
+
+
+LAMBERTIAN_COS = 1e-9  # an inner angle of 90 degrees or more: no beam, every face emits alike in all directions
+
+
+def placed_lamps(description, normalise: str = "intensity") -> list[PlacedLamp]:
+    """Return every lamp of `description` at its place.
+
+    Parameters
+    ----------
+    description : SceneDescription.
+    normalise : "intensity": `intensity_cd` is met on the axis, a narrower beam has less flux.
+        "flux": the lamp has the flux that a Lambertian one of `intensity_cd` has; a narrower beam is brighter.
+    """
+    out = []
+    for number, placed in enumerate(description.objects, 1):
+        pose = np.asarray(placed.pose, float)
+        for part in description.models[placed.model].parts:
+            if part.lamp:
+                out.append(_place(part, pose, number, placed.name, normalise))
+    return out
+
+
+def world_triangles(part, pose) -> np.ndarray:
+    """Return the (n, 3, 3) triangles of `part` under `pose`; a mirroring pose keeps them facing outwards."""
+    v = np.asarray(part.vertices, float) @ pose[:3, :3].T + pose[:3, 3]
+    tri = v[np.asarray(part.faces, int)]
+    return tri[:, ::-1] if np.linalg.det(pose[:3, :3]) < 0 else tri
+
+
+def _place(part, pose, number, name, normalise):
+    lamp, tri = part.lamp, world_triangles(part, pose)
+    where = f"lamp {part.name!r} ({lamp.kind}) of object {name!r}"
+    if not (np.isfinite(lamp.intensity_cd) and lamp.intensity_cd >= 0):
+        raise ConfigError(f"{where} has intensity_cd {lamp.intensity_cd}; expected a number of candela, 0 or more")
+    if not 0 <= lamp.lambertian_share < 1 or lamp.outer_deg < lamp.inner_deg:
+        raise ConfigError(f"{where} has inner_deg {lamp.inner_deg:g}, outer_deg {lamp.outer_deg:g}, lambertian_share "
+                          f"{lamp.lambertian_share:g}; expected inner <= outer and a share within [0, 1)")
+    axis = pose[:3, :3] @ np.asarray(lamp.axis, float)
+    axis /= np.linalg.norm(axis)
+    vectors = _area_vectors(tri)
+    projected = float(np.maximum(vectors @ axis, 0).sum())
+    if projected <= 1e-6 * np.linalg.norm(vectors, axis=1).sum():
+        raise ConfigError(f"{where} has no face towards its axis {np.round(axis, 3)}; expected faces counter-clockwise "
+                          "seen from outside; turn the axis, or reverse the order of each face's vertices")
+    cos_inner, cos_outer = np.cos(np.radians([min(lamp.inner_deg, 90.0), min(lamp.outer_deg, 90.0)]))
+    area = np.linalg.norm(vectors, axis=1).sum()
+    in_beam = _beam_flux(vectors, axis, cos_inner, cos_outer)       # flux at beam radiance 1
+    floor = 0.0
+    if cos_inner > LAMBERTIAN_COS:
+        floor = lamp.lambertian_share / (1 - lamp.lambertian_share) * in_beam / (np.pi * area)
+    peak = lamp.intensity_cd / projected
+    if normalise == "flux":
+        peak *= np.pi * area * (1 + floor) / (in_beam + floor * np.pi * area)
+    return PlacedLamp(number, name, lamp, tri, axis, peak, floor, float(cos_inner), float(cos_outer))
+
+
+def _area_vectors(tri):
+    return np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0]) / 2
+
+
+def _beam_flux(vectors, axis, cos_inner, cos_outer):
+    """Return the flux, m2 sr, of faces with area `vectors` whose radiance is the beam pattern about `axis`."""
+    if cos_inner <= LAMBERTIAN_COS:
+        return np.pi * np.linalg.norm(vectors, axis=1).sum()
+    if np.allclose(vectors / np.linalg.norm(vectors, axis=1, keepdims=True), axis, atol=1e-6):
+        return np.linalg.norm(vectors, axis=1).sum() * flat_beam_solid_angle(cos_inner, cos_outer)
+    node, weight = np.polynomial.legendre.leggauss(24)
+    side = np.linalg.svd(axis[None])[2][1:]
+    phi = (np.arange(64) + 0.5) * 2 * np.pi / 64
+    total = 0.0
+    for low, high in ((cos_inner, 1.0), (cos_outer, cos_inner)):    # the pattern has a kink at the inner cone
+        c = low + (high - low) * (node + 1) / 2
+        s = np.sqrt(1 - c**2)
+        ring = np.cos(phi)[:, None] * side[0] + np.sin(phi)[:, None] * side[1]
+        directions = c[:, None, None] * axis + s[:, None, None] * ring
+        facing = np.zeros(directions.shape[:2])
+        for chunk in np.array_split(vectors, max(1, len(vectors) // 256)):
+            facing += np.maximum(directions @ chunk.T, 0).sum(-1)
+        total += (weight * (high - low) / 2 * beam(c, cos_inner, cos_outer)) @ facing.mean(1) * 2 * np.pi
+    return float(total)
+
+
+def flat_beam_solid_angle(cos_inner: float, cos_outer: float) -> float:
+    """Return the integral of beam x cosine over directions, sr, of a flat lamp that faces along its axis.
+
+    2 pi times: (1 - ci^2) / 2 inside the inner cone, and d (co / 2 + 0.35 d) with d = ci - co in the smoothstep.
+    """
+    d = cos_inner - cos_outer
+    return 2 * np.pi * ((1 - cos_inner**2) / 2 + d * (cos_outer / 2 + 0.35 * d))
+
+
+def emission_table(spectra: list[Spectrum]) -> np.ndarray:
+    """Return (spectrum, SPECTRUM_NM) radiance, W m-2 sr-1 nm-1, of each relative spectrum at 1 cd/m2."""
+    rows = []
+    for s in spectra:
+        value = s.at(SPECTRUM_NM)
+        luminance = LM_PER_W * float(value @ v_lambda(SPECTRUM_NM))   # 1 nm steps
+        if not luminance > 0 or value.min() < 0:
+            raise ConfigError(f"a lamp spectrum gives {luminance:g} lm/W-weighted light, least value {value.min():g}; "
+                              "expected non-negative values with some light between 380 and 780 nm")
+        rows.append(value / luminance)
+    return np.array(rows).reshape(len(rows), len(SPECTRUM_NM))

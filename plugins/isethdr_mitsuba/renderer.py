@@ -1,0 +1,78 @@
+"""The renderer `mitsuba`: scene description and demand in, scene radiance and labels out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from isethdr_core import ledger
+from isethdr_core.errors import ConfigError, did_you_mean
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.demand import Demand
+    from isethdr_core.scene import SceneDescription
+
+
+@dataclass(frozen=True)
+class MitsubaRenderer:
+    """Path tracing with Mitsuba 3: all bands and light groups in one pass, exact labels, exact small lamps."""
+
+    width: int = 640           # tiles across the camera's field
+    height: int = 360          # tiles down the camera's field
+    margin: float = 0.1        # more of the field rendered on each side, as a part of it
+    first_nm: float = 400.0    # centre of the first band
+    last_nm: float = 700.0     # centre of the last band
+    step_nm: float = 10.0      # width and spacing of the bands
+    samples: int = 96          # paths per tile
+    max_depth: int = 5         # longest path, in segments: 2 is direct light only
+    seed: int = 0              # of the paths; same seed, same machine, same cube
+    variant: Literal["auto", "llvm", "cuda", "scalar"] = "auto"  # auto: cuda, else llvm, else scalar, whichever works
+    normalise: Literal["intensity", "flux"] = "intensity"        # what a narrow beam keeps: candela on its axis, or lumens
+
+    def __call__(self, description: SceneDescription, demand: Demand | None = None) -> xr.Dataset:
+        """Return the scene radiance of `description` with the light groups, bands and labels of `demand`."""
+        from .doctor import choose_variant
+        from .frame import render_frame
+
+        if self.samples < 1 or self.max_depth < 1:
+            raise ConfigError(f"renderer samples is {self.samples}, max_depth {self.max_depth}; expected at least 1 of each")
+        wanted, bands = self._groups(description, demand), self._bands(demand)
+        return render_frame(self, description, wanted, bands, demand.labels if demand else frozenset(),
+                            choose_variant(self.variant))
+
+    def _groups(self, description, demand):
+        there = description.light_groups()
+        if not there:
+            raise ConfigError(f"scene {description.name!r} has no light: no lamp and no sky; "
+                              "expected at least one emitter, for example sky=isethdr_core.scene.flat(1e-6)")
+        asked = there if demand is None or demand.groups is None else tuple(demand.groups)
+        for name in set(asked) - set(there):
+            ledger.left_out(f"light group {name}", f"scene {description.name!r} has no such emitter", 0.0, "cd/m2")
+        kept = [g for g in there if g in asked]
+        if not kept:
+            raise ConfigError(f"no light group of scene {description.name!r} is asked for: asked {', '.join(asked) or 'none'}"
+                              + did_you_mean(asked[0] if asked else "", there))
+        for name in set(there) - set(kept):
+            ledger.left_out(f"light group {name}", "not demanded", 0.0, "cd/m2")
+        return kept
+
+    def _bands(self, demand):
+        import numpy as np
+
+        if not (self.step_nm > 0 and self.last_nm >= self.first_nm > 0):
+            raise ConfigError(f"renderer bands {self.first_nm:g} to {self.last_nm:g} nm in steps of {self.step_nm:g} nm; "
+                              "expected 0 < first_nm <= last_nm and step_nm > 0")
+        bands = self.first_nm + self.step_nm * np.arange(int((self.last_nm - self.first_nm) / self.step_nm + 1 + 1e-9))
+        if demand is None or demand.wavelength_nm is None:
+            return bands
+        # a demanded wavelength needs the bands on both sides of it, to interpolate between
+        asked = np.asarray(demand.wavelength_nm, float)
+        near = np.abs(bands[:, None] - asked) < self.step_nm * (1 - 1e-9)
+        kept = bands[near.any(1)]
+        if not len(kept):
+            raise ConfigError(f"no band between {bands[0]:g} and {bands[-1]:g} nm is asked for: asked {asked} nm")
+        if len(kept) < len(bands):
+            ledger.left_out(f"{len(bands) - len(kept)} of {len(bands)} bands", "wavelengths not demanded", 0.0, "W m-2 sr-1 nm-1")
+        return kept
