@@ -32,11 +32,19 @@ def ledger_table(ledger, details: bool = False) -> Table:
     for name, side in (("stage", "left"), ("seconds", "right"), ("peak MB", "right"), ("error", "left"), ("left out", "left")):
         table.add_column(name, justify=side, no_wrap=name == "stage")
     for row in ledger:
-        errors = "\n".join(error_text(e) for e in row.errors)
+        errors = "\n".join(error_text(e) for e in row.errors) if details else worst_text(row.errors)
         left = "\n".join(f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out) if details else (
             f"{len(row.left_out)} noted" if row.left_out else "")
         table.add_row(escape(row.stage), f"{row.seconds:.2f}", f"{row.peak_bytes / 1e6:.0f}", escape(errors), escape(left))
     return table
+
+
+def worst_text(notes) -> str:
+    """Return the largest stated error and how many more there are; the report has them all."""
+    if not notes:
+        return ""
+    worst = max(notes, key=lambda note: note.value)
+    return f"{worst.value:.3g} {worst.unit} ({worst.how})" + (f" +{len(notes) - 1}" if len(notes) > 1 else "")
 
 
 def error_text(note) -> str:

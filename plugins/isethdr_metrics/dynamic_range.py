@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+GROUPS = 20  # of dark pixels; two unknowns need a few, and each group enough pixels for a median
+
 
 @dataclass(frozen=True)
 class DynamicRange:
@@ -14,8 +16,9 @@ class DynamicRange:
     def __call__(self, picture, truth, labels=None):
         """Return the range in dB and its two ends in cd/m2.
 
-        The variance of the darkest pixels is fitted by a + b Y (read noise and shot noise, a and b not negative);
-        SNR = 1 is where Y^2 = a + b Y. A scene without a pixel that is not valid does not reach the sensor's top:
+        The variance of the darkest pixels is fitted by a + b Y (read noise and shot noise, a and b not negative), through the
+        medians of groups of equal luminance, so that the few dark pixels that flare has reached do not stand for all of
+        them; SNR = 1 is where Y^2 = a + b Y. A scene without a pixel that is not valid does not reach the sensor's top:
         the range is then a lower bound, and has no upper confidence limit.
         """
         import numpy as np
@@ -35,9 +38,10 @@ class DynamicRange:
         variance = picture["variance"].values[..., 1][valid]
         true, top = true[valid], float(y[valid].max())
         dark = true <= np.quantile(true, self.darkest_share)
-        scale = np.sqrt(np.mean(variance[dark] ** 2)) or 1.0
-        level = np.mean(true[dark]) or 1.0
-        (a, b), _ = nnls(np.stack([np.ones(dark.sum()), true[dark] / level], 1), variance[dark] / scale)
+        groups = np.array_split(np.argsort(true[dark], kind="stable"), min(GROUPS, int(dark.sum())))
+        light, noise = (np.array([np.median(values[dark][g]) for g in groups]) for values in (true, variance))
+        scale, level = noise.max() or 1.0, light.mean() or 1.0
+        (a, b), _ = nnls(np.stack([np.ones(len(groups)), light / level], 1), noise / scale)
         a, b = a * scale, b * scale / level
         bottom = (b + np.sqrt(b * b + 4 * a)) / 2
         spread = np.ptp(true[dark]) / level

@@ -34,9 +34,10 @@ class SnrCurve:
 
         Returns
         -------
-        dict of equally long arrays: luminance_cd_m2 (mean of the bin), low_cd_m2 and high_cd_m2 (its borders),
-        snr_db (20 log10 of mean Y over the root of the mean reported variance), snr_measured_db (the same over the rms
-        difference from the truth, so blur, demosaic and flare count as noise), pixels.
+        dict of equally long arrays: luminance_cd_m2 (median of the bin), low_cd_m2 and high_cd_m2 (its borders),
+        snr_db (20 log10 of that over the root of the median reported variance: the pixel in the middle, not the few that
+        flare has reached), snr_measured_db (the same over the rms difference from the truth, so blur, demosaic and flare
+        count as noise), pixels.
         """
         import numpy as np
 
@@ -54,10 +55,14 @@ class SnrCurve:
         def mean(values):
             return np.bincount(index, values[use], minlength=len(present)) / count
 
-        signal = mean(true)
+        def median(values):
+            parts = np.split(values[use][np.argsort(index, kind="stable")], np.cumsum(count)[:-1])
+            return np.array([np.median(part) for part in parts if len(part)])
+
+        signal, reported = median(true), median(picture["variance"].values[..., 1])
         with np.errstate(divide="ignore"):  # a noise-free picture has an infinite SNR
             snr, measured = (20 * np.log10(signal / np.sqrt(noise))
-                             for noise in (mean(picture["variance"].values[..., 1]), mean((y - true) ** 2)))
+                             for noise in (reported, mean((y - true) ** 2)))
         return {"luminance_cd_m2": signal, "low_cd_m2": 10.0 ** (present / self.bins_per_decade),
                 "high_cd_m2": 10.0 ** ((present + 1) / self.bins_per_decade),
                 "snr_db": snr, "snr_measured_db": measured, "pixels": count}

@@ -16,6 +16,7 @@ beam_lamp.py       the beam-limited area light as a Mitsuba emitter
 film_bands.py      the slow way for machines without LLVM: four bands a pass, group by group
 labels.py          one ray per tile centre: instance, category, depth, distance, normal
 doctor.py          which variants work on this machine, and what to install
+llvm.py            where LLVM is taken from: the system, or a copy beside this Python
 """
 
 from isethdr_core.component import Component

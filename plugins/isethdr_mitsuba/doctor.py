@@ -14,6 +14,8 @@ from pathlib import Path
 
 from isethdr_core.errors import ConfigError
 
+from .llvm import use_unpacked
+
 VARIANTS = {"cuda": "cuda_ad_spectral", "llvm": "llvm_ad_spectral", "scalar": "scalar_spectral"}
 HELP = {
     "llvm": "install LLVM 17 or newer (tested: 19), for example `apt-get install libllvm19`, or set DRJIT_LIBLLVM_PATH "
@@ -64,6 +66,7 @@ def doctor() -> dict[str, str]:
         version = importlib.metadata.version("mitsuba")
     except importlib.metadata.PackageNotFoundError:
         return {"mitsuba": "", **dict.fromkeys(VARIANTS, "mitsuba is not installed")}
+    use_unpacked()
     key = json.dumps([version, platform.node(), sys.executable, os.environ.get("DRJIT_LIBLLVM_PATH", ""), _llvm_libraries()])
     kept = _read()
     if kept.get("key") != key:

@@ -8,7 +8,7 @@ from isethdr_core import ledger
 from isethdr_core.quantities import scene_radiance
 
 from .placed_lamps import placed_lamps
-from .radiance import Progress, estimate, pass_sizes
+from .radiance import estimate, pass_sizes
 from .view import view_of
 
 
@@ -43,7 +43,7 @@ def render_frame(settings, description, groups, bands_nm, labels, variant: str):
         one_pass = film_pass(description, view, lamps, groups, bands_nm, settings)
     else:
         one_pass = path_pass(description, view, lamps, groups, bands_nm, settings, world, surfaces)
-    result = estimate(one_pass, sizes, settings.seed, groups, bands_nm, view.shape, Progress(len(sizes)))
+    result = estimate(one_pass, sizes, settings.seed, groups, bands_nm, view.shape)
     layer, error = visible_lamps(world, view, lamps, groups, bands_nm, settings.step_nm)
     radiance = result.radiance
     radiance += layer

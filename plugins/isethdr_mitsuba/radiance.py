@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass
 
 import numpy as np
 
 from isethdr_core.physics.photometry import xyz_weights
+from isethdr_core.progress import track
 
 LARGEST_PASS = 1024   # paths per tile and pass: float32 sums of more lose 1e-4 and worse
 LEAST_PASSES = 4      # for an estimate of the spread
@@ -30,7 +30,7 @@ def pass_sizes(samples: int, tiles: int) -> list[int]:
     return [samples // passes + (i < samples % passes) for i in range(passes)]
 
 
-def estimate(one_pass, sizes, seed: int, groups, wavelength_nm, shape, progress=None) -> Estimate:
+def estimate(one_pass, sizes, seed: int, groups, wavelength_nm, shape) -> Estimate:
     """Return the mean over passes of different seeds.
 
     Parameters
@@ -39,22 +39,19 @@ def estimate(one_pass, sizes, seed: int, groups, wavelength_nm, shape, progress=
     sizes : paths per tile of each pass.
     seed : of the whole render; passes derive theirs from it.
     groups, wavelength_nm, shape : what the passes give.
-    progress : function called with the number of passes done, or None.
     """
     tiles = shape[0] * shape[1]
     total = np.zeros((len(groups), len(wavelength_nm), tiles))
     squares = np.zeros((len(groups), tiles))
     weights = xyz_weights(wavelength_nm)[1]
     seeds = np.random.SeedSequence(seed).generate_state(len(sizes), np.uint32)
-    for index, (one_seed, samples) in enumerate(zip(seeds, sizes, strict=True)):
+    for one_seed, samples in track(list(zip(seeds, sizes, strict=True)), "passes of paths"):
         luminance = np.zeros((len(groups), tiles))
         for g, band, values in one_pass(int(one_seed), samples):
             values = np.asarray(values, float)
             total[g, band] += values * samples
             luminance[g] += weights[band] * values
         squares += samples * luminance**2
-        if progress:
-            progress(index + 1)
     total /= sum(sizes)
     return Estimate(total.reshape(len(groups), len(wavelength_nm), *shape), _noise(total, squares / sum(sizes), weights, len(sizes)))
 
@@ -78,25 +75,3 @@ def weighted_median(values, weights) -> float:
     order = np.argsort(values)
     below = np.cumsum(np.asarray(weights, float)[order])
     return float(np.asarray(values)[order][np.searchsorted(below, below[-1] / 2)])
-
-
-class Progress:
-    """A bar on the terminal for renders of more than two seconds; silent elsewhere."""
-
-    def __init__(self, passes: int):
-        from rich.console import Console
-
-        self.passes, self.start, self.bar, self.task = passes, time.monotonic(), None, None
-        self.console = Console(stderr=True)
-
-    def __call__(self, done: int) -> None:
-        if self.bar is None and self.console.is_terminal and time.monotonic() - self.start > 2 and done < self.passes:
-            from rich.progress import Progress as Bar
-
-            self.bar = Bar(console=self.console, transient=True)
-            self.task = self.bar.add_task("rendering", total=self.passes)
-            self.bar.start()
-        if self.bar:
-            self.bar.update(self.task, completed=done)
-            if done == self.passes:
-                self.bar.stop()

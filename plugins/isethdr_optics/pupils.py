@@ -61,7 +61,8 @@ def amplitude(lens, flares, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
     return out
 
 
-def _sampled(flare, x_mm, y_mm, wavelength_nm, points: int = 3):
+def _sampled(flare, x_mm, y_mm, wavelength_nm):
+    points = 3 if len(y_mm) <= 2100 else 1  # far finer than the core's cells: their centres do
     step_x, step_y = x_mm[1] - x_mm[0], y_mm[1] - y_mm[0]
     inner = (np.arange(points) + 0.5) / points - 0.5
     mean = 0.0
@@ -82,6 +83,16 @@ def has_phase(lens, flares) -> bool:
     return bool(lens.zernike_um) or any(hasattr(f, "pupil") and not hasattr(f, "pupil_shapes") for f in flares)
 
 
+def _check_phase(lens, x_mm, y_mm, wavelength_nm):
+    step = max(x_mm[1] - x_mm[0], y_mm[1] - y_mm[0]) / radius_mm(lens)
+    jump = steepest_slope_um(lens.zernike_um) * step / (wavelength_nm * 1e-3)
+    if jump >= 0.5:
+        raise ConfigError(
+            f"the wavefront changes by {jump:.2f} wavelengths per pupil sample at {wavelength_nm:g} nm: its blur is wider than "
+            "the image; expected smaller lens.zernike_um, or a wider field"
+        )
+
+
 def with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
     """Return the cells times exp(2 pi i OPD / wavelength) of the lens; refuse a phase the cells cannot follow.
 
@@ -90,13 +101,7 @@ def with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
     if not lens.zernike_um:
         return cells
     radius = radius_mm(lens)
-    step = max(x_mm[1] - x_mm[0], y_mm[1] - y_mm[0]) / radius
-    jump = steepest_slope_um(lens.zernike_um) * step / (wavelength_nm * 1e-3)
-    if jump >= 0.5:
-        raise ConfigError(
-            f"the wavefront changes by {jump:.2f} wavelengths per pupil sample at {wavelength_nm:g} nm: its blur is wider than "
-            "the image; expected smaller lens.zernike_um, or a wider field"
-        )
+    _check_phase(lens, x_mm, y_mm, wavelength_nm)
     out = np.empty(cells.shape, np.complex64)
     for start in range(0, len(y_mm), 64):  # in blocks that stay in the processor's cache: four times faster
         rows = slice(start, start + 64)
@@ -111,6 +116,55 @@ def with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
         else:
             np.multiply(np.cos(angle), cells[rows], out=block.real)
             np.multiply(np.sin(angle), cells[rows], out=block.imag)
+    return out
+
+
+def opd_um(lens, x_mm, y_mm, shortest_nm: float) -> np.ndarray:
+    """Return the wavefront on a grid, float32, or 0 without one; refuse a phase that cells cannot follow at `shortest_nm`."""
+    if not lens.zernike_um:
+        return np.zeros((1, 1), np.float32)
+    _check_phase(lens, x_mm, y_mm, shortest_nm)
+    radius = radius_mm(lens)
+    out = np.empty((len(y_mm), len(x_mm)), np.float32)
+    for start in range(0, len(y_mm), 64):  # in blocks that stay in the processor's cache
+        rows = slice(start, start + 64)
+        out[rows] = wavefront_um(lens.zernike_um, x_mm / radius, -y_mm[rows] / radius)
+    return out
+
+
+def folded_with_wavefront(cells, opd_um, wavelength_nm: float, period, offset) -> np.ndarray:
+    """Return cells times exp(2 pi i OPD / wavelength), summed modulo `period`, with the tilt that moves the image by `offset`.
+
+    The full product is never held: blocks of rows, from the first to the last cell that passes light.
+    """
+    out = np.zeros(period, np.complex64)
+    opd_um = np.broadcast_to(opd_um, cells.shape)
+    tilt_y, tilt_x = (
+        (-2 * np.pi * o / p * np.arange(n)).astype(np.float32) for o, p, n in zip(offset, period, cells.shape)
+    )
+    turn = np.float32(2e3 * np.pi / wavelength_nm)
+    for wrap in range(0, len(cells), period[0]):
+        for start in range(wrap, min(wrap + period[0], len(cells)), 32):
+            rows = slice(start, min(start + 32, wrap + period[0], len(cells)))
+            open_columns = np.flatnonzero(cells[rows].any(axis=0))
+            if len(open_columns) == 0:
+                continue
+            first, last = int(open_columns[0]), int(open_columns[-1]) + 1
+            block = cells[rows, first:last]
+            angle = opd_um[rows, first:last] * turn
+            angle += tilt_x[first:last]
+            angle += tilt_y[rows, None]
+            real, imag = np.cos(angle), np.sin(angle)
+            if np.iscomplexobj(block):
+                real, imag = real * block.real - imag * block.imag, real * block.imag + imag * block.real
+            else:
+                real *= block
+                imag *= block
+            into = out[rows.start - wrap : rows.stop - wrap]
+            for left in range(first // period[1] * period[1], last, period[1]):
+                a, b = max(left, first), min(left + period[1], last)
+                into.real[:, a - left : b - left] += real[:, a - first : b - first]
+                into.imag[:, a - left : b - left] += imag[:, a - first : b - first]
     return out
 
 

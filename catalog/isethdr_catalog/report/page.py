@@ -116,9 +116,9 @@ def _profile(seen) -> str:
 
 
 def _snr(seen) -> str:
-    curves = {name: plots.snr_curve(picture) for name, (picture, _) in seen.items()}
+    curves = {name: plots.snr_curve(picture, truth) for name, (picture, truth) in seen.items()}
     return pictures.figure(plots.snr_against_luminance({k: v for k, v in curves.items() if len(v[0])}),
-                   "Signal-to-noise ratio of one pixel, from the variance that each picture carries")
+                   "Signal-to-noise ratio of the median pixel of each true luminance, from the variance that each picture carries")
 
 
 def _labels(seen, white) -> str:

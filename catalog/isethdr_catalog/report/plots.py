@@ -71,17 +71,17 @@ def seconds(rows) -> str:
     return _svg(draw, height=2.8)
 
 
-def snr_curve(picture, bins_per_decade: int = 6, least: int = 20) -> tuple[np.ndarray, np.ndarray]:
-    """Return (cd/m2, dB): median Y / sd of Y over valid pixels, binned by estimated luminance.
+def snr_curve(picture, truth, bins_per_decade: int = 6, least: int = 20) -> tuple[np.ndarray, np.ndarray]:
+    """Return (cd/m2, dB): true luminance over the sd that the picture itself states, for the median pixel of each bin.
 
-    The sd is the one that the picture itself carries in `variance`.
+    Bins are of true luminance: binned by the noisy estimate, dark bins would hold mostly noise.
     """
-    y, variance = picture["xyz"].values[..., 1], picture["variance"].values[..., 1]
+    y, variance = truth["xyz"].values[..., 1], picture["variance"].values[..., 1]
     good = picture["valid"].values & (y > 0) & (variance > 0)
-    y, ratio = y[good], y[good] / np.sqrt(variance[good])
+    y, variance = y[good], variance[good]
     if not y.size:
         return np.zeros(0), np.zeros(0)
     index = np.floor(np.log10(y) * bins_per_decade).astype(int)
-    kept = [i for i in np.unique(index) if (index == i).sum() >= least]
-    return (np.array([np.median(y[index == i]) for i in kept]),
-            np.array([20 * np.log10(np.median(ratio[index == i])) for i in kept]))
+    kept = [index == i for i in np.unique(index) if (index == i).sum() >= least]
+    return (np.array([np.median(y[k]) for k in kept]),
+            np.array([20 * np.log10(np.median(y[k]) / np.sqrt(np.median(variance[k]))) for k in kept]))

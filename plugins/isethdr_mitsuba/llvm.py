@@ -1,0 +1,43 @@
+"""Where LLVM is taken from: the system's, or a copy unpacked into the environment by `scripts/llvm.sh` without root."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from functools import cache
+from pathlib import Path
+
+
+def unpacked() -> Path | None:
+    """Return the libLLVM unpacked below this Python environment, or None."""
+    found = sorted(Path(sys.prefix, "lib", "llvm").glob("libLLVM*.so*"))
+    return found[0] if found else None
+
+
+@cache
+def use_unpacked() -> None:
+    """Point Dr.Jit at the unpacked libLLVM, unless DRJIT_LIBLLVM_PATH names another; call before importing mitsuba.
+
+    The libraries that libLLVM needs lie beside it, where the loader does not look: they are loaded here first, in as
+    many rounds as their own needs take, and child processes find them through LD_LIBRARY_PATH.
+    """
+    library = unpacked()
+    if library is None or os.environ.get("DRJIT_LIBLLVM_PATH"):
+        return
+    os.environ["DRJIT_LIBLLVM_PATH"] = str(library)
+    os.environ["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, [str(library.parent), os.environ.get("LD_LIBRARY_PATH", "")]))
+    waiting = [p for p in sorted(library.parent.glob("*.so*")) if p != library]
+    while waiting:
+        left = [p for p in waiting if not _loaded(p)]
+        if len(left) == len(waiting):
+            break
+        waiting = left
+
+
+def _loaded(path: Path) -> bool:
+    try:
+        ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
+    except OSError:
+        return False
+    return True
