@@ -52,6 +52,8 @@ def scene_radiance(parts: Chain, demand: Demand, rows: Ledger, config):
         if not isinstance(description, SceneDescription):
             return _known(parts, description), []
         check_groups(parts, description.light_groups())
+        for path in folder.glob(f"{recipe}-*.zarr"):
+            store.read_attrs(path)      # a damaged one is named now, not when the new one cannot take its place
         ask = demand if missing is None else replace(demand, groups=missing)
         held.append(_render(parts, description, ask, rows, config, folder, recipe, spent))
     paths = [folder / f"{s['id']}.zarr" for s in held]

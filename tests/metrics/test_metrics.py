@@ -177,8 +177,10 @@ def test_contrast_is_webers_and_its_snr_follows_the_variance():
     assert found["object_contrast_snr", "person"].value == pytest.approx(1.5 / np.sqrt(0.04))
     s = found["object_contrast", "person"]
     assert s.low < s.value < s.high
-    with pytest.raises(UnitError, match="instance"):
-        ObjectContrast()(picture(y), picture(y), None)
+    rows = ledger.Ledger()
+    with ledger.stage(rows, "contrast"):
+        assert ObjectContrast()(picture(y), picture(y), None) == []
+    assert "no label 'instance'" in rows[0].left_out[0].why
 
 
 def test_intervals_hold_the_true_mean_as_often_as_they_say():

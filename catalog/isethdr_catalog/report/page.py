@@ -41,7 +41,7 @@ def page(result) -> str:
         ("Labels", _labels(seen, white)),
         ("Scores", tables.scores(result, of_objects=False) + "<details><summary>per object</summary>"
          + tables.scores(result, of_objects=True) + "</details>"),
-        ("Ledger: error beside seconds", f"<div class=row>{pictures.figure(plots.seconds(result.ledger), 'Seconds by stage')}</div>"
+        ("Ledger: error beside seconds", f"<div class=wide>{pictures.figure(plots.seconds(result.ledger), 'Seconds by stage')}</div>"
          + tables.ledger(result.ledger)),
         ("What was left out", tables.left_out(result.ledger)),
         ("Config and versions", "<details open><summary>config</summary>" + tables.config(a["config"]) + "</details>"

@@ -27,7 +27,8 @@ def scores(result, of_objects: bool) -> str:
     for s in result.scores:
         if bool(s["object"]) == of_objects:
             low, high = s["low"], s["high"]
-            interval = "" if low is None or low != low else f"<small>{number(low)} to {number(high)}</small>"
+            known = low is not None and high is not None and low < high     # NaN compares as unknown
+            interval = "" if not known else f"<small>{number(low)} to {number(high)}</small>"
             cells.setdefault((s["object"], s["metric"], s["unit"]), {})[s["camera"]] = number(s["value"]) + interval
     first = ["object"] if of_objects else []
     rows = [([escape(o)] if of_objects else []) + [escape(m), escape(u), *(row.get(c, "&ndash;") for c in result.cameras)]

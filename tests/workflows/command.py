@@ -1,0 +1,89 @@
+"""Start `isethdr` as users do, in processes of its own, on charts that take a second."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+FAST = ["scene.width=48", "scene.height=27", "~renderer", "~versions", "lens=ideal", "~flare@flare.dirt", "isp=linear",
+        *(f"~metric.{name}" for name in ("dynamic_range", "snr", "colour", "ssim", "log_luminance"))]
+WITHOUT_REPORT = "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows,acme"     # pages with plots take as long as all else
+LIGHTS = ["scene=point_lights", *FAST]      # two light groups: sky and headlights
+
+
+def start(*arguments: str, plugins=(), **variables: str) -> subprocess.Popen:
+    """Return the started command, in a process group of its own, so that Ctrl-C reaches it alone."""
+    paths = [*map(str, plugins), os.environ.get("PYTHONPATH", "")]
+    environment = {**os.environ, "ISETHDR_PLUGINS": WITHOUT_REPORT, "PYTHONPATH": os.pathsep.join(filter(None, paths)), "COLUMNS": "200", "NO_COLOR": "1", **variables}
+    return subprocess.Popen([sys.executable, "-c", "from isethdr_core.cli import main; main()", *arguments], env=environment,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+
+
+def isethdr(*arguments: str, plugins=(), **variables: str) -> subprocess.CompletedProcess:
+    """Return the finished command."""
+    process = start(*arguments, plugins=plugins, **variables)
+    out, err = process.communicate(timeout=120)
+    return subprocess.CompletedProcess(process.args, process.returncode, out, err)
+
+
+ONE_BY_ONE = """
+import contextlib, io, json, sys
+from isethdr_core.cli import main
+ends = []
+for arguments in json.loads(sys.argv[1]):
+    sys.argv, said, code = ["isethdr", *arguments], io.StringIO(), 0
+    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
+        try:
+            main()
+        except SystemExit as end:
+            code = end.code
+    ends.append([code, said.getvalue()])
+print(json.dumps(ends))
+"""
+
+
+def one_by_one(*commands: list[str]) -> list[tuple[int, str]]:
+    """Return (exit code, standard error) of each command, all in one process: start-up takes a second."""
+    done = subprocess.run([sys.executable, "-c", ONE_BY_ONE, json.dumps(commands)], capture_output=True, text=True, check=False,
+                          env={**os.environ, "ISETHDR_PLUGINS": WITHOUT_REPORT, "COLUMNS": "200", "NO_COLOR": "1"})
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def installed_trouble(folder: Path) -> Path:
+    """Install the plugin package `acme_trouble` into `folder`, with its entry point, and return the folder."""
+    info = folder / "acme_trouble-1.0.dist-info"
+    info.mkdir(parents=True)
+    shutil.copy(Path(__file__).with_name("trouble.py"), folder / "acme_trouble.py")
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: acme_trouble\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[isethdr]\nacme = acme_trouble\n")
+    return folder
+
+
+def wait_for(path: Path, process: subprocess.Popen) -> None:
+    """Return once `path` exists; fail where the process ends before, or takes a minute."""
+    limit = time.monotonic() + 60
+    while not path.exists():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < limit, f"{path.name} did not come"
+        time.sleep(0.02)
+
+
+def stores(home: Path) -> dict[str, int]:
+    """Return the time at which each store of a home was written, by its name."""
+    return {p.name: (p / "zarr.json").stat().st_mtime_ns for kind in ("runs", "scenes") for p in (home / kind).glob("*.zarr")}
+
+
+def leftovers(home: Path) -> list[str]:
+    """Return what half-written stores there are."""
+    return [p.name for kind in ("runs", "scenes") for p in (home / kind).glob(".*")]
+
+
+def error_lines(done: subprocess.CompletedProcess) -> list[str]:
+    """Return what the command said on standard error, line by line."""
+    return done.stderr.strip().splitlines()

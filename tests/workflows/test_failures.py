@@ -1,0 +1,115 @@
+"""What goes wrong in the middle: Ctrl-C, a plugin that raises, bad input; nothing half-made is left and one line says why."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+
+import pytest
+
+from .command import FAST, LIGHTS, error_lines, installed_trouble, isethdr, leftovers, one_by_one, start, stores, wait_for
+
+ONE = ["run", *LIGHTS, "lighting=ideal", "sensor=ideal"]
+
+
+def test_an_interrupted_run_leaves_nothing_half_written(tmp_path):
+    plugins, started = [installed_trouble(tmp_path / "plugins")], []
+    for where, number, code in (("metric", signal.SIGINT, 130), ("store", signal.SIGINT, 130), ("store", signal.SIGTERM, 143)):
+        home = tmp_path / f"{where}-{number}"
+        home.mkdir()
+        process = start(*ONE, "+metric@metric.acme=acme", plugins=plugins, ISETHDR_HOME=str(home),
+                        ACME_WAIT=where, ACME_MARK=str(home / "mark"))
+        started.append((where, number, code, home, process))
+    for where, number, code, home, process in started:
+        wait_for(home / "mark", process)
+        assert (where == "store") == bool(leftovers(home)), "what is being written has a temporary name"
+        os.killpg(process.pid, number)
+        _, said = process.communicate(timeout=20)
+        assert process.returncode == code
+        assert stores(home) == {} and leftovers(home) == []
+        assert not (home / "failed").exists(), "to be interrupted is no failure"
+        assert re.fullmatch(r"interrupted: .*\n", said) if number == signal.SIGINT else said == ""
+
+
+def test_a_plugin_that_raises(isethdr_home, tmp_path):
+    plugins, errors = [installed_trouble(tmp_path / "plugins")], tmp_path / "errors"
+    run = [*ONE, "+metric@metric.acme=acme"]
+    broken = isethdr(*run, plugins=plugins, ACME_RAISE="1", ACME_ERRORS=str(errors))
+    [line] = error_lines(broken)
+    [failed] = (isethdr_home / "failed").glob("*.txt")
+    assert broken.returncode == 1
+    assert line == f"error: RuntimeError: glass broke in two; in stage metric acme ideal; traceback in {failed}"
+    assert errors.read_text().splitlines() == ["metric acme ideal RuntimeError", f"run {failed.stem} RuntimeError"]
+    assert "Traceback" in failed.read_text() and "acme_trouble.py" in failed.read_text()
+    assert stores(isethdr_home) == {} and leftovers(isethdr_home) == []
+
+    # in a sweep the jobs beside it are not affected; then the same run succeeds and its note goes
+    beside = isethdr("run", "-m", *ONE[1:], "+metric@metric.acme=acme,ideal", plugins=plugins, ACME_RAISE="1")
+    assert beside.returncode == 1 and len(stores(isethdr_home)) == 1 and failed.exists()
+    assert "error: job " in beside.stderr and "glass broke" in beside.stderr and "Traceback" not in beside.stderr
+    healed = isethdr(*run, plugins=plugins)
+    assert healed.returncode == 0 and f"{failed.stem}.zarr" in stores(isethdr_home) and not failed.exists()
+
+
+MISTAKES = [
+    ([*LIGHTS, "sensor=idael"], "did you mean 'ideal'"),
+    ([*LIGHTS, "sensor=ideal", "sensor.pitch_mu=3"], "did you mean 'pitch_um'"),
+    ([*LIGHTS, "sensor=ideal", "lihgting=night"], "did you mean 'lighting'"),
+    ([*LIGHTS, "sensor.exposure_s=1"], "type sensor=<name>"),
+    ([*LIGHTS, "sensor=ideal", "lighting=weights", "lighting.weights.sky=1"], r"type \+lighting.weights.sky=1"),
+    ([*LIGHTS, "sensor=ideal", "lighting=weights", "+lighting.weights.sky=-1"], "'sky' is -1; expected"),
+    ([*LIGHTS, "sensor=ideal", "lighting=weights", "+lighting.weights.skyy=1"], "did you mean 'sky'"),
+    ([*LIGHTS, "sensor=ideal", "sensor.columns=9999", "lighting=ideal"], r"type sensor.columns=\d+"),
+    (["scene=uniform", *FAST, "scene.width=0", "sensor=ideal"], "type scene.width=320"),
+    (["scene=iset_exr", "scene.folder=", "scene.scene_id='1112184733'", *FAST[2:], "sensor=ideal", "lighting=ideal"], "EXR file, or is cut off"),
+]
+
+
+def test_bad_input_is_one_line_and_stores_nothing(isethdr_home, tmp_path):
+    (tmp_path / "1112184733_skymap.exr").write_bytes(b"\x76\x2f\x31\x01\x02cut off")
+    MISTAKES[-1][0][1] = f"scene.folder={tmp_path}"
+    for (_, message), (code, said) in zip(MISTAKES, one_by_one(*(["run", *overrides] for overrides, _ in MISTAKES)), strict=True):
+        [line] = said.splitlines()
+        assert code == 2 and line.startswith("error: ") and re.search(message, line), line
+    assert stores(isethdr_home) == {} and leftovers(isethdr_home) == []
+
+
+def test_a_home_that_cannot_be_written_is_found_before_any_work(tmp_path):
+    home = tmp_path / "home"
+    home.write_text("a file where the folder should be")
+    done = isethdr(*ONE, ISETHDR_HOME=str(home))
+    [line] = error_lines(done)
+    assert done.returncode == 2 and line.startswith("error: cannot write stores into") and "ISETHDR_HOME=" in line
+    assert home.read_text() == "a file where the folder should be"
+
+
+def test_a_damaged_store_is_named_and_kept(isethdr_home):
+    assert isethdr(*ONE).returncode == 0
+    [path] = (isethdr_home / "runs").glob("*.zarr")
+    (path / "zarr.json").write_text("{")
+    done = isethdr(*ONE)
+    [line] = error_lines(done)
+    assert done.returncode == 2 and str(path) in line and "damaged" in line and "isethdr catalog verify" in line
+    assert (path / "zarr.json").read_text() == "{", "what cannot be read may still be saved by hand"
+
+
+@pytest.fixture
+def tiny_disk(tmp_path):
+    """Mount a disk of 64 kB, or skip."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mount = shutil.which("mount")
+    if mount is None or subprocess.run([mount, "-t", "tmpfs", "-o", "size=64k", "tmpfs", folder], capture_output=True, check=False).returncode:
+        pytest.skip("no tmpfs can be mounted here; tests/core/test_store.py simulates a full disk")
+    yield folder
+    subprocess.run(["umount", folder], check=True)
+
+
+def test_a_full_disk_is_one_line(tiny_disk):
+    done = isethdr(*ONE, ISETHDR_HOME=str(tiny_disk))
+    [line] = error_lines(done)
+    assert done.returncode == 2 and "the disk is full" in line
+    assert stores(tiny_disk) == {} and leftovers(tiny_disk) == []

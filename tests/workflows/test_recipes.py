@@ -1,0 +1,122 @@
+"""Stored radiance: used where it serves, widened by what is missing, rendered again only for more effort."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from isethdr_core import compose, run, store
+from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.quantities import centres, scene_radiance
+from isethdr_core.testing.renderer import world
+from omegaconf import open_dict
+
+from .command import FAST
+
+CALLS: list[tuple] = []
+
+
+@dataclass(frozen=True)
+class World:
+    """Two light groups: sky and headlights."""
+
+    def __call__(self):
+        """Return the kit's road, lamp and sky."""
+        return world()
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """Give each group a level of its own, and note what was asked for."""
+
+    samples: int = 8
+    bounces: int = 3
+
+    effort_fields = ("samples",)
+
+    def __call__(self, description, demand):
+        """Return 12 x 8 tiles in 7 bands."""
+        groups = description.light_groups() if demand.groups is None else demand.groups
+        CALLS.append((tuple(groups), self.samples))
+        levels = np.array([{"sky": 1e-3, "headlights": 1e-2}[g] for g in groups])
+        labels = {"instance": np.zeros((8, 12), np.uint32)} if "instance" in demand.labels else {}
+        return scene_radiance(np.broadcast_to(levels[:, None, None, None], (len(groups), 7, 8, 12)), groups,
+                              np.linspace(400, 700, 7), centres(12, 0.6), centres(8, 0.4), **labels)
+
+
+@pytest.fixture
+def config(offer, monkeypatch):
+    """Return a function that makes the config of the recorded world under a lighting by fixed weights."""
+    offer("scene", "world", World)
+    offer("renderer", "recorder", Recorder)
+    CALLS.clear()
+    monkeypatch.setattr("isethdr_catalog.report.write_report", lambda result: None)     # a page with plots takes a second
+
+    def make(weights, **renderer):
+        made = compose(["scene=uniform", *FAST, "~metric.contrast", "sensor=ideal", "sensor.rows=4", "sensor.columns=4", "lighting=weights"])
+        with open_dict(made):
+            made.scene, made.renderer = {"name": "world"}, {"name": "recorder", **renderer}
+            made.lighting.weights = weights
+        return made
+    return make
+
+
+def scenes(home):
+    """Return the groups of each stored scene."""
+    return sorted(store.read_attrs(p)["groups"] for p in (home / "scenes").glob("*.zarr"))
+
+
+def luminance(result):
+    """Return the mean luminance of the picture, cd/m2."""
+    return float(result.open("picture/ideal")["xyz"].values[..., 1].mean())
+
+
+def test_a_wider_demand_renders_what_is_missing_and_no_more(isethdr_home, config):
+    night = run(config({"headlights": 1.0}))
+    assert CALLS == [(("headlights",), 8)]
+    both = run(config({"headlights": 1.0, "sky": 1.0}))
+    assert CALLS[1:] == [(("sky",), 8)], "the headlights are stored already"
+    assert scenes(isethdr_home) == [["headlights"], ["sky"]]
+    other = run(config({"headlights": 0.5, "sky": 2.0}))
+    sky = run(config({"sky": 1.0}))
+    assert len(CALLS) == 2, "weights are no reason to render"
+    # the joined stores are one scene: light adds up. 2e-3: stores keep 10 mantissa bits
+    assert luminance(both) == pytest.approx(luminance(night) + luminance(sky), rel=2e-3)
+    assert luminance(other) == pytest.approx(0.5 * luminance(night) + 2 * luminance(sky), rel=2e-3)
+
+
+def test_more_effort_renders_again_and_less_takes_what_is_there(isethdr_home, config):
+    run(config({"sky": 1.0}, samples=8))
+    run(config({"sky": 1.0}, samples=4))
+    assert CALLS == [(("sky",), 8)]
+    run(config({"sky": 1.0}, samples=16))
+    assert CALLS[1:] == [(("sky",), 16)] and len(scenes(isethdr_home)) == 2
+    run(config({"sky": 1.0}, samples=2))
+    assert len(CALLS) == 2
+    run(config({"sky": 1.0}, samples=2, bounces=4))
+    assert len(CALLS) == 3, "a field that changes the answer is no effort"
+
+
+def test_a_damaged_scene_store_is_named_before_rendering_again_and_kept(isethdr_home, config):
+    run(config({"sky": 1.0}))
+    [path] = (isethdr_home / "scenes").glob("*.zarr")
+    (path / "zarr.json").write_text("{}")
+    with pytest.raises(CatalogError, match=f"{path.name} is damaged"):
+        run(config({"sky": 0.5}))
+    assert len(CALLS) == 1 and (path / "zarr.json").read_text() == "{}"
+
+
+def test_a_group_that_the_scene_lacks_is_refused_before_rendering(isethdr_home, config):
+    with pytest.raises(ConfigError, match="no light group 'headlamps'; did you mean 'headlights'"):
+        run(config({"sky": 1.0, "headlamps": 1.0}))
+    assert CALLS == [] and not list((isethdr_home / "scenes").glob("*"))
+
+
+def test_what_is_rendered_is_kept_when_a_later_stage_fails(isethdr_home, config):
+    wrong = config({"sky": 1.0})
+    wrong.sensor.columns = 10**6
+    with pytest.raises(ConfigError, match="type sensor.columns="):
+        run(wrong)
+    run(config({"sky": 1.0}))
+    assert len(CALLS) == 1

@@ -1,0 +1,71 @@
+"""Sweeps: every job once, the same stores from every launcher, resumed after a kill, and mistakes found before the first job."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+
+from .command import LIGHTS, error_lines, installed_trouble, isethdr, leftovers, one_by_one, start, stores, wait_for
+
+SWEEP = ["run", "-m", *LIGHTS, "lighting=night", "sensor=bayer,split_pixel,rgbw", "lighting.dynamic_range=1e4,1e6"]
+
+
+def attributes(home):
+    """Return the root attributes of every stored run."""
+    return [json.loads((p / "zarr.json").read_text())["attributes"] for p in (home / "runs").glob("*.zarr")]
+
+
+def test_a_sweep_stores_every_combination_once_and_the_same_from_every_launcher(isethdr_home, tmp_path):
+    other, few = tmp_path / "joblib", [*SWEEP[:-2], "sensor=bayer,rgbw", "lighting.dynamic_range=1e4"]
+    parallel = start(*few, "hydra/launcher=joblib", "hydra.launcher.n_jobs=2", ISETHDR_HOME=str(other))
+    basic = isethdr(*SWEEP)
+    assert basic.returncode == 0, basic.stderr
+    made = stores(isethdr_home)
+    found = {(a["choices"]["sensor"], a["config"]["lighting"]["dynamic_range"]) for a in attributes(isethdr_home)}
+    assert len(made) == 6 and found == {(s, d) for s in ("bayer", "split_pixel", "rgbw") for d in (1e4, 1e6)}
+    _, said = parallel.communicate(timeout=120)
+    assert parallel.returncode == 0, said
+    there = stores(other)
+    assert len(there) == 2 and there.keys() < made.keys()
+    for name in there:
+        one, two = (json.loads((h / "runs" / name / "zarr.json").read_text())["attributes"]["scores"] for h in (isethdr_home, other))
+        assert one == two, "processes must not change a result"
+
+
+def test_a_killed_sweep_goes_on_where_it_stopped(isethdr_home, tmp_path):
+    plugins = [installed_trouble(tmp_path / "plugins")]
+    sweep = ["run", "-m", *LIGHTS, "lighting=ideal", "sensor=ideal", "seed=1,2,3"]
+    mark = tmp_path / "mark"
+    process = start(*sweep, plugins=plugins, ACME_WAIT="store", ACME_AFTER="2", ACME_MARK=str(mark))
+    wait_for(mark, process)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    first = stores(isethdr_home)
+    assert len(first) == 1 and len(leftovers(isethdr_home)) == 1, "killed while the second store was written"
+
+    again = isethdr(*sweep, plugins=plugins)
+    assert again.returncode == 0, again.stderr
+    then = stores(isethdr_home)
+    assert len(then) == 3 and first.items() <= then.items(), "the first store is neither lost nor written again"
+    assert again.stdout.count("already computed") == 1 and leftovers(isethdr_home) == []
+
+
+def test_a_mistake_anywhere_in_a_sweep_is_found_before_its_first_job(isethdr_home):
+    mistakes = {"did you mean 'rgbw'": ["sensor=bayer,rgwb"], "pitch_um is -1": ["sensor=bayer", "sensor.pitch_um=3,-1"]}
+    for message, (code, said) in zip(mistakes, one_by_one(*(["run", "-m", *LIGHTS, "lighting=ideal", *m] for m in mistakes.values())), strict=True):
+        [line] = said.splitlines()
+        assert code == 2 and line.startswith("error: ") and message in line
+    assert not isethdr_home.exists()
+
+
+def test_a_field_of_a_swept_kind_and_a_job_that_fails(isethdr_home):
+    """Both sensors take the field; the job that cannot work does not stop the others."""
+    done = isethdr("run", "-m", *LIGHTS, "lighting=ideal", "sensor=ideal,bayer", "sensor.exposure_s=0.01", "sensor.columns=100000,20",
+                   "sensor.rows=20")
+    assert done.returncode == 1
+    said = [line for line in error_lines(done) if line.startswith("error: job ")]
+    assert len(said) == 2 and all("sensor.columns=100000" in line and "type sensor.columns=" in line for line in said)
+    assert "Traceback" not in done.stderr
+    assert {(a["choices"]["sensor"], a["config"]["sensor"]["exposure_s"]) for a in attributes(isethdr_home)} == {
+        ("ideal", 0.01), ("bayer", 0.01)}

@@ -1,0 +1,65 @@
+"""A plugin package that makes trouble on purpose; tests install it as `acme_trouble` for one test.
+
+ACME_RAISE=1         the metric `acme` raises in the middle of a run
+ACME_WAIT=metric     the metric writes the file ACME_MARK and waits to be killed
+ACME_WAIT=store      the same while a run's store is written but not yet renamed
+ACME_AFTER=n         ... only from the n-th time on (counted in ACME_MARK's folder), 1 by default
+ACME_ERRORS=file     the stage error hook notes there which stages failed
+"""
+
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from isethdr_core import Component, Score, hookimpl, store
+
+
+def wait(where):
+    """Write the mark and sleep, if the test wants to kill the process here."""
+    if os.environ.get("ACME_WAIT") != where:
+        return
+    mark = Path(os.environ["ACME_MARK"])
+    count = len(list(mark.parent.glob("passed-*"))) + 1
+    mark.with_name(f"passed-{count}").touch()
+    if count >= int(os.environ.get("ACME_AFTER", "1")):
+        mark.touch()
+        time.sleep(60)
+
+
+@dataclass(frozen=True)
+class Acme:
+    """Give the number one, or the trouble that a test asked for."""
+
+    def __call__(self, picture, truth, labels=None):
+        """Return one score."""
+        wait("metric")
+        if os.environ.get("ACME_RAISE"):
+            raise RuntimeError("glass broke\nin two")
+        return [Score("acme", 1.0, "")]
+
+
+to_disk = store._to_disk
+
+
+def to_disk_and_wait(path):
+    """Stand in for the last step of writing a store."""
+    to_disk(path)
+    wait("store")
+
+
+store._to_disk = to_disk_and_wait
+
+
+@hookimpl
+def isethdr_components():
+    """Return the metric."""
+    return [Component("metric", "acme", Acme)]
+
+
+@hookimpl
+def isethdr_on_stage_error(stage):
+    """Note the stage."""
+    if note := os.environ.get("ACME_ERRORS"):
+        with open(note, "a") as file:
+            file.write(f"{stage.kind} {stage.name} {type(stage.error).__name__}\n")
