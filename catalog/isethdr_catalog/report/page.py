@@ -74,7 +74,8 @@ def _scene(result, white) -> str:
     figures = [pictures.shown(main, white, f"{result.attributes['lighting']}, scene radiance")]
     for name in result.attributes["versions_shown"]:
         version = _inside(result.open(f"versions/{name}"))
-        figures.append(pictures.shown(version, view.white_cd_m2(version), f"{name}, scene radiance"))
+        its_white = view.white_cd_m2(version)
+        figures.append(pictures.shown(version, its_white, f"{name}, scene radiance", pictures.compression(version, its_white)))
     if scale := _range(main):
         figures.append(pictures.false_colour(main, *scale, f"{result.attributes['lighting']}, luminance"))
     return f"<div class=row>{''.join(figures)}</div>"

@@ -26,9 +26,25 @@ def figure(content: str, caption: str) -> str:
     return f"<figure>{content}<figcaption>{caption}</figcaption></figure>"
 
 
-def shown(picture, white_cd_m2: float, caption: str) -> str:
+MIDDLE = 0.4    # displayed value, before the sRGB curve, of a scene's median: a middle grey
+
+
+def compression(scene, white_cd_m2: float) -> float:
+    """Return the tone curve's compression that shows the scene's median as a middle grey, at most the view's default.
+
+    A day needs little of it and would look pale with more; a night takes all there is.
+    """
+    median = np.median(view.luminance(scene)) / white_cd_m2
+    low, high = 0.0, view.COMPRESSION
+    for _ in range(40):     # the curve rises with its compression
+        middle = (low + high) / 2
+        low, high = (low, middle) if view.tone(median, middle) > MIDDLE else (middle, high)
+    return high
+
+
+def shown(picture, white_cd_m2: float, caption: str, compressed: float = view.COMPRESSION) -> str:
     """Return the display view of a picture or of xyz, with the luminance that is shown as white."""
-    rgb = view.display(picture, white_cd_m2)
+    rgb = view.display(picture, white_cd_m2, compressed)
     return figure(embedded(rgb, caption), f"<b>{escape(caption)}</b> white = {white_cd_m2:.3g} cd/m<sup>2</sup>")
 
 
