@@ -6,11 +6,23 @@ Those are found afterwards from a bound on that error, and their light is summed
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.fft as sf
 
+SUMMED = 1e-12  # of a pixel: rounding of a direct float64 sum of positive terms, 8e6 of them pairwise or in rows
 RELATIVE = 1e-8  # of a pixel: what the exact way allows the transform
 MOST_PRODUCTS = 4e10  # of direct summation, about a minute; beyond it the bound of `convolve` is absolute
+
+
+@dataclass(frozen=True)
+class Bound:
+    """How wrong a convolution may be: every pixel by `relative` of itself, but for `pixels` of them by `absolute` each."""
+
+    relative: float
+    absolute: float  # unit of image times psf; 0 where `pixels` is 0
+    pixels: int
 
 
 def convolve(image, psf, error_allowed: float = 0.0) -> np.ndarray:
@@ -27,8 +39,13 @@ def convolve(image, psf, error_allowed: float = 0.0) -> np.ndarray:
     -------
     (y, x) float64, of the image's shape. Where `image` and `psf` are not negative, neither is the result, and a pixel is wrong by
     at most max(error_allowed, 1e-7) of itself. Only where direct summation of all doubtful pixels would take more than
-    `MOST_PRODUCTS` is a pixel wrong by up to 1e-15 of the root sum of squares of the image times that of the psf instead.
+    `MOST_PRODUCTS` is that not kept: `convolve_with_bound` says what was.
     """
+    return convolve_with_bound(image, psf, error_allowed)[0]
+
+
+def convolve_with_bound(image, psf, error_allowed: float = 0.0) -> tuple[np.ndarray, Bound]:
+    """Return the convolution and a bound on its error as it came out; arguments as `convolve`."""
     image, psf = np.asarray(image, np.float64), _crop(np.asarray(psf, np.float64), np.shape(image))
     if image.ndim != 2 or psf.ndim != 2:
         raise ValueError(
@@ -37,13 +54,17 @@ def convolve(image, psf, error_allowed: float = 0.0) -> np.ndarray:
     if not (np.isfinite(image).all() and np.isfinite(psf).all()):
         raise ValueError("image or psf holds NaN or infinite values; expected finite numbers: one would spoil every pixel")
     if not image.any() or not psf.any():
-        return np.zeros(image.shape)
+        return np.zeros(image.shape), Bound(0.0, 0.0, 0)
     scale = np.abs(image).max(), np.abs(psf).max()  # powers stay in range for any unit
     image, psf = image / scale[0], psf / scale[1]
-    out = _by_transform(image, psf)
+    out, allowed = _by_transform(image, psf), max(error_allowed, RELATIVE)
+    absolute, left = transform_error(image, psf, out), 0
     if image.min() >= 0 and psf.min() >= 0:
-        out = _mend(out, image, psf, max(error_allowed, RELATIVE))
-    return out * scale[0] * scale[1]
+        out, absolute, left = _mend(out, image, psf, allowed)
+        bound = Bound(allowed + SUMMED, absolute * scale[0] * scale[1], left)
+    else:  # signed sums cancel: only an absolute bound holds
+        bound = Bound(0.0, absolute * scale[0] * scale[1], out.size)
+    return out * scale[0] * scale[1], bound
 
 
 def transform_error(image, psf, out) -> float:
@@ -95,29 +116,27 @@ def _forward(a, size):
 
 
 def _mend(out, image, psf, allowed):
-    """Return `out` without pixels that rounding may have spoiled: dark ones are summed directly."""
+    """Return `out` without pixels that rounding may have spoiled, summed directly; the error of those kept, and their number."""
     doubtful = out * allowed < transform_error(image, psf, out)
     if not doubtful.any():
-        return out
+        return out, 0.0, 0
     lit = _reached(image, psf)
     out[~lit] = 0.0
     doubtful &= lit
     if not doubtful.any():
-        return out
+        return out, 0.0, 0
     split = _few_sources(image, psf, out, allowed)
-    if split is not None:
-        bright, rest = split
-        part = _by_transform(rest, psf) if rest.any() else np.zeros_like(out)
-        if rest.any():
-            still = part * allowed < transform_error(rest, psf, part)
-            part[~_reached(rest, psf)] = 0.0
-            part = np.maximum(part, 0.0)
-            # Rounding of the rest matters only against the sum with the bright light.
-            summed = part + _scatter(bright, psf)
-            still &= summed * allowed < transform_error(rest, psf, part)
-            return _gather(summed, still & lit, image, psf)
-        return _scatter(bright, psf)
-    return _gather(out, doubtful, image, psf)
+    if split is None:
+        return _gather(out, doubtful, image, psf, transform_error(image, psf, out))
+    bright, rest = split
+    if not rest.any():
+        return _scatter(bright, psf), 0.0, 0
+    part = _by_transform(rest, psf)
+    error = transform_error(rest, psf, part)
+    part[~_reached(rest, psf)] = 0.0
+    # Rounding of the rest matters only against the sum with the bright light.
+    summed = np.maximum(part, 0.0) + _scatter(bright, psf)
+    return _gather(summed, (summed * allowed < error) & lit, image, psf, error)
 
 
 def _few_sources(image, psf, out, allowed):
@@ -158,15 +177,15 @@ def _scatter(sources, psf):
     return out
 
 
-def _gather(out, where, image, psf):
-    """Replace the pixels `where` by direct sums; past `MOST_PRODUCTS` keep the transform, lifted to zero."""
+def _gather(out, where, image, psf, error):
+    """Replace the pixels `where` by direct sums; past `MOST_PRODUCTS` keep the transform, lifted to zero, and its `error`."""
     (ny, nx), (ky, kx) = image.shape, psf.shape
     rows, cols = np.nonzero(where)
     if len(rows) * min(psf.size, image.size) > MOST_PRODUCTS:
-        return np.maximum(out, 0.0)
+        return np.maximum(out, 0.0), error, len(rows)
     flipped = psf[::-1, ::-1]
     for i, j in zip(rows, cols):
         y, x = i + ky // 2 - (ky - 1), j + kx // 2 - (kx - 1)
         top, left, bottom, right = max(y, 0), max(x, 0), min(y + ky, ny), min(x + kx, nx)
         out[i, j] = np.sum(image[top:bottom, left:right] * flipped[top - y : bottom - y, left - x : right - x])
-    return out
+    return out, 0.0, 0

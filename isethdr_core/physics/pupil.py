@@ -245,5 +245,8 @@ def folded(terms, radius: float, step, period, offset, chords_per_cell: int = 2)
     ends = ends.reshape(py, px + 2)
     np.cumsum(ends, axis=1, out=ends)
     ends = ends[:, :px]
-    ramps = [np.exp(-2j * np.pi * o / p * np.arange(p)).astype(np.complex64) for o, p in zip(offset, period)]
-    return ends * ramps[0][:, None] * ramps[1]
+    for axis, (o, p) in enumerate(zip(offset, period)):
+        if o:
+            ramp = np.exp(-2j * np.pi * o / p * np.arange(p)).astype(np.complex64)
+            ends *= ramp[:, None] if axis == 0 else ramp
+    return ends

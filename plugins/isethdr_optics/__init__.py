@@ -4,8 +4,10 @@ lens.py       the lenses `ideal`, `diffraction_limited`, `wavefront`: fields, en
 flare.py      the flares `ideal` and `aperture`, and what a flare of your own may offer
 imaging.py    radiance to irradiance: falloff, convolution of every band, added light, the ledger
 kernels.py    tile-to-tile kernels of whole bands over the full frame, cached in the process
+far.py        kernels beyond the exact core: averages of points of the diffraction pattern
 pupils.py     lens, wavefront and flares put together into one sampled pupil
 scatter.py    energy-conserving scatter mixed into a kernel
+isetcam_parity.py  ISETCam's circular optical image, for comparison only
 conf/         presets
 """
 

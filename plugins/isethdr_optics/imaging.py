@@ -12,7 +12,7 @@ import scipy.fft as sf
 
 from isethdr_core import ledger, quantities
 from isethdr_core.errors import ConfigError, PluginError
-from isethdr_core.physics.convolution import RELATIVE, convolve
+from isethdr_core.physics.convolution import convolve_with_bound
 from isethdr_core.physics.radiometry import cos4_falloff
 
 from . import kernels as kernel_module
@@ -42,10 +42,14 @@ def image(lens, mixed, flares=()):
 
     def one(band):
         light = values[band] * (lens.throughput_sr() * loss[band] * relative)
-        out[band] = light if made is None else convolve(light, made.bands[band])
+        if made is None:
+            out[band] = light
+            return None
+        out[band], bound = convolve_with_bound(light, made.bands[band])
+        return bound
 
     with ThreadPoolExecutor(min(kernel_module.cpus(), 8)) as pool, sf.set_workers(1):
-        list(pool.map(one, range(len(wavelength_nm))))
+        bounds = list(pool.map(one, range(len(wavelength_nm))))
     throughput = lens.throughput_sr() * float(np.mean(loss))
     width, height = mixed.attrs.get("field_width"), mixed.attrs.get("field_height")
     if width is None or height is None:
@@ -66,7 +70,8 @@ def image(lens, mixed, flares=()):
     for name, d, p in (("pitch_x", "x", pitch_um[1]), ("pitch_y", "y", pitch_um[0])):
         if light.sizes[d] == 1:
             light.attrs[name] = p * 1e-6
-    _state(made, [(n * p * 1e-6 - w * f_m) / 2 / (p * 1e-6) for n, p, w in zip((len(y), len(x)), pitch_um, (height, width))])
+    margin = [(n * p * 1e-6 - w * f_m) / 2 / (p * 1e-6) for n, p, w in zip((len(y), len(x)), pitch_um, (height, width))]
+    _state(made, bounds, float(np.finfo(out.dtype).eps) / 2, margin)
     return _add(light, lens, mixed, flares)
 
 
@@ -106,15 +111,28 @@ def _add(light, lens, mixed, flares):
     return light
 
 
-def _state(made, margin):
-    """State errors; `margin` is the (y, x) number of tiles rendered beyond the field on either side."""
+def _state(made, bounds, rounding, margin):
+    """State errors: of kernels, of each band's convolution as it came out, and the `rounding` of the dtype they are kept in.
+
+    `margin` is the (y, x) number of tiles rendered beyond the field on either side.
+    """
     if made is None:
         ledger.error(0.0, "relative", "bound", "irradiance of tiles: no blur, a product")
         return
     ledger.error(max(float(made.outside.max()), 0.0), "fraction of energy", "measured", "light spread beyond the rendered frame")
     if made.speckle.max() > 0:
         ledger.error(made.speckle.max(), "relative per tile", "statistical", "speckle of the kernel far from a lamp")
-    ledger.error(max(RELATIVE, 6e-8), "relative", "bound", "convolution of the given kernel")
+        ledger.error(made.wrap, "relative", "measured", "light too much near the border of the frame, from lamps at the other border")
+    ledger.error(max(b.relative for b in bounds) + rounding, "relative", "bound", "convolution of the given kernel")
+    if any(b.pixels for b in bounds):
+        worst = max(bounds, key=lambda b: b.absolute)
+        tiles = max(b.pixels for b in bounds)
+        ledger.error(
+            worst.absolute,
+            quantities.IRRADIANCE,
+            "bound",
+            f"convolution of up to {tiles} tiles per band, too dark beside the lamps for the row above and too many to sum",
+        )
     far = max(
         float(b.sum(axis=1 - a, dtype=float)[: max(b.shape[a] // 2 - int(margin[a]), 0)].sum())
         for b in made.bands

@@ -36,6 +36,7 @@ class Kernels:
     outside: np.ndarray  # fraction of the energy beyond the kernel, per band
     speckle: np.ndarray  # relative L1 error per tile beyond the exact core, per band
     transmitted: np.ndarray  # light through the pupil / light through the clean round stop, per band
+    wrap: float = 0.0  # relative, light wrapped into tiles near the kernel's border by the period of the far field
     keep: tuple = ()  # what the cache's key names: objects stay alive, so that an id is never used twice
 
 
@@ -74,7 +75,8 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
     with ThreadPoolExecutor(min(cpus(), len(wavelength_nm), 8)) as pool:
         bands, speckle, transmitted = zip(*track(pool.map(one, wavelength_nm, width_nm), "bands of the point spread", len(wavelength_nm)))
     outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
-    made = Kernels(list(bands), outside, np.array(speckle), np.array(transmitted), (lens, flares))
+    made = Kernels(list(bands), outside, np.array(speckle), np.array(transmitted),
+                   far.WRAP[not lattices] if max(speckle) > 0 else 0.0, (lens, flares))
     _cache[key] = made
     while len(_cache) > 1 and sum(b.nbytes for k in _cache.values() for b in k.bands) > CACHE_BYTES:
         _cache.popitem(last=False)
@@ -94,7 +96,8 @@ def _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach) -> list:
     shortest = float(np.min(wavelength_nm - width_nm / 2))
     if shortest <= 0 or pupils.has_phase(lens, flares):
         return []
-    return far.shared(lens, flares, shortest, pitch_um, reach)
+    split = _split(lens, shortest, pitch_um, reach)
+    return far.shared(lens, flares, shortest, [p / split for p in pitch_um], [r * split + split - 1 for r in reach])
 
 
 def _described(flare) -> bool:
@@ -131,7 +134,7 @@ class _Plan:
         lens, flares = self.lens, self.flares
         energy = self.energy or pupils.open_energy_mm2(lens, flares, centre)
         core = 0.0
-        waves = self._wavelengths(centre, width, max(self.half) / self.split, 3 if self.split == 1 else 1)
+        waves = self.wavelengths(centre, width, max(self.half) / self.split, 3 if self.split == 1 else 1)
         for wave in waves:
             cells = self.cells if self.fixed else pupils.amplitude(lens, flares, self.axis, self.axis, wave)
             pupil = pupils.with_wavefront(lens, cells, self.axis, self.axis, wave)
@@ -151,16 +154,13 @@ class _Plan:
         kernel, speckle = core, 0.0
         if self.half != self.reach:
             holes = [*self.rings[1:], self.half]
-            smear = len(self._wavelengths(centre, width, max(self.reach), 1))
-            (kernel, speckle), *inner = [
-                far.ring(self, reach, hole, centre, width, energy, smear) for reach, hole in zip(self.rings, holes)
-            ]
+            (kernel, speckle), *inner = [far.ring(self, reach, hole, centre, width, energy) for reach, hole in zip(self.rings, holes)]
             for part in (*(i[0] for i in inner), core):
                 cut = tuple(slice(r - n // 2, r + n // 2 + 1) for r, n in zip(self.reach, part.shape))
                 kernel[cut] = part
         return kernel, speckle, energy
 
-    def _wavelengths(self, centre, width, radius, least):
+    def wavelengths(self, centre, width, radius, least):
         """Return midpoints of equal sub-bands: from one to the next the pattern at `radius` tiles moves by a speckle at most."""
         pitch = max(self.pitch)
         count = radius * pitch * width / (centre * pupils.blur_um(self.lens, centre))

@@ -12,6 +12,7 @@ from isethdr_core.physics.zernike import steepest_slope_um, wavefront_um
 
 CORE_SAMPLES = 768  # across the stop: kernel values to 1e-4 (L1), measured against 3072
 MOST_SAMPLES = 8192
+UNRESOLVED = 0.8  # of a pupil's energy is left in means over cells when its phase turns a quarter wave from cell to cell
 
 
 def radius_mm(lens) -> float:
@@ -65,15 +66,21 @@ def _sampled(flare, x_mm, y_mm, wavelength_nm):
     points = 3 if len(y_mm) <= 2100 else 1  # far finer than the core's cells: their centres do
     step_x, step_y = x_mm[1] - x_mm[0], y_mm[1] - y_mm[0]
     inner = (np.arange(points) + 0.5) / points - 0.5
-    mean = 0.0
+    mean, energy = 0.0, 0.0
     for dy in inner * step_y:
         for dx in inner * step_x:
-            mean = mean + np.asarray(flare.pupil(x_mm[None, :] + dx, y_mm[:, None] + dy, wavelength_nm))
+            point = np.asarray(flare.pupil(x_mm[None, :] + dx, y_mm[:, None] + dy, wavelength_nm))
+            mean, energy = mean + point, energy + float(np.mean(np.abs(point) ** 2))
     mean = mean / points**2
     if not np.isfinite(mean).all() or np.abs(mean).max() > 1 + 1e-9:
         raise ConfigError(
             f"flare {type(flare).__name__} has a pupil transmission that is not finite or above 1; "
             "expected amplitudes of at most 1 from pupil(x_mm, y_mm, wavelength_nm)"
+        )
+    if float(np.mean(np.abs(mean) ** 2)) < UNRESOLVED * energy / points**2:
+        raise ConfigError(
+            f"flare {type(flare).__name__} has a pupil that changes by more than about a quarter wave per cell of "
+            f"{1e3 * max(step_x, step_y):.3g} um; expected a smoother phase, or a pupil written as shapes"
         )
     return np.broadcast_to(mean, (len(y_mm), len(x_mm)))
 
@@ -168,12 +175,16 @@ def folded_with_wavefront(cells, opd_um, wavelength_nm: float, period, offset) -
     return out
 
 
+def phase_samples(lens, wavelength_nm: float) -> float:
+    """Return the samples across the stop at which the wavefront changes by a quarter wave from one to the next at most."""
+    return 8 * steepest_slope_um(lens.zernike_um) / (wavelength_nm * 1e-3) if lens.zernike_um else 0.0
+
+
 def core_pitch_mm(lens, extent_um: float, wavelength_nm: float) -> float:
     """Return a pupil pitch that resolves the stop, an image `extent_um` wide, and the wavefront (a quarter wave per sample)."""
     diameter = 2 * radius_mm(lens)
     samples = max(CORE_SAMPLES, 2.0 * extent_um / blur_um(lens, wavelength_nm))
-    if lens.zernike_um:
-        samples = max(samples, 8 * steepest_slope_um(lens.zernike_um) / (wavelength_nm * 1e-3))
+    samples = max(samples, phase_samples(lens, wavelength_nm))
     if samples > MOST_SAMPLES:
         raise ConfigError(
             f"the pupil would need {samples:.0f} samples across at {wavelength_nm:g} nm; expected at most {MOST_SAMPLES}: "

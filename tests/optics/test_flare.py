@@ -147,6 +147,8 @@ def test_what_breaks_the_contract_is_refused():
 
     with pytest.raises(ConfigError, match="above 1"):
         LENS.psf([550], 1.0, 32, [Bright()])
+    with pytest.raises(ConfigError, match="quarter wave"):
+        LENS.psf([550], 1.0, 32, [Wedge(shift_um=600.0)])
     with pytest.raises(PluginError, match="units"):
         LENS(scene(), [Wrong()])
     with pytest.raises(ConfigError, match="less than 1"):

@@ -50,10 +50,16 @@ def test_no_aberration_is_diffraction_limited():
 
 
 def test_fast_lens_on_coarse_tiles_is_ideal():
-    scene = mixed(np.random.default_rng(0).uniform(1, 2, (12, 14)), pitch_um=100.0)
-    blurred = DiffractionLimitedLens(f_number=1.0)(scene)
-    # Airy light beyond r is 2 wavelength N / (pi^2 r): some 0.5 % of a tile's light leaves it.
-    np.testing.assert_allclose(blurred, IdealLens(f_number=1.0)(scene), rtol=1e-2)
+    tile_um, blur_um = 100.0, 0.55
+    scene = mixed(np.random.default_rng(0).uniform(1, 2, (12, 14)), pitch_um=tile_um)
+    kind = dict(f_number=1.0, falloff="none")
+    got = DiffractionLimitedLens(**kind)(scene) / IdealLens(**kind)(scene)
+    # A tile keeps 1 - s of its light and trades s with tiles that differ by no more than its own value (1 to 2, and 0 outside).
+    # s = integral of (1 - MTF) tile^2 sinc^2 sinc^2, and 1 - MTF(f) <= min(1, 4 / pi blur f) <= the same of |fx| plus of |fy|.
+    f = (np.arange(4_000_000) + 0.5) * 1e-6 / blur_um
+    most = 4 * np.sum(np.minimum(4 / np.pi * blur_um * f, 1) * tile_um * np.sinc(f * tile_um) ** 2) * (f[1] - f[0])
+    assert np.abs(got - 1).max() < most + 1e-3  # the kernel's middle is exact to 1e-3
+    assert most < 0.012 and np.abs(got - 1).max() > 0.1 * most
 
 
 def test_wavefront_tilt_moves_light_right_and_up_and_defocus_spreads_it():
@@ -128,6 +134,26 @@ def test_linear_and_bands_are_independent():
     np.testing.assert_allclose(LENS(both), 2 * LENS(a) + LENS(b).values, rtol=1e-12)  # float64 rounding
     a32 = a.astype(np.float32)
     assert LENS(a32).dtype == np.float32
+
+
+def test_ledger_states_the_convolution_as_it_happened(monkeypatch):
+    from isethdr_core.physics import convolution
+
+    values = 10.0 ** np.random.default_rng(5).uniform(0, 12, (40, 50))
+    monkeypatch.setattr(convolution, "RELATIVE", 1e-14)  # no transform is that good: many tiles are doubtful
+    monkeypatch.setattr(convolution, "_few_sources", lambda *a: None)
+    books = []
+    for products in (4e10, 0):  # enough direct summation, and none
+        monkeypatch.setattr(convolution, "MOST_PRODUCTS", products)
+        book = ledger.Ledger()
+        with ledger.stage(book, "lens"):
+            light = LENS(mixed(values, 3.0))
+        books.append(({e.what: e for e in book[0].errors}, light))
+    (whole, exact), (cut, rough) = books
+    assert not any("too dark" in w for w in whole)
+    assert whole["convolution of the given kernel"].value < 1e-7
+    (note,) = [e for w, e in cut.items() if "too dark" in w]
+    assert note.unit == quantities.IRRADIANCE and 0 < float(np.abs(exact - rough).max()) < note.value
 
 
 def test_cos4_acts_on_the_source():

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from isethdr_core.physics.convolution import convolve
+from isethdr_core.physics import convolution
+from isethdr_core.physics.convolution import convolve, convolve_with_bound
 
 
 def direct(image, psf, pixels):
@@ -95,6 +96,24 @@ def test_linear_and_scale_free():
     a, b, psf = rng.uniform(0, 1, (30, 40)), rng.uniform(0, 1e6, (30, 40)), skirt(59, 79)
     np.testing.assert_allclose(convolve(2 * a + b, psf), 2 * convolve(a, psf) + convolve(b, psf), rtol=1e-8)  # as stated
     np.testing.assert_allclose(convolve(a * 1e-200, psf * 1e150), convolve(a, psf) * 1e-50, rtol=1e-12)
+
+
+@pytest.mark.parametrize("products", [4e10, 0])
+def test_bound_says_what_was_kept(monkeypatch, products):
+    monkeypatch.setattr(convolution, "MOST_PRODUCTS", products)
+    monkeypatch.setattr(convolution, "_few_sources", lambda *a: None)
+    image = np.random.default_rng(8).uniform(0.5, 1.5, (50, 60))
+    image[::3, ::2] *= 1e13
+    image[30:, 20:] = 1e-6
+    psf = gaussian(15, 1.2)
+    got, bound = convolve_with_bound(image, psf)
+    assert (bound.pixels > 0) == (products == 0)
+    pixels = [(i, j) for i in range(0, 50, 3) for j in range(0, 60, 3)]
+    want = direct(image, psf, pixels).astype(float)
+    error = np.abs(np.array([got[p] for p in pixels]) - want)
+    assert np.all(error <= bound.relative * want + bound.absolute)
+    if products == 0:
+        assert error.max() / bound.absolute > 1e-3 or (error / want).max() > 1e-8  # the fallback is not free
 
 
 def test_signed_input_is_allowed():

@@ -1,0 +1,42 @@
+"""ISETCam's optical image of a diffraction-limited lens, for comparison only: circular where ours is linear.
+
+Rules as in ISETCam's oiCalculateIrradiance, opticsDLCompute and opticsOTF (2021), off-axis falloff skipped: the irradiance is
+padded by an
+eighth of its size on every side, multiplied by the transfer function in the frequency domain, and made positive by abs().
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+BORDER = 1e-9  # of the largest irradiance: what the padding holds
+
+
+def optical_image(lens, radiance, wavelength_nm, field_deg: float, um_per_degree: float) -> np.ndarray:
+    """Return the optical image of radiance, padding included.
+
+    Parameters
+    ----------
+    lens : a lens with `f_number`, `throughput_sr()` and, as magnification, the distance it is focused on.
+    radiance : (wavelength, y, x) array, any radiance unit; y = x, a multiple of 8.
+    wavelength_nm : (wavelength,) nm.
+    field_deg : full angle across the padded image; its frequencies are whole numbers of cycles per this angle.
+    um_per_degree : image length that stands for a degree at every frequency, a constant.
+
+    Returns
+    -------
+    (wavelength, 1.25 y, 1.25 x) float64, unit of radiance times sr.
+    """
+    from isethdr_core.physics.diffraction import diffraction_mtf
+
+    light = np.asarray(radiance, float) * lens.throughput_sr()
+    pad = [(0, 0)] + [(n // 8, n // 8) for n in light.shape[1:]]
+    light = np.pad(light, pad, constant_values=BORDER * light.max())
+    cycles_per_um = [np.fft.fftfreq(n) * n / field_deg / um_per_degree for n in light.shape[1:]]
+    frequency = np.hypot(cycles_per_um[0][:, None], cycles_per_um[1][None, :])
+    out = np.empty_like(light)
+    for i, wave in enumerate(wavelength_nm):
+        # Their cutoff is diameter / (wavelength x image distance): the working f-number.
+        mtf = diffraction_mtf(frequency, float(wave), lens.f_number * (1 + lens.magnification))
+        out[i] = np.abs(np.fft.ifft2(np.fft.fft2(light[i]) * mtf))
+    return out
