@@ -12,22 +12,26 @@ LIBRARIES = ("isethdr", "numpy", "scipy", "xarray", "zarr", "hydra-core", "mitsu
 
 @cache
 def source_digest(package: str) -> str:
-    """Return a digest of all Python, YAML and CSV sources of an import package: it names the code that ran."""
+    """Return a digest of all Python, YAML and CSV sources of an import package or module: it names the code that ran.
+
+    Presets below `conf` do not enter: what was chosen from them is in the config.
+    """
     spec = util.find_spec(package)
     digest = hashlib.sha256()
     if spec and not spec.submodule_search_locations and spec.has_location:      # a plugin of one file
         digest.update(Path(spec.origin).read_bytes())
     for folder in sorted(spec.submodule_search_locations or []) if spec else []:
         for path in sorted(Path(folder).rglob("*")):
-            if path.suffix in (".py", ".yaml", ".csv"):
-                digest.update(path.relative_to(folder).as_posix().encode())
+            inside = path.relative_to(folder)
+            if path.suffix in (".py", ".yaml", ".csv") and "conf" not in inside.parts:
+                digest.update(inside.as_posix().encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
-def fingerprint(*components) -> dict[str, str]:
-    """Return the source digest of the core and of each component's package."""
-    packages = {"isethdr_core"} | {type(c).__module__.split(".")[0] for c in components if c is not None}
+def fingerprint(*components, core: tuple[str, ...] = ("isethdr_core",)) -> dict[str, str]:
+    """Return the source digest of each component's package, and of the parts of the core that they rely on."""
+    packages = set(core) | {type(c).__module__.split(".")[0] for c in components if c is not None}
     return {name: source_digest(name) for name in sorted(packages)}
 
 

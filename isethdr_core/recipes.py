@@ -18,11 +18,14 @@ from .pipeline import Chain, stage
 from .provenance import fingerprint, versions
 from .scene import SceneDescription
 
+# what scenes and renderers use of the core: an edit elsewhere in it must not ask for another rendering
+CORE = tuple(f"isethdr_core.{name}" for name in ("scene", "quantities", "categories", "physics.photometry", "physics.radiometry"))
+
 
 def recipe_hash(parts: Chain) -> str:
     """Return the name of the radiance that the scene and the renderer describe together."""
     return store.content_hash({"scene": described(parts.scene), "renderer": described(parts.renderer, without=effort(parts)),
-                               "code": fingerprint(parts.scene, parts.renderer)})
+                               "code": fingerprint(parts.scene, parts.renderer, core=CORE), "versions": versions()})
 
 
 def described(component, without=()) -> dict:

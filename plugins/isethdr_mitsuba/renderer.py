@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, did_you_mean
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class MitsubaRenderer:
     """Path tracing with Mitsuba 3: all bands and light groups in one pass, exact labels, exact small lamps."""
+
+    effort_fields: ClassVar[tuple[str, ...]] = ("samples",)  # buys accuracy only: more of it serves whoever asks for less
 
     width: int = 640           # tiles across the camera's field
     height: int = 360          # tiles down the camera's field

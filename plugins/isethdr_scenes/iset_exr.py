@@ -36,6 +36,12 @@ class IsetExr:
         if not 0 <= self.normalise_cd_m2 < math.inf:
             raise ConfigError(f"normalise_cd_m2 is {self.normalise_cd_m2:g}; expected 0 (absolute) or a mean luminance, as ISET's 100")
 
+    def input_files(self):
+        """Return the files that the scene is read from: their content is part of a run's name."""
+        from pathlib import Path
+
+        return tuple(sorted(Path(self.folder).glob(f"{self.scene_id}_*.exr"))) if self.scene_id else ()
+
     def __call__(self) -> xr.Dataset:
         """Return scene radiance, W m-2 sr-1 nm-1, with the labels `distance` and `instance` where they can be read.
 
