@@ -17,6 +17,7 @@ film_bands.py      the slow way for machines without LLVM: four bands a pass, gr
 labels.py          one ray per tile centre: instance, category, depth, distance, normal
 doctor.py          which variants work on this machine, and what to install
 llvm.py            where LLVM is taken from: the system, or a copy beside this Python
+conf/              presets
 """
 
 from isethdr_core.component import Component
@@ -34,3 +35,8 @@ def isethdr_components():
 @hookimpl
 def isethdr_commands(app):
     app.command("doctor")(doctor_command)
+
+
+@hookimpl
+def isethdr_config_paths():
+    return ["pkg://isethdr_mitsuba.conf"]

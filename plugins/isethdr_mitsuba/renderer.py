@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal
 
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
 
     from isethdr_core.demand import Demand
     from isethdr_core.scene import SceneDescription
+
+SCALAR = "scalar_spectral"
+SCALAR_S_PER_PATH = 2e-5  # of one group and four bands, measured on two cores; it only tells the user what to expect
 
 
 @dataclass(frozen=True)
@@ -41,8 +45,17 @@ class MitsubaRenderer:
         if self.samples < 1 or self.max_depth < 1:
             raise ConfigError(f"renderer samples is {self.samples}, max_depth {self.max_depth}; expected at least 1 of each")
         wanted, bands = self._groups(description, demand), self._bands(demand)
-        return render_frame(self, description, wanted, bands, demand.labels if demand else frozenset(),
-                            choose_variant(self.variant))
+        variant = choose_variant(self.variant)
+        if variant == SCALAR:
+            self._say_how_slow(len(wanted), len(bands))
+        return render_frame(self, description, wanted, bands, demand.labels if demand else frozenset(), variant)
+
+    def _say_how_slow(self, groups, bands):
+        tiles = self.width * self.height * (1 + 2 * self.margin) ** 2
+        minutes = SCALAR_S_PER_PATH * self.samples * tiles * groups * -(-bands // 4) / 60
+        if minutes > 5:
+            print(f"renderer: without LLVM 17 or newer the scalar variant is used, which takes about {minutes:.0f} minutes here; "
+                  "`isethdr doctor` says what to install; or take a first look with renderer=mitsuba_quick", file=sys.stderr, flush=True)
 
     def _groups(self, description, demand):
         there = description.light_groups()
