@@ -71,7 +71,7 @@ def _lead(result) -> str:
 def _scene(result, white) -> str:
     """Return the scene as it is, before any camera: each lighting, and the luminance of the one that was used."""
     main = _inside(result.open("versions/main"))
-    figures = [pictures.shown(main, white, f"{result.attributes['lighting']}, scene radiance")]
+    figures = [pictures.shown(main, white, f"{result.attributes['lighting']}, scene radiance", pictures.compression(main, white))]
     for name in result.attributes["versions_shown"]:
         version = _inside(result.open(f"versions/{name}"))
         its_white = view.white_cd_m2(version)
@@ -89,8 +89,9 @@ def _inside(version):
 
 def _cameras(result, seen, white) -> str:
     """Return each camera's picture with the truth's white, its luminance below, and the scale of both rows of false colour."""
-    rows = [pictures.shown(picture, white, name) for name, (picture, _) in seen.items()]
-    scale = _range(_inside(result.open("versions/main")))
+    main = _inside(result.open("versions/main"))
+    scale, compressed = _range(main), pictures.compression(main, white)
+    rows = [pictures.shown(picture, white, name, compressed) for name, (picture, _) in seen.items()]
     if scale:
         rows += [pictures.false_colour(picture, *scale, f"{name}, luminance") for name, (picture, _) in seen.items()]
     return f"<div class=row>{''.join(rows)}</div>" + (pictures.colour_scale(*scale) if scale else "")
