@@ -182,8 +182,8 @@ def _check_field(ds):
 
 
 def _check_light(data, what):
-    low, high = float(data.min()), float(data.max())
-    if not (np.isfinite(low) and np.isfinite(high)) or bool(data.isnull().any()):
+    low, high = float(np.min(data.values)), float(np.max(data.values))  # numpy's: NaN comes through
+    if not (np.isfinite(low) and np.isfinite(high)):
         raise UnitError(f"{what} holds NaN or infinite values; expected finite light (a damaged store or a failed render?)")
     if low < 0:
         raise UnitError(f"{what} holds negative light ({low:g} {data.attrs.get('units')}); light is never negative; "

@@ -1,14 +1,19 @@
 """View: what a linear picture looks like on a display. Only for eyes and for scores that judge looks; never a stage.
 
 Two renderings. `display` gives 8 bit sRGB; a picture and its truth share one white, which is stated beside any score
-made from it. `false_colour` gives luminance on a logarithmic scale in cd/m2.
+made from it. `false_colour` gives luminance on a logarithmic scale in cd/m2. `write_exr` and `write_png` leave files that
+other programs read: absolute float, or 16 bit with the transfer function stated inside.
 """
 
 from __future__ import annotations
 
+import struct
+import zlib
+from pathlib import Path
+
 import numpy as np
 
-from .errors import UnitError
+from .errors import UnitError, did_you_mean
 from .physics.colour import linear_srgb, srgb_encode
 
 LAMP_MULTIPLE = 100.0   # a lamp is brighter than this times the 95th percentile; the whitest snow is 30 times asphalt
@@ -77,16 +82,21 @@ def display(picture, white_cd_m2: float, compression: float = COMPRESSION) -> np
     white_cd_m2 : luminance shown as white; use the truth's `white_cd_m2` for picture and truth alike.
     compression : a of `tone`.
     """
+    return np.rint(255 * _displayed(picture, white_cd_m2, compression)).astype(np.uint8)
+
+
+def _displayed(picture, white_cd_m2: float, compression: float) -> np.ndarray:
+    """Return sRGB code values 0..1 (y, x, 3); arguments as `display`."""
     if not white_cd_m2 > 0:
         raise UnitError(f"white_cd_m2 is {white_cd_m2!r}; expected a luminance above 0, such as view.white_cd_m2(truth)")
-    xyz = np.asarray(picture["xyz"].values if hasattr(picture, "data_vars") else picture, float)
+    xyz = _xyz(picture)
     y = luminance(xyz) / white_cd_m2
     # where no light was found there is no hue either: noise around 0 shows as black
     gain = np.divide(tone(y, compression), y, out=np.zeros_like(y), where=y > 0)
     rgb = srgb_encode(linear_srgb(xyz / white_cd_m2 * gain[..., None]))
     if hasattr(picture, "data_vars") and "valid" in picture:
         rgb[~picture["valid"].values] = 1.0
-    return np.rint(255 * rgb).astype(np.uint8)
+    return rgb
 
 
 def false_colour(luminance_cd_m2, low: float | None = None, high: float | None = None, colormap: str = "inferno"):
@@ -113,3 +123,74 @@ def false_colour(luminance_cd_m2, low: float | None = None, high: float | None =
     span = max(np.log(high / low), 1e-12)  # a uniform picture has no span and shows the low colour
     position = np.clip(np.log(np.maximum(y, low) / low) / span, 0.0, 1.0)
     return matplotlib.colormaps[colormap](position, bytes=True)[..., :3], (low, high)
+
+
+def write_exr(picture, path, primaries: str = "xyz") -> Path:
+    """Write a picture as OpenEXR, float32, linear, cd/m2, negative estimates kept; return the path.
+
+    Parameters
+    ----------
+    picture : picture Dataset or xyz (y, x, 3), cd/m2.
+    path : file to write.
+    primaries : "xyz" for channels X, Y, Z; "srgb" for R, G, B with the primaries of sRGB, equal to Y for a D65 grey.
+    """
+    import OpenEXR
+
+    xyz = _xyz(picture)
+    if primaries not in ("xyz", "srgb"):
+        raise UnitError(f"primaries {primaries!r} are unknown{did_you_mean(primaries, ('xyz', 'srgb'))}")
+    planes = xyz if primaries == "xyz" else linear_srgb(xyz)
+    channels = {n: np.ascontiguousarray(planes[..., k], np.float32) for k, n in enumerate("XYZ" if primaries == "xyz" else "RGB")}
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, "whiteLuminance": 1.0,
+              "comments": f"linear {primaries}, cd/m2"}
+    OpenEXR.File(header, channels).write(str(path))
+    return Path(path)
+
+
+def write_png(picture, path, shown_white_cd_m2: float | None = None, transfer: str = "srgb", compression: float = COMPRESSION) -> Path:
+    """Write a picture as 16 bit PNG that states its transfer function; return the path.
+
+    Parameters
+    ----------
+    picture : picture Dataset or xyz (y, x, 3), cd/m2.
+    path : file to write.
+    shown_white_cd_m2 : for "srgb", the luminance shown as white; None takes the picture's own `white_cd_m2`.
+    transfer : "srgb": `display` in 16 bit. "pq": absolute luminance up to 10 000 cd/m2 (SMPTE ST 2084), primaries of sRGB;
+        what is brighter or outside the gamut is clipped.
+    compression : a of `tone`, for "srgb".
+
+    Notes
+    -----
+    The chunk cICP (PNG third edition, ITU-T H.273 codes) and a text chunk name primaries and transfer function.
+    """
+    if transfer not in ("srgb", "pq"):
+        raise UnitError(f"transfer {transfer!r} is unknown{did_you_mean(transfer, ('srgb', 'pq'))}")
+    if transfer == "srgb":
+        white = shown_white_cd_m2 or white_cd_m2(picture)
+        code, said = _displayed(picture, white, compression), f"sRGB (IEC 61966-2-1), tone a = {compression:g}, white {white:g} cd/m2"
+    else:
+        code, said = pq_encode(linear_srgb(_xyz(picture))), "PQ (SMPTE ST 2084), absolute cd/m2, primaries of sRGB"
+    rows = np.rint(65535 * code).astype(">u2")
+    height, width = rows.shape[:2]
+    # every row starts with the number of its filter, 0: none
+    raw = b"".join(b"\0" + row.tobytes() for row in rows)
+    parts = [(b"IHDR", struct.pack(">IIBBBBB", width, height, 16, 2, 0, 0, 0)),
+             (b"cICP", bytes([1, 13 if transfer == "srgb" else 16, 0, 1])),
+             (b"tEXt", b"Description\0" + said.encode("latin-1")), (b"IDAT", zlib.compress(raw, 6)), (b"IEND", b"")]
+    path = Path(path)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body)) for name, body in parts))
+    return path
+
+
+def pq_encode(cd_m2) -> np.ndarray:
+    """Return PQ code values 0..1 of absolute light, clipped to 0..10 000 cd/m2 (SMPTE ST 2084:2014, eq. 5.2)."""
+    y = (np.clip(cd_m2, 0.0, 10000.0) / 10000.0) ** (2610 / 16384)
+    return ((3424 / 4096 + 2413 / 128 * y) / (1 + 2392 / 128 * y)) ** (2523 / 32)
+
+
+def _xyz(picture) -> np.ndarray:
+    values = np.asarray(picture["xyz"].values if hasattr(picture, "data_vars") else picture, float)
+    if values.ndim != 3 or values.shape[-1] != 3:
+        raise UnitError(f"a picture has the shape {values.shape}; expected (y, x, 3); pass a picture Dataset or its xyz")
+    return values

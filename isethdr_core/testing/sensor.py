@@ -125,9 +125,12 @@ def _check_quiet(who, sensor, light):
 
 
 def _electrons(shot) -> np.ndarray:
-    """Return electrons, dark charge included, read back from raw as captures say: (raw - black) / gain."""
-    column = (slice(None), None, None)
-    return (shot["raw"].values.astype(float) - shot["black_dn"].values[column]) / shot["gain_dn_per_e"].values[column]
+    """Return electrons, dark charge included, read back from raw as captures say: (linear DN - black) / gain."""
+    column, raw = (slice(None), None, None), shot["raw"].values.astype(float)
+    if "companding_dn" in shot:
+        tables = zip(raw, shot["companding_dn"].values, shot["companding_linear_dn"].values, strict=True)
+        raw = np.stack([np.interp(codes, dn[np.isfinite(dn)], linear[np.isfinite(linear)]) for codes, dn, linear in tables])
+    return (raw - shot["black_dn"].values[column]) / shot["gain_dn_per_e"].values[column]
 
 
 def _check_extremes(who, sensor, light):

@@ -1,15 +1,17 @@
 """Image signal processing: from captures in DN to a picture in cd/m2 with its variance.
 
-| module     | what                                                                          |
-|------------|-------------------------------------------------------------------------------|
-| `ideal`    | every pixel for itself, for sensors without a filter array                    |
-| `linear`   | one capture                                                                   |
-| `merge`    | all captures of a shot                                                        |
-| `readout`  | DN to electrons, their variance, electrons per unit of light                  |
-| `combine`  | captures to one mosaic of electrons, without bias                             |
-| `demosaic` | every channel at every pixel, any filter array                                |
-| `develop`  | colour matrix, lens falloff, absolute level                                   |
-| `spectra`  | lights and reflectances the colour matrix is solved for                       |
+| module             | what                                                                  |
+|--------------------|-----------------------------------------------------------------------|
+| `ideal`            | every pixel for itself, for sensors without a filter array            |
+| `linear`           | one capture                                                           |
+| `merge`            | all captures of a shot                                                |
+| `readout`          | DN to electrons, their variance, electrons per unit of light          |
+| `combine`          | captures to one mosaic of electrons, without bias                     |
+| `rules`            | other people's rules for the same, by name                            |
+| `demosaic`         | every channel at every pixel, any filter array                        |
+| `demosaic_methods` | other ways to demosaic, by name                                       |
+| `develop`          | colour matrix, lens falloff, absolute level                           |
+| `spectra`          | lights and reflectances the colour matrix is solved for               |
 """
 
 from isethdr_core.component import Component

@@ -19,9 +19,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .readout import MARGIN, Readout, charge_variance
+from .readout import Readout, charge_variance
 
-ISETCAM_SHARE = 0.95   # ISETCam's saturated fraction (sensorComputeArray.m)
+
+@dataclass(frozen=True, eq=False)
+class Merged:
+    """One mosaic of electrons, without dark charge, of the most sensitive charge."""
+
+    signal_e: np.ndarray      # (y, x)
+    variance_e2: np.ndarray   # (y, x)
+    valid: np.ndarray         # (y, x) bool, unsaturated in some capture
+    source: np.ndarray        # (y, x) uint8, the capture that weighs most
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +42,7 @@ class Charge:
     top_e: float              # less the margin for clipped charge
     good: np.ndarray          # (y, x) bool, not saturated
     per_light: np.ndarray     # (y, x) electrons per cd/m2 of the white, each pixel through its own filter
+    source: np.ndarray        # (y, x) uint8, the capture whose read weighs most
 
 
 def read_charge(reads: list[Readout], per_light) -> Charge:
@@ -42,26 +51,30 @@ def read_charge(reads: list[Readout], per_light) -> Charge:
     The weights depend on no light, so nothing is biased, and the shot noise that the reads share is counted once.
     """
     widest = max(reads, key=lambda r: r.top_e)
-    top = _margin_top(widest)
     total = np.zeros(widest.charge_e.shape)
-    weight = np.zeros_like(total)
+    weight, largest = np.zeros_like(total), np.zeros_like(total)
+    source = np.full(total.shape, widest.capture, np.uint8)
+    good = np.zeros(total.shape, bool)
     for read in reads:
-        inverse = 1 / max(read.read_var_e2, 1e-12)  # a noiseless read simply outweighs the others
-        use = (read.charge_e < _margin_top(read)) & ~read.saturated
-        total += np.where(use, inverse * read.charge_e, 0.0)
-        weight += np.where(use, inverse, 0.0)
-    some = weight > 0
-    t = np.where(some, total / np.where(some, weight, 1.0), widest.charge_e)
-    variance = np.where(some, 1 / np.where(some, weight, 1.0), widest.read_var_e2)
-    # a full well reads as saturated though its read noise may lie below the top
-    good = np.any([~r.saturated & (r.charge_e < _margin_top(r)) for r in reads], axis=0)
-    return Charge(t, variance, widest.dark_e, top, good, per_light)
+        # a full well reads as saturated though its read noise may lie below the top
+        use = (read.charge_e < read.clear_top_e) & ~read.saturated
+        inverse = np.where(use, 1 / np.maximum(read.read_var_e2, 1e-12), 0.0)  # a noiseless read simply outweighs the others
+        total += inverse * read.charge_e
+        weight += inverse
+        source[inverse > largest] = read.capture
+        largest = np.maximum(largest, inverse)
+        good |= use
+    safe = np.where(good, weight, 1.0)
+    t = np.where(good, total / safe, widest.charge_e)
+    variance = np.where(good, 1 / safe, widest.read_var_e2)
+    return Charge(t, variance, widest.dark_e, widest.clear_top_e, good, per_light, source)
 
 
-def fold(charges: list[Charge]):
-    """Return (signal, variance, valid) in electrons of the last charge; `charges` runs from least to most sensitive."""
+def fold(charges: list[Charge]) -> Merged:
+    """Return the mosaic in electrons of the last charge; `charges` runs from least to most sensitive."""
     short = charges[0]
     z, z_var, valid = short.t_e - short.dark_e, charge_variance(short.t_e, short.read_var_e2), short.good
+    source = short.source
     for charge in charges[1:]:
         ratio = short.per_light / charge.per_light
         z, z_var = z / ratio, z_var / ratio**2
@@ -69,27 +82,9 @@ def fold(charges: list[Charge]):
         g_next, _ = _weight(charge.t_e + 1, charge, short, ratio)
         signal = charge.t_e * g - charge.read_var_e2 * slope - charge.dark_e * g_next + z * (1 - g_next)
         z_var = g**2 * charge_variance(charge.t_e, charge.read_var_e2) + (1 - g) ** 2 * z_var
+        source = np.where(g > 0.5, charge.source, source)
         z, valid, short = signal, valid | charge.good, charge
-    return z, z_var, valid
-
-
-def isetcam_saturated(charges: list[list[Readout]], per_light: list[np.ndarray]):
-    """Return (signal, variance, valid) by ISETCam's rule 'saturated' (sensorComputeArray.m), kept in absolute electrons.
-
-    From the most sensitive charge down: its widest read where that is below 95 % of its top, else the next charge.
-    Higher gains of one charge are never used. Nothing tests the least sensitive one in ISETCam; here it sets `valid`.
-    """
-    signal = variance = valid = None
-    for reads, light in zip(charges, per_light):  # least sensitive first, later ones overwrite
-        read = max(reads, key=lambda r: r.top_e)
-        good = read.charge_e < ISETCAM_SHARE * read.top_e
-        ratio = light / per_light[-1]
-        x, v = (read.charge_e - read.dark_e) / ratio, read.variance_e2() / ratio**2
-        if signal is None:
-            signal, variance, valid = x, v, good
-        else:
-            signal, variance, valid = np.where(good, x, signal), np.where(good, v, variance), valid | good
-    return signal, variance, valid
+    return Merged(z, z_var, valid, source)
 
 
 def _weight(t, charge: Charge, short: Charge, ratio):
@@ -109,7 +104,3 @@ def _weight(t, charge: Charge, short: Charge, ratio):
     ramp, ramp_slope = s * s * (3 - 2 * s), -6 * s * (1 - s) / width
     usable = charge.good
     return np.where(usable, share * ramp, 0.0), np.where(usable, slope * ramp + share * ramp_slope, 0.0)
-
-
-def _margin_top(read: Readout) -> float:
-    return read.top_e - MARGIN * np.sqrt(read.read_var_e2)

@@ -39,6 +39,9 @@ def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
     if missing:
         raise UnitError(f"channel {missing[0]} of {channels} is sampled nowhere in the filter array; "
                         "a cropped pattern? use at least one whole period")
+    if channels == 1:  # nothing is missing, be it a single pixel
+        values = None if variance is None else np.array(variance, float)[None]
+        return mosaic[None].copy(), values, np.zeros(mosaic.shape, bool) if bad is None else np.asarray(bad, bool)
     rows, columns, radius = _classes(filters)
     pad = ((radius, radius), (radius, radius))
     source = np.pad(mosaic, pad, mode="reflect")

@@ -9,28 +9,29 @@ from isethdr_core.physics.colour import colour_matrix
 from isethdr_core.physics.photometry import xyz_weights
 from isethdr_core.truth import make_picture
 
-from .demosaic import demosaic
+from .demosaic_methods import interpolate
 from .readout import falloff
 from .spectra import LIGHTS, light, radiances
 
 
-def develop(signal_e, variance_e2, valid, response, captures, balance: str, design_snr: float):
+def develop(merged, response, captures, balance: str, design_snr: float, method: str = "bilinear"):
     """Return the picture of a mosaic.
 
     Parameters
     ----------
-    signal_e, variance_e2 : (y, x) electrons without dark charge, and their variance.
-    valid : (y, x) bool.
+    merged : `combine.Merged`, electrons without dark charge, their variance, validity and source (y, x).
     response : (channel, wavelength) electrons per band mean radiance on the axis.
     captures : the captures Dataset, for the filter array, the grid and the lens.
     balance : the light whose grey comes back exactly.
     design_snr : see `solve_matrix`.
+    method : a way to demosaic, `demosaic_methods.METHODS`.
     """
     # the falloff goes first, while every sample still stands at its own place: a uniform scene is then flat to the demosaic
     level = falloff(captures)
-    planes, variances, touched = demosaic(signal_e / level, captures["filter"].values, len(response),
-                                          variance_e2 / level**2, ~valid)
-    return finish(planes, variances, valid & ~touched, response, captures, balance, design_snr)
+    planes, variances, touched = interpolate(method, merged.signal_e / level, captures["filter"].values,
+                                             [str(name) for name in captures["channel"].values],
+                                             merged.variance_e2 / level**2, ~merged.valid)
+    return finish(planes, variances, merged.valid & ~touched, response, captures, balance, design_snr)
 
 
 def finish(planes, variances, valid, response, captures, balance: str, design_snr: float):

@@ -17,6 +17,9 @@ class IdealIsp:
         """
         import numpy as np
 
+        from isethdr_core.errors import UnitError
+
+        from .combine import Merged
         from .develop import develop, finish
         from .readout import check_captures, chosen, falloff, readouts
         from .spectra import light
@@ -26,12 +29,16 @@ class IdealIsp:
         alone = np.all(filters == filters[0, 0])
         if not alone:
             captures = chosen(captures, "")
+        elif captures.sizes["channel"] > 1:
+            raise UnitError(f"of {captures.sizes['channel']} channels all but one are sampled nowhere in the filter array; a cropped "
+                            "pattern? use at least one whole period")
         reads = readouts(captures, light("daylight", captures.wavelength.values))
         planes = np.stack([r.charge_e - r.dark_e for r in reads])
         variances = np.stack([r.variance_e2() for r in reads])
         valid = ~np.any([r.saturated for r in reads], axis=0)
         if not alone:
-            return develop(planes[0], variances[0], valid, reads[0].response, captures, "daylight", np.inf)
+            one = Merged(planes[0], variances[0], valid, np.zeros(valid.shape, np.uint8))
+            return develop(one, reads[0].response, captures, "daylight", np.inf)
         response = np.stack([r.response[filters[0, 0]] for r in reads])
         level = falloff(captures)
         return finish(planes / level, variances / level**2, valid, response, captures, "daylight", np.inf)

@@ -13,6 +13,7 @@ class LinearIsp:
     capture: str = ""  # name of the capture to use; empty takes the first
     balance: Literal["daylight", "halogen", "led", "sodium"] = "daylight"  # light whose grey comes back exactly
     design_snr: float = 20.0  # SNR at which the colour matrix weighs shot noise against colour; inf ignores noise
+    demosaic: Literal["bilinear", "guided", "malvar", "menon"] = "bilinear"  # the last two need `pip install isethdr[demosaic]`
 
     def __call__(self, captures):
         """Return the picture of one capture; a pixel is valid when no saturated sample went into it."""
@@ -24,5 +25,5 @@ class LinearIsp:
         check_captures(captures)
         one = chosen(captures, self.capture)
         [read] = readouts(one, light(self.balance, one.wavelength.values))
-        signal, variance, valid = fold([read_charge([read], read.sensitivity[one["filter"].values])])
-        return develop(signal, variance, valid, read.response, one, self.balance, self.design_snr)
+        merged = fold([read_charge([read], read.sensitivity[one["filter"].values])])
+        return develop(merged, read.response, one, self.balance, self.design_snr, self.demosaic)

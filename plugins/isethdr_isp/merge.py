@@ -10,39 +10,49 @@ LARGEST_MISMATCH = 0.5  # two generations of one photodiode differ by about 0.1,
 
 @dataclass(frozen=True)
 class MergeIsp:
-    """All captures merged in electrons by inverse variance without bias, then as `linear`; ISETCam's rule by name."""
+    """All captures merged in electrons by inverse variance without bias, then as `linear`; other rules by name."""
 
-    rule: Literal["inverse_variance", "isetcam"] = "inverse_variance"  # isetcam: hard switch at 95 % of the top
+    rule: Literal["inverse_variance", "average", "poisson_sum", "isetcam"] = "inverse_variance"  # docs/isp.md, Merge
     balance: Literal["daylight", "halogen", "led", "sodium"] = "daylight"  # light whose grey comes back exactly
     design_snr: float = 20.0  # SNR at which the colour matrix weighs shot noise against colour; inf ignores noise
+    demosaic: Literal["bilinear", "guided", "malvar", "menon"] = "bilinear"  # the last two need `pip install isethdr[demosaic]`
 
     def __call__(self, captures):
-        """Return the merged picture; a pixel is valid when every sample in it is unsaturated in some capture."""
-        import numpy as np
+        """Return the merged picture; a pixel is valid when every sample in it is unsaturated in some capture.
 
+        Its variable `source` (y, x) is the number of the capture that weighs most in the pixel's own sample.
+        """
         from isethdr_core.errors import ConfigError, did_you_mean
 
-        from .combine import fold, isetcam_saturated, read_charge
         from .develop import develop
-        from .readout import check_captures, readouts
-        from .spectra import light
+        from .readout import check_captures
+        from .rules import RULES
 
-        if self.rule not in ("inverse_variance", "isetcam"):
-            raise ConfigError(f"isp rule {self.rule!r} is unknown{did_you_mean(self.rule, ('inverse_variance', 'isetcam'))}")
+        if self.rule not in RULES:
+            raise ConfigError(f"isp rule {self.rule!r} is unknown{did_you_mean(self.rule, RULES)}")
         check_captures(captures)
-        by_charge: dict[int, list] = {}
-        reads = readouts(captures, light(self.balance, captures.wavelength.values))
-        for number, read in zip(captures["charge"].values.tolist(), reads):
-            by_charge.setdefault(number, []).append(read)
-        groups = sorted(by_charge.values(), key=lambda reads: float(np.mean(reads[0].sensitivity)))
-        filters = captures["filter"].values
-        per_light = [reads[0].sensitivity[filters] for reads in groups]
-        if self.rule == "isetcam":
-            signal, variance, valid = isetcam_saturated(groups, per_light)
-        else:
-            signal, variance, valid = fold([read_charge(reads, level) for reads, level in zip(groups, per_light)])
+        groups, per_light = charges(captures, self.balance)
+        merged = RULES[self.rule](groups, per_light)
         _state_spectral_mismatch(groups, captures.wavelength.values)
-        return develop(signal, variance, valid, groups[-1][0].response, captures, self.balance, self.design_snr)
+        picture = develop(merged, groups[-1][0].response, captures, self.balance, self.design_snr, self.demosaic)
+        picture["source"] = (("y", "x"), merged.source)
+        return picture
+
+
+def charges(captures, balance: str):
+    """Return the reads of every charge, least sensitive charge first, and its pixels' electrons per cd/m2 (y, x)."""
+    import numpy as np
+
+    from .readout import readouts
+    from .spectra import light
+
+    by_charge: dict[int, list] = {}
+    reads = readouts(captures, light(balance, captures.wavelength.values))
+    for number, read in zip(captures["charge"].values.tolist(), reads):
+        by_charge.setdefault(number, []).append(read)
+    groups = sorted(by_charge.values(), key=lambda reads: float(np.mean(reads[0].sensitivity)))
+    filters = captures["filter"].values
+    return groups, [reads[0].sensitivity[filters] for reads in groups]
 
 
 def _state_spectral_mismatch(groups, wavelength_nm) -> None:

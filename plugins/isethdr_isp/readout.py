@@ -22,11 +22,13 @@ class Readout:
 
     charge_e: np.ndarray      # (y, x)
     saturated: np.ndarray     # (y, x) bool
-    read_var_e2: float        # read noise and quantisation
+    read_var_e2: float        # read noise and quantisation; (y, x) where the steps grow with the light
     dark_e: float
     top_e: float              # largest charge still measured
+    clear_top_e: float        # the same less the margin within which clipped charge may hide
     sensitivity: np.ndarray   # (channel,) electrons per (cd/m2 of light `white`) on the axis
     response: np.ndarray      # (channel, wavelength) electrons per band mean radiance on the axis
+    capture: int = 0          # place of this capture in the shot
 
     def variance_e2(self) -> np.ndarray:
         """Return the variance (y, x) estimated from each pixel's own charge: charge + read variance."""
@@ -53,13 +55,32 @@ def readouts(captures, white_radiance) -> list[Readout]:
     for i in range(captures.sizes["capture"]):
         c = {name: float(captures[name].values[i]) for name in PER_CAPTURE}
         response = per_photon[i] * photons * c["exposure_s"] * c["area_m2"] * float(captures.attrs["throughput_sr"])
+        linear, steps, top_steps = decompanded(captures, i)
+        read_var, step_var = c["read_noise_e"] ** 2, c["quantisation_e"] ** 2 / 12
+        top = (c["top_dn"] - c["black_dn"]) / c["gain_dn_per_e"]
         out.append(Readout(
-            charge_e=(captures["raw"].values[i].astype(float) - c["black_dn"]) / c["gain_dn_per_e"],
-            saturated=np.asarray(captures["saturated"].values[i], bool),
-            read_var_e2=c["read_noise_e"] ** 2 + c["quantisation_e"] ** 2 / 12,
-            dark_e=c["dark_e"], top_e=(c["top_dn"] - c["black_dn"]) / c["gain_dn_per_e"],
-            sensitivity=response @ white_radiance, response=response))
+            charge_e=(linear - c["black_dn"]) / c["gain_dn_per_e"], saturated=np.asarray(captures["saturated"].values[i], bool),
+            read_var_e2=read_var + step_var * steps**2, dark_e=c["dark_e"], top_e=top,
+            clear_top_e=top - MARGIN * np.sqrt(read_var + step_var * top_steps**2),
+            sensitivity=response @ white_radiance, response=response, capture=i))
     return out
+
+
+def decompanded(captures, i: int):
+    """Return linear DN (y, x) of capture `i`, linear DN per code there (y, x), and at the top; 1 without companding.
+
+    The sensor's table `companding_dn` -> `companding_linear_dn` is followed on straight lines between its entries; padding
+    with NaN is left out. Black level, gain, top and quantisation are those of linear DN, one step being one of them.
+    """
+    raw = captures["raw"].values[i].astype(float)
+    if "companding_dn" not in captures:
+        return raw, 1.0, 1.0
+    code, linear = (captures[name].values[i].astype(float) for name in ("companding_dn", "companding_linear_dn"))
+    held = np.isfinite(code) & np.isfinite(linear)
+    code, linear = code[held], linear[held]
+    slope = np.diff(linear) / np.diff(code)
+    place = np.clip(np.searchsorted(code, raw, side="right") - 1, 0, len(slope) - 1)
+    return linear[place] + (raw - code[place]) * slope[place], slope[place], float(slope[-1])
 
 
 def falloff(captures) -> np.ndarray:
@@ -92,6 +113,30 @@ def check_captures(captures) -> None:
             raise UnitError(f"captures have {name} = {captures[name].values}; expected values above 0")
     if not np.all(np.isfinite(captures["raw"].values)):
         raise UnitError("raw holds NaN or infinite values; expected finite DN")
+    for name in ("read_noise_e", "dark_e", "quantisation_e"):
+        if not np.all((captures[name].values >= 0) & np.isfinite(captures[name].values)):
+            raise UnitError(f"captures have {name} = {captures[name].values}; expected electrons, 0 or above")
+    if not np.all(captures["top_dn"].values > captures["black_dn"].values):
+        raise UnitError(f"captures have top_dn = {captures['top_dn'].values}, black_dn = {captures['black_dn'].values}; "
+                        "expected a top above the black level")
+    channels = captures.sizes["channel"]
+    if captures["filter"].values.max() >= channels:
+        raise UnitError(f"filter holds channel {captures['filter'].values.max()}; expected 0..{channels - 1}, an index into `channel`")
+    _check_companding(captures)
+
+
+def _check_companding(captures):
+    """Refuse a table that cannot be inverted: half of one, too short, or not rising."""
+    present = [name for name in ("companding_dn", "companding_linear_dn") if name in captures]
+    if not present:
+        return
+    if len(present) == 1:
+        raise UnitError(f"captures have {present[0]} alone; expected companding_dn and companding_linear_dn, or neither")
+    for code, linear in zip(captures["companding_dn"].values, captures["companding_linear_dn"].values):
+        held = np.isfinite(code) & np.isfinite(linear)
+        if held.sum() < 2 or np.any(np.diff(code[held]) <= 0) or np.any(np.diff(linear[held]) <= 0):
+            raise UnitError("a companding table does not rise from entry to entry; expected at least two rising pairs of "
+                            "companding_dn and companding_linear_dn")
 
 
 def chosen(captures, name: str):

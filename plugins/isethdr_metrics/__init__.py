@@ -3,10 +3,14 @@
 | module                | what                                                                      |
 |-----------------------|---------------------------------------------------------------------------|
 | `mean_luminance`      | ideal: mean luminance, in cd/m2                                           |
-| `dynamic_range`       | largest valid luminance over the one where SNR = 1                        |
+| `dynamic_range`       | largest valid luminance over the smallest seen, in three definitions      |
 | `snr_curve`           | SNR against luminance                                                     |
+| `contrast_detection`  | probability that a contrast of the scene is measured as such (IEEE 2020)  |
+| `normalized_flare`    | light where none should be, over the brightest source                     |
+| `slanted_edge`        | spatial frequency response (ISO 12233)                                    |
 | `ciede2000`           | colour difference                                                         |
 | `ssim`                | structural similarity of the two displayed pictures                       |
+| `ssim_pu21`           | structural similarity of the two luminances as an eye sees them           |
 | `log_luminance_error` | rms of the difference of log10 luminance                                  |
 | `line_profile`        | log luminance along one row                                               |
 | `object_contrast`     | Weber contrast of each object against its surround, and its SNR           |
@@ -17,13 +21,17 @@ from isethdr_core.component import Component
 from isethdr_core.hookspecs import hookimpl
 
 from .ciede2000 import Ciede2000
+from .contrast_detection import ContrastDetection
 from .dynamic_range import DynamicRange
 from .line_profile import LineProfile
 from .log_luminance_error import LogLuminanceError
 from .mean_luminance import MeanLuminance
+from .normalized_flare import NormalizedFlare
 from .object_contrast import ObjectContrast
+from .slanted_edge import SlantedEdgeResponse
 from .snr_curve import SnrCurve
 from .ssim import Ssim
+from .ssim_pu21 import SsimPu21
 
 
 @hookimpl
@@ -32,4 +40,6 @@ def isethdr_components():
     return [Component("metric", "ideal", MeanLuminance), Component("metric", "dynamic_range", DynamicRange),
             Component("metric", "snr_curve", SnrCurve), Component("metric", "ciede2000", Ciede2000),
             Component("metric", "ssim", Ssim), Component("metric", "log_luminance_error", LogLuminanceError),
-            Component("metric", "line_profile", LineProfile), Component("metric", "object_contrast", ObjectContrast)]
+            Component("metric", "line_profile", LineProfile), Component("metric", "object_contrast", ObjectContrast),
+            Component("metric", "contrast_detection", ContrastDetection), Component("metric", "normalized_flare", NormalizedFlare),
+            Component("metric", "slanted_edge", SlantedEdgeResponse), Component("metric", "ssim_pu21", SsimPu21)]

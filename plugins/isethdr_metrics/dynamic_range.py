@@ -1,4 +1,4 @@
-"""Dynamic range: from the luminance that just shows (SNR = 1) to the brightest one measured."""
+"""Dynamic range: from the luminance that just shows to the brightest one measured, in the definitions in use."""
 
 from __future__ import annotations
 
@@ -9,17 +9,23 @@ GROUPS = 20  # of dark pixels; two unknowns need a few, and each group enough pi
 
 @dataclass(frozen=True)
 class DynamicRange:
-    """Largest valid luminance over the luminance where SNR = 1, in dB, from the picture's reported variance."""
+    """Largest valid luminance over that where SNR = 1 (EMVA 1288), that of dark noise, and that where SNR = 10 dB, in dB."""
 
     darkest_share: float = 0.2  # share of the pixels, from the dark end, whose variance gives the noise in the dark
 
     def __call__(self, picture, truth, labels=None):
-        """Return the range in dB and its two ends in cd/m2.
+        """Return the range in dB by three definitions, and its ends in cd/m2.
+
+        | score                        | lower end                                                                |
+        |------------------------------|--------------------------------------------------------------------------|
+        | `dynamic_range`              | SNR = 1, the absolute sensitivity threshold of EMVA 1288 (release 4)      |
+        | `dynamic_range_dark_noise`   | rms noise without light, as data sheets do: flatters by the shot noise    |
+        | `dynamic_range_snr_10db`     | SNR = 10 dB, rms: about where something can be recognised                 |
 
         The variance of the darkest pixels is fitted by a + b Y (read noise and shot noise, a and b not negative), through the
         medians of groups of equal luminance, so that the few dark pixels that flare has reached do not stand for all of
-        them; SNR = 1 is where Y^2 = a + b Y. A scene without a pixel that is not valid does not reach the sensor's top:
-        the range is then a lower bound, and has no upper confidence limit.
+        them; SNR = s is where Y^2 = s^2 (a + b Y). A scene without a pixel that is not valid does not reach the sensor's
+        top: the range is then a lower bound, and has no upper confidence limit.
         """
         import numpy as np
         from scipy.optimize import nnls
@@ -43,11 +49,19 @@ class DynamicRange:
         scale, level = noise.max() or 1.0, light.mean() or 1.0
         (a, b), _ = nnls(np.stack([np.ones(len(groups)), light / level], 1), noise / scale)
         a, b = a * scale, b * scale / level
-        bottom = (b + np.sqrt(b * b + 4 * a)) / 2
         spread = np.ptp(true[dark]) / level
         if spread < 0.1:
             ledger.left_out("shot noise in the dark", "the darkest pixels are all alike, so a + b Y is one number", NAN, "dB")
-        value = float(20 * np.log10(top / bottom)) if bottom > 0 and top > 0 else NAN
         reached = not valid.all()
-        return [Score("dynamic_range", value, "dB", "", value, value if reached else NAN),
-                Score("dynamic_range_top", top, "cd m-2"), Score("dynamic_range_bottom", float(bottom), "cd m-2")]
+        ends = {"": (b + np.sqrt(b * b + 4 * a)) / 2, "_dark_noise": np.sqrt(a),
+                "_snr_10db": (10 * b + np.sqrt(100 * b * b + 40 * a)) / 2}
+        scores = [Score("dynamic_range_top", top, "cd m-2")]
+        for name, bottom in ends.items():
+            if not (bottom > 0 and top > 0):
+                ledger.left_out(f"dynamic_range{name}", "no light, or no noise without light", NAN, "dB")
+                if name:
+                    continue
+            value = float(20 * np.log10(top / bottom)) if bottom > 0 and top > 0 else NAN
+            scores += [Score(f"dynamic_range{name}", value, "dB", "", value, value if reached else NAN),
+                       Score(f"dynamic_range{name}_bottom", float(bottom), "cd m-2")]
+        return sorted(scores, key=lambda s: s.metric != "dynamic_range")  # the main one first

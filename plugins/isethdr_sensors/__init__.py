@@ -3,8 +3,18 @@
 | file                  | what                                                                            |
 |-----------------------|---------------------------------------------------------------------------------|
 | `ideal`               | the sensor without effects                                                      |
-| `bayer`, `rgbw`       | one capture, red, green, blue (and clear) filters                               |
-| `split_pixel`         | three captures of a large and a small photodiode                                |
+| `single`              | one capture under any filter array                                              |
+| `bayer`, `rgbw`       | `single` with red, green, blue (and clear) filters                              |
+| `interleaved`         | `single` with two exposures or sensitivities side by side                       |
+| `staggered`           | several exposures of one photodiode                                             |
+| `dual_gain`           | two readings of one charge                                                      |
+| `split_pixel`         | three or four captures of a large and a small photodiode                        |
+| `lofic`               | a photodiode that spills into a capacitor, read without and with it             |
+| `lin_log`             | one capture, linear to a knee and logarithmic beyond                            |
+| `lin_log_response`    | the table that reads it back                                                    |
+| `soft_knee`           | the fields of a photodiode that overflows exponentially                         |
+| `soft_knee_shot`      | one shot of these pixels                                                        |
+| `imaging_sensor`      | the fields that these share                                                     |
 | `sensor_model`        | what a sensor is made of: photodiodes and readings                              |
 | `shot`                | one shot in the order in which it happens                                       |
 | `quantum_efficiency`  | electrons per photon; bands that do not matter                                  |
@@ -12,12 +22,17 @@
 | `colour_filter_array` | filter patterns                                                                 |
 | `pixel_grid`          | where the pixels lie in the camera's field                                      |
 | `area_integration`    | light over the photodiode's area                                                |
+| `crosstalk`           | light and electrons that a neighbour collects                                   |
+| `interleave`          | dark charge of pixels that expose for a shorter time                            |
 | `dark_current`        | thermal electrons                                                               |
 | `shot_noise`          | Poisson counts of charge                                                        |
 | `full_well`           | the largest charge                                                              |
-| `fixed_pattern`       | PRNU, dark spread, DSNU and columns of a device                                 |
-| `read_noise`          | normal noise of a reading                                                       |
-| `converter`           | conversion gain, analog gain, black level, bits                                 |
+| `blooming`            | charge beyond the well, along the column                                        |
+| `fixed_pattern`       | PRNU, dark spread, hot pixels, DSNU, columns and rows of a device               |
+| `read_noise`          | normal noise of a reading, and its noisier pixels                               |
+| `row_noise`           | noise that the pixels of a row share                                            |
+| `converter`           | conversion gain, analog gain, black level, bits, non-linearity                  |
+| `companding`          | piecewise linear squeeze of codes, and the table that undoes it                 |
 | `captures`            | the Dataset that leaves the sensor                                              |
 | `isetcam_parity`      | ISETCam's rules, for comparison                                                 |
 """
@@ -26,9 +41,15 @@ from isethdr_core.component import Component
 from isethdr_core.hookspecs import hookimpl
 
 from .bayer import BayerSensor
+from .dual_gain import DualGainSensor
 from .ideal import IdealSensor
+from .interleaved import InterleavedSensor
+from .lin_log import LinLogSensor
+from .lofic import LoficSensor
 from .rgbw import RgbwSensor
+from .single import SingleSensor
 from .split_pixel import SplitPixelSensor
+from .staggered import StaggeredSensor
 
 
 @hookimpl
@@ -38,6 +59,12 @@ def isethdr_components():
         Component("sensor", "bayer", BayerSensor),
         Component("sensor", "rgbw", RgbwSensor),
         Component("sensor", "split_pixel", SplitPixelSensor),
+        Component("sensor", "single", SingleSensor),
+        Component("sensor", "dual_gain", DualGainSensor),
+        Component("sensor", "staggered", StaggeredSensor),
+        Component("sensor", "interleaved", InterleavedSensor),
+        Component("sensor", "lofic", LoficSensor),
+        Component("sensor", "lin_log", LinLogSensor),
     ]
 
 

@@ -6,8 +6,9 @@ Bands are projected onto the filters first, so that 31 planes of light become th
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse import csr_array
 
-from isethdr_core.physics.area import resample_mean
+from isethdr_core.physics.area import integrate_tiles
 from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
 
 from .pixel_grid import PixelGrid
@@ -24,14 +25,14 @@ def electrons_per_m2_s(irradiance, wavelength_nm, qe) -> np.ndarray:
     wavelength_nm : band centres.
     qe : (channel, wavelength), electrons per photon.
     """
-    weights = qe * band_widths_nm(wavelength_nm) / photon_energy_j(wavelength_nm)
-    out = np.zeros((len(weights), *irradiance.shape[1:]))
-    rows = max(1, 60_000 // irradiance.shape[2])
-    for y in range(0, irradiance.shape[1], rows):  # band by band in a fixed order: matrix products round by block shape
-        for band, plane in enumerate(irradiance[:, y:y + rows]):
-            plane = np.asarray(plane, np.float64)
-            for channel, weight in enumerate(weights[:, band]):
-                out[channel, y:y + rows] += weight * plane
+    # sparse products add band by band in a fixed order; dense ones round by block shape and number of threads
+    weights = csr_array(qe * band_widths_nm(wavelength_nm) / photon_energy_j(wavelength_nm))
+    bands, height, width = irradiance.shape
+    out = np.empty((weights.shape[0], height, width))
+    rows = max(1, 16_000 // width)  # so many stay in the second-level cache
+    for y in range(0, height, rows):
+        part = irradiance[:, y:y + rows]
+        out[:, y:y + rows] = (weights @ part.reshape(bands, -1).astype(np.float64)).reshape(-1, *part.shape[1:])
     return out
 
 
@@ -41,12 +42,24 @@ def electrons_per_s(channel_planes, x_m, y_m, grid: PixelGrid, filters, fill_fac
     Parameters
     ----------
     channel_planes : (channel, y, x) electrons m-2 s-1, constant over tiles centred at `x_m`, `y_m`.
-    filters : (y, x) index of each pixel's channel.
+    filters : (y, x) index of each pixel's channel, periodic.
     fill_factor : the photodiode is a centred square of this share of the pixel's area.
     """
     side = grid.pitch_m * np.sqrt(fill_factor)
     out = np.empty(filters.shape)
-    for channel, plane in enumerate(channel_planes):
-        mask = filters == channel
-        out[mask] = resample_mean(plane, x_m, y_m, grid.x_m, grid.y_m, side, side)[mask]
-    return np.maximum(out, 0.0) * side**2  # sums of differences may round just below 0
+    for columns, rows, channel in lattices(filters):
+        out[rows, columns] = integrate_tiles(channel_planes[channel], x_m, y_m, grid.x_m[columns], grid.y_m[rows], side, side)
+    return np.maximum(out, 0.0, out=out)  # sums of differences may round just below 0
+
+
+def lattices(filters):
+    """Yield (columns, rows, channel): slices that hold one channel each and together every pixel once."""
+    row_period, column_period = (_period(f) for f in (filters, filters.T))
+    for y in range(row_period):
+        for x in range(column_period):
+            yield slice(x, None, column_period), slice(y, None, row_period), filters[y, x]
+
+
+def _period(filters) -> int:
+    """Return the smallest shift along the first axis that leaves the pattern as it is; all of it where there is none."""
+    return next((p for p in range(1, len(filters)) if np.array_equal(filters[p:], filters[:-p])), len(filters))

@@ -7,7 +7,7 @@ import xarray as xr
 
 from isethdr_core.quantities import names
 
-from . import converter
+from . import companding, converter
 from .colour_filter_array import channels
 from .dark_current import dark_electrons
 
@@ -24,7 +24,7 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
     qe : (channel, wavelength) electrons per photon, the same for all captures.
     """
     readings, diodes = model.readings, [model.diode_of(r) for r in model.readings]
-    dark = [dark_electrons(d.dark_e_per_s, model.exposure_s, model.temperature_c) for d in diodes]
+    dark = [dark_electrons(d.dark_e_per_s, model.exposure_of(d), model.temperature_c) for d in diodes]
 
     def each(values, units, dtype=float):
         return "capture", np.array(list(values), dtype), {"units": units}
@@ -33,7 +33,7 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
         "raw": (("capture", "y", "x"), raw, {"units": "DN"}),
         "saturated": (("capture", "y", "x"), saturated),
         "filter": (("y", "x"), filters),
-        "exposure_s": each((model.exposure_s for _ in readings), "s"),
+        "exposure_s": each((model.exposure_of(d) for d in diodes), "s"),
         "gain_dn_per_e": each((r.gain_dn_per_e for r in readings), "DN/e"),
         "black_dn": each((r.black_dn for r in readings), "DN"),
         "top_dn": each((converter.top_dn(r, d) for r, d in zip(readings, diodes, strict=True)), "DN"),
@@ -45,6 +45,9 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
         "quantum_efficiency": (("capture", "channel", "wavelength"), np.repeat(qe[None], len(readings), 0), {"units": "e/photon"}),
     }, coords={**_grid(model, grid), "channel": names(channels(model.cfa)), "wavelength": light.wavelength.values.astype(float)},
         attrs={"pitch_um": model.pitch_um, "cfa": model.cfa, **{k: light.attrs[k] for k in FROM_LIGHT if k in light.attrs}})
+    if any(r.companding for r in readings):
+        for name, values in zip(("companding_linear_dn", "companding_dn"), _tables(readings), strict=True):
+            out[name] = ("capture", "entry"), values, {"units": "DN"}
     out.wavelength.attrs["units"] = "nm"
     for axis in ("x", "y"):
         out[axis].attrs["units"] = "m"
@@ -54,6 +57,13 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
 def electrons(model, grid, values) -> xr.DataArray:
     """Return (capture, y, x) electrons on the pixel grid."""
     return xr.DataArray(values, dims=("capture", "y", "x"), coords=_grid(model, grid), attrs={"units": "e"})
+
+
+def _tables(readings):
+    """Return linear and companded DN (capture, entry) of all readings; short tables end in NaN."""
+    knees = [companding.table(r.companding or ((converter.top_code(r),) * 2,), converter.top_code(r)) for r in readings]
+    longest = max(len(linear) for linear, _ in knees)
+    return np.moveaxis([[np.pad(values, (0, longest - len(values)), constant_values=np.nan) for values in pair] for pair in knees], 1, 0)
 
 
 def _grid(model, grid):

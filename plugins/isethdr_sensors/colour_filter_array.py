@@ -1,4 +1,15 @@
-"""Colour filter array: a small text pattern, repeated from the upper left pixel of the sensor."""
+"""Colour filter array: a small text pattern, repeated from the upper left pixel of the sensor.
+
+| array            | pattern                          |
+|------------------|----------------------------------|
+| Bayer, 4 orders  | RGGB, BGGR, GRBG, GBRG           |
+| clear, 2 x 2     | RG/WB (RGBW), RCCB, RCCC, RYYC   |
+| RGBW, 4 x 4      | WGWR/GWRW/WBWG/BWGW              |
+| quad Bayer       | RRGG/RRGG/GGBB/GGBB              |
+| monochrome       | W                                |
+
+Lower case letters stand for less sensitive pixels under the same filter (`interleaved`).
+"""
 
 from __future__ import annotations
 
@@ -8,7 +19,7 @@ import numpy as np
 
 from isethdr_core.errors import ConfigError
 
-ORDER = "RGBWC"  # channels come in this order, other letters after them
+ORDER = "RGBWCYM"  # channels come in this order, other letters after them
 
 
 def cell(pattern: str) -> tuple[str, ...]:
@@ -24,7 +35,7 @@ def cell(pattern: str) -> tuple[str, ...]:
 
 
 def channels(pattern: str) -> tuple[str, ...]:
-    """Return the filters of a pattern, each once, in the order R, G, B, W, C, others."""
+    """Return the filters of a pattern, each once, in the order R, G, B, W, C, Y, M, others."""
     letters = sorted(set("".join(cell(pattern))))
     return tuple(sorted(letters, key=lambda c: (ORDER.find(c) % (len(ORDER) + 1), c)))
 

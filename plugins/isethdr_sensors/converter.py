@@ -9,6 +9,7 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 
+from . import companding
 from .sensor_model import Photodiode, Reading
 
 
@@ -58,17 +59,53 @@ def quantisation_e(reading: Reading) -> float:
 
 def raw_dtype(readings):
     """Return the type that holds every reading's codes: uint16, uint32, or float32 when a converter is off."""
-    bits = [reading.bits for reading in readings]
-    return np.float32 if 0 in bits else np.uint16 if max(bits) <= 16 else np.uint32
+    if any(reading.bits == 0 for reading in readings):
+        return np.float32
+    tops = [reading.companding[-1][1] if reading.companding else top_code(reading) for reading in readings]
+    return np.uint16 if max(tops) < 2**16 else np.uint32
 
 
 def digitise(electrons, reading: Reading) -> np.ndarray:
-    """Return DN, float64 and whole numbers when the converter is on, within 0 and the top code."""
+    """Return linear DN, float64 and whole numbers when the converter is on, within 0 and the top code."""
     dn = reading.black_dn + reading.gain_dn_per_e * electrons
+    if reading.inl_dn:
+        dn = dn + integral_nonlinearity_dn(dn, reading)
     if not reading.bits:
         return np.minimum(dn, top_code(reading))  # below black: kept, noise may be negative
     dn += 0.5
     return np.clip(np.floor(dn, out=dn), 0.0, top_code(reading), out=dn)
+
+
+def integral_nonlinearity_dn(dn, reading: Reading):
+    """Return how far the converter lies above a straight line, DN: one period of a sine from black to the top code.
+
+    Both ends stay, so gain and black level do; the shape is an assumption, its size is `inl_dn`.
+    """
+    phase = (dn - reading.black_dn) / (top_code(reading) - reading.black_dn)
+    return reading.inl_dn * np.sin(2 * np.pi * np.clip(phase, 0.0, 1.0))
+
+
+def check_reading(reading: Reading) -> None:
+    """Refuse a converter whose codes do not increase with the charge."""
+    if reading.inl_dn:
+        largest = (top_code(reading) - reading.black_dn) / (2 * np.pi)
+        if not abs(reading.inl_dn) < largest:
+            raise ConfigError(f"sensor.inl_dn is {reading.inl_dn!r}; expected less than {largest:.4g} DN, so that codes still increase")
+    if reading.companding:
+        if not reading.bits:
+            raise ConfigError("sensor.companding squeezes codes, and sensor.bits=0 makes none; type sensor.bits=12")
+        companding.table(reading.companding, top_code(reading))
+
+
+def state_nonlinearity(reading: Reading) -> None:
+    """State the non-linearity in the ledger: no processor knows it."""
+    if reading.inl_dn:
+        ledger.error(abs(reading.inl_dn) / reading.gain_dn_per_e, "electrons", "bound", f"integral non-linearity of {reading.capture}")
+
+
+def companded(linear_dn, reading: Reading):
+    """Return the codes that leave the sensor."""
+    return companding.compand(linear_dn, reading.companding, top_code(reading)) if reading.companding else linear_dn
 
 
 def check_black_level(reading: Reading) -> None:

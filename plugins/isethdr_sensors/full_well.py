@@ -1,4 +1,4 @@
-"""Full well: a photodiode holds no more charge than this; what comes later is lost (no blooming into neighbours)."""
+"""Full well: a photodiode holds no more charge than this; what comes later is drained, or runs along the column (`blooming`)."""
 
 from __future__ import annotations
 

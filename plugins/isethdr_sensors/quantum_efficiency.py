@@ -14,6 +14,8 @@ from .colour_filter_array import channels
 from .sensor_model import SensorModel
 
 NEGLIGIBLE = 1e-6  # of the largest quantum efficiency: bands below it at both ends need not be rendered
+BLIND = 0.02       # of a curve's peak: a table may end here
+BEYOND_NM = 10.0   # so far light may reach beyond a table's end: the sub-bands of a last band do
 
 
 def quantum_efficiency(model: SensorModel, wavelength_nm) -> np.ndarray:
@@ -55,12 +57,26 @@ def narrow(model: SensorModel, demand):
 
 
 def _curve(model, letter, w):
+    if letter.islower() and model.lower_case_share != 1.0:
+        return model.lower_case_share * _curve(model, letter.upper(), w)
+    letter = letter.upper()
     if model.qe_csv:
         table = spectral_curves.read_csv(model.qe_csv)
         if letter not in table:
             known = [name for name in table if name != "wavelength_nm"]
             raise ConfigError(f"sensor.qe_csv={model.qe_csv!r} has no column for filter {letter!r}{did_you_mean(letter, known)}")
+        seen = table[letter] * (spectral_curves.infrared_cut(table["wavelength_nm"]) if model.infrared_cut else 1.0)
+        _check_cover(model.qe_csv, letter, table["wavelength_nm"], seen, w)
         return np.interp(w, table["wavelength_nm"], table[letter], left=0.0, right=0.0)
     if model.curves == "unit":
         return np.ones_like(w)
     return model.peak_qe * spectral_curves.filter_curve(letter, w)
+
+
+def _check_cover(path, letter, table_nm, values, w):
+    """Refuse a table that ends while the filter still sees and the light goes on."""
+    for end, beyond in ((0, w.min() < table_nm[0] - BEYOND_NM), (-1, w.max() > table_nm[-1] + BEYOND_NM)):
+        if beyond and values[end] > BLIND * values.max():
+            raise ConfigError(f"sensor.qe_csv={path!r}: filter {letter} still has {values[end]:.3g} electrons per photon at "
+                              f"{table_nm[end]:g} nm, where the table ends; the light covers {w.min():g}..{w.max():g} nm; "
+                              "add rows, the last one 0 where it is blind")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .bayer import BayerSensor
+from .single import SingleSensor
 
 
 @dataclass(frozen=True)
-class RgbwSensor(BayerSensor):
+class RgbwSensor(SingleSensor):
     """Take one capture with red, green, blue and clear filters (AR0132AT figures)."""
 
     cfa: str = "RG/WB"              # rows parted by /

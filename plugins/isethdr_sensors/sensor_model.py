@@ -10,6 +10,11 @@ from math import inf
 
 from isethdr_core.errors import ConfigError
 
+from .colour_filter_array import channels
+from .spectral_curves import check_letters
+
+LONGEST_S = 3600.0
+
 
 @dataclass(frozen=True)
 class Photodiode:
@@ -21,6 +26,11 @@ class Photodiode:
     dark_e_per_s: float = 0.0       # mean at the reference temperature
     dark_spread: float = 0.0        # rms over pixels / mean, persistent
     prnu: float = 0.0               # rms over pixels / mean, persistent
+    exposure_share: float = 1.0     # exposure / the model's exposure_s
+    silicon: str = ""               # key of the persistent maps; "": the name. Exposures of one photodiode share it
+    blooming_percent: float = 0.0   # of the charge beyond the well that runs along the column
+    hot_percent: float = 0.0        # of the pixels, persistent
+    hot_dark_e_per_s: float = 0.0   # mean over the hot pixels of what they add at the reference temperature
 
 
 @dataclass(frozen=True)
@@ -36,6 +46,11 @@ class Reading:
     black_dn: float = 0.0
     bits: int = 0                   # 0: converter off, raw is float32
     swing_e: float = inf            # charge at which the amplifier or the converter ends
+    row_e: float = 0.0              # rms over rows of the offset, persistent
+    row_noise_e: float = 0.0        # rms over rows of the offset, new in every reading
+    read_tail_percent: float = 0.0  # of the pixels with a wider read noise, persistent
+    inl_dn: float = 0.0             # largest distance of the converter from a straight line
+    companding: tuple[tuple[float, float], ...] = ()   # knees (linear DN, companded DN); none: linear
 
 
 @dataclass(frozen=True)
@@ -55,25 +70,44 @@ class SensorModel:
     qe_csv: str = ""
     temperature_c: float = 60.0
     noise: bool = True
+    optical_crosstalk_percent: float = 0.0      # of a pixel's light that its neighbours collect
+    electrical_crosstalk_percent: float = 0.0   # of a pixel's electrons that its neighbours collect
+    lower_case_share: float = 1.0               # sensitivity of pixels written in lower case in `cfa`
+    lower_case_dark: float = 1.0                # dark charge of these pixels / that of the others
 
     def __post_init__(self):
         for name in ("exposure_s", "pitch_um", "peak_qe"):
             _expect(getattr(self, name), name, lambda v: 0 < v < inf, "a finite number above 0")
+        _expect(self.exposure_s, "exposure_s", lambda v: v <= LONGEST_S, "at most 3600 s: dark charge alone fills a longer exposure")
         for name in ("rows", "columns"):
             _expect(getattr(self, name), name, lambda v: v >= 0 and v == int(v), "a whole number; 0 fills the camera's field")
         _expect(self.temperature_c, "temperature_c", lambda v: -100 <= v <= 200, "degrees Celsius within -100..200")
+        for name in ("optical_crosstalk_percent", "electrical_crosstalk_percent"):
+            _expect(getattr(self, name), name, lambda v: 0 <= v <= 80, "percent within 0..80")
+        _expect(self.lower_case_share, "lower_case_percent", lambda v: 0 < v <= 1, "percent above 0, at most 100")
+        if not self.qe_csv and self.curves != "unit":
+            check_letters(channels(self.cfa))
         for diode in self.photodiodes:
             _expect(diode.fill_factor, "fill_factor", lambda v: 0 < v <= 1, "a share of the pixel's area above 0, at most 1")
             _expect(diode.full_well_e, "full_well_e", lambda v: v > 0, "electrons, above 0")
-            for name in ("dark_e_per_s", "dark_spread", "prnu"):
+            _expect(diode.exposure_share, "exposure_ratios", lambda v: 0 < v <= 1, "shares of exposure_s above 0, at most 1")
+            for name in ("blooming_percent", "hot_percent"):
+                _expect(getattr(diode, name), name, lambda v: 0 <= v <= 100, "percent within 0..100")
+            for name in ("dark_e_per_s", "dark_spread", "prnu", "hot_dark_e_per_s"):
                 _expect(getattr(diode, name), name, lambda v: 0 <= v < inf, "a finite number, 0 or above")
         for reading in self.readings:
-            for name in ("read_noise_e", "dsnu_e", "column_e"):
+            _expect(reading.read_tail_percent, "read_tail_percent", lambda v: 0 <= v <= 100, "percent within 0..100")
+            _expect(reading.inl_dn, "inl_dn", lambda v: -inf < v < inf, "a finite number of DN")
+            for name in ("read_noise_e", "dsnu_e", "column_e", "row_e", "row_noise_e"):
                 _expect(getattr(reading, name), name, lambda v: 0 <= v < inf, "electrons, 0 or above")
 
     def diode_of(self, reading: Reading) -> Photodiode:
         """Return the photodiode whose charge `reading` reads."""
         return self.photodiodes[reading.diode]
+
+    def exposure_of(self, diode: Photodiode) -> float:
+        """Return the exposure of `diode`, seconds."""
+        return self.exposure_s * diode.exposure_share
 
 
 def _expect(value, name, allowed, expected):

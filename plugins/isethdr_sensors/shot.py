@@ -1,13 +1,25 @@
-"""One shot, in the order in which it happens: light, photodiode, shot noise, full well, readings, converter."""
+"""One shot, in the order in which it happens: light, crosstalk, shot noise, full well, readings, converter."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from isethdr_core import ledger, quantities
-from isethdr_core.physics.noise import rows_per_block
+from isethdr_core.physics.noise import LARGEST_MEAN_E, rows_per_block
 
-from . import area_integration, captures, converter, fixed_pattern, full_well, read_noise, shot_noise
+from . import (
+    area_integration,
+    blooming,
+    captures,
+    converter,
+    crosstalk,
+    fixed_pattern,
+    full_well,
+    interleave,
+    read_noise,
+    row_noise,
+    shot_noise,
+)
 from .colour_filter_array import filter_map
 from .dark_current import dark_electrons
 from .pixel_grid import check_tiles, pixel_grid
@@ -29,8 +41,10 @@ def take_shot(model: SensorModel, light, generator):
     if len(light.wavelength) > 1:
         ledger.error(band_centre_error(model, light.wavelength.values), "relative", "measured",
                      "quantum efficiency taken at band centres, flat spectrum")
-    for reading in model.readings if model.noise else ():
-        converter.check_black_level(reading)
+    for reading in model.readings:
+        converter.state_nonlinearity(reading)
+        if model.noise:
+            converter.check_black_level(reading)
     raw, saturated = readings(model, light_e, generator)
     return captures.captures(model, light, grid, raw, saturated, filters, qe)
 
@@ -53,9 +67,11 @@ def _light_electrons(model, light):
     wavelength, x, y = (light[name].values for name in ("wavelength", "x", "y"))
     qe = quantum_efficiency(model, wavelength)
     planes = area_integration.electrons_per_m2_s(light.values, wavelength, qe)
-    per_fill = {fill: model.exposure_s * area_integration.electrons_per_s(planes, x, y, grid, filters, fill)
+    per_fill = {fill: model.exposure_s * crosstalk.spread(area_integration.electrons_per_s(planes, x, y, grid, filters, fill), model)
                 for fill in {diode.fill_factor for diode in model.photodiodes}}
-    return grid, filters, qe, [per_fill[diode.fill_factor] for diode in model.photodiodes]
+    light_e = [per_fill[diode.fill_factor] if diode.exposure_share == 1 else per_fill[diode.fill_factor] * diode.exposure_share
+               for diode in model.photodiodes]
+    return grid, filters, crosstalk.mixed_efficiency(qe, model), light_e
 
 
 def readings(model: SensorModel, light_e, generator, block_rows: int | None = None):
@@ -74,49 +90,73 @@ def readings(model: SensorModel, light_e, generator, block_rows: int | None = No
     height, width = light_e[0].shape
     raw = np.empty((len(model.readings), height, width), converter.raw_dtype(model.readings))
     saturated = np.empty(raw.shape, bool)
-    prnu, dark, offsets = _device_maps(model, generator, height, width)
+    prnu, dark, offsets, widths = _device_maps(model, generator, height, width)
     step = block_rows or rows_per_block(width)
-    for y in range(0, height, step):
-        rows = slice(y, min(y + step, height))
-        charge = [_charge(model, diode, light_e[k][rows] * _part(prnu[k], rows) + _part(dark[k], rows), generator, y)
-                  for k, diode in enumerate(model.photodiodes)]
+    blocks = [slice(y, min(y + step, height)) for y in range(0, height, step)]
+
+    def charge(k, rows):
+        mean_e = light_e[k][rows] * _part(prnu[k], rows) + _part(dark[k], rows)
+        return _charge(model, model.photodiodes[k], mean_e, generator, rows.start)
+
+    bloomed = {k: blooming.bloom(np.concatenate([charge(k, rows) for rows in blocks]), diode.full_well_e, diode.blooming_percent)
+               for k, diode in enumerate(model.photodiodes) if diode.blooming_percent}  # columns reach across blocks
+    for rows in blocks:
+        charges = [bloomed[k][rows] if k in bloomed else charge(k, rows) for k in range(len(model.photodiodes))]
         for k, reading in enumerate(model.readings):
-            electrons = charge[reading.diode]
+            electrons = charges[reading.diode]
+            full = electrons >= model.diode_of(reading).full_well_e
             if model.noise:
+                electrons = _read(reading, electrons + _part(offsets[k], rows), _part(widths[k], rows), generator, rows.start)
+            elif np.ndim(offsets[k]):
                 electrons = electrons + _part(offsets[k], rows)
-                if reading.read_noise_e:
-                    electrons = electrons + read_noise.read_noise(
-                        reading.read_noise_e, generator.stream(reading.capture, "read"), y, *electrons.shape)
             dn = converter.digitise(electrons, reading)
-            raw[k, rows] = dn
-            saturated[k, rows] = (charge[reading.diode] >= model.diode_of(reading).full_well_e) | (dn >= converter.top_code(reading))
+            saturated[k, rows] = full | (dn >= converter.top_code(reading))
+            raw[k, rows] = converter.companded(dn, reading)
     return raw, saturated
 
 
 def dark_charge_e(model: SensorModel, diode: Photodiode) -> float:
     """Return the mean dark charge of the exposure in `diode`, electrons."""
-    return dark_electrons(diode.dark_e_per_s, model.exposure_s, model.temperature_c)
+    return dark_electrons(diode.dark_e_per_s, model.exposure_of(diode), model.temperature_c)
 
 
 def _charge(model, diode, mean_e, generator, first_row):
     if model.noise:
-        mean_e = full_well.limit_mean(mean_e, diode.full_well_e)
-        return full_well.limit_charge(shot_noise.collect(mean_e, generator.stream(diode.name, "shot"), first_row), diode.full_well_e)
-    return full_well.limit_charge(mean_e, diode.full_well_e)
+        mean_e = np.minimum(mean_e, LARGEST_MEAN_E) if diode.blooming_percent else full_well.limit_mean(mean_e, diode.full_well_e)
+        mean_e = shot_noise.collect(mean_e, generator.stream(diode.name, "shot"), first_row)
+    return mean_e if diode.blooming_percent else full_well.limit_charge(mean_e, diode.full_well_e)
+
+
+def _read(reading, electrons, width_e, generator, first_row):
+    if np.ndim(width_e) or width_e:
+        electrons = electrons + read_noise.read_noise(width_e, generator.stream(reading.capture, "read"), first_row, *electrons.shape)
+    if reading.row_noise_e:
+        electrons = electrons + row_noise.row_noise(reading.row_noise_e, generator.stream(reading.capture, "row"), first_row, len(electrons))
+    return electrons
 
 
 def _device_maps(model, generator, height, width):
-    """Return per photodiode the PRNU factor and the dark electrons, per reading the offset: maps, rows or numbers."""
+    """Return per photodiode the PRNU factor and the dark electrons, per reading offset and read noise: maps, rows or numbers."""
+    size = height, width
     dark = [dark_charge_e(model, diode) for diode in model.photodiodes]
+    less = interleave.dark_map(model, *size)
+    clamp = [dark[reading.diode] * (1 - less) for reading in model.readings]
     if not model.noise:
-        return [1.0] * len(dark), dark, [0.0] * len(model.readings)
-    key, size = generator.device_stream, (height, width)
-    prnu = [fixed_pattern.factor(d.prnu, key(d.name, "prnu"), *size) for d in model.photodiodes]
-    dark = [mean * fixed_pattern.factor(d.dark_spread, key(d.name, "dark"), *size) if mean else 0.0
-            for mean, d in zip(dark, model.photodiodes, strict=True)]
-    offsets = [fixed_pattern.offset_e(r.dsnu_e, r.column_e, key(r.capture, "dsnu"), key(r.capture, "column"), *size)
-               for r in model.readings]
-    return prnu, dark, offsets
+        return [1.0] * len(dark), [mean * less for mean in dark], clamp, [0.0] * len(clamp)
+    key = generator.device_stream
+    silicon = [diode.silicon or diode.name for diode in model.photodiodes]
+    prnu = [fixed_pattern.factor(d.prnu, key(name, "prnu"), *size) for d, name in zip(model.photodiodes, silicon, strict=True)]
+    dark = [mean * fixed_pattern.factor(d.dark_spread, key(name, "dark"), *size) * less if mean else 0.0
+            for mean, d, name in zip(dark, model.photodiodes, silicon, strict=True)]
+    for k, d in enumerate(model.photodiodes):
+        if d.hot_percent and d.hot_dark_e_per_s:
+            extra = dark_electrons(d.hot_dark_e_per_s, model.exposure_of(d), model.temperature_c)
+            dark[k] = dark[k] + extra * less * fixed_pattern.hot_dark(d.hot_percent / 100, key(silicon[k], "hot"), *size)
+    offsets = [level + fixed_pattern.offset_e(r.dsnu_e, r.column_e, key(r.capture, "dsnu"), key(r.capture, "column"), *size,
+                                              r.row_e, key(r.capture, "rows")) for level, r in zip(clamp, model.readings, strict=True)]
+    widths = [read_noise.widths_e(r.read_noise_e, r.read_tail_percent, key(r.capture, "tail"), *size) if r.read_tail_percent
+              else r.read_noise_e for r in model.readings]
+    return prnu, dark, offsets, widths
 
 
 def _part(values, rows):

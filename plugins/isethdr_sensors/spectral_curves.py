@@ -26,12 +26,29 @@ AR0132AT = {
 }
 
 
+# Filters that the data sheet does not show, as edges on the clear curve (assumption): C is clear like W, yellow passes above
+# 500 nm and magenta all but a band about 540 nm. Edges of common dyes are about 30 nm wide (10 to 90 %).
+LETTERS = (*AR0132AT, "C", "Y", "M")
+
+
+def check_letters(letters) -> None:
+    """Refuse letters that have no curve; a lower case letter is the same filter on a less sensitive pixel."""
+    for letter in letters:
+        if letter.upper() not in LETTERS:
+            raise ConfigError(f"no spectral curve for filter {letter!r} of sensor.cfa{did_you_mean(letter, LETTERS)}; "
+                              "give your own with sensor.qe_csv=<file>")
+
+
 def filter_curve(letter: str, wavelength_nm) -> np.ndarray:
-    """Return the relative quantum efficiency of filter R, G, B or W; outside 380-780 nm the value at the end."""
-    if letter not in AR0132AT:
-        raise ConfigError(f"no spectral curve for filter {letter!r}{did_you_mean(letter, AR0132AT)}; "
-                          "give your own with sensor.qe_csv=<file>")
+    """Return the relative quantum efficiency of a filter; outside 380-780 nm the value at the end."""
+    check_letters(letter)
     w = np.clip(np.asarray(wavelength_nm, float), *FITTED_NM)
+    if letter == "C":
+        return filter_curve("W", w)
+    if letter == "Y":
+        return filter_curve("W", w) / (1.0 + np.exp((500.0 - w) / 7.0))
+    if letter == "M":
+        return filter_curve("W", w) * (1.0 - 0.9 * np.exp(-0.5 * ((w - 540.0) / 35.0) ** 2))
     return sum(a * np.exp(-0.5 * ((w - centre) / np.where(w < centre, below, above)) ** 2)
                for a, centre, below, above in AR0132AT[letter])
 

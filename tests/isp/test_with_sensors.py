@@ -51,3 +51,22 @@ def test_beyond_the_small_photodiode_is_not_valid():
     sensor = hdr.build("sensor", "split_pixel", pitch_um=3.0)
     picture = hdr.build("isp", "merge")(sensor(irradiance(1e8), hdr.generator()))
     assert not picture.valid.values.any() and np.isfinite(picture.xyz.values).all()
+
+
+@pytest.mark.parametrize("level", [1.0, 300.0])
+def test_companded_sensor_comes_back_in_level_and_variance(level):
+    """16 bit squeezed into 12: codes of 14 and 48 linear DN above the first knee."""
+    knees = ((2048, 2048), (16384, 3072), (65535, 4095))
+    sensor = hdr.build("sensor", "bayer", pitch_um=3.0, prnu=0.0, dark_spread=0.0, column_e=0.0, bits=16, companding=knees)
+    shot = sensor(irradiance(level, (100, 100)), hdr.generator(seed=3))
+    assert shot.raw.values.max() < 4096
+    picture = hdr.build("isp", "linear")(shot)
+    y, variance = picture.xyz.values[2:-2, 2:-2, 1], picture.variance.values[2:-2, 2:-2, 1]
+    assert abs(y.mean() - level) < 4 * 2.7 * y.std() / np.sqrt(y.size) + 1e-3 * level   # as for the split pixel above
+    assert variance.mean() == pytest.approx(y.var(), rel=0.1)
+
+
+def test_merge_of_the_split_pixel_says_where_each_pixel_comes_from():
+    sensor = hdr.build("sensor", "split_pixel", pitch_um=3.0, cfa="W")
+    captures = {level: hdr.build("isp", "merge")(sensor(irradiance(level), hdr.generator(seed=1))) for level in (1.0, 3e4)}
+    assert (captures[1.0]["source"].values == 1).all() and (captures[3e4]["source"].values == 2).all()   # LPHG, SPLG

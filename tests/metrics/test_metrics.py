@@ -9,7 +9,9 @@ from isethdr_metrics.dynamic_range import DynamicRange
 from isethdr_metrics.line_profile import LineProfile
 from isethdr_metrics.log_luminance_error import LogLuminanceError
 from isethdr_metrics.mean_luminance import MeanLuminance
+from isethdr_metrics.normalized_flare import NormalizedFlare
 from isethdr_metrics.object_contrast import ObjectContrast
+from isethdr_metrics.slanted_edge import SlantedEdgeResponse
 from isethdr_metrics.snr_curve import SnrCurve
 from isethdr_metrics.ssim import Ssim
 
@@ -224,7 +226,7 @@ def test_every_metric_takes_any_picture_with_truth_and_refuses_others(cls):
 @pytest.mark.parametrize("cls", ALL)
 def test_metrics_ask_for_the_labels_they_read_and_no_more(cls):
     narrowed = cls().narrow(Demand()) if hasattr(cls, "narrow") else Demand()
-    assert narrowed.labels == (frozenset() if cls in (SnrCurve, DynamicRange, LineProfile) else {"instance"})
+    assert narrowed.labels == (frozenset() if cls in (SnrCurve, DynamicRange, LineProfile, NormalizedFlare, SlantedEdgeResponse) else {"instance"})
 
 
 def test_two_objects_of_one_name_stay_apart():

@@ -5,6 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from isethdr_sensors import BayerSensor, IdealSensor, RgbwSensor
+from isethdr_sensors.colour_filter_array import cell, channels, filter_map
+from isethdr_sensors.quantum_efficiency import band_centre_error, quantum_efficiency
+from isethdr_sensors.spectral_curves import filter_curve, infrared_cut
 from numpy.testing import assert_allclose, assert_array_equal
 
 from isethdr_core.demand import Demand
@@ -12,10 +16,6 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import Ledger, stage
 from isethdr_core.physics.photometry import luminance
 from isethdr_core.physics.radiometry import photons_from_energy, planck_radiance
-from isethdr_sensors import BayerSensor, IdealSensor, RgbwSensor
-from isethdr_sensors.colour_filter_array import cell, channels, filter_map
-from isethdr_sensors.quantum_efficiency import band_centre_error, quantum_efficiency
-from isethdr_sensors.spectral_curves import filter_curve, infrared_cut
 
 
 @pytest.mark.parametrize("pattern, rows", [("RGGB", ("RG", "GB")), ("RG/WB", ("RG", "WB")), ("W", ("W",)), ("RGB", None),
@@ -72,7 +72,7 @@ def test_responsivity_of_the_data_sheet():
 
 def test_curves_are_physical_everywhere():
     w = np.linspace(200, 1200, 2001)
-    for letter in "RGBW":
+    for letter in "RGBWCYM":
         assert np.all((filter_curve(letter, w) >= 0) & (filter_curve(letter, w) <= 1))
     assert np.all((infrared_cut(w) >= 0) & (infrared_cut(w) <= 1))
     assert infrared_cut(850.0) < 1e-10
@@ -88,9 +88,9 @@ def test_clear_filter_gathers_more_than_any_colour():
 
 def test_own_curves(tmp_path, flat):
     path = tmp_path / "qe.csv"
-    path.write_text("wavelength_nm,R,G,B\n400,0,0,1\n500,0,1,0\n600,1,0,0\n")
+    path.write_text("wavelength_nm,R,G,B\n400,0,0,1\n500,0,1,0\n600,1,0,0\n601,0,0,0\n")
     sensor = IdealSensor(qe_csv=str(path), infrared_cut=False)
-    assert_allclose(quantum_efficiency(sensor.model(), [450.0, 500.0, 700.0]), [[0, 0, 0], [0.5, 1, 0], [0.5, 0, 0]])
+    assert_allclose(quantum_efficiency(sensor.model(), [450.0, 500.0, 700.0]), [[0, 0, 0], [0.5, 1, 0], [0.5, 0, 0]])  # the table may end where the filter is blind
     assert float(sensor.expected(flat(1e-3)).min()) > 0
     with pytest.raises(ConfigError, match="no column for filter 'W'"):
         RgbwSensor(qe_csv=str(path)).expected(flat(1e-3))
@@ -132,3 +132,16 @@ def test_band_centre_error_shrinks_with_the_band():
     model = BayerSensor().model()
     wide, narrow = (band_centre_error(model, np.arange(380.0, 781, step)) for step in (40, 10))
     assert narrow < 2e-3 < wide
+
+
+def test_filters_made_of_the_clear_one():
+    w = np.arange(400.0, 701, 5)
+    clear, yellow, magenta = (filter_curve(letter, w) for letter in "CYM")
+    assert_array_equal(clear, filter_curve("W", w))
+    assert np.all(yellow < clear) and np.all(magenta < clear)
+    assert_allclose(np.interp([450, 500, 600], w, yellow / clear), [0, 0.5, 1], atol=1e-3)  # blocks blue
+    assert_allclose(np.interp([450, 540, 650], w, magenta / clear), [1, 0.1, 1], atol=0.05)  # blocks green
+
+
+def test_lower_case_letters_stand_after_their_filters():
+    assert channels("RG/gb") == ("R", "G", "b", "g") and channels("RYYC") == ("R", "C", "Y")

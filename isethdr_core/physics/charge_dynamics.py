@@ -1,0 +1,186 @@
+"""Charge of a pixel that overflows softly: dQ/dt = current(t) - overflow(Q), exact, for any light, without a time step.
+
+The overflow current grows by e for every `thermal_e` electrons (thermionic emission over the barrier of the overflow
+path; Miyauchi et al. 2023, "Light intensity and charge holding time dependence of pinned photodiode full well
+capacity", measure the logarithmic law that follows). With
+
+    q = (Q - knee) / thermal,  a = current / thermal,  b = knee current / thermal,  u = exp(-q)
+
+it is linear, u' = b - a u, so that for any light whose arrived electrons A(t) are known
+
+    u(T) = u(0) exp(-A(T) / thermal) + b J,   J = integral of exp(-(A(T) - A(t)) / thermal) dt over the exposure.
+
+J is a time: how long the pixel remembers. It is T in darkness, thermal / current in a full well, elementary under constant
+light and an integral of a smooth function between 0 and 1 under any other. Charges follow from A(T) and J alone, by `settle`,
+in which nothing overflows. Under constant light no Lambert W is needed; with a linear leak it gives the steady state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import wrightomega
+
+# Gauss-Legendre nodes of one panel; 16 leave 1e-16 of exp(-x) on a panel with x up to 8
+NODES, WEIGHTS = (0.5 * np.polynomial.legendre.leggauss(16)[0] + 0.5, 0.5 * np.polynomial.legendre.leggauss(16)[1])
+
+
+@dataclass(frozen=True)
+class Well:
+    """A charge well with an exponential overflow."""
+
+    knee_e: float                       # charge at which the overflow is `knee_e_per_s`
+    thermal_e: float                    # electrons for a factor e of the overflow: n k T / (e x volts per electron)
+    knee_e_per_s: float = 1e3           # overflow current at the knee
+
+    def __post_init__(self):
+        for name in ("thermal_e", "knee_e_per_s"):
+            if not 0 < getattr(self, name) < np.inf:
+                raise ValueError(f"{name} is {getattr(self, name)!r}; expected a finite number above 0")
+
+    def overflow_e_per_s(self, charge_e) -> np.ndarray:
+        """Return the overflow current at a charge, electrons per second."""
+        return self.knee_e_per_s * np.exp((charge_e - self.knee_e) / self.thermal_e)
+
+
+def log_memory(x, duration_s) -> np.ndarray:
+    """Return log(duration x (1 - exp(-x)) / x), the log of J under constant light, for x >= 0; -inf for no duration."""
+    small = x < 1e-4
+    safe = np.where(small, 1.0, x)
+    with np.errstate(divide="ignore"):
+        return np.log(duration_s) + np.where(small, x * (x / 24 - 0.5), np.log(-np.expm1(-safe) / safe))
+
+
+def settle(charge_e, arrived_e, log_memory_s, well: Well) -> tuple[np.ndarray, np.ndarray]:
+    """Return (charge, spilled charge), electrons, after `arrived_e` electrons; exact.
+
+    Parameters
+    ----------
+    charge_e : charge at the start.
+    arrived_e : electrons that light and dark current brought, 0 or more.
+    log_memory_s : log of J of the module's text, J in seconds.
+
+    Notes
+    -----
+    With s = log(spilling share / staying share), spilled = thermal log(1 + e^s). For s > 0 the charge is
+    written from the knee, so that two large numbers are never subtracted; e^s itself is never computed.
+    """
+    source, s = _odds(charge_e, arrived_e, log_memory_s, well)
+    spilled = well.thermal_e * np.logaddexp(0.0, s)
+    below = charge_e + arrived_e - well.thermal_e * np.log1p(np.exp(np.minimum(s, 0.0)))
+    above = well.knee_e - well.thermal_e * (source + np.log1p(np.exp(-np.maximum(s, 0.0))))
+    return np.where(s < 0, below, above), spilled
+
+
+def flow(charge_e, current_e_per_s, duration_s, well: Well) -> tuple[np.ndarray, np.ndarray]:
+    """Return (charge, spilled charge), electrons, after `duration_s` of constant current; exact and elementary."""
+    arrived = current_e_per_s * duration_s
+    return settle(charge_e, arrived, log_memory(arrived / well.thermal_e, duration_s), well)
+
+
+def flow_pieces(charge_e, currents_e_per_s, durations_s, well: Well) -> tuple[np.ndarray, np.ndarray]:
+    """Return (charge, spilled charge), electrons, after pieces of constant current, one after the other; exact."""
+    spilled = 0.0
+    for current, duration in zip(currents_e_per_s, durations_s, strict=True):
+        charge_e, more = flow(charge_e, current, duration, well)
+        spilled = spilled + more
+    return charge_e, spilled
+
+
+def flow_varying(charge_e, arriving_e, start_s, duration_s, well: Well) -> tuple[np.ndarray, np.ndarray]:
+    """Return (charge, spilled charge), electrons, after light that varies smoothly, whatever its strength.
+
+    Parameters
+    ----------
+    arriving_e : function (start_s, duration_s) -> electrons that arrive in that interval, per pixel.
+    start_s, duration_s : of the exposure; numbers, or arrays that broadcast with the frame (a rolling shutter's rows).
+
+    Notes
+    -----
+    J by Gauss-Legendre quadrature on panels that halve towards the end, down to the time in which one `thermal_e`
+    arrives: a full well remembers no longer. Every node costs one exponential; there is no stability limit. The first panel is
+    half the exposure, so light must vary smoothly over that: cut several periods with `flow_varying` from cut to cut.
+    """
+    arrived = arriving_e(start_s, duration_s)
+    halvings = int(np.ceil(np.log2(1.0 + np.max(arrived, initial=0.0) / well.thermal_e))) + 2
+    memory = 0.0
+    for k in range(halvings + 1):
+        low, high = (0.0 if k == halvings else 2.0 ** -(k + 1)), 2.0**-k
+        for node, weight in zip(NODES, WEIGHTS, strict=True):
+            left = (low + (high - low) * node) * duration_s  # seconds before the end: exact however small
+            memory = memory + weight * (high - low) * np.exp(-arriving_e(start_s + (duration_s - left), left) / well.thermal_e)
+    with np.errstate(divide="ignore"):
+        return settle(charge_e, arrived, np.log(memory) + np.log(duration_s), well)
+
+
+def linear_limit_e(allowed_spill_e: float, duration_s: float, well: Well) -> float:
+    """Return the electrons that may arrive at constant light until `allowed_spill_e` of them are lost, by bisection."""
+    low, high = 0.0, max(well.knee_e, 0.0) + 1e3 * well.thermal_e + allowed_spill_e
+    while low < (middle := 0.5 * (low + high)) < high:
+        if flow(0.0, middle / duration_s, duration_s, well)[1] > allowed_spill_e:
+            high = middle
+        else:
+            low = middle
+    return low
+
+
+def arrived_from_charge(charge_e, duration_s: float, well: Well) -> np.ndarray:
+    """Return the electrons that arrived at constant light in `duration_s`, from the charge left: the inverse of `flow`.
+
+    Newton's method in log(arrived), in which a full well's charge is a straight line. Readings below 0 come back as they are.
+    """
+    charge = np.asarray(charge_e, float)
+    excess = (charge - well.knee_e) / well.thermal_e + np.log(well.knee_e_per_s * duration_s / well.thermal_e)
+    # a full well has arrived = thermal exp(excess); all that is in the well has arrived
+    arrived = np.maximum(np.maximum(charge, 1e-300), well.thermal_e * np.exp(np.minimum(excess, 600.0)))
+    for _ in range(50):
+        found, _ = flow(0.0, arrived / duration_s, duration_s, well)
+        step = np.clip((charge - found) / (arrived * slope(arrived, duration_s, well)), -2.0, 2.0)
+        arrived = arrived * np.exp(np.where(charge > 0, step, 0.0))
+        if np.all(np.abs(step) <= 4e-16, where=charge > 0):
+            break
+    return np.where(charge > 0, arrived, charge)
+
+
+def slope(arrived_e, duration_s, well: Well) -> np.ndarray:
+    """Return d charge / d arrived at constant light from an empty well: 1 below the knee, falling as 1 / arrived beyond."""
+    stays, spills, h = shares(0.0, arrived_e, duration_s, well)
+    return stays + spills * h
+
+
+def shares(charge_e, arrived_e, duration_s, well: Well) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (P, R, h) of constant light: of a change of the first charge the share P stays and R = 1 - P spills.
+
+    h = 1/x - 1/(e^x - 1), x = arrived / thermal, falls from 1/2 to 0; P + R h is the same share for the arriving charge.
+    """
+    x = np.asarray(arrived_e / well.thermal_e, float)
+    _, s = _odds(charge_e, arrived_e, log_memory(x, duration_s), well)
+    small = x < 0.25
+    xs, xl = np.where(small, x, 0.0), np.where(small, 1.0, x)
+    series = 0.5 - xs / 12 * (1 - xs**2 / 60 * (1 - xs**2 / 42 * (1 - xs**2 / 40)))
+    h = np.where(small, series, 1 / xl - np.exp(-xl) / -np.expm1(-xl))
+    e = np.exp(-np.abs(s))
+    return np.where(s > 0, e, 1.0) / (1 + e), np.where(s > 0, 1.0, e) / (1 + e), h
+
+
+def steady_charge(current_e_per_s, well: Well, leak_per_s: float = 0.0) -> np.ndarray:
+    """Return the charge at which light, overflow and a leak of `leak_per_s` x charge balance, electrons.
+
+    A leak alone balances at current / leak, an overflow alone at a logarithm; both by Lambert W of an exponential
+    (Wright's omega; Corless and Jeffrey 2002, "The Wright omega function"), which does not overflow.
+    """
+    current = np.asarray(current_e_per_s, float)
+    if leak_per_s == 0.0:
+        return well.knee_e + well.thermal_e * np.log(current / well.knee_e_per_s)
+    scale = np.log(well.knee_e_per_s / (leak_per_s * well.thermal_e))
+    z = scale + (current / leak_per_s - well.knee_e) / well.thermal_e
+    omega = wrightomega(z)
+    # omega + log(omega) = z: beyond the knee the second form does not subtract two large numbers
+    return np.where(z < 1, current / leak_per_s - well.thermal_e * omega, well.knee_e + well.thermal_e * (np.log(np.where(z < 1, 1.0, omega)) - scale))
+
+
+def _odds(charge_e, arrived_e, log_memory_s, well):
+    """Return (log(b J), s): s is the log of what the well forgets over what it keeps of its first charge."""
+    source = np.log(well.knee_e_per_s / well.thermal_e) + log_memory_s
+    return source, ((charge_e - well.knee_e) + arrived_e) / well.thermal_e + source

@@ -1,0 +1,57 @@
+"""Step by step integration of dQ/dt = light(t) - leak Q - overflow(Q), where `charge_dynamics` has no closed form.
+
+Without a leak prefer `charge_dynamics.flow_varying`. Both methods here take any step at any light without overflowing.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from scipy.special import wrightomega
+
+from .charge_dynamics import Well, flow
+
+
+def graded(duration_s: float, steps: int, smallest: float = 1e-12) -> np.ndarray:
+    """Return steps + 1 times from 0 to `duration_s`: half uniform, half shrinking towards the end by `smallest` in all.
+
+    A full well remembers only thermal / current seconds, so what counts is resolved there.
+    """
+    fine = steps // 2
+    head = np.linspace(0.0, duration_s, steps - fine + 1)
+    if fine < 2:
+        return np.linspace(0.0, duration_s, steps + 1)
+    return np.concatenate([head[:-1], duration_s - (duration_s - head[-2]) * np.geomspace(1.0, smallest, fine + 1)[1:-1], [duration_s]])
+
+
+def exponential_steps(charge_e, light_e_per_s, times_s, well: Well) -> np.ndarray:
+    """Return the charge after exact steps under the mean light of each (Simpson's rule); second order.
+
+    Parameters
+    ----------
+    light_e_per_s : function of the time in seconds, per pixel; dark current included.
+    times_s : increasing times, of which the first is the start.
+    """
+    for start, end in pairwise(times_s):
+        mean = (light_e_per_s(start) + 4 * light_e_per_s(0.5 * (start + end)) + light_e_per_s(end)) / 6
+        charge_e, _ = flow(charge_e, mean, end - start, well)
+    return charge_e
+
+
+def implicit_steps(charge_e, light_e_per_s, times_s, well: Well, leak_per_s: float = 0.0) -> np.ndarray:
+    """Return the charge after implicit Euler steps, each solved exactly by Wright's omega function; first order.
+
+    Parameters as in `exponential_steps`; `leak_per_s` : share of the charge that leaks per second, 0 or more.
+    """
+    for start, end in pairwise(times_s):
+        step = end - start
+        weight = 1.0 + step * leak_per_s
+        free = (charge_e + step * light_e_per_s(end)) / weight  # the charge without overflow
+        log_source = np.log(step * well.knee_e_per_s / (weight * well.thermal_e))
+        z = (free - well.knee_e) / well.thermal_e + log_source
+        omega = wrightomega(z)
+        # omega + log(omega) = z: beyond the knee the second form does not subtract two large numbers
+        above = well.knee_e + well.thermal_e * (np.log(np.where(z < 1, 1.0, omega)) - log_source)
+        charge_e = np.where(z < 1, free - well.thermal_e * omega, above)
+    return charge_e

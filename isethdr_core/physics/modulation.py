@@ -1,0 +1,89 @@
+"""Lamps that vary in time: exact light of any exposure, for pulse-width modulation and mains ripple.
+
+Times are seconds, phases are periods (0..1). The phase of a moment is taken from the exact product of time and frequency, so
+that it is as good after a day as after a millisecond. Intervals are given as start and duration, because
+their end is a rounded sum. Everything broadcasts: one value, one per row, one per pixel.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def row_starts_s(rows: int, line_time_s: float, start_s: float = 0.0) -> np.ndarray:
+    """Return when each row's exposure starts, (rows, 1) seconds: a rolling shutter; a global one has a line time of 0."""
+    return (start_s + line_time_s * np.arange(rows))[:, None]
+
+
+def phase_at(time_s, frequency_hz, phase=0.0) -> np.ndarray:
+    """Return time x frequency + phase modulo 1, exact to rounding of the result (Dekker 1971, exact products)."""
+    t, f = np.asarray(time_s, float), np.asarray(frequency_hz, float)
+    product = t * f
+    split = 134217729.0  # 2^27 + 1 cuts a float64 into two halves whose products are exact
+    t_high, f_high = split * t - (split * t - t), split * f - (split * f - f)
+    t_low, f_low = t - t_high, f - f_high
+    error = ((t_high * f_high - product) + t_high * f_low + t_low * f_high) + t_low * f_low
+    turns = (product - np.floor(product)) + (error + (phase - np.floor(phase)))
+    turns = turns - np.floor(turns)
+    return np.where(turns >= 1.0, 0.0, turns)  # a tiny negative rounds up to 1
+
+
+def square_wave_s(start_s, duration_s, frequency_hz, duty, phase=0.0) -> np.ndarray:
+    """Return for how many seconds of an exposure a pulse-width modulated lamp is on; exact.
+
+    Parameters
+    ----------
+    start_s, duration_s : of the exposure; duration 0 or more.
+    frequency_hz : 0 or more; 0 holds the state of `phase` for ever.
+    duty : share of the period in which the lamp is on, 0..1. It switches on at phase 0.
+    phase : periods, at time 0.
+    """
+    frequency, duration = np.asarray(frequency_hz, float), np.asarray(duration_s, float)
+    at = phase_at(start_s, frequency, phase)
+    periods = frequency * duration
+    whole = np.floor(periods)
+    rest = periods - whole
+    # this period's remaining light, and the next period's where the rest reaches it; never a difference of two counts
+    on = np.clip(duty - at, 0.0, rest) + np.clip(rest - (1.0 - at), 0.0, duty)
+    safe = np.where(frequency > 0, frequency, 1.0)
+    still = np.where(at < duty, duration, 0.0)
+    return np.where(frequency > 0, np.minimum((whole * duty + on) / safe, duration), still)
+
+
+def ripple_s(start_s, duration_s, frequency_hz, depth, phase=0.0) -> np.ndarray:
+    """Return the integral of 1 + depth cos(2 pi (frequency t + phase)) over an exposure, seconds; exact.
+
+    A lamp on mains of 50 or 60 Hz ripples at 100 or 120 Hz. `depth` 0..1; the mean light is 1. The error is relative to the
+    mean light's integral.
+    """
+    periods = np.asarray(frequency_hz, float) * duration_s
+    middle = phase_at(start_s, frequency_hz, phase) + 0.5 * (periods - 2.0 * np.floor(0.5 * periods))
+    return duration_s * (1.0 + depth * np.sinc(periods) * np.cos(2 * np.pi * middle))
+
+
+def square_wave_pieces(start_s, duration_s: float, frequency_hz: float, duty: float, phase: float = 0.0):
+    """Return (durations_s, on): the pieces of constant light of an exposure, in order, for `charge_dynamics.flow_pieces`.
+
+    Parameters as in `square_wave_s`, but for one duration and one lamp.
+
+    Returns
+    -------
+    durations_s, on : (pieces, ...) seconds and 0 or 1, alternating, with the shape of `start_s`; rows with fewer edges
+        have pieces of no duration, which change nothing.
+    """
+    at = phase_at(start_s, frequency_hz, phase)
+    if frequency_hz * duration_s == 0 or not 0 < duty < 1:
+        lit = np.where(at < duty, 1.0, 0.0)
+        return np.full((1, *lit.shape), float(duration_s)), lit[None]
+    count = 2 * int(np.ceil(frequency_hz * duration_s)) + 3
+    durations, states = [], []
+    left = np.full(at.shape, float(duration_s))
+    for k in range(count):  # piece k of the period that the exposure starts in and of those after it
+        end = k // 2 + (duty if k % 2 == 0 else 1.0)
+        begin = k // 2 + (0.0 if k % 2 == 0 else duty)
+        full = (end - np.maximum(begin, at)) / frequency_hz if k < 2 else np.full(at.shape, (duty if k % 2 == 0 else 1 - duty) / frequency_hz)
+        piece = np.clip(full, 0.0, left)
+        left = left - piece
+        durations.append(piece)
+        states.append(np.full(at.shape, 1.0 - k % 2))
+    return np.stack(durations), np.stack(states)

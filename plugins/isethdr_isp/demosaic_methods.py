@@ -1,0 +1,151 @@
+"""Ways to demosaic by name: the bilinear rule for any array, a guided one for any array, two published ones for Bayer.
+
+| method     | arrays | variance                                                      |
+|------------|--------|---------------------------------------------------------------|
+| `bilinear` | any    | exact                                                         |
+| `guided`   | any    | of `bilinear`; what following the guide changes is not in it  |
+| `malvar`   | Bayer  | exact: the filters are linear                                 |
+| `menon`    | Bayer  | of `bilinear`; choosing a direction by the data is not in it  |
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.errors import ConfigError, UnitError, did_you_mean
+
+from .demosaic import demosaic
+
+METHODS = ("bilinear", "guided", "malvar", "menon")
+RADIUS = 3   # pixels, half of the guided method's window: holds 4 samples or more of every channel of a 4 x 4 array
+REACH = 2    # pixels that Malvar's 5 x 5 filters and Menon's final step look beyond a pixel
+
+
+def interpolate(method: str, mosaic, filters, names: list[str], variance, bad):
+    """Return (planes, variances, touched) as `demosaic` does, by `method`; `names` are those of the channels."""
+    if method not in METHODS:
+        raise ConfigError(f"isp demosaic {method!r} is unknown{did_you_mean(method, METHODS)}")
+    planes, variances, touched = demosaic(mosaic, filters, len(names), variance, bad)
+    if method == "guided" and len(names) > 1:
+        planes = _guided(mosaic, planes, filters, variance)
+    if method in ("malvar", "menon"):
+        from scipy.ndimage import binary_dilation
+
+        planes = bayer(method, mosaic, filters, names)
+        touched = binary_dilation(bad, np.ones((2 * REACH + 1, 2 * REACH + 1))) if bad.any() else touched
+        if method == "malvar":
+            variances = _linear_variance(filters, names, variance)
+    if method in ("guided", "menon"):
+        ledger.left_out(f"variance of demosaic {method}", "it follows the picture; that of the bilinear rule is given", np.nan, "")
+    return planes, variances, touched
+
+
+def bayer(method: str, mosaic, filters, names):
+    """Return (channel, y, x) by Malvar, He, Cutler 2004 or Menon, Andriani, Calvagno 2007, through colour-demosaicing."""
+    pattern = "".join(names[k] for k in np.asarray(filters)[:2, :2].ravel())
+    if sorted(names) != ["B", "G", "R"] or pattern not in ("RGGB", "BGGR", "GRBG", "GBRG") or not _repeats(filters):
+        raise UnitError(f"demosaic {method} is for Bayer arrays; this one begins with {pattern}; use isp.demosaic=guided")
+    try:
+        import colour_demosaicing
+    except ImportError as err:
+        raise ConfigError(f"demosaic {method} needs colour-demosaicing, which is not installed; "
+                          "type pip install 'isethdr[demosaic]' or use isp.demosaic=bilinear") from err
+    rule = {"malvar": colour_demosaicing.demosaicing_CFA_Bayer_Malvar2004,
+            "menon": colour_demosaicing.demosaicing_CFA_Bayer_Menon2007}[method]
+    rgb = rule(mosaic, pattern)
+    return np.stack([rgb[..., "RGB".index(name)] for name in names])
+
+
+def _repeats(filters) -> bool:
+    f = np.asarray(filters)
+    return np.array_equal(f[2:], f[:-2]) and np.array_equal(f[:, 2:], f[:, :-2])
+
+
+def _linear_variance(filters, names, variance):
+    """Return the exact variance of Malvar's map: its answers to one sample of 1 at each place of the array, squared."""
+    from scipy.ndimage import convolve
+
+    size = 16
+    rows, columns = np.arange(variance.shape[0]) % 2, np.arange(variance.shape[1]) % 2
+    tile = np.tile(np.asarray(filters)[:2, :2], (size // 2, size // 2))
+    out = np.zeros((len(names), *variance.shape))
+    for y in (0, 1):
+        for x in (0, 1):
+            impulse = np.zeros((size, size))
+            impulse[size // 2 + y, size // 2 + x] = 1.0
+            answer = bayer("malvar", impulse, tile, names)
+            here = variance * ((rows == y)[:, None] & (columns == x))
+            window = slice(size // 2 + y - REACH, size // 2 + y + REACH + 1), slice(size // 2 + x - REACH, size // 2 + x + REACH + 1)
+            out += np.stack([convolve(here, plane[window] ** 2, mode="mirror") for plane in answer])
+    return out
+
+
+def _guided(mosaic, planes, filters, variance):
+    """Return planes interpolated along a guide: the channel that is sampled most, green of Bayer or white of RGBW.
+
+    Residual interpolation (Kiku et al. 2013): each channel is locally a line in the guide, fitted over its own samples
+    (He et al. 2010); what is left at the samples is interpolated and added. The guide's noise is in the denominator
+    of the slope, so in the dark the line is flat and the bilinear rule comes back. Where no channel is sampled more than
+    every other there is no guide: it would spread its own aliasing to all.
+    """
+    filters = np.asarray(filters)
+    samples = np.bincount(filters.ravel(), minlength=len(planes))
+    lead = int(np.argmax(samples))
+    # half a row or column more is the border of a picture with an odd number of them
+    if np.sum(samples > samples[lead] - sum(filters.shape)) > 1:
+        ledger.left_out("guide of the demosaic", "no channel is sampled more than the others; the bilinear rule is used", np.nan, "")
+        return planes
+    guide = _along_edges(mosaic, planes[lead], filters == lead, variance)
+    out = planes.copy()
+    out[lead] = guide
+    for channel in range(len(planes)):
+        if channel == lead:
+            continue
+        at = filters == channel
+        slope, offset = _local_line(guide, mosaic, at, variance)
+        trend = slope * guide + offset
+        residual = demosaic(np.where(at, mosaic - trend, 0.0), filters, len(planes))[0][channel]
+        out[channel] = np.where(at, mosaic, trend + residual)
+    return out
+
+
+def _along_edges(mosaic, plane, at, variance):
+    """Return the guide (y, x); on a checkerboard of samples, interpolated along the direction in which it changes less."""
+    from scipy.ndimage import uniform_filter
+
+    padded, held = np.pad(mosaic, 1, mode="reflect"), np.pad(at, 1, mode="reflect")
+    left, right, up, down = (slice(1, -1), slice(None, -2)), (slice(1, -1), slice(2, None)), (slice(None, -2), slice(1, -1)), \
+        (slice(2, None), slice(1, -1))
+    among = ~at & held[left] & held[right] & held[up] & held[down]
+    if not among.any():
+        return plane
+    means, weights = [], []
+    for one, other in ((left, right), (up, down)):
+        means.append((padded[one] + padded[other]) / 2)
+        change = uniform_filter(np.where(among, (padded[one] - padded[other]) ** 2, 0.0), 5, mode="mirror")
+        share = uniform_filter(among.astype(float), 5, mode="mirror")
+        # two noisy samples differ by 2 variances on average even where nothing changes
+        weights.append(1 / np.maximum(change / np.maximum(share, 1e-9) + 2 * variance, 1e-30) ** 2)
+    along = (weights[0] * means[0] + weights[1] * means[1]) / (weights[0] + weights[1])
+    return np.where(among, along, plane)
+
+
+def _local_line(guide, values, at, variance):
+    """Return slope and offset (y, x) of `values` against `guide` over the samples `at` of every window."""
+    from scipy.ndimage import uniform_filter
+
+    def mean(a):
+        return uniform_filter(a, 2 * RADIUS + 1, mode="mirror")
+
+    weight = mean(at.astype(float))
+    safe = np.maximum(weight, 1e-12)
+
+    def over_samples(a):
+        return mean(np.where(at, a, 0.0)) / safe
+
+    g, v = over_samples(guide), over_samples(values)
+    spread = np.maximum(over_samples(guide**2) - g * g, 0.0)
+    together = over_samples(guide * values) - g * v
+    slope = together / np.maximum(spread + mean(variance), 1e-12)
+    return slope, v - slope * g

@@ -1,0 +1,30 @@
+"""Blooming: charge beyond the full well runs along the column into wells that still have room."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def bloom(charge_e, full_well_e: float, percent: float) -> np.ndarray:
+    """Return the charge (y, x) after `percent` of every excess has run along its column; the rest is drained.
+
+    Half of it runs down and half up. Each stream fills the wells it meets and goes on with the remainder; what reaches
+    the border is lost. Both orders, down first and up first, are averaged, so that no direction is preferred.
+    """
+    excess = np.maximum(charge_e - full_well_e, 0.0) * (percent / 100 / 2)
+    held = np.minimum(charge_e, full_well_e)
+    if not excess.any():
+        return held
+    down_first = _run(_run(held, excess, full_well_e)[::-1], excess[::-1], full_well_e)[::-1]
+    up_first = _run(_run(held[::-1], excess[::-1], full_well_e)[::-1], excess, full_well_e)
+    return (down_first + up_first) / 2
+
+
+def _run(held, excess, full_well_e):
+    """Return the charge after every row's excess has run to the rows below it."""
+    out, carry = held.copy(), np.zeros(held.shape[1])
+    for y in range(len(out)):
+        taken = np.minimum(carry, full_well_e - out[y])
+        out[y] += taken
+        carry = carry - taken + excess[y]
+    return out

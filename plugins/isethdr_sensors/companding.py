@@ -1,0 +1,38 @@
+"""Companding: a piecewise linear squeeze of linear codes into fewer bits, and the table that undoes it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+
+
+def table(knees, top_code: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return (linear DN, companded DN) of the knees with (0, 0) in front, both increasing.
+
+    Parameters
+    ----------
+    knees : pairs (linear DN, companded DN).
+    top_code : largest linear code; the last knee must reach it.
+    """
+    if any(len(knee) != 2 for knee in knees):
+        raise ConfigError(f"sensor.companding is {knees!r}; expected pairs [linear DN, companded DN]")
+    linear, companded = np.array([(0.0, 0.0), *knees], float).T
+    if not np.all(np.isfinite([linear, companded])) or np.any(np.diff(linear) <= 0) or np.any(np.diff(companded) <= 0):
+        raise ConfigError(f"sensor.companding is {knees!r}; expected both linear DN and companded DN to increase from knee to knee")
+    if np.any(np.diff(companded) > np.diff(linear) * (1 + 1e-9)):
+        raise ConfigError(f"sensor.companding is {knees!r}; expected it to squeeze: no part may have more codes than it came with")
+    if linear[-1] < top_code:
+        raise ConfigError(f"sensor.companding ends at {linear[-1]:g} DN; expected its last knee at the top code {top_code:g} or above")
+    return linear, companded
+
+
+def compand(linear_dn, knees, top_code: float) -> np.ndarray:
+    """Return whole companded codes of linear codes."""
+    return np.floor(np.interp(linear_dn, *table(knees, top_code)) + 0.5)
+
+
+def decompand(companded_dn, knees, top_code: float) -> np.ndarray:
+    """Return linear codes; wrong by at most half a companded code times the local squeeze."""
+    linear, companded = table(knees, top_code)
+    return np.interp(companded_dn, companded, linear)

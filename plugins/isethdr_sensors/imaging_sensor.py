@@ -1,0 +1,81 @@
+"""The fields and calls that all photodiode sensors share, whatever their readings are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .converter import check_reading
+from .sensor_model import SensorModel
+
+
+@dataclass(frozen=True)
+class ImagingSensor:
+    """A sensor with photodiodes under a colour filter array; an architecture adds `model`."""
+
+    exposure_s: float = 0.016
+    pitch_um: float = 3.75
+    rows: int = 0                   # 0: fill the camera's field; else a centred crop
+    columns: int = 0
+    cfa: str = "RGGB"               # repeated pattern of filters, rows parted by / where it is no square
+    peak_qe: float = 0.65           # scale of the spectral curves, electrons per photon
+    infrared_cut: bool = True       # blocking filter of the camera module
+    qe_csv: str = ""                # own curves: wavelength_nm and one column per filter
+    temperature_c: float = 60.0
+    bits: int = 12                  # of the linear code; 0: converter off, raw is electrons
+    black_dn: float = 64.0          # assumption
+    noise: bool = True              # False: means only, no random or fixed pattern
+
+    # --- off unless a preset knows them: no data sheet of ours states them ---
+    optical_crosstalk_percent: float = 0.0      # of a pixel's light, to the 4 neighbours
+    electrical_crosstalk_percent: float = 0.0   # of a pixel's electrons, to the 8 neighbours
+    blooming_percent: float = 0.0   # of the charge beyond the well, along the column; the rest is drained
+    hot_percent: float = 0.0        # of the pixels, persistent
+    hot_dark_e_per_s: float = 1000.0  # mean over the hot pixels of their extra dark charge, at 60 C (assumption)
+    row_e: float = 0.0              # rms over rows of the offset, persistent
+    row_noise_e: float = 0.0        # rms over rows of the offset, new in every reading
+    read_tail_percent: float = 0.0  # of the pixels read 5 times as noisy as the rest; the rms stays
+    inl_dn: float = 0.0             # largest distance of the converter from a straight line
+    companding: tuple[tuple[float, float], ...] = ()   # knees [linear DN, companded DN]; none: linear
+
+    def __post_init__(self):
+        self.model()
+
+    def diode_terms(self) -> dict:
+        """Return the fields of a `Photodiode` that all photodiodes share."""
+        return {name: getattr(self, name) for name in ("blooming_percent", "hot_percent", "hot_dark_e_per_s")}
+
+    def reading_terms(self) -> dict:
+        """Return the fields of a `Reading` that all readings share."""
+        return {name: getattr(self, name) for name in ("row_e", "row_noise_e", "read_tail_percent", "inl_dn", "companding")}
+
+    def assemble(self, photodiodes, readings, **more) -> SensorModel:
+        """Return the model of these photodiodes and readings."""
+        readings = tuple(readings)
+        for reading in readings:
+            check_reading(reading)
+        return SensorModel(self.exposure_s, self.pitch_um, self.rows, self.columns, self.cfa, tuple(photodiodes), readings,
+                           peak_qe=self.peak_qe, infrared_cut=self.infrared_cut, qe_csv=self.qe_csv, temperature_c=self.temperature_c,
+                           noise=self.noise, optical_crosstalk_percent=self.optical_crosstalk_percent,
+                           electrical_crosstalk_percent=self.electrical_crosstalk_percent, **more)
+
+    def model(self) -> SensorModel:
+        """Return what the sensor is made of."""
+        raise NotImplementedError
+
+    def __call__(self, light, generator):
+        """Return captures of one shot."""
+        from .shot import take_shot
+
+        return take_shot(self.model(), light, generator)
+
+    def expected(self, light):
+        """Return mean electrons (capture, y, x), dark charge included."""
+        from .shot import expected_electrons
+
+        return expected_electrons(self.model(), light)
+
+    def narrow(self, demand):
+        """Return the demand without outer bands in which the sensor is blind."""
+        from .quantum_efficiency import narrow
+
+        return narrow(self.model(), demand)

@@ -1,0 +1,32 @@
+"""Interleaved: two exposures or two sensitivities side by side in the filter array, in one reading."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from isethdr_core.errors import ConfigError
+
+from .sensor_model import SensorModel
+from .single import SingleSensor
+
+
+@dataclass(frozen=True)
+class InterleavedSensor(SingleSensor):
+    """Take one capture in which pixels written in lower case in `cfa` collect less (AR0132AT figures).
+
+    Channels of both cases leave the sensor side by side (R, G, B, r, g, b), each with its own quantum efficiency, to which
+    the shorter exposure counts.
+    """
+
+    cfa: str = "RGRG/GBGB/rgrg/gbgb"        # pairs of rows, long and short
+    lower_case_percent: float = 6.25        # light of a lower case pixel / that of an upper case one
+    varies: Literal["exposure", "sensitivity"] = "exposure"   # exposure: dark charge shrinks with the light
+
+    def model(self) -> SensorModel:
+        """Return what the sensor is made of."""
+        letters = self.cfa.replace("/", "")
+        if letters.isupper() or letters.islower():
+            raise ConfigError(f"sensor.cfa={self.cfa!r} has one case only; expected upper and lower case letters, e.g. RGRG/GBGB/rgrg/gbgb")
+        share = self.lower_case_percent / 100
+        return replace(super().model(), lower_case_share=share, lower_case_dark=share if self.varies == "exposure" else 1.0)

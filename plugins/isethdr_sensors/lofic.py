@@ -1,0 +1,59 @@
+"""LOFIC: a photodiode that spills softly into a lateral overflow capacitor, read without and with what it spilled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from . import soft_knee
+from .converter import converter
+from .imaging_sensor import ImagingSensor
+from .sensor_model import Photodiode, Reading, SensorModel
+
+CAPTURES = ("LCG", "HCG")
+
+
+@dataclass(frozen=True)
+class LoficSensor(ImagingSensor):
+    """Take two captures of one exposure: the photodiode at high gain, and photodiode plus overflow capacitor: LCG, HCG.
+
+    200 uV/e with a full well of 100 000 e: assumptions, of the order that papers on lateral overflow give, not taken from one;
+    so is every other figure but the pitch, which is that of a published pixel with an overflow capacitor.
+    """
+
+    pitch_um: float = 5.6
+    fill_factor: float = 1.0        # assumption: microlenses collect over the whole pixel
+    full_well_e: float = 100000.0   # photodiode and overflow capacitor together
+    knee_e: float = 7000.0          # charge of the photodiode at which it spills `knee_e_per_s` (assumption)
+    knee_e_per_s: float = 440000.0  # knee_e in 16 ms (assumption)
+    thermal_e: float = 240.0        # for a factor e of the spill, at 60 C: 1.2 kT / e at 143 uV/e of the photodiode (assumption)
+    dark_e_per_s: float = 25.6      # at 60 C (assumption)
+    dark_spread: float = 0.2        # rms over pixels / mean (assumption)
+    prnu: float = 0.005             # rms over pixels / mean (assumption)
+
+    # --- readings: LCG, HCG ---
+    conversion_gain_uv_per_e: tuple[float, float] = (10.0, 200.0)   # LCG: 1 V at the full well
+    analog_gain: tuple[float, float] = (1.0, 1.0)                   # multipliers
+    swing_v: tuple[float, float] = (1.0, 1.0)                       # full scale of the converter (assumption)
+    read_noise_e: tuple[float, float] = (54.0, 2.0)                 # rms; LCG: kT C of 16 fF at 60 C; HCG: assumption
+    dsnu_e: tuple[float, float] = (0.0, 0.0)                        # rms over pixels of the offset
+    column_e: tuple[float, float] = (0.1, 0.1)                      # rms over columns of the offset (assumption)
+
+    def model(self) -> SensorModel:
+        """Return what the sensor is made of."""
+        soft_knee.check(self)
+        diode = Photodiode("pixel", self.fill_factor, self.full_well_e, self.dark_e_per_s, self.dark_spread, self.prnu, **self.diode_terms())
+        return self.assemble([diode], (
+            Reading(capture, 0, read, dsnu, column, **self.reading_terms(), **converter(conversion, gain, swing, self.bits, self.black_dn))
+            for capture, read, dsnu, column, conversion, gain, swing in zip(
+                CAPTURES, self.read_noise_e, self.dsnu_e, self.column_e, self.conversion_gain_uv_per_e, self.analog_gain, self.swing_v,
+                strict=True)))
+
+    def well(self):
+        """Return the photodiode's soft knee."""
+        return soft_knee.well(self.knee_e, self.thermal_e, self.knee_e_per_s, self.temperature_c)
+
+    def __call__(self, light, generator):
+        """Return captures of one shot; light is constant over the exposure."""
+        from .soft_knee_shot import take_shot
+
+        return take_shot(self.model(), self.well(), (True, False), light, generator)

@@ -1,0 +1,31 @@
+"""Staggered: several exposures of one photodiode, one after the other, read with one gain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from isethdr_core.errors import ConfigError
+
+from .sensor_model import SensorModel
+from .single import SingleSensor
+
+
+@dataclass(frozen=True)
+class StaggeredSensor(SingleSensor):
+    """Take several exposures one after the other: T1 the longest, T2, ... (AR0132AT figures; nothing moves between them)."""
+
+    cfa: str = "RGGB"               # repeated pattern of filters, rows parted by / where it is no square
+    exposure_ratios: tuple[float, ...] = (1.0, 1 / 16, 1 / 256)  # shares of exposure_s, the first is 1
+
+    def model(self) -> SensorModel:
+        """Return what the sensor is made of."""
+        ratios = self.exposure_ratios
+        if not ratios or ratios[0] != 1 or any(b >= a for a, b in pairwise(ratios)):
+            raise ConfigError(f"sensor.exposure_ratios is {ratios!r}; expected shares of exposure_s from 1 downwards, e.g. [1, 0.0625]")
+        one = super().model()
+        names = [f"T{k}" for k in range(1, len(ratios) + 1)]
+        return replace(
+            one, photodiodes=tuple(replace(one.photodiodes[0], name=name, silicon="pixel", exposure_share=share)
+                                   for name, share in zip(names, ratios, strict=True)),
+            readings=tuple(replace(one.readings[0], capture=name, diode=k) for k, name in enumerate(names)))

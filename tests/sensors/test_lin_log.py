@@ -1,0 +1,92 @@
+"""Lin-log: a linear sensor below the knee, a straight line in log light beyond, and a table that reads it back."""
+
+import numpy as np
+import pytest
+from isethdr_sensors import BayerSensor, soft_knee_shot
+from isethdr_sensors.lin_log import LinLogSensor
+from isethdr_sensors.lin_log_response import response
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics import charge_dynamics as cd
+from isethdr_core.seeds import generator
+from isethdr_core.testing import check
+
+SIZE = (60, 80)
+
+
+def shot(sensor, mean_e):
+    light = np.broadcast_to(np.asarray(mean_e, float), SIZE)
+    raw, saturated = soft_knee_shot.readings(sensor.model(), sensor.well(), (False,), light, generator(3))
+    return raw[0], saturated[0]
+
+
+def table(sensor):
+    return response(sensor.model().readings[0], sensor.exposure_s, sensor.well())
+
+
+def test_keeps_the_promises_of_a_sensor():
+    check("sensor", "lin_log")
+    check("sensor", "lin_log", bits=0)
+
+
+def test_below_the_knee_it_is_the_bayer_sensor_bit_for_bit(flat):
+    key, light = generator(seed=4, device="B"), flat(1e-4, pitch_um=3.75)
+    ours, bayer = LinLogSensor()(light, key), BayerSensor()(light, key)
+    assert float(bayer.raw.max()) < 2000 and float(bayer.raw.max()) > 100
+    for name in ("raw", "saturated", "gain_dn_per_e", "dark_e", "quantum_efficiency"):
+        np.testing.assert_array_equal(ours[name].values, bayer[name].values)
+    # it ends where it stops being linear
+    assert float(ours.top_dn[0]) < float(bayer.top_dn[0])
+
+
+def test_beyond_the_knee_every_decade_of_light_is_the_same_step():
+    sensor = LinLogSensor(noise=False, bits=0)
+    levels = [float(shot(sensor, 10.0**k)[0][0, 0]) for k in range(6, 11)]
+    # float32 raw: 25 000 e to 0.002 e
+    np.testing.assert_allclose(np.diff(levels), 391.0 * np.log(10.0), atol=0.01)
+
+
+def test_the_table_reads_six_decades_back_within_its_codes():
+    sensor = LinLogSensor(noise=False, dark_e_per_s=0.0)
+    dn, electrons, _ = table(sensor)
+    assert np.all(np.diff(dn) > 0) and np.all(np.diff(electrons) > 0)
+    step_e = 1 / sensor.model().readings[0].gain_dn_per_e
+    for mean in (0.0, 100.0, 19000.0, 20500.0, 22000.0, 1e5, 1e6, 1e8, 1e10):
+        raw, saturated = shot(sensor, mean)
+        found = np.interp(float(raw[0, 0]), dn, electrons)
+        # half a code of charge, divided by the slope there
+        assert abs(found - mean) <= 0.51 * step_e / cd.slope(max(mean, 1.0), sensor.exposure_s, sensor.well()), mean
+        assert saturated[0, 0] == (mean > 17900)  # 2 e of them spilled
+
+
+def test_the_table_reads_noisy_pixels_back_with_little_bias():
+    sensor = LinLogSensor(prnu=0.0, dark_spread=0.0, dark_e_per_s=0.0, column_e=0.0)
+    dn, electrons, variance = table(sensor)
+    for mean in (5000.0, 17000.0, 21000.0, 1e5, 1e7):
+        raw, _ = shot(sensor, mean)
+        found = np.interp(raw.astype(float), dn, electrons)
+        # an exponential of noise of s = sqrt(391 + 9.1^2 + step^2 / 12) = 22 e is exp(s^2 / 2 / 391^2) = 1.0016 too bright
+        # 0.25 %: at 21 000 e, where the bend is sharpest, more noise falls on more curvature
+        slack = 2.5e-3 if mean == 21000.0 else 4e-4
+        assert found.mean() / mean == pytest.approx(1.0016 if mean > 2e4 else 1.0, abs=5 * found.std() / mean / np.sqrt(raw.size) + slack)
+        # 5 standard errors, and the same curvature
+        assert found.var() == pytest.approx(np.interp(raw, dn, variance).mean(), rel=5 * np.sqrt(2 / raw.size) + 0.03)
+        if mean > 5e4:  # 5.6 %: the same s / 391, whatever the light
+            assert found.std() / mean == pytest.approx(np.sqrt(391 + 9.1**2 + 6.3**2 / 12) / 391, rel=0.06)
+
+
+def test_captures_carry_the_table(flat):
+    out = LinLogSensor()(flat(1e-4, pitch_um=3.75), generator(1))
+    assert out.response_dn.dims == out.response_e.dims == out.response_variance_e2.dims == ("capture", "response_entry")
+    assert out.response_e.attrs["units"] == "e" and float(out.response_dn[0, -1]) == 4095.0
+    assert np.interp(64.0, out.response_dn.values[0], out.response_e.values[0]) == 0.0
+
+
+def test_the_converter_is_the_end():
+    raw, saturated = shot(LinLogSensor(), 1e18)
+    assert np.all(raw == 4095) and saturated.all()
+
+
+def test_bad_fields_are_refused_by_name():
+    with pytest.raises(ConfigError, match="knee_e"):
+        LinLogSensor(knee_e=0.0)

@@ -1,0 +1,101 @@
+"""EMVA 1288: a simulated camera, measured by the standard's procedure, is found to be what it was made of."""
+
+import numpy as np
+import pytest
+from isethdr_workflows import emva1288_estimates as find
+from isethdr_workflows.emva1288 import chosen, emva1288, linear_captures, linear_sensors, measurable
+from isethdr_workflows.emva1288_camera import Bench, Pair, Stack
+
+from isethdr_core.physics.radiometry import photon_energy_j
+
+FIGURES = {"system gain", "quantum efficiency", "dark noise", "full well", "saturation capacity", "PRNU", "linearity error"}
+
+
+def agrees(rows, captures, channels):
+    """Assert that every figure of every capture and channel was found within its confidence."""
+    assert {(r["capture"], r["channel"]) for r in rows} == {(a, b) for a in captures for b in channels}
+    for capture in captures:
+        for channel in channels:
+            found = {r["figure"] for r in rows if (r["capture"], r["channel"]) == (capture, channel)}
+            assert found >= FIGURES
+    # 4 standard errors: one row in 16 000 lies beyond by chance
+    assert not [r for r in rows if r["within"] == "NO"]
+    # standard errors must not be so wide that anything would pass: gain and PRNU are known to a few percent
+    assert all(r["standard_error"] < 0.03 * r["true"] for r in rows if r["figure"] == "system gain")
+
+
+def test_a_monochrome_camera_of_10_bits_is_found_again():
+    rows = emva1288("single_mt9v024", size=128)
+    agrees(rows, ["single"], ["W"])
+    # 9.1 e are 0.36 DN: rounding hides them, and the standard gives a limit
+    assert [r["within"] for r in rows if r["figure"] == "dark noise"] == ["limit"]
+
+
+def test_a_bayer_camera_is_found_again():
+    rows = emva1288("bayer", size=96)
+    agrees(rows, ["single"], ["R", "G", "B"])
+    assert {r["figure"] for r in rows} == FIGURES | {"DSNU"}
+
+
+def test_a_wrong_camera_is_told_apart(monkeypatch):
+    """A truth that is 5 % off, or twice the dark noise, is not within the confidence: the loop can fail."""
+    from isethdr_workflows import emva1288 as study
+
+    made_of = study.made_of
+    monkeypatch.setattr(study, "made_of", lambda *a: (lambda t: {**t, "gain": 1.05 * t["gain"], "dark_noise_e": 1.2 * t["dark_noise_e"],
+                                                                 "prnu_percent": 1.3 * t["prnu_percent"]})(made_of(*a)))
+    rows = {r["figure"]: r["within"] for r in study.measure(chosen("single"), 128, 16, 1)}
+    assert [rows[name] for name in ("system gain", "dark noise", "PRNU")] == ["NO"] * 3
+    assert rows["quantum efficiency"] == rows["linearity error"] == "yes"
+
+
+def test_a_bent_converter_is_found():
+    from dataclasses import replace
+
+    from isethdr_workflows import emva1288 as study
+
+    rows = {r["figure"]: r for r in study.measure(replace(chosen("single"), inl_dn=40.0), 96, 8, 1)}
+    assert rows["linearity error"]["found"] > 0.5 and rows["linearity error"]["within"] == "NO"  # 40 DN of 4031 is 1 % of the scale
+
+
+def test_light_carries_the_photons_it_says():
+    sensor = chosen("ideal_photon_counter")
+    for wavelength in (460.0, 600.0):
+        bench = Bench(sensor, 0, 0, wavelength, 16, 1)
+        np.testing.assert_allclose(sensor.expected(bench.light(1234.0)), 1234.0, rtol=1e-9)
+    assert bench.light(1.0).max() * 10 * 0.016 * 9e-12 == pytest.approx(photon_energy_j(600.0))  # W m-2 nm-1 over 10 nm, 16 ms, (3 um)^2
+
+
+def test_estimates_on_numbers_of_known_statistics():
+    rng = np.random.default_rng(0)
+    gain, noise = 0.5, 6.0
+    pairs = [Pair(e / 0.4, gain * e, gain**2 * (e + noise**2) * (1 + rng.normal() * np.sqrt(2 / 1e5)) + 1 / 12, 0.0, 100_000)
+             for e in np.linspace(100, 10000, 20)]
+    dark = Pair(0.0, 0.0, gain**2 * noise**2 + 1 / 12, 0.0, 100_000)
+    found, responsivity = find.gain_and_responsivity(pairs, dark, True)
+    assert abs(found.off(gain)) < 4 and found.error < 0.005 * gain
+    assert find.quantum_efficiency(found, responsivity).off(0.4) < 4
+    assert abs(find.dark_noise_e(dark, found, True).off(noise)) < 4
+    assert find.linearity_error_percent(pairs, dark).value < 1e-9
+    pattern = rng.normal(0, 3.0, 40_000) + rng.normal(0, 2.0, 40_000)
+    assert abs(find.spatial(Stack(pattern, 4.0, 40_000, 16)).off(9.0)) < 4
+
+
+@pytest.mark.parametrize("name, linear", [("split_pixel_imx490", 4), ("lofic", 2), ("lin_log", 0), ("bayer_all_effects", 0), ("ideal", 0)])
+def test_only_linear_captures_are_measured(name, linear):
+    sensor = chosen(name)
+    assert measurable(sensor) == (linear > 0)
+    if linear:
+        assert linear_captures(sensor) == list(range(linear))
+
+
+@pytest.mark.slow
+def test_every_preset_is_found_again():
+    off, names = [], linear_sensors()
+    assert {"bayer", "rgbw", "split_pixel", "split_pixel_imx490", "staggered_four", "single_mt9v024", "interleaved"} <= set(names)
+    for name in names:
+        rows = emva1288(name, size=128)
+        agrees(rows, sorted({r["capture"] for r in rows}), sorted({r["channel"] for r in rows}))
+        off += [r["off_in_errors"] for r in rows if r["figure"] in ("system gain", "PRNU")]
+    # the errors are errors: 95 % lie within 2 of them. Channels of one photodiode share its noise, so fewer count than there are
+    assert len(off) > 100 and 0.85 < np.mean(np.abs(off) < 2) and np.std(off) > 0.7

@@ -1,0 +1,57 @@
+"""The command `isethdr study`, and the study of published figures."""
+
+import csv
+
+import pytest
+import typer
+from isethdr_workflows import STUDIES
+from isethdr_workflows.published_figures import published_figures
+from isethdr_workflows.study_command import function_of, run_study, study
+from typer.testing import CliRunner
+
+from isethdr_core.errors import ConfigError
+
+
+@pytest.fixture
+def app():
+    app = typer.Typer()
+    app.command("study")(study)
+    app.command("other")(lambda: None)  # so that `study` stays a command by name
+    return app
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_every_study_exists_and_says_what_it_does(name):
+    assert len(function_of(name).__doc__.splitlines()[0]) > 10
+
+
+def test_published_figures_are_met():
+    rows = {row["figure"]: row for row in published_figures()}
+    assert not [name for name, row in rows.items() if row["met"] == "NO"]
+    assert sum(row["met"] == "yes" for row in rows.values()) >= 6
+    assert abs(rows["AR0132AT largest SNR"]["ours"] - 43.9) < 0.3
+    assert abs(rows["OVT dynamic range"]["ours"] - 119.6) < 0.05
+    # dark charge of 0.41 e and steps of 1.34 e: sqrt(0.83^2 + 0.41 + 1.34^2 / 12 + ...) = 1.13 e, 2.7 dB
+    assert abs(rows["  measured as it is"]["ours"] - (119.6 - 2.7)) < 0.2
+
+
+def test_command_prints_and_writes(app, tmp_path):
+    path = tmp_path / "rows.csv"
+    done = CliRunner().invoke(app, ["study", "published_figures", "seed=2", "--csv", str(path)])
+    assert done.exit_code == 0 and "AR0132AT largest SNR" in done.output
+    with open(path, newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert rows[0]["figure"] == "AR0132AT largest SNR" and abs(float(rows[0]["ours"]) - 43.9) < 0.3
+
+
+def test_without_a_name_the_studies_are_listed(app):
+    done = CliRunner().invoke(app, ["study"])
+    assert done.exit_code == 0 and all(name in done.output for name in STUDIES)
+
+
+@pytest.mark.parametrize("name, settings, message", [
+    ("published_figure", [], "did you mean 'published_figures'"), ("published_figures", ["sed=1"], "did you mean 'seed'"),
+    ("published_figures", ["seed"], "type key=value"), ("published_figures", ["seed=x"], "is no number")])
+def test_mistakes_are_told(name, settings, message):
+    with pytest.raises(ConfigError, match=message):
+        run_study(name, settings)

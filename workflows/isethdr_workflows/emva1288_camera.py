@@ -1,0 +1,87 @@
+"""A simulated camera on the bench of EMVA 1288: even narrow-band light of known photons, pairs and stacks of pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from isethdr_core.physics.radiometry import photon_energy_j
+from isethdr_core.seeds import generator
+
+BAND_NM = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """One capture and one channel of a sensor under light of one wavelength."""
+
+    sensor: object
+    capture: int
+    channel: int
+    wavelength_nm: float
+    size: int           # pixels a side, of all channels
+    seed: int
+
+    def shot(self, photons: float, number: int):
+        """Return (DN of the channel's pixels (pixel,), their row, their column, saturated) of picture `number`.
+
+        Parameters
+        ----------
+        photons : mean photons per pixel, counted over the whole pixel area, during the longest exposure.
+        """
+        captures = self.sensor(self.light(photons), generator(self.seed + number, "bench", f"{photons:.6g}"))
+        y, x = np.nonzero(captures["filter"].values == self.channel)
+        return captures["raw"].values[self.capture][y, x].astype(float), y, x, captures["saturated"].values[self.capture][y, x]
+
+    def light(self, photons: float):
+        """Return even irradiance of `photons` per pixel and exposure at the wavelength."""
+        from isethdr_core.quantities import IRRADIANCE, centres, plane
+
+        pitch = self.sensor.pitch_um * 1e-6
+        level = photons * photon_energy_j(self.wavelength_nm) / (pitch**2 * self.sensor.exposure_s * BAND_NM)
+        side = self.size * pitch
+        values = level * np.array([0.0, 1.0, 0.0])[:, None, None] * np.ones((1, 2, 2))
+        wavelengths = self.wavelength_nm + np.array([-BAND_NM, 0.0, BAND_NM])
+        return plane(values, wavelengths, centres(2, side), centres(2, side), IRRADIANCE, f_number=8.0, focal_length_mm=16.0,
+                     throughput_sr=1.0, falloff="none", field_width=side, field_height=side)
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """What two pictures of one level say: mean DN, temporal variance DN^2, share of saturated pixels."""
+
+    photons: float
+    mean_dn: float
+    variance_dn2: float
+    saturated: float
+    pixels: int
+
+
+def pair(bench: Bench, photons: float) -> Pair:
+    """Return mean and temporal variance from the difference of two pictures (EMVA 1288 release 4.0, section 6.6)."""
+    first, second = (bench.shot(photons, k) for k in (0, 1))
+    difference = first[0] - second[0]
+    return Pair(photons, float(np.mean((first[0] + second[0]) / 2)), float(np.var(difference, ddof=1) / 2),
+                float(np.mean(first[3] | second[3])), len(difference))
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """The mean of several pictures, and the temporal variance that is left in that mean."""
+
+    mean_dn: np.ndarray     # (pixel,)
+    left_dn2: float
+    pixels: int
+    pictures: int
+
+
+def stack(bench: Bench, photons: float, pictures: int) -> Stack:
+    """Return the average of `pictures` (release 4.0, section 8.1)."""
+    total, squares = 0.0, 0.0
+    for k in range(pictures):
+        values = bench.shot(photons, 100 + k)[0]
+        total, squares = total + values, squares + values**2
+    mean = total / pictures
+    temporal = float(np.mean(squares / pictures - mean**2)) * pictures / (pictures - 1)
+    return Stack(mean, temporal / pictures, len(mean), pictures)

@@ -1,0 +1,72 @@
+"""The command `isethdr study NAME key=value ...`: run a study, print its rows, keep them as CSV on request."""
+
+from __future__ import annotations
+
+import csv
+import inspect
+from importlib import import_module
+from typing import Annotated
+
+import typer
+
+from isethdr_core.errors import ConfigError, did_you_mean
+
+NUMBERS = {"int": int, "float": float}
+
+
+def study(name: Annotated[str, typer.Argument(help="name of a study; none lists them")] = "",
+          settings: Annotated[list[str] | None, typer.Argument(help="key=value, as the study's function takes them")] = None,
+          csv_file: Annotated[str, typer.Option("--csv", help="also write the rows to this file")] = "") -> None:
+    """Run a study: a table of results that needs no scene. Without a name: list the studies."""
+    from . import STUDIES
+
+    if not name:
+        for known in STUDIES:
+            typer.echo(f"{known}: {(inspect.getdoc(function_of(known)) or '').splitlines()[0]}")
+        return
+    rows = run_study(name, settings or [])
+    show(rows, name)
+    if csv_file:
+        with open(csv_file, "w", newline="") as file:
+            writer = csv.DictWriter(file, list(rows[0]) if rows else [])
+            writer.writeheader()
+            writer.writerows(rows)
+
+
+def function_of(name: str):
+    """Return the function of a study."""
+    from . import STUDIES
+
+    if name not in STUDIES:
+        raise ConfigError(f"no study {name!r}{did_you_mean(name, STUDIES)}")
+    module, function = STUDIES[name].split(":")
+    return getattr(import_module(f".{module}", __package__), function)
+
+
+def run_study(name: str, settings: list[str]) -> list[dict]:
+    """Return the rows of a study; `settings` are key=value, converted to the number that the function's parameter names."""
+    function = function_of(name)
+    known = inspect.signature(function).parameters
+    values = {}
+    for text in settings:
+        key, equals, value = text.partition("=")
+        if not equals or key not in known:
+            raise ConfigError(f"study {name} has no setting {text!r}{did_you_mean(key, known)}; type key=value")
+        try:
+            values[key] = NUMBERS.get(known[key].annotation, str)(value)
+        except ValueError:
+            raise ConfigError(f"study {name}: {key}={value!r} is no number; type for example {key}={known[key].default}") from None
+    return function(**values)
+
+
+def show(rows: list[dict], title: str) -> None:
+    """Print rows as one table; numbers with four digits."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(*(rows[0] if rows else ["no rows"]), title=title)
+    for row in rows:
+        table.add_row(*(f"{v:.4g}" if isinstance(v, float) else str(v) for v in row.values()))
+    # rows are results, not prose: never cut to the width of a terminal that is none
+    console = Console()
+    (console if console.is_terminal else Console(width=200)).print(table)
