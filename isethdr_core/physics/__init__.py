@@ -12,4 +12,11 @@
 | `area`        | exact integration of constant tiles over other rectangles                   |
 | `noise`       | exact Poisson and normal quantiles of random words                          |
 | `random_words` | one 64-bit word per stream and pixel                                       |
+| `charge_dynamics`, `charge_dynamics_noise`, `charge_dynamics_steps` | pixels that overflow: charge, its variance, integrators |
+| `modulation`  | lamps that vary in time, integrated exactly over any exposure               |
+| `thin_film`   | what stacks of layers reflect and transmit, at any angle and wavelength     |
+| `glass`       | refractive index of optical glasses                                         |
+| `surfaces`    | spheres, conics and aspheres: where rays meet them, normals                 |
+| `ray_trace`   | exact rays along any path of refractions and reflections                    |
+| `paraxial`    | matrices of such paths: focus, pupils, size of ghosts                       |
 """
