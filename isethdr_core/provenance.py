@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from functools import cache
 from importlib import metadata, util
 from pathlib import Path
@@ -47,10 +48,13 @@ def versions() -> dict[str, str]:
 
 
 def input_digests(*components) -> dict[str, str]:
-    """Return a digest of every file that a component names in its method `input_files()`, by path."""
+    """Return a digest of every file that a component names in its method `input_files()`, by path.
+
+    A file that is not there is left to the component, which says what it expected.
+    """
     found = {}
     for component in components:
-        for path in getattr(component, "input_files", tuple)():
+        for path in filter(os.path.isfile, getattr(component, "input_files", tuple)()):
             with open(path, "rb") as file:
                 found[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()[:16]
     return found

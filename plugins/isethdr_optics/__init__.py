@@ -8,6 +8,15 @@ far.py        kernels beyond the exact core: averages of points of the diffracti
 pupils.py     lens, wavefront and flares put together into one sampled pupil
 scatter.py    energy-conserving scatter mixed into a kernel
 isetcam_parity.py  ISETCam's circular optical image, for comparison only
+ghosts.py     the flare `ghosts`: light reflected twice between surfaces of a lens prescription
+ghosts_trace.py           its pairs ranked by matrices, and real rays
+ghosts_draw.py            its sources, and rays laid down on the sensor
+prescription.py           lens prescriptions read from YAML (in prescriptions/), scaled and stopped down
+prescription_coatings.py  coatings by name, what every surface reflects
+prescription_figures.py   distortion, relative illumination and f-number of a prescription from exact rays
+prescribed_lens.py        the lens `prescription`
+distortion.py             Brown-Conrady, Kannala-Brandt, tables: maps and exact inverses
+distortion_resample.py    light, labels and boxes moved along such a map
 conf/         presets
 """
 
@@ -17,7 +26,9 @@ from isethdr_core.component import Component
 from isethdr_core.hookspecs import hookimpl
 
 from .flare import ApertureFlare, IdealFlare
+from .ghosts import GhostFlare
 from .lens import DiffractionLimitedLens, IdealLens, WavefrontLens
+from .prescribed_lens import PrescribedLens
 
 
 @hookimpl
@@ -27,8 +38,10 @@ def isethdr_components():
         Component("lens", "ideal", IdealLens),
         Component("lens", "diffraction_limited", DiffractionLimitedLens),
         Component("lens", "wavefront", WavefrontLens),
+        Component("lens", "prescription", PrescribedLens),
         Component("flare", "ideal", IdealFlare),
         Component("flare", "aperture", ApertureFlare),
+        Component("flare", "ghosts", GhostFlare),
     ]
 
 

@@ -26,6 +26,10 @@ class IdealSensor:
     infrared_cut: bool = True       # blocking filter; not applied to unit curves
     qe_csv: str = ""                # own curves: wavelength_nm and one column per filter
 
+    def input_files(self):
+        """Return the user's own curves, if they are named: their content is part of a run's name."""
+        return (self.qe_csv,) if self.qe_csv else ()
+
     def __post_init__(self):
         self.model()
 

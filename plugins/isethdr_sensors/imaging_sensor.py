@@ -37,6 +37,10 @@ class ImagingSensor:
     inl_dn: float = 0.0             # largest distance of the converter from a straight line
     companding: tuple[tuple[float, float], ...] = ()   # knees [linear DN, companded DN]; none: linear
 
+    def input_files(self):
+        """Return the user's own curves, if they are named: their content is part of a run's name."""
+        return (self.qe_csv,) if self.qe_csv else ()
+
     def __post_init__(self):
         self.model()
 

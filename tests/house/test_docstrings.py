@@ -22,6 +22,7 @@ DIMENSIONLESS = {
     "rounding": "0 straight .. 1 circle", "dynamic_range": "ratio", "low_percentile": "percent", "high_percentile": "percent",
     "darkest_share": "share of the pixels", "compression": "of a tone curve", "decades": "powers of ten", "gap": "share of the spacing",
     "aspect": "width / height", "step": "ratio of luminances", "contrast_ratio": "bright / dark",
+    "error_allowed": "share of the light",
 }
 
 

@@ -1,0 +1,58 @@
+"""Paraxial matrices (height, angle) of any path through surfaces.
+
+The angle is dy / d(path length), so reflections need no mirror signs.
+
+Refraction: n' u' = n u - s c (n' - n) y; reflection: u' = u + 2 s c y; transfer: y' = y + L u; s = +1 towards larger z, else -1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def matrices(surfaces, indices, path, start_mm: float) -> list[np.ndarray]:
+    """Return, for every step of a path, the matrix from the plane `start_mm` to just behind that surface.
+
+    Parameters
+    ----------
+    surfaces, indices, path : as `ray_trace.follow`, indices as numbers.
+    start_mm : z of the plane in front where height and angle are given.
+    """
+    total, z, forward, out = np.eye(2), start_mm, 1, []
+    for k, reflects in path:
+        surface = surfaces[k]
+        c = surface.curvature_per_mm
+        total = np.array([[1.0, forward * (surface.z_mm - z)], [0.0, 1.0]]) @ total
+        z = surface.z_mm
+        if reflects:
+            total = np.array([[1.0, 0.0], [2 * forward * c, 1.0]]) @ total
+            forward = -forward
+        else:
+            n_from, n_to = (indices[k], indices[k + 1]) if forward > 0 else (indices[k + 1], indices[k])
+            total = np.array([[1.0, 0.0], [-forward * c * (n_to - n_from) / n_to, n_from / n_to]]) @ total
+        out.append(total)
+    return out
+
+
+def focal_length_mm(surfaces, indices) -> float:
+    """Return the focal length in the last medium, mm; infinite for an afocal system."""
+    lower = _whole(surfaces, indices)[1, 0]
+    return float("inf") if lower == 0 else float(-1 / lower)
+
+
+def back_focus_mm(surfaces, indices) -> float:
+    """Return the distance from the last vertex to the focus of light from far away, mm."""
+    whole = _whole(surfaces, indices)
+    return float("inf") if whole[1, 0] == 0 else float(-whole[0, 0] / whole[1, 0])
+
+
+def _whole(surfaces, indices):
+    return matrices(surfaces, indices, [(k, False) for k in range(len(surfaces))], surfaces[0].z_mm)[-1]
+
+
+def entrance_pupil(surfaces, indices) -> tuple[float, float]:
+    """Return (z of the entrance pupil mm, its radius mm) from the surface that is the stop."""
+    stop = next(k for k, s in enumerate(surfaces) if s.is_stop)
+    to_stop = matrices(surfaces, indices, [(k, False) for k in range(stop + 1)], surfaces[0].z_mm)[-1]
+    # the ray through the stop's centre: 0 = A y + B u, and it crosses the axis y / u before the first vertex
+    return float(surfaces[0].z_mm + to_stop[0, 1] / to_stop[0, 0]), float(surfaces[stop].semi_diameter_mm / abs(to_stop[0, 0]))

@@ -1,0 +1,100 @@
+"""Exact rays through a list of surfaces, along any path of refractions and reflections."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .surfaces import Surface, intersect, normal
+
+
+@dataclass(frozen=True, eq=False)
+class Rays:
+    """Where rays ended: arrays of any one shape; NaN where a ray missed a surface or was totally reflected."""
+
+    position_mm: np.ndarray  # (3, ...)
+    direction: np.ndarray  # (3, ...), length 1
+    weight: np.ndarray  # product of what each surface transmitted or reflected
+    margin: np.ndarray  # smallest 1 - (r / semi-diameter)^2 on the way; below 0: blocked
+    hits_mm: tuple  # per step (x, y) where asked for
+
+
+def refract(direction, normals, n_from, n_to):
+    """Return refracted unit directions (3, ...), NaN beyond the critical angle; `normals` on either side.
+
+    Snell's law as vectors: n' d' = n d + (n' cos' - n cos) N, with N along the light.
+    """
+    cosine = np.sum(direction * normals, axis=0)
+    side = np.sign(cosine)
+    ratio = n_from / n_to
+    with np.errstate(invalid="ignore"):
+        cosine_out = np.sqrt(1 - ratio**2 * (1 - cosine**2))
+    return ratio * direction + (cosine_out - ratio * np.abs(cosine)) * side * normals
+
+
+def reflect(direction, normals):
+    """Return mirrored unit directions (3, ...): d - 2 (d N) N."""
+    return direction - 2 * np.sum(direction * normals, axis=0) * normals
+
+
+def sequential(count: int) -> list[tuple[int, bool]]:
+    """Return the path of the image: every surface once, refracting."""
+    return [(k, False) for k in range(count)]
+
+
+def ghost_path(count: int, back: int, front: int) -> list[tuple[int, bool]]:
+    """Return the path of a ghost: on to surface `back`, reflected, back to `front`, reflected, on to the last of `count`."""
+    if not 0 <= front < back < count:
+        raise ValueError(f"a ghost needs 0 <= front < back < {count}; got front {front}, back {back}")
+    path = [(k, False) for k in range(back)] + [(back, True)]
+    path += [(k, False) for k in range(back - 1, front, -1)] + [(front, True)]
+    return path + [(k, False) for k in range(front + 1, count)]
+
+
+def follow(surfaces: list[Surface], indices, path, position, direction, power=None, keep_hits=False) -> Rays:
+    """Trace rays along a path.
+
+    Parameters
+    ----------
+    surfaces : in the order of z.
+    indices : one more than surfaces: the refractive index before the first, between, and behind the last; numbers or arrays that
+        broadcast with the rays.
+    path : [(surface, whether it reflects), ...].
+    position, direction : (3, ...) mm and unit vectors; light starts towards larger z.
+    power : function (surface, reflects, forward, cosine) that returns the fraction of power that goes on; None: 1.
+    keep_hits : keep (x, y) of every step.
+
+    Returns
+    -------
+    Rays on the last surface of the path. Rays that pass outside a semi-diameter go on, with a negative margin.
+    """
+    shape = np.broadcast_shapes(*(np.shape(n) for n in indices), position.shape[1:], direction.shape[1:])
+    weight, margin, forward, hits = np.ones(shape), np.full(shape, np.inf), True, []
+    for k, reflects in path:
+        surface = surfaces[k]
+        position = intersect(surface, position, direction)
+        if np.isfinite(surface.semi_diameter_mm):
+            margin = np.minimum(margin, 1 - (position[0] ** 2 + position[1] ** 2) / surface.semi_diameter_mm**2)
+        if keep_hits:
+            hits.append(position[:2])
+        normals = normal(surface, position)
+        if power is not None:
+            cosine = np.abs(np.sum(direction * normals, axis=0))
+            weight = weight * power(k, reflects, forward, cosine)
+        if reflects:
+            direction, forward = reflect(direction, normals), not forward
+            continue
+        n_from, n_to = (indices[k], indices[k + 1]) if forward else (indices[k + 1], indices[k])
+        if n_from is not n_to:
+            direction = refract(direction, normals, n_from, n_to)
+    position = np.broadcast_to(position, (3, *shape))
+    lost = ~np.isfinite(position).all(axis=0) | ~np.isfinite(direction).all(axis=0)
+    return Rays(position, direction, np.where(lost, 0.0, weight), np.where(lost, -np.inf, margin), tuple(hits))
+
+
+def collimated(x_mm, y_mm, z_mm: float, tangent_x, tangent_y):
+    """Return (position, direction), (3, ...), of parallel light that crosses the plane z at (x, y) with these tangents."""
+    x, y, tx, ty = np.broadcast_arrays(*(np.asarray(v, float) for v in (x_mm, y_mm, tangent_x, tangent_y)))
+    length = np.sqrt(1 + tx**2 + ty**2)
+    return np.stack([x, y, np.full(x.shape, float(z_mm))]), np.stack([tx / length, ty / length, 1 / length])

@@ -1,0 +1,93 @@
+"""Surfaces of revolution about z: where a ray meets them, and their normals. Millimetres; z along the light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+NEWTON_STEPS = 60
+NEWTON_MM = 1e-11  # residual of an aspheric intersection
+
+
+@dataclass(frozen=True)
+class Surface:
+    """One interface: z = c r^2 / (1 + sqrt(1 - (1 + k) c^2 r^2)) + a4 r^4 + a6 r^6 + ..., from its vertex."""
+
+    z_mm: float  # of the vertex
+    curvature_per_mm: float = 0.0  # above 0: the centre lies at larger z
+    conic: float = 0.0  # k: 0 sphere, -1 paraboloid
+    aspheric: tuple[float, ...] = ()  # a4, a6, ... in mm^-3, mm^-5, ...
+    semi_diameter_mm: float = np.inf  # light outside is blocked
+    is_stop: bool = False
+
+
+def sag_mm(surface: Surface, radius_squared_mm2):
+    """Return the height z of the surface over its vertex plane; NaN where there is none."""
+    c, r2 = surface.curvature_per_mm, np.asarray(radius_squared_mm2, float)
+    with np.errstate(invalid="ignore"):
+        sag = c * r2 / (1 + np.sqrt(1 - (1 + surface.conic) * c**2 * r2))
+    for power, a in enumerate(surface.aspheric, start=2):
+        sag = sag + a * r2**power
+    return sag
+
+
+def slope(surface: Surface, radius_squared_mm2):
+    """Return d sag / d(r^2), 1/mm; the gradient of the sag is twice this times (x, y)."""
+    c, r2 = surface.curvature_per_mm, np.asarray(radius_squared_mm2, float)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        out = c / 2 / np.sqrt(1 - (1 + surface.conic) * c**2 * r2)
+    for power, a in enumerate(surface.aspheric, start=2):
+        out = out + power * a * r2 ** (power - 1)
+    return out
+
+
+def intersect(surface: Surface, position, direction):
+    """Return where rays meet the surface: (..., 3) mm; NaN where they miss it.
+
+    Parameters
+    ----------
+    position, direction : x, y, z stacked first, (3, ...); direction has length 1 and a z part that is not 0.
+
+    Notes
+    -----
+    The conic's quadratic equation is solved in the form without cancellation, from the vertex plane, so the sheet that holds the
+    vertex is found; aspheric terms by Newton's method from there.
+    """
+    x, y, z = position
+    dx, dy, dz = direction
+    to_plane = (surface.z_mm - z) / dz
+    x, y = x + to_plane * dx, y + to_plane * dy
+    c, q = surface.curvature_per_mm, 1 + surface.conic
+    t = np.zeros_like(x)
+    if c:
+        a = c * (dx**2 + dy**2 + q * dz**2)
+        b = c * (x * dx + y * dy) - dz
+        rest = c * (x**2 + y**2)
+        with np.errstate(invalid="ignore"):
+            t = -rest / (b + np.copysign(np.sqrt(b**2 - a * rest), b))
+            t = np.where(1 - q * c * t * dz > 0, t, np.nan)  # the far side of the sphere is not the surface
+    if surface.aspheric:
+        t = _newton(surface, x, y, direction, t)
+    return np.stack([x + t * dx, y + t * dy, surface.z_mm + t * dz])
+
+
+def _newton(surface, x, y, direction, t):
+    dx, dy, dz = direction
+    for _ in range(NEWTON_STEPS):
+        px, py = x + t * dx, y + t * dy
+        r2 = px**2 + py**2
+        miss = t * dz - sag_mm(surface, r2)
+        if not np.any(np.abs(miss) > NEWTON_MM):  # NaN compares false: rays lost already do not keep the loop going
+            break
+        t = t - miss / (dz - 2 * slope(surface, r2) * (px * dx + py * dy))
+    return np.where(np.abs(miss) <= 1e3 * NEWTON_MM, t, np.nan)
+
+
+def normal(surface: Surface, position):
+    """Return unit normals (3, ...) at points of the surface, pointing to larger z."""
+    x, y, _ = position
+    steep = 2 * slope(surface, x**2 + y**2)
+    gx, gy = -steep * x, -steep * y
+    length = np.sqrt(gx**2 + gy**2 + 1)
+    return np.stack([gx / length, gy / length, 1 / length])

@@ -1,0 +1,196 @@
+"""Ghosts drawn: light sources found in the scene, and their rays laid down on grids of the right fineness, keeping the energy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+FINE_BINS = 96  # across the longer side: bins of direction in which lamps are looked for
+BLOCKS = 5  # across the longer side: what is not bright is summed in these
+BRIGHT = 4.0  # times the mean bin: a lamp
+MOST_LAMPS = 64
+POINTS = 48  # light points across a beam
+CELLS = 32  # cells across a ghost: wider ghosts are drawn on coarser grids
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """Parallel light from a small rectangle of directions."""
+
+    x: float  # tangents
+    y: float
+    half_x: float  # half widths of the rectangle
+    half_y: float
+    power: np.ndarray  # (band,) W m-2 nm-1 through a plane across the axis
+
+
+def sources(power, x, y, pitch) -> tuple[list[Source], float]:
+    """Return light sources of an image, and the share of the light that is summed in blocks.
+
+    Bright bins become sources of their own, at their centroid and as wide as their light; the rest is summed in blocks, even
+    over each.
+
+    Parameters
+    ----------
+    power : (band, y, x) W m-2 nm-1 per tile through a plane across the axis: radiance x solid angle x cosine.
+    x, y, pitch : tile centres and their (y, x) distances, tangents.
+    """
+    total = power.sum(axis=0)
+    whole = float(total.sum())
+    if whole <= 0:
+        return [], 0.0
+    bins = [_bin_of(len(c), max(1, round(len(c) / FINE_BINS * (len(c) / max(len(x), len(y)))))) for c in (y, x)]
+    count = [b[-1] + 1 for b in bins]
+    flat = bins[0][:, None] * count[1] + bins[1]
+    light = np.bincount(flat.ravel(), total.ravel(), count[0] * count[1])
+    bright = np.flatnonzero(light > BRIGHT * whole / light.size)
+    bright = bright[np.argsort(light[bright], kind="stable")[::-1][:MOST_LAMPS]]
+    found, rest = [], power.astype(float)
+    for one in bright:
+        rows, cols = (np.flatnonzero(b == k) for b, k in zip(bins, divmod(int(one), int(count[1]))))
+        window = np.ix_(np.arange(len(power)), rows, cols)
+        found.append(_source(rest[window], x[cols], y[rows], pitch))
+        rest[window] = 0
+    step = max(1, int(np.ceil(max(len(x), len(y)) / BLOCKS)))
+    for top in range(0, len(y), step):
+        for left in range(0, len(x), step):
+            part = rest[:, top : top + step, left : left + step]
+            if part.any():
+                ys, xs = y[top : top + step], x[left : left + step]
+                found.append(
+                    Source(
+                        (xs[0] + xs[-1]) / 2,
+                        (ys[0] + ys[-1]) / 2,
+                        len(xs) * pitch[1] / 2,
+                        len(ys) * pitch[0] / 2,
+                        part.sum(axis=(1, 2)),
+                    )
+                )
+    return found, float(rest.sum() / power.sum())
+
+
+def _bin_of(tiles, per_bin):
+    return np.arange(tiles) // per_bin
+
+
+def _source(light, x, y, pitch):
+    total = light.sum(axis=0)
+    along_x, along_y = total.sum(axis=0) / total.sum(), total.sum(axis=1) / total.sum()
+    cx, cy = float(along_x @ x), float(along_y @ y)
+    # a rectangle of the same variance, tiles being even themselves
+    half = [
+        np.sqrt(3 * (float(w @ (c - m) ** 2) + p**2 / 12))
+        for w, c, m, p in ((along_x, x, cx, pitch[1]), (along_y, y, cy, pitch[0]))
+    ]
+    return Source(cx, cy, *half, light.sum(axis=(1, 2)))
+
+
+class Canvas:
+    """Flux on the tiles of a sensor, drawn on grids 1, 2, 4, ... times coarser, with a border for what falls just outside."""
+
+    def __init__(self, bands: int, x_mm, y_mm, pitch_mm):
+        self.bands, self.shape = bands, (len(y_mm), len(x_mm))
+        self.pitch = pitch_mm  # (y, x)
+        self.corner = (y_mm[0] - pitch_mm[0] / 2, x_mm[0] - pitch_mm[1] / 2)
+        self.grids: dict[int, np.ndarray] = {}
+        self.outside = np.zeros(bands)
+
+    def _grid(self, level):
+        if level not in self.grids:
+            size = [-(-n // 2**level) + 4 for n in self.shape]
+            self.grids[level] = np.zeros((self.bands, *size))
+        return self.grids[level]
+
+    def draw(self, x_mm, y_mm, flux, blur_mm: float = 0.0):
+        """Add points (band, n) of `flux`, each shared linearly by the four nearest cells.
+
+        A source `blur_mm` from its middle to its border, seen in the ghost, is drawn on cells of that size: sharing and
+        interpolation
+        together spread a point with the variance of the source.
+        """
+        lit = flux > 0
+        if not lit.any():
+            return
+        extent = max(np.ptp(x_mm[lit]) / self.pitch[1], np.ptp(y_mm[lit]) / self.pitch[0])
+        wanted = max(np.ceil(np.log2(max(extent / CELLS, 1.0))), np.rint(np.log2(max(blur_mm / min(self.pitch), 1.0))))
+        level = int(np.clip(wanted, 0, np.ceil(np.log2(max(self.shape)))))
+        grid, size = self._grid(level), 2.0**level
+        # cell centres at integers; two cells lie outside the sensor, so that the inner one has its share from both sides
+        u = (x_mm - self.corner[1]) / (self.pitch[1] * size) + 1.5
+        v = (y_mm - self.corner[0]) / (self.pitch[0] * size) + 1.5
+        iu, iv = np.floor(u).astype(int), np.floor(v).astype(int)
+        inside = lit & (iu >= 0) & (iv >= 0) & (iu < grid.shape[2] - 1) & (iv < grid.shape[1] - 1)
+        self.outside += np.where(inside, 0.0, flux).sum(axis=1)
+        if not inside.any():
+            return
+        low_u, low_v = iu[inside].min(), iv[inside].min()
+        width, height = iu[inside].max() - low_u + 2, iv[inside].max() - low_v + 2
+        fu, fv, part = u - iu, v - iv, np.where(inside, flux, 0.0)
+        at = (np.arange(self.bands)[:, None] * height + np.where(inside, iv - low_v, 0)) * width + np.where(inside, iu - low_u, 0)
+        window = np.zeros(self.bands * height * width)
+        for dv, wv in ((0, 1 - fv), (1, fv)):
+            for du, wu in ((0, 1 - fu), (1, fu)):
+                window += np.bincount((at + dv * width + du).ravel(), (part * wu * wv).ravel(), window.size)
+        grid[:, low_v : low_v + height, low_u : low_u + width] += window.reshape(self.bands, height, width)
+
+    def irradiance(self) -> np.ndarray:
+        """Return flux per mm2, (band, y, x); coarser grids linearly interpolated."""
+        out = np.zeros((self.bands, *self.shape))
+        for level, grid in self.grids.items():
+            rows, cols = (_interpolation(n, m, 2**level) for n, m in zip(self.shape, grid.shape[1:]))
+            out += rows @ grid @ cols.T / (4.0**level * self.pitch[0] * self.pitch[1])
+        return out
+
+
+def _interpolation(fine, coarse, size):
+    """Return the (fine, coarse) matrix of linear interpolation; coarse cell k is centred at size (k - 3/2) - 1/2 fine cells."""
+    at = (np.arange(fine) + 0.5) / size + 1.5
+    low = np.clip(np.floor(at).astype(int), 0, coarse - 2)
+    out = np.zeros((fine, coarse))
+    out[np.arange(fine), low] = 1 - (at - low)
+    out[np.arange(fine), low + 1] += at - low
+    return out
+
+
+def points(source: Source, low, high, tangents, limits):
+    """Return (x mm, y mm, flux) (band, n) of one ghost of one source, and the half width of the source in it, mm.
+
+    Parameters
+    ----------
+    low, high : `ghosts_trace.Beam` at the two field `tangents`; between them positions, weights and margins go linearly.
+    limits : the box both were traced over, mm.
+    """
+    weave = _interpolation_of_nodes(low.x_mm.shape[-1], POINTS)
+    radius = np.hypot(source.x, source.y)
+    along, across = (source.x / radius, source.y / radius) if radius > 0 else (1.0, 0.0)
+    part = (radius - tangents[0]) / (tangents[1] - tangents[0])
+
+    def spread(name):
+        mixed = getattr(low, name) * (1 - part) + getattr(high, name) * part
+        return (weave @ mixed @ weave.T).reshape(len(mixed), -1)
+
+    x, y, weight, margin = (spread(k) for k in ("x_mm", "y_mm", "weight", "margin"))
+    area_m2 = (limits[1] - limits[0]) * (limits[3] - limits[2]) / POINTS**2 * 1e-6
+    through = (spread("valid") > 1 - 1e-6) & (margin > 0)  # float32 weights of a whole cell sum to 1 within 1e-7
+    flux = np.where(through, np.maximum(weight, 0.0), 0.0) * (source.power[:, None] * area_m2)
+    blur = np.hypot(source.half_x, source.half_y) / np.sqrt(2) * _scale_mm(low, high, tangents)
+    return x * along - y * across, x * across + y * along, flux, blur
+
+
+def _scale_mm(low, high, tangents):
+    """Return by how many mm a ghost moves on the sensor per tangent of its source, the larger of radially and around."""
+    both = (low.margin > 0) & (high.margin > 0)
+    if not both.any():
+        return 0.0
+    near, far = float(low.x_mm[both].mean()), float(high.x_mm[both].mean())
+    return max(abs(far - near) / (tangents[1] - tangents[0]), abs(far) / tangents[1])
+
+
+def _interpolation_of_nodes(nodes, count):
+    at = (np.arange(count) + 0.5) / count * (nodes - 1)
+    low = np.minimum(at.astype(int), nodes - 2)
+    out = np.zeros((count, nodes))
+    out[np.arange(count), low] = 1 - (at - low)
+    out[np.arange(count), low + 1] = at - low
+    return out
