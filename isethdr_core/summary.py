@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 from rich.console import Console
 from rich.markup import escape
@@ -31,12 +32,28 @@ def ledger_table(ledger, details: bool = False) -> Table:
     table = Table(title="ledger", title_justify="left")
     for name, side in (("stage", "left"), ("seconds", "right"), ("peak MB", "right"), ("error", "left"), ("left out", "left")):
         table.add_column(name, justify=side, no_wrap=name == "stage")
-    for row in ledger:
+    for row in ledger if details else metrics_together(ledger):
         errors = "\n".join(error_text(e) for e in row.errors) if details else worst_text(row.errors)
         left = "\n".join(f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out) if details else (
             f"{len(row.left_out)} noted" if row.left_out else "")
         table.add_row(escape(row.stage), f"{row.seconds:.2f}", f"{row.peak_bytes / 1e6:.0f}", escape(errors), escape(left))
     return table
+
+
+def metrics_together(ledger) -> list:
+    """Return the rows with all metrics of one camera in one, so that the table of a run fits a screen."""
+    from .ledger import Row
+
+    rows: dict[str, Row] = {}
+    for row in ledger:
+        kind, _, rest = row.stage.partition(" ")
+        title = f"metrics {rest.rpartition(' ')[2]}" if kind == "metric" else row.stage
+        whole = rows.setdefault(title, Row(title))
+        whole.seconds += row.seconds
+        whole.peak_bytes = max(whole.peak_bytes, row.peak_bytes)
+        whole.errors += row.errors
+        whole.left_out += row.left_out
+    return list(rows.values())
 
 
 def worst_text(notes) -> str:
@@ -71,7 +88,7 @@ def score_table(result) -> Table:
 def score_text(score: dict) -> str:
     """Return the value with half of its 95 % interval where it has one."""
     low, high = score["low"], score["high"]
-    known = low is not None and high is not None and low == low and high == high and high > low
+    known = low is not None and high is not None and 0 < high - low < math.inf     # false for NaN too
     return f"{score['value']:.4g}" + (f" ± {(high - low) / 2:.1g}" if known else "")
 
 

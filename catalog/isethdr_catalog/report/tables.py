@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from html import escape
 
 
@@ -27,7 +28,7 @@ def scores(result, of_objects: bool) -> str:
     for s in result.scores:
         if bool(s["object"]) == of_objects:
             low, high = s["low"], s["high"]
-            known = low is not None and high is not None and low < high     # NaN compares as unknown
+            known = low is not None and high is not None and 0 < high - low < math.inf     # NaN compares as unknown
             interval = "" if not known else f"<small>{number(low)} to {number(high)}</small>"
             cells.setdefault((s["object"], s["metric"], s["unit"]), {})[s["camera"]] = number(s["value"]) + interval
     first = ["object"] if of_objects else []
