@@ -6,6 +6,7 @@
 | `linear`           | one capture                                                           |
 | `merge`            | all captures of a shot                                                |
 | `readout`          | DN to electrons, their variance, electrons per unit of light          |
+| `bent_response`    | the table of a pixel that is not linear                               |
 | `combine`          | captures to one mosaic of electrons, without bias                     |
 | `rules`            | other people's rules for the same, by name                            |
 | `demosaic`         | every channel at every pixel, any filter array                        |

@@ -43,12 +43,18 @@ def charges(captures, balance: str):
     """Return the reads of every charge, least sensitive charge first, and its pixels' electrons per cd/m2 (y, x)."""
     import numpy as np
 
+    from isethdr_core.errors import UnitError
+
     from .readout import readouts
     from .spectra import light
 
     by_charge: dict[int, list] = {}
     reads = readouts(captures, light(balance, captures.wavelength.values))
     for number, read in zip(captures["charge"].values.tolist(), reads):
+        if not np.all(read.sensitivity > 0):  # charges are compared by their ratio
+            blind = [str(name) for name, value in zip(captures["channel"].values, read.sensitivity) if not value > 0]
+            raise UnitError(f"filter {', '.join(blind)} passes nothing of {balance}, so its captures cannot be compared; expected a quantum "
+                            "efficiency above 0 somewhere in the bands; use isp=linear, or a sensor with other filters")
         by_charge.setdefault(number, []).append(read)
     groups = sorted(by_charge.values(), key=lambda reads: float(np.mean(reads[0].sensitivity)))
     filters = captures["filter"].values

@@ -9,6 +9,8 @@ import numpy as np
 from isethdr_core.errors import UnitError, did_you_mean
 from isethdr_core.physics.radiometry import band_widths_nm, cos4_falloff, photon_energy_j
 
+from .bent_response import bent_response, check_responses
+
 PER_CAPTURE = ("exposure_s", "gain_dn_per_e", "black_dn", "top_dn", "read_noise_e", "dark_e", "quantisation_e", "area_m2",
                "charge")
 ATTRIBUTES = ("pitch_um", "focal_length_mm", "throughput_sr", "falloff")
@@ -22,7 +24,7 @@ class Readout:
 
     charge_e: np.ndarray      # (y, x)
     saturated: np.ndarray     # (y, x) bool
-    read_var_e2: float        # read noise and quantisation; (y, x) where the steps grow with the light
+    read_var_e2: float        # read noise and quantisation; (y, x) where the steps grow with the light or the pixel bends
     dark_e: float
     top_e: float              # largest charge still measured
     clear_top_e: float        # the same less the margin within which clipped charge may hide
@@ -47,6 +49,11 @@ def readouts(captures, white_radiance) -> list[Readout]:
     ----------
     captures : captures Dataset.
     white_radiance : (wavelength,) spectral radiance of a white of 1 cd/m2 on the captures' wavelengths.
+
+    Notes
+    -----
+    Where a table `response_dn` says how the pixel bends, the electrons are those that had to arrive, and a pixel is saturated
+    only where the table ends.
     """
     per_photon = captures["quantum_efficiency"].values.astype(float)
     wavelength = captures.wavelength.values
@@ -58,11 +65,16 @@ def readouts(captures, white_radiance) -> list[Readout]:
         linear, steps, top_steps = decompanded(captures, i)
         read_var, step_var = c["read_noise_e"] ** 2, c["quantisation_e"] ** 2 / 12
         top = (c["top_dn"] - c["black_dn"]) / c["gain_dn_per_e"]
-        out.append(Readout(
-            charge_e=(linear - c["black_dn"]) / c["gain_dn_per_e"], saturated=np.asarray(captures["saturated"].values[i], bool),
-            read_var_e2=read_var + step_var * steps**2, dark_e=c["dark_e"], top_e=top,
-            clear_top_e=top - MARGIN * np.sqrt(read_var + step_var * top_steps**2),
-            sensitivity=response @ white_radiance, response=response, capture=i))
+        margin = MARGIN * np.sqrt(read_var + step_var * top_steps**2)
+        bent = bent_response(captures, i)
+        if bent is None:
+            charge, saturated = (linear - c["black_dn"]) / c["gain_dn_per_e"], np.asarray(captures["saturated"].values[i], bool)
+            noise, clear_top = read_var + step_var * steps**2, top - margin
+        else:
+            charge, saturated, noise = bent.electrons_at(linear), linear >= bent.dn[-1], bent.read_variance_e2(linear)
+            top, clear_top = bent.electrons[-1], float(bent.electrons_at(bent.dn[-1] - margin * c["gain_dn_per_e"]))
+        out.append(Readout(charge_e=charge, saturated=saturated, read_var_e2=noise, dark_e=c["dark_e"], top_e=top, clear_top_e=clear_top,
+                           sensitivity=response @ white_radiance, response=response, capture=i))
     return out
 
 
@@ -123,6 +135,7 @@ def check_captures(captures) -> None:
     if captures["filter"].values.max() >= channels:
         raise UnitError(f"filter holds channel {captures['filter'].values.max()}; expected 0..{channels - 1}, an index into `channel`")
     _check_companding(captures)
+    check_responses(captures)
 
 
 def _check_companding(captures):

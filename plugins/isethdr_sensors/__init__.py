@@ -15,6 +15,7 @@
 | `soft_knee`           | the fields of a photodiode that overflows exponentially                         |
 | `soft_knee_shot`      | one shot of these pixels                                                        |
 | `imaging_sensor`      | the fields that these share                                                     |
+| `auto_exposure`       | the exposure at which the metered level meets its target                        |
 | `sensor_model`        | what a sensor is made of: photodiodes and readings                              |
 | `shot`                | one shot in the order in which it happens                                       |
 | `quantum_efficiency`  | electrons per photon; bands that do not matter                                  |

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
-from .converter import check_reading
+from . import auto_exposure
+from .converter import check_reading, top_dn
 from .sensor_model import SensorModel
 
 
@@ -25,6 +27,12 @@ class ImagingSensor:
     black_dn: float = 64.0          # assumption
     noise: bool = True              # False: means only, no random or fixed pattern
 
+    # --- exposure solved from the light; `exposure_s` counts only where it is fixed ---
+    exposure_rule: Literal["fixed", "centre", "histogram", "highlights"] = "fixed"   # docs/sensors.md, Automatic exposure
+    exposure_target: float = 0.5    # metered level / full scale
+    exposure_min_s: float = 1e-5
+    exposure_max_s: float = 0.033   # a frame at 30 Hz
+
     # --- off unless a preset knows them: no data sheet of ours states them ---
     optical_crosstalk_percent: float = 0.0      # of a pixel's light, to the 4 neighbours
     electrical_crosstalk_percent: float = 0.0   # of a pixel's electrons, to the 8 neighbours
@@ -42,6 +50,7 @@ class ImagingSensor:
         return (self.qe_csv,) if self.qe_csv else ()
 
     def __post_init__(self):
+        auto_exposure.check(self)
         self.model()
 
     def diode_terms(self) -> dict:
@@ -67,10 +76,21 @@ class ImagingSensor:
         raise NotImplementedError
 
     def __call__(self, light, generator):
-        """Return captures of one shot."""
+        """Return captures of one shot, at the exposure solved for this light unless it is fixed."""
+        if self.exposure_rule != "fixed":
+            return auto_exposure.exposed(self, light, generator)
+        return self.take(light, generator)
+
+    def take(self, light, generator):
+        """Return captures of one shot at `exposure_s`."""
         from .shot import take_shot
 
         return take_shot(self.model(), light, generator)
+
+    def full_scale_e(self) -> list[float]:
+        """Return the electrons of every capture at which it stops measuring light."""
+        model = self.model()
+        return [(top_dn(r, model.diode_of(r)) - r.black_dn) / r.gain_dn_per_e for r in model.readings]
 
     def expected(self, light):
         """Return mean electrons (capture, y, x), dark charge included."""

@@ -45,8 +45,12 @@ class LinLogSensor(ImagingSensor):
         """Return the pixel's soft knee."""
         return soft_knee.well(self.knee_e, self.thermal_e, self.knee_e_per_s, self.temperature_c)
 
-    def __call__(self, light, generator):
-        """Return captures of one shot, with the table that reads it back; light is constant over the exposure."""
+    def full_scale_e(self) -> list[float]:
+        """Return the knee: the linear part is what an exposure is metered for."""
+        return [min(self.knee_e, *super().full_scale_e())]
+
+    def take(self, light, generator):
+        """Return captures of one shot at `exposure_s`, with the table that reads it back; light is constant over the exposure."""
         from .lin_log_response import response
         from .soft_knee_shot import take_shot
 

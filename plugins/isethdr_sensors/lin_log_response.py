@@ -11,6 +11,7 @@ from . import converter
 from .soft_knee_shot import linear_top_dn
 
 ENTRIES = 1024      # of the bent part, where no code says how fine it has to be
+STRAIGHT_E = 1e-6   # electrons spilled up to which the table is a straight line
 
 
 def response(reading, exposure_s: float, soft) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -20,7 +21,7 @@ def response(reading, exposure_s: float, soft) -> tuple[np.ndarray, np.ndarray, 
     one reading of so many electrons: charge, read noise and rounding, divided by the slope of the response squared; it is
     Poisson's below the knee. The last entry is the top code and measures no light: it stands for all that is brighter.
     """
-    knee, top = linear_top_dn(reading, exposure_s, soft), converter.top_code(reading)
+    knee, top = linear_top_dn(reading, exposure_s, soft, STRAIGHT_E), converter.top_code(reading)
     bent = np.arange(knee, top + 1.0) if reading.bits else np.linspace(knee, top, ENTRIES)
     electrons = arrived_from_charge((bent - reading.black_dn) / reading.gain_dn_per_e, exposure_s, soft)
     start = np.array([0.0, reading.black_dn] if reading.black_dn > 0 else [-1000.0, 0.0])  # the straight line goes on below black

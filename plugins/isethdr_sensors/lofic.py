@@ -52,8 +52,8 @@ class LoficSensor(ImagingSensor):
         """Return the photodiode's soft knee."""
         return soft_knee.well(self.knee_e, self.thermal_e, self.knee_e_per_s, self.temperature_c)
 
-    def __call__(self, light, generator):
-        """Return captures of one shot; light is constant over the exposure."""
+    def take(self, light, generator):
+        """Return captures of one shot at `exposure_s`; light is constant over the exposure."""
         from .soft_knee_shot import take_shot
 
         return take_shot(self.model(), self.well(), (True, False), light, generator)

@@ -37,14 +37,8 @@ def take_shot(model: SensorModel, light, generator):
     generator : `isethdr_core.seeds.Generator`; its seed and scene key the shot, its device the fixed pattern.
         May be None for a model without noise.
     """
-    grid, filters, qe, light_e = _light_electrons(model, light)
-    if len(light.wavelength) > 1:
-        ledger.error(band_centre_error(model, light.wavelength.values), "relative", "measured",
-                     "quantum efficiency taken at band centres, flat spectrum")
-    for reading in model.readings:
-        converter.state_nonlinearity(reading)
-        if model.noise:
-            converter.check_black_level(reading)
+    grid, filters, qe, light_e = light_electrons(model, light)
+    state_errors(model, light)
     raw, saturated = readings(model, light_e, generator)
     return captures.captures(model, light, grid, raw, saturated, filters, qe)
 
@@ -54,12 +48,26 @@ def expected_electrons(model: SensorModel, light):
 
     It is affine in the light; in darkness it is `dark_e` of the captures.
     """
-    grid, _, _, light_e = _light_electrons(model, light)
+    grid, _, _, light_e = light_electrons(model, light)
     mean_e = [light_e[reading.diode] + dark_charge_e(model, model.diode_of(reading)) for reading in model.readings]
     return captures.electrons(model, grid, np.stack(mean_e))
 
 
-def _light_electrons(model, light):
+def state_errors(model: SensorModel, light) -> None:
+    """State in the ledger what every shot of `model` leaves out: band centres, the converter's bend and its lower end."""
+    if len(light.wavelength) > 1:
+        ledger.error(band_centre_error(model, light.wavelength.values), "relative", "measured",
+                     "quantum efficiency taken at band centres, flat spectrum")
+    for reading in model.readings:
+        converter.state_nonlinearity(reading)
+        if model.noise:
+            converter.check_black_level(reading)
+
+
+def light_electrons(model: SensorModel, light):
+    """Return the pixel grid, the filters (y, x), the quantum efficiency (channel, wavelength) with crosstalk between filters, and
+    per photodiode the mean light electrons (y, x) of the exposure.
+    """
     quantities.check_irradiance(light)
     grid = pixel_grid(light, model.pitch_um, model.rows, model.columns)
     check_tiles(light, grid)
@@ -90,12 +98,12 @@ def readings(model: SensorModel, light_e, generator, block_rows: int | None = No
     height, width = light_e[0].shape
     raw = np.empty((len(model.readings), height, width), converter.raw_dtype(model.readings))
     saturated = np.empty(raw.shape, bool)
-    prnu, dark, offsets, widths = _device_maps(model, generator, height, width)
+    prnu, dark, offsets, widths = device_maps(model, generator, height, width)
     step = block_rows or rows_per_block(width)
     blocks = [slice(y, min(y + step, height)) for y in range(0, height, step)]
 
     def charge(k, rows):
-        mean_e = light_e[k][rows] * _part(prnu[k], rows) + _part(dark[k], rows)
+        mean_e = light_e[k][rows] * part(prnu[k], rows) + part(dark[k], rows)
         return _charge(model, model.photodiodes[k], mean_e, generator, rows.start)
 
     bloomed = {k: blooming.bloom(np.concatenate([charge(k, rows) for rows in blocks]), diode.full_well_e, diode.blooming_percent)
@@ -105,11 +113,7 @@ def readings(model: SensorModel, light_e, generator, block_rows: int | None = No
         for k, reading in enumerate(model.readings):
             electrons = charges[reading.diode]
             full = electrons >= model.diode_of(reading).full_well_e
-            if model.noise:
-                electrons = _read(reading, electrons + _part(offsets[k], rows), _part(widths[k], rows), generator, rows.start)
-            elif np.ndim(offsets[k]):
-                electrons = electrons + _part(offsets[k], rows)
-            dn = converter.digitise(electrons, reading)
+            dn = read_dn(model, reading, electrons, part(offsets[k], rows), part(widths[k], rows), generator, rows.start)
             saturated[k, rows] = full | (dn >= converter.top_code(reading))
             raw[k, rows] = converter.companded(dn, reading)
     return raw, saturated
@@ -127,15 +131,25 @@ def _charge(model, diode, mean_e, generator, first_row):
     return mean_e if diode.blooming_percent else full_well.limit_charge(mean_e, diode.full_well_e)
 
 
-def _read(reading, electrons, width_e, generator, first_row):
-    if np.ndim(width_e) or width_e:
+def read_dn(model: SensorModel, reading, electrons, offset_e, width_e, generator, first_row: int):
+    """Return the linear DN (y, x) of one reading of a block of rows.
+
+    Parameters
+    ----------
+    electrons : (y, x) charge; `offset_e`, `width_e` : the reading's offset and read noise there, numbers or maps.
+    generator : key of the noise of the reading; not used by a model without noise.
+    first_row : the block's first row, counted from the sensor's upper left pixel.
+    """
+    if model.noise or np.ndim(offset_e):
+        electrons = electrons + offset_e
+    if model.noise and (np.ndim(width_e) or width_e):
         electrons = electrons + read_noise.read_noise(width_e, generator.stream(reading.capture, "read"), first_row, *electrons.shape)
-    if reading.row_noise_e:
+    if model.noise and reading.row_noise_e:
         electrons = electrons + row_noise.row_noise(reading.row_noise_e, generator.stream(reading.capture, "row"), first_row, len(electrons))
-    return electrons
+    return converter.digitise(electrons, reading)
 
 
-def _device_maps(model, generator, height, width):
+def device_maps(model: SensorModel, generator, height: int, width: int):
     """Return per photodiode the PRNU factor and the dark electrons, per reading offset and read noise: maps, rows or numbers."""
     size = height, width
     dark = [dark_charge_e(model, diode) for diode in model.photodiodes]
@@ -159,6 +173,6 @@ def _device_maps(model, generator, height, width):
     return prnu, dark, offsets, widths
 
 
-def _part(values, rows):
+def part(values, rows: slice):
     """Return the block of a map; a number or a single row of columns serves every block."""
     return values[rows] if np.ndim(values) and values.shape[0] > 1 else values

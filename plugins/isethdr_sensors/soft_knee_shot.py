@@ -13,7 +13,6 @@ from isethdr_core.physics.noise import LARGEST_MEAN_E, rows_per_block
 from isethdr_core.physics.random_words import words
 
 from . import captures, converter, full_well, shot, shot_noise
-from .quantum_efficiency import band_centre_error
 
 LINEAR_WITHIN = 1e-4        # share of the knee's charge that may have spilled where a reading still counts as linear
 NOTHING_E = 1e-6            # mean spill below which the charge is left alone, so that it has the bits of a linear sensor
@@ -33,15 +32,9 @@ def take_shot(model, soft, collects, light, generator):
     -----
     Readings of the photodiode alone are `saturated` where they stop being linear: `top_dn` says where.
     """
-    grid, filters, qe, [light_e] = shot._light_electrons(model, light)
-    if len(light.wavelength) > 1:
-        ledger.error(band_centre_error(model, light.wavelength.values), "relative", "measured",
-                     "quantum efficiency taken at band centres, flat spectrum")
+    grid, filters, qe, [light_e] = shot.light_electrons(model, light)
+    shot.state_errors(model, light)
     ledger.error(LINEAR_WITHIN, "relative", "bound", "charge spilled before a reading counts as saturated, light constant over the exposure")
-    for reading in model.readings:
-        converter.state_nonlinearity(reading)
-        if model.noise:
-            converter.check_black_level(reading)
     raw, saturated = readings(model, soft, collects, light_e, generator)
     out = captures.captures(model, light, grid, raw, saturated, filters, qe)
     out["top_dn"].values[:] = tops(model, soft, collects)
@@ -50,7 +43,8 @@ def take_shot(model, soft, collects, light, generator):
 
 def tops(model, soft, collects) -> list[float]:
     """Return the largest code of every reading that still measures light linearly."""
-    return [converter.top_dn(reading, model.diode_of(reading)) if all_charge else linear_top_dn(reading, model.exposure_s, soft)
+    spilled_e = LINEAR_WITHIN * soft.knee_e
+    return [converter.top_dn(reading, model.diode_of(reading)) if all_charge else linear_top_dn(reading, model.exposure_s, soft, spilled_e)
             for reading, all_charge in zip(model.readings, collects, strict=True)]
 
 
@@ -59,21 +53,18 @@ def readings(model, soft, collects, light_e, generator, block_rows: int | None =
     height, width = light_e.shape
     raw = np.empty((len(model.readings), height, width), converter.raw_dtype(model.readings))
     saturated = np.empty(raw.shape, bool)
-    [prnu], [dark], offsets, widths = shot._device_maps(model, generator, height, width)
+    [prnu], [dark], offsets, widths = shot.device_maps(model, generator, height, width)
     key, capacity = generator if model.noise else None, model.photodiodes[0].full_well_e
     limits, untouched_e = tops(model, soft, collects), linear_limit_e(NOTHING_E, model.exposure_s, soft)
     step = block_rows or rows_per_block(width)
     for y in range(0, height, step):
         rows = slice(y, min(y + step, height))
-        total = arrived(light_e[rows] * shot._part(prnu, rows) + shot._part(dark, rows), capacity, key, y)
+        total = arrived(light_e[rows] * shot.part(prnu, rows) + shot.part(dark, rows), capacity, key, y)
         charge = stays(total, untouched_e, model.exposure_s, soft, key, y)
         for k, (reading, all_charge) in enumerate(zip(model.readings, collects, strict=True)):
             electrons = np.minimum(total, capacity) if all_charge else charge
             full = total >= capacity
-            electrons = electrons + shot._part(offsets[k], rows)
-            if model.noise:
-                electrons = shot._read(reading, electrons, shot._part(widths[k], rows), generator, y)
-            dn = converter.digitise(electrons, reading)
+            dn = shot.read_dn(model, reading, electrons, shot.part(offsets[k], rows), shot.part(widths[k], rows), generator, y)
             saturated[k, rows] = full | (dn >= limits[k])
             raw[k, rows] = converter.companded(dn, reading)
     return raw, saturated
@@ -110,7 +101,7 @@ def stays(arrived_e, untouched_e: float, exposure_s: float, soft, generator, fir
     return charge
 
 
-def linear_top_dn(reading, exposure_s: float, soft) -> float:
-    """Return the largest code up to which the photodiode's charge is the arrived charge within `LINEAR_WITHIN`."""
-    limit = reading.black_dn + reading.gain_dn_per_e * linear_limit_e(LINEAR_WITHIN * soft.knee_e, exposure_s, soft)
+def linear_top_dn(reading, exposure_s: float, soft, spilled_e: float) -> float:
+    """Return the largest code up to which at most `spilled_e` of the arrived charge have left the photodiode."""
+    limit = reading.black_dn + reading.gain_dn_per_e * linear_limit_e(spilled_e, exposure_s, soft)
     return min(converter.top_code(reading), float(np.floor(limit)) if reading.bits else limit)

@@ -1,0 +1,56 @@
+"""Bent response: the table by which a capture of a pixel that is not linear is read back, from linear DN to electrons."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from isethdr_core.errors import UnitError
+
+NAMES = ("response_dn", "response_e", "response_variance_e2")
+
+
+@dataclass(frozen=True, eq=False)
+class BentResponse:
+    """Rising linear DN, the electrons that have to arrive for them and the variance of one reading, all (entry,)."""
+
+    dn: np.ndarray
+    electrons: np.ndarray      # dark charge included
+    variance_e2: np.ndarray    # of one reading, the shot noise of the light included
+
+    def electrons_at(self, dn) -> np.ndarray:
+        """Return the electrons that have to arrive for `dn`; the first straight piece goes on below the first entry."""
+        slope = (self.electrons[1] - self.electrons[0]) / (self.dn[1] - self.dn[0])
+        return np.interp(dn, self.dn, self.electrons) + slope * np.minimum(dn - self.dn[0], 0.0)
+
+    def read_variance_e2(self, dn) -> np.ndarray:
+        """Return what the variance of a reading has beyond the Poisson noise of the light, e^2, 0 or above."""
+        poisson = np.maximum(np.interp(dn, self.dn, self.electrons), 0.0)
+        return np.maximum(np.interp(dn, self.dn, self.variance_e2) - poisson, 0.0)
+
+
+def bent_response(captures, i: int) -> BentResponse | None:
+    """Return the table of capture `i` without its padding; None where the capture is linear."""
+    if NAMES[0] not in captures:
+        return None
+    columns = np.array([captures[name].values[i] for name in NAMES], float)
+    columns = columns[:, np.isfinite(columns).all(axis=0)]
+    return BentResponse(*columns) if columns.shape[1] else None
+
+
+def check_responses(captures) -> None:
+    """Refuse a table that cannot be followed: part of one, too short, not rising, or without a variance."""
+    present = [name for name in NAMES if name in captures]
+    if not present:
+        return
+    if len(present) < len(NAMES):
+        raise UnitError(f"captures have {' and '.join(present)} alone; expected {', '.join(NAMES)}, or none of them")
+    for i in range(captures.sizes["capture"]):
+        table = bent_response(captures, i)
+        if table is None:
+            continue
+        if len(table.dn) < 2 or np.any(np.diff(table.dn) <= 0) or np.any(np.diff(table.electrons) <= 0):
+            raise UnitError("a response table does not rise from entry to entry; expected at least two rising pairs of response_dn and response_e")
+        if np.any(table.variance_e2 < 0):
+            raise UnitError("response_variance_e2 holds values below 0; expected variances in e2")
