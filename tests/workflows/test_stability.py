@@ -1,0 +1,59 @@
+"""The stability study: no stage is wrong but where docs/stability.md says so, and a wrong result is called wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from isethdr_workflows.stability import STAGES, stability
+from isethdr_workflows.stability.dynamics import exact
+from isethdr_workflows.stability.verdict import Measured, judged, relative
+
+from isethdr_core.errors import ConfigError, UnitError
+
+KNOWN = {("lens", "50.5 waves of defocus: light on the very axis"),
+         ("spectra", "line of 1 nm at 552.5 nm in bands of 10 nm: photons")}
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_no_stage_is_wrong_but_where_it_is_known(stage):
+    rows = stability(stage)
+    wrong = {(r["stage"], r["case"]) for r in rows if r["verdict"] == "WRONG"}
+    assert wrong == {k for k in KNOWN if k[0] == stage}, [r for r in rows if r["verdict"] == "WRONG"]
+    assert len({r["case"] for r in rows}) == len(rows)
+    assert {"right"} <= {r["verdict"] for r in rows}
+
+
+def fails(error):
+    def measure():
+        raise error
+    return measure
+
+
+@pytest.mark.parametrize(("measure", "verdict"), [
+    (lambda: Measured(1.0, 1.0, ""), "right"),
+    (lambda: Measured(1.1, 1.0, ""), "WRONG"),
+    (lambda: Measured(float("nan"), 1.0, ""), "WRONG"),
+    (lambda: Measured(float((np.zeros(1) / np.zeros(1)).size - 1), 1.0, ""), "WRONG"),   # numpy warned on the way
+    (fails(UnitError("light is negative; expected light, which never is")), "refused"),
+    (fails(ValueError("no")), "WRONG"),                        # says nothing
+    (fails(ZeroDivisionError("division by zero, a long message")), "WRONG"),
+])
+def test_verdicts(measure, verdict):
+    assert judged("stage", "case", measure)["verdict"] == verdict
+
+
+def test_relative_wants_exact_darkness():
+    assert relative([1.0, 0.0], [2.0, 0.0]) == 0.5
+    assert relative([1e-300], [0.0]) == np.inf
+
+
+def test_the_closed_form_of_a_well_agrees_with_its_limits():
+    little, lost = exact(1.0, 1.0, 7000.0, 240.0, 4.4e5)        # far below the knee all stays
+    assert float(little) == pytest.approx(1.0, rel=1e-6) and float(little + lost) == pytest.approx(1.0, rel=1e-15)
+    full, _ = exact(1e12, 1.0, 7000.0, 240.0, 4.4e5)            # far beyond it, overflow equals current
+    assert float(full) == pytest.approx(7000 + 240 * np.log(1e12 / 4.4e5), rel=1e-12)
+
+
+def test_an_unknown_stage_is_refused():
+    with pytest.raises(ConfigError, match="did you mean 'lens'"):
+        stability("lans")

@@ -1,0 +1,63 @@
+"""Convolution: twelve decades of light beside each other, against direct sums in long double."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .inputs import patchy
+from .verdict import Measured, relative
+
+
+def cases():
+    """Yield (case, measure)."""
+    for decades in (0, 3, 6, 9, 12, 15):
+        yield f"one lamp 1e{decades} times its surroundings", lambda d=decades: direct(lamps(10.0**d, 1))
+    yield "a quarter of the tiles lamps of 1e12", lambda: direct(lamps(1e12, 300))
+    for level in (1e-12, 1e12, 1e-200, 1e200):
+        yield f"{level:g} everywhere", lambda v=level: direct(v * patchy((32, 40)))
+    yield "one lit tile", lambda: direct(alone(32, 40))
+    yield "all dark", lambda: direct(np.zeros((32, 40)))
+    yield "one tile", lambda: direct(np.full((1, 1), 3.0))
+    yield "a row of 300", lambda: direct(lamps(1e12, 1, (1, 300)))
+    yield "a column of 300", lambda: direct(lamps(1e12, 1, (300, 1)))
+    yield "one NaN", lambda: direct(np.where(alone(32, 40) > 0, np.nan, 1.0))
+
+
+def lamps(level: float, count: int, shape=(32, 40)) -> np.ndarray:
+    """Return surroundings of about 1 and `count` tiles of `level`."""
+    out = patchy(shape)
+    out.flat[np.random.default_rng(2).choice(out.size, count, replace=False)] = level
+    return out
+
+
+def alone(ny: int, nx: int) -> np.ndarray:
+    """Return a picture that is dark but for one tile."""
+    out = np.zeros((ny, nx))
+    out[ny // 3, nx // 4] = 1.0
+    return out
+
+
+def wide(reach: int = 24) -> np.ndarray:
+    """Return a point spread function with the tail of a diffraction pattern, r^-3."""
+    y, x = np.mgrid[-reach:reach + 1, -reach:reach + 1]
+    out = (1.0 + x**2 + 1.5 * y**2) ** -1.5
+    return out / out.sum()
+
+
+def direct(image) -> Measured:
+    """Compare with the sum of shifted pictures in long double."""
+    from isethdr_core.physics.convolution import convolve_with_bound
+
+    psf = wide()
+    found, bound = convolve_with_bound(image, psf)
+    return Measured(relative(found, summed(image, psf)), bound.relative + bound.absolute, "direct sum in long double, relative")
+
+
+def summed(image, psf) -> np.ndarray:
+    """Return the linear convolution as a sum of shifted pictures, long double."""
+    (ny, nx), (ky, kx) = image.shape, psf.shape
+    padded = np.zeros((ny + ky - 1, nx + kx - 1), np.longdouble)
+    for i in range(ky):
+        for j in range(kx):
+            padded[i:i + ny, j:j + nx] += np.longdouble(psf[i, j]) * image
+    return padded[ky // 2:ky // 2 + ny, kx // 2:kx // 2 + nx]

@@ -1,0 +1,126 @@
+"""Processing: filters that do not tell colours apart, captures that disagree, no light and too much, against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .inputs import BANDS, THROUGHPUT_SR, irradiance
+from .verdict import Measured, relative
+
+LEVEL = 100.0   # cd/m2
+FLOAT32 = 2.0**-22   # raw without a converter is float32, and black comes off
+
+
+def cases():
+    """Yield (case, measure)."""
+    for name in ("linear", "merge"):
+        yield f"{name}: three equal filters", lambda n=name: equal_filters(n, 0.0)
+        yield f"{name}: filters that differ by 1e-9", lambda n=name: equal_filters(n, 1e-9)
+        yield f"{name}: a filter that passes nothing", lambda n=name: equal_filters(n, 0.0, blind=True)
+        yield f"{name}: all dark", lambda n=name: dark(n)
+        yield f"{name}: all saturated", lambda n=name: blinded(n)
+        for shape in ((1, 1), (1, 60), (2, 2)):
+            yield f"{name}: {shape[0]} x {shape[1]} pixels under one filter", lambda n=name, s=shape: one_filter(n, *s)
+    yield "linear: 1 x 1 pixels of a Bayer array", lambda: one_filter("linear", 1, 1, cfa="RGGB")
+    yield "merge: two captures, a filter that passes nothing", lambda: equal_filters("merge", 0.0, blind=True, sensor="staggered")
+    for factor in (0.5, 2.0, 100.0):
+        yield f"merge: one capture reads {factor:g} times too much", lambda f=factor: disagree(f)
+    for level in (1e-9, 1e9):
+        yield f"linear: {level:g} cd/m2 read back", lambda v=level: level_back(v)
+    yield "matrix: samples of one colour", one_colour
+
+
+def _white(level: float = LEVEL):
+    from isethdr_isp.spectra import light
+
+    return level * light("daylight", BANDS)
+
+
+def _shot(sensor: str = "bayer", shape=(24, 24), level: float = LEVEL, generator=None, **fields):
+    from isethdr_core.registry import build
+
+    cube = np.broadcast_to((_white(level) * THROUGHPUT_SR)[:, None, None], (len(BANDS), 2 * shape[0] + 2, 2 * shape[1] + 2))
+    quiet = {} if generator else {"noise": False, "bits": 0}
+    return build("sensor", sensor, pitch_um=3.0, rows=shape[0], columns=shape[1], **quiet, **fields)(irradiance(cube, tile_um=1.5 * (1 + 1e-6)), generator)
+
+
+def _picture(name: str, shot):
+    from isethdr_core.registry import build
+
+    return build("isp", name)(shot)
+
+
+def _off(picture, level: float = LEVEL) -> float:
+    return relative(picture.xyz.values[..., 1], level)
+
+
+def equal_filters(name: str, apart: float, blind: bool = False, sensor: str = "bayer") -> Measured:
+    """A grey in the light of balance comes back exactly whatever the filters are: the matrix is made so."""
+    shot = _shot(sensor, exposure_s=1e-3).copy(deep=True)
+    green = shot.quantum_efficiency.values[:, 1].copy()
+    before = [_of_white(shot, k) for k in range(3)]
+    for k in (0, 2):
+        shot.quantum_efficiency.values[:, k] = green * (1 + apart * np.linspace(-1, 1, len(BANDS)) * (k - 1))
+    if blind:
+        shot.quantum_efficiency.values[:, 0] = 0.0
+    for k in (0, 2):   # the raw values that such filters would have given
+        at, ratio = shot["filter"].values == k, _of_white(shot, k) / before[k]
+        for raw, dark_e in zip(shot.raw.values, shot.dark_e.values):
+            raw[at] = (raw[at] - dark_e) * ratio + dark_e
+    return Measured(_off(_picture(name, shot)), 1e-5, "100 cd/m2, relative")
+
+
+def _of_white(shot, channel: int) -> float:
+    from isethdr_core.physics.radiometry import photon_energy_j
+
+    return float(shot.quantum_efficiency.values[0, channel] @ (_white() / photon_energy_j(BANDS)))
+
+
+def dark(name: str) -> Measured:
+    """No light: the mean is 0 within 5 standard errors of its own variance; columns share offsets."""
+    from isethdr_core import generator
+
+    picture = _picture(name, _shot(shape=(64, 64), level=0.0, generator=generator(5)))
+    y, rms = picture.xyz.values[..., 1], np.sqrt(picture.variance.values[..., 1].mean())
+    # neighbours share samples: 4096 pixels count as 1000; fixed patterns are a tenth of the noise
+    return Measured(abs(float(y.mean())) / rms, 5 / np.sqrt(1000) + 0.1, "0 cd/m2, share of the noise")
+
+
+def blinded(name: str) -> Measured:
+    """No pixel is valid, and no number is anything but finite."""
+    from isethdr_core import generator
+
+    picture = _picture(name, _shot(level=1e12, generator=generator(5)))
+    wrong = picture.valid.values.mean() + np.mean(~np.isfinite(picture.xyz.values)) + np.mean(~np.isfinite(picture.variance.values))
+    return Measured(float(wrong), 0.0, "share of pixels that pass as valid or are not finite")
+
+
+def one_filter(name: str, rows: int, columns: int, cfa: str = "W") -> Measured:
+    """A single pixel or row is read as any other."""
+    return Measured(_off(_picture(name, _shot("single", (rows, columns), cfa=cfa, exposure_s=1e-3))), FLOAT32, "100 cd/m2, relative")
+
+
+def level_back(level: float) -> Measured:
+    """The ideal sensor's picture keeps its level."""
+    from isethdr_core.registry import build
+
+    cube = np.broadcast_to((_white(level) * THROUGHPUT_SR)[:, None, None], (len(BANDS), 24, 24))
+    return Measured(_off(_picture("linear", build("sensor", "ideal", pitch_um=3.0)(irradiance(cube))), level), FLOAT32, "the scene's level, relative")
+
+
+def disagree(factor: float) -> Measured:
+    """Captures that contradict each other give a value between their readings, never beyond."""
+    shot = _shot("staggered", exposure_s=1e-3).copy(deep=True)
+    shot.raw.values[1] *= factor
+    y = _picture("merge", shot).xyz.values[..., 1] / LEVEL
+    low, high = min(1.0, factor), max(1.0, factor)
+    return Measured(max(0.0, float(y.max()) / high - 1, 1 - float(y.min()) / low), 0.05, "between both readings, relative excess")
+
+
+def one_colour() -> Measured:
+    """With samples that are all the white itself, the matrix still keeps the white."""
+    from isethdr_core.physics.colour import colour_matrix
+
+    white, xyz = np.array([1.0, 2.0, 3.0]), np.array([0.9, 1.0, 1.1])
+    matrix = colour_matrix(np.tile(white, (5, 1)), np.tile(xyz, (5, 1)), white, xyz)
+    return Measured(relative(matrix @ white, xyz), 1e-14, "the white's XYZ, relative")

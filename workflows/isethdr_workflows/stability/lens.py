@@ -1,0 +1,143 @@
+"""Lenses: light of any level, fast and slow apertures, much defocus, against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .convolve import summed
+from .inputs import mixed, patchy
+from .verdict import Measured, relative, with_ledger
+
+GREEN = np.array([550.0])
+ROUNDING = 2.0**-23   # irradiance is float32: one step
+PUPIL = 1e-4          # kernel values (L1), as the plugin's `pupils.CORE_SAMPLES` states
+WAVEFRONT = 1e-2      # the same where the pupil is as coarse as a quarter wave per cell allows; no stage states a bound, this is asked
+
+
+def cases():
+    """Yield (case, measure)."""
+    for level in (1e-12, 1.0, 1e12):
+        yield f"ideal lens, {level:g} W m-2 sr-1 nm-1 everywhere", lambda v=level: level_kept(v)
+    yield "ideal lens, 1e-12 beside 1e12", beside
+    for f_number in (0.7, 4.0, 64.0):
+        yield f"f/{f_number:g}: peak of the point spread", lambda n=f_number: peak(n, 0.0)
+        yield f"f/{f_number:g}: light of one tile", lambda n=f_number: energy(n)
+    for waves in (0.5, 5.5, 50.5):
+        yield f"{waves:g} waves of defocus: light on the very axis", lambda w=waves: peak(4.0, w)
+        yield f"{waves:g} waves of defocus: the pattern", lambda w=waves: pattern(w)
+        yield f"{waves:g} waves of defocus: light of the whole pattern", lambda w=waves: spread(w)
+    yield "1 beside 1e12 through diffraction", decades
+    yield "all dark", lambda: Measured(float(np.abs(_lens("diffraction_limited")(mixed(np.zeros((1, 12, 16)), GREEN)).values).max()), 0.0,
+                                       "0")
+    for shape in ((1, 1), (1, 40), (40, 1)):
+        yield f"{shape[0]} x {shape[1]} tiles through diffraction", lambda s=shape: row(s)
+    yield "f/0.3 with the sine condition", lambda: Measured(_lens("ideal", f_number=0.3, pupil="aplanatic").throughput_sr(), 0.0,
+                                                            "expected a refusal")
+    yield "negative radiance", lambda: Measured(float(_lens("ideal")(mixed(-np.ones((1, 4, 4)), GREEN)).max()), 0.0, "expected a refusal")
+
+
+def _lens(name: str, **fields):
+    from isethdr_core.registry import build
+
+    return build("lens", name, **fields)
+
+
+def level_kept(level: float) -> Measured:
+    """A uniform scene gives pi / (1 + 4 N^2) times its radiance, less by cos^4 off the axis."""
+    light = _lens("ideal")(mixed(np.full((1, 9, 9), level, np.float32), GREEN))
+    x, y = np.meshgrid(light.x.values / 4e-3, light.y.values / 4e-3)
+    truth = float(np.float32(level)) * math.pi / 65 / (1 + x**2 + y**2) ** 2
+    return Measured(relative(light.values[0], truth), ROUNDING, "pi / (1 + 4 N^2) cos^4, relative")
+
+
+def beside() -> Measured:
+    """Tiles do not touch each other without blur."""
+    cube = np.where(np.indices((8, 8)).sum(0) % 2, 1e-12, 1e12)[None].astype(np.float32)
+    light = _lens("ideal", falloff="none")(mixed(cube, GREEN))
+    return Measured(relative(light.values, cube.astype(float) * math.pi / 65), ROUNDING, "pi / (1 + 4 N^2), relative")
+
+
+def peak(f_number: float, waves: float) -> Measured:
+    """A round pupil of area A gives A / (wavelength distance)^2 on the axis, times sinc^2 of the waves of defocus at its rim.
+
+    Hopkins 1955, "The frequency response of a defocused optical system": the pupil's phase is uniform in the square of the radius.
+    """
+    pitch_um = 0.05 * 0.55 * f_number
+    found = float(_defocused(f_number, waves).psf(550.0, pitch_um, 16, integrated=False).values[0, 8, 8])
+    clean, turn = math.pi / 4 * (pitch_um / (0.55 * f_number)) ** 2, math.pi * waves
+    return Measured(abs(found / (clean * ((math.sin(turn) / turn) ** 2 if waves else 1.0)) - 1), WAVEFRONT if waves > 1 else PUPIL, "closed form on the axis, relative")
+
+
+def _defocused(f_number: float, waves: float):
+    """Return a lens whose wavefront at the rim is `waves` of 550 nm beyond that in the middle: OSA 4 is sqrt(3) (2 rho^2 - 1)."""
+    if not waves:
+        return _lens("diffraction_limited", f_number=f_number)
+    return _lens("wavefront", f_number=f_number, zernike_um={4: waves * 0.55 / (2 * math.sqrt(3))})
+
+
+def pattern(waves: float) -> Measured:
+    """The whole pattern against the integral of a defocused round pupil over its radius (Born and Wolf, section 8.8), L1."""
+    from scipy.special import j0
+
+    width, count = 8 * 4.0 * waves * 0.55 + 40.0, 48
+    found = _defocused(4.0, waves).psf(550.0, width / count, count, integrated=False).values[0]
+    at = (np.arange(count) - count // 2) * width / count
+    radius, place = np.unique(np.hypot(at[:, None], at).round(9), return_inverse=True)
+    node, weight = np.polynomial.legendre.leggauss(1200)
+    s = (node + 1) / 2   # square of the pupil's radius
+    field = j0(np.pi * radius[:, None] / 2.2 * np.sqrt(s)) @ (weight / 2 * np.exp(2j * np.pi * waves * s))
+    truth = (np.abs(field) ** 2)[place].reshape(found.shape) * math.pi / 4 * (width / count / 2.2) ** 2
+    return Measured(float(np.abs(found - truth).sum() / truth.sum()), WAVEFRONT if waves > 1 else PUPIL, "integral over the pupil's radius, L1")
+
+
+def spread(waves: float) -> Measured:
+    """All light lies within the geometric blur, 8 N W20 wide, but for what its edge diffracts: that of a clear stop, at most."""
+    width = 8 * 4.0 * waves * 0.55
+    found = float(_defocused(4.0, waves).psf(550.0, (width + 400.0) / 256, 256, integrated=True).values.sum())
+    # the light that leaves a frame 200 um beyond the blur is diffracted once, at the rim: less than that of a point there
+    lost = beyond(200.0, 4.0)
+    return Measured(max(found - 1, 1 - lost - found, 0.0), PUPIL, "1, less what diffraction throws out of the frame")
+
+
+def beyond(half_um: float, f_number: float) -> float:
+    """Return the share of a point's light outside a square: J0^2 + J1^2 outside a circle (Rayleigh 1881), over all directions."""
+    from scipy.special import j0, j1
+
+    angle = (np.arange(20000) + 0.5) / 20000 * math.pi / 4
+    v = math.pi * half_um / np.cos(angle) / (0.55 * f_number)
+    return float(np.mean(j0(v) ** 2 + j1(v) ** 2))
+
+
+def energy(f_number: float) -> Measured:
+    """What one tile of 4 um sends out arrives, but for what diffraction throws out of the frame of 41 tiles."""
+    cube = np.zeros((1, 41, 41), np.float32)
+    cube[0, 20, 20] = 1.0
+    lens = _lens("diffraction_limited", f_number=f_number, falloff="none")
+    missing = 1 - float(lens(mixed(cube, GREEN)).values.sum(dtype=float)) / lens.throughput_sr()
+    lost = float(np.mean([beyond(82.0 + 4.0 * (k / 20 - 0.5), f_number) for k in range(21)]))   # the source has a width
+    return Measured(abs(missing - lost), PUPIL, "1 less J0^2 + J1^2 beyond the frame, share of the light")
+
+
+def decades() -> Measured:
+    """A picture through the lens's own kernel, summed directly."""
+    from isethdr_optics.kernels import kernels
+
+    image = patchy((24, 32)).astype(np.float32)
+    image[6, 7] = 1e12
+    lens = _lens("diffraction_limited", falloff="none")
+    light, row = with_ledger(lambda: lens(mixed(image[None], GREEN)))
+    bound = next(e.value for e in row.errors if e.what == "convolution of the given kernel")
+    kernel = kernels(lens, (), GREEN, (4.0, 4.0), (23, 31)).bands[0]
+    truth = summed(image.astype(float) * (lens.throughput_sr()), kernel.astype(float))
+    return Measured(relative(light.values[0], truth), bound, "direct sum of its kernel in long double, relative")
+
+
+def row(shape) -> Measured:
+    """A frame of one tile or one row loses no more than it says."""
+    lens = _lens("diffraction_limited", falloff="none")
+    light = lens(mixed(np.ones((1, *shape), np.float32), GREEN))
+    # a tile of 4 um keeps more than a third of its own light at f/4
+    low, high = float(light.values.min()) / lens.throughput_sr(), float(light.values.max()) / lens.throughput_sr()
+    return Measured(max(high - 1, 1 / 3 - low, 0.0), ROUNDING, "between a third and all of the light of a uniform scene")

@@ -1,0 +1,115 @@
+"""Lighting: light groups that are alike, weights far apart, targets out of reach, against the sums themselves in long double."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .inputs import patchy, scene
+from .verdict import Measured, relative
+
+HALF_STEP = 2.0**-24   # mixed light is rounded to float32 once
+SHAPE = (24, 32)
+
+
+def cases():
+    """Yield (case, measure)."""
+    yield "weights over 15 decades", lambda: mixing({"a": 1e-9, "b": 1e6, "c": 1.0})
+    yield "weights over 60 decades", lambda: mixing({"a": 1e-30, "b": 1e30, "c": 0.0})
+    yield "a sum beyond float32", lambda: mixing({"a": 1e38, "b": 1e39, "c": 0.0})
+    for apart in (0.0, 1e-6):
+        name = "identical groups" if not apart else "groups that differ by 1e-6"
+        yield f"{name}: luminance targets", lambda e=apart: alike(e, mean_cd_m2=None)
+        yield f"{name}: a mean", lambda e=apart: alike(e, mean_cd_m2=500.0)
+        yield f"{name}: a median", lambda e=apart: alike(e, median_cd_m2=500.0)
+        yield f"{name}: a dynamic range", lambda e=apart: alike(e, dynamic_range=2.0)
+    for level in (1e-9, 1e-3, 1e12):
+        yield f"a median of {level:g} cd/m2", lambda v=level: reached({"lamp": patchy(SHAPE) * 1e-3, "sky": patchy(SHAPE, 2)},
+                                                                     others=0.0, median_cd_m2=v)
+    for ratio in (10.0, 1e6, 1e12):
+        yield f"a dynamic range of {ratio:g}", lambda v=ratio: reached(_night(), dynamic_range=v)
+    yield "a median over a dark group", lambda: said({"lamp": patchy(SHAPE), "sky": np.zeros(SHAPE)}, median_cd_m2=1e6)
+    yield "a mean below what the lamps give", lambda: said({"lamp": patchy(SHAPE), "sky": patchy(SHAPE, 2)}, mean_cd_m2=1e-6)
+    yield "a dynamic range below that of the picture", lambda: said(_night(), dynamic_range=1.01)
+    yield "a luminance of a dark group", lambda: said({"lamp": np.zeros(SHAPE), "sky": patchy(SHAPE)},
+                                                      targets={"lamp": {"statistic": "max", "cd_m2": 10.0}})
+    yield "all groups dark, a dynamic range", lambda: said({"lamp": np.zeros(SHAPE), "sky": np.zeros(SHAPE)}, dynamic_range=100.0)
+    yield "a weight of NaN", lambda: mixing({"a": float("nan"), "b": 1.0, "c": 1.0})
+    yield "a negative weight", lambda: mixing({"a": -1.0, "b": 1.0, "c": 1.0})
+
+
+def _night() -> dict:
+    lamp = np.zeros(SHAPE)
+    lamp[5:7, 8:11] = 1e6
+    return {"lamp": lamp, "sky": patchy(SHAPE)}
+
+
+def _lighting(name: str, **fields):
+    from isethdr_core.registry import build
+
+    return build("lighting", name, **fields)
+
+
+def mixing(weights: dict) -> Measured:
+    """Compare with the weighted sum in long double; what is below float32's smallest number counts as dark."""
+    maps = {g: patchy(SHAPE, seed) for seed, g in enumerate(weights, 3)}
+    light = scene(maps)
+    found = _lighting("weights", weights=weights)(light).values
+    truth = sum(np.longdouble(w) * light.radiance.sel(light_group=g).values.astype(np.longdouble) for g, w in weights.items())
+    return Measured(relative(found, truth), HALF_STEP, "weighted sum in long double, relative")
+
+
+def alike(apart: float, **wanted) -> Measured:
+    """Two groups that cannot be told apart: what the lighting says it reached is what the picture shows."""
+    first = patchy(SHAPE)
+    maps = {"lamp": first, "sky": first * (1 + apart * patchy(SHAPE, 2))}
+    targets = {"lamp": {"statistic": "mean", "cd_m2": 100.0}}
+    if wanted.get("mean_cd_m2", 0) is None:
+        targets["sky"] = {"statistic": "max", "cd_m2": 300.0}
+    return _shown(maps, targets=targets, **{k: v for k, v in wanted.items() if v is not None})
+
+
+def reached(maps: dict, **wanted) -> Measured:
+    """A target within reach is met to 1e-6, as the lighting promises, in the picture itself."""
+    mixed = _lighting("targets", **wanted)(scene(maps))
+    [target] = mixed.attrs["targets"].values()
+    return Measured(abs(_seen(mixed, next(iter(mixed.attrs["targets"]))) / target["wanted"] - 1), 1e-6, "the mixed picture, relative")
+
+
+def said(maps: dict, **wanted) -> Measured:
+    """A target out of reach is named as such, and what was reached is the truth."""
+    return _shown(maps, out_of_reach=True, **wanted)
+
+
+def _shown(maps, out_of_reach: bool = False, **fields) -> Measured:
+    mixed = _lighting("targets", **fields)(scene(maps))
+    worst = 0.0
+    for name, target in mixed.attrs["targets"].items():
+        shown = _seen(mixed, name) if name in ("dynamic_range", "median_cd_m2", "mean_cd_m2") else target["reached"]
+        if not (np.isnan(shown) and np.isnan(target["reached"])):
+            worst = max(worst, relative(target["reached"], shown))
+        if name not in ("dynamic_range", "median_cd_m2", "mean_cd_m2") and target["reached"]:
+            worst = max(worst, relative(_of_group(maps, mixed.attrs["weights"], name, fields), target["reached"]))
+    if out_of_reach and not mixed.attrs["infeasible"]:
+        return Measured(float("inf"), 0.0, "a target out of reach was not named")
+    met = not mixed.attrs["infeasible"]
+    return Measured(worst, 1e-6, f"statistics of the mixed picture, relative; {'met' if met else 'said to be out of reach'}")
+
+
+def _of_group(maps, weights, group, fields) -> float:
+    """Return the statistic of one group's own luminance after its weight, cd/m2."""
+    from isethdr_core.physics.photometry import luminance
+
+    from .inputs import BANDS
+
+    own = maps[group].astype(np.float32).astype(float) * float(luminance(np.ones(len(BANDS)), BANDS)) * weights[group]
+    return {"max": np.max, "mean": np.mean}[fields["targets"][group]["statistic"]](own)
+
+
+def _seen(mixed, name: str) -> float:
+    from isethdr_core.physics.photometry import luminance
+
+    seen = luminance(mixed.values.astype(float), mixed.wavelength.values)
+    if name == "dynamic_range":
+        low, high = np.percentile(seen, [1.0, 100.0], method="hazen")
+        return float(high / low) if low else float("nan") if not high else float("inf")
+    return float(np.mean(seen) if name == "mean_cd_m2" else np.percentile(seen, 50.0, method="hazen"))

@@ -1,0 +1,77 @@
+"""Poisson counts: the quantile of each random word, against sums of the distribution in long double."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from statistics import NormalDist
+
+import numpy as np
+
+from .verdict import Measured
+
+
+def cases():
+    """Yield (case, measure)."""
+    yield "mean 0", lambda: Measured(float(np.abs(_counts(0.0)).max()), 0.0, "0 e")
+    yield "mean 1e-12, at the step to 1 e", lambda: step_to_one(1e-12)
+    yield "mean 1e-18, at the step to 1 e", lambda: step_to_one(1e-18)
+    for mean in (0.5, 30.0, 1e3, 1e6, 1e9):
+        yield f"mean {mean:g}", lambda m=mean: quantiles(m)
+    yield "mean 1e18", largest
+    yield "mean 2e18", lambda: Measured(float(_counts(2e18).max()), 0.0, "expected a refusal")
+    yield "mean -1", lambda: Measured(float(_counts(-1.0).max()), 0.0, "expected a refusal")
+    yield "mean NaN", lambda: Measured(float(_counts(math.nan).max()), 0.0, "expected a refusal")
+
+
+def _words(count: int = 400) -> np.ndarray:
+    from isethdr_core.physics.random_words import words
+
+    return words(("stability",), 0, 1, 0, count)[0]
+
+
+def _counts(mean: float) -> np.ndarray:
+    from isethdr_core.physics.noise import poisson
+
+    word = _words()
+    return poisson(np.full(word.shape, mean), word)
+
+
+def step_to_one(mean: float) -> Measured:
+    """Words just above and below the probability of a count of one or more; a word w >= 0 has p = (w + 1/2) 2^-64 beyond it."""
+    from isethdr_core.physics.noise import poisson
+
+    m = Fraction(mean)
+    edge = (m - m**2 / 2) * 2**64 - Fraction(1, 2)   # the next term, m^3 / 6, is below 1e-17 of a word
+    near = [w for w in (math.floor(edge) + k for k in range(-3, 4)) if w >= 0]
+    # p is float64: 1e-16 of itself moves the step by less than one word up to 2^53
+    found = poisson(np.full(len(near), mean), np.array(near, np.int64))
+    wanted = np.array([1.0 if w < edge else 0.0 for w in near])
+    return Measured(float(np.abs(found - wanted).max()), 0.0, "series in fractions, e")
+
+
+def quantiles(mean: float) -> Measured:
+    """Compare with the distribution summed outwards from its peak, 12 standard deviations, long double."""
+    word, found = _words(), _counts(mean)
+    reach = int(12 * math.sqrt(mean) + 30)
+    k = np.arange(max(0, int(mean) - reach), int(mean) + reach + 1)
+    steps = np.log(np.longdouble(mean)) - np.log(k[1:].astype(np.longdouble))
+    log = np.concatenate([[np.longdouble(0)], np.cumsum(steps)])
+    weight = np.exp(log - log.max())
+    beyond = (np.where(word < 0, -1 - word, word).astype(np.longdouble) + 0.5) * np.longdouble(2) ** -64
+    # each tail from its own end, so that small probabilities keep their digits
+    at_most, at_least = np.cumsum(weight) / weight.sum(), np.cumsum(weight[::-1]) / weight.sum()
+    low = np.searchsorted(at_most, beyond)
+    high = len(k) - 1 - np.searchsorted(at_least, beyond)
+    wanted = k[np.where(word < 0, low, high)]
+    return Measured(float(np.abs(found - wanted).max()), 0.0 if mean < 1e6 else 1.0, "distribution summed in long double, e")
+
+
+def largest() -> Measured:
+    """Compare with Cornish and Fisher's expansion, whose own error is below 1e-6 e here, in whole numbers that float64 lacks."""
+    word, found = _words(), _counts(1e18)
+    beyond = ((np.where(word < 0, -1 - word, word).astype(float) + 0.5) * 2.0**-64).tolist()
+    z = [NormalDist().inv_cdf(p) * (-1 if upper else 1) for p, upper in zip(beyond, (word >= 0).tolist())]
+    wanted = [10**18 + math.floor(1e9 * v + (v * v + 2) / 6) for v in z]
+    # 1e9 times the few 1e-16 of float64's normal quantile is below 1e-6 e
+    return Measured(float(max(abs(int(f) - w) for f, w in zip(found, wanted))), 128.0, "Cornish-Fisher in whole numbers, e")

@@ -1,0 +1,113 @@
+"""Sensors: exposures, gains and wells at their ends, one pixel, one row, a lamp smaller than a pixel, against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .inputs import PITCH_UM, irradiance
+from .spectra import PLANCK_LIGHT
+from .verdict import Measured, relative
+
+GREEN = np.array([550.0])
+PER_W_M2 = 550e-9 / PLANCK_LIGHT * (PITCH_UM * 1e-6) ** 2   # photons per second and pixel of 1 W m-2 at 550 nm
+FLOAT32 = 2.0**-23
+
+
+def cases():
+    """Yield (case, measure)."""
+    for seconds in (1e-6, 0.016, 3600.0):
+        for level in (1e-12, 1e12):
+            yield f"{level:g} W m-2 nm-1 for {seconds:g} s: mean electrons", lambda v=level, t=seconds: mean(v, t)
+    yield "a lamp of a thousandth of a pixel", speck
+    for shape in ((1, 1), (1, 200), (200, 1)):
+        yield f"{shape[0]} x {shape[1]} pixels", lambda s=shape: frame(*s)
+    for gain in (1e-38, 1e-6, 110.0, 1e6, 3e38):
+        yield f"{gain:g} uV/e: read back", lambda g=gain: read_back(conversion_gain_uv_per_e=g, swing_v=25455 * g * 1e-6)
+    for well in (1e-38, 1.0, 3e38):
+        yield f"full well of {well:g} e: read back", lambda w=well: read_back(full_well_e=w)
+    yield "24 bits: read back", lambda: read_back(bits=24)
+    yield "1 bit: read back", lambda: read_back(bits=1, black_dn=0.0)
+    for name in ("bayer", "rgbw", "split_pixel", "staggered", "dual_gain", "interleaved", "lofic", "lin_log"):
+        yield f"{name}, all dark: mean of the noise", lambda n=name: dark(n)
+        yield f"{name}, 1e12 W m-2 nm-1: all saturated", lambda n=name: saturated(n)
+    yield "an exposure of two hours", lambda: mean(1.0, 7200.0)
+    yield "a pixel wider than the field", lambda: frame(1, 1, pitch_um=300.0)
+
+
+def _build(name: str, **fields):
+    from isethdr_core.registry import build
+
+    return build("sensor", name, **fields)
+
+
+def mean(level: float, seconds: float) -> Measured:
+    """Photons are energy over h c / wavelength."""
+    sensor = _build("ideal", cfa="W", curves="unit", exposure_s=seconds)
+    found = sensor.expected(irradiance(np.full((1, 3, 3), level), GREEN)).values
+    return Measured(relative(found, level * PER_W_M2 * seconds), 1e-12, "energy / (h c / wavelength), relative")
+
+
+def speck() -> Measured:
+    """A tile a thousandth of a pixel wide, across the border of two pixels: both halves are found, nothing else is lit."""
+    cube = np.zeros((1, 1000, 3000))
+    cube[0, 500, 999:1001] = 1e6, 3e6
+    found = _build("ideal", cfa="W", curves="unit").expected(irradiance(cube, GREEN, PITCH_UM / 1000)).values[0, 0]
+    truth = np.array([1e6, 3e6, 0.0]) * PER_W_M2 * 1e-6 * 0.016
+    return Measured(relative(found, truth), 1e-10, "area of the lamp, relative")
+
+
+def frame(rows: int, columns: int, pitch_um: float = PITCH_UM) -> Measured:
+    """Few pixels collect as many electrons each as many do."""
+    light = irradiance(np.full((1, 2 * rows, 2 * columns), 1e-3), GREEN, PITCH_UM / 2)
+    shot = _build("single", noise=False, bits=0, pitch_um=pitch_um, peak_qe=1.0, infrared_cut=False, dark_e_per_s=0.0)(light, None)
+    efficiency = float(shot.quantum_efficiency.values[0, 0, 0])
+    found = shot.raw.values[0]
+    return Measured(relative(found, 1e-3 * PER_W_M2 * efficiency * 0.016) + (found.shape != (rows, columns)), FLOAT32,
+                    "energy / (h c / wavelength), relative")
+
+
+def read_back(**fields) -> Measured:
+    """Codes read back give the electrons to a step of the converter, or say that they are saturated."""
+    from isethdr_isp.readout import check_captures, readouts
+
+    sensor = _build("single", noise=False, dark_spread=0.0, prnu=0.0, column_e=0.0, **fields)
+    model = sensor.model()
+    swing = min(model.readings[0].swing_e, model.photodiodes[0].full_well_e)
+    share = np.linspace(0.05, 1.5, 40)
+    per_w = float((sensor.expected(irradiance(np.ones((1, 2, 2)), GREEN)).values - sensor.expected(irradiance(np.zeros((1, 2, 2)), GREEN)).values).max())
+    light = irradiance((share * swing / per_w)[None, None, :] * np.ones((1, 2, 1)), GREEN)
+    shot = sensor(light, None)
+    check_captures(shot)
+    [read] = readouts(shot, np.ones(1))
+    truth = sensor.expected(light).values[0]
+    step = float(shot.quantisation_e.values[0])
+    miss = np.where(read.saturated, 0.0, np.abs(read.charge_e - truth))
+    hidden = np.any(~read.saturated & (truth > swing * (1 + 1e-6) + step)) or not np.isfinite(read.charge_e).all()
+    return Measured(math.inf if hidden else float(miss.max() / swing), step / 2 / swing * (1 + 1e-9) + FLOAT32,
+                    "mean electrons, share of the swing")
+
+
+def dark(name: str) -> Measured:
+    """Without light every capture's mean is black level and dark charge, in standard errors of the noise it states."""
+    from isethdr_isp.readout import readouts
+
+    from isethdr_core import generator
+
+    shot = _build(name, rows=64, columns=64)(irradiance(np.zeros((3, 130, 130)), np.array([450.0, 550.0, 650.0])), generator(3))
+    worst = 0.0
+    for read, noise, step in zip(readouts(shot, np.ones(3)), shot.read_noise_e.values, shot.quantisation_e.values):
+        rms = math.sqrt(noise**2 + step**2 / 12 + read.dark_e)
+        # columns and rows share offsets, pixels their dark spread: a tenth of the noise at most, and a step of the converter
+        worst = max(worst, abs(float(read.charge_e.mean()) - read.dark_e) / (5 * rms / 64 + 0.1 * rms + 0.05 * read.dark_e + 0.02 * step))
+    return Measured(worst, 1.0, "dark charge, share of 5 standard errors and fixed patterns")
+
+
+def saturated(name: str) -> Measured:
+    """Every pixel of every capture says so, and every code is finite."""
+    from isethdr_core import generator
+
+    shot = _build(name, rows=16, columns=16)(irradiance(np.full((3, 40, 40), 1e12), np.array([450.0, 550.0, 650.0])), generator(3))
+    wrong = float(np.mean(~shot.saturated.values)) + float(np.mean(~np.isfinite(shot.raw.values.astype(float))))
+    return Measured(wrong, 0.0, "share of pixels that do not say they are saturated")

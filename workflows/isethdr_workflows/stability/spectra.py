@@ -1,0 +1,117 @@
+"""Spectra: one band, three, three hundred, and lines that fall between the samples."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .inputs import irradiance
+from .verdict import Measured, relative, with_ledger
+
+PLANCK_LIGHT = 6.62607015e-34 * 299792458.0   # J m, exact by definition of the SI
+
+
+def cases():
+    """Yield (case, measure)."""
+    for count in (1, 3, 31, 301):
+        yield f"{count} bands: electrons of a sensor that counts photons", lambda n=count: photons(n)
+        yield f"{count} bands: luminance of a chart", lambda n=count: chart(n)
+    for count in (3, 31, 301):
+        yield f"{count} bands of daylight: Y after the camera", lambda n=count: camera(n)
+    for where in (550.0, 552.5, 555.0):
+        yield f"line of 1 nm at {where:g} nm in bands of 10 nm: energy", lambda nm=where: line_energy(nm)
+        yield f"line of 1 nm at {where:g} nm in bands of 10 nm: photons", lambda nm=where: line_photons(nm)
+    yield "monochromatic light of 555 nm: luminance", monochromatic
+    yield "bands that run backwards", backwards
+    yield "bands of 200 to 300 nm alone", lambda: Measured(float(_white(200.0, 300.0).sum()), 0.0, "expected a refusal")
+
+
+def _bands(count: int) -> np.ndarray:
+    return np.array([550.0]) if count == 1 else np.linspace(400.0, 700.0, count)
+
+
+def photons(count: int) -> Measured:
+    """Photons are energy over h c / wavelength, band by band; a single band is 1 nm wide."""
+    from isethdr_core.registry import build
+
+    bands = _bands(count)
+    sensor = build("sensor", "ideal", cfa="W", curves="unit")
+    light = irradiance(np.full((count, 4, 4), 1e-3), bands)
+    found = sensor.expected(light).values
+    step = 1.0 if count == 1 else 300.0 / (count - 1)
+    truth = math.fsum(1e-3 * step * nm * 1e-9 / PLANCK_LIGHT for nm in bands.tolist()) * 9e-12 * 0.016
+    return Measured(relative(found, truth), 1e-12, "sum of wavelength / (h c), relative")
+
+
+def _white(first: float, last: float):
+    from isethdr_core.registry import build
+
+    return build("scene", "uniform", first_nm=first, last_nm=last, width=4, height=4).white()
+
+
+def chart(count: int) -> Measured:
+    """A chart has the luminance it states, whatever its bands."""
+    from isethdr_core.physics.photometry import luminance
+    from isethdr_core.registry import build
+
+    bands = _bands(count)
+    step = 300.0 / max(count - 1, 1)
+    scene = build("scene", "uniform", width=4, height=4, first_nm=float(bands[0]), last_nm=float(bands[-1]), step_nm=step, spectrum="A")()
+    found = luminance(scene.radiance.values[0].astype(float), scene.wavelength.values)
+    return Measured(max(relative(found, 100.0), abs(scene.sizes["wavelength"] - count)), 2.0**-23, "100 cd/m2, relative")
+
+
+def camera(count: int) -> Measured:
+    """Y of a grey in daylight is off by no more than the colour matrix states."""
+    from isethdr_core.registry import build
+    from isethdr_core.truth import truth
+
+    scene = build("scene", "uniform", width=12, height=12, horizontal_field_deg=0.6, step_nm=300.0 / (count - 1))()
+    mixed = build("lighting", "weights", weights={"sky": 1.0})(scene)
+    light = build("lens", "ideal")(mixed)
+    captures = build("sensor", "bayer", noise=False, bits=0)(light, None)
+    picture, row = with_ledger(lambda: build("isp", "linear")(captures))
+    stated = max(e.value for e in row.errors if e.unit == "relative")
+    return Measured(relative(picture.xyz.values[..., 1], truth(mixed, picture).xyz.values[..., 1]), stated,
+                    "true Y, relative; bound: grey in the worst light")
+
+
+def line_energy(nm: float) -> Measured:
+    """Band means keep the energy of a line to the steps they are averaged in, 20 a band."""
+    from isethdr_scenes.charts.chart import band_means
+
+    found = band_means(lambda w: (np.abs(w - nm) < 0.5).astype(float), _bands(31)).sum() * 10.0
+    return Measured(abs(found - 1.0), 1e-9, "1 nm of energy, relative")
+
+
+def line_photons(nm: float) -> Measured:
+    """A line off the middle of its band has photons of another energy and another colour; the sensor states its band error."""
+    from isethdr_core.registry import build
+
+    bands = _bands(31)
+    cube = np.zeros((31, 4, 4))
+    cube[15] = 1e-4 if nm < 555 else 0.5e-4
+    if nm == 555:   # on the border: half to either side
+        cube[16] = 0.5e-4
+    sensor = build("sensor", "bayer", noise=False, bits=0, cfa="W", pitch_um=3.0)
+    captures, row = with_ledger(lambda: sensor(irradiance(cube, bands), None))
+    found = sensor.expected(irradiance(cube, bands)).values - float(captures.dark_e.values[0])
+    fine = np.zeros((1, 4, 4)) + 1e-3   # the same energy, 1 nm wide where it is
+    truth = sensor.expected(irradiance(fine, np.array([nm]))).values - float(captures.dark_e.values[0])
+    return Measured(relative(found, truth), max(e.value for e in row.errors), "the line where it is, relative; bound: stated for flat light")
+
+
+def monochromatic() -> Measured:
+    """One watt at 555 nm, a single band of 1 nm, is 683 lm."""
+    from isethdr_core.physics.photometry import luminance
+
+    return Measured(abs(float(luminance(np.ones(1), np.array([555.0]))) / 683.0 - 1), 1e-15, "683 lm/W, relative")
+
+
+def backwards() -> Measured:
+    """Bands out of order would have negative widths."""
+    from isethdr_core.registry import build
+
+    light = irradiance(np.ones((3, 4, 4)), np.array([650.0, 550.0, 450.0]))
+    return Measured(float(build("sensor", "ideal").expected(light).values.max()), 0.0, "expected a refusal")
