@@ -102,13 +102,21 @@ def dirt(
     scratch_width_um: float,
     scratch_length_um: float,
     seed: int,
+    dust_spread: float = 0.5,
+    dust_loss: tuple[float, float] = (0.5, 1.0),
+    scratch_loss: tuple[float, float] = (0.3, 1.0),
+    together: int = 1,
+    spacing_um: float = 0.0,
+    direction_deg: float = 0.0,
+    direction_range_deg: float = 180.0,
 ) -> list[tuple[Convex, float]]:
-    """Draw dust and scratches over the square around a pupil of `radius` mm.
+    """Draw dust and scratches over the square around a pupil of `radius` mm; no grid takes part.
 
-    Counts are Poisson; positions uniform; dust radii log-normal about `dust_radius_um` (sigma 0.5); scratches are straight, 0.4
-    to
-    1.6 of `scratch_length_um` long and 0.5 to 1.5 of `scratch_width_um` wide; each takes 0.5 to 1 (dust) or 0.3 to 1 (scratch) of
-    the amplitude. The same seed and radius give the same dirt.
+    Counts are Poisson; positions uniform; dust radii log-normal about the median `dust_radius_um` with sigma `dust_spread`;
+    scratches are straight, 0.4 to 1.6 of `scratch_length_um` long and 0.5 to 1.5 of `scratch_width_um` wide, in groups of
+    `together` parallel ones, 0.5 to 1.5 of `spacing_um` apart, whose direction is uniform from `direction_deg` (0 along x)
+    over `direction_range_deg`. Each takes a share of the amplitude uniform between the two ends of its `loss`. The same
+    arguments give the same dirt.
 
     Returns
     -------
@@ -119,11 +127,18 @@ def dirt(
     out = []
     for _ in range(rng.poisson(dust_per_mm2 * square)):
         x, y = rng.uniform(-radius, radius, 2)
-        out.append((disc(x, y, 1e-3 * dust_radius_um * rng.lognormal(0, 0.5)), rng.uniform(0.5, 1)))
-    for _ in range(rng.poisson(scratches_per_mm2 * square)):
+        out.append((disc(x, y, 1e-3 * dust_radius_um * rng.lognormal(0, dust_spread)), rng.uniform(*dust_loss)))
+    for _ in range(rng.poisson(scratches_per_mm2 * square / together)):
         x, y = rng.uniform(-radius, radius, 2)
-        length, width = 1e-3 * scratch_length_um * rng.uniform(0.4, 1.6), 1e-3 * scratch_width_um * rng.uniform(0.5, 1.5)
-        out.append((strip(x, y, length, width, rng.uniform(0, np.pi)), rng.uniform(0.3, 1)))
+        angle, across = None, 0.0
+        for number in range(together):
+            length, width = 1e-3 * scratch_length_um * rng.uniform(0.4, 1.6), 1e-3 * scratch_width_um * rng.uniform(0.5, 1.5)
+            if angle is None:
+                angle = np.radians(direction_deg) + direction_range_deg / 180 * rng.uniform(0, np.pi)
+            loss = rng.uniform(*scratch_loss)
+            if number:
+                across += 1e-3 * spacing_um * rng.uniform(0.5, 1.5)
+            out.append((strip(x - across * np.sin(angle), y + across * np.cos(angle), length, width, angle), loss))
     return out
 
 

@@ -2,8 +2,10 @@
 
 lens.py       the lenses `ideal`, `diffraction_limited`, `wavefront`: fields, energy, point spread function
 flare.py      the flares `ideal` and `aperture`, and what a flare of your own may offer
+haze.py       the flare `haze`: a veil by Harvey-Shack or ABg scatter
 imaging.py    radiance to irradiance: falloff, convolution of every band, added light, the ledger
 kernels.py    tile-to-tile kernels of whole bands over the full frame, cached in the process
+kernel_store.py  and on disk, shared by processes
 far.py        kernels beyond the exact core: averages of points of the diffraction pattern
 pupils.py     lens, wavefront and flares put together into one sampled pupil
 scatter.py    energy-conserving scatter mixed into a kernel
@@ -27,6 +29,7 @@ from isethdr_core.hookspecs import hookimpl
 
 from .flare import ApertureFlare, IdealFlare
 from .ghosts import GhostFlare
+from .haze import HazeFlare
 from .lens import DiffractionLimitedLens, IdealLens, WavefrontLens
 from .prescribed_lens import PrescribedLens
 
@@ -41,6 +44,7 @@ def isethdr_components():
         Component("lens", "prescription", PrescribedLens),
         Component("flare", "ideal", IdealFlare),
         Component("flare", "aperture", ApertureFlare),
+        Component("flare", "haze", HazeFlare),
         Component("flare", "ghosts", GhostFlare),
     ]
 

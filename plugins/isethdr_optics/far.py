@@ -108,13 +108,14 @@ def _own(plan, reach, centre, width, energy):
     cells_mm = lattice_pitch_mm(centre, period, distance, pitch)
     x, y = pupils.axis_mm(lens, cells_mm[1]), pupils.axis_mm(lens, cells_mm[0])
     opd_um = pupils.opd_um(lens, x, y, centre - width / 2)
-    cells = pupils.amplitude(lens, flares, x, y, centre) if plan.fixed else None
+    mean = pupils.phase_mean(opd_um / np.float32(centre * 1e-3)) if opd_um.size > 1 else 1.0  # within a band it is the same
+    cells = pupils.amplitude(lens, flares, x, y, centre) * mean if plan.fixed else None
     far = tuple(int(np.ceil((r + 1) * fine * (1 + width / centre))) + 2 for r in reach)
     smear = len(plan.wavelengths(centre, width, max(reach), 1))  # speckles that the band draws out into one
     count = max(LEAST_LATTICES / (fine * plan.split) ** 2, smear / 4 / plan.split)
     for i, wave in enumerate(_waves(centre, width, int(np.clip(np.ceil(count), 2, MOST_LATTICES)))):
         offset = tuple(np.modf(0.5 + (i + int(centre)) * np.array([0.8191725133961645, 0.6710436067037893]))[0] - 0.5)
-        now = cells if plan.fixed else pupils.amplitude(lens, flares, x, y, wave)
+        now = cells if plan.fixed else pupils.amplitude(lens, flares, x, y, wave) * mean
         field = pupils.folded_with_wavefront(now, opd_um, wave, period, offset)
         step = tuple(p * wave / centre for p in pitch)  # the same pupil cells at another wavelength
         lattice = Lattice(lattice_psf(field, wave, period, distance, far, step, energy, offset, folded=True), step, wave, offset)

@@ -20,6 +20,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from isethdr_core.errors import ConfigError
+
 
 @dataclass(frozen=True)
 class IdealFlare:
@@ -44,6 +46,29 @@ class ApertureFlare:
     scratch_length_um: float = 500.0  # mean
     seed: int = 1  # which dirt
     radius_mm: float = 0.0  # of the circle through the corners; 0: the stop of the lens (0.5 where no lens is known)
+    dust_spread: float = 0.5  # sigma of the logarithm of the dust's radius
+    dust_opacity: tuple[float, float] = (0.5, 1.0)  # least and greatest share of the amplitude that a grain takes
+    scratch_opacity: tuple[float, float] = (0.3, 1.0)  # the same of a scratch
+    scratches_together: int = 1  # parallel ones in a group, as a wiper leaves them; 1: each alone
+    scratch_spacing_um: float = 30.0  # mean, between neighbours in a group
+    scratch_direction_deg: float = 0.0  # where the range of directions begins, from x towards y
+    scratch_range_deg: float = 180.0  # its width; 180: every direction
+
+    def __post_init__(self):
+        """Refuse dirt that cannot be drawn."""
+        for name in ("dust_opacity", "scratch_opacity"):
+            ends = getattr(self, name)
+            if len(ends) != 2 or not 0 <= ends[0] <= ends[1] <= 1:
+                raise ConfigError(f"aperture {name} is {ends!r}; expected two rising numbers from 0 to 1; type flare.{name}=[0.5,1]")
+        lengths = ("dust_per_mm2", "dust_radius_um", "dust_spread", "scratches_per_mm2", "scratch_width_um", "scratch_length_um",
+                   "scratch_spacing_um", "radius_mm")
+        for name in lengths:
+            if not getattr(self, name) >= 0:
+                raise ConfigError(f"aperture {name} is {getattr(self, name):g}; expected 0 or more; type flare.{name}=0")
+        if self.scratches_together < 1:
+            raise ConfigError(f"aperture scratches_together is {self.scratches_together}; expected 1 or more; type flare.scratches_together=1")
+        if not 0 <= self.rounding <= 1:
+            raise ConfigError(f"aperture rounding is {self.rounding:g}; expected 0 to 1; type flare.rounding=0")
 
     def pupil(self, x_mm, y_mm, wavelength_nm):
         """Return the amplitude transmission at points of the pupil plane, the same at every wavelength."""
@@ -66,5 +91,12 @@ class ApertureFlare:
                 self.scratch_width_um,
                 self.scratch_length_um,
                 self.seed,
+                dust_spread=self.dust_spread,
+                dust_loss=tuple(self.dust_opacity),
+                scratch_loss=tuple(self.scratch_opacity),
+                together=self.scratches_together,
+                spacing_um=self.scratch_spacing_um,
+                direction_deg=self.scratch_direction_deg,
+                direction_range_deg=self.scratch_range_deg,
             ),
         )

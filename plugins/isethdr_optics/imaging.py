@@ -45,7 +45,7 @@ def image(lens, mixed, flares=()):
         if made is None:
             out[band] = light
             return None
-        out[band], bound = convolve_with_bound(light, made.bands[band])
+        out[band], bound = convolve_with_bound(light, made.ready(band))
         return bound
 
     with ThreadPoolExecutor(min(kernel_module.cpus(), 8)) as pool, sf.set_workers(1):
@@ -134,9 +134,7 @@ def _state(made, bounds, rounding, margin):
             f"convolution of up to {tiles} tiles per band, too dark beside the lamps for the row above and too many to sum",
         )
     far = max(
-        float(b.sum(axis=1 - a, dtype=float)[: max(b.shape[a] // 2 - int(margin[a]), 0)].sum())
-        for b in made.bands
-        for a in (0, 1)
+        float(profile[: max(len(profile) // 2 - int(m), 0)].sum()) for both in made.profiles for profile, m in zip(both, margin)
     )
     ledger.left_out(
         "light from beyond the rendered margin", "not in the scene radiance", far, "fraction of a lamp there, into the field"

@@ -12,20 +12,25 @@ import os
 from collections import OrderedDict
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, is_dataclass
+from functools import cached_property
+from time import perf_counter
 
 import numpy as np
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.physics import convolution
 from isethdr_core.physics.diffraction import integrated_psf, psf_from_pupil
 from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.progress import track
 
-from . import far, pupils, scatter
+from . import far, kernel_store, pupils, scatter
 
 CORE_SAMPLES = 240  # image samples from the axis to the border of the exact core
 MOST_WAVELENGTHS = 32  # per band, however wide
 MOST_TILES = 4e6  # of a kernel whose coarse tiles were divided
-CACHE_BYTES = 3 << 30
+CACHE_BYTES = 3 << 30  # of kernels held by this process and not by a file
+SPECTRA_BYTES = 3 << 30  # of transforms of one lens's kernels
+WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +44,40 @@ class Kernels:
     wrap: float = 0.0  # relative, light wrapped into tiles near the kernel's border by the period of the far field
     keep: tuple = ()  # what the cache's key names: objects stay alive, so that an id is never used twice
 
+    @cached_property
+    def profiles(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Sums over x and over y of every band's kernel."""
+        return [(b.sum(axis=1, dtype=float), b.sum(axis=0, dtype=float)) for b in self.bands]
+
+    @cached_property
+    def _ready(self) -> dict[int, convolution.Kernel | None]:
+        return {}
+
+    def ready(self, band: int) -> convolution.Kernel:
+        """Return one band's kernel with its transform, for images of the full frame; kept from the second image on.
+
+        A process that makes one image then never holds more than the transforms at work.
+        """
+        kernel = self._ready.get(band)
+        if kernel is None:
+            values = self.bands[band]
+            kernel = convolution.prepare(values, [n // 2 + 1 for n in values.shape])
+            fits = kernel.spectrum.nbytes * len(self.bands) <= SPECTRA_BYTES
+            self._ready[band] = kernel if fits and band in self._ready else None
+        return kernel
+
+    @property
+    def held_bytes(self) -> int:
+        """Memory of this process that the kernels and their transforms take; mapped files take none."""
+        own = sum(b.nbytes for b in self.bands if not isinstance(b, np.memmap))
+        return own + sum(k.spectrum.nbytes for k in list(self._ready.values()) if k is not None)
+
 
 _cache: OrderedDict[tuple, Kernels] = OrderedDict()
 
 
 def kernels(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
-    """Return the kernels of a lens with `flares` for bands centred on `wavelength_nm`; kept in the process.
+    """Return the kernels of a lens with `flares` for bands centred on `wavelength_nm`; kept in the process and on disk.
 
     Parameters
     ----------
@@ -62,25 +95,49 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
     if key in _cache:
         _cache.move_to_end(key)
         return _cache[key]
+    described = all(map(_described, (lens, *flares)))
+    name = kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach) if described else None
+    made = _stored(name)
+    if made is None:
+        start = perf_counter()
+        made = _made(lens, flares, wavelength_nm, pitch_um, reach)
+        if name and perf_counter() - start > WORTH_KEEPING_S:
+            facts = [made.outside, made.speckle, made.transmitted, np.full(len(made.bands), made.wrap)]
+            kernel_store.save(name, np.stack(facts), made.bands)
+            made = _stored(name) or made  # mapped, no longer this process's own
+    _cache[key] = made
+    while len(_cache) > 1 and sum(k.held_bytes for k in _cache.values()) > CACHE_BYTES:
+        _cache.popitem(last=False)
+    return made
+
+
+def _stored(name):
+    found = kernel_store.load(name) if name else None
+    if found is None:
+        return None
+    (outside, speckle, transmitted, wrap), bands = found
+    return Kernels(list(bands), outside, speckle, transmitted, float(wrap[0]))
+
+
+def _made(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
     width_nm = band_widths_nm(wavelength_nm)
     lattices = _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach)
+    mirrored = not pupils.has_phase(lens, flares)
 
     def one(centre, width):  # nothing is shared between bands: a band does not depend on which others there are
         split = _split(lens, centre - width / 2, pitch_um, reach)
         fine, wide = [p / split for p in pitch_um], [r * split + split - 1 for r in reach]
         kernel, speckle, energy = _Plan(lens, flares, centre, width, fine, wide, split, lattices).band(centre, width)
-        kernel = scatter.mix(_tiles(kernel, split), flares, centre, pitch_um, lens.focal_length_mm)
-        return np.asarray(kernel, np.float32), speckle, energy / (np.pi * pupils.radius_mm(lens) ** 2)
+        kernel = np.asarray(scatter.mix(_tiles(kernel, split), flares, centre, pitch_um, lens.focal_length_mm), np.float32)
+        if mirrored:  # but for rounding; then the transform is real
+            kernel = (kernel + kernel[::-1, ::-1]) / 2
+        return kernel, speckle, energy / (np.pi * pupils.radius_mm(lens) ** 2)
 
     with ThreadPoolExecutor(min(cpus(), len(wavelength_nm), 8)) as pool:
         bands, speckle, transmitted = zip(*track(pool.map(one, wavelength_nm, width_nm), "bands of the point spread", len(wavelength_nm)))
     outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
-    made = Kernels(list(bands), outside, np.array(speckle), np.array(transmitted),
+    return Kernels(list(bands), outside, np.array(speckle), np.array(transmitted),
                    far.WRAP[not lattices] if max(speckle) > 0 else 0.0, (lens, flares))
-    _cache[key] = made
-    while len(_cache) > 1 and sum(b.nbytes for k in _cache.values() for b in k.bands) > CACHE_BYTES:
-        _cache.popitem(last=False)
-    return made
 
 
 def _split(lens, shortest_nm, pitch_um, reach):

@@ -112,8 +112,11 @@ def with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
     out = np.empty(cells.shape, np.complex64)
     for start in range(0, len(y_mm), 64):  # in blocks that stay in the processor's cache: four times faster
         rows = slice(start, start + 64)
-        turns = wavefront_um(lens.zernike_um, x_mm / radius, -y_mm[rows] / radius) / (wavelength_nm * 1e-3)
-        turns -= np.rint(turns)  # whole turns dropped in float64: float32 then keeps 1e-7 of a turn
+        above = min(start, 1)  # a row more on either side: the slopes must not depend on the blocks
+        around = wavefront_um(lens.zernike_um, x_mm / radius, -y_mm[start - above : start + 65] / radius) / (wavelength_nm * 1e-3)
+        turns = around[above : above + 64]
+        mean = phase_mean(around)[above : above + 64]
+        turns = turns - np.rint(turns)  # whole turns dropped in float64: float32 then keeps 1e-7 of a turn
         angle = (2 * np.pi * turns).astype(np.float32)
         block = out[rows]
         if np.iscomplexobj(cells):
@@ -123,6 +126,21 @@ def with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
         else:
             np.multiply(np.cos(angle), cells[rows], out=block.real)
             np.multiply(np.sin(angle), cells[rows], out=block.imag)
+        block *= mean
+    return out
+
+
+def phase_mean(turns) -> np.ndarray:
+    """Return what the mean over a cell leaves of a phase of `turns` wavelengths (y, x) at its centre, float32: sinc of the slopes.
+
+    Diffraction divides by the cell's sinc at every place of the image, since cells are means. A wavefront's slope sends light to
+    just that place, so a phase that was only sampled would come out brighter, by a tenth at a quarter wave per cell.
+    """
+    slopes = (np.gradient(turns, axis=a) for a in (0, 1) if turns.shape[a] > 1)
+    out = np.float32(1.0)
+    for slope in slopes:
+        t = np.square(np.pi * slope, dtype=np.float32, casting="same_kind")
+        out = out * (1 - t / 6 * (1 - t / 20 * (1 - t / 42 * (1 - t / 72))))  # sinc to 1e-5 at the half wave allowed at most
     return out
 
 

@@ -16,13 +16,15 @@ UNITS = ("nm", "um", "mm", "m", "m2", "s", "e", "v", "uv", "uv_per_e", "e_per_s"
          "cd", "cd_m2", "lux", "um_per_mm", "per_mm", "per_s", "kmh", "m_s", "per_m", "percent", "mm2", "lines_per_mm")
 # numbers without a unit, and numbers whose unit is part of what they are
 DIMENSIONLESS = {
+    "exposure_target": "metered level over full scale",
     "f_number": "focal length / diameter", "transmittance": "share of the light", "fill_factor": "share of the pixel's area",
     "peak_qe": "electrons per photon", "analog_gain": "multiplier", "dark_spread": "rms / mean", "prnu": "rms / mean",
     "design_snr": "signal / noise", "ring": "share of the object's size", "margin": "share of the field", "others": "weight",
     "rounding": "0 straight .. 1 circle", "dynamic_range": "ratio", "low_percentile": "percent", "high_percentile": "percent",
     "darkest_share": "share of the pixels", "compression": "of a tone curve", "decades": "powers of ten", "gap": "share of the spacing",
     "aspect": "width / height", "step": "ratio of luminances", "contrast_ratio": "bright / dark",
-    "error_allowed": "share of the light",
+    "error_allowed": "share of the light", "dust_spread": "sigma of a logarithm", "scattered": "share of the light",
+    "slope": "of a power law", "wavelength_exponent": "of a power law", "shoulder_exponent": "of a power law",
 }
 
 

@@ -39,7 +39,9 @@ def gaussian(n, sd):
 @pytest.mark.parametrize("ratio", [1e2, 1e4, 1e6, 1e8, 1e10, 1e12])
 @pytest.mark.parametrize("kernel", ["skirt", "gaussian", "point"])
 @pytest.mark.parametrize("lamps", [1, 60])
-def test_dark_pixels_beside_lamps(ratio, kernel, lamps):
+@pytest.mark.parametrize("few", [0, 1e8])
+def test_dark_pixels_beside_lamps(ratio, kernel, lamps, few, monkeypatch):
+    monkeypatch.setattr(convolution, "FEW_PRODUCTS", few)  # both ways out: sources summed, pixels summed
     rng = np.random.default_rng(3)
     image = rng.uniform(0.5, 1.5, (60, 80))
     image[20 : 20 + max(1, lamps // 6), 30 : 30 + min(6, lamps)] = ratio
@@ -52,7 +54,9 @@ def test_dark_pixels_beside_lamps(ratio, kernel, lamps):
     assert got.min() > 0
 
 
-def test_black_stays_black_and_nothing_is_negative():
+@pytest.mark.parametrize("few", [0, 1e8])
+def test_black_stays_black_and_nothing_is_negative(few, monkeypatch):
+    monkeypatch.setattr(convolution, "FEW_PRODUCTS", few)
     image = np.zeros((64, 96))
     image[:, :30] = np.random.default_rng(0).uniform(1, 2, (64, 30))
     image[5, 5] = 1e12
@@ -101,6 +105,7 @@ def test_linear_and_scale_free():
 @pytest.mark.parametrize("products", [4e10, 0])
 def test_bound_says_what_was_kept(monkeypatch, products):
     monkeypatch.setattr(convolution, "MOST_PRODUCTS", products)
+    monkeypatch.setattr(convolution, "FEW_PRODUCTS", 0)
     monkeypatch.setattr(convolution, "_few_sources", lambda *a: None)
     image = np.random.default_rng(8).uniform(0.5, 1.5, (50, 60))
     image[::3, ::2] *= 1e13
@@ -114,6 +119,21 @@ def test_bound_says_what_was_kept(monkeypatch, products):
     assert np.all(error <= bound.relative * want + bound.absolute)
     if products == 0:
         assert error.max() / bound.absolute > 1e-3 or (error / want).max() > 1e-8  # the fallback is not free
+
+
+@pytest.mark.parametrize("mirror", [True, False])
+def test_a_prepared_kernel_and_float32_lose_nothing(mirror):
+    rng = np.random.default_rng(9)
+    image, psf = rng.uniform(0, 1, (40, 50)).astype(np.float32), rng.uniform(0, 1, (79, 99)).astype(np.float32)
+    if mirror:
+        psf = psf + psf[::-1, ::-1]
+    kernel = convolution.prepare(psf, image.shape)
+    assert np.isrealobj(kernel.spectrum) == mirror  # half the memory where nothing is lost
+    pixels = [(i, j) for i in (0, 20, 39) for j in (0, 25, 49)]
+    want = direct(image, psf, pixels).astype(float)
+    np.testing.assert_allclose([convolve(image, kernel)[p] for p in pixels], want, rtol=1e-12)  # float64 rounding, not float32's 6e-8
+    with pytest.raises(ValueError, match="prepare"):
+        convolve(image[1:], kernel)
 
 
 def test_signed_input_is_allowed():

@@ -12,6 +12,9 @@
 | `emva1288_estimates`          | the standard's estimates, each with its standard error        |
 | `merge_rules`                 | merge rules over eight decades of light                       |
 | `demosaic_methods`            | demosaic methods on charts: PSNR and colour difference        |
+| `paper_fig4`                  | flare by blades and dirt: a table and a sheet of pictures     |
+| `stability`                   | every stage through hard cases, each with a verdict           |
+| `convolution_methods`         | convolution methods: error against run time beside lamps      |
 """
 
 from __future__ import annotations
@@ -23,6 +26,9 @@ STUDIES = {  # name: "module:function" in this package; a function takes its set
     "emva1288": "emva1288:emva1288",
     "merge_rules": "merge_rules:merge_rules",
     "demosaic_methods": "demosaic_methods:demosaic_methods",
+    "paper_fig4": "paper_fig4:paper_fig4",
+    "stability": "stability:stability",
+    "convolution_methods": "convolution_methods:convolution_methods",
 }
 
 
