@@ -59,16 +59,16 @@ class ApertureFlare:
         for name in ("dust_opacity", "scratch_opacity"):
             ends = getattr(self, name)
             if len(ends) != 2 or not 0 <= ends[0] <= ends[1] <= 1:
-                raise ConfigError(f"aperture {name} is {ends!r}; expected two rising numbers from 0 to 1; type flare.{name}=[0.5,1]")
+                raise ConfigError(f"aperture {name} is {ends!r}; expected two rising numbers from 0 to 1; type flare.NAME.{name}=[0.5,1]")
         lengths = ("dust_per_mm2", "dust_radius_um", "dust_spread", "scratches_per_mm2", "scratch_width_um", "scratch_length_um",
                    "scratch_spacing_um", "radius_mm")
         for name in lengths:
             if not getattr(self, name) >= 0:
-                raise ConfigError(f"aperture {name} is {getattr(self, name):g}; expected 0 or more; type flare.{name}=0")
+                raise ConfigError(f"aperture {name} is {getattr(self, name):g}; expected 0 or more; type flare.NAME.{name}=0")
         if self.scratches_together < 1:
-            raise ConfigError(f"aperture scratches_together is {self.scratches_together}; expected 1 or more; type flare.scratches_together=1")
+            raise ConfigError(f"aperture scratches_together is {self.scratches_together}; expected 1 or more; type flare.NAME.scratches_together=1")
         if not 0 <= self.rounding <= 1:
-            raise ConfigError(f"aperture rounding is {self.rounding:g}; expected 0 to 1; type flare.rounding=0")
+            raise ConfigError(f"aperture rounding is {self.rounding:g}; expected 0 to 1; type flare.NAME.rounding=0")
 
     def pupil(self, x_mm, y_mm, wavelength_nm):
         """Return the amplitude transmission at points of the pupil plane, the same at every wavelength."""

@@ -33,13 +33,13 @@ class HazeFlare:
     def __post_init__(self):
         """Refuse what is no scatter function."""
         if self.form not in ("harvey_shack", "abg"):
-            raise ConfigError(f"haze form {self.form!r}; expected harvey_shack or abg; type flare.form=abg")
+            raise ConfigError(f"haze form {self.form!r}; expected harvey_shack or abg; type flare.NAME.form=abg")
         if not 0 <= self.scattered < 1:
-            raise ConfigError(f"haze scattered is {self.scattered:g}; expected 0 or more, below 1; type flare.scattered=0.01")
+            raise ConfigError(f"haze scattered is {self.scattered:g}; expected 0 or more, below 1; type flare.NAME.scattered=0.01")
         if not 1e-4 <= self.shoulder_deg <= 90:
-            raise ConfigError(f"haze shoulder_deg is {self.shoulder_deg:g}; expected 1e-4 to 90; type flare.shoulder_deg=1")
+            raise ConfigError(f"haze shoulder_deg is {self.shoulder_deg:g}; expected 1e-4 to 90; type flare.NAME.shoulder_deg=1")
         if not 0 <= self.slope <= 20:
-            raise ConfigError(f"haze slope is {self.slope:g}; expected 0 to 20; type flare.slope=2")
+            raise ConfigError(f"haze slope is {self.slope:g}; expected 0 to 20; type flare.NAME.slope=2")
 
     def total(self, wavelength_nm: float) -> float:
         """Return the scattered share, 1 - (1 - scattered)^((550 nm / wavelength)^exponent): never above 1.
