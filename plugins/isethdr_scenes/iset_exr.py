@@ -63,7 +63,7 @@ class IsetExr:
         for group in paths.keys() - found.keys():  # the deposit leaves out groups without a lamp
             ledger.left_out(f"group {group}", f"no file {paths[group].name}", 0.0, "cd/m2")
         bands, cube = None, None
-        for k, (group, path) in enumerate(found.items()):
+        for k, path in enumerate(found.values()):
             nm, light = files.read_radiance(path)
             if cube is None:
                 bands, cube = nm, np.empty((len(found), *light.shape), np.float32)

@@ -4,12 +4,12 @@ import json
 import time
 
 import pytest
-from typer.testing import CliRunner
-
 from isethdr_catalog.commands import catalog
 from isethdr_catalog.index import refresh
 from isethdr_catalog.query import find, show, sql
 from isethdr_catalog.verify import verify
+from typer.testing import CliRunner
+
 from isethdr_core.errors import CatalogError
 
 

@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 from isethdr_catalog.report import pictures, plots, tables, write_report
-from isethdr_core import view
 
 import isethdr_core as hdr
+from isethdr_core import view
 
 SMALL = ["experiment=five_lights", "lens=ideal", "~flare@flare.dirt", "scene.width=64", "scene.height=36"]
 

@@ -39,4 +39,4 @@ def test_names_are_public_and_no_others():
     for name in hdr.__all__:
         assert getattr(hdr, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'bild'"):
-        hdr.bild
+        _ = hdr.bild

@@ -6,13 +6,13 @@ import time
 
 import numpy as np
 import pytest
+from isethdr_sensors import BayerSensor, IdealSensor, SplitPixelSensor
+from isethdr_sensors.shot import readings
 from numpy.testing import assert_allclose, assert_array_equal
 
 from isethdr_core.ledger import Ledger, stage
 from isethdr_core.seeds import generator
 from isethdr_core.testing import check
-from isethdr_sensors import BayerSensor, IdealSensor, SplitPixelSensor
-from isethdr_sensors.shot import readings
 
 
 @pytest.mark.parametrize("name, fields", [

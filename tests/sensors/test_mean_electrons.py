@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from isethdr_sensors import BayerSensor, IdealSensor, RgbwSensor, SplitPixelSensor
+from isethdr_sensors.quantum_efficiency import quantum_efficiency
 from numpy.testing import assert_allclose
 from scipy.constants import c, h
 
 from isethdr_core.errors import ConfigError, UnitError
-from isethdr_sensors import BayerSensor, IdealSensor, RgbwSensor, SplitPixelSensor
-from isethdr_sensors.quantum_efficiency import quantum_efficiency
 
 COUNTER = dict(cfa="W", curves="unit")
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from isethdr_sensors import BayerSensor, IdealSensor, RgbwSensor, SplitPixelSensor
+from isethdr_sensors.shot import readings
 from numpy.testing import assert_allclose, assert_array_equal
 
 from isethdr_core.ledger import Ledger, stage
 from isethdr_core.seeds import generator
-from isethdr_sensors import BayerSensor, IdealSensor, RgbwSensor, SplitPixelSensor
-from isethdr_sensors.shot import readings
 
 KEY = generator(3, "A", "s1")
 SIZE = (200, 256)

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
-
-from isethdr_core.seeds import generator
 from isethdr_sensors import BayerSensor
 from isethdr_sensors.isetcam_parity import noise_mean_and_variance, pixel_rate, volts
 from isethdr_sensors.shot import readings
+from numpy.testing import assert_allclose
+
+from isethdr_core.seeds import generator
 
 FOLDER = Path(os.environ.get("ISETHDR_REFERENCE", "")) / "isetcam"
 pytestmark = pytest.mark.skipif("ISETHDR_REFERENCE" not in os.environ, reason="ISETHDR_REFERENCE is not set")

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from omegaconf import open_dict
+
 from isethdr_core import compose, run, store
 from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.quantities import centres, scene_radiance
 from isethdr_core.testing.renderer import world
-from omegaconf import open_dict
 
 from .command import FAST
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from isethdr_core import store
 
 from .command import FAST, isethdr, stores

@@ -61,7 +61,7 @@ class Body:
 
     def arches(self, gap=0.045, depth=0.30):
         """Open the wheel houses and line them, `gap` wider than the tyres and `depth` deep, m."""
-        for k, a in enumerate(self.axles):
+        for a in self.axles:
             r = self.tyre + gap
             u, ay, z, _ = self.at()
             _, self.paint, seam = cut(

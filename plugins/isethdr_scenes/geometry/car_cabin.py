@@ -99,7 +99,7 @@ def interior(model: Assembly, b: Body, c: Car):
             "x",
         ).moved(shift(x0 - top[0] + 0.12, 0.37, belt + 0.04)),
     )
-    for k, u in enumerate(rows):
+    for u in rows:
         for y in (0.37, -0.37):
             if x0 - u - 0.1 < -c.length / 2 + 0.35:
                 continue

@@ -97,7 +97,7 @@ def conifer(name="conifer", height=11.0, needles=30000, seed=0):
     z = 0.09 * height
     while z < height * 0.985:
         k = 1 - z / height
-        for j in range(int(5 + 4 * k)):
+        for _ in range(int(5 + 4 * k)):
             a, l = rng.uniform(0, 6.28), height * (0.015 + 0.25 * k**0.9) * rng.uniform(0.8, 1.1)
             t = np.linspace(0, 1, 7)[:, None]
             out = np.array([np.cos(a), np.sin(a), 0])
