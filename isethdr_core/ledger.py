@@ -10,10 +10,11 @@ import threading
 import time
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Literal
 
 How = Literal["measured", "bound", "statistical"]
+ABSOLUTE = ("W m-2 nm-1", "electrons", "e", "cd/m2")  # units in which errors of parts of a sum add up
 
 
 @dataclass(frozen=True)
@@ -80,10 +81,35 @@ def error(value: float, unit: str, how: How, what: str = "") -> None:
         row.errors.append(ErrorNote(float(value), unit, how, what))
 
 
+def stated() -> bool:
+    """Return whether the running stage has stated an error; True outside a run, where nobody asks."""
+    row = _row.get()
+    return row is None or bool(row.errors)
+
+
 def left_out(what: str, why: str, bound: float, unit: str) -> None:
     """State what the running stage did not compute, and the largest change that can make."""
     if row := _row.get():
         row.left_out.append(LeftOut(what, why, float(bound), unit))
+
+
+@contextmanager
+def parts_of_a_sum():
+    """State once what parts of a sum of light state in the same words: the largest relative value, the total of absolute ones."""
+    row = _row.get()
+    before = (len(row.errors), len(row.left_out)) if row else (0, 0)
+    yield
+    if row:
+        for notes, first, field_name in ((row.errors, before[0], "value"), (row.left_out, before[1], "bound")):
+            notes[first:] = _joined(notes[first:], field_name)
+
+
+def _joined(notes, field_name: str) -> list:
+    kept: dict = {}
+    for note in notes:
+        same = replace(note, **{field_name: 0.0})  # all but the number
+        kept.setdefault(same, []).append(getattr(note, field_name))
+    return [replace(same, **{field_name: sum(values) if same.unit in ABSOLUTE else max(values)}) for same, values in kept.items()]
 
 
 @contextmanager

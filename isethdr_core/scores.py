@@ -1,8 +1,11 @@
-"""Scores: one row per metric and object."""
+"""Scores: one row per metric and object, and how sure a metric is of them."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+
+from . import ledger
 
 
 @dataclass(frozen=True)
@@ -15,3 +18,31 @@ class Score:
     object: str = ""
     low: float = float("nan")
     high: float = float("nan")
+
+
+def half_interval(score: Score) -> float:
+    """Return the larger distance from the value to an end of its interval, in its unit; NaN where it has neither end."""
+    sides = [side for side in (score.value - score.low, score.high - score.value) if not math.isnan(side)]
+    return max(sides, default=math.nan)
+
+
+def state_errors(scores: list[Score]) -> None:
+    """State in the ledger how wrong the scores of one metric may be: half of the widest 95 % interval, once per unit.
+
+    Scores of the whole picture speak for the metric, those of objects where there are no others. Scores without any
+    interval may be wrong by anything: the bound is infinite. A metric that bounds its error itself is left alone.
+    """
+    if ledger.stated():
+        return
+    if not scores:
+        ledger.error(0.0, "1", "bound", "no score; why not is among what is left out")
+        return
+    sure = [s for s in scores if not math.isnan(half_interval(s))]
+    if not sure:
+        ledger.error(math.inf, scores[0].unit or "1", "bound", f"{scores[0].metric}: too little of the picture is valid for an interval")
+        return
+    whole = [s for s in sure if not s.object] or sure
+    for unit in dict.fromkeys(s.unit for s in whole):
+        widest = max((s for s in whole if s.unit == unit), key=half_interval)
+        ledger.error(half_interval(widest), unit or "1", "statistical",
+                     " ".join(filter(None, (widest.metric, widest.object and f"of {widest.object}", "95 %"))))

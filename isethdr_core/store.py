@@ -15,15 +15,15 @@ import hashlib
 import json
 import os
 import shutil
-import socket
-import uuid
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from . import ledger
 from .errors import CatalogError
-from .store_encoding import KEEPBITS, LIGHT, encoding_for, jsonable, portable, restored
+from .leftovers import remove_leftovers, temporary_path
+from .store_encoding import KEEPBITS, LIGHT, encoding_for, jsonable, portable, restored, rounding
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,9 +97,11 @@ def write_store(folder, name: str, datasets: dict[str, xr.Dataset], attrs: dict,
     """
     folder = Path(folder)
     final = folder / f"{name}.zarr"
+    if any(set(LIGHT) & set(ds.variables) for ds in datasets.values()):
+        ledger.error(rounding(keepbits), "relative", "bound", "light as stored, rounded in its mantissa")
     if find_complete(folder, name):
         return final
-    temporary = folder / f".{name}.{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:6]}.tmp"
+    temporary = temporary_path(folder, name)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         remove_leftovers(folder)
@@ -170,28 +172,6 @@ def _cannot_write(final: Path, error: OSError) -> CatalogError:
                         "make room or choose another folder with ISETHDR_HOME=/path")
 
 
-def remove_leftovers(folder) -> list[Path]:
-    """Remove what killed writers of this machine left in `folder`, and return what was removed."""
-    removed = []
-    for path in Path(folder).glob(".*.tmp"):
-        owner, _, rest = path.name.removesuffix(".tmp").partition(f".{socket.gethostname()}-")
-        pid = rest.partition("-")[0]
-        if owner and pid.isdigit() and not _alive(int(pid)):    # a writer on another machine cannot be asked
-            shutil.rmtree(path, ignore_errors=True)
-            removed.append(path)
-    return removed
-
-
-def _alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:     # it lives, and belongs to somebody else
-        pass
-    return True
-
-
 def open_store(path, group: str = "") -> xr.Dataset:
     """Return one group of a complete store; arrays are read when their values are asked for.
 
@@ -218,7 +198,7 @@ def open_store(path, group: str = "") -> xr.Dataset:
 
 
 def open_scene(path_or_id) -> xr.Dataset:
-    """Return stored scene radiance, joined with the sibling stores of its recipe that hold further groups.
+    """Return stored scene radiance, joined with the sibling stores of its recipe that hold further groups or bands.
 
     Parameters
     ----------
@@ -229,22 +209,13 @@ def open_scene(path_or_id) -> xr.Dataset:
     -------
     Dataset : scene radiance and labels; only the groups, bands and tiles that are used are read.
     """
-    from .store_join import join_groups
+    from .store_join import join_scenes
 
     path = _scene_path(path_or_id)
     base = open_store(path)
     recipe = base.attrs.get("recipe")
     siblings = [p for p, attrs in _complete_stores(path.parent) if recipe and p != path and attrs.get("recipe") == recipe]
-    return join_groups([base, *(open_store(p) for p in siblings)], base.wavelength.values)
-
-
-def join(paths) -> xr.Dataset:
-    """Return the scene stores `paths`, of one recipe, as one lazy Dataset on the bands that all of them hold."""
-    from .store_join import join_groups
-
-    scenes = [open_store(path) for path in paths]
-    bands = set.intersection(*(set(scene.wavelength.values) for scene in scenes))
-    return join_groups(scenes, np.array(sorted(bands)))
+    return join_scenes([base, *(open_store(p) for p in siblings)])
 
 
 def _scene_path(path_or_id) -> Path:

@@ -53,6 +53,11 @@ def keep_mantissa_bits(values, bits: int = KEEPBITS) -> np.ndarray:
     return rounded
 
 
+def rounding(keepbits: int | None) -> float:
+    """Return the largest relative error of `keep_mantissa_bits`, 0 where all bits are kept (None)."""
+    return 2.0 ** -(keepbits + 1) if keepbits is not None and keepbits < MANTISSA_BITS else 0.0
+
+
 def portable(ds: xr.Dataset, keepbits: int | None) -> xr.Dataset:
     """Return `ds` in memory, ready to be written: strings as objects, light as rounded float32, plain attributes."""
     ds = ds.drop_encoding().compute()    # a lazy source must not write parts of a shard

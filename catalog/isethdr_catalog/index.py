@@ -30,7 +30,7 @@ class Refreshed:
 
 def stores(folder) -> list[Path]:
     """Return the paths of all stores of a home folder, complete or not."""
-    return sorted(Path(folder).glob("scenes/*.zarr")) + sorted(Path(folder).glob("runs/*.zarr"))
+    return [path for part in ("scenes", "runs", "studies") for path in sorted(Path(folder).glob(f"{part}/*.zarr"))]
 
 
 def refresh(folder) -> Refreshed:

@@ -9,6 +9,7 @@ A broken promise is an AssertionError that names the component and the promise. 
 |------------|-------------------------------------------------------------------------------------------------|
 | `promise`  | how a promise is stated; those that every kind shares                                           |
 | `inputs`   | the small inputs: scenes, radiance, irradiance, captures, pictures, and their damaged versions  |
+| `lazy`     | values that nobody may read before the form was checked; data read piece by piece from a store  |
 | `scene`    | a description that a renderer can use, or valid radiance                                        |
 | `renderer` | what was demanded comes back; a uniform sky looks like one; light is linear in the lamps        |
 | `lighting` | the mix is the weighted sum that its weights state                                              |

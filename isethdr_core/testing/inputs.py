@@ -6,8 +6,11 @@ import numpy as np
 
 from ..component import Component
 from ..errors import PluginError
+from ..light_in_time import stacked
+from ..physics.modulation import Modulation
 from ..quantities import IRRADIANCE, RADIANCE, centres, plane, scene_radiance
 from ..registry import build, components
+from .lazy import sealed
 
 GROUPS = ("sky", "headlights", "streetlights", "other")
 FOCAL_LENGTH_MM, F_NUMBER, THROUGHPUT_SR = 4.0, 2.8, np.pi / (1 + 4 * 2.8**2)
@@ -61,12 +64,18 @@ def irradiance(values, height: int, width: int, pitch_m: float, bands: int = 31)
                  field_width=width * pitch_m, field_height=height * pitch_m)
 
 
+def in_components(light, **modulation):
+    """Return mixed radiance or irradiance as one component, constant unless `modulation` gives fields of a `Modulation`."""
+    return stacked(["lamps"], [Modulation(**modulation)], [light])
+
+
 def damaged_planes(good):
-    """Yield (what is wrong, data) for every way in which mixed radiance or irradiance can be wrong."""
+    """Yield (what is wrong, data) for every way in which mixed radiance or irradiance can be wrong; what its form tells is sealed."""
     for what, value in (("NaN light", np.nan), ("infinite light", np.inf), ("negative light", -1e-6)):
         bad = good.copy(deep=True)
         bad[1, 2, 3] = value
         yield what, bad
+    good = sealed(good)
     yield "unsorted wavelengths", good.isel(wavelength=[1, 0, *range(2, good.sizes["wavelength"])])
     yield "missing wavelengths", good.drop_vars("wavelength")
     yield "other dims", good.transpose("y", "x", "wavelength")
@@ -78,17 +87,16 @@ def damaged_planes(good):
 
 
 def damaged_scenes(good):
-    """Yield (what is wrong, data) for every way in which scene radiance can be wrong."""
+    """Yield (what is wrong, data) for every way in which scene radiance can be wrong; what its form tells is sealed."""
     for what, value in (("NaN light", np.nan), ("infinite light", np.inf), ("negative light", -1e-6)):
         bad = good.copy(deep=True)
         bad["radiance"][:, 1, 2, 3] = value      # in every group: a lighting reads no group of weight 0
         yield what, bad
+    good = sealed(good, "radiance")
     yield "unsorted wavelengths", good.isel(wavelength=[1, 0, *range(2, good.sizes["wavelength"])])
     yield "missing wavelengths", good.drop_vars("wavelength")
     yield "other dims", good.assign(radiance=good["radiance"].transpose("light_group", "y", "x", "wavelength"))
-    other = good.copy(deep=True)
-    other["radiance"].attrs["units"] = "W m-2"
-    yield "other units", other
+    yield "other units", good.assign(radiance=good["radiance"].assign_attrs(units="W m-2"))
     yield "no bands", good.isel(wavelength=[])
     yield "no tiles", good.isel(x=[])
     yield "no variable radiance", good.drop_vars("radiance")

@@ -11,7 +11,8 @@ from ..physics.radiometry import band_widths_nm, photon_energy_j
 from ..quantities import centres, names
 from ..truth import check_picture
 from .inputs import F_NUMBER, FOCAL_LENGTH_MM, THROUGHPUT_SR, bands_nm, pattern
-from .promise import close, holds, keeps, refuses, repeatable
+from .lazy import same_from_store, sealed
+from .promise import close, holds, keeps, refuses, repeatable, stated
 
 GAIN_DN_PER_E, BLACK_DN, TOP_DN, PITCH_UM = 0.5, 64.0, 4000.0, 3.0
 GREY_CD_M2 = 100.0
@@ -23,12 +24,13 @@ def check(who: str, isp) -> None:
     grey = captures(layout)
     picture = repeatable(who, isp, lambda: captures(layout))
     _check_picture(who, picture, grey)
+    same_from_store(who, isp, grey, picture)
     y = picture["xyz"].values[..., 1]
     holds(who, "unsaturated pixels are valid", picture["valid"].values.all())
     # 5 %: a colour matrix may weigh noise against colour, and assume another white than this equal-energy one
     close(who, "a grey field of 100 cd/m2 comes back as 100 cd/m2", y, GREY_CD_M2, 0.05)
     holds(who, "noise gives variance above 0", float(picture["variance"].min()) > 0)
-    shorter = isp(captures(layout, exposure_s=0.005))
+    shorter = stated(who, lambda: isp(captures(layout, exposure_s=0.005)))
     # 1 %: raw is rounded to whole DN, and the half exposure has half of them
     close(who, "half the exposure gives the same luminance", shorter["xyz"].values[..., 1], y, 0.01)
     _check_dark(who, isp, layout)
@@ -73,12 +75,13 @@ def captures(layout: str = "mosaic", level: float = GREY_CD_M2, exposure_s: floa
 
 
 def damaged_captures(good):
-    """Yield (what is wrong, captures) for the ways in which captures can be wrong."""
+    """Yield (what is wrong, captures) for the ways in which captures can be wrong; what their form tells is sealed."""
+    yield "raw that holds NaN", good.assign(raw=good["raw"].astype(float).where(good["x"] > 0))
+    good = sealed(good, "raw", "saturated")
     yield "an empty Dataset", xr.Dataset()
     for name in ("raw", "saturated", "filter", "gain_dn_per_e", "black_dn", "quantum_efficiency"):
         yield f"captures without {name!r}", good.drop_vars(name)
     yield "raw with other dims", good.assign(raw=good["raw"].transpose("y", "x", "capture"))
-    yield "raw that holds NaN", good.assign(raw=good["raw"].astype(float).where(good["x"] > 0))
     yield "captures without pixels", good.isel(x=[])
     yield "captures without a focal length", _without(good, "focal_length_mm")
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..quantities import check_irradiance
-from .inputs import damaged_planes, mixed
-from .promise import close, holds, keeps, refuses, repeatable, same
+from ..demand import Demand
+from ..light_in_time import components
+from ..physics.modulation import Modulation
+from ..quantities import check_irradiance, tile_pitch
+from .inputs import damaged_planes, in_components, mixed
+from .lazy import same_from_store
+from .promise import close, holds, keeps, refuses, repeatable, same, stated
 
 # of the largest value: float32 results of Fourier transforms of this size carry 1e-6 of it
 ROUNDING = 1e-5
@@ -18,7 +22,8 @@ def check(who: str, lens) -> None:
     out = repeatable(who, lens, mixed)
     with keeps(who, "returns irradiance with its attributes"):
         check_irradiance(out)
-    same(who, "no flare is the default", out, lens(scene, flares=()))
+    same_from_store(who, lens, scene, out)
+    same(who, "no flare is the default", out, stated(who, lambda: lens(scene, flares=())))
     holds(who, "x and y keep their direction", out.x[0] < 0 < out.x[-1] and out.y[0] < 0 < out.y[-1])
     holds(who, "f-number, focal length and throughput are above 0",
           min(out.attrs[k] for k in ("f_number", "focal_length_mm", "throughput_sr")) > 0)
@@ -27,8 +32,21 @@ def check(who: str, lens) -> None:
     _check_orientation(who, lens)
     if hasattr(lens, "psf"):
         _check_psf(who, lens)
+    _check_components(who, lens, scene, out)
+    if hasattr(lens, "narrow"):
+        kept = lens.narrow(Demand(wavelength_nm=tuple(scene.wavelength.values.tolist()))).wavelength_nm
+        dark = out.sel(wavelength=[w for w in out.wavelength.values if w not in kept])
+        # 1e-6: what no sensor sees beside the rest
+        holds(who, "passes no light in a band that its narrow drops", float(dark.max() if dark.size else 0.0) <= 1e-6 * float(out.max()))
     for what, bad in damaged_planes(scene):
         refuses(who, what, lambda b=bad: lens(b))
+
+
+def _check_components(who, lens, scene, out):
+    with keeps(who, "accepts light with components (isethdr_core.light_in_time.each_component)"):
+        pulsed = lens(in_components(scene, frequency_hz=90.0, duty=0.1, phase=0.3))
+    holds(who, "hands on how each component varies", [m for m, _ in components(pulsed)] == [Modulation(90.0, 0.1, 0.0, 0.3)])
+    same(who, "one component is imaged as light without components", components(pulsed)[0][1], out)
 
 
 def _check_linear(who, lens, scene, out):
@@ -68,8 +86,9 @@ def _check_orientation(who, lens):
 
 
 def _tiles_ratio(source, image) -> float:
-    """Return how many tiles of the image one tile of the source covers: 1 where a lens keeps the grid."""
-    return image.sizes["x"] * image.sizes["y"] / (source.sizes["x"] * source.sizes["y"])
+    """Return how many tiles of the image one tile of the source covers on the axis: 1 where a lens keeps the grid."""
+    f_m = 1e-3 * image.attrs["focal_length_mm"]
+    return np.prod([f_m * tile_pitch(source, d) / tile_pitch(image, d) for d in ("x", "y")])
 
 
 def _check_psf(who, lens):

@@ -10,16 +10,22 @@ import xarray as xr
 from ..demand import Demand
 from ..errors import IsetHdrError
 from ..quantities import centres
-from ..scores import Score
+from ..scores import Score, state_errors
 from ..truth import labels_on, make_picture, truth
 from .inputs import FOCAL_LENGTH_MM, mixed, pattern, scene
-from .promise import holds, keeps, repeatable, same
+from .lazy import same_from_store, sealed
+from .promise import holds, keeps, repeatable, same, stated
 
 SIZE = (48, 72)
 
 
 def check(who: str, metric) -> None:
     """Check one metric on a picture with noise, on a perfect one, and on one without a valid pixel."""
+    if hasattr(metric, "narrow"):
+        asked = Demand(groups=("sky", "headlights"), wavelength_nm=(450.0, 550.0, 650.0))
+        less = metric.narrow(asked)
+        holds(who, "narrow drops no light group and no band: a metric sees the picture only",
+              (less.groups, less.wavelength_nm) == (asked.groups, asked.wavelength_nm), repr(less))
     reference, labels = true_picture(), labels_asked_for(metric)
     noisy = noisy_picture(reference)
     scores = repeatable(who, lambda p: metric(p, reference, labels), lambda: noisy_picture(reference))
@@ -40,7 +46,9 @@ def check(who: str, metric) -> None:
         metric(reference, reference, labels)
     with keeps(who, "gives a score or none, never an error, where no pixel is valid"):
         metric(noisy.assign(valid=xr.zeros_like(noisy["valid"])), reference, labels)
+    same_from_store(who, lambda p: metric(p, reference, labels), noisy, scores)
     _check_bad_input(who, metric, noisy, reference, labels, scores)
+    stated(who, lambda: state_errors(metric(noisy, reference, labels)))
 
 
 def true_picture():
@@ -95,10 +103,9 @@ def same_scores(first, second) -> bool:
 
 
 def damaged_pictures(good):
-    """Yield (what is wrong, picture) for the ways in which a picture can be wrong."""
+    """Yield (what is wrong, picture) for the ways in which a picture can be wrong; its light is sealed."""
+    good = sealed(good, "xyz", "variance")
     yield "an empty Dataset", xr.Dataset()
     for name in ("xyz", "variance", "valid"):
         yield f"a picture without {name!r}", good.drop_vars(name)
-    other = good.copy(deep=True)
-    other["xyz"].attrs["units"] = "W m-2"
-    yield "a picture in other units", other
+    yield "a picture in other units", good.assign(xyz=good["xyz"].assign_attrs(units="W m-2"))

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import pickle
+import re
 from contextlib import contextmanager
 
 import numpy as np
 
 from ..demand import Demand
 from ..errors import ConfigError, IsetHdrError
+from ..ledger import Ledger, stage
 from ..recipes import described
 from ..registry import build
 from ..store import content_hash
+
+EXPECTATION = re.compile("expected|needs|lack|one of")     # a message has at least one of these words
 
 
 def holds(who: str, promise: str, condition, found: str = "") -> None:
@@ -55,15 +59,28 @@ def close(who: str, promise: str, got, want, relative: float, absolute: float = 
 
 
 def refuses(who: str, what: str, call) -> None:
-    """Raise AssertionError unless `call()` raises one of our own errors."""
+    """Raise AssertionError unless `call()` raises one of our own errors, whose message names what was expected."""
     promise = f"refuses {what} with an error of isethdr_core.errors"
     try:
         call()
-    except IsetHdrError:
+    except IsetHdrError as err:
+        holds(who, f"says what it expected instead of {what}", EXPECTATION.search(str(err)), str(err))
         return
     except Exception as err:
         raise AssertionError(f"{who} breaks the promise '{promise}': raised {type(err).__name__}: {err}") from err
     raise AssertionError(f"{who} breaks the promise '{promise}': it returned a result")
+
+
+def stated(who: str, call):
+    """Return `call()` after checking that it stated in the ledger how wrong it may be."""
+    rows = Ledger()
+    with stage(rows, who):
+        result = call()
+    promise = "states its error in the ledger, with a number and a unit"
+    holds(who, promise, rows[0].errors)
+    for note in rows[0].errors:
+        holds(who, promise, 0 <= note.value < np.inf and note.unit, repr(note))
+    return result
 
 
 def repeatable(who: str, call, make_input):
@@ -140,9 +157,18 @@ def _check_narrow(who, component):
     everything = Demand()
     first = component.narrow(everything)
     holds(who, "narrow(demand) returns a Demand", isinstance(first, Demand), repr(first))
-    holds(who, "narrow gives the same answer twice", first == component.narrow(everything))
+    holds(who, "narrow gives the same answer twice", _plain(first) == _plain(component.narrow(everything)))
     some = Demand(groups=("sky", "headlights"), wavelength_nm=(450.0, 550.0, 650.0))
     less = component.narrow(some)
     holds(who, "narrow never asks for more light groups", less.groups is not None and set(less.groups) <= set(some.groups), repr(less.groups))
     holds(who, "narrow never asks for more bands",
           less.wavelength_nm is not None and set(less.wavelength_nm) <= set(some.wavelength_nm), repr(less.wavelength_nm))
+
+
+def _plain(demand: Demand):
+    """Return a demand as values that compare, a sensor's response by what it answers."""
+    if demand.response is None:
+        return demand
+    answer = dataclasses.replace(demand.response, efficiency=None)
+    return (dataclasses.replace(demand, response=None), dataclasses.astuple(answer),
+            np.asarray(demand.response.efficiency(np.linspace(400.0, 700.0, 7))).tolist())

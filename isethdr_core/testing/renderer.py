@@ -13,7 +13,7 @@ from ..demand import Demand
 from ..physics.photometry import luminance
 from ..quantities import LABELS, check_scene, tile_pitch
 from ..scene import Camera, Lamp, Material, Model, Part, Placed, SceneDescription, flat
-from .promise import close, holds, keeps, refuses, same
+from .promise import close, holds, keeps, refuses, same, stated
 
 SKY = 0.02          # W m-2 sr-1 nm-1
 INTENSITY_CD, DISTANCE_M = 1000.0, 10.0
@@ -25,7 +25,7 @@ def check(who: str, renderer) -> None:
     _check_lamp(who, renderer)
     everything = Demand(labels=frozenset(LABELS))
     with keeps(who, "renders a road, a lamp and a sky"):
-        whole = renderer(world(), everything)
+        whole = stated(who, lambda: renderer(world(), everything))
         check_scene(whole)
     _check_demanded(who, renderer, whole)
     same(who, "the same call twice gives the same bits", whole, renderer(world(), everything))
@@ -85,6 +85,9 @@ def _check_demanded(who, renderer, whole):
     middle = (float(whole.wavelength[len(whole.wavelength) // 2]),)
     few = renderer(world(), replace(Demand(), wavelength_nm=middle))
     holds(who, "the bands asked for come", set(middle) <= set(few.wavelength.values.tolist()))
+    picked = whole["radiance"].sel(wavelength=middle[0])
+    # 5 %: as below
+    close(who, "a band looks the same whatever else is asked for", few["radiance"].sel(wavelength=middle[0]).mean(), picked.mean(), 0.05)
     # 5 %: a renderer may draw other paths for another demand; the mean over the frame hardly moves
     close(who, "a group looks the same whatever else is asked for", bare["radiance"].mean(),
           whole["radiance"].sel(light_group="sky").mean(), 0.05)

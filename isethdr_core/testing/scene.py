@@ -8,7 +8,7 @@ import xarray as xr
 from ..categories import CATEGORIES
 from ..quantities import check_scene
 from ..scene import SceneDescription
-from .promise import holds, keeps, same
+from .promise import holds, keeps, same, stated
 
 
 def check(who: str, scene) -> None:
@@ -18,7 +18,7 @@ def check(who: str, scene) -> None:
     if isinstance(made, xr.Dataset):
         with keeps(who, "returns valid scene radiance"):
             check_scene(made)
-        same(who, "the same seed gives the same scene", made, scene())
+        same(who, "the same seed gives the same scene", made, stated(who, scene))
     else:
         holds(who, "returns a SceneDescription or a scene radiance Dataset", isinstance(made, SceneDescription), repr(type(made)))
         check_description(who, made)

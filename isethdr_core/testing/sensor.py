@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..demand import Demand
 from ..seeds import generator
-from .inputs import damaged_planes, irradiance, pattern
-from .promise import close, holds, keeps, refuses, repeatable, same
+from .inputs import damaged_planes, in_components, irradiance, pattern
+from .lazy import same_from_store
+from .promise import close, holds, keeps, refuses, repeatable, same, stated
 
 DIMS = {"raw": 3, "saturated": 3, "filter": 2, "exposure_s": 1, "gain_dn_per_e": 1, "black_dn": 1, "top_dn": 1,
         "read_noise_e": 1, "dark_e": 1, "quantisation_e": 1, "area_m2": 1, "charge": 1, "quantum_efficiency": 3}
@@ -22,8 +24,14 @@ def check(who: str, sensor) -> None:
     light = dim_light(who, sensor)
     shot = repeatable(who, lambda e: sensor(e, KEY), lambda: light.copy(deep=True))
     check_captures(who, shot)
+    with keeps(who, "accepts light with components (isethdr_core.light_in_time)"):
+        constant = sensor(in_components(light, frequency_hz=90.0), KEY)
+    same(who, "a component that is always on is light without components", constant, shot)
     mean = repeatable(who, sensor.expected, lambda: light.copy(deep=True))
+    same_from_store(who, lambda e: sensor(e, KEY), light, shot)
+    same_from_store(who, sensor.expected, light, mean)
     _check_expected(who, sensor, light, mean, shot)
+    _check_narrow(who, sensor, light, mean)
     _check_noise(who, sensor, light, shot)
     _check_quiet(who, sensor, light)
     _check_extremes(who, sensor, light)
@@ -68,6 +76,18 @@ def dim_light(who: str, sensor):
     return light.copy(data=np.float32(light.values * (SIGNAL_E / bright)))
 
 
+def _check_narrow(who, sensor, light, mean):
+    """What `narrow` drops must not matter: without those bands the expected electrons are the same."""
+    bands = tuple(light.wavelength.values.tolist())
+    kept = sensor.narrow(Demand(wavelength_nm=bands)).wavelength_nm if hasattr(sensor, "narrow") else bands
+    if kept == bands:
+        return
+    with keeps(who, "needs no band that its narrow drops"):
+        part = sensor.expected(light.sel(wavelength=list(kept)))
+        # 1e-4: a band is dropped where the quantum efficiency is next to nothing
+        close(who, "needs no band that its narrow drops", part.values, mean.values, 1e-4)
+
+
 def _zero(light):
     return light.copy(data=np.zeros_like(light.values))
 
@@ -93,7 +113,7 @@ def _check_noise(who, sensor, light, shot):
     other = sensor(changed, KEY)
     quarter = shot.sizes["x"] // 4      # half way to the change: crosstalk reaches a few pixels
     same(who, "a pixel's noise does not depend on light elsewhere in the frame", shot["raw"][..., :quarter], other["raw"][..., :quarter])
-    again = sensor(light, generator(seed=8, device="K", scene="kit"))
+    again = stated(who, lambda: sensor(light, generator(seed=8, device="K", scene="kit")))
     with keeps(who, "an ideal sensor may be noise-free, a noisy one must follow its generator"):
         noisy = not np.array_equal(_electrons(shot).round(6), _electrons(again).round(6))
     if not noisy:
@@ -114,8 +134,9 @@ def _check_quiet(who, sensor, light):
     """A sensor that can be told `noise=False` then is its own mean, but for the steps of its converter."""
     if not isinstance(getattr(sensor, "noise", None), bool):
         return
-    quiet = replace(sensor, noise=False)
+    quiet = replace(sensor, noise=False) if sensor.noise else sensor
     shot = quiet(light, KEY)
+    same(who, "a sensor whose `noise` is False draws the same shot whatever the key", quiet(light, generator(seed=8, device="K", scene="kit")), shot)
     mean = sensor.expected(light).values.astype(float)
     free = ~shot["saturated"].values
     step = np.broadcast_to(shot["quantisation_e"].values[:, None, None], mean.shape)

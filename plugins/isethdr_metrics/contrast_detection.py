@@ -25,7 +25,8 @@ class ContrastDetection:
         """Return the median probability for the frame and for each object.
 
         A pair of an object is one of its pixels and one outside it within `reach`. Pairs with a pixel that is not valid
-        count as not detected: what is saturated shows no contrast.
+        count as not detected: what is saturated shows no contrast. The interval is that of a median, as if one pixel in
+        `SMOOTH` x `SMOOTH` were independent: the picture's mean is taken over such windows.
         """
         import numpy as np
 
@@ -33,7 +34,7 @@ class ContrastDetection:
         from isethdr_core.errors import ConfigError
         from isethdr_core.scores import Score
 
-        from .regions import NAN, frame_and_objects
+        from .regions import NAN, frame_and_objects, median_interval
 
         for name in ("lowest_contrast_percent", "interval_percent"):
             if not 0 < getattr(self, name) < 100:
@@ -44,13 +45,15 @@ class ContrastDetection:
         seen = self._map(model)
         held = seen[np.isfinite(seen)]
         # a scene without any contrast has none that could be lost
-        scores = [Score("contrast_detection", float(np.median(held)) if held.size else 1.0, "")]
+        value, low, high = median_interval(held, held.size // SMOOTH**2) if held.size else (1.0, 1.0, 1.0)
+        scores = [Score("contrast_detection", value, "", "", low, high)]
         if not held.size:
             ledger.left_out("contrast_detection", "no two pixels of the truth differ by the lowest contrast", NAN, "probability")
         for name, mask in list(frame_and_objects(seen.shape, labels))[1:]:
             found = self._pairs(model, *draw_pairs(mask, self.reach))
             if found.size:
-                scores.append(Score("contrast_detection", float(np.median(found)), "", name))
+                value, low, high = median_interval(found, min(found.size, int(mask.sum())) // SMOOTH**2)
+                scores.append(Score("contrast_detection", value, "", name, low, high))
             else:
                 ledger.left_out(f"contrast_detection of {name}", "it has no contrast with what is around it", NAN, "probability")
         return scores

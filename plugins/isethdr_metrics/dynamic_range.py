@@ -25,10 +25,10 @@ class DynamicRange:
         The variance of the darkest pixels is fitted by a + b Y (read noise and shot noise, a and b not negative), through the
         medians of groups of equal luminance, so that the few dark pixels that flare has reached do not stand for all of
         them; SNR = s is where Y^2 = s^2 (a + b Y). A scene without a pixel that is not valid does not reach the sensor's
-        top: the range is then a lower bound, and has no upper confidence limit.
+        top: the range is then a lower bound, and has no upper confidence limit. The interval of a range is the jackknife's
+        over the groups of dark pixels, and the noise of the brightest pixel.
         """
         import numpy as np
-        from scipy.optimize import nnls
 
         from isethdr_core import ledger
         from isethdr_core.errors import ConfigError
@@ -46,15 +46,12 @@ class DynamicRange:
         dark = true <= np.quantile(true, self.darkest_share)
         groups = np.array_split(np.argsort(true[dark], kind="stable"), min(GROUPS, int(dark.sum())))
         light, noise = (np.array([np.median(values[dark][g]) for g in groups]) for values in (true, variance))
-        scale, level = noise.max() or 1.0, light.mean() or 1.0
-        (a, b), _ = nnls(np.stack([np.ones(len(groups)), light / level], 1), noise / scale)
-        a, b = a * scale, b * scale / level
-        spread = np.ptp(true[dark]) / level
-        if spread < 0.1:
+        if np.ptp(true[dark]) < 0.1 * (light.mean() or 1.0):
             ledger.left_out("shot noise in the dark", "the darkest pixels are all alike, so a + b Y is one number", NAN, "dB")
         reached = not valid.all()
-        ends = {"": (b + np.sqrt(b * b + 4 * a)) / 2, "_dark_noise": np.sqrt(a),
-                "_snr_10db": (10 * b + np.sqrt(100 * b * b + 40 * a)) / 2}
+        ends = lower_ends(light, noise)
+        without = [lower_ends(np.delete(light, k), np.delete(noise, k)) for k in range(len(light)) if len(light) > 2]
+        top_sd = float(np.sqrt(variance[np.argmax(y[valid])])) / top if top > 0 else NAN
         scores = [Score("dynamic_range_top", top, "cd m-2")]
         for name, bottom in ends.items():
             if not (bottom > 0 and top > 0):
@@ -62,6 +59,28 @@ class DynamicRange:
                 if name:
                     continue
             value = float(20 * np.log10(top / bottom)) if bottom > 0 and top > 0 else NAN
-            scores += [Score(f"dynamic_range{name}", value, "dB", "", value, value if reached else NAN),
+            half = 1.96 * 20 / np.log(10) * np.hypot(top_sd, jackknife_sd([w[name] for w in without]))
+            scores += [Score(f"dynamic_range{name}", value, "dB", "", value - half, value + half if reached else NAN),
                        Score(f"dynamic_range{name}_bottom", float(bottom), "cd m-2")]
         return sorted(scores, key=lambda s: s.metric != "dynamic_range")  # the main one first
+
+
+def lower_ends(light, noise) -> dict:
+    """Return the luminance of each definition, cd/m2, from the line a + b Y through (light, noise variance), a and b not negative."""
+    import numpy as np
+    from scipy.optimize import nnls
+
+    scale, level = noise.max() or 1.0, light.mean() or 1.0
+    (a, b), _ = nnls(np.stack([np.ones(len(light)), light / level], 1), noise / scale)
+    a, b = a * scale, b * scale / level
+    return {"": (b + np.sqrt(b * b + 4 * a)) / 2, "_dark_noise": np.sqrt(a), "_snr_10db": (10 * b + np.sqrt(100 * b * b + 40 * a)) / 2}
+
+
+def jackknife_sd(ends) -> float:
+    """Return the standard deviation of the logarithm of a lower end from its values without one group each (Efron 1982, eq. 3.1)."""
+    import numpy as np
+
+    if len(ends) < 2 or min(ends) <= 0:
+        return float("nan")
+    logs = np.log(ends)
+    return float(np.sqrt((len(logs) - 1) / len(logs) * np.sum((logs - logs.mean()) ** 2)))

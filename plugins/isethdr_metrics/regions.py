@@ -51,6 +51,17 @@ def frame_and_objects(shape, labels):
         yield name, instance == number
 
 
+def median_interval(values, independent: int):
+    """Return (median, low, high) of a list of `values`: 95 % by the order statistics of `independent` draws.
+
+    The number of draws below the median is binomial, so the ranks n / 2 +- 1.96 sqrt(n) / 2 enclose it whatever the
+    distribution (Conover 1999, section 3.2). Where these ranks do not exist, smallest and largest value bound the sample.
+    """
+    spread = 0.98 / np.sqrt(max(independent, 1))
+    low, middle, high = np.quantile(values, [max(0.5 - spread, 0.0), 0.5, min(0.5 + spread, 1.0)])
+    return float(middle), float(low), float(high)
+
+
 def mean_interval(values, mask):
     """Return (mean, low, high) of `values` (y, x) over `mask`: 95 % by resampling blocks of the frame."""
     if not mask.any():

@@ -34,6 +34,7 @@ class SlantedEdgeResponse:
         found = self.curve(picture, truth)
         if not found:
             ledger.left_out("slanted_edge", "the truth has no straight slanted edge across the frame", NAN, "cycles per pixel")
+            ledger.error(0.0, "rows", "bound", "no row was used")
             return [Score("slanted_edge_rows", 0.0, "rows")]
         half = [_falls_to_half(found["cycles_per_pixel"], m) for m in (found["response"], *found["resampled"])]
         nyquist = [float(np.interp(0.5, found["cycles_per_pixel"], m)) for m in (found["response"], *found["resampled"])]

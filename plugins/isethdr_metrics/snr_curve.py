@@ -26,7 +26,8 @@ class SnrCurve:
             if not len(place):
                 ledger.left_out(f"SNR at {level:g} cd/m2", "the scene has no valid pixel there", np.nan, "dB")
                 continue
-            scores.append(Score(f"snr_at_{level:g}", _at(table, place[0], level), "dB"))
+            value, (low, high) = _at(table, place[0], level), table["snr_interval_db"][place[0]]
+            scores.append(Score(f"snr_at_{level:g}", value, "dB", "", value + low, value + high))
         return scores
 
     def curve(self, picture, truth) -> dict:
@@ -37,13 +38,14 @@ class SnrCurve:
         dict of equally long arrays: luminance_cd_m2 (median of the bin), low_cd_m2 and high_cd_m2 (its borders),
         snr_db (20 log10 of that over the root of the median reported variance: the pixel in the middle, not the few that
         flare has reached), snr_measured_db (the same over the rms difference from the truth, so blur, demosaic and flare
-        count as noise), pixels.
+        count as noise), pixels, and snr_interval_db (bins, 2): the ends of its 95 % less snr_db, as if one pixel in 3 x 3 were independent,
+        because demosaic makes neighbours alike.
         """
         import numpy as np
 
         from isethdr_core.errors import ConfigError
 
-        from .regions import luminances
+        from .regions import luminances, median_interval
 
         if not self.bins_per_decade > 0:
             raise ConfigError(f"metric bins_per_decade is {self.bins_per_decade!r}; expected a whole number above 0")
@@ -55,17 +57,18 @@ class SnrCurve:
         def mean(values):
             return np.bincount(index, values[use], minlength=len(present)) / count
 
-        def median(values):
+        def medians(values):
             parts = np.split(values[use][np.argsort(index, kind="stable")], np.cumsum(count)[:-1])
-            return np.array([np.median(part) for part in parts if len(part)])
+            return np.array([median_interval(part, len(part) // 9) for part in parts if len(part)]).reshape(-1, 3).T
 
-        signal, reported = median(true), median(picture["variance"].values[..., 1])
-        with np.errstate(divide="ignore"):  # a noise-free picture has an infinite SNR
+        signal, (reported, least, most) = medians(true)[0], medians(picture["variance"].values[..., 1])
+        with np.errstate(divide="ignore", invalid="ignore"):  # a noise-free picture has an infinite SNR
             snr, measured = (20 * np.log10(signal / np.sqrt(noise))
                              for noise in (reported, mean((y - true) ** 2)))
+            interval = 10 * np.log10(reported / np.stack([most, least]))
         return {"luminance_cd_m2": signal, "low_cd_m2": 10.0 ** (present / self.bins_per_decade),
                 "high_cd_m2": 10.0 ** ((present + 1) / self.bins_per_decade),
-                "snr_db": snr, "snr_measured_db": measured, "pixels": count}
+                "snr_db": snr, "snr_interval_db": interval.T, "snr_measured_db": measured, "pixels": count}
 
 
 def _at(table, k: int, level: float) -> float:

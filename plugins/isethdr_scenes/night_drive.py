@@ -54,6 +54,12 @@ class NightDrive:
         light = {"headlights": self.headlamp_light, "streetlights": self.street_light}
         return describe("night_drive", self, ground, spots, target, light)
 
+    def camera_field(self):
+        """Return (width, height, projection) of the camera's field."""
+        from isethdr_core.field import camera_field
+
+        return camera_field(self.horizontal_field_deg, self.aspect)
+
     def plan(self):
         """Return (ground, spots): where everything stands, without building a mesh."""
         from .placement import plan

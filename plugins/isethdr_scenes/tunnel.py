@@ -47,6 +47,12 @@ class Tunnel:
         return describe("tunnel", self, ground, spots, target,
                         {"headlights": self.headlamp_light, "streetlights": self.tunnel_light})
 
+    def camera_field(self):
+        """Return (width, height, projection) of the camera's field."""
+        from isethdr_core.field import camera_field
+
+        return camera_field(self.horizontal_field_deg, self.aspect)
+
     def plan(self):
         """Return (ground, spots): where everything stands, without building a mesh."""
         from .placement_tunnel import plan

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from isethdr_core import ledger
 from isethdr_core.component import KINDS
-from isethdr_core.errors import ConfigError
+from isethdr_core.errors import ConfigError, IsetHdrError, UnitError
 from isethdr_core.registry import build, components
 from isethdr_core.testing import check
 
@@ -186,6 +187,72 @@ def test_flares_that_amplify(offer):
         """A flare without any method."""
 
     caught(offer, "flare", Nothing, "at least one")
+
+
+def test_a_lens_that_reads_light_before_it_looks_at_its_form(offer):
+    def hasty(self, mixed, flares=()):
+        np.max(mixed.values)
+        return components()["lens", "ideal"].cls.__call__(self, mixed, flares=flares)
+
+    faulty = wrapped("lens", "ideal", lambda out, *_: out)
+    faulty.__call__ = hasty
+    caught(offer, "lens", faulty, "refuses unsorted wavelengths .*ReadTooEarly")
+
+
+def test_a_metric_and_an_isp_that_read_before_they_look(offer):
+    def hasty(of):
+        def call(self, data, *others):
+            for name in {"raw", "xyz"} & set(data):
+                np.sum(data[name].values)
+            return of(self, data, *others)
+        return call
+
+    for kind, base in (("metric", "ideal"), ("isp", "linear")):
+        faulty = wrapped(kind, base, lambda out, *_: out)
+        faulty.__call__ = hasty(components()[kind, base].cls.__call__)
+        caught(offer, kind, faulty, "refuses .*ReadTooEarly")
+
+
+def test_a_sensor_that_cannot_read_from_a_store(offer):
+    def needs_memory(self, light, generator):
+        lazy = not light.variable._in_memory
+        shot = components()["sensor", "bayer"].cls.__call__(self, light, generator)
+        return shot.assign(raw=shot["raw"] + 1) if lazy else shot
+
+    faulty = wrapped("sensor", "bayer", lambda shot, *_: shot)
+    faulty.__call__ = needs_memory
+    caught(offer, "sensor", faulty, "opened from a store")
+
+
+def test_an_error_that_does_not_say_what_was_expected(offer):
+    def curt(self, mixed, flares=()):
+        try:
+            return components()["lens", "ideal"].cls.__call__(self, mixed, flares=flares)
+        except IsetHdrError:
+            raise UnitError("bad light") from None
+
+    faulty = wrapped("lens", "ideal", lambda out, *_: out)
+    faulty.__call__ = curt
+    caught(offer, "lens", faulty, "says what it expected .*bad light")
+
+
+def test_a_lens_that_states_no_error(offer):
+    caught(offer, "lens", wrapped("lens", "ideal", lambda out, *_: (ledger._row.get() and ledger._row.get().errors.clear(), out)[1]), "states its error")
+
+
+def test_narrow_that_drops_what_is_needed(offer):
+    sensor = wrapped("sensor", "bayer", lambda shot, *_: shot)
+    sensor.narrow = lambda self, demand: replace(demand, wavelength_nm=demand.wavelength_nm and demand.wavelength_nm[:len(demand.wavelength_nm) // 2])
+    caught(offer, "sensor", sensor, "needs no band that its narrow drops")
+    lighting = wrapped("lighting", "ideal", lambda mixed, *_: mixed)
+    lighting.narrow = lambda self, demand: demand.with_groups(demand.groups[:1]) if demand.groups else demand
+    caught(offer, "lighting", lighting, "needs no light group that its narrow drops")
+    metric = wrapped("metric", "ideal", lambda scores, *_: scores)
+    metric.narrow = lambda self, demand: demand.with_groups(demand.groups[:1]) if demand.groups else demand
+    caught(offer, "metric", metric, "narrow drops no light group")
+    lens = wrapped("lens", "ideal", lambda light, *_: light)
+    lens.narrow = lambda self, demand: replace(demand, wavelength_nm=demand.wavelength_nm and demand.wavelength_nm[1:])
+    caught(offer, "lens", lens, "passes no light in a band that its narrow drops")
 
 
 def test_greedy_demand(offer):

@@ -16,6 +16,7 @@ from isethdr_core import quantities as q
 from isethdr_core import store
 from isethdr_core.errors import CatalogError
 from isethdr_core.store_encoding import jsonable, keep_mantissa_bits, restored, tiling
+from isethdr_core.store_join import join_scenes
 
 
 def scene(groups=("sky", "street"), bands=9, rows=140, columns=250, seed=0, **labels):
@@ -197,12 +198,48 @@ def test_siblings_are_joined_and_only_what_is_used_is_read(tmp_path, monkeypatch
         store.open_scene("zzz")
 
 
-def test_joined_stores_share_their_common_bands(tmp_path):
+def stored_scenes(folder, **parts):
+    """Store each part under its name, all of the recipe r1."""
+    for name, ds in parts.items():
+        store.write_store(folder, name, {"": ds}, {"recipe": "r1"})
+    return [store.open_store(folder / f"{name}.zarr") for name in parts]
+
+
+def test_groups_that_are_wanted_decide_which_bands_are_joined(tmp_path):
     a, b = scene(("sky",)), scene(("street",)).isel(wavelength=slice(2, 5))
-    paths = [store.write_store(tmp_path, n, {"": ds}, {}) for n, ds in (("a", a), ("b", b))]
-    joined = store.join(paths)
+    joined = join_scenes(stored_scenes(tmp_path, a=a, b=b), ("sky", "street"))
     assert joined.radiance.shape == (2, 3, 140, 250)
     assert np.array_equal(joined.radiance[0].values, keep_mantissa_bits(a.radiance.values[0, 2:5]))
+    alone = join_scenes(stored_scenes(tmp_path, a=a, b=b), ("sky",))
+    assert alone.light_group.values.tolist() == ["sky"] and alone.sizes["wavelength"] == a.sizes["wavelength"]
+
+
+def test_siblings_are_joined_along_the_bands(tmp_path):
+    whole = scene(("sky", "street"))
+    odd, even = whole.isel(wavelength=slice(1, None, 2)), whole.isel(wavelength=slice(0, None, 2))
+    other = scene(("headlights",), seed=5)
+    stored_scenes(tmp_path, even=even, odd=odd, other=other)
+    joined = store.open_scene(tmp_path / "even.zarr")
+    # headlights have more bands than the even ones, so all three groups have them all
+    assert joined.light_group.values.tolist() == ["sky", "street", "headlights"]
+    assert np.array_equal(joined.wavelength.values, whole.wavelength.values) and joined.wavelength.attrs["units"] == "nm"
+    want = keep_mantissa_bits(np.concatenate([whole.radiance.values, other.radiance.values]))
+    assert np.array_equal(joined.radiance.values, want)
+    part = joined.radiance
+    assert np.array_equal(part[1, 3].values, want[1, 3])
+    assert np.array_equal(part[:, 1:4, 7, [8, 2]].values, want[:, 1:4, 7][..., [8, 2]])
+    assert np.array_equal(part[[2, 0], [0, 3, 1], 5].values, want[[2, 0]][:, [0, 3, 1], 5])
+    assert part[:0, :2].values.shape == (0, 2, 140, 250)
+
+
+def test_a_sibling_with_bands_of_one_group_only_does_not_take_the_other_group_away(tmp_path):
+    whole = scene(("sky", "street"))
+    few, more = whole.isel(wavelength=[1, 3]), whole.isel(light_group=[0])
+    stored_scenes(tmp_path, few=few, more=more)
+    joined = store.open_scene(tmp_path / "few.zarr")
+    assert joined.radiance.shape[:2] == (2, 2)      # street is known at two bands
+    joined = store.open_scene(tmp_path / "more.zarr")
+    assert joined.light_group.values.tolist() == ["sky"] and joined.sizes["wavelength"] == whole.sizes["wavelength"]
 
 
 def test_content_hash_names_content_not_order():

@@ -15,10 +15,10 @@ from pathlib import Path
 
 def write_report(result) -> Path:
     """Write `<key>.html` beside the run's store and return its path; written whole or not at all."""
+    from isethdr_core.leftovers import write_text
+
     from .page import page
 
     path = result.path.with_suffix(".html")
-    temporary = path.with_suffix(".html.tmp")
-    temporary.write_text(page(result), encoding="utf-8")
-    temporary.replace(path)
+    write_text(path, page(result))
     return path

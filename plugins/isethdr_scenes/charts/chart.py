@@ -9,6 +9,8 @@ from typing import Literal
 from isethdr_core.categories import CATEGORIES
 from isethdr_core.errors import ConfigError
 
+STEPS = 20  # of the midpoint rule in a band: 2e-6 for tungsten light in bands of 10 nm
+
 
 @dataclass(frozen=True)
 class Chart:
@@ -22,17 +24,26 @@ class Chart:
     last_nm: float = 700.0              # centre of the last band
     step_nm: float = 10.0
     spectrum: Literal["D65", "A", "E"] = "D65"  # daylight, tungsten, equal energy
+    projection: Literal["tangent", "equidistant"] = "tangent"  # equidistant: for lenses wider than 150 degrees
 
     def __post_init__(self):
         if self.width < 1 or self.height < 1:
             raise ConfigError(f"chart is {self.width} x {self.height} tiles; expected at least 1 x 1; type scene.width=320")
-        if not 0 < self.horizontal_field_deg <= 150:
-            raise ConfigError(f"horizontal_field_deg is {self.horizontal_field_deg:g}; expected more than 0, at most 150")
+        widest = 150 if self.projection == "tangent" else 360
+        if not 0 < self.horizontal_field_deg <= widest:
+            raise ConfigError(f"horizontal_field_deg is {self.horizontal_field_deg:g}; expected more than 0, at most {widest}"
+                              + "; type scene.projection=equidistant for more" * (widest == 150))
         if not 0 <= self.luminance_cd_m2 < math.inf:
             raise ConfigError(f"luminance_cd_m2 is {self.luminance_cd_m2:g}; expected 0 or more, finite; light is never negative")
         if not (0 < self.first_nm <= self.last_nm and self.step_nm > 0):
             raise ConfigError(f"wavelengths {self.first_nm:g} to {self.last_nm:g} nm in steps of {self.step_nm:g} nm are not a grid; "
                               "type scene.first_nm=400 scene.last_nm=700 scene.step_nm=10")
+
+    def camera_field(self):
+        """Return (width, height, projection) of the chart."""
+        from isethdr_core.field import camera_field
+
+        return camera_field(self.horizontal_field_deg, self.width / self.height, self.projection)
 
     def bands_nm(self):
         """Return the band centres, nm, from `first_nm` up to at most `last_nm`."""
@@ -60,10 +71,11 @@ class Chart:
         return np.asarray(relative / unit)
 
     def tiles(self):
-        """Return x (width,), y (height,) tile centres and the pitch of a tile, in tangents of the field angle."""
+        """Return x (width,), y (height,) tile centres and the pitch of a tile, in the projection's unit."""
         from isethdr_core.quantities import centres
 
-        field = 2 * math.tan(math.radians(self.horizontal_field_deg) / 2)
+        half = math.radians(self.horizontal_field_deg) / 2
+        field = 2 * (math.tan(half) if self.projection == "tangent" else half)
         pitch = field / self.width
         return centres(self.width, field), centres(self.height, pitch * self.height), pitch
 
@@ -71,23 +83,30 @@ class Chart:
         """Return the chart's scene radiance Dataset from {group: (wavelength, y, x) radiance} and labels."""
         import numpy as np
 
+        from isethdr_core import ledger
         from isethdr_core.quantities import scene_radiance
 
+        coarse, fine = (band_means(_illuminant(self.spectrum), self.bands_nm(), steps) for steps in (STEPS, 8 * STEPS))
+        ledger.error(max(float(np.max(np.abs(coarse / fine - 1))), 2.0**-24), "relative", "measured",
+                     "spectrum of the light, averaged over each band, rounded to float32; tiles are covered exactly")
         x, y, pitch = self.tiles()
         field = (pitch * self.width, pitch * self.height)
         ds = scene_radiance(np.stack([np.broadcast_to(cube, (len(self.bands_nm()), self.height, self.width))
-                                      for cube in groups.values()]), groups, self.bands_nm(), x, y, field, **labels)
+                                      for cube in groups.values()]), groups, self.bands_nm(), x, y, field, self.projection, **labels)
         ds.attrs.update(objects=[], lamps=[], pitch_x=pitch, pitch_y=pitch)
         return ds
 
 
-def band_means(spectrum, bands_nm):
-    """Return the means of `spectrum(wavelength_nm)` over the bands whose borders lie half way between `bands_nm`."""
+def band_means(spectrum, bands_nm, steps: int = STEPS):
+    """Return the means of `spectrum(wavelength_nm)` over the bands whose borders lie half way between `bands_nm`.
+
+    Midpoint rule of `steps` in a band.
+    """
     import numpy as np
 
     from isethdr_core.physics.radiometry import band_widths_nm
 
-    inside = (np.arange(20) + 0.5) / 20 - 0.5  # midpoint rule: 20 steps in a band, 2e-6 for daylight in bands of 10 nm
+    inside = (np.arange(steps) + 0.5) / steps - 0.5
     return spectrum(bands_nm[:, None] + inside * band_widths_nm(bands_nm)[:, None]).mean(1)
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from isethdr_core.light_in_time import each_component
+
 
 @dataclass(frozen=True)
 class AcmePlastic:
@@ -13,9 +15,10 @@ class AcmePlastic:
     focal_length_mm: float = 3.0
     transmittance: float = 0.9      # share of the light
 
+    @each_component
     def __call__(self, mixed, flares=()):
         """Return irradiance on the sensor plane; flares are not modelled and are refused."""
-        from isethdr_core import quantities
+        from isethdr_core import ledger, quantities
         from isethdr_core.errors import ConfigError
         from isethdr_core.physics.radiometry import cos4_falloff, irradiance_factor
 
@@ -25,6 +28,7 @@ class AcmePlastic:
         f_m = self.focal_length_mm * 1e-3
         x_m, y_m = mixed.x.values * f_m, mixed.y.values * f_m
         throughput_sr = self.transmittance * irradiance_factor(self.f_number)
+        ledger.error(2.0**-24, "relative", "bound", "a product, rounded to float32")
         light = mixed.values * (throughput_sr * cos4_falloff(x_m[None, :], y_m[:, None], f_m))
         return quantities.plane(
             light.astype("float32"), mixed.wavelength.values, x_m, y_m, quantities.IRRADIANCE, f_number=self.f_number,

@@ -28,9 +28,11 @@ class AcmeNano:
         import numpy as np
         import xarray as xr
 
+        from isethdr_core import ledger
         from isethdr_core.physics.noise import normal, poisson_image
         from isethdr_core.physics.random_words import words
 
+        ledger.error(0.01, "relative", "bound", "gaussian filter curves, read at band centres")
         mean, filters, qe = self._mean(light)
         height, width = filters.shape
         well = self.full_well_e
@@ -58,9 +60,11 @@ class AcmeNano:
         import xarray as xr
 
         from isethdr_core import quantities
+        from isethdr_core.light_in_time import time_mean
         from isethdr_core.physics.area import integrate_tiles
         from isethdr_core.physics.radiometry import band_widths_nm, photons_from_energy
 
+        light = time_mean(light)    # one row of this sensor sees many periods of any lamp
         quantities.check_irradiance(light)
         pitch, nm = self.pitch_um * 1e-6, light.wavelength.values
         height, width = (int(light.attrs[side] / pitch + 1e-9) for side in ("field_height", "field_width"))

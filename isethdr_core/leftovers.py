@@ -1,0 +1,54 @@
+"""Temporary names: what is being written, and what killed writers left behind.
+
+A store or a file is written under a hidden name that says who writes it, then renamed. Names of writers that live no more are
+removed by the next writer in that folder.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import uuid
+from pathlib import Path
+
+
+def temporary_path(folder: Path, name: str) -> Path:
+    """Return the path under which this process writes `name` into `folder` before it is whole."""
+    return folder / f".{name}.{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:6]}.tmp"
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file, UTF-8, as a whole or not at all."""
+    remove_leftovers(path.parent)
+    temporary = temporary_path(path.parent, path.name)
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def remove_leftovers(folder) -> list[Path]:
+    """Remove what killed writers of this machine left in `folder`, and return what was removed."""
+    removed = []
+    for path in Path(folder).glob(".*.tmp"):
+        owner, _, rest = path.name.removesuffix(".tmp").partition(f".{socket.gethostname()}-")
+        pid = rest.partition("-")[0]
+        if owner and pid.isdigit() and not _alive(int(pid)):    # a writer on another machine cannot be asked
+            if path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                path.unlink(missing_ok=True)
+            removed.append(path)
+    return removed
+
+
+def _alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:     # it lives, and belongs to somebody else
+        pass
+    return True
