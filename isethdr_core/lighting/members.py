@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .. import ledger
 from ..errors import ConfigError
@@ -22,9 +22,12 @@ class WeightsLighting:
     weights: dict[str, float] = field(default_factory=dict)  # {group: weight}, 1 = as the scene was built
     others: float = 0.0                      # weight of every group not named in `weights`
     relative_to_mean_cd_m2: float = 0.0      # first bring each group to this mean luminance; 0: radiance stays absolute
+    modulation: dict[str, Any] = field(default_factory=dict)   # {group: {frequency_hz, duty or depth, phase}}: light that varies in time
+    seed: int = 0                            # of phases that are ranges
 
     def __post_init__(self):
         check_weights(self.weights, self.others)
+        self._varying()
         if not 0 <= self.relative_to_mean_cd_m2 < math.inf:
             raise ConfigError(f"relative_to_mean_cd_m2 is {self.relative_to_mean_cd_m2:g}; expected a luminance above 0, "
                               "or 0 to keep the absolute level")
@@ -36,11 +39,17 @@ class WeightsLighting:
         weights = mix.all_weights(self.weights, self.others, mix.group_names(radiance))
         if self.relative_to_mean_cd_m2:
             weights = {g: w and w * self._scale(radiance, g) for g, w in weights.items()}
-        return mix.mix(radiance, weights)
+        return mix.mix(radiance, weights, self._varying())
 
     def narrow(self, demand: Demand) -> Demand:
         """Return the demand without the groups of weight 0."""
         return without_dark_groups(demand, self.weights, self.others)
+
+    def _varying(self):
+        """Return the modulation of the groups that have a weight."""
+        from .modulation import parse
+
+        return {g: m for g, m in parse(self.modulation, self.seed).items() if self.weights.get(g, self.others) != 0}
 
     def _scale(self, radiance, group):
         from . import mix

@@ -6,7 +6,10 @@ import numpy as np
 
 from .. import ledger, quantities
 from ..errors import ConfigError, UnitError, did_you_mean
+from ..light_in_time import stacked
 from ..physics import photometry
+from ..physics.modulation import Modulation, constant
+from .modulation import check_groups
 
 BLOCK_BANDS = 8  # the bands of one inner chunk of a stored cube: a block decompresses each chunk once
 
@@ -40,7 +43,7 @@ def all_weights(named, others: float, groups) -> dict[str, float]:
     return {g: float(named.get(g, others)) for g in groups}
 
 
-def mix(ds, weights: dict[str, float], **attrs):
+def mix(ds, weights: dict[str, float], modulation=None, **attrs):
     """Return mixed radiance: the sum over groups of weight times radiance.
 
     Sums in float64 and rounds once, so that mixing is linear to half a unit of float32. A group of weight 0 is
@@ -50,34 +53,58 @@ def mix(ds, weights: dict[str, float], **attrs):
     ----------
     ds : scene radiance Dataset, W m-2 sr-1 nm-1; may be lazy.
     weights : {group: weight} for every group of the scene, each finite and >= 0.
+    modulation : {group: Modulation} of the groups that vary in time; weights are those of the mean over time.
     **attrs : further attributes of the result.
 
     Returns
     -------
-    (wavelength, y, x) float32 DataArray, W m-2 sr-1 nm-1.
+    (wavelength, y, x) float32 DataArray, W m-2 sr-1 nm-1. Where a group that has light varies: (component, wavelength, y, x),
+    one component for all constant groups, if there are any, then one for each modulation, in the order of the scene's groups.
 
     Raises
     ------
     UnitError : light that was read is negative or not finite, or the sum is beyond float32.
+    ConfigError : a modulation names a group the scene does not have.
     """
     for group, weight in weights.items():
         if weight == 0:
             ledger.left_out(f"group {group}", "weight 0", 0.0, "cd/m2")
+    ledger.error(2.0**-24, "relative", "bound", "sums in float64, rounded once to float32")
+    parts = _parts(weights, modulation or {})
+    width, height = field_size(ds)
+    attrs = {"weights": dict(weights), "field_width": width, "field_height": height,
+             **{k: ds.attrs[k] for k in ("pitch_x", "pitch_y", "projection") if k in ds.attrs}, **attrs}
+    if list(parts) != [Modulation()]:
+        attrs["modulation"] = {g: m._asdict() for m, groups in parts.items() for g in groups if not constant(m)}
+    planes = (quantities.plane(_sum(ds, groups), ds.wavelength.values, ds.x.values, ds.y.values, quantities.RADIANCE, **attrs)
+              for groups in parts.values())
+    if list(parts) == [Modulation()]:
+        return next(planes)
+    return stacked(("constant" if constant(m) else " + ".join(groups) for m, groups in parts.items()), list(parts), planes)
+
+
+def _parts(weights, modulation) -> dict[Modulation, dict[str, float]]:
+    """Return the groups that have light, with their weights, by how they vary; constant ones first."""
+    check_groups(modulation, list(weights))
+    how = {g: modulation.get(g, Modulation()) for g, w in weights.items() if w != 0}
+    how = {g: Modulation() if constant(m) else m for g, m in how.items()}
+    order = sorted(dict.fromkeys(how.values()), key=lambda m: not constant(m)) or [Modulation()]
+    return {m: {g: weights[g] for g, of in how.items() if of == m} for m in order}
+
+
+def _sum(ds, weights: dict[str, float]) -> np.ndarray:
+    """Return the (wavelength, y, x) float32 sum over `weights` of weight times radiance."""
     cube = ds["radiance"]
     out = np.empty(cube.shape[1:], np.float32)
     for bands in _blocks(cube.sizes["wavelength"]):
         total = np.zeros(out[bands].shape, np.float64)
         for group, weight in weights.items():
-            if weight != 0:
-                total += weight * _read(ds, group, bands)
+            total += weight * _read(ds, group, bands)
         if total.max(initial=0.0) > np.finfo(np.float32).max:
             raise UnitError(f"mixed radiance reaches {total.max():g} W m-2 sr-1 nm-1, beyond float32; expected at most 3.4e38; "
                             f"lower the weights {weights}")
         out[bands] = total
-    width, height = field_size(ds)
-    pitch = {k: ds.attrs[k] for k in ("pitch_x", "pitch_y") if k in ds.attrs}
-    return quantities.plane(out, ds.wavelength.values, ds.x.values, ds.y.values, quantities.RADIANCE,
-                            weights=dict(weights), field_width=width, field_height=height, **pitch, **attrs)
+    return out
 
 
 def luminance_map(ds, group: str) -> np.ndarray:

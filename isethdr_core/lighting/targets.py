@@ -33,10 +33,12 @@ class TargetsLighting:
     high_percentile: float = 100.0       # 100: the brightest tile
     median_cd_m2: float | None = None    # of the whole picture
     mean_cd_m2: float | None = None      # of the whole picture
-    seed: int = 0                        # of targets that are ranges
+    modulation: dict[str, Any] = field(default_factory=dict)  # {group: {frequency_hz, duty or depth, phase}}: light that varies in time
+    seed: int = 0                        # of targets and phases that are ranges
 
     def __post_init__(self):
         check_weights(self.weights, self.others)
+        self._varying()
         for t in target.parse(self.targets):
             if t.group in self.weights:
                 raise ConfigError(f"group {t.group!r} has both a target and a weight; type ~lighting.weights.{t.group} to drop one")
@@ -61,14 +63,25 @@ class TargetsLighting:
         groups = mix.group_names(radiance)
         weights, targets = self._solve(radiance, groups)
         infeasible = _report(targets)
-        return mix.mix(radiance, weights, targets=targets, infeasible=infeasible)
+        return mix.mix(radiance, weights, self._varying(), targets=targets, infeasible=infeasible)
 
     def narrow(self, demand: Demand) -> Demand:
         """Return the demand without the groups whose weight is known to be 0."""
+        return without_dark_groups(demand, self._known(), self.others)
+
+    def _known(self):
+        """Return weights that are 0 where it is known beforehand that they are."""
         known = {**self.weights, **{t.group: t.high for t in target.parse(self.targets)}}
         if self._level() or self.dynamic_range:
             known[self.ambient] = 1.0
-        return without_dark_groups(demand, known, self.others)
+        return known
+
+    def _varying(self):
+        """Return the modulation of the groups whose weight may differ from 0."""
+        from .modulation import parse
+
+        known = self._known()
+        return {g: m for g, m in parse(self.modulation, self.seed).items() if known.get(g, self.others) != 0}
 
     def _level(self):
         """Return (statistic, percentile, cd/m2) of the picture's level, or None."""

@@ -7,7 +7,41 @@ their end is a rounded sum. Everything broadcasts: one value, one per row, one p
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+
+
+class Modulation(NamedTuple):
+    """How a light varies in time about its mean: pulse-width modulation (duty below 1), ripple (depth above 0), or not at all."""
+
+    frequency_hz: float = 0.0
+    duty: float = 1.0     # share of the period in which it is on; then it is 1 / duty of its mean
+    depth: float = 0.0    # amplitude of a sinusoidal ripple / mean
+    phase: float = 0.0    # periods, at time 0; a pulse starts, and a ripple peaks, at phase 0
+
+
+def constant(modulation: Modulation) -> bool:
+    """Return whether the light does not vary."""
+    return modulation.duty == 1.0 and modulation.depth == 0.0
+
+
+def light_s(modulation: Modulation, start_s, duration_s) -> np.ndarray:
+    """Return the integral of the light over each exposure, relative to its mean over all time, seconds; exact.
+
+    Parameters as in `square_wave_s` and `ripple_s`. At a frequency of 0 the state of `phase` lasts.
+    """
+    frequency_hz, duty, depth, phase = modulation
+    if constant(modulation):
+        return np.broadcast_to(np.asarray(duration_s, float), np.broadcast_shapes(np.shape(start_s), np.shape(duration_s)))
+    if depth:
+        return ripple_s(start_s, duration_s, frequency_hz, depth, phase)
+    return square_wave_s(start_s, duration_s, frequency_hz, duty, phase) / duty
+
+
+def relative_light(modulation: Modulation, start_s, duration_s) -> np.ndarray:
+    """Return the mean light of each exposure, of a duration above 0, relative to its mean over all time; 1 for constant light."""
+    return light_s(modulation, start_s, duration_s) / duration_s
 
 
 def row_starts_s(rows: int, line_time_s: float, start_s: float = 0.0) -> np.ndarray:
