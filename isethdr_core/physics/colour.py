@@ -99,13 +99,14 @@ def colour_matrix(response, xyz, white_response, white_xyz, noise_covariance=0.0
     """
     s, t = np.asarray(response, float), np.asarray(xyz, float)
     u, v = np.asarray(white_response, float), np.asarray(white_xyz, float)
-    unit = u / np.maximum(np.abs(u), 1e-300)
-    size = np.where(u == 0, 1.0, np.abs(u))  # work in units of the white, channels differ by decades
-    s = s / size
-    base = np.outer(v, unit) / np.sum(unit**2)  # one matrix that keeps the white; the rest lives in its null space
-    free = np.linalg.svd(unit[None, :])[2][1:]
+    noise = np.broadcast_to(noise_covariance, (len(u), len(u)))
+    # channels differ by decades, also in how far noise drowns them: each in units of its own signal and noise
+    size = np.sqrt(np.sum(s**2, axis=0) + np.diag(noise))
+    size = np.where(size > 0, size, 1.0)
+    s, u, noise = s / size, u / size, noise / np.outer(size, size)
+    base = np.outer(v, u) / np.sum(u**2)  # one matrix that keeps the white; the rest lives in its null space
+    free = np.linalg.svd(u[None, :])[2][1:]
     if len(free):
-        noise = np.broadcast_to(noise_covariance, (len(u), len(u))) / np.outer(size, size)
         gram = free @ (s.T @ s + noise) @ free.T
         right = free @ (s.T @ t - (s.T @ s + noise) @ base.T)
         base = base + (np.linalg.pinv(gram, rcond=1e-12, hermitian=True) @ right).T @ free

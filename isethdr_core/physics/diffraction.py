@@ -139,7 +139,7 @@ def integrated_psf(
     fine, margin = [], 3  # pixels: the transform is circular, so its border is wrong
     for a in (0, 1):
         cutoff_um = wavelength_nm * 1e-3 * distance_mm / (extent[a] * pupil_pitch_mm[a])
-        fine.append(int(np.ceil(2.0 * pitch_um[a] / cutoff_um)))
+        fine.append(2 * int(np.ceil(pitch_um[a] / cutoff_um)))  # even: the sinc is 0 at the highest frequency, nothing rings
     wide = [2 * (n // 2 + margin) * q + 1 for n, q in zip(count, fine)]
     psf = sampled_psf(
         pupil, wavelength_nm, pupil_pitch_mm, distance_mm, wide, [p / q for p, q in zip(pitch_um, fine)], energy_mm2, cell_means
@@ -155,66 +155,6 @@ def integrated_psf(
             f"integration over {pitch_um} um left {lowest:.3g} of the light negative: pupil or image sampling is too coarse"
         )
     return np.maximum(out, 0.0)  # rounding and the circular border leave +-1e-9 of the peak at most
-
-
-def lattice_psf(
-    pupil, wavelength_nm, period, distance_mm, reach, pitch_um, energy_mm2, offset=(0.0, 0.0), folded=False
-) -> np.ndarray:
-    """Return intensity times pixel area, one point per pixel, for pixels -reach .. reach of a whole frame.
-
-    A field sampled at the pixel pitch is the transform of the pupil folded (summed modulo the grid): exact at those points, and
-    ten times cheaper than a chirp-z of that size. One point does not represent a pixel: average over offsets and wavelengths.
-
-    Parameters
-    ----------
-    pupil : (y, x) cell means on a grid of `lattice_pitch_mm`; or already folded (`pupil.folded`, with the same offset).
-    period : (y, x) number of pixels after which the field repeats, 1.25 x (2 reach + 1) or more, because it wraps in amplitude.
-    reach, pitch_um, offset : (y, x) in pixels, micrometres, and the point inside the pixel, -1 to 1 pixels from its centre.
-
-    Returns
-    -------
-    (2 reach_y + 1, 2 reach_x + 1) float32, fraction of the energy per pixel.
-    """
-    field = pupil if folded else _fold(_fold(pupil, 0, period[0], offset[0]), 1, period[1], offset[1])
-    field = sf.fft2(field, overwrite_x=True)
-    step = lattice_pitch_mm(wavelength_nm, period, distance_mm, pitch_um)
-    scale = step[0] * step[1] / (period[0] * period[1] * energy_mm2)
-    index = [np.arange(-r, r + 1) for r in reach]
-    gain_y, gain_x = (np.sinc((k + o) / p) ** -2 for k, o, p in zip(index, offset, period))
-    out = np.empty((len(index[0]), len(index[1])), np.float32)
-    (ry, rx) = reach
-    for rows_out, rows_in in ((slice(0, ry), slice(period[0] - ry, None)), (slice(ry, None), slice(0, ry + 1))):
-        for cols_out, cols_in in ((slice(0, rx), slice(period[1] - rx, None)), (slice(rx, None), slice(0, rx + 1))):
-            part = field[rows_in, cols_in]
-            np.square(part.real, out=out[rows_out, cols_out])
-            out[rows_out, cols_out] += np.square(part.imag)
-    out *= (scale * gain_y).astype(np.float32)[:, None]
-    out *= gain_x.astype(np.float32)
-    return out
-
-
-def _fold(a, axis, period, offset):
-    """Return the sum of `a` modulo `period` along `axis`, with the phase that moves the image by `offset` pixels."""
-    shape = (period, a.shape[1]) if axis == 0 else (a.shape[0], period)
-    out = np.zeros(shape, np.complex64)
-    for start in range(0, a.shape[axis], period):
-        stop = min(start + period, a.shape[axis])
-        turn = np.exp(-2j * np.pi * offset * (start // period))  # a period further on, the offset has turned the phase this far
-        part, into = (a[start:stop], out[: stop - start]) if axis == 0 else (a[:, start:stop], out[:, : stop - start])
-        if np.iscomplexobj(a):
-            into += part * np.complex64(turn)
-        else:  # half the products of the complex case
-            into.real += part * np.float32(turn.real)
-            if start:
-                into.imag += part * np.float32(turn.imag)
-    ramp = np.exp(-2j * np.pi * offset / period * np.arange(period)).astype(np.complex64)
-    out *= ramp[:, None] if axis == 0 else ramp
-    return out
-
-
-def lattice_pitch_mm(wavelength_nm, period, distance_mm, pitch_um) -> tuple[float, float]:
-    """Return the (y, x) pupil pitch whose field repeats after `period` pixels: wavelength * distance / (period * pitch)."""
-    return tuple(wavelength_nm * 1e-3 * distance_mm / (n * p) for n, p in zip(period, pitch_um))
 
 
 def diffraction_mtf(frequency_per_um, wavelength_nm: float, f_number: float) -> np.ndarray:

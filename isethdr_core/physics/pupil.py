@@ -9,8 +9,12 @@ Lengths in millimetres, origin on the axis, x right, y down as in the image.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import prod
 
 import numpy as np
+
+MOST_TERMS = 20000  # of `opening`, which takes seconds for them
+GAUSS = (0.5 - 1 / 12**0.5, 0.5 + 1 / 12**0.5)  # places of the two-point rule, of equal weights
 
 
 @dataclass(frozen=True)
@@ -143,12 +147,31 @@ def dirt(
 
 
 def opening(aperture: Convex, losses) -> list[tuple[Convex, float]]:
-    """Expand aperture x product of (1 - loss) over all dirt into a sum of (shape, weight), each 1 x weight inside."""
-    terms = [(aperture, 1.0)]
-    for shape, loss in losses:
-        both = [(term & shape, -loss * weight) for term, weight in terms if term.low < shape.high and shape.low < term.high]
-        terms += [(term, weight) for term, weight in both if not term.is_empty()]
-    return terms
+    """Expand aperture x product of (1 - loss) over all dirt into a sum of (shape, weight), each 1 x weight inside.
+
+    A loss may be complex: 1 - a exp(i phase) of a grain that passes the amplitude a, retarded.
+
+    Raises
+    ------
+    ValueError : where so much dirt overlaps that the sum has more than `MOST_TERMS`.
+    """
+    return weighted(overlaps(aperture, [shape for shape, _ in losses]), [loss for _, loss in losses])
+
+
+def overlaps(aperture: Convex, dirt) -> list[tuple[Convex, tuple[int, ...]]]:
+    """Return every way in which shapes of dirt overlap within the aperture: (intersection, indices); raises as `opening`."""
+    found = [(aperture, ())]
+    for index, shape in enumerate(dirt):
+        if len(found) > MOST_TERMS:
+            raise ValueError(f"the aperture's dirt overlaps in more than {MOST_TERMS} ways; expected less or smaller dirt")
+        both = [(part & shape, (*held, index)) for part, held in found if part.low < shape.high and shape.low < part.high]
+        found += [(part, held) for part, held in both if not part.is_empty()]
+    return found
+
+
+def weighted(overlapping, losses) -> list[tuple[Convex, float]]:
+    """Return the sum of (shape, weight) that `opening` describes, from its `overlaps` and the loss of every shape of dirt."""
+    return [(part, prod((-losses[i] for i in held), start=1.0)) for part, held in overlapping]
 
 
 def energy(aperture: Convex, losses, strips: int = 4000) -> float:
@@ -167,101 +190,55 @@ def transmission(aperture: Convex, losses, x, y) -> np.ndarray:
     """Return the amplitude transmission at points (x, y), broadcast: 0 outside, the product of (1 - loss) inside."""
     a = aperture.contains(x, y).astype(float)
     for shape, loss in losses:
-        a *= 1 - loss * shape.contains(x, y)
+        a = a * (1 - loss * shape.contains(x, y))
     return a
 
 
-def _chord_ends(terms, y0: float, step: float, count: int):
-    """Yield (row, left, right, weight / rows' height) for one chord per strip of `step` from `y0`, for all terms.
+def chord_ends(terms, y0: float, step: float, count: int, places=(0.5,)):
+    """Yield (strip, left, right, weight) of chords through strips of height `step` from `y0` on, for all terms.
 
-    A chord lies in the middle of what the shape's height leaves of its strip, so level edges are exact.
+    `places` are those of the chords within what the shape's height leaves of its strip, so level edges are exact; the weights of a
+    strip sum to the part of it that is left.
     """
     edges = y0 + np.arange(count + 1) * step
     for shape, weight in terms:
         k = np.arange(max(np.searchsorted(edges, shape.low) - 1, 0), min(np.searchsorted(edges, shape.high), count))
         top, bottom = np.maximum(edges[k], shape.low), np.minimum(edges[k + 1], shape.high)
-        left, right = shape.chords((top + bottom) / 2)
-        hit = (left < right) & (top < bottom)
-        yield k[hit], left[hit], right[hit], ((bottom - top) / step * weight)[hit]
+        for place in places:
+            left, right = shape.chords(top + place * (bottom - top))
+            hit = (left < right) & (top < bottom)
+            yield k[hit], left[hit], right[hit], ((bottom - top) / step * weight / len(places))[hit]
 
 
-def raster(terms, x, y, chords_per_cell: int = 4) -> np.ndarray:
+def raster(terms, x, y, strips: int = 2) -> np.ndarray:
     """Return the mean amplitude transmission of each cell of a grid.
 
     Parameters
     ----------
     terms : list of (shape, weight), as `opening` returns.
     x, y : evenly spaced cell centres, mm.
-    chords_per_cell : horizontal lines per cell; along x the mean is exact.
+    strips : level strips per cell, with two chords each at Gauss's places: the mean over y is exact to the fourth power of their
+        height, along x it is exact.
 
     Returns
     -------
-    (y, x) float32 array, 0 to 1.
+    (y, x) float32 array, 0 to 1; complex64 where a weight is complex.
     """
-    dx, dy, sub = x[1] - x[0], y[1] - y[0], chords_per_cell
+    real = not any(isinstance(weight, complex) for _, weight in terms)
+    dtype = np.float32 if real else np.complex64
+    dx, dy, sub = x[1] - x[0], y[1] - y[0], strips
     position, change = [], []
-    for k, left, right, weight in _chord_ends(terms, y[0] - dy / 2, dy / sub, len(y) * sub):
+    for k, left, right, weight in chord_ends(terms, y[0] - dy / 2, dy / sub, len(y) * sub, GAUSS):
         for end, sign in ((left, 1), (right, -1)):
             cell = np.clip((end - x[0]) / dx + 0.5, 0.0, len(x))
             whole = cell.astype(np.intp)
             start = (k // sub) * (len(x) + 2) + whole
             position += [start, start + 1]
             change += [sign * weight / sub * (1 - (cell - whole)), sign * weight / sub * (cell - whole)]
-    ends = np.zeros(len(y) * (len(x) + 2), np.float32)
-    np.add.at(ends, np.concatenate(position), np.concatenate(change).astype(np.float32))
+    ends = np.zeros(len(y) * (len(x) + 2), dtype)
+    if position:
+        np.add.at(ends, np.concatenate(position), np.concatenate(change).astype(dtype))
     ends = ends.reshape(len(y), len(x) + 2)
     np.cumsum(ends, axis=1, out=ends)
     ends = ends[:, : len(x)]
-    return np.maximum(ends, 0.0, out=ends)  # float32 sums leave +-1e-7
-
-
-def folded(terms, radius: float, step, period, offset, chords_per_cell: int = 2) -> np.ndarray:
-    """Return the raster summed modulo `period`, with the phase that moves the image by `offset`, without drawing it in full.
-
-    The same as drawing cells of `step` centred on the axis and folding them (`diffraction.lattice_psf`), at a cost that does not
-    grow
-    with the f-number: a chord that runs past the period goes on at the other side, turned by exp(-2 pi i offset).
-
-    Parameters
-    ----------
-    radius : half width of the pupil, mm.
-    step, period, offset : (y, x) cell size in mm, cells, and image offset in pixels.
-
-    Returns
-    -------
-    (period_y, period_x) complex64.
-    """
-    (dy, dx), (py, px), sub = step, period, chords_per_cell
-    rows, cols = (2 * (int(np.ceil(radius / d)) + 1) for d in step)
-    wraps = np.exp(-2j * np.pi * offset[1] * np.arange(cols // px + 2))
-    passed = np.concatenate(
-        [[0], np.cumsum(wraps)]
-    )  # what a chord from the first cell on adds to column 0 of the wraps it enters
-    position, change = [], []
-    for k, left, right, weight in _chord_ends(terms, -rows / 2 * dy, dy / sub, rows * sub):
-        row = k // sub
-        weight = weight / sub * np.exp(-2j * np.pi * offset[0] * (row // py))
-        start = (row % py) * (px + 2)
-        for end, sign in ((left, 1), (right, -1)):
-            cell = np.clip(end / dx + cols / 2, 0.0, cols)
-            wrap, inside = np.divmod(cell, px)
-            wrap, whole = wrap.astype(np.intp), inside.astype(np.intp)
-            part = inside - whole
-            # From here to infinity: this wrap from `inside` on, all later wraps in full. Earlier wraps cancel between both ends.
-            position += [start, start + whole, start + whole + 1]
-            change += [
-                -sign * weight * passed[wrap + 1],
-                sign * weight * wraps[wrap] * (1 - part),
-                sign * weight * wraps[wrap] * part,
-            ]
-    ends = np.zeros(py * (px + 2), np.complex64)
-    position, change = np.concatenate(position), np.concatenate(change)
-    np.add.at(ends, position, change.astype(np.complex64))
-    ends = ends.reshape(py, px + 2)
-    np.cumsum(ends, axis=1, out=ends)
-    ends = ends[:, :px]
-    for axis, (o, p) in enumerate(zip(offset, period)):
-        if o:
-            ramp = np.exp(-2j * np.pi * o / p * np.arange(p)).astype(np.complex64)
-            ends *= ramp[:, None] if axis == 0 else ramp
-    return ends
+    return np.maximum(ends, 0.0, out=ends) if real else ends  # float32 sums leave +-1e-7

@@ -76,6 +76,20 @@ def steepest_slope_um(zernike_um) -> float:
     return float(np.hypot(polyval2d(x, y, polyder(c, axis=0)), polyval2d(x, y, polyder(c, axis=1))).max())
 
 
+def rotated(zernike_um, angle_rad: float) -> dict[int, float]:
+    """Return the coefficients of a wavefront turned by `angle_rad` counter-clockwise, y up: W(rho, theta - angle)."""
+    out: dict[int, float] = {}
+    for j, value in zernike_um.items():
+        n, m = order(int(j))
+        a = abs(m)
+        cosine, sine = value * np.cos(a * angle_rad), value * np.sin(a * angle_rad)
+        for k, part in ((a, cosine), (-a, sine)) if m >= 0 else ((-a, cosine), (a, -sine)):
+            if part != 0 and (k or m == 0):
+                i = (n * (n + 2) + k) // 2
+                out[i] = out.get(i, 0.0) + float(part)
+    return out
+
+
 def _sum(zernike_um) -> np.ndarray:
     size = 1 + max((order(j)[0] for j in zernike_um), default=0)
     c = np.zeros((size, size))

@@ -3,6 +3,7 @@
 | file                  | what                                                                            |
 |-----------------------|---------------------------------------------------------------------------------|
 | `ideal`               | the sensor without effects                                                      |
+| `one_reading`         | the fields of `single` and `lin_log`                                            |
 | `single`              | one capture under any filter array                                              |
 | `bayer`, `rgbw`       | `single` with red, green, blue (and clear) filters                              |
 | `interleaved`         | `single` with two exposures or sensitivities side by side                       |
@@ -14,13 +15,16 @@
 | `lin_log_response`    | the table that reads it back                                                    |
 | `soft_knee`           | the fields of a photodiode that overflows exponentially                         |
 | `soft_knee_shot`      | one shot of these pixels                                                        |
+| `soft_knee_in_time`   | their charge under light that varies during the exposure                        |
 | `imaging_sensor`      | the fields that these share                                                     |
 | `auto_exposure`       | the exposure at which the metered level meets its target                        |
 | `sensor_model`        | what a sensor is made of: photodiodes and readings                              |
 | `shot`                | one shot in the order in which it happens                                       |
 | `quantum_efficiency`  | electrons per photon; bands that do not matter                                  |
+| `response`            | what is asked of a lens that answers in photocurrent                            |
 | `spectral_curves`     | fitted filter curves, blocking filter, a user's own curves from CSV             |
 | `colour_filter_array` | filter patterns                                                                 |
+| `exposure_timing`     | when each row is exposed, and how much of light that varies falls into it       |
 | `pixel_grid`          | where the pixels lie in the camera's field                                      |
 | `area_integration`    | light over the photodiode's area                                                |
 | `crosstalk`           | light and electrons that a neighbour collects                                   |

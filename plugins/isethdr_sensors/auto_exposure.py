@@ -17,6 +17,7 @@ import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.light_in_time import time_mean
 
 RULES = ("fixed", "centre", "histogram", "highlights")
 LOG_TOLERANCE = 1e-12   # of the natural logarithm of the exposure
@@ -45,12 +46,13 @@ def exposed(sensor, light, generator):
 def solve(sensor, light) -> tuple[float, int]:
     """Return the exposure in seconds and the iterations of Brent's method; the residual goes to the ledger.
 
-    Mean electrons, dark charge included, are proportional to the exposure, so they are computed once. A target out of reach within
+    Mean electrons, dark charge included, are proportional to the exposure, so they are computed once. Light that varies in time is
+    metered by its mean over time: a camera meters over many frames. A target out of reach within
     the limits gives the nearer limit.
     """
     from scipy.optimize import brentq
 
-    share_per_s = sensor.expected(light).values / np.reshape(sensor.full_scale_e(), (-1, 1, 1)) / sensor.exposure_s
+    share_per_s = sensor.expected(time_mean(light)).values / np.reshape(sensor.full_scale_e(), (-1, 1, 1)) / sensor.exposure_s
     level = _meter(sensor.exposure_rule, share_per_s)
     shortest, longest, target = sensor.exposure_min_s, sensor.exposure_max_s, sensor.exposure_target
     iterations, exposure_s = 0, None

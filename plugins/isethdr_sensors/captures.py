@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from isethdr_core.quantities import names
+from isethdr_core import geometry
+from isethdr_core.quantities import bands_nm, names
 
 from . import companding, converter
 from .colour_filter_array import channels
 from .dark_current import dark_electrons
 
-FROM_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", "falloff")
+FROM_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", *geometry.CARRIED)
 
 
 def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
@@ -43,7 +44,7 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
         "area_m2": each((grid.pitch_m**2 * d.fill_factor for d in diodes), "m2"),
         "charge": each((r.diode for r in readings), "1", int),
         "quantum_efficiency": (("capture", "channel", "wavelength"), np.repeat(qe[None], len(readings), 0), {"units": "e/photon"}),
-    }, coords={**_grid(model, grid), "channel": names(channels(model.cfa)), "wavelength": light.wavelength.values.astype(float)},
+    }, coords={**_grid(model, grid), "channel": names(channels(model.cfa)), "wavelength": bands_nm(light)},
         attrs={"pitch_um": model.pitch_um, "cfa": model.cfa, **{k: light.attrs[k] for k in FROM_LIGHT if k in light.attrs}})
     if any(r.companding for r in readings):
         for name, values in zip(("companding_linear_dn", "companding_dn"), _tables(readings), strict=True):

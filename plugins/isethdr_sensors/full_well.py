@@ -18,3 +18,11 @@ def limit_mean(mean_e, full_well_e: float) -> np.ndarray:
     A draw is never more than 9.2 standard deviations low; 12 sqrt(well) + 100 above the well, all of them spill.
     """
     return np.minimum(mean_e, min(full_well_e + 12.0 * np.sqrt(full_well_e) + 100.0, LARGEST_MEAN_E))
+
+
+def full(charge_e, full_well_e: float) -> np.ndarray:
+    """Return where the charge says no more than that there was at least so much: a full well, or more than can be counted.
+
+    Means beyond 1e18 e are drawn as 1e18, at most 1e10 e low; no converter of a real sensor reaches that far.
+    """
+    return charge_e >= min(full_well_e, LARGEST_MEAN_E - 1e10)

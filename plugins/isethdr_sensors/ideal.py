@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 from .sensor_model import Photodiode, Reading, SensorModel
 
@@ -14,6 +14,8 @@ class IdealSensor:
 
     With cfa=W and curves=unit it counts photons.
     """
+
+    noise: ClassVar[bool] = False   # one shot is as good as many
 
     exposure_s: float = 0.016
     pitch_um: float = 3.0
@@ -50,6 +52,12 @@ class IdealSensor:
         from .shot import expected_electrons
 
         return expected_electrons(self.model(), light)
+
+    def check_field(self, width_m: float, height_m: float):
+        """Refuse a field, in metres on the sensor plane, that the pixels do not fit into."""
+        from .pixel_grid import pixel_counts
+
+        pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
     def narrow(self, demand):
         """Return the demand without outer bands in which the sensor is blind."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from . import auto_exposure
-from .converter import check_reading, top_dn
+from .converter import check_reading
 from .sensor_model import SensorModel
 
 
@@ -27,6 +27,8 @@ class ImagingSensor:
     black_dn: float = 64.0          # assumption
     noise: bool = True              # False: means only, no random or fixed pattern
 
+    line_time_s: float = 22.2e-6    # rolling shutter, from row to row: 1650 clocks of 74.25 MHz (assumption); 0: global shutter
+
     # --- exposure solved from the light; `exposure_s` counts only where it is fixed ---
     exposure_rule: Literal["fixed", "centre", "histogram", "highlights"] = "fixed"   # docs/sensors.md, Automatic exposure
     exposure_target: float = 0.5    # metered level / full scale
@@ -34,7 +36,8 @@ class ImagingSensor:
     exposure_max_s: float = 0.033   # a frame at 30 Hz
 
     # --- off unless a preset knows them: no data sheet of ours states them ---
-    optical_crosstalk_percent: float = 0.0      # of a pixel's light, to the 4 neighbours
+    optical_crosstalk_percent: float = 0.0      # of a pixel's light at 550 nm, to the 4 neighbours
+    optical_crosstalk_power: float = 1.0        # that share grows as the wavelength to this power (assumption: as diffraction)
     electrical_crosstalk_percent: float = 0.0   # of a pixel's electrons, to the 8 neighbours
     blooming_percent: float = 0.0   # of the charge beyond the well, along the column; the rest is drained
     hot_percent: float = 0.0        # of the pixels, persistent
@@ -69,7 +72,8 @@ class ImagingSensor:
         return SensorModel(self.exposure_s, self.pitch_um, self.rows, self.columns, self.cfa, tuple(photodiodes), readings,
                            peak_qe=self.peak_qe, infrared_cut=self.infrared_cut, qe_csv=self.qe_csv, temperature_c=self.temperature_c,
                            noise=self.noise, optical_crosstalk_percent=self.optical_crosstalk_percent,
-                           electrical_crosstalk_percent=self.electrical_crosstalk_percent, **more)
+                           optical_crosstalk_power=self.optical_crosstalk_power,
+                           electrical_crosstalk_percent=self.electrical_crosstalk_percent, line_time_s=self.line_time_s, **more)
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""
@@ -89,8 +93,9 @@ class ImagingSensor:
 
     def full_scale_e(self) -> list[float]:
         """Return the electrons of every capture at which it stops measuring light."""
-        model = self.model()
-        return [(top_dn(r, model.diode_of(r)) - r.black_dn) / r.gain_dn_per_e for r in model.readings]
+        from .response import full_scale_e
+
+        return full_scale_e(self.model())
 
     def expected(self, light):
         """Return mean electrons (capture, y, x), dark charge included."""
@@ -98,8 +103,16 @@ class ImagingSensor:
 
         return expected_electrons(self.model(), light)
 
-    def narrow(self, demand):
-        """Return the demand without outer bands in which the sensor is blind."""
-        from .quantum_efficiency import narrow
+    def check_field(self, width_m: float, height_m: float):
+        """Refuse a field, in metres on the sensor plane, that the pixels do not fit into."""
+        from .pixel_grid import pixel_counts
 
-        return narrow(self.model(), demand)
+        pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
+
+    def narrow(self, demand):
+        """Return the demand without outer bands in which the sensor is blind, and with its response."""
+        from .quantum_efficiency import narrow
+        from .response import ask
+
+        model = self.model()
+        return ask(model, narrow(model, demand), self.exposure_s if self.exposure_rule == "fixed" else self.exposure_max_s)

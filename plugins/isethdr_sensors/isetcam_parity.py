@@ -6,7 +6,22 @@ where we integrate over the photodiode; its noise acts on volts and is clipped a
 
 from __future__ import annotations
 
+from math import comb
+from typing import NamedTuple
+
 import numpy as np
+
+NORMAL_FROM_E = 25.0    # mean electrons from which ISETCam draws a rounded normal instead of a Poisson count
+
+
+class ClippedNoise(NamedTuple):
+    """Moments of one pixel's volts over shots after clipping, and how often either end is met."""
+
+    mean_v: float
+    variance_v2: float
+    fourth_v4: float    # central: the standard error of a variance needs it
+    at_zero: float
+    at_swing: float
 
 
 def pixel_rate(photons, spectral_qe, band_nm, sample_um, pixel_um, filters):
@@ -55,6 +70,52 @@ def noise_mean_and_variance(electrons, dark_e, conversion_gain_v_per_e, read_noi
     mean = (electrons + dark_e) * conversion_gain_v_per_e
     temporal = mean * conversion_gain_v_per_e + read_noise_v**2
     return mean, temporal * (1 + prnu**2) + (prnu * mean) ** 2 + dsnu_v**2
+
+
+def clipped_noise(electrons, dark_e, conversion_gain_v_per_e, read_noise_v, prnu, dsnu_v, swing_v) -> ClippedNoise:
+    """Return what the clip to 0..swing leaves of `noise_mean_and_variance`'s volts (sensorCompute), numbers in and out.
+
+    A sum over whole electron counts; given the count, volts are normal but for read noise times PRNU, 1e-2 of the read noise.
+    With read noise, PRNU and DSNU of 0 it is ISETCam's noise flag 1, shot noise alone; that flag has no dark charge either.
+    """
+    count, weight = _counts(electrons + dark_e)
+    middle = count * conversion_gain_v_per_e
+    width = np.sqrt((prnu * middle) ** 2 + read_noise_v**2 * (1 + prnu**2) + dsnu_v**2)
+    inside, low, high = _inside(middle, width, swing_v)
+
+    def moment(order, about):
+        within = sum(comb(order, j) * (middle - about) ** (order - j) * width**j * inside[j] for j in range(order + 1))
+        return float(weight @ (within + low * (0.0 - about) ** order + high * (swing_v - about) ** order))
+
+    mean = moment(1, 0.0)
+    return ClippedNoise(mean, moment(2, mean), moment(4, mean), float(weight @ low), float(weight @ high))
+
+
+def _counts(mean_e):
+    """Return whole electron counts within 12 standard deviations and their probabilities, by ISETCam's rule (noiseShot)."""
+    from scipy.special import ndtr
+    from scipy.stats import poisson
+
+    reach = 12 * np.sqrt(mean_e) + 12
+    count = np.arange(max(0.0, np.floor(mean_e - reach)), np.ceil(mean_e + reach) + 1)
+    if mean_e < NORMAL_FROM_E:
+        return count, poisson.pmf(count, mean_e)
+    return count, np.diff(ndtr((np.append(count, count[-1] + 1) - 0.5 - mean_e) / np.sqrt(mean_e)))
+
+
+def _inside(middle, width, swing):
+    """Return the integrals of z^j phi(z), j = 0..4, over volts between 0 and `swing`, and the weights at or beyond both ends."""
+    from scipy.special import ndtr
+
+    if not width.any():
+        low, high = middle <= 0, middle >= swing
+        return [~(low | high), *(np.zeros(middle.shape),) * 4], low, high
+    a, b = -middle / width, (swing - middle) / width
+    density_a, density_b = (np.exp(-0.5 * z * z) / np.sqrt(2 * np.pi) for z in (a, b))
+    integrals = [ndtr(b) - ndtr(a), density_a - density_b]
+    for j in range(2, 5):
+        integrals.append((j - 1) * integrals[j - 2] + a ** (j - 1) * density_a - b ** (j - 1) * density_b)
+    return integrals, ndtr(a), ndtr(-b)
 
 
 def _centres(count, pitch):

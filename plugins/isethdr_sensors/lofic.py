@@ -53,7 +53,7 @@ class LoficSensor(ImagingSensor):
         return soft_knee.well(self.knee_e, self.thermal_e, self.knee_e_per_s, self.temperature_c)
 
     def take(self, light, generator):
-        """Return captures of one shot at `exposure_s`; light is constant over the exposure."""
+        """Return captures of one shot at `exposure_s`."""
         from .soft_knee_shot import take_shot
 
         return take_shot(self.model(), self.well(), (True, False), light, generator)

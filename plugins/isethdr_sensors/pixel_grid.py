@@ -8,6 +8,7 @@ import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.light_in_time import time_mean
 
 ROUNDING = 1e-9  # relative: a field of 100 pitches holds 100 pixels although metres are rounded
 
@@ -33,9 +34,14 @@ def pixel_grid(light, pitch_um: float, rows: int = 0, columns: int = 0) -> Pixel
     from isethdr_core.quantities import centres
 
     pitch = pitch_um * 1e-6
-    y = _count(light.attrs["field_height"], pitch, rows, "rows", "high")
-    x = _count(light.attrs["field_width"], pitch, columns, "columns", "wide")
+    y, x = pixel_counts(light.attrs["field_width"], light.attrs["field_height"], pitch_um, rows, columns)
     return PixelGrid(centres(x, x * pitch), centres(y, y * pitch), pitch)
+
+
+def pixel_counts(field_width_m: float, field_height_m: float, pitch_um: float, rows: int = 0, columns: int = 0) -> tuple[int, int]:
+    """Return (rows, columns), 0 replaced by as many as fit into the field; ConfigError where more are asked for, or none fits."""
+    pitch = pitch_um * 1e-6
+    return _count(field_height_m, pitch, rows, "rows", "high"), _count(field_width_m, pitch, columns, "columns", "wide")
 
 
 def _count(field_m, pitch, wanted, name, direction):
@@ -67,7 +73,8 @@ def check_tiles(light, grid: PixelGrid) -> None:
                             f"{centres[0]:.6g}..{centres[-1]:.6g} m; expected tiles over all of field_width and field_height")
     tile = max(tile_pitch(light, "x"), tile_pitch(light, "y"))
     if tile > grid.pitch_m * (1 + ROUNDING):
-        band = np.asarray(light.values[light.sizes["wavelength"] // 2], float)
+        first = light.dims[-3]  # wavelength, or channel
+        band = np.asarray(time_mean(light.isel({first: light.sizes[first] // 2})).values, float)
         step = max(np.abs(np.diff(band, axis=axis)).mean() for axis in (0, 1)) / max(band.mean(), np.finfo(float).tiny)
         ledger.error(step, "relative", "measured", f"mean change from tile to tile: tiles of {tile * 1e6:.3g} um hide the detail "
                                                    f"inside {tile / grid.pitch_m:.3g} pixels of {grid.pitch_m * 1e6:.3g} um")

@@ -34,10 +34,30 @@ def band_centre_error(model: SensorModel, wavelength_nm) -> float:
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
         return 0.0
-    offsets = (np.arange(9) - 4) / 9
-    fine = quantum_efficiency(model, (w[:, None] + np.gradient(w)[:, None] * offsets).ravel())
-    mean = fine.reshape(len(fine), len(w), 9).mean(2).sum(1)
+    mean = _within_bands(model, w, (np.arange(9) - 4) / 9).mean(2).sum(1)
     return float(np.max(np.abs(quantum_efficiency(model, w).sum(1) - mean) / mean))
+
+
+def line_error(model: SensorModel, wavelength_nm) -> float:
+    """Return a bound on what is wrong for any spectrum, a line at the edge of its band included.
+
+    A band holds the mean of its energy and no more, so light anywhere within it counts as light at its centre. Electrons per joule
+    differ by no more than the largest change of wavelength x quantum efficiency within a band: that change, relative to its largest
+    value. Times the electrons that all of the light's energy would make at the peak of the most sensitive filter it bounds the error.
+    """
+    w = np.asarray(wavelength_nm, float)
+    if len(w) < 2:
+        return 0.0
+    offsets = np.linspace(-0.5, 0.5, 21)
+    response = _within_bands(model, w, offsets) * (w[:, None] + np.gradient(w)[:, None] * offsets)
+    centre = response[..., [10]]
+    return float(np.max(np.abs(response - centre)) / np.max(centre))
+
+
+def _within_bands(model, w, offsets):
+    """Return (channel, wavelength, offset) electrons per photon at `offsets` of a band width from each centre."""
+    fine = quantum_efficiency(model, (w[:, None] + np.gradient(w)[:, None] * offsets).ravel())
+    return fine.reshape(len(fine), len(w), len(offsets))
 
 
 def narrow(model: SensorModel, demand):

@@ -27,6 +27,7 @@ class Photodiode:
     dark_spread: float = 0.0        # rms over pixels / mean, persistent
     prnu: float = 0.0               # rms over pixels / mean, persistent
     exposure_share: float = 1.0     # exposure / the model's exposure_s
+    start_share: float = 0.0        # start of the exposure / the model's exposure_s, after the row's first start
     silicon: str = ""               # key of the persistent maps; "": the name. Exposures of one photodiode share it
     blooming_percent: float = 0.0   # of the charge beyond the well that runs along the column
     hot_percent: float = 0.0        # of the pixels, persistent
@@ -70,20 +71,24 @@ class SensorModel:
     qe_csv: str = ""
     temperature_c: float = 60.0
     noise: bool = True
-    optical_crosstalk_percent: float = 0.0      # of a pixel's light that its neighbours collect
+    optical_crosstalk_percent: float = 0.0      # of a pixel's light at 550 nm that its neighbours collect
+    optical_crosstalk_power: float = 1.0        # that share grows as the wavelength to this power
     electrical_crosstalk_percent: float = 0.0   # of a pixel's electrons that its neighbours collect
     lower_case_share: float = 1.0               # sensitivity of pixels written in lower case in `cfa`
     lower_case_dark: float = 1.0                # dark charge of these pixels / that of the others
+    line_time_s: float = 0.0                    # rolling shutter: from the start of a row to that of the next; 0: global shutter
 
     def __post_init__(self):
         for name in ("exposure_s", "pitch_um", "peak_qe"):
             _expect(getattr(self, name), name, lambda v: 0 < v < inf, "a finite number above 0")
         _expect(self.exposure_s, "exposure_s", lambda v: v <= LONGEST_S, "at most 3600 s: dark charge alone fills a longer exposure")
+        _expect(self.line_time_s, "line_time_s", lambda v: 0 <= v <= 1, "seconds from row to row within 0..1; 0 is a global shutter")
         for name in ("rows", "columns"):
             _expect(getattr(self, name), name, lambda v: v >= 0 and v == int(v), "a whole number; 0 fills the camera's field")
         _expect(self.temperature_c, "temperature_c", lambda v: -100 <= v <= 200, "degrees Celsius within -100..200")
         for name in ("optical_crosstalk_percent", "electrical_crosstalk_percent"):
             _expect(getattr(self, name), name, lambda v: 0 <= v <= 80, "percent within 0..80")
+        _expect(self.optical_crosstalk_power, "optical_crosstalk_power", lambda v: -10 <= v <= 10, "an exponent within -10..10")
         _expect(self.lower_case_share, "lower_case_percent", lambda v: 0 < v <= 1, "percent above 0, at most 100")
         if not self.qe_csv and self.curves != "unit":
             check_letters(channels(self.cfa))

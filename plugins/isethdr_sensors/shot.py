@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from isethdr_core import ledger, quantities
+from isethdr_core.light_in_time import components
 from isethdr_core.physics.noise import LARGEST_MEAN_E, rows_per_block
 
 from . import (
@@ -13,17 +14,19 @@ from . import (
     captures,
     converter,
     crosstalk,
+    exposure_timing,
     fixed_pattern,
     full_well,
     interleave,
     read_noise,
+    response,
     row_noise,
     shot_noise,
 )
 from .colour_filter_array import filter_map
 from .dark_current import dark_electrons
 from .pixel_grid import check_tiles, pixel_grid
-from .quantum_efficiency import band_centre_error, quantum_efficiency
+from .quantum_efficiency import band_centre_error, line_error, quantum_efficiency
 from .sensor_model import Photodiode, SensorModel
 
 
@@ -33,7 +36,7 @@ def take_shot(model: SensorModel, light, generator):
     Parameters
     ----------
     model : what the sensor is made of.
-    light : irradiance DataArray (wavelength, y, x), W m-2 nm-1.
+    light : irradiance DataArray ([component,] wavelength, y, x), W m-2 nm-1.
     generator : `isethdr_core.seeds.Generator`; its seed and scene key the shot, its device the fixed pattern.
         May be None for a model without noise.
     """
@@ -55,9 +58,12 @@ def expected_electrons(model: SensorModel, light):
 
 def state_errors(model: SensorModel, light) -> None:
     """State in the ledger what every shot of `model` leaves out: band centres, the converter's bend and its lower end."""
-    if len(light.wavelength) > 1:
-        ledger.error(band_centre_error(model, light.wavelength.values), "relative", "measured",
+    wavelength_nm = quantities.bands_nm(light)
+    if len(wavelength_nm) > 1:
+        ledger.error(band_centre_error(model, wavelength_nm), "relative", "measured",
                      "quantum efficiency taken at band centres, flat spectrum")
+        ledger.left_out("where in its bands light lies", "it holds band means, counted at band centres",
+                        line_error(model, wavelength_nm), "of the electrons that the same energy makes at the filters' peak")
     for reading in model.readings:
         converter.state_nonlinearity(reading)
         if model.noise:
@@ -68,18 +74,33 @@ def light_electrons(model: SensorModel, light):
     """Return the pixel grid, the filters (y, x), the quantum efficiency (channel, wavelength) with crosstalk between filters, and
     per photodiode the mean light electrons (y, x) of the exposure.
     """
-    quantities.check_irradiance(light)
+    grid, filters, qe, parts = component_electrons(model, light)
+    light_e = exposure_timing.together(model, parts, filters)
+    return grid, filters, qe, light_e
+
+
+def component_electrons(model: SensorModel, light):
+    """Return as `light_electrons`, but at last [(Modulation, per photodiode (y, x) electrons at the mean light over time), ...]."""
+    parts = components(light)
+    for _, one in parts:
+        response.check_light(one)
     grid = pixel_grid(light, model.pitch_um, model.rows, model.columns)
     check_tiles(light, grid)
     filters = filter_map(model.cfa, len(grid.y_m), len(grid.x_m))
-    wavelength, x, y = (light[name].values for name in ("wavelength", "x", "y"))
-    qe = quantum_efficiency(model, wavelength)
-    planes = area_integration.electrons_per_m2_s(light.values, wavelength, qe)
-    per_fill = {fill: model.exposure_s * crosstalk.spread(area_integration.electrons_per_s(planes, x, y, grid, filters, fill), model)
+    wavelength_nm = quantities.bands_nm(light)
+    qe = quantum_efficiency(model, wavelength_nm)
+    return grid, filters, crosstalk.mixed_efficiency(qe, model, wavelength_nm), [
+        (m, _mean_electrons(model, one, grid, filters, qe)) for m, one in parts]
+
+
+def _mean_electrons(model, light, grid, filters, qe):
+    """Return per photodiode the mean light electrons (y, x) of the exposure to constant light."""
+    x, y = light.x.values, light.y.values
+    planes = response.channel_planes(model, light, qe)
+    per_fill = {fill: model.exposure_s * crosstalk.spread([area_integration.electrons_per_s(p, x, y, grid, filters, fill) for p in planes], model)
                 for fill in {diode.fill_factor for diode in model.photodiodes}}
-    light_e = [per_fill[diode.fill_factor] if diode.exposure_share == 1 else per_fill[diode.fill_factor] * diode.exposure_share
-               for diode in model.photodiodes]
-    return grid, filters, crosstalk.mixed_efficiency(qe, model), light_e
+    return [per_fill[diode.fill_factor] if diode.exposure_share == 1 else per_fill[diode.fill_factor] * diode.exposure_share
+            for diode in model.photodiodes]
 
 
 def readings(model: SensorModel, light_e, generator, block_rows: int | None = None):
@@ -112,7 +133,7 @@ def readings(model: SensorModel, light_e, generator, block_rows: int | None = No
         charges = [bloomed[k][rows] if k in bloomed else charge(k, rows) for k in range(len(model.photodiodes))]
         for k, reading in enumerate(model.readings):
             electrons = charges[reading.diode]
-            full = electrons >= model.diode_of(reading).full_well_e
+            full = full_well.full(electrons, model.diode_of(reading).full_well_e)
             dn = read_dn(model, reading, electrons, part(offsets[k], rows), part(widths[k], rows), generator, rows.start)
             saturated[k, rows] = full | (dn >= converter.top_code(reading))
             raw[k, rows] = converter.companded(dn, reading)

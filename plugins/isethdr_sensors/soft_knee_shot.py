@@ -9,17 +9,18 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.physics.charge_dynamics import flow, linear_limit_e
 from isethdr_core.physics.charge_dynamics_noise import draw_charge
+from isethdr_core.physics.modulation import Modulation, constant
 from isethdr_core.physics.noise import LARGEST_MEAN_E, rows_per_block
 from isethdr_core.physics.random_words import words
 
-from . import captures, converter, full_well, shot, shot_noise
+from . import captures, converter, exposure_timing, full_well, shot, shot_noise, soft_knee_in_time
 
 LINEAR_WITHIN = 1e-4        # share of the knee's charge that may have spilled where a reading still counts as linear
 NOTHING_E = 1e-6            # mean spill below which the charge is left alone, so that it has the bits of a linear sensor
 
 
 def take_shot(model, soft, collects, light, generator):
-    """Return the captures of one shot under light that is constant over the exposure.
+    """Return the captures of one shot.
 
     Parameters
     ----------
@@ -32,10 +33,17 @@ def take_shot(model, soft, collects, light, generator):
     -----
     Readings of the photodiode alone are `saturated` where they stop being linear: `top_dn` says where.
     """
-    grid, filters, qe, [light_e] = shot.light_electrons(model, light)
+    grid, filters, qe, parts = shot.component_electrons(model, light)
     shot.state_errors(model, light)
-    ledger.error(LINEAR_WITHIN, "relative", "bound", "charge spilled before a reading counts as saturated, light constant over the exposure")
-    raw, saturated = readings(model, soft, collects, light_e, generator)
+    [light_e], in_time = exposure_timing.together(model, parts, filters), None
+    if all(constant(m) for m, _ in parts):
+        ledger.error(LINEAR_WITHIN, "relative", "bound", "charge spilled before a reading counts as saturated, light constant over the exposure")
+    else:
+        in_time = [(m, mean) for m, [mean] in parts]
+        soft_knee_in_time.check(in_time, model.exposure_s)
+        _state_in_time(model, soft, collects)
+    ledger.left_out(f"dynamics of pixels up to {linear_limit_e(NOTHING_E, model.exposure_s, soft):.4g} e", "nothing spills in them", NOTHING_E, "e")
+    raw, saturated = readings(model, soft, collects, light_e, generator, in_time=in_time)
     out = captures.captures(model, light, grid, raw, saturated, filters, qe)
     out["top_dn"].values[:] = tops(model, soft, collects)
     return out
@@ -48,19 +56,39 @@ def tops(model, soft, collects) -> list[float]:
             for reading, all_charge in zip(model.readings, collects, strict=True)]
 
 
-def readings(model, soft, collects, light_e, generator, block_rows: int | None = None):
-    """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons (y, x); parameters as in `take_shot`."""
+def _state_in_time(model, soft, collects) -> None:
+    """State what light that varies does to readings that were to be linear, and to a table that reads a bent pixel back."""
+    alone_e = [(top - r.black_dn) / r.gain_dn_per_e for top, r, every in zip(tops(model, soft, collects), model.readings, collects) if not every]
+    worst = max((soft_knee_in_time.worst_spill(top_e, model.exposure_s, soft) for top_e in alone_e), default=0.0)
+    ledger.error(worst, "relative", "bound", "charge spilled before a reading counts as saturated, whenever the light comes")
+    if not any(collects):
+        ledger.left_out("the light's course in time from the table that reads the pixel back beyond its knee", "the table is that of even light",
+                        float("inf"), "relative, beyond the knee")
+
+
+def readings(model, soft, collects, light_e, generator, block_rows: int | None = None, in_time=None):
+    """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons (y, x); parameters as in `take_shot`.
+
+    `in_time` : for light that varies, [(Modulation, (y, x) electrons at the mean over time), ...].
+    """
     height, width = light_e.shape
     raw = np.empty((len(model.readings), height, width), converter.raw_dtype(model.readings))
     saturated = np.empty(raw.shape, bool)
     [prnu], [dark], offsets, widths = shot.device_maps(model, generator, height, width)
     key, capacity = generator if model.noise else None, model.photodiodes[0].full_well_e
     limits, untouched_e = tops(model, soft, collects), linear_limit_e(NOTHING_E, model.exposure_s, soft)
+    starts_s = exposure_timing.starts_s(model, model.photodiodes[0], height)
+    untouched_in_time_e = soft_knee_in_time.untouched_e(NOTHING_E, model.exposure_s, soft)
     step = block_rows or rows_per_block(width)
     for y in range(0, height, step):
         rows = slice(y, min(y + step, height))
         total = arrived(light_e[rows] * shot.part(prnu, rows) + shot.part(dark, rows), capacity, key, y)
-        charge = stays(total, untouched_e, model.exposure_s, soft, key, y)
+        if in_time is None:
+            charge = stays(total, untouched_e, model.exposure_s, soft, key, y)
+        else:
+            parts = [(m, mean[rows] * shot.part(prnu, rows)) for m, mean in in_time]
+            parts.append((Modulation(), np.broadcast_to(shot.part(dark, rows), total.shape)))
+            charge = soft_knee_in_time.stays(total, parts, starts_s[rows], model.exposure_s, soft, untouched_in_time_e, key, y)
         for k, (reading, all_charge) in enumerate(zip(model.readings, collects, strict=True)):
             electrons = np.minimum(total, capacity) if all_charge else charge
             full = total >= capacity

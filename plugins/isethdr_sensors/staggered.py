@@ -13,7 +13,10 @@ from .single import SingleSensor
 
 @dataclass(frozen=True)
 class StaggeredSensor(SingleSensor):
-    """Take several exposures one after the other: T1 the longest, T2, ... (AR0132AT figures; nothing moves between them)."""
+    """Take several exposures one after the other: T1 the longest, T2, ... (AR0132AT figures; nothing moves between them).
+
+    Each exposure of a row starts when the one before it ends.
+    """
 
     cfa: str = "RGGB"               # repeated pattern of filters, rows parted by / where it is no square
     exposure_ratios: tuple[float, ...] = (1.0, 1 / 16, 1 / 256)  # shares of exposure_s, the first is 1
@@ -26,6 +29,6 @@ class StaggeredSensor(SingleSensor):
         one = super().model()
         names = [f"T{k}" for k in range(1, len(ratios) + 1)]
         return replace(
-            one, photodiodes=tuple(replace(one.photodiodes[0], name=name, silicon="pixel", exposure_share=share)
-                                   for name, share in zip(names, ratios, strict=True)),
+            one, photodiodes=tuple(replace(one.photodiodes[0], name=name, silicon="pixel", exposure_share=share, start_share=sum(ratios[:k]))
+                                   for k, (name, share) in enumerate(zip(names, ratios, strict=True))),
             readings=tuple(replace(one.readings[0], capture=name, diode=k) for k, name in enumerate(names)))

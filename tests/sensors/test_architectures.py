@@ -160,6 +160,24 @@ def test_a_single_pixel_is_a_picture(flat):
         assert shot.raw.shape[1:] == (1, 1) and np.isfinite(shot.raw.values).all()
 
 
+@pytest.mark.parametrize("name", ["single", "bayer", "rgbw", "interleaved", "staggered", "dual_gain", "split_pixel", "lofic", "lin_log"])
+@pytest.mark.parametrize("level, saturated", [(0.0, False), (1e12, True)])
+def test_all_dark_and_all_saturated(name, level, saturated, flat):
+    sensor = build("sensor", name)
+    shot = sensor(flat(level, 40, 40, sensor.pitch_um), generator(1))
+    assert (shot.saturated.values == saturated).all()
+    codes = shot.raw.values.astype(float)
+    black, top = (shot[name].values[:, None, None] for name in ("black_dn", "top_dn"))
+    spread = 10 * shot.gain_dn_per_e.values[:, None, None] * (shot.read_noise_e.values[:, None, None] + 1)   # 10 widths of the noise
+    assert np.all(np.abs(codes - (top if saturated else black)) <= spread) or name == "lin_log"   # which goes on beyond its knee
+
+
+def test_more_charge_than_can_be_counted_is_saturated():
+    sensor = SingleSensor(bits=0, swing_v=1e20, full_well_e=np.inf, read_noise_e=0.0)
+    for mean, marked in ((1e17, False), (2e18, True), (1e30, True)):
+        assert (readings(sensor.model(), [np.full((8, 8), mean)], generator(1))[1] == marked).all()
+
+
 @pytest.mark.parametrize("base, kind", [(DualGainSensor, "dual"), (StaggeredSensor, "staggered")])
 def test_without_effects_they_are_the_ideal_sensor(base, kind, make_light):
     light = make_light(np.random.default_rng(0).lognormal(-7, 3, (31, 20, 20)), 4.0)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from isethdr_sensors import BayerSensor
-from isethdr_sensors.isetcam_parity import noise_mean_and_variance, pixel_rate, volts
+from isethdr_sensors.isetcam_parity import clipped_noise, noise_mean_and_variance, pixel_rate, volts
 from isethdr_sensors.shot import readings
 from numpy.testing import assert_allclose
 
@@ -35,12 +35,20 @@ def test_noise_free_volts(name):
     assert_allclose(found, data["volts"], rtol=0, atol=3e-7 * data["volts"].max())
 
 
-def unclipped(data):
-    """Yield (level, filter, flag 2 mean, flag 2 variance, flag 0 mean) of cells that neither end of the scale touches."""
-    for level in range(6):
-        for k in range(3):
-            if max(data["frac_at_zero"][k, level, 2], data["frac_at_swing"][k, level, 2]) < 1e-6:
-                yield level, k, data["mean_volts"][k, level, 2], data["var_volts"][k, level, 2], data["mean_volts"][k, level, 0]
+def cells(data, flag):
+    """Yield (level, filter, what ISETCam found with noise flag `flag`, what its rules make of the same electrons) of all 18 cells."""
+    gain, flag_2 = float(data["conversion_gain_v_per_e"]), float(flag == 2)
+    dark_e = flag_2 * float(data["dark_voltage_v_per_s"] * data["exp_time_s"]) / gain
+    noise = (flag_2 * float(data["read_noise_v"]), flag_2 * 0.01, flag_2 * float(data["dsnu_v"]))
+    for level, k in np.ndindex(6, 3):
+        found = {name: float(data[name][k, level, flag]) for name in ("mean_volts", "var_volts", "frac_at_zero", "frac_at_swing", "n")}
+        electrons = float(data["mean_volts"][k, level, 0]) / gain   # flag 0 clips nowhere
+        yield level, k, found, clipped_noise(electrons, dark_e, gain, *noise, float(data["voltage_swing"]))
+
+
+def errors_of(want, n):
+    """Return the standard errors of the mean and of the variance of `n` draws; a variance's rests on the fourth moment."""
+    return np.sqrt(want.variance_v2 / n), np.sqrt((want.fourth_v4 - want.variance_v2**2) / n)
 
 
 def test_noise_free_means_of_uniform_fields():
@@ -50,27 +58,42 @@ def test_noise_free_means_of_uniform_fields():
     assert_allclose(data["mean_volts"][..., 0], want, rtol=1e-6)  # float32
 
 
-def test_noise_statistics():
+@pytest.mark.parametrize("flag", [1, 2])
+def test_noise_statistics_of_all_cells(flag):
+    """18 cells for a noise flag, most of them clipped at 0 and one at the swing: mean, variance, share at either end."""
     data = load("e_noise_default.npz")
-    gain, dark_e = float(data["conversion_gain_v_per_e"]), float(data["dark_voltage_v_per_s"] * data["exp_time_s"] / data["conversion_gain_v_per_e"])
-    cells = list(unclipped(data))
-    assert len(cells) >= 4
-    for level, k, mean, variance, clean in cells:
-        want_mean, want = noise_mean_and_variance(clean / gain, dark_e, gain, float(data["read_noise_v"]), 0.01, float(data["dsnu_v"]))
-        n = float(data["n"][k, level, 2])
-        assert_allclose(mean, want_mean, atol=5 * np.sqrt(variance / n))  # 5 standard errors
-        assert_allclose(variance, want, rtol=5 * np.sqrt(2 / n))
+    clipped = 0
+    for _, _, found, want in cells(data, flag):
+        of_mean, of_variance = errors_of(want, found["n"])
+        # 5 standard errors; 3e-8 V: volts are float32, of up to 1 V
+        assert_allclose(found["mean_volts"], want.mean_v, rtol=0, atol=5 * of_mean + 3e-8)
+        assert_allclose(found["var_volts"], want.variance_v2, rtol=0, atol=5 * of_variance)
+        for name, share in (("frac_at_zero", want.at_zero), ("frac_at_swing", want.at_swing)):
+            # 5 binomial standard errors, and one draw where none is expected
+            assert_allclose(found[name], share, rtol=0, atol=5 * np.sqrt(share * (1 - share) / found["n"]) + 1 / found["n"])
+        clipped += max(found["frac_at_zero"], found["frac_at_swing"]) > 1e-6
+    assert clipped >= 9
+
+
+def test_clipping_is_left_alone_where_it_does_not_reach():
+    mean, variance = noise_mean_and_variance(1000.0, 2.0, 1e-4, 1e-3, 0.01, 1e-3)
+    found = clipped_noise(1000.0, 2.0, 1e-4, 1e-3, 0.01, 1e-3, 1.0)
+    # 1e-4: rounding the normal count adds 1/12 of an electron squared to 1000
+    assert_allclose([found.mean_v, found.variance_v2], [mean, variance], rtol=1.2e-4)
+    assert found.at_zero < 1e-12 and found.at_swing == 0 and abs(found.fourth_v4 / variance**2 - 3) < 1e-2
 
 
 def test_our_sensor_has_the_same_statistics():
+    """Ours, clipped as theirs are: all 18 cells, where its exact Poisson and PRNU of the light alone agree within both samples' errors."""
     data = load("e_noise_default.npz")
-    gain = float(data["conversion_gain_v_per_e"])
+    gain, n_ours = float(data["conversion_gain_v_per_e"]), 65536
     sensor = BayerSensor(exposure_s=float(data["exp_time_s"]), bits=0, full_well_e=1e9, swing_v=1e9, conversion_gain_uv_per_e=gain * 1e6,
                          read_noise_e=float(data["read_noise_v"]) / gain, dsnu_e=float(data["dsnu_v"]) / gain, prnu=0.01, column_e=0.0,
                          dark_e_per_s=float(data["dark_voltage_v_per_s"]) / gain, dark_spread=0.0)
-    for level, k, mean, variance, clean in unclipped(data):
-        found = readings(sensor.model(), [np.full((256, 256), clean / gain)], generator(level))[0] * gain
-        n = float(data["n"][k, level, 2])
-        # two samples' standard errors; 2e-4 for ISETCam's PRNU, which multiplies noise too
-        assert_allclose(found.mean(), mean, atol=5 * np.sqrt(variance * (1 / n + 1 / 65536)))
-        assert_allclose(found.var(), variance, rtol=5 * np.sqrt(2 / n + 2 / 65536) + 2e-4)
+    for level, k, theirs, want in cells(data, 2):
+        clean = float(data["mean_volts"][k, level, 0])
+        ours = np.clip(readings(sensor.model(), [np.full((256, 256), clean / gain)], generator(level))[0] * gain, 0, float(data["voltage_swing"]))
+        of_mean, of_variance = errors_of(want, 1 / (1 / theirs["n"] + 1 / n_ours))
+        assert_allclose(ours.mean(dtype=float), theirs["mean_volts"], rtol=0, atol=5 * of_mean + 3e-8)
+        # 2e-4: ISETCam's PRNU multiplies noise too; 1e-3 below 25 e to 1e-4 above it: its normal is rounded
+        assert_allclose(ours.var(dtype=float), theirs["var_volts"], rtol=2e-4, atol=5 * of_variance)

@@ -37,9 +37,32 @@ def test_crosstalk_conserves_electrons(optical, electrical):
     assert_allclose(around, around.T, atol=1e-16)
     model = SingleSensor(optical_crosstalk_percent=optical, electrical_crosstalk_percent=electrical).model()
     mean = np.random.default_rng(0).lognormal(0, 8, (7, 9))  # lamps beside darkness, up to the border
-    assert_allclose(spread(mean, model).sum(), mean.sum(), rtol=1e-13)
-    assert spread(mean, model).min() >= 0
-    assert_allclose(spread(np.full((1, 1), 3.0), model), 3.0, rtol=1e-14)  # a single pixel keeps all
+    astray = mean * np.random.default_rng(1).random((7, 9))
+    both = [mean - astray, astray] if optical else [mean]
+    assert_allclose(spread(both, model).sum(), mean.sum(), rtol=1e-13)
+    assert spread(both, model).min() >= 0
+    assert_allclose(spread([part[:1, :1] for part in both], model), mean[:1, :1], rtol=1e-14)  # a single pixel keeps all
+
+
+@pytest.mark.parametrize("power", [0.0, 1.0, 2.5, -1.0])
+def test_light_goes_astray_as_a_power_of_its_wavelength(make_light, power):
+    """One lit pixel under one filter: what its neighbours collect, band by band, over what all of them do."""
+    for nm in (450.0, 550.0, 650.0):
+        values = np.zeros((3, 9, 9))
+        values[1, 4, 4] = 1.0
+        light = make_light(values, 3.0, [nm - 10, nm, nm + 10])
+        sensor = SingleSensor(pitch_um=3.0, dark_e_per_s=0.0, optical_crosstalk_percent=4.0, optical_crosstalk_power=power)
+        found = sensor.expected(light).values[0]
+        share = 0.04 * (nm / 550) ** power
+        assert_allclose(1 - found[4, 4] / found.sum(), share, rtol=1e-9)
+        assert_allclose(found[[3, 5, 4, 4], [4, 4, 3, 5]] / found.sum(), share / 4, rtol=1e-12)
+        clean = SingleSensor(pitch_um=3.0, dark_e_per_s=0.0).expected(light).values[0]
+        assert_allclose(found.sum(), clean.sum(), rtol=1e-12)   # nothing is lost
+
+
+def test_more_light_astray_than_there_is_is_refused(flat):
+    with pytest.raises(ConfigError, match="send 83.6 % of the light astray within 400..700 nm"):
+        SingleSensor(pitch_um=3.0, optical_crosstalk_percent=40.0, optical_crosstalk_power=3.055).expected(flat(1e-3))
 
 
 def test_crosstalk_leaves_poisson_noise_without_correlation(flat):
@@ -58,7 +81,7 @@ def test_efficiency_of_the_captures_includes_crosstalk(make_light):
     light = make_light(np.random.default_rng(0).random((31, 1, 1)) * np.ones((1, 40, 40)), 3.75, w)
     for cfa in ("RGGB", "RG/WB", "RCCC", "RRGG/RRGG/GGBB/GGBB"):
         clean, mixed = (BayerSensor(cfa=cfa, dark_e_per_s=0.0, optical_crosstalk_percent=a, electrical_crosstalk_percent=b) for a, b in ((0, 0), (5, 8)))
-        qe, blurred = quantum_efficiency(clean.model(), w), mixed_efficiency(quantum_efficiency(clean.model(), w), mixed.model())
+        qe, blurred = quantum_efficiency(clean.model(), w), mixed_efficiency(quantum_efficiency(clean.model(), w), mixed.model(), w)
         assert np.abs(blurred / qe - 1).max() > 0.05
         filters = clean(light, generator())["filter"].values[8:-8, 8:-8]
         before, after = (s.expected(light).values[0][8:-8, 8:-8] for s in (clean, mixed))

@@ -1,7 +1,8 @@
 """EMVA 1288 on simulated cameras: the standard's procedure must find what the camera was made of.
 
 Every linear capture and every channel is measured from its pictures alone: photon transfer, dark series, stacks for non-uniformity,
-linearity. What it finds is held against the sensor's own fields, in units of the estimate's standard error.
+linearity. Companded codes and soft knees are measured by the general model (`emva1288_general`). What is found is held against the
+sensor's own fields, in units of the estimate's standard error.
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ import numpy as np
 
 from . import emva1288_estimates as find
 from .emva1288_camera import Bench, pair, stack
+from .emva1288_general import general_figures
 
 LEVELS = 24          # of the photon transfer series; the standard asks for at least 9, here over all of the range
-FINE = np.linspace(0.93, 1.03, 11)
+NEAR_THE_END = np.linspace(-4, 4, 17)   # shot noises from the end of the scale
 
 
 def emva1288(sensor: str = "bayer", size: int = 128, pictures: int = 32, seed: int = 1) -> list[dict]:
@@ -23,10 +25,10 @@ def emva1288(sensor: str = "bayer", size: int = 128, pictures: int = 32, seed: i
 
     Parameters
     ----------
-    sensor : name or preset, as in `isethdr run sensor=...`; `all` takes every one that counts electrons linearly.
+    sensor : name or preset, as in `isethdr run sensor=...`; `all` takes every one that has noise.
     size : pixels a side. pictures : of a stack. seed : of the noise.
     """
-    names = linear_sensors() if sensor == "all" else [sensor]
+    names = measurable_sensors() if sensor == "all" else [sensor]
     return [{"sensor": name, **row} for name in names for row in measure(chosen(name), size, pictures, seed)]
 
 
@@ -41,8 +43,8 @@ def chosen(name: str):
     return build("sensor", fields.pop("name"), **fields)
 
 
-def linear_sensors() -> list[str]:
-    """Return the sensors of this house and their presets that have noise and captures linear in charge."""
+def measurable_sensors() -> list[str]:
+    """Return the sensors of this house and their presets that have noise to measure."""
     from importlib.resources import files
 
     from isethdr_sensors import isethdr_components
@@ -52,10 +54,15 @@ def linear_sensors() -> list[str]:
 
 
 def measurable(sensor) -> bool:
-    """Return whether the standard's linear model applies to a capture: noise, a charge well, numbers linear in charge."""
+    """Return whether the standard has something to measure: noise, in the electrons of a photodiode."""
     from isethdr_sensors.imaging_sensor import ImagingSensor
 
-    return isinstance(sensor, ImagingSensor) and sensor.noise and bool(linear_captures(sensor))
+    return isinstance(sensor, ImagingSensor) and sensor.noise
+
+
+def bent(sensor) -> bool:
+    """Return whether some capture is not linear in light over all its numbers: companded codes, a soft knee."""
+    return bool(sensor.companding) or hasattr(sensor, "well")
 
 
 def linear_captures(sensor) -> list[int]:
@@ -69,15 +76,19 @@ def measure(sensor, size: int, pictures: int, seed: int) -> list[dict]:
     """Return one row per capture, channel and figure."""
     sensor = replace(sensor, rows=0, columns=0)
     probe = sensor(Bench(sensor, 0, 0, 550.0, size, seed).light(0.0), _key(seed))
-    rows = []
-    for k in linear_captures(sensor):
-        capture = probe.capture.values[k]
+    linear, rows = linear_captures(sensor), []
+    for k, capture in enumerate(probe.capture.values):
         for c, channel in enumerate(probe.channel.values):
-            for name, unit, found, true in figures(sensor, k, c, str(channel), size, pictures, seed):
-                rows.append({"capture": str(capture), "channel": str(channel), "figure": name, "unit": unit, "found": found.value,
-                             "standard_error": found.error, "true": true, "off_in_errors": float(found.off(true)),
-                             "within": verdict(found, true)})
+            bench = Bench(sensor, k, c, {"R": 600.0, "B": 460.0}.get(str(channel).upper(), 540.0), size, seed)
+            found = [*(figures(bench, pictures) if k in linear else ()), *(general_figures(bench) if bent(sensor) else ())]
+            rows += [row(str(capture), str(channel), *figure) for figure in found]
     return rows
+
+
+def row(capture: str, channel: str, name: str, unit: str, found: find.Estimate, true: float) -> dict:
+    """Return one line of the table."""
+    return {"capture": capture, "channel": channel, "figure": name, "unit": unit, "found": found.value, "standard_error": found.error,
+            "true": true, "off_in_errors": float(found.off(true)), "within": verdict(found, true)}
 
 
 def verdict(found: find.Estimate, true: float) -> str:
@@ -87,15 +98,15 @@ def verdict(found: find.Estimate, true: float) -> str:
     return "yes" if abs(found.off(true)) <= 4 else "NO"
 
 
-def figures(sensor, capture: int, channel: int, letter: str, size: int, pictures: int, seed: int):
-    """Yield (figure, unit, estimate, truth) of one capture and channel."""
-    wavelength = {"R": 600.0, "B": 460.0}.get(letter.upper(), 540.0)
-    bench = Bench(sensor, capture, channel, wavelength, size, seed)
-    truth = made_of(sensor, capture, channel, bench)
+def figures(bench: Bench, pictures: int):
+    """Yield (figure, unit, estimate, truth) of the bench's capture and channel by the linear model."""
+    sensor = bench.sensor
+    truth = made_of(bench)
     digital = sensor.bits > 0
     top = (truth["full_well_e"] - truth["dark_e"]) / truth["efficiency"]  # photons
     dark = pair(bench, 0.0)
-    pairs = [pair(bench, share * top) for share in (*np.linspace(0.02, 0.9, LEVELS), *FINE)]
+    near = 1 + NEAR_THE_END / sqrt(truth["full_well_e"])
+    pairs = [pair(bench, share * top) for share in (*np.linspace(0.02, 0.9, LEVELS), *near)]
     gain, responsivity = find.gain_and_responsivity(pairs, dark, digital)
     noise = find.dark_noise_e(dark, gain, digital)
     unlit, half = stack(bench, 0.0, pictures), stack(bench, 0.5 * top, pictures)
@@ -103,38 +114,24 @@ def figures(sensor, capture: int, channel: int, letter: str, size: int, pictures
     yield "quantum efficiency", "e/photon", find.quantum_efficiency(gain, responsivity), truth["efficiency"]
     yield "dark noise", "e", noise, truth["dark_noise_e"]
     yield "full well", "e", find.full_well_e(pair(bench, 3 * top), dark, gain, noise), truth["full_well_e"]
-    yield "saturation capacity", "e", saturation_capacity(pairs, dark, gain), truth["full_well_e"]
+    prnu = find.prnu_percent(half, unlit)
+    yield "saturation exposure", "photons", find.saturation_photons(pairs, dark, gain, responsivity, prnu.value), top
     if find.resolved(dark, digital):
         yield "DSNU", "e", find.dsnu_e(unlit, gain, truth["few_draws"]), truth["dsnu_e"]
-    yield "PRNU", "%", find.prnu_percent(half, unlit), truth["prnu_percent"]
+    yield "PRNU", "%", prnu, truth["prnu_percent"]
     yield "linearity error", "%", find.linearity_error_percent(pairs, dark), truth["linearity_percent"]
 
 
-def saturation_capacity(pairs, dark, gain):
-    """Return the standard's capacity: the charge at the peak of the temporal variance, moved to the end of the scale.
-
-    Clipping takes variance away from about 1.5 shot noises below the end; the peak is known to the distance of two levels, and
-    to where variances, which grow with the level, cannot be told apart (2 of their errors).
-    """
-    peak = find.saturation(pairs)
-    value = (peak.mean_dn - dark.mean_dn) / gain.value
-    spacing = (FINE[1] - FINE[0]) * value
-    variances = 8 / peak.pixels * value**2
-    return find.Estimate(value + 1.5 * sqrt(value), sqrt((value * gain.error / gain.value) ** 2 + value / 4 + spacing**2 / 3 + variances))
-
-
-def made_of(sensor, capture: int, channel: int, bench) -> dict:
-    """Return what the sensor's own fields say about one capture and channel, in the standard's terms."""
-    model = sensor.model()
-    reading = model.readings[capture]
+def made_of(bench: Bench) -> dict:
+    """Return what the sensor's own fields say about the bench's capture and channel, in the standard's terms."""
+    model = bench.sensor.model()
+    reading = model.readings[bench.capture]
     diode = model.diode_of(reading)
-    shot = sensor(bench.light(0.0), _key(0))
-    dark = float(shot.dark_e[capture])
+    dark = float(bench.sensor(bench.light(0.0), _key(0)).dark_e[bench.capture])
     patterns = {"pixel": reading.dsnu_e**2 + (dark * diode.dark_spread) ** 2, "column": reading.column_e**2, "row": reading.row_e**2}
     total = sum(patterns.values())
     few = sqrt(2 * (patterns["column"] ** 2 + patterns["row"] ** 2) / (bench.size / 2)) / total if total else 0.0
-    efficiency = float(np.interp(bench.wavelength_nm, shot.wavelength.values, shot.quantum_efficiency.values[capture, channel]))
-    return {"gain": reading.gain_dn_per_e, "dark_e": dark, "efficiency": efficiency * diode.fill_factor * diode.exposure_share,
+    return {"gain": reading.gain_dn_per_e, "dark_e": dark, "efficiency": bench.efficiency(),
             "dark_noise_e": sqrt(reading.read_noise_e**2 + reading.row_noise_e**2 + dark),
             "full_well_e": min(diode.full_well_e, reading.swing_e),
             "dsnu_e": sqrt(total), "few_draws": few, "prnu_percent": 100 * diode.prnu, "linearity_percent": 0.0}

@@ -10,6 +10,7 @@ from isethdr_core.physics.radiometry import photon_energy_j
 from isethdr_core.seeds import generator
 
 BAND_NM = 10.0
+BORDER = 2      # pixels left out all round: crosstalk finds other filters mirrored there
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +32,16 @@ class Bench:
         photons : mean photons per pixel, counted over the whole pixel area, during the longest exposure.
         """
         captures = self.sensor(self.light(photons), generator(self.seed + number, "bench", f"{photons:.6g}"))
-        y, x = np.nonzero(captures["filter"].values == self.channel)
+        y, x = np.nonzero(captures["filter"].values[BORDER:-BORDER, BORDER:-BORDER] == self.channel) + np.int64(BORDER)
         return captures["raw"].values[self.capture][y, x].astype(float), y, x, captures["saturated"].values[self.capture][y, x]
+
+    def efficiency(self) -> float:
+        """Return the electrons per photon of the channel, fill factor and share of the exposure included."""
+        model = self.sensor.model()
+        shot = self.sensor(self.light(0.0), generator(0, "bench", ""))
+        diode = model.diode_of(model.readings[self.capture])
+        curve = shot.quantum_efficiency.values[self.capture, self.channel]
+        return float(np.interp(self.wavelength_nm, shot.wavelength.values, curve)) * diode.fill_factor * diode.exposure_share
 
     def light(self, photons: float):
         """Return even irradiance of `photons` per pixel and exposure at the wavelength."""

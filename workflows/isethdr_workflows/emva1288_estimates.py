@@ -16,6 +16,8 @@ from .emva1288_camera import Pair, Stack
 ROUNDING = 1 / 12           # DN^2, section 2.7
 RESOLVED_DN2 = 0.24         # dark variance below which rounding hides the noise, section 6.6
 TRANSFER_END = 0.7          # of saturation: range of the photon transfer fit, section 6.6
+NODES, NODE_SHARE = np.polynomial.hermite_e.hermegauss(15)      # averages over normally spread pixels
+NODE_SHARE = NODE_SHARE / NODE_SHARE.sum()
 
 
 @dataclass(frozen=True)
@@ -55,16 +57,18 @@ def gain_and_responsivity(pairs: list[Pair], dark: Pair, digital: bool):
     lit = [p for p in pairs if p.photons <= TRANSFER_END * saturation(pairs).photons and (not digital or p.variance_dn2 > RESOLVED_DN2)]
     mean = np.array([p.mean_dn - dark.mean_dn for p in lit])
     variance = np.array([p.variance_dn2 for p in lit])
-    # where the dark noise is lost in rounding, its variance cannot be subtracted: rounding alone is
-    floor = dark.variance_dn2 if resolved(dark, digital) else ROUNDING
+    pixels = np.array([p.pixels for p in lit])
     # weights from a first line, not from each measured variance: that would favour those found too small
-    fitted = floor + mean * np.sum(variance - floor) / np.sum(mean)
-    weight = np.array([p.pixels for p in lit]) / (2 * fitted**2)
-    slope = np.sum(weight * mean * (variance - floor)) / np.sum(weight * mean**2)
-    error = 1 / np.sum(weight * mean**2)
-    shared = np.sum(weight * mean) / np.sum(weight * mean**2)  # the dark variance enters every level
-    unresolved = 0.0 if resolved(dark, digital) else RESOLVED_DN2 / sqrt(3)
-    error = sqrt(error + shared**2 * (2 * dark.variance_dn2**2 / dark.pixels + unresolved**2))
+    first = np.polyfit(mean, variance, 1)
+    weight = pixels / (2 * np.maximum(np.polyval(first, mean), variance.min()) ** 2)
+    if resolved(dark, digital):
+        slope = np.sum(weight * mean * (variance - dark.variance_dn2)) / np.sum(weight * mean**2)
+        shared = np.sum(weight * mean) / np.sum(weight * mean**2)  # the dark variance enters every level
+        error = sqrt(1 / np.sum(weight * mean**2) + shared**2 * 2 * dark.variance_dn2**2 / dark.pixels)
+    else:  # rounding hides the dark noise, so its variance cannot be subtracted: the line finds its own floor
+        apart = mean - np.average(mean, weights=weight)
+        slope = np.sum(weight * apart * variance) / np.sum(weight * apart**2)
+        error = sqrt(1 / np.sum(weight * apart**2))
     photons = np.array([p.photons for p in lit])
     mean_error = variance / np.array([p.pixels for p in lit]) / 2
     per_photon = np.sum(photons * mean / mean_error) / np.sum(photons**2 / mean_error)
@@ -104,6 +108,49 @@ def full_well_e(blinded: Pair, dark: Pair, gain: Estimate, dark_noise: Estimate)
     value = (blinded.mean_dn - dark.mean_dn) / gain.value
     clipped = 0.4 * dark_noise.value  # at the top code only the lower half of the read noise is left, mean -0.4 of its rms
     return Estimate(value, sqrt((value * gain.error / gain.value) ** 2 + clipped**2 + (0.5 / gain.value) ** 2))
+
+
+def saturation_photons(pairs: list[Pair], dark: Pair, gain: Estimate, responsivity: Estimate, prnu_percent: float) -> Estimate:
+    """Return the photons whose mean charge reaches the end of the scale, from how clipping takes the temporal noise away.
+
+    The standard takes the level of largest variance, which is known to a few percent only: below the end the variance is flat. Here the
+    fall itself is fitted: at the end the noise of one pixel is 0.34 of what the transfer line says, whatever the gain.
+
+    Parameters
+    ----------
+    pairs : levels, some of them within a few shot noises of the end.
+    prnu_percent : spread of the pixels' response: each meets the end at a light of its own.
+    """
+    from scipy.optimize import least_squares
+
+    top = saturation(pairs).photons
+    near = [p for p in pairs if p.photons > 0.9 * top]
+    photons, pixels = np.array([p.photons for p in near]), np.array([p.pixels for p in near])
+    line = dark.variance_dn2 + gain.value * responsivity.value * photons
+    ratio = np.array([p.variance_dn2 for p in near]) / line
+
+    def fall(end):
+        spread = np.sqrt(line) / responsivity.value     # of one pixel's shot, photons
+        return np.sum(NODE_SHARE * clipped_variance((end - photons[:, None] * (1 + prnu_percent / 100 * NODES)) / spread[:, None]), 1)
+
+    def residual(end):
+        return (ratio - fall(end[0])) / np.sqrt(2 / pixels)
+
+    start = min(photons, key=lambda end: np.sum(residual([end]) ** 2))
+    fit = least_squares(residual, [start], x_scale=start * 1e-3, diff_step=1e-5)
+    slope = float(np.sum(fit.jac**2))
+    # the line's own error moves the whole ratio; its effect by a finite step
+    moved = float(np.sum(fit.jac[:, 0] * (ratio * (gain.error / gain.value)) / np.sqrt(2 / pixels)) / slope)
+    return Estimate(float(fit.x[0]), sqrt(1 / slope + moved**2))
+
+
+def clipped_variance(t):
+    """Return the variance of a standard normal that is clipped at `t` above its mean."""
+    from scipy.special import ndtr
+
+    density, beyond = np.exp(-0.5 * t * t) / sqrt(2 * pi), ndtr(-t)
+    mean = t * beyond - density
+    return 1 - beyond - t * density + t * t * beyond - mean**2
 
 
 def spatial(one: Stack) -> Estimate:

@@ -1,0 +1,91 @@
+"""Convolution of all bands at once, straight to channels: sum over bands of weight x (kernel of the band * light of the band).
+
+Light is first projected onto K functionals of its spectrum (`spectral_basis`). K transforms go in and J come out, instead of one
+pair per band: the kernels of channel j and functional k are sums of the bands' transforms, made block by block by matrix products.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import convolution_transform as transform
+
+TOGETHER = 120  # rows of a block of columns whose kernels are made at a time: they stay in the processor's cache
+FEW = 2**18  # products of a matrix product that a linear algebra library does not divide among threads of its own
+
+
+def channels(out, cube, project, combine, blocks, size, factor=None, apply=map) -> tuple[float, float]:
+    """Write the channels' convolutions into `out`; return the norms of all planes that went in, together, and of all that came out.
+
+    Parameters
+    ----------
+    out : (channel, y, x) float32 or float64.
+    cube : (band, y, x) light.
+    project : (functional, band), W. At least as many functionals as channels.
+    combine : (channel, functional, band): the weight of a band's kernel in the kernel of a channel and functional.
+    blocks : (band, block, sy, columns), transforms of the bands' kernels (`convolution_transform.spectrum`).
+    size : (y, x) of the transforms.
+    factor : None, or (y, x), multiplies the light.
+    apply : `map`, or the `map` of a pool of threads.
+    """
+    bands, ny, nx = cube.shape
+    outputs = len(combine)
+    flat, weights = combine.reshape(-1, bands), project.astype(cube.dtype)
+    count = len(weights)
+    halves = [transform.rows_of(ny, size) for _ in range(max(count, outputs))]
+
+    def read(rows, values):
+        values[:count] = matrix_product(weights, cube[:, rows])
+        values[count:] = 0.0
+        if factor is not None:
+            values *= factor[rows]
+
+    def multiply(block, parts):
+        for start in range(0, size[0], TOGETHER):
+            rows = slice(start, start + TOGETHER)
+            made = _weighted([part[rows] for part in parts[:count]], blocks[:, block, rows], flat)
+            for part, now in zip(parts, made):
+                part[rows] = now
+        return parts[:outputs]
+
+    norm = transform.forward(read, halves, size, nx, apply) ** 0.5
+    transform.columns(halves, multiply, size, apply)
+    del halves[outputs:]  # before `out` is written: less memory
+    return norm, sum(_back(plane, half, size, apply) for plane, half in zip(out, halves)) ** 0.5
+
+
+def _weighted(parts, spectra, weights) -> list[np.ndarray]:
+    """Return per channel the sum over functionals of kernel x plane; `spectra` (band, y, x) are the bands' kernels there."""
+    real = not np.iscomplexobj(spectra)
+    kernels = matrix_product(weights, spectra if real else spectra.view(float))
+    kernels = (kernels if real else kernels.view(complex)).reshape(-1, len(parts), *spectra.shape[1:])
+    made, term = [], np.empty(spectra.shape[1:], complex)
+    for row in kernels:
+        total = parts[0] * row[0]
+        for part, kernel in zip(parts[1:], row[1:]):
+            total += np.multiply(part, kernel, out=term)
+        made.append(total)
+    return made
+
+
+def _back(out, half, size, apply) -> float:
+    """Write one plane, transformed back, into `out`; return the sum of its squares."""
+
+    def write(rows, values):
+        out[rows] = values
+        return transform.squares(values, np)
+
+    return sum(transform.back(half, write, size, out.shape[1], apply))
+
+
+def matrix_product(weights, values) -> np.ndarray:
+    """Return weights (row, band) times values (band, ...), as (row, ...), in parts too small to be divided among threads.
+
+    Threads of a linear algebra library go on spinning for a while beside the caller's own.
+    """
+    flat = values.reshape(len(values), -1)  # a view where each band is contiguous
+    out = np.empty((len(weights), flat.shape[1]), np.result_type(weights, values))
+    step = max(1, FEW // weights.size)
+    for start in range(0, flat.shape[1], step):
+        np.matmul(weights, flat[:, start : start + step], out=out[:, start : start + step])
+    return out.reshape(len(weights), *values.shape[1:])

@@ -1,0 +1,193 @@
+"""Lattice: the diffraction pattern of a pupil over a whole frame, one point per step of a square lattice.
+
+A field sampled at some step is the Fourier transform of the pupil summed modulo wavelength * distance / step (folded): exact at
+those points, and ten times cheaper than a chirp-z transform of that size. Light from beyond one period of the field comes back
+inside the frame (it wraps, in amplitude). Cells that average the pupil over smooth weights hold that light back: they multiply
+the field by their response, which falls towards the border of the period and is divided out of the frame again.
+"""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+import scipy.fft as sf
+
+from .pupil import chord_ends
+
+ORDER = 7  # of the weights, a B-spline: so many boxes one after another
+
+
+def spline_taps(place, degree: int) -> list[np.ndarray]:
+    """Return the `degree` + 1 uniform B-splines that are not 0 at `place` past a knot, 0 to 1, the earliest first; they sum to 1.
+
+    By the recursion of Cox and de Boor (Piegl and Tiller 1997, The NURBS Book, algorithm 2.2).
+    """
+    taps = [np.ones(np.shape(place))]
+    for j in range(1, degree + 1):
+        saved = 0.0
+        for r in range(j):
+            part = taps[r] / j
+            taps[r] = saved + (r + 1 - place) * part
+            saved = (place + (j - r - 1)) * part
+        taps.append(saved)
+    return taps
+
+
+def spline_response(cycles_per_cell) -> np.ndarray:
+    """Return what cells of `fold_shapes` leave of the field."""
+    return np.sinc(cycles_per_cell) ** ORDER
+
+
+def binomial_response(cycles_per_cell) -> np.ndarray:
+    """Return what cells of `fold_cells` leave of the field: means over half a cell, added up in pairs `ORDER` times."""
+    return np.sinc(cycles_per_cell / 2) * np.cos(np.pi * cycles_per_cell / 2) ** ORDER
+
+
+def fold_shapes(terms, radius: float, step, period, offset, chords_per_cell: int = 8) -> np.ndarray:
+    """Return the pupil of convex shapes, drawn in smooth cells and summed modulo `period`, without ever drawing it in full.
+
+    A chord adds its two ends to rows of differences: a B-spline of `ORDER` across each end, the next lower one across the rows. A
+    chord that runs past the period goes on at the other side, turned by exp(-2 pi i offset). The cost does not grow with the
+    f-number.
+
+    Parameters
+    ----------
+    terms : list of (shape, weight), as `pupil.opening` returns; mm.
+    radius : half width of the pupil, mm.
+    step, period, offset : (y, x) cell size in mm, cells, and the point between image samples, -1 to 1.
+
+    Returns
+    -------
+    (period_y, period_x) complex64: the sum of weighted transmission, in cells.
+    """
+    (dy, dx), (py, px), sub, pad = step, period, chords_per_cell, (ORDER + 1) // 2
+    rows, cols = (2 * (int(np.ceil(radius / d)) + pad) for d in step)
+    turned = np.exp(-2j * np.pi * offset[1] * np.arange(cols // px + 2))
+    passed = np.concatenate([[0], np.cumsum(turned)])  # what a chord from the first cell on adds to column 0 of the periods it enters
+    chords = list(chord_ends(terms, -rows / 2 * dy, dy / sub, rows * sub))
+    strip, left, right, weight = (np.concatenate([c[i] for c in chords]) for i in range(4))
+    strip, end, weight = np.tile(strip, 2), np.concatenate([left, right]), np.concatenate([weight, -weight])
+    column = end / dx + cols / 2
+    whole = np.floor(column).astype(np.intp)
+    parts = spline_taps(column - whole, ORDER)
+    taps = [(*np.divmod(whole + t - (ORDER - 1) // 2, px), part) for t, part in enumerate(parts)]
+    # From an end to infinity: this period from there on, all later periods in full. Earlier periods cancel between both ends.
+    before = sum(passed[p + 1] * part for p, _, part in taps)
+    out = np.zeros((py, px + 2), np.complex64)
+    level = (strip + 0.5) / sub
+    cell = np.floor(level).astype(np.intp)
+    for k, part in enumerate(spline_taps(level - cell, ORDER - 1)):
+        row = cell + k - ORDER // 2
+        share = weight / sub * part * np.exp(-2j * np.pi * offset[0] * (row // py))
+        start = (row % py) * (px + 2)
+        _add(out, start, -share * before)
+        for period_of_tap, inside, part in taps:
+            _add(out, start + inside, share * part * turned[period_of_tap])
+    np.cumsum(out, axis=1, out=out)
+    return _tilted(out[:, :px], period, offset)
+
+
+def _add(out, position, value):
+    """Add complex values at flat positions; real and imaginary parts apart, which NumPy does ten times faster."""
+    flat = out.reshape(-1).view(np.float32)
+    np.add.at(flat, 2 * position, value.real.astype(np.float32))
+    if np.any(value.imag):
+        np.add.at(flat, 2 * position + 1, value.imag.astype(np.float32))
+
+
+def fold_cells(blocks, shape, period, offsets) -> list[np.ndarray]:
+    """Return a pupil of half cells, averaged over smooth weights and summed modulo `period`, once for every offset.
+
+    Parameters
+    ----------
+    blocks : yields (first row, first column, complex (y, x) means over half cells) of disjoint parts of the pupil.
+    shape : (y, x) of the whole grid of half cells, even, centred on the axis.
+    period, offsets : as `fold_shapes`; several (y, x) offsets.
+
+    Returns
+    -------
+    list of (period_y, period_x) complex64.
+    """
+    weights = np.array([comb(ORDER, k) for k in range(ORDER + 1)], np.float32) / 2**ORDER
+    reach = ORDER // 2  # half cells beyond a cell's own two, on either side
+    out = [np.zeros(period, np.complex64) for _ in offsets]
+    for first_row, first_column, block in blocks:
+        column, columns = _gathered(block, 1, first_column, weights, reach)
+        row, cells = _gathered(columns, 0, first_row, weights, reach)
+        for (oy, ox), into in zip(offsets, out):
+            for wrap_y, py, rows in _wraps(row, cells.shape[0], period[0]):
+                for wrap_x, px, cols in _wraps(column, cells.shape[1], period[1]):
+                    turn = np.complex64(np.exp(-2j * np.pi * (oy * wrap_y + ox * wrap_x)))
+                    into[py, px] += cells[rows, cols] if turn == 1 else turn * cells[rows, cols]
+    return [_tilted(pupil, period, offset) for pupil, offset in zip(out, offsets)]
+
+
+def _gathered(block, axis, first, weights, reach):
+    """Return (first cell, cells) along `axis`: cell j takes half cells 2 j - reach to 2 j + 1 + reach, by `weights`."""
+    low = (first - 1 - reach) // 2  # the first cell that takes half cell `first`
+    high = (first + block.shape[axis] - 1 + reach) // 2
+    pad = [(0, 0), (0, 0)]
+    pad[axis] = (first - (2 * low - reach), 2 * high + 1 + reach - (first + block.shape[axis] - 1))
+    block, count = np.pad(block, pad), high - low + 1
+    cut = [slice(None)] * 2
+    total = 0.0
+    for t, weight in enumerate(weights):
+        cut[axis] = slice(t, t + 2 * count - 1, 2)
+        total = total + weight * block[tuple(cut)]
+    return low, total
+
+
+def _wraps(first, count, period):
+    """Yield (number of the period, place in it, place from `first` on) of every piece that lies in one period."""
+    start = 0
+    while start < count:
+        wrap, inside = divmod(first + start, period)
+        length = min(period - inside, count - start)
+        yield wrap, slice(inside, inside + length), slice(start, start + length)
+        start += length
+
+
+def _tilted(pupil, period, offset):
+    """Move the image by `offset` samples: within one period a ramp of phase, from one to the next the turn of `fold_shapes`."""
+    for axis, (o, p) in enumerate(zip(offset, period)):
+        if o:
+            ramp = np.exp(-2j * np.pi * o / p * np.arange(p)).astype(np.complex64)
+            pupil *= ramp[:, None] if axis == 0 else ramp
+    return pupil
+
+
+def lattice_psf(folded, wavelength_nm, distance_mm, reach, pitch_um, energy_mm2, offset, response) -> np.ndarray:
+    """Return intensity times the area of a lattice cell at samples -reach .. reach of a whole frame.
+
+    Parameters
+    ----------
+    folded : (period_y, period_x) complex64 from `fold_shapes` or `fold_cells` with the same offset; overwritten.
+    reach, pitch_um, offset : (y, x) samples, micrometres, and the point between samples.
+    energy_mm2 : the integral of the squared amplitude.
+    response : what the cells leave of the field, a function of cycles per cell, divided out.
+
+    Returns
+    -------
+    (2 reach_y + 1, 2 reach_x + 1) float32, fraction of the energy per sample.
+    """
+    period, (ry, rx) = folded.shape, reach
+    field = sf.fft2(folded, overwrite_x=True)
+    step = lattice_pitch_mm(wavelength_nm, period, distance_mm, pitch_um)
+    index = [np.arange(-r, r + 1) for r in reach]
+    gain_y, gain_x = (response((k + o) / p) ** -2 for k, o, p in zip(index, offset, period))
+    gain_y = gain_y * (step[0] * step[1] / (period[0] * period[1] * energy_mm2))
+    out = np.empty((2 * ry + 1, 2 * rx + 1), np.float32)
+    for rows_out, rows_in in ((slice(0, ry), slice(period[0] - ry, None)), (slice(ry, None), slice(0, ry + 1))):
+        for cols_out, cols_in in ((slice(0, rx), slice(period[1] - rx, None)), (slice(rx, None), slice(0, rx + 1))):
+            part = field[rows_in, cols_in]
+            np.square(part.real, out=out[rows_out, cols_out])
+            out[rows_out, cols_out] += np.square(part.imag)
+    out *= gain_y.astype(np.float32)[:, None]
+    out *= gain_x.astype(np.float32)
+    return out
+
+
+def lattice_pitch_mm(wavelength_nm, period, distance_mm, pitch_um) -> tuple[float, float]:
+    """Return the (y, x) pupil pitch whose field repeats after `period` samples: wavelength * distance / (period * pitch)."""
+    return tuple(wavelength_nm * 1e-3 * distance_mm / (n * p) for n, p in zip(period, pitch_um))

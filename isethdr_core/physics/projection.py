@@ -1,0 +1,60 @@
+"""Projections: how the coordinates of a field, (x, y), stand for directions, and what follows from it.
+
+tangent      x and y are tangents of the field angle, as of a pinhole: (x, y) = tan(theta) (cos phi, sin phi)
+equidistant  x and y are proportional to the field angle itself: (x, y) = theta (cos phi, sin phi), theta in radians up to pi
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+PROJECTIONS = ("tangent", "equidistant")
+
+
+def angle_rad(x, y, projection: str = "tangent"):
+    """Return the angle off the axis at field coordinates (broadcast), radians."""
+    radius = np.hypot(x, y)
+    return radius if _equidistant(projection) else np.arctan(radius)
+
+
+def direction(x, y, projection: str = "tangent") -> np.ndarray:
+    """Return unit vectors (3, ...), right, down and forward, of field coordinates (broadcast)."""
+    x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+    if _equidistant(projection):
+        theta = np.hypot(x, y)
+        across = np.sinc(theta / np.pi)  # sin(theta) / theta
+        return np.stack([across * x, across * y, np.cos(theta)])
+    length = np.sqrt(1 + x**2 + y**2)
+    return np.stack([x / length, y / length, 1 / length])
+
+
+def solid_angle_per_area(x, y, projection: str = "tangent"):
+    """Return d(solid angle) / (dx dy), sr: cos^3 theta for tangents, sin(theta) / theta for angles."""
+    if _equidistant(projection):
+        return np.sinc(np.hypot(x, y) / np.pi)
+    return (1 + np.square(x) + np.square(y)) ** -1.5
+
+
+def cos4(x, y, projection: str = "tangent"):
+    """Return the irradiance of a uniform scene through a flat entrance pupil, 1 on the axis, where a lens keeps the grid.
+
+    The cosine of the pupil times the solid angle of a tile: cos^4 theta for tangents, cos(theta) sin(theta) / theta for angles;
+    below 0 beyond 90 degrees, where a flat pupil sees nothing.
+    """
+    if _equidistant(projection):
+        return np.cos(np.hypot(x, y)) * solid_angle_per_area(x, y, projection)
+    return (1 + np.square(x) + np.square(y)) ** -2.0
+
+
+def depth_m(distance_m, x, y, projection: str = "tangent"):
+    """Return depth along the axis, m, of points at `distance_m` along their rays; below 0 behind the camera."""
+    cosine = np.cos(angle_rad(x, y, projection))
+    distance_m, cosine = np.broadcast_arrays(np.asarray(distance_m, float), cosine)
+    far = np.isinf(distance_m)
+    return np.where(far, distance_m, np.where(far, 0.0, distance_m) * cosine)
+
+
+def _equidistant(projection: str) -> bool:
+    if projection not in PROJECTIONS:
+        raise ValueError(f"projection {projection!r} is unknown; expected one of {', '.join(PROJECTIONS)}")
+    return projection == "equidistant"

@@ -1,0 +1,57 @@
+"""Spectral basis: a few numbers per spectrum from which the sensor's answer to it, blurred differently at each wavelength, follows.
+
+W (functional, band) turns a spectrum s into numbers a = W s, G (band, functional) predicts the spectrum again: s ~ G a. The first
+functionals are the sensor's own sensitivities: what they cannot predict makes no electrons unless the blur changes with
+wavelength. The others are those directions that the kernels ask for most, in the metric of the spectra at hand (principal
+components of the kernels after a regression on what is known).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+FLOOR = 1e-14  # of the largest eigenvalue: directions in which no spectrum at hand differs
+
+
+def shot_noise_moments(spectra, counts, weight=1.0) -> np.ndarray:
+    """Return the (band, band) second moments of spectra (sample, band), each over its `counts`: bright ones weigh as their noise allows."""
+    lit = counts > 0
+    return weight * np.einsum("sb,sc->bc", spectra[lit] / counts[lit, None], spectra[lit])  # not by BLAS, whose threads go on spinning
+
+
+def kernel_moments(kernels, weights) -> np.ndarray:
+    """Return the (band, band) second moments of what kernels (point, band) make of light in each channel, Poisson weighted.
+
+    `weights` is the (channel, band) response.
+    """
+    total = 0.0
+    for row in weights:
+        seen = kernels * row
+        counts = seen.sum(1)
+        part = shot_noise_moments(seen, counts)
+        total = total + part
+    return total / np.trace(total)
+
+
+def directions(weights, moments, asked) -> np.ndarray:
+    """Return W (band, band): unit rows, the independent ones of `weights` first, then directions of `asked`, the strongest first.
+
+    Parameters
+    ----------
+    weights : (channel, band) response.
+    moments : (band, band) second moments of the spectra; `asked` : of the kernels.
+    """
+    value, vector = np.linalg.eigh(moments)
+    root = (vector * np.sqrt(np.maximum(value, FLOOR * value[-1]))) @ vector.T
+    own, size, _ = np.linalg.svd((root @ weights.T) / np.linalg.norm(weights, axis=1), full_matrices=False)
+    own = own[:, size > 1e-9 * size[0]]  # channels may be alike
+    left = np.eye(len(moments)) - own @ own.T
+    _, vector = np.linalg.eigh(left @ root @ asked @ root @ left)
+    rows = np.linalg.solve(root, np.concatenate([own, vector[:, ::-1][:, : len(moments) - own.shape[1]]], axis=1)).T
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+def predictor(functionals, moments) -> np.ndarray:
+    """Return G (band, functional), the best linear prediction of spectra with second `moments` from W s."""
+    known = moments @ functionals.T
+    return np.linalg.lstsq((functionals @ known).T, known.T, rcond=1e-12)[0].T
