@@ -14,7 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from .errors import UnitError, did_you_mean
+from .local_tone import OPERATORS
 from .physics.colour import linear_srgb, srgb_encode
+from .white_balance import balanced
 
 LAMP_MULTIPLE = 100.0   # a lamp is brighter than this times the 95th percentile; the whitest snow is 30 times asphalt
 LAMP_PERCENTILE = 95.0  # lamps cover less than a twentieth of a driving scene
@@ -69,7 +71,7 @@ def tone(relative, compression: float = COMPRESSION) -> np.ndarray:
     return t if compression == 0 else np.log1p(compression * t) / np.log1p(compression)
 
 
-def display(picture, white_cd_m2: float, compression: float = COMPRESSION) -> np.ndarray:
+def display(picture, white_cd_m2: float, compression: float = COMPRESSION, operator: str = "global", white_xyz=None) -> np.ndarray:
     """Return the picture as a display would show it: uint8 sRGB (y, x, 3).
 
     Luminance goes through `tone`; X and Z keep their ratio to Y, so hue stays. What lies outside the display's
@@ -80,19 +82,24 @@ def display(picture, white_cd_m2: float, compression: float = COMPRESSION) -> np
     ----------
     picture : picture Dataset or xyz (y, x, 3), cd/m2.
     white_cd_m2 : luminance shown as white; use the truth's `white_cd_m2` for picture and truth alike.
-    compression : a of `tone`.
+    compression : a of `tone`, for "global".
+    operator : "global" (`tone`), or by the surroundings: "exposure_fusion", "local_laplacian" (`local_tone`).
+    white_xyz : XYZ of a white in the scene's light, which then shows as neutral (`white_balance`); None shows the light as it is.
     """
-    return np.rint(255 * _displayed(picture, white_cd_m2, compression)).astype(np.uint8)
+    return np.rint(255 * _displayed(picture, white_cd_m2, compression, operator, white_xyz)).astype(np.uint8)
 
 
-def _displayed(picture, white_cd_m2: float, compression: float) -> np.ndarray:
+def _displayed(picture, white_cd_m2: float, compression: float, operator: str = "global", white_xyz=None) -> np.ndarray:
     """Return sRGB code values 0..1 (y, x, 3); arguments as `display`."""
     if not white_cd_m2 > 0:
         raise UnitError(f"white_cd_m2 is {white_cd_m2!r}; expected a luminance above 0, such as view.white_cd_m2(truth)")
-    xyz = _xyz(picture)
+    if operator not in ("global", *OPERATORS):
+        raise UnitError(f"operator {operator!r} is unknown{did_you_mean(operator, ('global', *OPERATORS))}")
+    xyz = _xyz(picture) if white_xyz is None else balanced(_xyz(picture), white_xyz)
     y = luminance(xyz) / white_cd_m2
+    shown = tone(y, compression) if operator == "global" else OPERATORS[operator](y)
     # where no light was found there is no hue either: noise around 0 shows as black
-    gain = np.divide(tone(y, compression), y, out=np.zeros_like(y), where=y > 0)
+    gain = np.divide(shown, y, out=np.zeros_like(y), where=y > 0)
     rgb = srgb_encode(linear_srgb(xyz / white_cd_m2 * gain[..., None]))
     if hasattr(picture, "data_vars") and "valid" in picture:
         rgb[~picture["valid"].values] = 1.0
@@ -147,7 +154,8 @@ def write_exr(picture, path, primaries: str = "xyz") -> Path:
     return Path(path)
 
 
-def write_png(picture, path, shown_white_cd_m2: float | None = None, transfer: str = "srgb", compression: float = COMPRESSION) -> Path:
+def write_png(picture, path, shown_white_cd_m2: float | None = None, transfer: str = "srgb", compression: float = COMPRESSION,
+              operator: str = "global", white_xyz=None) -> Path:
     """Write a picture as 16 bit PNG that states its transfer function; return the path.
 
     Parameters
@@ -157,7 +165,7 @@ def write_png(picture, path, shown_white_cd_m2: float | None = None, transfer: s
     shown_white_cd_m2 : for "srgb", the luminance shown as white; None takes the picture's own `white_cd_m2`.
     transfer : "srgb": `display` in 16 bit. "pq": absolute luminance up to 10 000 cd/m2 (SMPTE ST 2084), primaries of sRGB;
         what is brighter or outside the gamut is clipped.
-    compression : a of `tone`, for "srgb".
+    compression, operator, white_xyz : as `display` takes them, for "srgb".
 
     Notes
     -----
@@ -167,7 +175,9 @@ def write_png(picture, path, shown_white_cd_m2: float | None = None, transfer: s
         raise UnitError(f"transfer {transfer!r} is unknown{did_you_mean(transfer, ('srgb', 'pq'))}")
     if transfer == "srgb":
         white = shown_white_cd_m2 or white_cd_m2(picture)
-        code, said = _displayed(picture, white, compression), f"sRGB (IEC 61966-2-1), tone a = {compression:g}, white {white:g} cd/m2"
+        how = f"tone a = {compression:g}" if operator == "global" else f"tone {operator}"
+        code = _displayed(picture, white, compression, operator, white_xyz)
+        said = f"sRGB (IEC 61966-2-1), {how}, white {white:g} cd/m2" + ("" if white_xyz is None else ", balanced")
     else:
         code, said = pq_encode(linear_srgb(_xyz(picture))), "PQ (SMPTE ST 2084), absolute cd/m2, primaries of sRGB"
     rows = np.rint(65535 * code).astype(">u2")

@@ -11,6 +11,13 @@
 | `rules`            | other people's rules for the same, by name                            |
 | `demosaic`         | every channel at every pixel, any filter array                        |
 | `demosaic_methods` | other ways to demosaic, by name                                       |
+| `learned`          | one of them: filters learned per local class                          |
+| `local_classes`    | which class every pixel belongs to                                    |
+| `interleaved`      | two exposures in one filter array, merged with the interpolation      |
+| `denoise`          | non-local means of the mosaic, with the variance that is left         |
+| `raw_file`         | one capture as a digital negative (DNG)                               |
+| `shading`          | relative illumination, stated by the lens or measured                 |
+| `development`      | the fields that all of these share                                    |
 | `develop`          | colour matrix, lens falloff, absolute level                           |
 | `spectra`          | lights and reflectances the colour matrix is solved for               |
 """

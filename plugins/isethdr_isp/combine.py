@@ -78,8 +78,8 @@ def fold(charges: list[Charge]) -> Merged:
     for charge in charges[1:]:
         ratio = short.per_light / charge.per_light
         z, z_var = z / ratio, z_var / ratio**2
-        g, slope = _weight(charge.t_e, charge, short, ratio)
-        g_next, _ = _weight(charge.t_e + 1, charge, short, ratio)
+        g, slope = weight(charge.t_e, charge, short, ratio)
+        g_next, _ = weight(charge.t_e + 1, charge, short, ratio)
         signal = charge.t_e * g - charge.read_var_e2 * slope - charge.dark_e * g_next + z * (1 - g_next)
         z_var = g**2 * charge_variance(charge.t_e, charge.read_var_e2) + (1 - g) ** 2 * z_var
         source = np.where(g > 0.5, charge.source, source)
@@ -87,8 +87,8 @@ def fold(charges: list[Charge]) -> Merged:
     return Merged(z, z_var, valid, source)
 
 
-def _weight(t, charge: Charge, short: Charge, ratio):
-    """Return G and its derivative at `t`: share of the more sensitive charge against the shorter one."""
+def weight(t, charge: Charge, short: Charge, ratio):
+    """Return G and its derivative at `t`: share of the more sensitive charge against one that sees `ratio` of its light."""
     mean = np.maximum(t, 0.0)
     own = mean + charge.read_var_e2
     # what the shorter capture's variance would be at this light, in electrons of the longer one

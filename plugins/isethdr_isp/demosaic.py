@@ -7,6 +7,8 @@ Bayer and on other 2 x 2 arrays. Borders are mirrored about the outermost pixel,
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from isethdr_core.errors import UnitError
@@ -57,7 +59,7 @@ def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
             here = _index(row, column)
             for channel in range(channels):
                 value, var, spoilt = 0.0, 0.0, False
-                for dy, dx, weight in _weights(window == channel):
+                for dy, dx, weight in plane_weights(window == channel):
                     there = _index(row + radius + dy, column + radius + dx)
                     value = value + weight * source[there]
                     if variances is not None:
@@ -71,11 +73,18 @@ def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
     return planes, variances, touched
 
 
-def _weights(where) -> list[tuple[int, int, float]]:
+def plane_weights(where) -> list[tuple[int, int, float]]:
     """Return (dy, dx, weight) of the samples `where` (square window, True at samples) that give the centre's value.
 
     Minimises sum w^2 / tent under sum w = 1, sum w dx = sum w dy = 0, in the smallest window that can meet them.
     """
+    where = np.asarray(where, bool)
+    return _solved(where.tobytes(), len(where))
+
+
+@lru_cache(maxsize=4096)  # a picture asks for the same few windows again and again
+def _solved(window: bytes, side: int) -> list[tuple[int, int, float]]:
+    where = np.frombuffer(window, bool).reshape(side, side)
     middle = where.shape[0] // 2
     if where[middle, middle]:
         return [(0, 0, 1.0)]
@@ -99,7 +108,7 @@ def _weights(where) -> list[tuple[int, int, float]]:
 
 def _classes(filters):
     """Return the rows and the columns grouped by equal surroundings, and the radius of the surroundings."""
-    periods = [_period(filters), _period(filters.T)]
+    periods = array_period(filters)
     radius = min(max(*periods, 1), LARGEST_RADIUS)
     if min(filters.shape) <= radius:
         raise UnitError(f"a picture of {filters.shape} pixels is smaller than its filter array needs; "
@@ -112,6 +121,12 @@ def _classes(filters):
         border = [index[k:k + 1] for k in index if k < radius or k >= count - radius]
         groups.append([group for group in inner if len(group)] + border)
     return (*groups, radius)
+
+
+def array_period(filters) -> tuple[int, int]:
+    """Return rows and columns after which a filter array (y, x) repeats; UnitError where it does not within 8."""
+    filters = np.asarray(filters)
+    return _period(filters), _period(filters.T)
 
 
 def _period(filters) -> int:

@@ -1,4 +1,4 @@
-"""Ways to demosaic by name: the bilinear rule for any array, a guided one for any array, two published ones for Bayer.
+"""Ways to demosaic by name: the bilinear rule and a guided one for any array, two published ones for Bayer, a learned one.
 
 | method     | arrays | variance                                                      |
 |------------|--------|---------------------------------------------------------------|
@@ -6,6 +6,7 @@
 | `guided`   | any    | of `bilinear`; what following the guide changes is not in it  |
 | `malvar`   | Bayer  | exact: the filters are linear                                 |
 | `menon`    | Bayer  | of `bilinear`; choosing a direction by the data is not in it  |
+| `learned`  | Bayer, RG/WB, RGBW 4 x 4 | of the filters, as if their choice did not follow the noise |
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from isethdr_core.errors import ConfigError, UnitError, did_you_mean
 
 from .demosaic import demosaic
 
-METHODS = ("bilinear", "guided", "malvar", "menon")
+METHODS = ("bilinear", "guided", "malvar", "menon", "learned")
 RADIUS = 3   # pixels, half of the guided method's window: holds 4 samples or more of every channel of a 4 x 4 array
 REACH = 2    # pixels that Malvar's 5 x 5 filters and Menon's final step look beyond a pixel
 
@@ -26,14 +27,16 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad):
     """Return (planes, variances, touched) as `demosaic` does, by `method`; `names` are those of the channels."""
     if method not in METHODS:
         raise ConfigError(f"isp demosaic {method!r} is unknown{did_you_mean(method, METHODS)}")
+    if method == "learned" and len(names) > 1:
+        from . import learned
+
+        ledger.left_out("noise in the choice of the learned filters", "variance is that of the filters chosen", 0.08, "of the variance of flat fields")
+        return *learned.learned(mosaic, filters, names, variance), _near(bad, learned.RADIUS)
     planes, variances, touched = demosaic(mosaic, filters, len(names), variance, bad)
     if method == "guided" and len(names) > 1:
         planes = _guided(mosaic, planes, filters, variance)
     if method in ("malvar", "menon"):
-        from scipy.ndimage import binary_dilation
-
-        planes = bayer(method, mosaic, filters, names)
-        touched = binary_dilation(bad, np.ones((2 * REACH + 1, 2 * REACH + 1))) if bad.any() else touched
+        planes, touched = bayer(method, mosaic, filters, names), _near(bad, REACH)
         if method == "malvar":
             variances = _linear_variance(filters, names, variance)
     if method in ("guided", "menon"):
@@ -55,6 +58,13 @@ def bayer(method: str, mosaic, filters, names):
             "menon": colour_demosaicing.demosaicing_CFA_Bayer_Menon2007}[method]
     rgb = rule(mosaic, pattern)
     return np.stack([rgb[..., "RGB".index(name)] for name in names])
+
+
+def _near(bad, reach: int):
+    """Return which pixels lie within `reach` rows and columns of a bad one."""
+    from scipy.ndimage import binary_dilation
+
+    return binary_dilation(bad, np.ones((2 * reach + 1, 2 * reach + 1))) if bad.any() else bad
 
 
 def _repeats(filters) -> bool:

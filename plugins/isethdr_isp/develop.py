@@ -4,60 +4,91 @@ from __future__ import annotations
 
 import numpy as np
 
-from isethdr_core import ledger
+from isethdr_core import geometry, ledger
+from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.physics.colour import colour_matrix
 from isethdr_core.physics.photometry import xyz_weights
 from isethdr_core.truth import make_picture
 
+from .demosaic import array_period, demosaic
 from .demosaic_methods import interpolate
-from .readout import falloff
+from .denoise import denoised
+from .development import Development
+from .shading import shading
 from .spectra import LIGHTS, light, radiances
 
+DENOISERS = ("none", "nl_means")
 
-def develop(merged, response, captures, balance: str, design_snr: float, method: str = "bilinear"):
+
+def develop(merged, reads, captures, how: Development):
     """Return the picture of a mosaic.
 
     Parameters
     ----------
     merged : `combine.Merged`, electrons without dark charge, their variance, validity and source (y, x).
-    response : (channel, wavelength) electrons per band mean radiance on the axis.
+    reads : `readout.Readout` of the charge whose electrons these are.
     captures : the captures Dataset, for the filter array, the grid and the lens.
-    balance : the light whose grey comes back exactly.
-    design_snr : see `solve_matrix`.
-    method : a way to demosaic, `demosaic_methods.METHODS`.
+    how : the fields of the isp.
     """
+    filters, names = captures["filter"].values, [str(name) for name in captures["channel"].values]
+    if how.denoise not in DENOISERS:
+        raise ConfigError(f"isp denoise {how.denoise!r} is unknown{did_you_mean(how.denoise, DENOISERS)}")
+    if how.denoise == "nl_means":
+        merged = denoised(merged, array_period(filters))
     # the falloff goes first, while every sample still stands at its own place: a uniform scene is then flat to the demosaic
-    level = falloff(captures)
-    planes, variances, touched = interpolate(method, merged.signal_e / level, captures["filter"].values,
-                                             [str(name) for name in captures["channel"].values],
-                                             merged.variance_e2 / level**2, ~merged.valid)
-    return finish(planes, variances, merged.valid & ~touched, response, captures, balance, design_snr)
+    level = shading(captures, how.shading_csv)
+    variance = merged.variance_e2 / level**2
+    planes, variances, touched = interpolate(how.demosaic, merged.signal_e / level, filters, names, variance, ~merged.valid)
+    if how.denoise == "nl_means":
+        # neighbours that were averaged over much the same samples err alike: deviations add, not variances
+        variances = demosaic(np.sqrt(variance), filters, len(names))[0] ** 2
+    return finish(planes, variances, merged.valid & ~touched, reads[0].response, captures, how.balance, how.design_snr, floor_e2(reads))
 
 
-def finish(planes, variances, valid, response, captures, balance: str, design_snr: float):
+def floor_e2(reads) -> float:
+    """Return the variance, e^2, that the best read of a charge has in the dark: dark charge, read noise and quantisation."""
+    return min(read.dark_e + float(np.median(read.read_var_e2)) for read in reads)
+
+
+def finish(planes, variances, valid, response, captures, balance: str, design_snr: float, dark_var_e2: float = 0.0):
     """Return the picture of electrons (channel, y, x) that are known in every channel and freed of the lens's falloff."""
-    matrix = solve_matrix(response, captures.wavelength.values, balance, design_snr)
+    matrix = solve_matrix(response, captures.wavelength.values, balance, design_snr, dark_var_e2)
     xyz = np.moveaxis(np.tensordot(matrix, planes, axes=1), 0, -1)
     variance = np.moveaxis(np.tensordot(matrix**2, variances, axes=1), 0, -1)
-    attrs = {k: captures.attrs[k] for k in ("pitch_um", "focal_length_mm", "f_number", "cfa") if k in captures.attrs}
+    attrs = {k: captures.attrs[k] for k in ("pitch_um", "focal_length_mm", "f_number", "cfa", *geometry.PLACES) if k in captures.attrs}
+    # the XYZ of a white in the light that `balance` names, for views
+    attrs["white_xyz"] = [float(v) for v in xyz_weights(captures.wavelength.values) @ light(balance, captures.wavelength.values)]
+    # the level at which the matrix weighs noise rightly; absent where noise is not thought of
+    if np.isfinite(design_snr):
+        samples = radiances(captures.wavelength.values)
+        attrs["design_cd_m2"] = design_luminance((samples @ response.T).mean(), design_snr, dark_var_e2)
     return make_picture(xyz, variance, valid, captures.x.values, captures.y.values, **attrs)
 
 
-def solve_matrix(response, wavelength_nm, balance: str, design_snr: float) -> np.ndarray:
+def solve_matrix(response, wavelength_nm, balance: str, design_snr: float, dark_var_e2: float = 0.0) -> np.ndarray:
     """Return the matrix (3, channel) from electrons to XYZ in cd/m2, and state its residual in the ledger.
 
-    Least squares over smooth reflectances in four lights, exact for a grey in the light `balance`. Shot noise at
-    `design_snr` (of the mean channel) enters as a penalty, so that a white pixel, which is nearly the sum of the
-    coloured ones, lowers noise instead of being subtracted from them; infinity leaves it out.
+    Least squares over smooth reflectances in four lights, exact for a grey in the light `balance`. The covariance of the sensor's noise
+    at `design_luminance` is a penalty (Tikhonov), so that a white pixel, which is nearly the sum of the coloured ones, lowers noise
+    instead of being subtracted from them; an infinite `design_snr` leaves it out, and plain least squares remain.
     """
     weights, samples, white = xyz_weights(wavelength_nm), radiances(wavelength_nm), light(balance, wavelength_nm)
     electrons, target = samples @ response.T, samples @ weights.T
     mean = electrons.mean(0)
-    shot = np.diag(mean * mean.mean()) * (len(samples) / design_snr**2)
-    matrix = colour_matrix(electrons, target, response @ white, weights @ white, shot)
+    level = design_luminance(mean.mean(), design_snr, dark_var_e2)
+    noise = np.diag(mean / level + dark_var_e2 / level**2)      # e^2 at that level, in (e per cd/m2)^2
+    matrix = colour_matrix(electrons, target, response @ white, weights @ white, noise * len(samples))
     residual = electrons @ matrix.T - target
     ledger.error(np.sqrt(np.mean(residual[:, 1] ** 2)), "relative", "measured", f"Y of {len(samples)} surfaces and lights, rms")
     greys = np.array([light(name, wavelength_nm) for name in LIGHTS])
     worst = np.abs(greys @ (matrix @ response - weights)[1]).max()
     ledger.error(worst, "relative", "measured", f"Y of a grey in the worst of {', '.join(LIGHTS)}")
     return matrix
+
+
+def design_luminance(electrons_per_cd_m2: float, design_snr: float, dark_var_e2: float) -> float:
+    """Return the luminance, cd/m2, at which a channel has this ratio of signal to noise: e / sqrt(e + v) = SNR solved for e."""
+    if not np.isfinite(design_snr):
+        return np.inf
+    electrons = design_snr * (design_snr + np.sqrt(design_snr**2 + 4 * dark_var_e2)) / 2
+    return float(electrons / electrons_per_cd_m2)

@@ -21,6 +21,7 @@ class IdealIsp:
 
         from .combine import Merged
         from .develop import develop, finish
+        from .development import Development
         from .readout import check_captures, chosen, falloff, readouts
         from .spectra import light
 
@@ -38,7 +39,7 @@ class IdealIsp:
         valid = ~np.any([r.saturated for r in reads], axis=0)
         if not alone:
             one = Merged(planes[0], variances[0], valid, np.zeros(valid.shape, np.uint8))
-            return develop(one, reads[0].response, captures, "daylight", np.inf)
+            return develop(one, reads[:1], captures, Development(design_snr=np.inf))
         response = np.stack([r.response[filters[0, 0]] for r in reads])
         level = falloff(captures)
         return finish(planes / level, variances / level**2, valid, response, captures, "daylight", np.inf)

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+
+from .development import Development
 
 
 @dataclass(frozen=True)
-class LinearIsp:
+class LinearIsp(Development):
     """One capture: electrons, bilinear demosaic for any filter array, colour matrix, absolute cd/m2 with variance."""
 
     capture: str = ""  # name of the capture to use; empty takes the first
-    balance: Literal["daylight", "halogen", "led", "sodium"] = "daylight"  # light whose grey comes back exactly
-    design_snr: float = 20.0  # SNR at which the colour matrix weighs shot noise against colour; inf ignores noise
-    demosaic: Literal["bilinear", "guided", "malvar", "menon"] = "bilinear"  # the last two need `pip install isethdr[demosaic]`
 
     def __call__(self, captures):
         """Return the picture of one capture; a pixel is valid when no saturated sample went into it."""
@@ -26,4 +24,4 @@ class LinearIsp:
         one = chosen(captures, self.capture)
         [read] = readouts(one, light(self.balance, one.wavelength.values))
         merged = fold([read_charge([read], read.sensitivity[one["filter"].values])])
-        return develop(merged, read.response, one, self.balance, self.design_snr, self.demosaic)
+        return develop(merged, [read], one, self)

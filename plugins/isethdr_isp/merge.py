@@ -5,17 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from .development import Development
+
 LARGEST_MISMATCH = 0.5  # two generations of one photodiode differ by about 0.1, two primary colours by far more than 1
 
 
 @dataclass(frozen=True)
-class MergeIsp:
+class MergeIsp(Development):
     """All captures merged in electrons by inverse variance without bias, then as `linear`; other rules by name."""
 
     rule: Literal["inverse_variance", "average", "poisson_sum", "isetcam"] = "inverse_variance"  # docs/isp.md, Merge
-    balance: Literal["daylight", "halogen", "led", "sodium"] = "daylight"  # light whose grey comes back exactly
-    design_snr: float = 20.0  # SNR at which the colour matrix weighs shot noise against colour; inf ignores noise
-    demosaic: Literal["bilinear", "guided", "malvar", "menon"] = "bilinear"  # the last two need `pip install isethdr[demosaic]`
 
     def __call__(self, captures):
         """Return the merged picture; a pixel is valid when every sample in it is unsaturated in some capture.
@@ -25,17 +24,37 @@ class MergeIsp:
         from isethdr_core.errors import ConfigError, did_you_mean
 
         from .develop import develop
+        from .interleaved import is_interleaved
         from .readout import check_captures
         from .rules import RULES
 
         if self.rule not in RULES:
             raise ConfigError(f"isp rule {self.rule!r} is unknown{did_you_mean(self.rule, RULES)}")
         check_captures(captures)
+        if is_interleaved(captures):
+            return self._of_two_cases(captures)
         groups, per_light = charges(captures, self.balance)
         merged = RULES[self.rule](groups, per_light)
         _state_spectral_mismatch(groups, captures.wavelength.values)
-        picture = develop(merged, groups[-1][0].response, captures, self.balance, self.design_snr, self.demosaic)
+        picture = develop(merged, groups[-1], captures, self)
         picture["source"] = (("y", "x"), merged.source)
+        return picture
+
+    def _of_two_cases(self, captures):
+        """Return the picture of one capture whose filter array holds two exposures or sensitivities."""
+        import numpy as np
+
+        from isethdr_core.errors import ConfigError
+
+        from .develop import finish, floor_e2
+        from .interleaved import merge_interleaved
+
+        for field, only in (("rule", "inverse_variance"), ("demosaic", "bilinear"), ("denoise", "none")):
+            if getattr(self, field) != only:
+                raise ConfigError(f"isp.{field}={getattr(self, field)} cannot merge upper and lower case filters of one array; expected {only}")
+        *merged, response, read = merge_interleaved(captures, self.balance, self.shading_csv)
+        picture = finish(*merged, response, captures, self.balance, self.design_snr, floor_e2([read]))
+        picture["source"] = (("y", "x"), np.zeros(picture["valid"].shape, np.uint8))
         return picture
 
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from isethdr_core import geometry
 from isethdr_core.errors import UnitError, did_you_mean
-from isethdr_core.physics.radiometry import band_widths_nm, cos4_falloff, photon_energy_j
+from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
 
 from .bent_response import bent_response, check_responses
 
@@ -97,9 +98,8 @@ def decompanded(captures, i: int):
 
 def falloff(captures) -> np.ndarray:
     """Return the relative illumination (y, x) that the lens states for these pixels, 1 on the axis."""
-    if captures.attrs["falloff"] == "cos4":
-        return cos4_falloff(captures.x.values[None, :], captures.y.values[:, None], captures.attrs["focal_length_mm"] * 1e-3)
-    return np.ones((captures.sizes["y"], captures.sizes["x"]))
+    f_m = captures.attrs["focal_length_mm"] * 1e-3
+    return geometry.relative_illumination(captures.attrs, captures.x.values[None, :] / f_m, captures.y.values[:, None] / f_m)
 
 
 def check_captures(captures) -> None:
@@ -117,12 +117,21 @@ def check_captures(captures) -> None:
             raise UnitError(f"captures have {name} with dims {tuple(captures[name].dims)}; expected {dims}")
     if captures["raw"].size == 0:
         raise UnitError("captures are empty; expected at least one capture and one pixel")
-    if captures.attrs["falloff"] not in ("cos4", "none"):
-        hint = did_you_mean(captures.attrs["falloff"], ("cos4", "none"))
+    if captures.attrs["falloff"] not in ("cos4", "none", "table"):
+        hint = did_you_mean(captures.attrs["falloff"], ("cos4", "none", "table"))
         raise UnitError(f"falloff {captures.attrs['falloff']!r} is unknown{hint}")
     for name in ("exposure_s", "gain_dn_per_e", "area_m2"):
-        if not np.all(captures[name].values > 0):
-            raise UnitError(f"captures have {name} = {captures[name].values}; expected values above 0")
+        if not np.all((captures[name].values > 0) & np.isfinite(captures[name].values)):
+            raise UnitError(f"captures have {name} = {captures[name].values}; expected finite values above 0")
+    for name in ("throughput_sr", "focal_length_mm"):
+        value = captures.attrs[name]
+        if not (np.ndim(value) == 0 and np.isfinite(value) and value > 0):
+            raise UnitError(f"captures have the attribute {name} = {value!r}; expected a finite number above 0")
+    efficiency = captures["quantum_efficiency"].values
+    if not np.all((efficiency >= 0) & np.isfinite(efficiency)) or not efficiency.any():
+        raise UnitError("captures have a quantum_efficiency below 0, not finite, or 0 throughout; expected electrons per photon, 0 to 1")
+    if not np.all(np.isfinite(captures["black_dn"].values)):
+        raise UnitError(f"captures have black_dn = {captures['black_dn'].values}; expected finite DN with the top above the black level")
     if not np.all(np.isfinite(captures["raw"].values)):
         raise UnitError("raw holds NaN or infinite values; expected finite DN")
     for name in ("read_noise_e", "dark_e", "quantisation_e"):

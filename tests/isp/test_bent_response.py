@@ -37,12 +37,12 @@ def test_level_and_variance_of_draws(isp, electrons):
     picture = hdr.build("isp", isp)(captures)
     y, variance = picture.xyz.values[..., 1], picture.variance.values[..., 1]
     assert picture.valid.values.all()
-    # curvature of the table: an exponential of noise of 22 e of 391 is 0.16 % too bright; at the bend, where noise sees both
-    # slopes, up to 0.9 % and a variance 11 % too large
+    # the table is without bias but for 0.04 % where it bends within a width of the noise; a reading there, which does not know on which
+    # side it is, states up to a third too much variance
     bend, bent = 2.03e4 < electrons < 2.4e4, electrons > 1.8e4
-    assert abs(y.mean() / level - 1) < 4 * y.std() / level / SIZE + (1e-2 if bend else 2e-3 if bent else 0.0)
+    assert abs(y.mean() / level - 1) < 4 * y.std() / level / SIZE + (4e-4 if bend else 1e-4 if bent else 0.0)
     # of a variance of 14 400 pixels 1.2 %, 4 of them
-    assert variance.mean() / y.var() == pytest.approx(1.0, abs=0.13 if bend else 0.05)
+    assert 0.95 < variance.mean() / y.var() < (1.4 if bend else 1.05)
 
 
 def test_without_noise_it_is_exact_to_half_a_code():

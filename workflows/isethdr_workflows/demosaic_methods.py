@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 CHARTS = {"macbeth": {}, "slanted_edge": {"contrast_ratio": 10.0}, "stripes": {}}
-ARRAYS = {"RGGB": ("bilinear", "guided", "malvar", "menon"), "RG/WB": ("bilinear", "guided"),
-          "WGWR/GWRW/WBWG/BWGW": ("bilinear", "guided")}
+ARRAYS = {"RGGB": ("bilinear", "guided", "malvar", "menon", "learned"), "RG/WB": ("bilinear", "guided", "learned"),
+          "WGWR/GWRW/WBWG/BWGW": ("bilinear", "guided", "learned")}
 PITCH_UM = 3.0  # at f/2 and 16 ms a white of 100 cd/m2 fills half of the well
 TILES = 4      # a pixel is this many tiles wide
 BORDER = 8     # pixels at the border are left out: what lies beyond is a matter of taste

@@ -1,0 +1,87 @@
+"""Denoise: non-local means of a mosaic, before it is demosaiced, with the variance that is left.
+
+Pixels at one place of the filter array are averaged where their surroundings, all channels of them, look alike (Buades, Coll, Morel
+2005, on the mosaic as Danielyan et al. 2009). Likeness is judged on stabilised values, whose noise is the same everywhere; the
+averages are of electrons, so that there is no inverse to be taken and none to leave a bias.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from isethdr_core import ledger
+
+REACH = 10          # pixels to each side in which like ones are looked for
+PATCH = 5           # pixels, side of the surroundings
+ALIKE = 2.5         # mean squared difference of stabilised patches, of which noise makes 2 +- 0.6; below it the weight is 1
+SOFTNESS = 0.6      # beyond it, what costs 1 - 1/e of the weight
+BINS = 512
+
+
+def denoised(merged, cell_shape: tuple[int, int]):
+    """Return `combine.Merged` with less noise in `signal_e`, and its variance; samples that are not valid stay as they are.
+
+    Parameters
+    ----------
+    merged : electrons and variance (y, x), samples independent of each other.
+    cell_shape : rows and columns after which the filter array repeats.
+
+    Notes
+    -----
+    Var = sum w^2 Var, as if the weights did not follow the noise: on flat fields 0.9 to 1.05 of the true variance (docs/isp.md).
+    """
+    x, variance, good = merged.signal_e, merged.variance_e2, merged.valid
+    level = stabilised(x, variance, good)
+    total, spread, weight = np.where(good, x, 0.0), np.where(good, variance, 0.0), good.astype(float)
+    for dy, dx in shifts(cell_shape, x.shape):
+        here, there = pair(x.shape[0], dy), pair(x.shape[1], dx)
+        p, q = (here[0], there[0]), (here[1], there[1])
+        w = likeness(level[p], level[q]) * (good[p] & good[q])
+        for one, other in ((p, q), (q, p)):
+            total[one] += w * x[other]
+            spread[one] += w**2 * variance[other]
+            weight[one] += w
+    safe = np.where(good, weight, 1.0)
+    ledger.left_out("noise in the weights of the denoiser", "variance is that of fixed weights", 0.1, "of the variance of flat fields")
+    return replace(merged, signal_e=np.where(good, total / safe, x), variance_e2=np.where(good, spread / safe**2, variance))
+
+
+def stabilised(x, variance, good):
+    """Return values (y, x) with a noise of 1: the integral of dx / sqrt(Var(x) + 3/8), Var(x) as reported.
+
+    For one capture, Var = x + v, this is the generalised Anscombe transformation 2 sqrt(x + 3/8 + v) (Murtagh, Starck, Bijaoui 1995).
+    """
+    order = np.argsort(x[good], axis=None)
+    if not len(order):
+        return np.zeros(x.shape)
+    parts = [part for part in np.array_split(order, min(BINS, len(order))) if len(part)]
+    values, spreads = x[good].ravel(), variance[good].ravel()
+    place = np.array([values[part].mean() for part in parts])
+    spread = np.array([spreads[part].mean() for part in parts])
+    # below 0 there is only noise around 0: what is reported there, from a pixel's own sample, is too small
+    spread = np.maximum(spread, np.interp(min(0.0, place[-1]), place, spread) if place[0] < 0 else 0.0)
+    slope = 1 / np.sqrt(spread + 0.375)
+    height = np.concatenate([[0.0], np.cumsum(np.diff(place) * (slope[1:] + slope[:-1]) / 2)])
+    beyond = np.minimum(x - place[0], 0.0) * slope[0] + np.maximum(x - place[-1], 0.0) * slope[-1]
+    return np.interp(x, place, height) + beyond
+
+
+def likeness(one, other):
+    """Return weights (y, x) in (0, 1] by the mean squared difference of stabilised surroundings; 1 where noise explains it."""
+    from scipy.ndimage import uniform_filter
+
+    difference = uniform_filter((one - other) ** 2, PATCH, mode="mirror")
+    return np.exp(-np.maximum(difference - ALIKE, 0.0) / SOFTNESS)
+
+
+def shifts(cell_shape, shape):
+    """Return every second one of the shifts (rows, columns) that keep the filter array: the other half are their opposites."""
+    dy, dx = (np.arange(-(REACH // period), REACH // period + 1) * period for period in cell_shape)
+    return [(int(a), int(b)) for a in dy for b in dx if (a, b) > (0, 0) and a < shape[0] and abs(b) < shape[1]]
+
+
+def pair(count: int, shift: int):
+    """Return the two slices of an axis that lie `shift` apart."""
+    return slice(max(-shift, 0), count - max(shift, 0)), slice(max(shift, 0), count + min(shift, 0))

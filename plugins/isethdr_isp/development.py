@@ -1,0 +1,21 @@
+"""Development: the fields that every isp with a colour filter array shares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Development:
+    """How a mosaic of electrons becomes a picture: docs/isp.md, Steps."""
+
+    balance: Literal["daylight", "halogen", "led", "sodium"] = "daylight"  # light whose grey comes back exactly
+    design_snr: float = 20.0  # the colour matrix weighs the noise at the light that gives this; inf ignores noise
+    demosaic: Literal["bilinear", "guided", "malvar", "menon", "learned"] = "bilinear"  # malvar, menon: `pip install isethdr[demosaic]`
+    denoise: Literal["none", "nl_means"] = "none"
+    shading_csv: str = ""  # measured relative illumination, as `isethdr_isp.shading` writes it; empty takes the lens's own statement
+
+    def input_files(self):
+        """Return the user's own shading table, if one is named: its content is part of a run's name."""
+        return (self.shading_csv,) if self.shading_csv else ()

@@ -1,0 +1,132 @@
+"""Learned demosaic: one small linear filter for every place of the filter array and every local class.
+
+Local, linear, learned (Jiang, Tian, Farrell, Wandell 2017): a table of 7 x 7 filters, chosen by `local_classes`. Every filter
+sums to 1 over the samples of the channel it makes and to 0 over those of every other, so a flat field of any colour comes back
+in the mean, whatever its class. Given the classes every pixel is linear in the samples, so the variance goes along.
+
+The table is trained by `isethdr study train_demosaic` on simulated pictures and says so itself: see `provenance`.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from isethdr_core.errors import UnitError
+
+from .local_classes import classes
+
+RADIUS = 3                      # pixels, half of a filter
+SIDE = 2 * RADIUS + 1
+TABLE = Path(__file__).with_name("learned_filters.npz")
+AT_ONCE = 1 << 16               # pixels whose neighbourhoods are held in memory
+LETTERS = "RGBW"                # channels come in this order
+
+
+def learned(mosaic, filters, names, variance, table=None):
+    """Return (planes, variances), both (channel, y, x), of a mosaic of electrons.
+
+    Parameters
+    ----------
+    mosaic, variance : (y, x) samples and their variance, independent of each other.
+    filters : (y, x) integers into `names`.
+    names : letters of the channels.
+    table : filters by array, as `load` returns them; None takes the shipped ones.
+
+    Raises
+    ------
+    UnitError : no filters are trained for this array, or the picture is smaller than a filter.
+    """
+    filters = np.asarray(filters)
+    if min(filters.shape) < SIDE:
+        raise UnitError(f"a picture of {filters.shape} pixels is smaller than the learned filters; expected {SIDE} rows and columns "
+                        "or more; use isp.demosaic=bilinear")
+    trained = matching(filters, names, load() if table is None else table)
+    rows, columns = trained.shape[:2]
+    kinds = classes(mosaic, filters, variance)
+    samples, spreads = (neighbourhoods(a, (rows, columns)) for a in (mosaic, variance))
+    planes, variances = np.empty((2, len(names), *filters.shape))
+    for y in range(rows):
+        for x in range(columns):
+            here = kinds[y::rows, x::columns]
+            order = np.argsort(here, axis=None, kind="stable")
+            ends = np.searchsorted(here.ravel()[order], np.arange(trained.shape[2] + 1))
+            for kind, (first, last) in enumerate(zip(ends[:-1], ends[1:])):
+                for start in range(first, last, AT_ONCE):
+                    row, column = np.unravel_index(order[start:min(start + AT_ONCE, last)], here.shape)
+                    at = row * rows + y, column * columns + x
+                    planes[(slice(None), *at)] = trained[y, x, kind] @ samples[at].reshape(len(row), -1).T
+                    variances[(slice(None), *at)] = trained[y, x, kind] ** 2 @ spreads[at].reshape(len(row), -1).T
+    return planes, variances
+
+
+def neighbourhoods(image, cell_shape):
+    """Return (y, x, 7, 7), the samples around every pixel; beyond the border those of the outermost cell are repeated."""
+    inside = [_inside(n, period) for n, period in zip(image.shape, cell_shape)]
+    return np.lib.stride_tricks.sliding_window_view(image[np.ix_(*inside)], (SIDE, SIDE))
+
+
+def _inside(count: int, period: int):
+    """Return the places 0..count - 1 that stand for -3..count + 2, each at its own phase of the array."""
+    place = np.arange(-RADIUS, count + RADIUS)
+    place[place < 0] %= period
+    beyond = place >= count
+    place[beyond] = count - period + (place[beyond] - count) % period
+    return np.clip(place, 0, count - 1)     # for a picture smaller than a cell
+
+
+def matching(filters, names, table):
+    """Return the filters (row, column, class, channel, tap) of the array that `filters` repeats, from its upper left pixel on."""
+    seen = np.array(names)[filters]
+    for cell, trained in table.items():
+        tile = cell_of(cell)
+        for dy, dx in np.ndindex(tile.shape):
+            rolled = np.roll(tile, (-dy, -dx), (0, 1))
+            if np.array_equal(rolled[np.ix_(*(np.arange(n) % k for n, k in zip(seen.shape, tile.shape)))], seen):
+                own = [channels_of(cell).index(name) for name in names]
+                return np.roll(trained, (-dy, -dx), (0, 1))[:, :, :, own]
+    raise UnitError(f"no learned filters for this filter array; expected one of {', '.join(table)}, shifted or not; use isp.demosaic=guided")
+
+
+def cell_of(cell: str) -> np.ndarray:
+    """Return the letters (row, column) of a cell written with its rows parted by /."""
+    return np.array([list(row) for row in cell.split("/")])
+
+
+def channels_of(cell: str) -> list[str]:
+    """Return the letters of a cell, each once, in the order of channels."""
+    return sorted(set(cell) - {"/"}, key=LETTERS.index)
+
+
+def sampled(cell: str) -> np.ndarray:
+    """Return which taps (row, column, channel, tap) sample which channel."""
+    tile, names = cell_of(cell), channels_of(cell)
+    out = np.empty((*tile.shape, len(names), SIDE * SIDE), bool)
+    for y, x in np.ndindex(tile.shape):
+        window = tile[np.ix_(*(np.arange(k - RADIUS, k + RADIUS + 1) % n for k, n in zip((y, x), tile.shape)))]
+        out[y, x] = [(window == name).ravel() for name in names]
+    return out
+
+
+def exact(filters, cell: str) -> np.ndarray:
+    """Return filters (row, column, class, channel, tap) whose sums are exactly 1 over their own channel and 0 over every other."""
+    taps = sampled(cell)[:, :, None]                                        # row, column, 1, sampled channel, tap
+    sums = np.einsum("yxkct,yxkst->yxkcs", filters, np.broadcast_to(taps, (*filters.shape[:3], *taps.shape[3:])).astype(float))
+    lacking = np.eye(filters.shape[3]) - sums
+    return filters + np.einsum("yxkcs,yxst->yxkct", lacking / taps.sum(-1)[:, :, :, None, :], taps[:, :, 0].astype(float))
+
+
+@cache
+def load() -> dict[str, np.ndarray]:
+    """Return the shipped filters (row, column, class, channel, tap) by array; stored in half precision, sums restored."""
+    with np.load(TABLE) as held:
+        return {cell: exact(held[cell].astype(float), cell) for cell in held.files if cell != "provenance"}
+
+
+def provenance() -> dict:
+    """Return how the shipped filters were made: the recipe, its hash, and what the pictures were."""
+    with np.load(TABLE) as held:
+        return json.loads(str(held["provenance"]))

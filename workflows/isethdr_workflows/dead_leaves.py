@@ -1,0 +1,61 @@
+"""Dead leaves: pictures of overlapping shapes of every size, after Lee, Mumford, Huang 2001; their statistics are those of scenes.
+
+Shapes are discs and turned rectangles with power-law sizes. Each has one smooth reflectance and one brightness; some carry
+stripes down to the finest a pixel can tell. One light falls on all.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+FINE = 4                 # samples per pixel, each way
+SHAPES_PER_PIXEL = 0.06
+RADII_PX = (1.2, 50.0)
+DARKEST = 0.02           # of the brightest leaf
+STRIPED = 0.35           # share of the shapes
+FINEST = 0.48            # cycles per pixel
+
+
+def dead_leaves(rows: int, columns: int, colours, rng) -> np.ndarray:
+    """Return planes (channel, y, x) with a mean near 1 in the strongest channel.
+
+    Parameters
+    ----------
+    rows, columns : pixels.
+    colours : (surface, channel) what each channel makes of each surface, any scale.
+    rng : NumPy generator; the picture depends on nothing else.
+    """
+    height, width = rows * FINE, columns * FINE
+    out = np.empty((colours.shape[1], height, width), np.float32)
+    out[:] = colours[rng.integers(len(colours)), :, None, None]
+    for _ in range(int(SHAPES_PER_PIXEL * rows * columns)):
+        # density of radii r^-3: as many small leaves as large ones are seen
+        radius = FINE / np.sqrt(rng.uniform(RADII_PX[1] ** -2, RADII_PX[0] ** -2))
+        cy, cx = rng.uniform(0, height), rng.uniform(0, width)
+        y0, y1, x0, x1 = (int(v) for v in (max(cy - radius, 0), min(cy + radius + 1, height), max(cx - radius, 0), min(cx + radius + 1, width)))
+        y, x = np.mgrid[y0:y1, x0:x1] - np.array([cy, cx])[:, None, None]
+        inside = _inside(x, y, radius, rng)
+        leaf = (colours[rng.integers(len(colours))] * DARKEST ** rng.uniform(0, 1)).astype(np.float32)
+        value = leaf[:, None, None] * _stripes(x, y, rng) if rng.uniform() < STRIPED else leaf[:, None, None]
+        out[:, y0:y1, x0:x1] = np.where(inside, value, out[:, y0:y1, x0:x1])
+    from scipy.ndimage import gaussian_filter
+
+    blur = FINE * rng.uniform(0.0, 0.5)      # pixels: lenses from perfect to soft
+    out = gaussian_filter(out, (0, blur, blur), mode="mirror")
+    planes = out.reshape(len(out), rows, FINE, columns, FINE).mean((2, 4), dtype=float)
+    return planes / planes.mean((1, 2)).max()
+
+
+def _inside(x, y, radius, rng):
+    if rng.uniform() < 0.5:
+        return x**2 + y**2 < radius**2
+    # half of the rectangles stand upright, as walls and letters do
+    angle = rng.uniform(0, np.pi) if rng.uniform() < 0.5 else 0.0
+    u, v = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
+    return (np.abs(u) < radius * rng.uniform(0.1, 0.7)) & (np.abs(v) < 0.7 * radius)
+
+
+def _stripes(x, y, rng):
+    angle, frequency = rng.uniform(0, np.pi), rng.uniform(0.02, FINEST) / FINE
+    phase = 2 * np.pi * (frequency * (x * np.cos(angle) + y * np.sin(angle)) + rng.uniform())
+    return (1 + rng.uniform(0.1, 0.9) * np.sin(phase)).astype(np.float32)
