@@ -26,5 +26,5 @@ if command -v apt-get >/dev/null; then
     present && exit 0
     rmdir "$VENV/lib/llvm" 2>/dev/null
 fi
-echo "no LLVM 17 or newer found: the renderer falls back to its scalar variant, about 50 times slower; install libllvm19 to change that" >&2
+echo "no LLVM 17 or newer found: the renderer falls back to its scalar variant, about 15 times slower and up to five times as noisy; install libllvm19 to change that" >&2
 exit 0

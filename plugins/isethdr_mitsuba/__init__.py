@@ -6,14 +6,16 @@ frame.py           one frame: world, passes, lamps seen directly, labels, and th
 placed_lamps.py    lamps in the world: candela into radiance, beam pattern, projected area
 lamp_tables.py     lamps as lookup tables on the device, and how a shadow ray's target is chosen
 integrator.py      one path, all bands, all light groups
-radiance.py        passes of that integrator, summed in float64, with their spread
+radiance.py        passes of that integrator, summed in float64, with their spread; until it is small enough
 visible_lamps.py   lamps seen directly, with their exact footprint on the tiles
 materials.py       material kinds as Mitsuba surfaces
 surface_tables.py  which material a ray met, and one evaluation of it for all bands
 spectra.py         all spectra in one table on the device
 geometry.py        parts, models and poses as a Mitsuba scene
 beam_lamp.py       the beam-limited area light as a Mitsuba emitter
-film_bands.py      the slow way for machines without LLVM: four bands a pass, group by group
+film_bands.py      the way without LLVM: Mitsuba's own integrator, four bands a pass, group by group
+spots.py           lamps as spots of the same candela, for that way
+spot_shares.py     how often each spot is looked for: as much as it lights what the camera sees
 labels.py          one ray per tile centre: instance, category, depth, distance, normal
 doctor.py          which variants work on this machine, and what to install
 llvm.py            where LLVM is taken from: the system, or a copy beside this Python

@@ -13,9 +13,10 @@ from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_tabl
 
 PLUGIN = "isethdr_beam_lamp"
 NEAR_CLIP_M = 1e-3
+NEVER = 1e-7          # sampling weight of a lamp that is not looked for; with 0 Mitsuba would count what is found by chance in full
 
 
-def beam_lamp(placed: PlacedLamp, hidden_from=None):
+def beam_lamp(placed: PlacedLamp, hidden_from=None, mirrored_only: bool = False):
     """Return a new Mitsuba emitter for `placed`, to be attached to the mesh of its triangles.
 
     Parameters
@@ -23,6 +24,8 @@ def beam_lamp(placed: PlacedLamp, hidden_from=None):
     placed : lamp.
     hidden_from : a point in the world, or None. Rays that start there do not see the emitter: the pinhole,
         when the lamp's direct light is added by `visible_lamps`.
+    mirrored_only : shine on no surface, be seen in perfect mirrors and through panes only: where `spots` light the
+        surfaces. Switched by the attribute `on`.
     """
     mi.register_emitter(PLUGIN, lambda properties: _beam_class()(properties))
     table = emission_table([placed.lamp.spectrum])[0] * placed.peak_cd_m2
@@ -31,7 +34,8 @@ def beam_lamp(placed: PlacedLamp, hidden_from=None):
     point = [1e30] * 3 if hidden_from is None else [float(v) for v in hidden_from]
     return mi.load_dict({"type": PLUGIN, "radiance": spectrum if table.any() else {"type": "uniform", "value": 0.0},
                          "axis": mi.ScalarVector3f(*(float(v) for v in placed.axis)), "floor": placed.floor,
-                         "cos_inner": placed.cos_inner, "cos_outer": placed.cos_outer, "hidden_from": mi.ScalarVector3f(*point)})
+                         "cos_inner": placed.cos_inner, "cos_outer": placed.cos_outer, "hidden_from": mi.ScalarVector3f(*point),
+                         **({"mirrored_only": True, "sampling_weight": NEVER} if mirrored_only else {})})
 
 
 def film(wavelength_nm, step_nm: float, width: int, height: int) -> dict:
@@ -63,6 +67,7 @@ def _beam_class():
             get = lambda name: dr.opaque(mi.Float, properties[name]) if dr.is_jit_v(mi.Float) else properties[name]
             self.cos_inner, self.cos_outer, self.floor = get("cos_inner"), get("cos_outer"), get("floor")
             self.axis, self.hidden_from = mi.Vector3f(properties["axis"]), mi.Point3f(properties["hidden_from"])
+            self.on, self.mirrored_only = True, properties.get("mirrored_only", False)
             self.lambertian = properties["cos_inner"] <= LAMBERTIAN_COS
             self.m_flags = mi.EmitterFlags.Surface
             self.m_needs_sample_3 = True
@@ -78,6 +83,8 @@ def _beam_class():
             return dr.select(mi.Bool(active) & (dr.dot(outwards, normal) > 0), self.radiance.eval(si, active) * pattern, 0.0)
 
         def eval(self, si, active=True):
+            if not self.on:
+                return mi.Spectrum(0)
             outwards = si.to_world(si.wi)
             start = si.p + outwards * dr.select(dr.isfinite(si.t), si.t, 0)
             # camera rays start on the near plane; and float32 brings a start back to about 1e-6 of the ray's length
@@ -85,6 +92,10 @@ def _beam_class():
             return self.light(si, outwards, si.n, mi.Bool(active) & far)
 
         def sample_direction(self, it, sample, active=True):
+            if self.mirrored_only:
+                nothing = mi.DirectionSample3f()
+                nothing.pdf = 0.0
+                return nothing, mi.Spectrum(0)
             ds = self.get_shape().sample_direction(it, sample, active)
             active = mi.Bool(active) & (ds.pdf > 0)
             ds.emitter = mi.EmitterPtr(self) if dr.is_jit_v(mi.Float) else self
@@ -92,6 +103,8 @@ def _beam_class():
             return ds, value / dr.select(active, ds.pdf, 1.0)
 
         def pdf_direction(self, it, ds, active=True):
+            if self.mirrored_only:
+                return 1e18        # so that rays from surfaces that a spot lights weigh nothing; those from mirrors ask no density
             return dr.select(dr.dot(ds.d, ds.n) < 0, self.get_shape().pdf_direction(it, ds, active), 0.0)
 
         def eval_direction(self, it, ds, active=True):

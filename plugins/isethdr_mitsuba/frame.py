@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
+import sys
+from functools import cache
+
 import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.quantities import scene_radiance
 
 from .placed_lamps import placed_lamps
-from .radiance import estimate, pass_sizes
+from .radiance import estimate
 from .view import view_of
 
 
@@ -34,7 +38,6 @@ def render_frame(settings, description, groups, bands_nm, labels, variant: str):
 
     view = view_of(description.camera, settings.width, settings.height, settings.margin)
     lamps = placed_lamps(description, settings.normalise)
-    sizes = pass_sizes(settings.samples, view.shape[0] * view.shape[1])
     surfaces = ramp_surfaces(description)
     world = build_world(description, surfaces)
     if variant.startswith("scalar"):
@@ -43,19 +46,20 @@ def render_frame(settings, description, groups, bands_nm, labels, variant: str):
         one_pass = film_pass(description, view, lamps, groups, bands_nm, settings)
     else:
         one_pass = path_pass(description, view, lamps, groups, bands_nm, settings, world, surfaces)
-    result = estimate(one_pass, sizes, settings.seed, groups, bands_nm, view.shape)
+    result = estimate(one_pass, settings, groups, bands_nm, view.shape)
     layer, error = visible_lamps(world, view, lamps, groups, bands_nm, settings.step_nm)
     radiance = result.radiance
     radiance += layer
-    for group, noise in zip(groups, result.noise, strict=True):
-        if np.isfinite(noise):          # one pass alone has no spread, a group without light no noise
-            ledger.error(noise, "relative", "statistical", f"median over tiles, light group {group}")
+    state_noise(result, groups, settings)
     if error > 0:
         ledger.error(error, "relative", "bound", "part of a lamp's footprint on a tile, where the lamp is partly hidden")
     found, objects = label_tiles(world, view, description, labels)
     ds = scene_radiance(radiance, groups, bands_nm, view.x, view.y, view.field, **found)
     # a lone band or tile has no neighbour to take its width from
     ds.attrs.update(pitch_x=view.pitch_x, pitch_y=view.pitch_y)
+    # beside the light it belongs to: what of a picture is the renderer's own noise follows from it
+    ds["xyz_noise"] = ("light_group", "xyz_channel", "y", "x"), result.xyz_noise.astype(np.float32), {"units": "cd m-2"}
+    ds.attrs["noise"] = {g: float(n) for g, n in zip(groups, result.noise, strict=True) if np.isfinite(n)}
     if objects is not None:
         ds.attrs["objects"] = objects
     ds.attrs["lamps"] = [{"object": p.object, "instance": p.instance, "kind": p.lamp.kind, "group": p.lamp.group,
@@ -69,13 +73,31 @@ def path_pass(description, view, lamps, groups, bands_nm, settings, world, surfa
     from .lamp_tables import LampTables
     from .surface_tables import SurfaceTables
 
-    tables = LampTables(world, lamps, groups, description.sky if "sky" in groups else None)
     materials = SurfaceTables(world, description.materials.values(), surfaces.values())
 
-    def one_pass(seed, samples):
+    @cache
+    def tables_of(wanted):
+        return LampTables(world, lamps, [groups[g] for g in wanted], description.sky if "sky" in groups else None)
+
+    every = range(len(groups))
+
+    def one_pass(seed, samples, wanted=every):
+        tables = tables_of(tuple(wanted))
         found = path_radiance(world, view, tables, materials, bands_nm, settings.step_nm, seed, samples, settings.max_depth)
-        for g, packets in enumerate(found):
+        for g, packets in zip(wanted, found, strict=True):
             for band in range(len(bands_nm)):
                 yield g, band, np.array(packets[band // 4][band % 4], float) / samples
 
     return one_pass
+
+
+def state_noise(result, groups, settings):
+    """State each group's noise in the ledger, and say so where it is not what was allowed."""
+    for group, noise, samples, seconds in zip(groups, result.noise, result.samples, result.seconds, strict=True):
+        if not np.isfinite(noise):          # one pass alone has no spread, a group without light no noise
+            continue
+        ledger.error(noise, "relative", "statistical", f"{samples} paths a tile, {seconds:.3g} s: median over tiles, light group {group}")
+        if settings.error_allowed is not None and noise > settings.error_allowed:
+            needed = math.ceil(samples * (noise / settings.error_allowed) ** 2)
+            print(f"renderer: light group {group} has a noise of {noise:.2g} after {samples} paths, {settings.error_allowed:g} is allowed; "
+                  f"type renderer.most_samples={needed}", file=sys.stderr, flush=True)

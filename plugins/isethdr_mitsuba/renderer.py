@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from isethdr_core.scene import SceneDescription
 
 SCALAR = "scalar_spectral"
-SCALAR_S_PER_PATH = 2e-5  # of one group and four bands, measured on two cores; it only tells the user what to expect
+SCALAR_S_PER_PATH = 2e-6  # of one group and four bands, measured on two cores; it only tells the user what to expect
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,9 @@ class MitsubaRenderer:
     first_nm: float = 400.0    # centre of the first band
     last_nm: float = 700.0     # centre of the last band
     step_nm: float = 10.0      # width and spacing of the bands
-    samples: int = 96          # paths per tile
+    samples: int = 96          # paths per tile; the least of them where error_allowed is set
+    error_allowed: float | None = None  # relative: paths go on until each light group's noise is this low; None: `samples` of them
+    most_samples: int = 4096   # paths per tile at which a light group is given up, where error_allowed is set
     max_depth: int = 5         # longest path, in segments: 2 is direct light only
     seed: int = 0              # of the paths; same seed, same machine, same cube
     variant: Literal["auto", "llvm", "cuda", "scalar"] = "auto"  # auto: cuda, else llvm, else scalar, whichever works
@@ -44,6 +46,8 @@ class MitsubaRenderer:
 
         if self.samples < 1 or self.max_depth < 1:
             raise ConfigError(f"renderer samples is {self.samples}, max_depth {self.max_depth}; expected at least 1 of each")
+        if self.error_allowed is not None and not 0 < self.error_allowed < 1:
+            raise ConfigError(f"renderer.error_allowed is {self.error_allowed!r}; expected a share from above 0 to below 1, as 0.1, or null")
         wanted, bands = self._groups(description, demand), self._bands(demand)
         variant = choose_variant(self.variant)
         if variant == SCALAR:
@@ -54,8 +58,9 @@ class MitsubaRenderer:
         tiles = self.width * self.height * (1 + 2 * self.margin) ** 2
         minutes = SCALAR_S_PER_PATH * self.samples * tiles * groups * -(-bands // 4) / 60
         if minutes > 5:
-            print(f"renderer: without LLVM 17 or newer the scalar variant is used, which takes about {minutes:.0f} minutes here; "
-                  "`isethdr doctor` says what to install; or take a first look with renderer=mitsuba_quick", file=sys.stderr, flush=True)
+            print(f"renderer: without LLVM 17 or newer the scalar variant is used, which takes about {minutes:.0f} minutes here and is one to "
+                  "five times as noisy; `isethdr doctor` says what to install; or take a first look with renderer=mitsuba_quick",
+                  file=sys.stderr, flush=True)
 
     def _groups(self, description, demand):
         there = description.light_groups()
@@ -72,6 +77,10 @@ class MitsubaRenderer:
         for name in set(there) - set(kept):
             ledger.left_out(f"light group {name}", "not demanded", 0.0, "cd/m2")
         return kept
+
+    def bands_nm(self) -> tuple[float, ...]:
+        """Return the centres of all bands, nm."""
+        return tuple(map(float, self._bands(None)))
 
     def _bands(self, demand):
         import numpy as np

@@ -137,7 +137,7 @@ def test_agrees_with_mitsubas_own_path_integrator(make, group):
     """Other code for lamps (emitter plugin), colours (spectral surfaces), choice of lamps and bands (a spectral film)."""
     settings = {"width": 48, "height": 27, "margin": 0.0, "samples": 512, "step_nm": 40.0, "last_nm": 680.0, "max_depth": 4}
     blocks = lambda pile: np.stack([[b.mean() for r in np.array_split(p, 9, 0) for b in np.array_split(r, 12, 1)] for p in pile])
-    ours, theirs = (blocks(pictures(make.street(12), settings, group, way).mean(1)) for way in ("path", "film"))   # (repeat, block)
+    ours, theirs = (blocks(pictures(make, make.street(12), settings, group, way).mean(1)) for way in ("path", "own"))   # (repeat, block)
     repeats = len(ours)
     error = np.sqrt((ours.var(0, ddof=1) + theirs.var(0, ddof=1)) / repeats)
     lit = ours.mean(0) > 1e-3 * ours.mean()
@@ -151,13 +151,12 @@ def test_agrees_with_mitsubas_own_path_integrator(make, group):
     assert np.median((ours.mean(0) / np.maximum(theirs.mean(0), 1e-300))[lit]) == pytest.approx(1, abs=0.02)
 
 
-def pictures(scene, settings, group, way, repeats=8):
-    """Return `repeats` independent pictures (band, y, x) without the lamps seen directly."""
+def pictures(make, scene, settings, group, way, repeats=8):
+    """Return `repeats` independent pictures (band, y, x) without the lamps seen directly: `path` ours, `own` Mitsuba's."""
     import mitsuba as mi
     from isethdr_mitsuba.doctor import choose_variant
 
     mi.set_variant(choose_variant("llvm"))
-    from isethdr_mitsuba.film_bands import film_pass
     from isethdr_mitsuba.frame import path_pass
     from isethdr_mitsuba.geometry import build_world
     from isethdr_mitsuba.materials import ramp_surfaces
@@ -166,9 +165,11 @@ def pictures(scene, settings, group, way, repeats=8):
 
     renderer = MitsubaRenderer(**settings)
     view, lamps, bands = view_of(scene.camera, renderer.width, renderer.height, 0.0), placed_lamps(scene), renderer._bands(None)
+    if way == "own":
+        render = make.mitsubas_own(scene, renderer, view, lamps, group, bands)
+        return np.stack([render(100 + k, renderer.samples // repeats) for k in range(repeats)]).astype(float)
     surfaces = ramp_surfaces(scene)
-    arguments = scene, view, lamps, [group], bands, renderer
-    one_pass = path_pass(*arguments, build_world(scene, surfaces), surfaces) if way == "path" else film_pass(*arguments)
+    one_pass = path_pass(scene, view, lamps, [group], bands, renderer, build_world(scene, surfaces), surfaces)
     out = np.zeros((repeats, len(bands), *view.shape))
     for k in range(repeats):
         for _, band, values in one_pass(100 + k, renderer.samples // repeats):

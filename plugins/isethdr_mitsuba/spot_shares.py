@@ -1,0 +1,53 @@
+"""How often each spot is looked for: as much as it lights what the camera sees."""
+
+from __future__ import annotations
+
+import mitsuba as mi
+import numpy as np
+
+from .spots import Spot
+
+POINTS = 2000     # of what the camera sees
+EVERYWHERE = 0.2  # share given by intensity alone: for light that reaches the camera over several surfaces
+
+
+def seen_points(scene, view) -> np.ndarray:
+    """Return (n, 3) points, m, spread evenly over what the camera sees."""
+    rows, columns = view.shape
+    step = max(1, int(np.sqrt(rows * columns / POINTS)))
+    x, y = np.meshgrid(view.x[step // 2::step], view.y[step // 2::step])
+    tangents = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], 1)
+    found = []
+    for d in view.to_world(tangents / np.linalg.norm(tangents, axis=1, keepdims=True)):
+        hit = scene.ray_intersect_preliminary(mi.Ray3f(view.origin_m, d))
+        if hit.is_valid():
+            found.append(view.origin_m + hit.t * d)
+    return np.reshape(found, (-1, 3))
+
+
+def illuminance(spots: list[Spot], points) -> tuple[np.ndarray, np.ndarray]:
+    """Return (spot, point) illuminance, lx, of faces turned towards each spot with nothing in between; and distance, m."""
+    found, distance = np.zeros((len(spots), len(points))), np.ones((len(spots), len(points)))
+    for k, s in enumerate(spots):
+        way = points - s.point
+        distance[k] = np.maximum(np.linalg.norm(way, axis=1), 1e-3)
+        found[k] = s.candela(way / distance[k][:, None]) / distance[k] ** 2
+    return found, distance
+
+
+def shares(spots: list[Spot], lux) -> np.ndarray:
+    """Return how often each spot is looked for; they sum to 1. `lux`: (spot, point) of `illuminance`."""
+    strength = np.sqrt([s.peak_cd * np.radians(s.cutoff_deg) ** 2 for s in spots])
+    total = lux.sum(0)
+    part = lux[:, total > 0] / total[total > 0]
+    if not part.size:
+        return strength / strength.sum()
+    useful = np.sqrt(np.mean(part**2, 1))     # the variance of a point's light is least with shares as its parts
+    return EVERYWHERE * strength / strength.sum() + (1 - EVERYWHERE) * useful / useful.sum()
+
+
+def extent_error(spots: list[Spot], lux, distance) -> float:
+    """Return the mean over points, weighted by light, of (radius / distance)^2: a disc against the point in its place."""
+    radius = np.array([s.radius_m for s in spots])
+    error = np.minimum((radius[:, None] / distance) ** 2, 1)
+    return float((error * lux).sum() / lux.sum()) if lux.sum() > 0 else 0.0

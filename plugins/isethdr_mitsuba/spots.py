@@ -1,0 +1,129 @@
+"""Lamps as spots: the same candela from points in front of them, for the variant that has no compiler.
+
+Mitsuba has no area light with a beam, and one written in Python costs more than the rest of a scalar rendering. Its
+spot with a picture in front is compiled code: here a lamp becomes one spot for its beam and some for its Lambertian
+floor, a few of each where the lamp is large. What is lost is the lamp's extent: penumbrae, and the light close by.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from .placed_lamps import LAMBERTIAN_COS, PlacedLamp, beam
+
+PIECE_M = 0.3         # larger lamps become several spots
+CLEAR_M = 2e-3        # spots stand this far in front of the foremost point of their piece, out of its own shadow
+WIDEST_DEG = 88.0     # of a spot: a Lambertian lamp loses 0.12 % of its flux beyond
+NARROW, WIDE = 128, 512   # texels across the picture of a beam and of a Lambertian floor: 0.5 % where a beam is steepest
+
+
+@dataclass(frozen=True, eq=False)
+class Spot:
+    """A point that shines about an axis: candela = `peak_cd` x picture, the picture in tangents up to that of `cutoff_deg`."""
+
+    lamp: int                # index into the lamps
+    point: np.ndarray        # (3,) m
+    frame: np.ndarray        # (3, 3) columns: x and y of the picture, axis
+    cutoff_deg: float
+    peak_cd: float
+    picture: np.ndarray      # (n, n) float32, largest value 1; y along the columns, x along the rows
+    radius_m: float          # of the piece of lamp it stands for
+
+    def candela(self, directions) -> np.ndarray:
+        """Return candela towards (..., 3) unit vectors, by the nearest texel."""
+        x, y, z = np.moveaxis(directions @ self.frame, -1, 0)
+        inside = z > np.cos(np.radians(self.cutoff_deg))
+        scale = len(self.picture) / 2 / np.tan(np.radians(self.cutoff_deg)) / np.where(inside, z, 1)
+        at = lambda v: np.clip((v * scale + len(self.picture) / 2).astype(int), 0, len(self.picture) - 1)
+        return np.where(inside, self.peak_cd * self.picture[at(y), at(x)], 0)
+
+
+def spots(lamps: list[PlacedLamp]) -> list[Spot]:
+    """Return the spots of all lamps that shine."""
+    return [s for number, lamp in enumerate(lamps) if lamp.peak_cd_m2 > 0 for s in (*_beam(number, lamp), *_floor(number, lamp))]
+
+
+def _beam(number, lamp):
+    if lamp.cos_inner <= LAMBERTIAN_COS:
+        return
+    cutoff = min(float(np.degrees(np.arccos(lamp.cos_outer))) + 1e-3, WIDEST_DEG)
+    frame = _frame(lamp.axis)
+    direction = _directions(cutoff, NARROW) @ frame.T
+    pattern = beam(direction @ lamp.axis, lamp.cos_inner, lamp.cos_outer) * lamp.peak_cd_m2 / (1 + lamp.floor)
+    for area, centre, corners in _pieces(lamp.triangles, lambda areas: np.zeros((len(areas), 3))):
+        facing = np.zeros(direction.shape[:2])
+        for chunk in np.array_split(area, max(1, len(area) // 64)):
+            facing += np.maximum(direction @ chunk.T, 0).sum(-1)
+        yield from _spot(number, centre, corners, frame, cutoff, *_scaled(pattern * facing))
+
+
+def _floor(number, lamp):
+    """One spot for the faces of a piece that look about the same way, as the flat face of their summed area."""
+    level = lamp.peak_cd_m2 * (1.0 if lamp.cos_inner <= LAMBERTIAN_COS else lamp.floor / (1 + lamp.floor))
+    if level == 0:
+        return
+    for area, centre, corners in _pieces(lamp.triangles, lambda areas: np.round(2 * _unit(areas))):
+        total = area.sum(0)
+        yield from _spot(number, centre, corners, _frame(_unit(total)), WIDEST_DEG, level * np.linalg.norm(total), _cosine())
+
+
+def _spot(number, centre, corners, frame, cutoff, peak_cd, picture):
+    if peak_cd > 0:
+        ahead = ((corners - centre) @ frame[:, 2]).max() + CLEAR_M
+        radius = np.linalg.norm(corners - centre, axis=-1).max()
+        yield Spot(number, centre + ahead * frame[:, 2], frame, cutoff, float(peak_cd), picture, float(radius))
+
+
+def _scaled(candela):
+    peak = candela.max()
+    return peak, (candela / peak if peak > 0 else candela).astype(np.float32)
+
+
+@cache
+def _cosine():
+    """The picture of a Lambertian face, shared by all spots that stand for one."""
+    return _scaled(_directions(WIDEST_DEG, WIDE)[..., 2])[1]
+
+
+def _pieces(triangles, facing_of):
+    """Return (area vectors, centre, corners) of the triangles in each cell of PIECE_M; large triangles are cut up first."""
+    while True:
+        longest = np.linalg.norm(triangles - np.roll(triangles, 1, 1), axis=2).max(1)
+        large = longest > PIECE_M
+        if not large.any():
+            break
+        a, b, c = np.moveaxis(triangles[large], 1, 0)
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        quarters = [np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+        triangles = np.concatenate([triangles[~large], *quarters])
+    area = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]) / 2
+    middle = triangles.mean(1)
+    span = middle.max(0) - middle.min(0)
+    cells = np.maximum(np.ceil(span / PIECE_M), 1)
+    cell = np.minimum((middle - middle.min(0)) / np.maximum(span, 1e-12) * cells, cells - 1).astype(int)
+    _, piece = np.unique(np.concatenate([cell, facing_of(area)], 1), axis=0, return_inverse=True)
+    size = np.linalg.norm(area, axis=1)
+    for k in range(piece.max() + 1):
+        mine = piece.ravel() == k
+        if size[mine].sum() > 0:
+            yield area[mine], np.average(middle[mine], 0, size[mine]), triangles[mine].reshape(-1, 3)
+
+
+def _directions(cutoff_deg, count):
+    """Return (count, count, 3) unit vectors through the texel centres of a spot's picture, in its own axes."""
+    tangent = ((np.arange(count) + 0.5) / count * 2 - 1) * np.tan(np.radians(cutoff_deg))
+    y, x = np.meshgrid(tangent, tangent, indexing="ij")
+    return _unit(np.stack([x, y, np.ones_like(x)], -1))
+
+
+def _frame(axis):
+    side = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+    side /= np.linalg.norm(side)
+    return np.stack([side, np.cross(axis, side), axis], 1)
+
+
+def _unit(vectors):
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)

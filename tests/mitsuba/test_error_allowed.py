@@ -1,0 +1,81 @@
+"""Paths until the noise is low enough: by made-up passes of known noise, and by a picture against a long one."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+from isethdr_mitsuba.radiance import estimate, weighted_median
+from isethdr_mitsuba.renderer import MitsubaRenderer
+
+from isethdr_core import ledger
+from isethdr_core.physics.photometry import luminance
+
+SHAPE, BANDS = (24, 32), np.array([500.0, 550.0, 600.0])
+
+
+def made_up(spreads, asked):
+    """A pass of known light and noise: per path and tile, light 1 with relative standard deviation `spreads[group]`."""
+    def one_pass(seed, samples, wanted):
+        asked.append((samples, tuple(wanted)))
+        for g in wanted:
+            rng = np.random.default_rng([seed, g])
+            # a mean of exponentials: positive and skew, as light is
+            shape = samples / spreads[g] ** 2
+            level = rng.gamma(shape, 1 / shape, SHAPE[0] * SHAPE[1])
+            for band in range(len(BANDS)):
+                yield g, band, level
+    return one_pass
+
+
+def test_each_group_goes_on_until_its_noise_is_allowed():
+    spreads, asked = (0.1, 1.5, 4.0), []
+    settings = SimpleNamespace(samples=32, error_allowed=0.1, most_samples=10_000, seed=1)
+    found = estimate(made_up(spreads, asked), settings, ("sky", "near", "far"), BANDS, SHAPE)
+    assert (found.noise <= 0.1).all() and found.samples[0] == 32
+    # paths needed: (spread / 0.1)^2 = 225 and 1600; a last step may overshoot by a tenth, and four passes know their noise to as much
+    assert found.samples[1] == pytest.approx(225, rel=0.35) and found.samples[2] == pytest.approx(1600, rel=0.35)
+    error = np.abs(found.radiance[:, 1] - 1).reshape(3, -1)
+    assert (np.median(error, 1) < 0.1).all()
+    # standard errors are told apart from what they estimate: the median deviation of a normal is 0.6745 of one
+    np.testing.assert_allclose(np.median(error, 1) / 0.6745, found.noise, rtol=0.2)
+    # a group that is there is rendered no further
+    assert asked[-1][1] == (2,)
+
+
+def test_without_an_error_allowed_it_is_the_paths_asked_for():
+    asked = []
+    settings = SimpleNamespace(samples=40, error_allowed=None, most_samples=10_000, seed=1)
+    found = estimate(made_up((4.0,), asked), settings, ("far",), BANDS, SHAPE)
+    assert sum(n for n, _ in asked) == 40 == found.samples[0]
+
+
+def test_a_group_that_cannot_get_there_is_given_up_and_said_so(make, capsys):
+    rows = ledger.Ledger()
+    with ledger.stage(rows, "renderer") as row:
+        ds = MitsubaRenderer(width=16, height=9, margin=0.0, step_nm=100.0, samples=4, error_allowed=1e-3, most_samples=12)(make.street(2))
+    said = capsys.readouterr().err
+    assert "light group headlights has a noise of" in said and "type renderer.most_samples=" in said
+    noise = {e.what.split()[-1]: e.value for e in row.errors if "light group" in e.what}
+    assert noise == ds.attrs["noise"] and noise["headlights"] > 1e-3
+    assert "12 paths a tile" in next(e.what for e in row.errors if e.what.endswith("headlights"))
+
+
+@pytest.mark.slow
+def test_the_true_error_is_below_the_allowed_one(make):
+    """At 96 x 54, against a picture of many more paths with other seeds, in the unit of the renderer's own estimate."""
+    scene, settings = make.street(6), {"width": 96, "height": 54, "margin": 0.0, "step_nm": 100.0}
+    ds = MitsubaRenderer(**settings, samples=16, error_allowed=0.05, seed=1)(scene)
+    long = MitsubaRenderer(**settings, samples=1536, seed=2)(scene)
+    assert set(ds.attrs["noise"]) == set(scene.light_groups())
+    for group, noise in ds.attrs["noise"].items():
+        a, b = (luminance(d.radiance.sel(light_group=group).values.astype(float), d.wavelength.values) for d in (ds, long))
+        b = np.where(b < np.quantile(b, 0.99), b, 0)                     # lamps seen directly have no noise, and drown the rest
+        used = b > 0.01 * b.mean()
+        error = weighted_median(np.abs(a[used] / b[used] - 1), b[used])
+        print(group, "allowed 0.05, stated", noise, "true", error, "long", long.attrs["noise"][group])
+        assert noise <= 0.05 and error <= 0.05
+        # nor is it far below for no use: two thirds of a standard error, within a factor of three
+        assert group == "sky" or error > 0.6745 * noise / 3
