@@ -5,8 +5,16 @@ flare.py      the flares `ideal` and `aperture`, and what a flare of your own ma
 haze.py       the flare `haze`: a veil by Harvey-Shack or ABg scatter
 imaging.py    radiance to irradiance: falloff, convolution of every band, added light, the ledger
 kernels.py    tile-to-tile kernels of whole bands over the full frame, cached in the process
-kernel_store.py  and on disk, shared by processes
-far.py        kernels beyond the exact core: averages of points of the diffraction pattern
+kernel_spectra.py  their transforms
+kernel_store.py  and both on disk, shared by processes
+photocurrent.py  radiance straight to the electrons of a sensor's channels
+spectral_fit.py  the functionals of a scene's spectra that this takes
+bright_tiles.py  and what they miss of bright tiles
+field_imaging.py  point spreads that vary over the field, scattered from the source
+overlaid.py       sums of convolved parts of one image
+field_grid.py     the places of the field where they are computed, and their weights
+far.py        kernels beyond the exact core: tile means of lattices of the diffraction pattern, drawn out over the band
+memory.py     arrays that the machine cannot hold, refused
 pupils.py     lens, wavefront and flares put together into one sampled pupil
 scatter.py    energy-conserving scatter mixed into a kernel
 isetcam_parity.py  ISETCam's circular optical image, for comparison only
@@ -16,9 +24,10 @@ ghosts_draw.py            its sources, and rays laid down on the sensor
 prescription.py           lens prescriptions read from YAML (in prescriptions/), scaled and stopped down
 prescription_coatings.py  coatings by name, what every surface reflects
 prescription_figures.py   distortion, relative illumination and f-number of a prescription from exact rays
+prescription_wavefront.py  wavefronts over its field from exact optical paths
 prescribed_lens.py        the lens `prescription`
-distortion.py             Brown-Conrady, Kannala-Brandt, tables: maps and exact inverses
-distortion_resample.py    light, labels and boxes moved along such a map
+sensor_plane.py           where a lens sends the tiles of a field: relative illumination, light moved along a distortion
+lateral_colour.py         image size by wavelength, band by band on the sensor plane
 conf/         presets
 """
 

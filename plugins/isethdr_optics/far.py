@@ -1,12 +1,14 @@
-"""Far: kernels beyond the exact core, as averages of single points of the diffraction pattern.
+"""Far: kernels beyond the exact core, from the diffraction pattern on lattices of points.
 
-A pattern is sampled once on a lattice about as fine as its speckles (`lattice_psf`). Every tile then takes the lattice point
-nearest
-to it plus a shift, for many wavelengths of the band and many shifts: reading a point costs a nanosecond, a transform thousands.
-Shifts and rounding together have the variance of the triangle that two constant tiles make of a point.
+A lattice (`physics.lattice`) holds the pattern of one wavelength somewhat finer than its speckles, at half the distance that they
+may lie apart without loss. Weighting its points with the triangle that two constant tiles make of a point gives tile means, on a
+grid finer than tiles. The pattern of a neighbouring wavelength is the same, scaled about the axis: the mean over a band reads the
+grid at tile centres drawn in and out, for so many wavelengths that from one to the next no tile moves by more than half a tile.
+Speckles thus become radial streaks, whatever the number of bands.
 
-Without phase the pattern of one wavelength is that of any other, scaled: two lattices serve all bands. With a wavefront
-or a third-party pupil every wavelength needs a lattice of its own, of fewer points.
+Without phase one pattern scales to all wavelengths: two lattices, half a step apart, serve every band. With a wavefront or a
+third-party pupil a pair of lattices serves a part of the band, over which the phase hardly changes. Either way two independent
+halves result, and half their difference states the error.
 """
 
 from __future__ import annotations
@@ -16,22 +18,27 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.fft as sf
 
-from isethdr_core.physics.diffraction import lattice_pitch_mm, lattice_psf
-from isethdr_core.physics.pupil import folded
+from isethdr_core.physics import lattice as lattices
 
 from . import pupils
 
 REFERENCE_NM = 380.0  # of the shared lattices where all bands are longer: a band then does not depend on which others there are
-PERIOD = 3.0  # of the field, in reaches: it wraps in amplitude near the border of the frame
-WRAP = {False: 0.018, True: 0.064}  # light too much beyond 600 of 767 tiles, without and with phase; round pupil, 550 nm, measured
+PERIOD = 3.0  # of the field, in reaches
+WRAP = 0.015  # largest error that this leaves in the border tiles (L1, against a period of 7; clean round pupil with a wavefront)
 RING_PUPIL = 500  # least cells across the stop
-SHARED_SAMPLES = 8e7  # of one shared lattice, about a gigabyte while it is made
-STEPS = 4  # of a shared lattice per tile at most
-POINTS = 3e7  # read per ring and band from shared lattices
-MOST_POINTS = 512  # of them per tile
-LATTICE_SAMPLES = (2.5e6, 1.3e6)  # of one wavelength's own lattice: frame, middle
-LEAST_LATTICES = 4  # of them, per band
-MOST_LATTICES = 32
+SHARED_SAMPLES = 1.2e8  # of one shared lattice, about a gigabyte while it is made
+OWN_SAMPLES = 3e7  # of a lattice that serves one band
+INNER = 4  # cores: within, a lattice of its own, where one over the frame would be coarse
+GRID = 3  # of tile means, per tile: the nearest stands in for a place between them
+READS = 1.5  # per tile that the corner moves within the band, of either half
+LEAST_READS, MOST_READS = 12, 256
+FINER = (1, 2, 4)  # times the reads, tried until the error is what the lens allows
+DEFAULT_ERROR = 0.03  # for which lattices are made; for less they are finer
+PHASE_CHANGE = 0.3  # radians rms, from one end of a part of the band to the other
+UNKNOWN_PARTS = 2  # of a band, for a third-party pupil whose phase may change with wavelength
+MOST_PARTS = 16
+OCTAVES = 13  # of radius, for the errors: 1 to 2 tiles, 2 to 4, ... 4096 and more
+STATED_ROWS = 256  # of a kernel that its error is read from
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,95 +54,146 @@ class Lattice:
 def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern of a pupil without phase, for all wavelengths of a frame."""
     wave = min(shortest_nm, REFERENCE_NM)
-    extent = [(r + 1) * p for r, p in zip(reach, pitch_um)]
-    finest = max(pupils.blur_um(lens, wave), min(pitch_um) / STEPS, PERIOD * np.sqrt(np.prod(extent) / SHARED_SAMPLES))
-    step = min(finest, min(pitch_um))
-    far = tuple(int(np.ceil(e / step)) + 2 for e in extent)
-    least = RING_PUPIL * pupils.blur_um(lens, wave) / step
-    period = _period(far, least, least)
-    distance, energy = pupils.distance_mm(lens), pupils.open_energy_mm2(lens, flares, wave)
-    cells = lattice_pitch_mm(wave, period, distance, (step, step))
+    step, far, period, cells = _sampling(lens, wave, pitch_um, reach, 1.0, SHARED_SAMPLES, max(1.0, DEFAULT_ERROR / lens.speckle_error), per_tile=3)
+    energy, distance = pupils.open_energy_mm2(lens, flares, wave), pupils.distance_mm(lens)
     out = []
     for offset in ((0.0, 0.0), (0.5, 0.5)):
-        pupil = folded(pupils.terms(lens, flares), pupils.radius_mm(lens), cells, period, offset)
-        values = lattice_psf(pupil, wave, period, distance, far, (step, step), energy, offset, folded=True)
+        pupil = lattices.fold_shapes(pupils.terms(lens, flares), pupils.radius_mm(lens), cells, period, offset)
+        values = lattices.lattice_psf(pupil, wave, distance, far, (step, step), energy, offset, lattices.spline_response)
         out.append(Lattice(values, (step, step), wave, offset))
     return out
 
 
-def _period(reach, least_y, least_x):
-    """Return the (y, x) period of a lattice: along the shorter axis more, for what wraps there is no farther than a corner."""
-    whole = [max(PERIOD * r, r + 1.6 * max(reach)) for r in reach]
-    return tuple(sf.next_fast_len(int(np.ceil(max(n, m)))) for n, m in zip(whole, (least_y, least_x)))
+def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
+    """Return two lattices, shifted by half a step, of the pattern at one wavelength, to be read up to `stretch` times the frame."""
+    lens, flares = plan.lens, plan.flares
+    step, far, period, cells = _sampling(lens, wave, plan.pitch, reach, stretch, OWN_SAMPLES, fine)
+    offsets = ((0.0, 0.0), (0.5, 0.5))
+    out = []
+    for offset, pupil in zip(offsets, pupils.folded(lens, flares, wave, cells, period, offsets)):
+        values = lattices.lattice_psf(pupil, wave, plan.distance, far, (step, step), energy, offset, lattices.binomial_response)
+        out.append(Lattice(values, (step, step), wave, offset))
+    return out
 
 
-def ring(plan, reach, hole, centre, width, energy):
-    """Return a ring's kernel, averaged over wavelengths and shifts, and its relative L1 error outside the `hole`."""
-    tiles = np.prod([2.0 * r + 1 for r in reach])
+def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, per_tile=2):
+    """Return (step um, samples to the border, period, cells mm) of a lattice."""
+    extent = [(r + 1) * p * stretch for r, p in zip(reach, pitch_um)]
+    wanted = min(pupils.blur_um(lens, wave) / np.sqrt(2), min(pitch_um) / per_tile) / np.sqrt(fine)
+    step = min(max(wanted, PERIOD * np.sqrt(np.prod(extent) / most)), min(pitch_um))
+    far = tuple(int(np.ceil(e / step)) + 2 for e in extent)
+    least = max(RING_PUPIL, pupils.phase_samples(lens, wave) / 2) * pupils.blur_um(lens, wave) / step
+    period = tuple(sf.next_fast_len(int(np.ceil(max(PERIOD * n, least)))) for n in far)
+    return step, far, period, lattices.lattice_pitch_mm(wave, period, pupils.distance_mm(lens), (step, step))
+
+
+def rings(plan, centre, width, energy):
+    """Return the kernel of a band beyond the core, and its relative L1 error per octave of radius in tiles (0 where exact)."""
+    kernel, error = _refined(plan, plan.reach, plan.half, centre, width, energy)
+    inner = tuple(min(r, INNER * h) for r, h in zip(plan.reach, plan.half))
+    if inner != plan.reach and not plan.lattices and _coarse(plan, centre):
+        part, part_error = _refined(plan, inner, plan.half, centre, width, energy)
+        kernel[tuple(slice(r - i, r + i + 1) for r, i in zip(plan.reach, inner))] = part
+        error[part_error > 0] = part_error[part_error > 0]
+    return kernel, error
+
+
+def _refined(plan, reach, hole, centre, width, energy):
+    """Return a ring whose error is what the lens allows, or the least of three finer ones."""
+    found = None
+    for fine in FINER:
+        kernel, error = ring(plan, reach, hole, centre, width, energy, fine)
+        if found is None or error.max() < found[1].max():
+            found = kernel, error
+        if error.max() <= plan.lens.speckle_error:
+            break
+    return found
+
+
+def _coarse(plan, wave):
+    """Return whether a lattice over the whole frame is coarser than one over its middle."""
+    steps = [_sampling(plan.lens, wave, plan.pitch, reach, 1.0, OWN_SAMPLES, 1)[0] for reach in (plan.reach, plan.half)]
+    return steps[0] > 1.01 * steps[1]
+
+
+def ring(plan, reach, hole, centre, width, energy, fine=1):
+    """Return a ring's kernel, averaged over the band, and its relative L1 error outside the `hole`, per octave of radius.
+
+    `fine` times as many wavelengths and places between tiles are read as usual.
+    """
+    moved = np.hypot(*reach) * width / centre
+    count = fine * int(np.clip(np.ceil(READS * moved), LEAST_READS, MOST_READS))
+    grid = int(np.ceil(GRID * np.sqrt(fine)))
+    finer = fine * max(1.0, DEFAULT_ERROR / plan.lens.speckle_error)
+    rows = reach[0] + 1 if plan.lattices else 2 * reach[0] + 1  # without phase the rest is the mirror image
+    parts = 1 if plan.lattices else _parts(plan, centre, width)
+    halves = [np.zeros((rows, 2 * reach[1] + 1), np.float32) for _ in range(2)]
+    each = max(2, -(-count // parts))
+    for part in range(parts):
+        middle, span = centre + ((part + 0.5) / parts - 0.5) * width, width / parts
+        pair = plan.lattices or own(plan, reach, middle, 1 / (1 - span / 2 / middle), energy, finer)
+        waves = middle + ((np.arange(2 * each) + 0.5) / (2 * each) - 0.5) * span
+        for half, lattice in enumerate(pair):
+            _read(halves[half], lattice, middle, waves[half::2], plan.pitch, reach, grid, 1 / (parts * each))
+    kernel, difference = (halves[0] + halves[1]) / 2, np.abs(halves[0] - halves[1]) / 2
+    error = _by_octave(difference, kernel, reach, hole)
     if plan.lattices:
-        count = int(np.clip(POINTS * 2 / tiles, 2, MOST_POINTS))
-        points = ((wave, plan.lattices[i % 2], i % 2) for i, wave in enumerate(_waves(centre, width, count)))
-        rows = reach[0] + 1  # the rest is the mirror image
-    else:
-        points, rows = _own(plan, reach, centre, width, energy), 2 * reach[0] + 1
-    halves, number = [0.0, 0.0], [0, 0]
-    for i, (wave, lattice, half) in enumerate(points):
-        halves[half] = halves[half] + _nearest(lattice, wave, plan.pitch, reach, rows, i + int(centre))
-        number[half] += 1
-    kernel = (halves[0] + halves[1]) / sum(number)
-    # Half the difference of two independent halves has the scatter of their mean. These halves complement each other, so it
-    # overstates: by 1.2 to 1.8 on wide frames where it was measured, by up to 4 on frames of a hundred tiles.
-    difference = np.abs(halves[0] / number[0] - halves[1] / number[1]) / 2
-    if plan.lattices:
-        kernel, difference = (np.concatenate([a, a[-2::-1, ::-1]]) for a in (kernel, difference))
+        kernel = np.concatenate([kernel, kernel[-2::-1, ::-1]])
         kernel[reach[0]] = (kernel[reach[0]] + kernel[reach[0], ::-1]) / 2
-    cut = tuple(slice(r - h, r + h + 1) for r, h in zip(reach, hole))
-    seen = kernel.sum(dtype=float) - kernel[cut].sum(dtype=float)
-    return kernel, float((difference.sum(dtype=float) - difference[cut].sum(dtype=float)) / seen) if seen > 0 else 0.0
+    return kernel, error
 
 
-def _waves(centre, width, count):
-    return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
+def _parts(plan, centre, width):
+    """Return into how many parts of about the same phase to divide a band."""
+    known = pupils.phase_change(plan.lens, plan.flares, centre - width / 2, centre + width / 2) / PHASE_CHANGE
+    return int(np.clip(np.ceil(known), 1 if pupils.all_shapes(plan.flares) else UNKNOWN_PARTS, MOST_PARTS))
 
 
-def _own(plan, reach, centre, width, energy):
-    """Yield (wavelength, lattice, half) with a lattice for every wavelength, all from one raster of the pupil."""
-    lens, flares, distance = plan.lens, plan.flares, plan.distance
-    fine = max(1, int(np.sqrt(LATTICE_SAMPLES[reach != plan.reach] / np.prod([PERIOD * (r + 1) for r in reach]))))
-    across = max(RING_PUPIL, pupils.phase_samples(lens, centre - width / 2))
-    period = _period([(r + 1) * fine for r in reach], *(across * pupils.blur_um(lens, centre) * fine / p for p in plan.pitch))
-    pitch = [p / fine for p in plan.pitch]
-    cells_mm = lattice_pitch_mm(centre, period, distance, pitch)
-    x, y = pupils.axis_mm(lens, cells_mm[1]), pupils.axis_mm(lens, cells_mm[0])
-    opd_um = pupils.opd_um(lens, x, y, centre - width / 2)
-    mean = pupils.phase_mean(opd_um / np.float32(centre * 1e-3)) if opd_um.size > 1 else 1.0  # within a band it is the same
-    cells = pupils.amplitude(lens, flares, x, y, centre) * mean if plan.fixed else None
-    far = tuple(int(np.ceil((r + 1) * fine * (1 + width / centre))) + 2 for r in reach)
-    smear = len(plan.wavelengths(centre, width, max(reach), 1))  # speckles that the band draws out into one
-    count = max(LEAST_LATTICES / (fine * plan.split) ** 2, smear / 4 / plan.split)
-    for i, wave in enumerate(_waves(centre, width, int(np.clip(np.ceil(count), 2, MOST_LATTICES)))):
-        offset = tuple(np.modf(0.5 + (i + int(centre)) * np.array([0.8191725133961645, 0.6710436067037893]))[0] - 0.5)
-        now = cells if plan.fixed else pupils.amplitude(lens, flares, x, y, wave) * mean
-        field = pupils.folded_with_wavefront(now, opd_um, wave, period, offset)
-        step = tuple(p * wave / centre for p in pitch)  # the same pupil cells at another wavelength
-        lattice = Lattice(lattice_psf(field, wave, period, distance, far, step, energy, offset, folded=True), step, wave, offset)
-        for _ in range(4 * fine**2):
-            yield wave, lattice, i % 2
+def _read(out, lattice, middle, waves, pitch_um, reach, grid, weight):
+    """Add `weight` x the mean over tiles at every wavelength to `out`, whose rows start at the kernel's first."""
+    draw = middle / waves.min()
+    border = [int(np.ceil(r * draw * grid)) + 1 for r in reach]
+    last = int(np.ceil((out.shape[0] - 1 - reach[0]) * draw * grid)) + 1
+    means = _tile_means(lattice, middle, pitch_um, grid, np.arange(-border[0], last + 1), np.arange(-border[1], border[1] + 1))
+    for wave in waves:
+        scale = middle / wave
+        y, x = (np.rint((np.arange(n) - r) * (scale * grid)).astype(np.intp) + b for n, r, b in zip(out.shape, reach, border))
+        part = means.take(y, 0).take(x, 1)
+        part *= np.float32(weight * scale**2)
+        out += part
 
 
-def _nearest(lattice, wave, pitch_um, reach, rows, i):
-    """Return the lattice point nearest to every tile's centre plus the i-th shift, times tile area, for the first `rows` rows."""
-    index, area = [], 1.0
-    for axis, n in ((0, rows), (1, 2 * reach[1] + 1)):
-        step = lattice.step_um[axis] * wave / lattice.wavelength_nm
-        shift = _shift(i)[axis] * np.sqrt(max(0.0, 1 - (step / pitch_um[axis]) ** 2 / 2))  # rounding adds step^2 / 12
-        at = (np.arange(n) - reach[axis] + shift) * (pitch_um[axis] / step) - lattice.offset[axis]
-        index.append(np.rint(at).astype(np.intp) + lattice.values.shape[axis] // 2)
-        area *= pitch_um[axis] / step
-    return lattice.values.take(index[0], 0).take(index[1], 1) * np.float32(area)
+def _tile_means(lattice, wave, pitch_um, grid, rows, cols):
+    """Return the light from one tile to another, for places `rows` and `cols` in units of a tile / grid."""
+    scale = wave / lattice.wavelength_nm
+    (first_y, weight_y), (first_x, weight_x) = (
+        _triangle(n * p / grid, p, p * np.sqrt(1 - 0.5 / grid**2), s * scale, o, m)  # the nearest place adds (p / grid)^2 / 12
+        for n, p, s, o, m in zip((rows, cols), pitch_um, lattice.step_um, lattice.offset, lattice.values.shape)
+    )
+    out = np.empty((len(rows), len(cols)), np.float32)
+    for start in range(0, len(rows), 32):  # in blocks that stay in the processor's cache
+        block = slice(start, start + 32)
+        part = sum(lattice.values[first_y[block] + t] * w[block, None] for t, w in enumerate(weight_y))
+        out[block] = sum(part.take(first_x + t, axis=1) * w for t, w in enumerate(weight_x))
+    return out
 
 
-def _shift(i):
-    """Return the (y, x) shift of the i-th point in tiles: triangular density, the difference of two uniform points."""
-    u = np.modf(0.5 + i * np.array([0.7548776662466927, 0.5698402909980532]))[0]  # Roberts' plastic-number sequence
-    return np.where(u < 0.5, np.sqrt(2 * u) - 1, 1 - np.sqrt(2 * (1 - u)))
+def _triangle(at_um, pitch_um, half_um, step_um, offset, size):
+    """Return the first sample and the weights (tap, place) of a triangle about every place; they sum to a tile's samples."""
+    half_um = max(half_um, step_um)  # below a step: between two samples
+    at = at_um / step_um - offset + size // 2
+    taps = int(2 * half_um / step_um) + 1
+    first = np.clip(np.ceil(at - half_um / step_um).astype(np.intp), 0, size - taps)
+    weight = np.maximum(0.0, 1 - np.abs(first + np.arange(taps)[:, None] - at) * (step_um / half_um))
+    return first, (weight * (pitch_um / step_um / weight.sum(0))).astype(np.float32)
+
+
+def _by_octave(difference, kernel, reach, hole):
+    """Return the sum of differences over the sum of the kernel outside the `hole`, per octave of radius."""
+    rows = np.arange(0, len(kernel), max(1, len(kernel) // STATED_ROWS))
+    y, x = rows[:, None] - reach[0], np.arange(kernel.shape[1]) - reach[1]
+    octave = np.log2(np.maximum(np.hypot(y, x), 1.0)).astype(np.intp)
+    seen = (np.abs(y) > hole[0]) | (np.abs(x) > hole[1])
+    octave = np.minimum(octave, OCTAVES - 1)[seen]
+    wrong, light = (np.bincount(octave, a[rows][seen], OCTAVES) for a in (difference, kernel))
+    return np.divide(wrong, light, out=np.zeros(OCTAVES), where=light > 0)

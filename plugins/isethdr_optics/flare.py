@@ -7,8 +7,8 @@ A flare is a frozen dataclass with any of these methods; a lens honours every on
     the image). The lens multiplies it into its own round stop, averaged over 3 x 3 points per pupil cell.
 `pupil_shapes(radius_mm)`
     instead of sampling `pupil`: (opening, [(shape, loss of amplitude), ...]) of `isethdr_core.physics.pupil`, convex shapes in
-    mm, the same
-    at all wavelengths, for a lens whose stop has `radius_mm`. The lens draws them exactly, and much faster.
+    mm, the same at all wavelengths, for a lens whose stop has `radius_mm`. The lens draws them exactly, and much faster. Dirt may
+    state a third number, the optical path difference in um that it adds to the light it passes.
 `scatter(wavelength_nm, angle_rad)`
     light scattered per steradian at `angle_rad` (array) from the unscattered ray, as a fraction of all light. Its integral
     over the forward hemisphere is taken from the sharp image and spread: energy is conserved.
@@ -19,6 +19,7 @@ A flare is a frozen dataclass with any of these methods; a lens honours every on
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 
 from isethdr_core.errors import ConfigError
 
@@ -48,6 +49,7 @@ class ApertureFlare:
     radius_mm: float = 0.0  # of the circle through the corners; 0: the stop of the lens (0.5 where no lens is known)
     dust_spread: float = 0.5  # sigma of the logarithm of the dust's radius
     dust_opacity: tuple[float, float] = (0.5, 1.0)  # least and greatest share of the amplitude that a grain takes
+    dust_delay_um: float = 0.0  # optical path difference, (index - 1) x thickness, of light that passes a grain
     scratch_opacity: tuple[float, float] = (0.3, 1.0)  # the same of a scratch
     scratches_together: int = 1  # parallel ones in a group, as a wiper leaves them; 1: each alone
     scratch_spacing_um: float = 30.0  # mean, between neighbours in a group
@@ -65,38 +67,44 @@ class ApertureFlare:
         for name in lengths:
             if not getattr(self, name) >= 0:
                 raise ConfigError(f"aperture {name} is {getattr(self, name):g}; expected 0 or more; type flare.NAME.{name}=0")
+        if not isfinite(self.dust_delay_um):
+            raise ConfigError(f"aperture dust_delay_um is {self.dust_delay_um}; expected finite micrometres; type flare.NAME.dust_delay_um=0")
         if self.scratches_together < 1:
             raise ConfigError(f"aperture scratches_together is {self.scratches_together}; expected 1 or more; type flare.NAME.scratches_together=1")
         if not 0 <= self.rounding <= 1:
             raise ConfigError(f"aperture rounding is {self.rounding:g}; expected 0 to 1; type flare.NAME.rounding=0")
 
     def pupil(self, x_mm, y_mm, wavelength_nm):
-        """Return the amplitude transmission at points of the pupil plane, the same at every wavelength."""
+        """Return the amplitude transmission at points of the pupil plane, complex where dust delays light."""
+        import numpy as np
+
         from isethdr_core.physics.pupil import transmission
 
-        return transmission(*self.pupil_shapes(0.5), x_mm, y_mm)
+        opening, dirt = self.pupil_shapes(0.5)
+        losses = [(d[0], 1 - (1 - d[1]) * np.exp(2j * np.pi * d[2] / (1e-3 * wavelength_nm)) if len(d) > 2 else d[1]) for d in dirt]
+        return transmission(opening, losses, x_mm, y_mm)
 
     def pupil_shapes(self, radius_mm):
         """Return the iris and its dirt as convex shapes, for a lens whose stop has `radius_mm`."""
         from isethdr_core.physics.pupil import blades, dirt
 
         radius = self.radius_mm or radius_mm
-        return (
-            blades(radius, self.blades, self.rotation_deg, self.rounding),
-            dirt(
-                radius,
-                self.dust_per_mm2,
-                self.dust_radius_um,
-                self.scratches_per_mm2,
-                self.scratch_width_um,
-                self.scratch_length_um,
-                self.seed,
-                dust_spread=self.dust_spread,
-                dust_loss=tuple(self.dust_opacity),
-                scratch_loss=tuple(self.scratch_opacity),
-                together=self.scratches_together,
-                spacing_um=self.scratch_spacing_um,
-                direction_deg=self.scratch_direction_deg,
-                direction_range_deg=self.scratch_range_deg,
-            ),
+        drawn = dirt(
+            radius,
+            self.dust_per_mm2,
+            self.dust_radius_um,
+            self.scratches_per_mm2,
+            self.scratch_width_um,
+            self.scratch_length_um,
+            self.seed,
+            dust_spread=self.dust_spread,
+            dust_loss=tuple(self.dust_opacity),
+            scratch_loss=tuple(self.scratch_opacity),
+            together=self.scratches_together,
+            spacing_um=self.scratch_spacing_um,
+            direction_deg=self.scratch_direction_deg,
+            direction_range_deg=self.scratch_range_deg,
         )
+        if self.dust_delay_um:
+            drawn = [(shape, loss, self.dust_delay_um) if shape.discs else (shape, loss) for shape, loss in drawn]
+        return blades(radius, self.blades, self.rotation_deg, self.rounding), drawn

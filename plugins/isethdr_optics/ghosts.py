@@ -15,6 +15,8 @@ class GhostFlare:
     coating: str = ""  # of all glass surfaces: none, mgf2, multilayer; empty: as the prescription says
     error_allowed: float = 1e-5  # share of the light that all pairs left out may sum to
     sensor_reflectance_percent: float = 2.0  # of the sensor, mirror-like
+    blades: int = 0  # corners of the iris; below 3 it is round
+    rotation_deg: float = 17.0  # of the iris about the axis
 
     def __post_init__(self):
         from isethdr_core.errors import ConfigError
@@ -38,6 +40,15 @@ class GhostFlare:
 
         real = load(self.prescription).scaled(lens.focal_length_mm).stopped(lens.f_number)
         return real.with_coating(self.coating) if self.coating else real
+
+    def iris(self, lens):
+        """Return the `ghosts_draw.Iris` of this flare in `lens`, None where it is round."""
+        from .ghosts_draw import Iris
+
+        if self.blades < 3:
+            return None
+        real = self.of_lens(lens)
+        return Iris(self.blades, self.rotation_deg, real.surfaces[real.stop].semi_diameter_mm)
 
     def pairs(self, lens, wavelength_nm, largest_tangent: float):
         """Return (traced, left out), lists of `ghosts_trace.Pair`, strongest first and weakest first."""
@@ -71,11 +82,17 @@ def _irradiance(flare, lens, mixed):
     import numpy as np
 
     from isethdr_core import ledger, quantities
+    from isethdr_core.errors import ConfigError
     from isethdr_core.progress import track
 
     from .ghosts_draw import Canvas, points, sources
 
     quantities.check_mixed(mixed)
+    if mixed.attrs.get("projection", "tangent") != "tangent":
+        raise ConfigError(
+            f"ghosts of a field in {mixed.attrs['projection']!r} projection; expected tangents, which end at 75 degrees; "
+            "remove this flare"
+        )
     wave = mixed.wavelength.values.astype(float)
     x, y = (mixed[d].values.astype(float) for d in ("x", "y"))
     pitch = [quantities.tile_pitch(mixed, d) for d in ("y", "x")]
@@ -88,15 +105,16 @@ def _irradiance(flare, lens, mixed):
     found, in_blocks = sources(mixed.values * seen, x, y, pitch)
     f = lens.focal_length_mm
     canvas = Canvas(len(wave), x * f, y * f, [p * f for p in pitch])
+    iris = flare.iris(lens)
     drawn, dim = _worth_drawing(found, traced, flare.error_allowed / 2)
     for pair in track(traced, "ghosts of pairs of surfaces", len(traced)):
         lit = [s for s, p in drawn if p is pair]
         intervals = [_tangents(s, largest) for s in lit]
-        kept = _beams_of(real, powers, pair, intervals)
+        kept = _beams_of(real, powers, pair, intervals, iris is not None)
         for source, tangents in zip(lit, intervals):
             if kept[tangents] is not None:
                 limits, low, high = kept[tangents]
-                canvas.draw(*points(source, low, high, tangents, limits))
+                canvas.draw(*points(source, low, high, tangents, limits, iris))
     _state(ledger, traced, left, dim, in_blocks)
     m_per_tangent = f * 1e-3
     width, height = (mixed.attrs.get(k) or n for k, n in zip(("field_width", "field_height"), quantities.full_field(mixed)))
@@ -142,20 +160,20 @@ def _tangents(source, largest):
     return float(max(middle - reach, 0.0)), float(middle + reach)
 
 
-def _beams_of(real, powers, pair, intervals) -> dict:
+def _beams_of(real, powers, pair, intervals, iris) -> dict:
     """Return {(low, high) tangents: (box, beam at low, beam at high) or None where no light passes}, kept in the process."""
     import numpy as np
 
     from .ghosts_trace import beams, boxes
 
-    lens = (real, tuple(powers.wavelength_nm), powers.sensor_reflectance, pair.front, pair.back)
+    lens = (real, tuple(powers.wavelength_nm), powers.sensor_reflectance, pair.front, pair.back, iris)
     new = [i for i in dict.fromkeys(intervals) if (lens, i) not in _beams]
     if new:
         limits = boxes(real, pair, new, float(np.median(powers.wavelength_nm)))
         _beams.update({(lens, i): None for i in new})
         lit = [(i, b) for i, b in zip(new, limits) if b is not None]
         if lit:
-            made = beams(real, powers, pair, [t for i, _ in lit for t in i], [b for _, b in lit for _ in range(2)])
+            made = beams(real, powers, pair, [t for i, _ in lit for t in i], [b for _, b in lit for _ in range(2)], iris=iris)
             _beams.update({(lens, i): (b, *made[2 * n : 2 * n + 2]) for n, (i, b) in enumerate(lit)})
     out = {i: _beams[lens, i] for i in intervals}
     while len(_beams) > MOST_BEAMS:
@@ -165,7 +183,7 @@ def _beams_of(real, powers, pair, intervals) -> dict:
 
 def _state(ledger, traced, left, dim, in_blocks):
     # measured on a double Gauss at 400 to 700 nm against 4 times the rays and points and no radial bins
-    ledger.error(0.04, "relative", "measured", "ghosts of a lamp, mean over tiles; their flux is right to 0.006")
+    ledger.error(0.04, "relative of spread light", "measured", "ghosts of a lamp, mean over tiles; their flux is right to 0.006")
     ledger.error(
         in_blocks * sum(p.share for p in traced),
         "fraction of energy",

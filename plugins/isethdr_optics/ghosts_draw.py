@@ -153,24 +153,48 @@ def _interpolation(fine, coarse, size):
     return out
 
 
-def points(source: Source, low, high, tangents, limits):
+@dataclass(frozen=True)
+class Iris:
+    """A regular polygon inside the stop, its corners on the stop's border."""
+
+    blades: int
+    rotation_deg: float  # of the first corner, from x towards y
+    radius_mm: float  # of the stop
+
+    def margin(self, x_mm, y_mm) -> np.ndarray:
+        """Return how far inside the nearest blade points of the stop lie, in apothems; below 0 they are blocked."""
+        half = np.pi / self.blades
+        normals = np.radians(self.rotation_deg) + half * (2 * np.arange(self.blades) + 1)
+        farthest = np.max([x_mm * np.cos(a) + y_mm * np.sin(a) for a in normals], axis=0)
+        return 1 - farthest / (self.radius_mm * np.cos(half))
+
+
+def points(source: Source, low, high, tangents, limits, iris: Iris | None = None):
     """Return (x mm, y mm, flux) (band, n) of one ghost of one source, and the half width of the source in it, mm.
 
     Parameters
     ----------
     low, high : `ghosts_trace.Beam` at the two field `tangents`; between them positions, weights and margins go linearly.
     limits : the box both were traced over, mm.
+    iris : blades that stand still while the source turns about the axis; the beams then hold their crossings of the stop.
     """
     weave = _interpolation_of_nodes(low.x_mm.shape[-1], POINTS)
     radius = np.hypot(source.x, source.y)
     along, across = (source.x / radius, source.y / radius) if radius > 0 else (1.0, 0.0)
     part = (radius - tangents[0]) / (tangents[1] - tangents[0])
 
-    def spread(name):
-        mixed = getattr(low, name) * (1 - part) + getattr(high, name) * part
+    def woven(first, last):
+        mixed = first * (1 - part) + last * part
         return (weave @ mixed @ weave.T).reshape(len(mixed), -1)
 
+    def spread(name):
+        return woven(getattr(low, name), getattr(high, name))
+
     x, y, weight, margin = (spread(k) for k in ("x_mm", "y_mm", "weight", "margin"))
+    if iris is not None:
+        for first, last in zip(low.stops, high.stops):
+            u, v = (woven(a, b) for a, b in zip(first, last))
+            margin = np.minimum(margin, iris.margin(u * along - v * across, u * across + v * along))
     area_m2 = (limits[1] - limits[0]) * (limits[3] - limits[2]) / POINTS**2 * 1e-6
     through = (spread("valid") > 1 - 1e-6) & (margin > 0)  # float32 weights of a whole cell sum to 1 within 1e-7
     flux = np.where(through, np.maximum(weight, 0.0), 0.0) * (source.power[:, None] * area_m2)

@@ -110,6 +110,7 @@ class Beam:
     weight: np.ndarray  # of power
     margin: np.ndarray  # below 0: blocked
     valid: np.ndarray  # 1 where the ray reached the sensor plane
+    stops: tuple = ()  # (x mm, y mm) of every crossing of the stop, for an iris that is not round
 
 
 def boxes(lens, pair: Pair, intervals, wavelength_nm: float) -> list:
@@ -141,12 +142,13 @@ def _front_half_mm(lens, indices):
     return 2 * paraxial.entrance_pupil(lens.surfaces[:-1], indices)[1]
 
 
-def beams(lens, powers: Powers, pair: Pair, tangents, limits, nodes: int = NODES) -> list[Beam]:
+def beams(lens, powers: Powers, pair: Pair, tangents, limits, nodes: int = NODES, iris: bool = False) -> list[Beam]:
     """Trace a ghost in all bands of `powers` from field tangents (along x), each through a grid over its own box of `limits`.
 
     Rays are traced at up to `SPECTRAL` wavelengths; between them positions go linearly (dispersion is smooth), while the power
     is that of
     every band's own coatings at the nearest traced angles. Only the half y > 0 is traced: the other is its mirror image.
+    With `iris`, beams say where they cross the stop.
     """
     if nodes % 2:
         raise ValueError(f"{nodes} nodes; expected an even number, half of them on either side of the meridional plane")
@@ -166,14 +168,23 @@ def beams(lens, powers: Powers, pair: Pair, tangents, limits, nodes: int = NODES
     p, d = collimated(x, y, lens.surfaces[0].z_mm, np.reshape(tangents, (-1, 1, 1)), 0.0)
     p, d = (np.broadcast_to(v[:, None], (3, len(traced), *x.shape)) for v in (p, d))
     path = ghost_path(len(lens.surfaces), pair.back, pair.front)
-    rays = follow(lens.surfaces, [found[m] for m in lens.media], path, p, d, passed_on)
+    rays = follow(lens.surfaces, [found[m] for m in lens.media], path, p, d, passed_on, keep_hits=iris)
     valid = np.isfinite(rays.margin)
-    halves = [
-        np.einsum("bk,ktyx->btyx", between, np.where(valid, v, 0.0))
-        for v in (rays.position_mm[0], rays.position_mm[1], rays.margin, valid.astype(float))
-    ]
-    whole = [np.concatenate([sign * v[:, :, ::-1], v], axis=2) for v, sign in zip((*halves, weight), (1, -1, 1, 1, 1))]
-    return [Beam(*(np.ascontiguousarray(whole[k][:, t], np.float32) for k in (0, 1, 4, 2, 3))) for t in range(len(limits))]
+
+    def whole(half, sign=1):
+        return np.concatenate([sign * half[:, :, ::-1], half], axis=2)
+
+    def banded(value, sign=1):
+        return whole(np.einsum("bk,ktyx->btyx", between, np.where(valid, value, 0.0)), sign)
+
+    parts = [banded(rays.position_mm[0]), banded(rays.position_mm[1], -1), whole(weight)]
+    parts += [banded(rays.margin), banded(valid.astype(float))]
+    stops = [(banded(x), banded(y, -1)) for (k, _), (x, y) in zip(path, rays.hits_mm) if lens.surfaces[k].is_stop]
+
+    def at(value, t):
+        return np.ascontiguousarray(value[:, t], np.float32)
+
+    return [Beam(*(at(v, t) for v in parts), tuple((at(x, t), at(y, t)) for x, y in stops)) for t in range(len(limits))]
 
 
 def _between(wave, traced):

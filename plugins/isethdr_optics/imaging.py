@@ -6,73 +6,110 @@ Radiance -> times throughput -> times falloff of its own field angle -> convolut
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft as sf
 
 from isethdr_core import ledger, quantities
 from isethdr_core.errors import ConfigError, PluginError
-from isethdr_core.physics.convolution import convolve_with_bound
-from isethdr_core.physics.radiometry import cos4_falloff
+from isethdr_core.physics.convolution import convolve_into
 
 from . import kernels as kernel_module
 from . import scatter
+from .field_imaging import field_kernels
+from .sensor_plane import SensorPlane, sensor_plane, without_geometry
 
 
-def image(lens, mixed, flares=()):
-    """Return irradiance of `mixed` (wavelength, y, x) through a lens with flares.
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """What a lens with flares makes of one field, ready to be applied to its light."""
 
-    The whole grid takes part, margin included; nothing wraps. The output covers the same tiles, in metres.
+    sensor: SensorPlane
+    made: kernel_module.Kernels | None  # None: no blur
+    field: object  # kernels that vary over the field, or None
+    gains: np.ndarray  # irradiance per radiance, sr, per band
+    relative: np.ndarray | None  # of the tiles, (y, x)
+    wavelength_nm: np.ndarray
+    pitch_um: tuple[float, float]
+
+
+def image(lens, mixed, flares=(), error_allowed: float = 0.0):
+    """Return irradiance of `mixed` (wavelength, y, x) through a lens with flares; convolutions are right to `error_allowed`, relative.
+
+    The whole grid takes part, margin included; nothing wraps. The output covers the same tiles, in metres, or those that a distortion
+    leaves (`sensor_plane`).
 
     Raises
     ------
     UnitError : when `mixed` is no mixed radiance, or holds negative or non-finite light.
     """
     quantities.check_mixed(mixed)
-    _check_projection(mixed)
+    return irradiance(lens, mixed, flares, parts(lens, mixed, flares), error_allowed)
+
+
+def parts(lens, mixed, flares) -> Parts:
+    """Return what the lens makes of the field of checked `mixed`."""
+    sensor = sensor_plane(lens, mixed)
     wavelength_nm = mixed.wavelength.values.astype(float)
     f_m = 1e-3 * lens.focal_length_mm
-    x, y = (mixed[d].values.astype(float) * f_m for d in ("x", "y"))
     pitch_um = tuple(1e6 * f_m * quantities.tile_pitch(mixed, d) for d in ("y", "x"))
-    made = _kernels(lens, flares, wavelength_nm, pitch_um, (len(y) - 1, len(x) - 1))
+    made = _kernels(without_geometry(lens), flares, wavelength_nm, pitch_um, tuple(mixed.sizes[d] - 1 for d in ("y", "x")))
+    field = field_kernels(lens, mixed, flares, made, pitch_um) if hasattr(lens, "zernike_um") else None
     loss = made.transmitted if made is not None and getattr(lens, "aperture_loss", False) else np.ones(len(wavelength_nm))
-    relative = cos4_falloff(x[None, :], y[:, None], f_m) if lens.falloff == "cos4" else 1.0
+    relative = sensor.relative if np.ndim(sensor.relative) else None
+    return Parts(sensor, made, field, lens.throughput_sr() * loss, relative, wavelength_nm, pitch_um)
+
+
+def irradiance(lens, mixed, flares, given: Parts, error_allowed: float = 0.0):
+    """Return irradiance, band by band; arguments as `image`, and what `parts` returned."""
+    made, field, gains = given.made, given.field, given.gains
     values = np.asarray(mixed.values)
     out = np.empty(values.shape, np.result_type(values.dtype, np.float32))
+    with threads() as pool, sf.set_workers(1):  # one band after the other: least memory
+        if field is None:
+            bounds = [_band(out[b], values[b], made and made.ready(b), given.relative, gain, pool.map, error_allowed) for b, gain in enumerate(gains)]
+        else:
+            bounds = list(pool.map(lambda b: field.spread(out[b], values[b] * (gains[b] * given.sensor.relative), b), range(len(gains))))
+    light = on_sensor(lens, given, quantities.plane, given.sensor.move(out), given.wavelength_nm, units=quantities.IRRADIANCE)
+    state_kernels(made, mixed, lens, given)
+    if made is not None:
+        _state_convolution(bounds, float(np.finfo(out.dtype).eps) / 2)
+    for added in added_light(lens, mixed, flares, given):
+        light.values += added
+    quantities.check_irradiance(light)
+    return light
 
-    def one(band):
-        light = values[band] * (lens.throughput_sr() * loss[band] * relative)
-        if made is None:
-            out[band] = light
-            return None
-        out[band], bound = convolve_with_bound(light, made.ready(band))
-        return bound
 
-    with ThreadPoolExecutor(min(kernel_module.cpus(), 8)) as pool, sf.set_workers(1):
-        bounds = list(pool.map(one, range(len(wavelength_nm))))
-    throughput = lens.throughput_sr() * float(np.mean(loss))
-    width, height = mixed.attrs.get("field_width"), mixed.attrs.get("field_height")
-    if width is None or height is None:
-        width, height = quantities.full_field(mixed)
-    light = quantities.plane(
-        out,
-        wavelength_nm,
-        x,
-        y,
-        quantities.IRRADIANCE,
-        f_number=lens.f_number,
-        focal_length_mm=lens.focal_length_mm,
-        throughput_sr=throughput,
-        falloff=lens.falloff,
-        field_width=width * f_m,
-        field_height=height * f_m,
-    )
-    for name, d, p in (("pitch_x", "x", pitch_um[1]), ("pitch_y", "y", pitch_um[0])):
+def threads() -> ThreadPoolExecutor:
+    """Return a pool of as many threads as are of use."""
+    return ThreadPoolExecutor(min(kernel_module.cpus(), 8))
+
+
+def on_sensor(lens, given: Parts, make, values, first, **attrs):
+    """Return make(values, first, x, y, ...), light on the sensor plane with the attributes of the lens."""
+    f_m = 1e-3 * lens.focal_length_mm
+    light = make(values, first, given.sensor.x * f_m, given.sensor.y * f_m, f_number=lens.f_number,
+                 focal_length_mm=lens.focal_length_mm, throughput_sr=float(np.mean(given.gains)), field_width=given.sensor.field[0] * f_m,
+                 field_height=given.sensor.field[1] * f_m, **given.sensor.attrs, **attrs)
+    for name, d, p in (("pitch_x", "x", given.pitch_um[1]), ("pitch_y", "y", given.pitch_um[0])):
         if light.sizes[d] == 1:
             light.attrs[name] = p * 1e-6
-    margin = [(n * p * 1e-6 - w * f_m) / 2 / (p * 1e-6) for n, p, w in zip((len(y), len(x)), pitch_um, (height, width))]
-    _state(made, bounds, float(np.finfo(out.dtype).eps) / 2, margin)
-    return _add(light, lens, mixed, flares)
+    return light
+
+
+def _band(out, light, kernel, relative, gain, apply, error_allowed):
+    """Write one band's irradiance into `out`; return the bound of its convolution, None where there is none."""
+    if kernel is None:
+        out[...] = light * (gain if relative is None else gain * relative)
+        return None
+    return convolve_into(out, light, kernel, error_allowed, factor=relative, gain=gain, apply=apply)
+
+
+def _nominal(mixed):
+    """Return the (height, width) of the camera's field, in the unit of x and y."""
+    full = quantities.full_field(mixed)[::-1]
+    return [mixed.attrs.get(k) or n for k, n in zip(("field_height", "field_width"), full)]
 
 
 def _kernels(lens, flares, wavelength_nm, pitch_um, reach):
@@ -96,33 +133,43 @@ def _kernels(lens, flares, wavelength_nm, pitch_um, reach):
     return kernel_module.Kernels(bands, outside, np.zeros(len(bands)), np.ones(len(bands)))
 
 
-def _add(light, lens, mixed, flares):
+def added_light(lens, mixed, flares, given: Parts):
+    """Yield the irradiance (wavelength, y, x) that each flare adds."""
+    shape = (len(given.wavelength_nm), len(given.sensor.y), len(given.sensor.x))
     for flare in flares:
         if not hasattr(flare, "irradiance"):
             continue
-        added = flare.irradiance(lens, mixed)
-        if tuple(added.dims) != light.dims or added.shape != light.shape or added.attrs.get("units") != quantities.IRRADIANCE:
+        added = given.sensor.cut(flare.irradiance(lens, given.sensor.covered(mixed)))
+        if tuple(added.dims) != quantities.MIXED_DIMS or added.shape != shape or added.attrs.get("units") != quantities.IRRADIANCE:
             raise PluginError(
                 f"flare {type(flare).__name__} added light with dims {tuple(added.dims)}, shape {added.shape}, units "
-                f"{added.attrs.get('units')!r}; expected {light.dims}, {light.shape}, {quantities.IRRADIANCE!r}"
+                f"{added.attrs.get('units')!r}; expected {quantities.MIXED_DIMS}, {shape}, {quantities.IRRADIANCE!r}"
             )
-        light.values += added.values
-    quantities.check_irradiance(light)
-    return light
+        yield added.values
 
 
-def _state(made, bounds, rounding, margin):
-    """State errors: of kernels, of each band's convolution as it came out, and the `rounding` of the dtype they are kept in.
-
-    `margin` is the (y, x) number of tiles rendered beyond the field on either side.
-    """
+def state_kernels(made, mixed, lens, given: Parts):
+    """State the errors of the kernels."""
     if made is None:
         ledger.error(0.0, "relative", "bound", "irradiance of tiles: no blur, a product")
         return
     ledger.error(max(float(made.outside.max()), 0.0), "fraction of energy", "measured", "light spread beyond the rendered frame")
-    if made.speckle.max() > 0:
-        ledger.error(made.speckle.max(), "relative per tile", "statistical", "speckle of the kernel far from a lamp")
-        ledger.error(made.wrap, "relative", "measured", "light too much near the border of the frame, from lamps at the other border")
+    for octave, error in enumerate(made.speckle.max(axis=0) if made.speckle.any() else ()):
+        if error > 0:
+            ledger.error(error, "relative per tile", "statistical", f"speckle of the kernel {2**octave} to {2 ** (octave + 1)} tiles from a lamp")
+    if made.wrap:
+        ledger.error(made.wrap, "relative of spread light", "measured", "kernel near the border of the frame, from the period of its far field")
+    margin = [(n - w / p) / 2 for n, w, p in zip(mixed.shape[1:], _nominal(mixed), (quantities.tile_pitch(mixed, d) for d in ("y", "x")))]
+    far = max(
+        float(profile[: max(len(profile) // 2 - int(m), 0)].sum()) for both in made.profiles for profile, m in zip(both, margin)
+    )
+    ledger.left_out(
+        "light from beyond the rendered margin", "not in the scene radiance", far, "fraction of a lamp there, into the field"
+    )
+
+
+def _state_convolution(bounds, rounding):
+    """State the error of each band's convolution as it came out, and the `rounding` of the dtype they are kept in."""
     ledger.error(max(b.relative for b in bounds) + rounding, "relative", "bound", "convolution of the given kernel")
     if any(b.pixels for b in bounds):
         worst = max(bounds, key=lambda b: b.absolute)
@@ -132,18 +179,4 @@ def _state(made, bounds, rounding, margin):
             quantities.IRRADIANCE,
             "bound",
             f"convolution of up to {tiles} tiles per band, too dark beside the lamps for the row above and too many to sum",
-        )
-    far = max(
-        float(profile[: max(len(profile) // 2 - int(m), 0)].sum()) for both in made.profiles for profile, m in zip(both, margin)
-    )
-    ledger.left_out(
-        "light from beyond the rendered margin", "not in the scene radiance", far, "fraction of a lamp there, into the field"
-    )
-
-
-def _check_projection(mixed):
-    projection = mixed.attrs.get("projection", "tangent")
-    if projection != "tangent":
-        raise ConfigError(
-            f"the scene's projection is {projection!r}; expected 'tangent': this lens images tangents of the field angle"
         )

@@ -1,7 +1,7 @@
-"""Kernel store: kernels kept on disk between processes, under a name made of all that they depend on.
+"""Kernel store: kernels and their transforms kept on disk between processes, under a name made of all that they depend on.
 
-A file holds, one after another in NumPy's format: facts (float64), checksums (uint32), kernels (float32). It is written under a temporary
-name and renamed, so any number of processes may share a folder; each maps the kernels into memory, where they are held once for all.
+A file holds, one after another in NumPy's format: one array per band, facts (float64), checksums (uint32). It is written under a temporary
+name and renamed, so any number of processes may share a folder; each maps the arrays into memory, where they are held once for all.
 Where nothing can be written, nothing is kept.
 """
 
@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import time
 import uuid
-import zlib
 from pathlib import Path
 
 import numpy as np
@@ -46,15 +45,16 @@ def _folder() -> Path:
 
 
 def load(key: str):
-    """Return (facts, kernels): (fact, band) float64 and (band, y, x) float32, mapped; None where missing or damaged."""
+    """Return (facts, arrays): (fact, band) float64 and (band, ...), mapped; None where missing or damaged."""
     path = _folder() / f"{key}.npy"
     try:
         with open(path, "rb") as file:
-            facts, checks = np.load(file), np.load(file)
             np.lib.format.read_magic(file)
             shape, _, dtype = np.lib.format.read_array_header_1_0(file)
             bands = np.memmap(path, dtype, "r", file.tell(), shape)
-        if [zlib.crc32(part) for part in (facts, *bands)] != checks.tolist():
+            file.seek(bands.nbytes, os.SEEK_CUR)
+            facts, checks = np.load(file), np.load(file)
+        if [_check(part) for part in (facts, *bands)] != checks.tolist():
             return None
         os.utime(path)
     except (OSError, ValueError, EOFError):
@@ -62,19 +62,29 @@ def load(key: str):
     return facts, bands
 
 
-def save(key: str, facts, bands) -> None:
-    """Keep kernels for `load`; do nothing where that is not possible."""
-    folder = _folder()
+def save(key: str, shape, dtype, bands, facts) -> None:
+    """Keep arrays for `load`; do nothing where that is not possible.
+
+    Parameters
+    ----------
+    shape, dtype : of all bands together.
+    bands : iterable of one array per band, taken one at a time.
+    facts : called at last; returns (fact, band) float64.
+    """
+    folder, dtype = _folder(), np.dtype(dtype)
     temporary = folder / f".{key}.{os.getpid()}-{uuid.uuid4().hex[:6]}.tmp"
-    shape = (len(bands), *bands[0].shape)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with open(temporary, "wb") as file:
-            np.save(file, facts)
-            np.save(file, np.array([zlib.crc32(part) for part in (facts, *bands)], np.uint32))
-            np.lib.format.write_array_header_1_0(file, {"descr": "<f4", "fortran_order": False, "shape": shape})
-            for band in bands:  # one at a time: no second copy of all
-                file.write(np.ascontiguousarray(band, "<f4"))
+            np.lib.format.write_array_header_1_0(file, {"descr": dtype.str, "fortran_order": False, "shape": tuple(shape)})
+            checks = []
+            for band in bands:
+                band = np.ascontiguousarray(band, dtype)
+                checks.append(_check(band))
+                file.write(band)
+            known = np.ascontiguousarray(facts(), float)
+            np.save(file, known)
+            np.save(file, np.array([_check(known), *checks], np.uint32))
         os.replace(temporary, folder / f"{key}.npy")
         _remove_oldest(folder)
     except OSError:
@@ -84,6 +94,11 @@ def save(key: str, facts, bands) -> None:
             temporary.unlink(missing_ok=True)
         except OSError:
             pass
+
+
+def _check(a) -> int:
+    """Return the sum of an array's 32-bit words, modulo 2^32: it changes with any one bit, and costs no more than reading."""
+    return int(np.add.reduce(np.ascontiguousarray(a).reshape(-1).view(np.uint32), dtype=np.uint32))
 
 
 def _remove_oldest(folder):

@@ -23,13 +23,14 @@ from isethdr_core.physics.diffraction import integrated_psf, psf_from_pupil
 from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.progress import track
 
-from . import far, kernel_store, pupils, scatter
+from . import far, kernel_spectra, kernel_store, memory, pupils, scatter
 
 CORE_SAMPLES = 240  # image samples from the axis to the border of the exact core
 MOST_WAVELENGTHS = 32  # per band, however wide
 MOST_TILES = 4e6  # of a kernel whose coarse tiles were divided
 CACHE_BYTES = 3 << 30  # of kernels held by this process and not by a file
-SPECTRA_BYTES = 3 << 30  # of transforms of one lens's kernels
+SPECTRA_BYTES = 1 << 30  # of transforms of one lens's kernels that are held and not on disk
+SAMPLED = 64  # points of a kernel along each axis that stand for all of it
 WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
 
 
@@ -39,38 +40,43 @@ class Kernels:
 
     bands: list[np.ndarray]
     outside: np.ndarray  # fraction of the energy beyond the kernel, per band
-    speckle: np.ndarray  # relative L1 error per tile beyond the exact core, per band
+    speckle: np.ndarray  # (band, octave of radius from 1 to 2 tiles on) relative L1 error per tile; 0 in the exact core
     transmitted: np.ndarray  # light through the pupil / light through the clean round stop, per band
     wrap: float = 0.0  # relative, light wrapped into tiles near the kernel's border by the period of the far field
     keep: tuple = ()  # what the cache's key names: objects stay alive, so that an id is never used twice
 
+    name: str | None = None  # under which they are kept on disk
+
     @cached_property
     def profiles(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Sums over x and over y of every band's kernel."""
-        return [(b.sum(axis=1, dtype=float), b.sum(axis=0, dtype=float)) for b in self.bands]
+        return self.spectra.profiles if self.spectra else [kernel_spectra.profile(b) for b in self.bands]
 
     @cached_property
-    def _ready(self) -> dict[int, convolution.Kernel | None]:
-        return {}
+    def sampled(self) -> tuple[np.ndarray, list[int], list[int]]:
+        """Points of the kernels (y, x, band), every so many tiles along (y, x), from which tiles on: what they are like far and wide."""
+        steps = [max(1, n // SAMPLED) for n in self.bands[0].shape]
+        first = [s // 3 for s in steps]
+        cut = tuple(slice(f, None, s) for f, s in zip(first, steps))
+        return np.stack([np.asarray(b[cut], float) for b in self.bands], axis=-1), steps, first
+
+    @cached_property
+    def spectra(self) -> kernel_spectra.Spectra | None:
+        """The kernels with their transforms, for images of the full frame; None where nothing is on disk and memory is too small."""
+        fits = 2 * len(self.bands) * self.bands[0].nbytes * (1 + (not _mirrored(self.bands[0]))) <= SPECTRA_BYTES
+        return kernel_spectra.spectra(self.bands, self.name) if fits or self.name else None
 
     def ready(self, band: int) -> convolution.Kernel:
-        """Return one band's kernel with its transform, for images of the full frame; kept from the second image on.
-
-        A process that makes one image then never holds more than the transforms at work.
-        """
-        kernel = self._ready.get(band)
-        if kernel is None:
-            values = self.bands[band]
-            kernel = convolution.prepare(values, [n // 2 + 1 for n in values.shape])
-            fits = kernel.spectrum.nbytes * len(self.bands) <= SPECTRA_BYTES
-            self._ready[band] = kernel if fits and band in self._ready else None
-        return kernel
+        """Return one band's kernel with its transform, for images of the full frame."""
+        if self.spectra:
+            return self.spectra.kernels[band]
+        return convolution.prepare(self.bands[band], [n // 2 + 1 for n in self.bands[band].shape])
 
     @property
     def held_bytes(self) -> int:
         """Memory of this process that the kernels and their transforms take; mapped files take none."""
-        own = sum(b.nbytes for b in self.bands if not isinstance(b, np.memmap))
-        return own + sum(k.spectrum.nbytes for k in list(self._ready.values()) if k is not None)
+        made = self.__dict__.get("spectra")
+        return sum(b.nbytes for b in self.bands if not isinstance(b, np.memmap)) + (made.held_bytes if made else 0)
 
 
 _cache: OrderedDict[tuple, Kernels] = OrderedDict()
@@ -99,11 +105,12 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
     name = kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach) if described else None
     made = _stored(name)
     if made is None:
+        memory.check_kernels(len(wavelength_nm), reach)
         start = perf_counter()
         made = _made(lens, flares, wavelength_nm, pitch_um, reach)
         if name and perf_counter() - start > WORTH_KEEPING_S:
-            facts = [made.outside, made.speckle, made.transmitted, np.full(len(made.bands), made.wrap)]
-            kernel_store.save(name, np.stack(facts), made.bands)
+            facts = [made.outside, made.transmitted, np.full(len(made.bands), made.wrap), *made.speckle.T]
+            kernel_store.save(name, (len(made.bands), *made.bands[0].shape), "<f4", made.bands, lambda: np.stack(facts))
             made = _stored(name) or made  # mapped, no longer this process's own
     _cache[key] = made
     while len(_cache) > 1 and sum(k.held_bytes for k in _cache.values()) > CACHE_BYTES:
@@ -115,8 +122,12 @@ def _stored(name):
     found = kernel_store.load(name) if name else None
     if found is None:
         return None
-    (outside, speckle, transmitted, wrap), bands = found
-    return Kernels(list(bands), outside, speckle, transmitted, float(wrap[0]))
+    (outside, transmitted, wrap, *speckle), bands = found
+    return Kernels(list(bands), outside, np.stack(speckle, axis=1), transmitted, float(wrap[0]), name=name)
+
+
+def _mirrored(kernel) -> bool:
+    return np.array_equal(kernel, kernel[::-1, ::-1])
 
 
 def _made(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
@@ -136,8 +147,8 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
     with ThreadPoolExecutor(min(cpus(), len(wavelength_nm), 8)) as pool:
         bands, speckle, transmitted = zip(*track(pool.map(one, wavelength_nm, width_nm), "bands of the point spread", len(wavelength_nm)))
     outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
-    return Kernels(list(bands), outside, np.array(speckle), np.array(transmitted),
-                   far.WRAP[not lattices] if max(speckle) > 0 else 0.0, (lens, flares))
+    speckle = np.array(speckle)
+    return Kernels(list(bands), outside, speckle, np.array(transmitted), far.WRAP if speckle.max() > 0 else 0.0, (lens, flares))
 
 
 def _split(lens, shortest_nm, pitch_um, reach):
@@ -180,11 +191,9 @@ class _Plan:
         extent = max(2 * (h + 4) * p for h, p in zip(self.half, pitch_um))
         pitch = pupils.core_pitch_mm(lens, extent, self.shortest)
         self.axis = pupils.axis_mm(lens, pitch)
-        self.fixed = pupils.same_at_all_wavelengths(flares)
+        self.fixed = pupils.all_shapes(flares) and not pupils.delays_um(lens, flares)
         self.cells = pupils.amplitude(lens, flares, self.axis, self.axis, self.shortest) if self.fixed else None
         self.energy = pupils.open_energy_mm2(lens, flares, self.shortest) if self.fixed else None
-        middle = tuple(min(r, 3 * h) for r, h in zip(reach, self.half))
-        self.rings = [self.reach] if middle == self.reach else [self.reach, middle]
 
     def band(self, centre, width):
         """Return one band's kernel without scatter, its speckle error, and the energy of its pupil, mm2."""
@@ -194,7 +203,7 @@ class _Plan:
         waves = self.wavelengths(centre, width, max(self.half) / self.split, 3 if self.split == 1 else 1)
         for wave in waves:
             cells = self.cells if self.fixed else pupils.amplitude(lens, flares, self.axis, self.axis, wave)
-            pupil = pupils.with_wavefront(lens, cells, self.axis, self.axis, wave)
+            pupil = pupils.resolved(lens, flares, self.axis, self.axis, wave, cells)
             step = self.axis[1] - self.axis[0]
             core = core + integrated_psf(
                 pupil,
@@ -208,19 +217,17 @@ class _Plan:
                 boxes=2,
             )
         core /= len(waves)
-        kernel, speckle = core, 0.0
+        kernel, speckle = core, np.zeros(far.OCTAVES)
         if self.half != self.reach:
-            holes = [*self.rings[1:], self.half]
-            (kernel, speckle), *inner = [far.ring(self, reach, hole, centre, width, energy) for reach, hole in zip(self.rings, holes)]
-            for part in (*(i[0] for i in inner), core):
-                cut = tuple(slice(r - n // 2, r + n // 2 + 1) for r, n in zip(self.reach, part.shape))
-                kernel[cut] = part
+            kernel, speckle = far.rings(self, centre, width, energy)
+            kernel[tuple(slice(r - h, r + h + 1) for r, h in zip(self.reach, self.half))] = core
         return kernel, speckle, energy
 
     def wavelengths(self, centre, width, radius, least):
-        """Return midpoints of equal sub-bands: from one to the next the pattern at `radius` tiles moves by a speckle at most."""
+        """Return midpoints of equal sub-bands of the core: from one to the next the pattern at `radius` tiles moves by a speckle at most."""
         pitch = max(self.pitch)
         count = radius * pitch * width / (centre * pupils.blur_um(self.lens, centre))
+        count = max(count, pupils.phase_change(self.lens, self.flares, centre - width / 2, centre + width / 2))  # a radian rms from one to the next
         count = int(np.clip(np.ceil(count), least if width > 1.5 else 1, MOST_WAVELENGTHS))
         return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
 
@@ -239,13 +246,14 @@ def _tiles(fine, s):
 def point_spread(lens, wavelength_nm, pitch_um, size, flares, integrated):
     """Return the point spread function of a lens with flares; see `DiffractionLimitedLens.psf`."""
     waves = np.atleast_1d(np.asarray(wavelength_nm, float))
+    memory.check_psf(waves, pitch_um, size)
     if integrated is None:
         integrated = bool(pitch_um >= min(pupils.blur_um(lens, w) for w in waves))
     out = []
     for wave in waves:
         pitch_mm = pupils.core_pitch_mm(lens, (size + 8) * pitch_um, wave)
         axis = pupils.axis_mm(lens, pitch_mm)
-        pupil = pupils.with_wavefront(lens, pupils.amplitude(lens, flares, axis, axis, wave), axis, axis, wave)
+        pupil = pupils.resolved(lens, flares, axis, axis, wave)
         psf = psf_from_pupil(
             pupil,
             None,

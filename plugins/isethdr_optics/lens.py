@@ -6,7 +6,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
+
+from isethdr_core.light_in_time import each_component
 
 
 @dataclass(frozen=True)
@@ -17,17 +19,31 @@ class IdealLens:
     focal_length_mm: float = 4.0  # sensor position = focal length x tangent
     transmittance: float = 1.0  # of the glass, all wavelengths
     pupil: Literal["tangent", "aplanatic"] = "tangent"  # energy: pi / (1 + 4 N^2), or the sine condition's pi / (4 N^2)
-    falloff: Literal["cos4", "none"] = "cos4"  # off the axis
+    falloff: Literal["cos4", "none"] | dict[float, float] = "cos4"  # off the axis; or {field angle deg: relative illumination}
     object_distance_m: float = float("inf")  # where the lens is focused: widens the working f-number
+    distortion: Literal["none"] | dict[str, Any] = "none"  # {model: brown_conrady | kannala_brandt | table, its numbers}
+    lateral_colour_percent: dict[float, float] = field(default_factory=dict)  # {wavelength nm: image larger by}; lines between
 
     def __post_init__(self):
         _check(self)
 
-    def __call__(self, mixed, flares=()):
-        """Return irradiance of mixed radiance; scatter and added light of `flares` are honoured."""
+    @each_component
+    def __call__(self, mixed, flares=(), error_allowed=0.0):
+        """Return irradiance of mixed radiance; scatter and added light of `flares` are honoured.
+
+        `error_allowed` is relative, of what the lens may take for its convolutions; 0 asks for the exact way.
+        """
         from .imaging import image
 
-        return image(self, mixed, _sequence(flares))
+        return image(self, mixed, _sequence(flares), error_allowed)
+
+    def photocurrent(self, mixed, flares, response):
+        """Return photocurrent of mixed radiance for a sensor's response, or irradiance where that is better for its light."""
+        from isethdr_core.light_in_time import DIM
+
+        from .photocurrent import photocurrent
+
+        return self(mixed, flares, response.error_allowed) if DIM in mixed.dims else photocurrent(self, mixed, _sequence(flares), response)
 
     @property
     def magnification(self) -> float:
@@ -41,6 +57,23 @@ class IdealLens:
 
         rule = irradiance_factor if self.pupil == "tangent" else irradiance_factor_aplanatic
         return self.transmittance * rule(self.f_number, self.magnification)
+
+    def distortion_to(self, angle_rad: float) -> str | dict:
+        """Return the distortion of a field up to `angle_rad`, as `isethdr_core.geometry.distortion_map` takes it."""
+        return self.distortion
+
+    def falloff_to(self, angle_rad: float):
+        """Return cos4, none or {field angle deg: relative illumination on the sensor} of a field up to `angle_rad`."""
+        return self.falloff
+
+    def image_size_m(self, width: float, height: float, projection: str = "tangent") -> tuple[float, float]:
+        """Return (width, height) in metres of the largest centred rectangle of the sensor plane that looks into a field.
+
+        `width` and `height` are in the projection's unit: tangents of the field angle, or radians.
+        """
+        from .sensor_plane import image_size
+
+        return tuple(1e-3 * self.focal_length_mm * side for side in image_size(self, width, height, projection))
 
     def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=()):
         """Return the point spread function (wavelength, y, x): all light on the sample at index size // 2."""
@@ -58,11 +91,20 @@ class DiffractionLimitedLens(IdealLens):
     """Perfect but for diffraction at its round stop, or at what a flare makes of it."""
 
     aperture_loss: bool = True  # False: as ISETCam, light that flares block is not missing
+    focal_shift_um: dict[float, float] = field(
+        default_factory=dict
+    )  # {wavelength nm: focus beyond the sensor}; lines between; longitudinal chromatic aberration
+    speckle_error: float = 0.03  # relative, allowed per tile at any radius of a kernel, mean over tiles of that radius
+
+    def __post_init__(self):
+        super().__post_init__()
+        _check_colour(self)
 
     zernike_um = None  # not a field: this lens has no wavefront error
+    field_varies = False  # nor one that varies over the field
 
     def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=(), integrated=None):
-        """Return the point spread function of the lens with `flares`.
+        """Return the point spread function of the lens with `flares`, on the axis.
 
         Parameters
         ----------
@@ -80,9 +122,10 @@ class DiffractionLimitedLens(IdealLens):
         missing from
         a sum of 1 falls outside.
         """
+        from .field_imaging import on_axis
         from .kernels import point_spread
 
-        return point_spread(self, wavelength_nm, pitch_um, size, _sequence(flares), integrated)
+        return point_spread(on_axis(self), wavelength_nm, pitch_um, size, _sequence(flares), integrated)
 
 
 @dataclass(frozen=True)
@@ -92,6 +135,37 @@ class WavefrontLens(DiffractionLimitedLens):
     zernike_um: dict[int, float] = field(
         default_factory=dict
     )  # {OSA index: rms in micrometres}; 4 is defocus; over the whole stop
+    field_zernike_um: dict[float, dict[int, float]] = field(
+        default_factory=dict
+    )  # {field angle deg: what comes on top, for light from +x}; lines between, turned about the axis
+    error_allowed: float = 0.05  # share of a point's light that the grid of places in the field may put wrong
+
+    def __post_init__(self):
+        super().__post_init__()
+        _check_field(self)
+
+    @property
+    def field_varies(self) -> bool:
+        """Whether the point spread differs over the field."""
+        return bool(self.field_zernike_um)
+
+    def wavefront_at(self, angle_rad: float) -> dict[int, float]:
+        """Return what comes on top of `zernike_um`, {OSA index: um}, for light from an angle off the axis, along +x of the field.
+
+        Raises
+        ------
+        ConfigError : beyond the last angle of `field_zernike_um`.
+        """
+        import numpy as np
+
+        from isethdr_core.errors import ConfigError
+
+        known, angle = list(self.field_zernike_um), float(np.degrees(angle_rad))
+        if angle > known[-1] * (1 + 1e-9):
+            raise ConfigError(f"lens.field_zernike_um ends at {known[-1]:g} degrees, the field reaches {angle:.4g}; "
+                              "expected a longer table, or a smaller field")
+        table = self.field_zernike_um.values()
+        return {j: float(np.interp(angle, known, [row.get(j, 0.0) for row in table])) for j in sorted({j for row in table for j in row})}
 
 
 def _sequence(flares) -> tuple:
@@ -117,3 +191,67 @@ def _check(lens):
             f"lens.object_distance_m is {lens.object_distance_m!r}; expected metres, more than twice the focal length; "
             "set lens.object_distance_m=.inf for a far object"
         )
+    _check_geometry(lens)
+    _check_lateral_colour(lens)
+
+
+def _check_field(lens):
+    from isethdr_core.errors import ConfigError
+
+    angles = list(lens.field_zernike_um)
+    if angles and (len(angles) < 2 or angles[0] != 0 or any(a >= b for a, b in zip(angles, angles[1:]))):
+        raise ConfigError(f"lens.field_zernike_um has the field angles {angles}; expected degrees that rise from 0, at least two; "
+                          "type for example +lens.field_zernike_um={0:{},20:{8:0.2}}")
+    check_error_allowed(lens)
+
+
+def check_error_allowed(lens):
+    """Raise ConfigError unless `lens.error_allowed` is above 0."""
+    from isethdr_core.errors import ConfigError
+
+    if not lens.error_allowed > 0:
+        raise ConfigError(f"lens.error_allowed is {lens.error_allowed!r}; expected a share above 0, as 0.05")
+
+
+def _check_geometry(lens):
+    from math import isfinite
+
+    from isethdr_core.errors import ConfigError
+
+    if isinstance(lens.distortion, dict):
+        from isethdr_core.geometry import distortion_map
+
+        distortion_map(lens.distortion)
+    if isinstance(lens.falloff, str):
+        return
+    angles, values = list(lens.falloff), list(lens.falloff.values())
+    rising = all(a < b for a, b in zip(angles, angles[1:]))
+    if len(angles) < 2 or angles[0] != 0 or not rising or not all(isfinite(v) and v >= 0 for v in values):
+        raise ConfigError(
+            f"lens.falloff is {lens.falloff!r}; expected field angles in degrees that rise from 0, each with a relative "
+            "illumination of 0 or more; type for example lens.falloff={0:1,20:0.8}"
+        )
+
+
+def _check_lateral_colour(lens):
+    if not lens.lateral_colour_percent:
+        return
+    from isethdr_core.errors import ConfigError
+
+    from .lateral_colour import LARGEST_PERCENT
+
+    for wave, percent in lens.lateral_colour_percent.items():
+        if not (float(wave) > 0 and abs(percent) <= LARGEST_PERCENT):
+            raise ConfigError(f"lens.lateral_colour_percent has {percent!r} at {wave!r} nm; expected wavelengths above 0 and percent "
+                              f"of at most {LARGEST_PERCENT:g} either way; type +lens.lateral_colour_percent={{450.0:0.05,550.0:0,650.0:0.03}}")
+
+
+def _check_colour(lens):
+    from isethdr_core.errors import ConfigError
+
+    if not 0 < lens.speckle_error < 1:
+        raise ConfigError(f"lens.speckle_error is {lens.speckle_error!r}; expected above 0 and below 1; set lens.speckle_error=0.03")
+    for wave, shift in lens.focal_shift_um.items():
+        if not (float(wave) > 0 and -1e4 < shift < 1e4):
+            raise ConfigError(f"lens.focal_shift_um has {shift!r} um at {wave!r} nm; expected wavelengths above 0 and finite "
+                              "micrometres; type +lens.focal_shift_um={450.0:20,550.0:0,650.0:12}")

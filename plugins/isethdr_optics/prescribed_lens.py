@@ -1,34 +1,69 @@
-"""The lens `prescription`: diffraction at the stop, with the relative illumination and f-number of a traced lens prescription."""
+"""The lens `prescription`: distortion, relative illumination, f-number and wavefronts of a traced lens prescription."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any, Literal
 
-from .lens import DiffractionLimitedLens
+from isethdr_core.light_in_time import each_component
 
-FIELD_POINTS = 33  # of the relative illumination, across the field
+from .lens import DiffractionLimitedLens, check_error_allowed
+
+STEP_NM = 20.0  # of the wavelengths at which the focal shift is traced
+FIELD_POINTS = 33  # of distortion and relative illumination, from the axis to the border of the field
 
 
 @dataclass(frozen=True)
 class PrescribedLens(DiffractionLimitedLens):
-    """A real lens from its prescription: vignetting, pupil aberration and throughput by exact rays; blur by diffraction alone."""
+    """A real lens from its prescription: distortion, vignetting, throughput and wavefronts over the field by exact rays."""
 
     prescription: str = "double_gauss"  # name, or path of a .yaml file; scaled to focal_length_mm, stopped to f_number
+    falloff: Literal["traced", "cos4", "none"] | dict[float, float] = "traced"  # off the axis
+    distortion: Literal["traced", "none"] | dict[str, Any] = "traced"
+    wavefront: Literal["traced", "none"] = "traced"  # none: blur by diffraction alone, the same everywhere
+    error_allowed: float = 0.05  # share of a point's light that the grid of places in the field may put wrong
 
     def __post_init__(self):
         super().__post_init__()
+        check_error_allowed(self)
         self.real()
 
-    def __call__(self, mixed, flares=()):
-        """Return irradiance of mixed radiance; traced relative illumination in place of cos4 (`falloff: none`: neither)."""
+    @each_component
+    def __call__(self, mixed, flares=(), error_allowed=0.0):
+        """Return irradiance of mixed radiance."""
         from isethdr_core import ledger, quantities
 
         quantities.check_mixed(mixed)
         self._state(mixed, ledger)
-        if self.falloff == "none":
-            return super().__call__(mixed, flares)
-        return super().__call__(mixed.copy(data=mixed.values * self._beyond_cos4(mixed)), flares)
+        return DiffractionLimitedLens.__call__(self.coloured(mixed.wavelength.values), mixed, flares, error_allowed)
+
+    def photocurrent(self, mixed, flares, response):
+        """Return photocurrent of mixed radiance, as other lenses do."""
+        from isethdr_core import ledger
+
+        self._state(mixed, ledger)
+        return DiffractionLimitedLens.photocurrent(self.coloured(mixed.wavelength.values), mixed, flares, response)
+
+    def coloured(self, wavelength_nm):
+        """Return the lens with the traced focal shift of bands centred on `wavelength_nm` on the axis, unless one was given."""
+        if not self.field_varies or self.focal_shift_um:
+            return self
+        import numpy as np
+
+        from isethdr_core.physics.radiometry import band_widths_nm
+
+        wave, half = np.asarray(wavelength_nm, float), band_widths_nm(wavelength_nm) / 2
+        # always the same wavelengths: a band must not depend on which others there are
+        known = np.arange(np.floor((wave[0] - half[0]) / STEP_NM), np.ceil((wave[-1] + half[-1]) / STEP_NM) + 1) * STEP_NM
+        return replace(self, focal_shift_um={float(w): self._focal_shift_um(float(w)) for w in known})
+
+    def _focal_shift_um(self, wavelength_nm):
+        from .pupils import distance_mm, radius_mm
+
+        real = self.real()
+        defocus = _traced_wavefront(real, 0.0, wavelength_nm)[0].get(4, 0.0) - _traced_wavefront(real, 0.0)[0].get(4, 0.0)
+        return defocus * 16 * 3**0.5 * (distance_mm(self) / (2 * radius_mm(self))) ** 2
 
     def input_files(self):
         """Return the user's own prescription file, if one is named: its content is part of a run's name."""
@@ -46,28 +81,50 @@ class PrescribedLens(DiffractionLimitedLens):
 
         return self.transmittance * 3.141592653589793 / (4 * (working_f_number(self.real()) * (1 + self.magnification)) ** 2)
 
-    def relative_illumination(self, tangent):
-        """Return irradiance of a uniform scene at field tangents, 1 on the axis, without distortion: the lens keeps the grid."""
+    @property
+    def field_varies(self) -> bool:
+        """Whether the point spread differs over the field."""
+        return self.wavefront == "traced"
+
+    def wavefront_at(self, angle_rad: float) -> dict[int, float]:
+        """Return the traced wavefront {OSA index: um} of light from an angle off the axis, along +x of the field.
+
+        Raises
+        ------
+        ConfigError : where rays of that direction do not fill the stop.
+        """
+        return _traced_wavefront(self.real(), float(angle_rad))[0]
+
+    def distortion_to(self, angle_rad: float) -> str | dict:
+        """Return the distortion up to `angle_rad`, by default as a table of traced chief rays.
+
+        Raises
+        ------
+        ConfigError : where chief rays of the field miss a surface.
+        """
+        if self.distortion != "traced":
+            return self.distortion
+        return _traced_distortion(self.real(), angle_rad)
+
+    def falloff_to(self, angle_rad: float):
+        """Return cos4, none or {field angle deg: relative illumination on the sensor} up to `angle_rad`, traced by default."""
+        if self.falloff != "traced":
+            return self.falloff
         import numpy as np
 
-        from .prescription_figures import pupil_area_mm2
+        from isethdr_core.geometry import distortion_map
+
+        tangent = np.linspace(0, np.tan(angle_rad), FIELD_POINTS)
+        relative = self.relative_illumination(tangent) / distortion_map(self.distortion_to(angle_rad)).area_ratio(tangent, 0.0)
+        return dict(zip(np.degrees(np.arctan(tangent)), relative))
+
+    def relative_illumination(self, tangent):
+        """Return irradiance of a uniform scene at field tangents, 1 on the axis, as it would be without distortion."""
+        import numpy as np
 
         tangent = np.abs(np.atleast_1d(np.asarray(tangent, float)))
-        area = pupil_area_mm2(self.real(), np.concatenate([[0.0], tangent]))
+        area = _areas(self.real(), (0.0, *tangent))
         return (1 + tangent**2) ** -2 * area[1:] / area[0]
-
-    def distortion(self, largest_tangent: float):
-        """Return the traced distortion up to a field tangent, a map of `isethdr_optics.distortion`."""
-        from .distortion import of_prescription
-
-        return of_prescription(self.real(), largest_tangent)
-
-    def _beyond_cos4(self, mixed):
-        """Return the relative illumination over cos4, (y, x) tiles: the area of the beam at its field over that on the axis."""
-        import numpy as np
-
-        radius = np.hypot(mixed.x.values[None, :], mixed.y.values[:, None])
-        return np.interp(radius, *_areas(self.real(), float(radius.max())))
 
     def _state(self, mixed, ledger):
         """State what the prescription would do that this lens does not, at the border of the field it is made for."""
@@ -77,21 +134,61 @@ class PrescribedLens(DiffractionLimitedLens):
 
         real = self.real()
         edge = min(float(np.hypot(mixed.x.max(), mixed.y.max())), float(np.tan(np.radians(real.half_field_deg))))
-        bent = abs(float(distortion(real, edge)[0])) if edge > 0 else 0.0
-        ledger.left_out("distortion of the prescription", "the lens keeps the grid", bent, "of the position")
-        spot = max(spot_radius_mm(real, t) for t in (0.0, 0.7 * edge, edge))
+        if self.distortion == "none" and edge > 0:
+            bent = abs(float(distortion(real, edge)[0]))
+            ledger.left_out("distortion of the prescription", "the lens keeps the grid", bent, "of the position")
+        if not self.field_varies:
+            spot = max(spot_radius_mm(real, t) for t in (0.0, 0.7 * edge, edge))
+            ledger.left_out(
+                "geometric aberrations of the prescription", "its blur is diffraction alone", spot * 1e-3, "m (rms radius)"
+            )
+            return
+        from isethdr_core.geometry import projection_of
+        from isethdr_core.physics.projection import angle_rad
+
+        widest = float(angle_rad(np.abs(mixed.x).max(), np.abs(mixed.y).max(), projection_of(mixed)))
+        wave = mixed.wavelength.values
+        fitted = [_traced_wavefront(real, a)[1] for a in (0.0, widest)]
+        ledger.error(max(fitted), "um rms", "measured", "wavefront that its Zernike terms leave")
+        change = max(_colour_um(real, widest, float(w)) for w in (wave[0], wave[-1]))
         ledger.left_out(
-            "geometric aberrations of the prescription", "its blur is diffraction alone", spot * 1e-3, "m (rms radius)"
+            "colour of the wavefront off the axis",
+            "all bands have that of one, and the focal shift of the axis",
+            change,
+            "um rms",
         )
 
 
+def _colour_um(real, angle_rad, wavelength_nm):
+    """Return how much more than on the axis a wavelength's wavefront differs from the middle's, um rms without tilt."""
+    own, middle = (_traced_wavefront(real, angle_rad, w)[0] for w in (wavelength_nm, None))
+    shift = _traced_wavefront(real, 0.0, wavelength_nm)[0].get(4, 0.0) - _traced_wavefront(real, 0.0)[0].get(4, 0.0)
+    return sum((own.get(j, 0.0) - middle.get(j, 0.0) - shift * (j == 4)) ** 2 for j in {*own, *middle} - {1, 2}) ** 0.5
+
+
 @lru_cache(maxsize=16)
-def _areas(real, largest):
-    """Return field tangents up to `largest`, and there the area of the beam over that on the axis."""
+def _traced_distortion(real, angle_rad):
     import numpy as np
 
+    from .prescription_figures import chief_mm
+
+    tangent = np.linspace(0, np.tan(max(angle_rad, 1e-3)), FIELD_POINTS)[1:]
+    radius = (
+        chief_mm(real, tangent, real.reference_nm) / real.focal_length_mm()
+    )  # a sensor beside the paraxial focus is another scale
+    return {"model": "table", "angle_deg": np.degrees(np.arctan(tangent)).tolist(), "radius_per_focal_length": radius.tolist()}
+
+
+def _traced_wavefront(real, angle_rad, wavelength_nm=None):
+    from math import tan
+
+    from .prescription_wavefront import zernike_um
+
+    return zernike_um(real, tan(angle_rad), wavelength_nm or real.reference_nm)
+
+
+@lru_cache(maxsize=16)
+def _areas(real, tangents):
     from .prescription_figures import pupil_area_mm2
 
-    tangent = np.linspace(0, max(largest, 1e-9), FIELD_POINTS)
-    area = pupil_area_mm2(real, tangent)
-    return tangent, area / area[0]
+    return pupil_area_mm2(real, tangents)

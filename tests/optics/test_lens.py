@@ -137,14 +137,14 @@ def test_linear_and_bands_are_independent():
 
 
 def test_ledger_states_the_convolution_as_it_happened(monkeypatch):
-    from isethdr_core.physics import convolution
+    from isethdr_core.physics import convolution, convolution_direct
 
     values = 10.0 ** np.random.default_rng(5).uniform(0, 12, (40, 50))
     monkeypatch.setattr(convolution, "RELATIVE", 1e-14)  # no transform is that good: many tiles are doubtful
-    monkeypatch.setattr(convolution, "_few_sources", lambda *a: None)
+    monkeypatch.setattr(convolution_direct, "_few_sources", lambda *a: None)
     books = []
     for products in (4e10, 0):  # enough direct summation, and none
-        monkeypatch.setattr(convolution, "MOST_PRODUCTS", products)
+        monkeypatch.setattr(convolution_direct, "MOST_PRODUCTS", products)
         book = ledger.Ledger()
         with ledger.stage(book, "lens"):
             light = LENS(mixed(values, 3.0))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from isethdr_core.physics import convolution
+from isethdr_core.physics import convolution, convolution_direct
 from isethdr_core.physics.convolution import convolve, convolve_with_bound
 
 
@@ -41,7 +41,7 @@ def gaussian(n, sd):
 @pytest.mark.parametrize("lamps", [1, 60])
 @pytest.mark.parametrize("few", [0, 1e8])
 def test_dark_pixels_beside_lamps(ratio, kernel, lamps, few, monkeypatch):
-    monkeypatch.setattr(convolution, "FEW_PRODUCTS", few)  # both ways out: sources summed, pixels summed
+    monkeypatch.setattr(convolution_direct, "FEW_PRODUCTS", few)  # both ways out: sources summed, pixels summed
     rng = np.random.default_rng(3)
     image = rng.uniform(0.5, 1.5, (60, 80))
     image[20 : 20 + max(1, lamps // 6), 30 : 30 + min(6, lamps)] = ratio
@@ -56,7 +56,7 @@ def test_dark_pixels_beside_lamps(ratio, kernel, lamps, few, monkeypatch):
 
 @pytest.mark.parametrize("few", [0, 1e8])
 def test_black_stays_black_and_nothing_is_negative(few, monkeypatch):
-    monkeypatch.setattr(convolution, "FEW_PRODUCTS", few)
+    monkeypatch.setattr(convolution_direct, "FEW_PRODUCTS", few)
     image = np.zeros((64, 96))
     image[:, :30] = np.random.default_rng(0).uniform(1, 2, (64, 30))
     image[5, 5] = 1e12
@@ -104,9 +104,9 @@ def test_linear_and_scale_free():
 
 @pytest.mark.parametrize("products", [4e10, 0])
 def test_bound_says_what_was_kept(monkeypatch, products):
-    monkeypatch.setattr(convolution, "MOST_PRODUCTS", products)
-    monkeypatch.setattr(convolution, "FEW_PRODUCTS", 0)
-    monkeypatch.setattr(convolution, "_few_sources", lambda *a: None)
+    monkeypatch.setattr(convolution_direct, "MOST_PRODUCTS", products)
+    monkeypatch.setattr(convolution_direct, "FEW_PRODUCTS", 0)
+    monkeypatch.setattr(convolution_direct, "_few_sources", lambda *a: None)
     image = np.random.default_rng(8).uniform(0.5, 1.5, (50, 60))
     image[::3, ::2] *= 1e13
     image[30:, 20:] = 1e-6

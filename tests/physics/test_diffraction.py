@@ -1,4 +1,4 @@
-"""Diffraction: Airy pattern, annulus, transfer function, tilt, energy, and the two ways to large frames."""
+"""Diffraction: Airy pattern, annulus, transfer function, tilt, energy, integration over pixels."""
 
 import numpy as np
 import pytest
@@ -7,10 +7,7 @@ from scipy.special import j0, j1
 from isethdr_core.physics.diffraction import (
     diffraction_mtf,
     integrated_psf,
-    lattice_pitch_mm,
-    lattice_psf,
     psf_from_pupil,
-    sampled_psf,
 )
 from isethdr_core.physics.pupil import disc, opening, raster
 from isethdr_core.physics.zernike import wavefront_um
@@ -107,22 +104,6 @@ def test_complex_pupil_is_asymmetric_and_keeps_its_energy():
     p = psf_from_pupil(a, coma, 550, pitch, FOCAL, 0.5, 401)
     assert p.sum() == pytest.approx(1, abs=0.01)  # Parseval, less what is outside 200 um
     assert np.abs(p - p[::-1, ::-1]).max() > 0.1 * p.max()
-
-
-@pytest.mark.parametrize("z", [{}, {4: 0.15, 8: 0.1}])
-def test_folded_transform_equals_chirp_z(z):
-    wave, pitch, reach, period = 550.0, (4.0, 3.5), (60, 80), (160, 216)
-    step = lattice_pitch_mm(wave, (period[0] * 6, period[1] * 6), FOCAL, (pitch[0] / 6, pitch[1] / 6))
-    ny, nx = (2 * int(np.ceil(RADIUS / s)) + 2 for s in step)
-    x, y = (np.arange(nx) - (nx - 1) / 2) * step[1], (np.arange(ny) - (ny - 1) / 2) * step[0]
-    a = raster([(disc(0.05, 0.02, RADIUS * 0.9), 1.0)], x, y)
-    if z:
-        a = a * np.exp(2j * np.pi * wavefront_um(z, x / RADIUS, y / RADIUS) / 0.55)
-    got = lattice_psf(a, wave, period, FOCAL, reach, pitch, 1.0, (0.0, 0.0))
-    want = sampled_psf(a, wave, step, FOCAL, [2 * r + 1 for r in reach], pitch, 1.0, cell_means=True)
-    np.testing.assert_allclose(got[40:-40, 40:-40], want[40:-40, 40:-40], rtol=2e-4, atol=1e-7 * want.max())  # complex64
-    moved = lattice_psf(a, wave, period, FOCAL, reach, pitch, 1.0, (1.0, 1.0))  # one tile further on: the same values, shifted
-    np.testing.assert_allclose(moved[40:-41, 40:-41], got[41:-40, 41:-40], rtol=2e-3, atol=1e-6 * want.max())
 
 
 def test_two_boxes_equal_one_box_averaged_over_the_source():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from isethdr_core.physics.pupil import blades, dirt, disc, energy, folded, opening, raster, strip, transmission
+from isethdr_core.physics.pupil import blades, dirt, disc, energy, opening, raster, strip, transmission
 
 
 def axis(n, half=0.6):
@@ -30,7 +30,7 @@ def test_cells_average_the_points():
     n, sub = 60, 24
     x = axis(n * sub)
     points = transmission(shape, losses, x[None, :], x[:, None]).reshape(n, sub, n, sub).mean((1, 3))
-    cells = raster(opening(shape, losses), axis(n), axis(n), chords_per_cell=sub)
+    cells = raster(opening(shape, losses), axis(n), axis(n), strips=sub // 2)
     # Points resolve 1/24 of a cell along x.
     assert np.abs(cells - points).mean() < 2e-3
     assert np.quantile(np.abs(cells - points), 0.99) < 0.03
@@ -60,22 +60,6 @@ def test_overlapping_dirt_multiplies():
     cells = raster(opening(disc(0, 0, 0.5), losses), axis(61), axis(61))
     assert cells[30, 30] == pytest.approx(0.5 * 0.6 * 0.1, abs=1e-6)  # float32 sums
     assert cells[24, 30] == pytest.approx(0.5 * 0.6, abs=1e-6)
-
-
-@pytest.mark.parametrize("offset", [(0.0, 0.0), (0.3, -0.7)])
-def test_drawn_folded_equals_drawn_and_folded(offset):
-    terms = opening(blades(0.5, 6, 5.0), dirt(0.5, 30, 20, 8, 10, 300, seed=3))
-    step, period = (0.004, 0.003), (90, 110)
-    ny, nx = (2 * (int(np.ceil(0.5 / d)) + 1) for d in step)
-    full = raster(terms, (np.arange(nx) - nx / 2 + 0.5) * step[1], (np.arange(ny) - ny / 2 + 0.5) * step[0], chords_per_cell=2)
-    phase = [np.exp(-2j * np.pi * o / p * np.arange(n)) for o, p, n in zip(offset, period, (ny, nx))]
-    full = full * phase[0][:, None] * phase[1]
-    want = np.zeros(period, complex)
-    for i in range(0, ny, period[0]):
-        for j in range(0, nx, period[1]):
-            part = full[i : i + period[0], j : j + period[1]]
-            want[: part.shape[0], : part.shape[1]] += part
-    np.testing.assert_allclose(folded(terms, 0.5, step, period, offset), want, atol=1e-5)  # complex64 sums
 
 
 def test_energy_from_areas():

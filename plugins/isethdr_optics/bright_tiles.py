@@ -1,0 +1,53 @@
+"""Bright tiles: what a spectral fit misses of their light, added around them band by band."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core.physics.convolution_spectral import matrix_product
+
+RADII = (96, 64, 32, 16, 8, 4)  # tiles that are corrected around a bright one
+MOST_WORK = 3e7  # values written per channel, at most
+TOGETHER = 64  # bright tiles
+
+
+def radii(rate) -> np.ndarray:
+    """Return how far around each bright tile to correct: in the skirt of a kernel, r^-3, to where all fall to the same light."""
+    wanted = RADII[0] * np.cbrt(rate / max(float(rate.max(initial=0.0)), np.finfo(float).tiny))
+    steps = np.array(RADII)[::-1]
+    chosen = steps[np.searchsorted(steps, wanted)]
+    for largest in RADII:
+        chosen = np.minimum(chosen, largest)
+        if np.sum((2.0 * chosen + 1) ** 2) <= MOST_WORK:
+            break
+    return chosen
+
+
+def correct(out, cube, relative, weights, fit, made) -> None:
+    """Add to `out` (channel, y, x) what `fit` misses of the light of its bright tiles, as far as it falls near them.
+
+    Parameters
+    ----------
+    cube : (band, y, x); relative : None or (y, x); weights : (channel, band). `made` : `kernels.Kernels`.
+    """
+    for radius in np.unique(fit.radii):
+        half = [min(int(radius), n // 2) for n in made.bands[0].shape]
+        cut = tuple(slice(n // 2 - h, n // 2 + h + 1) for n, h in zip(made.bands[0].shape, half))
+        cores = np.stack([np.asarray(b[cut], float).ravel() for b in made.bands])
+        tiles = fit.bright[fit.radii == radius]
+        for start in range(0, len(tiles), TOGETHER):
+            _spread(out, cube, relative, weights, fit, tiles[start : start + TOGETHER], cores, half)
+
+
+def _spread(out, cube, relative, weights, fit, tiles, cores, half):
+    (ny, nx), shape = out.shape[1:], tuple(2 * h + 1 for h in half)
+    light = cube.reshape(len(cube), -1)[:, tiles]
+    missed = light - fit.predict @ (fit.project.astype(cube.dtype) @ light).astype(float)
+    if relative is not None:
+        missed = missed * relative.ravel()[tiles]
+    spread = [matrix_product(np.ascontiguousarray((missed * row[:, None]).T), cores).reshape(-1, *shape) for row in weights]
+    for i, (y, x) in enumerate(zip(*np.unravel_index(tiles, (ny, nx)))):
+        top, left, bottom, right = max(y - half[0], 0), max(x - half[1], 0), min(y + half[0] + 1, ny), min(x + half[1] + 1, nx)
+        inside = (slice(top - y + half[0], bottom - y + half[0]), slice(left - x + half[1], right - x + half[1]))
+        for channel, part in enumerate(spread):
+            out[channel, top:bottom, left:right] += part[i][inside]

@@ -1,0 +1,72 @@
+"""Overlaid: the sum of many parts of an image, each convolved with a kernel of its own, right in every pixel of the sum.
+
+A part fades out at its borders, where others take over: only the sum has to be right. All parts go through plain transforms
+first; those whose rounding could matter in a pixel of the sum are done again the exact way.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.fft as sf
+
+from isethdr_core.physics.convolution import Bound, convolve_with_bound
+
+RELATIVE = 3e-8  # of a pixel of the sum: what transforms are allowed
+SUMMED = 1e-12  # of a pixel: rounding of sums
+
+
+def overlaid(parts, shape) -> tuple[np.ndarray, Bound]:
+    """Return the sum (y, x) of parts, and a bound on its error.
+
+    Parameters
+    ----------
+    parts : [(window, light, kernel), ...]: slices of the frame, light (y, x) of that window, never negative, and a kernel of odd
+        size, never negative, its centre in the middle. Light that leaves a window is lost.
+    shape : (y, x) of the frame.
+    """
+    images, errors = [], []
+    for _, light, kernel in parts:
+        image, error = _by_transform(light, kernel)
+        images.append(image)
+        errors.append(error)
+    total, doubt = _sums(parts, images, errors, shape)
+    doubtful = doubt > RELATIVE * total
+    if not doubtful.any():
+        return total, Bound(RELATIVE + SUMMED, 0.0, 0)
+    absolute, pixels, allowed = 0.0, 0, RELATIVE / len(parts)
+    for k, (window, light, kernel) in enumerate(parts):
+        where = doubtful[window]
+        if where.any() and errors[k] > allowed * float(total[window][where].min()):
+            images[k], bound = convolve_with_bound(light, kernel)
+            errors[k] = 0.0  # relative now
+            absolute, pixels = absolute + bound.absolute, pixels + bound.pixels
+    total, doubt = _sums(parts, images, errors, shape)
+    return total, Bound(2 * RELATIVE + SUMMED, absolute, pixels)
+
+
+def _sums(parts, images, errors, shape):
+    total, doubt = np.zeros(shape), np.zeros(shape)
+    for (window, _, _), image, error in zip(parts, images, errors):
+        total[window] += image
+        doubt[window] += error
+    return total, doubt
+
+
+def _by_transform(light, kernel):
+    """Return the convolution, never below 0, and a bound on a pixel's error: white rounding, 10 standard deviations."""
+    size = [
+        sf.next_fast_len(n + min(k // 2, n - 1), real=True) for n, k in zip(light.shape, kernel.shape)
+    ]  # only cropped pixels wrap
+    scale = float(light.max())
+    centred = np.zeros(size)
+    cut = [slice(max(0, k // 2 - n + 1), k // 2 + n) for n, k in zip(light.shape, kernel.shape)]  # what can reach
+    used = kernel[tuple(cut)]
+    centred[: used.shape[0], : used.shape[1]] = used
+    centred = np.roll(centred, [-(k // 2 - c.start) for k, c in zip(kernel.shape, cut)], (0, 1))
+    spectrum = sf.rfft2(light / scale, size)
+    spectrum *= sf.rfft2(centred)
+    image = sf.irfft2(spectrum, size)
+    norms = np.linalg.norm(light) / scale * np.linalg.norm(used) + np.linalg.norm(image)
+    error = 10 * 1.2e-16 * norms / np.sqrt(np.prod(size)) * np.sqrt(np.log2(np.prod(size)))
+    image = image[: light.shape[0], : light.shape[1]]
+    return np.maximum(image, 0.0) * scale, float(error * scale)

@@ -1,0 +1,81 @@
+"""Photocurrent: mixed radiance straight to electrons per area and time in each channel of one sensor.
+
+A few functionals of the spectrum are convolved instead of every band (`physics.convolution_spectral`). Their number grows until the
+error that is left, computed exactly at some tiles of the scene itself, is far below the sensor's noise. Bright tiles, whose own light
+would have to be right to many more digits than noise allows elsewhere, get what is missing around them by direct sums.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core import ledger, quantities
+from isethdr_core.accuracy import CONVOLUTION, TRANSFORMS
+from isethdr_core.physics.convolution_spectral import channels
+from isethdr_core.physics.convolution_transform import error
+from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
+
+from . import bright_tiles, spectral_fit
+from .imaging import Parts, added_light, irradiance, on_sensor, parts, state_kernels, threads
+
+
+def photocurrent(lens, mixed, flares, response):
+    """Return photocurrent of `mixed` (wavelength, y, x), or irradiance where that is no slower or more exact.
+
+    Parameters
+    ----------
+    response : `isethdr_core.demand.Response` of the sensor. The error in electrons, in every tile and channel, stays below
+        `noise_fraction_allowed` of the sensor's noise where it is not saturated; the ledger says what it was at the tiles looked at.
+
+    Raises
+    ------
+    UnitError : as `imaging.image`.
+    """
+    quantities.check_mixed(mixed)
+    given = parts(lens, mixed, flares)
+    light = _light(lens, mixed, flares, response, given)
+    return irradiance(lens, mixed, flares, given, CONVOLUTION * response.error_allowed) if light is None else light
+
+
+def _light(lens, mixed, flares, response, given: Parts):
+    """Return the photocurrent, or None where irradiance is to be preferred."""
+    if given.made is None or given.field is not None or given.sensor.scales is not None or given.made.spectra is None:
+        return None
+    efficiency, names = _unlike(response.efficiency(given.wavelength_nm), response.channels)
+    if 3 * len(efficiency) > mixed.sizes["wavelength"]:
+        return None
+    counting = efficiency * band_widths_nm(given.wavelength_nm) / photon_energy_j(given.wavelength_nm)
+    weights, cube = counting * given.gains, np.asarray(mixed.values)
+    fit = spectral_fit.fit(cube, given.relative, weights, given.made, response)
+    if fit is None:
+        return None
+    out = np.empty((len(weights), *cube.shape[1:]), np.float32)
+    spectra = given.made.spectra
+    peaks = np.array([k.peak for k in spectra.kernels])
+    combine = weights[:, None, :] * fit.predict.T * peaks
+    size = spectra.kernels[0].size
+    with threads() as pool:
+        norm, seen = channels(out, cube, fit.project, combine, spectra.blocks, size, given.relative, pool.map)
+    gain = float(max(np.abs(c).max() * k.norm for c, k in zip(np.moveaxis(combine, 2, 0), spectra.kernels)))
+    rounding_e = error(norm * gain, seen, size) * response.area_exposure_m2_s
+    if rounding_e > TRANSFORMS * response.noise_fraction_allowed * max(response.read_noise_e, 1.0):
+        return None
+    bright_tiles.correct(out, cube, given.relative, weights, fit, given.made)
+    low = float(out.min())
+    np.maximum(out, 0.0, out=out)
+    light = on_sensor(lens, given, quantities.photocurrent, given.sensor.move(out), names, wavelength_nm=given.wavelength_nm,
+                      efficiency=efficiency)
+    state_kernels(given.made, mixed, lens, given)
+    ledger.error(fit.noise_share, "standard deviations of the sensor's noise", "measured",
+                 f"{len(fit.project)} functionals of the spectrum in place of {len(cube)} bands, largest of {fit.looked_at} values")
+    ledger.error(max(rounding_e, -low * response.area_exposure_m2_s), "electrons", "bound", "rounding of the transforms, and what was lifted to zero")
+    for added in added_light(lens, mixed, flares, given):
+        light.values += np.tensordot(counting, added, 1)
+    return light
+
+
+def _unlike(efficiency, names):
+    """Return the rows (channel, wavelength) that differ, and the name of the first of each."""
+    _, first = np.unique(efficiency, axis=0, return_index=True)
+    first.sort()
+    return efficiency[first], [names[i] for i in first]

@@ -1,0 +1,40 @@
+"""The error that a lens is allowed: kept by both ways through it, and none means exact."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from isethdr_optics import DiffractionLimitedLens
+
+from isethdr_core import quantities
+from isethdr_core.demand import Demand
+from isethdr_core.registry import build
+
+BANDS, SHAPE, FIELD = np.arange(400.0, 701.0, 20.0), (24, 32), 0.016
+LENS = DiffractionLimitedLens(focal_length_mm=6.0)
+
+
+def night():
+    """A dark road of random light with lamps 1e9 times as bright."""
+    cube = np.random.default_rng(0).uniform(1, 2, (len(BANDS), *SHAPE)) * 4e-6
+    cube[:, 5, 6] = cube[:, 18, 25] = 4e3
+    y, x = (quantities.centres(n, FIELD * n / SHAPE[1]) for n in SHAPE)
+    return quantities.plane(cube.astype(np.float32), BANDS, x, y, quantities.RADIANCE)
+
+
+@pytest.mark.parametrize("allowed", [1e-2, 1e-4])
+def test_irradiance_is_within_what_is_allowed(allowed):
+    exact, light = LENS(night()).values, LENS(night(), error_allowed=allowed).values
+    assert (light >= 0).all()
+    assert np.abs(light / exact - 1).max() <= allowed + 2e-7  # float32 of both
+
+
+@pytest.mark.parametrize("fraction", [1.0, 0.01])
+def test_photocurrent_is_within_its_share_of_the_noise(fraction):
+    sensor = build("sensor", "bayer", pitch_um=3.0)
+    response = replace(sensor.narrow(Demand()).response, noise_fraction_allowed=fraction)
+    found, exact = (sensor.expected(light).values for light in (LENS.photocurrent(night(), (), response), LENS(night())))
+    dark = exact < response.full_scale_e
+    noise = np.sqrt(exact + response.read_noise_e**2)
+    assert dark.any() and (np.abs(found - exact) / noise)[dark].max() < fraction
+    np.testing.assert_allclose(found[~dark], exact[~dark], rtol=2 * fraction / np.sqrt(response.full_scale_e))
