@@ -1,4 +1,4 @@
-"""The command `isethdr study NAME key=value ...`: run a study, print its rows, keep them as CSV on request."""
+"""The command `isethdr study NAME key=value ...`: run a study, print its rows, keep them in the catalog."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ def study(name: Annotated[str, typer.Argument(help="name of a study; none lists 
         return
     rows = run_study(name, settings or [])
     show(rows, name)
+    typer.echo(f"stored {keep(name, settings or [], rows)}")
     if csv_file:
         with open(csv_file, "w", newline="") as file:
             writer = csv.DictWriter(file, list(rows[0]) if rows else [])
@@ -57,6 +58,24 @@ def run_study(name: str, settings: list[str]) -> list[dict]:
         except ValueError:
             raise ConfigError(f"study {name}: {key}={value!r} is no number; type for example {key}={known[key].default}") from None
     return function(**values)
+
+
+def keep(name: str, settings: list[str], rows: list[dict]):
+    """Return the path of the store that keeps the rows for the catalog: `isethdr catalog find kind=study name=accuracy`."""
+    from datetime import UTC, datetime
+
+    import xarray as xr
+
+    from isethdr_core import store
+    from isethdr_core.provenance import versions
+
+    columns = {key: ("row", [row.get(key) for row in rows]) for key in (rows[0] if rows else ())}
+    created = datetime.now(UTC).isoformat(timespec="seconds")
+    attributes = {"kind": "study", "name": name, "settings": settings, "rows": len(rows), "versions": versions(), "created": created}
+    table = xr.Dataset({key: (dim, values if all(isinstance(v, (int, float, bool)) for v in values) else [str(v) for v in values])
+                        for key, (dim, values) in columns.items()})
+    # seconds differ from one time to the next: each time is a result of its own
+    return store.write_store(store.home() / "studies", f"{name}-{store.content_hash([name, settings, created])[:8]}", {"": table}, attributes)
 
 
 def show(rows: list[dict], title: str) -> None:

@@ -1,0 +1,194 @@
+"""Noise units: every stage's stated error carried to the electrons of each capture, in units of the sensor's own noise.
+
+Linear propagation: the renderer's noise tile by tile (`scene_noise`), bounds of the stages after it as shares of the electrons they
+are errors of. What is statistical adds up in squares, what is a bound or was measured adds up as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import geometry, ledger
+from .ledger import ErrorNote, Row
+from .light_in_time import time_mean
+from .physics.area import resample_mean
+from .physics.radiometry import band_widths_nm, photon_energy_j
+from .quantities import IRRADIANCE, PHOTOCURRENT
+from .scene_noise import nearest_xyz, pixel_variance, relative_noise
+from .truth import seen
+
+UNIT = "standard deviations of the sensor's noise"
+AFTER = ("scene", "radiance", "lighting", "lens")  # stages whose errors reach the electrons as light does; cameras state their own
+OF_ALL, OF_SPREAD = ("relative", "share of a point's light"), ("relative per tile", "relative of spread light")
+SHARE = 0.99  # of the pixels, for the figure that speaks for a picture
+
+
+@dataclass(frozen=True, eq=False)
+class Electrons:
+    """Mean light electrons of one capture, (y, x): all of them, those that come straight from what a pixel looks at, and the noise."""
+
+    capture: str
+    total: np.ndarray
+    direct: np.ndarray
+    sigma: np.ndarray       # standard deviation of shot, read and converter noise
+    renderer: np.ndarray    # standard deviation that the noise of the scene makes
+    unsaturated: np.ndarray
+    per_irradiance: float   # electrons per W m-2 nm-1 in every band, of the most sensitive channel
+
+
+def missing(captures) -> list[str]:
+    """Return what `electrons` needs and captures of a sensor lack; what an isp of ours reads is enough."""
+    needed = ("quantum_efficiency", "filter", "saturated", "exposure_s", "area_m2", "read_noise_e", "quantisation_e", "dark_e")
+    return [n for n in needed if n not in captures] + [n for n in ("focal_length_mm", "throughput_sr", "pitch_um") if n not in captures.attrs]
+
+
+def electrons(captures, light, mixed, scene, whole: float = 0.0) -> list[Electrons]:
+    """Return what each capture holds, from the light itself.
+
+    Parameters
+    ----------
+    captures : captures Dataset. `light` : irradiance or photocurrent it was made of. `mixed` : mixed radiance that the light was made of.
+    scene : scene radiance, with `xyz_noise` where a renderer states it.
+    whole : relative noise of a scene that states none tile by tile, as `stated_noise`.
+    """
+    light, mixed = time_mean(light), time_mean(mixed)
+    f_m = captures.attrs["focal_length_mm"] * 1e-3
+    gain = captures.attrs["throughput_sr"] * geometry.relative_illumination(
+        captures.attrs, captures.x.values[None, :] / f_m, captures.y.values[:, None] / f_m)
+    noise = relative_noise(scene, mixed)
+    known: dict[bytes, tuple] = {}  # most captures of one sensor see light alike
+    out = []
+    for k, name in enumerate(map(str, captures.capture.values)):
+        one = captures.isel(capture=k)
+        counting = one["quantum_efficiency"].values * _photons(captures.wavelength.values)
+        if counting.tobytes() not in known:
+            known[counting.tobytes()] = _rates(counting, captures, light, mixed, noise, gain, whole)
+        scale = float(one["exposure_s"]) * float(one["area_m2"])
+        total, direct, renderer = (scale * rate for rate in known[counting.tobytes()])
+        read = float(one["read_noise_e"]) ** 2 + float(one["quantisation_e"]) ** 2 / 12
+        sigma = np.sqrt(np.maximum(total + float(one["dark_e"]) + read, np.finfo(float).tiny))
+        out.append(Electrons(name, total, direct, sigma, renderer, ~one["saturated"].values, scale * float(counting.sum(1).max())))
+    return out
+
+
+def stated_noise(rows: list[Row]) -> float:
+    """Return the largest relative noise that a renderer states as one number for a light group; 0 where there is no renderer."""
+    notes = [note for row in rows if row.stage.split(" ")[0] in ("renderer", "radiance") for note in row.errors]
+    return max((n.value for n in notes if n.unit == "relative" and n.how == "statistical"), default=0.0)
+
+
+def _photons(wavelength_nm):
+    return band_widths_nm(wavelength_nm) / photon_energy_j(wavelength_nm)
+
+
+def _rates(counting, captures, light, mixed, noise, gain, whole):
+    """Return per m2 and second, at each pixel in its own channel: all electrons, the direct ones, and their standard deviation."""
+    side, place = captures.attrs["pitch_um"] * 1e-6, (captures.x.values, captures.y.values)
+    filters = captures["filter"].values
+    total, direct, variance = np.zeros(filters.shape), np.zeros(filters.shape), np.zeros(filters.shape)
+    for channel, row in enumerate(counting):
+        mine = filters == channel
+        if not mine.any():
+            continue
+        tiles = _sum(row, mixed.values)
+        total[mine] = resample_mean(_plane(row, captures, light), light.x.values, light.y.values, *place, side, side)[mine]
+        direct[mine] = (gain * seen(tiles, mixed, captures))[mine]
+        if noise is not None:
+            variance[mine] = (gain**2 * pixel_variance((noise[nearest_xyz(row, mixed.wavelength.values)] * tiles) ** 2, mixed, captures))[mine]
+    return total, direct, np.sqrt(variance) if noise is not None else whole * direct
+
+
+def _plane(row, captures, light):
+    """Return the electrons per m2 and second (y, x) that light makes in a channel of `row`, electrons per energy in each band."""
+    if light.attrs["units"] != PHOTOCURRENT:
+        return _sum(row, light.values)
+    efficiency = row / _photons(captures.wavelength.values)
+    apart = np.abs(np.asarray(light.attrs["efficiency"]) - efficiency).max(1)  # not 0 with crosstalk, which mixes channels
+    return light.values[int(apart.argmin())]
+
+
+def _sum(row, cube):
+    out = np.zeros(cube.shape[1:])
+    for weight, band in zip(row, cube):
+        if weight:
+            out += weight * band
+    return out
+
+
+def after(shot: Electrons, notes: list[ErrorNote]) -> np.ndarray:
+    """Return the error (y, x) in electrons of one capture that `notes` of the stages after the renderer leave; notes without a way are skipped."""
+    spread = np.maximum(shot.total - shot.direct, 0.0)
+    linear, squares = np.zeros(shot.total.shape), np.zeros(shot.total.shape)
+    for note in notes:
+        error_e = _in_electrons(note, shot, spread)
+        if error_e is None:
+            continue
+        if note.how == "statistical":
+            squares += error_e**2
+        else:
+            linear += error_e
+    return linear + np.sqrt(squares)
+
+
+def _in_electrons(note, shot: Electrons, spread):
+    if note.unit in OF_ALL:
+        return note.value * shot.total
+    if note.unit in OF_SPREAD:
+        return note.value * spread
+    return {IRRADIANCE: note.value * shot.per_irradiance, "electrons": note.value, UNIT: note.value * shot.sigma}.get(note.unit)
+
+
+def notes_after(rows: list[Row]) -> tuple[list[ErrorNote], list[ErrorNote]]:
+    """Return the errors that stages after the renderer state, those that have a way to electrons and those that have none.
+
+    Noise of the renderer that a store restates is left to `scene_noise`; how near a lighting came to its targets is no error of light.
+    """
+    notes = [note for row in rows if row.stage.split(" ")[0] in AFTER for note in row.errors
+             if not (row.stage.startswith("radiance") and not note.what.startswith("radiance as stored"))
+             and not (row.stage.startswith("lighting") and note.how != "bound")]
+    worst: dict[tuple, ErrorNote] = {}
+    for note in notes:  # speckle is stated octave by octave: a pixel gets its light from one of them, at worst the worst
+        same = (note.unit, note.how) if note.unit in OF_SPREAD else (note,)
+        if same not in worst or note.value > worst[same].value:
+            worst[same] = note
+    ways = (*OF_ALL, *OF_SPREAD, IRRADIANCE, "electrons", UNIT)
+    return [n for n in worst.values() if n.unit in ways], [n for n in worst.values() if n.unit not in ways and n.value]
+
+
+def state(shots: list[Electrons], rows: list[Row], allowed: float, seconds: tuple[float, float]) -> None:
+    """State in the ledger how wrong a picture is in units of its own noise, first of all captures, then of each.
+
+    Parameters
+    ----------
+    shots : as `electrons`. `rows` : the ledger so far. `allowed` : share of the noise that everything after the renderer may take.
+    seconds : of the rendering, and of everything after it.
+    """
+    notes, without = notes_after(rows)
+    figures = []
+    for shot in shots:
+        if shot.unsaturated.any():
+            renderer, later = (e[shot.unsaturated] / shot.sigma[shot.unsaturated] for e in (shot.renderer, after(shot, notes)))
+            both = renderer + later
+            figures.append((*(float(np.quantile(e, SHARE)) for e in (both, renderer, later)), float(both.max()), shot.capture))
+    if not figures:
+        ledger.error(0.0, UNIT, "statistical", "no pixel is below saturation")
+        return
+    most, renderer, later, worst, capture = max(figures)
+    ledger.error(most, UNIT, "statistical", f"99 % of the unsaturated pixels of {capture} (the worst {worst:.3g}): renderer {renderer:.3g}, "
+                 f"{seconds[0]:.3g} s, and all after it {later:.3g} where {allowed:g} is allowed, {seconds[1]:.3g} s")
+    for _, renderer, later, _, capture in figures:
+        ledger.error(renderer, UNIT, "statistical", f"electrons of {capture}: renderer")
+        ledger.error(later, UNIT, "bound", f"electrons of {capture}: all after the renderer")
+    if any(row.stage.startswith("radiance") for row in rows) and not any(shot.renderer.any() for shot in shots):
+        ledger.left_out("noise of the renderer", "it states none: several passes, or more paths, would", np.inf, UNIT)
+    for note in without:
+        ledger.left_out(note.what, "no error of a pixel's electrons follows from it", note.value, note.unit)
+
+
+def seconds(rows: list[Row], camera: str, scene) -> tuple[float, float]:
+    """Return the seconds that one camera's picture took: of the rendering, in this run or when it was stored, and of all after it."""
+    own = [row.seconds for row in rows if row.stage.split(" ")[0] in ("radiance", "lighting", "lens")
+           or row.stage in (f"sensor {camera}", f"isp {camera}")]
+    return float(scene.attrs.get("rendered_s", 0.0)), sum(own)

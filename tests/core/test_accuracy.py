@@ -1,0 +1,87 @@
+"""What a run allows itself to be wrong by: bad values refused with what to type, good ones passed to where they count."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf, sqrt
+from types import SimpleNamespace
+
+import pytest
+
+from isethdr_core import accuracy, compose, ledger
+from isethdr_core.demand import Demand, Response
+from isethdr_core.errors import ConfigError
+from isethdr_core.pipeline import Chain, chain, on_sensor, plan
+from isethdr_core.registry import build
+
+SMALL = ["scene=uniform", "scene.width=24", "scene.height=16", "~renderer", "lighting=ideal", "~versions", "lens=ideal", "~flare.dirt", "sensor=bayer"]
+
+
+@pytest.mark.parametrize("value", ["0", "-0.1", "1.5", "much", "true", "null"])
+def test_a_share_of_the_noise_is_above_0(value):
+    with pytest.raises(ConfigError, match=r"accuracy.noise_fraction_allowed is .*above 0.*type accuracy.noise_fraction_allowed=0.1"):
+        chain(compose([*SMALL, f"accuracy.noise_fraction_allowed={value}"]))
+
+
+@pytest.mark.parametrize("value", ["0", "-1", "2"])
+def test_so_is_the_noise_of_a_renderer(value):
+    with pytest.raises(ConfigError, match=r"accuracy.render_error_allowed is .*above 0.*type accuracy.render_error_allowed=0.1"):
+        chain(compose([*SMALL, f"accuracy.render_error_allowed={value}"]))
+
+
+def test_a_share_of_no_number_is_refused():
+    for wrong in (float("nan"), inf, None, "0.1"):
+        with pytest.raises(ConfigError, match="noise_fraction_allowed"):
+            accuracy.allowed({"accuracy": {"noise_fraction_allowed": wrong}})
+    assert accuracy.allowed({}) == accuracy.Allowed()  # configs of before have no such node
+    with pytest.raises(ConfigError, match="no key 'noise'"):
+        accuracy.allowed({"accuracy": {"noise": 0.1}})
+
+
+def test_the_renderer_is_told_or_it_is_said_why_not():
+    @dataclass(frozen=True)
+    class Told:
+        error_allowed: float | None = None
+
+    @dataclass(frozen=True)
+    class Untold:
+        samples: int = 1
+
+    given = accuracy.Allowed(render_error=0.2)
+    assert accuracy.with_render_error(Told(), given) == Told(0.2) == accuracy.with_render_error(Told(0.2), given)
+    assert accuracy.with_render_error(Untold(), accuracy.Allowed()) == Untold()
+    for wrong, said in ((Untold(), "Untold has no field error_allowed"), (None, "no renderer"), (Told(0.3), "set one of them")):
+        with pytest.raises(ConfigError, match=said):
+            accuracy.with_render_error(wrong, given)
+
+
+def test_the_error_allowed_is_that_of_the_largest_signal_to_noise_ratio():
+    response = Response(("G",), lambda nm: nm, 1.0, read_noise_e=30.0, full_scale_e=10_000.0, noise_fraction_allowed=0.2)
+    assert response.error_allowed == pytest.approx(0.2 * sqrt(10_000 + 900) / 10_000, rel=1e-15)
+    dark = replace(response, full_scale_e=2500.0)
+    assert response.error_allowed < dark.error_allowed and (response + dark).error_allowed == response.error_allowed  # the finer one rules
+    assert replace(response, full_scale_e=inf).error_allowed == 0.0
+
+
+def test_shares_of_one_way_add_up_to_the_whole():
+    assert accuracy.FUNCTIONALS + accuracy.TRANSFORMS == pytest.approx(1.0) and accuracy.CONVOLUTION == 1.0
+
+
+def test_the_plan_passes_it_on():
+    rows = ledger.Ledger()
+    demand = plan(chain(compose([*SMALL, "accuracy.noise_fraction_allowed=0.5"])), rows)
+    full_e = max(build("sensor", "bayer").full_scale_e())
+    assert demand.response.noise_fraction_allowed == 0.5 and demand.error_allowed == demand.response.error_allowed
+    assert demand.error_allowed == pytest.approx(0.5 / sqrt(full_e), rel=0.05)  # read noise is little beside a full well
+    assert any("0.5 of the noise" in e.what for e in rows[0].errors)
+    assert plan(chain(compose([*SMALL, "sensor.noise=false"])), ledger.Ledger()).error_allowed == 0.0  # without noise nothing is small
+
+
+def test_only_a_lens_that_takes_an_error_is_told_one():
+    mixed = build("lighting", "ideal")(build("scene", "uniform", width=6, height=4)())
+    told = []
+    for call in (lambda light, flares=(), error_allowed=0.0: told.append(error_allowed) or light, lambda light, flares=(): told.append("none") or light):
+        lens = type("Lens", (), {"__call__": staticmethod(call)})()
+        parts = Chain(None, None, None, {}, lens, {}, {"a": SimpleNamespace()}, None, {})
+        on_sensor(parts, mixed, Demand(error_allowed=0.01))
+    assert told == [0.01, "none"]

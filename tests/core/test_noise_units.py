@@ -1,0 +1,131 @@
+"""Errors in units of the sensor's noise: closed forms, and a repeat with made-up noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import isethdr_core as hdr
+from isethdr_core import ledger, noise_units, quantities, score_errors
+from isethdr_core.ledger import ErrorNote, Row
+from isethdr_core.noise_units import UNIT, Electrons
+from isethdr_core.pipeline import Camera
+from isethdr_core.registry import build
+from isethdr_core.scene_noise import NOISE, nearest_xyz, pixel_variance
+from isethdr_core.truth import make_picture, seen, truth
+
+TILES = (12, 16)
+
+
+def noisy(relative, level=100.0):
+    """Return the scene of a uniform field whose every tile has a relative noise, its mixed radiance, its light and a focal length for tiles of 3 um."""
+    scene = build("scene", "uniform", width=TILES[1], height=TILES[0], luminance_cd_m2=level)().load()
+    groups = [str(g) for g in scene.light_group.values]
+    xyz = quantities.tristimulus(build("lighting", "ideal")(scene)).xyz.values  # of the one group at weight 1
+    scene[NOISE] = ("light_group", "xyz_channel", "y", "x"), np.stack([relative * np.moveaxis(xyz, -1, 0)] * len(groups))
+    mixed = build("lighting", "weights", weights={groups[0]: 1.0})(scene)
+    focal_mm = 3e-3 * TILES[1] / mixed.attrs["field_width"]
+    return scene, mixed, build("lens", "ideal", f_number=2.0, focal_length_mm=focal_mm, falloff="none")(mixed)
+
+
+def shots_of(scene, mixed, light, **fields):
+    sensor = build("sensor", "bayer", **fields)
+    captures = sensor(light, hdr.generator(seed=0))
+    return noise_units.electrons(captures, light, mixed, scene), captures, sensor
+
+
+def test_a_tile_per_pixel_has_its_tile_s_noise():
+    scene, mixed, light = noisy(0.02)
+    (shot,), captures, sensor = shots_of(scene, mixed, light, pitch_um=3.0, exposure_s=0.004)
+    mean_e = sensor.expected(light).values[0] - float(captures.dark_e[0])
+    np.testing.assert_allclose(shot.total, mean_e, rtol=1e-6)  # float32 light, another way to sum it
+    np.testing.assert_allclose(shot.direct, mean_e, rtol=1e-6)  # no blur
+    np.testing.assert_allclose(shot.renderer, 0.02 * mean_e, rtol=1e-5)
+    read2 = float(captures.read_noise_e[0]) ** 2 + float(captures.quantisation_e[0]) ** 2 / 12
+    np.testing.assert_allclose(shot.sigma, np.sqrt(mean_e + float(captures.dark_e[0]) + read2), rtol=1e-6)
+
+
+def test_four_tiles_per_pixel_halve_it():
+    (fine,), *_ = shots_of(*noisy(0.02), pitch_um=3.0, exposure_s=0.002)
+    (coarse,), *_ = shots_of(*noisy(0.02), pitch_um=6.0, exposure_s=0.002)
+    assert np.median(coarse.renderer / coarse.total) == pytest.approx(0.5 * np.median(fine.renderer / fine.total), rel=1e-5)
+
+
+@pytest.mark.parametrize("pitch_um", [2.0, 3.0, 4.4])
+def test_variance_of_a_mean_as_a_repeat_finds_it(pitch_um):
+    _, mixed, light = noisy(0.0)
+    captures = build("sensor", "bayer", pitch_um=pitch_um)(light, hdr.generator(seed=0))
+    rng = np.random.default_rng(3)
+    sd = rng.uniform(0, 1, TILES)
+    found = np.var([seen(sd * rng.standard_normal(TILES), mixed, captures) for _ in range(1000)], axis=0)
+    # a variance of 1000 draws is known to 4.5 %: five of these
+    np.testing.assert_allclose(found, pixel_variance(sd**2, mixed, captures), rtol=0.23)
+
+
+def test_bounds_add_up_and_statistics_add_up_in_squares():
+    ones = np.ones((2, 2))
+    shot = Electrons("a", 1000 * ones, 900 * ones, 40 * ones, 3 * ones, ones > 0, 2.0)
+    notes = [ErrorNote(1e-3, "relative", "bound"), ErrorNote(0.5, "electrons", "bound"), ErrorNote(0.25, quantities.IRRADIANCE, "measured"),
+             ErrorNote(0.03, "relative per tile", "statistical"), ErrorNote(0.1, UNIT, "statistical")]
+    # 1 + 0.5 + 0.25 x 2 of all, then 3 % of the hundred that were spread and a tenth of the noise
+    np.testing.assert_allclose(noise_units.after(shot, notes), 2.0 + np.hypot(3.0, 4.0), rtol=1e-14)
+
+
+def test_what_the_renderer_and_targets_say_is_not_counted_twice():
+    rows = [Row("renderer mitsuba", errors=[ErrorNote(0.1, "relative", "statistical", "light group sky")]),
+            Row("radiance", errors=[ErrorNote(5e-4, "relative", "bound", "radiance as stored, rounded"), ErrorNote(0.1, "relative", "statistical", "group")]),
+            Row("lighting night", errors=[ErrorNote(1e-7, "relative", "bound"), ErrorNote(0.3, "relative", "measured", "photometric targets")]),
+            Row("lens l", errors=[ErrorNote(0.01, "relative per tile", "statistical", "2 to 4"), ErrorNote(0.03, "relative per tile", "statistical", "4 to 8"),
+                                  ErrorNote(0.2, "fraction of energy", "measured", "light beyond")])]
+    kept, without = noise_units.notes_after(rows)
+    assert sorted(n.value for n in kept) == [1e-7, 5e-4, 0.03] and [n.what for n in without] == ["light beyond"]
+
+
+def test_a_sensor_s_channel_takes_the_noise_of_its_colour():
+    nm = np.arange(400.0, 701.0, 10.0)
+    blue, green, red = (np.exp(-0.5 * ((nm - c) / 25) ** 2) for c in (450, 545, 610))
+    assert [nearest_xyz(c, nm) for c in (red, green, blue)] == [0, 1, 2]
+
+
+def test_scores_move_as_the_light_they_are_of():
+    scene, mixed, light = noisy(0.1)
+    picture = _picture(mixed, light)
+    camera, metric, rows = Camera(None, picture, picture, None), build("metric", "ideal"), ledger.Ledger()
+    with ledger.stage(rows, "picture"):
+        score_errors.state(camera, metric(picture, picture), [metric], mixed, scene, 60)
+    (note,) = rows[0].errors
+    # the mean of n independent tiles of 100 cd/m2 and 10 %; an rms of 60 draws is known to 9 %: three of these
+    assert note.unit == "cd m-2" and note.value == pytest.approx(10.0 / np.sqrt(np.prod(TILES)), rel=0.3)
+
+
+def _picture(mixed, light):
+    blank = np.ones((*TILES, 3))
+    grid = make_picture(blank, blank, np.ones(TILES, bool), light.x.values, light.y.values, focal_length_mm=light.attrs["focal_length_mm"], pitch_um=3.0)
+    return truth(mixed, grid)
+
+
+def test_a_run_ends_with_how_wrong_its_picture_is():
+    config = hdr.compose(["scene=macbeth", "scene.width=24", "scene.height=16", "~renderer", "lighting=ideal", "~versions", "lens=ideal",
+                          "~flare.dirt", "isp=linear", "sensor=bayer", *(f"~metric.{m}" for m in ("dynamic_range", "snr", "colour", "ssim", "log_luminance",
+                                                                                                 "contrast", "detection"))])
+    row = hdr.run(config).ledger[-1]
+    assert row.stage == "picture bayer" and row.error_unit == UNIT and 0 < row.error < 0.1
+    assert "renderer 0, 0 s" in row.errors[0].what and "0.1 is allowed" in row.errors[0].what
+
+
+def test_noise_stated_as_one_number_is_taken_for_all_direct_light():
+    scene, mixed, light = noisy(0.02)
+    del scene[NOISE]
+    captures = build("sensor", "bayer", pitch_um=3.0, exposure_s=0.004)(light, hdr.generator(seed=0))
+    whole = noise_units.stated_noise([Row("radiance", errors=[ErrorNote(0.03, "relative", "statistical"), ErrorNote(0.9, "relative", "bound")])])
+    (shot,) = noise_units.electrons(captures, light, mixed, scene, whole)
+    np.testing.assert_allclose(shot.renderer, 0.03 * shot.direct, rtol=1e-12)
+
+
+def test_noise_that_is_not_known_is_said_to_be_so():
+    scene, mixed, light = noisy(np.nan)
+    (shot,), *_ = shots_of(scene, mixed, light, pitch_um=3.0, exposure_s=0.004)
+    rows = ledger.Ledger()
+    with ledger.stage(rows, "picture"):
+        noise_units.state([shot], [Row("radiance")], 0.1, (0.0, 0.0))
+    assert [(o.what, o.bound) for o in rows[0].left_out] == [("noise of the renderer", np.inf)]

@@ -1,0 +1,93 @@
+"""Functionals of the spectrum in place of bands, against long double sums over tiles and bands."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .point import Point, Work, timed
+
+SHAPE, FIELD = (48, 64), 0.032
+BANDS_NM = np.arange(400.0, 701.0, 10.0)
+ALLOWED = (1.0, 0.1, 0.01)  # of the noise
+ROAD, LAMP = 4e-6, 1e8  # radiance, W m-2 sr-1 nm-1; times the road
+PIXELS = 200  # at which sums are taken
+
+
+def measured() -> list[Work]:
+    """Return one diagram: largest error of a tile's electrons in standard deviations of the noise, against the noise allowed."""
+    from isethdr_core import ledger
+    from isethdr_core.accuracy import Allowed
+    from isethdr_core.demand import Demand
+    from isethdr_core.registry import build
+
+    mixed, lens, dirt = night(), build("lens", "diffraction_limited", focal_length_mm=6.0), (build("flare", "aperture"),)
+    response = build("sensor", "bayer", pitch_um=3.0).narrow(Demand()).response
+    rows, columns, truth = direct(mixed, lens, dirt, response)  # also makes the kernels, which every setting shares
+    noise = np.sqrt(np.maximum(truth, 0) + response.read_noise_e**2)
+    points = []
+    for allowed in ALLOWED:
+        asked = replace(response, noise_fraction_allowed=allowed)
+        with ledger.stage(ledger.Ledger(), "lens") as row:
+            lens.photocurrent(mixed, dirt, asked)
+        light, cpu_s, peak_mb = timed(lambda asked=asked: lens.photocurrent(mixed, dirt, asked))
+        name = next((e.what.split(" ")[0] + " functionals" for e in row.errors if "functionals" in e.what), "band by band")
+        points.append(Point(f"{allowed:g} allowed: {name}", worst(light, rows, columns, truth, noise, response), cpu_s, peak_mb,
+                            "default" if allowed == Allowed.noise_fraction else ""))
+    light, cpu_s, peak_mb = timed(lambda: lens(mixed, dirt))
+    points.append(Point("band by band, exact", worst(light, rows, columns, truth, noise, response), cpu_s, peak_mb, "peer"))
+    light, cpu_s, peak_mb = timed(lambda: lens(mixed, dirt, error_allowed=response.error_allowed))
+    points.append(Point(f"band by band, {response.error_allowed:.2g} allowed", worst(light, rows, columns, truth, noise, response), cpu_s, peak_mb))
+    return [Work("basis", "largest error of a tile's electrons, standard deviations of the noise", f"long double sums at {PIXELS} tiles", 1e-7, points)]
+
+
+def night():
+    """Return mixed radiance (wavelength, y, x) of daylight and sodium light on grey and coloured tiles, with two lamps 1e8 times as bright."""
+    from isethdr_core import quantities
+
+    rng, nm = np.random.default_rng(0), BANDS_NM[:, None, None]
+    led = np.exp(-0.5 * ((nm - 450) / 9) ** 2) + 0.7 * np.exp(-0.5 * ((nm - 560) / 55) ** 2)
+    sodium, day = np.exp(-0.5 * ((nm - 589) / 6) ** 2) + 0.02, 1.5 - nm / 700
+    paint = 0.1 + 0.5 * np.exp(-0.5 * ((nm - rng.choice([430, 500, 570, 660], SHAPE)) / 40) ** 2)
+    cube = paint * (sodium * rng.uniform(0.2, 2, SHAPE) + day * rng.uniform(0.2, 2, SHAPE)) * ROAD
+    cube[:, 10:13, 15:18] += LAMP * ROAD * sodium
+    cube[:, 22:25, 35:38] += LAMP * ROAD * led
+    y, x = (quantities.centres(n, FIELD * n / SHAPE[1]) for n in SHAPE)
+    return quantities.plane(cube.astype(np.float32), BANDS_NM, x, y, quantities.RADIANCE)
+
+
+def counting(response):
+    """Return electrons (channel, band) per W m-2 nm-1 in one exposure of the most sensitive photodiode."""
+    from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
+
+    return response.efficiency(BANDS_NM) * band_widths_nm(BANDS_NM) / photon_energy_j(BANDS_NM) * response.area_exposure_m2_s
+
+
+def direct(mixed, lens, dirt, response):
+    """Return rows and columns of some tiles, and their electrons (channel, tile): every tile and band summed in long double."""
+    from isethdr_optics.imaging import parts
+
+    given, rng = parts(lens, mixed, dirt), np.random.default_rng(1)
+    rows, columns = rng.integers(0, SHAPE[0], PIXELS), rng.integers(0, SHAPE[1], PIXELS)
+    light = mixed.values * (np.ones(SHAPE) if given.relative is None else given.relative)
+    out = np.zeros((len(mixed), PIXELS), np.longdouble)
+    for b, kernel in enumerate(given.made.bands):
+        flipped = kernel[::-1, ::-1].astype(np.longdouble)
+        for k, (y, x) in enumerate(zip(rows, columns)):
+            top, left = kernel.shape[0] // 2 - y, kernel.shape[1] // 2 - x
+            out[b, k] = (flipped[top : top + SHAPE[0], left : left + SHAPE[1]] * light[b]).sum() * given.gains[b]
+    return rows, columns, (counting(response) @ out).astype(float)
+
+
+def worst(light, rows, columns, truth, noise, response) -> float:
+    """Return the largest error over the noise, at tiles below full scale."""
+    at = light.values[:, rows, columns].astype(float)
+    if "channel" in light.dims:
+        found = at * response.area_exposure_m2_s
+    else:
+        found = counting(response) @ at
+    _, first = np.unique(response.efficiency(BANDS_NM), axis=0, return_index=True)
+    kept = truth[np.sort(first)] if len(found) < len(truth) else truth
+    scale = noise[np.sort(first)] if len(found) < len(truth) else noise
+    return float(np.max(np.where(kept < response.full_scale_e, np.abs(found - kept) / scale, 0.0)))

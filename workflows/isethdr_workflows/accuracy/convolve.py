@@ -1,0 +1,47 @@
+"""Ways to convolve light of many decades, against long double sums."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..convolution_methods import METHODS, direct, frame, prepare
+from .point import Point, Work, timed
+
+SHAPE = (270, 480)
+ALLOWED = (1e-5, 6e-4, 6e-3)  # relative: from far below to what 0.1 and 1 of the noise of 25 000 electrons are
+RATIO = 1e8  # lamp over background: a headlight beside a dark road
+
+
+def measured() -> list[Work]:
+    """Return one diagram: largest relative error of a sampled pixel beside lamps, kernels prepared."""
+    from isethdr_core.physics.convolution import convolve
+
+    psf = skirt(SHAPE)
+    prepared, image = prepare(psf, SHAPE), frame(*SHAPE, RATIO)
+    pixels, truth = direct(image, psf, METHODS["float64, doubtful pixels summed (product)"](image, prepared))
+    ways = METHODS | {"float32, circular": circular(psf, np.float32), "float64, circular": circular(psf, np.float64)}
+    ways |= {f"float64, {allowed:g} allowed": lambda image, prepared, allowed=allowed: convolve(image, prepared["product"], allowed) for allowed in ALLOWED}
+    points = []
+    for name, way in ways.items():
+        result, cpu_s, peak_mb = timed(lambda way=way: way(image, prepared), repeat=3)
+        mark = "default" if "product" in name else "peer" if "circular" in name else ""
+        points.append(Point(name.removesuffix(" (product)"), float(np.max(np.abs(result[pixels] / truth - 1))), cpu_s, peak_mb, mark))
+    return [Work("convolution", "largest relative error of a pixel, lamps 1e8 times the background", "long double sums at sampled pixels",
+                 1e-15, points)]
+
+
+def skirt(shape):
+    """Return a kernel that reaches over the whole frame and falls with the cube of the distance."""
+    y, x = (np.arange(1 - n, n) for n in shape)
+    psf = (1 + np.hypot(y[:, None], x)) ** -3.0
+    return psf / psf.sum()
+
+
+def circular(psf, dtype):
+    """Return the common rule: the kernel cut to the frame, one transform of the frame's own size, light wrapped around."""
+    import scipy.fft as sf
+
+    (ny, nx), (cy, cx) = SHAPE, (n // 2 for n in psf.shape)
+    cut = psf[cy - ny // 2 : cy - ny // 2 + ny, cx - nx // 2 : cx - nx // 2 + nx].astype(dtype)
+    spectrum = sf.rfft2(np.roll(cut / cut.sum(), (-(ny // 2), -(nx // 2)), (0, 1)))
+    return lambda image, prepared: sf.irfft2(sf.rfft2(image.astype(dtype)) * spectrum, SHAPE)

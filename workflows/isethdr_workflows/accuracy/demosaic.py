@@ -1,0 +1,38 @@
+"""Ways to fill in missing colours, against the true picture."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..demosaic_methods import ARRAYS, PITCH_UM, radiance
+from .point import Point, Work, timed
+
+SIZE = (240, 320)
+BORDER = 8
+DEFAULT = "bilinear"
+
+
+def measured() -> list[Work]:
+    """Return one diagram per filter array: rms error of luminance over its mean, on stripes that grow finer, 100 cd/m2."""
+    return [array(cfa, methods) for cfa, methods in ARRAYS.items()]
+
+
+def array(cfa: str, methods) -> Work:
+    """Return the diagram of one filter array; the truth is the same camera's without noise and with every colour in every pixel."""
+    from isethdr_core import generator
+    from isethdr_core.registry import build
+    from isethdr_core.truth import truth
+
+    rows, columns = SIZE
+    mixed = radiance("stripes", 100.0, rows, columns)
+    focal_mm = PITCH_UM * 1e-3 / (mixed.attrs["field_width"] / (columns + 8))
+    light = build("lens", "ideal", f_number=2.0, focal_length_mm=focal_mm, falloff="none")(mixed)
+    shot = build("sensor", "bayer", pitch_um=PITCH_UM, cfa=cfa, rows=rows, columns=columns)(light, generator(seed=1))
+    points, inner = [], (slice(BORDER, -BORDER), slice(BORDER, -BORDER), 1)
+    for method in methods:
+        isp = build("isp", "linear", demosaic=method)
+        picture, cpu_s, peak_mb = timed(lambda isp=isp: isp(shot))
+        true = truth(mixed, picture)["xyz"].values[inner]
+        error = np.sqrt(np.mean((picture["xyz"].values[inner] - true) ** 2)) / true.mean()
+        points.append(Point(method, float(error), cpu_s, peak_mb, "default" if method == DEFAULT else ""))
+    return Work(f"demosaic {cfa.replace('/', '-')}", "rms error of luminance over its mean", "noise-free truth on the same pixels", 1e-7, points)

@@ -1,0 +1,56 @@
+"""Noise draws that a score is averaged over, against many other draws."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .point import Point, Work, timed
+
+DRAWS = (1, 2, 4, 8, 16)
+MANY = 96
+METRICS = ("dynamic_range", "ciede2000", "ssim", "log_luminance_error", "contrast_detection")
+
+
+def measured() -> list[Work]:
+    """Return one diagram per metric: rms difference of its score, in units of its own scatter from draw to draw."""
+    from isethdr_core.registry import build
+
+    metrics = {name: build("metric", name) for name in METRICS}
+    one = shooter()
+    many = [scores(metrics, *one(seed)) for seed in range(100, 100 + MANY)]
+    out = []
+    for name, metric in metrics.items():
+        known = np.array([row[name] for row in many])
+        scatter, points = float(known.std(ddof=1)), []
+        for draws in DRAWS:
+            # CPU seconds are those of one group; its error is averaged over all groups of so many draws
+            _, cpu_s, peak_mb = timed(lambda draws=draws, metric=metric: [metric(*one(seed))[0].value for seed in range(draws)], repeat=1)
+            groups = known[: MANY // draws * draws].reshape(-1, draws).mean(axis=1)
+            rest = (known.sum() - groups * draws) / (MANY - draws)  # of the draws that are not in the group
+            error = np.sqrt(np.mean((groups - rest) ** 2)) / scatter if scatter > 0 else 0.0
+            points.append(Point(f"{draws} draws", float(error), cpu_s, peak_mb, "default" if draws == 1 else ""))
+        out.append(Work(f"metric {name}", "rms difference in standard deviations of one draw", f"the mean of the other {MANY} draws",
+                        1 / np.sqrt(MANY), points))
+    return out
+
+
+def shooter():
+    """Return a function seed -> (picture, truth, labels) of a colour chart in dim light."""
+    from isethdr_core import generator
+    from isethdr_core.registry import build
+    from isethdr_core.truth import truth
+
+    mixed = build("lighting", "weights", weights={"sky": 1.0})(build("scene", "macbeth", width=160, height=120, luminance_cd_m2=5.0)())
+    light = build("lens", "ideal", f_number=2.0, focal_length_mm=3e-3 * 160 / mixed.attrs["field_width"], falloff="none")(mixed)
+    sensor, isp = build("sensor", "bayer", pitch_um=3.0), build("isp", "linear")
+
+    def one(seed):
+        picture = isp(sensor(light, generator(seed=seed)))
+        return picture, truth(mixed, picture), None
+
+    return one
+
+
+def scores(metrics, picture, true, labels) -> dict:
+    """Return {metric: its score of the whole picture}."""
+    return {name: metric(picture, true, labels)[0].value for name, metric in metrics.items()}

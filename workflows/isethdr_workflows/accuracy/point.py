@@ -1,0 +1,89 @@
+"""One setting measured: its error, its CPU seconds, its memory; and which settings no other beats."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+from isethdr_core import ledger
+from isethdr_core.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class Point:
+    """What one setting costs and how wrong it is."""
+
+    setting: str
+    error: float
+    cpu_s: float
+    peak_mb: float = 0.0
+    mark: str = ""  # default: what runs use; peer: what other simulators do
+
+
+@dataclass(frozen=True)
+class Work:
+    """All settings of one stage against one reference."""
+
+    stage: str
+    error_of: str  # what `error` is one of, with its unit
+    reference: str
+    reference_error: float  # in the unit of the errors
+    points: list[Point] = field(default_factory=list)
+
+
+def timed(call, repeat: int = 2):
+    """Return (result, CPU seconds, peak MB above the start) of the cheapest of `repeat` calls; CPU time bears a busy machine."""
+    best, most, result = float("inf"), 0.0, None
+    for _ in range(repeat):
+        with ledger.stage(ledger.Ledger(), "idle") as idle:
+            pass
+        with ledger.stage(ledger.Ledger(), "measured") as row:
+            start = time.process_time()
+            result = call()
+            spent = time.process_time() - start
+        best, most = min(best, spent), max(most, (row.peak_bytes - idle.peak_bytes) / 1e6)
+    return result, best, most
+
+
+def refuse_what_does_not_fit(what: str, count: int, needed_bytes, free_bytes: int | None = None) -> None:
+    """Raise ConfigError where a reference needs more memory than is free: with its size, and the largest count that fits.
+
+    `needed_bytes` : function(count), rising.
+    """
+    free = free_memory() if free_bytes is None else free_bytes
+    if count < 1:
+        raise ConfigError(f"{what}: {count!r}; expected a whole number above 0")
+    if needed_bytes(count) <= free:
+        return
+    low, high = 0, count
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if needed_bytes(middle) <= free else (low, middle)
+    nearest = f"the largest that fits is {low}: type reference={low}" if low else "none fits: free memory first"
+    raise ConfigError(f"{count} {what} take {needed_bytes(count) / 1e9:.3g} GB, {free / 1e9:.3g} GB are free; {nearest}")
+
+
+def free_memory() -> int:
+    """Return the bytes of memory that may be taken without swapping (Linux); plenty where that is not known."""
+    try:
+        with open("/proc/meminfo") as lines:
+            return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable:"))
+    except (OSError, StopIteration):
+        return 1 << 62
+
+
+def front(points: list[Point]) -> list[Point]:
+    """Return the points that no other is as cheap and as right as, cheapest first."""
+    kept: list[Point] = []
+    for point in sorted(points, key=lambda p: (p.cpu_s, p.error)):
+        if point.error == point.error and (not kept or point.error < kept[-1].error):
+            kept.append(point)
+    return kept
+
+
+def as_rows(work: Work) -> list[dict]:
+    """Return one row per setting."""
+    best = front(work.points)
+    return [{"stage": work.stage, "setting": p.setting, "error": p.error, "error_of": work.error_of, "cpu_s": p.cpu_s,
+             "peak_mb": p.peak_mb, "mark": p.mark, "front": p in best, "reference": work.reference,
+             "reference_error": work.reference_error} for p in work.points]

@@ -1,0 +1,71 @@
+"""Sub-bands of a point spread and how far it is exact, against Airy's formula in many points and wavelengths."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .point import Point, Work, refuse_what_does_not_fit, timed
+
+TILE_UM, BAND_NM, WIDTH_NM = 3.75, 550.0, 30.0
+F_NUMBER, FOCAL_MM = 4.0, 6.0
+TILES = 12  # from the axis to the border of what is compared
+SUB_BANDS = (1, 2, 4, 8, 16)
+SUPPORT = (3, 6, 9)  # tiles of the exact core that are kept; light beyond is left out
+POINTS, WAVES = 24, 48  # of the reference: per tile and axis, and in the band
+ARRAYS = 6  # of the reference's size that are in memory together
+
+
+def measured(reference: int = 0) -> list[Work]:
+    """Return two diagrams: L1 error of a band's kernel, over sub-bands, and over the tiles that it reaches.
+
+    `reference` : points per tile and axis of the reference; 0 takes `POINTS`.
+    """
+    points = reference or POINTS
+    refuse_what_does_not_fit("points per tile of the psf reference", points, lambda n: 8 * ARRAYS * ((2 * TILES + 2) * n) ** 2)
+    full, half, quarter = (airy(max(1, points // n)) for n in (1, 2, 4))
+    truth, before = (4 * full - half) / 3, (4 * half - quarter) / 3  # the midpoint rule errs as the step squared (Richardson 1911)
+    own_error = float(np.abs(truth - before).sum()) / 15  # that of `before`; half the step is a sixteenth of it
+    bands, support = [], []
+    for count in (*SUB_BANDS, 0):
+        kernel, cpu_s, peak_mb = timed(lambda count=count: core(count))
+        bands.append(Point(f"{count} sub-bands" if count else "chosen by the lens", float(np.abs(kernel - truth).sum()), cpu_s, peak_mb,
+                           "" if count else "default"))
+    for tiles in SUPPORT:
+        kernel, cpu_s, peak_mb = timed(lambda tiles=tiles: core(0, tiles))
+        wide = np.pad(kernel, TILES - tiles)
+        support.append(Point(f"{tiles} tiles", float(np.abs(wide - truth).sum()), cpu_s, peak_mb))
+    support.append(bands[-1])
+    said = f"Airy's formula, {points} x {points} points a tile, {WAVES} wavelengths"
+    return [Work("psf sub-bands", "share of a point's light put wrong, L1", said, own_error, bands),
+            Work("psf support", "share of a point's light put wrong, L1", said, own_error, support)]
+
+
+def core(count: int, tiles: int = TILES) -> np.ndarray:
+    """Return the lens's kernel (y, x) of the band, `tiles` from the axis to its border, with `count` sub-bands; 0 as the lens chooses."""
+    from isethdr_optics import DiffractionLimitedLens
+    from isethdr_optics.kernels import _Plan
+
+    lens = DiffractionLimitedLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
+    plan = _Plan(lens, (), BAND_NM, WIDTH_NM, (TILE_UM, TILE_UM), (tiles, tiles), 1, [])
+    if count:
+        plan.wavelengths = lambda centre, width, *_: centre + ((np.arange(count) + 0.5) / count - 0.5) * width
+    return plan.band(BAND_NM, WIDTH_NM)[0]
+
+
+def airy(points: int) -> np.ndarray:
+    """Return the kernel (y, x) by midpoint sums of (2 J1(v) / v)^2, tile to tile, mean over the band (Airy 1835)."""
+    from isethdr_optics import DiffractionLimitedLens
+    from isethdr_optics.pupils import distance_mm, radius_mm
+    from scipy.special import j1
+
+    lens = DiffractionLimitedLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
+    sine = radius_mm(lens) / distance_mm(lens)  # v = 2 pi / wavelength x radius x this, as Fraunhofer's integral has it
+    at = (np.arange((2 * TILES + 2) * points) + 0.5) / points - TILES - 1  # in tiles
+    r_um = np.hypot(at[:, None], at) * TILE_UM
+    total = np.zeros_like(r_um)
+    for wave in BAND_NM + ((np.arange(WAVES) + 0.5) / WAVES - 0.5) * WIDTH_NM:
+        scale = 2 * np.pi / (wave * 1e-3) * sine
+        total += (2 * j1(scale * r_um) / (scale * r_um)) ** 2 * scale**2 / (4 * np.pi)
+    density = total / WAVES * (TILE_UM / points) ** 2
+    weight = np.maximum(1 - np.abs(at[None, :] - np.arange(-TILES, TILES + 1)[:, None]), 0.0)  # mean over the source tile
+    return weight @ density @ weight.T
