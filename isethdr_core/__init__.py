@@ -7,11 +7,20 @@
 | `builtin`                       | the components that the core itself offers: lighting                  |
 | `scene`, `categories`           | scene description: geometry, materials, lamps; names of things        |
 | `quantities`, `scores`          | what crosses the borders between stages, and the checks on it         |
+| `light_in_time`                 | components of light that varies in time, and its mean                 |
+| `geometry`                      | where a sensor looks: projection, distortion, relative illumination   |
+| `field`                         | whether every sensor fits into the camera's field, before any work    |
 | `truth`, `view`                 | the picture without noise and flare; how a picture looks on a display |
+| `local_tone`, `white_balance`   | views that follow the surroundings, or the light of the scene         |
 | `demand`, `ledger`, `progress`  | what is needed; what it cost and how wrong it may be; how far it is   |
+| `bands`, `forecast`             | bands that can be left out; how long each stage will take             |
+| `accuracy`                      | what a run may be wrong by, and which stage by how much of it         |
+| `noise_units`, `scene_noise`, `score_errors` | how wrong a picture and its scores are, in units of its noise |
 | `seeds`, `provenance`           | which noise; which code, versions and inputs                          |
 | `pipeline`, `recipes`, `runs`   | the chain; stored radiance; one stored run                            |
+| `draws`                         | the same shot with other noise: intervals of all scores               |
 | `store`, `store_encoding`, `store_join` | zarr stores that are either whole or not there                |
+| `leftovers`                     | temporary names, and what killed writers left behind                  |
 | `cli`, `hydra_app`, `sweeps`, `summary` | the command line, sweeps, and what it prints                  |
 | `errors`                        | every error a user can cause                                          |
 | `lighting`                      | light groups mixed to weights or photometric targets                  |

@@ -6,7 +6,37 @@ with `ledger.left_out` what it dropped, why, and what dropping it can change.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """What sensors need to know of light: their answers per channel, and how finely they can tell light from noise."""
+
+    channels: tuple[str, ...]
+    efficiency: Callable[[Any], Any]  # wavelength_nm -> (channel, wavelength) electrons per photon
+    area_exposure_m2_s: float         # of the most sensitive photodiode: photocurrent x this = electrons
+    read_noise_e: float               # least of all readings
+    full_scale_e: float = math.inf    # largest charge that any reading measures
+    noise_fraction_allowed: float = 0.1  # error of light, in standard deviations of the noise
+
+    @property
+    def error_allowed(self) -> float:
+        """Relative error of light that stays within `noise_fraction_allowed` where noise is least beside it: at full scale."""
+        if math.isinf(self.full_scale_e):
+            return 0.0
+        return self.noise_fraction_allowed * math.sqrt(self.full_scale_e + self.read_noise_e**2) / self.full_scale_e
+
+    def __add__(self, other: Response) -> Response:
+        """Return the response of both sensors together, to the noise of the finer one."""
+        import numpy as np
+
+        return Response(self.channels + other.channels, lambda w: np.concatenate([self.efficiency(w), other.efficiency(w)]),
+                        max(self.area_exposure_m2_s, other.area_exposure_m2_s), min(self.read_noise_e, other.read_noise_e),
+                        max(self.full_scale_e, other.full_scale_e), min(self.noise_fraction_allowed, other.noise_fraction_allowed))
 
 
 @dataclass(frozen=True)
@@ -17,6 +47,7 @@ class Demand:
     wavelength_nm: tuple[float, ...] | None = None  # band centres
     labels: frozenset[str] = frozenset()            # depth, distance, instance, category, normal
     error_allowed: float = 0.0                      # relative; 0 asks for the exact way
+    response: Response | None = None                # of the sensors; None: light is needed wavelength by wavelength
 
     def with_groups(self, groups) -> Demand:
         """Return the demand for no other light group than `groups`."""

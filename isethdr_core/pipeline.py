@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from inspect import signature
 from typing import Any
 
+from . import accuracy, bands, progress
 from . import ledger as book
-from . import progress
 from .component import Stage
 from .demand import Demand
+from .draws import over_draws, state_spread
 from .errors import ConfigError, PluginError
+from .field import check_fields
 from .ledger import Ledger
 from .registry import build_from_config, plugin_manager
-from .scores import Score
+from .scores import Score, state_errors
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,11 @@ class Chain:
     cameras: dict[str, Any]
     isp: Any
     metrics: dict[str, Any]
+    draws: int = 1      # shots with other noise that each score is the mean of
+    allowed: accuracy.Allowed = accuracy.Allowed()
+    leave_out: bool = True          # False: everything is computed, needed or not
+    looked_at: bool = True          # a report shows the scene, under all versions
+    unseen: tuple[str, ...] = ()    # versions that were asked for and that nobody looks at
 
     def components(self) -> list:
         """Return every component, left to right."""
@@ -64,30 +72,54 @@ def chain(config) -> Chain:
         raise ConfigError("the config has no camera; name a sensor, for example sensor=bayer")
     if not isinstance(config.get("seed", 0), int):
         raise ConfigError(f"seed is {config.seed!r}; expected a whole number; type for example seed=7")
-    renderer = config.get("renderer")
-    return Chain(
+    if not (isinstance(config.get("draws", 1), int) and config.get("draws", 1) >= 1):
+        raise ConfigError(f"draws is {config.draws!r}; expected a whole number of shots, at least 1; type for example draws=4")
+    renderer, allowed = config.get("renderer"), accuracy.allowed(config)
+    leave_out, versions = switch(config, "leave_out"), table("lighting", config.get("versions"))
+    looked_at = switch(config, "report") or not leave_out
+    parts = Chain(
         scene=build_from_config("scene", config.scene),
-        renderer=build_from_config("renderer", renderer) if renderer else None,
+        renderer=accuracy.with_render_error(build_from_config("renderer", renderer) if renderer else None, allowed),
         lighting=build_from_config("lighting", config.lighting),
-        versions=table("lighting", config.get("versions")),
+        versions=versions if looked_at else {},
         lens=build_from_config("lens", config.lens),
         flares=table("flare", config.get("flare")),
         cameras=cameras,
         isp=build_from_config("isp", config.isp),
-        metrics=table("metric", config.get("metric")))
+        metrics=table("metric", config.get("metric")),
+        draws=config.get("draws", 1), leave_out=leave_out, looked_at=looked_at, unseen=() if looked_at else tuple(versions), allowed=allowed)
+    check_fields(parts.scene, parts.lens, parts.cameras.values())
+    return parts
+
+
+def switch(config, name: str) -> bool:
+    """Return a switch of the config, true where it is not there."""
+    value = config.get(name, True)
+    if not isinstance(value, bool):
+        raise ConfigError(f"{name} is {value!r}; expected true or false; type for example {name}=false")
+    return value
 
 
 def plan(parts: Chain, rows: Ledger) -> Demand:
     """Return what is needed of the scene, asked backwards from the scores; what that drops goes into `rows`."""
-    demand = Demand()
     with book.stage(rows, "plan"):
+        book.error(0.0, "1", "bound", "nothing is computed yet; what is left out is bounded one by one")
+        if not parts.leave_out:
+            from .quantities import LABELS  # needs xarray, which is slow to import
+
+            return Demand(labels=frozenset(LABELS))
+        for version in parts.unseen:
+            book.left_out(f"lighting {version}, and light groups that it alone needs", "no report is asked for, and only it shows them", 0.0, "cd/m2")
+        offered = bands.offered_nm(parts.renderer or parts.scene)
+        demand = Demand(wavelength_nm=offered)
         for metric in parts.metrics.values():
             demand = narrowed(metric, demand)
         demand = narrowed(parts.isp, demand)
         demand = union([narrowed(sensor, demand) for sensor in parts.cameras.values()])
+        demand = accuracy.budgeted(demand, parts.allowed)
         for flare in parts.flares.values():
             demand = narrowed(flare, demand)
-        demand = narrowed(parts.lens, demand)
+        demand = bands.with_bands(narrowed(parts.lens, demand), offered)
         return union([narrowed(light, demand) for light in (parts.lighting, *parts.versions.values())])
 
 
@@ -107,8 +139,16 @@ def union(demands: list[Demand]) -> Demand:
             wavelength_nm=None if first.wavelength_nm is None or other.wavelength_nm is None else tuple(
                 sorted(set(first.wavelength_nm) | set(other.wavelength_nm))),
             labels=first.labels | other.labels,
-            error_allowed=min(first.error_allowed, other.error_allowed))
+            error_allowed=min(first.error_allowed, other.error_allowed),
+            response=joined(first.response, other.response))
     return first
+
+
+def joined(first, second):
+    """Return the response of all sensors, None where one needs light wavelength by wavelength."""
+    if first is second or None in (first, second):
+        return first if first is second else None
+    return first + second
 
 
 def stage(rows: Ledger, kind: str, name: str, component, call):
@@ -127,6 +167,23 @@ def stage(rows: Ledger, kind: str, name: str, component, call):
     return at_work.result
 
 
+def on_sensor(parts: Chain, mixed, demand: Demand):
+    """Return the light on the sensor plane: photocurrent where all sensors ask for it and the lens can, else irradiance."""
+    flares = tuple(parts.flares.values())
+    if not parts.leave_out:
+        return parts.lens(mixed, flares=flares)
+    every = mixed.wavelength.values
+    seen = bands.lit(mixed, bands.sensed_nm(parts.cameras.values(), every))
+    if len(seen) < len(every):
+        mixed = mixed.sel(wavelength=list(seen))
+    if demand.response is not None and hasattr(parts.lens, "photocurrent"):
+        light = parts.lens.photocurrent(mixed, flares, demand.response)
+    else:
+        known = {"error_allowed": demand.error_allowed} if "error_allowed" in signature(parts.lens.__call__).parameters else {}
+        light = parts.lens(mixed, flares=flares, **known)
+    return bands.widened(light, every, demand.response) if len(seen) < len(every) else light
+
+
 def through_camera(parts: Chain, rows: Ledger, name: str, light, mixed, scene, generator) -> Camera:
     """Return what the camera `name` makes of the light, and its scores against truth."""
     from .truth import labels_on, truth
@@ -137,13 +194,55 @@ def through_camera(parts: Chain, rows: Ledger, name: str, light, mixed, scene, g
     with book.stage(rows, f"truth {name}"):
         reference, labels = truth(mixed, picture), labels_on(scene, picture)
     seen = Camera(captures, picture, reference, labels)
+
+    def again(draw: int) -> list[Score]:
+        """Return the scores of the same shot with other noise; what it states is as the first draw stated it."""
+        with book.stage(Ledger(), "draw"):
+            other = parts.isp(sensor(light, generator.child(f"{generator.scene} draw {draw}")))
+            return [score for metric in parts.metrics.values() for score in metric(other, reference, labels)]
+
     for key, metric in parts.metrics.items():
-        seen.scores += checked(key, stage(rows, "metric", f"{key} {name}", metric, lambda m=metric: m(picture, reference, labels)))
+        seen.scores += stage(rows, "metric", f"{key} {name}", metric, lambda k=key, m=metric: scored(k, m(picture, reference, labels)))
+    first = seen.scores
+    if parts.draws > 1 and parts.metrics:
+        with book.stage(rows, f"draws {name}"):
+            others = [again(k) for k in range(1, parts.draws)] if varies(parts, sensor) else [seen.scores] * (parts.draws - 1)
+            seen.scores = over_draws([seen.scores, *others])
+            state_spread(seen.scores, parts.draws)
+    state_picture(parts, rows, name, light, mixed, scene, seen, first)
     return seen
 
 
-def checked(key: str, scores) -> list[Score]:
-    """Return the scores of one metric, or raise PluginError where it returned something else."""
+def state_picture(parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, first: list[Score]) -> None:
+    """Add the rows that say how wrong the scores and the picture are, in units of the sensor's noise, and what that took.
+
+    `first` : the scores of the picture itself, before they became means over draws.
+    """
+    from . import noise_units, score_errors
+
+    if parts.draws > 1:
+        with book.stage(own := Ledger(), f"scores {name}"):
+            score_errors.state(camera, first, parts.metrics.values(), mixed, scene)
+        rows += [row for row in own if row.errors]
+    with book.stage(rows, f"picture {name}"):
+        if lacking := noise_units.missing(camera.captures):
+            book.error(float("inf"), noise_units.UNIT, "bound", f"not known: the captures lack {', '.join(lacking)}")
+            return
+        shots = noise_units.electrons(camera.captures, light, mixed, scene, noise_units.stated_noise(rows))
+        noise_units.state(shots, rows, parts.allowed.noise_fraction, noise_units.seconds(rows, name, scene))
+
+
+def varies(parts: Chain, sensor) -> bool:
+    """Return whether another draw of the noise makes another picture; a sensor without noise says so in its field `noise`."""
+    if not parts.leave_out or getattr(sensor, "noise", True):
+        return True
+    book.left_out(f"{parts.draws - 1} more draws of the noise", "the sensor has none: they would be the same", 0.0, "relative")
+    return False
+
+
+def scored(key: str, scores) -> list[Score]:
+    """Return the scores of one metric, their intervals stated in the ledger; PluginError where it returned something else."""
     if not (isinstance(scores, list) and all(isinstance(s, Score) for s in scores)):
         raise PluginError(f"metric {key!r} returned {scores!r}; expected a list of isethdr_core.Score")
+    state_errors(scores)
     return scores

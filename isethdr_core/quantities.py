@@ -9,14 +9,17 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from .errors import UnitError
+from .errors import UnitError, did_you_mean
+from .physics.projection import PROJECTIONS
 
 RADIANCE = "W m-2 sr-1 nm-1"
 IRRADIANCE = "W m-2 nm-1"
+PHOTOCURRENT = "electrons m-2 s-1"
 LUMINANCE = "cd m-2"
 
 SCENE_DIMS = ("light_group", "wavelength", "y", "x")
 MIXED_DIMS = ("wavelength", "y", "x")
+CHANNEL_DIMS = ("channel", "y", "x")
 LABELS = ("depth", "distance", "instance", "category", "normal")
 LARGEST_HALF_FIELD_DEG = 75.0
 
@@ -31,7 +34,7 @@ def centres(count: int, full_width: float) -> np.ndarray:
     return (np.arange(count) - (count - 1) / 2) * (full_width / count)
 
 
-def scene_radiance(radiance, groups, wavelength_nm, x, y, field=None, **labels) -> xr.Dataset:
+def scene_radiance(radiance, groups, wavelength_nm, x, y, field=None, projection="tangent", **labels) -> xr.Dataset:
     """Return a scene radiance Dataset.
 
     Parameters
@@ -39,9 +42,10 @@ def scene_radiance(radiance, groups, wavelength_nm, x, y, field=None, **labels) 
     radiance : (light_group, wavelength, y, x) array, W m-2 sr-1 nm-1; stored as float32.
     groups : names of the light groups.
     wavelength_nm : band centres in nm, increasing.
-    x, y : tile centres as tangents of the field angle (x right, y down, 0 on the axis).
+    x, y : tile centres as tangents of the field angle (x right, y down, 0 on the axis), or as `projection` says.
     field : (width, height), the camera's full field in the unit of x and y; tiles beyond it are
         margin, rendered so that lamps just outside the frame can flare into it. None: all of it.
+    projection : tangent or equidistant (`physics.projection`).
     labels : any of depth (m), distance (m), instance, category (y, x), normal (y, x, xyz).
 
     Raises
@@ -59,6 +63,8 @@ def scene_radiance(radiance, groups, wavelength_nm, x, y, field=None, **labels) 
         dims = ("y", "x", "xyz") if name == "normal" else ("y", "x")
         ds[name] = (dims, value, {"units": "m"} if name in ("depth", "distance") else {})
     ds.attrs["field_width"], ds.attrs["field_height"] = field or full_field(ds)
+    if projection != "tangent":
+        ds.attrs["projection"] = projection
     check_scene(ds)
     return ds
 
@@ -87,13 +93,29 @@ def plane(values, wavelength_nm, x, y, units, **attrs) -> xr.DataArray:
     return out
 
 
+def photocurrent(values, channels, x, y, wavelength_nm, efficiency, **attrs) -> xr.DataArray:
+    """Return a (channel, y, x) DataArray of photocurrent on the sensor plane.
+
+    `efficiency` (channel, wavelength), electrons per photon, and the bands `wavelength_nm` say which sensor it was made for.
+    """
+    return xr.DataArray(values, dims=CHANNEL_DIMS, coords={"channel": names(channels), "y": y, "x": x},
+                        attrs={"units": PHOTOCURRENT, "wavelength_nm": np.asarray(wavelength_nm, float), "efficiency": efficiency, **attrs})
+
+
+def bands_nm(light) -> np.ndarray:
+    """Return the band centres of irradiance, or of the light that a photocurrent was made from."""
+    return np.asarray(light.wavelength.values if "wavelength" in light.dims else light.attrs["wavelength_nm"], float)
+
+
 def tristimulus(mixed: xr.DataArray) -> xr.Dataset:
-    """Return `xyz` (y, x, xyz_channel) of mixed radiance, X, Y, Z with Y in cd/m2."""
+    """Return `xyz` (y, x, xyz_channel) of mixed radiance, X, Y, Z with Y in cd/m2; the mean over time of light that varies."""
+    from .light_in_time import time_mean
     from .physics.photometry import xyz
 
+    mixed = time_mean(mixed)
     return xr.Dataset({"xyz": (("y", "x", "xyz_channel"), xyz(mixed.values, mixed.wavelength.values), {"units": LUMINANCE})},
                       coords={"y": mixed.y.values, "x": mixed.x.values, "xyz_channel": names("XYZ")},
-                      attrs={k: mixed.attrs[k] for k in ("field_width", "field_height") if k in mixed.attrs})
+                      attrs={k: mixed.attrs[k] for k in ("field_width", "field_height", "projection") if k in mixed.attrs})
 
 
 def check_scene(ds: xr.Dataset) -> None:
@@ -124,9 +146,22 @@ def check_mixed(mixed: xr.DataArray) -> None:
 def check_irradiance(light: xr.DataArray) -> None:
     """Raise UnitError unless `light` is irradiance on the sensor plane, W m-2 nm-1, x and y in metres."""
     _check_plane(light, IRRADIANCE, "irradiance")
-    for name in ("f_number", "focal_length_mm", "throughput_sr", "field_width", "field_height"):
+    _check_lens_attributes(light, "irradiance")
+
+
+def check_photocurrent(light: xr.DataArray) -> None:
+    """Raise UnitError unless `light` is photocurrent on the sensor plane, electrons m-2 s-1, x and y in metres."""
+    _check_dims(light, CHANNEL_DIMS, "photocurrent")
+    _check_units(light, PHOTOCURRENT, "photocurrent")
+    _check_uniform(light, "photocurrent")
+    _check_light(light, "photocurrent")
+    _check_lens_attributes(light, "photocurrent", ("wavelength_nm", "efficiency"))
+
+
+def _check_lens_attributes(light, what, more=()):
+    for name in ("f_number", "focal_length_mm", "throughput_sr", "field_width", "field_height", *more):
         if name not in light.attrs:
-            raise UnitError(f"irradiance lacks the attribute {name!r}; a lens sets it on its output (quantities.plane)")
+            raise UnitError(f"{what} lacks the attribute {name!r}; a lens sets it on its output (quantities.plane, quantities.photocurrent)")
 
 
 def _check_plane(data, units, what):
@@ -173,12 +208,16 @@ def _check_uniform(data, what):
 
 
 def _check_field(ds):
-    if ds.attrs.get("projection", "tangent") != "tangent":
-        return
-    half = np.degrees(np.arctan(max(np.abs(ds[d].values).max() for d in ("x", "y"))))
-    if half > LARGEST_HALF_FIELD_DEG:
+    projection = ds.attrs.get("projection", "tangent")
+    if projection not in PROJECTIONS:
+        raise UnitError(f"projection {projection!r} is unknown{did_you_mean(str(projection), PROJECTIONS)}")
+    edges = [float(np.abs(ds[d].values).max()) for d in ("x", "y")]
+    if projection == "tangent" and (half := np.degrees(np.arctan(max(edges)))) > LARGEST_HALF_FIELD_DEG:
         raise UnitError(f"a tangent grid reaches {half:.1f} degrees off axis; expected at most {LARGEST_HALF_FIELD_DEG:g}; "
                         "use projection 'equidistant' for wider cameras")
+    if projection == "equidistant" and np.hypot(*edges) > np.pi:
+        raise UnitError(f"the corners of an equidistant grid lie {np.degrees(np.hypot(*edges)):.1f} degrees off axis; "
+                        "expected at most 180: there are no directions beyond")
 
 
 def _check_light(data, what):
@@ -186,5 +225,5 @@ def _check_light(data, what):
     if not (np.isfinite(low) and np.isfinite(high)):
         raise UnitError(f"{what} holds NaN or infinite values; expected finite light (a damaged store or a failed render?)")
     if low < 0:
-        raise UnitError(f"{what} holds negative light ({low:g} {data.attrs.get('units')}); light is never negative; "
+        raise UnitError(f"{what} holds negative light ({low:g} {data.attrs.get('units')}); expected 0 or more, light is never negative; "
                         "check a subtraction or an interpolation upstream")

@@ -11,15 +11,19 @@ from dataclasses import asdict, replace
 from datetime import UTC, datetime
 
 from . import store
+from .bands import of_demand
 from .demand import Demand
 from .errors import CatalogError, ConfigError, did_you_mean
-from .ledger import Ledger
+from .ledger import Ledger, error
 from .pipeline import Chain, stage
 from .provenance import fingerprint, versions
 from .scene import SceneDescription
+from .store_encoding import rounding
 
 # what scenes and renderers use of the core: an edit elsewhere in it must not ask for another rendering
 CORE = tuple(f"isethdr_core.{name}" for name in ("scene", "quantities", "categories", "physics.photometry", "physics.radiometry"))
+
+ALL_BANDS = (None,)     # a demand that names no band asks for all that the renderer makes
 
 
 def recipe_hash(parts: Chain) -> str:
@@ -45,41 +49,87 @@ def scene_radiance(parts: Chain, demand: Demand, rows: Ledger, config):
     A scene that knows its radiance (a chart, a file) needs no renderer and is not stored.
     """
     if parts.renderer is None:
-        return _known(parts, stage(rows, "scene", config.scene.name, parts.scene, parts.scene)), []
-    recipe, spent = recipe_hash(parts), {f: getattr(parts.renderer, f) for f in effort(parts)}
-    folder = store.home() / "scenes"
-    held = [s for s in stored(folder, recipe) if serves(s, demand, spent)]
-    missing = missing_groups(held, demand)
-    if missing is None or missing:
-        description = stage(rows, "scene", config.scene.name, parts.scene, parts.scene)
+        return of_demand(_known(parts, stage(rows, "scene", config.scene.name, parts.scene, lambda: made(parts.scene))), demand), []
+    recipe, spent, folder = recipe_hash(parts), effort_spent(parts), store.home() / "scenes"
+    held, missing = held_and_missing(parts, demand)
+    if missing:
+        description = stage(rows, "scene", config.scene.name, parts.scene, lambda: made(parts.scene))
         if not isinstance(description, SceneDescription):
             return _known(parts, description), []
         check_groups(parts, description.light_groups())
         for path in folder.glob(f"{recipe}-*.zarr"):
             store.read_attrs(path)      # a damaged one is named now, not when the new one cannot take its place
-        ask = demand if missing is None else replace(demand, groups=missing)
-        held.append(_render(parts, description, ask, rows, config, folder, recipe, spent))
-    paths = [folder / f"{s['id']}.zarr" for s in held]
-    return stage(rows, "radiance", "", None, lambda: store.join(paths)), [s["id"] for s in held]
+        held.append(_render(parts, description, missing, rows, config, folder, recipe, spent))
+    return stage(rows, "radiance", "", None, lambda: opened(folder, held, demand, rows)), [s["id"] for s in held]
+
+
+def effort_spent(parts: Chain) -> dict:
+    """Return the values of the renderer's fields that buy accuracy only."""
+    return {f: getattr(parts.renderer, f) for f in effort(parts)}
+
+
+def held_and_missing(parts: Chain, demand: Demand) -> tuple[list[dict], Demand | None]:
+    """Return the attributes of the stores that serve `demand`, and the demand for what none of them holds, None where that is nothing."""
+    if parts.renderer is None:
+        return [], None
+    held = [s for s in stored(store.home() / "scenes", recipe_hash(parts)) if serves(s, demand, effort_spent(parts))]
+    return held, what_is_missing(held, demand)
+
+
+def made(scene):
+    """Return what the scene plugin makes; a description is what is rendered by definition, so nothing in it can be wrong."""
+    result = scene()
+    if isinstance(result, SceneDescription):
+        error(0.0, "m", "bound", "geometry, materials and lamps are what they are said to be")
+    return result
+
+
+def opened(folder, held: list[dict], demand: Demand, rows: Ledger):
+    """Return the stores `held` as one lazy Dataset; restate the errors of those that were rendered in an earlier run."""
+    from .store_join import join_scenes
+
+    scenes = [store.open_store(folder / f"{s['id']}.zarr") for s in held]
+    kept_bits = [s["radiance"].attrs.get("keepbits") for s in scenes]
+    error(max(map(rounding, kept_bits)), "relative", "bound", "radiance as stored, rounded in its mantissa")
+    said = [note for row in rows for note in row.errors]
+    notes = [note for s in held for row in Ledger.from_records(s["ledger"]) if row.stage.startswith("renderer") for note in row.errors]
+    for note in notes:
+        if note not in said:
+            error(note.value, note.unit, note.how, note.what)
+    joined = of_demand(join_scenes(scenes, demand.groups), demand)
+    return joined.assign_attrs(rendered_s=sum(row["seconds"] for s in held for row in s["ledger"] if row["stage"].startswith("renderer")))
 
 
 def check_groups(parts: Chain, groups: tuple[str, ...]) -> None:
     """Raise ConfigError where a lighting names a group that the scene lacks: before the rendering, which takes longest."""
     for light in (parts.lighting, *(parts.versions.values() if len(groups) > 1 else ())):
-        for table in ("weights", "targets"):
+        for table in ("weights", "targets", "modulation"):
             for name, value in (getattr(light, table, None) or {}).items():
                 if name not in groups and value:
                     raise ConfigError(f"the scene has no light group {name!r}{did_you_mean(name, groups)}; "
                                       f"type ~lighting.{table}.{name} to leave it out")
 
 
-def missing_groups(held: list[dict], demand: Demand) -> tuple[str, ...] | None:
-    """Return the groups that no store holds; None where nothing is held and everything is asked for."""
+def what_is_missing(held: list[dict], demand: Demand) -> Demand | None:
+    """Return the demand for the groups and bands that no store holds, None where all are held.
+
+    Groups that lack different bands are rendered at all bands that any of them lacks.
+    """
     if demand.groups is None and not held:
-        return None
+        return demand
     wanted = demand.groups if demand.groups is not None else held[0]["all_groups"]
-    covered = {g for s in held for g in (*s["groups"], *s["absent_groups"])}
-    return tuple(g for g in wanted if g not in covered)
+    bands = ALL_BANDS if demand.wavelength_nm is None else demand.wavelength_nm
+    lacking = {group: [b for b in bands if not any(holds(s, group, b) for s in held)] for group in wanted}
+    groups = tuple(g for g in wanted if lacking[g])
+    if not groups:
+        return None
+    return replace(demand, groups=groups, wavelength_nm=demand.wavelength_nm and tuple(b for b in bands if any(b in lacking[g] for g in groups)))
+
+
+def holds(attributes: dict, group: str, band) -> bool:
+    """Return whether a store holds one light group, or knows that it is dark, at a band in nm or at `ALL_BANDS`."""
+    whole = attributes.get("bands_asked") is None
+    return group in (*attributes["groups"], *attributes["absent_groups"]) and (whole if band is None else band in attributes["wavelength_nm"])
 
 
 def _known(parts, scene):
@@ -100,9 +150,8 @@ def stored(folder, recipe: str) -> list[dict]:
 
 
 def serves(attributes: dict, demand: Demand, spent: dict) -> bool:
-    """Return whether a store holds the bands and labels asked for and spent at least the effort asked for."""
+    """Return whether a store holds the labels asked for and spent at least the effort asked for."""
     return (set(demand.labels) <= set(attributes["labels"])
-            and (demand.wavelength_nm is None or set(demand.wavelength_nm) <= set(attributes["wavelength_nm"]))
             and all(attributes["effort"].get(key, 0) >= value for key, value in spent.items()))
 
 
@@ -114,7 +163,7 @@ def _render(parts, description, demand, rows, config, folder, recipe, spent) -> 
     attributes = {
         "kind": "scene", "recipe": recipe, "name": description.name, "groups": groups,
         "all_groups": list(description.light_groups()), "absent_groups": [g for g in asked if g not in groups],
-        "wavelength_nm": [float(w) for w in radiance.wavelength.values],
+        "bands_asked": demand.wavelength_nm, "wavelength_nm": [float(w) for w in radiance.wavelength.values],
         "labels": [v for v in radiance.data_vars if v != "radiance"], "effort": spent,
         "scene": described(parts.scene), "renderer": described(parts.renderer),
         "objects": radiance.attrs.get("objects", []), "lamps": radiance.attrs.get("lamps", []),

@@ -15,11 +15,12 @@ from typing import Any
 from . import store
 from .component import Stage
 from .errors import CatalogError
+from .forecast import expected_s
 from .ledger import Ledger
-from .pipeline import Camera, Chain, chain, plan, stage, through_camera
+from .pipeline import Camera, Chain, chain, on_sensor, plan, stage, through_camera
 from .provenance import fingerprint, input_digests, versions
 from .quantities import tristimulus
-from .recipes import described, scene_radiance
+from .recipes import described, held_and_missing, scene_radiance
 from .registry import plugin_manager
 
 
@@ -121,22 +122,25 @@ def _compute(config, parts: Chain, key: str, folder: Path) -> Path:
 
     rows = Ledger()
     demand = plan(parts, rows)
+    expected = expected_s(parts, plain(config), held_and_missing(parts, demand)[1])
     scene, ids = scene_radiance(parts, demand, rows, config)
     mixed = stage(rows, "lighting", config.lighting.name, parts.lighting, lambda: parts.lighting(scene))
     versions_mixed = {name: stage(rows, "lighting", name, light, lambda part=light: part(scene))
                       for name, light in parts.versions.items() if scene.sizes["light_group"] > 1}
-    light = stage(rows, "lens", config.lens.name, parts.lens, lambda: parts.lens(mixed, flares=tuple(parts.flares.values())))
+    light = stage(rows, "lens", config.lens.name, parts.lens, lambda: on_sensor(parts, mixed, demand))
     # the recipe, not the store: which groups were rendered when must not change the noise
     random = generator(config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name)
     cameras = {name: through_camera(parts, rows, name, light, mixed, scene, random) for name in parts.cameras}
-    attributes = _record(config, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows)
-    return store.write_store(folder, key, _groups(cameras, mixed, versions_mixed), attributes)
+    attributes = _record(config, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows) | {"expected_s": expected}
+    return store.write_store(folder, key, _groups(cameras, {"main": mixed, **versions_mixed} if parts.looked_at else {}), attributes)
 
 
-def _groups(cameras: dict[str, Camera], mixed, versions_mixed) -> dict:
-    groups = {"versions/main": tristimulus(mixed)} | {f"versions/{name}": tristimulus(m) for name, m in versions_mixed.items()}
+def _groups(cameras: dict[str, Camera], shown) -> dict:
+    groups = {f"versions/{name}": tristimulus(m) for name, m in shown.items()}
     for name, seen in cameras.items():
-        truth = seen.truth.assign({v: seen.labels[v] for v in seen.labels.data_vars}).assign_attrs(seen.labels.attrs)
+        # normals lie along a dimension `xyz`, and a picture has a variable of that name
+        labels = seen.labels.rename_dims(xyz="direction") if "xyz" in seen.labels.dims else seen.labels
+        truth = seen.truth.assign({v: labels[v] for v in labels.data_vars}).assign_attrs(labels.attrs)
         groups |= {f"captures/{name}": seen.captures, f"picture/{name}": seen.picture, f"truth/{name}": truth}
     return groups
 
@@ -148,7 +152,7 @@ def _record(config, parts, key, ids, scene, mixed, shown, cameras, rows) -> dict
         "scene": described(parts.scene), "choices": choices,
         "lighting": choices.get("lighting", config.lighting.name), "lens": choices.get("lens", config.lens.name),
         "weights": mixed.attrs["weights"], "versions_shown": shown, "cameras": list(cameras), "lighting_notes": {
-            k: v for k, v in mixed.attrs.items() if k in ("infeasible", "targets") and v},
+            k: v for k, v in mixed.attrs.items() if k in ("infeasible", "targets", "modulation") and v},
         "sensors": {name: type(parts.cameras[name]).__name__ for name in cameras},
         "objects": scene.attrs.get("objects", []), "lamps": scene.attrs.get("lamps", []),
         "scores": [{"camera": name, **asdict(score)} for name, seen in cameras.items() for score in seen.scores],

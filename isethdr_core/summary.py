@@ -17,7 +17,10 @@ def print_result(result) -> None:
     console = Console()
     if not result.computed:
         console.print(f"already computed: {result.key}", highlight=False)
-    console.print(ledger_table(result.ledger))
+    console.print(ledger_table(result.ledger, expected=result.attributes.get("expected_s", {})))
+    for row in result.ledger:
+        if row.stage.startswith("picture ") and row.errors:
+            console.print(f"{row.stage}: off by at most {row.error:.3g} {escape(row.error_unit + ': ' + row.errors[0].what)}", soft_wrap=True, highlight=False)
     console.print(score_table(result))
     for name, note in result.attributes["lighting_notes"].items():
         console.print(f"lighting {name}: {escape(str(note))}", soft_wrap=True, highlight=False)
@@ -27,16 +30,16 @@ def print_result(result) -> None:
             console.print(f"{label} {path}", soft_wrap=True, highlight=False)
 
 
-def ledger_table(ledger, details: bool = False) -> Table:
-    """Return stage, seconds, peak memory and stated errors; with `details` every reason for what was left out."""
-    table = Table(title="ledger", title_justify="left")
-    for name, side in (("stage", "left"), ("seconds", "right"), ("peak MB", "right"), ("error", "left"), ("left out", "left")):
+def ledger_table(ledger, details: bool = False, expected: dict | None = None) -> Table:
+    """Return stage, seconds, seconds that were `expected`, peak memory and stated errors; with `details` every reason for what was left out."""
+    table, expected = Table(title="ledger", title_justify="left"), together(expected or {})
+    for name, side in (("stage", "left"), ("seconds", "right"), ("expected", "right"), ("peak MB", "right"), ("error", "left"), ("left out", "left")):
         table.add_column(name, justify=side, no_wrap=name == "stage")
     for row in ledger if details else metrics_together(ledger):
         errors = "\n".join(error_text(e) for e in row.errors) if details else worst_text(row.errors)
         left = "\n".join(f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out) if details else (
             f"{len(row.left_out)} noted" if row.left_out else "")
-        table.add_row(escape(row.stage), f"{row.seconds:.2f}", f"{row.peak_bytes / 1e6:.0f}", escape(errors), escape(left))
+        table.add_row(escape(row.stage), f"{row.seconds:.2f}", seconds_text(expected.get(row.stage)), f"{row.peak_bytes / 1e6:.0f}", escape(errors), escape(left))
     return table
 
 
@@ -46,14 +49,47 @@ def metrics_together(ledger) -> list:
 
     rows: dict[str, Row] = {}
     for row in ledger:
-        kind, _, rest = row.stage.partition(" ")
-        title = f"metrics {rest.rpartition(' ')[2]}" if kind == "metric" else row.stage
+        title = title_of(row.stage)
         whole = rows.setdefault(title, Row(title))
         whole.seconds += row.seconds
         whole.peak_bytes = max(whole.peak_bytes, row.peak_bytes)
         whole.errors += row.errors
         whole.left_out += row.left_out
     return list(rows.values())
+
+
+def title_of(stage: str) -> str:
+    """Return the row that a stage is shown in: all metrics of one camera share one."""
+    kind, _, rest = stage.partition(" ")
+    return f"metrics {rest.rpartition(' ')[2]}" if kind == "metric" else stage
+
+
+def together(expected: dict) -> dict[str, float | None]:
+    """Return the seconds expected of every row that is shown; None where those of one of its stages are not known."""
+    out: dict[str, float | None] = {}
+    for stage, seconds in expected.items():
+        title = title_of(stage)
+        known = out.get(title, 0.0)
+        out[title] = None if None in (known, seconds) else known + seconds
+    return out
+
+
+def seconds_text(seconds: float | None) -> str:
+    """Return seconds with two decimals, a question mark where they are not known."""
+    return "?" if seconds is None else f"{seconds:.2f}"
+
+
+def forecast_table(expected: dict) -> Table:
+    """Return the stages of a run that is to come, with the seconds expected of each, and their sum."""
+    table = Table("stage", title="will be computed", title_justify="left")
+    table.add_column("expected s", justify="right")
+    rows = together(expected)
+    for title, seconds in rows.items():
+        table.add_row(escape(title), seconds_text(seconds))
+    unknown = sum(s is None for s in rows.values())
+    known = f"{sum(s for s in rows.values() if s is not None):.2f}"
+    table.add_row("all", known if not unknown else f"{known} + {unknown} unknown: no such stage is stored" if unknown < len(rows) else "unknown: no such run is stored yet")
+    return table
 
 
 def worst_text(notes) -> str:
@@ -94,7 +130,7 @@ def score_text(score: dict) -> str:
 
 def print_plan(overrides) -> None:
     """Print what a run would compute, what is stored already, and what is left out and why."""
-    from . import recipes, runs, store
+    from . import forecast, recipes, runs, store
     from .composition import compose
     from .ledger import Ledger
     from .pipeline import chain, plan
@@ -104,18 +140,22 @@ def print_plan(overrides) -> None:
     parts = chain(config)
     demand = plan(parts, rows)
     key = runs.run_key(config, parts)
-    if store.find_complete(store.home() / "runs", key):
+    stored = store.find_complete(store.home() / "runs", key)
+    if stored:
         console.print(f"run {key} is stored: nothing to compute")
     console.print(f"light groups  {', '.join(demand.groups) if demand.groups else 'all'}")
     console.print(f"labels        {', '.join(sorted(demand.labels)) or 'none'}")
     bands = demand.wavelength_nm
     console.print(f"bands         {f'{len(bands)} from {bands[0]:g} to {bands[-1]:g} nm' if bands else 'all'}")
     console.print(f"cameras       {', '.join(parts.cameras)}")
+    held, missing = recipes.held_and_missing(parts, demand)
     if parts.renderer is not None:
-        recipe = recipes.recipe_hash(parts)
-        held = recipes.stored(store.home() / "scenes", recipe)
         groups = sorted({g for s in held for g in s["groups"]})
-        console.print(f"radiance      recipe {recipe}: " + (f"stored groups {', '.join(groups)}" if groups else "nothing stored"))
+        console.print(f"radiance      recipe {recipes.recipe_hash(parts)}: " + (f"stored groups {', '.join(groups)}" if groups else "nothing stored"))
+    if not stored:
+        plain = runs.plain(config)
+        known = forecast.expected_s(parts, plain, missing)
+        console.print(forecast_table({stage: known.get(stage) for stage in forecast.stages(parts, plain, missing)}))
     console.print(ledger_table(rows, details=True))
 
 

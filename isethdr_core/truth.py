@@ -8,12 +8,15 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from . import geometry, ledger
 from .errors import UnitError
+from .light_in_time import time_mean
 from .physics.area import resample_mean
 from .physics.photometry import xyz_weights
 from .quantities import LUMINANCE, check_mixed, names, tile_pitch
 
 PICTURE_DIMS = ("y", "x", "xyz_channel")
+FLOAT32 = 2.0**-24  # relative: half a unit in the last place of a float32
 TIE = 1e-6  # of a tile: rounding of coordinates
 
 
@@ -54,25 +57,40 @@ def truth(mixed: xr.DataArray, picture: xr.Dataset) -> xr.Dataset:
 
     Notes
     -----
-    A pixel at x on the sensor looks at the tangent x / focal length. Colour matching comes before the integration;
-    both are linear, so their order does not matter. Variance is 0 and every pixel is valid.
+    A pixel at x on the sensor looks at the field coordinate x / focal length, or at the quadrilateral of the field that the lens's
+    distortion puts there. Colour matching comes before the integration;
+    both are linear, so their order does not matter. Variance is 0 and every pixel is valid. Light that varies in time counts
+    with its mean over time.
     """
+    mixed = time_mean(mixed)
     check_mixed(mixed)
-    f_m, pitch = _focal_length_m(picture), _pitch_m(picture)
     # sum over bands in float64: 31 float32 bands of a lamp and a dark road would otherwise lose the road's last digits
     weights = xyz_weights(mixed.wavelength.values)
     tiles = np.zeros((3, *mixed.shape[1:]))
     for weight, band in zip(weights.T, mixed.values):
         if weight.any():
             tiles += weight[:, None, None] * band
-    try:
-        xyz = resample_mean(tiles, mixed.x.values, mixed.y.values, picture.x.values / f_m, picture.y.values / f_m,
-                            pitch / f_m, pitch / f_m)
-    except ValueError as err:
-        raise UnitError(f"the picture's pixels do not fit the scene: {err}; crop the sensor or widen the camera's field") from err
+    xyz = seen(tiles, mixed, picture)
+    ledger.error(FLOAT32, "relative", "bound", "rounding of float32 radiance; bands are summed and areas integrated in float64")
     xyz = np.moveaxis(xyz, 0, -1)
     return make_picture(xyz, np.zeros_like(xyz), np.ones(xyz.shape[:2], bool), picture.x.values, picture.y.values,
-                        focal_length_mm=picture.attrs["focal_length_mm"], pitch_um=picture.attrs["pitch_um"])
+                        **{k: picture.attrs[k] for k in ("focal_length_mm", "pitch_um", *geometry.PLACES) if k in picture.attrs})
+
+
+def seen(tiles, field, picture) -> np.ndarray:
+    """Return the mean (..., y, x) of constant tiles (..., y, x) on the grid of `field` over the part of the field that each pixel looks at.
+
+    Raises
+    ------
+    UnitError : pixels that look beyond the field.
+    """
+    f_m, pitch = _focal_length_m(picture), _pitch_m(picture)
+    try:
+        if lens := _distortion(field, picture):
+            return geometry.mean_seen(tiles, field, lens, picture.x.values / f_m, picture.y.values / f_m, pitch / f_m)
+        return resample_mean(tiles, field.x.values, field.y.values, picture.x.values / f_m, picture.y.values / f_m, pitch / f_m, pitch / f_m)
+    except ValueError as err:
+        raise UnitError(f"the picture's pixels do not fit the scene: {err}; crop the sensor or widen the camera's field") from err
 
 
 def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
@@ -83,8 +101,11 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
     which share of its area is left. Objects wholly outside are dropped.
     """
     f_m = _focal_length_m(picture)
-    rows = _nearest(scene, "y", picture.y.values / f_m)
-    columns = _nearest(scene, "x", picture.x.values / f_m)
+    x, y = picture.x.values / f_m, picture.y.values / f_m
+    if lens := _distortion(scene, picture):
+        columns, rows = (xr.DataArray(_nearest(scene, d, c), dims=("y", "x")) for d, c in zip("xy", lens.inverse(*np.meshgrid(x, y))))
+    else:
+        columns, rows = _nearest(scene, "x", x), _nearest(scene, "y", y)
     found = [name for name in scene.data_vars if {"y", "x"} <= set(scene[name].dims) and "light_group" not in scene[name].dims]
     # a scene without labels has no y and x left once its light is gone
     out = scene[found].isel(y=rows, x=columns, missing_dims="ignore").assign_coords(x=picture.x.values, y=picture.y.values)
@@ -94,11 +115,13 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
 
 def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict]:
     """Return the scene's object table with boxes [x, y, width, height] in pixels of `picture`, from its top left corner."""
-    out = []
+    out, lens = [], _distortion(scene, picture)
     for entry in scene.attrs.get("objects", []):
         left, top, width, height = entry["box"]
-        (x0, x1), (y0, y1) = (_pixels(scene, picture, dim, (start, start + size))
-                              for dim, start, size in (("x", left, width), ("y", top, height)))
+        (x0, x1), (y0, y1) = (_field(scene, dim, (start, start + size)) for dim, start, size in (("x", left, width), ("y", top, height)))
+        if lens:
+            x0, y0, x1, y1 = geometry.box_on_sensor(lens, x0, y0, x1, y1)
+        (x0, x1), (y0, y1) = (_pixels(picture, dim, ends) for dim, ends in (("x", (x0, x1)), ("y", (y0, y1))))
         cut_x = np.clip((x0, x1), 0, picture.sizes["x"])
         cut_y = np.clip((y0, y1), 0, picture.sizes["y"])
         area, kept = (x1 - x0) * (y1 - y0), np.ptp(cut_x) * np.ptp(cut_y)
@@ -108,11 +131,28 @@ def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict]:
     return out
 
 
-def _pixels(scene, picture, dim, borders):
-    """Turn tile borders (0 = outer border of the first tile) into pixel borders of the picture."""
-    tile = tile_pitch(scene, dim)
-    tangent = scene[dim].values[0] + (np.asarray(borders, float) - 0.5) * tile
-    return (tangent * _focal_length_m(picture) - picture[dim].values[0]) / _pitch_m(picture) + 0.5
+def _distortion(scene, picture):
+    """Return the map from the scene's field to the picture's sensor; None where the lens keeps the grid.
+
+    Raises
+    ------
+    UnitError : the picture was made of a field of another projection.
+    """
+    if geometry.projection_of(scene) != geometry.projection_of(picture):
+        raise UnitError(f"the picture's projection is {geometry.projection_of(picture)!r}, the scene's "
+                        f"{geometry.projection_of(scene)!r}; expected a picture of this scene")
+    lens = geometry.map_of(picture)
+    return None if isinstance(lens, geometry.Identity) else lens
+
+
+def _field(scene, dim, borders):
+    """Turn tile borders (0 = outer border of the first tile) into field coordinates."""
+    return scene[dim].values[0] + (np.asarray(borders, float) - 0.5) * tile_pitch(scene, dim)
+
+
+def _pixels(picture, dim, positions):
+    """Turn positions on the sensor, in focal lengths, into pixel borders of the picture."""
+    return (np.asarray(positions) * _focal_length_m(picture) - picture[dim].values[0]) / _pitch_m(picture) + 0.5
 
 
 def _nearest(scene, dim, tangents):

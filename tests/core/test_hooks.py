@@ -70,7 +70,8 @@ def test_isethdr_on_stage_error_is_called_and_the_error_goes_on(monkeypatch):
     def broken(*_, **__):
         raise ArithmeticError("glass broke")
 
-    monkeypatch.setattr(components()["lens", "ideal"].cls, "__call__", broken)
+    for way in ("__call__", "photocurrent"):
+        monkeypatch.setattr(components()["lens", "ideal"].cls, way, broken)
     with plugged_in(Recorder()) as seen, pytest.raises(ArithmeticError, match="glass broke"):
         run(compose([*SMALL, "sensor=bayer"]))
     assert seen.calls[-3:-1] == [("before", "lens", "ideal"), ("error", "lens", "ideal")]

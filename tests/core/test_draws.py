@@ -1,0 +1,51 @@
+"""Draws: scores are means over shots with other noise, with Student's interval."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import isethdr_core as hdr
+from isethdr_core.draws import over_draws
+from isethdr_core.errors import ConfigError
+from isethdr_core.scores import Score
+
+
+def test_the_interval_holds_the_true_mean_as_often_as_it_says():
+    rng = np.random.default_rng(5)
+    inside = 0
+    for _ in range(2000):
+        (score,) = over_draws([[Score("m", float(v), "dB")] for v in rng.normal(3.0, 0.5, 4)])
+        inside += score.low <= 3.0 <= score.high
+    assert abs(inside / 2000 - 0.95) < 4 * math.sqrt(0.95 * 0.05 / 2000)  # four standard errors of a share
+
+
+def test_scores_that_cannot_be_averaged_keep_what_their_metric_said():
+    first = [Score("a", 1.0, "", "", 0.5, 1.5), Score("b", 2.0, "", "person"), Score("c", math.inf, "dB")]
+    other = [Score("a", 3.0, ""), Score("c", 7.0, "dB")]
+    a, b, c = over_draws([first, other])
+    assert a.value == 2.0 and a.low < 1.0 < 3.0 < a.high
+    assert b is first[1] and c is first[2]
+    assert over_draws([first]) == first
+
+
+def test_a_run_takes_draws_that_differ_in_noise_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
+    chart = ["experiment=five_lights", "scene=macbeth", "scene.width=48", "scene.height=32", "~flare.dirt", "lens=ideal",
+             "sensor=bayer", "sensor.rows=24", "sensor.columns=36", "lens.focal_length_mm=0.25"]
+    one, four = (hdr.run(hdr.compose([*chart, f"draws={n}"])) for n in (1, 4))
+    first, mean = ({(s["metric"], s["object"], s["unit"]): s for s in r.scores} for r in (one, four))
+    assert first.keys() == mean.keys()
+    key = ("ciede2000", "", next(k[2] for k in first if k[0] == "ciede2000"))
+    assert mean[key]["low"] < mean[key]["value"] < mean[key]["high"]
+    assert mean[key]["value"] != first[key]["value"]
+    np.testing.assert_array_equal(one.open("captures/bayer").raw, four.open("captures/bayer").raw)  # the shot that is kept is the first
+    assert "draws bayer" in [row.stage for row in four.ledger] and "draws bayer" not in [row.stage for row in one.ledger]
+
+
+@pytest.mark.parametrize("draws", ["0", "2.5", "many"])
+def test_draws_are_a_whole_number(draws):
+    with pytest.raises(ConfigError, match="draws is .* whole number.*draws=4"):
+        hdr.run(hdr.compose([f"draws={draws}"]))

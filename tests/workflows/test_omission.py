@@ -1,0 +1,54 @@
+"""Runs that leave out what they do not need agree with runs that compute everything, and a difference is seen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from isethdr_workflows.omission import omission
+from isethdr_workflows.omission.cases import CASES, CHART, SHARP, Case, only
+from isethdr_workflows.omission.compare import NOISE_SD, compared, largest
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.ledger import ErrorNote, LeftOut, Row
+
+
+def test_there_are_ten_cases():
+    assert len(CASES) == 10 and sum(case.rendered for case in CASES.values()) == 3
+
+
+def test_a_case_without_noise_agrees_bit_for_bit():
+    row = compared("tiny", Case(("scene=uniform", *CHART, *SHARP, "sensor=ideal", "sensor.rows=16", "sensor.columns=24", *only("snr"))))
+    assert row["agree"] and row["difference_e"] == row["bound_e"] == 0.0
+    assert row["left out"] == "3 more draws of the noise" and row["cpu_s"] > 0
+
+
+@pytest.mark.slow
+def test_every_chart_agrees_with_the_run_that_computes_everything():
+    rows = omission(rendered=0)
+    assert len(rows) == 7 and all(row["agree"] for row in rows), [r["case"] for r in rows if not r["agree"]]
+
+
+def readings(electrons, rows=()):
+    electrons = np.array([[electrons]], float)
+    return {"electrons": electrons, "noise_e": np.full(electrons.shape, 10.0), "step_e": np.full((1, 1, 1), 2.0), "noisy": True, "ledger": rows}
+
+
+def test_what_may_differ_is_what_the_ledger_bounds():
+    lens = Row("lens l", errors=[ErrorNote(0.1, NOISE_SD, "measured")])
+    # twice 0.1 of 10 e, one electron, one code of 2 e
+    assert largest(readings([100.0, 104.0], [lens]), readings([100.0, 100.0]))[1] == pytest.approx(2 * 1.0 + 1 + 2, rel=1e-3)
+    difference, bound = largest(readings([100.0, 109.0], [lens]), readings([100.0, 100.0]))
+    assert difference == 9.0 > bound
+    blind = Row("plan", left_out=[LeftOut("3 of 5 bands", "neither a sensor nor the truth sees them", 1e-6, "e")])
+    assert largest(readings([100.0], [blind]), readings([100.0]))[1] == pytest.approx(3.0, rel=1e-3)
+    assert largest(readings([100.0, 100.5]), readings([100.0, 100.0])) == (0.5, 0.0), "nothing that could differ was left out"
+
+
+def test_reasons_that_are_no_omission_are_not_counted():
+    unknown = Row("sensor s", left_out=[LeftOut("where in its bands light lies", "it holds band means", 0.5, "e")])
+    assert largest(readings([1.0], [unknown]), readings([1.0])) == (0.0, 0.0)
+
+
+def test_an_unknown_case_is_refused():
+    with pytest.raises(ConfigError, match="no case 'noon'"):
+        omission("noon", rendered=0)

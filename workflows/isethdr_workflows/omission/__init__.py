@@ -1,0 +1,41 @@
+"""Omission: runs that leave out what they do not need beside the same runs that compute everything.
+
+| file       | what                                                             |
+|------------|------------------------------------------------------------------|
+| `cases`    | ten scenes and cameras of very different need                    |
+| `compare`  | both runs of a case: work, largest difference, and its bound     |
+"""
+
+from __future__ import annotations
+
+from isethdr_core.errors import ConfigError, did_you_mean
+
+
+def omission(case: str = "", rendered: int = 1) -> list[dict]:
+    """Run ten cases twice, once leaving out what nobody needs, once computing everything: work saved, and whether they agree.
+
+    Parameters
+    ----------
+    case : one case alone; empty takes all.
+    rendered : 0 leaves out the cases that are rendered, which take minutes.
+
+    Returns
+    -------
+    rows with case, what its plan leaves out, CPU seconds of the run and of the run with `leave_out=false`, their ratio, the
+    share of the second that the plan alone takes, the difference and its bound of the reading nearest to it, in electrons, and agree.
+
+    Raises
+    ------
+    ConfigError : no such case.
+    """
+    from isethdr_core.progress import track
+
+    from .cases import CASES
+    from .compare import compared, warmed
+
+    known = {name: entry for name, entry in CASES.items() if rendered or not entry.rendered}
+    if case and case not in known:
+        raise ConfigError(f"study omission has no case {case!r}{did_you_mean(case, known)}")
+    chosen = [case] if case else list(known)
+    warmed(any(known[name].rendered for name in chosen))
+    return [compared(name, known[name]) for name in track(chosen, "cases")]

@@ -1,0 +1,119 @@
+"""Both runs of a case, each in an empty home: their work, the largest difference of their readings, and what may differ."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from contextlib import contextmanager
+
+import numpy as np
+
+FLOAT32 = 2.0**-22      # relative: irradiance and what is made of it, each rounded to float32
+NEEDLESS = ("weight 0", "not demanded", "wavelengths not demanded", "neither a sensor", "quantum efficiency below", "no light in them",
+            "no report", "the sensor has none", "nothing spills in them")      # how the reasons begin
+NOISE_SD = "standard deviations of the sensor's noise"
+
+
+def compared(name: str, case) -> dict:
+    """Return the row of one case."""
+    from isethdr_core import compose
+
+    config, whole = compose(list(case.overrides)), compose([*case.overrides, "leave_out=false"])
+    with empty_home():
+        asked, plan_s = measured(lambda: planned(config))
+    with empty_home():
+        few, few_s = measured(lambda: result_of(config))
+    with empty_home():
+        every, every_s = measured(lambda: result_of(whole))
+    difference, bound = largest(few, every)
+    return {"case": name, "left out": "; ".join(dict.fromkeys(o.what for row in (*asked, *few["ledger"]) for o in row.left_out if needless(o))),
+            "cpu_s": few_s, "everything_cpu_s": every_s, "ratio": every_s / few_s, "plan_percent": 100 * plan_s / every_s,
+            "difference_e": difference, "bound_e": bound, "agree": difference <= bound}
+
+
+@contextmanager
+def empty_home():
+    """Send stores to an empty folder, with no kernel left in this process."""
+    from isethdr_optics import kernels
+
+    before = os.environ.get("ISETHDR_HOME")
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["ISETHDR_HOME"] = folder
+        kernels._cache.clear()
+        try:
+            yield
+        finally:
+            os.environ.pop("ISETHDR_HOME")
+            if before is not None:
+                os.environ["ISETHDR_HOME"] = before
+
+
+def measured(work):
+    """Return (result, CPU seconds of all threads)."""
+    start = time.process_time()
+    result = work()
+    return result, time.process_time() - start
+
+
+def planned(config):
+    """Return the ledger of a plan, made from the config as `isethdr plan` does, with the search for what is stored."""
+    from isethdr_core import forecast, recipes, runs
+    from isethdr_core.ledger import Ledger
+    from isethdr_core.pipeline import chain, plan
+
+    rows, parts = Ledger(), chain(config)
+    demand = plan(parts, rows)
+    runs.run_key(config, parts)
+    forecast.expected_s(parts, runs.plain(config), recipes.held_and_missing(parts, demand)[1])
+    return rows
+
+
+def result_of(config) -> dict:
+    """Return what is compared of a run: captures in electrons, their noise, and the ledger."""
+    from isethdr_core import run
+
+    done = run(config)
+    [camera] = done.cameras
+    shot = done.open(f"captures/{camera}").load()
+    gain, black = (shot[name].values[:, None, None] for name in ("gain_dn_per_e", "black_dn"))
+    electrons = (shot["raw"].values.astype(float) - black) / gain
+    whole = np.issubdtype(shot["raw"].dtype, np.integer)
+    noise_e = np.sqrt(shot["read_noise_e"].values[:, None, None] ** 2 + np.maximum(electrons, 0.0))
+    return {"electrons": electrons, "noise_e": noise_e, "step_e": whole / gain, "ledger": done.ledger,
+            "scores": [(s["metric"], s["object"], s["value"]) for s in done.scores], "noisy": bool(shot["read_noise_e"].values.any())}
+
+
+def largest(few: dict, every: dict) -> tuple[float, float]:
+    """Return the difference of a reading that comes nearest to its bound or exceeds it most, and that bound, in electrons.
+
+    Light may differ by what the ledger bounds: the lens's error in standard deviations of noise, the bands that were left out, rounding.
+    A reading may differ by twice that, for a count follows its mean by at most so much, and where light differs at all by one
+    electron and one code more, because counts and codes are whole.
+    """
+    apart = np.abs(few["electrons"] - every["electrons"])
+    sd = sum(error.value for row in few["ledger"] for error in row.errors if row.stage.startswith("lens") and error.unit == NOISE_SD)
+    bands = sum(o.bound for row in few["ledger"] for o in row.left_out if needless(o) and "bands" in o.what)
+    light = sd * every["noise_e"] + (bands + FLOAT32 * bool(bands or sd)) * np.abs(every["electrons"]).max()
+    bound = 2 * light + (light > 0) * (every["step_e"] + every["noisy"])
+    worst = np.unravel_index(np.argmax(apart - bound), apart.shape)
+    return float(apart[worst]), float(bound[worst])
+
+
+def needless(left) -> bool:
+    """Return whether something was left out because nobody needs it, not because it could not be known."""
+    return left.why.startswith(NEEDLESS)
+
+
+def warmed(rendered: bool) -> None:
+    """Run a small chart once, so that no case pays for imports; start the renderer where one is rendered."""
+    from isethdr_core import compose, run
+
+    from .cases import CHART, CLEAN
+
+    with empty_home():
+        run(compose(["scene=macbeth", *CHART, *CLEAN, "sensor=lofic", "scene.width=24", "scene.height=16"]))
+    if rendered:
+        from isethdr_mitsuba.doctor import choose_variant
+
+        choose_variant("auto")
