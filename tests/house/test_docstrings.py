@@ -23,7 +23,7 @@ DIMENSIONLESS = {
     "rounding": "0 straight .. 1 circle", "dynamic_range": "ratio", "low_percentile": "percent", "high_percentile": "percent",
     "darkest_share": "share of the pixels", "compression": "of a tone curve", "decades": "powers of ten", "gap": "share of the spacing",
     "aspect": "width / height", "step": "ratio of luminances", "contrast_ratio": "bright / dark",
-    "error_allowed": "share of the light", "dust_spread": "sigma of a logarithm", "scattered": "share of the light",
+    "error_allowed": "share of the light", "speckle_error": "relative", "dust_spread": "sigma of a logarithm", "optical_crosstalk_power": "exponent", "scattered": "share of the light",
     "slope": "of a power law", "wavelength_exponent": "of a power law", "shoulder_exponent": "of a power law",
 }
 

@@ -10,8 +10,7 @@ from isethdr_workflows.stability.verdict import Measured, judged, relative
 
 from isethdr_core.errors import ConfigError, UnitError
 
-KNOWN = {("lens", "50.5 waves of defocus: light on the very axis"),
-         ("spectra", "line of 1 nm at 552.5 nm in bands of 10 nm: photons")}
+KNOWN: set[tuple[str, str]] = set()
 
 
 @pytest.mark.parametrize("stage", STAGES)

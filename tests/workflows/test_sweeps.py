@@ -61,11 +61,11 @@ def test_a_mistake_anywhere_in_a_sweep_is_found_before_its_first_job(isethdr_hom
 
 def test_a_field_of_a_swept_kind_and_a_job_that_fails(isethdr_home):
     """Both sensors take the field; the job that cannot work does not stop the others."""
-    done = isethdr("run", "-m", *LIGHTS, "lighting=ideal", "sensor=ideal,bayer", "sensor.exposure_s=0.01", "sensor.columns=100000,20",
-                   "sensor.rows=20")
+    done = isethdr("run", "-m", *LIGHTS, "lighting=ideal", "sensor=ideal,bayer", "sensor.exposure_s=0.01", "sensor.columns=20",
+                   "sensor.rows=20", "+metric@metric.line=line_profile", "metric.line.row=-1,100000")
     assert done.returncode == 1
     said = [line for line in error_lines(done) if line.startswith("error: job ")]
-    assert len(said) == 2 and all("sensor.columns=100000" in line and "type sensor.columns=" in line for line in said)
+    assert len(said) == 2 and all("metric.line.row=100000" in line for line in said)
     assert "Traceback" not in done.stderr
     assert {(a["choices"]["sensor"], a["config"]["sensor"]["exposure_s"]) for a in attributes(isethdr_home)} == {
         ("ideal", 0.01), ("bayer", 0.01)}

@@ -20,6 +20,8 @@ def cases():
     for seconds in (1e-6, 0.016, 3600.0):
         for level in (1e-12, 1e12):
             yield f"{level:g} W m-2 nm-1 for {seconds:g} s: mean electrons", lambda v=level, t=seconds: mean(v, t)
+    for seconds in (1e-6, 1.0, 3600.0):
+        yield f"1e-3 to 1e15 e/s for {seconds:g} s: mean of the counts", lambda t=seconds: counts(t)
     yield "a lamp of a thousandth of a pixel", speck
     for shape in ((1, 1), (1, 200), (200, 1)):
         yield f"{shape[0]} x {shape[1]} pixels", lambda s=shape: frame(*s)
@@ -47,6 +49,24 @@ def mean(level: float, seconds: float) -> Measured:
     sensor = _build("ideal", cfa="W", curves="unit", exposure_s=seconds)
     found = sensor.expected(irradiance(np.full((1, 3, 3), level), GREEN)).values
     return Measured(relative(found, level * PER_W_M2 * seconds), 1e-12, "energy / (h c / wavelength), relative")
+
+
+def counts(seconds: float) -> Measured:
+    """Every decade of electron rates through a noisy shot without a converter: the mean count, or a pixel that says it is saturated."""
+    from isethdr_sensors.shot import readings
+
+    from isethdr_core import generator
+
+    sensor = _build("single", exposure_s=seconds, bits=0, swing_v=1e20, full_well_e=1e38, read_noise_e=0.0, column_e=0.0, prnu=0.0, dark_e_per_s=0.0)
+    worst, side = 0.0, 64
+    for k in range(-3, 16):
+        wanted = 10.0**k * seconds
+        raw, saturated = readings(sensor.model(), [np.full((side, side), wanted)], generator(5))
+        if not np.all(saturated):   # raw is float32
+            worst = max(worst, abs(float(raw.mean(dtype=float)) - wanted) / (5 * math.sqrt(wanted) / side + 5 / side**2 + FLOAT32 * wanted))
+        elif wanted < 1e18:
+            worst = math.inf
+    return Measured(worst, 1.0, "rate times time, share of 5 standard errors")
 
 
 def speck() -> Measured:

@@ -21,7 +21,9 @@ def cases():
         yield f"{count} bands of daylight: Y after the camera", lambda n=count: camera(n)
     for where in (550.0, 552.5, 555.0):
         yield f"line of 1 nm at {where:g} nm in bands of 10 nm: energy", lambda nm=where: line_energy(nm)
-        yield f"line of 1 nm at {where:g} nm in bands of 10 nm: photons", lambda nm=where: line_photons(nm)
+    for where in (452.5, 550.0, 552.5, 555.0, 654.9, 684.9):
+        for cfa in ("W", "RGGB"):
+            yield f"line of 1 nm at {where:g} nm in bands of 10 nm: electrons under {cfa}", lambda nm=where, c=cfa: line_photons(nm, c)
     yield "monochromatic light of 555 nm: luminance", monochromatic
     yield "bands that run backwards", backwards
     yield "bands of 200 to 300 nm alone", lambda: Measured(float(_white(200.0, 300.0).sum()), 0.0, "expected a refusal")
@@ -85,21 +87,25 @@ def line_energy(nm: float) -> Measured:
     return Measured(abs(found - 1.0), 1e-9, "1 nm of energy, relative")
 
 
-def line_photons(nm: float) -> Measured:
-    """A line off the middle of its band has photons of another energy and another colour; the sensor states its band error."""
+def line_photons(nm: float, cfa: str) -> Measured:
+    """A line off the middle of its band has photons of another energy and meets another efficiency; the sensor bounds that for any line."""
     from isethdr_core.registry import build
 
     bands = _bands(31)
+    k, share = divmod((nm - 400.0) / 10.0, 1.0)
     cube = np.zeros((31, 4, 4))
-    cube[15] = 1e-4 if nm < 555 else 0.5e-4
-    if nm == 555:   # on the border: half to either side
-        cube[16] = 0.5e-4
-    sensor = build("sensor", "bayer", noise=False, bits=0, cfa="W", pitch_um=3.0)
-    captures, row = with_ledger(lambda: sensor(irradiance(cube, bands), None))
-    found = sensor.expected(irradiance(cube, bands)).values - float(captures.dark_e.values[0])
-    fine = np.zeros((1, 4, 4)) + 1e-3   # the same energy, 1 nm wide where it is
-    truth = sensor.expected(irradiance(fine, np.array([nm]))).values - float(captures.dark_e.values[0])
-    return Measured(relative(found, truth), max(e.value for e in row.errors), "the line where it is, relative; bound: stated for flat light")
+    cube[int(k) if share <= 0.5 else int(k) + 1] = 1e-4
+    if share == 0.5:   # on the border: half to either side
+        cube[int(k):int(k) + 2] = 0.5e-4
+    sensor = build("sensor", "bayer", noise=False, bits=0, cfa=cfa, pitch_um=3.0, dark_e_per_s=0.0)
+    light = irradiance(cube, bands)
+    captures, row = with_ledger(lambda: sensor(light, None))
+    response = captures.quantum_efficiency.values[0] * bands
+    at_peak = 1e-3 * 3e-6**2 * 0.016 * 1e-9 / PLANCK_LIGHT * response.max()   # electrons of 1e-3 W m-2 at the filters' peak
+    truth = sensor.expected(irradiance(np.full((1, 4, 4), 1e-3), np.array([nm]))).values   # the same energy, 1 nm wide where it is
+    miss = float(np.abs(sensor.expected(light).values - truth).max()) / at_peak
+    stated = next(left.bound for left in row.left_out if left.what == "where in its bands light lies")
+    return Measured(miss, stated, "the line where it is, share of what the same energy makes at the filters' peak")
 
 
 def monochromatic() -> Measured:
