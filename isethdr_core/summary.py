@@ -33,13 +33,16 @@ def print_result(result) -> None:
 def ledger_table(ledger, details: bool = False, expected: dict | None = None) -> Table:
     """Return stage, seconds, seconds that were `expected`, peak memory and stated errors; with `details` every reason for what was left out."""
     table, expected = Table(title="ledger", title_justify="left"), together(expected or {})
-    for name, side in (("stage", "left"), ("seconds", "right"), ("expected", "right"), ("peak MB", "right"), ("error", "left"), ("left out", "left")):
+    known = any(seconds is not None for seconds in expected.values())
+    for name, side in (("stage", "left"), ("seconds", "right"), *([("expected", "right")] if known else []), ("peak MB", "right"),
+                       ("error", "left"), ("left out", "left")):
         table.add_column(name, justify=side, no_wrap=name == "stage")
     for row in ledger if details else metrics_together(ledger):
         errors = "\n".join(error_text(e) for e in row.errors) if details else worst_text(row.errors)
         left = "\n".join(f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out) if details else (
             f"{len(row.left_out)} noted" if row.left_out else "")
-        table.add_row(escape(row.stage), f"{row.seconds:.2f}", seconds_text(expected.get(row.stage)), f"{row.peak_bytes / 1e6:.0f}", escape(errors), escape(left))
+        table.add_row(escape(row.stage), f"{row.seconds:.2f}", *([seconds_text(expected.get(row.stage))] if known else []),
+                      f"{row.peak_bytes / 1e6:.0f}", escape(errors), escape(left))
     return table
 
 
@@ -93,10 +96,10 @@ def forecast_table(expected: dict) -> Table:
 
 
 def worst_text(notes) -> str:
-    """Return the largest stated error and how many more there are; the report has them all."""
+    """Return the largest error in the unit of the first one, and how many more there are: other units cannot be compared with it."""
     if not notes:
         return ""
-    worst = max(notes, key=lambda note: note.value)
+    worst = max((note for note in notes if note.unit == notes[0].unit), key=lambda note: note.value)
     return f"{worst.value:.3g} {worst.unit} ({worst.how})" + (f" +{len(notes) - 1}" if len(notes) > 1 else "")
 
 

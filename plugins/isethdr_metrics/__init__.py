@@ -8,7 +8,7 @@
 | `contrast_detection`  | probability that a contrast of the scene is measured as such (IEEE 2020)  |
 | `normalized_flare`    | light where none should be, over the brightest source                     |
 | `slanted_edge`        | spatial frequency response (ISO 12233)                                    |
-| `ciede2000`           | colour difference                                                         |
+| `ciede2000`           | colour differences: CIEDE2000, CIE 94, CIE 76                             |
 | `ssim`                | structural similarity of the two displayed pictures                       |
 | `ssim_pu21`           | structural similarity of the two luminances as an eye sees them           |
 | `log_luminance_error` | rms of the difference of log10 luminance                                  |
@@ -20,7 +20,7 @@
 from isethdr_core.component import Component
 from isethdr_core.hookspecs import hookimpl
 
-from .ciede2000 import Ciede2000
+from .ciede2000 import Cie76, Cie94, Ciede2000
 from .contrast_detection import ContrastDetection
 from .dynamic_range import DynamicRange
 from .line_profile import LineProfile
@@ -39,6 +39,7 @@ def isethdr_components():
     """Return the metrics."""
     return [Component("metric", "ideal", MeanLuminance), Component("metric", "dynamic_range", DynamicRange),
             Component("metric", "snr_curve", SnrCurve), Component("metric", "ciede2000", Ciede2000),
+            Component("metric", "cie94", Cie94), Component("metric", "cie76", Cie76),
             Component("metric", "ssim", Ssim), Component("metric", "log_luminance_error", LogLuminanceError),
             Component("metric", "line_profile", LineProfile), Component("metric", "object_contrast", ObjectContrast),
             Component("metric", "contrast_detection", ContrastDetection), Component("metric", "normalized_flare", NormalizedFlare),

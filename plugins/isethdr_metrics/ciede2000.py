@@ -1,13 +1,16 @@
-"""CIEDE2000: mean colour difference between a picture and its truth, both against one white."""
+"""Colour difference between a picture and its truth, both against one white: CIEDE2000, and the older CIE 94 and CIE 76."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 
 @dataclass(frozen=True)
 class Ciede2000:
     """Mean CIEDE2000 of valid pixels up to the white, for the frame and for each object."""
+
+    formula: ClassVar[tuple[str, str, str]] = ("ciede2000", "de2000", "dE00")  # score, function of physics.colour, unit
 
     white_cd_m2: float = 0.0  # luminance of the white (D65) for both pictures; 0 takes the truth's 99th percentile without lamps
 
@@ -21,7 +24,7 @@ class Ciede2000:
         Pixels whose truth is brighter than the white are left out: CIELAB is defined for surfaces, not for lamps.
         """
         from isethdr_core import ledger
-        from isethdr_core.physics.colour import D65_XYZ, de2000, lab
+        from isethdr_core.physics import colour
         from isethdr_core.scores import Score
         from isethdr_core.view import white_cd_m2
 
@@ -29,12 +32,27 @@ class Ciede2000:
 
         _, true, valid = luminances(picture, truth)
         white = self.white_cd_m2 or white_cd_m2(truth)
-        difference = de2000(lab(truth["xyz"].values, white * D65_XYZ), lab(picture["xyz"].values, white * D65_XYZ))
+        score, function, unit = self.formula
+        difference = getattr(colour, function)(*(colour.lab(p["xyz"].values, white * colour.D65_XYZ) for p in (truth, picture)))
         use = valid & (true <= white)
         share = 1 - use.mean()
         if share > 0:
             ledger.left_out("pixels above the white or not valid", "CIELAB has no meaning there", share, "share of the frame")
-        scores = [Score("ciede2000", value, "dE00", name, low, high)
+        scores = [Score(score, value, unit, name, low, high)
                   for name, region in frame_and_objects(true.shape, labels)
                   for value, low, high in [mean_interval(difference, region & use)]]
-        return [*scores, Score("ciede2000_white", float(white), "cd m-2")]
+        return [*scores, Score(f"{score}_white", float(white), "cd m-2")]
+
+
+@dataclass(frozen=True)
+class Cie94(Ciede2000):
+    """Mean CIE 1994 difference (graphic arts) of valid pixels up to the white, weighted by the truth's chroma."""
+
+    formula: ClassVar[tuple[str, str, str]] = ("cie94", "de94", "dE94")
+
+
+@dataclass(frozen=True)
+class Cie76(Ciede2000):
+    """Mean CIE 1976 difference of valid pixels up to the white: the plain distance in CIELAB."""
+
+    formula: ClassVar[tuple[str, str, str]] = ("cie76", "de76", "dE76")

@@ -6,7 +6,8 @@
 | `histogram`  | median over pixels: half of them lie below it, whatever the lamps do                                      |
 | `highlights` | brightest pixel, in the capture that fills last                                                           |
 
-All captures keep their shares of the exposure, so several exposures form a bracket around the solved one.
+All captures keep their shares of the exposure, so several exposures form a bracket around the solved one; or each is solved on its own
+(`exposed_each`).
 """
 
 from __future__ import annotations
@@ -40,6 +41,23 @@ def exposed(sensor, light, generator):
     exposure_s, iterations = solve(sensor, light)
     out = replace(sensor, exposure_rule="fixed", exposure_s=exposure_s)(light, generator)
     out.attrs["exposure_iterations"] = iterations
+    return out
+
+
+def exposed_each(sensor, light, generator):
+    """Return the captures of a staggered sensor with every exposure solved: the first by the rule, the last for the brightest pixel.
+
+    Those between lie at equal ratios. Where the first already keeps the brightest pixel, the shares stay as they are: the bracket is
+    then wider than the light.
+    """
+    first_s, iterations = solve(replace(sensor, exposure_each=False), light)
+    last_s, more = solve(replace(sensor, exposure_each=False, exposure_rule="highlights", exposure_ratios=(1.0,)), light)
+    fixed = replace(sensor, exposure_rule="fixed", exposure_s=first_s)
+    count = len(sensor.exposure_ratios)
+    if count > 1 and last_s < first_s:
+        fixed = replace(fixed, exposure_ratios=tuple(float(r) for r in np.geomspace(1.0, last_s / first_s, count)))
+    out = fixed(light, generator)
+    out.attrs["exposure_iterations"] = iterations + more
     return out
 
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 from isethdr_core.errors import ConfigError
 
+from . import auto_exposure
 from .sensor_model import SensorModel
 from .single import SingleSensor
 
@@ -20,6 +21,13 @@ class StaggeredSensor(SingleSensor):
 
     cfa: str = "RGGB"               # repeated pattern of filters, rows parted by / where it is no square
     exposure_ratios: tuple[float, ...] = (1.0, 1 / 16, 1 / 256)  # shares of exposure_s, the first is 1
+    exposure_each: bool = False     # where a rule solves T1, the last exposure is solved for the brightest pixel, those between by equal steps
+
+    def __call__(self, light, generator):
+        """Return captures of one shot, at exposures solved for this light unless they are fixed."""
+        if self.exposure_each and self.exposure_rule != "fixed":
+            return auto_exposure.exposed_each(self, light, generator)
+        return super().__call__(light, generator)
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""

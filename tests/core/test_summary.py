@@ -17,6 +17,7 @@ def test_metrics_of_a_camera_are_one_row_and_nothing_is_lost():
 def test_the_worst_error_stands_for_the_others():
     notes = [ErrorNote(0.01, "relative", "bound"), ErrorNote(0.2, "relative", "statistical", "speckle")]
     assert worst_text(notes) == "0.2 relative (statistical) +1"
+    assert worst_text([*notes, ErrorNote(5.0, "dB", "bound")]) == "0.2 relative (statistical) +2"  # decibels say nothing about it
     assert worst_text([]) == ""
 
 

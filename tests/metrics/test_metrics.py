@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from isethdr_metrics import isethdr_components
-from isethdr_metrics.ciede2000 import Ciede2000
+from isethdr_metrics.ciede2000 import Cie76, Cie94, Ciede2000
 from isethdr_metrics.dynamic_range import DynamicRange
 from isethdr_metrics.line_profile import LineProfile
 from isethdr_metrics.log_luminance_error import LogLuminanceError
@@ -55,7 +55,7 @@ def by_name(scores):
     return {(s.metric, s.object): s for s in scores}
 
 
-@pytest.mark.parametrize("metric", [Ciede2000(), Ssim(), LogLuminanceError(), LineProfile()])
+@pytest.mark.parametrize("metric", [Ciede2000(), Cie94(), Cie76(), Ssim(), LogLuminanceError(), LineProfile()])
 def test_identical_pictures_are_perfect(metric):
     y, table = scene()
     for s in metric(picture(y), picture(y), table):
@@ -93,6 +93,8 @@ def test_colour_difference_of_a_grey_step_is_the_closed_form():
     scores = Ciede2000(white_cd_m2=100.0)(picture(np.full((NY, NX), y2)), picture(np.full((NY, NX), y1)))
     assert scores[0].value == pytest.approx(2 / s_l, rel=1e-9)
     assert by_name(scores)["ciede2000_white", ""].value == 100.0
+    for elder in (Cie94(white_cd_m2=100.0), Cie76(white_cd_m2=100.0)):  # between greys both are the step of lightness
+        assert elder(picture(np.full((NY, NX), y2)), picture(np.full((NY, NX), y1)))[0].value == pytest.approx(2.0, rel=1e-9)
 
 
 def test_lamps_neither_set_the_white_nor_count_as_colour():

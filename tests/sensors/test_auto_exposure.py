@@ -95,3 +95,23 @@ def test_bad_fields_are_refused_by_name(fields, said):
     from isethdr_sensors import BayerSensor
     with pytest.raises(ConfigError, match=said):
         BayerSensor(**fields)
+
+
+def test_each_exposure_is_solved_on_its_own(make_light):
+    """T1 meets its rule, the last keeps the brightest pixel at the target, the steps between are equal."""
+    light = light_of(make_light)
+    camera = sensor("staggered", exposure_each=True, exposure_rule="histogram", exposure_ratios=(1.0, 0.5, 0.25, 0.125), noise=False)
+    shot = camera(light, hdr.generator(1))
+    exposures = np.asarray(shot["exposure_s"].values, float)
+    alone, _ = auto_exposure.solve(sensor("bayer", exposure_rule="histogram"), light)
+    assert exposures[0] == pytest.approx(alone, rel=1e-6)  # T1 as a sensor with one exposure solves it
+    np.testing.assert_allclose(exposures[1:] / exposures[:-1], exposures[1] / exposures[0], rtol=1e-9)
+    full_e = sensor("staggered").full_scale_e()[0]
+    brightest = hdr.build("sensor", "bayer", exposure_s=float(exposures[-1])).expected(light).values.max()
+    assert brightest / full_e == pytest.approx(0.5, rel=1e-3)  # the target; dark charge is a part of it
+
+
+def test_dim_light_keeps_the_bracket_as_it_is(make_light):
+    camera = sensor("staggered", exposure_each=True, exposure_max_s=1e-3, noise=False)
+    shot = camera(make_light(np.full((31, 8, 8), 1e-9), pitch_um=3.75), hdr.generator(1))
+    np.testing.assert_allclose(np.asarray(shot["exposure_s"].values, float), 1e-3 * np.array(camera.exposure_ratios), rtol=1e-9)
