@@ -11,6 +11,7 @@
 | `emva1288_camera`             | a simulated camera on the standard's bench                    |
 | `emva1288_estimates`          | the standard's estimates, each with its standard error        |
 | `emva1288_general`            | its general model: companded codes, soft knees                |
+| `level_curves`                | SNR and contrast detection of a sensor over eight decades     |
 | `merge_rules`                 | merge rules over eight decades of light                       |
 | `demosaic_methods`            | demosaic methods on charts: PSNR and colour difference        |
 | `train_demosaic`              | filters of the learned demosaic, from simulated pictures      |
@@ -38,6 +39,7 @@ from isethdr_core.hookspecs import hookimpl
 STUDIES = {  # name: "module:function" in this package; a function takes its settings by name and returns rows, list[dict]
     "published_figures": "published_figures:published_figures",
     "emva1288": "emva1288:emva1288",
+    "level_curves": "level_curves:level_curves",
     "merge_rules": "merge_rules:merge_rules",
     "demosaic_methods": "demosaic_methods:demosaic_methods",
     "train_demosaic": "train_demosaic:train_demosaic",
