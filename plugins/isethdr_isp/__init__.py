@@ -9,6 +9,7 @@
 | `bent_response`    | the table of a pixel that is not linear                               |
 | `combine`          | captures to one mosaic of electrons, without bias                     |
 | `rules`            | other people's rules for the same, by name                            |
+| `hdr_white`        | what is nearly saturated blended to white: a view, for parity         |
 | `demosaic`         | every channel at every pixel, any filter array                        |
 | `demosaic_methods` | other ways to demosaic, by name                                       |
 | `learned`          | one of them: filters learned per local class                          |

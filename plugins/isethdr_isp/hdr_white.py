@@ -1,0 +1,46 @@
+"""HDR white, a view for parity with ISETCam: what is nearly saturated is blended to white, so that clipped colours do not show."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def hdr_white(displayed, filled, start: float = 0.95, blur_px: float = 1.0) -> np.ndarray:
+    """Return displayed linear RGB blended to white where the mosaic is nearly full.
+
+    Parameters
+    ----------
+    displayed : (y, x, 3) linear display RGB, 0 to 1.
+    filled : (y, x) mosaic values over their full scale, the filters mixed.
+    start : share of the full scale at which the blend begins, below 1; it is complete at 1.
+    blur_px : standard deviation of the 5 x 5 Gaussian that smooths the weight, pixels.
+
+    Returns
+    -------
+    (y, x, 3), after ISETCam's ipHDRWhite: (1 - w) displayed + w with w = clip((filled - start) / (1 - start), 0, 1), smoothed. Weights at the
+    border are smoothed over the pixels that are there.
+
+    Raises
+    ------
+    ConfigError : `start` is not a share below 1, or the shapes do not belong together.
+
+    Notes
+    -----
+    A view alone: the picture stays scene-referred, with its variance and the mark of what is not valid.
+    """
+    from scipy.ndimage import correlate1d
+
+    from isethdr_core.errors import ConfigError
+
+    displayed, filled = np.asarray(displayed, float), np.asarray(filled, float)
+    if not 0 <= start < 1:
+        raise ConfigError(f"start is {start!r}; expected a share of the full scale, 0 or more and below 1; type start=0.95")
+    if displayed.shape != (*filled.shape, 3):
+        raise ConfigError(f"displayed has shape {displayed.shape}, filled {filled.shape}; expected (y, x, 3) and (y, x) of one mosaic")
+    kernel = np.exp(-0.5 * (np.arange(-2, 3) / blur_px) ** 2)
+
+    def smooth(values):
+        return correlate1d(correlate1d(values, kernel, axis=0, mode="constant"), kernel, axis=1, mode="constant")
+
+    weight = smooth(np.clip((filled - start) / (1 - start), 0, 1)) / smooth(np.ones(filled.shape))
+    return (1 - weight[..., None]) * displayed + weight[..., None]
