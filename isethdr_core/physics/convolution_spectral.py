@@ -10,12 +10,12 @@ import numpy as np
 
 from . import convolution_transform as transform
 
-TOGETHER = 120  # rows of a block of columns whose kernels are made at a time: they stay in the processor's cache
+TOGETHER_BYTES = 2**20  # of the bands' kernels that are combined at a time: they stay in the processor's cache
 FEW = 2**18  # products of a matrix product that a linear algebra library does not divide among threads of its own
 
 
 def channels(out, cube, project, combine, blocks, size, factor=None, apply=map) -> tuple[float, float]:
-    """Write the channels' convolutions into `out`; return the norms of all planes that went in, together, and of all that came out.
+    """Add the channels' convolutions to `out`; return the norms of all planes that went in, together, and of all that came out.
 
     Parameters
     ----------
@@ -23,16 +23,18 @@ def channels(out, cube, project, combine, blocks, size, factor=None, apply=map) 
     cube : (band, y, x) light.
     project : (functional, band), W. At least as many functionals as channels.
     combine : (channel, functional, band): the weight of a band's kernel in the kernel of a channel and functional.
-    blocks : (band, block, sy, columns), transforms of the bands' kernels (`convolution_transform.spectrum`).
+    blocks : (band, block, sy, columns), transforms of the bands' kernels (`convolution_transform.spectrum`), whose precision, single or
+        double, is that of the work.
     size : (y, x) of the transforms.
     factor : None, or (y, x), multiplies the light.
     apply : `map`, or the `map` of a pool of threads.
     """
     bands, ny, nx = cube.shape
-    outputs = len(combine)
-    flat, weights = combine.reshape(-1, bands), project.astype(cube.dtype)
-    count = len(weights)
-    halves = [transform.rows_of(ny, size) for _ in range(max(count, outputs))]
+    outputs, scale = len(combine), float(np.abs(combine).max()) or 1.0  # so that single precision is in range for any unit
+    blocks, single = np.asarray(blocks), blocks.dtype in (np.float32, np.complex64)  # a view: slices of mapped files are slow objects
+    flat, weights = (combine / scale).reshape(-1, bands).astype(np.float32 if single else float), project.astype(cube.dtype)
+    count, together = len(weights), max(1, TOGETHER_BYTES // (bands * transform.COLUMNS * blocks.itemsize))
+    halves = [transform.rows_of(ny, size, single=single) for _ in range(max(count, outputs))]
 
     def read(rows, values):
         values[:count] = matrix_product(weights, cube[:, rows])
@@ -41,8 +43,8 @@ def channels(out, cube, project, combine, blocks, size, factor=None, apply=map) 
             values *= factor[rows]
 
     def multiply(block, parts):
-        for start in range(0, size[0], TOGETHER):
-            rows = slice(start, start + TOGETHER)
+        for start in range(0, size[0], together):
+            rows = slice(start, start + together)
             made = _weighted([part[rows] for part in parts[:count]], blocks[:, block, rows], flat)
             for part, now in zip(parts, made):
                 part[rows] = now
@@ -51,15 +53,15 @@ def channels(out, cube, project, combine, blocks, size, factor=None, apply=map) 
     norm = transform.forward(read, halves, size, nx, apply) ** 0.5
     transform.columns(halves, multiply, size, apply)
     del halves[outputs:]  # before `out` is written: less memory
-    return norm, sum(_back(plane, half, size, apply) for plane, half in zip(out, halves)) ** 0.5
+    return norm, scale * sum(_back(plane, half, scale, size, apply) for plane, half in zip(out, halves)) ** 0.5
 
 
 def _weighted(parts, spectra, weights) -> list[np.ndarray]:
     """Return per channel the sum over functionals of kernel x plane; `spectra` (band, y, x) are the bands' kernels there."""
     real = not np.iscomplexobj(spectra)
-    kernels = matrix_product(weights, spectra if real else spectra.view(float))
-    kernels = (kernels if real else kernels.view(complex)).reshape(-1, len(parts), *spectra.shape[1:])
-    made, term = [], np.empty(spectra.shape[1:], complex)
+    kernels = matrix_product(weights, spectra if real else spectra.view(weights.dtype))
+    kernels = (kernels if real else kernels.view(spectra.dtype)).reshape(-1, len(parts), *spectra.shape[1:])
+    made, term = [], np.empty(spectra.shape[1:], parts[0].dtype)
     for row in kernels:
         total = parts[0] * row[0]
         for part, kernel in zip(parts[1:], row[1:]):
@@ -68,12 +70,14 @@ def _weighted(parts, spectra, weights) -> list[np.ndarray]:
     return made
 
 
-def _back(out, half, size, apply) -> float:
-    """Write one plane, transformed back, into `out`; return the sum of its squares."""
+def _back(out, half, scale, size, apply) -> float:
+    """Add one plane, transformed back, times `scale` to `out`; return the sum of squares without it."""
 
     def write(rows, values):
-        out[rows] = values
-        return transform.squares(values, np)
+        total = transform.squares(values, np)
+        values *= scale
+        out[rows] += values
+        return total
 
     return sum(transform.back(half, write, size, out.shape[1], apply))
 

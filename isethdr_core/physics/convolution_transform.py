@@ -2,7 +2,7 @@
 
 The padded image and its whole spectrum never exist: only the transforms along x of the rows that hold light. A spectrum of a point
 spread function is kept as blocks of columns, (block, sy, COLUMNS), in the order in which they are read, so that a mapped file serves.
-Arrays of any library with the Python array API work; NumPy's go through SciPy's transforms, which can overwrite their input.
+Arrays of any library with the Python array API work (`fourier`).
 """
 
 from __future__ import annotations
@@ -10,20 +10,18 @@ from __future__ import annotations
 import threading
 
 import numpy as np
-import scipy.fft as sf
+from scipy.fft import next_fast_len
+
+from . import fourier
+from .fourier import namespace
 
 ROWS, COLUMNS = 16, 32  # of a transform at a time
 
 
 def sizes(shape, kernel) -> tuple[int, int]:
     """Return the (y, x) sizes of a transform for which only cropped pixels wrap."""
-    y, x = (sf.next_fast_len(max(n + k - 1 - k // 2, k // 2 + n, k), real=True) for n, k in zip(shape, kernel))
+    y, x = (next_fast_len(max(n + k - 1 - k // 2, k // 2 + n, k), real=True) for n, k in zip(shape, kernel))
     return y, x
-
-
-def namespace(a):
-    """Return the array library of `a`, by the Python array API's `__array_namespace__`; NumPy where there is none."""
-    return np if isinstance(a, np.ndarray) else getattr(a, "__array_namespace__", lambda: np)()
 
 
 def spectrum(psf, size, peak: float, mirrored: bool):
@@ -44,7 +42,7 @@ def spectrum(psf, size, peak: float, mirrored: bool):
         padded[:, : kx - cx] = xp.astype(psf[rows, cx:], xp.float64) / peak
         if cx:
             padded[:, sx - cx :] = xp.astype(psf[rows, :cx], xp.float64) / peak
-        half[rows, :] = _rfft(padded, xp)
+        fourier.rfft(padded, half[rows, :])
     if mirrored:
         half[:first, :] = xp.conj(xp.flip(half[ky - first :, :], axis=0))
     count = _blocks(size)
@@ -55,7 +53,7 @@ def spectrum(psf, size, peak: float, mirrored: bool):
         padded[: ky - cy, :] = part[cy:, :]
         if cy:
             padded[sy - cy :, :] = part[:cy, :]
-        padded = _fft(padded, xp)
+        padded = fourier.fft(padded)
         out[block, :, : part.shape[1]] = xp.real(padded) if mirrored else padded
     return out
 
@@ -65,9 +63,12 @@ def whole(blocks, size):
     return np.moveaxis(blocks, 0, 1).reshape(size[0], -1)[:, : size[1] // 2 + 1]
 
 
-def rows_of(ny: int, size, xp=np):
-    """Return an empty array for the transforms along x of one plane: (block of columns, y, column), as they are worked on."""
-    return xp.empty((_blocks(size), ny, COLUMNS), dtype=xp.complex128)
+def rows_of(ny: int, size, xp=np, single=False):
+    """Return an empty array for the transforms along x of one plane: (block of columns, y, column), as they are worked on.
+
+    Its precision, `single` or double, is that of all that follows.
+    """
+    return xp.empty((_blocks(size), ny, COLUMNS), dtype=xp.complex64 if single else xp.complex128)
 
 
 def forward(read, halves, size, nx: int, apply=map) -> float:
@@ -75,7 +76,7 @@ def forward(read, halves, size, nx: int, apply=map) -> float:
 
     Parameters
     ----------
-    read : read(rows, out) writes the rows of every plane into out, (plane, rows, nx) float64.
+    read : read(rows, out) writes the rows of every plane into out, (plane, rows, nx).
     apply : how to call a function for every block: `map`, or that of a pool of threads.
     """
     xp = namespace(halves[0])
@@ -85,16 +86,16 @@ def forward(read, halves, size, nx: int, apply=map) -> float:
     def block(start):
         cut = slice(start, min(start + ROWS, ny))
         high = cut.stop - cut.start
-        padded = _kept(local, "rows", (len(halves), high, size[1]), xp.float64, xp)
+        padded = _kept(local, "rows", (len(halves), high, size[1]), _real(halves[0], xp), xp)
         values = padded[:, :, :nx]
         read(cut, values)
         if not xp.any(values):  # rows without light need no transform
             for half in halves:
                 half[:, cut, :] = 0.0
             return 0.0
-        line = _kept(local, "line", (high, count * COLUMNS), xp.complex128, xp)
+        line = _kept(local, "line", (high, count * COLUMNS), halves[0].dtype, xp)
         for plane, half in enumerate(halves):
-            line[:, :width] = _rfft(padded[plane, ...], xp)
+            fourier.rfft(padded[plane, ...], line[:, :width])
             half[:, cut, :] = xp.permute_dims(xp.reshape(line, (high, count, COLUMNS)), (1, 0, 2))
         return squares(values, xp)
 
@@ -116,12 +117,12 @@ def columns(halves, multiply, size, apply=map) -> None:
     def block(number):
         parts = []
         for plane, half in enumerate(halves):
-            padded = _kept(local, plane, (size[0], COLUMNS), xp.complex128, xp)
+            padded = _kept(local, plane, (size[0], COLUMNS), half.dtype, xp)
             padded[:ny, :] = half[number, ...]
             padded[ny:, :] = 0.0
-            parts.append(_fft(padded, xp))
+            parts.append(fourier.fft(padded))
         for half, part in zip(halves, multiply(number, parts)):
-            half[number, ...] = _ifft(part, xp)[:ny, :]
+            half[number, ...] = fourier.ifft(part)[:ny, :]
 
     list(apply(block, range(count)))
 
@@ -130,28 +131,37 @@ def back(half, write, size, nx: int, apply=map) -> list:
     """Transform the rows of one plane back; write(rows, values) takes each block (rows, nx). Return what it returned, block by block."""
     xp = namespace(half)
     count, ny, _ = half.shape
+    local = threading.local()
 
     def block(start):
         cut = slice(start, min(start + ROWS, ny))
-        line = xp.reshape(xp.permute_dims(half[:, cut, :], (1, 0, 2)), (cut.stop - cut.start, count * COLUMNS))
-        return write(cut, _irfft(line[:, : size[1] // 2 + 1], size[1], xp)[:, :nx])
+        high = cut.stop - cut.start
+        line = xp.reshape(xp.permute_dims(half[:, cut, :], (1, 0, 2)), (high, count * COLUMNS))
+        values = _kept(local, "rows", (high, size[1]), _real(half, xp), xp)
+        fourier.irfft(line[:, : size[1] // 2 + 1], values)
+        return write(cut, values[:, :nx])
 
     return list(apply(block, range(0, ny, ROWS)))
+
+
+def _real(a, xp):
+    """Return the real dtype of the precision of a complex array."""
+    return xp.float32 if a.dtype == xp.complex64 else xp.float64
 
 
 def _blocks(size) -> int:
     return -(-(size[1] // 2 + 1) // COLUMNS)
 
 
-def error(product: float, norm: float, size) -> float:
-    """Return a bound on the error of any pixel of a float64 transform: rounding is white, 10 standard deviations of it.
+def error(product: float, norm: float, size, single=False) -> float:
+    """Return a bound on the error of any pixel of a transform: rounding is white, 10 standard deviations of it.
 
     Parameters
     ----------
     product : of the norms (roots of sums of squares) of image and kernel; `norm` : that of the result.
     """
     count = float(np.prod(size))
-    return 10 * 1.2e-16 * (product + norm) / np.sqrt(count) * np.log2(count) ** 0.5
+    return 10 * (6e-8 if single else 1.2e-16) * (product + norm) / np.sqrt(count) * np.log2(count) ** 0.5
 
 
 def times(spectrum):
@@ -194,19 +204,3 @@ def squares(a, xp):
         axes = "abc"[: a.ndim]
         return float(np.einsum(f"{axes},{axes}->", a, a))  # not by BLAS, whose threads go on spinning beside the transforms
     return float(xp.sum(a * a))
-
-
-def _rfft(a, xp):
-    return sf.rfft(a, axis=-1) if xp is np else xp.fft.rfft(a, axis=-1)
-
-
-def _irfft(a, n, xp):
-    return sf.irfft(a, n, axis=-1) if xp is np else xp.fft.irfft(a, n=n, axis=-1)
-
-
-def _fft(a, xp):
-    return sf.fft(a, axis=0, overwrite_x=True) if xp is np else xp.fft.fft(a, axis=0)
-
-
-def _ifft(a, xp):
-    return sf.ifft(a, axis=0, overwrite_x=True) if xp is np else xp.fft.ifft(a, axis=0)

@@ -6,7 +6,7 @@ import numpy as np
 
 from isethdr_core.physics.convolution_spectral import matrix_product
 
-RADII = (96, 64, 32, 16, 8, 4)  # tiles that are corrected around a bright one
+RADII = (96, 64, 32, 16, 8, 4)  # tiles that are corrected around a bright one: no more than `kernel_spectra.NEAR`
 MOST_WORK = 3e7  # values written per channel, at most
 TOGETHER = 64  # bright tiles
 
@@ -23,31 +23,37 @@ def radii(rate) -> np.ndarray:
     return chosen
 
 
-def correct(out, cube, relative, weights, fit, made) -> None:
+def correct(out, cube, relative, weights, fit, made, apply=map) -> None:
     """Add to `out` (channel, y, x) what `fit` misses of the light of its bright tiles, as far as it falls near them.
 
     Parameters
     ----------
     cube : (band, y, x); relative : None or (y, x); weights : (channel, band). `made` : `kernels.Kernels`.
+    apply : how to call a function for every channel: `map`, or that of a pool of threads.
     """
+    groups = []
     for radius in np.unique(fit.radii):
         half = [min(int(radius), n // 2) for n in made.bands[0].shape]
         cut = tuple(slice(n // 2 - h, n // 2 + h + 1) for n, h in zip(made.bands[0].shape, half))
         cores = np.stack([np.asarray(b[cut], float).ravel() for b in made.bands])
         tiles = fit.bright[fit.radii == radius]
-        for start in range(0, len(tiles), TOGETHER):
-            _spread(out, cube, relative, weights, fit, tiles[start : start + TOGETHER], cores, half)
+        light = cube.reshape(len(cube), -1)[:, tiles]
+        missed = light - fit.near.predict @ (fit.near.project.astype(cube.dtype) @ light).astype(float)
+        groups.append((tiles, missed if relative is None else missed * relative.ravel()[tiles], cores, half))
+
+    def channel(number):
+        for group in groups:
+            _spread(out[number], weights[number], *group)
+
+    list(apply(channel, range(len(out))))
 
 
-def _spread(out, cube, relative, weights, fit, tiles, cores, half):
-    (ny, nx), shape = out.shape[1:], tuple(2 * h + 1 for h in half)
-    light = cube.reshape(len(cube), -1)[:, tiles]
-    missed = light - fit.predict @ (fit.project.astype(cube.dtype) @ light).astype(float)
-    if relative is not None:
-        missed = missed * relative.ravel()[tiles]
-    spread = [matrix_product(np.ascontiguousarray((missed * row[:, None]).T), cores).reshape(-1, *shape) for row in weights]
-    for i, (y, x) in enumerate(zip(*np.unravel_index(tiles, (ny, nx)))):
-        top, left, bottom, right = max(y - half[0], 0), max(x - half[1], 0), min(y + half[0] + 1, ny), min(x + half[1] + 1, nx)
-        inside = (slice(top - y + half[0], bottom - y + half[0]), slice(left - x + half[1], right - x + half[1]))
-        for channel, part in enumerate(spread):
-            out[channel, top:bottom, left:right] += part[i][inside]
+def _spread(out, weights, tiles, missed, cores, half):
+    (ny, nx), shape = out.shape, tuple(2 * h + 1 for h in half)
+    for start in range(0, len(tiles), TOGETHER):
+        some = slice(start, start + TOGETHER)
+        spread = matrix_product(np.ascontiguousarray((missed[:, some] * weights[:, None]).T), cores).reshape(-1, *shape)
+        for part, y, x in zip(spread, *np.unravel_index(tiles[some], (ny, nx))):
+            top, left, bottom, right = max(y - half[0], 0), max(x - half[1], 0), min(y + half[0] + 1, ny), min(x + half[1] + 1, nx)
+            inside = (slice(top - y + half[0], bottom - y + half[0]), slice(left - x + half[1], right - x + half[1]))
+            out[top:bottom, left:right] += part[inside]

@@ -50,7 +50,8 @@ class Kernels:
     @cached_property
     def profiles(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Sums over x and over y of every band's kernel."""
-        return self.spectra.profiles if self.spectra else [kernel_spectra.profile(b) for b in self.bands]
+        made = self.__dict__.get("spectra") or self.__dict__.get("divided")  # not made for their sake
+        return made.profiles if made else [kernel_spectra.profile(b) for b in self.bands]
 
     @cached_property
     def sampled(self) -> tuple[np.ndarray, list[int], list[int]]:
@@ -63,8 +64,16 @@ class Kernels:
     @cached_property
     def spectra(self) -> kernel_spectra.Spectra | None:
         """The kernels with their transforms, for images of the full frame; None where nothing is on disk and memory is too small."""
-        fits = 2 * len(self.bands) * self.bands[0].nbytes * (1 + (not _mirrored(self.bands[0]))) <= SPECTRA_BYTES
-        return kernel_spectra.spectra(self.bands, self.name) if fits or self.name else None
+        return kernel_spectra.spectra(self.bands, self.name) if self._fits else None
+
+    @cached_property
+    def divided(self) -> kernel_spectra.Divided | None:
+        """The kernels' near and far parts with their transforms, for images of the full frame; None as `spectra`."""
+        return kernel_spectra.divided(self.bands, self.name) if self._fits else None
+
+    @cached_property
+    def _fits(self) -> bool:
+        return bool(self.name) or 2 * len(self.bands) * self.bands[0].nbytes * (1 + (not _mirrored(self.bands[0]))) <= SPECTRA_BYTES
 
     def ready(self, band: int) -> convolution.Kernel:
         """Return one band's kernel with its transform, for images of the full frame."""
@@ -75,8 +84,8 @@ class Kernels:
     @property
     def held_bytes(self) -> int:
         """Memory of this process that the kernels and their transforms take; mapped files take none."""
-        made = self.__dict__.get("spectra")
-        return sum(b.nbytes for b in self.bands if not isinstance(b, np.memmap)) + (made.held_bytes if made else 0)
+        made = [self.__dict__.get(n) for n in ("spectra", "divided")]
+        return sum(b.nbytes for b in self.bands if not isinstance(b, np.memmap)) + sum(m.held_bytes for m in made if m)
 
 
 _cache: OrderedDict[tuple, Kernels] = OrderedDict()

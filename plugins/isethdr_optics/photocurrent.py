@@ -39,39 +39,47 @@ def photocurrent(lens, mixed, flares, response):
 
 def _light(lens, mixed, flares, response, given: Parts):
     """Return the photocurrent, or None where irradiance is to be preferred."""
-    if given.made is None or given.field is not None or given.sensor.scales is not None or given.made.spectra is None:
+    if given.made is None or given.field is not None or given.sensor.scales is not None or given.made.divided is None:
         return None
     efficiency, names = _unlike(response.efficiency(given.wavelength_nm), response.channels)
     if 3 * len(efficiency) > mixed.sizes["wavelength"]:
         return None
     counting = efficiency * band_widths_nm(given.wavelength_nm) / photon_energy_j(given.wavelength_nm)
     weights, cube = counting * given.gains, np.asarray(mixed.values)
-    fit = spectral_fit.fit(cube, given.relative, weights, given.made, response)
-    if fit is None:
-        return None
-    out = np.empty((len(weights), *cube.shape[1:]), np.float32)
-    spectra = given.made.spectra
-    peaks = np.array([k.peak for k in spectra.kernels])
-    combine = weights[:, None, :] * fit.predict.T * peaks
-    size = spectra.kernels[0].size
+    out = np.zeros((len(weights), *cube.shape[1:]), np.float32)
     with threads() as pool:
-        norm, seen = channels(out, cube, fit.project, combine, spectra.blocks, size, given.relative, pool.map)
-    gain = float(max(np.abs(c).max() * k.norm for c, k in zip(np.moveaxis(combine, 2, 0), spectra.kernels)))
-    rounding_e = error(norm * gain, seen, size) * response.area_exposure_m2_s
-    if rounding_e > TRANSFORMS * response.noise_fraction_allowed * max(response.read_noise_e, 1.0):
-        return None
-    bright_tiles.correct(out, cube, given.relative, weights, fit, given.made)
+        fit = spectral_fit.fit(cube, given.relative, weights, given.made, response, pool.map)
+        if fit is None:
+            return None
+        parts = [(fit.near, given.made.divided.near), (fit.far, given.made.divided.far)]
+        rounding_e = response.area_exposure_m2_s * sum(
+            _convolve(out, cube, weights, basis, part, given.relative, pool.map) for basis, part in parts if part)
+        if rounding_e > TRANSFORMS * response.noise_fraction_allowed * max(response.read_noise_e, 1.0):
+            return None
+        bright_tiles.correct(out, cube, given.relative, weights, fit, given.made, pool.map)
     low = float(out.min())
     np.maximum(out, 0.0, out=out)
     light = on_sensor(lens, given, quantities.photocurrent, given.sensor.move(out), names, wavelength_nm=given.wavelength_nm,
                       efficiency=efficiency)
     state_kernels(given.made, mixed, lens, given)
     ledger.error(fit.noise_share, "standard deviations of the sensor's noise", "measured",
-                 f"{len(fit.project)} functionals of the spectrum in place of {len(cube)} bands, largest of {fit.looked_at} values")
+                 f"{_counted(fit)} functionals of the spectrum in place of {len(cube)} bands, largest of {fit.looked_at} values")
     ledger.error(max(rounding_e, -low * response.area_exposure_m2_s), "electrons", "bound", "rounding of the transforms, and what was lifted to zero")
     for added in added_light(lens, mixed, flares, given):
         light.values += np.tensordot(counting, added, 1)
     return light
+
+
+def _convolve(out, cube, weights, basis, part, relative, apply) -> float:
+    """Add a part's convolutions to `out`; return a bound on the rounding of any tile."""
+    combine = weights[:, None, :] * basis.predict.T * part.peaks
+    norm, seen = channels(out, cube, basis.project, combine, part.blocks, part.size, relative, apply)
+    gain = float(max(np.abs(c).max() * k for c, k in zip(np.moveaxis(combine, 2, 0), part.norms)))
+    return error(norm * gain, seen, part.size, part.single)
+
+
+def _counted(fit) -> str:
+    return f"{len(fit.near.project)} (and {len(fit.far.project)} far from a lamp)" if fit.far else f"{len(fit.near.project)}"
 
 
 def _unlike(efficiency, names):

@@ -11,9 +11,11 @@ from isethdr_core.physics.convolution_spectral import matrix_product
 from isethdr_core.physics.spectral_basis import directions, kernel_moments, predictor, shot_noise_moments
 
 from . import bright_tiles
+from .kernel_spectra import NEAR
 
 BRIGHT = 100.0  # times the median: tiles that count as bright
 MOST_BRIGHT = 16384
+ROWS = 64  # whose light is added up at a time
 LEAST_BRIGHT = 64
 SPECTRA = 2048  # of bright tiles that the fit is made from, and that many of the others
 TARGETS = 64  # tiles at which the light that comes from bright ones is looked at
@@ -26,18 +28,30 @@ MOST = 12  # functionals; beyond them band by band is as fast
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
-    """Functionals and what they tell: spectrum ~ predict @ (project @ spectrum)."""
+class Basis:
+    """Functionals of spectra and what they tell: spectrum ~ predict @ (project @ spectrum)."""
 
     project: np.ndarray  # (functional, band)
     predict: np.ndarray  # (band, functional)
+
+    def missed(self, spectra):
+        """Return what is not told of spectra (..., band)."""
+        return spectra - spectra @ self.project.T @ self.predict.T
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The functionals for the near and the far part of the kernels, and the tiles around which they are not enough."""
+
+    near: Basis
+    far: Basis | None  # None where the kernels are not divided
     bright: np.ndarray  # flat indices of bright tiles, and the radii in tiles within which they are corrected
     radii: np.ndarray
     noise_share: float  # largest error, in standard deviations of the noise, from those looked at
     looked_at: int
 
 
-def fit(cube, relative, weights, made, response) -> Fit | None:
+def fit(cube, relative, weights, made, response, apply=map) -> Fit | None:
     """Return the fewest functionals that tell the spectra of `cube` well enough for a sensor; None where too many are needed.
 
     Parameters
@@ -45,9 +59,11 @@ def fit(cube, relative, weights, made, response) -> Fit | None:
     cube : (band, y, x) radiance. `relative` : None, or its (y, x) factor.
     weights : (channel, band) photocurrent per radiance and kernel.
     made : `kernels.Kernels` of the bands. `response` : the sensor's, for its noise.
+    apply : how to call a function for every block of rows: `map`, or that of a pool of threads.
     """
     total = np.abs(weights).sum(0)
-    rate = matrix_product(total[None].astype(cube.dtype), cube)[0].ravel()
+    rows, first = total[None].astype(cube.dtype), range(0, cube.shape[1], ROWS)
+    rate = np.concatenate(list(apply(lambda start: matrix_product(rows, cube[:, start : start + ROWS])[0], first))).ravel()
     bright, others = _tiles(rate, cube.shape[1:])
     factor = np.ones(rate.size) if relative is None else relative.ravel()
     spectra, rest = (_spectra(cube, factor, i) for i in (bright, others))
@@ -57,18 +73,31 @@ def fit(cube, relative, weights, made, response) -> Fit | None:
     if not scale > 0:
         return None
     moments /= scale
-    points, steps, first = made.sampled
     centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in made.bands], float)
     known = np.concatenate([weights, weights * centre])  # all of a tile's light, and what stays in the tile: both exact
-    rows = directions(known, moments, kernel_moments(points.reshape(-1, len(cube)), weights))
     looks = _Looks(cube, factor, bright, others, spectra, weights, made, response)
-    for count in range(np.linalg.matrix_rank(known), min(MOST, len(cube) // 2) + 1):
-        project = rows[:count]
-        predict = predictor(project, moments)
-        share, number = looks.worst(project, predict)
-        if share < TOLERATED * response.noise_fraction_allowed:
-            return Fit(project, predict, bright, looks.radii, share, number)
-    return None
+    allowed = TOLERATED * response.noise_fraction_allowed
+
+    def fewest(known, points, share):
+        """Return the first basis whose `share` of the noise is allowed, and that share; (None, share) where there is none."""
+        rows, found = directions(known, moments, kernel_moments(points, weights)), np.inf
+        for count in range(np.linalg.matrix_rank(known), min(MOST, len(cube) // 2) + 1):
+            basis = Basis(rows[:count], predictor(rows[:count], moments))
+            found = share(basis)
+            if found < allowed:
+                return basis, found
+        return None, found
+
+    points = made.sampled[0].reshape(-1, len(cube))
+    if made.divided.far is None:
+        near, share = fewest(known, points, lambda basis: max(looks.around_tiles(basis), looks.of_bright(basis, basis)))
+        return near and Fit(near, None, bright, looks.radii, share, looks.looked_at)
+    near, first = fewest(known, looks.core.reshape(-1, len(cube)), looks.around_tiles)
+    if near is None:
+        return None
+    asked = np.concatenate([points[~looks.points_near], looks.beyond_near])
+    far, share = fewest(weights, asked, lambda basis: looks.of_bright(near, basis))
+    return far and Fit(near, far, bright, looks.radii, max(first, share), looks.looked_at)
 
 
 def _tiles(rate, shape):
@@ -106,9 +135,14 @@ class _Looks:
         self.near_light = self._from_neighbours(self.near)
         self.radii = bright_tiles.radii(spectra @ weights.sum(0))
         targets = some[:: max(1, len(some) // TARGETS)]
-        self.kernels = self._kernels(targets, np.stack(np.unravel_index(bright[:SOURCES], shape), axis=-1))
-        self.far_light = self._from_bright(self.bright) + self.near_light[:: max(1, len(some) // TARGETS)]
-        self.single, self.around = spectra[:: max(1, len(spectra) // SOURCES)], self._beyond(bright_tiles.RADII[0])
+        away = targets[:, None] - np.stack(np.unravel_index(bright[:SOURCES], shape), axis=-1)
+        away_by = np.abs(away).max(axis=-1)[..., None]
+        self.kernels, self.beyond = self._kernels(away), away_by > NEAR
+        self.missed_near = ~self.beyond & (away_by > self.radii[:SOURCES, None])  # nearer ones are corrected
+        self.far_light = np.einsum("tsb,sb->tb", self.kernels, self.bright) @ weights.T + self.near_light[:: max(1, len(some) // TARGETS)]
+        y, x = (np.arange(n) * step + first - middle for n, step, first, middle in zip(self.points.shape, self.steps, self.first, self.middle))
+        self.points_near = (np.maximum(np.abs(y)[:, None], np.abs(x)) <= NEAR).ravel()
+        self.single, self.beyond_near = spectra[:: max(1, len(spectra) // SOURCES)], self._beyond(bright_tiles.RADII[0])
         self.single_light = self._from_single(self.single)
 
     def _beyond(self, radius):
@@ -118,34 +152,38 @@ class _Looks:
         order = np.argsort(np.where(away > min(radius, away.max() / 2), away, np.inf), kind="stable")[:TARGETS]
         return self.points.reshape(-1, self.points.shape[2])[order]
 
-    def worst(self, project, predict):
-        """Return the largest error to be expected of any tile, and how many were looked at."""
-        near = self._share(self._from_neighbours((self.near - self.near @ project.T @ predict.T) * self.counts[..., None]), self.near_light)
-        far = self._share(self._from_bright(self.bright - self.bright @ project.T @ predict.T), self.far_light)
-        single = self._share(self._from_single(self.single - self.single @ project.T @ predict.T), self.single_light)
-        looked = near, far, single
-        return max(w * float(z.max(initial=0.0)) for w, z in zip(WORST, looked)), sum(z.size for z in looked)
+    def around_tiles(self, near) -> float:
+        """Return the largest error to be expected where light comes from a tile and its neighbours."""
+        return WORST[0] * float(self._share(self._from_neighbours(near.missed(self.near) * self.counts[..., None]), self.near_light).max(initial=0.0))
+
+    def of_bright(self, near, far) -> float:
+        """Return the largest error to be expected of light that comes from bright tiles, all together and single ones."""
+        parts = (self.missed_near, near), (self.beyond, far)
+        seen = sum(np.einsum("tsb,sb->tb", self.kernels * part, basis.missed(self.bright)) for part, basis in parts)
+        together = self._share(seen @ self.weights.T, self.far_light)
+        single = self._share(self._from_single(far.missed(self.single)), self.single_light)
+        return max(WORST[1] * float(together.max(initial=0.0)), WORST[2] * float(single.max(initial=0.0)))
+
+    @property
+    def looked_at(self) -> int:
+        """How many values were looked at."""
+        return self.near_light.size + self.far_light.size + self.single_light.size
 
     def _from_neighbours(self, spectra):
         """Return the (tile, channel) photocurrent that a tile and those around it make."""
         return np.einsum("nub,ub->nb", spectra, self.core) @ self.weights.T
 
-    def _from_bright(self, spectra):
-        """Return the (target, channel) photocurrent that the light of bright tiles makes."""
-        return np.einsum("tsb,sb->tb", self.kernels, spectra) @ self.weights.T
-
     def _from_single(self, spectra):
         """Return the (source, point, channel) photocurrent that single bright tiles make at points around them."""
-        return np.einsum("sb,jb,pb->spj", spectra, self.weights, self.around, optimize=["einsum_path", (0, 1), (0, 1)])
+        return np.einsum("sb,jb,pb->spj", spectra, self.weights, self.beyond_near, optimize=["einsum_path", (0, 1), (0, 1)])
 
     def _share(self, error, light):
         scale = self.response.area_exposure_m2_s
         noise = np.sqrt(max(self.response.read_noise_e, 1.0) ** 2 + scale * np.abs(light))
         return scale * np.abs(error) / noise
 
-    def _kernels(self, targets, sources):
-        """Return the kernels (target, source, band) at the sampled points nearest to the way from each source to each target."""
-        away = targets[:, None] - sources
+    def _kernels(self, away):
+        """Return the kernels (target, source, band) at the sampled points nearest to the ways (target, source, 2) in tiles."""
         index = [np.clip(np.rint((away[..., a] + self.middle[a] - self.first[a]) / self.steps[a]).astype(int), 0, n - 1)
                  for a, n in enumerate(self.points.shape[:2])]
         return self.points[index[0], index[1]]

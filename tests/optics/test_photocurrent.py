@@ -11,6 +11,7 @@ from isethdr_optics import (
     IdealLens,
     WavefrontLens,
     bright_tiles,
+    kernel_spectra,
     kernels,
     photocurrent,
     spectral_fit,
@@ -19,6 +20,8 @@ from isethdr_optics import (
 from isethdr_core import ledger, quantities
 from isethdr_core.demand import Demand
 from isethdr_core.errors import UnitError
+from isethdr_core.physics import convolution_transform as transform
+from isethdr_core.physics.convolution import convolve
 from isethdr_core.registry import build
 
 BANDS = np.arange(400.0, 701.0, 20.0)
@@ -30,19 +33,19 @@ def bump(centre, width):
     return np.exp(-0.5 * ((BANDS - centre) / width) ** 2)
 
 
-def night(level=1e6, seed=0, lamps=("sodium", "led"), noise=0.005, dtype=np.float32):
+def night(level=1e6, seed=0, lamps=("sodium", "led"), noise=0.005, dtype=np.float32, shape=SHAPE):
     """Return mixed radiance: four materials under daylight and lamplight, lamps of `level` times the road, 0.5 % of render noise."""
     rng = np.random.default_rng(seed)
     light = {"sodium": 0.05 + bump(589, 6) + 0.5 * bump(568, 5), "led": bump(450, 9) + 0.7 * bump(560, 55), "day": 1.5 - BANDS / 700,
              "mercury": bump(436, 3) + bump(546, 3) + 0.6 * bump(578, 3)}
     materials = np.stack([0.1 + 0 * BANDS, 0.05 + 0.5 * bump(550, 30), 0.05 + 0.5 * (BANDS > 600), 0.05 + 0.4 * bump(460, 30)])
-    kind = rng.integers(0, 4, (SHAPE[0] // 8, SHAPE[1] // 8)).repeat(8, 0).repeat(8, 1)
-    cube = sum(materials[kind].transpose(2, 0, 1) * light[n][:, None, None] * rng.uniform(0.2, 2, SHAPE) for n in ("day", *lamps[:1]))
+    kind = rng.integers(0, 4, (-(-shape[0] // 8), -(-shape[1] // 8))).repeat(8, 0).repeat(8, 1)[: shape[0], : shape[1]]
+    cube = sum(materials[kind].transpose(2, 0, 1) * light[n][:, None, None] * rng.uniform(0.2, 2, shape) for n in ("day", *lamps[:1]))
     for i, name in enumerate(lamps):
         cube[:, 10 + 12 * i : 13 + 12 * i, 15 + 20 * i : 18 + 20 * i] += level * light[name][:, None, None]
         cube[:, 40, 5 + 9 * i] += 0.1 * level * light[name]
     cube = cube * (1 + noise * rng.standard_normal(cube.shape)) * 4e-6
-    y, x = (quantities.centres(n, FIELD * n / SHAPE[1]) for n in SHAPE)
+    y, x = (quantities.centres(n, FIELD * n / SHAPE[1]) for n in shape)
     return quantities.plane(cube.astype(dtype), BANDS, x, y, quantities.RADIANCE)
 
 
@@ -87,6 +90,47 @@ def test_any_lamp_is_told_well_enough(lamps, level):
 def test_every_lens_that_can(lens):
     share, electrons, _ = compare(build("sensor", "bayer", pitch_um=3.0), night(), lens)
     assert share[electrons < 1e5].max() < 0.1
+
+
+def large(monkeypatch, mirrored=True, shape=(150, 180)):
+    """Return a night of a frame that is worth dividing, through kernels whose skirt and streaks change with wavelength."""
+    y, x = (np.arange(1 - n, n) for n in shape)
+    bands = []
+    for wave in BANDS / 550:
+        r = np.hypot(y[:, None], x)
+        k = (1 + r / wave) ** -3.0 * (1 + 0.9 * np.cos(8 * np.arctan2(y[:, None], x) + r / wave / 3))
+        k *= 1.0 if mirrored else 1 + 0.2 * np.tanh(x / 20)
+        bands.append((0.99 * k / k.sum()).astype(np.float32))
+        if mirrored:
+            bands[-1] = (bands[-1] + bands[-1][::-1, ::-1]) / 2
+    zero = np.zeros(len(BANDS))
+    made = kernels.Kernels(bands, 1 - np.array([b.sum() for b in bands]), zero[:, None], zero + 1)
+    monkeypatch.setattr(kernels, "kernels", lambda *how: made)
+    assert made.divided.far is not None and made.divided.far.single and not made.divided.near.single
+    return made
+
+
+@pytest.mark.parametrize("mirrored", [True, False])
+@pytest.mark.parametrize("level", [1e4, 1e8])
+def test_kernels_divided_into_near_and_far(monkeypatch, mirrored, level):
+    large(monkeypatch, mirrored)
+    sensor = build("sensor", "bayer", pitch_um=3.0)
+    share, electrons, row = compare(sensor, night(level, shape=(150, 180)))
+    assert share[electrons < 1e5].max() < 0.1 and share.max() < 0.2
+    assert any("far from a lamp" in e.what for e in row.errors)
+    rounding = next(e for e in row.errors if "rounding of the transforms" in e.what).value
+    assert 0 < rounding < 0.1  # electrons: single precision beside a lamp of 1e8
+
+
+def test_near_and_far_are_the_kernel(monkeypatch):
+    made = large(monkeypatch)
+    bands = made.bands[:2]
+    divided, whole = kernel_spectra.divided(bands, None), kernel_spectra.spectra(bands, None)
+    image = np.random.default_rng(0).uniform(0.5, 1.5, (150, 180))
+    for band, (kernel, near, far) in enumerate(zip(whole.kernels, divided.near.peaks, divided.far.peaks)):
+        seen = [transform.plain(image, part.blocks[band], part.size)[0] * peak for part, peak in ((divided.near, near), (divided.far, far))]
+        np.testing.assert_allclose(seen[0] + seen[1], convolve(image, kernel), rtol=1e-6)  # single precision of the far part, a few per cent
+    np.testing.assert_array_equal(divided.profiles[1][0], whole.profiles[1][0])
 
 
 def test_bad_functionals_are_seen_to_be_bad(monkeypatch):

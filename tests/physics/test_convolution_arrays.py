@@ -24,7 +24,7 @@ def test_same_light_on_either_library(dtype, mirrored):
         psf[3, 4] *= 2
     theirs = convolve(xp.asarray(image), xp.asarray(psf))
     assert isinstance(theirs, type(xp.asarray(image)))  # it stayed where it was
-    # their transforms are NumPy's, ours SciPy's: float64 rounding beside a lamp of 1e8 times the background
+    # their transforms are NumPy's, ours another library's: float64 rounding beside a lamp of 1e8 times the background
     np.testing.assert_allclose(np.from_dlpack(theirs), convolve(image, psf), rtol=3e-8)
 
 
@@ -37,7 +37,7 @@ def test_doubtful_pixels_are_summed_there_too():
     assert isinstance(kernel, Kernel) and not isinstance(kernel.spectrum, np.ndarray)
     theirs, bound = convolve_with_bound(xp.asarray(image), kernel)
     assert bound.pixels == 0
-    np.testing.assert_allclose(np.from_dlpack(theirs), convolve(image, psf), rtol=2e-12)  # sums of positive terms on both sides
+    np.testing.assert_allclose(np.from_dlpack(theirs), convolve(image, psf), rtol=6e-8)  # what either transform is allowed, and not more
 
 
 def test_what_does_not_fit_is_refused():

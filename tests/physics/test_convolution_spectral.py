@@ -38,7 +38,7 @@ def by_bands(cube, kernels, factor=1.0):
 
 def given(cube, kernels, project, predict, **more):
     ready = [prepare(k, SHAPE) for k in kernels]
-    out = np.empty((len(WEIGHTS), *SHAPE))
+    out = np.zeros((len(WEIGHTS), *SHAPE))
     combine = WEIGHTS[:, None, :] * predict.T * [k.peak for k in ready]
     channels(out, cube, project, combine, np.stack([k.spectrum for k in ready]), ready[0].size, **more)
     return out
