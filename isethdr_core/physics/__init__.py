@@ -11,6 +11,7 @@
 | `zernike`     | wavefront from OSA/ANSI coefficients                                        |
 | `convolution` | linear convolution of scenes with twelve decades of light                   |
 | `convolution_transform`, `convolution_direct` | its transforms in blocks; direct sums of what they may spoil |
+| `arrays`      | arrays of other libraries, on a graphics processor say                      |
 | `fourier`     | transforms along one axis, by the fastest library at hand                   |
 | `convolution_spectral` | all bands at once, straight to the channels of a sensor           |
 | `spectral_basis` | few numbers per spectrum that tell a sensor enough                      |

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from . import convolution_direct, convolution_transform
+from .arrays import device, namespace
 from .convolution_direct import SUMMED
-from .convolution_transform import namespace
 
 RELATIVE = 3e-8  # of a pixel: what the exact way allows the transform, half of the rounding of a float32 result
 
@@ -59,7 +59,7 @@ def prepare(psf, shape) -> Kernel:
     low, high = _range(psf, xp)
     peak, size = max(-low, high), convolution_transform.sizes(shape, psf.shape)
     if peak == 0:
-        return Kernel(psf, tuple(shape), size, xp.zeros((0, size[0], 0)), 0.0, 0.0, True)
+        return Kernel(psf, tuple(shape), size, xp.zeros((0, size[0], 0), device=device(psf)), 0.0, 0.0, True)
     parts = (psf[i : min(i + 64, psf.shape[0]), :] for i in range(0, psf.shape[0], 64))
     norm = sum(convolution_transform.squares(xp.astype(part, xp.float64) / peak, xp) for part in parts) ** 0.5
     mirrored = all(n % 2 for n in psf.shape) and bool(xp.all(psf == xp.flip(psf)))
@@ -91,7 +91,7 @@ def convolve_with_bound(image, psf, error_allowed: float = 0.0) -> tuple[Any, Bo
     xp = namespace(image)
     image = xp.asarray(image)
     kernel = psf if isinstance(psf, Kernel) else prepare(psf, image.shape)
-    out = xp.empty(image.shape, dtype=xp.float64)
+    out = xp.empty(image.shape, dtype=xp.float64, device=device(image))
     return out, convolve_into(out, image, kernel, error_allowed)
 
 
@@ -124,7 +124,7 @@ def convolve_into(out, image, kernel: Kernel, error_allowed: float = 0.0, factor
         _scaled(values, (scale, gain, kernel.peak), out[rows, :], xp)
         return float(xp.min(values)), convolution_transform.squares(values, xp)
 
-    half = convolution_transform.rows_of(image.shape[0], kernel.size, xp)
+    half = convolution_transform.rows_of(image.shape[0], kernel.size, image)
     norm = convolution_transform.forward(read, [half], kernel.size, image.shape[1], apply) ** 0.5
     convolution_transform.columns([half], convolution_transform.times(kernel.spectrum), kernel.size, apply)
     done = convolution_transform.back(half, write, kernel.size, image.shape[1], apply)
@@ -138,11 +138,11 @@ def convolve_into(out, image, kernel: Kernel, error_allowed: float = 0.0, factor
     def again(rows, values):
         exact[rows, :] = values
 
-    exact, light = xp.empty(image.shape, dtype=xp.float64), xp.empty((1, *image.shape), dtype=xp.float64)
+    exact, light = (xp.empty(shape, dtype=xp.float64, device=device(image)) for shape in (image.shape, (1, *image.shape)))
     convolution_transform.back(half, again, kernel.size, image.shape[1], apply)
     read(slice(None), light)
     exact, absolute, left = convolution_direct.mend(exact, light[0, ...], kernel, absolute, allowed)
-    _scaled(xp.asarray(exact), (scale, gain, kernel.peak), out, xp)
+    _scaled(xp.asarray(exact, device=device(image)), (scale, gain, kernel.peak), out, xp)
     return Bound(allowed + SUMMED, absolute * scale * gain * kernel.peak, left)
 
 
@@ -179,6 +179,6 @@ def _crop(psf, shape, xp):
         pad.append((max(0, after - before), max(0, before - after - 1)))
     if all(p == (0, 0) for p in pad):
         return part
-    padded = xp.zeros(tuple(n + sum(p) for n, p in zip(part.shape, pad)), dtype=psf.dtype)
+    padded = xp.zeros(tuple(n + sum(p) for n, p in zip(part.shape, pad)), dtype=psf.dtype, device=device(psf))
     padded[tuple(slice(p[0], p[0] + n) for n, p in zip(part.shape, pad))] = part
     return padded

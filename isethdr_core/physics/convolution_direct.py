@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import convolution_transform
+from .arrays import on_host
 
 SUMMED = 1e-12  # of a pixel: rounding of a direct float64 sum of positive terms, 8e6 of them pairwise or in rows
 FEW_PRODUCTS = 1e8  # of direct summation, about what it costs to look for a better way
@@ -21,7 +22,7 @@ def mend(out, image, kernel, error: float, allowed: float):
     kernel : `convolution.Kernel`.
     error : bound on the error of any pixel of `out`; `allowed` : relative to the pixel.
     """
-    out, image, psf, spectrum = (_on_host(a) for a in (out, image, kernel.psf, kernel.spectrum))
+    out, image, psf, spectrum = (on_host(a) for a in (out, image, kernel.psf, kernel.spectrum))
     doubtful = out * allowed < error
     if np.count_nonzero(doubtful) * min(psf.size, image.size) <= FEW_PRODUCTS:
         return _gather(out, doubtful, image, psf, kernel.peak, error)
@@ -43,10 +44,6 @@ def mend(out, image, kernel, error: float, allowed: float):
     # Rounding of the rest matters only against the sum with the bright light.
     summed = np.maximum(part, 0.0) + _scatter(bright, psf)
     return _gather(summed, (summed * allowed < error) & lit, image, psf, 1.0, error)
-
-
-def _on_host(a):
-    return a if isinstance(a, np.ndarray) else np.from_dlpack(a, device="cpu", copy=True)
 
 
 def _squares(a):

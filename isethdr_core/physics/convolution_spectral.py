@@ -34,7 +34,7 @@ def channels(out, cube, project, combine, blocks, size, factor=None, apply=map) 
     blocks, single = np.asarray(blocks), blocks.dtype in (np.float32, np.complex64)  # a view: slices of mapped files are slow objects
     flat, weights = (combine / scale).reshape(-1, bands).astype(np.float32 if single else float), project.astype(cube.dtype)
     count, together = len(weights), max(1, TOGETHER_BYTES // (bands * transform.COLUMNS * blocks.itemsize))
-    halves = [transform.rows_of(ny, size, single=single) for _ in range(max(count, outputs))]
+    halves = [transform.rows_of(ny, size, out, single) for _ in range(max(count, outputs))]
 
     def read(rows, values):
         values[:count] = matrix_product(weights, cube[:, rows])

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from . import fourier
-from .fourier import namespace
+from .arrays import device, namespace
 
 ROWS, COLUMNS = 16, 32  # of a transform at a time
 
@@ -35,10 +35,10 @@ def spectrum(psf, size, peak: float, mirrored: bool):
     (ky, kx), (sy, sx) = psf.shape, size
     cy, cx = ky // 2, kx // 2
     first = cy if mirrored else 0  # the rows above the centre are mirror images: their transforms are conjugates
-    half = xp.empty((ky, sx // 2 + 1), dtype=xp.complex128)
+    half = xp.empty((ky, sx // 2 + 1), dtype=xp.complex128, device=device(psf))
     for start in range(first, ky, ROWS):
         rows = slice(start, min(start + ROWS, ky))
-        padded = xp.zeros((rows.stop - rows.start, sx), dtype=xp.float64)
+        padded = xp.zeros((rows.stop - rows.start, sx), dtype=xp.float64, device=device(psf))
         padded[:, : kx - cx] = xp.astype(psf[rows, cx:], xp.float64) / peak
         if cx:
             padded[:, sx - cx :] = xp.astype(psf[rows, :cx], xp.float64) / peak
@@ -46,10 +46,10 @@ def spectrum(psf, size, peak: float, mirrored: bool):
     if mirrored:
         half[:first, :] = xp.conj(xp.flip(half[ky - first :, :], axis=0))
     count = _blocks(size)
-    out = xp.zeros((count, sy, COLUMNS), dtype=xp.float64 if mirrored else xp.complex128)
+    out = xp.zeros((count, sy, COLUMNS), dtype=xp.float64 if mirrored else xp.complex128, device=device(psf))
     for block in range(count):
         part = half[:, block * COLUMNS : min((block + 1) * COLUMNS, half.shape[1])]
-        padded = xp.zeros((sy, part.shape[1]), dtype=xp.complex128)
+        padded = xp.zeros((sy, part.shape[1]), dtype=xp.complex128, device=device(psf))
         padded[: ky - cy, :] = part[cy:, :]
         if cy:
             padded[sy - cy :, :] = part[:cy, :]
@@ -63,12 +63,13 @@ def whole(blocks, size):
     return np.moveaxis(blocks, 0, 1).reshape(size[0], -1)[:, : size[1] // 2 + 1]
 
 
-def rows_of(ny: int, size, xp=np, single=False):
-    """Return an empty array for the transforms along x of one plane: (block of columns, y, column), as they are worked on.
+def rows_of(ny: int, size, like, single=False):
+    """Return an empty array, where `like` is, for the transforms along x of one plane: (block of columns, y, column), as they are worked on.
 
     Its precision, `single` or double, is that of all that follows.
     """
-    return xp.empty((_blocks(size), ny, COLUMNS), dtype=xp.complex64 if single else xp.complex128)
+    xp = namespace(like)
+    return xp.empty((_blocks(size), ny, COLUMNS), dtype=xp.complex64 if single else xp.complex128, device=device(like))
 
 
 def forward(read, halves, size, nx: int, apply=map) -> float:
@@ -86,14 +87,14 @@ def forward(read, halves, size, nx: int, apply=map) -> float:
     def block(start):
         cut = slice(start, min(start + ROWS, ny))
         high = cut.stop - cut.start
-        padded = _kept(local, "rows", (len(halves), high, size[1]), _real(halves[0], xp), xp)
+        padded = _kept(local, "rows", (len(halves), high, size[1]), _real(halves[0], xp), halves[0])
         values = padded[:, :, :nx]
         read(cut, values)
         if not xp.any(values):  # rows without light need no transform
             for half in halves:
                 half[:, cut, :] = 0.0
             return 0.0
-        line = _kept(local, "line", (high, count * COLUMNS), halves[0].dtype, xp)
+        line = _kept(local, "line", (high, count * COLUMNS), halves[0].dtype, halves[0])
         for plane, half in enumerate(halves):
             fourier.rfft(padded[plane, ...], line[:, :width])
             half[:, cut, :] = xp.permute_dims(xp.reshape(line, (high, count, COLUMNS)), (1, 0, 2))
@@ -110,14 +111,13 @@ def columns(halves, multiply, size, apply=map) -> None:
     multiply : multiply(block, planes) takes the number of a block of columns and its transforms, a list of (sy, columns) arrays that
         it may overwrite, and returns the transforms of the outputs, at most as many.
     """
-    xp = namespace(halves[0])
     count, ny, _ = halves[0].shape
     local = threading.local()
 
     def block(number):
         parts = []
         for plane, half in enumerate(halves):
-            padded = _kept(local, plane, (size[0], COLUMNS), half.dtype, xp)
+            padded = _kept(local, plane, (size[0], COLUMNS), half.dtype, half)
             padded[:ny, :] = half[number, ...]
             padded[ny:, :] = 0.0
             parts.append(fourier.fft(padded))
@@ -137,7 +137,7 @@ def back(half, write, size, nx: int, apply=map) -> list:
         cut = slice(start, min(start + ROWS, ny))
         high = cut.stop - cut.start
         line = xp.reshape(xp.permute_dims(half[:, cut, :], (1, 0, 2)), (high, count * COLUMNS))
-        values = _kept(local, "rows", (high, size[1]), _real(half, xp), xp)
+        values = _kept(local, "rows", (high, size[1]), _real(half, xp), half)
         fourier.irfft(line[:, : size[1] // 2 + 1], values)
         return write(cut, values[:, :nx])
 
@@ -183,18 +183,18 @@ def plain(image, spectrum, size):
     def write(rows, values):
         out[rows] = values
 
-    half, out = rows_of(len(image), size), np.empty(image.shape)
+    half, out = rows_of(len(image), size, image), np.empty(image.shape)
     norm = forward(read, [half], size, image.shape[1]) ** 0.5
     columns([half], times(spectrum), size)
     back(half, write, size, image.shape[1])
     return out, norm
 
 
-def _kept(local, name, shape, dtype, xp):
+def _kept(local, name, shape, dtype, like):
     """Return this thread's scratch array of one name and shape: fresh ones would cost as much as the transforms."""
     made = local.__dict__.setdefault("arrays", {})
     if (name, shape) not in made:
-        made[name, shape] = xp.zeros(shape, dtype=dtype)
+        made[name, shape] = namespace(like).zeros(shape, dtype=dtype, device=device(like))
     return made[name, shape]
 
 

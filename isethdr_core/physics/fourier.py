@@ -10,15 +10,12 @@ from __future__ import annotations
 import numpy as np
 import scipy.fft as sf
 
+from .arrays import namespace
+
 try:
     import ducc0.fft as duccs
 except ImportError:
     duccs = None
-
-
-def namespace(a):
-    """Return the array library of `a`, by the Python array API's `__array_namespace__`; NumPy where there is none."""
-    return np if isinstance(a, np.ndarray) else getattr(a, "__array_namespace__", lambda: np)()
 
 
 def rfft(rows, out) -> None:

@@ -1,0 +1,28 @@
+"""Arrays of other libraries than NumPy, those with the Python array API: on a graphics processor, say."""
+
+from __future__ import annotations
+
+import array_api_compat
+import numpy as np
+
+
+def namespace(a):
+    """Return the array library of `a`, by the names of the Python array API; NumPy for what is no array."""
+    if isinstance(a, np.ndarray) or not array_api_compat.is_array_api_obj(a):
+        return np
+    return array_api_compat.array_namespace(a)
+
+
+def device(a):
+    """Return the device on which `a` lies, for new arrays beside it."""
+    return "cpu" if isinstance(a, np.ndarray) else array_api_compat.device(a)
+
+
+def on_host(a) -> np.ndarray:
+    """Return the values of `a` as a NumPy array: `a` itself where it is one, else a copy."""
+    if isinstance(a, np.ndarray):
+        return a
+    try:
+        return np.from_dlpack(a, device="cpu", copy=True)
+    except (BufferError, RuntimeError, TypeError, ValueError):  # libraries that do not hand over what lies on a device
+        return np.array(np.from_dlpack(array_api_compat.to_device(a, "cpu")))
