@@ -1,4 +1,4 @@
-"""Laws: one per function, on plain arrays, numpy and scipy only.
+"""Laws: one per function, on plain arrays, libraries of numbers only: numpy, scipy, array-api-compat and, where installed, ducc0.
 
 | module        | what                                                                        |
 |---------------|-----------------------------------------------------------------------------|

@@ -10,7 +10,7 @@ import sys
 import time
 from pathlib import Path
 
-FAST = ["scene.width=48", "scene.height=27", "~renderer", "~versions", "lens=ideal", "~flare@flare.dirt", "isp=linear",
+FAST = ["scene.width=48", "scene.height=27", "draws=1", "~renderer", "~versions", "lens=ideal", "~flare@flare.dirt", "isp=linear",
         *(f"~metric.{name}" for name in ("dynamic_range", "snr", "colour", "ssim", "log_luminance"))]
 WITHOUT_REPORT = "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows,acme"     # pages with plots take as long as all else
 LIGHTS = ["scene=point_lights", *FAST]      # two light groups: sky and headlights

@@ -27,7 +27,7 @@ def test_an_interrupted_run_leaves_nothing_half_written(tmp_path):
         wait_for(home / "mark", process)
         assert (where == "store") == bool(leftovers(home)), "what is being written has a temporary name"
         os.killpg(process.pid, number)
-        _, said = process.communicate(timeout=20)
+        _, said = process.communicate(timeout=60)
         assert process.returncode == code
         assert stores(home) == {} and leftovers(home) == []
         assert not (home / "failed").exists(), "to be interrupted is no failure"
