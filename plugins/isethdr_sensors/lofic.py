@@ -16,13 +16,13 @@ CAPTURES = ("LCG", "HCG")
 class LoficSensor(ImagingSensor):
     """Take two captures of one exposure: the photodiode at high gain, and photodiode plus overflow capacitor: LCG, HCG.
 
-    200 uV/e with a full well of 100 000 e: assumptions, of the order that papers on lateral overflow give, not taken from one;
-    so is every other figure but the pitch, which is that of a published pixel with an overflow capacitor.
+    200 uV/e and a full well of 100 000 e are the title of Adachi et al. 2008, the pitch is that of Akahane et al. 2009, both of pixels with a
+    lateral overflow capacitor (docs/sensors.md). Every other figure is an assumption, of the order that such papers give.
     """
 
     pitch_um: float = 5.6
     fill_factor: float = 1.0        # assumption: microlenses collect over the whole pixel
-    full_well_e: float = 100000.0   # photodiode and overflow capacitor together
+    full_well_e: float = 100000.0   # photodiode and overflow capacitor together (published)
     knee_e: float = 7000.0          # charge of the photodiode at which it spills `knee_e_per_s` (assumption)
     knee_e_per_s: float = 440000.0  # knee_e in 16 ms (assumption)
     thermal_e: float = 240.0        # for a factor e of the spill, at 60 C: 1.2 kT / e at 143 uV/e of the photodiode (assumption)

@@ -119,6 +119,25 @@ def test_the_merge_joins_both_readings_without_bias(make_light):
     assert np.all(np.abs(np.array(found) / found[-1] - 1) <= 5 * np.sqrt((1 / levels + 1 / levels[-1]) / 1600) + 5e-4)
 
 
+def test_the_preset_has_the_published_figures_and_closed_forms_for_the_rest():
+    from omegaconf import OmegaConf
+    from scipy.constants import Boltzmann, elementary_charge
+
+    from isethdr_core.composition import compose
+
+    fields = OmegaConf.to_container(compose(["sensor=lofic_miyauchi2019"]).sensor, resolve=True)
+    sensor = build("sensor", fields.pop("name"), **fields)
+    assert (sensor.pitch_um, sensor.full_well_e, sensor.conversion_gain_uv_per_e[1]) == (2.8, 120000.0, 160.0)
+    low, high = sensor.model().readings
+    assert low.swing_e == pytest.approx(120000.0, rel=1e-6) and high.swing_e == pytest.approx(1 / 160e-6)
+    thermal_v = Boltzmann * 333.15 / elementary_charge
+    # sqrt(k T C) / e of the capacitor C = 120 000 e / 1 V
+    assert sensor.read_noise_e[0] == pytest.approx(np.sqrt(thermal_v * 120000.0), rel=2e-3)
+    assert sensor.thermal_e == pytest.approx(1.2 * thermal_v / (1.0 / 8750.0), rel=2e-3)
+    # the high gain ends before the photodiode bends, so both gains read the same electrons
+    assert soft_knee_shot.tops(sensor.model(), sensor.well(), (True, False))[1] == 4095.0
+
+
 @pytest.mark.parametrize("field, value", [("knee_e", 0.0), ("thermal_e", -1.0), ("knee_e_per_s", float("nan")), ("blooming_percent", 3.0)])
 def test_bad_fields_are_refused_by_name(field, value):
     with pytest.raises(ConfigError, match=field):
