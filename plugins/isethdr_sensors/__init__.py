@@ -13,6 +13,7 @@
 | `lofic`               | a photodiode that spills into a capacitor, read without and with it             |
 | `lin_log`             | one capture, linear to a knee and logarithmic beyond                            |
 | `lin_log_response`    | the table that reads it back                                                    |
+| `lin_log_variance`    | the variance that a reading states of itself                                    |
 | `soft_knee`           | the fields of a photodiode that overflows exponentially                         |
 | `soft_knee_shot`      | one shot of these pixels                                                        |
 | `soft_knee_in_time`   | their charge under light that varies during the exposure                        |

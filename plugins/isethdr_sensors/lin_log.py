@@ -11,6 +11,7 @@ from .one_reading import OneReadingSensor
 from .sensor_model import Photodiode, SensorModel
 
 BIAS = 4e-4     # largest of 13 levels, default fields (docs/charge_dynamics.md); below 1e-4 off the bend
+VARIANCE = 0.05     # of the same; below 0.01 off the bend
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class LinLogSensor(OneReadingSensor):
         out = take_shot(self.model(), self.well(), (False,), light, generator)
         if self.noise:
             ledger.error(BIAS, "relative", "measured", "bias of electrons read back where the response bends within a width of the noise")
+            ledger.error(VARIANCE, "relative", "measured", "variance that a reading states of itself there, mean over readings")
         tables = response(self.model().readings[0], self.exposure_s, self.well(), self.noise)
         for name, values, units in zip(("response_dn", "response_e", "response_variance_e2"), tables, ("DN", "e", "e2"), strict=True):
             out[name] = ("capture", "response_entry"), values[None], {"units": units}
