@@ -14,6 +14,7 @@ import numpy as np
 
 from . import emva1288_estimates as find
 from .emva1288_camera import Bench, pair, stack
+from .emva1288_dark import DarkSeries, dark_series, pictures_needed
 from .emva1288_general import general_figures
 
 LEVELS = 24          # of the photon transfer series; the standard asks for at least 9, here over all of the range
@@ -26,7 +27,7 @@ def emva1288(sensor: str = "bayer", size: int = 128, pictures: int = 32, seed: i
     Parameters
     ----------
     sensor : name or preset, as in `isethdr run sensor=...`; `all` takes every one that has noise.
-    size : pixels a side. pictures : of a stack. seed : of the noise.
+    size : pixels a side. pictures : of a stack; the dark one has as many as the DSNU asks for, for low gains thousands. seed : of the noise.
     """
     names = measurable_sensors() if sensor == "all" else [sensor]
     return [{"sensor": name, **row} for name in names for row in measure(chosen(name), size, pictures, seed)]
@@ -77,12 +78,23 @@ def measure(sensor, size: int, pictures: int, seed: int) -> list[dict]:
     sensor = replace(sensor, rows=0, columns=0)
     probe = sensor(Bench(sensor, 0, 0, 550.0, size, seed).light(0.0), _key(seed))
     linear, rows = linear_captures(sensor), []
-    for k, capture in enumerate(probe.capture.values):
-        for c, channel in enumerate(probe.channel.values):
-            bench = Bench(sensor, k, c, {"R": 600.0, "B": 460.0}.get(str(channel).upper(), 540.0), size, seed)
-            found = [*(figures(bench, pictures) if k in linear else ()), *(general_figures(bench) if bent(sensor) else ())]
-            rows += [row(str(capture), str(channel), *figure) for figure in found]
+    benches = [Bench(sensor, k, c, {"R": 600.0, "B": 460.0}.get(str(channel).upper(), 540.0), size, seed)
+               for k in range(probe.sizes["capture"]) for c, channel in enumerate(probe.channel.values)]
+    needed = [dark_pictures(bench) for bench in benches if bench.capture in linear]
+    unlit = dark_series(benches[0], max(pictures, *needed)) if needed else None
+    for bench in benches:
+        found = [*(figures(bench, pictures, unlit) if bench.capture in linear else ()), *(general_figures(bench) if bent(sensor) else ())]
+        rows += [row(str(probe.capture.values[bench.capture]), str(probe.channel.values[bench.channel]), *figure) for figure in found]
     return rows
+
+
+def dark_pictures(bench: Bench) -> int:
+    """Return how many dark pictures the DSNU of the bench's capture and channel asks for; 0 where there is none or rounding hides it."""
+    truth, digital = made_of(bench), bench.sensor.bits > 0
+    noise_dn2 = (truth["gain"] * truth["dark_noise_e"]) ** 2 + find.rounding_dn2(digital)
+    if digital and noise_dn2 < find.RESOLVED_DN2:
+        return 0
+    return pictures_needed(noise_dn2, (truth["gain"] * truth["dsnu_e"]) ** 2, len(bench.shot(0.0, 0)[0]))
 
 
 def row(capture: str, channel: str, name: str, unit: str, found: find.Estimate, true: float) -> dict:
@@ -98,8 +110,8 @@ def verdict(found: find.Estimate, true: float) -> str:
     return "yes" if abs(found.off(true)) <= 4 else "NO"
 
 
-def figures(bench: Bench, pictures: int):
-    """Yield (figure, unit, estimate, truth) of the bench's capture and channel by the linear model."""
+def figures(bench: Bench, pictures: int, series: DarkSeries):
+    """Yield (figure, unit, estimate, truth) of the bench's capture and channel by the linear model, with the camera's dark pictures."""
     sensor = bench.sensor
     truth = made_of(bench)
     digital = sensor.bits > 0
@@ -109,7 +121,7 @@ def figures(bench: Bench, pictures: int):
     pairs = [pair(bench, share * top) for share in (*np.linspace(0.02, 0.9, LEVELS), *near)]
     gain, responsivity = find.gain_and_responsivity(pairs, dark, digital)
     noise = find.dark_noise_e(dark, gain, digital)
-    unlit, half = stack(bench, 0.0, pictures), stack(bench, 0.5 * top, pictures)
+    unlit, half = series.stack(bench.capture, bench.channel), stack(bench, 0.5 * top, pictures)
     yield "system gain", "DN/e", gain, truth["gain"]
     yield "quantum efficiency", "e/photon", find.quantum_efficiency(gain, responsivity), truth["efficiency"]
     yield "dark noise", "e", noise, truth["dark_noise_e"]

@@ -11,6 +11,8 @@ from isethdr_core.seeds import generator
 
 BAND_NM = 10.0
 BORDER = 2      # pixels left out all round: crosstalk finds other filters mirrored there
+DARK = 0.0      # photons
+STACK = 100     # number of the first picture of a stack
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +33,7 @@ class Bench:
         ----------
         photons : mean photons per pixel, counted over the whole pixel area, during the longest exposure.
         """
-        captures = self.sensor(self.light(photons), generator(self.seed + number, "bench", f"{photons:.6g}"))
+        captures = self.sensor(self.light(photons), picture_key(self, photons, number))
         y, x = np.nonzero(captures["filter"].values[BORDER:-BORDER, BORDER:-BORDER] == self.channel) + np.int64(BORDER)
         return captures["raw"].values[self.capture][y, x].astype(float), y, x, captures["saturated"].values[self.capture][y, x]
 
@@ -54,6 +56,11 @@ class Bench:
         wavelengths = self.wavelength_nm + np.array([-BAND_NM, 0.0, BAND_NM])
         return plane(values, wavelengths, centres(2, side), centres(2, side), IRRADIANCE, f_number=8.0, focal_length_mm=16.0,
                      throughput_sr=1.0, falloff="none", field_width=side, field_height=side)
+
+
+def picture_key(bench: Bench, photons: float, number: int):
+    """Return the key of the noise of picture `number` of a level of light; the device is always the same."""
+    return generator(bench.seed + number, "bench", f"{photons:.6g}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +96,7 @@ def stack(bench: Bench, photons: float, pictures: int) -> Stack:
     """Return the average of `pictures` (release 4.0, section 8.1)."""
     total, squares = 0.0, 0.0
     for k in range(pictures):
-        values = bench.shot(photons, 100 + k)[0]
+        values = bench.shot(photons, STACK + k)[0]
         total, squares = total + values, squares + values**2
     mean = total / pictures
     temporal = float(np.mean(squares / pictures - mean**2)) * pictures / (pictures - 1)
