@@ -2,7 +2,7 @@
 
 Pixels at one place of the filter array are averaged where their surroundings, all channels of them, look alike (Buades, Coll, Morel
 2005, on the mosaic as Danielyan et al. 2009). Likeness is judged on stabilised values, whose noise is the same everywhere; the
-averages are of electrons, so that there is no inverse to be taken and none to leave a bias.
+averages are of electrons, so that there is no inverse to be taken and none to leave a bias (docs/isp.md compares the two).
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import numpy as np
 
 from isethdr_core import ledger
 
+from .demosaic import demosaic
+
 REACH = 10          # pixels to each side in which like ones are looked for
 PATCH = 5           # pixels, side of the surroundings
 ALIKE = 2.5         # mean squared difference of stabilised patches, of which noise makes 2 +- 0.6; below it the weight is 1
@@ -21,31 +23,64 @@ BINS = 512
 
 
 def denoised(merged, cell_shape: tuple[int, int]):
-    """Return `combine.Merged` with less noise in `signal_e`, and its variance; samples that are not valid stay as they are.
+    """Return (`combine.Merged` with less noise in `signal_e`, and its variance; how many samples each pixel is the mean of, (y, x)).
 
     Parameters
     ----------
-    merged : electrons and variance (y, x), samples independent of each other.
+    merged : electrons and variance (y, x), samples independent of each other; those that are not valid stay as they are.
     cell_shape : rows and columns after which the filter array repeats.
 
     Notes
     -----
-    Var = sum w^2 Var, as if the weights did not follow the noise: on flat fields 0.9 to 1.05 of the true variance (docs/isp.md).
+    Var is the larger of sum w^2 Var and sum w^2 (x - mean)^2: what is stated of the samples, and how far they are apart. They are further
+    apart where faint texture was taken for noise, and which of it is averaged differs from shot to shot.
     """
     x, variance, good = merged.signal_e, merged.variance_e2, merged.valid
     level = stabilised(x, variance, good)
-    total, spread, weight = np.where(good, x, 0.0), np.where(good, variance, 0.0), good.astype(float)
+    own = good.astype(float)
+    x = np.where(good, x, 0.0)
+    square = x**2
+    total, weight, spread = x.copy(), own, np.where(good, variance, 0.0)
+    weight2, first2, second2 = own.copy(), x.copy(), square.copy()    # sums of w^2, w^2 x, w^2 x^2
     for dy, dx in shifts(cell_shape, x.shape):
         here, there = pair(x.shape[0], dy), pair(x.shape[1], dx)
         p, q = (here[0], there[0]), (here[1], there[1])
         w = likeness(level[p], level[q]) * (good[p] & good[q])
+        w2 = w**2
         for one, other in ((p, q), (q, p)):
             total[one] += w * x[other]
-            spread[one] += w**2 * variance[other]
             weight[one] += w
-    safe = np.where(good, weight, 1.0)
-    ledger.left_out("noise in the weights of the denoiser", "variance is that of fixed weights", 0.1, "of the variance of flat fields")
-    return replace(merged, signal_e=np.where(good, total / safe, x), variance_e2=np.where(good, spread / safe**2, variance))
+            spread[one] += w2 * variance[other]
+            weight2[one] += w2
+            first2[one] += w2 * x[other]
+            second2[one] += w2 * square[other]
+    safe, safe2 = np.where(good, weight, 1.0), np.where(good, weight2, 1.0)
+    mean = total / safe
+    apart = second2 - 2 * mean * first2 + mean**2 * weight2
+    ledger.left_out("noise in the weights of the denoiser", "variance is that of fixed weights, or the scatter of what they average", 0.2,
+                    "of the variance")
+    signal = np.where(good, mean, merged.signal_e)
+    return replace(merged, signal_e=signal, variance_e2=np.where(good, np.maximum(spread, apart) / safe**2, variance)), safe**2 / safe2
+
+
+def after_demosaic(variances, variance, alike, filters):
+    """Return the variances (channel, y, x) of demosaiced planes whose samples were averaged before.
+
+    Parameters
+    ----------
+    variances : as if samples were independent.
+    variance, alike : (y, x) of the samples, and how many each is the mean of.
+    filters : (y, x) channel of each.
+
+    Notes
+    -----
+    Like neighbours are means of much the same samples and err alike; a sample that nothing is like errs alone. Two means of n that share
+    all but their own sample are correlated by 1 - 1 / n; deviations of correlated errors add, variances of the others.
+    """
+    channels = len(variances)
+    together = demosaic(np.sqrt(variance), filters, channels)[0] ** 2
+    alone = demosaic(1 / alike, filters, channels)[0]
+    return together + np.clip(alone, 0.0, 1.0) * (variances - together)
 
 
 def stabilised(x, variance, good):

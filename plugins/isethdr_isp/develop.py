@@ -10,9 +10,9 @@ from isethdr_core.physics.colour import colour_matrix
 from isethdr_core.physics.photometry import xyz_weights
 from isethdr_core.truth import make_picture
 
-from .demosaic import array_period, demosaic
+from .demosaic import array_period
 from .demosaic_methods import interpolate
-from .denoise import denoised
+from .denoise import after_demosaic, denoised
 from .development import Development
 from .shading import shading
 from .spectra import LIGHTS, light, radiances
@@ -34,14 +34,13 @@ def develop(merged, reads, captures, how: Development):
     if how.denoise not in DENOISERS:
         raise ConfigError(f"isp denoise {how.denoise!r} is unknown{did_you_mean(how.denoise, DENOISERS)}")
     if how.denoise == "nl_means":
-        merged = denoised(merged, array_period(filters))
+        merged, alike = denoised(merged, array_period(filters))
     # the falloff goes first, while every sample still stands at its own place: a uniform scene is then flat to the demosaic
     level = shading(captures, how.shading_csv)
     variance = merged.variance_e2 / level**2
     planes, variances, touched = interpolate(how.demosaic, merged.signal_e / level, filters, names, variance, ~merged.valid)
     if how.denoise == "nl_means":
-        # neighbours that were averaged over much the same samples err alike: deviations add, not variances
-        variances = demosaic(np.sqrt(variance), filters, len(names))[0] ** 2
+        variances = after_demosaic(variances, variance, alike, filters)
     return finish(planes, variances, merged.valid & ~touched, reads[0].response, captures, how.balance, how.design_snr, floor_e2(reads))
 
 
