@@ -64,9 +64,9 @@ def write(path: str, pictures: dict, true, white: float, row: int) -> None:
 
     def profile(axes):
         axes.semilogy(true["xyz"].values[row, :, 1], color="#bbb", lw=2.5, label="truth, without flare")
-        for name, colour in (("large, low gain", "#c0392b"), ("combined", "#2c6fad")):
+        for name, colour, width in (("large, low gain", "#e59a8f", 2.2), ("combined", "#2c6fad", 0.9)):
             y = np.where(np.asarray(pictures[name]["valid"].values[row], bool), pictures[name]["xyz"].values[row, :, 1], np.nan)
-            axes.semilogy(np.where(y > 0, y, np.nan), color=colour, lw=0.9, label=name + " (gaps: saturated)" * ("large" in name))
+            axes.semilogy(np.where(y > 0, y, np.nan), color=colour, lw=width, label=name + " (gaps: saturated)" * ("large" in name))
         axes.set(xlabel=f"pixel of row {row}", ylabel="luminance, cd/m2", xlim=(0, true.sizes["x"]))
         axes.grid(True, color="#eee")
         axes.legend(fontsize=8)
