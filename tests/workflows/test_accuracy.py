@@ -5,11 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from isethdr_workflows import accuracy, study_command
-from isethdr_workflows.accuracy import basis, dynamics, psf, stored
+from isethdr_workflows.accuracy import basis, dynamics, point, psf, stored
 from isethdr_workflows.accuracy.point import Point, Work, as_rows, front, refuse_what_does_not_fit
 
 from isethdr_core import store
 from isethdr_core.errors import ConfigError
+
+
+@pytest.fixture(autouse=True)
+def once(monkeypatch):
+    """Seconds are not what is tested: no call is repeated for them."""
+    monkeypatch.setattr(point, "SHORT_S", 0.0)
 
 
 def test_a_front_keeps_what_no_other_setting_beats():
@@ -21,8 +27,8 @@ def test_a_front_keeps_what_no_other_setting_beats():
 def test_bits_kept_halve_the_error_each(monkeypatch):
     monkeypatch.setattr(stored, "SIZE", (64, 36))
     (work,) = stored.measured()
-    for bits, point in zip(stored.BITS[:-1], work.points):
-        assert 0.4 < point.error / 2.0 ** -(bits + 1) <= 1.0 + 1e-6  # rounded to nearest: at most half a step, and some value comes close
+    for bits, each in zip(stored.BITS[:-1], work.points):
+        assert 0.4 < each.error / 2.0 ** -(bits + 1) <= 1.0 + 1e-6  # rounded to nearest: at most half a step, and some value comes close
     assert work.points[-1].error == 0
     assert [p.mark for p in work.points].count("default") == 1
 
@@ -70,8 +76,8 @@ def test_functionals_are_within_the_noise_allowed(monkeypatch):
     monkeypatch.setattr(basis, "PIXELS", 20)
     monkeypatch.setattr(basis, "ALLOWED", (0.1,))
     (work,) = basis.measured()
-    for point in work.points:
-        assert point.error < 0.1
+    for each in work.points:
+        assert each.error < 0.1
     assert any("functionals" in p.setting for p in work.points)  # else nothing was tried
     assert next(p for p in work.points if p.mark == "peer").error < 1e-4  # float32 light of 1e4 electrons: 6e-8 x 1e4 / 1e2, and sums
 

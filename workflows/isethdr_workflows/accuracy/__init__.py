@@ -4,11 +4,17 @@
 |--------------|-------------------------------------------------------------------|
 | `point`      | one setting measured, and which settings no other beats           |
 | `diagram`    | the picture of one stage: error against seconds                   |
+| `changed`    | a setting that users need not know, for the time of a measurement |
 | `transport`  | paths per tile of the renderer, per light group                   |
 | `bands`      | bands that light is carried in                                    |
 | `stored`     | mantissa bits kept in a store                                     |
+| `denoise`    | the denoising preview in place of more paths                      |
 | `psf`        | sub-bands of a point spread, and how far it reaches               |
+| `field`      | places of the field at which a point spread is made               |
+| `ghosts`     | pairs of surfaces and rays that ghosts are drawn from             |
+| `ghosts_by_chance` | its reference: photons of chance                            |
 | `basis`      | functionals of the spectrum in place of bands                     |
+| `aberrated`  | the same through a pupil with a wavefront                         |
 | `convolve`   | ways to convolve twelve decades of light                          |
 | `dynamics`   | integrators of a pixel that overflows                             |
 | `demosaic`   | ways to fill in missing colours                                   |
@@ -20,7 +26,8 @@ from __future__ import annotations
 
 from isethdr_core.errors import ConfigError, did_you_mean
 
-STAGES = ("transport", "bands", "stored", "psf", "basis", "convolve", "dynamics", "demosaic", "merge", "metrics")
+STAGES = ("transport", "bands", "denoise", "stored", "psf", "field", "ghosts", "basis", "aberrated", "convolve", "dynamics", "demosaic",
+          "merge", "metrics")
 
 
 def accuracy(stage: str = "", pictures: str = "", reference: int = 0) -> list[dict]:
@@ -55,8 +62,8 @@ def accuracy(stage: str = "", pictures: str = "", reference: int = 0) -> list[di
         raise ConfigError("study accuracy has a reference of a size to choose for the stage psf alone; type stage=psf")
     rows = []
     for name in track([stage] if stage else list(STAGES), "stages"):
-        for work in import_module(f".{name}", __package__).measured(*([reference] if reference else [])):
-            rows += as_rows(work)
-            if pictures:
-                draw(work, Path(pictures) / f"accuracy_{work.stage.replace(' ', '_')}.png")
+        works = import_module(f".{name}", __package__).measured(*([reference] if reference else []))
+        rows += [row for work in works for row in as_rows(work)]
+        if pictures:
+            draw(works, Path(pictures) / f"accuracy_{name}.png")
     return rows

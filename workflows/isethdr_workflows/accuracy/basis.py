@@ -8,7 +8,7 @@ import numpy as np
 
 from .point import Point, Work, timed
 
-SHAPE, FIELD = (48, 64), 0.032
+SHAPE, TILE = (48, 64), 0.0005  # of the frame; of a tile, tangents
 BANDS_NM = np.arange(400.0, 701.0, 10.0)
 ALLOWED = (1.0, 0.1, 0.01)  # of the noise
 ROAD, LAMP = 4e-6, 1e8  # radiance, W m-2 sr-1 nm-1; times the road
@@ -17,43 +17,53 @@ PIXELS = 200  # at which sums are taken
 
 def measured() -> list[Work]:
     """Return one diagram: largest error of a tile's electrons in standard deviations of the noise, against the noise allowed."""
+    from isethdr_core.registry import build
+
+    return [against_bands("basis", build("lens", "diffraction_limited", focal_length_mm=6.0), (build("flare", "aperture"),), SHAPE)]
+
+
+def against_bands(stage: str, lens, flares, shape) -> Work:
+    """Return the diagram of a lens with flares: functionals as the noise allowed asks for, and the way band by band; kernels are made before."""
     from isethdr_core import ledger
     from isethdr_core.accuracy import Allowed
     from isethdr_core.demand import Demand
     from isethdr_core.registry import build
 
-    mixed, lens, dirt = night(), build("lens", "diffraction_limited", focal_length_mm=6.0), (build("flare", "aperture"),)
+    mixed = night(shape)
     response = build("sensor", "bayer", pitch_um=3.0).narrow(Demand()).response
-    rows, columns, truth = direct(mixed, lens, dirt, response)  # also makes the kernels, which every setting shares
+    rows, columns, truth = direct(mixed, lens, flares, response)  # also makes the kernels, which every setting shares
     noise = np.sqrt(np.maximum(truth, 0) + response.read_noise_e**2)
     points = []
+
+    def point(name, make, mark=""):
+        light, cpu_s, peak_mb = timed(make)
+        points.append(Point(name, worst(light, rows, columns, truth, noise, response), cpu_s, peak_mb, mark))
+
     for allowed in ALLOWED:
         asked = replace(response, noise_fraction_allowed=allowed)
         with ledger.stage(ledger.Ledger(), "lens") as row:
-            lens.photocurrent(mixed, dirt, asked)
-        light, cpu_s, peak_mb = timed(lambda asked=asked: lens.photocurrent(mixed, dirt, asked))
+            lens.photocurrent(mixed, flares, asked)
         name = next((e.what.split(" ")[0] + " functionals" for e in row.errors if "functionals" in e.what), "band by band")
-        points.append(Point(f"{allowed:g} allowed: {name}", worst(light, rows, columns, truth, noise, response), cpu_s, peak_mb,
-                            "default" if allowed == Allowed.noise_fraction else ""))
-    light, cpu_s, peak_mb = timed(lambda: lens(mixed, dirt))
-    points.append(Point("band by band, exact", worst(light, rows, columns, truth, noise, response), cpu_s, peak_mb, "peer"))
-    light, cpu_s, peak_mb = timed(lambda: lens(mixed, dirt, error_allowed=response.error_allowed))
-    points.append(Point(f"band by band, {response.error_allowed:.2g} allowed", worst(light, rows, columns, truth, noise, response), cpu_s, peak_mb))
-    return [Work("basis", "largest error of a tile's electrons, standard deviations of the noise", f"long double sums at {PIXELS} tiles", 1e-7, points)]
+        point(f"{allowed:g} allowed: {name}", lambda asked=asked: lens.photocurrent(mixed, flares, asked),
+              "default" if allowed == Allowed.noise_fraction else "")
+    point("band by band, exact", lambda: lens(mixed, flares), "peer")
+    relative = response.error_allowed
+    point(f"band by band, {relative:.2g} allowed", lambda: lens(mixed, flares, error_allowed=relative))
+    return Work(stage, "largest error of a tile's electrons, standard deviations of the noise", f"long double sums at {PIXELS} tiles", 1e-7, points)
 
 
-def night():
+def night(shape):
     """Return mixed radiance (wavelength, y, x) of daylight and sodium light on grey and coloured tiles, with two lamps 1e8 times as bright."""
     from isethdr_core import quantities
 
     rng, nm = np.random.default_rng(0), BANDS_NM[:, None, None]
     led = np.exp(-0.5 * ((nm - 450) / 9) ** 2) + 0.7 * np.exp(-0.5 * ((nm - 560) / 55) ** 2)
     sodium, day = np.exp(-0.5 * ((nm - 589) / 6) ** 2) + 0.02, 1.5 - nm / 700
-    paint = 0.1 + 0.5 * np.exp(-0.5 * ((nm - rng.choice([430, 500, 570, 660], SHAPE)) / 40) ** 2)
-    cube = paint * (sodium * rng.uniform(0.2, 2, SHAPE) + day * rng.uniform(0.2, 2, SHAPE)) * ROAD
+    paint = 0.1 + 0.5 * np.exp(-0.5 * ((nm - rng.choice([430, 500, 570, 660], shape)) / 40) ** 2)
+    cube = paint * (sodium * rng.uniform(0.2, 2, shape) + day * rng.uniform(0.2, 2, shape)) * ROAD
     cube[:, 10:13, 15:18] += LAMP * ROAD * sodium
     cube[:, 22:25, 35:38] += LAMP * ROAD * led
-    y, x = (quantities.centres(n, FIELD * n / SHAPE[1]) for n in SHAPE)
+    y, x = (quantities.centres(n, n * TILE) for n in shape)
     return quantities.plane(cube.astype(np.float32), BANDS_NM, x, y, quantities.RADIANCE)
 
 
@@ -64,19 +74,20 @@ def counting(response):
     return response.efficiency(BANDS_NM) * band_widths_nm(BANDS_NM) / photon_energy_j(BANDS_NM) * response.area_exposure_m2_s
 
 
-def direct(mixed, lens, dirt, response):
+def direct(mixed, lens, flares, response):
     """Return rows and columns of some tiles, and their electrons (channel, tile): every tile and band summed in long double."""
     from isethdr_optics.imaging import parts
 
-    given, rng = parts(lens, mixed, dirt), np.random.default_rng(1)
-    rows, columns = rng.integers(0, SHAPE[0], PIXELS), rng.integers(0, SHAPE[1], PIXELS)
-    light = mixed.values * (np.ones(SHAPE) if given.relative is None else given.relative)
+    given, rng = parts(lens, mixed, flares), np.random.default_rng(1)
+    height, width = mixed.shape[1:]
+    rows, columns = rng.integers(0, height, PIXELS), rng.integers(0, width, PIXELS)
+    light = mixed.values * (1.0 if given.relative is None else given.relative)
     out = np.zeros((len(mixed), PIXELS), np.longdouble)
     for b, kernel in enumerate(given.made.bands):
         flipped = kernel[::-1, ::-1].astype(np.longdouble)
         for k, (y, x) in enumerate(zip(rows, columns)):
             top, left = kernel.shape[0] // 2 - y, kernel.shape[1] // 2 - x
-            out[b, k] = (flipped[top : top + SHAPE[0], left : left + SHAPE[1]] * light[b]).sum() * given.gains[b]
+            out[b, k] = (flipped[top : top + height, left : left + width] * light[b]).sum() * given.gains[b]
     return rows, columns, (counting(response) @ out).astype(float)
 
 

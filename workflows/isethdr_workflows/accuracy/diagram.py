@@ -1,48 +1,147 @@
-"""The work-precision diagram of one stage: error against CPU seconds, both logarithmic."""
+"""Work-precision diagrams of a stage: error against CPU seconds, both logarithmic; one panel per diagram."""
 
 from __future__ import annotations
 
 import textwrap
 from pathlib import Path
 
+import numpy as np
+
 from .point import Work, front
 
-COLOURS = {"default": "#c0392b", "peer": "#7f8c8d", "": "#2c6fad"}
-SHAPES = {"default": "D", "peer": "X", "": "o"}
+COLOURS = {"default": "#c0392b", "peer": "#7f8c8d", "view": "#2e8b57", "": "#2c6fad"}
+SHAPES = {"default": "D", "peer": "X", "view": "^", "": "o"}
+NAMES = {"default": "default", "peer": "rule of other simulators", "view": "denoised", "": "setting"}
+ORDER = {"": 2, "peer": 3, "view": 3, "default": 4}  # on top of others
 FAILS = 100.0  # an error of so much is drawn there, whatever it is
-NAMES = {"default": "default", "peer": "rule of other simulators", "": "setting"}
+WIDTH_IN, DPI = 7.0, 130  # 910 pixels: letters of 8 points are 11 pixels high where the picture is shown 700 wide
+TOGETHER = 14  # pixels between dots whose texts could not be told apart
+PANEL_IN = 2.9  # height of one panel, and of a picture of a single one 1.3 times that
+PLACES = ((5, 4, "left", "bottom"), (5, -4, "left", "top"), (-5, 4, "right", "bottom"), (-5, -4, "right", "top"),
+          (0, 7, "center", "bottom"), (0, -7, "center", "top"), (5, 14, "left", "bottom"), (5, -14, "left", "top"),
+          (-5, 14, "right", "bottom"), (-5, -14, "right", "top"), (8, 24, "left", "bottom"), (8, -24, "left", "top"))
 
 
-def draw(work: Work, path) -> None:
-    """Write the diagram of `work` to `path` (png); exact settings sit at the bottom, failed ones at the top."""
+def draw(works: list[Work], path) -> None:
+    """Write the diagrams of one stage, two panels a row, to `path` (png); exact settings sit at the bottom, failed ones at the top."""
     import matplotlib
 
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
 
-    shown = [p for p in work.points if p.error >= 0]
+    columns = min(2, len(works))
+    rows = -(-len(works) // columns)
+    height = PANEL_IN * rows * (1.3 if columns == 1 else 1.0)
+    with plt.rc_context({"font.size": 8, "axes.titlesize": 9, "xtick.labelsize": 8, "ytick.labelsize": 8}):
+        fig, axes = plt.subplots(rows, columns, figsize=(WIDTH_IN, height), layout="constrained", squeeze=False)
+        for ax in axes.flat[len(works):]:
+            ax.axis("off")
+        placed = [(ax, *panel(ax, work, wide=columns == 1)) for ax, work in zip(axes.flat, works)]
+        handles = {label: handle for ax in axes.flat for handle, label in zip(*ax.get_legend_handles_labels())}
+        fig.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=len(handles), fontsize=8, frameon=False,
+                   columnspacing=1.4, handletextpad=0.4)
+        fig.canvas.draw()  # axes have their places from here on
+        fig.set_layout_engine("none")
+        for ax, texts, dots in placed:
+            label(fig, ax, texts, dots)
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        save(fig, path)
+        plt.close(fig)
+
+
+def save(fig, path) -> None:
+    """Write a figure with 200 colours: half the bytes, nothing to be seen."""
+    from io import BytesIO
+
+    from PIL import Image
+
+    whole = BytesIO()
+    fig.savefig(whole, dpi=DPI, format="png")
+    Image.open(whole).convert("RGB").quantize(200).save(path, optimize=True)
+
+
+def panel(ax, work: Work, wide: bool):
+    """Draw one diagram; return its [(text, x, y)] still to be placed, and its dots [(x, y)]."""
+    shown = sorted((p for p in work.points if p.error >= 0), key=lambda p: p.cpu_s)
     some = [p.error for p in shown if 0 < p.error < FAILS] or [1e-16]
     floor = min(some) / 10
 
     def height(point):
         return min(max(point.error, floor), FAILS)
 
-    fig, ax = plt.subplots(figsize=(8.5, 5), layout="constrained")
     best = front(shown)
     ax.plot([p.cpu_s for p in best], [height(p) for p in best], "-", color="#b8c7d6", zorder=1, label="front")
     for mark, shape in SHAPES.items():
         of = [p for p in shown if p.mark == mark]
         if of:
-            ax.plot([p.cpu_s for p in of], [height(p) for p in of], shape, color=COLOURS[mark], label=NAMES[mark], ms=6)
-    for k, p in enumerate(sorted(shown, key=lambda p: p.cpu_s)):
-        text = p.setting + (" (fails)" if p.error >= FAILS else " (exact)" if p.error == 0 else "")
-        ax.annotate(text, (p.cpu_s, height(p)), xytext=(5, 5 if k % 2 else -11), textcoords="offset points", fontsize=7.5)
-    if work.reference_error > floor / 10:
-        ax.axhline(work.reference_error, ls=":", color="#555", lw=1, label="error of the reference")
-    ax.set(xscale="log", yscale="log", xlabel="CPU seconds", ylabel="\n".join(textwrap.wrap(work.error_of, 48)), title=f"{work.stage}: error against run time")
-    ax.margins(x=0.2, y=0.12)
+            ax.plot([p.cpu_s for p in of], [height(p) for p in of], shape, color=COLOURS[mark], label=NAMES[mark], ms=5, zorder=ORDER[mark])
+    near = work.reference_error >= floor  # else far below all points, and said in words
+    if near:
+        ax.axhline(work.reference_error, ls=":", color="#555", lw=1, label="reference's own error")
+    lines = textwrap.wrap(work.error_of, 60 if wide else 34)
+    ax.set(xscale="log", yscale="log", xlabel="CPU seconds", ylabel="\n".join(lines))
+    said = f"{work.stage} (reference right to {work.reference_error:.1g})" if work.reference_error >= 0 else work.stage
+    ax.set_title("\n".join(textwrap.wrap(said, 90 if wide else 48)))
+    limits(ax, [p.cpu_s for p in shown], [height(p) for p in shown] + ([work.reference_error] if near else []))
     ax.grid(True, which="major", color="#eee")
-    ax.legend(fontsize=8, loc="best")
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
-    fig.savefig(path, dpi=110)
-    plt.close(fig)
+    texts = [(p.label or p.setting) + (" (fails)" if p.error >= FAILS else " (exact)" if p.error == 0 else "") for p in shown]
+    dots = [(p.cpu_s, height(p)) for p in shown]
+    return list(zip(texts, *zip(*dots))), dots
+
+
+def limits(ax, x, y) -> None:
+    """Set the axes around the points: most of a decade at least, with room for what is written beside them, and numbers where they fit."""
+    from matplotlib.ticker import FuncFormatter, LogLocator
+
+    for values, axis, turn, room, least in ((x, ax.xaxis, ax.set_xlim, 0.5, 0.5), (y, ax.yaxis, ax.set_ylim, 0.15, 1.0)):
+        low, high = np.log10(min(values)), np.log10(max(values))
+        middle, half = (low + high) / 2, max(high - low, least) / 2
+        low, high = middle - half * (1 + 2 * room), middle + half * (1 + 2 * room)
+        turn(10**low, 10**high)
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high - low < 2 else (1,)))
+        axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+        axis.set_minor_formatter(FuncFormatter(lambda v, _: ""))
+
+
+def label(fig, ax, texts, dots) -> None:
+    """Write beside each dot what it is, where that covers neither a dot nor another text; dots that lie together share one text."""
+    render = fig.canvas.get_renderer()
+    pixels = ax.transData.transform(dots)
+    taken = [(x - 4, y - 4, x + 4, y + 4) for x, y in pixels]
+    frame = ax.get_window_extent(render).extents
+    for members in together(pixels):
+        text, (x, y) = "\n".join(dict.fromkeys(texts[m][0] for m in members)), dots[members[-1]]
+        tried = []
+        for dx, dy, side, edge in PLACES:
+            note = ax.annotate(text, (x, y), xytext=(dx, dy), textcoords="offset points", fontsize=7.5, ha=side, va=edge)
+            box = note.get_window_extent(render).extents
+            tried.append((sum(overlap(box, other) for other in taken) + 10 * outside(box, frame), len(tried), note, box))
+            if tried[-1][0] == 0:
+                break
+        best = min(tried, key=lambda t: t[:2])
+        for other in tried:
+            if other is not best:
+                other[2].remove()
+        taken.append(best[3])
+
+
+def together(pixels) -> list[list[int]]:
+    """Return groups of dots, from left to right, each at most `TOGETHER` pixels from the one before it in its group."""
+    groups: list[list[int]] = []
+    for k in np.argsort(pixels[:, 0], kind="stable"):
+        near = next((g for g in groups if np.hypot(*(pixels[k] - pixels[g[-1]])) <= TOGETHER), None)
+        if near is None:
+            groups.append([int(k)])
+        else:
+            near.append(int(k))
+    return groups
+
+
+def overlap(one, other) -> float:
+    """Return the area that two boxes (left, bottom, right, top) share, pixels."""
+    return max(0.0, min(one[2], other[2]) - max(one[0], other[0])) * max(0.0, min(one[3], other[3]) - max(one[1], other[1]))
+
+
+def outside(box, frame) -> float:
+    """Return the area of a box beyond a frame, pixels."""
+    return (box[2] - box[0]) * (box[3] - box[1]) - overlap(box, frame)

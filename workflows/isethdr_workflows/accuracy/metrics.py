@@ -13,8 +13,10 @@ METRICS = ("dynamic_range", "ciede2000", "ssim", "log_luminance_error", "contras
 
 def measured() -> list[Work]:
     """Return one diagram per metric: rms difference of its score, in units of its own scatter from draw to draw."""
+    from isethdr_core.composition import compose
     from isethdr_core.registry import build
 
+    default = compose([]).draws
     metrics = {name: build("metric", name) for name in METRICS}
     one = shooter()
     many = [scores(metrics, *one(seed)) for seed in range(100, 100 + MANY)]
@@ -28,7 +30,7 @@ def measured() -> list[Work]:
             groups = known[: MANY // draws * draws].reshape(-1, draws).mean(axis=1)
             rest = (known.sum() - groups * draws) / (MANY - draws)  # of the draws that are not in the group
             error = np.sqrt(np.mean((groups - rest) ** 2)) / scatter if scatter > 0 else 0.0
-            points.append(Point(f"{draws} draws", float(error), cpu_s, peak_mb, "default" if draws == 1 else ""))
+            points.append(Point(f"{draws} draws", float(error), cpu_s, peak_mb, "default" if draws == default else "peer" if draws == 1 else ""))
         out.append(Work(f"metric {name}", "rms difference in standard deviations of one draw", f"the mean of the other {MANY} draws",
                         1 / np.sqrt(MANY), points))
     return out

@@ -2,35 +2,80 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import lru_cache
+
 import numpy as np
 
-from isethdr_core import ledger
-
+from .changed import changed
 from .point import Point, Work, timed
 
 SIZE = {"width": 96, "height": 54}
 SAMPLES = (6, 24, 96, 384)
-LONG = 3072  # paths per tile of the reference
+LONG = 2048  # paths per tile of the reference
+LABELS = frozenset({"instance", "normal", "distance"})
+ERROR_OF = "luminance-weighted median relative error of a tile"
 
 
 def measured() -> list[Work]:
-    """Return one diagram per light group: luminance-weighted median relative error of a tile's luminance, of tiles above 1 % of the mean."""
+    """Return one diagram per light group: luminance-weighted median relative error of a tile's luminance, of tiles above 1 % of the mean.
+
+    Tiles in which a lamp is seen are left out: their light is known without paths. Seconds are those of the paths of all groups,
+    without the scene's, which are the same for any number of paths.
+    """
     from isethdr_core.registry import build
 
-    scene = build("scene", "night_drive")()
     default = build("renderer", "mitsuba").samples
-    build("renderer", "mitsuba", **SIZE, samples=1, seed=98)(scene)  # kernels of the renderer are compiled once
-    with ledger.stage(ledger.Ledger(), "reference") as row:
-        long = build("renderer", "mitsuba", **SIZE, samples=LONG, seed=99)(scene)
+    long, own_errors, short = rendered()
     truth, points = luminance_of(long), {}
-    for samples in SAMPLES:
-        render = build("renderer", "mitsuba", **SIZE, samples=samples, seed=1)
-        found, cpu_s, peak_mb = timed(lambda render=render: render(scene), repeat=1)
-        for group, light in luminance_of(found).items():
-            points.setdefault(group, []).append(Point(f"{samples} paths", median_error(light, truth[group]), cpu_s, peak_mb,
-                                                      "default" if samples == default else ""))
-    return [Work(f"renderer {group}", "luminance-weighted median relative error of a tile", f"{LONG} paths per tile, other random numbers",
-                 next((e.value for e in row.errors if e.what.endswith(group)), np.nan), of) for group, of in points.items()]
+    for samples, (found, cpu_s, peak_mb) in short.items():
+        for k, (group, light) in enumerate(luminance_of(found).items()):
+            error = median_error(light, truth[group], ~long.lamp_seen.values[k])
+            points.setdefault(group, []).append(Point(f"{samples} paths", error, cpu_s, peak_mb, "default" if samples == default else ""))
+    return [Work(f"renderer {group}", ERROR_OF, f"{LONG} paths per tile, other random numbers", own_errors[group], of)
+            for group, of in points.items()]
+
+
+@lru_cache(maxsize=1)
+def rendered():
+    """Return (long rendering, {group: its stated noise}, {samples: (rendering, CPU s of its paths, peak MB)}), with labels; made once."""
+    from isethdr_core.registry import build
+
+    runs = [{"samples": LONG, "seed": 97}, *({"samples": n, "seed": 1} for n in SAMPLES)]
+    (long, _, _), *short = of_paths(build("renderer", "mitsuba", **SIZE), build("scene", "night_drive")(), runs, LABELS, repeat=1)
+    return long, {str(g): long.attrs["noise"].get(str(g), np.nan) for g in long.light_group.values}, dict(zip(SAMPLES, short))
+
+
+def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
+    """Return [(scene radiance, CPU s of its paths, peak MB)], the scene being built once, for changed fields of the renderer in `runs`.
+
+    The radiance comes with `lamp_seen` (light_group, y, x): where a lamp itself, which needs no paths, is more than 1 % of the light.
+    The first call of each kind compiles kernels, so that seconds are those of the cheapest of `repeat`.
+    """
+    from isethdr_mitsuba import frame
+
+    from isethdr_core import Demand
+
+    plain, kept = frame.estimate, []
+
+    def estimate(one_pass, settings, *given, **named):
+        kept.extend(timed(lambda run=run: plain(one_pass, replace(settings, **run), *given, **named), repeat) for run in runs)
+        return replace(kept[-1][0], radiance=kept[-1][0].radiance.copy())  # lamps are added to it
+
+    with changed(frame, estimate=estimate):
+        found = render(scene, Demand(labels=labels))
+    lamps = found.radiance.values - kept[-1][0].radiance
+    return [(with_paths(found, paths, lamps), cpu_s, peak_mb) for paths, cpu_s, peak_mb in kept]
+
+
+def with_paths(found, paths, lamps):
+    """Return scene radiance with that of other paths, and where its lamps are seen."""
+    light, seen = paths.radiance + lamps, lamps.sum(axis=1)
+    out = found.assign(radiance=found.radiance.copy(data=light.astype(np.float32)),
+                       xyz_noise=found.xyz_noise.copy(data=paths.xyz_noise.astype(np.float32)),
+                       lamp_seen=(("light_group", "y", "x"), seen > 0.01 * light.sum(axis=1)))
+    noise = {str(g): float(n) for g, n in zip(found.light_group.values, paths.noise) if np.isfinite(n)}
+    return out.assign_attrs(noise=noise)
 
 
 def luminance_of(scene) -> dict:
@@ -41,9 +86,9 @@ def luminance_of(scene) -> dict:
     return {str(g): luminance(scene.radiance.sel(light_group=g).values.astype(float), nm) for g in scene.light_group.values}
 
 
-def median_error(found, truth) -> float:
-    """Return the relative error below which half of the light lies, over tiles above 1 % of the mean; the unit of the renderer's own estimate."""
-    used = truth > 0.01 * truth.mean()
+def median_error(found, truth, of=True) -> float:
+    """Return the relative error below which half of the light lies, over tiles `of` (y, x) above 1 % of the mean; the renderer's own unit."""
+    used = (truth > 0.01 * truth.mean(where=of)) & of
     if not used.any():
         return 0.0
     error, weight = np.abs(found[used] / truth[used] - 1), truth[used]

@@ -1,0 +1,17 @@
+"""Functionals of the spectrum in place of bands, through a pupil with a wavefront: kernels are no mirror images of themselves."""
+
+from __future__ import annotations
+
+from .basis import against_bands
+from .point import Work
+
+SHAPE, F_NUMBER = (135, 240), 16.0  # tiles; so slow that the exact core of a kernel reaches over all of them
+ZERNIKE_UM = {4: 0.05, 5: 0.03, 8: 0.03, 12: 0.03}  # as the preset wavefront_automotive
+
+
+def measured() -> list[Work]:
+    """Return one diagram: largest error of a tile's electrons in standard deviations of the noise, against the noise allowed."""
+    from isethdr_core.registry import build
+
+    lens = build("lens", "wavefront", focal_length_mm=6.0, f_number=F_NUMBER, zernike_um=ZERNIKE_UM)
+    return [against_bands("aberrated", lens, (build("flare", "aperture"),), SHAPE)]

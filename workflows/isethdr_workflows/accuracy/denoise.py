@@ -1,0 +1,60 @@
+"""The denoising preview against more paths, by a long rendering with other random numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core.registry import build
+
+from .point import Point, Work, timed
+from .transport import ERROR_OF, LONG, median_error, rendered
+
+
+def measured() -> list[Work]:
+    """Return one diagram per light group: error of a tile's luminance with and without denoising; seconds of paths and denoising of all groups."""
+    from isethdr_core.preview import denoised, tristimulus
+
+    long, own_errors, short = rendered()
+    ways = {"plain": tristimulus, "clean": denoised, "peers": common_rule}
+    truth, kept = tristimulus(long)[:, 1], {name: {} for name in ways}
+    for samples, (found, cpu_s, peak_mb) in short.items():
+        for name, way in ways.items():
+            looks, more_s, more_mb = timed(lambda found=found, way=way: way(found))
+            more_s = 0.0 if name == "plain" else more_s  # that is what every view takes
+            for group, look, true, lamp in zip(own_errors, looks, truth, long.lamp_seen.values):
+                kept[name].setdefault(group, []).append((samples, median_error(look[1], true, ~lamp), cpu_s + more_s, max(peak_mb, more_mb)))
+    return [Work(f"denoise {group}", ERROR_OF, f"{LONG} paths per tile, other random numbers", own_error, points(*(kept[n][group] for n in ways)))
+            for group, own_error in own_errors.items()]
+
+
+def points(plain, clean, peers) -> list[Point]:
+    """Return the points of one group; those with denoising say as how many paths without it they are."""
+    default = build("renderer", "mitsuba").samples
+    out = [Point(f"{n} paths", *rest, "default" if n == default else "", f"{n}") for n, *rest in plain]
+    out += [Point(f"{n} paths, denoised: as {as_paths(error, plain)}", error, *rest, "view", f"{n}") for n, error, *rest in clean]
+    return out + [Point(f"{n} paths, common rule", *rest, "peer", f"{n}") for n, *rest in peers]
+
+
+def as_paths(error: float, plain) -> str:
+    """Return how many paths without denoising have an error: straight lines between logarithms, nothing beyond what was measured."""
+    paths, errors = (np.array(v, float) for v in zip(*((n, e) for n, e, *_ in plain)))
+    order = np.argsort(errors)
+    if error < errors.min():
+        return f"more than {paths[order[0]]:.0f}"
+    return f"{np.exp(np.interp(np.log(error), np.log(errors[order]), np.log(paths[order]))):.0f}"
+
+
+def common_rule(scene) -> np.ndarray:
+    """Return X, Y, Z (light_group, 3, y, x) by non-local means of a picture's logarithm, one noise for all of it (scikit-image)."""
+    from skimage.restoration import denoise_nl_means
+
+    from isethdr_core.preview import tristimulus
+
+    out = []
+    for xyz in tristimulus(scene):
+        black = max(float(xyz[1].mean()), 1e-30) * 1e-3
+        log = np.moveaxis(np.log(xyz + black), 0, -1)
+        sigma = float(np.median(np.abs(np.diff(log, axis=1)))) * 1.4826 / np.sqrt(2)  # of neighbours, were there nothing but noise
+        soft = denoise_nl_means(log, patch_size=3, patch_distance=8, h=0.8 * sigma, sigma=sigma, channel_axis=-1) if sigma > 0 else log
+        out.append(np.maximum(np.exp(np.moveaxis(soft, -1, 0)) - black, 0))
+    return np.stack(out)

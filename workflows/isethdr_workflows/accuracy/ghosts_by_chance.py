@@ -1,0 +1,103 @@
+"""Ghosts by photons of chance: nothing is shared with the plugin's rays but the prescription's numbers.
+
+Parallel light falls on the front at scattered points; every pair of surfaces is followed by itself. Spheres are met by way of
+their centres, and light is parted by Fresnel's sines and tangents of angles (1823) of bare surfaces.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+MORE = 1.15  # start disc over the first surface: oblique light crosses its plane displaced
+
+
+def flux_by_chance(lens, tangent: float, wavelength_nm: float, edges_mm, photons: int, batches: int, seed: int = 0):
+    """Return the light of all ghosts per area of a plane across the axis, and its standard error.
+
+    Parameters
+    ----------
+    lens : `isethdr_optics.prescription.Prescription` of uncoated spheres; its last surface is the sensor, which does not reflect.
+    tangent : of the lamp's field angle, along x.
+    edges_mm : borders of the blocks on the sensor that light is summed in, the same along x and y.
+    photons, batches : per pair; the batches' spread gives the error.
+
+    Returns
+    -------
+    (y, x) mm2, power landed in each block over power per mm2 of that plane, and its standard error.
+    """
+    n = [float(v) for v in lens.indices(wavelength_nm)]
+    radius = MORE * lens.surfaces[0].semi_diameter_mm
+    pairs = [(front, back) for back in range(1, len(lens.surfaces) - 1) for front in range(back)
+             if n[front] != n[front + 1] and n[back] != n[back + 1]]
+    sums = np.zeros((batches, len(edges_mm) - 1, len(edges_mm) - 1))
+    for batch in range(batches):
+        for front, back in pairs:
+            start = scattered(photons, radius, seed=(seed, batch, front, back))
+            x, y, weight = landed(lens, n, start, tangent, front, back)
+            sums[batch] += np.histogram2d(y, x, (edges_mm, edges_mm), weights=weight)[0]
+    sums *= np.pi * radius**2 / photons
+    return sums.mean(axis=0), sums.std(axis=0, ddof=1) / np.sqrt(batches)
+
+
+def scattered(count: int, radius: float, seed):
+    """Return (x, y) of points over a disc, evenly scattered (Sobol 1967, scrambled by chance: each seed is an independent estimate)."""
+    from scipy.stats import qmc
+
+    first, second = qmc.Sobol(2, rng=np.random.default_rng(seed)).random(count).T
+    return radius * np.sqrt(first) * np.array([np.cos(2 * np.pi * second), np.sin(2 * np.pi * second)])
+
+
+def landed(lens, n, start, tangent: float, front: int, back: int):
+    """Return (x, y) mm on the sensor and the weight of photons reflected at `back`, then at `front`; blocked ones are left out."""
+    surfaces, last = lens.surfaces, len(lens.surfaces) - 1
+    at = np.stack([*start, np.full(start.shape[1], surfaces[0].z_mm)], axis=1)
+    way = np.tile(np.array([tangent, 0.0, 1.0]) / np.hypot(1.0, tangent), (len(at), 1))
+    weight = np.ones(len(at))
+    forth, back_again, on = range(back + 1), range(back - 1, front - 1, -1), range(front + 1, last)
+    for leg, steps in enumerate((forth, back_again, on)):
+        n_before = 0 if leg != 1 else 1  # the medium that light comes from: before the surface, or behind it
+        for k in steps:
+            surface, turns = surfaces[k], k == (back, front, -1)[leg]
+            at, normal = met(surface, at, way)
+            kept = np.hypot(at[:, 0], at[:, 1]) <= surface.semi_diameter_mm  # a ray that misses is NaN, and not kept
+            at, way, normal, weight = at[kept], way[kept], normal[kept], weight[kept]
+            cosine = (way * normal).sum(axis=1)
+            normal, cosine = normal * np.sign(cosine)[:, None], np.minimum(np.abs(cosine), 1.0)
+            n1, n2 = n[k + n_before], n[k + 1 - n_before]
+            if n1 == n2:
+                continue
+            reflected, bent = fresnel(cosine, n1, n2)
+            if turns:
+                weight, way = weight * reflected, way - 2 * cosine[:, None] * normal
+            else:
+                weight = weight * (1 - reflected)
+                way = (way - cosine[:, None] * normal) * (n1 / n2) + bent[:, None] * normal
+                kept = bent > 0
+                at, way, weight = at[kept], way[kept], weight[kept]
+    step = (surfaces[last].z_mm - at[:, 2]) / way[:, 2]
+    return at[:, 0] + step * way[:, 0], at[:, 1] + step * way[:, 1], weight
+
+
+def met(surface, at, way):
+    """Return where rays meet a sphere or plane, and its normals; NaN where they miss."""
+    if surface.curvature_per_mm == 0:
+        step = (surface.z_mm - at[:, 2]) / way[:, 2]
+        return at + step[:, None] * way, np.broadcast_to([0.0, 0.0, 1.0], at.shape)
+    centre = np.array([0.0, 0.0, surface.z_mm + 1 / surface.curvature_per_mm])
+    to = at - centre
+    along = (to * way).sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        root = np.sqrt(along**2 - (to**2).sum(axis=1) + surface.curvature_per_mm**-2)
+    near, far = (at + (sign * root - along)[:, None] * way for sign in (-1, 1))
+    first = np.abs(near[:, 2] - surface.z_mm) < np.abs(far[:, 2] - surface.z_mm)  # of the two, that on the vertex's side
+    out = np.where(first[:, None], near, far)
+    return out, (out - centre) * surface.curvature_per_mm
+
+
+def fresnel(cosine, n_from: float, n_to: float):
+    """Return the reflectance of unpolarised light, and the cosine behind the surface, 0 where all is reflected."""
+    first = np.arccos(np.minimum(cosine, 1 - 1e-14))  # straight on, sines are 0 / 0
+    sine = n_from / n_to * np.sin(first)
+    second = np.arcsin(np.minimum(sine, 1.0))
+    across, along = np.sin(first - second) / np.sin(first + second), np.tan(first - second) / np.tan(first + second)
+    return np.where(sine < 1, (across**2 + along**2) / 2, 1.0), np.where(sine < 1, np.cos(second), 0.0)
