@@ -7,8 +7,10 @@
 | `conf/experiment/five_lights` | five discs, each ten times dimmer, through a dusty aperture   |
 | `study_command`               | the command `isethdr study`                                   |
 | `published_figures`           | sensors against figures that others published                 |
+| `published_lofic`             | a LOFIC pixel against the title of its paper                  |
 | `emva1288`                    | every sensor measured by the machine vision standard          |
 | `emva1288_camera`             | a simulated camera on the standard's bench                    |
+| `emva1288_dark`               | as many dark pictures as its pattern asks for                 |
 | `emva1288_estimates`          | the standard's estimates, each with its standard error        |
 | `emva1288_general`            | its general model: companded codes, soft knees                |
 | `level_curves`                | SNR and contrast detection of a sensor over eight decades     |
@@ -28,8 +30,10 @@
 | `coloured_streaks`            | dust around a lamp: bands of one wavelength and whole bands   |
 | `stability`                   | every stage through hard cases, each with a verdict           |
 | `accuracy`                    | error against run time of every stage that has a knob         |
+| `budget`                      | the error allowed, on unseen scenes: is it kept, at what cost |
 | `omission`                    | ten runs that leave out what they do not need, and do not     |
 | `convolution_methods`         | convolution methods: error against run time beside lamps      |
+| `preview`                     | a first look at a scene: few paths, denoised                  |
 """
 
 from __future__ import annotations
@@ -53,8 +57,10 @@ STUDIES = {  # name: "module:function" in this package; a function takes its set
     "coloured_streaks": "coloured_streaks:coloured_streaks",
     "stability": "stability:stability",
     "accuracy": "accuracy:accuracy",
+    "budget": "budget:budget",
     "omission": "omission:omission",
     "convolution_methods": "convolution_methods:convolution_methods",
+    "preview": "preview:preview",
 }
 
 

@@ -1,0 +1,64 @@
+"""A first look at a scene: few paths, denoised light group by light group, no camera. A view; nothing of it is stored as light."""
+
+from __future__ import annotations
+
+LABELS = frozenset({"instance", "normal", "distance"})
+
+
+def preview(experiment: str = "night_drive", samples: int = 8, width: int = 320, denoise: int = 1, picture: str = "preview.png") -> list[dict]:
+    """Render a scene with few paths and write what it looks like under the experiment's lighting; noise and seconds of each group.
+
+    Parameters
+    ----------
+    experiment : whose scene, renderer and lighting are taken.
+    samples, width : paths per tile, tiles across.
+    denoise : 1 averages tiles that look alike, 0 shows the rendering as it is.
+    picture : file to write (png or jpg).
+
+    Returns
+    -------
+    one row per light group: weight, noise of the rendering, how far denoising moved its luminance (median, relative), how much of its light
+    denoising kept, CPU seconds.
+
+    Raises
+    ------
+    ConfigError : `denoise` is neither 0 nor 1; as the renderer.
+    UnitError : too few paths to know their noise.
+    """
+    import time
+
+    import numpy as np
+    from PIL import Image
+
+    from isethdr_core import Demand
+    from isethdr_core.composition import compose
+    from isethdr_core.errors import ConfigError
+    from isethdr_core.pipeline import chain
+    from isethdr_core.preview import denoised, tristimulus
+    from isethdr_core.view import display, white_cd_m2
+
+    if denoise not in (0, 1):
+        raise ConfigError(f"study preview: denoise is {denoise}; expected 1, or 0 to see the noise; type denoise=1")
+    parts = chain(compose([f"experiment={experiment}", f"renderer.samples={samples}", f"renderer.width={width}",
+                           f"renderer.height={round(width * 9 / 16)}"]))
+    scene = parts.renderer(parts.scene(), Demand(labels=LABELS))
+    weights = {str(g): float(w) for g, w in parts.lighting(scene).attrs["weights"].items()}
+    start = time.process_time()
+    looks = denoised(scene) if denoise else tristimulus(scene)
+    spent = time.process_time() - start
+    whole = np.moveaxis(np.tensordot(list(weights.values()), looks, 1), 0, -1)
+    Image.fromarray(display(whole, white_cd_m2(whole))).save(picture)
+    rows = []
+    for (group, weight), look, before in zip(weights.items(), looks, tristimulus(scene)):
+        kept = float(look[1].sum() / before[1].sum()) if before[1].any() else 1.0
+        rows.append({"light_group": group, "weight": weight, "noise": scene.attrs["noise"].get(group, float("nan")),
+                     "moved": moved(look[1], before[1]), "light_kept": kept, "cpu_s": spent / len(weights)})
+    return rows
+
+
+def moved(now, before) -> float:
+    """Return by how much luminance (y, x) changed: the median, relative, of tiles above 1 % of the mean; 0 where there is no light."""
+    import numpy as np
+
+    lit = before > 0.01 * before.mean()
+    return float(np.median(np.abs(now[lit] / before[lit] - 1))) if lit.any() else 0.0
