@@ -11,13 +11,17 @@
 | `geometry`                      | where a sensor looks: projection, distortion, relative illumination   |
 | `field`                         | whether every sensor fits into the camera's field, before any work    |
 | `truth`, `view`                 | the picture without noise and flare; how a picture looks on a display |
+| `preview`                       | a rendering of few paths, denoised light group by light group: a view |
 | `local_tone`, `white_balance`   | views that follow the surroundings, or the light of the scene         |
 | `demand`, `ledger`, `progress`  | what is needed; what it cost and how wrong it may be; how far it is   |
-| `bands`, `forecast`             | bands that can be left out; how long each stage will take             |
+| `bands`, `margin`               | bands, and tiles beyond the field, that can be left out               |
+| `forecast`                      | how long each stage will take                                         |
 | `accuracy`                      | what a run may be wrong by, and which stage by how much of it         |
 | `noise_units`, `scene_noise`, `score_errors` | how wrong a picture and its scores are, in units of its noise |
+| `lens_errors`                   | what a lens knows of how wrong it makes the light of a scene          |
 | `seeds`, `provenance`           | which noise; which code, versions and inputs                          |
 | `pipeline`, `recipes`, `runs`   | the chain; stored radiance; one stored run                            |
+| `pooling`                       | what several stored renderings of the same light know together        |
 | `draws`                         | the same shot with other noise: intervals of all scores               |
 | `store`, `store_encoding`, `store_join` | zarr stores that are either whole or not there                |
 | `leftovers`                     | temporary names, and what killed writers left behind                  |

@@ -1,4 +1,4 @@
-"""Accuracy: what a run may be wrong by, as a share of the sensor's noise, and how the stages after the radiance share it.
+"""Accuracy: what a run may be wrong by, as a share of the sensor's noise, and how the stages share it at the least cost.
 
 config node `accuracy`:
   noise_fraction_allowed  of the noise's standard deviation, per pixel: for everything after the stored radiance
@@ -8,18 +8,53 @@ config node `accuracy`:
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass, replace
 
 from . import ledger
 from .demand import Demand
 from .errors import ConfigError
 
-# Shares of the fraction. Light goes through a lens in one of two ways, so that only stages of the same way share. Measured
-# (docs/accuracy.md): on either way the seconds are the same from a hundredth of the noise to all of it, because the fewest
-# functionals, and the plain transform, are already 1e3 times better than asked for. Nothing is to be had by a finer division:
-# functionals get most, as they are what grows on scenes of many spectra; the rounding of transforms cannot be bought, only checked.
-FUNCTIONALS, TRANSFORMS = 0.9, 0.1  # the short way: photocurrent
-CONVOLUTION = 1.0                   # the long way: irradiance, band by band
+
+@dataclass(frozen=True)
+class Cost:
+    """What an error costs: seconds x error^-power, or where `power` is 0 so many seconds for every factor e that it is less."""
+
+    seconds: float
+    power: float = 0.0
+
+    def of(self, error: float) -> float:
+        """Return the seconds of an error, but for a constant."""
+        return self.seconds * (error**-self.power if self.power else -math.log(error))
+
+
+def divided(allowed: float, costs: dict[str, Cost]) -> dict[str, float]:
+    """Return the errors, `allowed` in all, that cost least.
+
+    Lagrange: at the least total every stage gains as much from a little more error, -cost'(e) = rate, so that
+    e = (seconds x power / rate)^(1 / (1 + power)), or seconds / rate. The sum falls with the rate, which is found by halving.
+    """
+    def errors(log_rate):
+        return {k: math.exp((math.log(c.seconds * (c.power or 1.0)) - log_rate) / (1 + c.power)) for k, c in costs.items()}
+
+    low, high = -700.0, 700.0
+    for _ in range(80):
+        middle = (low + high) / 2
+        low, high = (middle, high) if sum(errors(middle).values()) > allowed else (low, middle)
+    return errors(high)
+
+
+# Measured (docs/budget.md): CPU seconds for a million values, tiles x bands, of a night drive; errors in standard deviations of the noise.
+COSTS = {"store": Cost(0.007), "kernels": Cost(0.009, 0.7), "functionals": Cost(0.002)}
+RESERVED = {"ghosts": 0.2}  # of the fraction: faint ones that are not traced; not bought with seconds
+USUAL = 0.1  # fraction for which it is divided: what little the shares change with it is worth no seconds
+SHARES = RESERVED | {k: e / USUAL for k, e in divided(USUAL * (1 - sum(RESERVED.values())), COSTS).items()}
+
+STORE = SHARES["store"]                         # of what a config allows; the lens has the rest, and these are shares of that:
+KERNELS = SHARES["kernels"] / (1 - STORE)       # at most: what kernels and ghosts do not take is left to the way through the lens,
+LEFT = SHARES["functionals"] / (1 - STORE)      # which has so much at least. Shares of what is left:
+FUNCTIONALS, TRANSFORMS = 0.9, 0.1              # of the short way, photocurrent; transforms cannot be bought, only checked
+CONVOLUTION = 1.0                               # of the long way, irradiance, band by band
 
 
 @dataclass(frozen=True)
@@ -71,6 +106,14 @@ def budgeted(demand: Demand, given: Allowed) -> Demand:
     """
     if demand.response is None:
         return demand
-    response = replace(demand.response, noise_fraction_allowed=given.noise_fraction)
-    ledger.error(response.error_allowed, "relative", "bound", f"allowed of light after the radiance: {given.noise_fraction:g} of the noise at full scale")
+    whole = replace(demand.response, noise_fraction_allowed=given.noise_fraction)
+    ledger.error(whole.error_allowed, "relative", "bound", f"allowed of light after the radiance: {given.noise_fraction:g} of the noise at full scale")
+    response = replace(whole, noise_fraction_allowed=(1 - STORE) * given.noise_fraction)
+    ledger.error(STORE * whole.error_allowed, "relative", "bound", f"of it for the store's rounding, {STORE * given.noise_fraction:.2g} of the noise")
+    ledger.error(response.error_allowed, "relative", "bound", f"of it for lens and flares, {response.noise_fraction_allowed:.2g} of the noise")
     return replace(demand, response=response, error_allowed=response.error_allowed)
+
+
+def stored_error(demand: Demand) -> float:
+    """Return the relative error that a store's rounding may have, 0 where no sensor says what it can tell."""
+    return demand.error_allowed * STORE / (1 - STORE)

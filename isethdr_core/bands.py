@@ -43,6 +43,8 @@ def of_demand(scene, demand: Demand):
     bands = demand.wavelength_nm
     if bands is None or not set(bands) < set(scene.wavelength.values.tolist()):
         return scene
+    every = scene.sizes["wavelength"]
+    ledger.left_out(f"chunks of {every - len(bands)} of {every} bands of the scene's light", "not demanded, so not read", 0.0, "W m-2 sr-1 nm-1")
     return scene.sel(wavelength=list(bands))
 
 
@@ -75,6 +77,11 @@ def widened(light, every_nm, response):
     return light.assign_attrs(wavelength_nm=np.asarray(every_nm, float), efficiency=whole[rows])
 
 
+def _between(offered, sensed):
+    """Return the bands out of `offered` from the first to the last that is sensed, two at least."""
+    return offered[outer([w in sensed for w in offered])]
+
+
 def outer(needed) -> slice:
     """Return the slice from the first to the last true entry, of two entries at least; everything where none is true."""
     import numpy as np
@@ -97,5 +104,8 @@ def sensed_nm(sensors, bands) -> tuple[float, ...]:
 
 
 def with_bands(demand: Demand, offered) -> Demand:
-    """Return the demand for the bands that are needed of those `offered`; `demand` has what the sensors ask for."""
+    """Return the demand for the bands that are needed of those `offered`; `demand` has what the sensors ask for, and lenses are given."""
+    if offered and demand.wavelength_nm and (blind := len(offered) - len(_between(offered, demand.wavelength_nm))):
+        ledger.left_out(f"{blind} of {len(offered)} bands through the lens", "no sensor sees them", UNSEEN,
+                        "electrons per electron that the same photons make at the peak")
     return replace(demand, wavelength_nm=for_sensors_and_truth(offered, demand.wavelength_nm))

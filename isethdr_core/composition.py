@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import MISSING, field, fields, make_dataclass
 from functools import cache
-from typing import Any, get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
 
 from .component import KINDS
 from .errors import ConfigError, did_you_mean
@@ -100,7 +100,7 @@ def schema(comp):
         if not f.init:
             continue
         if f.default_factory is not MISSING:
-            default = field(default_factory=f.default_factory)
+            default = field(default_factory=_open(f.default_factory) if _by_number(hints[f.name]) else f.default_factory)
         else:
             default = field(default=UNSET if f.default is MISSING else f.default)
         columns.append((f.name, hydra_type(hints[f.name], f), default))
@@ -116,6 +116,8 @@ def hydra_type(annotation, f=None):
     from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
 
+    if _by_number(annotation):
+        return Any
     default = field(default_factory=f.default_factory) if f is not None and f.default_factory is not MISSING else (
         field(default=f.default) if f is not None and f.default is not MISSING else field(default="???"))
     try:
@@ -123,6 +125,18 @@ def hydra_type(annotation, f=None):
     except (OmegaConfBaseException, ValueError, TypeError):
         return Any
     return annotation
+
+
+def _by_number(annotation) -> bool:
+    """Return whether a table's keys are any numbers: OmegaConf would refuse 450 for a float and take 450.0 alone."""
+    return get_origin(annotation) is dict and get_args(annotation)[0] is float
+
+
+def _open(default_factory):
+    """Return a factory of the same table, to which keys may be added."""
+    from omegaconf import OmegaConf
+
+    return lambda: OmegaConf.create(default_factory(), flags={"struct": False})
 
 
 def _search_path_plugin():

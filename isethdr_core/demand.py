@@ -48,6 +48,7 @@ class Demand:
     labels: frozenset[str] = frozenset()            # depth, distance, instance, category, normal
     error_allowed: float = 0.0                      # relative; 0 asks for the exact way
     response: Response | None = None                # of the sensors; None: light is needed wavelength by wavelength
+    margin: bool = True                             # tiles beyond the camera's field
 
     def with_groups(self, groups) -> Demand:
         """Return the demand for no other light group than `groups`."""

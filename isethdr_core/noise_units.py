@@ -6,7 +6,7 @@ are errors of. What is statistical adds up in squares, what is a bound or was me
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from .truth import seen
 UNIT = "standard deviations of the sensor's noise"
 AFTER = ("scene", "radiance", "lighting", "lens")  # stages whose errors reach the electrons as light does; cameras state their own
 OF_ALL, OF_SPREAD = ("relative", "share of a point's light"), ("relative per tile", "relative of spread light")
+MOST_PIXELS = 65536  # spread evenly, that stand for all
 SHARE = 0.99  # of the pixels, for the figure that speaks for a picture
 
 
@@ -36,6 +37,7 @@ class Electrons:
     renderer: np.ndarray    # standard deviation that the noise of the scene makes
     unsaturated: np.ndarray
     per_irradiance: float   # electrons per W m-2 nm-1 in every band, of the most sensitive channel
+    spread: tuple[np.ndarray, np.ndarray] | None = None  # what the lens knows of its kernels: standard deviation and bound
 
 
 def missing(captures) -> list[str]:
@@ -44,7 +46,7 @@ def missing(captures) -> list[str]:
     return [n for n in needed if n not in captures] + [n for n in ("focal_length_mm", "throughput_sr", "pitch_um") if n not in captures.attrs]
 
 
-def electrons(captures, light, mixed, scene, whole: float = 0.0) -> list[Electrons]:
+def electrons(captures, light, mixed, scene, whole: float = 0.0, spread_errors=None) -> list[Electrons]:
     """Return what each capture holds, from the light itself.
 
     Parameters
@@ -52,6 +54,8 @@ def electrons(captures, light, mixed, scene, whole: float = 0.0) -> list[Electro
     captures : captures Dataset. `light` : irradiance or photocurrent it was made of. `mixed` : mixed radiance that the light was made of.
     scene : scene radiance, with `xyz_noise` where a renderer states it.
     whole : relative noise of a scene that states none tile by tile, as `stated_noise`.
+    spread_errors : function(mixed, weights) -> (deviation, bound) of `weights` (channel, band) times irradiance, each (channel, y, x) on
+        the grid of `light`, or None: how wrong the lens's kernels may make it. Where there is none, what the lens states is taken.
     """
     light, mixed = time_mean(light), time_mean(mixed)
     f_m = captures.attrs["focal_length_mm"] * 1e-3
@@ -64,13 +68,29 @@ def electrons(captures, light, mixed, scene, whole: float = 0.0) -> list[Electro
         one = captures.isel(capture=k)
         counting = one["quantum_efficiency"].values * _photons(captures.wavelength.values)
         if counting.tobytes() not in known:
-            known[counting.tobytes()] = _rates(counting, captures, light, mixed, noise, gain, whole)
+            known[counting.tobytes()] = (_rates(counting, captures, light, mixed, noise, gain, whole),
+                                         spread_errors and _spread(spread_errors(mixed, counting), captures, light))
         scale = float(one["exposure_s"]) * float(one["area_m2"])
-        total, direct, renderer = (scale * rate for rate in known[counting.tobytes()])
+        (total, direct, renderer), spread = known[counting.tobytes()]
+        total, direct, renderer = scale * total, scale * direct, scale * renderer
         read = float(one["read_noise_e"]) ** 2 + float(one["quantisation_e"]) ** 2 / 12
         sigma = np.sqrt(np.maximum(total + float(one["dark_e"]) + read, np.finfo(float).tiny))
-        out.append(Electrons(name, total, direct, sigma, renderer, ~one["saturated"].values, scale * float(counting.sum(1).max())))
+        out.append(Electrons(name, total, direct, sigma, renderer, ~one["saturated"].values, scale * float(counting.sum(1).max()),
+                             spread and tuple(scale * s for s in spread)))
     return out
+
+
+def _spread(errors, captures, light):
+    """Return errors (channel, y, x) of light at each pixel in its own channel: neighbouring tiles as if they erred alike."""
+    if errors is None:
+        return None
+    side, filters = captures.attrs["pitch_um"] * 1e-6, captures["filter"].values
+    out = np.zeros((len(errors), *filters.shape))
+    for whole, planes in zip(out, errors):
+        for channel, plane in enumerate(planes):
+            if (mine := filters == channel).any():
+                whole[mine] = resample_mean(plane, light.x.values, light.y.values, captures.x.values, captures.y.values, side, side)[mine]
+    return tuple(out)
 
 
 def stated_noise(rows: list[Row]) -> float:
@@ -117,10 +137,15 @@ def _sum(row, cube):
     return out
 
 
-def after(shot: Electrons, notes: list[ErrorNote]) -> np.ndarray:
-    """Return the error (y, x) in electrons of one capture that `notes` of the stages after the renderer leave; notes without a way are skipped."""
+def after(shot: Electrons, notes: list[ErrorNote]) -> tuple[np.ndarray, np.ndarray]:
+    """Return (bound, standard deviation), (y, x) in electrons of one capture, of what `notes` of the stages after the renderer leave.
+
+    Notes without a way to electrons are skipped.
+    """
     spread = np.maximum(shot.total - shot.direct, 0.0)
     linear, squares = np.zeros(shot.total.shape), np.zeros(shot.total.shape)
+    if shot.spread:
+        linear, squares = linear + shot.spread[1], squares + shot.spread[0] ** 2
     for note in notes:
         error_e = _in_electrons(note, shot, spread)
         if error_e is None:
@@ -129,7 +154,24 @@ def after(shot: Electrons, notes: list[ErrorNote]) -> np.ndarray:
             squares += error_e**2
         else:
             linear += error_e
-    return linear + np.sqrt(squares)
+    return linear, np.sqrt(squares)
+
+
+def within(bound, deviation, share: float = SHARE) -> float:
+    """Return what a share of all errors is at most: each is a bound plus the magnitude of a normal deviate with its own deviation."""
+    from scipy.special import erf
+
+    step = max(1, bound.size // MOST_PIXELS) | 1  # odd: all colours of a filter array take part
+    bound, deviation = (np.ravel(a)[::step].astype(float) for a in (bound, deviation))
+    low, high = 0.0, float((bound + 10 * deviation).max())
+    scale = np.sqrt(2) * np.maximum(deviation, np.finfo(float).tiny)
+    for _ in range(40):
+        middle = (low + high) / 2
+        below = np.where(middle >= bound, erf(np.maximum(middle - bound, 0.0) / scale), 0.0)
+        low, high = (middle, high) if below.mean() < share else (low, middle)
+        if high - low <= 1e-4 * high:
+            break
+    return high
 
 
 def _in_electrons(note, shot: Electrons, spread):
@@ -140,14 +182,16 @@ def _in_electrons(note, shot: Electrons, spread):
     return {IRRADIANCE: note.value * shot.per_irradiance, "electrons": note.value, UNIT: note.value * shot.sigma}.get(note.unit)
 
 
-def notes_after(rows: list[Row]) -> tuple[list[ErrorNote], list[ErrorNote]]:
+def notes_after(rows: list[Row], kernels: bool = True) -> tuple[list[ErrorNote], list[ErrorNote]]:
     """Return the errors that stages after the renderer state, those that have a way to electrons and those that have none.
 
+    Without `kernels` but for those of kernels: they are known pixel by pixel.
     Noise of the renderer that a store restates is left to `scene_noise`; how near a lighting came to its targets is no error of light.
     """
     notes = [note for row in rows if row.stage.split(" ")[0] in AFTER for note in row.errors
              if not (row.stage.startswith("radiance") and not note.what.startswith("radiance as stored"))
-             and not (row.stage.startswith("lighting") and note.how != "bound")]
+             and not (row.stage.startswith("lighting") and note.how != "bound")
+             and (kernels or note.unit not in OF_SPREAD or "kernel" not in note.what)]
     worst: dict[tuple, ErrorNote] = {}
     for note in notes:  # speckle is stated octave by octave: a pixel gets its light from one of them, at worst the worst
         same = (note.unit, note.how) if note.unit in OF_SPREAD else (note,)
@@ -165,19 +209,19 @@ def state(shots: list[Electrons], rows: list[Row], allowed: float, seconds: tupl
     shots : as `electrons`. `rows` : the ledger so far. `allowed` : share of the noise that everything after the renderer may take.
     seconds : of the rendering, and of everything after it.
     """
-    notes, without = notes_after(rows)
     figures = []
     for shot in shots:
+        notes, without = notes_after(rows, kernels=shot.spread is None)
         if shot.unsaturated.any():
-            renderer, later = (e[shot.unsaturated] / shot.sigma[shot.unsaturated] for e in (shot.renderer, after(shot, notes)))
-            both = renderer + later
-            figures.append((*(float(np.quantile(e, SHARE)) for e in (both, renderer, later)), float(both.max()), shot.capture))
+            renderer, bound, deviation = (e[shot.unsaturated] / shot.sigma[shot.unsaturated] for e in (shot.renderer, *after(shot, notes)))
+            both, later = renderer + bound + deviation, within(bound, deviation)
+            figures.append((*(float(np.quantile(e, SHARE)) for e in (both, renderer)), later, float(both.max()), shot.capture))
     if not figures:
         ledger.error(0.0, UNIT, "statistical", "no pixel is below saturation")
         return
     most, renderer, later, worst, capture = max(figures)
     ledger.error(most, UNIT, "statistical", f"99 % of the unsaturated pixels of {capture} (the worst {worst:.3g}): renderer {renderer:.3g}, "
-                 f"{seconds[0]:.3g} s, and all after it {later:.3g} where {allowed:g} is allowed, {seconds[1]:.3g} s")
+                 f"{seconds[0]:.3g} s, and all after it {later:.3g} where {allowed:g} is allowed, {seconds[1]:.3g} s{_why(figures, shots, rows, allowed)}")
     for _, renderer, later, _, capture in figures:
         ledger.error(renderer, UNIT, "statistical", f"electrons of {capture}: renderer")
         ledger.error(later, UNIT, "bound", f"electrons of {capture}: all after the renderer")
@@ -185,6 +229,21 @@ def state(shots: list[Electrons], rows: list[Row], allowed: float, seconds: tupl
         ledger.left_out("noise of the renderer", "it states none: several passes, or more paths, would", np.inf, UNIT)
     for note in without:
         ledger.left_out(note.what, "no error of a pixel's electrons follows from it", note.value, note.unit)
+
+
+def _why(figures, shots, rows, allowed) -> str:
+    """Return which error is most of what is more than allowed; nothing where all is within."""
+    _, _, later, _, capture = max(figures, key=lambda f: f[2])
+    if later <= allowed:
+        return ""
+    shot = next(s for s in shots if s.capture == capture)
+    parts = {note.what: replace(shot, spread=None) for note in notes_after(rows, shot.spread is None)[0]}
+    found = {what: within(*(e[s.unsaturated] / s.sigma[s.unsaturated] for e in after(s, [n for n in notes_after(rows)[0] if n.what == what])))
+             for what, s in parts.items()}
+    if shot.spread:
+        found["kernels beyond their exact core"] = within(*(e[shot.unsaturated] / shot.sigma[shot.unsaturated] for e in after(shot, [])))
+    what = max(found, key=found.get)
+    return f"; more than allowed, {found[what]:.3g} of it by: {what}"
 
 
 def seconds(rows: list[Row], camera: str, scene) -> tuple[float, float]:

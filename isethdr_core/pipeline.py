@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from inspect import signature
 from typing import Any
 
-from . import accuracy, bands, progress
+from . import accuracy, bands, margin, progress
 from . import ledger as book
 from .component import Stage
 from .demand import Demand
@@ -108,19 +108,33 @@ def plan(parts: Chain, rows: Ledger) -> Demand:
             from .quantities import LABELS  # needs xarray, which is slow to import
 
             return Demand(labels=frozenset(LABELS))
+        if not parts.looked_at:
+            book.left_out("display view of the scene", "no report is asked for, and only it shows it", 0.0, "cd/m2")
         for version in parts.unseen:
             book.left_out(f"lighting {version}, and light groups that it alone needs", "no report is asked for, and only it shows them", 0.0, "cd/m2")
         offered = bands.offered_nm(parts.renderer or parts.scene)
         demand = Demand(wavelength_nm=offered)
         for metric in parts.metrics.values():
             demand = narrowed(metric, demand)
+        state_labels(parts, demand)
         demand = narrowed(parts.isp, demand)
         demand = union([narrowed(sensor, demand) for sensor in parts.cameras.values()])
         demand = accuracy.budgeted(demand, parts.allowed)
         for flare in parts.flares.values():
             demand = narrowed(flare, demand)
         demand = bands.with_bands(narrowed(parts.lens, demand), offered)
-        return union([narrowed(light, demand) for light in (parts.lighting, *parts.versions.values())])
+        lightings = parts.lighting, *parts.versions.values()
+        demand = margin.left_out_where_unseen(demand, parts.renderer, parts.lens, tuple(parts.flares.values()), lightings)
+        return union([narrowed(light, demand) for light in lightings])
+
+
+def state_labels(parts: Chain, demand: Demand) -> None:
+    """State which labels a renderer need not make."""
+    from .quantities import LABELS
+
+    unread = [label for label in LABELS if label not in demand.labels]
+    if parts.renderer is not None and unread:
+        book.left_out(f"labels {', '.join(unread)}", "no metric reads them", 0.0, "labels")
 
 
 def narrowed(component, demand: Demand) -> Demand:
@@ -140,7 +154,7 @@ def union(demands: list[Demand]) -> Demand:
                 sorted(set(first.wavelength_nm) | set(other.wavelength_nm))),
             labels=first.labels | other.labels,
             error_allowed=min(first.error_allowed, other.error_allowed),
-            response=joined(first.response, other.response))
+            response=joined(first.response, other.response), margin=first.margin or other.margin)
     return first
 
 
@@ -184,7 +198,7 @@ def on_sensor(parts: Chain, mixed, demand: Demand):
     return bands.widened(light, every, demand.response) if len(seen) < len(every) else light
 
 
-def through_camera(parts: Chain, rows: Ledger, name: str, light, mixed, scene, generator) -> Camera:
+def through_camera(parts: Chain, rows: Ledger, name: str, light, mixed, scene, generator, demand: Demand) -> Camera:
     """Return what the camera `name` makes of the light, and its scores against truth."""
     from .truth import labels_on, truth
 
@@ -209,16 +223,16 @@ def through_camera(parts: Chain, rows: Ledger, name: str, light, mixed, scene, g
             others = [again(k) for k in range(1, parts.draws)] if varies(parts, sensor) else [seen.scores] * (parts.draws - 1)
             seen.scores = over_draws([seen.scores, *others])
             state_spread(seen.scores, parts.draws)
-    state_picture(parts, rows, name, light, mixed, scene, seen, first)
+    state_picture(parts, rows, name, light, mixed, scene, seen, first, demand)
     return seen
 
 
-def state_picture(parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, first: list[Score]) -> None:
+def state_picture(parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, first: list[Score], demand: Demand) -> None:
     """Add the rows that say how wrong the scores and the picture are, in units of the sensor's noise, and what that took.
 
     `first` : the scores of the picture itself, before they became means over draws.
     """
-    from . import noise_units, score_errors
+    from . import lens_errors, noise_units, score_errors
 
     if parts.draws > 1:
         with book.stage(own := Ledger(), f"scores {name}"):
@@ -228,7 +242,8 @@ def state_picture(parts: Chain, rows: Ledger, name: str, light, mixed, scene, ca
         if lacking := noise_units.missing(camera.captures):
             book.error(float("inf"), noise_units.UNIT, "bound", f"not known: the captures lack {', '.join(lacking)}")
             return
-        shots = noise_units.electrons(camera.captures, light, mixed, scene, noise_units.stated_noise(rows))
+        errors = lens_errors.asked_of(parts.lens, tuple(parts.flares.values()), parts.cameras.values(), demand if parts.leave_out else None, mixed)
+        shots = noise_units.electrons(camera.captures, light, mixed, scene, noise_units.stated_noise(rows), errors)
         noise_units.state(shots, rows, parts.allowed.noise_fraction, noise_units.seconds(rows, name, scene))
 
 

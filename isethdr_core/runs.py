@@ -130,7 +130,7 @@ def _compute(config, parts: Chain, key: str, folder: Path) -> Path:
     light = stage(rows, "lens", config.lens.name, parts.lens, lambda: on_sensor(parts, mixed, demand))
     # the recipe, not the store: which groups were rendered when must not change the noise
     random = generator(config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name)
-    cameras = {name: through_camera(parts, rows, name, light, mixed, scene, random) for name in parts.cameras}
+    cameras = {name: through_camera(parts, rows, name, light, mixed, scene, random, demand) for name in parts.cameras}
     attributes = _record(config, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows) | {"expected_s": expected}
     return store.write_store(folder, key, _groups(cameras, {"main": mixed, **versions_mixed} if parts.looked_at else {}), attributes)
 

@@ -105,7 +105,8 @@ class Camera:
     position_m: tuple[float, float, float]
     target_m: tuple[float, float, float]
     horizontal_field_deg: float = 45.0
-    aspect: float = 16 / 9          # width / height of the field, in tangents
+    aspect: float = 16 / 9          # width / height of the field, in tangents, or in angles where it is equidistant
+    projection: Literal["tangent", "equidistant"] = "tangent"  # of the grid of tiles; tangents end at 75 degrees off the axis
 
 
 @dataclass(frozen=True, eq=False)

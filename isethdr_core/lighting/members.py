@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from .. import ledger
 from ..errors import ConfigError
@@ -24,6 +24,7 @@ class WeightsLighting:
     relative_to_mean_cd_m2: float = 0.0      # first bring each group to this mean luminance; 0: radiance stays absolute
     modulation: dict[str, Any] = field(default_factory=dict)   # {group: {frequency_hz, duty or depth, phase}}: light that varies in time
     seed: int = 0                            # of phases that are ranges
+    WITHIN_FIELD: ClassVar[bool] = True      # the margin's light decides nothing
 
     def __post_init__(self):
         check_weights(self.weights, self.others)
@@ -64,6 +65,8 @@ class WeightsLighting:
 @dataclass(frozen=True)
 class IdealLighting:
     """All light groups as the scene was built: every weight is 1."""
+
+    WITHIN_FIELD: ClassVar[bool] = True
 
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
         """Return mixed radiance, W m-2 sr-1 nm-1: the plain sum of all groups."""

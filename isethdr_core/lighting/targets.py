@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from .. import ledger
 from ..errors import ConfigError, did_you_mean
@@ -35,6 +35,7 @@ class TargetsLighting:
     mean_cd_m2: float | None = None      # of the whole picture
     modulation: dict[str, Any] = field(default_factory=dict)  # {group: {frequency_hz, duty or depth, phase}}: light that varies in time
     seed: int = 0                        # of targets and phases that are ranges
+    WITHIN_FIELD: ClassVar[bool] = True  # the margin's light decides nothing
 
     def __post_init__(self):
         check_weights(self.weights, self.others)

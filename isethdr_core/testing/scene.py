@@ -48,7 +48,8 @@ def check_description(who: str, made: SceneDescription) -> None:
         _check_spectrum(who, "the sky", made.sky)
     view = made.camera
     holds(who, "the camera looks somewhere", np.linalg.norm(np.subtract(view.target_m, view.position_m)) > 0)
-    holds(who, "the camera's field is above 0 and below 150 degrees", 0 < view.horizontal_field_deg < 150)
+    widest = 150 if view.projection == "tangent" else 360
+    holds(who, f"the camera's field is above 0 and below {widest} degrees", 0 < view.horizontal_field_deg < widest)
 
 
 def _check_part(who, at, part, made):

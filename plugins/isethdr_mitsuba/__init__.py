@@ -1,7 +1,8 @@
 """isethdr_mitsuba: turns a scene description into scene radiance with Mitsuba 3.
 
 renderer.py        the component `mitsuba`: fields, demand, what is stated in the ledger
-view.py            the camera's tiles as tangents, margin included
+view.py            the camera's tiles as tangents or angles, margin included
+straight.py        triangles on a grid of angles, cut up until their sides are straight there
 frame.py           one frame: world, passes, lamps seen directly, labels, and the Dataset made of them
 placed_lamps.py    lamps in the world: candela into radiance, beam pattern, projected area
 lamp_tables.py     lamps as lookup tables on the device, and how a shadow ray's target is chosen

@@ -19,9 +19,12 @@ from .materials import RAMP_NM
 from .surface_tables import SurfaceTables
 from .view import View
 
+# from so many on the loop is recorded once: writing it down for each pass takes seconds then; but a record is compiled for each scene
+MANY_SHAPES = 100
 
-def path_radiance(world: World, view: View, lamps: LampTables, surfaces: SurfaceTables, wavelength_nm, step_nm: float, seed: int, samples: int, max_depth: int):
-    """Return the radiance of the tiles, summed over `samples` paths each.
+
+def paths(world: World, view: View, lamps: LampTables, surfaces: SurfaceTables, wavelength_nm, step_nm: float, max_depth: int):
+    """Return the function of one pass: (seed, samples) -> radiance of the tiles, summed over `samples` paths each.
 
     Parameters
     ----------
@@ -30,39 +33,63 @@ def path_radiance(world: World, view: View, lamps: LampTables, surfaces: Surface
     lamps : light groups and lamps.
     surfaces : materials of the world.
     wavelength_nm, step_nm : band centres and their common width, nm.
-    seed : of this pass.
-    samples : paths per tile; summed in float32, so at most about 1024.
     max_depth : longest path, in segments; 2 is direct light only.
 
     Returns
     -------
-    list (group) of lists (packet) of Spectrum of 4 bands, width = number of tiles, W m-2 sr-1 nm-1.
+    function : of `seed` of the pass and `samples`, paths per tile, summed in float32, so at most about 1024. It returns a
+        list (group) of lists (packet) of Spectrum of 4 bands, width = number of tiles, W m-2 sr-1 nm-1.
     """
     packets = (len(wavelength_nm) + 3) // 4
     bands = [mi.Spectrum(*[float(wavelength_nm[min(4 * k + i, len(wavelength_nm) - 1)]) for i in range(4)]) for k in range(packets)]
-    # seed and sample count are data, not literals: the kernel is compiled once for all passes
-    return _trace(world.scene, view, lamps, surfaces, bands, float(step_nm), dr.opaque(mi.UInt32, seed & 0xFFFFFFFF),
-                    dr.opaque(mi.UInt32, samples), max_depth)
+    tables = (world.scene, bands, _arrays(lamps), [_arrays(t) for t in lamps.targets], _arrays(lamps.spectra), _arrays(surfaces),
+              _arrays(surfaces.colours), surfaces.kinds)
+
+    def trace(seed, samples):
+        return _trace(world.scene, view, lamps, surfaces, bands, float(step_nm), seed, samples, max_depth)
+
+    if recorded := len(world.shapes) > MANY_SHAPES:
+        trace = dr.freeze(trace, state_fn=lambda seed, samples: tables)
+
+    def one_pass(seed, samples):
+        # seed and sample count are data, not literals: one kernel for all passes
+        given = dr.opaque(mi.UInt32, seed & 0xFFFFFFFF), dr.opaque(mi.UInt32, samples)
+        try:
+            return trace(*given)
+        except RuntimeError:        # shapes of another scene were freed since: Dr.Jit refuses the record, which is made anew
+            if not recorded:
+                raise
+            trace.clear()
+            return trace(*given)
+
+    return one_pass
+
+
+def _arrays(tables) -> dict:
+    """Return the device arrays that an object of tables holds."""
+    return {name: value for name, value in vars(tables).items() if type(value).__module__.startswith(("drjit", "mitsuba"))}
 
 
 def _stream(seed, tiles, purpose: str):
     """Return random numbers for `purpose`, independent per tile."""
     a, b = mi.sample_tea_32(tiles, seed ^ crc32(purpose.encode()))
-    return mi.PCG32(dr.width(tiles), mi.UInt64(a), mi.UInt64(b))
+    moved = mi.UInt64(tiles) - dr.arange(mi.UInt64, dr.width(tiles))    # PCG32 adds the place in the array: the tile's number counts instead
+    return mi.PCG32(dr.width(tiles), mi.UInt64(a) + moved, mi.UInt64(b) + moved)
 
 
 @dr.syntax
 def _trace(scene, view, lamps, surfaces, bands, step_nm, seed, samples, max_depth):
     rows, columns = view.shape
     tiles = dr.arange(mi.UInt32, rows * columns)
-    row = tiles // columns
-    pitch_x, pitch_y = view.pitch_x, view.pitch_y     # a loop may not carry the frozen view itself
-    left = mi.Float(tiles - row * columns) * pitch_x + float(view.x[0] - pitch_x / 2)
-    top = mi.Float(row) * pitch_y + float(view.y[0] - pitch_y / 2)
+    row, column = tiles // columns + view.cut[0], tiles % columns + view.cut[1]     # of the whole grid, as are their numbers
+    numbers = row * view.whole[1] + column
+    pitch_x, pitch_y, angles = view.pitch_x, view.pitch_y, view.projection == "equidistant"     # a loop may not carry the frozen view itself
+    left = mi.Float(column) * pitch_x + float(view.x[0] - (view.cut[1] + 0.5) * pitch_x)
+    top = mi.Float(row) * pitch_y + float(view.y[0] - (view.cut[0] + 0.5) * pitch_y)
     origin = mi.Point3f(view.origin_m.tolist())
     right, down, forward = (mi.Vector3f(axis.tolist()) for axis in (view.right, view.down, view.forward))
-    path_rng = _stream(seed, tiles, "path")
-    group_rng = [_stream(seed, tiles, name) for name in lamps.groups]
+    path_rng = _stream(seed, numbers, "path")
+    group_rng = [_stream(seed, numbers, name) for name in lamps.groups]
     groups, packets = len(lamps.groups), len(bands)
     lit = [g for g in range(groups) if lamps.has_lamps(g)]
     sky = lamps.groups.index("sky") if "sky" in lamps.groups else -1
@@ -72,7 +99,12 @@ def _trace(scene, view, lamps, surfaces, bands, step_nm, seed, samples, max_dept
     while done < samples:
         x = left + path_rng.next_float32() * pitch_x
         y = top + path_rng.next_float32() * pitch_y
-        ray = mi.Ray3f(origin, dr.normalize(right * x + down * y + forward), 0.0, ramp)
+        if dr.hint(angles, mode="scalar"):
+            theta = dr.sqrt(x * x + y * y)
+            across = dr.select(theta > 1e-4, dr.sin(theta) / theta, 1)      # 1e-4: the series' next term is below float32
+            ray = mi.Ray3f(origin, right * (across * x) + down * (across * y) + forward * dr.cos(theta), 0.0, ramp)
+        else:
+            ray = mi.Ray3f(origin, dr.normalize(right * x + down * y + forward), 0.0, ramp)
         shift = (path_rng.next_float32() - 0.5) * step_nm
         waves = [b + shift for b in bands]
         beta = [mi.Spectrum(1) for _ in range(packets)]

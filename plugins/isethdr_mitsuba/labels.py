@@ -8,16 +8,19 @@ import numpy as np
 
 from isethdr_core.categories import CATEGORIES
 from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.physics.projection import depth_m
 
+from .straight import straightened
 from .visible_lamps import NEAR_M, cut
 
 PAIRS = 1_000_000   # triangle and tile pairs tested at a time: bounds memory
+OFF = 0.25          # of a tile, by which a side may bend on a grid of angles: boxes are made larger by twice that
 
 
 def label_tiles(world, view, description, wanted):
     """Return the labels asked for, and the table of objects if `instance` is among them.
 
-    depth : m along the optical axis. distance : m along the ray. Both infinite where there is only sky.
+    depth : m along the optical axis, below 0 behind the camera. distance : m along the ray. Both infinite where there is only sky.
     instance : uint32, the object's place in the description, from 1; 0 is the sky.
     category : uint16, number of isethdr_core.categories.
     normal : unit vector of the smoothed surface in world axes, turned towards the camera; 0 for the sky.
@@ -31,17 +34,22 @@ def label_tiles(world, view, description, wanted):
         numbers.append(CATEGORIES[placed.category])
     rows, columns = view.shape
     x, y = (a.ravel() for a in np.meshgrid(view.x, view.y))
-    ray = np.stack([x, y, np.ones_like(x)], 1)
-    length = np.linalg.norm(ray, axis=1)
-    direction = view.to_world(ray / length[:, None])
+    direction = view.to_world(view.rays(x, y))
     instance, distance, normal = (_first_hits if dr.is_jit_v(mi.Float) else _first_hits_scalar)(world, view.origin_m, direction)
     normal *= -np.sign(np.einsum("nk,nk->n", normal, direction))[:, None]
     found = {"instance": instance.astype(np.uint32), "category": np.array(numbers, np.uint16)[instance],
-             "distance": distance.astype(np.float32), "depth": (distance / length).astype(np.float32)}
+             "distance": distance.astype(np.float32), "depth": depth_m(distance, x, y, view.projection).astype(np.float32)}
     found = {name: value.reshape(rows, columns) for name, value in found.items()}
     found["normal"] = normal.reshape(rows, columns, 3).astype(np.float32)
     objects = object_table(description, view, found) if "instance" in wanted else None
     return {name: found[name] for name in wanted}, objects
+
+
+def cut_labels(cut, found: dict, objects):
+    """Return labels and object table without the outermost `cut` (rows, columns): boxes count from the tiles that are left."""
+    rows, columns = (slice(c, -c or None) for c in cut)
+    moved = objects and [{**o, "box": [o["box"][0] - cut[1], o["box"][1] - cut[0], *o["box"][2:]]} for o in objects]
+    return {name: values[rows, columns] for name, values in found.items()}, moved
 
 
 def object_table(description, view, found) -> list[dict]:
@@ -79,6 +87,8 @@ def fill(covered, view, triangles) -> None:
     A centre ray meets a triangle where it lies on the same side of the three planes through the pinhole and an
     edge; this holds also for triangles that reach behind the camera, as long as the meeting point is in front.
     """
+    if view.projection != "tangent":
+        triangles, _ = straightened(triangles, view, OFF * min(view.pitch_x, view.pitch_y))
     low, high, useful = _tile_boxes(triangles, view)
     triangles, low, high = triangles[useful], low[useful], high[useful]
     a, b, c = (triangles[:, k] for k in range(3))
@@ -91,7 +101,7 @@ def fill(covered, view, triangles) -> None:
         which = np.repeat(few, count)
         place = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
         column, row = low[which, 0] + place % wide[which], low[which, 1] + place // wide[which]
-        ray = np.stack([view.x[column], view.y[row], np.ones(len(which))], 1)
+        ray = view.rays(view.x[column], view.y[row])
         height = np.einsum("nsk,nk->ns", sides[which], ray)
         met = (height >= 0).all(1) & (height.max(1) > 0)      # a triangle seen edge-on covers nothing
         covered[row[met], column[met]] = True
@@ -99,6 +109,21 @@ def fill(covered, view, triangles) -> None:
 
 def _tile_boxes(triangles, view):
     """Return first and last tile (column, row) of the box around each triangle, and which triangles have one."""
+    if view.projection == "tangent":
+        low, high, useful = _boxes(triangles, view)
+    else:
+        flat = view.coordinates(triangles)
+        more = 2 * OFF * min(view.pitch_x, view.pitch_y)
+        low, high, useful = flat.min(1) - more, flat.max(1) + more, np.ones(len(flat), bool)
+    first, pitch = np.array([view.x[0], view.y[0]]), np.array([view.pitch_x, view.pitch_y])
+    last = np.array([len(view.x), len(view.y)]) - 1
+    low, high = np.ceil((low - first) / pitch - 1e-9), np.floor((high - first) / pitch + 1e-9)
+    low, high = np.clip(low, 0, last + 1).astype(int), np.clip(high, -1, last).astype(int)
+    return low, high, useful & (low <= high).all(1)
+
+
+def _boxes(triangles, view):
+    """Return the lowest and highest tangents (n, 2) of each triangle, and which triangles lie in front."""
     z = triangles[..., 2]
     useful = (z > NEAR_M).any(1)
     low, high = np.zeros((len(z), 2)), np.zeros((len(z), 2))
@@ -107,13 +132,9 @@ def _tile_boxes(triangles, view):
         polygon = triangles[some]
         if not (z[some] > NEAR_M).all():
             polygon = cut(polygon, np.broadcast_to([0.0, 0, 1], (len(polygon), 3)), NEAR_M)
-        flat = polygon[..., :2] / polygon[..., 2:]
+        flat = view.coordinates(polygon)
         low[some], high[some] = flat.min(1), flat.max(1)
-    first, pitch = np.array([view.x[0], view.y[0]]), np.array([view.pitch_x, view.pitch_y])
-    last = np.array([len(view.x), len(view.y)]) - 1
-    low, high = np.ceil((low - first) / pitch - 1e-9), np.floor((high - first) / pitch + 1e-9)
-    low, high = np.clip(low, 0, last + 1).astype(int), np.clip(high, -1, last).astype(int)
-    return low, high, useful & (low <= high).all(1)
+    return low, high, useful
 
 
 def _first_hits(world, origin, direction):

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from isethdr_core.physics.photometry import xyz_weights
+from isethdr_core.pooling import Known, pooled_noise
 from isethdr_core.progress import track
 
 LARGEST_PASS = 1024   # paths per tile and pass: float32 sums of more lose 1e-4 and worse
@@ -21,13 +22,16 @@ PASS_PATHS = 64e6     # paths per pass: each pass is traced anew, which costs tw
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Mean radiance (group, wavelength, row, column), float64, how noisy each group is, and what it took."""
+    """Mean radiance (group, wavelength, row, column), float64, of the paths that were followed, how noisy it is, and what it took."""
 
     radiance: np.ndarray
     noise: np.ndarray        # (group,) median relative standard error of luminance; NaN where there is no light
     xyz_noise: np.ndarray    # (group, 3, row, column) standard errors of X, Y and Z, cd/m2; NaN after one pass alone
     samples: np.ndarray      # (group,) paths per tile
     seconds: np.ndarray      # (group,) of the passes that the group was part of
+    first: np.ndarray        # (group,) number of the first path: those before it were known
+    known: list[Known]       # (group,) what was known before
+    whole_noise: np.ndarray  # (group,) noise of the mean of these paths and of those that were known before
 
 
 def pass_sizes(samples: int, tiles: int) -> list[int]:
@@ -41,7 +45,7 @@ def largest_pass(tiles: int) -> int:
     return max(1, min(LARGEST_PASS, int(PASS_PATHS / tiles)))
 
 
-def estimate(one_pass, settings, groups, wavelength_nm, shape) -> Estimate:
+def estimate(one_pass, settings, groups, wavelength_nm, shape, whole=None, known=None) -> Estimate:
     """Return the mean over passes of different seeds.
 
     Parameters
@@ -49,47 +53,70 @@ def estimate(one_pass, settings, groups, wavelength_nm, shape) -> Estimate:
     one_pass : function(seed, samples, wanted group indices) -> iterable of (group index, band index, (rows * columns) radiance);
         what it gives for one group and band is summed.
     settings : MitsubaRenderer: samples, error_allowed, most_samples and seed.
-    groups, wavelength_nm, shape : what the passes give.
+    groups, wavelength_nm, shape : what the passes give. `whole` : the shape that sizes the passes, where tiles were left out of it.
+    known : {group: Known}, what earlier renderings found: only the paths that it lacks are followed, and none of its own again.
     """
-    sums = _Sums(len(groups), wavelength_nm, shape)
-    sizes = pass_sizes(settings.samples, sums.tiles)
-    seeds = np.random.SeedSequence(settings.seed)
-    wanted = list(range(len(groups)))
-    for seed, samples in track(list(zip(seeds.generate_state(len(sizes), np.uint32), sizes, strict=True)), "passes of paths"):
-        sums.add(one_pass, int(seed), samples, wanted)
+    known = [(known or {}).get(g, Known()) for g in groups]
+    sums, tiles = _Sums(known, wavelength_nm, shape, settings.seed), math.prod(whole or shape)
+    for wanted in sums.alike(range(len(groups))):
+        stored = known[wanted[0]].paths
+        lacking = max(settings.samples - stored, 0)
+        # passes that stand beside others, or are asked for their noise, are enough to know it
+        fewest = LEAST_PASSES if lacking and (stored or settings.error_allowed is not None) else 0
+        sums.add_all(one_pass, pass_sizes(max(lacking, fewest), tiles), wanted, "passes of paths")
     if settings.error_allowed is not None:
-        _refine(one_pass, settings, sums, wanted, seeds.spawn(1)[0])
-    return Estimate(sums.mean().reshape(len(groups), -1, *shape), sums.noise(), sums.xyz_noise(shape), sums.paths, sums.seconds)
+        _refine(one_pass, settings, sums, tiles)
+    return Estimate(sums.mean().reshape(len(groups), -1, *shape), sums.noise(), sums.xyz_noise(shape), sums.paths, sums.seconds,
+                    np.array([k.next for k in known]), known, sums.whole_noise())
 
 
-def _refine(one_pass, settings, sums, wanted, seeds):
+def _refine(one_pass, settings, sums, tiles):
     """Add passes until each group's noise is allowed; a group that is there is rendered no further."""
     while True:
-        noise = sums.noise()
-        wanted = [g for g in wanted if noise[g] > settings.error_allowed and sums.paths[g] < settings.most_samples]
+        noise, paths = sums.whole_noise(), sums.whole_paths()
+        wanted = [g for g in range(len(noise)) if noise[g] > settings.error_allowed and paths[g] < settings.most_samples]
         if not wanted:
             return
-        done = sums.paths[wanted[0]]
-        # noise falls with the root of the paths; never more than double on the word of one estimate
-        needed = done * min((noise[g] / settings.error_allowed) ** 2 for g in wanted)
-        more = int(min(math.ceil(max(needed * 1.05, done + 1)), 2 * done, settings.most_samples) - done)
-        largest = largest_pass(sums.tiles)
-        sizes = [more // n + (i < more % n) for n in [math.ceil(more / largest)] for i in range(n)]
-        for samples in track(sizes, f"more paths for {len(wanted)} light groups"):
-            sums.add(one_pass, int(seeds.spawn(1)[0].generate_state(1)[0]), samples, wanted)
+        for some in sums.alike(wanted):
+            done = paths[some[0]]
+            # noise falls with the root of the paths; never more than double on the word of one estimate
+            needed = done * min((noise[g] / settings.error_allowed) ** 2 for g in some)
+            more = int(min(math.ceil(max(needed * 1.05, done + 1)), 2 * done, settings.most_samples) - done)
+            fewest = 1 if sums.passes[some].all() else LEAST_PASSES
+            more = max(more, fewest)
+            count = max(math.ceil(more / largest_pass(tiles)), fewest)
+            sizes = [more // count + (i < more % count) for i in range(count)]
+            sums.add_all(one_pass, sizes, some, f"more paths for {len(some)} light groups")
 
 
 class _Sums:
     """What the passes so far add up to."""
 
-    def __init__(self, groups, wavelength_nm, shape):
-        self.tiles = shape[0] * shape[1]
+    def __init__(self, known, wavelength_nm, shape, seed):
+        self.known, self.seed = known, seed
+        groups, self.tiles = len(known), shape[0] * shape[1]
         self.weights = xyz_weights(wavelength_nm)
         self.total = np.zeros((groups, len(wavelength_nm), self.tiles))     # of radiance x paths
         self.squares = np.zeros((groups, 3, self.tiles))                    # of X, Y, Z, each squared x paths
         self.paths, self.passes, self.seconds = np.zeros(groups, int), np.zeros(groups, int), np.zeros(groups)
 
-    def add(self, one_pass, seed, samples, wanted):
+    def alike(self, wanted) -> list[list[int]]:
+        """Return `wanted` groups in lots that are at the same path and have as many: they can go on in one pass."""
+        lots: dict[tuple, list[int]] = {}
+        for g in wanted:
+            lots.setdefault((self._next(g), int(self.whole_paths()[g])), []).append(g)
+        return list(lots.values())
+
+    def _next(self, g) -> int:
+        return self.known[g].next + int(self.paths[g])
+
+    def add_all(self, one_pass, sizes, wanted, title):
+        for samples in track(sizes, title) if sizes else ():
+            self.add(one_pass, samples, wanted)
+
+    def add(self, one_pass, samples, wanted):
+        # a pass is named by its first path: other paths, other random numbers, whoever follows them
+        seed = int(np.random.SeedSequence(self.seed, spawn_key=(self._next(wanted[0]),)).generate_state(1)[0])
         start = time.perf_counter()
         xyz = np.zeros(self.squares.shape)
         for g, band, values in one_pass(seed, samples, wanted):
@@ -101,16 +128,29 @@ class _Sums:
         self.passes[wanted] += 1
         self.seconds[wanted] += time.perf_counter() - start
 
+    def whole_paths(self):
+        return self.paths + [k.paths for k in self.known]
+
+    def whole_noise(self):
+        """Return the noise per group of the mean of these paths and those known before; NaN where there is no light."""
+        out = self.noise()
+        for g, k in enumerate(self.known):
+            if k.paths:
+                own = None if np.isnan(out[g]) else float(out[g])
+                both = pooled_noise([k.paths, self.paths[g]], [k.noise, own]) if self.paths[g] else k.noise
+                out[g] = np.nan if both is None else both
+        return out
+
     def mean(self):
-        return self.total / self.paths[:, None, None]
+        return self.total / np.maximum(self.paths, 1)[:, None, None]
 
     def noise(self):
         """Return per group the luminance-weighted median relative standard error, over tiles above 1 % of the group's mean."""
         out = np.full(len(self.total), np.nan)
         for g in range(len(out)):
-            level, free = self.weights[1] @ self.total[g] / self.paths[g], self.passes[g] - 1
+            level, free = self.weights[1] @ self.total[g] / max(self.paths[g], 1), self.passes[g] - 1
             used = level > 0.01 * level.mean()
-            if used.any() and free:
+            if used.any() and free > 0:
                 # passes of n paths have variance v / n: the sum of n (x - mean)^2 is v times chi squared with `free` degrees
                 error = np.sqrt(np.maximum(self.squares[g, 1] / self.paths[g] - level**2, 0)[used] / free) / level[used]
                 # its median is below its mean (Wilson and Hilferty 1931)
@@ -125,8 +165,8 @@ class _Sums:
         """
         out = np.full((len(self.total), 3, *shape), np.nan)
         for g in range(len(out)):
-            level, free = self.weights @ self.total[g] / self.paths[g], self.passes[g] - 1
-            if free:
+            level, free = self.weights @ self.total[g] / max(self.paths[g], 1), self.passes[g] - 1
+            if free > 0:
                 variance = np.maximum(self.squares[g] / self.paths[g] - level**2, 0) / free
                 near, light = (_with_neighbours(v.reshape(3, *shape)) for v in (variance, level**2))
                 out[g] = np.sqrt(near / np.where(light > 0, light, 1)) * level.reshape(3, *shape)

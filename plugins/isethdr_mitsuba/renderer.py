@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from isethdr_core.demand import Demand
+    from isethdr_core.pooling import Known
     from isethdr_core.scene import SceneDescription
 
 SCALAR = "scalar_spectral"
@@ -23,7 +24,7 @@ SCALAR_S_PER_PATH = 2e-6  # of one group and four bands, measured on two cores; 
 class MitsubaRenderer:
     """Path tracing with Mitsuba 3: all bands and light groups in one pass, exact labels, exact small lamps."""
 
-    effort_fields: ClassVar[tuple[str, ...]] = ("samples",)  # buys accuracy only: more of it serves whoever asks for less
+    effort_fields: ClassVar[tuple[str, ...]] = ("samples", "error_allowed", "most_samples")  # buy accuracy only: no part of a recipe
 
     width: int = 640           # tiles across the camera's field
     height: int = 360          # tiles down the camera's field
@@ -39,8 +40,17 @@ class MitsubaRenderer:
     variant: Literal["auto", "llvm", "cuda", "scalar"] = "auto"  # auto: cuda, else llvm, else scalar, whichever works
     normalise: Literal["intensity", "flux"] = "intensity"        # what a narrow beam keeps: candela on its axis, or lumens
 
-    def __call__(self, description: SceneDescription, demand: Demand | None = None) -> xr.Dataset:
-        """Return the scene radiance of `description` with the light groups, bands and labels of `demand`."""
+    def enough(self, paths: int, noise: float | None) -> bool:
+        """Return whether a light group known from so many paths per tile, with that relative noise (None: dark), needs no more of them."""
+        if self.error_allowed is None or paths < 2:      # one path knows no noise
+            return self.error_allowed is None and paths >= self.samples
+        return paths >= self.samples and (noise is None or noise <= self.error_allowed or paths >= self.most_samples)
+
+    def __call__(self, description: SceneDescription, demand: Demand | None = None, known: dict[str, Known] | None = None) -> xr.Dataset:
+        """Return the scene radiance of `description` with the light groups, bands and labels of `demand`.
+
+        `known` says what earlier renderings found: only paths that they lack are followed, and only those are in what is returned.
+        """
         from .doctor import choose_variant
         from .frame import render_frame
 
@@ -52,7 +62,8 @@ class MitsubaRenderer:
         variant = choose_variant(self.variant)
         if variant == SCALAR:
             self._say_how_slow(len(wanted), len(bands))
-        return render_frame(self, description, wanted, bands, demand.labels if demand else frozenset(), variant)
+        return render_frame(self, description, wanted, bands, demand.labels if demand else frozenset(), variant,
+                            demand is None or demand.margin, known)
 
     def _say_how_slow(self, groups, bands):
         tiles = self.width * self.height * (1 + 2 * self.margin) ** 2

@@ -16,9 +16,8 @@ def seen_points(scene, view) -> np.ndarray:
     rows, columns = view.shape
     step = max(1, int(np.sqrt(rows * columns / POINTS)))
     x, y = np.meshgrid(view.x[step // 2::step], view.y[step // 2::step])
-    tangents = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], 1)
     found = []
-    for d in view.to_world(tangents / np.linalg.norm(tangents, axis=1, keepdims=True)):
+    for d in view.to_world(view.rays(x.ravel(), y.ravel())):
         hit = scene.ray_intersect_preliminary(mi.Ray3f(view.origin_m, d))
         if hit.is_valid():
             found.append(view.origin_m + hit.t * d)

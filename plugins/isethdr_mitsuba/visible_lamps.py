@@ -12,10 +12,12 @@ import mitsuba as mi
 import numpy as np
 
 from .placed_lamps import SPECTRUM_NM, emission_table
+from .straight import straightened
 
 POINTS = 64          # rays to each piece of a lamp on a tile
 NEAR_M = 1e-3        # lamps nearer than this plane in front of the pinhole are not seen
 CHUNK = 20_000       # pieces handled at a time: bounds memory
+OFF = 5e-4           # of a lamp or of a tile, whichever is smaller, by which a side may bend on a grid of angles
 
 
 def visible_lamps(world, view, lamps, groups, bands_nm, step_nm):
@@ -24,25 +26,25 @@ def visible_lamps(world, view, lamps, groups, bands_nm, step_nm):
     Returns
     -------
     layer : (group, wavelength, row, column) float64, W m-2 sr-1 nm-1, to be added.
-    error : the largest error of a piece's visible part, relative to the piece: 1 / POINTS where a lamp is partly
-        hidden, 0 where every piece is all seen or all hidden.
+    error : the largest error of a piece, relative to it: 1 / POINTS where a lamp is partly hidden, 4 x OFF where sides are
+        arcs, 0 where every piece is all seen or all hidden on a grid of tangents.
     """
     spectra = list(dict.fromkeys(p.lamp.spectrum for p in lamps))
     bands = band_means(emission_table(spectra), bands_nm, step_nm)
     tiles = view.shape[0] * view.shape[1]
     level = {}                                  # (group, spectrum) -> luminance per tile
-    error = 0.0
+    error = 0.0 if view.projection == "tangent" else 4 * OFF
     for index, placed in enumerate(lamps):
         if placed.lamp.group not in groups or placed.peak_cd_m2 == 0:
             continue
         key = groups.index(placed.lamp.group), spectra.index(placed.lamp.spectrum)
-        pieces, tile, normal = _pieces(placed, view)
+        pieces, tile, normal, corner = _pieces(placed, view)
         for start in range(0, len(tile), CHUNK):
             part = slice(start, start + CHUNK)
-            value, seen = _luminance(world, view, placed, index, pieces[part], normal[part])
+            value, seen = _luminance(world, view, placed, index, pieces[part], normal[part], corner[part])
             np.add.at(level.setdefault(key, np.zeros(tiles)), tile[part], value / (view.pitch_x * view.pitch_y))
             if np.any((seen > 0) & (seen < 1)):
-                error = 1 / POINTS
+                error = max(error, 1 / POINTS)
     layer = np.zeros((len(groups), len(bands_nm), tiles))
     for (g, s), luminance in level.items():
         used = np.flatnonzero(luminance)
@@ -59,7 +61,7 @@ def band_means(table, bands_nm, step_nm):
 
 
 def _pieces(placed, view):
-    """Return the lit triangles cut along tile borders: polygons in camera axes, their tile numbers and normals."""
+    """Return the lit triangles cut along tile borders: polygons (n, m, 2) on the grid, their tiles, and normal and a corner in camera axes."""
     tri = view.to_camera(placed.triangles.reshape(-1, 3)).reshape(-1, 3, 3)
     normal = np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0])
     lit = np.einsum("nk,nk->n", normal, tri[:, 0]) < 0          # faces the pinhole, which is at the origin
@@ -69,13 +71,20 @@ def _pieces(placed, view):
     rows, columns = view.shape
     x_edge = np.append(view.x, view.x[-1] + view.pitch_x) - view.pitch_x / 2
     y_edge = np.append(view.y, view.y[-1] + view.pitch_y) - view.pitch_y / 2
-    near = np.broadcast_to([0.0, 0, 1], (len(tri), 3))
-    polygon = cut(tri, near, NEAR_M)
-    for axis, (low, high) in enumerate(((x_edge[0], x_edge[-1]), (y_edge[0], y_edge[-1]))):
-        polygon = cut(cut(polygon, _plane(axis, low, 1, len(tri))), _plane(axis, high, -1, len(tri)))
+    if view.projection == "tangent":
+        polygon, which = cut(tri, np.broadcast_to([0.0, 0, 1], (len(tri), 3)), NEAR_M), np.arange(len(tri))
+    else:
+        corners = view.coordinates(tri).reshape(-1, 2)
+        size = np.linalg.norm(np.ptp(corners, axis=0)) if len(corners) else 0.0
+        polygon, which = straightened(tri, view, OFF * min(size, view.pitch_x, view.pitch_y))
     alive = np.isfinite(polygon[:, 0, 0])
-    polygon, normal = polygon[alive], normal[alive]
-    flat = polygon[..., :2] / polygon[..., 2:]
+    flat, which = view.coordinates(polygon[alive]), which[alive]
+    polygon = np.concatenate([flat, np.ones((*flat.shape[:2], 1))], -1)      # on the grid from here on
+    for axis, (low, high) in enumerate(((x_edge[0], x_edge[-1]), (y_edge[0], y_edge[-1]))):
+        polygon = cut(cut(polygon, _plane(axis, low, 1, len(polygon))), _plane(axis, high, -1, len(polygon)))
+    alive = np.isfinite(polygon[:, 0, 0])
+    polygon, normal, corner = polygon[alive], normal[which][alive], tri[which, 0][alive]
+    flat = polygon[..., :2]
     # the tiles that the box around each polygon covers
     low = np.floor((flat.min(1) - [x_edge[0], y_edge[0]]) / [view.pitch_x, view.pitch_y] - 1e-9).astype(int)
     high = np.floor((flat.max(1) - [x_edge[0], y_edge[0]]) / [view.pitch_x, view.pitch_y] + 1e-9).astype(int)
@@ -89,11 +98,11 @@ def _pieces(placed, view):
     for axis, edge, at in ((0, x_edge, column), (1, y_edge, row)):
         piece = cut(cut(piece, _plane(axis, edge[at], 1, len(at))), _plane(axis, edge[at + 1], -1, len(at)))
     alive = np.isfinite(piece[:, 0, 0])
-    return piece[alive], (row * columns + column)[alive], normal[which][alive]
+    return piece[alive, :, :2], (row * columns + column)[alive], normal[which][alive], corner[which][alive]
 
 
 def _plane(axis, edge, sign, count):
-    """Return normals (count, 3) of the planes through the pinhole on which tangent `axis` equals `edge`."""
+    """Return (count, 3): its product with (x, y, 1) is `sign` times by how much the coordinate `axis` exceeds `edge`."""
     plane = np.zeros((count, 3))
     plane[:, axis], plane[:, 2] = sign, -sign * np.asarray(edge)
     return plane
@@ -122,20 +131,18 @@ def cut(polygon, plane, least=0.0):
     return out
 
 
-def _luminance(world, view, placed, index, piece, normal):
-    """Return each piece's area in tangents times the mean luminance of its visible part, and that visible part."""
-    flat = piece[..., :2] / piece[..., 2:]
+def _luminance(world, view, placed, index, flat, normal, corner):
+    """Return each piece's area on the grid times the mean luminance of its visible part, and that visible part."""
     a, b = flat[:, 1:-1] - flat[:, :1], flat[:, 2:] - flat[:, :1]
     areas = np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]) / 2     # of the fan of triangles
     area = areas.sum(1)
     points = _spread(flat, areas)
-    # back from tangents to the triangle's plane: depth along the axis
-    ray = np.concatenate([points, np.ones((*points.shape[:2], 1))], -1)
-    depth = np.einsum("nk,nk->n", normal, piece[:, 0])[:, None] / np.einsum("nk,nmk->nm", normal, ray)
-    length = np.linalg.norm(ray, axis=-1)
-    direction = view.to_world((ray / length[..., None]).reshape(-1, 3))
-    seen = _sees(world, view, direction, (depth * length).ravel(), index).reshape(depth.shape)
-    pattern = placed.pattern(-(direction @ placed.axis)).reshape(depth.shape)
+    # back from the grid to the triangle's plane, which every ray to it meets from the lit side
+    ray = view.rays(points[..., 0], points[..., 1])
+    distance = np.einsum("nk,nk->n", normal, corner)[:, None] / np.minimum(np.einsum("nk,nmk->nm", normal, ray), -1e-12)
+    direction = view.to_world(ray.reshape(-1, 3))
+    seen = _sees(world, view, direction, distance.ravel(), index).reshape(distance.shape)
+    pattern = placed.pattern(-(direction @ placed.axis)).reshape(distance.shape)
     return area * placed.peak_cd_m2 * (pattern * seen).mean(1), seen.mean(1)
 
 

@@ -56,7 +56,7 @@ def describe(name: str, scene, ground, spots: list[Spot], target, light: dict[st
     """Return the description of a `scene` (a component with camera and sky fields) whose camera looks at `target`."""
     models, objects = place(spots, ground, light)
     position = eye(ground, scene.camera_height_m)
-    camera = Camera(tuple(position.tolist()), tuple(target.tolist()), scene.horizontal_field_deg, scene.aspect)
+    camera = Camera(tuple(position.tolist()), tuple(target.tolist()), scene.horizontal_field_deg, scene.aspect, scene.projection)
     return SceneDescription(name, models, objects, used(models), camera, sky_of(scene.sky_luminance_cd_m2))
 
 

@@ -19,6 +19,7 @@ class Tunnel:
     seed: int = 0                                                  # draws all that has a range
     horizontal_field_deg: float = 45.0                             # full field of the camera
     aspect: float = 16 / 9                                         # width / height of the field
+    projection: Literal["tangent", "equidistant"] = "tangent"      # of the grid of tiles; equidistant: angles, for wide lenses
     camera_height_m: float = 1.3                                   # above the road, behind the windscreen
     exit_m: tuple[float, float] = (75.0, 110.0)                    # distance of the exit
     ahead_m: tuple[float, float] = (24.0, 36.0)                    # distance of the car ahead
@@ -51,7 +52,7 @@ class Tunnel:
         """Return (width, height, projection) of the camera's field."""
         from isethdr_core.field import camera_field
 
-        return camera_field(self.horizontal_field_deg, self.aspect)
+        return camera_field(self.horizontal_field_deg, self.aspect, self.projection)
 
     def plan(self):
         """Return (ground, spots): where everything stands, without building a mesh."""

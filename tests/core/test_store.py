@@ -15,7 +15,7 @@ import zarr
 from isethdr_core import quantities as q
 from isethdr_core import store
 from isethdr_core.errors import CatalogError
-from isethdr_core.store_encoding import jsonable, keep_mantissa_bits, restored, tiling
+from isethdr_core.store_encoding import KEEPBITS, jsonable, keep_mantissa_bits, restored, tiling
 from isethdr_core.store_join import join_scenes
 
 
@@ -53,11 +53,11 @@ def test_round_trip_of_values_labels_names_and_attributes_without_a_warning(tmp_
         back = store.open_store(path)
         assert back.light_group.values.tolist() == ["sky", "street"]
     assert back.light_group.dtype == object
-    assert np.abs(back.radiance.values / ds.radiance.values - 1).max() <= 2.0**-11
+    assert np.abs(back.radiance.values / ds.radiance.values - 1).max() <= 2.0 ** -(KEEPBITS + 1)
     assert np.array_equal(back.instance.values, ds.instance.values) and back.instance.dtype == np.uint32
     assert np.array_equal(store.open_store(path, "truth/bayer").distance.values, distance)
     assert back.attrs["noise"] == 0.5 and back.attrs["objects"] == [{"distance_m": np.inf}]
-    assert back.radiance.attrs == {"units": q.RADIANCE, "keepbits": 10}
+    assert back.radiance.attrs == {"units": q.RADIANCE, "keepbits": KEEPBITS}
     q.check_scene(back)
 
 

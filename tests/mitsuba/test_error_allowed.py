@@ -1,5 +1,6 @@
 """Paths until the noise is low enough: by made-up passes of known noise, and by a picture against a long one."""
 
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,8 @@ from isethdr_mitsuba.renderer import MitsubaRenderer
 
 from isethdr_core import ledger
 from isethdr_core.physics.photometry import luminance
+from isethdr_core.pooling import Known
+from isethdr_core.store import open_store
 
 SHAPE, BANDS = (24, 32), np.array([500.0, 550.0, 600.0])
 
@@ -61,6 +64,64 @@ def test_a_group_that_cannot_get_there_is_given_up_and_said_so(make, capsys):
     noise = {e.what.split()[-1]: e.value for e in row.errors if "light group" in e.what}
     assert noise == ds.attrs["noise"] and noise["headlights"] > 1e-3
     assert "12 paths a tile" in next(e.what for e in row.errors if e.what.endswith("headlights"))
+
+
+def test_known_paths_are_not_followed_again_and_count(make):
+    """Made-up passes: what is asked for beside 200 known paths, and what is said of all of them together."""
+    spreads, asked = (0.1, 1.5, 4.0), []
+    settings = SimpleNamespace(samples=32, error_allowed=0.1, most_samples=10_000, seed=1)
+    known = {"near": Known(200, 1.5 / np.sqrt(200), 200), "far": Known(800, 4 / np.sqrt(800), 1000)}
+    found = estimate(made_up(spreads, asked), settings, ("sky", "near", "far"), BANDS, SHAPE, known=known)
+    assert list(found.first) == [0, 200, 1000] and found.samples[0] == 32
+    # 25 and 800 more; the last step may overshoot by a tenth, and few passes know their noise to as much
+    assert found.samples[1] < 80 and found.samples[2] == pytest.approx(800, rel=0.35)
+    assert (found.whole_noise <= 0.1).all()
+    own = spreads[2] / np.sqrt(found.samples[2])
+    assert found.noise[2] == pytest.approx(own, rel=0.2) and found.whole_noise[2] == pytest.approx(4 / np.sqrt(800 + found.samples[2]), rel=0.1)
+    # groups that are at other paths are in no pass together
+    assert all(len(wanted) == 1 for _, wanted in asked)
+    few = SimpleNamespace(samples=201, error_allowed=None, most_samples=10_000, seed=1)
+    assert estimate(made_up(spreads, []), few, ("near",), BANDS, SHAPE, known=known).samples[0] == 4, "enough passes to know their noise"
+
+
+def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
+    """A street through the store: a coarse demand, a finer one, and both together against a rendering of other paths."""
+    from isethdr_core.demand import Demand
+    from isethdr_core.pipeline import Chain
+    from isethdr_core.recipes import scene_radiance
+
+    @dataclass(frozen=True)
+    class Street:
+        def __call__(self):
+            return make.street(2)
+
+    def stored(**effort):
+        rows, renderer = ledger.Ledger(), MitsubaRenderer(width=24, height=14, margin=0.0, step_nm=100.0, max_depth=3, seed=1, **effort)
+        parts = Chain(Street(), renderer, None, {}, None, {}, {}, None, {})
+        name = SimpleNamespace(name="street")
+        scene, ids = scene_radiance(parts, Demand(groups=("streetlights",)), rows, SimpleNamespace(scene=name, renderer=name))
+        return scene, ids, [o.what for row in rows for o in row.left_out if "paths" in o.what]
+
+    coarse, ids, reused = stored(samples=8, error_allowed=0.3)
+    assert len(ids) == 1 and reused == []
+    first = coarse.attrs["paths"]["streetlights"]
+    fine, ids, reused = stored(samples=8, error_allowed=0.08)
+    both = fine.attrs["paths"]["streetlights"]
+    assert len(ids) == 2 and reused == [f"{first} of {both} paths a tile of light group streetlights"]
+    assert fine.attrs["noise"]["streetlights"] <= 0.08 < coarse.attrs["noise"]["streetlights"]
+    # the second store holds the other paths alone, and both make the mean
+    more = open_store(isethdr_home / "scenes" / f"{ids[1]}.zarr")
+    assert more.attrs["path_span"] == {"streetlights": [first, both]}
+    want = (first * coarse.radiance.values.astype(float) + (both - first) * more.radiance.values) / both
+    np.testing.assert_allclose(fine.radiance.values, want, rtol=1e-7)
+    assert not np.array_equal(coarse.radiance.values, more.radiance.values)
+    again, ids, reused = stored(samples=4, error_allowed=0.1)
+    assert len(ids) == 2 and len(list((isethdr_home / "scenes").glob("*.zarr"))) == 2 and np.array_equal(again.radiance.values, fine.radiance.values)
+    # as a rendering of as many paths all at once: the median of tiles, 1.25 / sqrt(tiles) of their noise
+    once = MitsubaRenderer(width=24, height=14, margin=0.0, step_nm=100.0, max_depth=3, seed=2, samples=4 * both)(make.street(2), Demand(groups=("streetlights",)))
+    lit = once.radiance.values[0].mean(0) > 0.01 * once.radiance.values.mean()
+    ratio = fine.radiance.values[0].mean(0)[lit] / once.radiance.values[0].mean(0)[lit]
+    assert np.median(ratio) == pytest.approx(1, abs=4 * 1.25 * 0.09 / np.sqrt(lit.sum()))
 
 
 @pytest.mark.slow

@@ -151,6 +151,38 @@ def test_agrees_with_mitsubas_own_path_integrator(make, group):
     assert np.median((ours.mean(0) / np.maximum(theirs.mean(0), 1e-300))[lit]) == pytest.approx(1, abs=0.02)
 
 
+def test_a_recorded_pass_outlives_other_scenes(make, monkeypatch):
+    """Dr.Jit refuses a record once shapes that were there when it was made are gone; it is then made anew, with the same light."""
+    import gc
+
+    import mitsuba as mi
+    from isethdr_mitsuba.doctor import choose_variant
+
+    mi.set_variant(choose_variant("llvm"))
+    from isethdr_mitsuba import integrator
+    from isethdr_mitsuba.frame import path_pass
+    from isethdr_mitsuba.geometry import build_world
+    from isethdr_mitsuba.materials import ramp_surfaces
+    from isethdr_mitsuba.placed_lamps import placed_lamps
+    from isethdr_mitsuba.view import view_of
+
+    world_of = lambda scene: build_world(scene, ramp_surfaces(scene))
+    other, scene, settings = world_of(make.street(9)), make.street(1), MitsubaRenderer(width=12, height=7, step_nm=300.0, max_depth=2)
+    given = (scene, view_of(scene.camera, 12, 7, 0.0), placed_lamps(scene), ["streetlights"], settings._bands(None), settings,
+             build_world(scene, surfaces := ramp_surfaces(scene)), surfaces)
+    one_pass = path_pass(*given)
+    light = lambda: np.stack([values for _, _, values in one_pass(7, 4)])
+    written_down = light()
+    monkeypatch.setattr(integrator, "MANY_SHAPES", 0)
+    one_pass = path_pass(*given)
+    before = light()
+    assert np.array_equal(before, written_down), "recorded or not, it is the same light"
+    assert before.max() > 0 and np.array_equal(light(), before)
+    del other
+    gc.collect()
+    assert np.array_equal(light(), before)
+
+
 def pictures(make, scene, settings, group, way, repeats=8):
     """Return `repeats` independent pictures (band, y, x) without the lamps seen directly: `path` ours, `own` Mitsuba's."""
     import mitsuba as mi

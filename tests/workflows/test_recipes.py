@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,10 @@ from omegaconf import open_dict
 
 from isethdr_core import compose, run, store
 from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.ledger import Ledger
+from isethdr_core.pipeline import chain, plan
 from isethdr_core.quantities import centres, scene_radiance
+from isethdr_core.recipes import scene_radiance as scene_radiance_of
 from isethdr_core.testing.renderer import world
 
 from .command import FAST
@@ -46,18 +50,49 @@ class Recorder:
                               np.linspace(400, 700, 7), centres(12, 0.6), centres(8, 0.4), **labels)
 
 
+@dataclass(frozen=True)
+class GoesOn(Recorder):
+    """Light that depends on the paths followed: each has a level of its own; their number says how noisy the mean is."""
+
+    error_allowed: float | None = None
+
+    effort_fields = ("samples", "error_allowed")
+
+    def enough(self, paths, noise):
+        """Return whether so many paths of that noise will do."""
+        return paths >= self.samples and (self.error_allowed is None or noise <= self.error_allowed)
+
+    def __call__(self, description, demand, known):
+        """Return the mean of the paths that are not known yet."""
+        groups = description.light_groups() if demand.groups is None else demand.groups
+        spans = {}
+        for group in groups:
+            least = self.samples if self.error_allowed is None else max(self.samples, round(self.error_allowed**-2))
+            spans[group] = [known[group].next, known[group].next + least - known[group].paths]
+        ds = super().__call__(description, demand)
+        CALLS[-1] = (tuple(groups), spans[groups[0]])
+        for k, group in enumerate(groups):
+            ds["radiance"][k] = LEVELS[slice(*spans[group])].mean()
+        noise = {g: (b - a) ** -0.5 for g, (a, b) in spans.items()}
+        return ds.assign_attrs(path_span=spans, noise=noise)
+
+
+LEVELS = np.random.default_rng(4).gamma(2.0, 1e-3, 4096)
+
+
 @pytest.fixture
 def config(offer, monkeypatch):
     """Return a function that makes the config of the recorded world under a lighting by fixed weights."""
     offer("scene", "world", World)
     offer("renderer", "recorder", Recorder)
+    offer("renderer", "goes_on", GoesOn)
     CALLS.clear()
     monkeypatch.setattr("isethdr_catalog.report.write_report", lambda result: None)     # a page with plots takes a second
 
-    def make(weights, **renderer):
+    def make(weights, name="recorder", **renderer):
         made = compose(["scene=uniform", *FAST, "~metric.contrast", "sensor=ideal", "sensor.rows=4", "sensor.columns=4", "lighting=weights"])
         with open_dict(made):
-            made.scene, made.renderer = {"name": "world"}, {"name": "recorder", **renderer}
+            made.scene, made.renderer = {"name": "world"}, {"name": name, **renderer}
             made.lighting.weights = weights
         return made
     return make
@@ -82,7 +117,7 @@ def test_a_wider_demand_renders_what_is_missing_and_no_more(isethdr_home, config
     other = run(config({"headlights": 0.5, "sky": 2.0}))
     sky = run(config({"sky": 1.0}))
     assert len(CALLS) == 2, "weights are no reason to render"
-    # the joined stores are one scene: light adds up. 2e-3: stores keep 10 mantissa bits
+    # the joined stores are one scene: light adds up. 2e-3: stores keep 12 mantissa bits
     assert luminance(both) == pytest.approx(luminance(night) + luminance(sky), rel=2e-3)
     assert luminance(other) == pytest.approx(0.5 * luminance(night) + 2 * luminance(sky), rel=2e-3)
 
@@ -121,3 +156,52 @@ def test_what_is_rendered_is_kept_when_a_later_stage_fails(isethdr_home, config)
         run(wrong)
     run(config({"sky": 1.0}))
     assert len(CALLS) == 1
+
+
+def radiance(config):
+    """Return the scene radiance that a run of `config` would start from, its light level, and what the ledger says of stored paths."""
+    parts, rows = chain(config), Ledger()
+    scene, _ = scene_radiance_of(parts, plan(parts, rows), rows, config)
+    said = [o.what for row in rows for o in row.left_out if "paths" in o.what]
+    return scene, float(scene.radiance[0].values.ravel()[0]), said, rows
+
+
+def test_more_paths_are_pooled_with_those_that_are_stored(isethdr_home, config):
+    sky = {"weights": {"sky": 1.0}, "name": "goes_on"}
+    rounded = {"rel": 1e-3}     # each store keeps 12 mantissa bits
+    _, level, reused, _ = radiance(config(**sky, samples=8))
+    assert CALLS == [(("sky",), [0, 8])] and reused == [] and level == pytest.approx(LEVELS[:8].mean(), **rounded)
+    _, level, reused, _ = radiance(config(**sky, samples=32))
+    assert CALLS[1:] == [(("sky",), [8, 32])], "none of the first paths is followed again"
+    assert reused == ["8 of 32 paths a tile of light group sky"] and level == pytest.approx(LEVELS[:32].mean(), **rounded)
+    # what is known well enough is not rendered again, however it is asked for
+    _, same, reused, _ = radiance(config(**sky, samples=4, error_allowed=0.2))
+    assert len(CALLS) == 2 and reused == ["32 of 32 paths a tile of light group sky"] and same == level
+    scene, level, reused, rows = radiance(config(**sky, samples=4, error_allowed=0.1))
+    assert CALLS[2:] == [(("sky",), [32, 100])] and reused == ["32 of 100 paths a tile of light group sky"]
+    assert level == pytest.approx(LEVELS[:100].mean(), **rounded) and scene.attrs["paths"] == {"sky": 100}
+    stated = [e for row in rows for e in row.errors if row.stage == "radiance" and "light group sky" in e.what]
+    # three renderings of 1 / sqrt(paths) each: that of all their paths
+    assert [e.value for e in stated] == [pytest.approx(0.1)] and "100 paths" in stated[0].what
+
+
+def test_a_new_group_begins_with_its_own_first_path(isethdr_home, config):
+    radiance(config({"sky": 1.0}, "goes_on", samples=8))
+    radiance(config({"sky": 1.0, "headlights": 1.0}, "goes_on", samples=8))
+    assert CALLS == [(("sky",), [0, 8]), (("headlights",), [0, 8])]
+
+
+def test_a_rendering_that_breaks_leaves_the_old_state(isethdr_home, config, monkeypatch):
+    first, *_ = radiance(config({"sky": 1.0}, "goes_on", samples=8))
+    before = sorted((isethdr_home / "scenes").iterdir())
+
+    def full(*anything):
+        raise OSError(errno.ENOSPC, "full")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(store, "_write", full)
+        with pytest.raises(CatalogError, match="the disk is full"):
+            radiance(config({"sky": 1.0}, "goes_on", samples=16))
+    assert sorted((isethdr_home / "scenes").iterdir()) == before
+    again, *_ = radiance(config({"sky": 1.0}, "goes_on", samples=8))
+    assert np.array_equal(first.radiance.values, again.radiance.values) and len(CALLS) == 2

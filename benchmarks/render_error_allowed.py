@@ -1,0 +1,143 @@
+"""The renderer's own word for its noise, and the price of it: against long renderings, and against paths picked by hand.
+
+Three scenes at 96 x 54 tiles. The renderer stops by itself when each light group's noise is what is allowed. The judge follows at
+least 30 times as many paths, with other random numbers. Errors are luminance-weighted medians over tiles above 1 % of a group's
+mean; that of the renderer is |light / judge - 1|, whose median is 0.67 of a standard error where noise is normal. Paths picked by
+hand: the least number of paths for all groups at once, in steps of a fifth, that brings every group's error to what is allowed times
+0.67, so that both ways are asked for the same. What is seen of lamps directly has no noise, is the same in all, and is left out.
+CPU seconds of this process, kernels compiled. Run:
+
+    python benchmarks/render_error_allowed.py
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+from render_light_groups import tests_scenes
+
+LEAST = 30                  # times the paths of the finest rendering: those of the judge
+NORMAL = 0.6745             # median |error| of a normal distribution, in standard deviations
+STEP = 1.2                  # between numbers of paths picked by hand
+
+
+def scenes():
+    """Yield name, maker of the description and errors allowed of scenes that no other table shows."""
+    import isethdr_core as hdr
+
+    yield "street, 20 boxes, seed 8", lambda: tests_scenes().street(20, seed=8), (0.3, 0.1)
+    # 0.1 takes 1300 paths of one group in the night drive, and a judge of 39 000
+    yield "tunnel, seed 11", hdr.build("scene", "tunnel", seed=11), (0.3, 0.2)
+    yield "night_drive, seed 23", hdr.build("scene", "night_drive", seed=23), (0.3, 0.2)
+
+
+def passes_of(scene, settings):
+    """Return the function of one pass over all light groups of a scene, their names, the bands and the grid's shape."""
+    from isethdr_mitsuba.frame import path_pass
+    from isethdr_mitsuba.geometry import build_world
+    from isethdr_mitsuba.materials import ramp_surfaces
+    from isethdr_mitsuba.placed_lamps import placed_lamps
+    from isethdr_mitsuba.view import view_of
+
+    groups, bands = list(scene.light_groups()), settings._bands(None)
+    view, surfaces = view_of(scene.camera, settings.width, settings.height, settings.margin), ramp_surfaces(scene)
+    one_pass = path_pass(scene, view, placed_lamps(scene), groups, bands, settings, build_world(scene, surfaces), surfaces)
+    return one_pass, groups, bands, view.shape
+
+
+def timed(call):
+    """Return CPU seconds and the result of `call()`."""
+    start = time.process_time()
+    result = call()
+    return time.process_time() - start, result
+
+
+def luminance_of(radiance, bands):
+    """Return luminance (group, tile) of radiance (group, wavelength, row, column)."""
+    from isethdr_core.physics.photometry import luminance
+
+    return np.stack([luminance(cube, bands).ravel() for cube in radiance])
+
+
+def median_error(found, judge):
+    """Return the luminance-weighted median of |found / judge - 1| of one group, over tiles above 1 % of its mean."""
+    from isethdr_mitsuba.radiance import weighted_median
+
+    used = judge > 0.01 * judge.mean()
+    return weighted_median(np.abs(found[used] / judge[used] - 1), judge[used])
+
+
+def main():
+    """Print one table per scene; names given on the command line choose among them."""
+    import mitsuba as mi
+    from isethdr_mitsuba.doctor import choose_variant
+
+    mi.set_variant(choose_variant("llvm"))
+    for name, make, errors in scenes():
+        if not sys.argv[1:] or any(name.startswith(wanted) for wanted in sys.argv[1:]):
+            table(name, make(), errors)
+
+
+def table(name, scene, errors):
+    """Print what each allowed error of one scene took, what it came to, and what paths picked by hand take."""
+    from isethdr_mitsuba.radiance import estimate
+    from isethdr_mitsuba.renderer import MitsubaRenderer
+
+    settings = MitsubaRenderer(width=96, height=54, margin=0.0, step_nm=100.0, samples=16, most_samples=100_000, seed=1)
+    one_pass, groups, bands, shape = passes_of(scene, settings)
+    every = range(len(groups))
+
+    def follow(**fields):
+        return timed(lambda: estimate(one_pass, replace(settings, **fields), groups, bands, shape))
+
+    for wanted in [every, *([g] for g in every)]:
+        list(one_pass(1, 1, wanted))           # compile; other lots of groups are, where the renderer comes to them
+    cold = {allowed: follow(error_allowed=allowed)[0] for allowed in errors}
+    runs = {allowed: follow(error_allowed=allowed) for allowed in errors}
+    seconds, judge = timed(lambda: judged(one_pass, runs[min(errors)][1].samples, bands))
+    print(f"{name}; judge: at least {LEAST} x the paths, {seconds:.0f} CPU s", flush=True)
+    for allowed, (spent, found) in runs.items():
+        error = [median_error(a, b) for a, b in zip(luminance_of(found.radiance, bands), judge, strict=True)]
+        goal = allowed * NORMAL
+        picked, picked_error = by_hand(one_pass, groups, bands, judge, goal, int(max(found.samples) * 4))
+        hand, _ = follow(samples=picked, seed=3)
+        for g in every:
+            print(f"  allowed {allowed:g}  {groups[g]:13s} paths {found.samples[g]:5d}  stated {found.noise[g]:.4f}  true {error[g]:.4f}  "
+                  f"true / allowed {error[g] / allowed:.2f}", flush=True)
+        print(f"  allowed {allowed:g}  CPU s {spent:.1f}; by hand {hand:.1f} with {picked} paths (largest error {picked_error:.4f} of {goal:.4f}); "
+              f"ratio {spent / hand:.2f}; with kernels for the groups that go on still to compile {cold[allowed]:.1f}", flush=True)
+
+
+def judged(one_pass, samples, bands):
+    """Return the luminance (group, tile) of `LEAST` times `samples` (group,) paths with random numbers of their own."""
+    out = []
+    for g, least in enumerate(samples):
+        sizes = [1024] * int(np.ceil(LEAST * least / 1024))
+        total = 0.0
+        for k, n in enumerate(sizes):
+            total = total + np.stack([values for _, _, values in one_pass(10_000 + 100 * g + k, n, [g])])
+        out.append(total / len(sizes))
+    return luminance_of(np.stack(out)[..., None, :], bands)
+
+
+def by_hand(one_pass, groups, bands, judge, goal, most):
+    """Return the least number of paths, in steps, that brings every group's error to `goal`, and the largest error then."""
+    total, done, target, seed = 0.0, 0, 4, 50_000
+    while True:
+        seed += 1
+        part = np.zeros((len(groups), len(bands), judge.shape[1]))
+        for g, band, values in one_pass(seed, target - done):
+            part[g, band] += np.asarray(values, float)
+        total, done = total + part * (target - done), target
+        light = luminance_of((total / done)[..., None, :], bands)
+        worst = max(median_error(a, b) for a, b in zip(light, judge, strict=True))
+        if worst <= goal or done >= most:
+            return done, worst
+        target = int(np.ceil(done * STEP))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

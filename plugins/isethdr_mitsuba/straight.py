@@ -1,0 +1,59 @@
+"""Triangles on a grid of angles, whose sides are arcs there: cut up until chords will do.
+
+Tangents show straight lines as straight lines. Angles bend them, by about 0.08 of their length squared (radians) at 90 degrees
+off the axis, and without limit near the point behind the camera, where the grid of angles ends.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+LONGEST = 0.2      # rad: longest side that is taken as it is
+LEVELS = 16        # each halves the sides; what is not straight then surrounds the point right behind the camera, or touches the pinhole
+
+
+def straightened(triangles, view, off: float):
+    """Return triangles whose sides are nearly straight on the grid of `view`, and of which of the given each is a part.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3) corners in camera axes, m.
+    off : largest distance of the middle of a side from its chord, rad.
+
+    Returns
+    -------
+    parts (m, 3, 3), m, and which (m,). Parts of one triangle cover it side by side; what lies wholly beyond the grid is dropped.
+    """
+    triangles, which = np.asarray(triangles, float), np.arange(len(triangles))
+    reach = np.hypot(np.abs(view.x).max() + view.pitch_x, np.abs(view.y).max() + view.pitch_y)
+    done = []
+    for level in range(LEVELS + 1):
+        flat, middles = view.coordinates(triangles), _halves(triangles)
+        side = np.roll(flat, -1, 1) - flat
+        longest = np.linalg.norm(side, axis=-1)
+        middle = view.coordinates(middles) - flat
+        area = np.abs(middle[..., 0] * side[..., 1] - middle[..., 1] * side[..., 0])        # distance from the chord x its length
+        straight = ((longest < LONGEST) & (area <= off * longest)).all(1)
+        near = np.linalg.norm(flat, axis=-1).min(1) - _widest(triangles) < reach
+        done.append((triangles[straight & near], which[straight & near]))
+        bent = ~straight & near
+        if not bent.any() or level == LEVELS:
+            break
+        a, b, c = np.moveaxis(triangles[bent], 1, 0)
+        ab, bc, ca = np.moveaxis(middles[bent], 1, 0)
+        quarters = [np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+        triangles, which = np.concatenate(quarters), np.tile(which[bent], 4)
+    return tuple(np.concatenate(part) for part in zip(*done, strict=True))
+
+
+def _halves(triangles):
+    """Return the points (n, 3, 3) that halve the angle under which each side is seen (angle bisector theorem)."""
+    after, length = np.roll(triangles, -1, 1), np.linalg.norm(triangles, axis=-1)
+    share = length / np.maximum(length + np.roll(length, -1, 1), 1e-300)
+    return triangles + share[..., None] * (after - triangles)
+
+
+def _widest(triangles):
+    """Return (n,) the largest angle under which a side of each triangle is seen, rad."""
+    unit = triangles / np.maximum(np.linalg.norm(triangles, axis=-1, keepdims=True), 1e-300)
+    return 2 * np.arcsin(np.clip(np.linalg.norm(np.roll(unit, -1, 1) - unit, axis=-1).max(1) / 2, 0, 1))
