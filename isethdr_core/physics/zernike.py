@@ -58,7 +58,7 @@ def wavefront_um(zernike_um, x, y) -> np.ndarray:
     -------
     (ny, nx) float64, micrometres. Positive tilt along x moves the image to larger x (see `diffraction`).
     """
-    c = _sum(zernike_um)
+    c = polynomial(zernike_um)
     powers_x = np.asarray(x, float)[None, :] ** np.arange(len(c))[:, None]
     powers_y = np.asarray(y, float)[:, None] ** np.arange(len(c))[None, :]
     return (powers_y @ c.T) @ powers_x
@@ -68,7 +68,7 @@ def steepest_slope_um(zernike_um) -> float:
     """Return the largest gradient of the wavefront over the unit disk, micrometres per pupil radius."""
     from numpy.polynomial.polynomial import polyder, polyval2d
 
-    c = _sum(zernike_um)
+    c = polynomial(zernike_um)
     if len(c) < 2:
         return 0.0
     radius, angle = np.meshgrid(np.linspace(0, 1, 65), np.linspace(0, 2 * np.pi, 181))
@@ -90,7 +90,8 @@ def rotated(zernike_um, angle_rad: float) -> dict[int, float]:
     return out
 
 
-def _sum(zernike_um) -> np.ndarray:
+def polynomial(zernike_um) -> np.ndarray:
+    """Return c[k, l] such that the wavefront of {OSA index: um} is the sum of c x^k y^l, micrometres, x and y in pupil radii."""
     size = 1 + max((order(j)[0] for j in zernike_um), default=0)
     c = np.zeros((size, size))
     for j, value in zernike_um.items():

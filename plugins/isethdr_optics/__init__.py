@@ -5,13 +5,20 @@ flare.py      the flares `ideal` and `aperture`, and what a flare of your own ma
 haze.py       the flare `haze`: a veil by Harvey-Shack or ABg scatter
 imaging.py    radiance to irradiance: falloff, convolution of every band, added light, the ledger
 kernels.py    tile-to-tile kernels of whole bands over the full frame, cached in the process
+exact_core.py     and their middle, kept while they are made again
+kernel_errors.py  how wrong they are
+spread_errors.py  and what that does to the light of a scene
 kernel_spectra.py  their transforms
 kernel_store.py  and both on disk, shared by processes
 photocurrent.py  radiance straight to the electrons of a sensor's channels
+for_sensor.py    photocurrent with no more than a sensor can tell:
+tails.py         kernels that end where it cannot
+ghosts_seen.py   and without ghosts that it cannot
 spectral_fit.py  the functionals of a scene's spectra that this takes
 bright_tiles.py  and what they miss of bright tiles
 field_imaging.py  point spreads that vary over the field, scattered from the source
 overlaid.py       sums of convolved parts of one image
+place_lens.py     a lens as one place of the field sees it
 field_grid.py     the places of the field where they are computed, and their weights
 far.py        kernels beyond the exact core: tile means of lattices of the diffraction pattern, drawn out over the band
 memory.py     arrays that the machine cannot hold, refused
@@ -25,9 +32,11 @@ prescription.py           lens prescriptions read from YAML (in prescriptions/),
 prescription_coatings.py  coatings by name, what every surface reflects
 prescription_figures.py   distortion, relative illumination and f-number of a prescription from exact rays
 prescription_wavefront.py  wavefronts over its field from exact optical paths
+prescription_rims.py      rims that cut its stop off the axis
 prescribed_lens.py        the lens `prescription`
 sensor_plane.py           where a lens sends the tiles of a field: relative illumination, light moved along a distortion
 lateral_colour.py         image size by wavelength, band by band on the sensor plane
+omissions.py              what a lens spares, said in the plan and at work
 conf/         presets
 """
 

@@ -18,13 +18,15 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.fft as sf
 
+from isethdr_core.errors import ConfigError
 from isethdr_core.physics import lattice as lattices
 
-from . import pupils
+from . import kernel_errors, pupils
 
 REFERENCE_NM = 380.0  # of the shared lattices where all bands are longer: a band then does not depend on which others there are
 PERIOD = 3.0  # of the field, in reaches
-WRAP = 0.015  # largest error that this leaves in the border tiles (L1, against a period of 7; clean round pupil with a wavefront)
+WRAP = 0.018  # largest error that this leaves in the border tiles (L1, against a period of 7; clean round pupil with a wavefront)
+WRAP_SHARED = 0.0015  # and of a pupil without phase, whose lattices serve all bands
 RING_PUPIL = 500  # least cells across the stop
 SHARED_SAMPLES = 1.2e8  # of one shared lattice, about a gigabyte while it is made
 OWN_SAMPLES = 3e7  # of a lattice that serves one band
@@ -37,8 +39,6 @@ DEFAULT_ERROR = 0.03  # for which lattices are made; for less they are finer
 PHASE_CHANGE = 0.3  # radians rms, from one end of a part of the band to the other
 UNKNOWN_PARTS = 2  # of a band, for a third-party pupil whose phase may change with wavelength
 MOST_PARTS = 16
-OCTAVES = 13  # of radius, for the errors: 1 to 2 tiles, 2 to 4, ... 4096 and more
-STATED_ROWS = 256  # of a kernel that its error is read from
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,26 +88,26 @@ def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, per_tile=2):
 
 
 def rings(plan, centre, width, energy):
-    """Return the kernel of a band beyond the core, and its relative L1 error per octave of radius in tiles (0 where exact)."""
-    kernel, error = _refined(plan, plan.reach, plan.half, centre, width, energy)
+    """Return the kernel of a band beyond the core, and half the difference of its halves, 0 within."""
+    kernel, wrong = _refined(plan, plan.reach, plan.half, centre, width, energy)
     inner = tuple(min(r, INNER * h) for r, h in zip(plan.reach, plan.half))
     if inner != plan.reach and not plan.lattices and _coarse(plan, centre):
-        part, part_error = _refined(plan, inner, plan.half, centre, width, energy)
-        kernel[tuple(slice(r - i, r + i + 1) for r, i in zip(plan.reach, inner))] = part
-        error[part_error > 0] = part_error[part_error > 0]
-    return kernel, error
+        middle = tuple(slice(r - i, r + i + 1) for r, i in zip(plan.reach, inner))
+        kernel[middle], wrong[middle] = _refined(plan, inner, plan.half, centre, width, energy)
+    return kernel, wrong
 
 
 def _refined(plan, reach, hole, centre, width, energy):
     """Return a ring whose error is what the lens allows, or the least of three finer ones."""
     found = None
     for fine in FINER:
-        kernel, error = ring(plan, reach, hole, centre, width, energy, fine)
-        if found is None or error.max() < found[1].max():
-            found = kernel, error
-        if error.max() <= plan.lens.speckle_error:
+        kernel, wrong = ring(plan, reach, hole, centre, width, energy, fine)
+        error = kernel_errors.by_octave(wrong, kernel).max()
+        if found is None or error < found[2]:
+            found = kernel, wrong, error
+        if error <= plan.lens.speckle_error:
             break
-    return found
+    return found[:2]
 
 
 def _coarse(plan, wave):
@@ -117,7 +117,7 @@ def _coarse(plan, wave):
 
 
 def ring(plan, reach, hole, centre, width, energy, fine=1):
-    """Return a ring's kernel, averaged over the band, and its relative L1 error outside the `hole`, per octave of radius.
+    """Return a ring's kernel, averaged over the band, and half the difference of its halves, 0 in the `hole`.
 
     `fine` times as many wavelengths and places between tiles are read as usual.
     """
@@ -135,12 +135,33 @@ def ring(plan, reach, hole, centre, width, energy, fine=1):
         waves = middle + ((np.arange(2 * each) + 0.5) / (2 * each) - 0.5) * span
         for half, lattice in enumerate(pair):
             _read(halves[half], lattice, middle, waves[half::2], plan.pitch, reach, grid, 1 / (parts * each))
-    kernel, difference = (halves[0] + halves[1]) / 2, np.abs(halves[0] - halves[1]) / 2
-    error = _by_octave(difference, kernel, reach, hole)
-    if plan.lattices:
-        kernel = np.concatenate([kernel, kernel[-2::-1, ::-1]])
-        kernel[reach[0]] = (kernel[reach[0]] + kernel[reach[0], ::-1]) / 2
-    return kernel, error
+    both = [(halves[0] + halves[1]) / 2, (halves[0] - halves[1]) / 2]
+    for k, half in enumerate(both if plan.lattices else ()):
+        both[k] = np.concatenate([half, half[-2::-1, ::-1]])
+        both[k][reach[0]] = (both[k][reach[0]] + both[k][reach[0], ::-1]) / 2
+    kernel, wrong = both
+    wrong[tuple(slice(r - h, r + h + 1) for r, h in zip(reach, hole))] = 0.0
+    return kernel, wrong
+
+
+def check_delay(delay_um: float, wavelength_nm, width_nm, beside: float = 0.0) -> None:
+    """Raise ConfigError where dust delays light by so much that the phase changes by more within a band than its parts can follow.
+
+    Parameters
+    ----------
+    delay_um : largest optical path difference of a grain.
+    wavelength_nm, width_nm : centres and widths of the bands; `beside` the change of the lens's own phase within a band, radians rms.
+    """
+    wave, width = np.asarray(wavelength_nm, float), np.asarray(width_nm, float)
+    change = 2e3 * np.pi * abs(delay_um) * (1 / (wave - width / 2) - 1 / (wave + width / 2))
+    worst, most = int(np.argmax(change)), MOST_PARTS * PHASE_CHANGE
+    if np.hypot(change[worst], beside) > most:
+        allowed_um = 0.95 * abs(delay_um) * max(most**2 - beside**2, 0.0) ** 0.5 / change[worst]
+        raise ConfigError(
+            f"dust_delay_um is {delay_um:g}: within the band at {wave[worst]:g} nm, {width[worst]:g} nm wide, its phase changes by "
+            f"{change[worst]:.3g} rad{f', the lens by {beside:.3g}' if beside else ''}; expected at most {most:g} rad together; "
+            f"type flare.NAME.dust_delay_um={allowed_um:.2g} or less, or take narrower bands"
+        )
 
 
 def _parts(plan, centre, width):
@@ -186,14 +207,3 @@ def _triangle(at_um, pitch_um, half_um, step_um, offset, size):
     first = np.clip(np.ceil(at - half_um / step_um).astype(np.intp), 0, size - taps)
     weight = np.maximum(0.0, 1 - np.abs(first + np.arange(taps)[:, None] - at) * (step_um / half_um))
     return first, (weight * (pitch_um / step_um / weight.sum(0))).astype(np.float32)
-
-
-def _by_octave(difference, kernel, reach, hole):
-    """Return the sum of differences over the sum of the kernel outside the `hole`, per octave of radius."""
-    rows = np.arange(0, len(kernel), max(1, len(kernel) // STATED_ROWS))
-    y, x = rows[:, None] - reach[0], np.arange(kernel.shape[1]) - reach[1]
-    octave = np.log2(np.maximum(np.hypot(y, x), 1.0)).astype(np.intp)
-    seen = (np.abs(y) > hole[0]) | (np.abs(x) > hole[1])
-    octave = np.minimum(octave, OCTAVES - 1)[seen]
-    wrong, light = (np.bincount(octave, a[rows][seen], OCTAVES) for a in (difference, kernel))
-    return np.divide(wrong, light, out=np.zeros(OCTAVES), where=light > 0)

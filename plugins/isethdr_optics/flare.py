@@ -74,6 +74,16 @@ class ApertureFlare:
         if not 0 <= self.rounding <= 1:
             raise ConfigError(f"aperture rounding is {self.rounding:g}; expected 0 to 1; type flare.NAME.rounding=0")
 
+    def narrow(self, demand):
+        """Return the demand unchanged; refuse a delay that the bands it asks for are too wide for, before anything is computed."""
+        if self.dust_delay_um and self.dust_per_mm2 and len(demand.wavelength_nm or ()):
+            from isethdr_core.physics.radiometry import band_widths_nm
+
+            from .far import check_delay
+
+            check_delay(self.dust_delay_um, demand.wavelength_nm, band_widths_nm(demand.wavelength_nm))
+        return demand
+
     def pupil(self, x_mm, y_mm, wavelength_nm):
         """Return the amplitude transmission at points of the pupil plane, complex where dust delays light."""
         import numpy as np

@@ -12,7 +12,7 @@ class GhostFlare:
     """Ghosts: reflections between pairs of surfaces of a lens prescription, traced with real rays and coatings."""
 
     prescription: str = "double_gauss_camera"  # name, or path of a .yaml file; scaled to the lens, stopped to its f-number
-    coating: str = ""  # of all glass surfaces: none, mgf2, multilayer; empty: as the prescription says
+    coating: str = ""  # of all glass surfaces: none, mgf2, multilayer, broadband; empty: as the prescription says
     error_allowed: float = 1e-5  # share of the light that all pairs left out may sum to
     sensor_reflectance_percent: float = 2.0  # of the sensor, mirror-like
     blades: int = 0  # corners of the iris; below 3 it is round

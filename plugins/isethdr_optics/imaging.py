@@ -16,9 +16,10 @@ from isethdr_core.errors import ConfigError, PluginError
 from isethdr_core.physics.convolution import convolve_into
 
 from . import kernels as kernel_module
-from . import scatter
+from . import scatter, tails
 from .field_imaging import field_kernels
 from .sensor_plane import SensorPlane, sensor_plane, without_geometry
+from .spread_errors import fine_enough
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +33,7 @@ class Parts:
     relative: np.ndarray | None  # of the tiles, (y, x)
     wavelength_nm: np.ndarray
     pitch_um: tuple[float, float]
+    noise_share: float = 0.0  # of the sensor's noise, what the errors of the kernels take
 
 
 def image(lens, mixed, flares=(), error_allowed: float = 0.0):
@@ -48,17 +50,26 @@ def image(lens, mixed, flares=(), error_allowed: float = 0.0):
     return irradiance(lens, mixed, flares, parts(lens, mixed, flares), error_allowed)
 
 
-def parts(lens, mixed, flares) -> Parts:
-    """Return what the lens makes of the field of checked `mixed`."""
+def parts(lens, mixed, flares, response=None) -> Parts:
+    """Return what the lens makes of the field of checked `mixed`; with a sensor's `response` no more than that sensor can tell."""
     sensor = sensor_plane(lens, mixed)
     wavelength_nm = mixed.wavelength.values.astype(float)
     f_m = 1e-3 * lens.focal_length_mm
     pitch_um = tuple(1e6 * f_m * quantities.tile_pitch(mixed, d) for d in ("y", "x"))
-    made = _kernels(without_geometry(lens), flares, wavelength_nm, pitch_um, tuple(mixed.sizes[d] - 1 for d in ("y", "x")))
+    plain, asked = without_geometry(lens), None if getattr(lens, "field_varies", False) else response
+
+    shares = []  # of the noise, of all kernels that are made: the last are those that are used
+
+    def make(reach):
+        made, share = fine_enough(lambda one: _kernels(one, flares, wavelength_nm, pitch_um, reach), plain, mixed, sensor.relative, asked)
+        shares.append(share)
+        return made
+
+    made = tails.near_kernels(make, plain, flares, mixed, sensor, pitch_um, asked) or make(tuple(mixed.sizes[d] - 1 for d in ("y", "x")))
     field = field_kernels(lens, mixed, flares, made, pitch_um) if hasattr(lens, "zernike_um") else None
     loss = made.transmitted if made is not None and getattr(lens, "aperture_loss", False) else np.ones(len(wavelength_nm))
     relative = sensor.relative if np.ndim(sensor.relative) else None
-    return Parts(sensor, made, field, lens.throughput_sr() * loss, relative, wavelength_nm, pitch_um)
+    return Parts(sensor, made, field, lens.throughput_sr() * loss, relative, wavelength_nm, pitch_um, shares[-1])
 
 
 def irradiance(lens, mixed, flares, given: Parts, error_allowed: float = 0.0):
@@ -70,7 +81,8 @@ def irradiance(lens, mixed, flares, given: Parts, error_allowed: float = 0.0):
         if field is None:
             bounds = [_band(out[b], values[b], made and made.ready(b), given.relative, gain, pool.map, error_allowed) for b, gain in enumerate(gains)]
         else:
-            bounds = list(pool.map(lambda b: field.spread(out[b], values[b] * (gains[b] * given.sensor.relative), b), range(len(gains))))
+            bounds = list(pool.map(lambda b: field.spread(out[b], values[b] * (gains[b] * given.sensor.relative), b, error_allowed),
+                                   range(len(gains))))
     light = on_sensor(lens, given, quantities.plane, given.sensor.move(out), given.wavelength_nm, units=quantities.IRRADIANCE)
     state_kernels(made, mixed, lens, given)
     if made is not None:
@@ -134,8 +146,10 @@ def _kernels(lens, flares, wavelength_nm, pitch_um, reach):
 
 
 def added_light(lens, mixed, flares, given: Parts):
-    """Yield the irradiance (wavelength, y, x) that each flare adds."""
+    """Yield the irradiance (wavelength, y, x) that each flare adds, and first what stands for a tail that was left out."""
     shape = (len(given.wavelength_nm), len(given.sensor.y), len(given.sensor.x))
+    if isinstance(given.made, tails.NearKernels):
+        yield (given.made.added * given.gains)[:, None, None]
     for flare in flares:
         if not hasattr(flare, "irradiance"):
             continue
@@ -153,7 +167,10 @@ def state_kernels(made, mixed, lens, given: Parts):
     if made is None:
         ledger.error(0.0, "relative", "bound", "irradiance of tiles: no blur, a product")
         return
-    ledger.error(max(float(made.outside.max()), 0.0), "fraction of energy", "measured", "light spread beyond the rendered frame")
+    if isinstance(made, tails.NearKernels):
+        tails.state(made)
+    else:
+        ledger.error(max(float(made.outside.max()), 0.0), "fraction of energy", "measured", "light spread beyond the rendered frame")
     for octave, error in enumerate(made.speckle.max(axis=0) if made.speckle.any() else ()):
         if error > 0:
             ledger.error(error, "relative per tile", "statistical", f"speckle of the kernel {2**octave} to {2 ** (octave + 1)} tiles from a lamp")
@@ -163,6 +180,7 @@ def state_kernels(made, mixed, lens, given: Parts):
     far = max(
         float(profile[: max(len(profile) // 2 - int(m), 0)].sum()) for both in made.profiles for profile, m in zip(both, margin)
     )
+    far += max(float(made.outside.max()), 0.0) * isinstance(made, tails.NearKernels)
     ledger.left_out(
         "light from beyond the rendered margin", "not in the scene radiance", far, "fraction of a lamp there, into the field"
     )

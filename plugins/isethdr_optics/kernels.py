@@ -19,11 +19,12 @@ import numpy as np
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics import convolution
-from isethdr_core.physics.diffraction import integrated_psf, psf_from_pupil
+from isethdr_core.physics.diffraction import psf_from_pupil
 from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.progress import track
 
-from . import far, kernel_spectra, kernel_store, memory, pupils, scatter
+from . import far, kernel_errors, kernel_spectra, kernel_store, memory, pupils, scatter
+from .exact_core import exact_core
 
 CORE_SAMPLES = 240  # image samples from the axis to the border of the exact core
 MOST_WAVELENGTHS = 32  # per band, however wide
@@ -43,6 +44,8 @@ class Kernels:
     speckle: np.ndarray  # (band, octave of radius from 1 to 2 tiles on) relative L1 error per tile; 0 in the exact core
     transmitted: np.ndarray  # light through the pupil / light through the clean round stop, per band
     wrap: float = 0.0  # relative, light wrapped into tiles near the kernel's border by the period of the far field
+    deviation: np.ndarray | None = None  # (band, octave) relative, of light of any pattern, as `kernel_errors.deviation`; None: exact
+    core: np.ndarray | None = None  # per band, tiles from the axis, along y and along x, within which it holds for nothing: exact
     keep: tuple = ()  # what the cache's key names: objects stay alive, so that an id is never used twice
 
     name: str | None = None  # under which they are kept on disk
@@ -115,10 +118,11 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
     made = _stored(name)
     if made is None:
         memory.check_kernels(len(wavelength_nm), reach)
+        _check_delays(lens, flares, wavelength_nm)
         start = perf_counter()
         made = _made(lens, flares, wavelength_nm, pitch_um, reach)
         if name and perf_counter() - start > WORTH_KEEPING_S:
-            facts = [made.outside, made.transmitted, np.full(len(made.bands), made.wrap), *made.speckle.T]
+            facts = [made.outside, made.transmitted, np.full(len(made.bands), made.wrap), made.core, *made.speckle.T, *made.deviation.T]
             kernel_store.save(name, (len(made.bands), *made.bands[0].shape), "<f4", made.bands, lambda: np.stack(facts))
             made = _stored(name) or made  # mapped, no longer this process's own
     _cache[key] = made
@@ -127,12 +131,21 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
     return made
 
 
+def _check_delays(lens, flares, wavelength_nm):
+    delays = pupils.delays_um(lens, flares)
+    if delays:
+        width = band_widths_nm(wavelength_nm)
+        beside = max(pupils.phase_change(lens, (), w - d / 2, w + d / 2) for w, d in zip(wavelength_nm, width))
+        far.check_delay(max(delays, key=abs), wavelength_nm, width, beside)
+
+
 def _stored(name):
     found = kernel_store.load(name) if name else None
     if found is None:
         return None
-    (outside, transmitted, wrap, *speckle), bands = found
-    return Kernels(list(bands), outside, np.stack(speckle, axis=1), transmitted, float(wrap[0]), name=name)
+    (outside, transmitted, wrap, core, *errors), bands = found
+    speckle, deviation = np.split(np.stack(errors, axis=1), 2, axis=1)
+    return Kernels(list(bands), outside, speckle, transmitted, float(wrap[0]), deviation, core, name=name)
 
 
 def _mirrored(kernel) -> bool:
@@ -147,17 +160,22 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
     def one(centre, width):  # nothing is shared between bands: a band does not depend on which others there are
         split = _split(lens, centre - width / 2, pitch_um, reach)
         fine, wide = [p / split for p in pitch_um], [r * split + split - 1 for r in reach]
-        kernel, speckle, energy = _Plan(lens, flares, centre, width, fine, wide, split, lattices).band(centre, width)
-        kernel = np.asarray(scatter.mix(_tiles(kernel, split), flares, centre, pitch_um, lens.focal_length_mm), np.float32)
+        kernel, wrong, energy = _Plan(lens, flares, centre, width, fine, wide, split, lattices).band(centre, width)
+        kernel = np.asarray(scatter.mix(tile_sums(kernel, split), flares, centre, pitch_um, lens.focal_length_mm), np.float32)
         if mirrored:  # but for rounding; then the transform is real
             kernel = (kernel + kernel[::-1, ::-1]) / 2
-        return kernel, speckle, energy / (np.pi * pupils.radius_mm(lens) ** 2)
+        errors = *np.zeros((2, kernel_errors.OCTAVES)), max(kernel.shape)
+        if wrong is not None:
+            wrong = tile_sums(wrong, split)
+            errors = kernel_errors.by_octave(wrong, kernel), kernel_errors.deviation(wrong, kernel), kernel_errors.core(wrong)
+        return kernel, *errors, energy / (np.pi * pupils.radius_mm(lens) ** 2)
 
     with ThreadPoolExecutor(min(cpus(), len(wavelength_nm), 8)) as pool:
-        bands, speckle, transmitted = zip(*track(pool.map(one, wavelength_nm, width_nm), "bands of the point spread", len(wavelength_nm)))
+        bands, speckle, deviation, core, transmitted = zip(*track(pool.map(one, wavelength_nm, width_nm), "bands of the point spread", len(wavelength_nm)))
     outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
-    speckle = np.array(speckle)
-    return Kernels(list(bands), outside, speckle, np.array(transmitted), far.WRAP if speckle.max() > 0 else 0.0, (lens, flares))
+    speckle, deviation = np.array(speckle), np.array(deviation)
+    wrap = (far.WRAP_SHARED if lattices else far.WRAP) if speckle.max() > 0 else 0.0
+    return Kernels(list(bands), outside, speckle, np.array(transmitted), wrap, deviation, np.array(core, float), (lens, flares))
 
 
 def _split(lens, shortest_nm, pitch_um, reach):
@@ -201,36 +219,19 @@ class _Plan:
         pitch = pupils.core_pitch_mm(lens, extent, self.shortest)
         self.axis = pupils.axis_mm(lens, pitch)
         self.fixed = pupils.all_shapes(flares) and not pupils.delays_um(lens, flares)
-        self.cells = pupils.amplitude(lens, flares, self.axis, self.axis, self.shortest) if self.fixed else None
         self.energy = pupils.open_energy_mm2(lens, flares, self.shortest) if self.fixed else None
 
     def band(self, centre, width):
-        """Return one band's kernel without scatter, its speckle error, and the energy of its pupil, mm2."""
+        """Return one band's kernel without scatter, how its halves differ (None: exact), and the energy of its pupil, mm2."""
         lens, flares = self.lens, self.flares
         energy = self.energy or pupils.open_energy_mm2(lens, flares, centre)
-        core = 0.0
         waves = self.wavelengths(centre, width, max(self.half) / self.split, 3 if self.split == 1 else 1)
-        for wave in waves:
-            cells = self.cells if self.fixed else pupils.amplitude(lens, flares, self.axis, self.axis, wave)
-            pupil = pupils.resolved(lens, flares, self.axis, self.axis, wave, cells)
-            step = self.axis[1] - self.axis[0]
-            core = core + integrated_psf(
-                pupil,
-                wave,
-                (step, step),
-                self.distance,
-                [2 * h + 1 for h in self.half],
-                self.pitch,
-                energy,
-                cell_means=True,
-                boxes=2,
-            )
-        core /= len(waves)
-        kernel, speckle = core, np.zeros(far.OCTAVES)
+        core = exact_core(self, centre, width, waves, energy)
+        kernel, wrong = core, None
         if self.half != self.reach:
-            kernel, speckle = far.rings(self, centre, width, energy)
+            kernel, wrong = far.rings(self, centre, width, energy)
             kernel[tuple(slice(r - h, r + h + 1) for r, h in zip(self.reach, self.half))] = core
-        return kernel, speckle, energy
+        return kernel, wrong, energy
 
     def wavelengths(self, centre, width, radius, least):
         """Return midpoints of equal sub-bands of the core: from one to the next the pattern at `radius` tiles moves by a speckle at most."""
@@ -241,7 +242,7 @@ class _Plan:
         return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
 
 
-def _tiles(fine, s):
+def tile_sums(fine, s):
     """Return tile-to-tile sums of a function sampled s times per tile: triangular weights along both axes."""
     if s == 1:
         return fine

@@ -1,16 +1,62 @@
-"""Lateral colour: an image whose size depends on wavelength, moved band by band on the sensor plane so that light is kept."""
+"""Lateral colour: an image whose size depends on wavelength, moved band by band on the sensor plane so that light is kept.
+
+The magnification of a wavelength over that of the reference is a number, or a `Course` along the radius where chief rays are traced.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from isethdr_core import ledger, quantities
+from isethdr_core import geometry, ledger, quantities
 from isethdr_core.errors import ConfigError
+from isethdr_core.physics import projection as projections
 from isethdr_core.physics.radiometry import band_widths_nm
 
+from . import omissions
+
 LARGEST_PERCENT = 5.0  # of magnification: a tile then lands on three at most
+UNCOVERED = 1e-3  # of a border tile: less than that is not worth cutting it
+TRACED = 33  # field angles at which chief rays are traced
+CLOSE = 1e-6  # tiles
+READ = 1025  # radii of a course, between which it goes straight
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Magnification along the radius on the reference's sensor plane."""
+
+    radius: np.ndarray  # rising from 0, focal lengths
+    ratio: np.ndarray
+    pitch: tuple[float, float]  # (x, y) of the tiles, focal lengths
+
+    def at(self, x, y):
+        """Return the magnification at places in tiles from the middle (broadcast)."""
+        return np.interp(np.hypot(x * self.pitch[0], y * self.pitch[1]), self.radius, self.ratio)
+
+
+def magnifications(lens, wavelength_nm, bent, widest_rad: float, projection: str, pitch) -> list:
+    """Return the magnification of every band over that of the reference: numbers, or courses where a lens traces its chief rays.
+
+    Parameters
+    ----------
+    bent : map of the reference from the field to the sensor; `widest_rad` the largest angle of the field.
+    pitch : (x, y) of the sensor's tiles, focal lengths.
+    """
+    wave = np.asarray(wavelength_nm, float)
+    if lens.lateral_colour_percent or not hasattr(lens, "magnification_at"):
+        return list(scales(lens, wave))
+    angle = np.linspace(0.0, widest_rad, TRACED)
+    ratios = [np.asarray(lens.magnification_at(np.tan(angle), w)) for w in wave]
+    if all((r == 1).all() for r in ratios):
+        return [1.0] * len(wave)
+    from scipy.interpolate import CubicSpline
+
+    radius = np.hypot(*bent.forward(np.tan(angle) if projection == "tangent" else angle, 0.0 * angle))
+    fine = np.linspace(0.0, radius[-1], READ)
+    # of an even function of the radius
+    return [Course(fine, CubicSpline(radius**2, r)(fine**2), tuple(pitch)) for r in ratios]
 
 
 def scales(lens, wavelength_nm) -> np.ndarray:
@@ -30,29 +76,77 @@ def scales(lens, wavelength_nm) -> np.ndarray:
     return 1 + np.interp(wave, known, [table[w] for w in known]) / 100 if known else np.ones(len(wave))
 
 
-def coloured(lens, mixed, plane):
+def coloured(lens, mixed, plane, bent):
     """Return the sensor plane with the magnification of every band, less the border that the smallest image does not cover.
 
     States in the ledger what this changes beside the light's place. The same plane where all magnifications are 1.
     """
-    wave = mixed.wavelength.values.astype(float)
-    scale = scales(lens, wave)
-    if (scale == 1).all():
+    wave, projection = mixed.wavelength.values.astype(float), geometry.projection_of(mixed)
+    pitch = [quantities.tile_pitch(mixed, d) for d in ("x", "y")]
+    half = [np.abs(mixed[d].values).max() + p / 2 for d, p in zip(("x", "y"), pitch)]
+    found = magnifications(lens, wave, bent, float(projections.angle_rad(*half, projection)), projection, pitch)
+    low, high = (np.array([f(m.ratio) if isinstance(m, Course) else m for m in found]) for f in (np.min, np.max))
+    if (low == 1).all() and (high == 1).all():
+        omissions.no_lateral_colour()
         return plane
     whole = len(plane.y), len(plane.x)
-    cut = [int(np.ceil(max(n / 2 * (1 - scale.min()) - 1e-9, 0.0))) for n in whole]
+    gap = [n / 2 * (1 - low.min()) for n in whole]
+    cut = [int(np.ceil(max(g - UNCOVERED, 0.0))) for g in gap]
     if any(n <= 2 * c for n, c in zip(whole, cut)):
-        raise ConfigError("lens.lateral_colour_percent leaves no whole tile of the field on the sensor; expected a finer or wider field")
+        raise ConfigError("the lateral colour of the lens leaves no whole tile of the field on the sensor; expected a finer or wider field; "
+                          "type lens.lateral_colour_percent={}, and lens.lateral_colour=none for a prescription")
     y, x = (a[c : len(a) - c] for a, c in zip((plane.y, plane.x), cut))
-    pitch = [quantities.tile_pitch(mixed, d) for d in ("x", "y")]
     field = tuple(min(w, n * p) for w, n, p in zip(plane.field, (len(x), len(y)), pitch))
-    ledger.error(np.abs(scale**-2.0 - 1).max(), "relative", "measured",
+    ledger.error(max(np.abs(s**-2.0 - 1).max() for s in (low, high)), "relative", "measured",
                  "uniform light of a band, spread over a larger or smaller image, from what the attributes say")
-    ledger.error(np.abs(scale - 1).max(), "relative", "measured", "size of the point spread, drawn out as a band's image is")
+    ledger.error(max(np.abs(s - 1).max() for s in (low, high)), "relative", "measured", "size of the point spread, drawn out as a band's image is")
+    if any(g > 0 and not c for g, c in zip(gap, cut)):
+        ledger.error(max(g for g, c in zip(gap, cut) if not c), "relative", "bound", "light that border tiles lack, of the smallest band's image")
     radius = np.hypot(*(n / 2 for n in whole))
-    smear = radius * np.abs(np.gradient(scale, wave)) * band_widths_nm(wave) if len(wave) > 1 else np.zeros(1)
-    ledger.left_out("change of magnification within a band", "each band has one", float(smear.max()), "tiles at the corner")
-    return replace(plane, x=x, y=y, field=field, scales=scale, whole=whole)
+    within = np.max([np.abs(np.gradient(s, wave)) for s in (low, high)], axis=0) * band_widths_nm(wave) if len(wave) > 1 else np.zeros(1)
+    ledger.left_out("change of magnification within a band", "each band has one", float(radius * within.max()), "tiles at the corner")
+    return replace(plane, x=x, y=y, field=field, scales=found, whole=whole)
+
+
+def moved(light, magnification, shape) -> np.ndarray:
+    """Return constant tiles (y, x) on (y, x) tiles of `shape` and the same pitch, where a band's magnification sends them."""
+    if isinstance(magnification, Course):
+        return displaced(light, magnification, shape)
+    return magnified(light, magnification, shape)
+
+
+def displaced(light, course: Course, shape) -> np.ndarray:
+    """Return constant tiles (y, x), moved along the radius, on (y, x) tiles of `shape`: first along x in every row, then along y.
+
+    Every tile's light is spread evenly between the images of its borders: sums are kept but for what leaves the border, uniform light
+    comes out divided by the exact area ratio.
+    """
+    height, width = np.shape(light)
+    rows = (np.arange(height) - (height - 1) / 2)[:, None]
+    x = np.arange(width + 1) - width / 2
+    wide = _along(np.asarray(light, float), x * course.at(x, rows), shape[1])
+    columns, edge = np.arange(shape[1]) - (shape[1] - 1) / 2, (np.arange(height + 1) - height / 2)[:, None]
+    source, before = columns / course.at(columns, edge), columns
+    while np.abs(source - before).max() > CLOSE:  # shrinks by the course's slope, a percent or less, from step to step
+        source, before = columns / course.at(source, edge), source
+    return _along(wide.T, (edge * course.at(source, edge)).T, shape[0]).T
+
+
+def _along(light, borders, count):
+    """Return (row, count) tiles about the middle from (row, n) tiles whose borders lie at `borders` (row, n + 1) from the middle."""
+    size = light.shape[1]
+    out = np.zeros((len(light), count))
+    left, right = borders[:, :-1] + count / 2, borders[:, 1:] + count / 2
+    density = light / (right - left)
+    first, last = np.floor(left.min(axis=0)).astype(int), np.ceil(right.max(axis=0)).astype(int)
+    offset = first - np.arange(size)
+    for shift in range(offset.min(), int((last - np.arange(size)).max())):
+        # tiles that may reach the tile `shift` beyond their own number
+        use = slice(max(0, -shift), min(size, count - shift))
+        at = np.arange(use.start, use.stop) + shift
+        part = np.minimum(right[:, use], at + 1) - np.maximum(left[:, use], at)
+        out[:, use.start + shift : use.stop + shift] += density[:, use] * np.maximum(part, 0.0)
+    return out
 
 
 def magnified(light, scale: float, shape) -> np.ndarray:

@@ -41,7 +41,7 @@ class IdealLens:
         """Return photocurrent of mixed radiance for a sensor's response, or irradiance where that is better for its light."""
         from isethdr_core.light_in_time import DIM
 
-        from .photocurrent import photocurrent
+        from .for_sensor import photocurrent
 
         return self(mixed, flares, response.error_allowed) if DIM in mixed.dims else photocurrent(self, mixed, _sequence(flares), response)
 
@@ -75,6 +75,32 @@ class IdealLens:
 
         return tuple(1e-3 * self.focal_length_mm * side for side in image_size(self, width, height, projection))
 
+    def narrow(self, demand):
+        """Return the demand unchanged, and state what this lens spares whatever the light."""
+        from .omissions import planned
+
+        planned(self)
+        return demand
+
+    def spread_errors(self, mixed, flares, weights, response=None):
+        """Return how wrong the kernels may make light of `mixed`: (deviation, bound), each (channel, y, x), or None where that is not known.
+
+        `weights` (channel, band): what is counted of irradiance; `response` as the light was asked for. One tile per tile of the sensor plane.
+        """
+        from isethdr_core import ledger
+
+        from .imaging import parts
+        from .spread_errors import spread_errors
+
+        if getattr(self, "field_varies", False):
+            return None
+        with ledger.stage(ledger.Ledger(), "spread errors"):  # what the parts state has been stated
+            return spread_errors(mixed, parts(self, mixed, _sequence(flares), response), weights)
+
+    def keeps_light(self, flares) -> bool:
+        """Return whether the light of every tile stays where the tile is: no blur, no flare, nothing moved."""
+        return not (flares or hasattr(self, "zernike_um") or self.distortion != "none" or self.lateral_colour_percent)
+
     def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=()):
         """Return the point spread function (wavelength, y, x): all light on the sample at index size // 2."""
         import numpy as np
@@ -102,6 +128,11 @@ class DiffractionLimitedLens(IdealLens):
 
     zernike_um = None  # not a field: this lens has no wavefront error
     field_varies = False  # nor one that varies over the field
+    traced, rims = None, ()  # nor a traced colour, nor rims that cut its stop; see `place_lens`
+
+    def colour_um(self, wavelength_nm: float) -> dict[int, float]:
+        """Return what a wavelength's wavefront has on top of that of all, {OSA index: um}: nothing beside `focal_shift_um`."""
+        return {}
 
     def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=(), integrated=None):
         """Return the point spread function of the lens with `flares`, on the axis.
@@ -122,8 +153,8 @@ class DiffractionLimitedLens(IdealLens):
         missing from
         a sum of 1 falls outside.
         """
-        from .field_imaging import on_axis
         from .kernels import point_spread
+        from .place_lens import on_axis
 
         return point_spread(on_axis(self), wavelength_nm, pitch_um, size, _sequence(flares), integrated)
 

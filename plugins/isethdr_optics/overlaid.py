@@ -15,7 +15,7 @@ RELATIVE = 3e-8  # of a pixel of the sum: what transforms are allowed
 SUMMED = 1e-12  # of a pixel: rounding of sums
 
 
-def overlaid(parts, shape) -> tuple[np.ndarray, Bound]:
+def overlaid(parts, shape, error_allowed: float = 0.0) -> tuple[np.ndarray, Bound]:
     """Return the sum (y, x) of parts, and a bound on its error.
 
     Parameters
@@ -23,25 +23,27 @@ def overlaid(parts, shape) -> tuple[np.ndarray, Bound]:
     parts : [(window, light, kernel), ...]: slices of the frame, light (y, x) of that window, never negative, and a kernel of odd
         size, never negative, its centre in the middle. Light that leaves a window is lost.
     shape : (y, x) of the frame.
+    error_allowed : relative, of every pixel of the sum; below `RELATIVE`, which float32 rounds away anyway, nothing is gained.
     """
+    relative = max(error_allowed / 2, RELATIVE)  # the other half: parts that are done again
     images, errors = [], []
     for _, light, kernel in parts:
         image, error = _by_transform(light, kernel)
         images.append(image)
         errors.append(error)
     total, doubt = _sums(parts, images, errors, shape)
-    doubtful = doubt > RELATIVE * total
+    doubtful = doubt > relative * total
     if not doubtful.any():
-        return total, Bound(RELATIVE + SUMMED, 0.0, 0)
-    absolute, pixels, allowed = 0.0, 0, RELATIVE / len(parts)
+        return total, Bound(relative + SUMMED, 0.0, 0)
+    absolute, pixels, allowed = 0.0, 0, relative / len(parts)
     for k, (window, light, kernel) in enumerate(parts):
         where = doubtful[window]
         if where.any() and errors[k] > allowed * float(total[window][where].min()):
-            images[k], bound = convolve_with_bound(light, kernel)
+            images[k], bound = convolve_with_bound(light, kernel, relative)
             errors[k] = 0.0  # relative now
             absolute, pixels = absolute + bound.absolute, pixels + bound.pixels
     total, doubt = _sums(parts, images, errors, shape)
-    return total, Bound(2 * RELATIVE + SUMMED, absolute, pixels)
+    return total, Bound(2 * relative + SUMMED, absolute, pixels)
 
 
 def _sums(parts, images, errors, shape):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -10,7 +10,7 @@ from isethdr_core.light_in_time import each_component
 
 from .lens import DiffractionLimitedLens, check_error_allowed
 
-STEP_NM = 20.0  # of the wavelengths at which the focal shift is traced
+FIRST_NM, STEP_NM = 380.0, 20.0  # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on others
 FIELD_POINTS = 33  # of distortion and relative illumination, from the axis to the border of the field
 
 
@@ -21,6 +21,7 @@ class PrescribedLens(DiffractionLimitedLens):
     prescription: str = "double_gauss"  # name, or path of a .yaml file; scaled to focal_length_mm, stopped to f_number
     falloff: Literal["traced", "cos4", "none"] | dict[float, float] = "traced"  # off the axis
     distortion: Literal["traced", "none"] | dict[str, Any] = "traced"
+    lateral_colour: Literal["traced", "none"] = "traced"  # unless lateral_colour_percent says otherwise
     wavefront: Literal["traced", "none"] = "traced"  # none: blur by diffraction alone, the same everywhere
     error_allowed: float = 0.05  # share of a point's light that the grid of places in the field may put wrong
 
@@ -36,34 +37,45 @@ class PrescribedLens(DiffractionLimitedLens):
 
         quantities.check_mixed(mixed)
         self._state(mixed, ledger)
-        return DiffractionLimitedLens.__call__(self.coloured(mixed.wavelength.values), mixed, flares, error_allowed)
+        return DiffractionLimitedLens.__call__(self, mixed, flares, error_allowed)
 
     def photocurrent(self, mixed, flares, response):
         """Return photocurrent of mixed radiance, as other lenses do."""
         from isethdr_core import ledger
 
         self._state(mixed, ledger)
-        return DiffractionLimitedLens.photocurrent(self.coloured(mixed.wavelength.values), mixed, flares, response)
+        return DiffractionLimitedLens.photocurrent(self, mixed, flares, response)
 
-    def coloured(self, wavelength_nm):
-        """Return the lens with the traced focal shift of bands centred on `wavelength_nm` on the axis, unless one was given."""
-        if not self.field_varies or self.focal_shift_um:
-            return self
+    def colour_at(self, angle_rad: float, wavelength_nm: float) -> dict[int, float]:
+        """Return what the traced wavefront of a wavelength has on top of `wavefront_at`, {OSA index: um}; nothing beside `focal_shift_um`.
+
+        Between traced wavelengths straight lines in 1 / wavelength^2, in which dispersion is nearly straight (Cauchy).
+        """
+        if self.focal_shift_um:
+            return {}
+        real, step = self.real(), (float(wavelength_nm) - FIRST_NM) // STEP_NM
+        low, high = (FIRST_NM + STEP_NM * (step + k) for k in (0, 1))
+        part = (low**-2 - wavelength_nm**-2) / (low**-2 - high**-2)
+        ends = [(share, _traced_wavefront(real, float(angle_rad), w)[0]) for share, w in ((1 - part, low), (part, high)) if share]
+        middle = _traced_wavefront(real, float(angle_rad))[0]
+        terms = {j for _, found in ends for j in found} | set(middle)
+        return {j: sum(share * found.get(j, 0.0) for share, found in ends) - middle.get(j, 0.0) for j in sorted(terms)}
+
+    def magnification_at(self, tangent, wavelength_nm: float):
+        """Return heights on the sensor of traced chief rays of a wavelength over those of the reference, at field tangents; 1: no lateral colour."""
         import numpy as np
 
-        from isethdr_core.physics.radiometry import band_widths_nm
+        if self.lateral_colour != "traced":
+            return np.ones(np.shape(tangent))
+        return np.asarray(_traced_magnification(self.real(), tuple(np.ravel(tangent).tolist()), float(wavelength_nm)))
 
-        wave, half = np.asarray(wavelength_nm, float), band_widths_nm(wavelength_nm) / 2
-        # always the same wavelengths: a band must not depend on which others there are
-        known = np.arange(np.floor((wave[0] - half[0]) / STEP_NM), np.ceil((wave[-1] + half[-1]) / STEP_NM) + 1) * STEP_NM
-        return replace(self, focal_shift_um={float(w): self._focal_shift_um(float(w)) for w in known})
+    def rims_at(self, angle_rad: float) -> tuple[tuple[float, float], ...]:
+        """Return the discs (x, radius), in stop radii, that cut the stop for light from an angle off the axis along +x."""
+        from math import tan
 
-    def _focal_shift_um(self, wavelength_nm):
-        from .pupils import distance_mm, radius_mm
+        from .prescription_rims import rims
 
-        real = self.real()
-        defocus = _traced_wavefront(real, 0.0, wavelength_nm)[0].get(4, 0.0) - _traced_wavefront(real, 0.0)[0].get(4, 0.0)
-        return defocus * 16 * 3**0.5 * (distance_mm(self) / (2 * radius_mm(self))) ** 2
+        return rims(self.real(), tan(angle_rad))[0]
 
     def input_files(self):
         """Return the user's own prescription file, if one is named: its content is part of a run's name."""
@@ -73,7 +85,7 @@ class PrescribedLens(DiffractionLimitedLens):
         """Return the `Prescription`, scaled and stopped down."""
         from .prescription import load
 
-        return load(self.prescription).scaled(self.focal_length_mm).stopped(self.f_number)
+        return _as_used(load(self.prescription), self.focal_length_mm, self.f_number)
 
     def throughput_sr(self) -> float:
         """Return irradiance / radiance on the axis, sr: pi sin^2 of the traced marginal ray's angle, times transmittance."""
@@ -131,6 +143,7 @@ class PrescribedLens(DiffractionLimitedLens):
         import numpy as np
 
         from .prescription_figures import distortion, spot_radius_mm
+        from .prescription_rims import rims
 
         real = self.real()
         edge = min(float(np.hypot(mixed.x.max(), mixed.y.max())), float(np.tan(np.radians(real.half_field_deg))))
@@ -150,20 +163,22 @@ class PrescribedLens(DiffractionLimitedLens):
         wave = mixed.wavelength.values
         fitted = [_traced_wavefront(real, a)[1] for a in (0.0, widest)]
         ledger.error(max(fitted), "um rms", "measured", "wavefront that its Zernike terms leave")
-        change = max(_colour_um(real, widest, float(w)) for w in (wave[0], wave[-1]))
-        ledger.left_out(
-            "colour of the wavefront off the axis",
-            "all bands have that of one, and the focal shift of the axis",
-            change,
-            "um rms",
-        )
+        ledger.error(max(_between_um(self, a, float(wave[0])) for a in (0.0, widest)), "um rms", "measured", "wavefront between traced wavelengths")
+        ledger.error(rims(real, float(np.tan(widest)))[1], "radii of the stop", "measured",
+                     "rims that cut the stop off the axis, drawn as arcs of circles")
 
 
-def _colour_um(real, angle_rad, wavelength_nm):
-    """Return how much more than on the axis a wavelength's wavefront differs from the middle's, um rms without tilt."""
-    own, middle = (_traced_wavefront(real, angle_rad, w)[0] for w in (wavelength_nm, None))
-    shift = _traced_wavefront(real, 0.0, wavelength_nm)[0].get(4, 0.0) - _traced_wavefront(real, 0.0)[0].get(4, 0.0)
-    return sum((own.get(j, 0.0) - middle.get(j, 0.0) - shift * (j == 4)) ** 2 for j in {*own, *middle} - {1, 2}) ** 0.5
+def _between_um(lens, angle_rad, wavelength_nm):
+    """Return how wrong the wavefront is half way between the traced wavelengths around one, um rms without tilt."""
+    middle = FIRST_NM + STEP_NM * ((wavelength_nm - FIRST_NM) // STEP_NM + 0.5)
+    real, own = lens.real(), lens.colour_at(angle_rad, middle)
+    exact, known = _traced_wavefront(real, angle_rad, middle)[0], _traced_wavefront(real, angle_rad)[0]
+    return sum((own.get(j, 0.0) + known.get(j, 0.0) - exact.get(j, 0.0)) ** 2 for j in {*own, *exact, *known} - {1, 2}) ** 0.5
+
+
+@lru_cache(maxsize=16)
+def _as_used(prescription, focal_length_mm, f_number):
+    return prescription.scaled(focal_length_mm).stopped(f_number)
 
 
 @lru_cache(maxsize=16)
@@ -177,6 +192,17 @@ def _traced_distortion(real, angle_rad):
         chief_mm(real, tangent, real.reference_nm) / real.focal_length_mm()
     )  # a sensor beside the paraxial focus is another scale
     return {"model": "table", "angle_deg": np.degrees(np.arctan(tangent)).tolist(), "radius_per_focal_length": radius.tolist()}
+
+
+@lru_cache(maxsize=256)
+def _traced_magnification(real, tangents, wavelength_nm):
+    import numpy as np
+
+    from .prescription_figures import chief_mm
+
+    near = 1e-3 * max(max(tangents), 1e-3)  # on the axis there is no height to compare
+    field = np.maximum(tangents, near)
+    return tuple(chief_mm(real, field, wavelength_nm) / chief_mm(real, field, real.reference_nm))
 
 
 def _traced_wavefront(real, angle_rad, wavelength_nm=None):

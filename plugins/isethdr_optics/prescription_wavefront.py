@@ -19,7 +19,7 @@ HIGHEST = 8  # radial degree that is fitted
 FEWEST = 300  # rays of a fit
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=2048)
 def zernike_um(lens, tangent: float, wavelength_nm: float) -> tuple[dict[int, float], float]:
     """Return the wavefront of light from a field tangent along +x, {OSA index: um rms}, and what the fit leaves, um rms.
 
@@ -41,27 +41,48 @@ def zernike_um(lens, tangent: float, wavelength_nm: float) -> tuple[dict[int, fl
     """
     image = np.array([float(chief_mm(lens, tangent, wavelength_nm)[0]), 0.0, lens.surfaces[-1].z_mm])
     indices = lens.indices(wavelength_nm)
-    front, optics = lens.surfaces[0].z_mm, lens.surfaces[:-1]
-    pupil_z, pupil_radius = paraxial.entrance_pupil(optics, indices)
-    across = np.linspace(-1.4, 1.4, RAYS) * pupil_radius
-    x, y = np.meshgrid(np.append(across, 0.0), across)
-    start = collimated(x + (front - pupil_z) * tangent, y, front, tangent, 0.0)
+    rays, stop, within = filling(lens, tangent, wavelength_nm)
+    exit_mm = np.linalg.norm(image - np.array([0.0, 0.0, _exit_pupil_z(lens, indices)]))
+    lag_um = 1e3 * _paths_mm(lens, indices, _start(lens, indices, tangent), rays, image, exit_mm)[within]
+    terms = [j for j in range((HIGHEST + 1) * (HIGHEST + 2) // 2) if order(j)[1] >= 0]
+    basis = np.stack([zernike(j, *(s[within] for s in stop)) for j in terms], axis=1)
+    found = np.linalg.lstsq(basis, lag_um, rcond=None)[0]
+    left = float(np.std(lag_um - basis @ found))
+    return {j: float(c) for j, c in zip(terms, found) if j and abs(c) > 1e-9}, left
+
+
+def filling(lens, tangent: float, wavelength_nm: float, reach: float = 1.0):
+    """Return rays from a field tangent along +x over the stop, where they cross it (x, y), radii of the stop, and which reach the sensor.
+
+    Parameters
+    ----------
+    reach : radii of the stop within which rays count. Rims do not stop them.
+
+    Raises
+    ------
+    ConfigError : where too few rays do.
+    """
+    indices = lens.indices(wavelength_nm)
+    start = _start(lens, indices, tangent)
     rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), *start, keep_hits=True)
     stop = np.stack(rays.hits_mm[lens.stop]) / lens.surfaces[lens.stop].semi_diameter_mm
-    within = np.isfinite(rays.position_mm[0]) & (np.hypot(*stop) <= 1.0)
+    within = np.isfinite(rays.position_mm[0]) & (np.hypot(*stop) <= reach)
     if within.sum() < FEWEST:
         angle = np.degrees(np.arctan(tangent))
         raise ConfigError(
             f"prescription {lens.name!r}: {within.sum()} of {FEWEST} rays {angle:.1f} degrees off the axis fill the stop; "
             f"expected a field within its {lens.half_field_deg:g} degrees, or a smaller stop"
         )
-    exit_mm = np.linalg.norm(image - np.array([0.0, 0.0, _exit_pupil_z(lens, indices)]))
-    lag_um = 1e3 * _paths_mm(lens, indices, start, rays, image, exit_mm)[within]
-    terms = [j for j in range((HIGHEST + 1) * (HIGHEST + 2) // 2) if order(j)[1] >= 0]
-    basis = np.stack([zernike(j, *(s[within] for s in stop)) for j in terms], axis=1)
-    found = np.linalg.lstsq(basis, lag_um, rcond=None)[0]
-    left = float(np.std(lag_um - basis @ found))
-    return {j: float(c) for j, c in zip(terms, found) if j and abs(c) > 1e-9}, left
+    return rays, stop, within
+
+
+def _start(lens, indices, tangent):
+    """Return (position, direction) of parallel light over the entrance pupil and somewhat more."""
+    front, optics = lens.surfaces[0].z_mm, lens.surfaces[:-1]
+    pupil_z, pupil_radius = paraxial.entrance_pupil(optics, indices)
+    across = np.linspace(-1.4, 1.4, RAYS) * pupil_radius
+    x, y = np.meshgrid(np.append(across, 0.0), across)
+    return collimated(x + (front - pupil_z) * tangent, y, front, tangent, 0.0)
 
 
 def _paths_mm(lens, indices, start, rays, image, radius_mm):

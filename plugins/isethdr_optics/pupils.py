@@ -10,10 +10,12 @@ import numpy as np
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics import lattice as lattices
 from isethdr_core.physics import pupil as shapes
+from isethdr_core.physics.diffraction import energy_of
 from isethdr_core.physics.zernike import steepest_slope_um, wavefront_um
 
 CORE_SAMPLES = 768  # across the stop: kernel values to 1e-4 (L1), measured against 3072
 MOST_SAMPLES = 8192
+ENERGY_SAMPLES = 2048  # across the stop, where its energy is not known from shapes
 DARK = 1e-6  # of the stop's light: less is the rounding of sums over shapes
 FINE_TURNS = 1 / 32  # of phase per cell at most, where amplitude and phase are multiplied
 UNRESOLVED = 0.8  # of a pupil's energy is left in means over cells when its phase turns a quarter wave from cell to cell
@@ -41,9 +43,11 @@ def axis_mm(lens, pitch_mm: float) -> np.ndarray:
 
 
 def _shapes(lens, flares) -> tuple:
-    """Return the stop cut by every iris, and all dirt: (opening, ((shape, loss of amplitude, delay um or nothing), ...))."""
+    """Return the stop cut by rims and every iris, and all dirt: (opening, ((shape, loss of amplitude, delay um or nothing), ...))."""
     given = [f.pupil_shapes(radius_mm(lens)) for f in flares if hasattr(f, "pupil_shapes")]
     opening = shapes.disc(0.0, 0.0, radius_mm(lens))
+    for rim in lens.rims:
+        opening = opening & shapes.disc(*(radius_mm(lens) * v for v in rim))
     for iris, _ in given:
         opening = opening & iris
     return opening, tuple(loss for _, dirt in given for loss in dirt)
@@ -125,6 +129,8 @@ def coefficients_um(lens, wavelength_nm: float) -> dict[int, float]:
     parabolic): of OSA 4, dz / (16 sqrt(3) N^2).
     """
     out = dict(lens.zernike_um or {})
+    for j, value in lens.colour_um(wavelength_nm).items():
+        out[j] = out.get(j, 0.0) + value
     if lens.focal_shift_um:
         f_number = distance_mm(lens) / (2 * radius_mm(lens))
         out[4] = out.get(4, 0.0) + _focal_shift_um(lens, wavelength_nm) / (16 * np.sqrt(3) * f_number**2)
@@ -144,7 +150,7 @@ def _focal_shift_um(lens, wavelength_nm):
 
 def has_phase(lens, flares) -> bool:
     """Return whether the pupil may be complex: without phase a point spread function equals its mirror image."""
-    return bool(lens.zernike_um or lens.focal_shift_um or delays_um(lens, flares)) or not all_shapes(flares)
+    return bool(lens.zernike_um or lens.focal_shift_um or lens.traced or delays_um(lens, flares)) or not all_shapes(flares)
 
 
 def phase_change(lens, flares, first_nm: float, last_nm: float) -> float:
@@ -283,37 +289,28 @@ def core_pitch_mm(lens, extent_um: float, wavelength_nm: float) -> float:
     samples = max(CORE_SAMPLES, 2.0 * extent_um / blur_um(lens, wavelength_nm))
     samples = max(samples, phase_samples(lens, wavelength_nm))
     if samples > MOST_SAMPLES:
-        raise ConfigError(
-            f"the pupil would need {samples:.0f} samples across at {wavelength_nm:g} nm; expected at most {MOST_SAMPLES}: "
-            "ask for a smaller image, or smaller lens.zernike_um"
-        )
+        raise ConfigError(f"the pupil would need {samples:.0f} samples across at {wavelength_nm:g} nm; expected at most {MOST_SAMPLES}: "
+                          "ask for a smaller image, or smaller lens.zernike_um")
     return diameter / samples
 
 
 def open_energy_mm2(lens, flares, wavelength_nm: float) -> float:
     """Return the integral of |a|^2 over the pupil, mm2: from areas where all is shapes.
 
-    Else from two grids: grey border cells make a grid's sum too small by a term in 1 / samples, which two extrapolate away.
+    Else from a grid of means over cells, `diffraction.energy_of`.
     """
     if all_shapes(flares):
         terms(lens, flares, wavelength_nm)  # refuses more dirt than can be drawn
         opening, dirt = _shapes(lens, flares)
         energy = _energy(opening, tuple(d[:2] for d in dirt))  # a delay takes no light away
     else:
-        fine, coarse = (_energy_on_grid(lens, flares, wavelength_nm, n) for n in (2048, 1024))
-        energy = 2 * fine - coarse
+        pitch = 2 * radius_mm(lens) / ENERGY_SAMPLES
+        axis = axis_mm(lens, pitch)
+        energy = energy_of(amplitude(lens, flares, axis, axis, wavelength_nm), pitch, cell_means=True)
     if not energy > DARK * np.pi * radius_mm(lens) ** 2:
-        raise ConfigError(
-            "the flares let no light through the pupil; expected a transmission above 0 somewhere; type less dirt, as "
-            "flare.NAME.dust_per_mm2=40"
-        )
+        raise ConfigError("the flares let no light through the pupil; expected a transmission above 0 somewhere; type less dirt, as "
+                          "flare.NAME.dust_per_mm2=40")
     return energy
-
-
-def _energy_on_grid(lens, flares, wavelength_nm, samples):
-    pitch = 2 * radius_mm(lens) / samples
-    axis = axis_mm(lens, pitch)
-    return float(np.sum(np.abs(amplitude(lens, flares, axis, axis, wavelength_nm)) ** 2, dtype=float)) * pitch**2
 
 
 def all_shapes(flares) -> bool:

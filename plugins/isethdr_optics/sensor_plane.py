@@ -15,8 +15,8 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics import projection as projections
 from isethdr_core.physics.overlap import borders
 
-from . import lateral_colour
-from .field_imaging import on_axis
+from . import lateral_colour, omissions
+from .place_lens import on_axis
 
 BORDER_POINTS = 129  # along each side of the field
 CHECKED = 65  # x 65 points of the field at which a map must not fold
@@ -32,7 +32,7 @@ class SensorPlane:
     field: tuple[float, float]  # width and height of the camera's field, focal lengths
     attrs: dict  # for irradiance: falloff, and distortion and projection where they are not the usual
     areas: object = None  # (sensor tile, field tile) shared areas over the area of a tile; None where the grid is kept
-    scales: np.ndarray | None = None  # magnification of every band over that of the reference; None where all are 1
+    scales: list | None = None  # magnification of every band over that of the reference, numbers or courses; None where all are 1
     whole: tuple[int, int] | None = None  # (y, x) tiles before bands are magnified
 
     def move(self, values) -> np.ndarray:
@@ -44,7 +44,7 @@ class SensorPlane:
             moved = values[plane]
             if self.areas is not None:
                 moved = (self.areas @ moved.ravel().astype(float)).reshape(self.whole or out.shape[-2:])
-            out[plane] = moved if self.scales is None else lateral_colour.magnified(moved, self.scales[plane[-1]], out.shape[-2:])
+            out[plane] = moved if self.scales is None else lateral_colour.moved(moved, self.scales[plane[-1]], out.shape[-2:])
         return out
 
     def covered(self, mixed):
@@ -76,7 +76,9 @@ class SensorPlane:
 
 def without_geometry(lens):
     """Return the lens that spreads light as on the axis but has neither distortion nor falloff: kernels do not depend on them."""
-    return replace(on_axis(lens), distortion="none", falloff="none", lateral_colour_percent={})
+    axis = on_axis(lens)
+    traced = {"lateral_colour": "none"} if hasattr(axis, "lateral_colour") else {}
+    return replace(axis, distortion="none", falloff="none", lateral_colour_percent={}, **traced)
 
 
 def sensor_plane(lens, mixed) -> SensorPlane:
@@ -103,8 +105,8 @@ def sensor_plane(lens, mixed) -> SensorPlane:
     relative, falloff = _relative(lens, bent, x, y, projection, widest)
     field = tuple(mixed.attrs.get(k) or n for k, n in zip(("field_width", "field_height"), quantities.full_field(mixed)))
     if kept:
-        ledger.left_out("moving light along a distortion", "the lens has none", 0.0, "relative")
-        return lateral_colour.coloured(lens, mixed, SensorPlane(relative, x, y, field, attrs | falloff))
+        omissions.no_distortion()
+        return lateral_colour.coloured(lens, mixed, SensorPlane(relative, x, y, field, attrs | falloff), bent)
     seen = _inscribed(bent, half)
     sensor = [_tiles(len(c), 2 * h * seen, p) for c, h, p in zip((x, y), half, pitch)]
     grids = [borders(c, p) for c, p in zip((x, y, *sensor), (*pitch, *pitch))]
@@ -115,7 +117,7 @@ def sensor_plane(lens, mixed) -> SensorPlane:
     _state(bent, areas @ np.broadcast_to(relative, (len(y), len(x))).ravel(), attrs | falloff, sensor, half)
     inner = _inscribed(bent, [w / 2 for w in field])
     seen = tuple(min(w * inner, len(c) * p) for w, c, p in zip(field, sensor, pitch))
-    return lateral_colour.coloured(lens, mixed, SensorPlane(relative, *sensor, seen, attrs | falloff, areas))
+    return lateral_colour.coloured(lens, mixed, SensorPlane(relative, *sensor, seen, attrs | falloff, areas), bent)
 
 
 def image_size(lens, width: float, height: float, projection: str = "tangent") -> tuple[float, float]:

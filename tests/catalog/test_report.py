@@ -5,7 +5,8 @@ import socket
 
 import numpy as np
 import pytest
-from isethdr_catalog.report import pictures, plots, tables, write_report
+import xarray as xr
+from isethdr_catalog.report import page, pictures, plots, tables, write_report
 
 import isethdr_core as hdr
 from isethdr_core import view
@@ -77,3 +78,18 @@ def test_snr_of_read_noise_alone_is_level_over_noise(result):
     picture["variance"][:] = 4.0
     luminance, snr = plots.snr_curve(picture, truth, least=1)
     np.testing.assert_allclose(snr, 20 * np.log10(luminance / 2.0), atol=1e-9)   # rounding of a logarithm
+
+
+@pytest.mark.parametrize("attrs, angle_deg, place", [
+    ({}, 30.0, np.tan(np.radians(30))),
+    ({"distortion": {"model": "brown_conrady", "k1": -0.2}}, 30.0, np.tan(np.radians(30)) * (1 - 0.2 / 3)),
+    ({"projection": "equidistant"}, 100.0, np.radians(100)),
+    ({"projection": "equidistant", "distortion": {"model": "kannala_brandt", "k1": -0.02}}, 80.0, np.radians(80) - 0.02 * np.radians(80) ** 3),
+])
+def test_the_profile_is_drawn_over_the_angle_at_which_a_pixel_looks(attrs, angle_deg, place):
+    """On the row through the axis the angle is the field angle, by the formula of the lens; above it, tangents keep columns together."""
+    x, y = np.array([-place, 0.0, place]) * 4e-3, np.array([0.0, 1e-3])
+    picture = xr.Dataset(coords={"y": y, "x": x}, attrs={"focal_length_mm": 4.0, **attrs})
+    np.testing.assert_allclose(page._angles_deg(picture, 0), [-angle_deg, 0.0, angle_deg], atol=1e-9)
+    if not attrs:
+        np.testing.assert_allclose(page._angles_deg(picture, 1), page._angles_deg(picture, 0), atol=1e-9)

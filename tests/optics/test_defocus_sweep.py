@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from isethdr_optics import WavefrontLens, far
+from isethdr_optics import WavefrontLens, far, kernel_errors
 from isethdr_optics.kernels import CORE_SAMPLES, _made
 from scipy.special import j0
 
@@ -45,7 +45,7 @@ def errors(f_number, pitch_um):
     y, x = np.indices(want.shape)
     wrong, core = np.abs(got - want), (y <= half) & (x <= half)
     octave = np.log2(np.maximum(np.hypot(y, x), 1)).astype(int)
-    octaves = [k for k in range(far.OCTAVES) if made.speckle[0][k] > 0]
+    octaves = [k for k in range(kernel_errors.OCTAVES) if made.speckle[0][k] > 0]
     seen = [(octave == k) & ~core for k in octaves]
     return made.speckle[0][octaves], np.array([wrong[s].sum() / want[s].sum() for s in seen]), wrong[core].sum() / want[core].sum()
 

@@ -1,14 +1,18 @@
 """Dust that delays light: limits, energy, Babinet's closed form, wavelengths, what symmetry is left."""
 
+from collections import OrderedDict
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from isethdr_optics import ApertureFlare, DiffractionLimitedLens
-from isethdr_optics.kernels import _made
+from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
+from isethdr_optics.kernels import _made, kernels
 from isethdr_optics.pupils import amplitude, axis_mm, has_phase, open_energy_mm2, phase_change
 
+from isethdr_core import compose
+from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError
+from isethdr_core.ledger import Ledger
 from isethdr_core.physics.pupil import disc
 
 LENS = DiffractionLimitedLens(falloff="none")
@@ -94,3 +98,44 @@ def test_phase_change_over_a_band_and_bad_input():
     assert phase_change(LENS, [CLEAN], 545.0, 555.0) == 0.0
     with pytest.raises(ConfigError, match="dust_delay_um=0"):
         ApertureFlare(dust_delay_um=np.nan)
+
+
+BANDS = np.arange(400.0, 701.0, 10.0)
+
+
+def largest_um(wave=400.0, width=10.0):
+    """Return the delay whose phase changes by 16 x 0.3 rad within a band."""
+    return 4.8 / (2e3 * np.pi * (1 / (wave - width / 2) - 1 / (wave + width / 2)))
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_delay_that_bands_cannot_follow_is_refused_before_any_work(monkeypatch, sign):
+    allowed, refused = (ApertureFlare(dust_delay_um=sign * part * largest_um()) for part in (0.99, 1.01))
+    assert allowed.narrow(Demand(wavelength_nm=tuple(BANDS))) == Demand(wavelength_nm=tuple(BANDS))
+    with pytest.raises(ConfigError, match="band at 400 nm, 10 nm wide.* at most 4.8 rad.*dust_delay_um=12 or less"):
+        refused.narrow(Demand(wavelength_nm=tuple(BANDS)))
+    for demand in (Demand(), Demand(wavelength_nm=tuple(np.arange(500.0, 701.0, 5.0)))):
+        assert refused.narrow(demand) is demand  # bands not known yet, or narrow enough
+    made = []
+    monkeypatch.setattr("isethdr_optics.kernels._cache", OrderedDict())
+    monkeypatch.setattr("isethdr_optics.kernels._made", lambda *given: made.append(given))
+    with pytest.raises(ConfigError, match="narrower bands"):
+        kernels(LENS, [refused], BANDS, (3.0, 3.0), (20, 20))
+    assert not made
+    kernels(LENS, [allowed], BANDS, (3.0, 3.0), (20, 20))
+    assert made
+
+
+def test_the_lens_s_own_phase_counts_too():
+    defocus = WavefrontLens(zernike_um={4: 14.0})
+    assert phase_change(defocus, (), 395.0, 405.0) > 4.8
+    with pytest.raises(ConfigError, match="the lens by"):
+        kernels(defocus, [OneGrain(0.1)], BANDS, (3.0, 3.0), (20, 20))
+
+
+def test_a_run_refuses_it_in_the_plan():
+    from isethdr_core.pipeline import chain, plan
+
+    given = ["scene=macbeth", "~renderer", "scene.width=16", "scene.height=12", "scene.step_nm=50", "sensor=ideal", "isp=ideal"]
+    with pytest.raises(ConfigError, match="dust_delay_um is 30.*narrower bands"):
+        plan(chain(compose([*given, "flare.dirt.dust_delay_um=30"])), Ledger())

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from isethdr_optics import DiffractionLimitedLens
+from isethdr_optics import DiffractionLimitedLens, WavefrontLens, field_imaging
+from isethdr_optics.overlaid import overlaid
 
 from isethdr_core import quantities
 from isethdr_core.demand import Demand
@@ -27,6 +28,21 @@ def test_irradiance_is_within_what_is_allowed(allowed):
     exact, light = LENS(night()).values, LENS(night(), error_allowed=allowed).values
     assert (light >= 0).all()
     assert np.abs(light / exact - 1).max() <= allowed + 2e-7  # float32 of both
+
+
+def test_a_lens_that_varies_over_the_field_is_told_too(monkeypatch):
+    told = []
+    monkeypatch.setattr(field_imaging, "overlaid", lambda parts, shape, allowed: told.append(allowed) or overlaid(parts, shape, allowed))
+    lens = WavefrontLens(focal_length_mm=6.0, field_zernike_um={0: {}, 8: {4: 0.06}}, error_allowed=0.5)
+    monkeypatch.setattr(field_imaging, "RINGS", (1,))
+    scene = night().isel(wavelength=slice(0, 16, 8))
+    exact, light = lens(scene).values, lens(scene, error_allowed=1e-3).values
+    assert told == [0.0, 0.0, 1e-3, 1e-3]
+    assert (light >= 0).all() and np.abs(light / exact - 1).max() <= 1e-3
+    sensor = build("sensor", "bayer", pitch_um=3.0)
+    response = replace(sensor.narrow(Demand()).response, noise_fraction_allowed=0.5)
+    lens.photocurrent(scene, (), response)  # irradiance, here
+    assert 0 < told[-1] <= response.error_allowed
 
 
 @pytest.mark.parametrize("fraction", [1.0, 0.01])

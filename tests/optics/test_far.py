@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens, far
+from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens, far, kernel_errors
 from isethdr_optics.kernels import _lattices, _made, _Plan
 from isethdr_optics.pupils import amplitude, axis_mm, open_energy_mm2, with_wavefront
 
@@ -36,8 +36,8 @@ def one_band(lens, flare, centre, width, pitch_um, reach):
     """Return the kernel of one band and its stated error, the largest of all radii."""
     pitch = (pitch_um, pitch_um)
     lattices = _lattices(lens, [flare], np.array([centre]), np.array([width]), pitch, reach)
-    kernel, speckle, _ = _Plan(lens, [flare], centre, width, pitch, reach, 1, lattices).band(centre, width)
-    return kernel, speckle.max()
+    kernel, wrong, _ = _Plan(lens, [flare], centre, width, pitch, reach, 1, lattices).band(centre, width)
+    return kernel, 0.0 if wrong is None else kernel_errors.by_octave(wrong, kernel).max()
 
 
 @pytest.mark.parametrize("lens, flare, centre, width", [

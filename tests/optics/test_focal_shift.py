@@ -7,7 +7,9 @@ import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
 from isethdr_optics.kernels import kernels
 
+from isethdr_core import compose
 from isethdr_core.errors import ConfigError
+from isethdr_core.registry import build_from_config
 
 
 def psf(lens, wave=550.0, pitch_um=1.0, size=161, flares=()):
@@ -86,3 +88,11 @@ def test_other_hopeless_requests_are_refused_before_any_work(monkeypatch):
     monkeypatch.setattr("isethdr_core.physics.pupil.MOST_TERMS", 300)  # the real limit takes seconds
     with pytest.raises(ConfigError, match="overlaps"):
         lens.psf(550.0, 1.0, 16, [ApertureFlare(dust_per_mm2=400.0, dust_radius_um=200.0, scratches_per_mm2=0.0)])
+
+
+@pytest.mark.parametrize("typed", ["lens.focal_shift_um={450:20,550:0}", "+lens.focal_shift_um={450:20,550.0:0}", "lens.focal_shift_um={450.0:20,550.0:0}"])
+def test_whole_and_broken_numbers_are_wavelengths_on_the_command_line(typed):
+    lens = build_from_config("lens", compose(["lens=diffraction_limited", typed]).lens)
+    assert lens == DiffractionLimitedLens(focal_shift_um={450.0: 20.0, 550.0: 0.0})
+    with pytest.raises(ConfigError, match="focal_shift_um.450"):
+        build_from_config("lens", compose(["lens=diffraction_limited", "lens.focal_shift_um={450:far}"]).lens)

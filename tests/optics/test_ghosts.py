@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import yaml
 from isethdr_optics import GhostFlare, IdealLens
 from isethdr_optics import ghosts as ghosts_module
 from isethdr_optics.ghosts_draw import Canvas, sources
@@ -16,34 +15,7 @@ from isethdr_core import ledger, quantities
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.ray_trace import collimated, follow, ghost_path
 
-SINGLET = {
-    "name": "bare",
-    "f_number": 4.0,
-    "surfaces": [
-        {"stop": True, "thickness_mm": 0.5, "semi_diameter_mm": 12.0},
-        {"radius_mm": 150.0, "thickness_mm": 6.0, "glass": "1.9", "semi_diameter_mm": 14.0},
-        {"radius_mm": -220.0, "semi_diameter_mm": 14.0},
-    ],
-}
-
-
-@pytest.fixture
-def bare(tmp_path):
-    path = tmp_path / "bare.yaml"
-    path.write_text(yaml.safe_dump(SINGLET))
-    return str(path)
-
-
-def lamp(n, pitch, row, column, bands=(550.0,)):
-    x = quantities.centres(n, n * pitch)
-    values = np.zeros((len(bands), n, n))
-    values[:, row, column] = 1e3
-    return quantities.plane(values, list(bands), x, x, quantities.RADIANCE)
-
-
-def flux(light):
-    """Return the flux on the sensor, W/nm per band."""
-    return light.values.sum(axis=(1, 2)) * quantities.tile_pitch(light, "x") * quantities.tile_pitch(light, "y")
+from .lamp_ghosts import SINGLET, flux, lamp
 
 
 def monte_carlo(lens, tangent, count, seed=1):
@@ -153,15 +125,6 @@ def test_the_matrices_tell_size_place_and_light(bare):
         *collimated(np.zeros(1), np.zeros(1), 0.0, 0.01, 0.0),
     ).position_mm[0, 0]
     assert rays.position_mm[0, 1] / image == pytest.approx(pair.magnification, rel=1e-3)
-
-
-def test_a_modern_coating_keeps_every_pair_of_the_lens_below_a_ten_thousandth():
-    wave, field = np.linspace(450, 650, 5), 0.2
-    lens = load("double_gauss").stopped(4.0)
-    coated, bare = (rank(Powers(lens.with_coating(c), wave), field) for c in ("multilayer", "none"))
-    assert coated[0].share < 1e-4
-    assert bare[0].share > 1e-3
-    assert any(p.magnification < 0 for p in coated[:10])  # on the other side of the axis
 
 
 def test_ghosts_of_a_night_lamp_lie_where_the_matrices_say_and_have_the_coatings_colour():

@@ -1,40 +1,18 @@
-"""Ghosts of coated surfaces against a trace and reflectances that share nothing with the product."""
+"""Ghosts of coated surfaces against a trace that shares nothing with the product; what modern coatings leave of a headlamp."""
+
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
-import yaml
 from isethdr_optics import GhostFlare, IdealLens
+from isethdr_optics.ghosts_trace import rank
+from isethdr_optics.prescription import load
+from isethdr_optics.prescription_coatings import Powers, layers
+from isethdr_scenes.lamp_spectra import spectrum_of
 
-from isethdr_core import quantities
+from isethdr_core.physics.thin_film import reflect_unpolarised
 
-SINGLET = {
-    "name": "bare",
-    "f_number": 4.0,
-    "surfaces": [
-        {"stop": True, "thickness_mm": 0.5, "semi_diameter_mm": 12.0},
-        {"radius_mm": 150.0, "thickness_mm": 6.0, "glass": "1.9", "semi_diameter_mm": 14.0},
-        {"radius_mm": -220.0, "semi_diameter_mm": 14.0},
-    ],
-}
-
-
-@pytest.fixture
-def bare(tmp_path):
-    path = tmp_path / "bare.yaml"
-    path.write_text(yaml.safe_dump(SINGLET))
-    return str(path)
-
-
-def lamp(n, pitch, row, column, bands=(550.0,)):
-    x = quantities.centres(n, n * pitch)
-    values = np.zeros((len(bands), n, n))
-    values[:, row, column] = 1e3
-    return quantities.plane(values, list(bands), x, x, quantities.RADIANCE)
-
-
-def flux(light):
-    """Return the flux on the sensor, W/nm per band."""
-    return light.values.sum(axis=(1, 2)) * quantities.tile_pitch(light, "x") * quantities.tile_pitch(light, "y")
+from .lamp_ghosts import flux, lamp
 
 
 def airy_reflectance(cosine, n_from, n_to, layer=1.38233, thickness_nm=550.0 / 4 / 1.37851, wavelength_nm=430.0):
@@ -108,3 +86,65 @@ def test_coated_surfaces_against_an_independent_monte_carlo_trace(bare, column):
         flux(light)[0]
         < 0.5 * flux(GhostFlare(bare, error_allowed=0.0, sensor_reflectance_percent=0.0).irradiance(lens, scene))[0]
     )
+
+
+VISIBLE = np.arange(400.0, 701.0, 10.0)
+SENSOR = 0.02  # of the light that it reflects, mirror-like
+LENSES = [("double_gauss", 4.0, 14.0), ("cooke_triplet", 5.6, 20.0)]
+
+
+def pairs(name, f_number, half_field_deg, coating):
+    """Return every pair's share of the light in each visible band, pairs with the sensor among them."""
+    powers = Powers(load(name).stopped(f_number).with_coating(coating), VISIBLE, SENSOR)
+    found = []
+    for pair in rank(powers, float(np.tan(np.radians(half_field_deg)))):
+        product = powers.at_normal(pair.front) * powers.at_normal(pair.back)
+        largest = powers.at_normal(pair.front).max() * powers.at_normal(pair.back).max()  # the rank takes each surface at its worst
+        found.append(pair.share * product / largest)
+    return found
+
+
+@pytest.mark.parametrize("lamp_light", ["led_white", "halogen"])
+@pytest.mark.parametrize("lens", LENSES, ids=lambda lens: lens[0])
+def test_three_layers_keep_a_headlamp_s_flux_in_any_pair_below_a_ten_thousandth(lens, lamp_light):
+    light = spectrum_of(lamp_light).at(VISIBLE)
+    shares = {c: max(float(p @ light) / light.sum() for p in pairs(*lens, c)) for c in ("none", "mgf2", "multilayer", "broadband")}
+    assert shares["multilayer"] < 1e-4 and shares["broadband"] < 5e-5
+    assert shares["none"] > 3e-3 and shares["mgf2"] > 3 * shares["multilayer"]
+    assert max(p.max() for p in pairs(*lens, "multilayer")) > 1e-4  # not so at 400 nm, where a headlamp has next to no light
+
+
+@pytest.mark.parametrize("lens", LENSES, ids=lambda lens: lens[0])
+def test_the_broadband_coating_keeps_every_pair_below_a_ten_thousandth_in_every_band(lens):
+    found = pairs(*lens, "broadband")
+    assert len(found) > 10 and max(p.max() for p in found) < 1e-4
+    ranked = rank(Powers(load(lens[0]).stopped(lens[1]), VISIBLE), 0.2)
+    assert any(p.magnification < 0 for p in ranked[:10])  # on the other side of the axis
+
+
+@pytest.mark.parametrize("index", [1.5, 1.52, 1.58, 1.63])
+def test_the_broadband_coating_reflects_what_it_says(index):
+    for wave in np.arange(400.0, 701.0, 5.0):
+        found = reflect_unpolarised(1.0, index, layers("broadband", wave), np.cos(np.radians([0.0, 10.0, 20.0])), wave)[0]
+        assert found.max() < 0.0055
+
+
+@dataclass(frozen=True)
+class StrongestPair(GhostFlare):
+    """The ghost of the one pair that reflects most."""
+
+    def pairs(self, lens, wavelength_nm, largest_tangent):
+        """Return that pair alone."""
+        traced, left = super().pairs(lens, wavelength_nm, largest_tangent)
+        return traced[:1], traced[1:] + left
+
+
+def test_rays_agree_that_the_strongest_pair_takes_less_than_a_ten_thousandth():
+    """All light of the ghost, wherever it lands: a frame far wider than the camera's field."""
+    lens, wave = IdealLens(f_number=4.0, falloff="none", focal_length_mm=4.0), np.arange(400.0, 701.0, 25.0)
+    light = spectrum_of("led_white").at(wave)
+    for coating, worst in (("multilayer", 1e-3), ("broadband", 1e-4)):
+        flare = StrongestPair("double_gauss", coating=coating, error_allowed=0.0, sensor_reflectance_percent=0.0)
+        scene = lamp(95, 0.02, 47, 47, wave)
+        share = flux(flare.irradiance(lens, scene)) / flux(lens(scene))
+        assert 0 < share.max() < worst and float(share @ light) / light.sum() < 1e-4

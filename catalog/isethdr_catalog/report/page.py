@@ -6,7 +6,8 @@ from html import escape
 
 import numpy as np
 
-from isethdr_core import view
+from isethdr_core import geometry, view
+from isethdr_core.physics import projection
 
 from . import pictures, plots, tables
 
@@ -109,12 +110,20 @@ def _profile(seen) -> str:
     for name, (picture, truth) in seen.items():
         y = view.luminance(truth)
         row = int(np.unravel_index(np.argmax(y), y.shape)[0])
-        angle = np.degrees(np.arctan(picture.x.values / (picture.attrs["focal_length_mm"] * 1e-3)))
+        angle = _angles_deg(picture, row)
         profiles[name] = (angle, view.luminance(picture)[row])
         profiles["truth"] = (angle, y[row])
         floor = min(floor, max(float(y[row].min()) / 10, 1e-12))
     return pictures.figure(plots.line_profile(profiles, floor), "Luminance along the row through the brightest light of the truth; "
                    "estimates at or below zero are drawn at the lower edge")
+
+
+def _angles_deg(picture, row: int) -> np.ndarray:
+    """Return the horizontal field angle, right positive, at which each pixel of a row looks through the lens, distortion and projection included."""
+    f_m = picture.attrs["focal_length_mm"] * 1e-3
+    field = geometry.map_of(picture).inverse(picture.x.values / f_m, picture.y.values[row] / f_m)
+    right, _, forward = projection.direction(*field, geometry.projection_of(picture))
+    return np.degrees(np.arctan2(right, forward))
 
 
 def _snr(seen) -> str:

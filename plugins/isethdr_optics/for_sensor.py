@@ -1,0 +1,26 @@
+"""Light for one sensor: kernels no wider, and ghosts no fainter, than it can tell; what error they leave is for the rest of the way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from isethdr_core import quantities
+from isethdr_core.accuracy import CONVOLUTION, LEFT
+
+from .ghosts_seen import seen_ghosts
+from .imaging import irradiance, parts
+from .photocurrent import _light
+
+NOT_WORTH = 0.1  # of the error that there is anyway: to be more exact than that is not worth the seconds
+
+
+def photocurrent(lens, mixed, flares, response):
+    """Return photocurrent of `mixed` for a sensor, or irradiance where that is better, as `photocurrent.photocurrent` does."""
+    quantities.check_mixed(mixed)
+    given = parts(lens, mixed, flares, response)
+    flares, faint = seen_ghosts(lens, mixed, flares, given, response)
+    taken = given.noise_share + getattr(given.made, "noise_share", 0.0) + faint
+    allowed = response.noise_fraction_allowed
+    left = replace(response, noise_fraction_allowed=max(allowed - taken, LEFT * allowed, min(allowed, NOT_WORTH * taken)))
+    light = _light(lens, mixed, flares, left, given)
+    return irradiance(lens, mixed, flares, given, CONVOLUTION * left.error_allowed) if light is None else light

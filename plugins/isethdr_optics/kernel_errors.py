@@ -1,0 +1,71 @@
+"""Kernel errors: how wrong a kernel is beyond its exact core, from the difference between its two independent halves.
+
+Stated per octave of the distance to the lamp: 1 to 2 tiles, 2 to 4, and so on.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+OCTAVES = 13  # the last: 4096 tiles and more
+ROWS = 256  # of a kernel that errors per tile are read from
+BLOCKS = (2, 4, 8)  # tiles along either axis, over which neighbours are compared
+LEAST_BLOCKS = 16  # of an octave, else its neighbours are not compared
+
+
+def octaves(shape) -> np.ndarray:
+    """Return the octave (y, x) of every tile of a kernel, the axis in its middle."""
+    y, x = (np.arange(n) - n // 2 for n in shape)
+    return np.minimum(np.log2(np.maximum(np.hypot(y[:, None], x), 1.0)).astype(np.intp), OCTAVES - 1)
+
+
+def core(wrong) -> int:
+    """Return how many tiles from the axis, along y and along x, `wrong` is 0."""
+    y, x = (np.abs(np.arange(n) - n // 2) for n in wrong.shape)
+    return int(np.maximum(y[:, None], x)[wrong != 0].min(initial=max(wrong.shape))) - 1
+
+
+def by_octave(wrong, kernel) -> np.ndarray:
+    """Return the sum of the magnitudes of `wrong` over that of the kernel's values where it is not 0, per octave."""
+    rows = slice(None, None, max(1, len(kernel) // ROWS))
+    wrong, light = np.abs(wrong[rows]), kernel[rows]
+    octave, seen = octaves(kernel.shape)[rows], wrong > 0
+    return _ratio(*(np.bincount(octave[seen], a[seen], OCTAVES) for a in (wrong, light)))
+
+
+def deviation(wrong, kernel) -> np.ndarray:
+    """Return per octave the relative standard deviation d with which light of any pattern goes wrong: variance sum of (d k L)^2.
+
+    Root mean square of `wrong` over that of the kernel, times the root of the number of tiles that err alike. Light L of neighbouring
+    tiles meets errors that are alike: sum of L_s L_t C_st is at most the sum of L_s^2 times that of C_st over t, as
+    2 L_s L_t <= L_s^2 + L_t^2.
+    """
+    octave, seen = octaves(kernel.shape), wrong != 0
+    error, light = (np.bincount(octave[seen], a[seen].astype(float) ** 2, OCTAVES) for a in (wrong, kernel))
+    return np.sqrt(_ratio(error, light) * _alike(wrong, octave))
+
+
+def _alike(wrong, octave):
+    """Return how many tiles err alike, per octave: variance of the sum over a block / sum of variances, the largest of all blocks."""
+    y, x = (np.arange(n) - n // 2 for n in wrong.shape)
+    level = (wrong * np.hypot(y[:, None], x) ** 3)[len(y) // 2 :]  # kernels fall as r^-3: all of an octave counts alike
+    octave, out = octave[len(y) // 2 :], np.ones(OCTAVES)
+    for m in BLOCKS:
+        rows, columns = (n // m for n in level.shape)
+        if not rows or not columns:
+            break
+
+        def blocks(a, m=m, rows=rows, columns=columns):
+            return a[: rows * m, : columns * m].reshape(rows, m, columns, m)
+
+        first = blocks(octave)[:, 0, :, 0]
+        whole = (blocks(octave) == first[:, None, :, None]).all((1, 3)) & (blocks(level) != 0).all((1, 3))
+        of_sum, of_parts = blocks(level).sum((1, 3)) ** 2, (blocks(level) ** 2).sum((1, 3))
+        enough = np.bincount(first[whole], minlength=OCTAVES) >= LEAST_BLOCKS
+        alike = _ratio(*(np.bincount(first[whole], a[whole], OCTAVES) for a in (of_sum, of_parts)))
+        out = np.where(enough, np.maximum(out, alike), out)
+    return out
+
+
+def _ratio(a, b):
+    return np.divide(a, b, out=np.zeros(OCTAVES), where=b > 0)
