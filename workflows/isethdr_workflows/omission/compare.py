@@ -11,7 +11,8 @@ import numpy as np
 
 FLOAT32 = 2.0**-22      # relative: irradiance and what is made of it, each rounded to float32
 NEEDLESS = ("weight 0", "not demanded", "wavelengths not demanded", "neither a sensor", "quantum efficiency below", "no light in them",
-            "no report", "the sensor has none", "nothing spills in them")      # how the reasons begin
+            "no report", "the sensor has none", "nothing spills in them", "no metric reads", "no sensor sees", "the lens spreads no light",
+            "no tile is so bright")      # how the reasons begin
 NOISE_SD = "standard deviations of the sensor's noise"
 
 

@@ -1,0 +1,54 @@
+"""The study of the budget at a tiny size: what is allowed is kept, the statement is an upper bound, bad sizes are refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from isethdr_workflows import budget
+from isethdr_workflows.budget import chains, scenes
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.quantities import check_scene, tristimulus
+from isethdr_core.registry import build
+
+
+def test_what_is_allowed_is_kept_and_more_is_stated_than_is_wrong(monkeypatch):
+    monkeypatch.setattr(scenes, "BANDS_NM", np.arange(460.0, 661.0, 50.0))
+    monkeypatch.setattr(scenes, "CAMERAS", {"street": "rgbw"})
+    monkeypatch.setattr(scenes, "DAYLIGHT", np.ones((5, 1, 1)))
+    monkeypatch.setattr(scenes, "WHITE_LED", np.linspace(1, 2, 5)[:, None, None])
+    monkeypatch.setattr(scenes, "SODIUM", np.linspace(2, 1, 5)[:, None, None])
+    monkeypatch.setattr(scenes, "TILE_UM", 16.0)
+    monkeypatch.setattr(budget, "FRACTIONS", (0.03, 0.3))
+    monkeypatch.setattr(budget, "BITS", (8, 12))
+    monkeypatch.setattr(budget, "KERNELS", (0.03,))
+    monkeypatch.setattr(budget, "AGAIN", 1)
+    rows = budget.budget(width=24)
+    assert [r["allowed"] for r in rows] == [0.03, 0.3] and rows[0]["bits"] > rows[1]["bits"]
+    for row in rows:
+        assert row["within"] >= 0.99
+        assert row["error_99"] <= row["stated_99"] + row["truth_error"]  # the truth's own error adds to what is found
+        assert row["cold_cpu_s"] >= row["warm_cpu_s"] > 0
+
+
+@pytest.mark.parametrize("name, brightest", [("tunnel", 8e3), ("street", 2e6), ("noon", 3e6)])
+def test_scenes_are_of_the_light_they_say(name, brightest):
+    made = scenes.scene(name, 32, 6.0)
+    check_scene(made)
+    luminance = tristimulus(build("lighting", "weights", weights={"ambient": 1.0, "lamps": 1.0})(made)).xyz.values[..., 1]
+    assert luminance.max() == pytest.approx(brightest, rel=0.05)  # what lights it besides
+    assert luminance.max() > 700 * np.median(luminance) and made.sizes["x"] == 38
+
+
+def test_no_kernel_is_at_hand_inside_and_the_home_is_as_before_after(monkeypatch, tmp_path):
+    from isethdr_core import store
+
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
+    with chains.no_kernels() as folder:
+        assert str(store.home()) == folder != str(tmp_path)
+    assert str(store.home()) == str(tmp_path)
+
+
+def test_a_field_of_no_width_is_refused():
+    with pytest.raises(ConfigError, match="width=8; expected at least 16"):
+        budget.budget(width=8)

@@ -1,0 +1,91 @@
+"""Budget: whether the error allowed is kept, and what keeping it costs beside settings chosen by hand.
+
+| file     | what                                                          |
+|----------|---------------------------------------------------------------|
+| `scenes` | three small scenes, none of which a cost was measured on      |
+| `chains` | the chain after the renderer, planned and by hand, and truth  |
+"""
+
+from __future__ import annotations
+
+LEAST_WIDTH = 16
+SHARE = 0.99
+AGAIN = 5  # times that both are run in turns
+FRACTIONS = (0.03, 0.1, 0.3)
+BITS, KERNELS, WAYS = (8, 10, 12, 16), (0.03, 0.015, 0.0075), ("photocurrent", "irradiance")
+
+
+def budget(width: int = 96) -> list[dict]:
+    """Run three unseen scenes at three error allowances and compare with the truth, and with the best settings found by hand.
+
+    Parameters
+    ----------
+    width : tiles across the camera's field.
+
+    Returns
+    -------
+    rows with scene, camera, fraction of the noise allowed, share of unsaturated pixels within it, error of 99 % of them, what the ledger
+    states, CPU seconds with kernels to be made and with kernels at hand, both over those of the cheapest of the settings by hand that
+    keep 99 % of the pixels within the same fraction, those settings, and the truth's own error.
+
+    Raises
+    ------
+    ConfigError : a width that leaves no field.
+    """
+    from isethdr_core.errors import ConfigError
+    from isethdr_core.progress import track
+    from isethdr_core.registry import build
+
+    from .chains import parts_of
+    from .scenes import CAMERAS, scene
+
+    if width < LEAST_WIDTH:
+        raise ConfigError(f"study budget has width={width}; expected at least {LEAST_WIDTH} tiles; type width=96")
+    lens = build("lens", "diffraction_limited", focal_length_mm=6.0)
+    cases = {name: (parts_of(camera, lens), scene(name, width, lens.focal_length_mm)) for name, camera in CAMERAS.items()}
+    truths = _truths(cases)
+    hand = _by_hand(cases, truths)
+    return [_row(name, *cases[name], fraction, truths[name], hand[name]) for name in track(list(cases), "scenes") for fraction in FRACTIONS]
+
+
+def _truths(cases) -> dict:
+    from .chains import exact, no_kernels
+
+    with no_kernels():
+        return {name: exact(*case) for name, case in cases.items()}
+
+
+def _by_hand(cases, truths) -> dict:
+    """Return, per scene, [setting, errors, CPU seconds with kernels at hand, and with kernels to be made]."""
+    from itertools import product
+
+    from .chains import Setting, by_hand, errors, no_kernels
+
+    hand: dict[str, list] = {name: [] for name in cases}
+    for kernels in KERNELS:
+        with no_kernels() as folder:
+            making_s = None  # kernels are the same for all scenes: the first run takes the time of making them
+            for name, (bits, way) in product(cases, product(BITS, WAYS)):
+                done = by_hand(*cases[name], setting := Setting(bits, kernels, way), folder, truths[name])
+                making_s = done.making_s if making_s is None else making_s
+                hand[name].append((setting, errors(done, truths[name]), done.warm_s, done.warm_s + making_s))
+    return hand
+
+
+def _row(name, parts, scene, fraction, truth, hand) -> dict:
+    import numpy as np
+
+    from .chains import by_hand, errors, no_kernels, planned
+
+    kept = [h for h in hand if np.mean(h[1] <= fraction) >= SHARE]
+    best, best_warm = (min(kept, key=lambda h, k=k: h[k])[0] if kept else None for k in (3, 2))
+    with no_kernels() as folder:
+        done = planned(parts, scene, fraction, folder, truth)
+        pairs = [(planned(parts, scene, fraction, folder, truth), best_warm and by_hand(parts, scene, best_warm, folder, truth)) for _ in range(AGAIN)]
+    wrong = errors(done, truth)
+    ours, theirs = (min((p[k].warm_s for p in pairs if p[k]), default=float("nan")) for k in (0, 1))  # in turns: the machine is as busy for both
+    cold_s, cold = ours + done.making_s, theirs + min((h[3] - h[2] for h in kept if h[0] == best), default=float("nan"))
+    return {"scene": name, "camera": next(iter(parts.cameras)), "allowed": fraction, "within": float(np.mean(wrong <= fraction)),
+            "error_99": float(np.quantile(wrong, SHARE)), "stated_99": done.stated, "truth_error": truth[-1], "bits": done.bits,
+            "cold_cpu_s": cold_s, "cold_over_best": cold_s / cold, "warm_cpu_s": ours, "warm_over_best": ours / theirs,
+            "best_by_hand": str(best), "best_warm": str(best_warm)}

@@ -1,0 +1,149 @@
+"""The chain after the renderer, planned or set by hand, and its truth: electrons of every pixel."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.signal import fftconvolve
+
+from isethdr_core import accuracy, ledger, lens_errors, noise_units, quantities, store
+from isethdr_core.demand import Demand
+from isethdr_core.ledger import ErrorNote, Ledger, Row
+from isethdr_core.pipeline import Chain, narrowed, on_sensor
+from isethdr_core.registry import build
+from isethdr_core.seeds import generator
+from isethdr_core.store_encoding import bits_for, rounding
+
+FINER = 9.0  # times less than a lens allows kernels by itself: the truth's, on other points
+WARM = 1  # runs with kernels at hand
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Choices that a person could make: mantissa bits kept, error of kernels, the way through the lens."""
+
+    bits: int
+    kernel_error: float
+    way: str  # photocurrent or irradiance
+
+    def __str__(self):
+        return f"{self.bits} bits, kernels {self.kernel_error:g}, {self.way}"
+
+
+@dataclass(frozen=True)
+class Done:
+    """Mean electrons of every capture, CPU seconds, and what the ledger says of the electrons' error."""
+
+    electrons: list
+    warm_s: float  # with kernels at hand
+    making_s: float  # more, the first time
+    bits: int | None
+    stated: float = float("nan")
+
+
+@contextmanager
+def no_kernels():
+    """Yield a new home folder, for stores and kernels: none is at hand there, in this process neither."""
+    import isethdr_optics.kernels as optics
+
+    before = os.environ.get("ISETHDR_HOME")
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["ISETHDR_HOME"] = folder
+        optics._cache.clear()
+        try:
+            yield folder
+        finally:
+            optics._cache.clear()
+            os.environ.pop("ISETHDR_HOME")
+            os.environ.update({"ISETHDR_HOME": before} if before is not None else {})
+
+
+def parts_of(camera: str, lens) -> Chain:
+    """Return a chain of a camera, a lens and its dirt."""
+    return Chain(None, None, build("lighting", "weights", weights={"ambient": 1.0, "lamps": 1.0}), {}, lens, {"dirt": build("flare", "aperture")},
+                 {camera: build("sensor", camera)}, None, {})
+
+
+def planned(parts: Chain, scene, fraction: float, folder, truth: list) -> Done:
+    """Return what a run makes of stored radiance when so large a fraction of the noise is allowed."""
+    (sensor,) = parts.cameras.values()
+    demand = accuracy.budgeted(narrowed(sensor, Demand(wavelength_nm=tuple(scene.wavelength.values.tolist()))), accuracy.Allowed(fraction))
+    bits = bits_for(accuracy.stored_error(demand))
+    done = _measured(parts, scene, lambda mixed: on_sensor(parts, mixed, demand), bits, folder, truth)
+    rows, mixed = Ledger(), parts.lighting(scene)
+    with ledger.stage(rows, "lens"):
+        light = on_sensor(parts, mixed, demand)
+    rows.append(Row("radiance", errors=[ErrorNote(rounding(bits), "relative", "bound", "radiance as stored")]))
+    return replace(done, stated=_stated(parts, demand, rows, mixed, light, scene, truth, fraction))
+
+
+def by_hand(parts: Chain, scene, setting: Setting, folder, truth: list) -> Done:
+    """Return what settings by hand make of it: nobody looks at the light to choose more."""
+    from isethdr_optics.photocurrent import photocurrent  # the way alone: `lens.photocurrent` looks at the light first
+
+    (sensor,) = parts.cameras.values()
+    lens, flares, response = replace(parts.lens, speckle_error=setting.kernel_error), tuple(parts.flares.values()), narrowed(sensor, Demand()).response
+
+    def way(mixed):
+        return photocurrent(lens, mixed, flares, response) if setting.way == "photocurrent" else lens(mixed, flares, response.error_allowed)
+
+    return _measured(parts, scene, way, setting.bits, folder, truth)
+
+
+def _measured(parts, scene, way, bits, folder, truth) -> Done:
+    taken = []
+    for again in range(1 + WARM):
+        start = time.process_time()
+        back = store.open_store(store.write_store(folder, f"b{time.monotonic_ns()}-{again}", {"": scene}, {}, keepbits=bits)).load()
+        mixed = parts.lighting(back)
+        light = way(mixed)
+        rates = _electrons(light, mixed, back, truth)
+        taken.append(time.process_time() - start)
+    return Done(rates, min(taken[1:]), max(taken[0] - min(taken[1:]), 0.0), bits)
+
+
+def _stated(parts, demand, rows, mixed, light, scene, truth, fraction) -> float:
+    """Return what the last line of a run's ledger says of everything after the renderer, the worst capture's."""
+    asked = lens_errors.asked_of(parts.lens, tuple(parts.flares.values()), parts.cameras.values(), demand, mixed)
+    with ledger.stage(Ledger(), "picture") as row:
+        noise_units.state(noise_units.electrons(truth[0], light, mixed, scene, 0.0, asked), rows, fraction, (0.0, 0.0))
+    return max(e.value for e in row.errors if "all after the renderer" in e.what)
+
+
+def _electrons(light, mixed, scene, truth):
+    return [shot.total for shot in noise_units.electrons(truth[0], light, mixed, scene)]
+
+
+def exact(parts: Chain, scene) -> list:
+    """Return (captures, electrons, noise, unsaturated, own error) of a scene: every band in float64, nothing left out, finer kernels.
+
+    The convolution is SciPy's; kernels have their points elsewhere than those of any chain under test. Its own error is the standard
+    deviation of 99 % of the pixels that its kernels leave, in units of the noise.
+    """
+    from isethdr_optics.imaging import parts as optics
+
+    lens = replace(parts.lens, speckle_error=parts.lens.speckle_error / FINER)
+    flares, mixed = tuple(parts.flares.values()), parts.lighting(scene)
+    with ledger.stage(Ledger(), "truth"):
+        given, light = optics(lens, mixed, flares), lens(mixed, flares=flares)
+    factor = 1.0 if given.relative is None else given.relative
+    cube = np.stack([gain * fftconvolve(band * factor, np.asarray(kernel, float))[tuple(slice(k // 2, k // 2 + n) for k, n in zip(kernel.shape, band.shape))]
+                     for gain, band, kernel in zip(given.gains, mixed.values.astype(float), given.made.bands)])
+    light = quantities.plane(np.maximum(cube, 0.0), light.wavelength.values, light.x.values, light.y.values, **light.attrs)
+    (sensor,) = parts.cameras.values()
+    captures = sensor(light, generator(seed=0))
+    with ledger.stage(Ledger(), "truth"):
+        shots = noise_units.electrons(captures, light, mixed, scene, 0.0, lambda mean, weights: lens.spread_errors(mean, flares, weights))
+    own = max(float(np.quantile((s.spread[0] / s.sigma)[s.unsaturated], noise_units.SHARE)) for s in shots if s.unsaturated.any())
+    return [captures, [s.total for s in shots], [s.sigma for s in shots], [s.unsaturated for s in shots], own]
+
+
+def errors(done: Done, truth: list) -> np.ndarray:
+    """Return the errors of all unsaturated pixels of all captures, in standard deviations of the noise."""
+    _, electrons, sigma, unsaturated, _ = truth
+    return np.concatenate([(np.abs(a - b) / s)[u] for a, b, s, u in zip(done.electrons, electrons, sigma, unsaturated)])
