@@ -172,13 +172,15 @@ def our_rows(scene, aberrated, repeats=3):
 
 
 def errors(scene, aberrated):
-    """Return how far photocurrent is from irradiance, in standard deviations of the noise: largest below full well, and above it."""
+    """Return how far photocurrent is from irradiance by the same kernels, in standard deviations of the noise: largest below full well, above it."""
+    from isethdr_optics import imaging
+
     (lens, flares), (sensor, response) = optics(aberrated), camera()
     short = lens.photocurrent(scene, flares, response)
     if "channel" not in short.dims:
         return float("nan"), float("nan")
     short = sensor.expected(short).values
-    long = sensor.expected(lens(scene, flares)).values
+    long = sensor.expected(imaging.irradiance(lens, scene, flares, imaging.parts(lens, scene, flares, response))).values
     share = np.abs(short - long) / np.sqrt(long + response.read_noise_e**2)
     return share[long < FULL_WELL_E].max(initial=0.0), share[long >= FULL_WELL_E].max(initial=0.0)
 
