@@ -12,6 +12,7 @@ from isethdr_core.testing import check
 # fields that make a component quick; none of them switches an effect off
 QUICK = {
     ("flare", "ghosts"): {"prescription": "singlet"},
+    ("lens", "prescription"): {"error_allowed": 0.3},
     ("renderer", "mitsuba"): {"width": 32, "height": 18, "samples": 16, "step_nm": 50.0},
     ("scene", "luminance_ramp"): {"width": 64, "height": 36},
     ("scene", "point_lights"): {"width": 64, "height": 36},

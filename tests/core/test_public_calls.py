@@ -7,7 +7,7 @@ import isethdr_core as hdr
 
 
 def test_the_chain_by_hand():
-    scene = hdr.build("scene", "point_lights", width=48, height=27, step_nm=60.0)()
+    scene = hdr.build("scene", "point_lights", width=48, height=27, step_nm=60.0, horizontal_field_deg=10.0)()
     mixed = hdr.build("lighting", "weights", weights={"sky": 1e-3, "headlights": 1.0})(scene)
     assert mixed.dims == ("wavelength", "y", "x")
     lens = hdr.build("lens", "wavefront", f_number=4.0, focal_length_mm=4.0, zernike_um={4: 0.1})

@@ -50,7 +50,7 @@ def test_no_aberration_is_diffraction_limited():
 
 
 def test_fast_lens_on_coarse_tiles_is_ideal():
-    tile_um, blur_um = 100.0, 0.55
+    tile_um, blur_um = 50.0, 0.55
     scene = mixed(np.random.default_rng(0).uniform(1, 2, (12, 14)), pitch_um=tile_um)
     kind = dict(f_number=1.0, falloff="none")
     got = DiffractionLimitedLens(**kind)(scene) / IdealLens(**kind)(scene)
@@ -59,7 +59,7 @@ def test_fast_lens_on_coarse_tiles_is_ideal():
     f = (np.arange(4_000_000) + 0.5) * 1e-6 / blur_um
     most = 4 * np.sum(np.minimum(4 / np.pi * blur_um * f, 1) * tile_um * np.sinc(f * tile_um) ** 2) * (f[1] - f[0])
     assert np.abs(got - 1).max() < most + 1e-3  # the kernel's middle is exact to 1e-3
-    assert most < 0.012 and np.abs(got - 1).max() > 0.1 * most
+    assert most < 0.024 and np.abs(got - 1).max() > 0.1 * most
 
 
 def test_wavefront_tilt_moves_light_right_and_up_and_defocus_spreads_it():

@@ -12,6 +12,7 @@ from isethdr_core.quantities import check_scene, tristimulus
 from isethdr_core.registry import build
 
 
+@pytest.mark.slow
 def test_what_is_allowed_is_kept_and_more_is_stated_than_is_wrong(monkeypatch):
     monkeypatch.setattr(scenes, "BANDS_NM", np.arange(460.0, 661.0, 50.0))
     monkeypatch.setattr(scenes, "CAMERAS", {"street": "rgbw"})

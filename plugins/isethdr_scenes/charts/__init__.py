@@ -8,6 +8,7 @@
 | `point_lights`   | five discs, each ten times dimmer than the last, on a dark ground |
 | `luminance_ramp` | equal luminance ratios from column to column over eight decades   |
 | `chart`          | fields that all charts share; grid, illuminant, dataset           |
+| `daylight`       | the CIE's daylight illuminants                                     |
 | `coverage`       | exact areas of discs and half planes in tiles                     |
 """
 

@@ -9,6 +9,8 @@ from typing import Literal
 from isethdr_core.categories import CATEGORIES
 from isethdr_core.errors import ConfigError
 
+from .daylight import DAYLIGHT_K, daylight
+
 STEPS = 20  # of the midpoint rule in a band: 2e-6 for tungsten light in bands of 10 nm
 
 
@@ -137,6 +139,8 @@ def _illuminant(name: str):
         return lambda nm: np.ones_like(nm)
     if name == "A":  # CIE 15:2018, eq. 4.1 (relative; 1 at 560 nm)
         return lambda nm: (560 / nm) ** 5 * np.expm1(1.435e7 / (2848 * 560)) / np.expm1(1.435e7 / (2848 * nm))
-    import colour
+    if name in DAYLIGHT_K:
+        return daylight(DAYLIGHT_K[name])
+    import colour  # more than a second
 
     return table(colour.SDS_ILLUMINANTS[name])
