@@ -77,9 +77,10 @@ def irradiance(lens, mixed, flares, given: Parts, error_allowed: float = 0.0):
     made, field, gains = given.made, given.field, given.gains
     values = np.asarray(mixed.values)
     out = np.empty(values.shape, np.result_type(values.dtype, np.float32))
-    with threads() as pool, sf.set_workers(1):  # one band after the other: least memory
+    with threads() as pool, ThreadPoolExecutor(2) as two, sf.set_workers(1):  # two bands at a time: little memory, and no thread waits
         if field is None:
-            bounds = [_band(out[b], values[b], made and made.ready(b), given.relative, gain, pool.map, error_allowed) for b, gain in enumerate(gains)]
+            bounds = list(two.map(lambda b: _band(out[b], values[b], made and made.ready(b), given.relative, gains[b], pool.map, error_allowed),
+                                  range(len(gains))))
         else:
             bounds = list(pool.map(lambda b: field.spread(out[b], values[b] * (gains[b] * given.sensor.relative), b, error_allowed),
                                    range(len(gains))))

@@ -7,6 +7,7 @@ the far field adds may have one sign: its share of L k adds up as it is.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -20,9 +21,10 @@ from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
 
 from . import kernel_errors
 from .exact_core import kept_cores
-from .kernels import tile_sums
+from .kernels import cpus, tile_sums
 
 MOST_TILES = 96  # along an axis: finer frames are summed over blocks, over which errors change little
+ROWS = 64  # of a frame whose charge is added up at a time
 FINER = (0.5, 0.25)  # of the lens's own error: still finer lattices outgrow memory, and little is won
 HALVED = 0.35  # what is left of the errors of kernels that are asked for half the error, measured
 
@@ -90,9 +92,13 @@ def noise_share(made, lens, mixed, relative, response) -> float:
     counted = lens.throughput_sr() * response.area_exposure_m2_s * response.efficiency(wave) * band_widths_nm(wave) / photon_energy_j(wave)
     block = _block(mixed.shape[1:])
     band_share, variance, wrapped, far = _kernels(made, block, mixed.shape[1:])
-    squares, found = np.stack([_sums(band, block, 2) for band in mixed.values]), [0.0]
-    for row in np.unique(counted, axis=0):
-        charge = matrix_product(row[None].astype(mixed.dtype), mixed.values)[0] * relative
+    rows, found = np.unique(counted, axis=0), [0.0]
+    with ThreadPoolExecutor(min(cpus(), 8)) as pool:
+        squares = np.stack(list(pool.map(lambda band: _sums(band, block, 2), mixed.values)))
+        weights, values = rows.astype(mixed.dtype), mixed.values
+        parts = pool.map(lambda start: matrix_product(weights, values[:, start : start + ROWS]), range(0, mixed.shape[1], ROWS))
+        charges = np.concatenate(list(parts), axis=1) * relative
+    for row, charge in zip(rows, charges):
         whole, squared = _sums(charge, block), np.tensordot((row * band_share) ** 2, squares, 1) * np.max(relative) ** 2
         deviation, bound = _spread(squared, variance), _spread(whole, wrapped)
         afar = np.maximum(convolution_transform.plain(whole, far.spectrum, far.size)[0] * far.peak, 0.0)
