@@ -167,7 +167,8 @@ def within(bound, deviation, share: float = SHARE) -> float:
     scale = np.sqrt(2) * np.maximum(deviation, np.finfo(float).tiny)
     for _ in range(40):
         middle = (low + high) / 2
-        below = np.where(middle >= bound, erf(np.maximum(middle - bound, 0.0) / scale), 0.0)
+        with np.errstate(over="ignore"):  # far above a bound without deviation: erf(inf) is 1
+            below = np.where(middle >= bound, erf(np.maximum(middle - bound, 0.0) / scale), 0.0)
         low, high = (middle, high) if below.mean() < share else (low, middle)
         if high - low <= 1e-4 * high:
             break
