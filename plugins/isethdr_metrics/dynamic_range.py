@@ -74,8 +74,9 @@ def medians(true, variance, reach: float) -> tuple:
     below = true <= reach
     true, variance = true[below], variance[below]
     group = np.ceil(GROUPS * (1 + np.log(np.maximum(true / (reach or 1.0), 1 / DEPTH)) / np.log(DEPTH))).astype(int)
-    known = [group == g for g in np.unique(group)]
-    enough = [g for g in known if g.sum() >= FEW] or [np.ones(len(true), bool)]
+    enough = [g for g in (group == k for k in np.unique(group)) if g.sum() >= FEW]
+    if len(enough) < 3:  # so few luminances, or pixels, that groups of equal numbers serve better
+        enough = np.array_split(np.argsort(true, kind="stable"), min(GROUPS, len(true)))
     return tuple(np.array([np.median(values[g]) for g in enough]) for values in (true, variance))
 
 

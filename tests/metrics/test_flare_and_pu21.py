@@ -89,3 +89,15 @@ def test_three_definitions_of_dynamic_range_in_closed_form():
         assert found[f"dynamic_range{name}"].value == pytest.approx(20 * np.log10(top / bottom), rel=1e-9)
     assert found["dynamic_range_dark_noise"].value == pytest.approx(20 * np.log10(top / np.sqrt(a)), abs=1e-4)
     assert found["dynamic_range_dark_noise"].value > found["dynamic_range"].value > found["dynamic_range_snr_10db"].value
+
+
+def test_the_noise_line_is_read_between_points_and_not_beyond_the_dark():
+    """Most pixels so dark that shot noise does not show, and variances 20 % uncertain: a line through those alone has no slope to speak of."""
+    rng = np.random.default_rng(0)
+    true = np.concatenate([rng.uniform(1e-4, 1e-2, 40_000), np.geomspace(1e-2, 50, 10_000)]).reshape(200, 250)
+    a, b = 0.17, 0.064
+    seen = (a + b * true) * np.exp(0.2 * rng.standard_normal(true.shape))
+    found = by_name(DynamicRange()(picture(true, seen, true < 40), picture(true)))
+    for name, s in (("", 1.0), ("_snr_10db", np.sqrt(10))):
+        # SNR = s; medians of hundreds of variances are known to 1 or 2 %, their roots to half of that
+        assert found[f"dynamic_range{name}_bottom"].value == pytest.approx((s**2 * b + np.sqrt(s**4 * b**2 + 4 * s**2 * a)) / 2, rel=0.02)
