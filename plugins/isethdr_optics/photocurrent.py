@@ -19,20 +19,22 @@ from . import bright_tiles, spectral_fit
 from .imaging import Parts, added_light, irradiance, on_sensor, parts, state_kernels, threads
 
 
-def photocurrent(lens, mixed, flares, response):
+def photocurrent(lens, mixed, flares, response, given: Parts | None = None):
     """Return photocurrent of `mixed` (wavelength, y, x), or irradiance where that is no slower or more exact.
 
     Parameters
     ----------
     response : `isethdr_core.demand.Response` of the sensor. The error in electrons, in every tile and channel, stays below
         `noise_fraction_allowed` of the sensor's noise where it is not saturated; the ledger says what it was at the tiles looked at.
+    given : what the lens makes of the field of `mixed`, which has then been checked; None: as the lens makes it by itself.
 
     Raises
     ------
     UnitError : as `imaging.image`.
     """
-    quantities.check_mixed(mixed)
-    given = parts(lens, mixed, flares)
+    if given is None:
+        quantities.check_mixed(mixed)
+        given = parts(lens, mixed, flares)
     light = _light(lens, mixed, flares, response, given)
     return irradiance(lens, mixed, flares, given, CONVOLUTION * response.error_allowed) if light is None else light
 

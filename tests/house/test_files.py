@@ -76,7 +76,7 @@ def test_nothing_is_left_to_do_in_comments():
 
 def test_the_pattern_for_paths_finds_them():
     assert PATHS.search("open('/" + "home/me/data')") and PATHS.search("see /" + "tmp/x.txt")
-    assert not PATHS.search("ISETHDR_HOME=/path") and not PATHS.search("runs/tmp/x") and not PATHS.search("docs/home/x")
+    assert not PATHS.search("ISETHDR_HOME=/path") and not PATHS.search("runs/" + "tmp/x") and not PATHS.search("docs/" + "home/x")
 
 
 def test_every_package_is_shipped():

@@ -71,15 +71,12 @@ def test_uniform_light_piles_up_no_more_than_the_factor_says(prescription, coati
     assert 2 < max(peaks) < ghosts_seen.PEAK
 
 
-def test_what_is_left_for_the_rest_of_the_way_is_less():
-    from isethdr_optics import for_sensor
+def test_what_is_left_for_the_rest_of_the_way_is_less(monkeypatch):
+    from isethdr_optics import for_sensor, photocurrent
 
     asked = []
-    kept, for_sensor._light = for_sensor._light, lambda lens, mixed, flares, response, given: asked.append((flares, response)) or mixed
-    try:
-        for_sensor.photocurrent(LENS, scene(), (GHOSTS,), RESPONSE)
-    finally:
-        for_sensor._light = kept
+    monkeypatch.setattr(photocurrent, "photocurrent", lambda lens, mixed, flares, response, given: asked.append((flares, response)))
+    for_sensor.photocurrent(LENS, scene(), (GHOSTS,), RESPONSE)
     [(flares, left)] = asked
     share = seen(scene())[1]
     assert flares[0].faint and left.noise_fraction_allowed == pytest.approx(replace(RESPONSE).noise_fraction_allowed - share)
