@@ -14,33 +14,29 @@ TOGETHER_BYTES = 2**20  # of the bands' kernels that are combined at a time: the
 FEW = 2**18  # products of a matrix product that a linear algebra library does not divide among threads of its own
 
 
-def channels(out, cube, project, combine, blocks, size, factor=None, apply=map) -> tuple[float, float]:
+def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, float]:
     """Add the channels' convolutions to `out`; return the norms of all planes that went in, together, and of all that came out.
 
     Parameters
     ----------
     out : (channel, y, x) float32 or float64.
-    cube : (band, y, x) light.
-    project : (functional, band), W. At least as many functionals as channels.
+    planes : planes(rows) returns those rows of the functionals of the light, (functional, row, x).
     combine : (channel, functional, band): the weight of a band's kernel in the kernel of a channel and functional.
     blocks : (band, block, sy, columns), transforms of the bands' kernels (`convolution_transform.spectrum`), whose precision, single or
         double, is that of the work.
     size : (y, x) of the transforms.
-    factor : None, or (y, x), multiplies the light.
     apply : `map`, or the `map` of a pool of threads.
     """
-    bands, ny, nx = cube.shape
-    outputs, scale = len(combine), float(np.abs(combine).max()) or 1.0  # so that single precision is in range for any unit
+    (outputs, count, bands), (ny, nx) = combine.shape, out.shape[1:]
+    scale = float(np.abs(combine).max()) or 1.0  # so that single precision is in range for any unit
     blocks, single = np.asarray(blocks), blocks.dtype in (np.float32, np.complex64)  # a view: slices of mapped files are slow objects
-    flat, weights = (combine / scale).reshape(-1, bands).astype(np.float32 if single else float), project.astype(cube.dtype)
-    count, together = len(weights), max(1, TOGETHER_BYTES // (bands * transform.COLUMNS * blocks.itemsize))
+    flat = (combine / scale).reshape(-1, bands).astype(np.float32 if single else float)
+    together = max(1, TOGETHER_BYTES // (bands * transform.COLUMNS * blocks.itemsize))
     halves = [transform.rows_of(ny, size, out, single) for _ in range(max(count, outputs))]
 
     def read(rows, values):
-        values[:count] = matrix_product(weights, cube[:, rows])
+        values[:count] = planes(rows)
         values[count:] = 0.0
-        if factor is not None:
-            values *= factor[rows]
 
     def multiply(block, parts):
         for start in range(0, size[0], together):

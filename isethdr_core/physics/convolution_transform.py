@@ -90,7 +90,8 @@ def forward(read, halves, size, nx: int, apply=map) -> float:
         padded = _kept(local, "rows", (len(halves), high, size[1]), _real(halves[0], xp), halves[0])
         values = padded[:, :, :nx]
         read(cut, values)
-        if not xp.any(values):  # rows without light need no transform
+        total = squares(values, xp)
+        if total == 0 and not xp.any(values):  # rows without light need no transform
             for half in halves:
                 half[:, cut, :] = 0.0
             return 0.0
@@ -98,7 +99,7 @@ def forward(read, halves, size, nx: int, apply=map) -> float:
         for plane, half in enumerate(halves):
             fourier.rfft(padded[plane, ...], line[:, :width])
             half[:, cut, :] = xp.permute_dims(xp.reshape(line, (high, count, COLUMNS)), (1, 0, 2))
-        return squares(values, xp)
+        return total
 
     return float(sum(apply(block, range(0, ny, ROWS))))
 

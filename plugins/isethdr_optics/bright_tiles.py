@@ -35,7 +35,7 @@ def correct(out, cube, relative, weights, fit, made, apply=map) -> None:
     for radius in np.unique(fit.radii):
         half = [min(int(radius), n // 2) for n in made.bands[0].shape]
         cut = tuple(slice(n // 2 - h, n // 2 + h + 1) for n, h in zip(made.bands[0].shape, half))
-        cores = np.stack([np.asarray(b[cut], float).ravel() for b in made.bands])
+        cores = np.stack([b[cut].ravel() for b in made.bands])
         tiles = fit.bright[fit.radii == radius]
         light = cube.reshape(len(cube), -1)[:, tiles]
         missed = light - fit.near.predict @ (fit.near.project.astype(cube.dtype) @ light).astype(float)
@@ -52,7 +52,8 @@ def _spread(out, weights, tiles, missed, cores, half):
     (ny, nx), shape = out.shape, tuple(2 * h + 1 for h in half)
     for start in range(0, len(tiles), TOGETHER):
         some = slice(start, start + TOGETHER)
-        spread = matrix_product(np.ascontiguousarray((missed[:, some] * weights[:, None]).T), cores).reshape(-1, *shape)
+        seen = (missed[:, some] * weights[:, None]).T.astype(cores.dtype)  # single precision: it is what is missed, and that of one tile
+        spread = matrix_product(np.ascontiguousarray(seen), cores).reshape(-1, *shape)
         for part, y, x in zip(spread, *np.unravel_index(tiles[some], (ny, nx))):
             top, left, bottom, right = max(y - half[0], 0), max(x - half[1], 0), min(y + half[0] + 1, ny), min(x + half[1] + 1, nx)
             inside = (slice(top - y + half[0], bottom - y + half[0]), slice(left - x + half[1], right - x + half[1]))

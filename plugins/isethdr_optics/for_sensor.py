@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from isethdr_core import quantities
-from isethdr_core.accuracy import LEFT
+from isethdr_core.accuracy import CONVOLUTION, LEFT
 
 from . import photocurrent as way
 from .ghosts_seen import seen_ghosts
-from .imaging import parts
+from .imaging import irradiance, parts
 
+WORTH = 1.5e6  # tiles x bands: to find functionals takes as long as to convolve so many
 NOT_WORTH = 0.1  # of the error that there is anyway: to be more exact than that is not worth the seconds
 
 
@@ -22,4 +23,6 @@ def photocurrent(lens, mixed, flares, response):
     taken = given.noise_share + getattr(given.made, "noise_share", 0.0) + faint
     allowed = response.noise_fraction_allowed
     left = replace(response, noise_fraction_allowed=max(allowed - taken, LEFT * allowed, min(allowed, NOT_WORTH * taken)))
+    if mixed.size < WORTH:
+        return irradiance(lens, mixed, flares, given, CONVOLUTION * left.error_allowed)
     return way.photocurrent(lens, mixed, flares, left, given)

@@ -14,6 +14,7 @@ import numpy as np
 from isethdr_core import ledger
 
 from . import tails
+from .counted import electrons
 from .ghosts import GhostFlare
 
 SHARE = 0.25  # of the error allowed of light
@@ -40,7 +41,7 @@ def seen_ghosts(lens, mixed, flares, given, response) -> tuple[tuple, float]:
     wave, total, out = given.wavelength_nm, 0.0, []
     centre = 1.0 if given.made is None else np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in given.made.bands], float)
     light = tails.Light(np.asarray(mixed.values), 1.0 if given.relative is None else given.relative,
-                         tails.electrons(response, wave) * given.gains, response)
+                         electrons(response, wave) * given.gains, response)
     unit = 2 * light.share(np.ones(len(wave)), centre, everywhere=True)  # ghosts as bright as the brightest tile
     for flare in flares:
         if type(flare) is GhostFlare:

@@ -15,8 +15,9 @@ from isethdr_core import ledger, quantities
 from isethdr_core.errors import ConfigError, PluginError
 from isethdr_core.physics.convolution import convolve_into
 
+from . import band_phase, scatter, tails
 from . import kernels as kernel_module
-from . import scatter, tails
+from .counted import Counted
 from .field_imaging import field_kernels
 from .sensor_plane import SensorPlane, sensor_plane, without_geometry
 from .spread_errors import fine_enough
@@ -34,6 +35,7 @@ class Parts:
     wavelength_nm: np.ndarray
     pitch_um: tuple[float, float]
     noise_share: float = 0.0  # of the sensor's noise, what the errors of the kernels take
+    counted: Counted | None = None  # what the sensor counts of the field's light, where that had to be known
 
 
 def image(lens, mixed, flares=(), error_allowed: float = 0.0):
@@ -58,18 +60,21 @@ def parts(lens, mixed, flares, response=None) -> Parts:
     pitch_um = tuple(1e6 * f_m * quantities.tile_pitch(mixed, d) for d in ("y", "x"))
     plain, asked = without_geometry(lens), None if getattr(lens, "field_varies", False) else response
 
-    shares = []  # of the noise, of all kernels that are made: the last are those that are used
+    found = []  # of all kernels that are made: the last are those that are used
 
     def make(reach):
-        made, share = fine_enough(lambda one: _kernels(one, flares, wavelength_nm, pitch_um, reach), plain, mixed, sensor.relative, asked)
-        shares.append(share)
+        made, *more = fine_enough(lambda one: _kernels(one, flares, wavelength_nm, pitch_um, reach), plain, mixed, sensor.relative, asked)
+        found.append(more)
         return made
 
     made = tails.near_kernels(make, plain, flares, mixed, sensor, pitch_um, asked) or make(tuple(mixed.sizes[d] - 1 for d in ("y", "x")))
-    field = field_kernels(lens, mixed, flares, made, pitch_um) if hasattr(lens, "zernike_um") else None
+    field = None
+    if hasattr(lens, "zernike_um"):
+        band_phase.state((plain,), wavelength_nm)
+        field = field_kernels(lens, mixed, flares, made, pitch_um)
     loss = made.transmitted if made is not None and getattr(lens, "aperture_loss", False) else np.ones(len(wavelength_nm))
     relative = sensor.relative if np.ndim(sensor.relative) else None
-    return Parts(sensor, made, field, lens.throughput_sr() * loss, relative, wavelength_nm, pitch_um, shares[-1])
+    return Parts(sensor, made, field, lens.throughput_sr() * loss, relative, wavelength_nm, pitch_um, *found[-1])
 
 
 def irradiance(lens, mixed, flares, given: Parts, error_allowed: float = 0.0):

@@ -11,7 +11,7 @@ import numpy as np
 
 from isethdr_core import ledger, quantities
 from isethdr_core.accuracy import CONVOLUTION, TRANSFORMS
-from isethdr_core.physics.convolution_spectral import channels
+from isethdr_core.physics.convolution_spectral import channels, matrix_product
 from isethdr_core.physics.convolution_transform import error
 from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
 
@@ -50,12 +50,11 @@ def _light(lens, mixed, flares, response, given: Parts):
     weights, cube = counting * given.gains, np.asarray(mixed.values)
     out = np.zeros((len(weights), *cube.shape[1:]), np.float32)
     with threads() as pool:
-        fit = spectral_fit.fit(cube, given.relative, weights, given.made, response, pool.map)
+        fit = spectral_fit.fit(cube, given, weights, response, pool.map)
         if fit is None:
             return None
-        parts = [(fit.near, given.made.divided.near), (fit.far, given.made.divided.far)]
-        rounding_e = response.area_exposure_m2_s * sum(
-            _convolve(out, cube, weights, basis, part, given.relative, pool.map) for basis, part in parts if part)
+        parts = zip((fit.near, fit.far), _planes(cube, given.relative, fit), (given.made.divided.near, given.made.divided.far))
+        rounding_e = response.area_exposure_m2_s * sum(_convolve(out, weights, *part, pool.map) for part in parts if part[0])
         if rounding_e > TRANSFORMS * response.noise_fraction_allowed * max(response.read_noise_e, 1.0):
             return None
         bright_tiles.correct(out, cube, given.relative, weights, fit, given.made, pool.map)
@@ -72,10 +71,29 @@ def _light(lens, mixed, flares, response, given: Parts):
     return light
 
 
-def _convolve(out, cube, weights, basis, part, relative, apply) -> float:
+def _planes(cube, relative, fit):
+    """Return two functions of rows: the functionals of the light there that the near part of the kernels takes, and those of the far part.
+
+    The bands are read once: the near part is asked for all rows first, and what the far part will take of them is kept.
+    """
+    count = len(fit.near.project)
+    project = np.concatenate([fit.near.project, fit.far.project] if fit.far else [fit.near.project]).astype(cube.dtype)
+    kept = np.empty((len(project) - count, *cube.shape[1:]), cube.dtype)
+
+    def near(rows):
+        made = matrix_product(project, cube[:, rows])
+        if relative is not None:
+            made *= relative[rows]
+        kept[:, rows] = made[count:]
+        return made[:count]
+
+    return near, lambda rows: kept[:, rows]
+
+
+def _convolve(out, weights, basis, planes, part, apply) -> float:
     """Add a part's convolutions to `out`; return a bound on the rounding of any tile."""
     combine = weights[:, None, :] * basis.predict.T * part.peaks
-    norm, seen = channels(out, cube, basis.project, combine, part.blocks, part.size, relative, apply)
+    norm, seen = channels(out, planes, combine, part.blocks, part.size, apply)
     gain = float(max(np.abs(c).max() * k for c, k in zip(np.moveaxis(combine, 2, 0), part.norms)))
     return error(norm * gain, seen, part.size, part.single)
 

@@ -51,19 +51,18 @@ class Fit:
     looked_at: int
 
 
-def fit(cube, relative, weights, made, response, apply=map) -> Fit | None:
+def fit(cube, given, weights, response, apply=map) -> Fit | None:
     """Return the fewest functionals that tell the spectra of `cube` well enough for a sensor; None where too many are needed.
 
     Parameters
     ----------
-    cube : (band, y, x) radiance. `relative` : None, or its (y, x) factor.
+    cube : (band, y, x) radiance. `given` : `imaging.Parts` of its field.
     weights : (channel, band) photocurrent per radiance and kernel.
-    made : `kernels.Kernels` of the bands. `response` : the sensor's, for its noise.
+    response : the sensor's, for its noise.
     apply : how to call a function for every block of rows: `map`, or that of a pool of threads.
     """
-    total = np.abs(weights).sum(0)
-    rows, first = total[None].astype(cube.dtype), range(0, cube.shape[1], ROWS)
-    rate = np.concatenate(list(apply(lambda start: matrix_product(rows, cube[:, start : start + ROWS])[0], first))).ravel()
+    total, made, relative = np.abs(weights).sum(0), given.made, given.relative
+    rate = _rate(cube, total, apply) if given.counted is None else given.counted.charges.sum(0).ravel()
     bright, others = _tiles(rate, cube.shape[1:])
     factor = np.ones(rate.size) if relative is None else relative.ravel()
     spectra, rest = (_spectra(cube, factor, i) for i in (bright, others))
@@ -98,6 +97,12 @@ def fit(cube, relative, weights, made, response, apply=map) -> Fit | None:
     asked = np.concatenate([points[~looks.points_near], looks.beyond_near])
     far, share = fewest(weights, asked, lambda basis: looks.of_bright(near, basis))
     return far and Fit(near, far, bright, looks.radii, max(first, share), looks.looked_at)
+
+
+def _rate(cube, total, apply):
+    """Return the light of each tile, bands weighted by `total`, as one row."""
+    rows, first = total[None].astype(cube.dtype), range(0, cube.shape[1], ROWS)
+    return np.concatenate(list(apply(lambda start: matrix_product(rows, cube[:, start : start + ROWS])[0], first))).ravel()
 
 
 def _tiles(rate, shape):

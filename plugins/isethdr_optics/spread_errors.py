@@ -7,7 +7,6 @@ the far field adds may have one sign: its share of L k adds up as it is.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -16,15 +15,12 @@ from isethdr_core.accuracy import KERNELS
 from isethdr_core.noise_units import within
 from isethdr_core.physics import convolution_transform
 from isethdr_core.physics.convolution import prepare
-from isethdr_core.physics.convolution_spectral import matrix_product
-from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
 
 from . import kernel_errors
+from .counted import Counted, block_of, counted, sums
 from .exact_core import kept_cores
-from .kernels import cpus, tile_sums
+from .kernels import tile_sums
 
-MOST_TILES = 96  # along an axis: finer frames are summed over blocks, over which errors change little
-ROWS = 64  # of a frame whose charge is added up at a time
 FINER = (0.5, 0.25)  # of the lens's own error: still finer lattices outgrow memory, and little is won
 HALVED = 0.35  # what is left of the errors of kernels that are asked for half the error, measured
 
@@ -47,12 +43,12 @@ def spread_errors(mixed, given, weights) -> tuple[np.ndarray, np.ndarray] | None
     if exact(made):
         nothing = given.sensor.move(np.zeros((len(weights), ny, nx), np.float32))
         return nothing, nothing
-    block = _block((ny, nx))
-    factor = 1.0 if given.relative is None else _sums(given.relative, block) / block**2
+    block = block_of((ny, nx))
+    factor = 1.0 if given.relative is None else sums(given.relative, block) / block**2
     share, variance, wrapped, _ = _kernels(made, block, (ny, nx))
     gains = np.asarray(weights) * given.gains
-    squares = np.tensordot((gains * share) ** 2, np.stack([_sums(band, block, 2) for band in mixed.values]), 1) * factor**2
-    once = np.tensordot(gains, np.stack([_sums(band, block) for band in mixed.values]), 1) * factor
+    squares = np.tensordot((gains * share) ** 2, sums(mixed.values, block, 2), 1) * factor**2
+    once = np.tensordot(gains, sums(mixed.values, block), 1) * factor
     out = np.sqrt([_spread(c, variance) for c in squares]), np.array([_spread(c, wrapped) for c in once])
     return tuple(given.sensor.move(_tiles(a, block, (ny, nx))) for a in out)
 
@@ -63,7 +59,8 @@ def exact(made) -> bool:
 
 
 def fine_enough(make, lens, mixed, relative, response):
-    """Return kernels whose errors a sensor cannot tell in this scene, or the lens's own where that is out of reach, and their `noise_share`.
+    """Return kernels whose errors a sensor cannot tell in this scene, or the lens's own where that is out of reach, and their
+    `noise_share`; and what the sensor counts of the scene, None where nobody had to look.
 
     Parameters
     ----------
@@ -71,41 +68,33 @@ def fine_enough(make, lens, mixed, relative, response):
     relative : factor of the tiles' light, (y, x) or 1. `response` : of the sensors, or None: the lens's own error is enough.
     """
     if response is None:
-        return make(lens), 0.0
+        return make(lens), 0.0, None
     with kept_cores():
         made = make(lens)
         if exact(made):
-            return made, 0.0
-        allowed, share = KERNELS * response.noise_fraction_allowed, noise_share(made, lens, mixed, relative, response)
+            return made, 0.0, None
+        seen = counted(lens, mixed, relative, response)
+        allowed, share = KERNELS * response.noise_fraction_allowed, noise_share(made, seen, response)
         for finer in FINER if HALVED * share <= allowed else FINER[1:]:
             if share <= allowed or HALVED**2 * share > allowed:  # the finest would cost several times as much, and still not be enough
                 break
             other = make(replace(lens, speckle_error=finer * lens.speckle_error))
             if other.speckle.max() < made.speckle.max():
-                made, share = other, noise_share(other, lens, mixed, relative, response)
-    return made, share
+                made, share = other, noise_share(other, seen, response)
+    return made, share, seen
 
 
-def noise_share(made, lens, mixed, relative, response) -> float:
+def noise_share(made, seen: Counted, response) -> float:
     """Return what 99 % of the tiles' errors are at most, over the noise of the sensor's charge; no tile is taken for brighter than it is."""
-    wave = mixed.wavelength.values.astype(float)
-    counted = lens.throughput_sr() * response.area_exposure_m2_s * response.efficiency(wave) * band_widths_nm(wave) / photon_energy_j(wave)
-    block = _block(mixed.shape[1:])
-    band_share, variance, wrapped, far = _kernels(made, block, mixed.shape[1:])
-    rows, found = np.unique(counted, axis=0), [0.0]
-    with ThreadPoolExecutor(min(cpus(), 8)) as pool:
-        squares = np.stack(list(pool.map(lambda band: _sums(band, block, 2), mixed.values)))
-        weights, values = rows.astype(mixed.dtype), mixed.values
-        parts = pool.map(lambda start: matrix_product(weights, values[:, start : start + ROWS]), range(0, mixed.shape[1], ROWS))
-        charges = np.concatenate(list(parts), axis=1) * relative
-    for row, charge in zip(rows, charges):
-        whole, squared = _sums(charge, block), np.tensordot((row * band_share) ** 2, squares, 1) * np.max(relative) ** 2
-        deviation, bound = _spread(squared, variance), _spread(whole, wrapped)
+    band_share, variance, wrapped, far = _kernels(made, seen.block, seen.frame)
+    found = [0.0]
+    for row, whole, least in zip(seen.weights, seen.sums, seen.least):
+        deviation, bound = _spread(np.tensordot((row * band_share) ** 2, seen.squares, 1), variance), _spread(whole, wrapped)
         afar = np.maximum(convolution_transform.plain(whole, far.spectrum, far.size)[0] * far.peak, 0.0)
-        least = afar + _least(charge, block)  # what comes from near is left out
-        noise, seen = np.sqrt(max(response.read_noise_e, 1.0) ** 2 + least), least < response.full_scale_e
-        if seen.any():
-            found.append(within((bound / noise)[seen], (np.sqrt(deviation) / noise)[seen]))
+        least = least + afar  # what comes from near is left out
+        noise, lit = np.sqrt(max(response.read_noise_e, 1.0) ** 2 + least), least < response.full_scale_e
+        if lit.any():
+            found.append(within((bound / noise)[lit], (np.sqrt(deviation) / noise)[lit]))
     return max(found)
 
 
@@ -138,29 +127,10 @@ def _spread(light, kernel):
     return (np.maximum(out, 0.0) + rounding) * kernel.peak
 
 
-def _block(shape):
-    return max(1, -(-max(shape) // MOST_TILES))
-
-
 def _padded(kernel, block):
     """Return a kernel with as many zeros around it as whole blocks take."""
     more = [-(-(n // 2) // block) * block + block - 1 - n // 2 for n in kernel.shape]
     return np.pad(kernel, [(m, m) for m in more])
-
-
-def _blocks(plane, block, mode="constant"):
-    wide = np.pad(plane, [(0, -n % block) for n in plane.shape], mode=mode)
-    return wide.reshape(wide.shape[0] // block, block, -1, block)
-
-
-def _sums(plane, block, power: int = 1):
-    """Return sums of the first or second power over blocks, (y, x) float64."""
-    parts = _blocks(plane, block)
-    return np.einsum("iajb,iajb->ij", parts, parts).astype(float) if power == 2 else parts.sum((1, 3), dtype=float)
-
-
-def _least(plane, block):
-    return _blocks(plane, block, "edge").min((1, 3))
 
 
 def _tiles(blocks, block, shape):

@@ -16,9 +16,9 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.physics.convolution import Kernel, prepare
 from isethdr_core.physics.convolution_spectral import matrix_product
-from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
 
 from . import kernel_spectra, kernels, pupils
+from .counted import electrons
 
 SHARE = 0.5  # of the error allowed of light
 WORTH = 0.5  # of the frame's reach: kernels of more take about as long as those of all of it
@@ -134,11 +134,6 @@ class Light:
             return (np.tensordot(weights, self.some, 1) * self.factor).min(axis=(1, 2))
         planes = matrix_product(weights, self.cube.reshape(len(self.cube), -1)).reshape(-1, *self.cube.shape[1:])
         return (planes * self.relative).min(axis=(1, 2))
-
-
-def electrons(response, wavelength_nm):
-    """Return electrons per m2 and second that irradiance of 1 W m-2 nm-1 makes, (channel, band)."""
-    return response.efficiency(wavelength_nm) * band_widths_nm(wavelength_nm) / photon_energy_j(wavelength_nm)
 
 
 def _core(lens, wavelength_nm, pitch_um, shape) -> tuple[int, int]:

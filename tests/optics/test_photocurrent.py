@@ -11,6 +11,7 @@ from isethdr_optics import (
     IdealLens,
     WavefrontLens,
     bright_tiles,
+    for_sensor,
     kernel_spectra,
     kernels,
     photocurrent,
@@ -158,6 +159,11 @@ def test_light_that_no_few_functionals_tell_goes_band_by_band(monkeypatch):
     light = LENS.photocurrent(mixed, FLARES, response(sensor))
     assert light.dims == quantities.MIXED_DIMS
     np.testing.assert_array_equal(light.values, LENS(mixed, FLARES).values)
+
+
+def test_a_frame_too_small_for_functionals_goes_band_by_band(monkeypatch):
+    monkeypatch.setattr(for_sensor, "WORTH", night().size + 1)
+    assert LENS.photocurrent(night(), FLARES, response(build("sensor", "bayer", pitch_um=3.0))).dims == quantities.MIXED_DIMS
 
 
 def test_no_blur_is_no_detour():

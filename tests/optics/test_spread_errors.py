@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealLens, exact_core, kernel_errors, spread_errors
+from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealLens, counted, exact_core, kernel_errors, spread_errors
 from isethdr_optics.imaging import parts
 from isethdr_optics.kernels import _made
 from isethdr_optics.kernels import kernels as made_kernels
@@ -68,7 +68,7 @@ def test_blocks_state_what_tiles_do(monkeypatch):
     lens, mixed = street()
     given = parts(lens, mixed, DIRT)
     fine = spread_errors.spread_errors(mixed, given, np.eye(2))[0]
-    monkeypatch.setattr(spread_errors, "MOST_TILES", 20)
+    monkeypatch.setattr(counted, "MOST_BLOCKS", 20)
     coarse = spread_errors.spread_errors(mixed, given, np.eye(2))[0]
     assert coarse.shape == fine.shape
     far = np.hypot(*(np.arange(n)[s] - c for n, c, s in ((34, 9, np.s_[:, None]), (50, 13, np.s_[None])))) > 20
@@ -96,13 +96,13 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
             asked.append(one.speckle_error / lens.speckle_error)
             return replace(usual, speckle=asked[-1] * usual.speckle, deviation=HALF[asked[-1]] * usual.deviation)
 
-        _, share = spread_errors.fine_enough(make, lens, mixed, 1.0, response)
+        _, share, _ = spread_errors.fine_enough(make, lens, mixed, 1.0, response)
         assert response is None or share <= accuracy.KERNELS * response.noise_fraction_allowed or asked in ([1.0], [1.0, 0.25])
         return asked
 
     assert asked_for(1e2, response) == [1.0]
     assert asked_for(1e9, response) == [1.0]  # no kernel that can be made is fine enough: none is made in vain
-    share = spread_errors.noise_share(usual, *street(lamp=1e9), 1.0, response) / accuracy.KERNELS
+    share = spread_errors.noise_share(usual, counted.counted(*street(lamp=1e9), 1.0, response), response) / accuracy.KERNELS
     for allowed, asked in ((share / 2, [1.0, 0.5]), (share / 5, [1.0, 0.25])):  # at once, where half is not enough
         assert asked_for(1e9, replace(response, noise_fraction_allowed=allowed)) == asked
     assert asked_for(1e9, None) == [1.0]  # no sensor says what it can tell

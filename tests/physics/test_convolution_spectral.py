@@ -36,11 +36,12 @@ def by_bands(cube, kernels, factor=1.0):
     return np.tensordot(WEIGHTS, each, 1)
 
 
-def given(cube, kernels, project, predict, **more):
+def given(cube, kernels, project, predict, factor=1.0, **more):
     ready = [prepare(k, SHAPE) for k in kernels]
     out = np.zeros((len(WEIGHTS), *SHAPE))
     combine = WEIGHTS[:, None, :] * predict.T * [k.peak for k in ready]
-    channels(out, cube, project, combine, np.stack([k.spectrum for k in ready]), ready[0].size, **more)
+    planes = np.tensordot(project, cube, 1) * factor
+    channels(out, lambda rows: planes[:, rows], combine, np.stack([k.spectrum for k in ready]), ready[0].size, **more)
     return out
 
 

@@ -24,6 +24,8 @@ def measured() -> list[Work]:
 
 def against_bands(stage: str, lens, flares, shape) -> Work:
     """Return the diagram of a lens with flares: functionals as the noise allowed asks for, and the way band by band; kernels are made before."""
+    from isethdr_optics.photocurrent import photocurrent  # the way alone, however small the frame
+
     from isethdr_core import ledger
     from isethdr_core.accuracy import Allowed
     from isethdr_core.demand import Demand
@@ -42,9 +44,9 @@ def against_bands(stage: str, lens, flares, shape) -> Work:
     for allowed in ALLOWED:
         asked = replace(response, noise_fraction_allowed=allowed)
         with ledger.stage(ledger.Ledger(), "lens") as row:
-            lens.photocurrent(mixed, flares, asked)
+            photocurrent(lens, mixed, flares, asked)
         name = next((e.what.split(" ")[0] + " functionals" for e in row.errors if "functionals" in e.what), "band by band")
-        point(f"{allowed:g} allowed: {name}", lambda asked=asked: lens.photocurrent(mixed, flares, asked),
+        point(f"{allowed:g} allowed: {name}", lambda asked=asked: photocurrent(lens, mixed, flares, asked),
               "default" if allowed == Allowed.noise_fraction else "")
     point("band by band, exact", lambda: lens(mixed, flares), "peer")
     relative = response.error_allowed

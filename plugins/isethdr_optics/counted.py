@@ -1,0 +1,67 @@
+"""Counted light: the electrons that a sensor makes of a scene's light before the lens spreads it, tile by tile and in blocks of tiles."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from isethdr_core.physics.convolution_spectral import matrix_product
+from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
+
+from .kernels import cpus
+
+MOST_BLOCKS = 96  # along an axis
+
+
+@dataclass(frozen=True, eq=False)
+class Counted:
+    """A scene's light as one sensor counts it; `block` tiles along either axis make a block, fewer at the border."""
+
+    block: int
+    frame: tuple[int, int]  # (y, x) tiles
+    weights: np.ndarray  # (row, band): electrons per radiance, of the channels that differ
+    charges: np.ndarray  # (row, y, x) electrons
+    sums: np.ndarray  # (row, y, x) of blocks
+    least: np.ndarray  # of any tile of the block
+    squares: np.ndarray  # (band, y, x): sums of the squares of radiance over blocks, at the largest relative illumination
+
+
+def counted(lens, mixed, relative, response) -> Counted:
+    """Return what a sensor of `response` counts of mixed radiance; `relative` multiplies the tiles' light, (y, x) or 1."""
+    weights = np.unique(lens.throughput_sr() * response.area_exposure_m2_s * electrons(response, mixed.wavelength.values.astype(float)), axis=0)
+    values, rows, block = np.asarray(mixed.values), weights.astype(mixed.dtype), block_of(mixed.shape[1:])
+    charges = np.empty((len(rows), *values.shape[1:]), values.dtype)
+
+    def strip(start):
+        part, out = (a[:, start : start + block] for a in (values, charges))
+        out[...] = matrix_product(rows, part)
+        out *= relative[start : start + block] if np.ndim(relative) else relative
+        return out.sum(1), out.min(1), np.einsum("byx,byx->bx", part, part)
+
+    with ThreadPoolExecutor(min(cpus(), 8)) as pool:
+        sums, least, squares = (np.stack(a, axis=1) for a in zip(*pool.map(strip, range(0, values.shape[1], block))))
+    squares = _columns(np.add, squares, block) * float(np.max(relative)) ** 2
+    return Counted(block, values.shape[1:], weights, charges, _columns(np.add, sums, block), _columns(np.minimum, least, block), squares)
+
+
+def electrons(response, wavelength_nm):
+    """Return electrons per m2 and second that irradiance of 1 W m-2 nm-1 makes, (channel, band)."""
+    return response.efficiency(wavelength_nm) * band_widths_nm(wavelength_nm) / photon_energy_j(wavelength_nm)
+
+
+def block_of(shape) -> int:
+    """Return how many tiles make a block along either axis of a frame."""
+    return max(1, -(-max(shape) // MOST_BLOCKS))
+
+
+def sums(planes, block: int, power: int = 1):
+    """Return sums of the first or second power of planes (..., y, x) over blocks, float64."""
+    strips = [planes[..., start : start + block, :] for start in range(0, planes.shape[-2], block)]
+    rows = [s.sum(-2) if power == 1 else np.einsum("...yx,...yx->...x", s, s) for s in strips]
+    return _columns(np.add, np.stack(rows, axis=-2), block)
+
+
+def _columns(reduce, rows, block):
+    return reduce.reduceat(rows.astype(float), np.arange(0, rows.shape[-1], block), axis=-1)
