@@ -7,6 +7,7 @@ from dataclasses import replace
 from isethdr_core import quantities
 from isethdr_core.accuracy import CONVOLUTION, LEFT
 
+from . import elsewhere
 from . import photocurrent as way
 from .ghosts_seen import seen_ghosts
 from .imaging import irradiance, parts
@@ -23,6 +24,6 @@ def photocurrent(lens, mixed, flares, response):
     taken = given.noise_share + getattr(given.made, "noise_share", 0.0) + faint
     allowed = response.noise_fraction_allowed
     left = replace(response, noise_fraction_allowed=max(allowed - taken, LEFT * allowed, min(allowed, NOT_WORTH * taken)))
-    if mixed.size < WORTH:
+    if mixed.size < WORTH or elsewhere.place():
         return irradiance(lens, mixed, flares, given, CONVOLUTION * left.error_allowed)
     return way.photocurrent(lens, mixed, flares, left, given)
