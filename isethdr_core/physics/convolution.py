@@ -132,8 +132,8 @@ def convolve_into(out, image, kernel: Kernel, error_allowed: float = 0.0, factor
     absolute, left = convolution_transform.error(norm * kernel.norm, sum(d[1] for d in done) ** 0.5, kernel.size), 0
     if low < 0 or not kernel.positive:  # signed sums cancel: only an absolute bound holds
         return Bound(0.0, absolute * scale * gain * kernel.peak, out.shape[0] * out.shape[1])
-    if least * allowed >= absolute:
-        return Bound(allowed + SUMMED, 0.0, 0)
+    if least * allowed >= absolute:  # no pixel is darker than `least`: most often far less than what is allowed
+        return Bound((absolute / least if least > 0 else 0.0) + SUMMED, 0.0, 0)
 
     def again(rows, values):
         exact[rows, :] = values
