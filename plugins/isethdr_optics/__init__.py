@@ -8,8 +8,11 @@ kernels.py    tile-to-tile kernels of whole bands over the full frame, cached in
 exact_core.py     and their middle, kept while they are made again
 kernel_errors.py  how wrong they are
 spread_errors.py  and what that does to the light of a scene
+field_errors.py   and where point spreads vary over the field, or colours are magnified
 kernel_spectra.py  their transforms
 kernel_store.py  and both on disk, shared by processes
+counted.py    what a sensor counts of a scene's light before it is spread
+elsewhere.py  bands convolved by another array library, on a graphics processor say
 photocurrent.py  radiance straight to the electrons of a sensor's channels
 for_sensor.py    photocurrent with no more than a sensor can tell:
 tails.py         kernels that end where it cannot
@@ -21,8 +24,12 @@ overlaid.py       sums of convolved parts of one image
 place_lens.py     a lens as one place of the field sees it
 field_grid.py     the places of the field where they are computed, and their weights
 far.py        kernels beyond the exact core: tile means of lattices of the diffraction pattern, drawn out over the band
+band_phase.py     phase that changes within a band by more than they can follow
+knots.py      wavelengths at which lattices of pupils with phase are made, a few for all bands
 memory.py     arrays that the machine cannot hold, refused
 pupils.py     lens, wavefront and flares put together into one sampled pupil
+wavefronts.py  the wavefront of a lens at a wavelength
+uneven.py     light that does not fill the stop evenly
 scatter.py    energy-conserving scatter mixed into a kernel
 isetcam_parity.py  ISETCam's circular optical image, for comparison only
 ghosts.py     the flare `ghosts`: light reflected twice between surfaces of a lens prescription
@@ -32,6 +39,7 @@ prescription.py           lens prescriptions read from YAML (in prescriptions/),
 prescription_coatings.py  coatings by name, what every surface reflects
 prescription_figures.py   distortion, relative illumination and f-number of a prescription from exact rays
 prescription_wavefront.py  wavefronts over its field from exact optical paths
+prescription_amplitude.py  light uneven over its stop
 prescription_rims.py      rims that cut its stop off the axis
 prescribed_lens.py        the lens `prescription`
 sensor_plane.py           where a lens sends the tiles of a field: relative illumination, light moved along a distortion

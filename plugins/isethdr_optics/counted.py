@@ -1,4 +1,4 @@
-"""Counted light: the electrons that a sensor makes of a scene's light before the lens spreads it, tile by tile and in blocks of tiles."""
+"""Counted light: electrons that a sensor makes of a scene's light before it is spread, tile by tile and in blocks."""
 
 from __future__ import annotations
 

@@ -131,10 +131,10 @@ def ring(plan, reach, hole, centre, width, energy, fine=1):
     each = max(2, -(-count // parts))
     for part in range(parts):
         middle, span = centre + ((part + 0.5) / parts - 0.5) * width, width / parts
-        pair = plan.lattices or own(plan, reach, middle, 1 / (1 - span / 2 / middle), energy, finer)
+        pair = [[(one, 1.0)] for one in plan.lattices] or plan.knots.around(plan, reach, middle, span, energy, finer)
         waves = middle + ((np.arange(2 * each) + 0.5) / (2 * each) - 0.5) * span
-        for half, lattice in enumerate(pair):
-            _read(halves[half], lattice, middle, waves[half::2], plan.pitch, reach, grid, 1 / (parts * each))
+        for half, lattice, share in ((half, *one) for half, given in enumerate(pair) for one in given):
+            _read(halves[half], lattice, middle, waves[half::2], plan.pitch, reach, grid, share / (parts * each))
     both = [(halves[0] + halves[1]) / 2, (halves[0] - halves[1]) / 2]
     for k, half in enumerate(both if plan.lattices else ()):
         both[k] = np.concatenate([half, half[-2::-1, ::-1]])

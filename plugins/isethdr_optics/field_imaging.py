@@ -8,19 +8,23 @@ spread. Wavefronts are interpolated, not point spreads: the grid is as fine as t
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from isethdr_core import geometry, ledger
 from isethdr_core.physics import projection as projections
 from isethdr_core.physics.convolution import Bound
-from isethdr_core.physics.zernike import steepest_slope_um
+from isethdr_core.physics.radiometry import band_widths_nm
 
-from . import field_grid, kernels, omissions, pupils
+from . import band_phase, field_grid, kernel_errors, kernels, omissions, pupils
 from .overlaid import overlaid
 from .place_lens import node_lens
 
 RINGS = (0, 1, 2, 3, 4, 6, 8)  # tried one after the other
+PARTS = (0.15, 0.25, 0.4, 0.6)  # of the exact core, tried as reach of the cores of places
+OUTERMOST = 0.75  # of the widest core
+NO_BETTER = 1.25  # times the error at the widest reach: where that is more than allowed, but not twice as much, a narrower one is as good
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,28 +34,57 @@ class FieldKernels:
     axis: kernels.Kernels
     half: tuple[int, int]  # (y, x) tiles from the middle to the border of a core
     shares: list[tuple[tuple[slice, slice], np.ndarray]]  # per place, a window of the frame and there the share of the light
-    cores: list[list[np.ndarray]]  # per place, per band
+    cores: list[kernels.Kernels]  # per place, that on the axis first
+    unlike: np.ndarray  # per octave, how far kernels of places may be from that of the axis, as `kernel_errors.deviation`
+
+    def far_scale(self, band: int) -> np.ndarray:
+        """Return by how much the axis's light beyond the core is scaled for each tile of the frame (y, x): to what its own core leaves.
+
+        What the core of the axis leaves is read from the first place, which is sampled as the others are: so little is left that it shows.
+        """
+        rows, columns = (n // 2 + 1 for n in self.axis.bands[band].shape)
+        out, left = np.zeros((rows, columns)), [1 - core.bands[band].sum(dtype=float) for core in self.cores]
+        for (window, share), beyond in zip(self.shares, left):
+            out[window] += share * (beyond / left[0] if left[0] > 0 else 1.0)
+        return out
+
+    @cached_property
+    def far(self) -> kernels.Kernels | None:
+        """The kernels of all light beyond the cores; None where there is none, or where they are exact."""
+        return None if self.axis.deviation is None else self._beyond(self.axis.deviation)
+
+    @cached_property
+    def unlike_far(self) -> kernels.Kernels | None:
+        """The same as wrong as they are for the outermost place, that of the axis being right."""
+        return self._beyond(np.broadcast_to(self.unlike, (len(self.axis.bands), len(self.unlike))), wrap=1.0)  # that bound is not asked for
+
+    def _beyond(self, deviation, **more):
+        if all(np.array_equal(self.half, [n // 2 for n in band.shape]) for band in self.axis.bands):
+            return None
+        return replace(self.axis, core=np.full(len(self.axis.bands), float(min(self.half))), deviation=np.array(deviation), **more)
+
+    def _middle(self, band):
+        return tuple(slice(n // 2 - h, n // 2 + h + 1) for n, h in zip(self.axis.bands[band].shape, self.half))
 
     def spread(self, out, light, band: int, error_allowed: float = 0.0) -> Bound:
         """Write the image of one band's light, (y, x), into `out`; return the bound of its convolutions, right to `error_allowed`, relative."""
         axis = np.array(self.axis.bands[band], float)
-        middle = tuple(slice(n // 2 - h, n // 2 + h + 1) for n, h in zip(axis.shape, self.half))
-        beyond = 1 - axis[middle].sum()  # everything beyond the core, on the frame or not
-        axis[middle] = 0.0
-        scale, parts = np.zeros(light.shape), []
-        for (window, share), cores in zip(self.shares, self.cores):
-            part = share * light[window]
-            scale[window] += share * ((1 - cores[band].sum(dtype=float)) / beyond if beyond > 0 else 1.0)
-            if part.any():
-                wide = tuple(slice(max(w.start - h, 0), min(w.stop + h, n)) for w, h, n in zip(window, self.half, light.shape))
-                parts.append(
-                    (wide, np.pad(part, [(w.start - v.start, v.stop - w.stop) for w, v in zip(window, wide)]), cores[band])
-                )
+        axis[self._middle(band)] = 0.0
+        parts = [(wide, part, core.bands[band]) for wide, part, core in self.parts(light)]
         if axis.any():
-            parts.append(((slice(None), slice(None)), scale * light, axis))
+            parts.append(((slice(None), slice(None)), self.far_scale(band) * light, axis))
         total, bound = overlaid(parts, light.shape, error_allowed)
         out[...] = total
         return bound
+
+    def parts(self, light, power: float = 1.0):
+        """Yield (window, part, kernels) of every place that light (..., y, x) falls to: its share to the `power`, room for its core around it."""
+        for (window, share), core in zip(self.shares, self.cores):
+            part = share**power * light[(..., *window)]
+            if part.any():
+                wide = tuple(slice(max(w.start - h, 0), min(w.stop + h, n)) for w, h, n in zip(window, self.half, light.shape[-2:]))
+                more = [(0, 0)] * (light.ndim - 2) + [(w.start - v.start, v.stop - w.stop) for w, v in zip(window, wide)]
+                yield wide, np.pad(part, more), core
 
 
 def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> FieldKernels | None:
@@ -77,19 +110,22 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
     waves = mixed.wavelength.values.astype(float)
     along = [seen_from(r, 0.0) for r in np.linspace(0, radius, 9)]
     known = [lens.wavefront_at(float(projections.angle_rad(r, 0.0, projection))) for r in np.linspace(0, radius, 9)]
-    symmetric = field_grid.is_symmetric(known) and not any(at.rims for at in along)
-    half = _half(along, waves, pitch_um, mixed.shape[1:])
-
+    symmetric = field_grid.is_symmetric([*known, *(dict(at.uneven) for at in along)]) and not any(at.rims for at in along)
+    exact, least = _half(along, waves, pitch_um, mixed.shape[1:])
+    ends = {tuple(pair): kernels.kernels(along[-1], flares, pair, pitch_um, exact).bands for pair in (waves[:2], waves[-2:])}
+    half, unlike, far_error = _reach([(axis.bands[int(np.flatnonzero(waves == w)[0])], band) for pair, bands in ends.items()
+                                      for w, band in zip(pair, bands)], least, lens.speckle_error)
     mirrors = field_grid.is_symmetric([lens.zernike_um or {}]) and field_grid.is_mirrored(known) and not _shaped(flares)
 
     def cores(place, waves):
         place, flips = field_grid.first_quadrant(place) if mirrors else (place, ())
-        return [np.flip(band, flips) for band in kernels.kernels(seen_from(place.radius, place.azimuth_rad), flares, waves, pitch_um, half).bands]
+        made = kernels.kernels(seen_from(place.radius, place.azimuth_rad), flares, waves, pitch_um, half)
+        return replace(made, bands=[np.flip(band, flips) for band in made.bands])
 
     for rings in RINGS:
         error = 0.0
         for band in dict.fromkeys((waves[0], waves[-1], waves[len(waves) // 2])):
-            error = max(error, _error(lambda p, band=band: cores(p, np.array([band]))[0], rings, radius, symmetric))
+            error = max(error, _error(lambda p, band=band: cores(p, np.array([band])).bands[0], rings, radius, symmetric))
             if error > lens.error_allowed and rings < RINGS[-1]:
                 break
         if error <= lens.error_allowed:
@@ -109,10 +145,14 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
     more = ", more than the error allowed" if error > lens.error_allowed else ""
     ledger.error(error, "share of a point's light", "measured",
                  f"point spread between {len(grid)} places of the field, L1, worst of the first, middle and last band{more}")
-    made = FieldKernels(axis, half, shares, [cores(p, waves) for p in grid])
-    core = np.array([[c.sum(dtype=float) for c in per] for per in made.cores])
+    made = FieldKernels(axis, half, shares, [cores(p, waves) for p in grid], unlike)
+    band_phase.state(along[1:], waves)
     if half != tuple(n - 1 for n in mixed.shape[1:]):
-        ledger.error(np.ptp(core, axis=0).max(), "share of a point's light", "bound", "spread far from a lamp as on the axis")
+        ledger.error(far_error, "relative per tile", "measured", "kernel of the axis, taken for all places farther from a lamp than "
+                     f"{half[1]} x {half[0]} tiles, where the field ends")
+    if any(one.speckle.any() for one in made.cores):
+        ledger.error(max(float(one.speckle.max()) for one in made.cores), "relative per tile", "statistical",
+                     "speckle of the kernels of places of the field, where their blur is wider than an exact core")
     return made
 
 
@@ -121,18 +161,54 @@ def _shaped(flares) -> bool:
 
 
 def _half(along, waves, pitch_um, shape):
-    """Return the (y, x) reach of the cores: that of the exact cores on the axis, or the geometrical blur where it is wider.
+    """Return the (y, x) reach of exact cores on the axis, or of the geometrical blur where it is wider, and the least that cores may have.
 
     `along` : the lenses of places from the axis to the border of the field.
     """
     lens, ends = along[0], (waves[0], waves[-1])
-    blur = pupils.blur_um(lens, float(waves.min()))
-    slope = max(steepest_slope_um(pupils.coefficients_um(at, w)) for at in along for w in ends)
+    blur = pupils.blur_um(lens, float(np.min(waves - band_widths_nm(waves) / 2)))
+    slope = max(pupils.steepest_um(at, w) for at in along for w in ends)
     geometrical = slope / pupils.radius_mm(lens) * pupils.distance_mm(lens)
-    return tuple(
-        min(n - 1, max(3, int(kernels.CORE_SAMPLES / np.ceil(2 * p / blur)), int(1.5 * geometrical / p) + 3))
-        for n, p in zip(shape, pitch_um)
-    )
+    least = [min(n - 1, max(3, int(1.5 * geometrical / p) + 3)) for n, p in zip(shape, pitch_um)]
+    exact = [min(n - 1, int(kernels.CORE_SAMPLES / np.ceil(2 * p / blur))) for n, p in zip(shape, pitch_um)]
+    return tuple(map(max, zip(exact, least))), tuple(least)
+
+
+def _reach(pairs, least, allowed: float):
+    """Return the (y, x) reach beyond which places have the axis's kernel, how unlike theirs it is there per octave, and at most (L1).
+
+    Parameters
+    ----------
+    pairs : [(kernel of the axis, kernel of the outermost place), ...] of some bands; the latter within the widest reach there is.
+    allowed : relative per tile, mean of an octave.
+    """
+    wide = [n // 2 for n in pairs[0][1].shape]
+    reaches = [tuple(min(w, max(m, int(np.ceil(part * w)))) for w, m in zip(wide, least)) for part in (*PARTS, 1.0)]
+    last, *found = _unlike(pairs, wide, reaches[-1])
+    allowed = max(allowed, min(NO_BETTER * last.max(), 2 * allowed))
+    for half in reaches[:-1]:
+        error, unlike = _unlike(pairs, wide, half)
+        if error.max() <= allowed:
+            return half, unlike, float(error.max())
+    return reaches[-1], *found, float(last.max())
+
+
+def _unlike(pairs, wide, half):
+    """Return the error per octave (L1), relative, of the axis's kernel in the outermost place's stead beyond `half`, and its deviation."""
+    errors, deviations = [], []
+    for axis, place in pairs:
+        axis = np.asarray(axis, float)[tuple(slice(n // 2 - w, n // 2 + w + 1) for n, w in zip(axis.shape, wide))]
+        # with the widest core kept, its outermost ring speaks for what lies beyond it
+        core = tuple(slice(w - min(h, int(OUTERMOST * w)), w + min(h, int(OUTERMOST * w)) + 1) for w, h in zip(wide, half))
+        wrong = place - axis * ((1 - place[core].sum(dtype=float)) / (1 - axis[core].sum()))
+        wrong[core] = 0.0
+        errors.append(kernel_errors.by_octave(wrong, axis))
+        deviations.append(kernel_errors.deviation(wrong, axis))
+    error, unlike = np.max(errors, axis=0), np.max(deviations, axis=0)
+    known = np.flatnonzero(unlike)
+    if len(known):
+        unlike[known[-1] + 1 :] = unlike[known[-1]]  # farther out as at the border of what is known
+    return error, unlike
 
 
 def _error(core, rings, radius, symmetric) -> float:

@@ -15,7 +15,7 @@ from isethdr_core import ledger, quantities
 from isethdr_core.errors import ConfigError, PluginError
 from isethdr_core.physics.convolution import convolve_into
 
-from . import band_phase, scatter, tails
+from . import band_phase, elsewhere, scatter, tails
 from . import kernels as kernel_module
 from .counted import Counted
 from .field_imaging import field_kernels
@@ -80,11 +80,11 @@ def parts(lens, mixed, flares, response=None) -> Parts:
 def irradiance(lens, mixed, flares, given: Parts, error_allowed: float = 0.0):
     """Return irradiance, band by band; arguments as `image`, and what `parts` returned."""
     made, field, gains = given.made, given.field, given.gains
-    values = np.asarray(mixed.values)
+    values, put = np.asarray(mixed.values), elsewhere.place()
     out = np.empty(values.shape, np.result_type(values.dtype, np.float32))
     with threads() as pool, ThreadPoolExecutor(2) as two, sf.set_workers(1):  # two bands at a time: little memory, and no thread waits
         if field is None:
-            bounds = list(two.map(lambda b: _band(out[b], values[b], made and made.ready(b), given.relative, gains[b], pool.map, error_allowed),
+            bounds = list(two.map(lambda b: _band(out[b], values[b], made and made.ready(b), given.relative, gains[b], pool.map, error_allowed, put),
                                   range(len(gains))))
         else:
             bounds = list(pool.map(lambda b: field.spread(out[b], values[b] * (gains[b] * given.sensor.relative), b, error_allowed),
@@ -116,11 +116,13 @@ def on_sensor(lens, given: Parts, make, values, first, **attrs):
     return light
 
 
-def _band(out, light, kernel, relative, gain, apply, error_allowed):
+def _band(out, light, kernel, relative, gain, apply, error_allowed, put):
     """Write one band's irradiance into `out`; return the bound of its convolution, None where there is none."""
     if kernel is None:
         out[...] = light * (gain if relative is None else gain * relative)
         return None
+    if put:
+        return elsewhere.convolve_there(put, out, light, kernel, error_allowed, relative, gain)
     return convolve_into(out, light, kernel, error_allowed, factor=relative, gain=gain, apply=apply)
 
 

@@ -23,7 +23,7 @@ from isethdr_core.physics.diffraction import psf_from_pupil
 from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.progress import track
 
-from . import far, kernel_errors, kernel_spectra, kernel_store, memory, pupils, scatter
+from . import band_phase, far, kernel_errors, kernel_spectra, kernel_store, knots, memory, pupils, scatter
 from .exact_core import exact_core
 
 CORE_SAMPLES = 240  # image samples from the axis to the border of the exact core
@@ -118,7 +118,7 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
     made = _stored(name)
     if made is None:
         memory.check_kernels(len(wavelength_nm), reach)
-        _check_delays(lens, flares, wavelength_nm)
+        band_phase.check(lens, flares, wavelength_nm)
         start = perf_counter()
         made = _made(lens, flares, wavelength_nm, pitch_um, reach)
         if name and perf_counter() - start > WORTH_KEEPING_S:
@@ -129,14 +129,6 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
     while len(_cache) > 1 and sum(k.held_bytes for k in _cache.values()) > CACHE_BYTES:
         _cache.popitem(last=False)
     return made
-
-
-def _check_delays(lens, flares, wavelength_nm):
-    delays = pupils.delays_um(lens, flares)
-    if delays:
-        width = band_widths_nm(wavelength_nm)
-        beside = max(pupils.phase_change(lens, (), w - d / 2, w + d / 2) for w, d in zip(wavelength_nm, width))
-        far.check_delay(max(delays, key=abs), wavelength_nm, width, beside)
 
 
 def _stored(name):
@@ -155,12 +147,12 @@ def _mirrored(kernel) -> bool:
 def _made(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
     width_nm = band_widths_nm(wavelength_nm)
     lattices = _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach)
-    mirrored = not pupils.has_phase(lens, flares)
+    mirrored, shared = not pupils.has_phase(lens, flares), knots.Knots()
 
-    def one(centre, width):  # nothing is shared between bands: a band does not depend on which others there are
+    def one(centre, width):  # knots are the same whatever the bands: one does not depend on which others there are
         split = _split(lens, centre - width / 2, pitch_um, reach)
         fine, wide = [p / split for p in pitch_um], [r * split + split - 1 for r in reach]
-        kernel, wrong, energy = _Plan(lens, flares, centre, width, fine, wide, split, lattices).band(centre, width)
+        kernel, wrong, energy = _Plan(lens, flares, centre, width, fine, wide, split, lattices, shared).band(centre, width)
         kernel = np.asarray(scatter.mix(tile_sums(kernel, split), flares, centre, pitch_um, lens.focal_length_mm), np.float32)
         if mirrored:  # but for rounding; then the transform is real
             kernel = (kernel + kernel[::-1, ::-1]) / 2
@@ -207,16 +199,16 @@ def cpus() -> int:
 class _Plan:
     """One band: the pupil of the core, its energy, the grids of the rings."""
 
-    def __init__(self, lens, flares, centre_nm, width_nm, pitch_um, reach, split, lattices):
+    def __init__(self, lens, flares, centre_nm, width_nm, pitch_um, reach, split, lattices, shared=None):
         self.lens, self.flares, self.pitch, self.reach = lens, flares, tuple(pitch_um), tuple(reach)
-        self.distance, self.split, self.lattices = pupils.distance_mm(lens), split, lattices
+        self.distance, self.split, self.lattices, self.knots = pupils.distance_mm(lens), split, lattices, shared or knots.Knots()
         self.shortest, self.longest = centre_nm - width_nm / 2, centre_nm + width_nm / 2
         if self.shortest <= 0:
             raise ConfigError(f"the band at {centre_nm:g} nm is {width_nm:g} nm wide: it reaches 0; expected closer wavelengths")
         blur = pupils.blur_um(lens, self.shortest)
         self.half = tuple(min(r, max(3, int(CORE_SAMPLES / np.ceil(2 * p / blur)))) for r, p in zip(reach, pitch_um))
         extent = max(2 * (h + 4) * p for h, p in zip(self.half, pitch_um))
-        pitch = pupils.core_pitch_mm(lens, extent, self.shortest)
+        pitch = pupils.core_pitch_mm(lens, extent, self.shortest, pupils.FEWEST_SAMPLES)
         self.axis = pupils.axis_mm(lens, pitch)
         self.fixed = pupils.all_shapes(flares) and not pupils.delays_um(lens, flares)
         self.energy = pupils.open_energy_mm2(lens, flares, self.shortest) if self.fixed else None
@@ -230,6 +222,8 @@ class _Plan:
         kernel, wrong = core, None
         if self.half != self.reach:
             kernel, wrong = far.rings(self, centre, width, energy)
+            if straight := 0.0 if self.lattices else knots.error(self, centre, width):  # both halves go along the same lines
+                wrong *= np.float32(np.hypot(1, straight / max(kernel_errors.by_octave(wrong, kernel).max(), straight / 10)))
             kernel[tuple(slice(r - h, r + h + 1) for r, h in zip(self.reach, self.half))] = core
         return kernel, wrong, energy
 

@@ -17,7 +17,8 @@ from isethdr_core.physics.radiometry import band_widths_nm
 from . import omissions
 
 LARGEST_PERCENT = 5.0  # of magnification: a tile then lands on three at most
-UNCOVERED = 1e-3  # of a border tile: less than that is not worth cutting it
+UNCOVERED = 1e-3  # of a border tile that the smallest image does not reach: less than that does not make the field smaller
+ROUNDING = 1e-9  # of a tile
 TRACED = 33  # field angles at which chief rays are traced
 CLOSE = 1e-6  # tiles
 READ = 1025  # radii of a course, between which it goes straight
@@ -77,9 +78,10 @@ def scales(lens, wavelength_nm) -> np.ndarray:
 
 
 def coloured(lens, mixed, plane, bent):
-    """Return the sensor plane with the magnification of every band, less the border that the smallest image does not cover.
+    """Return the sensor plane with the magnification of every band, as many tiles larger as the largest image needs: no light is cut.
 
-    States in the ledger what this changes beside the light's place. The same plane where all magnifications are 1.
+    The camera's field shrinks to what images of all bands cover. States in the ledger what this changes beside the light's place. The same
+    plane where all magnifications are 1.
     """
     wave, projection = mixed.wavelength.values.astype(float), geometry.projection_of(mixed)
     pitch = [quantities.tile_pitch(mixed, d) for d in ("x", "y")]
@@ -90,22 +92,27 @@ def coloured(lens, mixed, plane, bent):
         omissions.no_lateral_colour()
         return plane
     whole = len(plane.y), len(plane.x)
-    gap = [n / 2 * (1 - low.min()) for n in whole]
-    cut = [int(np.ceil(max(g - UNCOVERED, 0.0))) for g in gap]
-    if any(n <= 2 * c for n, c in zip(whole, cut)):
-        raise ConfigError("the lateral colour of the lens leaves no whole tile of the field on the sensor; expected a finer or wider field; "
-                          "type lens.lateral_colour_percent={}, and lens.lateral_colour=none for a prescription")
-    y, x = (a[c : len(a) - c] for a, c in zip((plane.y, plane.x), cut))
-    field = tuple(min(w, n * p) for w, n, p in zip(plane.field, (len(x), len(y)), pitch))
+    y, x = (_wider(a, p, high.max()) for a, p in zip((plane.y, plane.x), pitch[::-1]))
+    field = tuple(min(w, n * p * low.min()) if n / 2 * (1 - low.min()) > UNCOVERED else w for w, n, p in zip(plane.field, whole[::-1], pitch))
     ledger.error(max(np.abs(s**-2.0 - 1).max() for s in (low, high)), "relative", "measured",
                  "uniform light of a band, spread over a larger or smaller image, from what the attributes say")
     ledger.error(max(np.abs(s - 1).max() for s in (low, high)), "relative", "measured", "size of the point spread, drawn out as a band's image is")
-    if any(g > 0 and not c for g, c in zip(gap, cut)):
-        ledger.error(max(g for g, c in zip(gap, cut) if not c), "relative", "bound", "light that border tiles lack, of the smallest band's image")
+    lacking = [n / 2 * (1 - low.min()) for n, w, p in zip(whole[::-1], field, pitch) if w > n * p * low.min() * (1 + CLOSE * UNCOVERED)]
+    if lacking:
+        ledger.error(max(lacking), "relative", "bound", "light that border tiles lack, of the smallest band's image")
     radius = np.hypot(*(n / 2 for n in whole))
     within = np.max([np.abs(np.gradient(s, wave)) for s in (low, high)], axis=0) * band_widths_nm(wave) if len(wave) > 1 else np.zeros(1)
     ledger.left_out("change of magnification within a band", "each band has one", float(radius * within.max()), "tiles at the corner")
     return replace(plane, x=x, y=y, field=field, scales=found, whole=whole)
+
+
+def _wider(centres, pitch, scale):
+    """Return tile centres with as many more at either end as an image larger by `scale` needs, none for the last digits."""
+    more = int(np.ceil(len(centres) / 2 * (scale - 1) - ROUNDING))
+    if more <= 0:
+        return centres
+    steps = pitch * np.arange(1, more + 1)
+    return np.concatenate([centres[0] - steps[::-1], centres, centres[-1] + steps])
 
 
 def moved(light, magnification, shape) -> np.ndarray:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -83,17 +84,15 @@ class IdealLens:
         return demand
 
     def spread_errors(self, mixed, flares, weights, response=None):
-        """Return how wrong the kernels may make light of `mixed`: (deviation, bound), each (channel, y, x), or None where that is not known.
+        """Return how wrong the kernels may make light of `mixed`: (deviation, bound), each (channel, y, x).
 
         `weights` (channel, band): what is counted of irradiance; `response` as the light was asked for. One tile per tile of the sensor plane.
         """
         from isethdr_core import ledger
 
+        from .field_errors import spread_errors
         from .imaging import parts
-        from .spread_errors import spread_errors
 
-        if getattr(self, "field_varies", False):
-            return None
         with ledger.stage(ledger.Ledger(), "spread errors"):  # what the parts state has been stated
             return spread_errors(mixed, parts(self, mixed, _sequence(flares), response), weights)
 
@@ -129,6 +128,7 @@ class DiffractionLimitedLens(IdealLens):
     zernike_um = None  # not a field: this lens has no wavefront error
     field_varies = False  # nor one that varies over the field
     traced, rims = None, ()  # nor a traced colour, nor rims that cut its stop; see `place_lens`
+    uneven = ()  # nor light uneven over the stop
 
     def colour_um(self, wavelength_nm: float) -> dict[int, float]:
         """Return what a wavelength's wavefront has on top of that of all, {OSA index: um}: nothing beside `focal_shift_um`."""
@@ -206,6 +206,10 @@ def _sequence(flares) -> tuple:
 def _check(lens):
     from isethdr_core.errors import ConfigError
 
+    if os.environ.get("ISETHDR_ARRAYS"):
+        from .elsewhere import place
+
+        place()  # what it names is there
     lowest = 0.5 if lens.pupil == "aplanatic" else 0.0
     if not lens.f_number > 0 or lens.f_number < lowest:
         raise ConfigError(

@@ -20,6 +20,7 @@ class PlaceLens(WavefrontLens):
     angle_rad: float = 0.0  # of the place
     azimuth_rad: float = 0.0  # counter-clockwise from +x, y up
     rims: tuple[tuple[float, float, float], ...] = ()  # discs (x, y, radius) in stop radii that cut the stop, y down
+    uneven: tuple[tuple[int, float], ...] = ()  # (OSA index, value) of the amplitude over the stop, its mean square 1; none: even
 
     def colour_um(self, wavelength_nm: float) -> dict[int, float]:
         """Return what a wavelength's wavefront has on top of `zernike_um`, {OSA index: um}."""
@@ -61,7 +62,9 @@ def node_lens(lens, more_um, azimuth_rad: float, angle_rad: float | None = None)
     if angle_rad is None or not hasattr(lens, "colour_at"):
         return PlaceLens(**shared | one)
     turned = tuple((x * cos(azimuth_rad), -x * sin(azimuth_rad), radius) for x, radius in lens.rims_at(angle_rad))
-    return PlaceLens(**shared | one, traced=_colour_alone(lens), angle_rad=float(angle_rad), azimuth_rad=float(azimuth_rad), rims=turned)
+    uneven = tuple(rotated(lens.amplitude_at(angle_rad), azimuth_rad).items())
+    return PlaceLens(**shared | one, traced=_colour_alone(lens), angle_rad=float(angle_rad), azimuth_rad=float(azimuth_rad), rims=turned,
+                     uneven=uneven)
 
 
 def _colour_alone(lens):

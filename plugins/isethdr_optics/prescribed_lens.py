@@ -11,6 +11,7 @@ from isethdr_core.light_in_time import each_component
 from .lens import DiffractionLimitedLens, check_error_allowed
 
 FIRST_NM, STEP_NM = 380.0, 20.0  # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on others
+EVEN = 0.002  # rms of the amplitude over the stop: changes at most twice that share of a point's light (L1, Cauchy-Schwarz)
 FIELD_POINTS = 33  # of distortion and relative illumination, from the axis to the border of the field
 
 
@@ -77,6 +78,14 @@ class PrescribedLens(DiffractionLimitedLens):
 
         return rims(self.real(), tan(angle_rad))[0]
 
+    def amplitude_at(self, angle_rad: float) -> dict[int, float]:
+        """Return the amplitude over the stop of light from an angle off the axis along +x, {OSA index: value}, its mean square 1.
+
+        Nothing where it is so even that the point spread does not show it.
+        """
+        terms, uneven = _traced_amplitude(self.real(), float(angle_rad))
+        return dict(terms) if uneven > EVEN else {}
+
     def input_files(self):
         """Return the user's own prescription file, if one is named: its content is part of a run's name."""
         return (self.prescription,) if self.prescription.endswith((".yaml", ".yml")) else ()
@@ -142,6 +151,7 @@ class PrescribedLens(DiffractionLimitedLens):
         """State what the prescription would do that this lens does not, at the border of the field it is made for."""
         import numpy as np
 
+        from .prescription_amplitude import width
         from .prescription_figures import distortion, spot_radius_mm
         from .prescription_rims import rims
 
@@ -164,6 +174,12 @@ class PrescribedLens(DiffractionLimitedLens):
         fitted = [_traced_wavefront(real, a)[1] for a in (0.0, widest)]
         ledger.error(max(fitted), "um rms", "measured", "wavefront that its Zernike terms leave")
         ledger.error(max(_between_um(self, a, float(wave[0])) for a in (0.0, widest)), "um rms", "measured", "wavefront between traced wavelengths")
+        even = [u for u in (_traced_amplitude(real, a)[1] for a in np.linspace(0.0, widest, 5)) if u <= EVEN]
+        if even:
+            ledger.left_out("light uneven over the stop", "next to none", 2 * max(even), "share of a point's light")
+        narrow = width(real, float(np.tan(widest)), real.reference_nm)
+        ledger.error(max(abs(1 / n - 1) for n in narrow), "of its width", "measured",
+                     "point spread off the axis, where the stop seen from the sensor is foreshortened")
         ledger.error(rims(real, float(np.tan(widest)))[1], "radii of the stop", "measured",
                      "rims that cut the stop off the axis, drawn as arcs of circles")
 
@@ -211,6 +227,14 @@ def _traced_wavefront(real, angle_rad, wavelength_nm=None):
     from .prescription_wavefront import zernike_um
 
     return zernike_um(real, tan(angle_rad), wavelength_nm or real.reference_nm)
+
+
+def _traced_amplitude(real, angle_rad):
+    from math import tan
+
+    from .prescription_amplitude import amplitude
+
+    return amplitude(real, tan(angle_rad), real.reference_nm)
 
 
 @lru_cache(maxsize=16)

@@ -43,12 +43,17 @@ def zernike_um(lens, tangent: float, wavelength_nm: float) -> tuple[dict[int, fl
     indices = lens.indices(wavelength_nm)
     rays, stop, within = filling(lens, tangent, wavelength_nm)
     exit_mm = np.linalg.norm(image - np.array([0.0, 0.0, _exit_pupil_z(lens, indices)]))
-    lag_um = 1e3 * _paths_mm(lens, indices, _start(lens, indices, tangent), rays, image, exit_mm)[within]
+    lag_um = 1e3 * _paths_mm(lens, indices, entering(lens, indices, tangent), rays, image, exit_mm)[within]
     terms = [j for j in range((HIGHEST + 1) * (HIGHEST + 2) // 2) if order(j)[1] >= 0]
     basis = np.stack([zernike(j, *(s[within] for s in stop)) for j in terms], axis=1)
-    found = np.linalg.lstsq(basis, lag_um, rcond=None)[0]
+    found = fitted(basis, lag_um - lag_um.mean())
     left = float(np.std(lag_um - basis @ found))
     return {j: float(c) for j, c in zip(terms, found) if j and abs(c) > 1e-9}, left
+
+
+def fitted(basis, values) -> np.ndarray:
+    """Return the coefficients of least squares; by the normal equations, as Zernike terms over a filled disc are nearly orthogonal."""
+    return np.linalg.solve(basis.T @ basis, basis.T @ values)
 
 
 def filling(lens, tangent: float, wavelength_nm: float, reach: float = 1.0):
@@ -63,7 +68,7 @@ def filling(lens, tangent: float, wavelength_nm: float, reach: float = 1.0):
     ConfigError : where too few rays do.
     """
     indices = lens.indices(wavelength_nm)
-    start = _start(lens, indices, tangent)
+    start = entering(lens, indices, tangent)
     rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), *start, keep_hits=True)
     stop = np.stack(rays.hits_mm[lens.stop]) / lens.surfaces[lens.stop].semi_diameter_mm
     within = np.isfinite(rays.position_mm[0]) & (np.hypot(*stop) <= reach)
@@ -76,7 +81,7 @@ def filling(lens, tangent: float, wavelength_nm: float, reach: float = 1.0):
     return rays, stop, within
 
 
-def _start(lens, indices, tangent):
+def entering(lens, indices, tangent):
     """Return (position, direction) of parallel light over the entrance pupil and somewhat more."""
     front, optics = lens.surfaces[0].z_mm, lens.surfaces[:-1]
     pupil_z, pupil_radius = paraxial.entrance_pupil(optics, indices)

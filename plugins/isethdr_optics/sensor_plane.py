@@ -41,11 +41,15 @@ class SensorPlane:
             return values
         out = np.empty((*values.shape[:-2], len(self.y), len(self.x)), values.dtype)
         for plane in np.ndindex(values.shape[:-2]):
-            moved = values[plane]
-            if self.areas is not None:
-                moved = (self.areas @ moved.ravel().astype(float)).reshape(self.whole or out.shape[-2:])
-            out[plane] = moved if self.scales is None else lateral_colour.moved(moved, self.scales[plane[-1]], out.shape[-2:])
+            out[plane] = self.move_band(values[plane], plane[-1])
         return out
+
+    def move_band(self, values, band: int) -> np.ndarray:
+        """Return one band's light (y, x) on the sensor's tiles from that on the field's."""
+        shape = len(self.y), len(self.x)
+        if self.areas is not None:
+            values = (self.areas @ values.ravel().astype(float)).reshape(self.whole or shape)
+        return values if self.scales is None else lateral_colour.moved(values, self.scales[band], shape)
 
     def covered(self, mixed):
         """Return `mixed`, dark tiles added all around where the sensor is larger: what flares add may fall there."""

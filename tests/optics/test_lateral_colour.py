@@ -48,7 +48,7 @@ def test_a_lamp_moves_by_its_height_times_the_magnification_and_keeps_its_light(
 
 def test_uniform_light_thins_out_as_the_image_grows():
     light = IdealLens(lateral_colour_percent=TABLE, falloff="none")(field(np.full((96, 128), 2.0)))
-    inner = light.values[:, 1:-1, 1:-1]
+    inner = light.values[:, 2:-2, 2:-2]  # the largest image needs a tile more on either side, the smallest ends half a tile within
     want = 2.0 * light.attrs["throughput_sr"] / np.square(SCALES)
     np.testing.assert_allclose(inner, np.broadcast_to(want[:, None, None], inner.shape), rtol=1e-6)  # float32
 
@@ -70,13 +70,26 @@ def test_nothing_is_resampled_without_and_labels_follow_the_reference(monkeypatc
     scene = lamp()
     light = IdealLens(lateral_colour_percent=TABLE)(scene)
     assert geometry.map_of(light) == geometry.Identity()
-    assert set(np.round(light.x.values / 4e-3, 9)) <= set(np.round(scene.x.values, 9))  # no finer grid, the same tiles
-    assert light.sizes["x"] == 126 and light.sizes["y"] == 94  # 0.8 % smaller: half a tile on either side is not known
-    assert light.attrs["field_width"] == pytest.approx(126 * PITCH * 4e-3)
-    np.testing.assert_allclose(light.values[2], IdealLens()(scene).values[2, 1:-1, 1:-1], rtol=1e-6)
+    np.testing.assert_allclose(light.x.values[1:-1] / 4e-3, scene.x.values, rtol=1e-9)  # no finer grid, the same tiles
+    assert light.sizes["x"] == 130 and light.sizes["y"] == 98  # 0.6 % larger: less than a tile on either side
+    assert light.attrs["field_width"] == pytest.approx(0.992 * 128 * PITCH * 4e-3)  # what all bands cover, to less than a tile
+    np.testing.assert_allclose(light.values[2, 1:-1, 1:-1], IdealLens()(scene).values[2], rtol=1e-6)
     monkeypatch.setattr("isethdr_optics.lateral_colour.magnified", None)  # calling it would fail
     for none in ({}, {400: 0.0, 700: 0.0}):
         np.testing.assert_array_equal(IdealLens(lateral_colour_percent=none)(scene).values, IdealLens()(scene).values)
+
+
+@pytest.mark.parametrize("make", [IdealLens, lambda **k: PrescribedLens(wavefront="none", distortion="none", **k | {"lateral_colour_percent": {}})],
+                         ids=["table", "traced"])
+def test_no_light_leaves_at_the_border(make):
+    """Light up to the border and lamps in its corners: every band keeps all of it, on the tiles that a larger image takes."""
+    values = np.random.default_rng(7).uniform(0.5, 1.5, (30, 40))
+    values[0, 0] = values[-1, 17] = 1e5
+    moved, still = (make(lateral_colour_percent=table, falloff="none", **traced)(field(values)) for table, traced in (
+        (TABLE, {}), ({}, {} if make is IdealLens else {"lateral_colour": "none"})))
+    assert not np.array_equal(moved.values[0], moved.values[-1])
+    before, after = (i.values.sum(axis=(1, 2), dtype=float) for i in (still, moved))
+    np.testing.assert_allclose(after, before, rtol=2e-7)  # float32; what diffraction carries out of the frame is gone before
 
 
 def test_a_margin_keeps_the_camera_s_field():
@@ -90,7 +103,7 @@ def test_other_lenses_too_and_the_ledger_says_so(make):
     values = np.full((24, 32), 1.0)
     with ledger.stage(rows, "lens"):
         light = make(lateral_colour_percent=TABLE)(field(values))
-    assert np.isfinite(light.values).all() and light.sizes["x"] <= 30
+    assert np.isfinite(light.values).all() and light.attrs["field_width"] < 32 * PITCH * 4e-3
     [within] = [o for o in rows[0].left_out if "within a band" in o.what]
     assert within.bound == pytest.approx(20 * 0.0045 / 50 * 75, rel=0.5)  # corner at 20 tiles, bands of some 75 nm
 
