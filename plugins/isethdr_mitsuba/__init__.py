@@ -10,11 +10,13 @@ integrator.py      one path, all bands, all light groups
 radiance.py        passes of that integrator, summed in float64, with their spread; until it is small enough
 visible_lamps.py   lamps seen directly, with their exact footprint on the tiles
 materials.py       material kinds as Mitsuba surfaces
+hits.py            where a ray meets which triangle, by tables of all of them: no code of any one shape
 surface_tables.py  which material a ray met, and one evaluation of it for all bands
 spectra.py         all spectra in one table on the device
 geometry.py        parts, models and poses as a Mitsuba scene
 beam_lamp.py       the beam-limited area light as a Mitsuba emitter
 film_bands.py      the way without LLVM: Mitsuba's own integrator, four bands a pass, group by group
+angle_sensor.py    its camera on a grid of angles
 spots.py           lamps as spots of the same candela, for that way
 spot_shares.py     how often each spot is looked for: as much as it lights what the camera sees
 labels.py          one ray per tile centre: instance, category, depth, distance, normal

@@ -16,6 +16,7 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 
+from .angle_sensor import angle_sensor
 from .beam_lamp import beam_lamp, film, sensor
 from .geometry import build_world
 from .materials import coloured_surfaces, regular
@@ -28,7 +29,8 @@ BLOCK = 4
 
 def film_pass(description, view, lamps, groups, bands_nm, settings):
     """Return the function of one pass, as `radiance.estimate` wants it."""
-    if abs(view.pitch_x / view.pitch_y - 1) > 1e-3:
+    angles = view.projection == "equidistant"
+    if not angles and abs(view.pitch_x / view.pitch_y - 1) > 1e-3:
         raise ConfigError(f"variant scalar needs square tiles; width {settings.width} x height {settings.height} on a field of "
                           f"aspect {view.field[0] / view.field[1]:.4g} are not; type renderer.height={round(settings.width * view.field[1] / view.field[0])}")
     rows, columns = view.shape
@@ -36,7 +38,7 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
     integrator = mi.load_dict({"type": "path", "max_depth": settings.max_depth, "rr_depth": 1000})
     # a short last block is filled up with the bands before it, so that every film has four bands of equal area
     starts = sorted({min(s, max(len(bands_nm) - BLOCK, 0)) for s in range(0, len(bands_nm), BLOCK)})
-    sensors = [mi.load_dict(sensor(view, film(_block(bands_nm, s, settings.step_nm), settings.step_nm, columns, rows))) for s in starts]
+    sensors = [mi.load_dict((angle_sensor if angles else sensor)(view, film(_block(bands_nm, s, settings.step_nm), settings.step_nm, columns, rows))) for s in starts]
     sky_scene = _sky_scene(description, span) if "sky" in groups and description.sky is not None else None
     lamp_scene, switch = _lamp_scene(description, view, lamps, groups, span) if any(p.lamp.group in groups for p in lamps) else (None, None)
 

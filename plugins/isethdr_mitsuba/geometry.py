@@ -25,6 +25,8 @@ class Shape:
     label: int = 0               # object 1, 2, ...; 0 for the shared parts of a model, whose instances carry it
     material: int = 0            # index into the description's materials
     lamp: int | None = None      # index into the lamps
+    pose: np.ndarray | None = None   # (4, 4) of an instance: it has no triangles of its own
+    parts: tuple = ()            # shapes that an instance places
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +37,29 @@ class World:
     shapes: list[Shape]
 
     def table(self, value_of, default: int = 0) -> np.ndarray:
-        """Return a table from Mitsuba's number of a shape to `value_of(Shape)`; `default` where there is none."""
-        numbers = [int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(s.shape))[0]) for s in self.shapes]
-        table = np.full(max(numbers, default=0) + 1, default, np.uint32)
-        for number, shape in zip(numbers, self.shapes, strict=True):
-            table[number] = value_of(shape)
+        """Return a table from Mitsuba's number of a shape to `value_of(Shape)`; `default` where there is none, as at 0."""
+        numbers = _numbers(s.shape for s in self.shapes)
+        table = np.full(numbers.max(initial=0) + 1, default, np.uint32)
+        table[numbers] = [value_of(s) for s in self.shapes]
         return table
+
+    def instances(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return by Mitsuba's number of an instance its pose (n, 4, 4), unity elsewhere, as at 0; the place of its first part; and all parts' numbers."""
+        placed = [s for s in self.shapes if s.pose is not None]
+        numbers = _numbers(s.shape for s in placed)
+        poses, first, parts = np.tile(np.eye(4), (numbers.max(initial=0) + 1, 1, 1)), np.zeros(numbers.max(initial=0) + 1, np.uint32), [0]
+        known = {}
+        for number, s in zip(numbers, placed, strict=True):
+            poses[number] = s.pose
+            if s.parts not in known:
+                known[s.parts] = len(parts)
+                parts.extend(_numbers(s.parts))
+            first[number] = known[s.parts]
+        return poses, first, np.array(parts, np.uint32)
+
+
+def _numbers(shapes) -> np.ndarray:
+    return np.array([int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(s))[0]) for s in shapes], int)
 
 
 def build_world(description, surfaces: dict, emitter_of=None, **extra) -> World:
@@ -56,7 +75,7 @@ def build_world(description, surfaces: dict, emitter_of=None, **extra) -> World:
     """
     times = Counter(o.model for o in description.objects)
     order = {name: k for k, name in enumerate(description.materials)}
-    entries, shapes, lamps, instances = {"type": "scene", **extra}, [], 0, {}
+    entries, shapes, lamps, instances, parts = {"type": "scene", **extra}, [], 0, {}, {}
     for number, placed in enumerate(description.objects, 1):
         if placed.model not in description.models:
             raise ConfigError(f"object {placed.name!r} has the unknown model {placed.model!r}" + did_you_mean(placed.model, description.models))
@@ -66,10 +85,11 @@ def build_world(description, surfaces: dict, emitter_of=None, **extra) -> World:
             group = f"model_{placed.model}"
             if group not in entries:
                 meshes = [_mesh(f"{group}_{j}", p, np.eye(4), _surface(surfaces, p)) for j, p in enumerate(shared)]
+                parts[group] = tuple(meshes)
                 entries[group] = {"type": "shapegroup", **{f"part{j}": m for j, m in enumerate(meshes)}}
                 shapes += [Shape(m, material=order[p.material]) for m, p in zip(meshes, shared, strict=True)]
             entries[f"object{number}"] = {"type": "instance", "to_world": mi.ScalarTransform4f(pose), "model": {"type": "ref", "id": group}}
-            instances[f"object{number}"] = number
+            instances[f"object{number}"] = {"label": number, "pose": pose, "parts": parts[group]}
         for j, part in enumerate(model.parts):
             if shared and not part.lamp:
                 continue
@@ -83,7 +103,7 @@ def build_world(description, surfaces: dict, emitter_of=None, **extra) -> World:
         # compiled code has nothing to choose from without any surface: a speck that no ray meets
         entries["speck"] = {"type": "sphere", "radius": 1e-9, "center": [0.0, 0.0, -1e7]}
     scene = mi.load_dict(entries, optimize=False)
-    return World(scene, shapes + [Shape(s, instances[s.id()]) for s in scene.shapes() if s.id() in instances])
+    return World(scene, shapes + [Shape(s, **instances[s.id()]) for s in scene.shapes() if s.id() in instances])
 
 
 def _surface(surfaces, part):

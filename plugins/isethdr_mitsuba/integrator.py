@@ -14,13 +14,11 @@ import drjit as dr
 import mitsuba as mi
 
 from .geometry import World
+from .hits import HitTables
 from .lamp_tables import CANDIDATES, LampTables
 from .materials import RAMP_NM
 from .surface_tables import SurfaceTables
 from .view import View
-
-# from so many on the loop is recorded once: writing it down for each pass takes seconds then; but a record is compiled for each scene
-MANY_SHAPES = 100
 
 
 def paths(world: World, view: View, lamps: LampTables, surfaces: SurfaceTables, wavelength_nm, step_nm: float, max_depth: int):
@@ -37,37 +35,34 @@ def paths(world: World, view: View, lamps: LampTables, surfaces: SurfaceTables, 
 
     Returns
     -------
-    function : of `seed` of the pass and `samples`, paths per tile, summed in float32, so at most about 1024. It returns a
-        list (group) of lists (packet) of Spectrum of 4 bands, width = number of tiles, W m-2 sr-1 nm-1.
+    function : of `seed` of the pass, `samples`, paths per tile, summed in float32, so at most about 1024, and `wanted`, numbers of the
+        light groups to follow (None: all). It returns a list (group) of lists (packet) of Spectrum of 4 bands, width = number of tiles,
+        W m-2 sr-1 nm-1; 0 for groups that are not wanted.
     """
     packets = (len(wavelength_nm) + 3) // 4
-    bands = [mi.Spectrum(*[float(wavelength_nm[min(4 * k + i, len(wavelength_nm) - 1)]) for i in range(4)]) for k in range(packets)]
-    tables = (world.scene, bands, _arrays(lamps), [_arrays(t) for t in lamps.targets], _arrays(lamps.spectra), _arrays(surfaces),
-              _arrays(surfaces.colours), surfaces.kinds)
+    bands = [tuple(float(wavelength_nm[min(4 * k + i, len(wavelength_nm) - 1)]) for i in range(4)) for k in range(packets)]
+    hits, camera, tiles = HitTables(world), _Camera(view), view.shape[0] * view.shape[1]
 
-    def trace(seed, samples):
-        return _trace(world.scene, view, lamps, surfaces, bands, float(step_nm), seed, samples, max_depth)
-
-    if recorded := len(world.shapes) > MANY_SHAPES:
-        trace = dr.freeze(trace, state_fn=lambda seed, samples: tables)
-
-    def one_pass(seed, samples):
-        # seed and sample count are data, not literals: one kernel for all passes
+    def one_pass(seed, samples, wanted=None):
+        # data, not literals: one kernel for all passes, light groups wanted, and scenes of the same kinds of surfaces
         given = dr.opaque(mi.UInt32, seed & 0xFFFFFFFF), dr.opaque(mi.UInt32, samples)
-        try:
-            return trace(*given)
-        except RuntimeError:        # shapes of another scene were freed since: Dr.Jit refuses the record, which is made anew
-            if not recorded:
-                raise
-            trace.clear()
-            return trace(*given)
+        on = [dr.opaque(mi.Bool, wanted is None or g in wanted) for g in range(len(lamps.groups))]
+        return _trace(world.scene, hits, camera, tiles, lamps, surfaces, bands, float(step_nm), *given, on, max_depth)
 
     return one_pass
 
 
-def _arrays(tables) -> dict:
-    """Return the device arrays that an object of tables holds."""
-    return {name: value for name, value in vars(tables).items() if type(value).__module__.startswith(("drjit", "mitsuba"))}
+class _Camera:
+    """A view on the device."""
+
+    def __init__(self, view):
+        number, length = (lambda v: dr.opaque(mi.UInt32, v)), (lambda v: dr.opaque(mi.Float, float(v)))
+        self.angles = view.projection == "equidistant"
+        self.columns, self.cut, self.whole_columns = number(view.shape[1]), tuple(map(number, view.cut)), number(view.whole[1])
+        self.pitch_x, self.pitch_y = length(view.pitch_x), length(view.pitch_y)
+        self.left = length(view.x[0] - (view.cut[1] + 0.5) * view.pitch_x)
+        self.top = length(view.y[0] - (view.cut[0] + 0.5) * view.pitch_y)
+        self.origin, self.right, self.down, self.forward = (mi.Vector3f(*map(length, v)) for v in (view.origin_m, view.right, view.down, view.forward))
 
 
 def _stream(seed, tiles, purpose: str):
@@ -78,16 +73,11 @@ def _stream(seed, tiles, purpose: str):
 
 
 @dr.syntax
-def _trace(scene, view, lamps, surfaces, bands, step_nm, seed, samples, max_depth):
-    rows, columns = view.shape
-    tiles = dr.arange(mi.UInt32, rows * columns)
-    row, column = tiles // columns + view.cut[0], tiles % columns + view.cut[1]     # of the whole grid, as are their numbers
-    numbers = row * view.whole[1] + column
-    pitch_x, pitch_y, angles = view.pitch_x, view.pitch_y, view.projection == "equidistant"     # a loop may not carry the frozen view itself
-    left = mi.Float(column) * pitch_x + float(view.x[0] - (view.cut[1] + 0.5) * pitch_x)
-    top = mi.Float(row) * pitch_y + float(view.y[0] - (view.cut[0] + 0.5) * pitch_y)
-    origin = mi.Point3f(view.origin_m.tolist())
-    right, down, forward = (mi.Vector3f(axis.tolist()) for axis in (view.right, view.down, view.forward))
+def _trace(scene, hits, camera, tiles, lamps, surfaces, bands, step_nm, seed, samples, on, max_depth):
+    tile = dr.arange(mi.UInt32, tiles)
+    row, column = tile // camera.columns + camera.cut[0], tile % camera.columns + camera.cut[1]     # of the whole grid, as are their numbers
+    numbers = row * camera.whole_columns + column
+    left, top = mi.Float(column) * camera.pitch_x + camera.left, mi.Float(row) * camera.pitch_y + camera.top
     path_rng = _stream(seed, numbers, "path")
     group_rng = [_stream(seed, numbers, name) for name in lamps.groups]
     groups, packets = len(lamps.groups), len(bands)
@@ -97,65 +87,64 @@ def _trace(scene, view, lamps, surfaces, bands, step_nm, seed, samples, max_dept
     ramp = mi.Spectrum(*RAMP_NM, *RAMP_NM)      # surfaces are evaluated with reflectance 0 and 1, side by side
     done = mi.UInt32(0)
     while done < samples:
-        x = left + path_rng.next_float32() * pitch_x
-        y = top + path_rng.next_float32() * pitch_y
-        if dr.hint(angles, mode="scalar"):
+        x = left + path_rng.next_float32() * camera.pitch_x
+        y = top + path_rng.next_float32() * camera.pitch_y
+        if dr.hint(camera.angles, mode="scalar"):
             theta = dr.sqrt(x * x + y * y)
             across = dr.select(theta > 1e-4, dr.sin(theta) / theta, 1)      # 1e-4: the series' next term is below float32
-            ray = mi.Ray3f(origin, right * (across * x) + down * (across * y) + forward * dr.cos(theta), 0.0, ramp)
+            way = camera.right * (across * x) + camera.down * (across * y) + camera.forward * dr.cos(theta)
         else:
-            ray = mi.Ray3f(origin, dr.normalize(right * x + down * y + forward), 0.0, ramp)
+            way = dr.normalize(camera.right * x + camera.down * y + camera.forward)
+        ray = mi.Ray3f(mi.Point3f(camera.origin), way, 0.0, ramp)
         shift = (path_rng.next_float32() - 0.5) * step_nm
-        waves = [b + shift for b in bands]
+        waves = [mi.Spectrum(*b) + shift for b in bands]
         beta = [mi.Spectrum(1) for _ in range(packets)]
         depth = mi.UInt32(0)
         bsdf_density, specular = mi.Float(1), mi.Bool(True)
         active = mi.Bool(True)
         while active:
-            si = scene.ray_intersect(ray, active)
+            si, shape = hits.meet(scene, ray, active)
 
             # light found by chance: the sky always, a lamp only past the first surface
             if dr.hint(sky >= 0, mode="scalar"):
-                missed = active & ~si.is_valid()
-                light = lamps.spectra.at(mi.UInt32(lamps.sky_row), waves, missed)
+                missed = active & ~si.is_valid() & on[sky]
+                light = lamps.spectra.at(lamps.sky_row, waves, missed)
                 for k in range(packets):
                     total[sky][k] += dr.select(missed, beta[k] * light[k], 0)
             if dr.hint(len(lit) > 0, mode="scalar"):
-                lamp = lamps.lamp_at(si, active & (depth > 0))
+                lamp = lamps.lamp_at(shape, active & si.is_valid() & (depth > 0))
                 cos_lamp = -dr.dot(ray.d, si.n)
-                found = active & (depth > 0) & (lamp != lamps.none) & (cos_lamp > 0)
-                level = lamps.luminance(lamp, -ray.d, found)
-                rival = CANDIDATES * lamps.density(lamp, dr.square(si.t), cos_lamp, found)
-                level *= dr.select(specular, 1, bsdf_density / (bsdf_density + rival))
-                mine = dr.gather(mi.UInt32, lamps.group, lamp, found)
-                light = lamps.spectra.at(dr.gather(mi.UInt32, lamps.row, lamp, found), waves, found)
-                for g in lit:
-                    for k in range(packets):
-                        total[g][k] += dr.select(found & (mine == g), beta[k] * light[k] * level, 0)
+                found = (lamp != lamps.none) & (cos_lamp > 0)
+                if found:
+                    level = lamps.luminance(lamp, -ray.d, found)
+                    rival = CANDIDATES * lamps.density(lamp, dr.square(si.t), cos_lamp, found)
+                    level *= dr.select(specular, 1, bsdf_density / (bsdf_density + rival))
+                    mine = dr.gather(mi.UInt32, lamps.group, lamp, found)
+                    light = lamps.spectra.at(dr.gather(mi.UInt32, lamps.row, lamp, found), waves, found)
+                    for g in lit:
+                        for k in range(packets):
+                            total[g][k] += dr.select((mine == g) & on[g], beta[k] * light[k] * level, 0)
 
             # light looked for: one shadow ray for each group
             active &= si.is_valid() & (depth + 1 < max_depth)
-            material = surfaces.material_at(si, active)
+            material = surfaces.material_at(shape, active)
             smooth = active & surfaces.is_smooth(material, active)
-            chosen = []
-            for g in lit:
-                lamp, point, towards, inverse, density = lamps.choose(g, group_rng[g], si, smooth)
-                open_way = smooth & (inverse > 0)
-                open_way &= ~scene.ray_test(si.spawn_ray_to(point), open_way)
-                level = lamps.luminance(lamp, -towards, open_way) * inverse
-                chosen.append((lamp, si.to_local(towards), level, density, open_way))
-            pick, spot = path_rng.next_float32(), mi.Point2f(path_rng.next_float32(), path_rng.next_float32())
-            seen, sampled, factor = surfaces.reflect(material, si, [c[1] for c in chosen], [c[4] for c in chosen], pick, spot, active)
             colour = surfaces.colours.at(material, waves, active)
-            for index in range(len(lit)):
-                lamp, _, level, density, open_way = chosen[index]
-                value, rival = seen[index]
-                level *= dr.select(open_way, CANDIDATES * density / (CANDIDATES * density + rival), 0)
-                light = lamps.spectra.at(dr.gather(mi.UInt32, lamps.row, lamp, open_way), waves, open_way)
-                for k in range(packets):
-                    total[lit[index]][k] += dr.select(open_way, beta[k] * dr.lerp(value[0], value[1], colour[k]) * light[k] * level, 0)
+            for g in lit:
+                if smooth & on[g]:
+                    lamp, point, towards, inverse, density = lamps.choose(g, group_rng[g], si, smooth)
+                    open_way = inverse > 0
+                    open_way &= ~scene.ray_test(si.spawn_ray_to(point), open_way)
+                    value, rival = surfaces.towards(material, si, si.to_local(towards), open_way)
+                    level = lamps.luminance(lamp, -towards, open_way) * inverse
+                    level *= dr.select(open_way, CANDIDATES * density / (CANDIDATES * density + rival), 0)
+                    light = lamps.spectra.at(dr.gather(mi.UInt32, lamps.row, lamp, open_way), waves, open_way)
+                    for k in range(packets):
+                        total[g][k] += dr.select(open_way, beta[k] * dr.lerp(value[0], value[1], colour[k]) * light[k] * level, 0)
 
             # onwards
+            pick, spot = path_rng.next_float32(), mi.Point2f(path_rng.next_float32(), path_rng.next_float32())
+            sampled, factor = surfaces.onwards(material, si, pick, spot, active)
             strongest = mi.Float(0)
             for k in range(packets):
                 beta[k] *= dr.lerp(factor[0], factor[1], colour[k])

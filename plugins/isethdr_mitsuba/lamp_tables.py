@@ -33,13 +33,13 @@ class LampTables:
         table = emission_table(spectra)
         if sky is not None:
             table = np.vstack([table, sky.at(SPECTRUM_NM)])
-        self.sky_row = len(spectra)
+        self.sky_row = dr.opaque(mi.UInt32, len(spectra))      # what a scene has is data, so that its kernel is that of other scenes
         self.spectra = SpectrumTable(table)      # per cd/m2 for lamps, absolute for the sky
         group = [self.groups.index(p.lamp.group) if p.lamp.group in self.groups else NOWHERE for p in lamps] + [NOWHERE]
         # an entry for "no lamp" at the end keeps every lookup inside its table
-        self.none = len(lamps)
+        self.none = dr.opaque(mi.UInt32, len(lamps))
         last = lambda values, fill: mi.Float([*values, fill])
-        self.lamp_of_shape = mi.UInt32(world.table(lambda s: self.none if s.lamp is None else s.lamp, self.none))
+        self.lamp_of_shape = mi.UInt32(world.table(lambda s: len(lamps) if s.lamp is None else s.lamp, len(lamps)))
         self.group = mi.UInt32(group)
         self.row = mi.UInt32([*(spectra.index(p.lamp.spectrum) for p in lamps), 0])
         self.axis = mi.Vector3f(*(last([float(p.axis[k]) for p in lamps], 0) for k in range(3)))
@@ -57,11 +57,9 @@ class LampTables:
         """Say whether group number `g` holds a lamp; the sky is not one."""
         return self.targets[g].count > 0
 
-    def lamp_at(self, si, active):
-        """Return the number of the lamp that a surface interaction lies on; `none` elsewhere."""
-        shape = dr.reinterpret_array(mi.UInt32, si.shape)
-        known = active & si.is_valid() & (shape < dr.width(self.lamp_of_shape))
-        return dr.select(known, dr.gather(mi.UInt32, self.lamp_of_shape, shape, known), self.none)
+    def lamp_at(self, shape, active):
+        """Return the number of the lamp that a shape is; `none` elsewhere."""
+        return dr.select(active, dr.gather(mi.UInt32, self.lamp_of_shape, shape, active), self.none)
 
     def luminance(self, lamp, direction, active=True):
         """Return the luminance, cd/m2, that `lamp` sends out along the unit vector `direction`."""
@@ -75,28 +73,31 @@ class LampTables:
         """Return the density per solid angle with which one candidate falls on this point of `lamp`."""
         return dr.gather(mi.Float, self.per_area, lamp, active) * distance2 / dr.maximum(cos_lamp, 1e-9)
 
+    @dr.syntax
     def choose(self, g: int, rng, si, active):
         """Return lamp, world point, unit direction, 1 / density of the choice and density of one candidate."""
         targets = self.targets[g]
         lamp, point = mi.UInt32(self.none), mi.Point3f(0)
         direction, kept, total, density = mi.Vector3f(0), mi.Float(0), mi.Float(0), mi.Float(1)
-        for _ in range(CANDIDATES):
-            u, v, w, keep = (rng.next_float32() for _ in range(4))
-            l, p, n = targets.point(u, v, w, active)
+        # light counts on the side the path came from
+        side = si.n * dr.sign(dr.dot(si.n, si.to_world(si.wi)))
+        k = mi.UInt32(0)
+        while k < CANDIDATES:
+            l, p, n = targets.point(rng, active)
             d = p - si.p
             r2 = dr.maximum(dr.squared_norm(d), 1e-12)
             d *= dr.rsqrt(r2)
             cos_lamp = -dr.dot(d, n)
-            # light counts on the side the path came from
-            cos_here = dr.dot(d, si.n) * dr.sign(dr.dot(si.n, si.to_world(si.wi)))
+            cos_here = dr.dot(d, side)
             seen = active & (cos_lamp > 0) & (cos_here > 0)
             each = self.density(l, r2, cos_lamp, seen)
             value = dr.select(seen, self.luminance(l, -d, seen) * cos_here, 0)
             weight = dr.select(seen, value / each, 0)
             total += weight
-            take = seen & (keep * total < weight)
+            take = seen & (rng.next_float32() * total < weight)
             lamp, point, direction = dr.select(take, l, lamp), dr.select(take, p, point), dr.select(take, d, direction)
             kept, density = dr.select(take, value, kept), dr.select(take, each, density)
+            k += 1
         inverse = dr.select(kept > 0, total / (CANDIDATES * kept), 0)
         return lamp, point, direction, inverse, density
 
@@ -117,15 +118,32 @@ class _Targets:
         vector = lambda a: mi.Vector3f(*(mi.Float(a[:, k]) for k in range(3)))
         self.corner, self.edge1, self.edge2 = vector(tri[:, 0]), vector(tri[:, 1] - tri[:, 0]), vector(tri[:, 2] - tri[:, 0])
         self.normal, self.lamp = vector(normal), mi.UInt32(lamp)
-        self.chance = mi.DiscreteDistribution(mi.Float(chance / chance.sum()))
-        dr.eval(self.corner, self.edge1, self.edge2, self.normal, self.lamp)
+        self.triangles = dr.opaque(mi.UInt32, len(chance))
+        threshold, other = alias_table(chance)
+        self.threshold, self.other = mi.Float(threshold), mi.UInt32(other)
+        dr.eval(self.corner, self.edge1, self.edge2, self.normal, self.lamp, self.threshold, self.other)
 
-    def point(self, u, v, w, active):
-        """Return lamp, point and normal for three uniform numbers: a triangle by chance, then a point of it by area."""
-        k = self.chance.sample(u, active)
+    def point(self, rng, active):
+        """Return lamp, point and normal: a triangle by its chance, then a point of it by area."""
+        k = dr.minimum(mi.UInt32(rng.next_float32() * mi.Float(self.triangles)), self.triangles - 1)
+        k = dr.select(rng.next_float32() < dr.gather(mi.Float, self.threshold, k, active), k, dr.gather(mi.UInt32, self.other, k, active))
         take = lambda table: dr.gather(type(table), table, k, active)
-        s = dr.sqrt(v)
+        s, w = dr.sqrt(rng.next_float32()), rng.next_float32()
         return take(self.lamp), mi.Point3f(take(self.corner) + take(self.edge1) * (1 - s) + take(self.edge2) * (s * w)), take(self.normal)
+
+
+def alias_table(chance) -> tuple[np.ndarray, np.ndarray]:
+    """Return (threshold, other): number k, drawn evenly, is kept with probability threshold[k], and is other[k] else (Walker 1977, Vose 1991)."""
+    share = np.asarray(chance, float) * len(chance) / np.sum(chance)
+    threshold, other = np.ones(len(share)), np.arange(len(share))
+    small, large = list(np.flatnonzero(share < 1)), list(np.flatnonzero(share >= 1))
+    while small and large:
+        k, rich = small.pop(), large[-1]
+        threshold[k], other[k] = share[k], rich
+        share[rich] -= 1 - share[k]
+        if share[rich] < 1:
+            small.append(large.pop())
+    return threshold, other
 
 
 def _shares(lamps, group):

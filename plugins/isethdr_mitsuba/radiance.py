@@ -17,7 +17,7 @@ from isethdr_core.progress import track
 
 LARGEST_PASS = 1024   # paths per tile and pass: float32 sums of more lose 1e-4 and worse
 LEAST_PASSES = 4      # for an estimate of the spread
-PASS_PATHS = 64e6     # paths per pass: each pass is traced anew, which costs two seconds where shapes are many
+PASS_PATHS = 64e6     # paths per pass: each is written down anew, which costs a tenth of a second
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,26 +158,30 @@ class _Sums:
         return out
 
     def xyz_noise(self, shape):
-        """Return the standard errors of X, Y, Z (group, 3, row, column), cd/m2: relative, of each tile with its eight neighbours.
+        """Return the standard errors of X, Y, Z (group, 3, row, column), cd/m2: the spread of a tile and its neighbours, shared out by light.
 
-        A few passes know one tile's noise to a third of itself, that of nine tiles to a tenth. One number for all colours would
-        not do: a red lamp may be all of the noise of red pixels beside little of the luminance.
+        Light that few paths meet makes a tile bright and its spread wide at once: a tile that met none of it is dark, and its own
+        spread says nothing. So the variance per light is that of 5 x 5 tiles, and the light that of the tile and of 3 x 3 around it, half
+        and half; but for tiles without any light, as of lamps the sky, which have no noise. One number for all colours would not do: a
+        red lamp may be all of the noise of red pixels beside little of the luminance.
         """
         out = np.full((len(self.total), 3, *shape), np.nan)
         for g in range(len(out)):
             level, free = self.weights @ self.total[g] / max(self.paths[g], 1), self.passes[g] - 1
             if free > 0:
                 variance = np.maximum(self.squares[g] / self.paths[g] - level**2, 0) / free
-                near, light = (_with_neighbours(v.reshape(3, *shape)) for v in (variance, level**2))
-                out[g] = np.sqrt(near / np.where(light > 0, light, 1)) * level.reshape(3, *shape)
+                variance, level = variance.reshape(3, *shape), level.reshape(3, *shape)
+                per_light = _around(variance, 2) / np.maximum(_around(level, 2), np.finfo(float).tiny)
+                out[g] = np.where(level > 0, np.sqrt(per_light * (level + _around(level, 1)) / 2), 0.0)
         return out
 
 
-def _with_neighbours(values):
-    """Return the sum (..., row, column) of each tile and its eight neighbours; not a running sum, which a lamp would leave its rounding in."""
+def _around(values, reach):
+    """Return the mean (..., row, column) of the tiles so many rows and columns around each; not a running sum, which a lamp would leave its rounding in."""
     rows, columns = values.shape[-2:]
-    wide = np.pad(values, [(0, 0)] * (values.ndim - 2) + [(1, 1)] * 2, mode="edge")
-    return sum(wide[..., i : i + rows, j : j + columns] for i in range(3) for j in range(3))
+    wide, side = np.pad(values, [(0, 0)] * (values.ndim - 2) + [(reach, reach)] * 2, mode="edge"), 2 * reach + 1
+    down = sum(wide[..., i : i + rows, :] for i in range(side))
+    return sum(down[..., j : j + columns] for j in range(side)) / side**2
 
 
 def weighted_median(values, weights) -> float:

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from isethdr_core.scene import SceneDescription
 
 SCALAR = "scalar_spectral"
-SCALAR_S_PER_PATH = 2e-6  # of one group and four bands, measured on two cores; it only tells the user what to expect
+# of one group and four bands, measured on two cores; it only tells the user what to expect
+SCALAR_S_PER_PATH = {"tangent": 2e-6, "equidistant": 1e-5}
 
 
 @dataclass(frozen=True)
@@ -61,13 +62,13 @@ class MitsubaRenderer:
         wanted, bands = self._groups(description, demand), self._bands(demand)
         variant = choose_variant(self.variant)
         if variant == SCALAR:
-            self._say_how_slow(len(wanted), len(bands))
+            self._say_how_slow(len(wanted), len(bands), description.camera.projection)
         return render_frame(self, description, wanted, bands, demand.labels if demand else frozenset(), variant,
                             demand is None or demand.margin, known)
 
-    def _say_how_slow(self, groups, bands):
+    def _say_how_slow(self, groups, bands, projection):
         tiles = self.width * self.height * (1 + 2 * self.margin) ** 2
-        minutes = SCALAR_S_PER_PATH * self.samples * tiles * groups * -(-bands // 4) / 60
+        minutes = SCALAR_S_PER_PATH.get(projection, 0) * self.samples * tiles * groups * -(-bands // 4) / 60
         if minutes > 5:
             print(f"renderer: without LLVM 17 or newer the scalar variant is used, which takes about {minutes:.0f} minutes here and is one to "
                   "five times as noisy; `isethdr doctor` says what to install; or take a first look with renderer=mitsuba_quick",

@@ -30,30 +30,31 @@ class SurfaceTables:
         self.material_of = mi.UInt32(world.table(lambda s: s.material))
         dr.eval(self.kind, self.smooth, self.material_of)
 
-    def material_at(self, si, active):
-        """Return the number of the material at a surface interaction."""
-        shape = dr.reinterpret_array(mi.UInt32, si.shape)
-        return dr.gather(mi.UInt32, self.material_of, shape, active & (shape < dr.width(self.material_of)))
+    def material_at(self, shape, active):
+        """Return the number of the material of a shape."""
+        return dr.gather(mi.UInt32, self.material_of, shape, active)
 
     def is_smooth(self, material, active):
         """Say whether light from a lamp can be reflected other than as by a mirror or a clear pane."""
         return dr.gather(mi.Bool, self.smooth, material, active)
 
-    def reflect(self, material, si, directions, masks, pick, spot, active):
-        """Evaluate the surface towards `directions` (local), and draw a direction of its own.
+    def towards(self, material, si, direction, active):
+        """Return (value, density per solid angle) of the surface towards `direction` (local).
 
-        Returns
-        -------
-        seen : a (value, density per solid angle) for each direction.
-        sampled, factor : BSDFSample3f and its value / density.
         Values hold reflectance 0 in channel 0 and reflectance 1 in channel 1; the truth is linear between.
         """
         kind = dr.gather(mi.UInt32, self.kind, material, active)
-        return dr.switch(kind, [partial(_reflect, surface) for surface in self.kinds], si, directions, masks, pick, spot, active)
+        return dr.switch(kind, [partial(_towards, surface) for surface in self.kinds], si, direction, active)
+
+    def onwards(self, material, si, pick, spot, active):
+        """Draw a direction: return a BSDFSample3f and its value / density, as `towards`."""
+        kind = dr.gather(mi.UInt32, self.kind, material, active)
+        return dr.switch(kind, [partial(_onwards, surface) for surface in self.kinds], si, pick, spot, active)
 
 
-def _reflect(surface, si, directions, masks, pick, spot, active):
-    context = mi.BSDFContext()
-    seen = [surface.eval_pdf(context, si, direction, mask & active) for direction, mask in zip(directions, masks, strict=True)]
-    sampled, factor = surface.sample(context, si, pick, spot, active)
-    return seen, sampled, factor
+def _towards(surface, si, direction, active):
+    return surface.eval_pdf(mi.BSDFContext(), si, direction, active)
+
+
+def _onwards(surface, si, pick, spot, active):
+    return surface.sample(mi.BSDFContext(), si, pick, spot, active)

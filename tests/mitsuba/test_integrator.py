@@ -151,36 +151,64 @@ def test_agrees_with_mitsubas_own_path_integrator(make, group):
     assert np.median((ours.mean(0) / np.maximum(theirs.mean(0), 1e-300))[lit]) == pytest.approx(1, abs=0.02)
 
 
-def test_a_recorded_pass_outlives_other_scenes(make, monkeypatch):
-    """Dr.Jit refuses a record once shapes that were there when it was made are gone; it is then made anew, with the same light."""
-    import gc
-
+def test_one_kernel_for_all_passes_light_groups_and_scenes(make):
+    """Compiling takes longer than many a pass: whatever differs in numbers only must find the first kernel again."""
+    import drjit as dr
     import mitsuba as mi
     from isethdr_mitsuba.doctor import choose_variant
 
     mi.set_variant(choose_variant("llvm"))
-    from isethdr_mitsuba import integrator
-    from isethdr_mitsuba.frame import path_pass
-    from isethdr_mitsuba.geometry import build_world
-    from isethdr_mitsuba.materials import ramp_surfaces
-    from isethdr_mitsuba.placed_lamps import placed_lamps
-    from isethdr_mitsuba.view import view_of
 
-    world_of = lambda scene: build_world(scene, ramp_surfaces(scene))
-    other, scene, settings = world_of(make.street(9)), make.street(1), MitsubaRenderer(width=12, height=7, step_nm=300.0, max_depth=2)
-    given = (scene, view_of(scene.camera, 12, 7, 0.0), placed_lamps(scene), ["streetlights"], settings._bands(None), settings,
-             build_world(scene, surfaces := ramp_surfaces(scene)), surfaces)
-    one_pass = path_pass(*given)
-    light = lambda: np.stack([values for _, _, values in one_pass(7, 4)])
-    written_down = light()
-    monkeypatch.setattr(integrator, "MANY_SHAPES", 0)
-    one_pass = path_pass(*given)
-    before = light()
-    assert np.array_equal(before, written_down), "recorded or not, it is the same light"
-    assert before.max() > 0 and np.array_equal(light(), before)
-    del other
-    gc.collect()
-    assert np.array_equal(light(), before)
+    def kernels(scene, size, lots):
+        settings = MitsubaRenderer(width=size[0], height=size[1], step_nm=100.0, max_depth=3)
+        one_pass = compiled(scene, settings, scene.light_groups())
+        found = set()
+        for lot in lots:
+            dr.kernel_history_clear()
+            with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+                list(one_pass(7 + len(lot), 1 + len(lot), lot))
+            ran = [k for k in dr.kernel_history() if k["type"] == dr.KernelType.JIT]
+            found |= {k["hash"] for k in ran if k["operation_count"] > 1000}       # of paths; others are copies and such
+        return found
+
+    # other boxes, camera, grid, lamps' numbers and lots of groups; the same kinds of surfaces
+    assert len(kernels(make.street(3, seed=1), (12, 7), [(0, 1, 2, 3), (1, 3), (0,)]) | kernels(make.street(5, seed=8), (16, 9), [(0, 1, 2, 3)])) == 1
+
+
+def test_hits_are_those_of_mitsuba(make):
+    """Tables of triangles against Mitsuba's own shapes: written out and placed, turned, mirrored and stretched, flat and smooth."""
+    from dataclasses import replace
+
+    import drjit as dr
+    import mitsuba as mi
+    from isethdr_mitsuba.doctor import choose_variant
+
+    mi.set_variant(choose_variant("llvm"))
+    from isethdr_mitsuba.geometry import build_world
+    from isethdr_mitsuba.hits import HitTables
+    from isethdr_mitsuba.materials import ramp_surfaces
+
+    ball = make.part(sphere(6, False))
+    ball = replace(ball, normals=ball.vertices / 2)
+    row = [make.part((make.cube[0] * 0.2 + [0.4 * k, 0.1 * k, 2.0], make.cube[1]), name=f"box{k}") for k in range(12)]     # the tenth comes after the second
+    once = make.part((make.cube[0] * 1.8, make.cube[1]), "black", name="once")
+    squeezed = make.pose(12, -4, 1, 40) @ np.diag([1, 0.5, 2, 1])
+    placed = [("ball", "chart", (ball, *row), make.pose(9, 2, 0, 30)), ("once", "chart", (once, ball), make.pose(12, 6, 0, 10))]
+    scene = make.describe(placed, sky=make.flat(1.0))
+    again = [replace(scene.objects[0], name=f"more{k}", pose=pose) for k, pose in enumerate((squeezed, make.pose(15, 0, -2) @ np.diag([1, -1, 1, 1])))]
+    world = build_world(described := replace(scene, objects=(*scene.objects, *again)), ramp_surfaces(described))
+    rng = np.random.default_rng(3)
+    across, up = (rng.uniform(-0.6, 0.6, 20000).astype(np.float32) for _ in range(2))
+    ray = mi.Ray3f(mi.Point3f(0, 0, 0), dr.normalize(mi.Vector3f(1, mi.Float(across), mi.Float(up))))
+    (ours, shape), theirs = HitTables(world).meet(world.scene, ray, mi.Bool(True)), world.scene.ray_intersect(ray)
+    hit = np.array(theirs.is_valid())
+    number = lambda pointer: np.array(dr.reinterpret_array(mi.UInt32, pointer))[hit]
+    assert np.array_equal(np.array(ours.is_valid()), hit) and set(number(theirs.instance)) > {0} and len(set(number(theirs.instance))) == 4
+    assert np.array_equal(np.array(shape)[hit], number(theirs.shape)) and len(set(number(theirs.shape))) == 15
+    # float32: a few roundings of coordinates up to 20 m, and of unit vectors; t is the same number
+    for value, off in ((lambda si: si.t, 0), (lambda si: si.p, 1e-5), (lambda si: si.n, 3e-6), (lambda si: si.sh_frame.n, 1e-5), (lambda si: si.wi.z, 3e-5)):
+        a, b = (np.array(value(si))[..., hit] for si in (ours, theirs))
+        np.testing.assert_allclose(a, b, rtol=0, atol=off)
 
 
 def pictures(make, scene, settings, group, way, repeats=8):
@@ -189,9 +217,6 @@ def pictures(make, scene, settings, group, way, repeats=8):
     from isethdr_mitsuba.doctor import choose_variant
 
     mi.set_variant(choose_variant("llvm"))
-    from isethdr_mitsuba.frame import path_pass
-    from isethdr_mitsuba.geometry import build_world
-    from isethdr_mitsuba.materials import ramp_surfaces
     from isethdr_mitsuba.placed_lamps import placed_lamps
     from isethdr_mitsuba.view import view_of
 
@@ -200,10 +225,21 @@ def pictures(make, scene, settings, group, way, repeats=8):
     if way == "own":
         render = make.mitsubas_own(scene, renderer, view, lamps, group, bands)
         return np.stack([render(100 + k, renderer.samples // repeats) for k in range(repeats)]).astype(float)
-    surfaces = ramp_surfaces(scene)
-    one_pass = path_pass(scene, view, lamps, [group], bands, renderer, build_world(scene, surfaces), surfaces)
+    one_pass = compiled(scene, renderer, [group])
     out = np.zeros((repeats, len(bands), *view.shape))
     for k in range(repeats):
         for _, band, values in one_pass(100 + k, renderer.samples // repeats):
             out[k, band] = np.reshape(values, view.shape)
     return out
+
+
+def compiled(scene, renderer, groups):
+    """Return the function of one pass of our integrator over `groups` of a scene."""
+    from isethdr_mitsuba.frame import path_pass
+    from isethdr_mitsuba.geometry import build_world
+    from isethdr_mitsuba.materials import ramp_surfaces
+    from isethdr_mitsuba.placed_lamps import placed_lamps
+    from isethdr_mitsuba.view import view_of
+
+    view, surfaces = view_of(scene.camera, renderer.width, renderer.height, 0.0), ramp_surfaces(scene)
+    return path_pass(scene, view, placed_lamps(scene), list(groups), renderer._bands(None), renderer, build_world(scene, surfaces), surfaces)

@@ -135,3 +135,19 @@ def test_lamp_spectra_are_scaled_to_candela(make):
 def test_a_lamp_turned_inside_out_is_refused(make):
     with pytest.raises(ConfigError, match="no face towards its axis"):
         MitsubaRenderer(width=4, height=4)(one_lamp(make, facing(make, 0.1, 0.1), make.camera((0, 0, 0), (1, 0, 0)), axis=(1.0, 0, 0)))
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 1000])
+def test_a_triangle_is_drawn_as_often_as_its_chance_says(count):
+    """What a table of even chances and second choices adds up to, over twelve decades of them."""
+    import mitsuba as mi
+    from isethdr_mitsuba.doctor import choose_variant
+
+    mi.set_variant(choose_variant("auto"))
+    from isethdr_mitsuba.lamp_tables import alias_table
+
+    chance = 10.0 ** np.random.default_rng(count).uniform(-12, 0, count)
+    threshold, other = alias_table(chance)
+    assert (threshold >= 0).all() and (threshold <= 1).all()
+    drawn = (threshold + np.bincount(other, 1 - threshold, count)) / count
+    np.testing.assert_allclose(drawn, chance / chance.sum(), rtol=1e-12, atol=1e-15)      # sums of up to a thousand float64 of order 1

@@ -1,5 +1,7 @@
 """The noise that the renderer states tile by tile, carried to electrons, against renderings with other random numbers."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -8,8 +10,11 @@ pytest.importorskip("mitsuba")
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
 import isethdr_core as hdr
-from isethdr_core import noise_units
+from isethdr_core import ledger, noise_units, score_errors
+from isethdr_core.physics.photometry import xyz_weights
+from isethdr_core.pipeline import Camera
 from isethdr_core.registry import build
+from isethdr_core.truth import truth
 
 SEEDS = 12
 
@@ -37,6 +42,33 @@ def test_electrons_are_as_far_off_as_one_rendering_says(make, pitch_um):
             assert 1 / 1.5 < figure(one) / figure(true) < 1.5
 
 
+@pytest.mark.slow
+def test_scores_are_as_far_off_as_one_rendering_says(make):
+    """Eight renderings of 48 x 27 tiles with 96 paths against one of 2048: what each states of its scores, and by how much they are off."""
+    description, scores, said = make.street(8), {}, {}
+    metrics = [build("metric", name) for name in ("ideal", "snr_curve", "dynamic_range")]
+    for seed in (*range(8), 99):
+        scene = MitsubaRenderer(width=48, height=27, margin=0.0, samples=2048 if seed == 99 else 96, step_nm=50.0, seed=seed)(description)
+        mixed = build("lighting", "weights", weights=dict.fromkeys(map(str, scene.light_group.values), 1.0))(scene)
+        light = build("lens", "ideal", f_number=2.0, focal_length_mm=3e-3 * 48 / mixed.attrs["field_width"])(mixed)
+        captures = build("sensor", "bayer", pitch_um=3.0)(light, hdr.generator(seed=0))
+        picture = build("isp", "linear")(captures)
+        camera = Camera(captures, picture, truth(mixed, picture), None)
+        found = [s for metric in metrics for s in metric(picture, camera.truth, None)]
+        with ledger.stage(ledger.Ledger(), "scores") as row:
+            score_errors.state(camera, found, metrics, mixed, scene)
+        for s in found:
+            scores.setdefault(s.metric, []).append(s.value)
+        for note in row.errors:
+            said.setdefault(note.what.split(":")[0].removeprefix("score "), []).append(note.value)
+    for name in ("luminance", "snr_at_10", "dynamic_range_bottom", "dynamic_range_top"):
+        off = np.sqrt(np.mean((np.array(scores[name][:-1]) - scores[name][-1]) ** 2))
+        stated = np.sqrt(np.mean(np.square(said[name][:-1])))
+        print(name, "off", off, "stated", stated)
+        # the rms of eight is known to a quarter, that of eighty to a twelfth; blur is left, and scores follow light linearly nearly
+        assert 1 / 2 < stated / off < 2
+
+
 def test_every_group_states_its_noise_and_darkness_none(make):
     scene = MitsubaRenderer(width=16, height=9, margin=0.0, step_nm=100.0, samples=8)(make.street(2))
     noise = scene["xyz_noise"]
@@ -45,6 +77,28 @@ def test_every_group_states_its_noise_and_darkness_none(make):
     assert (noise.values[:, 1].max((1, 2)) > 0).any()
     dark = scene["radiance"].values.max(1) == 0
     assert (noise.values.max(1)[dark] == 0).all()
+
+
+def test_a_tile_that_met_no_rare_light_is_not_taken_for_quiet():
+    """One path in 60 meets light 30 times the rest: of 16 paths three tiles of four meet none. Level and its steps are those of a picture."""
+    from isethdr_mitsuba.radiance import estimate
+
+    shape, bands, met = (24, 32), np.array([550.0]), 1 / 60
+    level = np.geomspace(1.0, 30.0, 32)[None] * np.where(np.arange(24) < 12, 1.0, 0.2)[:, None]
+
+    def one_pass(seed, samples, wanted):
+        rng = np.random.default_rng(seed)
+        few, many = rng.poisson(met * samples, shape) / samples, rng.gamma(samples, 1 / samples, shape)
+        yield 0, 0, (level * (many + 30 * few)).ravel()
+
+    found = [estimate(one_pass, SimpleNamespace(samples=16, error_allowed=None, seed=k), ("lamps",), bands, shape) for k in range(40)]
+    stated = np.array([e.xyz_noise[0, 1] for e in found]) / xyz_weights(bands)[1, 0]
+    true = level * np.sqrt((1 + 30**2 * met) / 16)
+    # 25 tiles of 16 paths meet it 7 times: a variance known to 40 %, its root to 20 %; light of nine tiles, to as much
+    assert 1 / 1.5 < np.median(stated / true) < 1.5
+    z = (np.array([e.radiance[0, 0] for e in found]) - level * (1 + 30 * met)) / stated
+    # within two standard errors 95 % of a normal; of few and skew paths somewhat fewer, but not half
+    assert 0.9 < np.mean(np.abs(z) < 2) < 0.99 and np.mean(np.abs(z) < 3) > 0.96
 
 
 def test_one_pass_knows_no_noise_and_the_scores_say_so(make):

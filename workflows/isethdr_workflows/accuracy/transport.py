@@ -65,6 +65,7 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
     with changed(frame, estimate=estimate):
         found = render(scene, Demand(labels=labels))
     lamps = found.radiance.values - kept[-1][0].radiance
+    lamps[lamps < 1e-6 * found.radiance.values] = 0.0  # the rounding of what is stored, which is no lamp
     return [(with_paths(found, paths, lamps), cpu_s, peak_mb) for paths, cpu_s, peak_mb in kept]
 
 
