@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from isethdr_core import ledger
+from isethdr_core.errors import ConfigError
 
 from . import soft_knee
 from .one_reading import OneReadingSensor
@@ -29,7 +30,26 @@ class LinLogSensor(OneReadingSensor):
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""
         soft_knee.check(self)
-        return self.assemble([Photodiode("pixel", **self.diode_terms())], [self.reading()])
+        reading = self.reading()
+        self.check_bend(reading)
+        return self.assemble([Photodiode("pixel", **self.diode_terms())], [reading])
+
+    def check_bend(self, reading):
+        """Refuse a sensor whose range ends before it bends, where no code says how fine the table of the bent part has to be."""
+        if reading.bits:
+            return
+        from isethdr_core.physics.charge_dynamics import linear_limit_e
+
+        from .lin_log_response import STRAIGHT_E
+
+        soft = self.well()
+        straight_e = linear_limit_e(STRAIGHT_E, self.exposure_s, soft)
+        if beyond_e := max(straight_e + soft.thermal_e - reading.swing_e, 0.0):
+            lower = self.knee_e - beyond_e
+            raise ConfigError(f"sensor.knee_e is {self.knee_e!r}: without a converter (sensor.bits=0) the range ends at {reading.swing_e:.6g} e "
+                              f"(sensor.swing_v), and the response is a straight line up to {straight_e:.6g} e; expected a range of a further "
+                              f"{soft.thermal_e:.3g} e (sensor.thermal_e) at least; type "
+                              + (f"sensor.knee_e={int(lower)}, or sensor=bayer for a straight line" if lower >= 1 else "a larger sensor.swing_v"))
 
     def well(self):
         """Return the pixel's soft knee."""

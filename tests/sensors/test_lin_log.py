@@ -1,11 +1,14 @@
 """Lin-log: a linear sensor below the knee, a straight line in log light beyond, and a table that reads it back."""
 
+import re
+
 import numpy as np
 import pytest
 from isethdr_sensors import BayerSensor, soft_knee_shot
 from isethdr_sensors.lin_log import LinLogSensor
 from isethdr_sensors.lin_log_response import response
 
+from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics import charge_dynamics as cd
 from isethdr_core.seeds import generator
@@ -73,6 +76,15 @@ def test_the_table_reads_noisy_pixels_back_without_bias(mean):
     assert abs(ratio - 1) < (0.06 if 2e4 < mean < 2.5e4 else 0.015)
     if mean > 5e4:  # 5.6 %: s / 391 with s = sqrt(391 + 9.1^2 + step^2 / 12), whatever the light
         assert found.std() / mean == pytest.approx(np.sqrt(391 + 9.1**2 + 6.3**2 / 12) / 391, rel=0.01)
+
+
+def test_a_bend_beyond_the_range_is_refused_in_the_plan_where_no_converter_has_codes():
+    for fields in ({"knee_e": 1e5}, {"knee_e": 33500.0}, {"swing_v": 0.05}):    # beyond 25 454 e, just before, and 455 e with one at 20 000 e
+        with pytest.raises(ConfigError, match=r"sensor.knee_e is .*sensor.bits=0.* the range ends at .*; type (sensor.knee_e=\d+|a larger sensor.swing_v)") as err:
+            LinLogSensor(bits=0, **fields).narrow(Demand())
+        if typed := re.search(r"knee_e=(\d+)", str(err.value)):
+            assert np.all(np.diff(table(LinLogSensor(**{**fields, "bits": 0, "knee_e": float(typed[1])}))[1]) > 0), "what it says to type works"
+    assert len(table(LinLogSensor(knee_e=1e5))[0]) == 3, "with codes it is a straight line with one code beyond"
 
 
 @pytest.mark.parametrize("fields, worst", [({"thermal_e": 100.0}, 0.09), ({"read_noise_e": 40.0}, 0.06), ({"bits": 0}, 0.09), ({"bits": 10}, 0.16)])
