@@ -20,7 +20,8 @@ def only(*metrics: str) -> tuple[str, ...]:
     return tuple(f"~metric.{name}" for name in METRICS if name not in metrics)
 
 
-TRACED = ("renderer.width=64", "renderer.height=36", "renderer.samples=64", "scene.trees=[1,2]", "report=false")
+FEW_PATHS = ("renderer.samples=64",)
+TRACED = ("renderer.width=64", "renderer.height=36", *FEW_PATHS, "scene.trees=[1,2]", "report=false")
 CHART = ("~renderer", "lighting=ideal", "~versions", "scene.width=48", "scene.height=32", "report=false")
 CLEAN, SHARP = ("~flare.dirt",), ("~flare.dirt", "lens=ideal")
 PATHS = ("renderer.samples=9600",)          # few tiles, and as many paths as the main job traces: 22 million
