@@ -23,6 +23,7 @@ UNIT = "standard deviations of the sensor's noise"
 AFTER = ("scene", "radiance", "lighting", "lens")  # stages whose errors reach the electrons as light does; cameras state their own
 OF_ALL, OF_SPREAD = ("relative", "share of a point's light"), ("relative per tile", "relative of spread light")
 MOST_PIXELS = 65536  # spread evenly, that stand for all
+ENOUGH = 32768  # pixels of a capture, spread evenly, whose errors stand for those of all
 SHARE = 0.99  # of the pixels, for the figure that speaks for a picture
 
 
@@ -44,6 +45,23 @@ def missing(captures) -> list[str]:
     """Return what `electrons` needs and captures of a sensor lack; what an isp of ours reads is enough."""
     needed = ("quantum_efficiency", "filter", "saturated", "exposure_s", "area_m2", "read_noise_e", "quantisation_e", "dark_e")
     return [n for n in needed if n not in captures] + [n for n in ("focal_length_mm", "throughput_sr", "pitch_um") if n not in captures.attrs]
+
+
+def some_of(captures):
+    """Return captures at every so many pixels along both axes, `ENOUGH` at least; all of them where a lens distorts, which asks for whole areas.
+
+    The share of all pixels whose error is within a figure that holds for `SHARE` of these is stated, to three standard errors.
+    """
+    sizes = [captures.sizes[d] for d in ("y", "x")]
+    step = int(np.sqrt(np.prod(sizes) / ENOUGH))
+    step -= step % 2 == 0  # odd: all colours of a filter array take part
+    if step < 3 or not isinstance(geometry.map_of(captures), geometry.Identity):
+        return captures
+    few = captures.isel({d: slice(min(step // 2, n - 1), None, step) for d, n in zip(("y", "x"), sizes)})
+    looked_at = few.sizes["y"] * few.sizes["x"]
+    ledger.left_out(f"errors of {np.prod(sizes) - looked_at} of {np.prod(sizes)} pixels", f"others stand for them: one in {step} along each axis",
+                    3 * float(np.sqrt(SHARE * (1 - SHARE) / looked_at)), f"of the pixels, beside the {SHARE:.0%} that a figure speaks for")
+    return few
 
 
 def electrons(captures, light, mixed, scene, whole: float = 0.0, spread_errors=None) -> list[Electrons]:

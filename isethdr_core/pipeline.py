@@ -107,7 +107,7 @@ def plan(parts: Chain, rows: Ledger) -> Demand:
         if not parts.leave_out:
             from .quantities import LABELS  # needs xarray, which is slow to import
 
-            return Demand(labels=frozenset(LABELS))
+            return Demand(labels=frozenset(LABELS), error_allowed=asked_of_sensors(parts, Demand()).error_allowed)
         if not parts.looked_at:
             book.left_out("display view of the scene", "no report is asked for, and only it shows it", 0.0, "cd/m2")
         for version in parts.unseen:
@@ -118,14 +118,18 @@ def plan(parts: Chain, rows: Ledger) -> Demand:
             demand = narrowed(metric, demand)
         state_labels(parts, demand)
         demand = narrowed(parts.isp, demand)
-        demand = union([narrowed(sensor, demand) for sensor in parts.cameras.values()])
-        demand = accuracy.budgeted(demand, parts.allowed)
+        demand = asked_of_sensors(parts, demand)
         for flare in parts.flares.values():
             demand = narrowed(flare, demand)
         demand = bands.with_bands(narrowed(parts.lens, demand), offered)
         lightings = parts.lighting, *parts.versions.values()
         demand = margin.left_out_where_unseen(demand, parts.renderer, parts.lens, tuple(parts.flares.values()), lightings)
         return union([narrowed(light, demand) for light in lightings])
+
+
+def asked_of_sensors(parts: Chain, demand: Demand) -> Demand:
+    """Return what the sensors need of `demand` together, and how right light has to be for them: also as it is stored, whatever is left out."""
+    return accuracy.budgeted(union([narrowed(sensor, demand) for sensor in parts.cameras.values()]), parts.allowed)
 
 
 def state_labels(parts: Chain, demand: Demand) -> None:
@@ -243,7 +247,8 @@ def state_picture(parts: Chain, rows: Ledger, name: str, light, mixed, scene, ca
             book.error(float("inf"), noise_units.UNIT, "bound", f"not known: the captures lack {', '.join(lacking)}")
             return
         errors = lens_errors.asked_of(parts.lens, tuple(parts.flares.values()), parts.cameras.values(), demand if parts.leave_out else None, mixed)
-        shots = noise_units.electrons(camera.captures, light, mixed, scene, noise_units.stated_noise(rows), errors)
+        looked_at = noise_units.some_of(camera.captures) if parts.leave_out else camera.captures
+        shots = noise_units.electrons(looked_at, light, mixed, scene, noise_units.stated_noise(rows), errors)
         noise_units.state(shots, rows, parts.allowed.noise_fraction, noise_units.seconds(rows, name, scene))
 
 

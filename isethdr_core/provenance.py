@@ -38,6 +38,11 @@ def fingerprint(*components, core: tuple[str, ...] = ("isethdr_core",)) -> dict[
 
 def versions() -> dict[str, str]:
     """Return the version of every library that can change a result; absent ones are left out."""
+    return dict(_versions())
+
+
+@cache
+def _versions() -> dict[str, str]:
     found = {}
     for name in LIBRARIES:
         try:

@@ -64,8 +64,8 @@ def run(config) -> Result:
     ------
     IsetHdrError : bad input, named before expensive work starts; nothing already stored is lost.
     """
-    parts = chain(config)
-    key = run_key(config, parts)
+    parts, settings = chain(config), plain(config)
+    key = run_key(settings, parts)
     folder = store.home() / "runs"
     path = store.find_complete(folder, key)
     if path is not None:
@@ -73,7 +73,7 @@ def run(config) -> Result:
     check_writable(folder)
     failed = store.home() / "failed" / f"{key}.txt"
     try:
-        path = _compute(config, parts, key, folder)
+        path = _compute(config, settings, parts, key, folder)
     except Exception as err:
         with suppress(OSError):     # a full disk must not hide the error that it caused
             failed.parent.mkdir(parents=True, exist_ok=True)
@@ -103,7 +103,7 @@ def check_writable(folder: Path) -> None:
 
 
 def run_key(config, parts: Chain) -> str:
-    """Return the hash of all that can change the result: resolved config, code, library versions, input files."""
+    """Return the hash of all that can change the result: resolved config (or its `plain` data), code, library versions, input files."""
     components = parts.components()
     return store.content_hash({"config": plain(config), "code": fingerprint(*components), "versions": versions(),
                                "inputs": input_digests(*components)})
@@ -117,12 +117,12 @@ def plain(config) -> dict:
     return {k: v for k, v in data.items() if k not in ("hydra", "experiment", "choices")}
 
 
-def _compute(config, parts: Chain, key: str, folder: Path) -> Path:
+def _compute(config, settings: dict, parts: Chain, key: str, folder: Path) -> Path:
     from .seeds import generator
 
     rows = Ledger()
     demand = plan(parts, rows)
-    expected = expected_s(parts, plain(config), held_and_missing(parts, demand)[1])
+    expected = expected_s(parts, settings, held_and_missing(parts, demand)[1])
     scene, ids = scene_radiance(parts, demand, rows, config)
     mixed = stage(rows, "lighting", config.lighting.name, parts.lighting, lambda: parts.lighting(scene))
     versions_mixed = {name: stage(rows, "lighting", name, light, lambda part=light: part(scene))
@@ -131,7 +131,7 @@ def _compute(config, parts: Chain, key: str, folder: Path) -> Path:
     # the recipe, not the store: which groups were rendered when must not change the noise
     random = generator(config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name)
     cameras = {name: through_camera(parts, rows, name, light, mixed, scene, random, demand) for name in parts.cameras}
-    attributes = _record(config, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows) | {"expected_s": expected}
+    attributes = _record(config, settings, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows) | {"expected_s": expected}
     return store.write_store(folder, key, _groups(cameras, {"main": mixed, **versions_mixed} if parts.looked_at else {}), attributes)
 
 
@@ -145,10 +145,10 @@ def _groups(cameras: dict[str, Camera], shown) -> dict:
     return groups
 
 
-def _record(config, parts, key, ids, scene, mixed, shown, cameras, rows) -> dict:
+def _record(config, settings, parts, key, ids, scene, mixed, shown, cameras, rows) -> dict:
     choices = dict(config.get("choices") or {})
     return {
-        "kind": "run", "key": key, "config": plain(config), "scene_id": ids[0] if ids else "", "scene_ids": ids,
+        "kind": "run", "key": key, "config": settings, "scene_id": ids[0] if ids else "", "scene_ids": ids,
         "scene": described(parts.scene), "choices": choices,
         "lighting": choices.get("lighting", config.lighting.name), "lens": choices.get("lens", config.lens.name),
         "weights": mixed.attrs["weights"], "versions_shown": shown, "cameras": list(cameras), "lighting_notes": {

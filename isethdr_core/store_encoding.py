@@ -18,6 +18,7 @@ KEEPBITS = 12
 MANTISSA_BITS = 23                         # of float32
 LIGHT = ("radiance", "irradiance")         # what is rounded: absolute light, noisier than half a part per thousand
 TILE = {"wavelength": 8, "y": 135, "x": 240}
+PLANE = {"y": 540, "x": 960}               # without bands: a chunk of a few bytes a pixel takes as long as one of many
 ONE_SHARD_EACH = ("light_group", "component", "capture")   # read one at a time, so never chunked across
 
 
@@ -73,7 +74,8 @@ def portable(ds: xr.Dataset, keepbits: int | None) -> xr.Dataset:
     """Return `ds` in memory, ready to be written: strings as objects, light as rounded float32, plain attributes."""
     ds = ds.drop_encoding().compute()    # a lazy source must not write parts of a shard
     ds.attrs = jsonable(ds.attrs)
-    for name in list(ds.variables):
+    changed = {}
+    for name in ds.variables:
         variable = ds.variables[name].copy(deep=False)
         variable.attrs = jsonable(variable.attrs)
         if variable.dtype.kind in "UST":
@@ -83,8 +85,8 @@ def portable(ds: xr.Dataset, keepbits: int | None) -> xr.Dataset:
             light = light.astype(np.float32) if keepbits is None else keep_mantissa_bits(light, keepbits)
             variable = variable.copy(deep=False, data=light)
             variable.attrs["keepbits"] = keepbits
-        ds[name] = variable
-    return ds
+        changed[name] = variable
+    return ds.assign(changed)   # all at once: xarray aligns everything at every single one
 
 
 def encoding_for(ds: xr.Dataset) -> dict[str, dict]:
@@ -107,10 +109,14 @@ def encoding_for(ds: xr.Dataset) -> dict[str, dict]:
 
 
 def tiling(sizes: dict) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return the (chunk, shard) shapes of an array with `sizes`; a shard is a whole number of chunks."""
-    chunks, shards = [], []
+    """Return the (chunk, shard) shapes of an array with `sizes`; a shard is a whole number of chunks.
+
+    Arrays without bands are divided evenly, so that no chunk is filled up with pixels that are not there.
+    """
+    chunks, shards, banded = [], [], "wavelength" in sizes
     for dim, size in sizes.items():
-        chunk = 1 if dim in ONE_SHARD_EACH else min(size, TILE.get(dim, size))
+        most = (TILE if banded else PLANE).get(dim, size)
+        chunk = 1 if dim in ONE_SHARD_EACH else min(size, most) if banded else -(-size // max(1, -(-size // most)))
         chunks.append(chunk)
         shards.append(1 if dim in ONE_SHARD_EACH else -(-size // chunk) * chunk)
     return tuple(chunks), tuple(shards)

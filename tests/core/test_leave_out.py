@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from isethdr_core import build, compose, run, store
+from isethdr_core.accuracy import stored_error
 from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import Ledger
 from isethdr_core.pipeline import chain, plan
@@ -79,6 +80,12 @@ def test_lightings_that_only_a_report_shows_are_left_out_without_one():
 def test_everything_is_asked_for_where_nothing_may_be_left_out():
     demand = plan(chain(compose([*SMALL, "sensor=bayer", "leave_out=false"])), Ledger())
     assert demand.labels == set(LABELS) and demand.groups is demand.wavelength_nm is demand.response is None
+
+
+def test_light_is_stored_as_finely_whatever_is_left_out():
+    for sensor in ("bayer", "ideal"):   # one asks for 13 bits of the mantissa, the other for no more than usual
+        few, every = (plan(chain(compose([*SMALL, f"sensor={sensor}", *more])), Ledger()) for more in ([], ["leave_out=false"]))
+        assert stored_error(few) == stored_error(every) and (stored_error(few) > 0) == (sensor == "bayer")
 
 
 def test_every_label_can_be_kept_with_a_run():

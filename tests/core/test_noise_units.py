@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import isethdr_core as hdr
 from isethdr_core import ledger, noise_units, quantities, score_errors
@@ -12,6 +13,7 @@ from isethdr_core.noise_units import UNIT, Electrons
 from isethdr_core.pipeline import Camera
 from isethdr_core.registry import build
 from isethdr_core.scene_noise import NOISE, nearest_xyz, pixel_variance
+from isethdr_core.scores import Score
 from isethdr_core.truth import make_picture, seen, truth
 
 TILES = (12, 16)
@@ -130,6 +132,43 @@ def test_scores_move_as_the_light_they_are_of():
     assert note.unit == "cd m-2" and note.value == pytest.approx(10.0 / np.sqrt(np.prod(TILES)), rel=0.3)
 
 
+def test_how_well_the_rms_of_few_changes_is_known():
+    rng = np.random.default_rng(1)
+    for count, factor in ((2, 3.08), (score_errors.CHANGES, 1.47)):
+        assert score_errors.known_within(count) == pytest.approx(factor, abs=0.01)
+        rms = np.sqrt(np.mean(rng.standard_normal((count, 40000)) ** 2, axis=0))
+        # the share of 40000 that are below is known to 0.15 %: four of these
+        assert np.mean((rms < factor) & (rms > 1 / factor)) == pytest.approx(score_errors.SURE, abs=0.006)
+
+
+def test_objects_are_left_out_of_changes_where_they_do_not_matter():
+    asked, (scene, mixed, light) = [], noisy(0.1)
+    picture, rows = _picture(mixed, light), ledger.Ledger()
+
+    labels = xr.Dataset({"instance": (("y", "x"), np.ones(TILES, np.uint32))})
+
+    def of_objects(picture, truth, labels):
+        asked.append("objects")
+        return [Score("contrast", 1.0, "", "car")]
+
+    def whole(picture, truth, labels):
+        asked.append(f"whole, objects: {int(labels.instance.max())}")
+        return [Score("mean", float(picture.xyz.mean()), "cd m-2")]
+
+    def with_objects(picture, truth, labels):
+        asked.append(f"needs objects: {int(labels.instance.max())}")
+        return [Score("of objects", float(picture.xyz.where(labels.instance > 0).mean()), "cd m-2")]
+
+    metrics = [of_objects, whole, with_objects]
+    with ledger.stage(rows, "scores"):
+        score_errors.state(Camera(None, picture, picture, labels), [s for m in metrics for s in m(picture, picture, labels)], metrics, mixed, scene)
+    once = score_errors.CHANGES
+    assert {name: asked.count(name) for name in asked} == {"objects": 3, "whole, objects: 1": 1, "whole, objects: 0": 1 + once,
+                                                           "needs objects: 1": 1 + once, "needs objects: 0": 1}
+    assert [n.what for n in rows[0].errors] == [f"score {name}: renderer, 10 changes of the scene, right within a factor of 1.5"
+                                                for name in ("mean", "of objects")]
+
+
 def _picture(mixed, light):
     blank = np.ones((*TILES, 3))
     grid = make_picture(blank, blank, np.ones(TILES, bool), light.x.values, light.y.values, focal_length_mm=light.attrs["focal_length_mm"], pitch_um=3.0)
@@ -164,6 +203,36 @@ def test_noise_stated_as_one_number_is_taken_for_all_direct_light():
     whole = noise_units.stated_noise([Row("radiance", errors=[ErrorNote(0.03, "relative", "statistical"), ErrorNote(0.9, "relative", "bound")])])
     (shot,) = noise_units.electrons(captures, light, mixed, scene, whole)
     np.testing.assert_allclose(shot.renderer, 0.03 * shot.direct, rtol=1e-12)
+
+
+def test_some_pixels_stand_for_all():
+    y, x = np.meshgrid(np.linspace(-1, 1, 1050), np.linspace(-1, 1, 1402), indexing="ij")
+    wrong = np.exp(-20 * ((x - 0.3) ** 2 + (y + 0.2) ** 2)) + 0.3 * x * y    # two slopes, and a peak that takes some per cent of the frame
+    colour = np.add.outer(2 * (np.arange(1050) % 2), np.arange(1402) % 2)
+    captures = xr.Dataset({"wrong": (("y", "x"), wrong), "filter": (("y", "x"), colour)})
+    with ledger.stage(rows := ledger.Ledger(), "picture"):
+        few = noise_units.some_of(captures)
+    [left], looked_at = rows[0].left_out, few["wrong"].size
+    assert noise_units.ENOUGH <= looked_at < 2 * noise_units.ENOUGH and left.what == f"errors of {1050 * 1402 - looked_at} of {1050 * 1402} pixels"
+    below = np.mean(wrong <= np.quantile(few["wrong"], noise_units.SHARE))
+    assert left.bound == pytest.approx(3 * np.sqrt(0.99 * 0.01 / looked_at), rel=1e-12) and abs(below - noise_units.SHARE) <= left.bound
+    np.testing.assert_allclose(np.bincount(few["filter"].values.ravel()) / looked_at, 0.25, atol=0.01)  # all colours: an even step loses some
+
+
+def test_some_pixels_hold_what_they_hold_among_all():
+    scene, mixed, light = noisy(0.02)
+    captures = build("sensor", "bayer", pitch_um=0.05, rows=600, columns=800)(light, hdr.generator(seed=0))
+    (few,), (every,) = (noise_units.electrons(c, light, mixed, scene) for c in (noise_units.some_of(captures), captures))
+    for name in ("total", "direct", "renderer", "sigma", "unsaturated"):
+        np.testing.assert_array_equal(getattr(few, name), getattr(every, name)[1::3, 1::3])
+
+
+def test_small_pictures_and_those_of_lenses_that_distort_are_looked_at_whole():
+    captures = xr.Dataset({"a": (("y", "x"), np.zeros((600, 800)))})
+    bent = captures.assign_attrs(distortion={"model": "brown_conrady", "k1": -0.1})
+    assert noise_units.some_of(bent) is bent and noise_units.some_of(small := captures.isel(x=slice(0, 400))) is small
+    line = xr.Dataset({"a": (("y", "x"), np.zeros((1, 600_000)))})
+    assert dict(noise_units.some_of(line).sizes) == {"y": 1, "x": 200_000}
 
 
 def test_noise_that_is_not_known_is_said_to_be_so():

@@ -75,6 +75,11 @@ def test_layout_is_one_shard_per_group_of_whole_chunks(tmp_path):
     assert tiling({"light_group": 4, "wavelength": 31, "y": 1080, "x": 1920})[1] == (1, 32, 1080, 1920)
 
 
+def test_planes_without_bands_lie_in_few_even_chunks():
+    assert tiling({"capture": 3, "y": 1386, "x": 2079}) == ((1, 462, 693), (1, 1386, 2079))
+    assert tiling({"y": 1, "x": 961, "xyz_channel": 3}) == ((1, 481, 3), (1, 962, 3))     # one that is not there, not 959
+
+
 def test_a_store_is_never_written_twice(tmp_path):
     first = store.write_store(tmp_path, "a", {"": scene()}, {"turn": 1})
     assert store.write_store(tmp_path, "a", {"": scene(seed=5)}, {"turn": 2}) == first
