@@ -22,8 +22,8 @@ class Counted:
     block: int
     frame: tuple[int, int]  # (y, x) tiles
     weights: np.ndarray  # (row, band): electrons per radiance, of the channels that differ
-    charges: np.ndarray  # (row, y, x) electrons
-    sums: np.ndarray  # (row, y, x) of blocks
+    whole: np.ndarray  # (y, x) electrons of all rows together
+    sums: np.ndarray  # (row, y, x) electrons of blocks
     least: np.ndarray  # of any tile of the block
     squares: np.ndarray  # (band, y, x): sums of the squares of radiance over blocks, at the largest relative illumination
 
@@ -32,18 +32,19 @@ def counted(lens, mixed, relative, response) -> Counted:
     """Return what a sensor of `response` counts of mixed radiance; `relative` multiplies the tiles' light, (y, x) or 1."""
     weights = np.unique(lens.throughput_sr() * response.area_exposure_m2_s * electrons(response, mixed.wavelength.values.astype(float)), axis=0)
     values, rows, block = np.asarray(mixed.values), weights.astype(mixed.dtype), block_of(mixed.shape[1:])
-    charges = np.empty((len(rows), *values.shape[1:]), values.dtype)
+    whole = np.empty(values.shape[1:], values.dtype)
 
     def strip(start):
-        part, out = (a[:, start : start + block] for a in (values, charges))
-        out[...] = matrix_product(rows, part)
-        out *= relative[start : start + block] if np.ndim(relative) else relative
-        return out.sum(1), out.min(1), np.einsum("byx,byx->bx", part, part)
+        part = values[:, start : start + block]
+        charges = matrix_product(rows, part)
+        charges *= relative[start : start + block] if np.ndim(relative) else relative
+        whole[start : start + block] = charges.sum(0)
+        return charges.sum(1), charges.min(1), np.einsum("byx,byx->bx", part, part)
 
     with ThreadPoolExecutor(min(cpus(), 8)) as pool:
         sums, least, squares = (np.stack(a, axis=1) for a in zip(*pool.map(strip, range(0, values.shape[1], block))))
     squares = _columns(np.add, squares, block) * float(np.max(relative)) ** 2
-    return Counted(block, values.shape[1:], weights, charges, _columns(np.add, sums, block), _columns(np.minimum, least, block), squares)
+    return Counted(block, values.shape[1:], weights, whole, _columns(np.add, sums, block), _columns(np.minimum, least, block), squares)
 
 
 def electrons(response, wavelength_nm):

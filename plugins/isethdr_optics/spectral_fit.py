@@ -62,7 +62,7 @@ def fit(cube, given, weights, response, apply=map) -> Fit | None:
     apply : how to call a function for every block of rows: `map`, or that of a pool of threads.
     """
     total, made, relative = np.abs(weights).sum(0), given.made, given.relative
-    rate = _rate(cube, total, apply) if given.counted is None else given.counted.charges.sum(0).ravel()
+    rate = _rate(cube, total, apply) if given.counted is None else given.counted.whole.ravel()
     bright, others = _tiles(rate, cube.shape[1:])
     factor = np.ones(rate.size) if relative is None else relative.ravel()
     spectra, rest = (_spectra(cube, factor, i) for i in (bright, others))
