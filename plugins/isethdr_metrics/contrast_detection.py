@@ -86,26 +86,23 @@ class ContrastDetection:
         import numpy as np
 
         shape, r = model[0].shape, self.reach
-        rows, columns = np.indices(shape)
         total, count = np.zeros(shape), np.zeros(shape)
         for dy, dx in ((0, r), (r, 0), (r, r), (r, -r)):
-            here = (slice(0, max(shape[0] - dy, 0)), slice(max(-dx, 0), shape[1] - max(dx, 0)))
-            if 0 in rows[here].shape:
+            first = slice(0, max(shape[0] - dy, 0)), slice(max(-dx, 0), max(shape[1] - max(dx, 0), 0))
+            if 0 in total[first].shape:
                 continue
-            first = rows[here].ravel(), columns[here].ravel()
-            second = first[0] + dy, first[1] + dx
+            second = tuple(slice(s.start + d, s.stop + d) for s, d in zip(first, (dy, dx)))
             value, counts = self._probability(model, first, second)
-            for place in (first, second):
-                # within one shift every pixel is first once and second once, so plain indexing adds up
-                total[place[0][counts], place[1][counts]] += value
-                count[place[0][counts], place[1][counts]] += 1
+            for place in (first, second):  # views: every pixel is first once and second once
+                total[place][counts] += value
+                count[place][counts] += 1
         return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
     def _pairs(self, model, first, second):
         return self._probability(model, first, second)[0]
 
     def _probability(self, model, first, second):
-        """Return the probabilities of the pairs that have contrast, and which those are."""
+        """Return the probabilities of the pairs that have contrast, and which those are; `first` and `second` are indices or slices."""
         import numpy as np
 
         true, mean, variance, valid = model

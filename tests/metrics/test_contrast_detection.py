@@ -104,6 +104,23 @@ def test_map_is_nan_without_contrast_and_high_beside_edges():
     assert np.isnan(seen[5, 45]) and seen[30, 24] > 0.99 and seen.shape == y.shape
 
 
+@pytest.mark.parametrize("shape", [(30, 7), (7, 30), (7, 7)])
+def test_pictures_narrower_than_the_reach_have_the_pairs_that_fit(shape):
+    y = np.ones(shape)
+    y[:15, :4] = 10.0
+    seen = ContrastDetection().map(picture(y, 1e-6), picture(y))
+    assert seen.shape == shape
+    across = [n > 10 for n in shape]  # which way two pixels 10 apart fit
+    want = np.zeros(shape, bool)
+    for dy, dx in ((10, 0), (0, 10)):
+        if across[0 if dy else 1]:
+            differ = y[dy:, dx:] != y[: shape[0] - dy, : shape[1] - dx]
+            want[dy:, dx:] |= differ
+            want[: shape[0] - dy, : shape[1] - dx] |= differ
+    np.testing.assert_array_equal(np.isfinite(seen), want)
+    assert (seen[want] > 0.999).all()  # almost no noise: every contrast is kept
+
+
 def test_pairs_cross_the_objects_border_within_reach():
     mask = np.zeros((40, 50), bool)
     mask[5:35, 0:20] = True

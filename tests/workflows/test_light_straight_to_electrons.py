@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from isethdr_optics import kernels
+from isethdr_optics import for_sensor, kernels
 
 import isethdr_core as hdr
 from isethdr_core import store
@@ -24,6 +24,7 @@ def functionals(result):
 @pytest.fixture(autouse=True)
 def every_kernel_is_kept(monkeypatch):
     monkeypatch.setattr(kernels, "WORTH_KEEPING_S", 0.0)
+    monkeypatch.setattr(for_sensor, "WORTH", 0)  # however small the frame
     kernels._cache.clear()
     yield
     kernels._cache.clear()

@@ -9,7 +9,7 @@ from isethdr_core import store
 from .command import FAST, isethdr, stores
 
 TINY = ["scene=night_drive", "scene.trees=[1,2]", "renderer=mitsuba", "renderer.width=32", "renderer.height=18", "renderer.samples=4",
-        "renderer.step_nm=50", "sensor=ideal", "lighting=weights", *(o for o in FAST[3:])]
+        "renderer.step_nm=50", "sensor=ideal", "lighting=weights", *(o for o in FAST if o != "~renderer" and not o.startswith("scene."))]
 
 
 @pytest.mark.slow
