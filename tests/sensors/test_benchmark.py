@@ -1,4 +1,4 @@
-"""The benchmark of a shot: memory, the same bits in every process. Its ratio of seconds is for a quiet machine, and not asked for here."""
+"""The benchmark of a shot keeps to its memory and makes the same bits in every process; its ratio of seconds is for a quiet machine."""
 
 import re
 import subprocess
