@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from isethdr_workflows import budget
-from isethdr_workflows.budget import chains, scenes
+from isethdr_workflows.budget import scenes
+from isethdr_workflows.empty_home import empty_home
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.quantities import check_scene, tristimulus
@@ -45,7 +46,7 @@ def test_no_kernel_is_at_hand_inside_and_the_home_is_as_before_after(monkeypatch
     from isethdr_core import store
 
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
-    with chains.no_kernels() as folder:
+    with empty_home() as folder:
         assert str(store.home()) == folder != str(tmp_path)
     assert str(store.home()) == str(tmp_path)
 

@@ -32,6 +32,7 @@
 | `accuracy`                    | error against run time of every stage that has a knob         |
 | `budget`                      | the error allowed, on unseen scenes: is it kept, at what cost |
 | `omission`                    | ten runs that leave out what they do not need, and do not     |
+| `empty_home`                  | the folder that these two work in: no kernel is at hand there |
 | `convolution_methods`         | convolution methods: error against run time beside lamps      |
 | `preview`                     | a first look at a scene: few paths, denoised                  |
 """

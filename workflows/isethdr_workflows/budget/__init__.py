@@ -49,9 +49,10 @@ def budget(width: int = 96) -> list[dict]:
 
 
 def _truths(cases) -> dict:
-    from .chains import exact, no_kernels
+    from ..empty_home import empty_home
+    from .chains import exact
 
-    with no_kernels():
+    with empty_home():
         return {name: exact(*case) for name, case in cases.items()}
 
 
@@ -59,11 +60,12 @@ def _by_hand(cases, truths) -> dict:
     """Return, per scene, [setting, errors, CPU seconds with kernels at hand, and with kernels to be made]."""
     from itertools import product
 
-    from .chains import Setting, by_hand, errors, no_kernels
+    from ..empty_home import empty_home
+    from .chains import Setting, by_hand, errors
 
     hand: dict[str, list] = {name: [] for name in cases}
     for kernels in KERNELS:
-        with no_kernels() as folder:
+        with empty_home() as folder:
             making_s = None  # kernels are the same for all scenes: the first run takes the time of making them
             for name, (bits, way) in product(cases, product(BITS, WAYS)):
                 done = by_hand(*cases[name], setting := Setting(bits, kernels, way), folder, truths[name])
@@ -75,11 +77,12 @@ def _by_hand(cases, truths) -> dict:
 def _row(name, parts, scene, fraction, truth, hand) -> dict:
     import numpy as np
 
-    from .chains import by_hand, errors, no_kernels, planned
+    from ..empty_home import empty_home
+    from .chains import by_hand, errors, planned
 
     kept = [h for h in hand if np.mean(h[1] <= fraction) >= SHARE]
     best, best_warm = (min(kept, key=lambda h, k=k: h[k])[0] if kept else None for k in (3, 2))
-    with no_kernels() as folder:
+    with empty_home() as folder:
         done = planned(parts, scene, fraction, folder, truth)
         pairs = [(planned(parts, scene, fraction, folder, truth), best_warm and by_hand(parts, scene, best_warm, folder, truth)) for _ in range(AGAIN)]
     wrong = errors(done, truth)

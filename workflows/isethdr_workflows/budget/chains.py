@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 import time
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,23 +41,6 @@ class Done:
     making_s: float  # more, the first time
     bits: int | None
     stated: float = float("nan")
-
-
-@contextmanager
-def no_kernels():
-    """Yield a new home folder, for stores and kernels: none is at hand there, in this process neither."""
-    import isethdr_optics.kernels as optics
-
-    before = os.environ.get("ISETHDR_HOME")
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ["ISETHDR_HOME"] = folder
-        optics._cache.clear()
-        try:
-            yield folder
-        finally:
-            optics._cache.clear()
-            os.environ.pop("ISETHDR_HOME")
-            os.environ.update({"ISETHDR_HOME": before} if before is not None else {})
 
 
 def parts_of(camera: str, lens) -> Chain:

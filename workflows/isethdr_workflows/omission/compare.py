@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 import time
-from contextlib import contextmanager
 
 import numpy as np
+
+from ..empty_home import empty_home
 
 FLOAT32 = 2.0**-22      # relative: irradiance and what is made of it, each rounded to float32
 NEEDLESS = ("weight 0", "not demanded", "wavelengths not demanded", "neither a sensor", "quantum efficiency below", "no light in them",
@@ -40,23 +39,6 @@ def fresh(config) -> tuple[dict, float]:
     with empty_home():
         done, spent_s = measured(lambda: run(config))
         return readings_of(done), spent_s
-
-
-@contextmanager
-def empty_home():
-    """Send stores to an empty folder, with no kernel left in this process."""
-    from isethdr_optics import kernels
-
-    before = os.environ.get("ISETHDR_HOME")
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ["ISETHDR_HOME"] = folder
-        kernels._cache.clear()
-        try:
-            yield
-        finally:
-            os.environ.pop("ISETHDR_HOME")
-            if before is not None:
-                os.environ["ISETHDR_HOME"] = before
 
 
 def measured(work):
