@@ -86,6 +86,10 @@ def matrix_product(weights, values) -> np.ndarray:
     flat = values.reshape(len(values), -1)  # a view where each band is contiguous
     out = np.empty((len(weights), flat.shape[1]), np.result_type(weights, values))
     step = max(1, FEW // weights.size)
-    for start in range(0, flat.shape[1], step):
-        np.matmul(weights, flat[:, start : start + step], out=out[:, start : start + step])
+    whole = flat.shape[1] // step * step
+    if whole:  # in one call, so that threads of the caller need not wait for each other
+        given, made = (a[:, :whole].reshape(len(a), -1, step).swapaxes(0, 1) for a in (flat, out))
+        np.matmul(weights, given, out=made)
+    if whole < flat.shape[1]:
+        np.matmul(weights, flat[:, whole:], out=out[:, whole:])
     return out.reshape(len(weights), *values.shape[1:])

@@ -43,7 +43,7 @@ def cos4(x, y, projection: str = "tangent"):
     """
     if _equidistant(projection):
         return np.cos(np.hypot(x, y)) * solid_angle_per_area(x, y, projection)
-    return (1 + np.square(x) + np.square(y)) ** -2.0
+    return 1 / np.square(1 + np.square(x) + np.square(y))
 
 
 def depth_m(distance_m, x, y, projection: str = "tangent"):

@@ -9,6 +9,7 @@ from isethdr_core.physics.convolution_spectral import matrix_product
 RADII = (96, 64, 32, 16, 8, 4)  # tiles that are corrected around a bright one: no more than `kernel_spectra.NEAR`
 MOST_WORK = 3e7  # values written per channel, at most
 TOGETHER = 64  # bright tiles
+STRIPS = 2  # of rows: work for as many threads as there are, whatever the number of channels
 
 
 def radii(rate) -> np.ndarray:
@@ -41,20 +42,26 @@ def correct(out, cube, relative, weights, fit, made, apply=map) -> None:
         missed = light - fit.near.predict @ (fit.near.project.astype(cube.dtype) @ light).astype(float)
         groups.append((tiles, missed if relative is None else missed * relative.ravel()[tiles], cores, half))
 
-    def channel(number):
+    def strip(task):
+        number, first = task
         for group in groups:
-            _spread(out[number], weights[number], *group)
+            _spread(out[number, first : first + height], first, weights[number], *group)
 
-    list(apply(channel, range(len(out))))
+    height = -(-out.shape[1] // STRIPS)
+    list(apply(strip, [(number, first) for first in range(0, out.shape[1], height) for number in range(len(out))]))
 
 
-def _spread(out, weights, tiles, missed, cores, half):
+def _spread(out, first, weights, tiles, missed, cores, half):
+    """Add to rows of one channel, `out` from the row `first` on, what tiles of the whole frame bring."""
     (ny, nx), shape = out.shape, tuple(2 * h + 1 for h in half)
-    for start in range(0, len(tiles), TOGETHER):
+    rows, columns = tiles // nx - first, tiles % nx
+    reaches = (rows + half[0] >= 0) & (rows - half[0] < ny)
+    rows, columns, missed = rows[reaches], columns[reaches], missed[:, reaches]
+    for start in range(0, len(rows), TOGETHER):
         some = slice(start, start + TOGETHER)
         seen = (missed[:, some] * weights[:, None]).T.astype(cores.dtype)  # single precision: it is what is missed, and that of one tile
         spread = matrix_product(np.ascontiguousarray(seen), cores).reshape(-1, *shape)
-        for part, y, x in zip(spread, *np.unravel_index(tiles[some], (ny, nx))):
+        for part, y, x in zip(spread, rows[some], columns[some]):
             top, left, bottom, right = max(y - half[0], 0), max(x - half[1], 0), min(y + half[0] + 1, ny), min(x + half[1] + 1, nx)
             inside = (slice(top - y + half[0], bottom - y + half[0]), slice(left - x + half[1], right - x + half[1]))
             out[top:bottom, left:right] += part[inside]

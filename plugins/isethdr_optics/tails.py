@@ -81,7 +81,8 @@ def near_kernels(make, lens, flares, mixed, sensor, pitch_um, response) -> NearK
     allowed = SHARE * response.noise_fraction_allowed
     light = Light(np.asarray(mixed.values), sensor.relative, lens.throughput_sr() * electrons(response, wave), response)
     widest = min(WORTH * n * p for n, p in zip(full, pitch_um))
-    if light.share(EDGES * wave / wave[0] * pupils.blur_um(lens, wave[0]) / widest) > allowed:  # no stop is without edges
+    edges = EDGES * wave / wave[0] * pupils.blur_um(lens, wave[0]) / widest  # no stop is without them
+    if any(light.share(edges, most=most()) > allowed for most in (light.most_of_some, lambda: light.most)):  # a bright scene shows at once
         return None
     probe = kernels.kernels(lens, flares, wave[-1:], pitch_um, first)  # of one band, to know how far all have to reach
     ratio = light.share(probe.outside * wave / wave[-1]) / allowed
@@ -111,19 +112,30 @@ class Light:
 
     def __init__(self, cube, relative, weights, response):
         self.cube, self.relative, self.weights, self.response = cube, relative, weights, response
-        self.most = cube.max(axis=(1, 2)).astype(float) * float(np.max(relative))
         step = max(1, int(np.sqrt(cube[0].size / LOOKED_AT)))
         self.some = cube[:, step // 2 :: step, step // 2 :: step]
         self.factor = relative[step // 2 :: step, step // 2 :: step] if np.ndim(relative) else relative
 
-    def share(self, outside, centre=1.0, everywhere: bool = False) -> float:
+    @cached_property
+    def most(self):
+        """The brightest light, per band."""
+        return self._most(self.cube)
+
+    def most_of_some(self):
+        """Return the brightest light of the tiles looked at, per band."""
+        return self._most(self.some)
+
+    def _most(self, cube):
+        return cube.max(axis=(1, 2)).astype(float) * float(np.max(self.relative))
+
+    def share(self, outside, centre=1.0, everywhere: bool = False, most=None) -> float:
         """Return the largest error / the least noise: bound where all tiles are looked at `everywhere`, else at best so much.
 
         Parameters
         ----------
         outside : per band, energy beyond the kernel. `centre` : per band, what of a tile's light stays there.
         """
-        error = self.weights @ (outside * self.most) / 2
+        error = self.weights @ (outside * (self.most if most is None else most)) / 2
         light = self._least(self.weights * centre, everywhere)
         e, scale = max(self.response.read_noise_e, 1.0), self.response.area_exposure_m2_s
         return float(np.max(scale * error / np.sqrt(e**2 + scale * light)))

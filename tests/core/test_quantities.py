@@ -46,6 +46,19 @@ def test_damaged_data_is_refused(border, what):
     assert border in str(found.value)
 
 
+@pytest.mark.parametrize("dtype", ["<f4", ">f4", "<f8", "f2"])
+@pytest.mark.parametrize(("value", "good"), [(-0.0, True), (6e4, True), (6e-8, True), (-6e-8, False), (np.inf, False), (-np.inf, False), (np.nan, False),
+                                             (-np.nan, False)])
+def test_light_is_judged_alike_whatever_its_bits(dtype, value, good):
+    mixed = inputs.mixed().astype(dtype)
+    mixed.values[1, 2, 3] = value  # zero with a sign, the smallest and the largest of half precision
+    if good:
+        check_mixed(mixed)
+    else:
+        with pytest.raises(UnitError, match="negative light|NaN or infinite"):
+            check_mixed(mixed)
+
+
 @pytest.mark.parametrize("wavelength", [np.nan, np.inf, 0.0, -450.0])
 def test_wavelengths_are_positive_numbers(wavelength):
     bad = inputs.mixed().assign_coords(wavelength=[wavelength, 475.0, 550.0, 625.0, 700.0])
