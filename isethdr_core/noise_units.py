@@ -14,9 +14,8 @@ from . import geometry, ledger
 from .ledger import ErrorNote, Row
 from .light_in_time import time_mean
 from .physics.area import resample_mean
-from .physics.radiometry import band_widths_nm, photon_energy_j
 from .quantities import IRRADIANCE, PHOTOCURRENT
-from .scene_noise import nearest_xyz, pixel_variance, relative_noise
+from .scene_noise import nearest_xyz, photons_per_energy, pixel_variance, relative_noise
 from .truth import seen
 
 UNIT = "standard deviations of the sensor's noise"
@@ -84,7 +83,7 @@ def electrons(captures, light, mixed, scene, whole: float = 0.0, spread_errors=N
     out = []
     for k, name in enumerate(map(str, captures.capture.values)):
         one = captures.isel(capture=k)
-        counting = one["quantum_efficiency"].values * _photons(captures.wavelength.values)
+        counting = one["quantum_efficiency"].values * photons_per_energy(captures.wavelength.values)
         if counting.tobytes() not in known:
             known[counting.tobytes()] = (_rates(counting, captures, light, mixed, noise, gain, whole),
                                          spread_errors and _spread(spread_errors(mixed, counting), captures, light))
@@ -117,10 +116,6 @@ def stated_noise(rows: list[Row]) -> float:
     return max((n.value for n in notes if n.unit == "relative" and n.how == "statistical"), default=0.0)
 
 
-def _photons(wavelength_nm):
-    return band_widths_nm(wavelength_nm) / photon_energy_j(wavelength_nm)
-
-
 def _rates(counting, captures, light, mixed, noise, gain, whole):
     """Return per m2 and second, at each pixel in its own channel: all electrons, the direct ones, and their standard deviation."""
     side, place = captures.attrs["pitch_um"] * 1e-6, (captures.x.values, captures.y.values)
@@ -142,7 +137,7 @@ def _plane(row, captures, light):
     """Return the electrons per m2 and second (y, x) that light makes in a channel of `row`, electrons per energy in each band."""
     if light.attrs["units"] != PHOTOCURRENT:
         return _sum(row, light.values)
-    efficiency = row / _photons(captures.wavelength.values)
+    efficiency = row / photons_per_energy(captures.wavelength.values)
     apart = np.abs(np.asarray(light.attrs["efficiency"]) - efficiency).max(1)  # not 0 with crosstalk, which mixes channels
     return light.values[int(apart.argmin())]
 

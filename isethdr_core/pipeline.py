@@ -227,20 +227,20 @@ def through_camera(parts: Chain, rows: Ledger, name: str, light, mixed, scene, g
             others = [again(k) for k in range(1, parts.draws)] if varies(parts, sensor) else [seen.scores] * (parts.draws - 1)
             seen.scores = over_draws([seen.scores, *others])
             state_spread(seen.scores, parts.draws)
-    state_picture(parts, rows, name, light, mixed, scene, seen, first, demand)
+    state_picture(parts, rows, name, light, mixed, scene, seen, first, demand, lambda changed: parts.isp(sensor(changed, generator)))
     return seen
 
 
-def state_picture(parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, first: list[Score], demand: Demand) -> None:
+def state_picture(parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, first: list[Score], demand: Demand, again) -> None:
     """Add the rows that say how wrong the scores and the picture are, in units of the sensor's noise, and what that took.
 
-    `first` : the scores of the picture itself, before they became means over draws.
+    `first` : the scores of the picture itself, before they became means over draws. `again` : function(light) -> the picture that the same shot makes of it.
     """
     from . import lens_errors, noise_units, score_errors
 
     if parts.draws > 1:
         with book.stage(own := Ledger(), f"scores {name}"):
-            score_errors.state(camera, first, parts.metrics.values(), mixed, scene)
+            score_errors.state(camera, first, parts.metrics.values(), mixed, scene, light, again)
         rows += [row for row in own if row.errors]
     with book.stage(rows, f"picture {name}"):
         if lacking := noise_units.missing(camera.captures):

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from . import geometry
+from .light_in_time import time_mean
 from .physics.area import overlaps
 from .physics.overlap import borders
 from .physics.photometry import xyz_weights
-from .quantities import tile_pitch
+from .physics.radiometry import band_widths_nm, photon_energy_j
+from .quantities import PHOTOCURRENT, bands_nm, tile_pitch
 
 NOISE = "xyz_noise"  # variable (light_group, xyz_channel, y, x) of a scene: standard errors of X, Y and Z, cd/m2
 
@@ -31,6 +33,11 @@ def relative_noise(scene, mixed) -> np.ndarray | None:
     for weights, band in zip(xyz_weights(mixed.wavelength.values).T, mixed.values):  # in float64, band by band
         level += weights[:, None, None] * band
     return np.sqrt(squares) / np.where(level > 0, level, 1.0)
+
+
+def photons_per_energy(wavelength_nm) -> np.ndarray:
+    """Return the photons (band,) of one joule per nm in each band: photons m-2 s-1 per W m-2 nm-1."""
+    return band_widths_nm(wavelength_nm) / photon_energy_j(wavelength_nm)
 
 
 def nearest_xyz(sensitivity, wavelength_nm) -> int:
@@ -64,3 +71,30 @@ def pixel_variance(variance, field, picture) -> np.ndarray:
     shares = areas.multiply(1 / areas.sum(axis=1)[:, None]).tocsr()
     out = (shares.multiply(shares).tocsr() @ np.reshape(variance, (-1, areas.shape[1])).T).T
     return out.reshape(*np.shape(variance)[:-2], len(at["y"]), len(at["x"]))
+
+
+def direct_share(light, mixed) -> np.ndarray:
+    """Return the share (plane, y, x) of `light` that comes straight from the field: neither spread nor flare; 0 to 1, 0 where there is no light.
+
+    Parameters
+    ----------
+    light : irradiance or photocurrent. `mixed` : the mixed radiance that it was made of, constant over time.
+    """
+    whole, f_m = time_mean(light).values, light.attrs["focal_length_mm"] * 1e-3
+    bands = mixed.sel(wavelength=bands_nm(light)).values
+    if light.attrs["units"] == PHOTOCURRENT:
+        counting = np.asarray(light.attrs["efficiency"]) * photons_per_energy(bands_nm(light))
+        bands = np.tensordot(counting.astype(bands.dtype), bands, 1)
+    gain = light.attrs["throughput_sr"] * geometry.relative_illumination(light.attrs, light.x.values[None, :] / f_m, light.y.values[:, None] / f_m)
+    out = np.empty(whole.shape, np.float32)
+    for share, tiles, plane in zip(out, bands, whole):
+        np.clip(gain * on_light(tiles, mixed, light) / np.where(plane > 0, plane, np.inf), 0.0, 1.0, out=share)
+    return out
+
+
+def on_light(tiles, mixed, light) -> np.ndarray:
+    """Return tiles (..., y, x) of the field on the grid of `light`: as they are, or the mean over what each tile of the sensor plane looks at."""
+    if isinstance(lens := geometry.map_of(light), geometry.Identity) and np.shape(tiles)[-2:] == light.shape[-2:]:
+        return tiles
+    f_m = light.attrs["focal_length_mm"] * 1e-3
+    return geometry.mean_seen(tiles, mixed, lens, light.x.values / f_m, light.y.values / f_m, tile_pitch(light, "x") / f_m)

@@ -1,7 +1,9 @@
-"""Score errors: how far the renderer's own noise moves the scores of a picture, by finite differences.
+"""Score errors: how far the renderer's own noise moves the scores of a picture, shift and scatter, by changes of the scene.
 
-The noise moves the truth and the picture together, so both are changed by one standard deviation of it, tile by tile with other
-random signs and sizes, and the metrics are asked again. The electrons that flares bring are left: noise has averaged out in them.
+The light is changed as much as the scene's noise would change it, tile by tile with other random signs and sizes, and goes through sensor and
+image processing again, with the same noise of the sensor; the truth is changed alike. What of the light was spread stays: noise has averaged
+out in it. A score that is the mean of the scores of a picture's parts is asked of some parts, each a sample of its own; every other one of
+the whole picture, again and again.
 """
 
 from __future__ import annotations
@@ -14,58 +16,44 @@ from . import ledger
 from .ledger import Ledger
 from .light_in_time import time_mean
 from .physics.photometry import xyz_weights
-from .scene_noise import relative_noise
+from .scene_noise import direct_share, on_light, relative_noise
 from .truth import seen
 
-CHANGES = 10  # of the scene: nine times of ten their rms is right within a factor of 1.5, as far as scores follow light linearly
-SURE = 0.9  # share of runs for which that factor holds
+CHANGES = 6     # of the scene, for scores of whole pictures
+SURE = 0.9      # share of runs for which the stated factor holds
+LARGEST = 0.5   # relative noise of a tile: darker ones beside bright ones are stated up to ten times of what repeats find (docs/accuracy.md)
+SIDE = 3        # a picture is cut into SIDE x SIDE parts, a third of which is asked of each of three changes
+BLOCK = 48      # pixels: side of the pieces that make up a part, at least. Their seams are no part of the scene; windows of metrics are about 10 wide
 
 
-def state(camera, scores, metrics, mixed, scene, count: int = CHANGES) -> None:
-    """State in the ledger the rms change of the scores of a whole picture, each in its unit, over `count` changes of the scene.
+def state(camera, scores, metrics, mixed, scene, light, again, count: int = CHANGES) -> None:
+    """State in the ledger the rms error that the scene's noise leaves in the scores of a whole picture, each in its unit.
 
     Parameters
     ----------
-    camera : `pipeline.Camera`. `scores` : of its picture. `metrics` : as the run asks them.
+    camera : `pipeline.Camera`. `scores` : of its picture. `metrics` : as the run asks them; one whose class says `MEAN_OF_PARTS = True` has
+        scores of the frame that need no labels and are, nearly, means of those of the picture's parts.
     mixed, scene : the light, and the scene with its noise, tile by tile; without it nothing is stated.
+    light : that the camera saw, on the sensor plane. `again` : function(light) -> picture, with the same noise of the sensor.
+    count : changes of the scene, for metrics of whole pictures.
     """
     mixed, metrics = time_mean(mixed), list(metrics)
     noise = relative_noise(scene, mixed)
     if noise is None or not metrics:  # how little is known of the noise is said of the picture
         return
-    noise = noise[1]  # of luminance: what a picture's pixels are changed by, whatever their colour
-    level = sum(w * band for w, band in zip(xyz_weights(mixed.wavelength.values)[1], mixed.values))
-    spread = np.sqrt(np.log1p(noise**2))  # light is never negative, and what few paths bring is skew: log-normal, of that mean and deviation
-    true = seen(level, mixed, camera.picture)
-    before = {_name(s): s.value for s in scores if not s.object}
-    asked = [(metric, _labels(metric, camera, before)) for metric in metrics]
-    squares: dict[tuple, list[float]] = {}
-    for draw in range(count):
-        random = np.random.default_rng([draw, 20260])  # of its own: the shot's noise must not depend on whether scores are asked for
-        change = level * np.expm1(spread * random.standard_normal(noise.shape) - spread**2 / 2)
-        apart = seen(change, mixed, camera.picture)[..., None]
-        share = apart / np.where(true > 0, true, 1.0)[..., None]
-        apart = share * camera.truth["xyz"].values
-        moved = [data.assign(xyz=data["xyz"].copy(data=data["xyz"].values + apart)) for data in (camera.picture, camera.truth)]
-        found = [_ask(metric, *moved, labels) for metric, labels in asked]
-        asked = [one for one, own in zip(asked, found) if own]  # a metric that speaks of objects alone is asked once
-        for s in (s for own in found for s in own):
-            if math.isfinite(s.value - before.get(_name(s), math.nan)):
-                squares.setdefault(_name(s), []).append((s.value - before[_name(s)]) ** 2)
-    for (metric, unit, _), found in squares.items():
-        rms = math.sqrt(math.fsum(found) / len(found))
-        ledger.error(rms, unit or "1", "statistical", f"score {metric}: renderer, {len(found)} changes of the scene, right within a factor of "
-                     f"{known_within(len(found)):.1f}")
-
-
-def _labels(metric, camera, before):
-    """Return labels without any object where the whole picture's scores are the same with them: objects cost most of the time."""
-    if camera.labels is None or "instance" not in camera.labels:
-        return camera.labels
-    bare = camera.labels.assign(instance=camera.labels["instance"] * 0)
-    found = _ask(metric, camera.picture, camera.truth, bare)
-    same = found and all(np.array_equal(s.value, before.get(_name(s), math.inf), equal_nan=True) for s in found)
-    return bare if same else camera.labels
+    parts = _parts(camera.truth)
+    of_parts = [metric for metric in metrics if parts and getattr(metric, "MEAN_OF_PARTS", False)]
+    whole = _of_whole([metric for metric in metrics if metric not in of_parts], camera, scores)
+    moved, samples = {}, {}
+    for k, pair in enumerate(_changed(camera, mixed, noise[1], light, again, max(SIDE * bool(of_parts), count * bool(whole)))):
+        for part in parts[k] if of_parts and k < SIDE else ():
+            _add(samples, *(_of_part(of_parts, *both, part) for both in (pair, (camera.picture, camera.truth))))
+        for metric, labels, before in whole if k < count else ():
+            _add(moved, _values(_ask(metric, *pair, labels)), before)
+    for (name, unit, _), found in samples.items():
+        _state(name, unit, *_of_frame(np.array(found)), f"changes of {len(found)} parts of the picture", len(found) - 1)
+    for (name, unit, _), found in moved.items():
+        _state(name, unit, math.sqrt(np.mean(np.square(found))), float(np.mean(found)), f"{len(found)} changes of the scene", len(found))
 
 
 def known_within(count: int) -> float:
@@ -80,8 +68,97 @@ def known_within(count: int) -> float:
     return high
 
 
+def _changed(camera, mixed, noise, light, again, count):
+    """Yield (picture, truth) of changed scenes."""
+    # of luminance: what is changed has its noise, whatever its colour. Light is never negative, and what few paths bring is skew: log-normal
+    spread = np.sqrt(np.log1p(np.minimum(noise, LARGEST) ** 2))
+    level = sum(w * band for w, band in zip(xyz_weights(mixed.wavelength.values)[1], mixed.values))
+    true, xyz, straight = seen(level, mixed, camera.picture), camera.truth["xyz"], direct_share(light, mixed)
+    for draw in range(count):
+        random = np.random.default_rng([draw, 20260])  # of its own: the shot's noise must not depend on whether scores are asked for
+        change = np.expm1(spread * random.standard_normal(noise.shape) - spread**2 / 2)
+        share = seen(change * level, mixed, camera.picture) / np.where(true > 0, true, 1.0)
+        factor = 1 + straight * on_light(change.astype(np.float32), mixed, light)
+        with ledger.stage(Ledger(), "again"):  # what stages state of a changed scene is no news
+            picture = again(light.copy(data=light.values * factor.astype(light.dtype)))
+        yield picture, camera.truth.assign(xyz=xyz.copy(data=xyz.values * (1 + share[..., None])))
+
+
+def _parts(picture) -> list[list[dict]]:
+    """Return indices {y, x} of the parts that a picture is cut into, in three lists that each have some of all rows and columns; none of a small one.
+
+    A part holds pieces from all over the picture, so that it is like the whole, and each is large enough to look like a picture itself.
+    """
+    cuts = {}
+    for d in ("y", "x"):
+        pieces = picture.sizes[d] // (SIDE * BLOCK)
+        if pieces < 2:
+            return []
+        strips = np.array_split(np.arange(picture.sizes[d]), SIDE * pieces)
+        cuts[d] = [np.concatenate(strips[k::SIDE]) for k in range(SIDE)]
+    return [[{"y": cuts["y"][k], "x": cuts["x"][(k + shift) % SIDE]} for k in range(SIDE)] for shift in range(SIDE)]
+
+
+def _of_part(metrics, picture, truth, part):
+    picture, truth = picture.isel(part), truth.isel(part)
+    return _values(score for metric in metrics for score in _ask(metric, picture, truth, None))
+
+
+def _of_frame(found) -> tuple[float, float]:
+    """Return (rms error, mean shift) of the frame's score from changes of that of its parts, each with noise of its own.
+
+    Parts scatter more than the frame, the mean of all of them; their shift is its own. The scatter of the mean of `found` is no shift.
+    """
+    if len(found) < 2:
+        return abs(float(found[0])), 0.0
+    scatter2 = float(found.var(ddof=1))
+    shift2 = max(float(found.mean()) ** 2 - scatter2 / len(found), 0.0)
+    return math.sqrt(scatter2 / SIDE**2 + shift2), math.copysign(math.sqrt(shift2), found.mean())
+
+
+def _of_whole(metrics, camera, scores) -> list[tuple]:
+    """Return (metric, labels, scores before) of metrics that say something of the whole picture.
+
+    Labels come with one object only where the picture's scores are the same with it: objects cost most of the time.
+    """
+    before, out = _values(s for s in scores if not s.object), []
+    for metric in metrics:
+        labels = _with_one_object(camera.labels)
+        found = _ask(metric, camera.picture, camera.truth, labels)
+        if not all(np.array_equal(s.value, before.get(_name(s), math.inf), equal_nan=True) for s in found):
+            labels = camera.labels
+        if found:  # one that speaks of objects alone is asked no more
+            out.append((metric, labels, before))
+    return out
+
+
+def _with_one_object(labels):
+    if labels is None or "instance" not in labels:
+        return labels
+    instance = labels["instance"]
+    first = instance.values[instance.values > 0].min(initial=np.iinfo(instance.dtype).max)
+    return labels.assign(instance=instance * (instance == first))
+
+
+def _add(found, after, before) -> None:
+    """Add to `found` by how much scores differ from those before; what has no number on either side tells nothing."""
+    for name, value in after.items():
+        if math.isfinite(value - before.get(name, math.nan)):
+            found.setdefault(name, []).append(value - before[name])
+
+
+def _state(name, unit, rms, shift, how, free) -> None:
+    if free > 0:
+        side = f", of it {shift:.2g} to one side" if shift else ""
+        ledger.error(rms, unit or "1", "statistical", f"score {name}: renderer{side}, by {how}, right within a factor of {known_within(free):.1f}")
+
+
 def _name(score):
     return score.metric, score.unit, score.object
+
+
+def _values(scores) -> dict:
+    return {_name(score): score.value for score in scores}
 
 
 def _ask(metric, picture, truth, labels):

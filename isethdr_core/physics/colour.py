@@ -1,15 +1,41 @@
 """Colour: XYZ to linear and encoded sRGB, CIELAB, colour differences, and the matrix from a sensor to XYZ.
 
 Every function takes the three values on the last axis. XYZ may be of any scale; sRGB expects Y = 1 for white.
+What works pixel by pixel goes over pictures in pieces: what is worked out on the way then stays in the processor's memory.
 """
 
 from __future__ import annotations
+
+from functools import wraps
 
 import numpy as np
 
 # IEC 61966-2-1:1999, the four-digit matrix of the standard
 XYZ_TO_SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
 D65_XYZ = np.array([0.95047, 1.0, 1.08883])  # white of sRGB, Y = 1
+PIECE = 16384  # pixels
+
+
+def _in_pieces(function):
+    """Make a function of arrays (..., 3) that treats each pixel alone go over large ones in pieces; the values are the same bit for bit."""
+
+    @wraps(function)
+    def over_pieces(*arrays):
+        arrays = [np.asarray(a) for a in arrays]
+        lead = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
+        count = int(np.prod(lead))
+        if count <= PIECE:
+            return function(*arrays)
+        flat = [np.broadcast_to(a, (*lead, a.shape[-1])).reshape(count, -1) if a.ndim > 1 else a for a in arrays]
+        out = None
+        for start in range(0, count, PIECE):
+            part = slice(start, start + PIECE)
+            found = function(*(a[part] if a.ndim > 1 else a for a in flat))
+            out = np.empty((count, *found.shape[1:]), found.dtype) if out is None else out
+            out[part] = found
+        return out.reshape(*lead, *out.shape[1:])
+
+    return over_pieces
 
 
 def linear_srgb(xyz):
@@ -34,6 +60,7 @@ def srgb_decode(code):
     return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
 
 
+@_in_pieces
 def lab(xyz, white_xyz):
     """Return CIELAB (CIE 015:2018, 8.2.1) of XYZ against a white of the same scale.
 
@@ -59,29 +86,27 @@ def de94(lab_reference, lab_sample):
     return np.sqrt((l1 - l2) ** 2 + ((c1 - c2) / (1 + 0.045 * c1)) ** 2 + dh2 / (1 + 0.015 * c1) ** 2)
 
 
+@_in_pieces
 def de2000(lab_1, lab_2):
     """Return the CIEDE2000 colour difference with kL = kC = kH = 1 (Sharma, Wu, Dalal 2005, equations 2-22)."""
     (l1, a1, b1), (l2, a2, b2) = _unpack(lab_1), _unpack(lab_2)
-    c7 = ((np.hypot(a1, b1) + np.hypot(a2, b2)) / 2) ** 7
-    stretch = 1 + 0.5 * (1 - np.sqrt(c7 / (c7 + 25.0**7)))
+    stretch = 1 + 0.5 * (1 - np.sqrt(_chromatic((np.sqrt(a1 * a1 + b1 * b1) + np.sqrt(a2 * a2 + b2 * b2)) / 2)))
     a1, a2 = a1 * stretch, a2 * stretch
-    c1, c2 = np.hypot(a1, b1), np.hypot(a2, b2)
-    h1, h2 = np.degrees(np.arctan2(b1, a1)) % 360, np.degrees(np.arctan2(b2, a2)) % 360
-    grey = c1 * c2 == 0
-    dh = np.where(grey, 0.0, (h2 - h1 + 180) % 360 - 180)
-    # exactly opposite hues: the paper takes +180 when h2 > h1, the remainder above gives -180
-    dh = np.where((dh == -180) & (h2 > h1), 180.0, dh)
-    far = np.abs(h1 - h2) > 180
-    mean_h = np.where(grey, h1 + h2, np.where(far, np.where(h1 + h2 < 360, h1 + h2 + 360, h1 + h2 - 360), h1 + h2) / 2)
+    c1, c2 = np.sqrt(a1 * a1 + b1 * b1), np.sqrt(a2 * a2 + b2 * b2)
+    dh, cos, sin = _hues(a1, b1, c1, a2, b2, c2)
     mean_l, mean_c = (l1 + l2) / 2, (c1 + c2) / 2
-    t = (1 - 0.17 * _cos(mean_h - 30) + 0.24 * _cos(2 * mean_h) + 0.32 * _cos(3 * mean_h + 6)
-         - 0.20 * _cos(4 * mean_h - 63))
-    s_l = 1 + 0.015 * (mean_l - 50) ** 2 / np.sqrt(20 + (mean_l - 50) ** 2)
-    s_c, s_h = 1 + 0.045 * mean_c, 1 + 0.015 * mean_c * t
-    turn = 2 * np.sqrt(mean_c**7 / (mean_c**7 + 25.0**7)) * -np.sin(np.radians(60 * np.exp(-(((mean_h - 275) / 25) ** 2))))
-    dl, dc = (l2 - l1) / s_l, (c2 - c1) / s_c
-    dhh = 2 * np.sqrt(c1 * c2) * np.sin(np.radians(dh / 2)) / s_h
-    return np.sqrt(dl**2 + dc**2 + dhh**2 + turn * dc * dhh)
+    cos2, sin2 = 2 * cos * cos - 1, 2 * sin * cos
+    t = 1 + 0.24 * cos2  # and cos(h - 30), cos(3 h + 6), cos(4 h - 63) by the sums of angles
+    for size, of_cos, of_sin, degrees in ((-0.17, cos, sin, -30), (0.32, cos2 * cos - sin2 * sin, sin2 * cos + cos2 * sin, 6),
+                                          (-0.20, 2 * cos2 * cos2 - 1, 2 * sin2 * cos2, -63)):
+        t += size * np.cos(np.radians(degrees)) * of_cos - size * np.sin(np.radians(degrees)) * of_sin
+    from_50 = (mean_l - 50) ** 2
+    s_l, s_c, s_h = 1 + 0.015 * from_50 / np.sqrt(20 + from_50), 1 + 0.045 * mean_c, 1 + 0.015 * mean_c * t
+    mean_h = np.degrees(np.arctan2(sin, cos))
+    mean_h += 360 * (mean_h < -1e-12)  # rounding must not make 360 of 0: the turn below differs
+    turn = 2 * np.sqrt(_chromatic(mean_c)) * -np.sin(np.radians(60 * np.exp(-(((mean_h - 275) / 25) ** 2))))
+    dl, dc, dh = (l2 - l1) / s_l, (c2 - c1) / s_c, dh / s_h
+    return np.sqrt(dl**2 + dc**2 + dh**2 + turn * dc * dh)
 
 
 def colour_matrix(response, xyz, white_response, white_xyz, noise_covariance=0.0):
@@ -118,5 +143,34 @@ def _unpack(values):
     return v[..., 0], v[..., 1], v[..., 2]
 
 
-def _cos(degrees):
-    return np.cos(np.radians(degrees))
+def _chromatic(c):
+    """Return c^7 / (c^7 + 25^7)."""
+    c3 = c * c * c
+    c7 = c3 * c3 * c
+    return c7 / (c7 + 25.0**7)
+
+
+def _hues(a1, b1, c1, a2, b2, c2):
+    """Return (dH, cosine and sine of the mean hue) of two colours: 2 sqrt(c1 c2) sin(dh / 2), and the middle of the shorter arc.
+
+    By vectors, which needs no angle: dH = cross product / (sqrt(c1 c2) cos(dh / 2)), and the mean hue is that of the sum of both directions.
+    Where hues are nearly opposite that sum cancels, and angles are taken. A grey has no hue: the mean is the other's, and dH is 0.
+    """
+    both, along = c1 * c2, a1 * a2 + b1 * b2
+    grey = both == 0
+    half = np.sqrt(np.maximum(both + along, 0.0) / 2)
+    dh = (a1 * b2 - b1 * a2) / np.where(half > 0, half, np.inf)
+    cos, sin = np.where(grey, a1 + a2, a1 * c2 + a2 * c1), np.where(grey, b1 + b2, b1 * c2 + b2 * c1)
+    size = np.sqrt(cos * cos + sin * sin)
+    none = size == 0
+    cos, sin = (cos + none) / (size + none), sin / (size + none)
+    opposite = (along < -0.99 * both) & ~grey
+    if np.any(opposite):
+        h1, h2 = (np.degrees(np.arctan2(b[opposite], a[opposite])) % 360 for a, b in ((a1, b1), (a2, b2)))
+        apart = (h2 - h1 + 180) % 360 - 180
+        # exactly opposite hues: the paper takes +180 when h2 > h1, the remainder above gives -180
+        apart = np.where((apart == -180) & (h2 > h1), 180.0, apart)
+        mean = np.radians((h1 + h2) / 2 + 180 * (np.abs(h1 - h2) > 180))
+        dh[opposite] = 2 * np.sqrt(both[opposite]) * np.sin(np.radians(apart / 2))
+        cos[opposite], sin[opposite] = np.cos(mean), np.sin(mean)
+    return dh, cos, sin

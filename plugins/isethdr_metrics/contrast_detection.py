@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 PAIRS = 4000   # drawn per object: the median is then known to about 0.01
 SMOOTH = 7     # pixels: a window over which the picture's difference from the truth is taken as its mean
+PIECE = 8192   # pairs looked at together: what is worked out on the way stays in the processor's memory
 FAR_SD = 5.0   # a mean this many deviations above 0 is never measured below it
 
 
 @dataclass(frozen=True)
 class ContrastDetection:
     """Contrast detection probability (IEEE 2020): median over pixel pairs of each object and its surround, and of the frame."""
+
+    MEAN_OF_PARTS: ClassVar[bool] = True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
 
     lowest_contrast_percent: float = 5.0  # Michelson contrast of the truth that a pair needs to count
     interval_percent: float = 50.0  # the measured contrast may differ from the true one by this share of it
@@ -85,36 +89,36 @@ class ContrastDetection:
     def _map(self, model):
         import numpy as np
 
-        shape, r = model[0].shape, self.reach
-        total, count = np.zeros(shape), np.zeros(shape)
+        (height, width), r = model[0].shape, self.reach
+        total, count, place = np.zeros(height * width), np.zeros(height * width), np.arange(height * width).reshape(height, width)
         for dy, dx in ((0, r), (r, 0), (r, r), (r, -r)):
-            first = slice(0, max(shape[0] - dy, 0)), slice(max(-dx, 0), max(shape[1] - max(dx, 0), 0))
-            if 0 in total[first].shape:
-                continue
-            second = tuple(slice(s.start + d, s.stop + d) for s, d in zip(first, (dy, dx)))
-            value, counts = self._probability(model, first, second)
-            for place in (first, second):  # views: every pixel is first once and second once
-                total[place][counts] += value
-                count[place][counts] += 1
-        return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+            firsts = place[: max(height - dy, 0), max(-dx, 0) : max(width - max(dx, 0), 0)].ravel()
+            for start in range(0, firsts.size, PIECE):
+                first = firsts[start : start + PIECE]
+                value, first, second = self._probability(model, first, first + dy * width + dx)
+                for of in (first, second):  # every pixel is first once and second once
+                    total[of] += value
+                    count[of] += 1
+        return np.where(count > 0, total / np.maximum(count, 1), np.nan).reshape(height, width)
 
     def _pairs(self, model, first, second):
-        return self._probability(model, first, second)[0]
-
-    def _probability(self, model, first, second):
-        """Return the probabilities of the pairs that have contrast, and which those are; `first` and `second` are indices or slices."""
         import numpy as np
 
-        true, mean, variance, valid = model
+        return self._probability(model, *(np.ravel_multi_index(at, model[0].shape) for at in (first, second)))[0]
+
+    def _probability(self, model, first, second):
+        """Return the probabilities of the pairs that have contrast, and these pairs; `first` and `second` are indices of the flat picture."""
+        import numpy as np
+
+        true, mean, variance, valid = (values.ravel() for values in model)
         a, b = true[first], true[second]
-        swap = a < b
         sums = a + b
         contrast = np.abs(a - b) / np.where(sums > 0, sums, 1.0)
-        counts = (contrast > self.lowest_contrast_percent / 100) & (sums > 0)
-        m1, m2, v1, v2 = mean[first], mean[second], variance[first], variance[second]
-        pair = [np.where(swap, y, x)[counts] for x, y in ((m1, m2), (v1, v2), (m2, m1), (v2, v1))]
-        value = pair_probability(*pair, contrast[counts], self.interval_percent / 100)
-        return np.where((valid[first] & valid[second])[counts], value, 0.0), counts
+        counts = np.flatnonzero((contrast > self.lowest_contrast_percent / 100) & (sums > 0))
+        first, second, swap = first[counts], second[counts], a[counts] < b[counts]
+        bright, dark = np.where(swap, second, first), np.where(swap, first, second)
+        value = pair_probability(mean[bright], variance[bright], mean[dark], variance[dark], contrast[counts], self.interval_percent / 100)
+        return np.where(valid[first] & valid[second], value, 0.0), first, second
 
 
 def pair_probability(bright, bright_variance, dark, dark_variance, contrast, interval: float = 0.5):

@@ -73,8 +73,9 @@ def medians(true, variance, reach: float) -> tuple:
 
     below = true <= reach
     true, variance = true[below], variance[below]
-    group = np.ceil(GROUPS * (1 + np.log(np.maximum(true / (reach or 1.0), 1 / DEPTH)) / np.log(DEPTH))).astype(int)
-    enough = [g for g in (group == k for k in np.unique(group)) if g.sum() >= FEW]
+    group = np.ceil(GROUPS * (1 + np.log(np.maximum(true / (reach or 1.0), 1 / DEPTH)) / np.log(DEPTH))).astype(np.uint8)
+    order = np.argsort(group, kind="stable")  # one byte: sorted by counting
+    enough = [g for g in np.split(order, np.cumsum(np.bincount(group))[:-1]) if len(g) >= FEW]
     if len(enough) < 3:  # so few luminances, or pixels, that groups of equal numbers serve better
         enough = np.array_split(np.argsort(true, kind="stable"), min(GROUPS, len(true)))
     return tuple(np.array([np.median(values[g]) for g in enough]) for values in (true, variance))

@@ -53,12 +53,13 @@ class SnrCurve:
         use = valid & (true > 0)
         bin_of = np.floor(np.log10(true[use]) * self.bins_per_decade + 1e-9).astype(int)
         present, index, count = np.unique(bin_of, return_inverse=True, return_counts=True)
+        order = np.argsort(index.astype(np.uint16), kind="stable")  # two bytes: sorted by counting
 
         def mean(values):
             return np.bincount(index, values[use], minlength=len(present)) / count
 
         def medians(values):
-            parts = np.split(values[use][np.argsort(index, kind="stable")], np.cumsum(count)[:-1])
+            parts = np.split(values[use][order], np.cumsum(count)[:-1])
             return np.array([median_interval(part, len(part) // 9) for part in parts if len(part)]).reshape(-1, 3).T
 
         signal, (reported, least, most) = medians(true)[0], medians(picture["variance"].values[..., 1])

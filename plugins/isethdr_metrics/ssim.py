@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 
 @dataclass(frozen=True)
 class Ssim:
     """Mean structural similarity (Wang et al. 2004) of picture and truth, both shown by the same display rendering."""
+
+    MEAN_OF_PARTS: ClassVar[bool] = True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
 
     white_cd_m2: float = 0.0  # luminance shown as white; 0 takes the truth's 99th percentile without lamps
     compression: float = 100.0  # of the tone map in isethdr_core.view; 0 is linear

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 LOWEST_CD_M2, HIGHEST_CD_M2 = 0.005, 10000.0  # for which PU21 was fitted
 # Mantiuk, Azimi 2021, "PU21: a novel perceptually uniform encoding", the fit "banding_glare", its default
@@ -12,6 +13,8 @@ P = (0.353487901, 0.3734658629, 8.277049286e-05, 0.9062562627, 0.09150303166, 0.
 @dataclass(frozen=True)
 class SsimPu21:
     """Mean SSIM of the PU21-encoded luminances of picture and truth, as an eye before the scene would see it: no tone map."""
+
+    MEAN_OF_PARTS: ClassVar[bool] = True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
 
     def narrow(self, demand):
         """Ask for the instance labels."""

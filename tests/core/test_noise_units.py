@@ -7,14 +7,12 @@ import pytest
 import xarray as xr
 
 import isethdr_core as hdr
-from isethdr_core import ledger, noise_units, quantities, score_errors
+from isethdr_core import ledger, noise_units, quantities
 from isethdr_core.ledger import ErrorNote, Row
 from isethdr_core.noise_units import UNIT, Electrons
-from isethdr_core.pipeline import Camera
 from isethdr_core.registry import build
 from isethdr_core.scene_noise import NOISE, nearest_xyz, pixel_variance
-from isethdr_core.scores import Score
-from isethdr_core.truth import make_picture, seen, truth
+from isethdr_core.truth import seen
 
 TILES = (12, 16)
 
@@ -119,60 +117,6 @@ def test_a_sensor_s_channel_takes_the_noise_of_its_colour():
     nm = np.arange(400.0, 701.0, 10.0)
     blue, green, red = (np.exp(-0.5 * ((nm - c) / 25) ** 2) for c in (450, 545, 610))
     assert [nearest_xyz(c, nm) for c in (red, green, blue)] == [0, 1, 2]
-
-
-def test_scores_move_as_the_light_they_are_of():
-    scene, mixed, light = noisy(0.1)
-    picture = _picture(mixed, light)
-    camera, metric, rows = Camera(None, picture, picture, None), build("metric", "ideal"), ledger.Ledger()
-    with ledger.stage(rows, "picture"):
-        score_errors.state(camera, metric(picture, picture), [metric], mixed, scene, 60)
-    (note,) = rows[0].errors
-    # the mean of n independent tiles of 100 cd/m2 and 10 %; an rms of 60 draws is known to 9 %: three of these
-    assert note.unit == "cd m-2" and note.value == pytest.approx(10.0 / np.sqrt(np.prod(TILES)), rel=0.3)
-
-
-def test_how_well_the_rms_of_few_changes_is_known():
-    rng = np.random.default_rng(1)
-    for count, factor in ((2, 3.08), (score_errors.CHANGES, 1.47)):
-        assert score_errors.known_within(count) == pytest.approx(factor, abs=0.01)
-        rms = np.sqrt(np.mean(rng.standard_normal((count, 40000)) ** 2, axis=0))
-        # the share of 40000 that are below is known to 0.15 %: four of these
-        assert np.mean((rms < factor) & (rms > 1 / factor)) == pytest.approx(score_errors.SURE, abs=0.006)
-
-
-def test_objects_are_left_out_of_changes_where_they_do_not_matter():
-    asked, (scene, mixed, light) = [], noisy(0.1)
-    picture, rows = _picture(mixed, light), ledger.Ledger()
-
-    labels = xr.Dataset({"instance": (("y", "x"), np.ones(TILES, np.uint32))})
-
-    def of_objects(picture, truth, labels):
-        asked.append("objects")
-        return [Score("contrast", 1.0, "", "car")]
-
-    def whole(picture, truth, labels):
-        asked.append(f"whole, objects: {int(labels.instance.max())}")
-        return [Score("mean", float(picture.xyz.mean()), "cd m-2")]
-
-    def with_objects(picture, truth, labels):
-        asked.append(f"needs objects: {int(labels.instance.max())}")
-        return [Score("of objects", float(picture.xyz.where(labels.instance > 0).mean()), "cd m-2")]
-
-    metrics = [of_objects, whole, with_objects]
-    with ledger.stage(rows, "scores"):
-        score_errors.state(Camera(None, picture, picture, labels), [s for m in metrics for s in m(picture, picture, labels)], metrics, mixed, scene)
-    once = score_errors.CHANGES
-    assert {name: asked.count(name) for name in asked} == {"objects": 3, "whole, objects: 1": 1, "whole, objects: 0": 1 + once,
-                                                           "needs objects: 1": 1 + once, "needs objects: 0": 1}
-    assert [n.what for n in rows[0].errors] == [f"score {name}: renderer, 10 changes of the scene, right within a factor of 1.5"
-                                                for name in ("mean", "of objects")]
-
-
-def _picture(mixed, light):
-    blank = np.ones((*TILES, 3))
-    grid = make_picture(blank, blank, np.ones(TILES, bool), light.x.values, light.y.values, focal_length_mm=light.attrs["focal_length_mm"], pitch_um=3.0)
-    return truth(mixed, grid)
 
 
 def test_a_run_ends_with_how_wrong_its_picture_is():

@@ -33,12 +33,31 @@ def test_ciede2000_gives_sharmas_pairs():
     np.testing.assert_allclose(colour.de2000(SHARMA[:, 3:6], SHARMA[:, :3]), SHARMA[:, 6], atol=5.1e-5)
 
 
+def test_a_mean_hue_of_0_is_not_taken_for_360():
+    """Hues of 315 and 45 degrees, of rounded components: the middle is 0, where the rotation of blue ends in a step of 1e-5."""
+    a, b = np.array([[50.0, 3, -3]]), np.array([[50.0, 2, 2]])
+    for k in (1.0, 1 / 3, 0.7, np.pi):  # 4e-14: what is left is rounding
+        turned = [colour.de2000(k * a * [1 / k, 1, 1], b * [1, s, s]) for s in np.linspace(0.5, 4, 200)]
+        near = [colour.de2000(k * a * [1 / k, 1, 1 - 1e-9], b * [1, s, s]) for s in np.linspace(0.5, 4, 200)]  # just above 0
+        np.testing.assert_allclose(turned, near, rtol=1e-8)
+
+
+def test_large_pictures_are_as_small_ones():
+    """In pieces, also where they are broadcast, and where the last piece is short."""
+    lab, white = np.random.default_rng(7).uniform([0, -50, -50], [100, 50, 50], (3, colour.PIECE - 5, 3)), np.array([95.0, 100, 108])
+    rows = [colour.de2000(one[:9000], lab[0, :9000]) for one in lab]
+    np.testing.assert_array_equal(colour.de2000(lab, lab[0])[:, :9000], rows)
+    np.testing.assert_array_equal(colour.lab(lab, white)[:, :9000], [colour.lab(one[:9000], white) for one in lab])
+
+
 def test_differences_equal_colour_science():
     science = pytest.importorskip("colour")
     rng = np.random.default_rng(0)
     a, b = rng.uniform([0, -120, -120], [100, 120, 120], (2, 5000, 3))
     # 1e-11: rounding of two orders of the same operations
     np.testing.assert_allclose(colour.de2000(a, b), science.difference.delta_E_CIE2000(a, b), rtol=1e-11)
+    opposite = a * [1, -0.5, -0.5] + rng.normal(size=a.shape)  # where the mean of two hues turns round
+    np.testing.assert_allclose(colour.de2000(a, opposite), science.difference.delta_E_CIE2000(a, opposite), rtol=1e-11)
     np.testing.assert_allclose(colour.de94(a, b), science.difference.delta_E_CIE1994(a, b), rtol=1e-11)
     np.testing.assert_allclose(colour.de76(a, b), science.difference.delta_E_CIE1976(a, b), rtol=1e-12)
 

@@ -1,0 +1,86 @@
+"""What one rendering says of the errors of its scores, against how far repeats with other random numbers are off.
+
+A street (48 x 27 tiles, a tile per pixel, 16 and 96 paths, 12 renderings against one of 2048 paths) and a night drive (192 x 108 tiles, 24 paths,
+2 x 2 pixels per tile, 10 renderings against one of 512 paths), both through an ideal lens and a colour filter array. Per score: rms error found, of it the
+mean shift, and the rms of what single renderings state over it, by changes of the whole picture and by parts of it. Run:
+
+    python benchmarks/score_errors.py
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from render_light_groups import tests_scenes
+
+METRICS = ("ideal", "snr_curve", "dynamic_range", "ciede2000", "ssim", "log_luminance_error", "contrast_detection")
+WHOLE = 10**6  # pixels: no picture is cut into parts
+
+
+def camera_of(scene, weights, tiles_wide, pitch_um):
+    """Return (camera, its scores, metrics, mixed, scene, light, again) of a scene whose tiles are 3 um wide on the sensor: as `score_errors.state` takes them."""
+    import isethdr_core as hdr
+    from isethdr_core import ledger
+    from isethdr_core.pipeline import Camera
+    from isethdr_core.truth import truth
+
+    mixed = hdr.build("lighting", "weights", weights={g: weights.get(g, 1.0) for g in map(str, scene.light_group.values)})(scene)
+    light = hdr.build("lens", "ideal", f_number=2.0, focal_length_mm=3e-3 * tiles_wide / mixed.attrs["field_width"])(mixed)
+    sensor, isp, metrics = hdr.build("sensor", "bayer", pitch_um=pitch_um), hdr.build("isp", "linear"), [hdr.build("metric", m) for m in METRICS]
+    again = lambda changed: isp(sensor(changed, hdr.generator(seed=0)))
+    picture = again(light)
+    camera = Camera(None, picture, truth(mixed, picture), None)
+    with ledger.stage(ledger.Ledger(), "scores"):
+        scores = [s for metric in metrics for s in metric(picture, camera.truth, None)]
+    return camera, scores, metrics, mixed, scene, light, again
+
+
+def stated(given, block: int, count: int) -> dict[str, float]:
+    """Return the error that is stated of each score, with parts made of blocks of so many pixels."""
+    from isethdr_core import ledger, score_errors
+
+    score_errors.BLOCK = block
+    with ledger.stage(rows := ledger.Ledger(), "scores"):
+        score_errors.state(*given, count=count)
+    return {note.what.split(":")[0].removeprefix("score "): note.value for note in rows[0].errors}
+
+
+def compare(title, description, weights, tiles, pitch_um, samples, seeds, judge, ways) -> None:
+    """Print the table of one scene; `ways` names pairs of `block` and `count`."""
+    from isethdr_mitsuba.renderer import MitsubaRenderer
+
+    def seen(seed, paths):
+        scene = MitsubaRenderer(width=tiles[0], height=tiles[1], margin=0.0, samples=paths, step_nm=50.0, seed=seed)(description)
+        return camera_of(scene, weights, tiles[0], pitch_um)
+
+    start = time.process_time()
+    true = {s.metric: s.value for s in seen(99, judge)[1]}
+    found, said = {}, {way: {} for way in ways}
+    for seed in range(seeds):
+        given = seen(seed, samples)
+        for s in given[1]:
+            found.setdefault(s.metric, []).append(s.value - true.get(s.metric, np.nan))
+        for way, (block, count) in ways.items():
+            for name, value in stated(given, block, count).items():
+                said[way].setdefault(name, []).append(value)
+    print(f"\n{title}, {samples} paths, {seeds} renderings against one of {judge} paths ({time.process_time() - start:.0f} CPU s)")
+    print(f"{'score':32s} {'value':>9s} {'off':>9s} {'shift':>9s}  stated / off: " + ", ".join(ways))
+    for name, off in found.items():
+        rms = float(np.sqrt(np.mean(np.square(off))))
+        ratios = [float(np.sqrt(np.mean(np.square(said[way].get(name, [np.nan]))))) / rms for way in ways]
+        print(f"{name:32s} {true.get(name, np.nan):9.3g} {rms:9.2g} {np.mean(off):9.2g}  " + "  ".join(f"{ratio:.2f}" for ratio in ratios))
+
+
+def main() -> None:
+    """Print both tables."""
+    import isethdr_core as hdr
+
+    street, night = tests_scenes().street(8), hdr.build("scene", "night_drive", seed=23)()
+    for samples in (16, 96):
+        compare("street", street, {}, (48, 27), 3.0, samples, 12, 2048, {"12 changes of the whole": (WHOLE, 12)})
+    compare("night drive", night, {"sky": 1e-5}, (192, 108), 1.5, 24, 10, 512, {"6 changes of the whole": (WHOLE, 6), "parts": (36, 6)})
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,160 @@
+"""How far the scene's noise moves scores: closed forms of a mean and of a mean square, whole and in parts, and who is asked what."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from isethdr_core import ledger, quantities, score_errors
+from isethdr_core.light_in_time import stacked, time_mean
+from isethdr_core.physics.modulation import Modulation
+from isethdr_core.pipeline import Camera
+from isethdr_core.registry import build
+from isethdr_core.scene_noise import NOISE, direct_share, photons_per_energy
+from isethdr_core.scores import Score
+from isethdr_core.truth import make_picture, truth
+
+SMALL, LARGE = (12, 16), (288, 300)  # the latter is cut into parts
+LEVEL = 100.0  # cd/m2
+
+
+def seen(relative, tiles=SMALL):
+    """Return (camera, scene, mixed, light, again) of a uniform field whose every tile has a relative noise; a camera with three colours in every pixel."""
+    scene = build("scene", "uniform", width=tiles[1], height=tiles[0], luminance_cd_m2=LEVEL, step_nm=50.0)().load()
+    groups = [str(g) for g in scene.light_group.values]
+    xyz = quantities.tristimulus(build("lighting", "ideal")(scene)).xyz.values  # of the one group at weight 1
+    scene[NOISE] = ("light_group", "xyz_channel", "y", "x"), np.stack([relative * np.moveaxis(xyz, -1, 0)] * len(groups))
+    mixed = build("lighting", "weights", weights={groups[0]: 1.0})(scene)
+    light = build("lens", "ideal", f_number=2.0, focal_length_mm=3e-3 * tiles[1] / mixed.attrs["field_width"], falloff="none")(mixed)
+    blank = np.ones((*tiles, 3))
+    grid = make_picture(blank, blank, np.ones(tiles, bool), light.x.values, light.y.values, focal_length_mm=light.attrs["focal_length_mm"], pitch_um=3.0)
+    true = truth(mixed, grid)
+
+    def again(changed):
+        return true.assign(xyz=true.xyz.copy(data=true.xyz.values * (changed.values[3] / light.values[3])[..., None]))
+
+    return Camera(None, true, true, None), scene, mixed, light, again
+
+
+def stated(metrics, camera, scene, mixed, light, again, **count):
+    """Return {score: (rms error, what it says)}."""
+    scores = [s for metric in metrics for s in metric(camera.picture, camera.truth, camera.labels)]
+    with ledger.stage(rows := ledger.Ledger(), "scores"):
+        score_errors.state(camera, scores, metrics, mixed, scene, light, again, **count)
+    return {note.what.split(":")[0].removeprefix("score "): (note.value, note.what) for note in rows[0].errors}
+
+
+class Mean:
+    """The mean luminance, or that of a power of it."""
+
+    def __init__(self, power=1):
+        self.power = power
+
+    def __call__(self, picture, truth, labels=None):
+        y = picture["xyz"].values[..., 1] / LEVEL
+        return [Score("mean", float((y**self.power).mean()), "")]
+
+
+class PartMean(Mean):
+    MEAN_OF_PARTS = True
+
+
+def test_a_mean_scatters_as_independent_tiles_do():
+    error, said = stated([Mean()], *seen(0.1), count=60)["mean"]
+    # an rms of 60 draws is known to 9 %: three of these
+    assert error == pytest.approx(0.1 / np.sqrt(np.prod(SMALL)), rel=0.27) and "60 changes" in said
+
+
+def test_parts_tell_it_of_the_whole():
+    error, said = stated([PartMean()], *seen(0.1, LARGE))["mean"]
+    # the scatter of nine parts is known to 25 %: three of these
+    assert error == pytest.approx(0.1 / np.sqrt(np.prod(LARGE)), rel=0.75) and "9 parts" in said and "factor of 1.6" in said
+
+
+@pytest.mark.parametrize(("metric", "tiles"), [(Mean(2), SMALL), (PartMean(2), LARGE)])
+def test_what_noise_adds_to_one_side_is_stated_too(metric, tiles):
+    """The mean square of 1 + n with n of variance v is 1 + v: a shift that no number of tiles averages out."""
+    error, said = stated([metric], *seen(0.4, tiles), count=30)["mean"]
+    # the mean shift itself scatters by 2 v^(1/2) and more over the root of tiles and changes: 1 % of the large one, 8 % of the small
+    assert float(said.split("of it ")[1].split(" to")[0]) == pytest.approx(0.16, rel=0.03 if tiles is LARGE else 0.2)
+    scatter = 0.0 if tiles is LARGE else np.sqrt((4 * 0.16 + 4 * 0.16**1.5 * 3.4 + 0.16**2 * 22) / np.prod(tiles))  # log-normal: skewness and kurtosis
+    assert error == pytest.approx(np.hypot(0.16, scatter), rel=0.05 if tiles is LARGE else 0.25)
+
+
+def test_noise_that_neighbours_lend_to_the_dark_is_not_believed():
+    assert stated([Mean(2)], *seen(5.0))["mean"] == stated([Mean(2)], *seen(score_errors.LARGEST))["mean"]
+
+
+def test_light_that_was_spread_stays():
+    camera, scene, mixed, light, again = seen(0.1)
+    np.testing.assert_allclose(direct_share(light, mixed), 1.0, rtol=1e-6)  # float32
+    veiled = light.copy(data=light.values * 4)
+    np.testing.assert_allclose(direct_share(veiled, mixed), 0.25, rtol=1e-6)
+    assert (direct_share(light.copy(data=light.values / 2), mixed) == 1.0).all()  # a lens may lose light that comes straight
+    straight, _ = stated([Mean()], camera, scene, mixed, light, again)["mean"]
+    # three quarters of the light are veil: the picture is four times as bright, and moves as much as before
+    assert stated([Mean()], Camera(None, again(veiled), camera.truth, None), scene, mixed, veiled, again)["mean"][0] == pytest.approx(straight, rel=1e-4)
+
+
+def test_photocurrent_is_as_straight_as_the_light_it_is_made_of():
+    _, _, mixed, light, _ = seen(0.1)
+    efficiency = np.stack([np.linspace(0.1, 0.6, len(mixed.wavelength)), np.linspace(0.5, 0.0, len(mixed.wavelength))])
+    electrons = np.tensordot(efficiency * photons_per_energy(mixed.wavelength.values), light.values, 1)
+    current = quantities.photocurrent(2 * electrons, ["a", "b"], light.x.values, light.y.values, mixed.wavelength.values, efficiency,
+                                      **{k: v for k, v in light.attrs.items() if k != "units"})
+    np.testing.assert_allclose(direct_share(current, mixed), 0.5, rtol=1e-6)
+
+
+def test_light_that_varies_in_time_changes_in_all_its_components():
+    camera, scene, mixed, light, again = seen(0.1)
+    quarters = [light.copy(data=light.values * share) for share in (0.25, 0.75)]
+    varying = stacked(["lamp", "sun"], [Modulation(100.0, 0.5, 0.0, 0.0), Modulation()], quarters)
+    np.testing.assert_allclose(direct_share(varying, mixed), 1.0, rtol=1e-6)
+    whole, _ = stated([Mean()], camera, scene, mixed, light, again)["mean"]
+    changed, _ = stated([Mean()], camera, scene, mixed, varying, lambda light: again(time_mean(light)))["mean"]
+    np.testing.assert_allclose(changed, whole, rtol=1e-4)  # float32
+
+
+def test_parts_are_all_of_the_picture_each_with_some_of_every_row_and_column():
+    lists = score_errors._parts(seen(0.1, LARGE)[0].truth)
+    count = np.zeros(LARGE, int)
+    for parts in lists:
+        assert sorted(int(r) for p in parts for r in p["y"]) == list(range(LARGE[0]))
+        assert sorted(int(c) for p in parts for c in p["x"]) == list(range(LARGE[1]))
+        for p in parts:
+            count[np.ix_(p["y"], p["x"])] += 1
+    assert (count == 1).all() and len(lists) == score_errors.SIDE
+    assert score_errors._parts(seen(0.1)[0].truth) == []
+
+
+def test_how_well_the_rms_of_few_changes_is_known():
+    rng = np.random.default_rng(1)
+    for count, factor in ((2, 3.08), (score_errors.CHANGES, 1.69), (8, 1.55)):
+        assert score_errors.known_within(count) == pytest.approx(factor, abs=0.01)
+        rms = np.sqrt(np.mean(rng.standard_normal((count, 40000)) ** 2, axis=0))
+        # the share of 40000 that are below is known to 0.15 %: four of these
+        assert np.mean((rms < factor) & (rms > 1 / factor)) == pytest.approx(score_errors.SURE, abs=0.006)
+
+
+def test_objects_are_left_out_of_changes_where_they_do_not_matter():
+    asked, (camera, *rest) = [], seen(0.1)
+    labels = xr.Dataset({"instance": (("y", "x"), np.arange(np.prod(SMALL), dtype=np.uint32).reshape(SMALL) % 3)})  # two objects, and none
+
+    def of_objects(picture, truth, labels):
+        asked.append("objects")
+        return [Score("contrast", 1.0, "", "car")]
+
+    def whole(picture, truth, labels):
+        asked.append(f"whole, objects: {len(np.unique(labels.instance)) - 1}")
+        return [Score("mean", float(picture.xyz.mean()), "cd m-2")]
+
+    def with_objects(picture, truth, labels):
+        asked.append(f"needs objects: {len(np.unique(labels.instance)) - 1}")
+        return [Score("of objects", float(labels.instance.max()) + float(picture.xyz.where(labels.instance > 0).mean()), "cd m-2")]
+
+    found = stated([of_objects, whole, with_objects], Camera(None, camera.picture, camera.truth, labels), *rest)
+    once = score_errors.CHANGES
+    assert {name: asked.count(name) for name in asked} == {"objects": 2, "whole, objects: 2": 1, "whole, objects: 1": 1 + once,
+                                                           "needs objects: 2": 1 + once, "needs objects: 1": 1}
+    assert list(found) == ["mean", "of objects"] and f"by {once} changes of the scene, right within a factor of 1.7" in found["mean"][1]
