@@ -6,6 +6,7 @@
 | placement, placement_tunnel | who stands where |
 | builders, validation | from places to models and a description; checks of fields |
 | materials, lamps, lamp_spectra | spectral reflectances; lamps in candela; their spectra |
+| measured_spectra | tables of colour-science, kept on disk after their first use |
 | geometry | meshes computed from parameters |
 | charts | test charts whose radiance is known |
 | iset_exr | scenes rendered by others |

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 from isethdr_core.scene import Camera, Model, Placed, SceneDescription
 
@@ -67,10 +68,17 @@ def place(spots: list[Spot], ground, spectra: dict[str, str]) -> tuple[dict[str,
         key = (spot.recipe, spot.lamps)
         if key not in names:
             names[key] = f"{spot.recipe[0]}{len(names)}"
-            models[names[key]] = _switched(RECIPES[spot.recipe[0]](*spot.recipe[1:]).model(names[key]), spot.lamps, spectra)
+            built = _built if spot.recipe[0] not in IN_PLACE else _built.__wrapped__  # what depends on the ground serves one scene only
+            models[names[key]] = _switched(replace(built(spot.recipe), name=names[key]), spot.lamps, spectra)
         pose = ground.place(spot.s_m, spot.y_m, spot.turn_deg, spot.z_m) @ piece.pose(scale=(spot.scale,) * 3)
         objects.append(Placed(spot.name, names[key], spot.category, piece.pose() if spot.recipe[0] in IN_PLACE else pose))
     return models, tuple(objects)
+
+
+@lru_cache(maxsize=24)
+def _built(recipe: tuple) -> Model:
+    """Return the model of a recipe; one night drive has some twenty, half of which the next one has too."""
+    return RECIPES[recipe[0]](*recipe[1:]).model()
 
 
 def _switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str]) -> Model:

@@ -22,17 +22,11 @@ import numpy as np
 
 from isethdr_core.scene import Spectrum
 
-WAVELENGTH_NM = np.arange(380.0, 781.0, 5.0)
-MEASURED = {  # name: (collection of colour-science, its key)
-    "led_white": ("SDS_ILLUMINANTS", "LED-B4"),
-    "led_warm": ("SDS_ILLUMINANTS", "LED-B1"),
-    "sodium": ("SDS_LIGHT_SOURCES", "C100S54 (HPS)"),
-    "metal_halide": ("SDS_LIGHT_SOURCES", "MHC100/U/MP/4K"),
-    "daylight": ("SDS_ILLUMINANTS", "D65"),
-}
+from .measured_spectra import TABLES, WAVELENGTH_NM, measured
+
 GAUSSIAN = {"red": (630.0, 18.0), "amber": (592.0, 16.0)}  # centre nm, full width at half maximum nm
 HALOGEN_K = 3200.0
-NAMES = (*MEASURED, *GAUSSIAN, "halogen")
+NAMES = (*TABLES, *GAUSSIAN, "halogen")
 
 
 @cache
@@ -40,12 +34,8 @@ def spectrum_of(name: str) -> Spectrum:
     """Return the relative spectral power `name` of the table above, 380-780 nm in steps of 5 nm."""
     from isethdr_core.physics.radiometry import planck_radiance
 
-    if name in MEASURED:
-        import colour  # more than a second to import: only when a scene with such a lamp is built
-
-        collection, key = MEASURED[name]
-        table = getattr(colour, collection)[key]
-        power = np.interp(WAVELENGTH_NM, table.wavelengths, table.values)
+    if name in TABLES:
+        power = measured(name)
     elif name in GAUSSIAN:
         centre, width = GAUSSIAN[name]
         power = np.exp(-4 * np.log(2) * ((WAVELENGTH_NM - centre) / width) ** 2)

@@ -185,3 +185,13 @@ def test_impossible_fields_of_the_road_say_what_to_type(change, words):
 def test_impossible_luminaires_say_what_to_type():
     with pytest.raises(ConfigError, match=r"scene.luminaire_spacing_m=12"):
         Tunnel(luminaire_spacing_m=0.0).plan()
+
+
+def test_what_two_scenes_share_is_built_once():
+    """Another scene of the same seed shares its meshes but for what lies on its own ground; names, poses and lamps are its own."""
+    few = {"vehicles": (1, 1), "people": (1, 1), "animals": (0, 0), "trees": (0, 0)}
+    first, again = NightDrive(**few)(), NightDrive(**few, headlamp_light="halogen")()
+    shared = [name for name in first.models if first.models[name].parts[0].vertices is again.models[name].parts[0].vertices]
+    assert {name.rstrip("0123456789") for name in set(first.models) - set(shared)} == {"road", "field", "grass", "guard_rail"}
+    lamps = [{p.lamp.spectrum.value for p in d.models["car0"].parts if p.lamp and p.lamp.group == "headlights"} for d in (first, again)]
+    assert lamps[0] != lamps[1]  # switched after they are built

@@ -63,14 +63,16 @@ def polygon(points, r=0.0):
     b = np.roll(a, -1, 0)
 
     def distance(p, q):
-        w = np.stack([p, q], -1)[:, None]
-        e = b - a
-        k = np.clip(((w - a) * e).sum(-1) / np.maximum((e * e).sum(-1), 1e-12), 0, 1)
-        d = np.sqrt((((w - a) - k[..., None] * e) ** 2).sum(-1)).min(1)
-        y, y0, y1 = w[..., 1], a[:, 1], b[:, 1]
-        hit = (y0 > y) != (y1 > y)
-        x = a[:, 0] + (y - y0) / np.where(y1 == y0, 1, y1 - y0) * e[:, 0]
-        odd = (hit & (w[..., 0] < x)).sum(1) % 2 == 1
+        x, y = (np.asarray(c, float) for c in (p, q))
+        nearest2, odd = np.full(x.shape, np.inf), np.zeros(x.shape, bool)
+        for (ax, ay), (bx, by) in zip(a, b):  # edge by edge: few numbers at a time
+            ex, ey, wx, wy = bx - ax, by - ay, x - ax, y - ay
+            k = np.clip((wx * ex + wy * ey) / max(ex * ex + ey * ey, 1e-12), 0, 1)
+            dx, dy = wx - k * ex, wy - k * ey
+            np.minimum(nearest2, dx * dx + dy * dy, out=nearest2)
+            if ay != by:
+                odd ^= ((ay > y) != (by > y)) & (x < ax + wy / (by - ay) * ex)
+        d = np.sqrt(nearest2)
         return np.where(odd, -d, d) - r
 
     return distance

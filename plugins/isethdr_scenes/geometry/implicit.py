@@ -14,9 +14,13 @@ def cone(a, b, ra: float, rb: float):
     """Return the field of a capsule from `a` to `b` whose radius runs from `ra` to `rb`, m."""
     a, b = np.asarray(a, float), np.asarray(b, float)
 
+    along, size2 = b - a, max(((b - a) ** 2).sum(), 1e-12)
+
     def distance(p):
-        t = np.clip(((p - a) @ (b - a)) / max(((b - a) ** 2).sum(), 1e-12), 0, 1)
-        return np.linalg.norm(p - a - t[:, None] * (b - a), axis=1) - ra - t * (rb - ra)
+        w = p - a
+        t = np.clip((w @ along) / size2, 0, 1)
+        x, y, z = (w[:, k] - t * along[k] for k in range(3))
+        return np.sqrt(x * x + y * y + z * z) - ra - t * (rb - ra)
 
     distance.lo, distance.hi = np.minimum(a, b) - max(ra, rb), np.maximum(a, b) + max(ra, rb)
     return distance
@@ -35,8 +39,11 @@ def blend(fields, k: float = 0.03, folds: float = 0.0, seed: int = 0):
         out = fields[0](p)
         for other in fields[1:]:
             d = other(p)
-            near = np.maximum(k - np.abs(out - d), 0) / k
-            out = np.minimum(out, d) - near * near * k / 4
+            apart = np.abs(out - d)
+            close = np.flatnonzero(apart < k)
+            near = (k - apart[close]) / k
+            out = np.minimum(out, d)
+            out[close] -= near * near * k / 4
         if folds:
             out = out + folds * np.abs(np.sin(p @ waves.T + phase)).mean(1) - folds * 0.5
         return out

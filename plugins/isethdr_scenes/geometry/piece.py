@@ -72,7 +72,7 @@ class Assembly:
 
 def unit(v):
     """Return `v` (..., 3) scaled to length 1 along its last axis."""
-    return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
+    return v / np.maximum(np.sqrt((v * v).sum(-1, keepdims=True)), 1e-12)
 
 
 def pose(x=0.0, y=0.0, z=0.0, yaw=0.0, scale=(1, 1, 1)) -> np.ndarray:
@@ -112,17 +112,24 @@ def join(pieces, name: str) -> Piece:
 def face_areas(part: Part) -> np.ndarray:
     """Return the vector areas of the faces, m2 (m, 3): along the outward normal, as long as the area."""
     v, f = part.vertices, part.faces
-    return np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]) / 2
+    return _cross(v, f) / 2
 
 
 def vertex_normals(vertices, faces) -> np.ndarray:
     """Return area-weighted normals (n, 3); vertices at the same place share one normal."""
-    v, f = vertices, faces
-    face = np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]])
-    _, ids = np.unique(np.round(v * 1e5).astype(np.int64), axis=0, return_inverse=True)
-    ids = ids.ravel()
-    total = np.stack([np.bincount(ids[f].ravel(), np.repeat(face[:, c], 3), ids.max() + 1) for c in range(3)], 1)
+    face, place = _cross(vertices, faces), np.round(vertices * 1e5).astype(np.int64)
+    x, y, z = (place - place.min(0)).T
+    # one number per place: a mesh of 20 m has 2e6 steps along each axis, 8e18 in all
+    _, ids = np.unique((x * (y.max() + 1) + y) * (z.max() + 1) + z, return_inverse=True)
+    total = np.stack([np.bincount(ids[faces].ravel(), np.repeat(face[:, c], 3), ids.max() + 1) for c in range(3)], 1)
     return unit(total[ids])
+
+
+def _cross(v, f):
+    """Return the cross product (m, 3) of two sides of each face: along the outward normal, twice as long as the area."""
+    a = v[f[:, 0]]
+    (ax, ay, az), (bx, by, bz) = (v[f[:, 1]] - a).T, (v[f[:, 2]] - a).T
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], 1)
 
 
 def flat(piece: Piece) -> Piece:
@@ -134,9 +141,10 @@ def flat(piece: Piece) -> Piece:
 
 def compact(piece: Piece) -> Piece:
     """Return the piece without vertices that no face uses."""
-    used, faces = np.unique(piece.faces, return_inverse=True)
-    normals = None if piece.normals is None else piece.normals[used]
-    return replace(piece, vertices=piece.vertices[used], faces=faces.reshape(-1, 3), normals=normals)
+    held = np.zeros(len(piece.vertices), bool)
+    held[piece.faces] = True
+    normals = None if piece.normals is None else piece.normals[held]
+    return replace(piece, vertices=piece.vertices[held], faces=(np.cumsum(held) - 1)[piece.faces], normals=normals)
 
 
 def lit(piece: Piece, kind: str, axis) -> list[Piece]:

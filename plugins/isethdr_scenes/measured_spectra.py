@@ -1,0 +1,68 @@
+"""Measured spectra: tables of colour-science, kept on disk after their first use.
+
+Importing that package takes more than a second, all of it for five tables. They are not part of this project, since the CIE shares its own under
+terms (CC BY-SA) that are not ours. A file holds the tables of one version of the package; where nothing can be written, nothing is kept.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import uuid
+from contextlib import suppress
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from isethdr_core import store
+
+WAVELENGTH_NM = np.arange(380.0, 781.0, 5.0)
+TABLES = {  # name: (collection of colour-science, its key)
+    "led_white": ("SDS_ILLUMINANTS", "LED-B4"),
+    "led_warm": ("SDS_ILLUMINANTS", "LED-B1"),
+    "sodium": ("SDS_LIGHT_SOURCES", "C100S54 (HPS)"),
+    "metal_halide": ("SDS_LIGHT_SOURCES", "MHC100/U/MP/4K"),
+    "daylight": ("SDS_ILLUMINANTS", "D65"),
+}
+
+
+def measured(name: str) -> np.ndarray:
+    """Return the relative spectral power (band,) of one of `TABLES` at `WAVELENGTH_NM`."""
+    path = store.home() / "spectra" / f"colour-science-{version('colour-science')}.json"
+    found = _read(path)
+    if found is None:
+        found = _looked_up()
+        _keep(path, found)
+    return found[name]
+
+
+def _looked_up() -> dict[str, np.ndarray]:
+    import colour
+
+    tables = {name: getattr(colour, collection)[key] for name, (collection, key) in TABLES.items()}
+    return {name: np.interp(WAVELENGTH_NM, table.wavelengths, table.values) for name, table in tables.items()}
+
+
+def _read(path: Path) -> dict[str, np.ndarray] | None:
+    """Return what a file holds: numbers as they were, to the last bit; None where it is missing, damaged or of other tables."""
+    try:
+        held = json.loads(path.read_text())
+        if held["tables"] != {name: list(where) for name, where in TABLES.items()} or held["wavelength_nm"] != WAVELENGTH_NM.tolist():
+            return None
+        found = {name: np.array(held["power"][name], float) for name in TABLES}
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return found if all(p.shape == WAVELENGTH_NM.shape and np.isfinite(p).all() for p in found.values()) else None
+
+
+def _keep(path: Path, power: dict[str, np.ndarray]) -> None:
+    held = {"tables": TABLES, "wavelength_nm": WAVELENGTH_NM.tolist(), "power": {name: values.tolist() for name, values in power.items()}}
+    temporary = path.with_name(f".{path.name}.{os.getpid()}-{uuid.uuid4().hex[:6]}.tmp")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.write_text(json.dumps(held))
+        temporary.replace(path)  # any number of processes may share the folder
+    except OSError:
+        with suppress(OSError):
+            temporary.unlink()
