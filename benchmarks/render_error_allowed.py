@@ -103,7 +103,7 @@ def table(name, scene, errors):
     seconds, judge = timed(lambda: judged(one_pass, runs[min(errors)][1].samples, bands))
     print(f"{name}; kernel {compiling:.1f} CPU s, once; judge: at least {LEAST} x the paths, {seconds:.0f} CPU s", flush=True)
     for allowed, (spent, found) in runs.items():
-        error = [median_error(a, b) for a, b in zip(luminance_of(found.radiance, bands), judge, strict=True)]
+        error = np.array([median_error(a, b) for a, b in zip(luminance_of(found.radiance, bands), judge, strict=True)])
         goal = allowed * NORMAL
         picked = by_hand(one_pass, groups, bands, judge, goal, int(max(found.samples) * 4))
         hand, _ = follow(samples=int(picked.max()), seed=3)
@@ -111,8 +111,9 @@ def table(name, scene, errors):
         for g in every:
             print(f"  allowed {allowed:g}  {groups[g]:13s} paths {found.samples[g]:5d}  stated {found.noise[g]:.4f}  true {error[g]:.4f}  "
                   f"true / allowed {error[g] / allowed:.2f}  by hand {picked[g]}", flush=True)
-        # what is picked for the renderer's own true error in the groups that had to go on: paths go as 1 / error^2
-        same = hand * max((picked * (goal / np.array(error)) ** 2)[found.samples > settings.samples]) / picked.max()
+        # what is picked for the renderer's own true error in the groups that had to go on: paths go as 1 / error^2; where none had to, what is asked
+        went_on = found.samples > settings.samples
+        same = hand * max((picked * (goal / np.maximum(error, 1e-9)) ** 2)[went_on]) / picked.max() if went_on.any() else hand
         print(f"  allowed {allowed:g}  CPU s {spent:.2f}; by hand {hand:.2f}, ratio {spent / hand:.2f}, at the same true error {spent / same:.2f}, "
               f"with the kernel {(spent + compiling) / same:.2f}; "
               f"group by group {each:.2f}, ratio {spent / each:.2f}", flush=True)

@@ -7,12 +7,13 @@ frame.py           one frame: world, passes, lamps seen directly, labels, and th
 placed_lamps.py    lamps in the world: candela into radiance, beam pattern, projected area
 lamp_tables.py     lamps as lookup tables on the device, and how a shadow ray's target is chosen
 integrator.py      one path, all bands, all light groups
+camera_rays.py     where the paths of a tile begin: points and wavelengths, spread evenly
 radiance.py        passes of that integrator, summed in float64, with their spread; until it is small enough
 visible_lamps.py   lamps seen directly, with their exact footprint on the tiles
 materials.py       material kinds as Mitsuba surfaces
 hits.py            where a ray meets which triangle, by tables of all of them: no code of any one shape
 surface_tables.py  which material a ray met, and one evaluation of it for all bands
-spectra.py         all spectra in one table on the device
+spectra.py         all spectra in one table, band by band at the wavelengths of a pass
 geometry.py        parts, models and poses as a Mitsuba scene
 beam_lamp.py       the beam-limited area light as a Mitsuba emitter
 film_bands.py      the way without LLVM: Mitsuba's own integrator, four bands a pass, group by group

@@ -87,7 +87,7 @@ def path_pass(description, view, lamps, groups, bands_nm, settings, world, surfa
         found = follow(seed, samples, wanted)
         for g in range(len(groups)) if wanted is None else wanted:
             for band in range(len(bands_nm)):
-                yield g, band, np.array(found[g][band // 4][band % 4], float) / samples
+                yield g, band, found[g, band].astype(float) / samples
 
     return one_pass
 

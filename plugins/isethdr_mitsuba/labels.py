@@ -77,7 +77,12 @@ def visible_fraction(model, pose, view, seen: int) -> float:
     covered = np.zeros(view.shape, bool)
     for part in model.parts:
         world = np.asarray(part.vertices, float) @ np.asarray(pose, float)[:3, :3].T + np.asarray(pose, float)[:3, 3]
-        fill(covered, view, view.to_camera(world)[np.asarray(part.faces, int)])
+        corners, faces = view.to_camera(world), np.asarray(part.faces, int)
+        if view.projection == "tangent" and (corners[:, 2] > NEAR_M).all():
+            # most triangles of a fine mesh lie between tile centres: told from its corners, of which it has six times fewer
+            a, b, c = view.coordinates(corners)[faces.T]
+            faces = faces[_tiles_within(np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c), view)[2]]
+        fill(covered, view, corners[faces])
     return min(1.0, seen / max(int(covered.sum()), seen))
 
 
@@ -115,11 +120,17 @@ def _tile_boxes(triangles, view):
         flat = view.coordinates(triangles)
         more = 2 * OFF * min(view.pitch_x, view.pitch_y)
         low, high, useful = flat.min(1) - more, flat.max(1) + more, np.ones(len(flat), bool)
+    low, high, some = _tiles_within(low, high, view)
+    return low, high, useful & some
+
+
+def _tiles_within(low, high, view):
+    """Return first and last tile (column, row) whose centre is within low to high (n, 2), and where there is one."""
     first, pitch = np.array([view.x[0], view.y[0]]), np.array([view.pitch_x, view.pitch_y])
     last = np.array([len(view.x), len(view.y)]) - 1
     low, high = np.ceil((low - first) / pitch - 1e-9), np.floor((high - first) / pitch + 1e-9)
     low, high = np.clip(low, 0, last + 1).astype(int), np.clip(high, -1, last).astype(int)
-    return low, high, useful & (low <= high).all(1)
+    return low, high, (low <= high).all(1)
 
 
 def _boxes(triangles, view):

@@ -13,7 +13,6 @@ import numpy as np
 
 from .geometry import World
 from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_table
-from .spectra import SpectrumTable
 
 CANDIDATES = 12  # points weighed for one shadow ray: from 4 to 16 the cost grew 1.6 times, lamp noise fell to 0.5-1.0 of itself
 NOWHERE = 0xFFFF
@@ -30,18 +29,16 @@ class LampTables:
     def __init__(self, world: World, lamps: list[PlacedLamp], groups: list[str], sky=None):
         self.groups = list(groups)
         spectra = list(dict.fromkeys(p.lamp.spectrum for p in lamps))
-        table = emission_table(spectra)
-        if sky is not None:
-            table = np.vstack([table, sky.at(SPECTRUM_NM)])
-        self.sky_row = dr.opaque(mi.UInt32, len(spectra))      # what a scene has is data, so that its kernel is that of other scenes
-        self.spectra = SpectrumTable(table)      # per cd/m2 for lamps, absolute for the sky
+        # per cd/m2 for lamps; the sky's, absolute, is last
+        self.emission = np.vstack([emission_table(spectra), np.zeros(len(SPECTRUM_NM)) if sky is None else sky.at(SPECTRUM_NM)])
         group = [self.groups.index(p.lamp.group) if p.lamp.group in self.groups else NOWHERE for p in lamps] + [NOWHERE]
-        # an entry for "no lamp" at the end keeps every lookup inside its table
+        # an entry for "no lamp" at the end keeps every lookup inside its table; what a scene has is data, so that its kernel is that of other scenes
         self.none = dr.opaque(mi.UInt32, len(lamps))
         last = lambda values, fill: mi.Float([*values, fill])
         self.lamp_of_shape = mi.UInt32(world.table(lambda s: len(lamps) if s.lamp is None else s.lamp, len(lamps)))
         self.group = mi.UInt32(group)
-        self.row = mi.UInt32([*(spectra.index(p.lamp.spectrum) for p in lamps), 0])
+        row = [*(spectra.index(p.lamp.spectrum) for p in lamps), 0]
+        self.row = mi.UInt32(row)
         self.axis = mi.Vector3f(*(last([float(p.axis[k]) for p in lamps], 0) for k in range(3)))
         self.cos_inner = last([p.cos_inner for p in lamps], 0)
         self.cos_outer = last([p.cos_outer for p in lamps], -1)
@@ -49,7 +46,7 @@ class LampTables:
         self.peak = last([p.peak_cd_m2 for p in lamps], 0)
         share = _shares(lamps, group)
         self.per_area = last([s / p.area_m2 for s, p in zip(share, lamps, strict=True)], 0)
-        self.targets = [_Targets([(i, p, share[i]) for i, p in enumerate(lamps) if group[i] == g]) for g in range(len(groups))]
+        self.targets = [_Targets([(row[i], p, share[i]) for i, p in enumerate(lamps) if group[i] == g]) for g in range(len(groups))]
         dr.eval(self.lamp_of_shape, self.group, self.row, self.axis, self.per_area, self.peak, self.floor,
                 self.cos_inner, self.cos_outer)
 
@@ -64,46 +61,57 @@ class LampTables:
     def luminance(self, lamp, direction, active=True):
         """Return the luminance, cd/m2, that `lamp` sends out along the unit vector `direction`."""
         take = lambda table: dr.gather(type(table), table, lamp, active)
-        inner, outer, floor = take(self.cos_inner), take(self.cos_outer), take(self.floor)
-        t = dr.clip((dr.dot(direction, take(self.axis)) - outer) / dr.maximum(inner - outer, 1e-6), 0, 1)
-        pattern = dr.select(inner <= LAMBERTIAN_COS, 1.0, t * t * (3 - 2 * t))
-        return take(self.peak) * (pattern + floor) / (1 + floor)
+        return _luminance(dr.dot(direction, take(self.axis)), *map(take, (self.cos_inner, self.cos_outer, self.floor, self.peak)))
 
     def density(self, lamp, distance2, cos_lamp, active=True):
         """Return the density per solid angle with which one candidate falls on this point of `lamp`."""
-        return dr.gather(mi.Float, self.per_area, lamp, active) * distance2 / dr.maximum(cos_lamp, 1e-9)
+        return _density(dr.gather(mi.Float, self.per_area, lamp, active), distance2, cos_lamp)
 
     @dr.syntax
     def choose(self, g: int, rng, si, active):
-        """Return lamp, world point, unit direction, 1 / density of the choice and density of one candidate."""
+        """Return the row of a lamp's spectrum, a world point of it, its unit direction, luminance from there / density of the choice, and density of one candidate."""
         targets = self.targets[g]
-        lamp, point = mi.UInt32(self.none), mi.Point3f(0)
-        direction, kept, total, density = mi.Vector3f(0), mi.Float(0), mi.Float(0), mi.Float(1)
+        triangle, point = mi.UInt32(0), mi.Point3f(0)
+        direction, shine, kept, total, density = mi.Vector3f(0), mi.Float(0), mi.Float(0), mi.Float(0), mi.Float(1)
         # light counts on the side the path came from
         side = si.n * dr.sign(dr.dot(si.n, si.to_world(si.wi)))
         k = mi.UInt32(0)
         while k < CANDIDATES:
-            l, p, n = targets.point(rng, active)
+            t = targets.pick(rng, active)
+            corner, edge1, edge2, normal, axis, (inner, outer, floor, peak, per_area) = targets.at(t, active)
+            s, w = dr.sqrt(rng.next_float32()), rng.next_float32()
+            p = mi.Point3f(corner + edge1 * (1 - s) + edge2 * (s * w))
             d = p - si.p
             r2 = dr.maximum(dr.squared_norm(d), 1e-12)
             d *= dr.rsqrt(r2)
-            cos_lamp = -dr.dot(d, n)
+            cos_lamp = -dr.dot(d, normal)
             cos_here = dr.dot(d, side)
             seen = active & (cos_lamp > 0) & (cos_here > 0)
-            each = self.density(l, r2, cos_lamp, seen)
-            value = dr.select(seen, self.luminance(l, -d, seen) * cos_here, 0)
+            each = _density(per_area, r2, cos_lamp)
+            sent = _luminance(-dr.dot(d, axis), inner, outer, floor, peak)
+            value = dr.select(seen, sent * cos_here, 0)
             weight = dr.select(seen, value / each, 0)
             total += weight
             take = seen & (rng.next_float32() * total < weight)
-            lamp, point, direction = dr.select(take, l, lamp), dr.select(take, p, point), dr.select(take, d, direction)
-            kept, density = dr.select(take, value, kept), dr.select(take, each, density)
+            triangle, point, direction = dr.select(take, t, triangle), dr.select(take, p, point), dr.select(take, d, direction)
+            shine, kept, density = dr.select(take, sent, shine), dr.select(take, value, kept), dr.select(take, each, density)
             k += 1
-        inverse = dr.select(kept > 0, total / (CANDIDATES * kept), 0)
-        return lamp, point, direction, inverse, density
+        level = dr.select(kept > 0, shine * (total / (CANDIDATES * kept)), 0)
+        return dr.gather(mi.UInt32, targets.row, triangle, active), point, direction, level, density
+
+
+def _luminance(cosine, inner, outer, floor, peak):
+    t = dr.clip((cosine - outer) / dr.maximum(inner - outer, 1e-6), 0, 1)
+    pattern = dr.select(inner <= LAMBERTIAN_COS, 1.0, t * t * (3 - 2 * t))
+    return peak * (pattern + floor) / (1 + floor)
+
+
+def _density(per_area, distance2, cos_lamp):
+    return per_area * distance2 / dr.maximum(cos_lamp, 1e-9)
 
 
 class _Targets:
-    """The triangles of one light group with the probability of each."""
+    """The triangles of one light group with the probability of each, and the beam of the lamp that each is of: all that a candidate asks for, side by side."""
 
     def __init__(self, lamps):
         self.count = len(lamps)
@@ -112,24 +120,27 @@ class _Targets:
         tri = np.concatenate([p.triangles for _, p, _ in lamps])
         normal = np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0])
         area = np.linalg.norm(normal, axis=1) / 2
-        lamp = np.concatenate([np.full(len(p.triangles), i) for i, p, _ in lamps])
-        chance = np.concatenate([np.full(len(p.triangles), share / p.area_m2) for _, p, share in lamps]) * area
         normal /= np.maximum(2 * area, 1e-300)[:, None]
-        vector = lambda a: mi.Vector3f(*(mi.Float(a[:, k]) for k in range(3)))
-        self.corner, self.edge1, self.edge2 = vector(tri[:, 0]), vector(tri[:, 1] - tri[:, 0]), vector(tri[:, 2] - tri[:, 0])
-        self.normal, self.lamp = vector(normal), mi.UInt32(lamp)
-        self.triangles = dr.opaque(mi.UInt32, len(chance))
-        threshold, other = alias_table(chance)
+        each = lambda value: np.concatenate([np.tile(value(*lamp), (len(lamp[1].triangles), 1)) for lamp in lamps])
+        beam = each(lambda _, p, share: [p.cos_inner, p.cos_outer, p.floor, p.peak_cd_m2, share / p.area_m2])
+        vectors = tri[:, 0], tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0], normal, each(lambda _, p, share: p.axis)
+        # from lists: packets are read in one go where memory is aligned, which NumPy's is by chance
+        rows = np.stack([np.column_stack([v, beam[:, k]]) for k, v in enumerate(vectors)], 1).astype(np.float32)      # (triangle, 5, 4)
+        self.rows, self.row = mi.Float(rows.ravel().tolist()), mi.UInt32(each(lambda row, p, share: [row])[:, 0])
+        self.triangles = dr.opaque(mi.UInt32, len(tri))
+        threshold, other = alias_table(beam[:, 4] * area)
         self.threshold, self.other = mi.Float(threshold), mi.UInt32(other)
-        dr.eval(self.corner, self.edge1, self.edge2, self.normal, self.lamp, self.threshold, self.other)
+        dr.eval(self.rows, self.row, self.threshold, self.other)
 
-    def point(self, rng, active):
-        """Return lamp, point and normal: a triangle by its chance, then a point of it by area."""
+    def pick(self, rng, active):
+        """Return the number of a triangle, drawn by its chance."""
         k = dr.minimum(mi.UInt32(rng.next_float32() * mi.Float(self.triangles)), self.triangles - 1)
-        k = dr.select(rng.next_float32() < dr.gather(mi.Float, self.threshold, k, active), k, dr.gather(mi.UInt32, self.other, k, active))
-        take = lambda table: dr.gather(type(table), table, k, active)
-        s, w = dr.sqrt(rng.next_float32()), rng.next_float32()
-        return take(self.lamp), mi.Point3f(take(self.corner) + take(self.edge1) * (1 - s) + take(self.edge2) * (s * w)), take(self.normal)
+        return dr.select(rng.next_float32() < dr.gather(mi.Float, self.threshold, k, active), k, dr.gather(mi.UInt32, self.other, k, active))
+
+    def at(self, triangle, active):
+        """Return of a triangle corner, both edges from there, normal, axis of its lamp, and the numbers that go with them: see `rows`."""
+        rows = [dr.gather(mi.Vector4f, self.rows, 5 * triangle + k, active) for k in range(5)]
+        return *(mi.Vector3f(r.x, r.y, r.z) for r in rows), [r.w for r in rows]
 
 
 def alias_table(chance) -> tuple[np.ndarray, np.ndarray]:

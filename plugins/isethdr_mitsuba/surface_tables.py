@@ -13,14 +13,13 @@ import mitsuba as mi
 import numpy as np
 
 from .placed_lamps import SPECTRUM_NM
-from .spectra import SpectrumTable
 
 
 class SurfaceTables:
     """Device tables of the materials of a world of ramp surfaces (`materials.ramp_surfaces`)."""
 
     def __init__(self, world, materials, surfaces):
-        self.colours = SpectrumTable([np.clip(m.reflectance.at(SPECTRUM_NM), 0, 1) for m in materials])
+        self.reflectance = np.array([np.clip(m.reflectance.at(SPECTRUM_NM), 0, 1) for m in materials]).reshape(-1, len(SPECTRUM_NM))
         surfaces = list(surfaces) or [mi.load_dict({"type": "diffuse"})]
         unique = {id(s): s for s in surfaces}
         order = {key: k for k, key in enumerate(unique)}
