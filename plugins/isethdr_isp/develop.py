@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from isethdr_core import geometry, ledger
@@ -37,6 +39,7 @@ def develop(merged, reads, captures, how: Development):
         merged, alike = denoised(merged, array_period(filters))
     # the falloff goes first, while every sample still stands at its own place: a uniform scene is then flat to the demosaic
     level = shading(captures, how.shading_csv)
+    merged, level = replace(merged, valid=merged.valid & (level > 0)), np.where(level > 0, level, 1.0)  # where no light passes the lens
     variance = merged.variance_e2 / level**2
     planes, variances, touched = interpolate(how.demosaic, merged.signal_e / level, filters, names, variance, ~merged.valid)
     if how.denoise == "nl_means":
