@@ -59,8 +59,8 @@ def wavefront_um(zernike_um, x, y) -> np.ndarray:
     (ny, nx) float64, micrometres. Positive tilt along x moves the image to larger x (see `diffraction`).
     """
     c = polynomial(zernike_um)
-    powers_x = np.asarray(x, float)[None, :] ** np.arange(len(c))[:, None]
-    powers_y = np.asarray(y, float)[:, None] ** np.arange(len(c))[None, :]
+    powers_x = np.vander(np.asarray(x, float), len(c), increasing=True).T
+    powers_y = np.vander(np.asarray(y, float), len(c), increasing=True)
     return (powers_y @ c.T) @ powers_x
 
 

@@ -23,6 +23,7 @@ field_imaging.py  point spreads that vary over the field, scattered from the sou
 overlaid.py       sums of convolved parts of one image
 place_lens.py     a lens as one place of the field sees it
 field_grid.py     the places of the field where they are computed, and their weights
+place_cores.py    kernels of places, for many bands from transforms at a few wavelengths
 far.py        kernels beyond the exact core: tile means of lattices of the diffraction pattern, drawn out over the band
 band_phase.py     phase that changes within a band by more than they can follow
 knots.py      wavelengths at which lattices of pupils with phase are made, a few for all bands

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft as sf
+from scipy.sparse import csr_array
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics import lattice as lattices
@@ -29,12 +30,17 @@ WRAP = 0.018  # largest error that this leaves in the border tiles (L1, against 
 WRAP_SHARED = 0.0015  # and of a pupil without phase, whose lattices serve all bands
 RING_PUPIL = 500  # least cells across the stop
 SHARED_SAMPLES = 1.2e8  # of one shared lattice, about a gigabyte while it is made
-OWN_SAMPLES = 3e7  # of a lattice that serves one band
-INNER = 4  # cores: within, a lattice of its own, where one over the frame would be coarse
+OWN_SAMPLES = 1.2e8  # of a lattice with phase: the same while it is made, a third of that while it is kept
 GRID = 3  # of tile means, per tile: the nearest stands in for a place between them
-READS = 1.5  # per tile that the corner moves within the band, of either half
+CLEAR = 1.0  # of the highest spatial frequency: what a lattice takes for lower ones; beside those that tiles pass, hardly any light has them
+ENOUGH = 16  # samples across a wide tile: it and its neighbours then hold 600, whose mean is right to 3 %
+FARTHEST = 4  # wavelengths x f-number between samples
+READS = 1.0  # per tile that a tile moves within the band, of either half
+ROWS, COLUMNS = 32, 240  # of a block of tiles that is read at once
 LEAST_READS, MOST_READS = 12, 256
 FINER = (1, 2, 4)  # times the reads, tried until the error is what the lens allows
+STRETCHED = 1.15  # times the frame, that lattices at knots are read over
+FINEST = 0.8  # times a step, at least: what counts as finer
 DEFAULT_ERROR = 0.03  # for which lattices are made; for less they are finer
 PHASE_CHANGE = 0.3  # radians rms, from one end of a part of the band to the other
 UNKNOWN_PARTS = 2  # of a band, for a third-party pupil whose phase may change with wavelength
@@ -54,7 +60,7 @@ class Lattice:
 def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern of a pupil without phase, for all wavelengths of a frame."""
     wave = min(shortest_nm, REFERENCE_NM)
-    step, far, period, cells = _sampling(lens, wave, pitch_um, reach, 1.0, SHARED_SAMPLES, max(1.0, DEFAULT_ERROR / lens.speckle_error), per_tile=3)
+    step, far, period, cells = _sampling(lens, wave, pitch_um, reach, 1.0, SHARED_SAMPLES, max(1.0, DEFAULT_ERROR / lens.speckle_error), shared=True)
     energy, distance = pupils.open_energy_mm2(lens, flares, wave), pupils.distance_mm(lens)
     out = []
     for offset in ((0.0, 0.0), (0.5, 0.5)):
@@ -67,19 +73,29 @@ def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
 def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern at one wavelength, to be read up to `stretch` times the frame."""
     lens, flares = plan.lens, plan.flares
-    step, far, period, cells = _sampling(lens, wave, plan.pitch, reach, stretch, OWN_SAMPLES, fine)
+    step, far, period, cells = _sampling(lens, wave, plan.pitch, reach, stretch, OWN_SAMPLES, fine, plan.split)
     offsets = ((0.0, 0.0), (0.5, 0.5))
-    out = []
-    for offset, pupil in zip(offsets, pupils.folded(lens, flares, wave, cells, period, offsets)):
-        values = lattices.lattice_psf(pupil, wave, plan.distance, far, (step, step), energy, offset, lattices.binomial_response)
+    folded, out = pupils.folded(lens, flares, wave, cells, period, offsets), []
+    for offset in offsets:  # the first is let go of before the second is transformed
+        values = lattices.lattice_psf(folded.pop(0), wave, plan.distance, far, (step, step), energy, offset, lattices.binomial_response)
         out.append(Lattice(values, (step, step), wave, offset))
     return out
 
 
-def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, per_tile=2):
-    """Return (step um, samples to the border, period, cells mm) of a lattice."""
+def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, split=1, shared=False):
+    """Return (step um, samples to the border, period, cells mm) of a lattice.
+
+    `split` : parts of a tile, per axis, of which `pitch_um` is one. So wide a tile holds many speckles, and samples of it are enough.
+    """
     extent = [(r + 1) * p * stretch for r, p in zip(reach, pitch_um)]
-    wanted = min(pupils.blur_um(lens, wave) / np.sqrt(2), min(pitch_um) / per_tile) / np.sqrt(fine)
+    blur, pitch = pupils.blur_um(lens, wave), min(pitch_um)
+    if shared:
+        wanted = min(blur / np.sqrt(2), pitch / 3)
+    elif split > 1:
+        wanted = min(max(blur / CLEAR, pitch * split / ENOUGH), FARTHEST * blur)
+    else:
+        wanted = min(blur / (CLEAR + blur / (2 * pitch)), pitch / 2)
+    wanted /= np.sqrt(fine)
     step = min(max(wanted, PERIOD * np.sqrt(np.prod(extent) / most)), min(pitch_um))
     far = tuple(int(np.ceil(e / step)) + 2 for e in extent)
     least = max(RING_PUPIL, pupils.phase_samples(lens, wave) / 2) * pupils.blur_um(lens, wave) / step
@@ -88,32 +104,60 @@ def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, per_tile=2):
 
 
 def rings(plan, centre, width, energy):
-    """Return the kernel of a band beyond the core, and half the difference of its halves, 0 within."""
-    kernel, wrong = _refined(plan, plan.reach, plan.half, centre, width, energy)
-    inner = tuple(min(r, INNER * h) for r, h in zip(plan.reach, plan.half))
-    if inner != plan.reach and not plan.lattices and _coarse(plan, centre):
-        middle = tuple(slice(r - i, r + i + 1) for r, i in zip(plan.reach, inner))
-        kernel[middle], wrong[middle] = _refined(plan, inner, plan.half, centre, width, energy)
-    return kernel, wrong
+    """Return the kernel of a band beyond the core, and half the difference of its halves, 0 within.
+
+    Where their error is more than the lens allows, as far out as that is, finer rings take their place.
+    """
+    reach, fine = plan.reach, FINER[0]
+    kernel, wrong = ring(plan, reach, plan.half, centre, width, energy, fine)
+    while True:
+        over = np.flatnonzero(_errors(plan, kernel, wrong) > plan.lens.speckle_error)
+        if not len(over):
+            return kernel, wrong
+        nearer = tuple(min(r, max(h + 1, 2 ** (int(over[-1]) + 1) * plan.split)) for r, h in zip(reach, plan.half))
+        reach, fine = nearer, _finer(plan, centre, reach, nearer, fine)
+        if not fine:
+            return kernel, wrong
+        found, off = ring(plan, reach, plan.half, centre, width, energy, fine)
+        middle = tuple(slice(r - n, r + n + 1) for r, n in zip(plan.reach, reach))
+        if _errors(plan, found, off).max() < _errors(plan, kernel[middle], wrong[middle]).max():
+            kernel[middle], wrong[middle] = found, off
 
 
-def _refined(plan, reach, hole, centre, width, energy):
-    """Return a ring whose error is what the lens allows, or the least of three finer ones."""
-    found = None
-    for fine in FINER:
-        kernel, wrong = ring(plan, reach, hole, centre, width, energy, fine)
-        error = kernel_errors.by_octave(wrong, kernel).max()
-        if found is None or error < found[2]:
-            found = kernel, wrong, error
-        if error <= plan.lens.speckle_error:
-            break
-    return found[:2]
+def _errors(plan, kernel, wrong):
+    """Return the error of whole tiles per octave of their distance."""
+    return kernel_errors.by_octave(*(tile_sums(a[_whole(a, plan.split)], plan.split) for a in (wrong, kernel)))
 
 
-def _coarse(plan, wave):
-    """Return whether a lattice over the whole frame is coarser than one over its middle."""
-    steps = [_sampling(plan.lens, wave, plan.pitch, reach, 1.0, OWN_SAMPLES, 1)[0] for reach in (plan.reach, plan.half)]
-    return steps[0] > 1.01 * steps[1]
+def _whole(fine, split):
+    """Return the slices of a function sampled `split` times per tile that hold whole tiles, one in the middle."""
+    reach = [(n // 2 - (split - 1)) // split * split + split - 1 for n in fine.shape]
+    return tuple(slice(n // 2 - r, n // 2 + r + 1) for n, r in zip(fine.shape, reach))
+
+
+def tile_sums(fine, s):
+    """Return tile-to-tile sums of a function sampled s times per tile: triangular weights along both axes."""
+    if s == 1:
+        return fine
+    weight = ((s - np.abs(np.arange(-(s - 1), s))) / s).astype(fine.dtype)
+    for axis in (0, 1):
+        window = np.lib.stride_tricks.sliding_window_view(fine, 2 * s - 1, axis=axis)
+        fine = (window[::s] if axis == 0 else window[:, ::s]) @ weight
+    return fine
+
+
+def _wanted(lens):
+    """Return how fine lattices with phase are for the error that a lens allows: what they miss falls faster than their samples grow."""
+    return max(1.0, DEFAULT_ERROR / lens.speckle_error) ** 0.5
+
+
+def _finer(plan, wave, reach, nearer, fine):
+    """Return how fine the next ring is to be, within `nearer`; 0 where memory allows no finer lattice: more reads alone change little."""
+    if plan.lattices:
+        return next((f for f in FINER if f > fine), 0)
+    wanted, tries = _wanted(plan.lens), ((reach, fine), *((nearer, f) for f in FINER))
+    now, *steps = (_sampling(plan.lens, wave, plan.pitch, r, STRETCHED, OWN_SAMPLES, f * wanted, plan.split)[0] for r, f in tries)
+    return next((f for f, step in zip(FINER, steps) if step < FINEST * now), 0)
 
 
 def ring(plan, reach, hole, centre, width, energy, fine=1):
@@ -121,20 +165,16 @@ def ring(plan, reach, hole, centre, width, energy, fine=1):
 
     `fine` times as many wavelengths and places between tiles are read as usual.
     """
-    moved = np.hypot(*reach) * width / centre
-    count = fine * int(np.clip(np.ceil(READS * moved), LEAST_READS, MOST_READS))
     grid = int(np.ceil(GRID * np.sqrt(fine)))
-    finer = fine * max(1.0, DEFAULT_ERROR / plan.lens.speckle_error)
+    finer = fine * _wanted(plan.lens)
     rows = reach[0] + 1 if plan.lattices else 2 * reach[0] + 1  # without phase the rest is the mirror image
     parts = 1 if plan.lattices else _parts(plan, centre, width)
     halves = [np.zeros((rows, 2 * reach[1] + 1), np.float32) for _ in range(2)]
-    each = max(2, -(-count // parts))
     for part in range(parts):
         middle, span = centre + ((part + 0.5) / parts - 0.5) * width, width / parts
         pair = [[(one, 1.0)] for one in plan.lattices] or plan.knots.around(plan, reach, middle, span, energy, finer)
-        waves = middle + ((np.arange(2 * each) + 0.5) / (2 * each) - 0.5) * span
-        for half, lattice, share in ((half, *one) for half, given in enumerate(pair) for one in given):
-            _read(halves[half], lattice, middle, waves[half::2], plan.pitch, reach, grid, share / (parts * each))
+        for half, given in enumerate(pair):
+            _read(halves[half], half, given, middle, span, plan.pitch, reach, grid, fine / parts, 1 / parts)
     both = [(halves[0] + halves[1]) / 2, (halves[0] - halves[1]) / 2]
     for k, half in enumerate(both if plan.lattices else ()):
         both[k] = np.concatenate([half, half[-2::-1, ::-1]])
@@ -170,40 +210,70 @@ def _parts(plan, centre, width):
     return int(np.clip(np.ceil(known), 1 if pupils.all_shapes(plan.flares) else UNKNOWN_PARTS, MOST_PARTS))
 
 
-def _read(out, lattice, middle, waves, pitch_um, reach, grid, weight):
-    """Add `weight` x the mean over tiles at every wavelength to `out`, whose rows start at the kernel's first."""
-    draw = middle / waves.min()
+def _read(out, half, given, middle, span, pitch_um, reach, grid, often, weight):
+    """Add `weight` x the mean over a part of a band to `out`, whose rows start at the kernel's first.
+
+    Parameters
+    ----------
+    half : 0 or 1, of all wavelengths those that are read. `given` : [(lattice, share), ...] of the pattern at `middle`.
+    often : times the usual number of wavelengths.
+
+    Notes
+    -----
+    Blocks of tiles stay in the processor's cache, and each reads as many wavelengths as its own outermost tile asks for.
+    """
+    draw = 1 / (1 - span / 2 / middle)
     border = [int(np.ceil(r * draw * grid)) + 1 for r in reach]
     last = int(np.ceil((out.shape[0] - 1 - reach[0]) * draw * grid)) + 1
-    means = _tile_means(lattice, middle, pitch_um, grid, np.arange(-border[0], last + 1), np.arange(-border[1], border[1] + 1))
-    for wave in waves:
-        scale = middle / wave
-        y, x = (np.rint((np.arange(n) - r) * (scale * grid)).astype(np.intp) + b for n, r, b in zip(out.shape, reach, border))
-        part = means.take(y, 0).take(x, 1)
-        part *= np.float32(weight * scale**2)
-        out += part
+    means = _tile_means(given, middle, pitch_um, grid, np.arange(-border[0], last + 1), np.arange(-border[1], border[1] + 1))
+    for y in _blocks(out.shape[0], ROWS):
+        for x in _blocks(out.shape[1], COLUMNS):
+            away = [np.arange(b.start, b.stop) - r for b, r in zip((y, x), reach)]
+            moved = np.hypot(*(np.abs(a).max() for a in away)) * span / weight / middle  # within the whole band
+            count = max(2, int(np.ceil(often * np.clip(np.ceil(READS * moved), LEAST_READS, MOST_READS))))
+            scales = middle / (middle + ((np.arange(half, 2 * count, 2) + 0.5) / (2 * count) - 0.5) * span)
+            columns = slice(*(int(np.rint(e * grid * s)) + border[1] for e, s in _outermost(away[1], scales)))
+            total = np.zeros((len(away[0]), len(away[1])), np.float32)
+            for scale in scales:
+                rows, cols = (np.rint(a * (scale * grid)).astype(np.intp) for a in away)
+                part = means[rows + border[0], columns].take(cols + (border[1] - columns.start), 1)
+                part *= np.float32(weight / count * scale**2)
+                total += part
+            out[y, x] += total
 
 
-def _tile_means(lattice, wave, pitch_um, grid, rows, cols):
-    """Return the light from one tile to another, for places `rows` and `cols` in units of a tile / grid."""
-    scale = wave / lattice.wavelength_nm
-    (first_y, weight_y), (first_x, weight_x) = (
-        _triangle(n * p / grid, p, p * np.sqrt(1 - 0.5 / grid**2), s * scale, o, m)  # the nearest place adds (p / grid)^2 / 12
-        for n, p, s, o, m in zip((rows, cols), pitch_um, lattice.step_um, lattice.offset, lattice.values.shape)
-    )
-    out = np.empty((len(rows), len(cols)), np.float32)
-    for start in range(0, len(rows), 32):  # in blocks that stay in the processor's cache
-        block = slice(start, start + 32)
-        part = sum(lattice.values[first_y[block] + t] * w[block, None] for t, w in enumerate(weight_y))
-        out[block] = sum(part.take(first_x + t, axis=1) * w for t, w in enumerate(weight_x))
+def _outermost(away, scales):
+    """Return (place, scale) of the first and of one past the last column that is read."""
+    low, high = float(away[0]), float(away[-1])
+    return (low, scales.max() if low < 0 else scales.min()), (high + 1, scales.max() if high + 1 > 0 else scales.min())
+
+
+def _blocks(count, size):
+    return [slice(start, min(start + size, count)) for start in range(0, count, size)]
+
+
+def _tile_means(given, wave, pitch_um, grid, rows, cols):
+    """Return the light from one tile to another, for places `rows` and `cols` in units of a tile / grid, the sum of shares of lattices."""
+    out = np.zeros((len(rows), len(cols)), np.float32)
+    for lattice, share in given:
+        scale = wave / lattice.wavelength_nm
+        down, across = (
+            _triangles(n * p / grid, p, p * np.sqrt(1 - 0.5 / grid**2), s * scale, o, m)  # the nearest place adds (p / grid)^2 / 12
+            for n, p, s, o, m in zip((rows, cols), pitch_um, lattice.step_um, lattice.offset, lattice.values.shape)
+        )
+        down *= np.float32(share)
+        for block in _blocks(len(rows), 64):  # that stay in the processor's cache
+            out[block] += (across @ np.ascontiguousarray((down[block] @ lattice.values).T)).T
     return out
 
 
-def _triangle(at_um, pitch_um, half_um, step_um, offset, size):
-    """Return the first sample and the weights (tap, place) of a triangle about every place; they sum to a tile's samples."""
+def _triangles(at_um, pitch_um, half_um, step_um, offset, size):
+    """Return the weights (place, sample), sparse, of a triangle about every place; they sum to a tile's samples."""
     half_um = max(half_um, step_um)  # below a step: between two samples
     at = at_um / step_um - offset + size // 2
     taps = int(2 * half_um / step_um) + 1
     first = np.clip(np.ceil(at - half_um / step_um).astype(np.intp), 0, size - taps)
-    weight = np.maximum(0.0, 1 - np.abs(first + np.arange(taps)[:, None] - at) * (step_um / half_um))
-    return first, (weight * (pitch_um / step_um / weight.sum(0))).astype(np.float32)
+    sample = first[:, None] + np.arange(taps)
+    weight = np.maximum(0.0, 1 - np.abs(sample - at[:, None]) * (step_um / half_um))
+    weight *= pitch_um / step_um / weight.sum(axis=1, keepdims=True)
+    return csr_array((weight.astype(np.float32).ravel(), sample.ravel(), np.arange(len(at) + 1) * taps), (len(at), size))

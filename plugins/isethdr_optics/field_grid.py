@@ -25,6 +25,32 @@ class Place:
     count: int  # places on its ring
 
 
+def thinned(rings: int, radius: float, symmetric: bool, between, around, allowed: float) -> list[tuple[Place, tuple[float, float]]]:
+    """Return the grid without the rings and the places around the axis that it can do without, and each place's `step` for `weight`.
+
+    Parameters
+    ----------
+    between : function(inner radius, outer radius), error half way between two places. `around` : function(radius, angle between places).
+    allowed : the largest error.
+    """
+    known = [0.0, *_kept(between, 0, rings, radius / rings, allowed)]
+    out = []
+    for ring, at in enumerate(known):
+        step = at - known[ring - 1] if ring else known[1], known[ring + 1] - at if ring + 1 < len(known) else at - known[ring - 1]
+        most = 1 if symmetric or not ring else AROUND * max(1, round(at / radius * rings))
+        count = next((n for n in range(AROUND, most, AROUND) if around(at, 2 * np.pi / n) <= allowed), most)
+        out += [(Place(ring, at, 2 * np.pi * k / count, count), step) for k in range(count)]
+    return out
+
+
+def _kept(between, first, last, step, allowed) -> list[float]:
+    """Return the radii beyond ring `first` up to `last` whose rings are needed; halves are asked for where they are whole rings."""
+    if (last - first) % 2 or between(first * step, last * step) <= allowed:
+        return [ring * step for ring in range(first + 1, last + 1)] if (last - first) % 2 else [last * step]
+    middle = (first + last) // 2
+    return [*_kept(between, first, middle, step, allowed), *_kept(between, middle, last, step, allowed)]
+
+
 def places(rings: int, radius: float, symmetric: bool) -> list[Place]:
     """Return the grid with `rings` rings up to `radius`; one place per ring where the wavefront is the same all around."""
     out = [Place(0, 0.0, 0.0, 1)]
@@ -34,10 +60,15 @@ def places(rings: int, radius: float, symmetric: bool) -> list[Place]:
     return out
 
 
-def weight(place: Place, step: float, x, y) -> np.ndarray:
-    """Return the share of each tile's light, (y, x), that is spread as at `place`; rings are `step` apart."""
+def weight(place: Place, step, x, y) -> np.ndarray:
+    """Return the share of each tile's light, (y, x), that is spread as at `place`.
+
+    `step` : from ring to ring; or the distances to the next ring inside and to the next outside.
+    """
     u, v = np.asarray(x, float)[None, :], np.asarray(y, float)[:, None]
-    radial = np.maximum(1 - np.abs(np.hypot(u, v) - place.radius) / step, 0.0)
+    inside, outside = step if np.ndim(step) else (step, step)
+    beyond = np.hypot(u, v) - place.radius
+    radial = np.maximum(1 - np.where(beyond < 0, -beyond / inside, beyond / outside), 0.0)
     if place.count == 1:
         return radial
     turns = (np.arctan2(-v, u) - place.azimuth_rad) / (2 * np.pi) * place.count

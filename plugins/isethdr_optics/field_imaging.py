@@ -7,8 +7,9 @@ spread. Wavefronts are interpolated, not point spreads: the grid is as fine as t
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -16,12 +17,13 @@ from isethdr_core import geometry, ledger
 from isethdr_core.physics import projection as projections
 from isethdr_core.physics.convolution import Bound
 from isethdr_core.physics.radiometry import band_widths_nm
+from isethdr_core.progress import shown, track
 
-from . import band_phase, field_grid, kernel_errors, kernels, omissions, pupils
+from . import band_phase, field_grid, kernel_errors, kernels, omissions, place_cores, pupils
 from .overlaid import overlaid
 from .place_lens import node_lens
 
-RINGS = (0, 1, 2, 3, 4, 6, 8)  # tried one after the other
+RINGS = (0, 1, 2, 4, 8)  # tried one after the other
 PARTS = (0.15, 0.25, 0.4, 0.6)  # of the exact core, tried as reach of the cores of places
 OUTERMOST = 0.75  # of the widest core
 NO_BETTER = 1.25  # times the error at the widest reach: where that is more than allowed, but not twice as much, a narrower one is as good
@@ -117,27 +119,40 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
                                       for w, band in zip(pair, bands)], least, lens.speckle_error)
     mirrors = field_grid.is_symmetric([lens.zernike_um or {}]) and field_grid.is_mirrored(known) and not _shaped(flares)
 
-    def cores(place, waves):
+    def turned(place, make):
         place, flips = field_grid.first_quadrant(place) if mirrors else (place, ())
-        made = kernels.kernels(seen_from(place.radius, place.azimuth_rad), flares, waves, pitch_um, half)
+        return flips, make(seen_from(place.radius, place.azimuth_rad))
+
+    @cache
+    def core(radius, azimuth_rad, wave):
+        flips, kernel = turned(field_grid.Place(0, radius, azimuth_rad, 1), lambda at: place_cores.one(at, flares, wave, pitch_um, half))
+        return np.flip(kernel, flips)
+
+    def cores(place):
+        flips, made = turned(place, lambda at: kernels.kernels(at, flares, waves, pitch_um, half, place_cores.made))
         return replace(made, bands=[np.flip(band, flips) for band in made.bands])
 
-    for rings in RINGS:
-        error = 0.0
-        for band in dict.fromkeys((waves[0], waves[-1], waves[len(waves) // 2])):
-            error = max(error, _error(lambda p, band=band: cores(p, np.array([band])).bands[0], rings, radius, symmetric))
-            if error > lens.error_allowed and rings < RINGS[-1]:
+    some = tuple(dict.fromkeys((waves[0], waves[-1], waves[len(waves) // 2])))
+    with shown("how many places the field needs"):
+        for rings in RINGS:
+            error = 0.0
+            for band in some:
+                error = max(error, _error(lambda p, band=band: core(p.radius, p.azimuth_rad, band), rings, radius, symmetric))
+                if error > lens.error_allowed and rings < RINGS[-1]:
+                    break
+            if error <= lens.error_allowed:
                 break
-        if error <= lens.error_allowed:
-            break
     if rings == 0:
         ledger.left_out(
             "point spreads off the axis", "they differ less than the error allowed", error + omissions.SHARED, "share of a point's light"
         )
         return None
+    chosen = [(place, radius / rings) for place in field_grid.places(rings, radius, symmetric)]
+    if len(RINGS) > 1:
+        chosen, error = _thinned(core, rings, radius, symmetric, some, lens.error_allowed)
     grid, shares = [], []
-    for place in field_grid.places(rings, radius, symmetric):
-        share = field_grid.weight(place, radius / rings, x, y)
+    for place, step in chosen:
+        share = field_grid.weight(place, step, x, y)
         if share.any():
             window = _window(share)
             grid.append(place)
@@ -145,8 +160,10 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
     more = ", more than the error allowed" if error > lens.error_allowed else ""
     ledger.error(error, "share of a point's light", "measured",
                  f"point spread between {len(grid)} places of the field, L1, worst of the first, middle and last band{more}")
-    made = FieldKernels(axis, half, shares, [cores(p, waves) for p in grid], unlike)
+    with ThreadPoolExecutor(min(kernels.cpus(), 8)) as pool:
+        made = FieldKernels(axis, half, shares, list(track(pool.map(cores, grid), "places of the field", len(grid))), unlike)
     band_phase.state(along[1:], waves)
+    place_cores.state(along, flares, waves, half)
     if half != tuple(n - 1 for n in mixed.shape[1:]):
         ledger.error(far_error, "relative per tile", "measured", "kernel of the axis, taken for all places farther from a lamp than "
                      f"{half[1]} x {half[0]} tiles, where the field ends")
@@ -229,6 +246,31 @@ def _error(core, rings, radius, symmetric) -> float:
             a, b, middle = (core(replace(outer, azimuth_rad=t)) for t in (0.0, 2 * turn, turn))
             worst = max(worst, np.abs((a + b) / 2 - middle).sum(dtype=float))
     return float(worst)
+
+
+def _thinned(core, rings, radius, symmetric, waves, allowed):
+    """Return the places that are needed of a grid, each with its `step`, and the error between them."""
+    def between(inner, outer):
+        return max(_between(core, inner, outer, w) for w in waves)
+
+    def around(r, turn):
+        return max(_around(core, r, turn, w) for w in waves)
+
+    chosen = field_grid.thinned(rings, radius, symmetric, between, around, allowed)
+    counts = {place.radius: place.count for place, _ in chosen}
+    radii = sorted(counts)
+    errors = [between(*pair) for pair in zip(radii, radii[1:])] + [around(r, 2 * np.pi / counts[r]) for r in radii[1:] if not symmetric]
+    return chosen, max(errors)
+
+
+def _between(core, inner, outer, wave) -> float:
+    """Return the error half way between two places on +x."""
+    return float(np.abs((core(inner, 0.0, wave) + core(outer, 0.0, wave)) / 2 - core((inner + outer) / 2, 0.0, wave)).sum())
+
+
+def _around(core, radius, turn, wave) -> float:
+    """Return the error half way between +x and a place `turn` further round."""
+    return float(np.abs((core(radius, 0.0, wave) + core(radius, turn, wave)) / 2 - core(radius, turn / 2, wave)).sum())
 
 
 def _window(share):

@@ -5,6 +5,8 @@ Stated per octave of the distance to the lamp: 1 to 2 tiles, 2 to 4, and so on.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 OCTAVES = 13  # the last: 4096 tiles and more
@@ -13,10 +15,11 @@ BLOCKS = (2, 4, 8)  # tiles along either axis, over which neighbours are compare
 LEAST_BLOCKS = 16  # of an octave, else its neighbours are not compared
 
 
+@lru_cache(maxsize=4)
 def octaves(shape) -> np.ndarray:
-    """Return the octave (y, x) of every tile of a kernel, the axis in its middle."""
+    """Return the octave (y, x), int8, of every tile of a kernel, the axis in its middle."""
     y, x = (np.arange(n) - n // 2 for n in shape)
-    return np.minimum(np.log2(np.maximum(np.hypot(y[:, None], x), 1.0)).astype(np.intp), OCTAVES - 1)
+    return np.minimum(np.log2(np.maximum(np.hypot(y[:, None], x), 1.0)), OCTAVES - 1).astype(np.int8)
 
 
 def core(wrong) -> int:
@@ -40,16 +43,19 @@ def deviation(wrong, kernel) -> np.ndarray:
     tiles meets errors that are alike: sum of L_s L_t C_st is at most the sum of L_s^2 times that of C_st over t, as
     2 L_s L_t <= L_s^2 + L_t^2.
     """
-    octave, seen = octaves(kernel.shape), wrong != 0
-    error, light = (np.bincount(octave[seen], a[seen].astype(float) ** 2, OCTAVES) for a in (wrong, kernel))
+    octave, rows = octaves(kernel.shape), slice(None, None, max(1, len(kernel) // (2 * ROWS)))
+    seen = wrong[rows] != 0
+    error, light = (np.bincount(octave[rows][seen], a[rows][seen].astype(float) ** 2, OCTAVES) for a in (wrong, kernel))
     return np.sqrt(_ratio(error, light) * _alike(wrong, octave))
 
 
 def _alike(wrong, octave):
     """Return how many tiles err alike, per octave: variance of the sum over a block / sum of variances, the largest of all blocks."""
-    y, x = (np.arange(n) - n // 2 for n in wrong.shape)
-    level = (wrong * np.hypot(y[:, None], x) ** 3)[len(y) // 2 :]  # kernels fall as r^-3: all of an octave counts alike
-    octave, out = octave[len(y) // 2 :], np.ones(OCTAVES)
+    ny, nx = wrong.shape
+    y = np.arange(ny - ny // 2)  # from the axis on
+    y = y[(y < ROWS // 2) | (y // BLOCKS[-1] % max(1, ny // (2 * ROWS)) == 0)]  # of a large kernel, farther out stripes as high as a block
+    level = wrong[y + ny // 2] * np.hypot(y[:, None], np.arange(nx) - nx // 2) ** 3  # kernels fall as r^-3: all of an octave counts alike
+    octave, out = octave[y + ny // 2], np.ones(OCTAVES)
     for m in BLOCKS:
         rows, columns = (n // m for n in level.shape)
         if not rows or not columns:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import time
 import uuid
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -17,16 +18,20 @@ import numpy as np
 from isethdr_core import provenance, store
 
 LIMIT_BYTES = 8 << 30  # of all files together; beyond it those unused for longest go
+PART = "-band-"  # in the name of a file that holds one band, until all are made
 ABANDONED_S = 3600.0  # age at which a temporary file's writer is taken for dead
 
 
-def name(lens, flares, wavelength_nm, pitch_um, reach) -> str | None:
-    """Return the file's name for kernels of these arguments and of the code that makes them; None where they have no such name."""
+def name(lens, flares, wavelength_nm, pitch_um, reach, way: str | None = None) -> str | None:
+    """Return the file's name for kernels of these arguments and of the code that makes them; None where they have no such name.
+
+    `way` : in which they are made, where there is more than one.
+    """
     try:
         return store.content_hash(
             {
                 "optics": [_named(c) for c in (lens, *flares)],
-                "sampling": [np.asarray(wavelength_nm, float), np.round(pitch_um, 9), list(reach)],
+                "sampling": [np.asarray(wavelength_nm, float), np.round(pitch_um, 9), list(reach), way],
                 "code": provenance.fingerprint(lens, *flares, core=("isethdr_core.physics", __package__)),
                 "files": provenance.input_digests(lens, *flares),
                 "versions": [np.__version__, provenance.versions().get("scipy")],
@@ -94,6 +99,13 @@ def save(key: str, shape, dtype, bands, facts) -> None:
             temporary.unlink(missing_ok=True)
         except OSError:
             pass
+
+
+def remove_parts(key: str) -> None:
+    """Remove what was kept of single bands: all of them have been saved together."""
+    for path in _folder().glob(f"{key}{PART}*.npy"):
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
 
 
 def _check(a) -> int:

@@ -13,6 +13,7 @@ from collections import OrderedDict
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, is_dataclass
 from functools import cached_property
+from threading import Lock
 from time import perf_counter
 
 import numpy as np
@@ -25,6 +26,7 @@ from isethdr_core.progress import track
 
 from . import band_phase, far, kernel_errors, kernel_spectra, kernel_store, knots, memory, pupils, scatter
 from .exact_core import exact_core
+from .far import tile_sums
 
 CORE_SAMPLES = 240  # image samples from the axis to the border of the exact core
 MOST_WAVELENGTHS = 32  # per band, however wide
@@ -92,15 +94,17 @@ class Kernels:
 
 
 _cache: OrderedDict[tuple, Kernels] = OrderedDict()
+_lock = Lock()
 
 
-def kernels(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
+def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
     """Return the kernels of a lens with `flares` for bands centred on `wavelength_nm`; kept in the process and on disk.
 
     Parameters
     ----------
     pitch_um : (y, x) tile pitch.
     reach : (y, x) tiles from the axis to the kernel's border; (ny - 1, nx - 1) is the full frame.
+    make : function of the same arguments that makes them another way; these are kept on disk however fast they were made.
     """
     wavelength_nm = np.asarray(wavelength_nm, float)
     key = (
@@ -109,25 +113,29 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
         tuple(wavelength_nm),
         tuple(np.round(pitch_um, 9)),
         tuple(reach),
+        make,
     )
-    if key in _cache:
-        _cache.move_to_end(key)
-        return _cache[key]
+    with _lock:
+        if key in _cache:
+            _cache.move_to_end(key)
+            return _cache[key]
     described = all(map(_described, (lens, *flares)))
-    name = kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach) if described else None
+    name = kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach, make and make.__module__) if described else None
     made = _stored(name)
     if made is None:
         memory.check_kernels(len(wavelength_nm), reach)
         band_phase.check(lens, flares, wavelength_nm)
         start = perf_counter()
-        made = _made(lens, flares, wavelength_nm, pitch_um, reach)
-        if name and perf_counter() - start > WORTH_KEEPING_S:
+        made = make(lens, flares, wavelength_nm, pitch_um, reach) if make else _made(lens, flares, wavelength_nm, pitch_um, reach, name)
+        if name and (make or perf_counter() - start > WORTH_KEEPING_S):
             facts = [made.outside, made.transmitted, np.full(len(made.bands), made.wrap), made.core, *made.speckle.T, *made.deviation.T]
             kernel_store.save(name, (len(made.bands), *made.bands[0].shape), "<f4", made.bands, lambda: np.stack(facts))
+            kernel_store.remove_parts(name)
             made = _stored(name) or made  # mapped, no longer this process's own
-    _cache[key] = made
-    while len(_cache) > 1 and sum(k.held_bytes for k in _cache.values()) > CACHE_BYTES:
-        _cache.popitem(last=False)
+    with _lock:
+        _cache[key] = made
+        while len(_cache) > 1 and sum(k.held_bytes for k in _cache.values()) > CACHE_BYTES:
+            _cache.popitem(last=False)
     return made
 
 
@@ -144,7 +152,7 @@ def _mirrored(kernel) -> bool:
     return np.array_equal(kernel, kernel[::-1, ::-1])
 
 
-def _made(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
+def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None) -> Kernels:
     width_nm = band_widths_nm(wavelength_nm)
     lattices = _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach)
     mirrored, shared = not pupils.has_phase(lens, flares), knots.Knots()
@@ -162,8 +170,19 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach) -> Kernels:
             errors = kernel_errors.by_octave(wrong, kernel), kernel_errors.deviation(wrong, kernel), kernel_errors.core(wrong)
         return kernel, *errors, energy / (np.pi * pupils.radius_mm(lens) ** 2)
 
+    def kept(centre, width):  # band by band, so that what was done before a run was stopped is not done again
+        part = f"{name}{kernel_store.PART}{centre:.9g}"
+        if name and (found := kernel_store.load(part)):
+            (core, transmitted, *errors), [kernel] = found
+            return np.array(kernel), *np.split(np.ravel(errors), 2), core[0], transmitted[0]
+        start = perf_counter()
+        kernel, speckle, deviation, core, transmitted = made = one(centre, width)
+        if name and perf_counter() - start > WORTH_KEEPING_S:
+            kernel_store.save(part, (1, *kernel.shape), "<f4", [kernel], lambda: np.array([core, transmitted, *speckle, *deviation])[:, None])
+        return made
+
     with ThreadPoolExecutor(min(cpus(), len(wavelength_nm), 8)) as pool:
-        bands, speckle, deviation, core, transmitted = zip(*track(pool.map(one, wavelength_nm, width_nm), "bands of the point spread", len(wavelength_nm)))
+        bands, speckle, deviation, core, transmitted = zip(*track(pool.map(kept, wavelength_nm, width_nm), "bands of the point spread", len(wavelength_nm)))
     outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
     speckle, deviation = np.array(speckle), np.array(deviation)
     wrap = (far.WRAP_SHARED if lattices else far.WRAP) if speckle.max() > 0 else 0.0
@@ -234,17 +253,6 @@ class _Plan:
         count = max(count, pupils.phase_change(self.lens, self.flares, centre - width / 2, centre + width / 2))  # a radian rms from one to the next
         count = int(np.clip(np.ceil(count), least if width > 1.5 else 1, MOST_WAVELENGTHS))
         return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
-
-
-def tile_sums(fine, s):
-    """Return tile-to-tile sums of a function sampled s times per tile: triangular weights along both axes."""
-    if s == 1:
-        return fine
-    weight = ((s - np.abs(np.arange(-(s - 1), s))) / s).astype(fine.dtype)
-    for axis in (0, 1):
-        window = np.lib.stride_tricks.sliding_window_view(fine, 2 * s - 1, axis=axis)
-        fine = (window[::s] if axis == 0 else window[:, ::s]) @ weight
-    return fine
 
 
 def point_spread(lens, wavelength_nm, pitch_um, size, flares, integrated):

@@ -21,7 +21,7 @@ STEPS_NM = (80.0, 40.0, 20.0)  # between knots, tried one after the other
 APART = 0.35  # radians from knot to knot at most, anywhere in the stop
 STRAIGHT = 0.05  # relative per tile, L1, for a radian: an estimate, for what any two lattices differ by hides most of it (0.9 % clean, 0.12 % dirty)
 WORTH = 2.0  # bands that a step has to span: two lattices are made in place of one
-HELD = 6  # pairs of lattices that are kept, 0.1 GB each for large frames
+HELD_BYTES = 1.6e9  # of lattices that are kept; the two pairs that a band reads, always
 
 
 class Knots:
@@ -37,15 +37,16 @@ class Knots:
         if not step:
             return [[(one, 1.0)] for one in far.own(plan, reach, middle, 1 / (1 - span / 2 / middle), energy, fine)]
         share = (middle - low) / step
-        ends = [(w, s, self._pair(plan, tuple(reach), w, w / (low - span / 2), energy, fine)) for w, s in ((low, 1 - share), (low + step, share)) if s]
+        ends = [(w, s, self._pair(plan, tuple(reach), w, w / (w - step - span / 2), energy, fine)) for w, s in ((low, 1 - share), (low + step, share)) if s]
         return [[(pair[half], s) for _, s, pair in ends] for half in (0, 1)]
 
     def _pair(self, plan, reach, wave, stretch, energy, fine):
-        key = wave, reach, plan.pitch, stretch, fine
+        extent = tuple(round((r + 1) * p, 6) for r, p in zip(reach, plan.pitch))  # the same, into however many parts a band divides tiles
+        key = wave, extent, stretch, fine
         with self._lock:
             lock = self._made.setdefault(key, (Lock(), []))
             self._made.move_to_end(key)
-            while len(self._made) > HELD:
+            while len(self._made) > 2 and sum(one.values.nbytes for _, pair in self._made.values() for one in pair) > HELD_BYTES:
                 self._made.popitem(last=False)
         with lock[0]:
             if not lock[1]:

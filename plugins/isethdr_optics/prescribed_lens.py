@@ -12,6 +12,7 @@ from .lens import DiffractionLimitedLens, check_error_allowed
 
 FIRST_NM, STEP_NM = 380.0, 20.0  # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on others
 EVEN = 0.002  # rms of the amplitude over the stop: changes at most twice that share of a point's light (L1, Cauchy-Schwarz)
+BEYOND = 1.05  # times the field: as far as chief rays of the distortion go, for tiles that lateral colour adds around it
 FIELD_POINTS = 33  # of distortion and relative illumination, from the axis to the border of the field
 
 
@@ -133,10 +134,18 @@ class PrescribedLens(DiffractionLimitedLens):
             return self.falloff
         import numpy as np
 
+        from isethdr_core.errors import ConfigError
         from isethdr_core.geometry import distortion_map
 
-        tangent = np.linspace(0, np.tan(angle_rad), FIELD_POINTS)
-        relative = self.relative_illumination(tangent) / distortion_map(self.distortion_to(angle_rad)).area_ratio(tangent, 0.0)
+        drawn = distortion_map(self.distortion_to(angle_rad))
+        for more in (BEYOND, 1.0):
+            tangent = more * np.linspace(0, np.tan(angle_rad), FIELD_POINTS)
+            try:
+                relative = self.relative_illumination(tangent) / drawn.area_ratio(tangent, 0.0)
+                break
+            except (ValueError, ConfigError):  # the distortion, or the lens, ends with the field
+                if more == 1.0:
+                    raise
         return dict(zip(np.degrees(np.arctan(tangent)), relative))
 
     def relative_illumination(self, tangent):
@@ -201,12 +210,19 @@ def _as_used(prescription, focal_length_mm, f_number):
 def _traced_distortion(real, angle_rad):
     import numpy as np
 
+    from isethdr_core.errors import ConfigError
+
     from .prescription_figures import chief_mm
 
-    tangent = np.linspace(0, np.tan(max(angle_rad, 1e-3)), FIELD_POINTS)[1:]
-    radius = (
-        chief_mm(real, tangent, real.reference_nm) / real.focal_length_mm()
-    )  # a sensor beside the paraxial focus is another scale
+    for more in (BEYOND, 1.0):
+        tangent = more * np.linspace(0, np.tan(max(angle_rad, 1e-3)), FIELD_POINTS)[1:]
+        try:
+            height = chief_mm(real, tangent, real.reference_nm)
+            break
+        except ConfigError:
+            if more == 1.0:
+                raise
+    radius = height / real.focal_length_mm()  # a sensor beside the paraxial focus is another scale
     return {"model": "table", "angle_deg": np.degrees(np.arctan(tangent)).tolist(), "radius_per_focal_length": radius.tolist()}
 
 

@@ -19,7 +19,7 @@ from isethdr_core.physics.convolution import prepare
 from . import kernel_errors
 from .counted import Counted, block_of, counted, sums
 from .exact_core import kept_cores
-from .kernels import tile_sums
+from .far import tile_sums
 
 FINER = (0.5, 0.25)  # of the lens's own error: still finer lattices outgrow memory, and little is won
 HALVED = 0.35  # what is left of the errors of kernels that are asked for half the error, measured

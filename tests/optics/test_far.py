@@ -95,6 +95,49 @@ def test_a_round_clean_pupil_has_rings_and_no_spokes(f_number, pitch_um):
     assert np.ptp(means) < 0.01 * means.mean()
 
 
+def compared(found, finer):
+    """Return (stated, true) error of the first band per octave beyond the exact core, the true one against finer kernels."""
+    wrong, core = found.bands[0] - finer.bands[0], int(found.core[0])
+    wrong[tuple(slice(n // 2 - core, n // 2 + core + 1) for n in wrong.shape)] = 0.0
+    seen = found.speckle[0] > 0
+    return found.speckle[0][seen], kernel_errors.by_octave(np.asarray(wrong, float), finer.bands[0])[seen]
+
+
+def test_wide_tiles_hold_many_speckles_and_take_coarse_lattices(monkeypatch):
+    args = WavefrontLens(zernike_um={4: 0.05, 8: 0.03}), [DIRTY], np.array([550.0, 560.0]), (60.0, 60.0), (11, 12)
+    found = _made(*args)
+    monkeypatch.setattr(far, "ENOUGH", 40)
+    finer = _made(*args)
+    stated, error = compared(found, finer)
+    assert 2 * finer.speckle.max() < stated.max() <= 0.03  # six times as many samples
+    assert (error < 1.5 * np.maximum(stated, 0.01)).all()  # some octaves have few tiles
+
+
+def test_where_memory_ends_finer_rings_take_the_place_of_coarse_ones_as_far_out_as_these_err(monkeypatch):
+    args = WavefrontLens(zernike_um={4: 0.05, 8: 0.03}, speckle_error=0.05), [DIRTY], np.array([550.0, 560.0]), (4.0, 4.0), (90, 96)
+    finer, reaches, ring = _made(*args), [], far.ring
+    monkeypatch.setattr(far, "OWN_SAMPLES", 5e5)
+    monkeypatch.setattr(far, "ring", lambda plan, reach, *rest: reaches.append(reach) or ring(plan, reach, *rest))
+    found = _made(*args)
+    assert reaches == [(90, 96), (64, 64)] * 2
+    stated, error = compared(found, finer)
+    assert finer.speckle.max() < stated.max() <= 0.05 and (error < 1.5 * stated + 0.005).all()  # 0.5 % near the border, where light wraps
+
+
+def test_errors_of_large_kernels_are_known_from_some_of_their_rows(monkeypatch):
+    y, x = np.ogrid[-420:421, -300:301]
+    kernel = np.maximum(np.hypot(y, x), 1.0) ** -3
+    noise = np.random.default_rng(0).standard_normal((421, 301)).repeat(2, 0).repeat(2, 1)[:841, :601]  # pairs of tiles err alike
+    wrong = 0.1 * kernel * noise
+    wrong[380:461, 260:341] = 0.0
+    some = kernel_errors.deviation(wrong, kernel)
+    monkeypatch.setattr(kernel_errors, "ROWS", 10000)
+    whole = kernel_errors.deviation(wrong, kernel)
+    # 200 blocks of an octave and more: a tenth; the octave of 32 to 64 tiles is cut by the core
+    np.testing.assert_allclose(some[6:9], whole[6:9], rtol=0.15)
+    assert (whole[6:9] > 0.1).all() and not whole[:4].any()
+
+
 def test_a_pupil_with_hardly_any_phase_has_the_kernel_of_one_without():
     plain, hardly = (_made(lens, [DIRTY], np.array([550.0]), (4.0, 4.0), (120, 120))
                      for lens in (DiffractionLimitedLens(), WavefrontLens(zernike_um={4: 1e-6})))

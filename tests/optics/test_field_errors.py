@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from isethdr_optics import ApertureFlare, WavefrontLens, exact_core, field_errors, field_imaging, kernels
+from isethdr_optics import ApertureFlare, WavefrontLens, exact_core, field_errors, field_imaging, kernels, place_cores
 from isethdr_optics.lateral_colour import READ, Course
 from isethdr_optics.place_lens import node_lens
 
@@ -27,6 +27,7 @@ def street(shape=(34, 50), pitch_um=10.0):
 def test_light_differs_from_that_of_finer_kernels_as_stated(monkeypatch, fields, core_samples):
     """Errors of the tail alone; of places, whose blur reaches beyond what is exact of them; and moved with the colours."""
     monkeypatch.setattr(kernels, "CORE_SAMPLES", core_samples)
+    monkeypatch.setattr(place_cores, "WORTH", 0.0)  # places are made as the axis is, with errors of their own
     monkeypatch.setattr(field_imaging, "RINGS", (1,))
     monkeypatch.setattr(field_imaging, "_half", lambda along, waves, pitch_um, shape: ((24, 24), (24, 24)))
     monkeypatch.setattr(kernels, "_cache", type(kernels._cache)())

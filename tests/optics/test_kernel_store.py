@@ -56,6 +56,32 @@ def test_two_processes_at_once_and_a_third_share_one_file(isethdr_home):
     assert third.returncode == 0
 
 
+def test_bands_that_were_made_before_a_run_was_stopped_are_not_made_again(monkeypatch, isethdr_home):
+    band, done = kernels._Plan.band, []
+
+    def one(plan, centre, width):
+        if done and centre not in done:
+            raise KeyboardInterrupt
+        done.append(centre)
+        return band(plan, centre, width)
+
+    whole = kernels._made(LENS, FLARES, *SAMPLING)
+    monkeypatch.setattr(kernels._Plan, "band", one)
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    with pytest.raises(KeyboardInterrupt):
+        made()
+    assert done == [500.0] and len(files(isethdr_home)) == 1
+    monkeypatch.setattr(kernels._Plan, "band", lambda plan, centre, width: done.append(centre) or band(plan, centre, width))
+    found = made()
+    assert done == [500.0, 600.0]  # the second alone
+    [file] = files(isethdr_home)  # of both: what was kept of one is removed
+    assert kernel_store.PART not in file.name
+    for name in ("speckle", "deviation", "transmitted", "core", "outside"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(whole, name))
+    for have, want in zip(found.bands, whole.bands):
+        np.testing.assert_array_equal(have, want)
+
+
 def test_what_comes_back_is_what_was_made(monkeypatch):
     fresh = kernels._made(LENS, FLARES, *SAMPLING)
     made()
