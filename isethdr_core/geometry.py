@@ -139,26 +139,40 @@ def _areas(lens, *grids):
     return overlap_areas(*(np.frombuffer(g) for g in grids[:2]), lens, *(np.frombuffer(g) for g in grids[2:]))
 
 
-def mean_seen(tiles, field, lens, x, y, pitch: float) -> np.ndarray:
+def mean_seen(tiles, field, lens, x, y, pitch: float, beyond: bool = False) -> np.ndarray:
     """Return the mean (..., y, x) of constant tiles over the quadrilaterals of the field that pixels look at.
 
     Parameters
     ----------
     tiles : (..., y, x) values on the grid of `field`.
     x, y, pitch : centres and side of the pixels in focal lengths, evenly spaced by `pitch`.
+    beyond : pixels may look beyond the field; there tiles are taken to be like those at its border.
 
     Raises
     ------
-    ValueError : pixels that look beyond the field, or do not lie side by side.
+    ValueError : pixels that look beyond the field and may not, or that do not lie side by side.
     """
     for centres in (x, y):
         if len(centres) > 1 and np.abs(np.diff(centres) - pitch).max() > 1e-6 * pitch:
             raise ValueError("pixels do not lie side by side; expected centres one pitch apart where a lens distorts")
-    areas = field_areas(
-        lens, *(borders(field[d].values, tile_pitch(field, d)) for d in ("x", "y")), borders(x, pitch), borders(y, pitch)
-    )
+    grids = *(borders(field[d].values, tile_pitch(field, d)) for d in ("x", "y")), borders(x, pitch), borders(y, pitch)
+    if beyond:
+        grids, more = _widened(lens, *grids)
+        tiles = np.pad(tiles, [(0, 0)] * (np.ndim(tiles) - 2) + [(more, more)] * 2, mode="edge")
+    areas = field_areas(lens, *grids)
     out = (areas @ np.reshape(tiles, (-1, areas.shape[1])).T).T / areas.sum(axis=1)
     return out.reshape(*np.shape(tiles)[:-2], len(y), len(x))
+
+
+def _widened(lens, x_in, y_in, x_out, y_out):
+    """Return the borders with as many tiles more on every side of the field as the sensor's tiles reach beyond it, and how many that are."""
+    seen, more = lens.inverse(*np.meshgrid(x_out, y_out)), 0
+    for at, known in zip(seen, (x_in, y_in)):
+        reach = max(known[0] - at.min(), at.max() - known[-1]) * (len(known) - 1) / np.ptp(known)
+        more = max(more, int(np.ceil(reach - 1e-6)))
+    steps = np.arange(1, more + 1)
+    x_in, y_in = (np.concatenate([b[0] - (b[1] - b[0]) * steps[::-1], b, b[-1] + (b[-1] - b[-2]) * steps]) for b in (x_in, y_in))
+    return (x_in, y_in, x_out, y_out), more
 
 
 def box_on_sensor(lens, left, top, right, bottom) -> tuple[float, float, float, float]:

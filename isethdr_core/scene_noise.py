@@ -93,8 +93,11 @@ def direct_share(light, mixed) -> np.ndarray:
 
 
 def on_light(tiles, mixed, light) -> np.ndarray:
-    """Return tiles (..., y, x) of the field on the grid of `light`: as they are, or the mean over what each tile of the sensor plane looks at."""
+    """Return tiles (..., y, x) of the field on the grid of `light`: as they are, or the mean over what each tile of the sensor plane looks at.
+
+    Where a lens magnifies colours differently the sensor plane reaches a little beyond the field.
+    """
     if isinstance(lens := geometry.map_of(light), geometry.Identity) and np.shape(tiles)[-2:] == light.shape[-2:]:
         return tiles
     f_m = light.attrs["focal_length_mm"] * 1e-3
-    return geometry.mean_seen(tiles, mixed, lens, light.x.values / f_m, light.y.values / f_m, tile_pitch(light, "x") / f_m)
+    return geometry.mean_seen(tiles, mixed, lens, light.x.values / f_m, light.y.values / f_m, tile_pitch(light, "x") / f_m, beyond=True)

@@ -7,6 +7,7 @@ from isethdr_optics.lateral_colour import magnified
 
 from isethdr_core import geometry, ledger, quantities
 from isethdr_core.errors import ConfigError
+from isethdr_core.scene_noise import direct_share, on_light
 
 TABLE = {450: 0.6, 550: 0.0, 650: -0.8}
 BANDS = (450.0, 500.0, 550.0, 650.0)
@@ -90,6 +91,24 @@ def test_no_light_leaves_at_the_border(make):
     assert not np.array_equal(moved.values[0], moved.values[-1])
     before, after = (i.values.sum(axis=(1, 2), dtype=float) for i in (still, moved))
     np.testing.assert_allclose(after, before, rtol=2e-7)  # float32; what diffraction carries out of the frame is gone before
+
+
+@pytest.mark.parametrize("distortion", ["none", {"model": "brown_conrady", "k1": -0.2}], ids=["straight", "barrel"])
+def test_tiles_that_the_sensor_plane_has_more_are_like_the_border_s(distortion):
+    """What asks how light of the field comes to the whole sensor plane (`scene_noise`) gets an answer there too."""
+    values = np.random.default_rng(2).uniform(0.5, 1.5, (96, 128))
+    mixed, lens = field(values), IdealLens(lateral_colour_percent=TABLE, falloff="none", distortion=distortion)
+    light, still = lens(mixed), IdealLens(falloff="none", distortion=distortion)(mixed)
+    seen, known = on_light(values, mixed, light), on_light(values, mixed, still)
+    assert seen.shape == light.shape[1:] and light.sizes["x"] > still.sizes["x"]
+    more = [(light.sizes[d] - still.sizes[d]) // 2 for d in ("y", "x")]
+    inner = seen[more[0] : -more[0] or None, more[1] : -more[1] or None]
+    np.testing.assert_allclose(inner, known, rtol=1e-9)  # rounding of borders
+    assert values.min() <= seen.min() and seen.max() <= values.max()  # means of tiles, the border's among them
+    if distortion == "none":
+        np.testing.assert_allclose(seen[:, 0], seen[:, 1], rtol=1e-9)  # the tile beyond is like its neighbour
+    share = direct_share(light, mixed)
+    assert (0 <= share).all() and (share <= 1).all() and np.median(share) > 0.9
 
 
 def test_a_margin_keeps_the_camera_s_field():
