@@ -3,6 +3,8 @@
 Measured on a night scene of 1080 x 1920 x 31 bands x 4 groups: rounding to 10 mantissa bits makes the
 cube 2.9 times smaller than raw float32, where lossless codecs reach 1.3 at any level; every further bit takes 6 % more; one shard per light
 group keeps a scene at a handful of files, and 8 bands x 135 x 240 tiles inside it serve spectra, bands and tiles alike.
+
+Pictures are float64 and keep all their bits, most of which are noise: zstd and lz4 make them 1.2 times smaller, lz4 in an eighth of the time.
 """
 
 from __future__ import annotations
@@ -94,12 +96,12 @@ def encoding_for(ds: xr.Dataset) -> dict[str, dict]:
     from zarr.codecs import BloscCodec, Crc32cCodec
 
     # the checksum turns a flipped bit into an error: blosc alone would hand out a wrong number
-    codecs = (BloscCodec(cname="zstd", clevel=3, shuffle="bitshuffle"), Crc32cCodec())
+    small, fast = ((BloscCodec(cname=name, clevel=level, shuffle="bitshuffle"), Crc32cCodec()) for name, level in (("zstd", 3), ("lz4", 5)))
     encoding = {}
     for name, variable in ds.variables.items():
         if variable.dtype == object or variable.size == 0:
             continue
-        encoding[name] = {"compressors": codecs}
+        encoding[name] = {"compressors": fast if variable.dtype == np.float64 else small}
         if variable.dtype.kind == "f":
             encoding[name]["fill_value"] = float("nan")     # a hole is then visible
         if {"y", "x"} <= set(variable.dims):

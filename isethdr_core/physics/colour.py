@@ -48,6 +48,7 @@ def xyz_from_linear_srgb(rgb):
     return np.asarray(rgb) @ np.linalg.inv(XYZ_TO_SRGB).T
 
 
+@_in_pieces
 def srgb_encode(linear):
     """Return sRGB code values 0..1 from linear values, which are first clipped to 0..1 (IEC 61966-2-1:1999)."""
     v = np.clip(linear, 0.0, 1.0)
