@@ -59,7 +59,7 @@ def _by_transform(light, kernel):
     size = [
         sf.next_fast_len(n + min(k // 2, n - 1), real=True) for n, k in zip(light.shape, kernel.shape)
     ]  # only cropped pixels wrap
-    scale = float(light.max())
+    scale = float(light.max()) or 1.0  # all may be dark: a place of the field from which no light passes the lens
     centred = np.zeros(size)
     cut = [slice(max(0, k // 2 - n + 1), k // 2 + n) for n, k in zip(light.shape, kernel.shape)]  # what can reach
     used = kernel[tuple(cut)]

@@ -46,6 +46,7 @@ def test_ideal_lens_gives_the_pixels_aperture():
     np.testing.assert_allclose(found["response"][f <= 0.6], aperture(f[f <= 0.6]), atol=4e-3)
 
 
+@pytest.mark.slow
 def test_diffraction_times_aperture_is_the_closed_form():
     found = SlantedEdgeResponse().curve(*chain("diffraction_limited", 8.0))
     f = found["cycles_per_pixel"]

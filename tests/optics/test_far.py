@@ -119,7 +119,7 @@ def test_where_memory_ends_finer_rings_take_the_place_of_coarse_ones_as_far_out_
     monkeypatch.setattr(far, "OWN_SAMPLES", 5e5)
     monkeypatch.setattr(far, "ring", lambda plan, reach, *rest: reaches.append(reach) or ring(plan, reach, *rest))
     found = _made(*args)
-    assert reaches == [(90, 96), (64, 64)] * 2
+    assert sorted(reaches) == sorted([(90, 96), (64, 64)] * 2)  # of two bands, by two threads
     stated, error = compared(found, finer)
     assert finer.speckle.max() < stated.max() <= 0.05 and (error < 1.5 * stated + 0.005).all()  # 0.5 % near the border, where light wraps
 

@@ -57,3 +57,13 @@ def test_parts_stay_in_their_windows_and_fade_without_trouble():
     middle = (slice(None), slice(30, 31))
     np.testing.assert_allclose(total[middle], convolve(light, k)[middle], rtol=1e-7)
     assert total[:, :9].max() > 0 and total[20, 30] == pytest.approx(convolve(light, k)[20, 30], rel=1e-7)
+
+
+def test_a_part_without_any_light_adds_nothing():
+    """A place of the field from which no light passes the lens."""
+    rng = np.random.default_rng(4)
+    light, kernel, window = rng.uniform(0.5, 1.5, (20, 24)), np.full((5, 5), 0.04), (slice(0, 20), slice(0, 24))
+    alone, _ = overlaid([(window, light, kernel)], (20, 24))
+    both, bound = overlaid([(window, light, kernel), (window, np.zeros((20, 24)), kernel)], (20, 24))
+    np.testing.assert_array_equal(both, alone)
+    assert np.isfinite([bound.relative, bound.absolute]).all()

@@ -129,6 +129,7 @@ def test_the_linear_model_is_used_where_numbers_are_linear(name, captures, linea
     assert not measurable(chosen("ideal"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name, levels", [("bayer_all_effects", 5), ("lofic", 5), ("lin_log", 9)])
 def test_bent_responses_are_found_again_by_the_general_model(name, levels):
     sensor = chosen(name)

@@ -36,6 +36,7 @@ def test_day_lifts_the_dark_and_not_the_headlight(tmp_path):
     assert (tmp_path / "a.png").stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_a_longer_exposure_saturates_more(tmp_path):
     rows = paper_fig5.paper_fig5(picture=str(tmp_path / "b.jpg"))
     saturated = [r["saturated_percent"] for r in rows]
@@ -52,6 +53,7 @@ def test_three_captures_hold_more_than_one(tmp_path):
         paper_fig6_7.paper_fig6_7(scene="tunel")
 
 
+@pytest.mark.slow
 def test_light_helps_every_camera():
     rows = paper_fig8_9.paper_fig8_9_classical(levels=2, draws=2)
     for dark, lit in zip(rows[::2], rows[1::2]):
