@@ -140,6 +140,7 @@ def test_bent_responses_are_found_again_by_the_general_model(name, levels):
         assert all(r["standard_error"] < 0.06 * r["true"] for r in rows)
 
 
+@pytest.mark.slow
 def test_a_bent_response_that_is_not_the_stated_one_is_told_apart(monkeypatch):
     """Noise 10 % off, or a knee 1 % off, is not within the confidence."""
     from dataclasses import replace
