@@ -14,8 +14,9 @@ from . import geometry, ledger
 from .ledger import ErrorNote, Row
 from .light_in_time import time_mean
 from .physics.area import resample_mean
+from .physics.radiometry import photons_per_energy
 from .quantities import IRRADIANCE, PHOTOCURRENT
-from .scene_noise import nearest_xyz, photons_per_energy, pixel_variance, relative_noise
+from .scene_noise import nearest_xyz, pixel_variance, relative_noise
 from .truth import seen
 
 UNIT = "standard deviations of the sensor's noise"

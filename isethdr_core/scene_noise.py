@@ -9,7 +9,7 @@ from .light_in_time import time_mean
 from .physics.area import overlaps
 from .physics.overlap import borders
 from .physics.photometry import xyz_weights
-from .physics.radiometry import band_widths_nm, photon_energy_j
+from .physics.radiometry import photons_per_energy
 from .quantities import PHOTOCURRENT, bands_nm, tile_pitch
 
 NOISE = "xyz_noise"  # variable (light_group, xyz_channel, y, x) of a scene: standard errors of X, Y and Z, cd/m2
@@ -33,11 +33,6 @@ def relative_noise(scene, mixed) -> np.ndarray | None:
     for weights, band in zip(xyz_weights(mixed.wavelength.values).T, mixed.values):  # in float64, band by band
         level += weights[:, None, None] * band
     return np.sqrt(squares) / np.where(level > 0, level, 1.0)
-
-
-def photons_per_energy(wavelength_nm) -> np.ndarray:
-    """Return the photons (band,) of one joule per nm in each band: photons m-2 s-1 per W m-2 nm-1."""
-    return band_widths_nm(wavelength_nm) / photon_energy_j(wavelength_nm)
 
 
 def nearest_xyz(sensitivity, wavelength_nm) -> int:

@@ -33,6 +33,11 @@ def band_widths_nm(wavelength_nm):
     return np.diff(np.concatenate([[2 * w[0] - inner[0]], inner, [2 * w[-1] - inner[-1]]]))
 
 
+def photons_per_energy(wavelength_nm) -> np.ndarray:
+    """Return the photons (band,) of one joule per nm in each band: photons m-2 s-1 per W m-2 nm-1."""
+    return band_widths_nm(wavelength_nm) / photon_energy_j(wavelength_nm)
+
+
 def irradiance_factor(f_number: float, magnification: float = 0.0) -> float:
     """Return irradiance / radiance on the axis, sr, in the tangent form pi / (1 + 4 N^2 (1 + |m|)^2).
 

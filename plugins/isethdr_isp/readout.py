@@ -8,7 +8,7 @@ import numpy as np
 
 from isethdr_core import geometry
 from isethdr_core.errors import UnitError, did_you_mean
-from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
+from isethdr_core.physics.radiometry import photons_per_energy
 
 from .bent_response import bent_response, check_responses
 
@@ -58,7 +58,7 @@ def readouts(captures, white_radiance) -> list[Readout]:
     """
     per_photon = captures["quantum_efficiency"].values.astype(float)
     wavelength = captures.wavelength.values
-    photons = band_widths_nm(wavelength) / photon_energy_j(wavelength)  # photons per W of band mean
+    photons = photons_per_energy(wavelength)
     out = []
     for i in range(captures.sizes["capture"]):
         c = {name: float(captures[name].values[i]) for name in PER_CAPTURE}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from isethdr_core.physics.convolution_spectral import matrix_product
-from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
+from isethdr_core.physics.radiometry import photons_per_energy
 
 from .kernels import cpus
 
@@ -49,7 +49,7 @@ def counted(lens, mixed, relative, response) -> Counted:
 
 def electrons(response, wavelength_nm):
     """Return electrons per m2 and second that irradiance of 1 W m-2 nm-1 makes, (channel, band)."""
-    return response.efficiency(wavelength_nm) * band_widths_nm(wavelength_nm) / photon_energy_j(wavelength_nm)
+    return response.efficiency(wavelength_nm) * photons_per_energy(wavelength_nm)
 
 
 def block_of(shape) -> int:

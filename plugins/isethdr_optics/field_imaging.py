@@ -148,7 +148,7 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
         )
         return None
     chosen = [(place, radius / rings) for place in field_grid.places(rings, radius, symmetric)]
-    if len(RINGS) > 1:
+    if len(RINGS) > 1:  # of a single number, as a study asks for, all places stay
         chosen, error = _thinned(core, rings, radius, symmetric, some, lens.error_allowed)
     grid, shares = [], []
     for place, step in chosen:

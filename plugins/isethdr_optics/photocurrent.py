@@ -13,7 +13,7 @@ from isethdr_core import ledger, quantities
 from isethdr_core.accuracy import CONVOLUTION, TRANSFORMS
 from isethdr_core.physics.convolution_spectral import channels, matrix_product
 from isethdr_core.physics.convolution_transform import error
-from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
+from isethdr_core.physics.radiometry import photons_per_energy
 
 from . import bright_tiles, spectral_fit
 from .imaging import Parts, added_light, irradiance, on_sensor, parts, state_kernels, threads
@@ -46,7 +46,7 @@ def _light(lens, mixed, flares, response, given: Parts):
     efficiency, names = _unlike(response.efficiency(given.wavelength_nm), response.channels)
     if 3 * len(efficiency) > mixed.sizes["wavelength"]:
         return None
-    counting = efficiency * band_widths_nm(given.wavelength_nm) / photon_energy_j(given.wavelength_nm)
+    counting = efficiency * photons_per_energy(given.wavelength_nm)
     weights, cube = counting * given.gains, np.asarray(mixed.values)
     out = np.zeros((len(weights), *cube.shape[1:]), np.float32)
     with threads() as pool:

@@ -178,7 +178,7 @@ def _tiles(given, scale, pitch_um, half) -> np.ndarray:
     """Return the light from one tile to another, (y, x), of a pattern that is drawn to 1 / `scale`."""
     pattern, step = given
     down, across = (_triangles(h, scale * p, step, pattern.shape[0]) for h, p in zip(half, pitch_um))
-    return (across @ (down @ pattern).T).T
+    return np.maximum((across @ (down @ pattern).T).T, 0.0)  # the cubic's overshoot could be darker than dark; none was found
 
 
 def _triangles(half, pitch_um, step_um, size):

@@ -134,6 +134,7 @@ class Light:
         Parameters
         ----------
         outside : per band, energy beyond the kernel. `centre` : per band, what of a tile's light stays there.
+        most : the brightest light, per band; None: of all tiles.
         """
         error = self.weights @ (outside * (self.most if most is None else most)) / 2
         light = self._least(self.weights * centre, everywhere)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from isethdr_core.physics.area import integrate_tiles
-from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
+from isethdr_core.physics.radiometry import photons_per_energy
 
 from .pixel_grid import PixelGrid
 
@@ -26,7 +26,7 @@ def electrons_per_m2_s(irradiance, wavelength_nm, qe) -> np.ndarray:
     qe : (channel, wavelength), electrons per photon.
     """
     # sparse products add band by band in a fixed order; dense ones round by block shape and number of threads
-    weights = csr_array(qe * band_widths_nm(wavelength_nm) / photon_energy_j(wavelength_nm))
+    weights = csr_array(qe * photons_per_energy(wavelength_nm))
     bands, height, width = irradiance.shape
     out = np.empty((weights.shape[0], height, width))
     rows = max(1, 16_000 // width)  # so many stay in the second-level cache

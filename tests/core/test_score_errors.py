@@ -9,9 +9,10 @@ import xarray as xr
 from isethdr_core import ledger, quantities, score_errors
 from isethdr_core.light_in_time import stacked, time_mean
 from isethdr_core.physics.modulation import Modulation
+from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.pipeline import Camera
 from isethdr_core.registry import build
-from isethdr_core.scene_noise import NOISE, direct_share, photons_per_energy
+from isethdr_core.scene_noise import NOISE, direct_share
 from isethdr_core.scores import Score
 from isethdr_core.truth import make_picture, truth
 

@@ -41,7 +41,7 @@ def test_kernels_between_knots_are_the_exact_ones_to_what_is_stated(lens, pitch_
         assert found.transmitted[k] == pytest.approx(exact.transmitted[0], rel=1e-6)
         assert found.outside[k] == pytest.approx(exact.outside[0], abs=1e-3)
     assert 1e-5 < max(worst) < error
-    assert min(b.min() for b in found.bands) > -1e-7 * max(b.max() for b in found.bands)
+    assert min(b.min() for b in found.bands) >= 0
 
 
 def test_few_bands_are_made_exactly():

@@ -15,6 +15,11 @@ def test_photons_and_energy_are_inverse_and_a_photon_of_1240_nm_has_one_electron
     assert r.photon_energy_j(1239.841984) == pytest.approx(1.602176634e-19, rel=1e-9)
 
 
+def test_a_joule_per_nm_is_a_band_s_width_of_photons():
+    w = np.array([1229.841984, 1239.841984, 1249.841984])
+    np.testing.assert_allclose(r.photons_per_energy(w), 10 * w / 1239.841984 / 1.602176634e-19, rtol=1e-9)  # 10 nm each; h c is 1239.84 eV nm
+
+
 def test_bands_tile_the_spectrum():
     w = np.array([400.0, 410.0, 425.0, 430.0])
     widths = r.band_widths_nm(w)

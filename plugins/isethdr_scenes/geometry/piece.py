@@ -118,9 +118,9 @@ def face_areas(part: Part) -> np.ndarray:
 def vertex_normals(vertices, faces) -> np.ndarray:
     """Return area-weighted normals (n, 3); vertices at the same place share one normal."""
     face, place = _cross(vertices, faces), np.round(vertices * 1e5).astype(np.int64)
-    x, y, z = (place - place.min(0)).T
-    # one number per place: a mesh of 20 m has 2e6 steps along each axis, 8e18 in all
-    _, ids = np.unique((x * (y.max() + 1) + y) * (z.max() + 1) + z, return_inverse=True)
+    order = np.lexsort(place.T)
+    ids = np.empty(len(place), np.intp)
+    ids[order] = np.cumsum(np.append(False, (place[order[1:]] != place[order[:-1]]).any(1)))  # places counted, however far apart
     total = np.stack([np.bincount(ids[faces].ravel(), np.repeat(face[:, c], 3), ids.max() + 1) for c in range(3)], 1)
     return unit(total[ids])
 

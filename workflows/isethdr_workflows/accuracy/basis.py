@@ -71,9 +71,9 @@ def night(shape):
 
 def counting(response):
     """Return electrons (channel, band) per W m-2 nm-1 in one exposure of the most sensitive photodiode."""
-    from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
+    from isethdr_core.physics.radiometry import photons_per_energy
 
-    return response.efficiency(BANDS_NM) * band_widths_nm(BANDS_NM) / photon_energy_j(BANDS_NM) * response.area_exposure_m2_s
+    return response.efficiency(BANDS_NM) * photons_per_energy(BANDS_NM) * response.area_exposure_m2_s
 
 
 def direct(mixed, lens, flares, response):
