@@ -1,6 +1,6 @@
 """What one rendering says of the errors of its scores, against how far repeats with other random numbers are off.
 
-A street (48 x 27 tiles, a tile per pixel, 16 and 96 paths, 12 renderings against one of 2048 paths) and a night drive (192 x 108 tiles, 24 paths,
+A street (48 x 27 tiles, a tile per pixel, 16 and 96 paths, 32 renderings against one of 4096 paths) and a night drive (192 x 108 tiles, 24 paths,
 2 x 2 pixels per tile, 10 renderings against one of 512 paths), both through an ideal lens and a colour filter array. Per score: rms error found, of it the
 mean shift, and the rms of what single renderings state over it, by changes of the whole picture and by parts of it. Run:
 
@@ -78,7 +78,7 @@ def main() -> None:
 
     street, night = tests_scenes().street(8), hdr.build("scene", "night_drive", seed=23)()
     for samples in (16, 96):
-        compare("street", street, {}, (48, 27), 3.0, samples, 12, 2048, {"12 changes of the whole": (WHOLE, 12)})
+        compare("street", street, {}, (48, 27), 3.0, samples, 32, 4096, {"12 changes of the whole": (WHOLE, 12)})
     compare("night drive", night, {"sky": 1e-5}, (192, 108), 1.5, 24, 10, 512, {"6 changes of the whole": (WHOLE, 6), "parts": (36, 6)})
 
 

@@ -13,6 +13,7 @@ from .physics.radiometry import photons_per_energy
 from .quantities import PHOTOCURRENT, bands_nm, tile_pitch
 
 NOISE = "xyz_noise"  # variable (light_group, xyz_channel, y, x) of a scene: standard errors of X, Y and Z, cd/m2
+HALVES = "half_difference"  # variable (light_group, y, x): half of what two halves of a renderer's paths differ by in luminance, cd/m2
 
 
 def relative_noise(scene, mixed) -> np.ndarray | None:
@@ -29,10 +30,38 @@ def relative_noise(scene, mixed) -> np.ndarray | None:
             squares += (weight * scene[NOISE].isel(light_group=k).values.astype(float)) ** 2
     if not np.isfinite(squares).all():
         return None
-    level = np.zeros_like(squares)
-    for weights, band in zip(xyz_weights(mixed.wavelength.values).T, mixed.values):  # in float64, band by band
-        level += weights[:, None, None] * band
+    level = levels(mixed, xyz_weights(mixed.wavelength.values))
     return np.sqrt(squares) / np.where(level > 0, level, 1.0)
+
+
+def relative_halves(scene, mixed) -> np.ndarray | None:
+    """Return half of what two halves of the paths differ by in luminance (y, x), over that of `mixed`; at least -1 and at most 1.
+
+    Its sign is chance, its variance that of the light's own noise. None where the scene states none, or one pass alone was rendered.
+    """
+    if HALVES not in scene:
+        return None
+    apart = np.zeros(mixed.shape[1:])
+    for k, group in enumerate(map(str, scene.light_group.values)):
+        if weight := mixed.attrs["weights"].get(group, 0.0):
+            apart += weight * scene[HALVES].isel(light_group=k).values
+    if not np.isfinite(apart).all():
+        return None
+    level = luminance_cd_m2(mixed)
+    return np.clip(apart / np.where(level > 0, level, np.inf), -1.0, 1.0)
+
+
+def luminance_cd_m2(mixed) -> np.ndarray:
+    """Return the luminance (y, x) of `mixed`, constant over time."""
+    return levels(mixed, xyz_weights(mixed.wavelength.values)[1:2])[0]
+
+
+def levels(mixed, weights) -> np.ndarray:
+    """Return sums over bands (k, y, x) of `weights` (k, wavelength) times light: in float64, a band at a time, with no copy of all."""
+    out = np.zeros((len(weights), *mixed.shape[1:]))
+    for weight, band in zip(weights.T, mixed.values):
+        out += weight[:, None, None] * band
+    return out
 
 
 def nearest_xyz(sensitivity, wavelength_nm) -> int:

@@ -1,9 +1,9 @@
 """Score errors: how far the renderer's own noise moves the scores of a picture, shift and scatter, by changes of the scene.
 
-The light is changed as much as the scene's noise would change it, tile by tile with other random signs and sizes, and goes through sensor and
-image processing again, with the same noise of the sensor; the truth is changed alike. What of the light was spread stays: noise has averaged
-out in it. A score that is the mean of the scores of a picture's parts is asked of some parts, each a sample of its own; every other one of
-the whole picture, again and again.
+A renderer says by how much the light that either half of its paths found differs from their mean. A changed scene shows the light of one half or
+the other in each tile, by lot (the wild bootstrap: Wu 1986), and goes through sensor and image processing again, with the same noise of the
+sensor; the truth is changed alike. What of the light was spread stays: noise has averaged out in it. A score that is the mean of the scores of
+a picture's parts is asked of some parts, each a sample of its own; every other one of the whole picture, again and again.
 """
 
 from __future__ import annotations
@@ -15,13 +15,11 @@ import numpy as np
 from . import ledger
 from .ledger import Ledger
 from .light_in_time import time_mean
-from .physics.photometry import xyz_weights
-from .scene_noise import direct_share, on_light, relative_noise
+from .scene_noise import NOISE, direct_share, luminance_cd_m2, on_light, relative_halves
 from .truth import seen
 
 CHANGES = 6     # of the scene, for scores of whole pictures
 SURE = 0.9      # share of runs for which the stated factor holds
-LARGEST = 0.5   # relative noise of a tile: darker ones beside bright ones are stated up to ten times of what repeats find (docs/accuracy.md)
 SIDE = 3        # a picture is cut into SIDE x SIDE parts, a third of which is asked of each of three changes
 BLOCK = 48      # pixels: side of the pieces that make up a part, at least. Their seams are no part of the scene; windows of metrics are about 10 wide
 
@@ -33,19 +31,21 @@ def state(camera, scores, metrics, mixed, scene, light, again, count: int = CHAN
     ----------
     camera : `pipeline.Camera`. `scores` : of its picture. `metrics` : as the run asks them; one whose class says `MEAN_OF_PARTS = True` has
         scores of the frame that need no labels and are, nearly, means of those of the picture's parts.
-    mixed, scene : the light, and the scene with its noise, tile by tile; without it nothing is stated.
+    mixed, scene : the light, and the scene with what halves of its paths differ by, tile by tile; without it nothing is stated.
     light : that the camera saw, on the sensor plane. `again` : function(light) -> picture, with the same noise of the sensor.
     count : changes of the scene, for metrics of whole pictures.
     """
     mixed, metrics = time_mean(mixed), list(metrics)
-    noise = relative_noise(scene, mixed)
-    if noise is None or not metrics:  # how little is known of the noise is said of the picture
+    apart = relative_halves(scene, mixed)
+    if apart is None or not metrics:
+        if NOISE in scene and metrics:
+            ledger.left_out("errors of scores", "halves of the renderer's paths are not stated: several passes, or another rendering, would", math.inf, "1")
         return
     parts = _parts(camera.truth)
     of_parts = [metric for metric in metrics if parts and getattr(metric, "MEAN_OF_PARTS", False)]
     whole = _of_whole([metric for metric in metrics if metric not in of_parts], camera, scores)
     moved, samples = {}, {}
-    for k, pair in enumerate(_changed(camera, mixed, noise[1], light, again, max(SIDE * bool(of_parts), count * bool(whole)))):
+    for k, pair in enumerate(_changed(camera, mixed, apart, light, again, max(SIDE * bool(of_parts), count * bool(whole)))):
         for part in parts[k] if of_parts and k < SIDE else ():
             _add(samples, *(_of_part(of_parts, *both, part) for both in (pair, (camera.picture, camera.truth))))
         for metric, labels, before in whole if k < count else ():
@@ -68,15 +68,13 @@ def known_within(count: int) -> float:
     return high
 
 
-def _changed(camera, mixed, noise, light, again, count):
+def _changed(camera, mixed, apart, light, again, count):
     """Yield (picture, truth) of changed scenes."""
-    # of luminance: what is changed has its noise, whatever its colour. Light is never negative, and what few paths bring is skew: log-normal
-    spread = np.sqrt(np.log1p(np.minimum(noise, LARGEST) ** 2))
-    level = sum(w * band for w, band in zip(xyz_weights(mixed.wavelength.values)[1], mixed.values))
+    level = luminance_cd_m2(mixed)  # what is changed is changed by as much in all its colours
     true, xyz, straight = seen(level, mixed, camera.picture), camera.truth["xyz"], direct_share(light, mixed)
     for draw in range(count):
         random = np.random.default_rng([draw, 20260])  # of its own: the shot's noise must not depend on whether scores are asked for
-        change = np.expm1(spread * random.standard_normal(noise.shape) - spread**2 / 2)
+        change = np.where(random.random(apart.shape) < 0.5, apart, -apart)
         share = seen(change * level, mixed, camera.picture) / np.where(true > 0, true, 1.0)
         factor = 1 + straight * on_light(change.astype(np.float32), mixed, light)
         with ledger.stage(Ledger(), "again"):  # what stages state of a changed scene is no news

@@ -54,6 +54,9 @@ def join_scenes(scenes: list[xr.Dataset], wanted=None) -> xr.Dataset:
     if all("xyz_noise" in s for s in scenes):
         planes = np.stack([_noise_planes(scenes, ways[g]) for g in groups])
         joined["xyz_noise"] = xr.Variable(("light_group", "xyz_channel", "y", "x"), planes, scenes[0]["xyz_noise"].attrs)
+    if all("half_difference" in s for s in scenes):
+        planes = np.stack([_half_planes(scenes, ways[g]) for g in groups])
+        joined["half_difference"] = xr.Variable(("light_group", "y", "x"), planes, scenes[0]["half_difference"].attrs)
     joined.attrs |= stated
     return joined
 
@@ -102,6 +105,12 @@ def _noise_planes(scenes, ways) -> np.ndarray:
     """
     squares = lambda way: sum((weight * scenes[k]["xyz_noise"].variable[i].values.astype(float)) ** 2 for k, i, weight in way)
     return sum(np.sqrt(squares(way)) for way in ways).astype(np.float32)
+
+
+def _half_planes(scenes, ways) -> np.ndarray:
+    """Return what halves of a group's paths differ by (y, x): a mean, as the light itself, and summed over bands that were put together in different ways."""
+    mean = lambda way: sum(weight * scenes[k]["half_difference"].variable[i].values.astype(float) for k, i, weight in way)
+    return sum(mean(way) for way in ways).astype(np.float32)
 
 
 class _Joined(BackendArray):

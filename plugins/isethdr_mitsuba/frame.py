@@ -63,6 +63,7 @@ def render_frame(settings, description, groups, bands_nm, labels, variant: str, 
     ds.attrs.update(pitch_x=view.pitch_x, pitch_y=view.pitch_y)
     # beside the light it belongs to: what of a picture is the renderer's own noise follows from it
     ds["xyz_noise"] = ("light_group", "xyz_channel", "y", "x"), result.xyz_noise.astype(np.float32), {"units": "cd m-2"}
+    ds["half_difference"] = ("light_group", "y", "x"), result.half_difference.astype(np.float32), {"units": "cd m-2"}
     ds.attrs["noise"] = {g: float(n) for g, n in zip(groups, result.noise, strict=True) if np.isfinite(n)}
     ds.attrs["path_span"] = {g: [int(first), int(first + n)] for g, first, n in zip(groups, result.first, result.samples, strict=True)}
     if objects is not None:

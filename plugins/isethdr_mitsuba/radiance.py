@@ -27,6 +27,7 @@ class Estimate:
     radiance: np.ndarray
     noise: np.ndarray        # (group,) median relative standard error of luminance; NaN where there is no light
     xyz_noise: np.ndarray    # (group, 3, row, column) standard errors of X, Y and Z, cd/m2; NaN after one pass alone
+    half_difference: np.ndarray  # (group, row, column) of the luminance that either half of the paths found, cd/m2; NaN after one pass alone
     samples: np.ndarray      # (group,) paths per tile
     seconds: np.ndarray      # (group,) of the passes that the group was part of
     first: np.ndarray        # (group,) number of the first path: those before it were known
@@ -66,7 +67,7 @@ def estimate(one_pass, settings, groups, wavelength_nm, shape, whole=None, known
         sums.add_all(one_pass, pass_sizes(max(lacking, fewest), tiles), wanted, "passes of paths")
     if settings.error_allowed is not None:
         _refine(one_pass, settings, sums, tiles)
-    return Estimate(sums.mean().reshape(len(groups), -1, *shape), sums.noise(), sums.xyz_noise(shape), sums.paths, sums.seconds,
+    return Estimate(sums.mean().reshape(len(groups), -1, *shape), sums.noise(), sums.xyz_noise(shape), sums.half_difference(shape), sums.paths, sums.seconds,
                     np.array([k.next for k in known]), known, sums.whole_noise())
 
 
@@ -98,6 +99,7 @@ class _Sums:
         self.weights = xyz_weights(wavelength_nm)
         self.total = np.zeros((groups, len(wavelength_nm), self.tiles))     # of radiance x paths
         self.squares = np.zeros((groups, 3, self.tiles))                    # of X, Y, Z, each squared x paths
+        self.apart, self.more = np.zeros((groups, self.tiles)), np.zeros(groups)    # of the first half, less the second: Y x paths, and paths
         self.paths, self.passes, self.seconds = np.zeros(groups, int), np.zeros(groups, int), np.zeros(groups)
 
     def alike(self, wanted) -> list[list[int]]:
@@ -124,6 +126,10 @@ class _Sums:
             self.total[g, band] += values * samples
             xyz[g] += self.weights[:, band, None] * values
         self.squares += samples * xyz**2
+        for g in wanted:
+            to_half = -samples if self.more[g] > 0 else samples     # each pass goes to the half that has fewer paths
+            self.apart[g] += to_half * xyz[g, 1]
+            self.more[g] += to_half
         self.paths[wanted] += samples
         self.passes[wanted] += 1
         self.seconds[wanted] += time.perf_counter() - start
@@ -173,6 +179,19 @@ class _Sums:
                 variance, level = variance.reshape(3, *shape), level.reshape(3, *shape)
                 per_light = _around(variance, 2) / np.maximum(_around(level, 2), np.finfo(float).tiny)
                 out[g] = np.where(level > 0, np.sqrt(per_light * (level + _around(level, 1)) / 2), 0.0)
+        return out
+
+    def half_difference(self, shape):
+        """Return half of what two halves of the paths differ by in luminance (group, row, column), cd/m2.
+
+        It has the variance of the mean itself, and the mean plus or minus it is light that was found, never negative. Where the halves are not
+        of one size, by a share d of all paths, the mean times d is taken off and the rest divided by sqrt(1 - d^2), which keeps the variance.
+        """
+        out = np.full((len(self.total), *shape), np.nan)
+        for g in range(len(out)):
+            if self.passes[g] > 1:
+                share, level = self.more[g] / self.paths[g], self.weights[1] @ self.total[g] / self.paths[g]
+                out[g] = ((self.apart[g] / self.paths[g] - share * level) / math.sqrt(1 - share**2)).reshape(shape)
         return out
 
 

@@ -69,6 +69,7 @@ def rendering(folder, name, span, seed, groups=("sky",), bands=slice(None)):
     rng = np.random.default_rng(seed)
     ds = scene_radiance(rng.gamma(2.0, 1e-3, (len(groups), 2, 8, 12)), groups, *GRID)
     ds["xyz_noise"] = ("light_group", "xyz_channel", "y", "x"), rng.random((len(groups), 3, 8, 12)).astype(np.float32)
+    ds["half_difference"] = ("light_group", "y", "x"), rng.standard_normal((len(groups), 8, 12)).astype(np.float32)
     noise = {g: 0.1 * (k + 1) for k, g in enumerate(groups)}
     store.write_store(folder, name, {"": ds.isel(wavelength=bands)}, {"recipe": "r", "path_span": dict.fromkeys(groups, span), "noise": noise})
     return store.open_store(folder / f"{name}.zarr")
@@ -83,6 +84,8 @@ def test_the_mean_is_weighted_by_paths_and_its_noise_follows(tmp_path):
     np.testing.assert_array_equal(joined.radiance[:, 1, 2:5, [3, 1]].values, joined.radiance.values[:, 1, 2:5][..., [3, 1]])
     squares = (96 * a.xyz_noise.values.astype(float)) ** 2 + (304 * b.xyz_noise.values.astype(float)) ** 2
     np.testing.assert_allclose(joined.xyz_noise.values, np.sqrt(squares) / 400, rtol=1e-6)
+    apart = (96 * a.half_difference.values.astype(float) + 304 * b.half_difference.values) / 400
+    np.testing.assert_allclose(joined.half_difference.values, apart, rtol=1e-6, atol=1e-7)
     assert joined.attrs["paths"] == {"sky": 400} and joined.attrs["noise"]["sky"] == pytest.approx(0.1 * np.hypot(96, 304) / 400)
     # and stays as it was stored: no order of stores changes the light
     np.testing.assert_allclose(join_scenes([b, a]).radiance.values, want, rtol=6.1e-8)

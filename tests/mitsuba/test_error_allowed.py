@@ -140,3 +140,21 @@ def test_the_true_error_is_below_the_allowed_one(make):
         assert noise <= 0.05 and error <= 0.05
         # nor is it far below for no use: two thirds of a standard error, within a factor of three
         assert group == "sky" or error > 0.6745 * noise / 3
+
+
+@pytest.mark.parametrize("samples", [40, 43, 7])  # halves of one size, of nearly one, and passes of two paths and of one
+def test_halves_of_the_paths_differ_as_the_mean_differs_from_the_truth(samples):
+    settings, spread = SimpleNamespace(samples=samples, error_allowed=None, most_samples=10_000, seed=1), 0.7
+    found = estimate(made_up((spread,), []), settings, ("sky",), BANDS, SHAPE)
+    mean = luminance(found.radiance[0], BANDS).ravel()
+    half, true = found.half_difference[0].ravel(), luminance(np.ones(len(BANDS)), BANDS)
+    # 768 tiles know a variance of skew light to 8 % and a correlation to 4 %: three of these
+    assert np.mean(half**2) == pytest.approx((spread * true) ** 2 / samples, rel=0.24)
+    assert abs(np.corrcoef(half, mean)[0, 1]) < 0.12 and abs(half.mean()) < 3 * half.std() / np.sqrt(half.size)
+    if samples == 40:
+        assert (np.abs(half) <= mean * (1 + 1e-12)).all()
+
+
+def test_one_pass_alone_has_no_halves():
+    settings = SimpleNamespace(samples=1, error_allowed=None, most_samples=10_000, seed=1)
+    assert np.isnan(estimate(made_up((0.7,), []), settings, ("sky",), BANDS, SHAPE).half_difference).all()

@@ -44,13 +44,13 @@ def test_electrons_are_as_far_off_as_one_rendering_says(make, pitch_um):
 
 @pytest.mark.slow
 def test_scores_are_as_far_off_as_one_rendering_says(make):
-    """Eight renderings of 48 x 27 tiles with 96 paths against one of 2048: what each states of its scores, and by how much they are off."""
+    """24 renderings of 48 x 27 tiles with 96 paths against one of 4096: what each states of its scores, and by how much they are off."""
     description, scores, said = make.street(8), {}, {}
     metrics = [build("metric", name) for name in ("ideal", "snr_curve", "dynamic_range", "ciede2000", "ssim", "log_luminance_error", "contrast_detection")]
     sensor, isp = build("sensor", "bayer", pitch_um=3.0), build("isp", "linear")
     again = lambda changed: isp(sensor(changed, hdr.generator(seed=0)))
-    for seed in (*range(8), 99):
-        scene = MitsubaRenderer(width=48, height=27, margin=0.0, samples=2048 if seed == 99 else 96, step_nm=50.0, seed=seed)(description)
+    for seed in (*range(24), 99):
+        scene = MitsubaRenderer(width=48, height=27, margin=0.0, samples=4096 if seed == 99 else 96, step_nm=50.0, seed=seed)(description)
         mixed = build("lighting", "weights", weights=dict.fromkeys(map(str, scene.light_group.values), 1.0))(scene)
         light = build("lens", "ideal", f_number=2.0, focal_length_mm=3e-3 * 48 / mixed.attrs["field_width"])(mixed)
         picture = again(light)
@@ -58,7 +58,7 @@ def test_scores_are_as_far_off_as_one_rendering_says(make):
         with ledger.stage(ledger.Ledger(), "metrics"):
             found = [s for metric in metrics for s in metric(picture, camera.truth, None)]
         with ledger.stage(ledger.Ledger(), "scores") as row:
-            score_errors.state(camera, found, metrics, mixed, scene, light, again, count=30)
+            score_errors.state(camera, found, metrics, mixed, scene, light, again)
         for s in found:
             scores.setdefault(s.metric, []).append(s.value)
         for note in row.errors:
@@ -67,8 +67,8 @@ def test_scores_are_as_far_off_as_one_rendering_says(make):
         off = np.sqrt(np.mean((np.array(scores[name][:-1]) - scores[name][-1]) ** 2))
         stated = np.sqrt(np.mean(np.square(said[name][:-1])))
         print(name, "off", off, "stated", stated, stated / off)
-        # the rms of eight is known to a quarter, that of 30 changes to an eighth; the noise of tiles in the dark is stated too large
-        assert 1 / 2 < stated / off < (2.5 if name == "log_luminance_error" else 2)
+        # asked: right within 1.5; the rms of 24 is known to a seventh, and 32 left the largest at 1.42
+        assert 1 / 1.6 < stated / off < 1.6
 
 
 def test_every_group_states_its_noise_and_darkness_none(make):
