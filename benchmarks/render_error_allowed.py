@@ -65,11 +65,12 @@ def luminance_of(radiance, bands):
 
 
 def median_error(found, judge):
-    """Return the luminance-weighted median of |found / judge - 1| of one group, over tiles above 1 % of its mean."""
-    from isethdr_mitsuba.radiance import weighted_median
+    """Return the luminance-weighted median of |found / judge - 1| of one group, over tiles above 1 % of its mean that do not look into the sky."""
+    from isethdr_mitsuba.radiance import ROUNDING, weighted_median
 
-    used = judge > 0.01 * judge.mean()
-    return weighted_median(np.abs(found[used] / judge[used] - 1), judge[used])
+    error = np.abs(found / np.where(judge > 0, judge, 1.0) - 1)
+    used = (judge > 0.01 * judge.mean()) & (error > ROUNDING)
+    return weighted_median(error[used], judge[used])
 
 
 def main():

@@ -1,8 +1,8 @@
-"""Where the paths of a tile begin: its camera rays, spread evenly over the tile and over the places of its bands.
+"""How the paths of a tile begin: camera rays spread evenly over it, wavelengths over the places of its bands, and first directions.
 
 Points of a tile are a sequence in which neighbours are far apart (Roberts 2018: multiples of the powers of 1 / 1.3247, the real root of x^3 = x + 1), moved
-by a random offset of each tile and pass; so are the wavelengths, by multiples of the golden section. Each point is as probable as any other.
-All in whole numbers of 32 bits, which wrap around by themselves.
+by a random offset of each tile and pass; so are the wavelengths, by multiples of the golden section, and the directions, by multiples of the
+roots of 5 and 3 (Richtmyer 1951). Each point is as probable as any other. All in whole numbers of 32 bits, which wrap around by themselves.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import drjit as dr
 import mitsuba as mi
 
 ACROSS, DOWN, ALONG = 0xC13FA9A9, 0x91E10DA6, 0x9E3779B9     # 2^32 / 1.32472, / 1.32472^2, / 1.61803
+ASIDE, UP = 0x3C6EF373, 0xBB67AE85     # 2^32 (5^0.5 - 2), (3^0.5 - 1)
 WHOLE = 2.0**-32
 
 
@@ -47,9 +48,14 @@ class Camera:
 
 
 def offsets(seed, numbers):
-    """Return the random offsets of tiles: of the points (x, y) and of the wavelengths, of 2^32."""
+    """Return the random offsets of tiles: of the points (x, y), of the wavelengths and of the directions (two numbers), of 2^32."""
     rng = stream(seed, numbers, "points")
-    return mi.Point2u(rng.next_uint32(), rng.next_uint32()), rng.next_uint32()
+    return mi.Point2u(rng.next_uint32(), rng.next_uint32()), rng.next_uint32(), mi.Point2u(rng.next_uint32(), rng.next_uint32())
+
+
+def share(numbers):
+    """Return whole numbers, of 2^32, as shares from 0 to below 1, which 32 bits would be rounded up to."""
+    return mi.Point2f(numbers >> 8) * 2.0**-24
 
 
 def stream(seed, numbers, purpose: str):

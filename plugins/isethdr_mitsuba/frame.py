@@ -40,7 +40,7 @@ def render_frame(settings, description, groups, bands_nm, labels, variant: str, 
     view = wide = view_of(description.camera, settings.width, settings.height, settings.margin)
     if not (margin or variant.startswith("scalar")):    # Mitsuba's own film numbers paths by the size of the frame
         view = wide.within_field()
-    lamps = placed_lamps(description, settings.normalise)
+    lamps = placed_lamps(description, settings.normalise, groups)
     surfaces = ramp_surfaces(description)
     world = build_world(description, surfaces)
     if variant.startswith("scalar"):

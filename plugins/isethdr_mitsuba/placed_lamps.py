@@ -48,7 +48,7 @@ def beam(cos_axis, cos_inner: float, cos_outer: float):
 LAMBERTIAN_COS = 1e-9  # an inner angle of 90 degrees or more: no beam, every face emits alike in all directions
 
 
-def placed_lamps(description, normalise: str = "intensity") -> list[PlacedLamp]:
+def placed_lamps(description, normalise: str = "intensity", groups=None) -> list[PlacedLamp]:
     """Return every lamp of `description` at its place.
 
     Parameters
@@ -56,13 +56,15 @@ def placed_lamps(description, normalise: str = "intensity") -> list[PlacedLamp]:
     description : SceneDescription.
     normalise : "intensity": `intensity_cd` is met on the axis, a narrower beam has less flux.
         "flux": the lamp has the flux that a Lambertian one of `intensity_cd` has; a narrower beam is brighter.
+    groups : light groups that are wanted; None: all. Lamps of others are dark: the flux of a beam need not be integrated.
     """
     out = []
     for number, placed in enumerate(description.objects, 1):
         pose = np.asarray(placed.pose, float)
         for part in description.models[placed.model].parts:
             if part.lamp:
-                out.append(_place(part, pose, number, placed.name, normalise))
+                dark = groups is not None and part.lamp.group not in groups
+                out.append(_place(part, pose, number, placed.name, normalise, dark))
     return out
 
 
@@ -73,7 +75,7 @@ def world_triangles(part, pose) -> np.ndarray:
     return tri[:, ::-1] if np.linalg.det(pose[:3, :3]) < 0 else tri
 
 
-def _place(part, pose, number, name, normalise):
+def _place(part, pose, number, name, normalise, dark):
     lamp, tri = part.lamp, world_triangles(part, pose)
     where = f"lamp {part.name!r} ({lamp.kind}) of object {name!r}"
     if not (np.isfinite(lamp.intensity_cd) and lamp.intensity_cd >= 0):
@@ -89,6 +91,8 @@ def _place(part, pose, number, name, normalise):
         raise ConfigError(f"{where} has no face towards its axis {np.round(axis, 3)}; expected faces counter-clockwise "
                           "seen from outside; turn the axis, or reverse the order of each face's vertices")
     cos_inner, cos_outer = np.cos(np.radians([min(lamp.inner_deg, 90.0), min(lamp.outer_deg, 90.0)]))
+    if dark:
+        return PlacedLamp(number, name, lamp, tri, axis, 0.0, 0.0, float(cos_inner), float(cos_outer))
     area = np.linalg.norm(vectors, axis=1).sum()
     in_beam = _beam_flux(vectors, axis, cos_inner, cos_outer)       # flux at beam radiance 1
     floor = 0.0

@@ -18,6 +18,10 @@ from isethdr_core.progress import track
 LARGEST_PASS = 1024   # paths per tile and pass: float32 sums of more lose 1e-4 and worse
 LEAST_PASSES = 4      # for an estimate of the spread
 PASS_PATHS = 64e6     # paths per pass: each is written down anew, which costs a tenth of a second
+SPLITS = 3            # of the passes into halves: as many as four equal passes have
+ONE_SIDED = 0.9       # by what share of all paths one half may have more
+ROUNDING = 1e-6       # relative: what differs by less between halves has no noise
+NORMAL = 0.6744897501960817     # half of normal noise is within so many standard deviations
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +29,7 @@ class Estimate:
     """Mean radiance (group, wavelength, row, column), float64, of the paths that were followed, how noisy it is, and what it took."""
 
     radiance: np.ndarray
-    noise: np.ndarray        # (group,) median relative standard error of luminance; NaN where there is no light
+    noise: np.ndarray        # (group,) relative noise of luminance, as `_Sums.noise`; NaN where there is no light
     xyz_noise: np.ndarray    # (group, 3, row, column) standard errors of X, Y and Z, cd/m2; NaN after one pass alone
     half_difference: np.ndarray  # (group, row, column) of the luminance that either half of the paths found, cd/m2; NaN after one pass alone
     samples: np.ndarray      # (group,) paths per tile
@@ -99,7 +103,8 @@ class _Sums:
         self.weights = xyz_weights(wavelength_nm)
         self.total = np.zeros((groups, len(wavelength_nm), self.tiles))     # of radiance x paths
         self.squares = np.zeros((groups, 3, self.tiles))                    # of X, Y, Z, each squared x paths
-        self.apart, self.more = np.zeros((groups, self.tiles)), np.zeros(groups)    # of the first half, less the second: Y x paths, and paths
+        # of one half, less the other: Y x paths, and paths
+        self.apart, self.more = np.zeros((groups, SPLITS, self.tiles)), np.zeros((groups, SPLITS))
         self.paths, self.passes, self.seconds = np.zeros(groups, int), np.zeros(groups, int), np.zeros(groups)
 
     def alike(self, wanted) -> list[list[int]]:
@@ -127,8 +132,10 @@ class _Sums:
             xyz[g] += self.weights[:, band, None] * values
         self.squares += samples * xyz**2
         for g in wanted:
-            to_half = -samples if self.more[g] > 0 else samples     # each pass goes to the half that has fewer paths
-            self.apart[g] += to_half * xyz[g, 1]
+            fewer = -1 if self.more[g, 0] > 0 else 1     # each pass goes to the half that has fewer paths
+            pair = -1 if self.passes[g] & 2 else 1       # two splits more, of four equal passes 1 + 2 and 1 + 4 against the others
+            to_half = samples * np.array([fewer, pair, fewer * pair])
+            self.apart[g] += to_half[:, None] * xyz[g, 1]
             self.more[g] += to_half
         self.paths[wanted] += samples
         self.passes[wanted] += 1
@@ -151,16 +158,22 @@ class _Sums:
         return self.total / np.maximum(self.paths, 1)[:, None, None]
 
     def noise(self):
-        """Return per group the luminance-weighted median relative standard error, over tiles above 1 % of the group's mean."""
+        """Return per group what the error of half of its light is below, over 0.6745: the standard error where noise is normal.
+
+        The error is told from halves of the paths, relative, weighted by luminance, over tiles above 1 % of the group's mean. The spread of each
+        tile's passes would say less where few paths meet much of the light: most tiles' few passes have met none of it. Tiles that look into
+        the sky have no noise, and say nothing of those that it lights: they are left out, where there are others.
+        """
         out = np.full(len(self.total), np.nan)
         for g in range(len(out)):
-            level, free = self.weights[1] @ self.total[g] / max(self.paths[g], 1), self.passes[g] - 1
-            used = level > 0.01 * level.mean()
-            if used.any() and free > 0:
-                # passes of n paths have variance v / n: the sum of n (x - mean)^2 is v times chi squared with `free` degrees
-                error = np.sqrt(np.maximum(self.squares[g, 1] / self.paths[g] - level**2, 0)[used] / free) / level[used]
-                # its median is below its mean (Wilson and Hilferty 1931)
-                out[g] = weighted_median(error, level[used]) / (1 - 2 / (9 * free)) ** 1.5
+            if self.passes[g] > 1:
+                level = self.weights[1] @ self.total[g] / self.paths[g]
+                used = level > 0.01 * level.mean()
+                found = np.abs([half[used] for half in self._half_differences(g, level) if np.isfinite(half[0])]) / level[used]
+                if (lit := found.max(axis=0, initial=0.0) > ROUNDING).any():
+                    out[g] = weighted_median(found[:, lit].ravel(), np.tile(level[used][lit], len(found))) / NORMAL
+                elif used.any():
+                    out[g] = 0.0
         return out
 
     def xyz_noise(self, shape):
@@ -190,9 +203,15 @@ class _Sums:
         out = np.full((len(self.total), *shape), np.nan)
         for g in range(len(out)):
             if self.passes[g] > 1:
-                share, level = self.more[g] / self.paths[g], self.weights[1] @ self.total[g] / self.paths[g]
-                out[g] = ((self.apart[g] / self.paths[g] - share * level) / math.sqrt(1 - share**2)).reshape(shape)
+                out[g] = self._half_differences(g, self.weights[1] @ self.total[g] / self.paths[g])[0].reshape(shape)
         return out
+
+    def _half_differences(self, g, level):
+        """Return half the difference (split, tile) of each split of group `g`; NaN where a half has nearly all of the paths, never the first."""
+        share = (self.more[g] / self.paths[g])[:, None]
+        rest = 1 - share**2
+        rest[1:][np.abs(share[1:]) > ONE_SIDED] = np.nan
+        return (self.apart[g] / self.paths[g] - share * level) / np.sqrt(rest)
 
 
 def _around(values, reach):

@@ -130,7 +130,7 @@ def test_agrees_with_the_compiled_way(make, group):
     blocks = {v: np.stack([[b.sum() for r in np.array_split(p, 3, 0) for b in np.array_split(r, 4, 1)] for p in pile]) for v, pile in sums.items()}
     a, b = blocks["scalar"], blocks["llvm"]
     lit = b.mean(0) > 1e-3 * b.mean()
-    z = ((a.mean(0) - b.mean(0)) / np.sqrt((a.var(0, ddof=1) + b.var(0, ddof=1)) / 8))[lit]
+    z = (a.mean(0) - b.mean(0))[lit] / np.sqrt((a.var(0, ddof=1) + b.var(0, ddof=1))[lit] / 8)
     # Student's t of 14 degrees of freedom; a lamp's extent and texels move a block by half a per cent, up to a standard error
     assert abs(np.mean(z)) < 4 / np.sqrt(len(z)) and np.abs(z).max() < 5
 
