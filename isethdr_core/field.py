@@ -1,7 +1,8 @@
 """Field of view: whether the camera's field covers every sensor, found out before anything is computed.
 
 Three optional methods tell: `camera_field()` of a scene, `image_size_m(width, height, projection)` of a lens and
-`check_field(width_m, height_m)` of a sensor. Where one is missing, the sensor finds out when the light arrives.
+`check_field(width_m, height_m)` of a sensor. Where one is missing, the sensor finds out when the light arrives. A lens may have a fourth,
+`state_field(width, height, projection)`: what becomes of light at the border of the field, for the ledger of the plan.
 """
 
 from __future__ import annotations
@@ -32,3 +33,11 @@ def check_fields(scene, lens, sensors) -> None:
     for sensor in sensors:
         if check := getattr(sensor, "check_field", None):
             check(*size_m)
+
+
+def state_field(scene, lens) -> None:
+    """Let a lens say in the ledger what becomes of light at the border of the camera's field."""
+    known = getattr(scene, "camera_field", None), getattr(lens, "state_field", None)
+    if all(known):
+        field, state = known
+        state(*field())

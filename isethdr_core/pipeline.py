@@ -12,7 +12,7 @@ from .component import Stage
 from .demand import Demand
 from .draws import over_draws, state_spread
 from .errors import ConfigError, PluginError
-from .field import check_fields
+from .field import check_fields, state_field
 from .ledger import Ledger
 from .registry import build_from_config, plugin_manager
 from .scores import Score, state_errors
@@ -104,6 +104,7 @@ def plan(parts: Chain, rows: Ledger) -> Demand:
     """Return what is needed of the scene, asked backwards from the scores; what that drops goes into `rows`."""
     with book.stage(rows, "plan"):
         book.error(0.0, "1", "bound", "nothing is computed yet; what is left out is bounded one by one")
+        state_field(parts.scene, parts.lens)
         if not parts.leave_out:
             from .quantities import LABELS  # needs xarray, which is slow to import
 

@@ -23,6 +23,7 @@ field_imaging.py  point spreads that vary over the field, scattered from the sou
 overlaid.py       sums of convolved parts of one image
 place_lens.py     a lens as one place of the field sees it
 field_grid.py     the places of the field where they are computed, and their weights
+reference_bands.py  at which wavelengths they are chosen, whatever bands a run asks for
 place_cores.py    kernels of places, for many bands from transforms at a few wavelengths
 far.py        kernels beyond the exact core: tile means of lattices of the diffraction pattern, drawn out over the band
 band_phase.py     phase that changes within a band by more than they can follow
@@ -38,10 +39,11 @@ ghosts_trace.py           its pairs ranked by matrices, and real rays
 ghosts_draw.py            its sources, and rays laid down on the sensor
 prescription.py           lens prescriptions read from YAML (in prescriptions/), scaled and stopped down
 prescription_coatings.py  coatings by name, what every surface reflects
-prescription_figures.py   distortion, relative illumination and f-number of a prescription from exact rays
+prescription_figures.py   distortion, relative illumination, irradiance and f-number of a prescription from exact rays
 prescription_wavefront.py  wavefronts over its field from exact optical paths
 prescription_amplitude.py  light uneven over its stop
 prescription_rims.py      rims that cut its stop off the axis
+prescription_field.py     whether its beam gets to the corners of the camera's field
 prescribed_lens.py        the lens `prescription`
 sensor_plane.py           where a lens sends the tiles of a field: relative illumination, light moved along a distortion
 lateral_colour.py         image size by wavelength, band by band on the sensor plane

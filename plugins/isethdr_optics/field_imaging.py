@@ -16,12 +16,12 @@ import numpy as np
 from isethdr_core import geometry, ledger
 from isethdr_core.physics import projection as projections
 from isethdr_core.physics.convolution import Bound
-from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.progress import shown, track
 
 from . import band_phase, field_grid, kernel_errors, kernels, omissions, place_cores, pupils
 from .overlaid import overlaid
 from .place_lens import node_lens
+from .reference_bands import WIDTH_NM, references_nm
 
 RINGS = (0, 1, 2, 4, 8)  # tried one after the other
 PARTS = (0.15, 0.25, 0.4, 0.6)  # of the exact core, tried as reach of the cores of places
@@ -113,10 +113,11 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
     along = [seen_from(r, 0.0) for r in np.linspace(0, radius, 9)]
     known = [lens.wavefront_at(float(projections.angle_rad(r, 0.0, projection))) for r in np.linspace(0, radius, 9)]
     symmetric = field_grid.is_symmetric([*known, *(dict(at.uneven) for at in along)]) and not any(at.rims for at in along)
-    exact, least = _half(along, waves, pitch_um, mixed.shape[1:])
-    ends = {tuple(pair): kernels.kernels(along[-1], flares, pair, pitch_um, exact).bands for pair in (waves[:2], waves[-2:])}
-    half, unlike, far_error = _reach([(axis.bands[int(np.flatnonzero(waves == w)[0])], band) for pair, bands in ends.items()
-                                      for w, band in zip(pair, bands)], least, lens.speckle_error)
+    some = references_nm(along[-1], waves)
+    exact, least = _half(along, some, pitch_um, mixed.shape[1:])
+    ends = [(w - WIDTH_NM / 2, w + WIDTH_NM / 2) for w in {some[0], some[-1]}]
+    pairs = [zip(*(kernels.kernels(at, flares, pair, pitch_um, exact).bands for at in (along[0], along[-1]))) for pair in ends]
+    half, unlike, far_error = _reach([both for pair in pairs for both in pair], least, lens.speckle_error)
     mirrors = field_grid.is_symmetric([lens.zernike_um or {}]) and field_grid.is_mirrored(known) and not _shaped(flares)
 
     def turned(place, make):
@@ -132,7 +133,6 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
         flips, made = turned(place, lambda at: kernels.kernels(at, flares, waves, pitch_um, half, place_cores.made))
         return replace(made, bands=[np.flip(band, flips) for band in made.bands])
 
-    some = tuple(dict.fromkeys((waves[0], waves[-1], waves[len(waves) // 2])))
     with shown("how many places the field needs"):
         for rings in RINGS:
             error = 0.0
@@ -159,7 +159,7 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
             shares.append((window, share[window].astype(np.float32)))
     more = ", more than the error allowed" if error > lens.error_allowed else ""
     ledger.error(error, "share of a point's light", "measured",
-                 f"point spread between {len(grid)} places of the field, L1, worst of the first, middle and last band{more}")
+                 f"point spread between {len(grid)} places of the field, L1, worst of {', '.join(f'{w:g}' for w in some)} nm{more}")
     with ThreadPoolExecutor(min(kernels.cpus(), 8)) as pool:
         made = FieldKernels(axis, half, shares, list(track(pool.map(cores, grid), "places of the field", len(grid))), unlike)
     band_phase.state(along[1:], waves)
@@ -180,10 +180,10 @@ def _shaped(flares) -> bool:
 def _half(along, waves, pitch_um, shape):
     """Return the (y, x) reach of exact cores on the axis, or of the geometrical blur where it is wider, and the least that cores may have.
 
-    `along` : the lenses of places from the axis to the border of the field.
+    `along` : the lenses of places from the axis to the border of the field. `waves` : at which they are judged, rising.
     """
     lens, ends = along[0], (waves[0], waves[-1])
-    blur = pupils.blur_um(lens, float(np.min(waves - band_widths_nm(waves) / 2)))
+    blur = pupils.blur_um(lens, waves[0] - WIDTH_NM / 2)
     slope = max(pupils.steepest_um(at, w) for at in along for w in ends)
     geometrical = slope / pupils.radius_mm(lens) * pupils.distance_mm(lens)
     least = [min(n - 1, max(3, int(1.5 * geometrical / p) + 3)) for n, p in zip(shape, pitch_um)]

@@ -74,7 +74,7 @@ def parts(lens, mixed, flares, response=None) -> Parts:
         field = field_kernels(lens, mixed, flares, made, pitch_um)
     loss = made.transmitted if made is not None and getattr(lens, "aperture_loss", False) else np.ones(len(wavelength_nm))
     relative = sensor.relative if np.ndim(sensor.relative) else None
-    return Parts(sensor, made, field, lens.throughput_sr() * loss, relative, wavelength_nm, pitch_um, *found[-1])
+    return Parts(sensor, made, field, lens.gains_sr(wavelength_nm) * loss, relative, wavelength_nm, pitch_um, *found[-1])
 
 
 def irradiance(lens, mixed, flares, given: Parts, error_allowed: float = 0.0):
@@ -107,8 +107,9 @@ def threads() -> ThreadPoolExecutor:
 def on_sensor(lens, given: Parts, make, values, first, **attrs):
     """Return make(values, first, x, y, ...), light on the sensor plane with the attributes of the lens."""
     f_m = 1e-3 * lens.focal_length_mm
+    throughput_sr = lens.throughput_sr() * float(np.mean(given.gains / lens.gains_sr(given.wavelength_nm)))  # what flares leave of it, mean of all bands
     light = make(values, first, given.sensor.x * f_m, given.sensor.y * f_m, f_number=lens.f_number,
-                 focal_length_mm=lens.focal_length_mm, throughput_sr=float(np.mean(given.gains)), field_width=given.sensor.field[0] * f_m,
+                 focal_length_mm=lens.focal_length_mm, throughput_sr=throughput_sr, field_width=given.sensor.field[0] * f_m,
                  field_height=given.sensor.field[1] * f_m, **given.sensor.attrs, **attrs)
     for name, d, p in (("pitch_x", "x", given.pitch_um[1]), ("pitch_y", "y", given.pitch_um[0])):
         if light.sizes[d] == 1:

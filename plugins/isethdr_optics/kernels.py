@@ -152,8 +152,16 @@ def _mirrored(kernel) -> bool:
     return np.array_equal(kernel, kernel[::-1, ::-1])
 
 
-def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None) -> Kernels:
-    width_nm = band_widths_nm(wavelength_nm)
+def joined(first, some: Kernels, others: Kernels) -> Kernels:
+    """Return kernels of all bands: `some` where the mask `first` is true, `others` elsewhere."""
+    order = np.argsort(np.concatenate([np.flatnonzero(first), np.flatnonzero(~first)]))
+    arrays = {n: np.concatenate([getattr(some, n), getattr(others, n)])[order] for n in ("outside", "speckle", "transmitted", "deviation", "core")}
+    bands = [*some.bands, *others.bands]
+    return Kernels([bands[k] for k in order], **arrays, wrap=max(some.wrap, others.wrap), keep=some.keep)
+
+
+def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None) -> Kernels:
+    width_nm = band_widths_nm(wavelength_nm) if width_nm is None else width_nm
     lattices = _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach)
     mirrored, shared = not pupils.has_phase(lens, flares), knots.Knots()
 

@@ -59,6 +59,12 @@ class IdealLens:
         rule = irradiance_factor if self.pupil == "tangent" else irradiance_factor_aplanatic
         return self.transmittance * rule(self.f_number, self.magnification)
 
+    def gains_sr(self, wavelength_nm):
+        """Return irradiance / radiance on the axis of bands with a clean round stop, sr."""
+        import numpy as np
+
+        return np.full(len(wavelength_nm), self.throughput_sr())
+
     def distortion_to(self, angle_rad: float) -> str | dict:
         """Return the distortion of a field up to `angle_rad`, as `isethdr_core.geometry.distortion_map` takes it."""
         return self.distortion

@@ -43,14 +43,11 @@ def made(lens, flares, wavelength_nm, pitch_um, half) -> kernels.Kernels:
     lens : `place_lens.PlaceLens`. `half` : (y, x) tiles from the axis to the border.
     """
     wave = np.asarray(wavelength_nm, float)
-    read = _read(lens, flares, wave, half)
-    if not _worth(read, wave):
-        return kernels._made(lens, flares, wave, pitch_um, half)
-    bands, energy = _lines(lens, flares, wave, read, pitch_um, half)
-    nothing = np.zeros((len(wave), kernel_errors.OCTAVES))
-    outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
-    return kernels.Kernels(bands, outside, nothing, np.array([energy(w) for w in wave]) / (np.pi * pupils.radius_mm(lens) ** 2), 0.0, nothing,
-                           np.full(len(wave), float(max(bands[0].shape))), (lens, flares))
+    width, read = band_widths_nm(wave), _read(lens, flares, wave, half)
+    drawn = _worth(read, width)
+    lines = _lines(lens, flares, wave[drawn], [r for r, d in zip(read, drawn) if d], pitch_um, half) if drawn.any() else None
+    rest = kernels._made(lens, flares, wave[~drawn], pitch_um, half, width_nm=width[~drawn]) if not drawn.all() else None
+    return (lines or rest) if lines is None or rest is None else kernels.joined(drawn, lines, rest)
 
 
 def one(lens, flares, wavelength_nm: float, pitch_um, half) -> np.ndarray:
@@ -61,27 +58,28 @@ def one(lens, flares, wavelength_nm: float, pitch_um, half) -> np.ndarray:
 
 def state(lenses, flares, wavelength_nm, half) -> None:
     """State how far kernels between knots are from exact ones; `lenses` of places from the axis to the border of the field."""
-    wave, worst = np.asarray(wavelength_nm, float), None
+    wave, found = np.asarray(wavelength_nm, float), []
     for lens in lenses:
         read = _read(lens, flares, wave, half)
-        if _worth(read, wave):
-            cells = {tuple(knot for knot, _ in ends) for band in read for _, ends in band}
-            worst = max(worst or 0.0, *(pupils.phase_change(lens, flares, c[0], c[-1]) for c in cells))
-    if worst is not None:
-        ledger.error(ALIASED + STRAIGHT * worst**2, "share of a point's light", "measured", "point spreads of places, drawn between those of some "
+        cells = {tuple(knot for (knot, _), _ in ends) for band, drawn in zip(read, _worth(read, band_widths_nm(wave))) if drawn for _, ends in band}
+        found += [pupils.phase_change(lens, flares, c[0], c[-1]) for c in cells]
+    if found:
+        ledger.error(ALIASED + STRAIGHT * max(found) ** 2, "share of a point's light", "measured", "point spreads of places, drawn between those of some "
                      "wavelengths, L1")
 
 
-def _lines(lens, flares, wave, read, pitch_um, half):
-    """Return the kernels of bands, and the energy of their pupil, mm2, as a function of wavelength."""
+def _lines(lens, flares, wave, read, pitch_um, half) -> kernels.Kernels:
+    """Return the kernels of bands by lines between knots."""
     energy, stop = _light(lens, flares)
-    shortest = min(one for band in read for one, _ in band)
-    pattern = lru_cache(maxsize=2)(lambda w: _points(lens, energy, stop, w, shortest, pitch_um, half))
+    pattern = lru_cache(maxsize=2)(lambda w, step: _points(lens, energy, stop, w, w - step, pitch_um, half))
     bands = []
     for centre, band in zip(wave, read):
-        kernel = sum(share * _tiles(pattern(knot), knot / one, pitch_um, half) for one, ends in band for knot, share in ends) / len(band)
+        kernel = sum(share * _tiles(pattern(*knot), knot[0] / one, pitch_um, half) for one, ends in band for knot, share in ends) / len(band)
         bands.append(np.asarray(scatter.mix(kernel, flares, centre, pitch_um, lens.focal_length_mm), np.float32))
-    return bands, energy
+    nothing = np.zeros((len(wave), kernel_errors.OCTAVES))
+    outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
+    return kernels.Kernels(bands, outside, nothing, np.array([energy(w) for w in wave]) / (np.pi * pupils.radius_mm(lens) ** 2), 0.0, nothing,
+                           np.full(len(wave), float(max(bands[0].shape))), (lens, flares))
 
 
 def _light(lens, flares):
@@ -92,14 +90,20 @@ def _light(lens, flares):
     return lambda w: energy(FIRST_NM if known else w), lambda cells, w: stop(cells, FIRST_NM if fixed else w)
 
 
-def _worth(read, wave) -> bool:
-    """Return whether knots are fewer than what all bands would take."""
-    knots = {knot for band in read for _, ends in band for knot, _ in ends}
-    return len(knots) <= WORTH * sum(max(len(band), 3 if w > 1.5 else 1) for band, w in zip(read, band_widths_nm(wave)))
+def _worth(read, width_nm) -> np.ndarray:
+    """Return which bands take fewer transforms by lines between knots than exactly: of a band alone, as if others like it lay on either side.
+
+    Bands as narrow as a line are exact unless there are many of them.
+    """
+    exact = [max(len(band), 3 if w > 1.5 else 1) for band, w in zip(read, width_nm)]
+    knots = {knot for band in read for _, ends in band for (knot, _), _ in ends}
+    few = len(knots) > WORTH * sum(exact)
+    steps = [min(step for _, ends in band for (_, step), _ in ends) for band in read]
+    return np.array([step > 0 and (w / step <= WORTH * e if w > 1.5 else not few) for w, step, e in zip(width_nm, steps, exact)], bool)
 
 
 def _read(lens, flares, wave, half):
-    """Return per band ((wavelength that is read, ((knot, share), ...)), ...)."""
+    """Return per band ((wavelength that is read, (((knot, step), share), ...)), ...)."""
     change = cache(partial(pupils.phase_change, lens, flares)) if pupils.all_shapes(flares) else None
     return [[_ends(one, change) for one in _wavelengths(c, w, half, change)] for c, w in zip(wave, band_widths_nm(wave))]
 
@@ -112,7 +116,7 @@ def _wavelengths(centre, width, half, change):
 
 
 def _ends(wave, change):
-    """Return (wavelength, ((knot, share), ...)) of its pattern: itself where the lens changes too fast, or is not known at knots.
+    """Return (wavelength, (((knot, step), share), ...)) of its pattern: itself where the lens changes too fast, or is not known at knots.
 
     `change` : function of two wavelengths, radians rms; None where nobody knows.
     """
@@ -121,10 +125,10 @@ def _ends(wave, change):
         try:
             if change(low, low + step) <= APART:
                 part = (wave - low) / step
-                return wave, tuple((knot, share) for knot, share in ((low, 1 - part), (low + step, part)) if share)
+                return wave, tuple(((knot, step), share) for knot, share in ((low, 1 - part), (low + step, part)) if share)
         except ConfigError:
             continue
-    return wave, ((wave, 1.0),)
+    return wave, (((wave, 0.0), 1.0),)
 
 
 def _points(lens, energy, stop, wave, shortest, pitch_um, half):

@@ -98,10 +98,23 @@ class PrescribedLens(DiffractionLimitedLens):
         return _as_used(load(self.prescription), self.focal_length_mm, self.f_number)
 
     def throughput_sr(self) -> float:
-        """Return irradiance / radiance on the axis, sr: pi sin^2 of the traced marginal ray's angle, times transmittance."""
-        from .prescription_figures import working_f_number
+        """Return irradiance / radiance on the axis, sr, at the reference wavelength: the area of the beam that comes in, times transmittance, over
+        the area that the field's (tangent)^2 takes on the sensor.
 
-        return self.transmittance * 3.141592653589793 / (4 * (working_f_number(self.real()) * (1 + self.magnification)) ** 2)
+        Where `falloff` multiplies the field before it is moved, the distortion takes its own share of the latter: it is that of f^2 here.
+        """
+        from isethdr_core.geometry import distortion_map
+
+        moved = 1.0 if self.falloff in ("cos4", "none") else float(distortion_map(self.distortion_to(0.0)).area_ratio(0.0, 0.0))
+        [area] = _areas(self.real(), (0.0,))
+        return self.transmittance * area / (self.focal_length_mm * (1 + self.magnification)) ** 2 / moved
+
+    def gains_sr(self, wavelength_nm):
+        """Return irradiance / radiance on the axis of bands, sr: colour makes the entrance pupil larger or smaller."""
+        import numpy as np
+
+        real = self.real()
+        return self.throughput_sr() / _areas(real, (0.0,))[0] * np.array([_areas(real, (0.0,), float(w))[0] for w in wavelength_nm])
 
     @property
     def field_varies(self) -> bool:
@@ -141,12 +154,30 @@ class PrescribedLens(DiffractionLimitedLens):
         for more in (BEYOND, 1.0):
             tangent = more * np.linspace(0, np.tan(angle_rad), FIELD_POINTS)
             try:
-                relative = self.relative_illumination(tangent) / drawn.area_ratio(tangent, 0.0)
+                relative = self.relative_illumination(tangent) * drawn.area_ratio(0.0, 0.0) / drawn.area_ratio(tangent, 0.0)
                 break
             except (ValueError, ConfigError):  # the distortion, or the lens, ends with the field
                 if more == 1.0:
                     raise
         return dict(zip(np.degrees(np.arctan(tangent)), relative))
+
+    def image_size_m(self, width: float, height: float, projection: str = "tangent") -> tuple[float, float]:
+        """Return (width, height) in metres of the sensor plane that looks into a field; ConfigError where no light gets to its corners."""
+        from .prescription_field import check
+
+        check(self, width, height, projection)
+        return DiffractionLimitedLens.image_size_m(self, width, height, projection)
+
+    def state_field(self, width: float, height: float, projection: str = "tangent") -> None:
+        """State in the ledger what rims take from the corners of a field wider than the prescription is made for."""
+        from .prescription_field import state
+
+        state(self, width, height, projection)
+
+    def beam(self, tangent: float) -> float:
+        """Return the area of the beam that comes in from a field tangent, across the axis, over that on the axis."""
+        axis, found = _areas(self.real(), (0.0, abs(float(tangent))))
+        return float(found / axis)
 
     def relative_illumination(self, tangent):
         """Return irradiance of a uniform scene at field tangents, 1 on the axis, as it would be without distortion."""
@@ -160,12 +191,19 @@ class PrescribedLens(DiffractionLimitedLens):
         """State what the prescription would do that this lens does not, at the border of the field it is made for."""
         import numpy as np
 
+        from isethdr_core.geometry import projection_of
+        from isethdr_core.physics.projection import angle_rad
+
         from .prescription_amplitude import width
         from .prescription_figures import distortion, spot_radius_mm
         from .prescription_rims import rims
 
         real = self.real()
-        edge = min(float(np.hypot(mixed.x.max(), mixed.y.max())), float(np.tan(np.radians(real.half_field_deg))))
+        widest = float(angle_rad(np.abs(mixed.x).max(), np.abs(mixed.y).max(), projection_of(mixed)))
+        edge = min(float(np.tan(widest)), float(np.tan(np.radians(real.half_field_deg))))
+        if "traced" == self.distortion == self.falloff:
+            ledger.error(self._uneven(widest, mixed.wavelength.values.astype(float)), "of that on the axis", "measured",
+                         "uniform light by rays counted from places of the sensor, first and last band, from what the attributes say")
         if self.distortion == "none" and edge > 0:
             bent = abs(float(distortion(real, edge)[0]))
             ledger.left_out("distortion of the prescription", "the lens keeps the grid", bent, "of the position")
@@ -175,10 +213,6 @@ class PrescribedLens(DiffractionLimitedLens):
                 "geometric aberrations of the prescription", "its blur is diffraction alone", spot * 1e-3, "m (rms radius)"
             )
             return
-        from isethdr_core.geometry import projection_of
-        from isethdr_core.physics.projection import angle_rad
-
-        widest = float(angle_rad(np.abs(mixed.x).max(), np.abs(mixed.y).max(), projection_of(mixed)))
         wave = mixed.wavelength.values
         fitted = [_traced_wavefront(real, a)[1] for a in (0.0, widest)]
         ledger.error(max(fitted), "um rms", "measured", "wavefront that its Zernike terms leave")
@@ -191,6 +225,21 @@ class PrescribedLens(DiffractionLimitedLens):
                      "point spread off the axis, where the stop seen from the sensor is foreshortened")
         ledger.error(rims(real, float(np.tan(widest)))[1], "radii of the stop", "measured",
                      "rims that cut the stop off the axis, drawn as arcs of circles")
+
+    def _uneven(self, widest_rad, waves):
+        """Return how far uniform light is from throughput x relative illumination at most, over that on the axis."""
+        import numpy as np
+
+        from isethdr_core.geometry import table_values
+
+        from .prescription_figures import chief_mm, seen_sr
+
+        real, falloff, tangents = self.real(), self.falloff_to(widest_rad), np.tan(widest_rad) * np.array([0.0, 0.5, 0.9])
+        table = {"angle_deg": list(falloff), "relative": list(falloff.values())}
+        stated = table_values(table, np.degrees(np.arctan(tangents))) * self.throughput_sr()
+        found = [[seen_sr(real, x, w) for w in (waves[0], waves[-1])] for x in chief_mm(real, tangents, real.reference_nm)]
+        found = np.array(found) * self.transmittance / (1 + self.magnification) ** 2
+        return float(np.abs(found - stated[:, None]).max() / stated[0])
 
 
 def _between_um(lens, angle_rad, wavelength_nm):
@@ -253,8 +302,8 @@ def _traced_amplitude(real, angle_rad):
     return amplitude(real, tan(angle_rad), real.reference_nm)
 
 
-@lru_cache(maxsize=16)
-def _areas(real, tangents):
+@lru_cache(maxsize=256)
+def _areas(real, tangents, wavelength_nm=None):
     from .prescription_figures import pupil_area_mm2
 
-    return pupil_area_mm2(real, tangents)
+    return pupil_area_mm2(real, tangents, wavelength_nm)

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from isethdr_core.physics.ray_trace import follow, sequential
-from isethdr_core.physics.zernike import order, zernike
+from isethdr_core.physics.zernike import order, polynomial, zernike
 
 from .prescription_coatings import Powers
 from .prescription_wavefront import HIGHEST, entering, filling, fitted
@@ -81,7 +81,7 @@ def _fit(terms, places, values) -> dict[int, float]:
 
 
 def _at(terms, x, y):
-    return sum(value * zernike(j, x, y) for j, value in terms.items())
+    return np.polynomial.polynomial.polyval2d(x, y, polynomial(terms))
 
 
 def _area(first, second, x, y):

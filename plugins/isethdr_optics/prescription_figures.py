@@ -7,6 +7,7 @@ turned by
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -66,7 +67,7 @@ def _aimed(lens, tangent, wavelength_nm, relative_height):
         angle = np.degrees(np.arctan(np.abs(tangent[lost]).min()))
         raise ConfigError(
             f"prescription {lens.name!r}: rays {angle:.1f} degrees off the axis miss a surface on their way through the "
-            f"stop; expected a field within its {lens.half_field_deg:g} degrees; use a longer lens.focal_length_mm"
+            f"stop; expected a field within its {lens.half_field_deg:g} degrees; type a smaller scene.horizontal_field_deg"
         )
     return rays
 
@@ -123,13 +124,38 @@ def pupil_area_mm2(lens, tangent, wavelength_nm: float | None = None, grid: int 
     out = []
     for t in tangent:
         p, d = collimated(x + (front - pupil_z) * t, y, front, t, 0.0)
-        margin = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), p, d).margin
-        margin = np.where(np.isfinite(margin), margin, -1.0)
-        gy, gx = np.gradient(margin)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            inside = np.clip(0.5 + margin / (np.abs(gx) + np.abs(gy)), 0, 1)
-        out.append(float(np.nansum(inside)) * (2 * half / grid) ** 2)
+        inside = _inside(follow(lens.surfaces, indices, sequential(len(lens.surfaces)), p, d).margin)
+        out.append(float(np.sum(inside)) * (2 * half / grid) ** 2)
     return np.array(out)
+
+
+def seen_sr(lens, height_mm: float, wavelength_nm: float, grid: int = GRID) -> float:
+    """Return irradiance / radiance of a uniform scene at a place of the sensor, sr: rays from there, back through all rims, into the scene.
+
+    E = L times the integral of cos over the solid angle that looks out. Nothing is taken from the scene's side: neither an entrance pupil
+    nor chief rays nor the size of an image, so that coma and borders of the beam that move with the field count as they do in a camera.
+    """
+    sensor = lens.surfaces[-1].z_mm
+    optics = [replace(s, z_mm=sensor - s.z_mm, curvature_per_mm=-s.curvature_per_mm, aspheric=tuple(-a for a in s.aspheric)) for s in lens.surfaces[-2::-1]]
+    indices = lens.indices(wavelength_nm)[-2::-1]
+    pupil_z, pupil_radius = paraxial.entrance_pupil(optics, indices)
+    z = max(optics[0].z_mm, 1e-3 * pupil_radius)
+    half = 1.5 * pupil_radius * abs(z / pupil_z)
+    cells = ((np.arange(grid) + 0.5) / grid * 2 - 1) * half
+    x, y = np.meshgrid(cells - height_mm * z / pupil_z, cells)  # from the place on the sensor, towards the exit pupil
+    away = np.stack([x, y, np.full(x.shape, z)])
+    distance = np.sqrt(np.sum(away**2, axis=0))
+    start = np.stack([np.full(x.shape, height_mm), 0.0 * x, 0.0 * x])
+    inside = _inside(follow(optics, indices, sequential(len(optics)), start, away / distance).margin)
+    return float(np.sum(inside * (z / distance) ** 2 / distance**2)) * (2 * half / grid) ** 2
+
+
+def _inside(margin):
+    """Return the part of every cell of a grid of rays that gets through, to first order in the smallest margin along the ray."""
+    margin = np.where(np.isfinite(margin), margin, -1.0)
+    gy, gx = np.gradient(margin)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.nan_to_num(np.clip(0.5 + margin / (np.abs(gx) + np.abs(gy)), 0, 1))
 
 
 def relative_illumination(lens, tangent, wavelength_nm: float | None = None) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 
 from isethdr_core.physics.zernike import order, polynomial, zernike
 
-from .prescription_wavefront import HIGHEST, filling
+from .prescription_wavefront import HIGHEST, filling, fitted
 
 RADII, AZIMUTHS = 48, 180  # of the places in the stop that are looked at
 BEYOND = 1.1  # stop radii: rays that a crossing is looked for among
@@ -38,13 +38,10 @@ def rims(lens, tangent: float) -> tuple[tuple[tuple[float, float], ...], float]:
     u, v = (s[within] for s in stop)
     radius, turn = np.meshgrid((np.arange(RADII) + 1) / RADII, np.arange(AZIMUTHS) * 2 * np.pi / AZIMUTHS)
     grid = radius * np.cos(turn), radius * np.sin(turn)
-    terms = range((HIGHEST + 1) * (HIGHEST + 2) // 2)
-    basis = np.stack([zernike(j, u, v) for j in terms], axis=1)
+    basis = np.stack([zernike(j, u, v) for j in range((HIGHEST + 1) * (HIGHEST + 2) // 2)], axis=1)
+    rimmed = [k for k, surface in enumerate(lens.surfaces[:-1]) if not surface.is_stop and np.isfinite(surface.semi_diameter_mm)]
     cuts, discs, worst = [], [], 0.0
-    for k, surface in enumerate(lens.surfaces[:-1]):
-        if surface.is_stop or not np.isfinite(surface.semi_diameter_mm):
-            continue
-        height = _height(basis, [h[within] / surface.semi_diameter_mm for h in rays.hits_mm[k]])
+    for height in _heights(basis, [[h[within] / lens.surfaces[k].semi_diameter_mm for h in rays.hits_mm[k]] for k in rimmed]):
         here = height(*grid)
         if here.max() > 1 + TOUCHED:
             start = np.unravel_index(here.argmin(), here.shape)
@@ -69,13 +66,21 @@ def _needed(cuts) -> list[int]:
     return kept
 
 
-def _height(basis, hits):
-    """Return a function of places (x, y) in the stop: how far out rays cross a surface there, 1 on its rim."""
-    even = [order(j)[1] >= 0 for j in range(basis.shape[1])]
-    across = []
-    for hit, used in zip(hits, (np.array(even), ~np.array(even))):  # y is odd across the meridional plane
-        across.append(polynomial(dict(zip(np.flatnonzero(used), np.linalg.lstsq(basis[:, used], hit, rcond=None)[0]))))
-    return lambda x, y: np.hypot(*(np.polynomial.polynomial.polyval2d(x, y, c) for c in across))
+def _heights(basis, hits) -> list:
+    """Return a function of places (x, y) in the stop for every surface: how far out rays cross it there, 1 on its rim.
+
+    `hits` : per surface (x, y) of the rays that the basis was taken at.
+    """
+    if not hits:
+        return []
+    even = np.array([order(j)[1] >= 0 for j in range(basis.shape[1])])
+    across = [(np.flatnonzero(used), fitted(basis[:, used], np.stack(hit, axis=1))) for hit, used in zip(zip(*hits), (even, ~even))]  # y is odd in y
+
+    def one(k):
+        powers = [polynomial(dict(zip(terms, found[:, k]))) for terms, found in across]
+        return lambda x, y: np.hypot(*(np.polynomial.polynomial.polyval2d(x, y, c) for c in powers))
+
+    return [one(k) for k in range(len(hits))]
 
 
 def _crossings(height, x0, y0):

@@ -57,6 +57,10 @@ LENS_FAULTS = {
     "mirrored": (lambda out, *_: keep(out, out.values[:, :, ::-1]), "lands at"),
     "upside down": (lambda out, *_: keep(out, out.values[:, ::-1]), "lands at"),
     "10 % too bright": (lambda out, *_: keep(out, out.values * 1.1), "throughput"),
+    "brighter towards the border than it states": (lambda out, *_: keep(out, out.values * (1 + 1e5 * (out.x.values**2 + out.y.values[:, None] ** 2))),
+                                                   "relative illumination it states"),
+    "one tile too bright": (lambda out, *_: keep(out, out.values * (1 + 0.1 * ((np.arange(32) == 20) & (np.arange(24)[:, None] == 4)))),
+                            "nowhere more light"),
     "bands mixed": (lambda out, *_: keep(out, out.values * 0.5 + out.values.mean(0) * 0.5), "band"),
     "other units": (lambda out, *_: out.assign_attrs(units="lx"), "returns irradiance"),
     "throughput missing": (lambda out, *_: (out.attrs.pop("throughput_sr"), out)[1], "returns irradiance"),
@@ -67,6 +71,10 @@ LENS_FAULTS = {
 def test_lens_faults(fault, offer):
     change, promise = LENS_FAULTS[fault]
     caught(offer, "lens", wrapped("lens", "ideal", change), promise)
+
+
+def test_a_lens_may_be_brighter_off_the_axis_where_it_says_so():
+    check("lens", "ideal", falloff={0: 1, 10: 1.3, 30: 1.5})
 
 
 def test_a_lens_that_changes_its_input(offer):

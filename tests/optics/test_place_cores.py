@@ -52,6 +52,17 @@ def test_few_bands_are_made_exactly():
         assert not stated(lens, (6, 6), (), waves)
 
 
+def test_the_worst_place_is_stated_whichever_comes_last():
+    still, moving = WavefrontLens(zernike_um={4: 0.0}), WavefrontLens(zernike_um={4: 0.3})
+    both = []
+    for order in ([still, moving], [moving, still]):
+        rows = ledger.Ledger()
+        with ledger.stage(rows, "lens"):
+            place_cores.state([node_lens(one, {}, 0.0) for one in order], (), BANDS, (6, 6))
+        both.append([e.value for e in rows[0].errors])
+    assert both[0] == both[1] and both[0][0] > 0.006
+
+
 def test_a_ramp_over_keys_cubic_is_a_ramp_but_near_its_kink():
     """Against sums of the cubic's values over fine steps, and the integrals' known limits."""
     at = np.linspace(-2.5, 2.5, 11)
