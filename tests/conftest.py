@@ -14,6 +14,12 @@ def isethdr_home(tmp_path, monkeypatch):
     return home
 
 
+@pytest.fixture(autouse=True)
+def no_page(monkeypatch):
+    """Leave out the report of a run, whose plots take a second; tests of the catalog have them."""
+    monkeypatch.setattr("isethdr_catalog.report.write_report", lambda result: None)
+
+
 @pytest.fixture
 def offer(monkeypatch):
     """Return a function that offers a class as a component for the length of one test."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-import pytest
+from isethdr_core.summary import print_plan
 
 from .command_line import isethdr, write_plugin
 
@@ -38,28 +38,26 @@ def test_plugins_lists_kinds_fields_and_packages():
     assert unknown.returncode == 2 and unknown.stderr.startswith("error: no kind 'sensr'; did you mean 'sensor'")
 
 
-@pytest.mark.parametrize(("override", "message"), [
-    ("sensor=rgwb", "did you mean 'rgbw'"),
-    ("sensor.exposur_s=1", "did you mean 'exposure_s'"),
-    ("sensor.pitch_um=-1", "pitch_um is -1"),
-])
-def test_a_mistake_is_one_line(override, message):
-    shown = isethdr("run", *SMALL, "sensor=bayer", override)
+def test_a_mistake_is_one_line():
+    """Other mistakes: tests/workflows/test_failures.py, all in one process."""
+    shown = isethdr("run", *SMALL, "sensor=rgwb")
     assert shown.returncode == 2
     lines = shown.stderr.strip().splitlines()
-    assert len(lines) == 1 and lines[0].startswith("error: ") and message in lines[0]
+    assert len(lines) == 1 and lines[0].startswith("error: ") and "did you mean 'rgbw'" in lines[0]
 
 
-def test_run_and_plan(isethdr_home):
-    planned = isethdr("plan", *SMALL, "sensor=bayer")
-    assert planned.returncode == 0 and "light groups" in planned.stdout and not (isethdr_home / "runs").exists()
-    first = isethdr("run", *SMALL, "sensor=bayer")
+def test_run_and_plan(isethdr_home, capsys):
+    quick = {"ISETHDR_PLUGINS": "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows"}  # without the report, whose plots take as long as all else
+    print_plan([*SMALL, "sensor=bayer"])  # what the command does: tests/workflows/test_command_and_python.py
+    assert "light groups" in capsys.readouterr().out and not (isethdr_home / "runs").exists()
+    first = isethdr("run", *SMALL, "sensor=bayer", **quick)
     assert first.returncode == 0 and "sensor bayer" in first.stdout and "log_luminance_error" in first.stdout
     [stored] = (isethdr_home / "runs").glob("*.zarr")
     assert str(stored) in first.stdout
-    again = isethdr("run", *SMALL, "sensor=bayer")
+    again = isethdr("run", *SMALL, "sensor=bayer", **quick)
     assert again.returncode == 0 and "already computed" in again.stdout
-    assert "is stored" in isethdr("plan", *SMALL, "sensor=bayer").stdout
+    print_plan([*SMALL, "sensor=bayer"])
+    assert "is stored" in capsys.readouterr().out
 
 
 def test_a_broken_plugin_is_one_loud_line_and_not_a_crash(tmp_path):

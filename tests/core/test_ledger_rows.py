@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import ClassVar, get_args
 
 import numpy as np
-import pytest
 from omegaconf import open_dict
 
 from isethdr_core import compose, ledger, run
@@ -22,12 +21,6 @@ CHART = ["scene=point_lights", "scene.width=48", "scene.height=27", "~renderer",
          "lens=ideal", "sensor=bayer", "sensor.rows=64", "sensor.columns=96"]
 USED = {"dynamic_range", "snr_curve", "ciede2000", "ssim", "log_luminance_error", "object_contrast", "contrast_detection"}
 KINDS_OF_ROW = {"plan", "scene", "lighting", "lens", "sensor", "isp", "truth", "metric", "draws", "picture"}
-
-
-@pytest.fixture(autouse=True)
-def no_page(monkeypatch):
-    """Leave out the report, whose plots take a second."""
-    monkeypatch.setattr("isethdr_catalog.report.write_report", lambda result: None)
 
 
 def check_rows(rows):

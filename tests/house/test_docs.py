@@ -65,6 +65,7 @@ def test_the_ten_lines_work_and_the_kit_says_what_they_lack(offer):
         check(comp.kind, comp.name)
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")     # such as a quantile of no pixels
 def test_the_tutorials_second_version_keeps_every_promise(offer):
     comp = tutorial(1)
     offer(comp.kind, comp.name, comp.cls)

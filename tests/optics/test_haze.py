@@ -98,7 +98,6 @@ def test_two_hazes_take_turns():
 
 
 def test_promises():
-    check("flare", "haze")
     check("flare", "haze", form="abg", scattered=0.2, slope=1.5)
 
 

@@ -16,11 +16,15 @@ WITHOUT_REPORT = "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows,acme"
 LIGHTS = ["scene=point_lights", *FAST]      # two light groups: sky and headlights
 
 
+def environment(plugins, variables) -> dict[str, str]:
+    """Return the environment of a command, with the folders `plugins` on its path."""
+    paths = [*map(str, plugins), os.environ.get("PYTHONPATH", "")]
+    return {**os.environ, "ISETHDR_PLUGINS": WITHOUT_REPORT, "PYTHONPATH": os.pathsep.join(filter(None, paths)), "COLUMNS": "200", "NO_COLOR": "1", **variables}
+
+
 def start(*arguments: str, plugins=(), **variables: str) -> subprocess.Popen:
     """Return the started command, in a process group of its own, so that Ctrl-C reaches it alone."""
-    paths = [*map(str, plugins), os.environ.get("PYTHONPATH", "")]
-    environment = {**os.environ, "ISETHDR_PLUGINS": WITHOUT_REPORT, "PYTHONPATH": os.pathsep.join(filter(None, paths)), "COLUMNS": "200", "NO_COLOR": "1", **variables}
-    return subprocess.Popen([sys.executable, "-c", "from isethdr_core.cli import main; main()", *arguments], env=environment,
+    return subprocess.Popen([sys.executable, "-c", "from isethdr_core.cli import main; main()", *arguments], env=environment(plugins, variables),
                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
 
 
@@ -47,10 +51,10 @@ print(json.dumps(ends))
 """
 
 
-def one_by_one(*commands: list[str]) -> list[tuple[int, str]]:
+def one_by_one(*commands: list[str], plugins=(), **variables: str) -> list[tuple[int, str]]:
     """Return (exit code, standard error) of each command, all in one process: start-up takes a second."""
     done = subprocess.run([sys.executable, "-c", ONE_BY_ONE, json.dumps(commands)], capture_output=True, text=True, check=False,
-                          env={**os.environ, "ISETHDR_PLUGINS": WITHOUT_REPORT, "COLUMNS": "200", "NO_COLOR": "1"})
+                          env=environment(plugins, variables))
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
 

@@ -10,6 +10,8 @@ import subprocess
 
 import pytest
 
+from isethdr_core import compose, run
+
 from .command import FAST, LIGHTS, error_lines, installed_trouble, isethdr, leftovers, one_by_one, start, stores, wait_for
 
 ONE = ["run", *LIGHTS, "lighting=ideal", "sensor=ideal"]
@@ -36,21 +38,19 @@ def test_an_interrupted_run_leaves_nothing_half_written(tmp_path):
 
 def test_a_plugin_that_raises(isethdr_home, tmp_path):
     plugins, errors = [installed_trouble(tmp_path / "plugins")], tmp_path / "errors"
-    run = [*ONE, "+metric@metric.acme=acme"]
-    broken = isethdr(*run, plugins=plugins, ACME_RAISE="1", ACME_ERRORS=str(errors))
-    [line] = error_lines(broken)
+    one = [*ONE, "+metric@metric.acme=acme"]
+    sweep = ["run", "-m", *ONE[1:], "+metric@metric.acme=acme,ideal"]
+    (code, said), (beside, said_beside) = one_by_one(one, sweep, plugins=plugins, ACME_RAISE="1", ACME_ERRORS=str(errors))
     [failed] = (isethdr_home / "failed").glob("*.txt")
-    assert broken.returncode == 1
-    assert line == f"error: RuntimeError: glass broke in two; in stage metric acme ideal; traceback in {failed}"
-    assert errors.read_text().splitlines() == ["metric acme ideal RuntimeError", f"run {failed.stem} RuntimeError"]
+    assert code == 1
+    assert said == f"error: RuntimeError: glass broke in two; in stage metric acme ideal; traceback in {failed}\n"
+    assert errors.read_text().splitlines() == 2 * ["metric acme ideal RuntimeError", f"run {failed.stem} RuntimeError"]
     assert "Traceback" in failed.read_text() and "acme_trouble.py" in failed.read_text()
-    assert stores(isethdr_home) == {} and leftovers(isethdr_home) == []
 
     # in a sweep the jobs beside it are not affected; then the same run succeeds and its note goes
-    beside = isethdr("run", "-m", *ONE[1:], "+metric@metric.acme=acme,ideal", plugins=plugins, ACME_RAISE="1")
-    assert beside.returncode == 1 and len(stores(isethdr_home)) == 1 and failed.exists()
-    assert "error: job " in beside.stderr and "glass broke" in beside.stderr and "Traceback" not in beside.stderr
-    healed = isethdr(*run, plugins=plugins)
+    assert beside == 1 and len(stores(isethdr_home)) == 1 and leftovers(isethdr_home) == []
+    assert "error: job " in said_beside and "glass broke" in said_beside and "Traceback" not in said_beside
+    healed = isethdr(*one, plugins=plugins)
     assert healed.returncode == 0 and f"{failed.stem}.zarr" in stores(isethdr_home) and not failed.exists()
 
 
@@ -58,6 +58,7 @@ MISTAKES = [
     ([*LIGHTS, "sensor=idael"], "did you mean 'ideal'"),
     ([*LIGHTS, "sensor=ideal", "sensor.pitch_mu=3"], "did you mean 'pitch_um'"),
     ([*LIGHTS, "sensor=ideal", "lihgting=night"], "did you mean 'lighting'"),
+    ([*LIGHTS, "sensor=ideal", "sensor.pitch_um=-1"], "pitch_um is -1"),
     ([*LIGHTS, "sensor.exposure_s=1"], "type sensor=<name>"),
     ([*LIGHTS, "sensor=ideal", "lighting=weights", "lighting.weights.sky=1"], r"type \+lighting.weights.sky=1"),
     ([*LIGHTS, "sensor=ideal", "lighting=weights", "+lighting.weights.sky=-1"], "'sky' is -1; expected"),
@@ -87,7 +88,7 @@ def test_a_home_that_cannot_be_written_is_found_before_any_work(tmp_path):
 
 
 def test_a_damaged_store_is_named_and_kept(isethdr_home):
-    assert isethdr(*ONE).returncode == 0
+    run(compose(ONE[1:]))
     [path] = (isethdr_home / "runs").glob("*.zarr")
     (path / "zarr.json").write_text("{")
     done = isethdr(*ONE)

@@ -81,13 +81,12 @@ LEVELS = np.random.default_rng(4).gamma(2.0, 1e-3, 4096)
 
 
 @pytest.fixture
-def config(offer, monkeypatch):
+def config(offer):
     """Return a function that makes the config of the recorded world under a lighting by fixed weights."""
     offer("scene", "world", World)
     offer("renderer", "recorder", Recorder)
     offer("renderer", "goes_on", GoesOn)
     CALLS.clear()
-    monkeypatch.setattr("isethdr_catalog.report.write_report", lambda result: None)     # a page with plots takes a second
 
     def make(weights, name="recorder", **renderer):
         made = compose(["scene=uniform", *FAST, "~metric.contrast", "sensor=ideal", "sensor.rows=4", "sensor.columns=4", "lighting=weights"])

@@ -21,8 +21,8 @@ def measured() -> list[Work]:
         for name, way in ways.items():
             looks, more_s, more_mb = timed(lambda found=found, way=way: way(found))
             more_s = 0.0 if name == "plain" else more_s  # that is what every view takes
-            for group, look, true, lamp in zip(own_errors, looks, truth, long.lamp_seen.values):
-                kept[name].setdefault(group, []).append((samples, median_error(look[1], true, ~lamp), cpu_s + more_s, max(peak_mb, more_mb)))
+            for group, look, true, source in zip(own_errors, looks, truth, long.source_seen.values):
+                kept[name].setdefault(group, []).append((samples, median_error(look[1], true, ~source), cpu_s + more_s, max(peak_mb, more_mb)))
     return [Work(f"denoise {group}", ERROR_OF, f"{LONG} paths per tile, other random numbers", own_error, points(*(kept[n][group] for n in ways)))
             for group, own_error in own_errors.items()]
 

@@ -15,7 +15,7 @@ NAMES = {"default": "default", "peer": "rule of other simulators", "view": "deno
 ORDER = {"": 2, "peer": 3, "view": 3, "default": 4}  # on top of others
 FAILS = 100.0  # an error of so much is drawn there, whatever it is
 WIDTH_IN, DPI = 7.0, 130  # 910 pixels: letters of 8 points are 11 pixels high where the picture is shown 700 wide
-TOGETHER = 14  # pixels between dots whose texts could not be told apart
+TOGETHER = 18  # pixels between dots whose texts could not be told apart
 PANEL_IN = 2.9  # height of one panel, and of a picture of a single one 1.3 times that
 PLACES = ((5, 4, "left", "bottom"), (5, -4, "left", "top"), (-5, 4, "right", "bottom"), (-5, -4, "right", "top"),
           (0, 7, "center", "bottom"), (0, -7, "center", "top"), (5, 14, "left", "bottom"), (5, -14, "left", "top"),
@@ -33,7 +33,7 @@ def draw(works: list[Work], path) -> None:
     rows = -(-len(works) // columns)
     height = PANEL_IN * rows * (1.3 if columns == 1 else 1.0)
     with plt.rc_context({"font.size": 8, "axes.titlesize": 9, "xtick.labelsize": 8, "ytick.labelsize": 8}):
-        fig, axes = plt.subplots(rows, columns, figsize=(WIDTH_IN, height), layout="constrained", squeeze=False)
+        fig, axes = plt.subplots(rows, columns, figsize=(WIDTH_IN, height), dpi=DPI, layout="constrained", squeeze=False)
         for ax in axes.flat[len(works):]:
             ax.axis("off")
         placed = [(ax, *panel(ax, work, wide=columns == 1)) for ax, work in zip(axes.flat, works)]
@@ -56,7 +56,7 @@ def save(fig, path) -> None:
     from PIL import Image
 
     whole = BytesIO()
-    fig.savefig(whole, dpi=DPI, format="png")
+    fig.savefig(whole, format="png")
     Image.open(whole).convert("RGB").quantize(200).save(path, optimize=True)
 
 
@@ -80,8 +80,8 @@ def panel(ax, work: Work, wide: bool):
         ax.axhline(work.reference_error, ls=":", color="#555", lw=1, label="reference's own error")
     lines = textwrap.wrap(work.error_of, 60 if wide else 34)
     ax.set(xscale="log", yscale="log", xlabel="CPU seconds", ylabel="\n".join(lines))
-    said = f"{work.stage} (reference right to {work.reference_error:.1g})" if work.reference_error >= 0 else work.stage
-    ax.set_title("\n".join(textwrap.wrap(said, 90 if wide else 48)))
+    right = f"(reference right to {work.reference_error:.1g})" if work.reference_error >= 0 else ""
+    ax.set_title(f"{work.stage}{' ' if wide or len(work.stage + right) < 48 else chr(10)}{right}".strip())
     limits(ax, [p.cpu_s for p in shown], [height(p) for p in shown] + ([work.reference_error] if near else []))
     ax.grid(True, which="major", color="#eee")
     texts = [(p.label or p.setting) + (" (fails)" if p.error >= FAILS else " (exact)" if p.error == 0 else "") for p in shown]
@@ -107,7 +107,7 @@ def label(fig, ax, texts, dots) -> None:
     """Write beside each dot what it is, where that covers neither a dot nor another text; dots that lie together share one text."""
     render = fig.canvas.get_renderer()
     pixels = ax.transData.transform(dots)
-    taken = [(x - 4, y - 4, x + 4, y + 4) for x, y in pixels]
+    taken = [(x - 6, y - 6, x + 6, y + 6) for x, y in pixels]
     frame = ax.get_window_extent(render).extents
     for members in together(pixels):
         text, (x, y) = "\n".join(dict.fromkeys(texts[m][0] for m in members)), dots[members[-1]]

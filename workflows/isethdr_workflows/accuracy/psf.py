@@ -29,7 +29,7 @@ def measured(reference: int = 0) -> list[Work]:
     for count in (*SUB_BANDS, 0):
         kernel, cpu_s, peak_mb = timed(lambda count=count: core(count))
         bands.append(Point(f"{count} sub-bands" if count else "chosen by the lens", float(np.abs(kernel - truth).sum()), cpu_s, peak_mb,
-                           {0: "default", 1: "peer"}.get(count, "")))
+                           {0: "default", 1: "peer"}.get(count, ""), f"{count}" if count else ""))
     for tiles in SUPPORT:
         kernel, cpu_s, peak_mb = timed(lambda tiles=tiles: core(0, tiles))
         wide = np.pad(kernel, TILES - tiles)

@@ -20,8 +20,8 @@ ERROR_OF = "luminance-weighted median relative error of a tile"
 def measured() -> list[Work]:
     """Return one diagram per light group: luminance-weighted median relative error of a tile's luminance, of tiles above 1 % of the mean.
 
-    Tiles in which a lamp is seen are left out: their light is known without paths. Seconds are those of the paths of all groups,
-    without the scene's, which are the same for any number of paths.
+    Tiles in which a lamp or the sky itself is seen are left out: their light is known without paths. Seconds are those of the paths of all
+    groups, without the scene's, which are the same for any number of paths.
     """
     from isethdr_core.registry import build
 
@@ -30,7 +30,7 @@ def measured() -> list[Work]:
     truth, points = luminance_of(long), {}
     for samples, (found, cpu_s, peak_mb) in short.items():
         for k, (group, light) in enumerate(luminance_of(found).items()):
-            error = median_error(light, truth[group], ~long.lamp_seen.values[k])
+            error = median_error(light, truth[group], ~long.source_seen.values[k])
             points.setdefault(group, []).append(Point(f"{samples} paths", error, cpu_s, peak_mb, "default" if samples == default else ""))
     return [Work(f"renderer {group}", ERROR_OF, f"{LONG} paths per tile, other random numbers", own_errors[group], of)
             for group, of in points.items()]
@@ -38,19 +38,27 @@ def measured() -> list[Work]:
 
 @lru_cache(maxsize=1)
 def rendered():
-    """Return (long rendering, {group: its stated noise}, {samples: (rendering, CPU s of its paths, peak MB)}), with labels; made once."""
+    """Return (long rendering, {group: its own error}, {samples: (rendering, CPU s of its paths, peak MB)}), with labels; made once."""
     from isethdr_core.registry import build
 
     runs = [{"samples": LONG, "seed": 97}, *({"samples": n, "seed": 1} for n in SAMPLES)]
     (long, _, _), *short = of_paths(build("renderer", "mitsuba", **SIZE), build("scene", "night_drive")(), runs, LABELS, repeat=1)
-    return long, {str(g): long.attrs["noise"].get(str(g), np.nan) for g in long.light_group.values}, dict(zip(SAMPLES, short))
+    return long, own_errors(long), dict(zip(SAMPLES, short))
+
+
+def own_errors(scene) -> dict:
+    """Return {group: `median_error` that the noise stated tile by tile makes, were it normal}."""
+    normal = 0.6745  # half of all normal deviates are below
+    stated = normal * scene.xyz_noise.isel(xyz_channel=1).values  # of Y
+    return {group: median_error(light + noise, light, ~seen)
+            for (group, light), noise, seen in zip(luminance_of(scene).items(), stated, scene.source_seen.values)}
 
 
 def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
     """Return [(scene radiance, CPU s of its paths, peak MB)], the scene being built once, for changed fields of the renderer in `runs`.
 
-    The radiance comes with `lamp_seen` (light_group, y, x): where a lamp itself, which needs no paths, is more than 1 % of the light.
-    The first call of each kind compiles kernels, so that seconds are those of the cheapest of `repeat`.
+    The radiance comes with `source_seen` (light_group, y, x): where a lamp itself, which needs no paths, is more than 1 % of the light, or,
+    with the label distance, the sky is looked at. The first call of each kind compiles kernels, so that seconds are those of the cheapest of `repeat`.
     """
     from isethdr_mitsuba import frame
 
@@ -70,11 +78,14 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
 
 
 def with_paths(found, paths, lamps):
-    """Return scene radiance with that of other paths, and where its lamps are seen."""
-    light, seen = paths.radiance + lamps, lamps.sum(axis=1)
+    """Return scene radiance with that of other paths, and where its lamps and the sky are seen."""
+    light, lamp = paths.radiance + lamps, lamps.sum(axis=1)
+    seen = lamp > 0.01 * light.sum(axis=1)
+    if "distance" in found:
+        seen |= ~np.isfinite(found.distance.values)
     out = found.assign(radiance=found.radiance.copy(data=light.astype(np.float32)),
                        xyz_noise=found.xyz_noise.copy(data=paths.xyz_noise.astype(np.float32)),
-                       lamp_seen=(("light_group", "y", "x"), seen > 0.01 * light.sum(axis=1)))
+                       source_seen=(("light_group", "y", "x"), seen))
     noise = {str(g): float(n) for g, n in zip(found.light_group.values, paths.noise) if np.isfinite(n)}
     return out.assign_attrs(noise=noise)
 

@@ -14,6 +14,7 @@ GREEN = np.array([550.0])
 ROUNDING = 2.0**-23   # irradiance is float32: one step
 PUPIL = 1e-4          # kernel values (L1), as the plugin's `pupils.CORE_SAMPLES` states
 WAVEFRONT = 1e-2      # the same where the pupil is as coarse as a quarter wave per cell allows; no stage states a bound, this is asked
+DEFOCUS = (0.5, 5.5, 50.5)  # waves
 
 
 def cases():
@@ -24,7 +25,7 @@ def cases():
     for f_number in (0.7, 4.0, 64.0):
         yield f"f/{f_number:g}: peak of the point spread", lambda n=f_number: peak(n, 0.0)
         yield f"f/{f_number:g}: light of one tile", lambda n=f_number: energy(n)
-    for waves in (0.5, 5.5, 50.5):
+    for waves in DEFOCUS:
         yield f"{waves:g} waves of defocus: light on the very axis", lambda w=waves: peak(4.0, w)
         yield f"{waves:g} waves of defocus: the pattern", lambda w=waves: pattern(w)
         yield f"{waves:g} waves of defocus: light of the whole pattern", lambda w=waves: spread(w)
