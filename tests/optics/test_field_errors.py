@@ -23,7 +23,7 @@ def street(shape=(34, 50), pitch_um=10.0):
     return quantities.plane((1e-6 * light).astype(np.float32), [550.0, 570.0], x, y, quantities.RADIANCE)
 
 
-@pytest.mark.parametrize("fields, core_samples", [(VARIES, 240), pytest.param(VARIES, 120, marks=pytest.mark.slow), (COLOUR, 240)], ids=["far", "places", "colour"])
+@pytest.mark.parametrize("fields, core_samples", [pytest.param(VARIES, 240, marks=pytest.mark.slow), pytest.param(VARIES, 120, marks=pytest.mark.slow), (COLOUR, 240)], ids=["far", "places", "colour"])
 def test_light_differs_from_that_of_finer_kernels_as_stated(monkeypatch, fields, core_samples):
     """Errors of the tail alone; of places, whose blur reaches beyond what is exact of them; and moved with the colours."""
     monkeypatch.setattr(kernels, "CORE_SAMPLES", core_samples)

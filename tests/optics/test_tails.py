@@ -36,7 +36,7 @@ def needed(mixed, flares=(), allowed=0.1):
                               imaging.sensor_plane(LENS, mixed), PITCH_UM, response(allowed))
 
 
-@pytest.mark.parametrize(("flares", "bands"), [((), BANDS), ((HEXAGON,), BANDS[::12])])
+@pytest.mark.parametrize(("flares", "bands"), [pytest.param((), BANDS, marks=pytest.mark.slow), ((HEXAGON,), BANDS[::12])])
 def test_forced_in_it_changes_nothing_beyond_the_bound(flares, bands):
     """13 bands go the short way, 2 that of irradiance."""
     mixed, book = scene(bands=bands), ledger.Ledger()

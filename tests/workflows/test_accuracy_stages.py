@@ -21,6 +21,7 @@ def marked(work, mark):
     return next(p for p in work.points if p.mark == mark)
 
 
+@pytest.mark.slow
 def test_more_places_of_the_field_are_better_and_shares_are_better_than_patches(monkeypatch):
     monkeypatch.setattr(field, "SHAPE", (5, 7))
     monkeypatch.setattr(field, "FIELD_ZERNIKE_UM", {0: {}, 0.4: {8: 0.16, 5: 0.08}})

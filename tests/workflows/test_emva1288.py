@@ -35,6 +35,7 @@ def test_a_monochrome_camera_of_10_bits_is_found_again():
     assert [r["within"] for r in rows if r["figure"] == "dark noise"] == ["limit"]
 
 
+@pytest.mark.slow
 def test_a_bayer_camera_is_found_again():
     rows = emva1288("bayer", size=96, pictures=16)
     agrees(rows, ["single"], ["R", "G", "B"])

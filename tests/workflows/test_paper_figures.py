@@ -45,6 +45,7 @@ def test_a_longer_exposure_saturates_more(tmp_path):
     assert all(np.isnan(r["snr_person"]) for r in rows)  # nobody is there: no number is made up
 
 
+@pytest.mark.slow
 def test_three_captures_hold_more_than_one(tmp_path):
     rows = {r["capture"]: r for r in paper_fig6_7.paper_fig6_7(picture=str(tmp_path / "c.jpg"))}
     combined = rows.pop("combined")
