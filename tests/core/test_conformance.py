@@ -18,11 +18,12 @@ QUICK = {
     ("scene", "point_lights"): {"width": 64, "height": 36},
     ("scene", "macbeth"): {"width": 64, "height": 36},
 }
+DEAR = {("lens", "prescription")}   # what it promises of light, bands and places has tests of its own
 NEEDS = {("renderer", "mitsuba"): "mitsuba"}
 NOT_HERE = {("scene", "iset_exr"): "reads a folder of EXR files, of which none is part of this project"}
 
 
-@pytest.mark.parametrize(("kind", "name"), sorted(components()), ids=lambda part: part)
+@pytest.mark.parametrize(("kind", "name"), [pytest.param(*c, marks=[pytest.mark.slow] * (c in DEAR)) for c in sorted(components())], ids=lambda part: part)
 def test_component_keeps_its_promises(kind, name):
     if (kind, name) in NOT_HERE:
         pytest.skip(NOT_HERE[kind, name])

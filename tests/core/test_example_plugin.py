@@ -70,6 +70,7 @@ print("kept")
     assert shown.stdout.strip().endswith("kept"), shown.stderr
 
 
+@pytest.mark.slow
 def test_a_sweep_over_it_runs(acme, isethdr_home):
     shown = isethdr("run", "-m", "experiment=acme_night", "sensor=acme_nano,bayer", plugins=[acme],
                     ISETHDR_PLUGINS="core,scenes,optics,sensors,isp,metrics,acme")  # without the report, whose plots take as long as all else

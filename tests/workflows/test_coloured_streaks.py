@@ -1,8 +1,10 @@
 """Coloured streaks: whole bands beat single wavelengths wherever kernels are not exact, within the error they state."""
 
+import pytest
 from isethdr_workflows.coloured_streaks import coloured_streaks
 
 
+@pytest.mark.slow
 def test_whole_bands_are_right_and_single_wavelengths_are_not(tmp_path):
     rows = coloured_streaks(tiles=70)
     far = rows[-1]
