@@ -49,6 +49,7 @@ def test_no_aberration_is_diffraction_limited():
     np.testing.assert_array_equal(WavefrontLens()(light), DiffractionLimitedLens()(light))
 
 
+@pytest.mark.slow
 def test_fast_lens_on_coarse_tiles_is_ideal():
     tile_um, blur_um = 50.0, 0.55
     scene = mixed(np.random.default_rng(0).uniform(1, 2, (12, 14)), pitch_um=tile_um)

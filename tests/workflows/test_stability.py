@@ -19,7 +19,7 @@ def test_much_defocus_is_right():
     assert len(rows) == 3 and {r["verdict"] for r in rows} == {"right"}
 
 
-@pytest.mark.parametrize("stage", STAGES)
+@pytest.mark.parametrize("stage", [pytest.param(s, marks=[pytest.mark.slow] * (s == "lens")) for s in STAGES])
 def test_no_stage_is_wrong_but_where_it_is_known(stage, monkeypatch):
     monkeypatch.setattr(lens, "DEFOCUS", lens.DEFOCUS[:2])
     rows = stability(stage)

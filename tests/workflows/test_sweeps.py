@@ -6,6 +6,8 @@ import json
 import os
 import signal
 
+import pytest
+
 from .command import LIGHTS, error_lines, installed_trouble, isethdr, leftovers, one_by_one, start, stores, wait_for
 
 SWEEP = ["run", "-m", *LIGHTS, "lighting=night", "sensor=bayer,rgbw", "lighting.dynamic_range=1e4,1e6"]
@@ -59,6 +61,7 @@ def test_a_mistake_anywhere_in_a_sweep_is_found_before_its_first_job(isethdr_hom
     assert not isethdr_home.exists()
 
 
+@pytest.mark.slow
 def test_a_field_of_a_swept_kind_and_a_job_that_fails(isethdr_home):
     """Both sensors take the field; the job that cannot work does not stop the others."""
     done = isethdr("run", "-m", *LIGHTS, "lighting=ideal", "sensor=ideal,bayer", "sensor.exposure_s=0.01", "sensor.columns=20",
