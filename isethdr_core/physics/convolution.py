@@ -109,16 +109,18 @@ def convolve_into(out, image, kernel: Kernel, error_allowed: float = 0.0, factor
     if tuple(image.shape) != kernel.shape:
         raise ValueError(f"the kernel was prepared for images of {kernel.shape}; got {image.shape}; prepare it for that shape")
     low, high = _range(image, xp)
-    scale = max(-low, high) * (1.0 if factor is None else _range(factor, xp)[1])  # powers stay in range for any unit
+    scale = max(-low, high) * (1.0 if factor is None else _range(factor, xp)[1])
     if scale == 0 or kernel.peak == 0:
         out[...] = 0.0
         return Bound(0.0, 0.0, 0)
+    scale = scale if not 1e-100 < scale < 1e100 else 1.0  # squares stay in range for any unit
 
     def read(rows, values):
         values[0, ...] = image[rows, :]
         if factor is not None:
             values *= factor[rows, :]
-        values /= scale
+        if scale != 1.0:
+            values /= scale
 
     def write(rows, values):
         _scaled(values, (scale, gain, kernel.peak), out[rows, :], xp)

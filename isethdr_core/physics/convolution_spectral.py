@@ -11,7 +11,6 @@ import numpy as np
 from . import convolution_transform as transform
 
 TOGETHER_BYTES = 2**20  # of the bands' kernels that are combined at a time: they stay in the processor's cache
-FEW = 2**18  # products of a matrix product that a linear algebra library does not divide among threads of its own
 
 
 def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, float]:
@@ -25,7 +24,8 @@ def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, floa
     blocks : (band, block, sy, columns), transforms of the bands' kernels (`convolution_transform.spectrum`), whose precision, single or
         double, is that of the work.
     size : (y, x) of the transforms.
-    apply : `map`, or the `map` of a pool of threads.
+    apply : `map`, or what does the same by several threads. Those of a linear algebra library had better be off meanwhile: they go on
+        spinning beside them.
     """
     (outputs, count, bands), (ny, nx) = combine.shape, out.shape[1:]
     scale = float(np.abs(combine).max()) or 1.0  # so that single precision is in range for any unit
@@ -79,17 +79,5 @@ def _back(out, half, scale, size, apply) -> float:
 
 
 def matrix_product(weights, values) -> np.ndarray:
-    """Return weights (row, band) times values (band, ...), as (row, ...), in parts too small to be divided among threads.
-
-    Threads of a linear algebra library go on spinning for a while beside the caller's own.
-    """
-    flat = values.reshape(len(values), -1)  # a view where each band is contiguous
-    out = np.empty((len(weights), flat.shape[1]), np.result_type(weights, values))
-    step = max(1, FEW // weights.size)
-    whole = flat.shape[1] // step * step
-    if whole:  # in one call, so that threads of the caller need not wait for each other
-        given, made = (a[:, :whole].reshape(len(a), -1, step).swapaxes(0, 1) for a in (flat, out))
-        np.matmul(weights, given, out=made)
-    if whole < flat.shape[1]:
-        np.matmul(weights, flat[:, whole:], out=out[:, whole:])
-    return out.reshape(len(weights), *values.shape[1:])
+    """Return weights (row, band) times values (band, ...), as (row, ...)."""
+    return (weights @ values.reshape(len(values), -1)).reshape(len(weights), *values.shape[1:])  # a view where each band is contiguous

@@ -16,7 +16,7 @@ FLOOR = 1e-14  # of the largest eigenvalue: directions in which no spectrum at h
 def shot_noise_moments(spectra, counts, weight=1.0) -> np.ndarray:
     """Return the (band, band) second moments of spectra (sample, band), each over its `counts`: bright ones weigh as their noise allows."""
     lit = counts > 0
-    return weight * np.einsum("sb,sc->bc", spectra[lit] / counts[lit, None], spectra[lit])  # not by BLAS, whose threads go on spinning
+    return weight * ((spectra[lit] / counts[lit, None]).T @ spectra[lit])
 
 
 def kernel_moments(kernels, weights) -> np.ndarray:

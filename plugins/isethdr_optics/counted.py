@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from isethdr_core.physics.convolution_spectral import matrix_product
 from isethdr_core.physics.radiometry import photons_per_energy
 
-from .kernels import cpus
+from .threads import threads
 
 MOST_BLOCKS = 96  # along an axis
 
@@ -41,8 +40,8 @@ def counted(lens, mixed, relative, response) -> Counted:
         whole[start : start + block] = charges.sum(0)
         return charges.sum(1), charges.min(1), np.einsum("byx,byx->bx", part, part)
 
-    with ThreadPoolExecutor(min(cpus(), 8)) as pool:
-        sums, least, squares = (np.stack(a, axis=1) for a in zip(*pool.map(strip, range(0, values.shape[1], block))))
+    with threads() as apply:
+        sums, least, squares = (np.stack(a, axis=1) for a in zip(*apply(strip, range(0, values.shape[1], block))))
     squares = _columns(np.add, squares, block) * float(np.max(relative)) ** 2
     return Counted(block, values.shape[1:], weights, whole, _columns(np.add, sums, block), _columns(np.minimum, least, block), squares)
 

@@ -21,6 +21,7 @@ from .counted import Counted
 from .field_imaging import field_kernels
 from .sensor_plane import SensorPlane, sensor_plane, without_geometry
 from .spread_errors import fine_enough
+from .threads import threads
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,13 +83,12 @@ def irradiance(lens, mixed, flares, given: Parts, error_allowed: float = 0.0):
     made, field, gains = given.made, given.field, given.gains
     values, put = np.asarray(mixed.values), elsewhere.place()
     out = np.empty(values.shape, np.result_type(values.dtype, np.float32))
-    with threads() as pool, ThreadPoolExecutor(2) as two, sf.set_workers(1):  # two bands at a time: little memory, and no thread waits
+    with threads() as apply, ThreadPoolExecutor(2) as two, sf.set_workers(1):  # two bands at a time: little memory, and no thread waits
         if field is None:
-            bounds = list(two.map(lambda b: _band(out[b], values[b], made and made.ready(b), given.relative, gains[b], pool.map, error_allowed, put),
+            bounds = list(two.map(lambda b: _band(out[b], values[b], made and made.ready(b), given.relative, gains[b], apply, error_allowed, put),
                                   range(len(gains))))
         else:
-            bounds = list(pool.map(lambda b: field.spread(out[b], values[b] * (gains[b] * given.sensor.relative), b, error_allowed),
-                                   range(len(gains))))
+            bounds = apply(lambda b: field.spread(out[b], values[b] * (gains[b] * given.sensor.relative), b, error_allowed), range(len(gains)))
     light = on_sensor(lens, given, quantities.plane, given.sensor.move(out), given.wavelength_nm, units=quantities.IRRADIANCE)
     state_kernels(made, mixed, lens, given)
     if made is not None:
@@ -97,11 +97,6 @@ def irradiance(lens, mixed, flares, given: Parts, error_allowed: float = 0.0):
         light.values += added
     quantities.check_irradiance(light)
     return light
-
-
-def threads() -> ThreadPoolExecutor:
-    """Return a pool of as many threads as are of use."""
-    return ThreadPoolExecutor(min(kernel_module.cpus(), 8))
 
 
 def on_sensor(lens, given: Parts, make, values, first, **attrs):
@@ -185,11 +180,12 @@ def state_kernels(made, mixed, lens, given: Parts):
             ledger.error(error, "relative per tile", "statistical", f"speckle of the kernel {2**octave} to {2 ** (octave + 1)} tiles from a lamp")
     if made.wrap:
         ledger.error(made.wrap, "relative of spread light", "measured", "kernel near the border of the frame, from the period of its far field")
-    margin = [(n - w / p) / 2 for n, w, p in zip(mixed.shape[1:], _nominal(mixed), (quantities.tile_pitch(mixed, d) for d in ("y", "x")))]
+    margin = mixed.attrs.get("tiles_beyond") or [
+        (n - w / p) / 2 for n, w, p in zip(mixed.shape[1:], _nominal(mixed), (quantities.tile_pitch(mixed, d) for d in ("y", "x")))]
     far = max(
         float(profile[: max(len(profile) // 2 - int(m), 0)].sum()) for both in made.profiles for profile, m in zip(both, margin)
     )
-    far += max(float(made.outside.max()), 0.0) * isinstance(made, tails.NearKernels)
+    far += max(float(made.outside.max()), 0.0) * (isinstance(made, tails.NearKernels) or "tiles_beyond" in mixed.attrs)
     ledger.left_out(
         "light from beyond the rendered margin", "not in the scene radiance", far, "fraction of a lamp there, into the field"
     )

@@ -8,7 +8,6 @@ measured by the difference between two halves of the points.
 
 from __future__ import annotations
 
-import os
 from collections import OrderedDict
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, is_dataclass
@@ -27,6 +26,7 @@ from isethdr_core.progress import track
 from . import band_phase, far, kernel_errors, kernel_spectra, kernel_store, knots, memory, pupils, scatter
 from .exact_core import exact_core
 from .far import tile_sums
+from .threads import cpus
 
 CORE_SAMPLES = 240  # image samples from the axis to the border of the exact core
 MOST_WAVELENGTHS = 32  # per band, however wide
@@ -216,11 +216,6 @@ def _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach) -> list:
 
 def _described(flare) -> bool:
     return is_dataclass(flare)
-
-
-def cpus() -> int:
-    """Return how many threads to use: OMP_NUM_THREADS where it is set, else the processors at hand."""
-    return int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count() or 1)
 
 
 class _Plan:

@@ -16,7 +16,8 @@ from isethdr_core.physics.convolution_transform import error
 from isethdr_core.physics.radiometry import photons_per_energy
 
 from . import bright_tiles, spectral_fit
-from .imaging import Parts, added_light, irradiance, on_sensor, parts, state_kernels, threads
+from .imaging import Parts, added_light, irradiance, on_sensor, parts, state_kernels
+from .threads import threads
 
 
 def photocurrent(lens, mixed, flares, response, given: Parts | None = None):
@@ -49,15 +50,15 @@ def _light(lens, mixed, flares, response, given: Parts):
     counting = efficiency * photons_per_energy(given.wavelength_nm)
     weights, cube = counting * given.gains, np.asarray(mixed.values)
     out = np.zeros((len(weights), *cube.shape[1:]), np.float32)
-    with threads() as pool:
-        fit = spectral_fit.fit(cube, given, weights, response, pool.map)
+    with threads() as apply:
+        fit = spectral_fit.fit(cube, given, weights, response, apply)
         if fit is None:
             return None
         parts = zip((fit.near, fit.far), _planes(cube, given.relative, fit), (given.made.divided.near, given.made.divided.far))
-        rounding_e = response.area_exposure_m2_s * sum(_convolve(out, weights, *part, pool.map) for part in parts if part[0])
+        rounding_e = response.area_exposure_m2_s * sum(_convolve(out, weights, *part, apply) for part in parts if part[0])
         if rounding_e > TRANSFORMS * response.noise_fraction_allowed * max(response.read_noise_e, 1.0):
             return None
-        bright_tiles.correct(out, cube, given.relative, weights, fit, given.made, pool.map)
+        bright_tiles.correct(out, cube, given.relative, weights, fit, given.made, apply)
     low = float(out.min())
     np.maximum(out, 0.0, out=out)
     light = on_sensor(lens, given, quantities.photocurrent, given.sensor.move(out), names, wavelength_nm=given.wavelength_nm,
@@ -79,6 +80,7 @@ def _planes(cube, relative, fit):
     count = len(fit.near.project)
     project = np.concatenate([fit.near.project, fit.far.project] if fit.far else [fit.near.project]).astype(cube.dtype)
     kept = np.empty((len(project) - count, *cube.shape[1:]), cube.dtype)
+    relative = None if relative is None else relative.astype(cube.dtype)
 
     def near(rows):
         made = matrix_product(project, cube[:, rows])

@@ -1,7 +1,6 @@
 """Photocurrent: the short way through the lens against the long one, in units of the sensor's noise."""
 
 import dataclasses
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -207,6 +206,6 @@ def test_photocurrent_of_another_sensor_is_refused():
 def test_same_light_whatever_the_number_of_threads(monkeypatch):
     sensor, seen = build("sensor", "bayer", pitch_um=3.0), []
     for cpus in (1, 3):
-        monkeypatch.setattr(photocurrent, "threads", lambda n=cpus: ThreadPoolExecutor(n))
+        monkeypatch.setenv("OMP_NUM_THREADS", str(cpus))
         seen.append(LENS.photocurrent(night(), FLARES, response(sensor)).values)
     np.testing.assert_array_equal(*seen)

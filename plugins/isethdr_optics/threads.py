@@ -1,0 +1,53 @@
+"""Threads: blocks of work on as many threads as are of use, and linear algebra on one."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import cache
+
+MOST = 8
+
+
+def cpus() -> int:
+    """Return how many threads to use: OMP_NUM_THREADS where it is set, else the processors at hand."""
+    return int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count() or 1)
+
+
+@contextmanager
+def threads():
+    """Give `apply(function, items)`, which returns a list as `map` would, worked on by several threads; several callers may share it.
+
+    Each thread takes one item after the other by itself: to hand out items of a millisecond one by one would cost as much as a tenth of
+    their work. Threads that a linear algebra library would start beside them go on spinning when they are done, so it has to do without.
+    """
+    count = min(cpus(), MOST)
+
+    def apply(function, items):
+        items = list(items)
+        results, numbers = [None] * len(items), deque(range(len(items)))
+
+        def work():
+            while True:
+                try:
+                    number = numbers.popleft()
+                except IndexError:
+                    return
+                results[number] = function(items[number])
+
+        for one in [pool.submit(work) for _ in range(min(count, len(items)))]:
+            one.result()
+        return results
+
+    with _libraries().limit(limits=1, user_api="blas"), ThreadPoolExecutor(count) as pool:
+        yield apply
+
+
+@cache
+def _libraries():
+    """Return what controls the linear algebra libraries of this process; to look for them takes milliseconds."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
