@@ -3,12 +3,14 @@
 All that happens along a path is compiled code: lamps light surfaces as spots (`spots.py`), and only a lamp met in a
 mirror or through a pane calls Python. One scene holds all lamps; a group is switched on by the spots' sampling weights. Another holds the sky.
 A film with exactly four bands of equal width gets exactly one wavelength per band and path, and the same seed gives
-all bands the same paths: no noise comes from the choice of wavelength, and colours hold together.
+all bands the same paths: no noise comes from the choice of wavelength, and colours hold together. A group's paths are named after it,
+so that its light does not depend on which others are asked for.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from zlib import crc32
 
 import mitsuba as mi
 import numpy as np
@@ -51,7 +53,7 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
                     continue
                 done = 0
                 for start, one_sensor in zip(starts, sensors, strict=True):
-                    image = np.array(mi.render(scene, sensor=one_sensor, integrator=integrator, spp=samples, seed=(seed + g) & 0xFFFFFFFF))
+                    image = np.array(mi.render(scene, sensor=one_sensor, integrator=integrator, spp=samples, seed=seed ^ crc32(group.encode())))
                     for k in range(max(start, done), min(start + BLOCK, len(bands_nm))):
                         yield g, k, image[..., k - start].ravel() / settings.step_nm
                     done = start + BLOCK

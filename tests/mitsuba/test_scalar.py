@@ -107,6 +107,14 @@ def test_the_scalar_way_renders_the_same_scene(make):
         assert a.mean() == pytest.approx(b.mean(), rel=2 * tolerance)
 
 
+def test_light_of_a_group_does_not_depend_on_which_others_are_asked_for(make):
+    renderer = MitsubaRenderer(width=16, height=9, margin=0.0, samples=8, step_nm=100.0, max_depth=3, variant="scalar")
+    whole = renderer(make.street(2), Demand(groups=("sky", "headlights", "streetlights"))).radiance
+    for group in ("headlights", "streetlights"):
+        alone = renderer(make.street(2), Demand(groups=(group,))).radiance
+        assert alone.values.any() and np.array_equal(alone.sel(light_group=group).values, whole.sel(light_group=group).values)
+
+
 def test_the_scalar_way_needs_square_tiles(make):
     with pytest.raises(ConfigError, match="square tiles"):
         MitsubaRenderer(width=16, height=16, variant="scalar")(make.street(1))
