@@ -14,7 +14,7 @@
 | `preview`                       | a rendering of few paths, denoised light group by light group: a view |
 | `local_tone`, `white_balance`   | views that follow the surroundings, or the light of the scene         |
 | `demand`, `ledger`, `progress`  | what is needed; what it cost and how wrong it may be; how far it is   |
-| `bands`, `margin`               | bands, and tiles beyond the field, that can be left out               |
+| `bands`, `margin`, `window`     | bands, tiles beyond the field or a sensor, that can be left out       |
 | `forecast`                      | how long each stage will take                                         |
 | `accuracy`                      | what a run may be wrong by, and which stage by how much of it         |
 | `noise_units`, `scene_noise`, `score_errors` | how wrong a picture and its scores are, in units of its noise |
@@ -23,7 +23,7 @@
 | `pipeline`, `recipes`, `runs`   | the chain; stored radiance; one stored run                            |
 | `pooling`                       | what several stored renderings of the same light know together        |
 | `draws`                         | the same shot with other noise: intervals of all scores               |
-| `store`, `store_encoding`, `store_join` | zarr stores that are either whole or not there                |
+| `store`, `store_arrays`, `store_encoding`, `store_join` | zarr stores that are either whole or not there |
 | `leftovers`                     | temporary names, and what killed writers left behind                  |
 | `cli`, `hydra_app`, `sweeps`, `summary` | the command line, sweeps, and what it prints                  |
 | `errors`                        | every error a user can cause                                          |

@@ -11,6 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from .window import wider
+
 
 @dataclass(frozen=True, eq=False)
 class Response:
@@ -22,6 +24,7 @@ class Response:
     read_noise_e: float               # least of all readings
     full_scale_e: float = math.inf    # largest charge that any reading measures
     noise_fraction_allowed: float = 0.1  # error of light, in standard deviations of the noise
+    window_m: tuple[float, float] | None = None  # as `Demand.window_m`
 
     @property
     def error_allowed(self) -> float:
@@ -36,7 +39,8 @@ class Response:
 
         return Response(self.channels + other.channels, lambda w: np.concatenate([self.efficiency(w), other.efficiency(w)]),
                         max(self.area_exposure_m2_s, other.area_exposure_m2_s), min(self.read_noise_e, other.read_noise_e),
-                        max(self.full_scale_e, other.full_scale_e), min(self.noise_fraction_allowed, other.noise_fraction_allowed))
+                        max(self.full_scale_e, other.full_scale_e), min(self.noise_fraction_allowed, other.noise_fraction_allowed),
+                        wider(self.window_m, other.window_m))
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,7 @@ class Demand:
     error_allowed: float = 0.0                      # relative; 0 asks for the exact way
     response: Response | None = None                # of the sensors; None: light is needed wavelength by wavelength
     margin: bool = True                             # tiles beyond the camera's field
+    window_m: tuple[float, float] | None = None     # (width, height) of the image plane about the axis that sensors see, inf: all along an axis
 
     def with_groups(self, groups) -> Demand:
         """Return the demand for no other light group than `groups`."""

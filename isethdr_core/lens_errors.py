@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import bands, ledger
+from . import bands, ledger, window
 from .light_in_time import DIM
 
 
@@ -26,6 +26,8 @@ def asked_of(lens, flares, cameras, demand, mixed):
     kept = np.isin(every, seen)
 
     def errors(mean, weights):
-        return lens.spread_errors(mean.sel(wavelength=every[kept]), flares, weights[:, kept], response)
+        with ledger.stage(ledger.Ledger(), "window"):  # said, too
+            part = mean if demand is None else window.without_unseen(lens, mean, flares, demand.window_m)
+        return lens.spread_errors(part.sel(wavelength=every[kept]), flares, weights[:, kept], response)
 
     return errors

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from inspect import signature
 from typing import Any
 
-from . import accuracy, bands, margin, progress
+from . import accuracy, bands, margin, progress, window
 from . import ledger as book
 from .component import Stage
 from .demand import Demand
@@ -124,6 +124,7 @@ def plan(parts: Chain, rows: Ledger) -> Demand:
             demand = narrowed(flare, demand)
         demand = bands.with_bands(narrowed(parts.lens, demand), offered)
         lightings = parts.lighting, *parts.versions.values()
+        window.planned(parts.scene, parts.lens, tuple(parts.flares.values()), demand.window_m)
         demand = margin.left_out_where_unseen(demand, parts.renderer, parts.lens, tuple(parts.flares.values()), lightings)
         return union([narrowed(light, demand) for light in lightings])
 
@@ -159,7 +160,8 @@ def union(demands: list[Demand]) -> Demand:
                 sorted(set(first.wavelength_nm) | set(other.wavelength_nm))),
             labels=first.labels | other.labels,
             error_allowed=min(first.error_allowed, other.error_allowed),
-            response=joined(first.response, other.response), margin=first.margin or other.margin)
+            response=joined(first.response, other.response), margin=first.margin or other.margin,
+            window_m=window.wider(first.window_m, other.window_m))
     return first
 
 
@@ -191,6 +193,7 @@ def on_sensor(parts: Chain, mixed, demand: Demand):
     flares = tuple(parts.flares.values())
     if not parts.leave_out:
         return parts.lens(mixed, flares=flares)
+    mixed = window.without_unseen(parts.lens, mixed, flares, demand.window_m)
     every = mixed.wavelength.values
     seen = bands.lit(mixed, bands.sensed_nm(parts.cameras.values(), every))
     if len(seen) < len(every):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import geometry
+from . import geometry, window
 from .light_in_time import time_mean
 from .physics.area import overlaps
 from .physics.overlap import borders
 from .physics.photometry import xyz_weights
 from .physics.radiometry import photons_per_energy
-from .quantities import PHOTOCURRENT, bands_nm, tile_pitch
+from .quantities import PHOTOCURRENT, bands_nm, full_field, tile_pitch
 
 NOISE = "xyz_noise"  # variable (light_group, xyz_channel, y, x) of a scene: standard errors of X, Y and Z, cd/m2
 HALVES = "half_difference"  # variable (light_group, y, x): half of what two halves of a renderer's paths differ by in luminance, cd/m2
@@ -117,11 +117,12 @@ def direct_share(light, mixed) -> np.ndarray:
 
 
 def on_light(tiles, mixed, light) -> np.ndarray:
-    """Return tiles (..., y, x) of the field on the grid of `light`: as they are, or the mean over what each tile of the sensor plane looks at.
+    """Return tiles (..., y, x) of the field on the grid of `light`: those that it has, or the mean over what each tile of the sensor plane looks at.
 
     Where a lens magnifies colours differently the sensor plane reaches a little beyond the field.
     """
-    if isinstance(lens := geometry.map_of(light), geometry.Identity) and np.shape(tiles)[-2:] == light.shape[-2:]:
-        return tiles
-    f_m = light.attrs["focal_length_mm"] * 1e-3
+    lens, f_m = geometry.map_of(light), light.attrs["focal_length_mm"] * 1e-3
+    inside = window.tiles(mixed, [side / f_m for side in full_field(light)])
+    if isinstance(lens, geometry.Identity) and (part := tiles[..., inside["y"], inside["x"]]).shape[-2:] == light.shape[-2:]:
+        return part
     return geometry.mean_seen(tiles, mixed, lens, light.x.values / f_m, light.y.values / f_m, tile_pitch(light, "x") / f_m, beyond=True)

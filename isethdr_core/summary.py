@@ -150,6 +150,7 @@ def print_plan(overrides) -> None:
     console.print(f"labels        {', '.join(sorted(demand.labels)) or 'none'}")
     bands = demand.wavelength_nm
     console.print(f"bands         {f'{len(bands)} from {bands[0]:g} to {bands[-1]:g} nm' if bands else 'all'}")
+    console.print(f"window        {' x '.join(f'{1e3 * side:.4g}' for side in demand.window_m) + ' mm of the image plane' if demand.window_m else 'all'}")
     console.print(f"cameras       {', '.join(parts.cameras)}")
     held, missing = recipes.held_and_missing(parts, demand)
     if parts.renderer is not None:

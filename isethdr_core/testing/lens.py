@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from .. import geometry
-from ..demand import Demand
+from .. import geometry, window
+from ..demand import Demand, Response
 from ..light_in_time import components
 from ..physics.modulation import Modulation
-from ..quantities import check_irradiance, tile_pitch
+from ..physics.radiometry import photons_per_energy
+from ..quantities import PHOTOCURRENT, bands_nm, check_irradiance, full_field, tile_pitch
 from .inputs import damaged_planes, in_components, mixed
 from .lazy import same_from_store
 from .promise import close, holds, keeps, refuses, repeatable, same, stated
@@ -17,6 +20,7 @@ from .promise import close, holds, keeps, refuses, repeatable, same, stated
 ROUNDING = 1e-5
 # attributes hold one number for all bands, but colours have pupils and images of different size: 0.4 % in a double Gauss, mean of 400 to 700 nm
 COLOURS = 1e-2
+AREA_EXPOSURE_M2_S = 3e-6**2 * 0.016  # a pixel of 3 um, 16 ms
 
 
 def check(who: str, lens) -> None:
@@ -41,6 +45,8 @@ def check(who: str, lens) -> None:
         dark = out.sel(wavelength=[w for w in out.wavelength.values if w not in kept])
         # 1e-6: what no sensor sees beside the rest
         holds(who, "passes no light in a band that its narrow drops", float(dark.max() if dark.size else 0.0) <= 1e-6 * float(out.max()))
+    if hasattr(lens, "photocurrent"):
+        _check_window(who, lens, scene)
     for what, bad in damaged_planes(scene):
         refuses(who, what, lambda b=bad: lens(b))
 
@@ -50,6 +56,25 @@ def _check_components(who, lens, scene, out):
         pulsed = lens(in_components(scene, frequency_hz=90.0, duty=0.1, phase=0.3))
     holds(who, "hands on how each component varies", [m for m, _ in components(pulsed)] == [Modulation(90.0, 0.1, 0.0, 0.3)])
     same(who, "one component is imaged as light without components", components(pulsed)[0][1], out)
+
+
+def _check_window(who, lens, scene):
+    """Light asked for in a window is that asked for everywhere, as far as the sensor that asks can tell."""
+    asked = Response(("W",), lambda w: np.full((1, np.size(w)), 0.5), AREA_EXPOSURE_M2_S, 1.0, 1e5)
+
+    def electrons(light, seen):
+        counting = asked.efficiency(bands_nm(light)) * photons_per_energy(bands_nm(light))
+        light = light.isel(window.tiles(light, seen))
+        return AREA_EXPOSURE_M2_S * (light.values if light.attrs["units"] == PHOTOCURRENT else np.tensordot(counting, light.values, 1))
+
+    every = lens.photocurrent(scene, (), asked)
+    seen = tuple(side / 2 for side in full_field(every))
+    with keeps(who, "answers a response that states a window"):
+        part = electrons(lens.photocurrent(scene, (), replace(asked, window_m=seen)), seen)
+    whole = electrons(every, seen)
+    # twice: either answer may be wrong by what is allowed
+    close(who, "in the window that a response states light is as without one, within the error allowed", part, whole, 0.0,
+          2 * asked.noise_fraction_allowed * np.sqrt(1 + whole.min()))
 
 
 def _check_linear(who, lens, scene, out):

@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from .. import window
 from ..demand import Demand
+from ..quantities import tile_pitch
 from ..seeds import generator
 from .inputs import damaged_planes, in_components, irradiance, pattern
 from .lazy import same_from_store
@@ -77,7 +79,8 @@ def dim_light(who: str, sensor):
 
 
 def _check_narrow(who, sensor, light, mean):
-    """What `narrow` drops must not matter: without those bands the expected electrons are the same."""
+    """What `narrow` drops must not matter: without those bands, and those tiles, the expected electrons are the same."""
+    _check_window(who, sensor, light)
     bands = tuple(light.wavelength.values.tolist())
     kept = sensor.narrow(Demand(wavelength_nm=bands)).wavelength_nm if hasattr(sensor, "narrow") else bands
     if kept == bands:
@@ -86,6 +89,18 @@ def _check_narrow(who, sensor, light, mean):
         part = sensor.expected(light.sel(wavelength=list(kept)))
         # 1e-4: a band is dropped where the quantum efficiency is next to nothing
         close(who, "needs no band that its narrow drops", part.values, mean.values, 1e-4)
+
+
+def _check_window(who, sensor, light):
+    seen = sensor.narrow(Demand()).window_m if hasattr(sensor, "narrow") else None
+    if seen is None:
+        return
+    tiles = tuple(2 * light.sizes[d] for d in ("y", "x"))
+    wide = irradiance(light.values.max() * pattern((light.sizes["wavelength"], *tiles)), *tiles, tile_pitch(light, "x"))
+    with keeps(who, "sees no light beyond the window that its narrow states"):
+        part = sensor.expected(window.cut(wide, window.tiles(wide, seen)))
+        # 1e-6: coordinates and electrons in float32
+        close(who, "sees no light beyond the window that its narrow states", part.values, sensor.expected(wide).values, 1e-6)
 
 
 def _zero(light):

@@ -16,7 +16,8 @@ elsewhere.py  bands convolved by another array library, on a graphics processor 
 photocurrent.py  radiance straight to the electrons of a sensor's channels
 for_sensor.py    photocurrent with no more than a sensor can tell:
 tails.py         kernels that end where it cannot
-ghosts_seen.py   and without ghosts that it cannot
+ghosts_seen.py   without ghosts that it cannot
+window.py        and without tiles beside it whose light cannot reach it
 spectral_fit.py  the functionals of a scene's spectra that this takes
 bright_tiles.py  and what they miss of bright tiles
 field_imaging.py  point spreads that vary over the field, scattered from the source
@@ -45,6 +46,7 @@ prescription_amplitude.py  light uneven over its stop
 prescription_rims.py      rims that cut its stop off the axis
 prescription_field.py     whether its beam gets to the corners of the camera's field
 prescribed_lens.py        the lens `prescription`
+threads.py                blocks of work on several threads
 sensor_plane.py           where a lens sends the tiles of a field: relative illumination, light moved along a distortion
 lateral_colour.py         image size by wavelength, band by band on the sensor plane
 omissions.py              what a lens spares, said in the plan and at work

@@ -39,7 +39,7 @@ class IdealLens:
         return image(self, mixed, _sequence(flares), error_allowed)
 
     def photocurrent(self, mixed, flares, response):
-        """Return photocurrent of mixed radiance for a sensor's response, or irradiance where that is better for its light."""
+        """Return photocurrent of mixed radiance in the window of a sensor's response, or irradiance where that is better for its light."""
         from isethdr_core.light_in_time import DIM
 
         from .for_sensor import photocurrent
@@ -92,15 +92,16 @@ class IdealLens:
     def spread_errors(self, mixed, flares, weights, response=None):
         """Return how wrong the kernels may make light of `mixed`: (deviation, bound), each (channel, y, x).
 
-        `weights` (channel, band): what is counted of irradiance; `response` as the light was asked for. One tile per tile of the sensor plane.
+        `weights` (channel, band): what is counted of irradiance; `response` as the light was asked for. One tile per tile of that light.
         """
         from isethdr_core import ledger
 
         from .field_errors import spread_errors
-        from .imaging import parts
+        from .window import errors_on_window, seen
 
         with ledger.stage(ledger.Ledger(), "spread errors"):  # what the parts state has been stated
-            return spread_errors(mixed, parts(self, mixed, _sequence(flares), response), weights)
+            mixed, given, _ = seen(self, mixed, _sequence(flares), response)
+            return errors_on_window(spread_errors(mixed, given, weights), self, given, response)
 
     def keeps_light(self, flares) -> bool:
         """Return whether the light of every tile stays where the tile is: no blur, no flare, nothing moved."""

@@ -60,7 +60,7 @@ class IdealSensor:
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
     def narrow(self, demand):
-        """Return the demand without outer bands in which the sensor is blind."""
+        """Return the demand for what the sensor sees: its window, and no outer band in which it is blind."""
         from .quantum_efficiency import narrow
 
         return narrow(self.model(), demand)

@@ -110,7 +110,7 @@ class ImagingSensor:
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
     def narrow(self, demand):
-        """Return the demand without outer bands in which the sensor is blind, and with its response."""
+        """Return the demand for what the sensor sees, its window and no outer band in which it is blind, and with its response."""
         from .quantum_efficiency import narrow
         from .response import ask
 

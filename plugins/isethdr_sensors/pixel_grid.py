@@ -44,6 +44,11 @@ def pixel_counts(field_width_m: float, field_height_m: float, pitch_um: float, r
     return _count(field_height_m, pitch, rows, "rows", "high"), _count(field_width_m, pitch, columns, "columns", "wide")
 
 
+def window_m(pitch_um: float, rows: int, columns: int) -> tuple[float, float] | None:
+    """Return (width, height) that the pixels see of the image plane, inf along an axis that they fill; None where they fill both."""
+    return tuple(n * pitch_um * 1e-6 or np.inf for n in (columns, rows)) if rows or columns else None
+
+
 def _count(field_m, pitch, wanted, name, direction):
     fits = int(np.floor(field_m / pitch * (1 + ROUNDING)))
     if fits < 1:

@@ -11,6 +11,7 @@ from isethdr_core.errors import ConfigError, did_you_mean
 
 from . import spectral_curves
 from .colour_filter_array import channels
+from .pixel_grid import window_m
 from .sensor_model import SensorModel
 
 NEGLIGIBLE = 1e-6  # of the largest quantum efficiency: bands below it at both ends need not be rendered
@@ -61,7 +62,8 @@ def _within_bands(model, w, offsets):
 
 
 def narrow(model: SensorModel, demand):
-    """Return the demand without the outer bands in which the sensor is blind; states the bound."""
+    """Return the demand for what the sensor sees: its window, and no outer band in which it is blind; states the bound."""
+    demand = replace(demand, window_m=window_m(model.pitch_um, model.rows, model.columns))
     if demand.wavelength_nm is None:
         return demand
     strongest = quantum_efficiency(model, demand.wavelength_nm).max(0)

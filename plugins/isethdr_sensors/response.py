@@ -29,7 +29,7 @@ def ask(model: SensorModel, demand: Demand, longest_s: float) -> Demand:
     area_s = max(model.pitch_um**2 * 1e-12 * d.fill_factor * d.exposure_share * longest_s for d in model.photodiodes)
     names = [letter + mark for mark in ("", " astray")[: 1 + bool(model.optical_crosstalk_percent)] for letter in channels(model.cfa)]
     return replace(demand, response=Response(tuple(names), partial(_efficiency, model), area_s, min(r.read_noise_e for r in model.readings),
-                                             max(full_scale_e(model))))
+                                             max(full_scale_e(model)), window_m=demand.window_m))
 
 
 def full_scale_e(model: SensorModel) -> list[float]:
