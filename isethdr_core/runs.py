@@ -12,6 +12,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from . import store
 from .component import Stage
 from .errors import CatalogError
@@ -73,7 +75,8 @@ def run(config) -> Result:
     check_writable(folder)
     failed = store.home() / "failed" / f"{key}.txt"
     try:
-        path = _compute(config, settings, parts, key, folder)
+        with threadpool_limits(1, "blas"):     # its own threads would spin beside those of the stages, and longer than they work
+            path = _compute(config, settings, parts, key, folder)
     except Exception as err:
         with suppress(OSError):     # a full disk must not hide the error that it caused
             failed.parent.mkdir(parents=True, exist_ok=True)

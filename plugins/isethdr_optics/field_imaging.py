@@ -7,7 +7,6 @@ spread. Wavefronts are interpolated, not point spreads: the grid is as fine as t
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
@@ -22,7 +21,7 @@ from . import band_phase, field_grid, kernel_errors, kernels, omissions, place_c
 from .overlaid import overlaid
 from .place_lens import node_lens
 from .reference_bands import WIDTH_NM, references_nm
-from .threads import cpus
+from .threads import MOST_THREADS, cpus, executor
 
 RINGS = (0, 1, 2, 4, 8)  # tried one after the other
 PARTS = (0.15, 0.25, 0.4, 0.6)  # of the exact core, tried as reach of the cores of places
@@ -161,7 +160,7 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
     more = ", more than the error allowed" if error > lens.error_allowed else ""
     ledger.error(error, "share of a point's light", "measured",
                  f"point spread between {len(grid)} places of the field, L1, worst of {', '.join(f'{w:g}' for w in some)} nm{more}")
-    with ThreadPoolExecutor(min(cpus(), 8)) as pool:
+    with executor(min(cpus(), MOST_THREADS)) as pool:
         made = FieldKernels(axis, half, shares, list(track(pool.map(cores, grid), "places of the field", len(grid))), unlike)
     band_phase.state(along[1:], waves)
     place_cores.state(along, flares, waves, half)

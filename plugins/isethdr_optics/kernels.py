@@ -9,7 +9,6 @@ measured by the difference between two halves of the points.
 from __future__ import annotations
 
 from collections import OrderedDict
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, is_dataclass
 from functools import cached_property
 from threading import Lock
@@ -26,7 +25,7 @@ from isethdr_core.progress import track
 from . import band_phase, far, kernel_errors, kernel_spectra, kernel_store, knots, memory, pupils, scatter
 from .exact_core import exact_core
 from .far import tile_sums
-from .threads import cpus
+from .threads import MOST_THREADS, cpus, executor
 
 CORE_SAMPLES = 240  # image samples from the axis to the border of the exact core
 MOST_WAVELENGTHS = 32  # per band, however wide
@@ -189,7 +188,7 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None
             kernel_store.save(part, (1, *kernel.shape), "<f4", [kernel], lambda: np.array([core, transmitted, *speckle, *deviation])[:, None])
         return made
 
-    with ThreadPoolExecutor(min(cpus(), len(wavelength_nm), 8)) as pool:
+    with executor(min(cpus(), len(wavelength_nm), MOST_THREADS)) as pool:
         bands, speckle, deviation, core, transmitted = zip(*track(pool.map(kept, wavelength_nm, width_nm), "bands of the point spread", len(wavelength_nm)))
     outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
     speckle, deviation = np.array(speckle), np.array(deviation)
