@@ -98,7 +98,7 @@ def build(kind: str, name: str, /, **fields):
     ------
     ConfigError : unknown kind, name or field (with the nearest valid one), or a value of the wrong type.
     """
-    from pydantic import TypeAdapter, ValidationError
+    from pydantic import ValidationError
 
     if kind not in KINDS:
         raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
@@ -111,12 +111,20 @@ def build(kind: str, name: str, /, **fields):
         if key not in allowed:
             raise ConfigError(f"{kind} {name!r} has no field {key!r}{did_you_mean(key, allowed)}")
     try:
-        return TypeAdapter(cls).validate_python(fields)
+        return _checker(cls).validate_python(fields)
     except ValidationError as err:
         first = err.errors()[0]
         where = ".".join(map(str, first["loc"])) or "its fields"
         raise ConfigError(f"{kind} {name!r}: {where} = {first.get('input')!r} is wrong: {first['msg']}; "
                           f"type for example {kind}.{where}=<value>") from None
+
+
+@cache
+def _checker(cls):
+    """Return what checks the fields of a component class. Kept: it takes longer to make than all else of a component."""
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(cls)
 
 
 def build_from_config(kind: str, config):

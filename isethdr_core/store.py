@@ -23,7 +23,8 @@ import numpy as np
 from . import ledger
 from .errors import CatalogError
 from .leftovers import remove_leftovers, temporary_path
-from .store_encoding import KEEPBITS, LIGHT, encoding_for, jsonable, portable, restored, rounding
+from .store_arrays import write_dataset, write_group
+from .store_encoding import KEEPBITS, LIGHT, jsonable, portable, restored, rounding
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -121,27 +122,23 @@ def write_store(folder, name: str, datasets: dict[str, xr.Dataset], attrs: dict,
 
 
 def _write(path: Path, datasets: dict, attrs: dict) -> None:
-    import zarr
-
-    zarr.create_group(path, zarr_format=3)
+    write_group(path, "", {})
     for key, ds in datasets.items():
-        ds.to_zarr(path, group=key or None, mode="a", zarr_format=3, consolidated=False, encoding=encoding_for(ds))
+        write_dataset(path, key, ds)
     for key, ds in datasets.items():
         _check_written(path, key, ds)
-    zarr.open_group(path, mode="r+").attrs.update({**attrs, "format": FORMAT, "complete": True})
+    root = json.loads((path / "zarr.json").read_bytes())["attributes"]
+    write_group(path, "", {**root, **attrs, "format": FORMAT, "complete": True})
 
 
 def _check_written(path: Path, key: str, ds) -> None:
     import zarr
 
-    group = zarr.open_group(path, path=key, mode="r")
-    for name, variable in ds.variables.items():
-        stored = group[name]
-        if stored.shape != variable.shape:
-            raise CatalogError(f"{path}: {key}/{name} was written as {stored.shape}, expected {variable.shape}; write it again")
     for name in set(LIGHT) & set(ds.variables):
-        hole = holes(group[name])
-        if hole:
+        stored = zarr.open_array(path / key / name, mode="r")
+        if stored.shape != ds.variables[name].shape:
+            raise CatalogError(f"{path}: {key}/{name} was written as {stored.shape}, expected {ds.variables[name].shape}; write it again")
+        if hole := holes(stored):
             raise CatalogError(f"{path}: {key}/{name} holds NaN at {hole}; light is finite: a failed render, or a chunk was lost")
 
 

@@ -91,23 +91,10 @@ def portable(ds: xr.Dataset, keepbits: int | None) -> xr.Dataset:
     return ds.assign(changed)   # all at once: xarray aligns everything at every single one
 
 
-def encoding_for(ds: xr.Dataset) -> dict[str, dict]:
-    """Return the zarr v3 encoding of every variable of `ds`."""
-    from zarr.codecs import BloscCodec, Crc32cCodec
-
-    # the checksum turns a flipped bit into an error: blosc alone would hand out a wrong number
-    small, fast = ((BloscCodec(cname=name, clevel=level, shuffle="bitshuffle"), Crc32cCodec()) for name, level in (("zstd", 3), ("lz4", 5)))
-    encoding = {}
-    for name, variable in ds.variables.items():
-        if variable.dtype == object or variable.size == 0:
-            continue
-        encoding[name] = {"compressors": fast if variable.dtype == np.float64 else small}
-        if variable.dtype.kind == "f":
-            encoding[name]["fill_value"] = float("nan")     # a hole is then visible
-        if {"y", "x"} <= set(variable.dims):
-            chunks, shards = tiling(dict(variable.sizes))
-            encoding[name] |= {"chunks": chunks, "shards": shards}
-    return encoding
+def compression(dtype) -> dict:
+    """Return the configuration of the codec blosc for numbers of `dtype`."""
+    small, fast = {"cname": "zstd", "clevel": 3}, {"cname": "lz4", "clevel": 5}
+    return {"typesize": dtype.itemsize, **(fast if dtype == np.float64 else small), "shuffle": "bitshuffle", "blocksize": 0}
 
 
 def tiling(sizes: dict) -> tuple[tuple[int, ...], tuple[int, ...]]:
