@@ -14,6 +14,7 @@
 | `log_luminance_error` | rms of the difference of log10 luminance                                  |
 | `line_profile`        | log luminance along one row                                               |
 | `object_contrast`     | Weber contrast of each object against its surround, and its SNR           |
+| `similarity`          | the map that both kinds of structural similarity are means of             |
 | `regions`             | which pixels belong to what, and intervals by resampling blocks           |
 """
 

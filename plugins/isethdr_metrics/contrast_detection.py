@@ -90,9 +90,9 @@ class ContrastDetection:
         import numpy as np
 
         (height, width), r = model[0].shape, self.reach
-        total, count, place = np.zeros(height * width), np.zeros(height * width), np.arange(height * width).reshape(height, width)
+        total, count = np.zeros(height * width), np.zeros(height * width)
         for dy, dx in ((0, r), (r, 0), (r, r), (r, -r)):
-            firsts = place[: max(height - dy, 0), max(-dx, 0) : max(width - max(dx, 0), 0)].ravel()
+            firsts = self._with_contrast(model[0], dy, dx)
             for start in range(0, firsts.size, PIECE):
                 first = firsts[start : start + PIECE]
                 value, first, second = self._probability(model, first, first + dy * width + dx)
@@ -100,6 +100,20 @@ class ContrastDetection:
                     total[of] += value
                     count[of] += 1
         return np.where(count > 0, total / np.maximum(count, 1), np.nan).reshape(height, width)
+
+    def _with_contrast(self, true, dy: int, dx: int):
+        """Return the pixels, as indices of the flat picture, that have about the lowest contrast or more with the one `dy` rows and `dx` columns on."""
+        import numpy as np
+
+        (height, width), left = true.shape, max(-dx, 0)
+        across, rows = max(width - abs(dx), 0), max(PIECE // width, 1)
+        least, found = self.lowest_contrast_percent / 100 * (1 - 1e-9), [np.zeros(0, int)]    # rounding: decided when the contrast is worked out
+        for top in range(0, height - dy, rows):
+            a = true[top : min(top + rows, height - dy), left : left + across]
+            b = true[top + dy : top + dy + len(a), left + dx : left + dx + across]
+            row, column = np.nonzero(np.abs(a - b) > least * (a + b))
+            found.append((top + row) * width + left + column)
+        return np.concatenate(found)
 
     def _pairs(self, model, first, second):
         import numpy as np

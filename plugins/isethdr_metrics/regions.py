@@ -64,12 +64,13 @@ def median_interval(values, independent: int):
 
 def mean_interval(values, mask):
     """Return (mean, low, high) of `values` (y, x) over `mask`: 95 % by resampling blocks of the frame."""
-    if not mask.any():
+    rows, columns = (np.flatnonzero(mask.any(axis)) for axis in (1, 0))
+    if not rows.size:
         return NAN, NAN, NAN
-    rows, columns = (np.arange(n) * BLOCKS // n for n in mask.shape)
-    block = (rows[:, None] * BLOCKS + columns)[mask]
-    count = np.bincount(block, minlength=BLOCKS * BLOCKS).astype(float)
-    total = np.bincount(block, values[mask], minlength=BLOCKS * BLOCKS)
+    part = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    begin = [np.flatnonzero(np.diff(np.arange(n)[cut] * BLOCKS // n, prepend=-1)) for n, cut in zip(mask.shape, part, strict=True)]
+    count, total = (np.add.reduceat(np.add.reduceat(v, begin[1], axis=1, dtype=float), begin[0], axis=0).ravel()
+                    for v in (mask[part], np.where(mask[part], values[part], 0.0)))
     mean = total.sum() / count.sum()
     held = count > 0
     if held.sum() < FEWEST_BLOCKS:

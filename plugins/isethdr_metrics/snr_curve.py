@@ -52,8 +52,11 @@ class SnrCurve:
         y, true, valid = luminances(picture, truth)
         use = valid & (true > 0)
         bin_of = np.floor(np.log10(true[use]) * self.bins_per_decade + 1e-9).astype(int)
-        present, index, count = np.unique(bin_of, return_inverse=True, return_counts=True)
-        order = np.argsort(index.astype(np.uint16), kind="stable")  # two bytes: sorted by counting
+        lowest = bin_of.min(initial=0)
+        held = np.bincount(bin_of - lowest)
+        present, count = np.flatnonzero(held) + lowest, held[held > 0]
+        index = (np.cumsum(held > 0) - 1).astype(np.uint16)[bin_of - lowest]
+        order = np.argsort(index, kind="stable")  # two bytes: sorted by counting
 
         def mean(values):
             return np.bincount(index, values[use], minlength=len(present)) / count

@@ -26,21 +26,20 @@ class SsimPu21:
         Window and constants are those of `ssim`, with a range of 256, which PU21 gives to a display of 100 cd/m2.
         """
         import numpy as np
-        from skimage.metrics import structural_similarity
 
         from isethdr_core.errors import UnitError
         from isethdr_core.scores import Score
 
         from .regions import frame_and_objects, luminances, mean_interval
+        from .similarity import similarity
 
         y, true, _ = luminances(picture, truth)
         if min(y.shape) < 11:
             raise UnitError(f"a picture of {y.shape} pixels is smaller than the window of SSIM; expected at least 11 rows and columns")
-        _, similarity = structural_similarity(pu21(true), pu21(y), full=True, gaussian_weights=True, sigma=1.5,
-                                              use_sample_covariance=False, data_range=256)
+        found = similarity(pu21(true), pu21(y), data_range=256.0)
         clamped = [np.mean((v < LOWEST_CD_M2) | (v > HIGHEST_CD_M2)) for v in (y, true)]
         scores = [Score("ssim_pu21", value, "", name, low, high) for name, region in frame_and_objects(y.shape, labels)
-                  for value, low, high in [mean_interval(similarity, region)]]
+                  for value, low, high in [mean_interval(found, region)]]
         return [*scores, Score("ssim_pu21_clamped", float(max(clamped)), "share of the frame")]
 
 
