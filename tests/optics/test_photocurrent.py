@@ -13,7 +13,6 @@ from isethdr_optics import (
     for_sensor,
     kernel_spectra,
     kernels,
-    photocurrent,
     spectral_fit,
 )
 

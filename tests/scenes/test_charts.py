@@ -17,7 +17,6 @@ from isethdr_scenes.charts.uniform import Uniform
 from isethdr_core import quantities
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import luminance, xyz
-from isethdr_core.testing import check
 
 FLOAT32 = 6e-8  # radiance is stored as float32
 
@@ -167,11 +166,6 @@ def test_impossible_charts_are_config_errors(cls, fields, match):
 def test_invisible_bands_are_an_error():
     with pytest.raises(ConfigError, match="no visible light"):
         Uniform(2, 2, first_nm=900.0, last_nm=1000.0)()
-
-
-@pytest.mark.parametrize("name", [name for name, _ in COMPONENTS])
-def test_charts_keep_the_promises_of_scenes(name):
-    check("scene", name)
 
 
 @pytest.mark.parametrize("name", ["D50", "D55", "D65", "D75"])

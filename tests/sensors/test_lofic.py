@@ -24,8 +24,7 @@ def electrons(sensor, mean_e, collects=(True, False), **kw):
     return soft_knee_shot.readings(sensor.model(), sensor.well(), collects, light, generator(3), **kw)
 
 
-def test_keeps_the_promises_of_a_sensor():
-    check("sensor", "lofic")
+def test_keeps_the_promises_of_a_sensor():   # as it is by default: tests/core/test_conformance.py
     check("sensor", "lofic", bits=0)
 
 

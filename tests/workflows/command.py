@@ -5,10 +5,15 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+
+import pytest
+
+from isethdr_core.cli import main
 
 FAST = ["scene.width=48", "scene.height=27", "draws=1", "~renderer", "~versions", "lens=ideal", "~flare@flare.dirt", "isp=linear",
         *(f"~metric.{name}" for name in ("dynamic_range", "snr", "colour", "ssim", "log_luminance"))]
@@ -25,7 +30,8 @@ def environment(plugins, variables) -> dict[str, str]:
 def start(*arguments: str, plugins=(), **variables: str) -> subprocess.Popen:
     """Return the started command, in a process group of its own, so that Ctrl-C reaches it alone."""
     return subprocess.Popen([sys.executable, "-c", "from isethdr_core.cli import main; main()", *arguments], env=environment(plugins, variables),
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+                            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))    # a shell ignores it for what it starts behind itself
 
 
 def isethdr(*arguments: str, plugins=(), **variables: str) -> subprocess.CompletedProcess:
@@ -57,6 +63,15 @@ def one_by_one(*commands: list[str], plugins=(), **variables: str) -> list[tuple
                           env=environment(plugins, variables))
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
+
+
+def here(monkeypatch, capsys, *arguments: str) -> tuple[int, str]:
+    """Return (exit code, standard error) of a command in the test's own process, where nothing depends on its having one."""
+    monkeypatch.setattr(sys, "argv", ["isethdr", *arguments])
+    monkeypatch.setattr(signal, "signal", lambda *_: None)      # Ctrl-C stays with the tests
+    with pytest.raises(SystemExit) as end:
+        main()
+    return end.value.code, capsys.readouterr().err
 
 
 def installed_trouble(folder: Path) -> Path:

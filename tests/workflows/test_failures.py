@@ -12,14 +12,14 @@ import pytest
 
 from isethdr_core import compose, run
 
-from .command import FAST, LIGHTS, error_lines, installed_trouble, isethdr, leftovers, one_by_one, start, stores, wait_for
+from .command import FAST, LIGHTS, here, installed_trouble, isethdr, leftovers, one_by_one, start, stores, wait_for
 
 ONE = ["run", *LIGHTS, "lighting=ideal", "sensor=ideal"]
 
 
 def test_an_interrupted_run_leaves_nothing_half_written(tmp_path):
     plugins, started = [installed_trouble(tmp_path / "plugins")], []
-    for where, number, code in (("metric", signal.SIGINT, 130), ("store", signal.SIGINT, 130), ("store", signal.SIGTERM, 143)):
+    for where, number, code in (("metric", signal.SIGINT, 130), ("store", signal.SIGTERM, 143)):   # Ctrl-C while writing: tests/core/test_store.py
         home = tmp_path / f"{where}-{number}"
         home.mkdir()
         process = start(*ONE, "+metric@metric.acme=acme", plugins=plugins, ISETHDR_HOME=str(home),
@@ -78,22 +78,23 @@ def test_bad_input_is_one_line_and_stores_nothing(isethdr_home, tmp_path):
     assert stores(isethdr_home) == {} and leftovers(isethdr_home) == []
 
 
-def test_a_home_that_cannot_be_written_is_found_before_any_work(tmp_path):
+def test_a_home_that_cannot_be_written_is_found_before_any_work(tmp_path, monkeypatch, capsys):
     home = tmp_path / "home"
     home.write_text("a file where the folder should be")
-    done = isethdr(*ONE, ISETHDR_HOME=str(home))
-    [line] = error_lines(done)
-    assert done.returncode == 2 and line.startswith("error: cannot write stores into") and "ISETHDR_HOME=" in line
+    monkeypatch.setenv("ISETHDR_HOME", str(home))
+    code, said = here(monkeypatch, capsys, *ONE)
+    [line] = said.splitlines()
+    assert code == 2 and line.startswith("error: cannot write stores into") and "ISETHDR_HOME=" in line
     assert home.read_text() == "a file where the folder should be"
 
 
-def test_a_damaged_store_is_named_and_kept(isethdr_home):
+def test_a_damaged_store_is_named_and_kept(isethdr_home, monkeypatch, capsys):
     run(compose(ONE[1:]))
     [path] = (isethdr_home / "runs").glob("*.zarr")
     (path / "zarr.json").write_text("{")
-    done = isethdr(*ONE)
-    [line] = error_lines(done)
-    assert done.returncode == 2 and str(path) in line and "damaged" in line and "isethdr catalog verify" in line
+    code, said = here(monkeypatch, capsys, *ONE)
+    [line] = said.splitlines()
+    assert code == 2 and str(path) in line and "damaged" in line and "isethdr catalog verify" in line
     assert (path / "zarr.json").read_text() == "{", "what cannot be read may still be saved by hand"
 
 
@@ -109,8 +110,9 @@ def tiny_disk(tmp_path):
     subprocess.run(["umount", folder], check=True)
 
 
-def test_a_full_disk_is_one_line(tiny_disk):
-    done = isethdr(*ONE, ISETHDR_HOME=str(tiny_disk))
-    [line] = error_lines(done)
-    assert done.returncode == 2 and "the disk is full" in line
+def test_a_full_disk_is_one_line(tiny_disk, monkeypatch, capsys):
+    monkeypatch.setenv("ISETHDR_HOME", str(tiny_disk))
+    code, said = here(monkeypatch, capsys, *ONE)
+    [line] = said.splitlines()
+    assert code == 2 and "the disk is full" in line
     assert stores(tiny_disk) == {} and leftovers(tiny_disk) == []
