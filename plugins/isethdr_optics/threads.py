@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import cache
 
@@ -37,7 +37,12 @@ def threads():
                     return
                 results[number] = function(items[number])
 
-        for one in [pool.submit(work) for _ in range(min(count, len(items)))]:
+        working = [pool.submit(work) for _ in range(min(count, len(items)))]
+        try:
+            wait(working, return_when=FIRST_EXCEPTION)
+        finally:
+            numbers.clear()  # after an error or Ctrl-C nobody goes on
+        for one in working:
             one.result()
         return results
 

@@ -33,14 +33,19 @@ def test_two_callers_share_the_threads(monkeypatch):
     assert both == [list(range(200)), list(range(0, 2000, 10))]
 
 
-def test_an_error_of_any_item_is_raised():
-    def fail(number):
-        if number == 7:
-            raise IndexError("of the work itself")
-        return number
+def test_an_error_of_any_item_is_raised_and_ends_the_work(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    done = []
 
-    with threads() as apply, pytest.raises(IndexError, match="of the work itself"):
-        apply(fail, range(20))
+    def fail(number):
+        if number == 0:
+            raise IndexError("of the work itself")
+        time.sleep(0.002)
+        done.append(number)
+
+    with pytest.raises(IndexError, match="of the work itself"), threads() as apply:
+        apply(fail, range(1000))
+    assert len(done) < 500  # two seconds of work were left when it happened
 
 
 def test_linear_algebra_has_one_thread_meanwhile():
