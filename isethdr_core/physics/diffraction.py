@@ -10,6 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.fft as sf
+from scipy.special import j1
+
+MARGIN = 3  # rectangles around an integrated point spread: what is summed is circular, so its border is wrong
 
 
 def psf_from_pupil(
@@ -159,11 +162,8 @@ def integrated_psf(
         one.
     """
     extent = [np.ptp(np.flatnonzero(np.any(pupil, axis=1 - a))) + 1 if np.any(pupil) else 1 for a in (0, 1)]
-    fine, margin = [], 3  # pixels: the transform is circular, so its border is wrong
-    for a in (0, 1):
-        cutoff_um = wavelength_nm * 1e-3 * distance_mm / (extent[a] * pupil_pitch_mm[a])
-        fine.append(2 * int(np.ceil(pitch_um[a] / cutoff_um)))  # even: the sinc is 0 at the highest frequency, nothing rings
-    wide = [2 * (n // 2 + margin) * q + 1 for n, q in zip(count, fine)]
+    cutoff_um = [wavelength_nm * 1e-3 * distance_mm / (n * p) for n, p in zip(extent, pupil_pitch_mm)]
+    wide, fine = _fine_grid(count, pitch_um, cutoff_um)
     psf = sampled_psf(
         pupil, wavelength_nm, pupil_pitch_mm, distance_mm, wide, [p / q for p, q in zip(pitch_um, fine)], energy_mm2, cell_means
     )
@@ -171,13 +171,50 @@ def integrated_psf(
     spectrum *= (np.sinc(sf.fftfreq(wide[0]) * fine[0]) ** boxes)[:, None] * (np.sinc(sf.rfftfreq(wide[1]) * fine[1]) ** boxes)
     spectrum *= fine[0] * fine[1]
     blurred = sf.irfft2(spectrum, s=psf.shape)
-    out = blurred[margin * fine[0] :: fine[0], margin * fine[1] :: fine[1]][: count[0], : count[1]]
+    out = blurred[MARGIN * fine[0] :: fine[0], MARGIN * fine[1] :: fine[1]][: count[0], : count[1]]
+    return _not_negative(out, pitch_um)
+
+
+def integrated_airy(radius_mm, wavelength_nm, distance_mm, count, pitch_um, boxes: int = 1) -> np.ndarray:
+    """Return `integrated_psf` of a clean round stop from the closed form of its point spread: no cells of a pupil, a tenth of the time.
+
+    Intensity pi (R / (wavelength distance))^2 (2 J1(v) / v)^2 at v = 2 pi R r / (wavelength distance) (Airy 1835; Goodman 2005, eq. 4-31).
+    """
+    per_um = 2 * np.pi * radius_mm / (wavelength_nm * 1e-3 * distance_mm)
+    wide, fine = _fine_grid(count, pitch_um, [np.pi / per_um] * 2)
+    y, x = (np.arange(n // 2 + 1) * per_um * p / q for n, p, q in zip(wide, pitch_um, fine))
+    v = np.hypot(y[:, None], x)
+    v[0, 0] = 1.0
+    field = j1(v) / v
+    field[0, 0] = 0.5
+    quarter = field**2 * (y[1] * x[1] / np.pi)
+    down, across = (_rectangles(*axis, boxes) for axis in zip(count, wide, fine))
+    return _not_negative(down @ quarter @ across.T, pitch_um)
+
+
+def _fine_grid(count, pitch_um, cutoff_um):
+    """Return (y, x) numbers of samples, and how many of them make a rectangle, that carry all of a point spread and a margin."""
+    fine = [2 * int(np.ceil(p / c)) for p, c in zip(pitch_um, cutoff_um)]  # even: the sinc is 0 at the highest frequency, nothing rings
+    return [2 * (n // 2 + MARGIN) * q + 1 for n, q in zip(count, fine)], fine
+
+
+def _rectangles(count, wide, fine, boxes):
+    """Return what samples from the axis on, and their mirror images, add to each rectangle (rectangle, sample): the sinc^boxes of a spectrum as sums."""
+    weights, middle = sf.irfft(np.sinc(sf.rfftfreq(wide) * fine) ** boxes, wide) * fine, wide // 2
+    lag = (MARGIN + np.arange(count)[:, None]) * fine - np.arange(wide)
+    both = weights[np.abs(lag)]
+    both[:, middle + 1 :] += both[:, middle - 1 :: -1]
+    return both[:, middle:]
+
+
+def _not_negative(out, pitch_um):
+    """Return light that is 0 where rounding and the circular border left some 1e-9 of the peak below."""
     lowest = float(out.min())
     if lowest < -1e-6 * float(out.max()):
         raise ValueError(
             f"integration over {pitch_um} um left {lowest:.3g} of the light negative: pupil or image sampling is too coarse"
         )
-    return np.maximum(out, 0.0)  # rounding and the circular border leave +-1e-9 of the peak at most
+    return np.maximum(out, 0.0)
 
 
 def diffraction_mtf(frequency_per_um, wavelength_nm: float, f_number: float) -> np.ndarray:

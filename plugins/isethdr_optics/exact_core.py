@@ -7,7 +7,7 @@ from dataclasses import is_dataclass, replace
 
 import numpy as np
 
-from isethdr_core.physics.diffraction import integrated_psf
+from isethdr_core.physics.diffraction import integrated_airy, integrated_psf
 
 from . import pupils
 
@@ -42,11 +42,13 @@ def exact_core(plan, centre_nm: float, width_nm: float, waves, energy: float) ->
 
 
 def _made(plan, waves, energy):
-    axis, total = plan.axis, 0.0
+    axis, total, sides = plan.axis, 0.0, [2 * h + 1 for h in plan.half]
+    if pupils.round_and_clean(plan.lens, plan.flares):
+        return sum(integrated_airy(pupils.radius_mm(plan.lens), wave, plan.distance, sides, plan.pitch, boxes=2) for wave in waves) / len(waves)
     cells = pupils.amplitude(plan.lens, plan.flares, axis, axis, plan.shortest) if plan.fixed else None
     for wave in waves:
         own = cells if plan.fixed else pupils.amplitude(plan.lens, plan.flares, axis, axis, wave)
         pupil = pupils.resolved(plan.lens, plan.flares, axis, axis, wave, own)
-        step, sides = axis[1] - axis[0], [2 * h + 1 for h in plan.half]
+        step = axis[1] - axis[0]
         total = total + integrated_psf(pupil, wave, (step, step), plan.distance, sides, plan.pitch, energy, cell_means=True, boxes=2)
     return total / len(waves)

@@ -127,6 +127,11 @@ def has_phase(lens, flares) -> bool:
     return bool(lens.zernike_um or lens.focal_shift_um or lens.traced or delays_um(lens, flares)) or not all_shapes(flares)
 
 
+def round_and_clean(lens, flares) -> bool:
+    """Return whether the pupil is the round stop alone, without phase, rims, blades or dirt: its point spread has a closed form."""
+    return not (has_phase(lens, flares) or lens.rims or lens.uneven or any(hasattr(f, "pupil_shapes") for f in flares))
+
+
 def phase_change(lens, flares, first_nm: float, last_nm: float) -> float:
     """Return by how much the phase of lens and dirt differs between two wavelengths, radians rms over the pupil (piston apart).
 

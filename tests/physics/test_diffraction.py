@@ -9,6 +9,7 @@ from scipy.special import j0, j1
 from isethdr_core.physics.diffraction import (
     diffraction_mtf,
     energy_of,
+    integrated_airy,
     integrated_psf,
     psf_from_pupil,
 )
@@ -144,6 +145,28 @@ def test_two_boxes_equal_one_box_averaged_over_the_source():
     w = np.convolve(np.ones(10), np.ones(10)) / 10
     direct = sum(w[i] * w[j] * fine[45 + i - 9, 45 + j - 9] for i in range(19) for j in range(19))
     assert two[4, 4] == pytest.approx(direct, rel=3e-3)  # a sum of 10 x 10 points for the source
+
+
+@pytest.mark.parametrize("boxes", [1, 2])
+def test_the_closed_form_of_the_round_stop_is_what_finer_and_finer_cells_come_to(boxes):
+    grid, off = (FOCAL, (25, 20), (7.0, 5.0)), []
+    exact = integrated_airy(RADIUS, 550.0, *grid, boxes)
+    for cells in (400, 1600):
+        a, pitch, _ = pupil(cells)
+        off.append(np.abs(integrated_psf(a, 550.0, (pitch, pitch), *grid, np.pi * RADIUS**2, True, boxes) - exact).max() / exact.max())
+    assert off[1] < 3e-7 and off[1] < off[0] / 4, off  # cells miss the rim by their own width to the power 1.5 or more
+
+
+def test_the_closed_form_of_the_round_stop_by_quadrature():
+    """Rectangles on the axis, beside it and in the far rings, by 80 x 80 Gauss-Legendre points each."""
+    pitch, found = (7.0, 5.0), integrated_airy(RADIUS, 550.0, FOCAL, (41, 51), (7.0, 5.0))
+    at, weight = np.polynomial.legendre.leggauss(80)
+    for row, column in ((20, 25), (21, 25), (20, 28), (3, 40), (40, 1)):
+        y, x = ((k - n) * p + at * p / 2 for k, n, p in zip((row, column), (20, 25), pitch))
+        v = np.pi * np.hypot(y[:, None], x) / (0.55 * 4) + 1e-12
+        want = weight @ ((2 * j1(v) / v) ** 2) @ weight * pitch[0] * pitch[1] / 4 * np.pi / 4 / (0.55 * 4) ** 2
+        # the border of what is summed is circular: 1e-9 of the peak, next to it
+        assert found[row, column] == pytest.approx(want, rel=1e-6, abs=2e-9 * found.max())
 
 
 def test_coarse_pupils_are_refused():
