@@ -38,7 +38,7 @@ def expected_s(parts, config: dict, missing) -> dict[str, float]:
             for row in attributes["ledger"]:
                 kind = row["stage"].split()[0]
                 if kind in RENDERING:
-                    _nearer(found, row, _rendering(config["renderer"], missing, attributes) if kind == "renderer" else 1.0)
+                    _nearer(found, row, _rendering(parts.renderer, config["renderer"], missing, attributes) if kind == "renderer" else 1.0)
     return {stage: seconds for stage, (_, seconds) in found.items() if stage in stages(parts, config, missing)}
 
 
@@ -66,12 +66,14 @@ def _bands(source) -> float:
     return 1 + (source["last_nm"] - source["first_nm"]) / source["step_nm"] if source.get("step_nm") else 1.0
 
 
-def _rendering(now: dict, missing, attributes) -> float:
-    """Return the work of rendering what is `missing` over that of a stored scene: tiles x bands x light groups x samples."""
-    then = attributes["renderer"]
-    groups = len(missing.groups or attributes["all_groups"]) / len(attributes["groups"])
+def _rendering(renderer, now: dict, missing, attributes) -> float:
+    """Return the work of rendering what is `missing` over that of a stored scene: tiles x bands x paths of all light groups."""
     bands = (len(missing.wavelength_nm or ()) or _bands(now)) / len(attributes["wavelength_nm"])
-    return groups * bands * _tiles(now) / _tiles(then) * now.get("samples", 1) / then.get("samples", 1)
+    wanted, expected = missing.groups or attributes["all_groups"], getattr(renderer, "expected_paths", lambda paths, noise: paths)
+    then = {group: end - first for group, (first, end) in attributes.get("path_span", {}).items()} or dict.fromkeys(attributes["groups"], 1)
+    again = {group: expected(paths, attributes.get("noise", {}).get(group)) for group, paths in then.items()}
+    typical = sum(again.values()) / len(again)      # of a group that this store lacks
+    return sum(again.get(g, typical) for g in wanted) / sum(then.values()) * bands * _tiles(now) / _tiles(attributes["renderer"])
 
 
 def _nearer(found, row, ratio: float) -> None:

@@ -49,7 +49,7 @@ def render_frame(settings, description, groups, bands_nm, labels, variant: str, 
         one_pass = film_pass(description, view, lamps, groups, bands_nm, settings)
     else:
         one_pass = path_pass(description, view, lamps, groups, bands_nm, settings, world, surfaces)
-    result = estimate(one_pass, settings, groups, bands_nm, view.shape, view.whole, known)
+    result = estimate(one_pass, settings, groups, bands_nm, view.shape, view.whole, known, view.in_field())
     layer, error = visible_lamps(world, view, lamps, groups, bands_nm, settings.step_nm)
     radiance = result.radiance
     radiance += layer

@@ -50,7 +50,17 @@ def largest_pass(tiles: int) -> int:
     return max(1, min(LARGEST_PASS, int(PASS_PATHS / tiles)))
 
 
-def estimate(one_pass, settings, groups, wavelength_nm, shape, whole=None, known=None) -> Estimate:
+def next_rung(paths: int) -> int:
+    """Return at how many paths a light group's noise is looked at next: 1, 2, 3, 4, 6, 8, 12, 16, 24, ... 64, 80, 96, 112, 128, 160, ...
+
+    One ladder for all groups: those that go on share their passes, and none has other paths because of the others' noise.
+    """
+    octave = 1 << (paths.bit_length() - 1)
+    step = max(octave // (4 if octave >= 64 else 2), 1)
+    return paths - (paths - octave) % step + step
+
+
+def estimate(one_pass, settings, groups, wavelength_nm, shape, whole=None, known=None, judged=None) -> Estimate:
     """Return the mean over passes of different seeds.
 
     Parameters
@@ -60,9 +70,11 @@ def estimate(one_pass, settings, groups, wavelength_nm, shape, whole=None, known
     settings : MitsubaRenderer: samples, error_allowed, most_samples and seed.
     groups, wavelength_nm, shape : what the passes give. `whole` : the shape that sizes the passes, where tiles were left out of it.
     known : {group: Known}, what earlier renderings found: only the paths that it lacks are followed, and none of its own again.
+    judged : (row, column) bool, the tiles whose noise decides; all where None. Those beyond the camera's field should not: with them or without, it
+        is the same number of paths.
     """
     known = [(known or {}).get(g, Known()) for g in groups]
-    sums, tiles = _Sums(known, wavelength_nm, shape, settings.seed), math.prod(whole or shape)
+    sums, tiles = _Sums(known, wavelength_nm, shape, settings.seed, judged), math.prod(whole or shape)
     for wanted in sums.alike(range(len(groups))):
         stored = known[wanted[0]].paths
         lacking = max(settings.samples - stored, 0)
@@ -83,22 +95,20 @@ def _refine(one_pass, settings, sums, tiles):
         if not wanted:
             return
         for some in sums.alike(wanted):
-            done = paths[some[0]]
-            # noise falls with the root of the paths; never more than double on the word of one estimate
-            needed = done * min((noise[g] / settings.error_allowed) ** 2 for g in some)
-            more = int(min(math.ceil(max(needed * 1.05, done + 1)), 2 * done, settings.most_samples) - done)
+            done = int(paths[some[0]])
             fewest = 1 if sums.passes[some].all() else LEAST_PASSES
-            more = max(more, fewest)
+            more = max(min(next_rung(done), settings.most_samples) - done, fewest)
             count = max(math.ceil(more / largest_pass(tiles)), fewest)
             sizes = [more // count + (i < more % count) for i in range(count)]
-            sums.add_all(one_pass, sizes, some, f"more paths for {len(some)} light groups")
+            sums.add_all(one_pass, sizes, some, f"paths {done} to {done + more}: noise {noise[some].max():.2g}, {settings.error_allowed:g} allowed")
 
 
 class _Sums:
     """What the passes so far add up to."""
 
-    def __init__(self, known, wavelength_nm, shape, seed):
+    def __init__(self, known, wavelength_nm, shape, seed, judged=None):
         self.known, self.seed = known, seed
+        self.judged = slice(None) if judged is None or judged.all() else np.flatnonzero(judged)
         groups, self.tiles = len(known), shape[0] * shape[1]
         self.weights = xyz_weights(wavelength_nm)
         self.total = np.zeros((groups, len(wavelength_nm), self.tiles))     # of radiance x paths
@@ -162,14 +172,15 @@ class _Sums:
 
         The error is told from halves of the paths, relative, weighted by luminance, over tiles above 1 % of the group's mean. The spread of each
         tile's passes would say less where few paths meet much of the light: most tiles' few passes have met none of it. Tiles that look into
-        the sky have no noise, and say nothing of those that it lights: they are left out, where there are others.
+        the sky have no noise, and say nothing of those that it lights: they are left out, where there are others. Of the tiles judged alone.
         """
         out = np.full(len(self.total), np.nan)
         for g in range(len(out)):
             if self.passes[g] > 1:
                 level = self.weights[1] @ self.total[g] / self.paths[g]
+                halves, level = self._half_differences(g, level)[:, self.judged], level[self.judged]
                 used = level > 0.01 * level.mean()
-                found = np.abs([half[used] for half in self._half_differences(g, level) if np.isfinite(half[0])]) / level[used]
+                found = np.abs([half[used] for half in halves if np.isfinite(half[0])]) / level[used]
                 if (lit := found.max(axis=0, initial=0.0) > ROUNDING).any():
                     out[g] = weighted_median(found[:, lit].ravel(), np.tile(level[used][lit], len(found))) / NORMAL
                 elif used.any():

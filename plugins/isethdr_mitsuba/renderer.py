@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from isethdr_core import ledger
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from isethdr_core.pooling import Known
     from isethdr_core.scene import SceneDescription
 
+ERROR_ALLOWED = 0.1     # where neither paths nor an error are asked for
+LEAST_SAMPLES = 16      # paths per tile that any noise is told from
 SCALAR = "scalar_spectral"
 # of one group and four bands, measured on two cores; it only tells the user what to expect
 SCALAR_S_PER_PATH = {"tangent": 2e-6, "equidistant": 1e-5}
@@ -33,8 +35,8 @@ class MitsubaRenderer:
     first_nm: float = 400.0    # centre of the first band
     last_nm: float = 700.0     # centre of the last band
     step_nm: float = 10.0      # width and spacing of the bands
-    samples: int = 96          # paths per tile; the least of them where error_allowed is set
-    error_allowed: float | None = None  # relative: paths go on until each light group's noise is this low; None: `samples` of them
+    samples: int | None = None # paths per tile, the least of them where error_allowed is set; None: as many as the noise takes, 16 at least
+    error_allowed: float | None = None  # relative: paths go on until each light group's noise is this low; None: 0.1, or `samples` where set
     most_samples: int = 4096   # paths per tile at which a light group is given up, where error_allowed is set
     max_depth: int = 5         # longest path, in segments: 2 is direct light only
     seed: int = 0              # of the paths; same seed, same machine, same cube
@@ -43,9 +45,23 @@ class MitsubaRenderer:
 
     def enough(self, paths: int, noise: float | None) -> bool:
         """Return whether a light group known from so many paths per tile, with that relative noise (None: dark), needs no more of them."""
-        if self.error_allowed is None or paths < 2:      # one path knows no noise
-            return self.error_allowed is None and paths >= self.samples
-        return paths >= self.samples and (noise is None or noise <= self.error_allowed or paths >= self.most_samples)
+        asked = self.decided()
+        if asked.error_allowed is None or paths < 2:      # one path knows no noise
+            return asked.error_allowed is None and paths >= asked.samples
+        return paths >= asked.samples and (noise is None or noise <= asked.error_allowed or paths >= asked.most_samples)
+
+    def expected_paths(self, paths: int, noise: float | None) -> int:
+        """Return how many paths per tile a light group will take whose relative noise was `noise` (None: dark) after `paths`: it falls with their root."""
+        asked = self.decided()
+        if asked.error_allowed is None or noise is None:
+            return asked.samples
+        return int(min(max(paths * (noise / asked.error_allowed) ** 2, asked.samples), max(asked.most_samples, asked.samples)))
+
+    def decided(self) -> MitsubaRenderer:
+        """Return the renderer with what its empty fields stand for."""
+        if self.samples is not None:
+            return self
+        return replace(self, samples=LEAST_SAMPLES, error_allowed=ERROR_ALLOWED if self.error_allowed is None else self.error_allowed)
 
     def __call__(self, description: SceneDescription, demand: Demand | None = None, known: dict[str, Known] | None = None) -> xr.Dataset:
         """Return the scene radiance of `description` with the light groups, bands and labels of `demand`.
@@ -55,7 +71,7 @@ class MitsubaRenderer:
         from .doctor import choose_variant
         from .frame import render_frame
 
-        if self.samples < 1 or self.max_depth < 1:
+        if (self.samples is not None and self.samples < 1) or self.max_depth < 1:
             raise ConfigError(f"renderer samples is {self.samples}, max_depth {self.max_depth}; expected at least 1 of each")
         if self.error_allowed is not None and not 0 < self.error_allowed < 1:
             raise ConfigError(f"renderer.error_allowed is {self.error_allowed!r}; expected a share from above 0 to below 1, as 0.1, or null")
@@ -63,14 +79,15 @@ class MitsubaRenderer:
         variant = choose_variant(self.variant)
         if variant == SCALAR:
             self._say_how_slow(len(wanted), len(bands), description.camera.projection)
-        return render_frame(self, description, wanted, bands, demand.labels if demand else frozenset(), variant,
+        return render_frame(self.decided(), description, wanted, bands, demand.labels if demand else frozenset(), variant,
                             demand is None or demand.margin, known)
 
     def _say_how_slow(self, groups, bands, projection):
-        tiles = self.width * self.height * (1 + 2 * self.margin) ** 2
-        minutes = SCALAR_S_PER_PATH.get(projection, 0) * self.samples * tiles * groups * -(-bands // 4) / 60
+        tiles, asked = self.width * self.height * (1 + 2 * self.margin) ** 2, self.decided()
+        minutes = SCALAR_S_PER_PATH.get(projection, 0) * asked.samples * tiles * groups * -(-bands // 4) / 60
         if minutes > 5:
-            print(f"renderer: without LLVM 17 or newer the scalar variant is used, which takes about {minutes:.0f} minutes here and is one to "
+            about = "about" if asked.error_allowed is None else "at least"
+            print(f"renderer: without LLVM 17 or newer the scalar variant is used, which takes {about} {minutes:.0f} minutes here and is one to "
                   "five times as noisy; `isethdr doctor` says what to install; or take a first look with renderer=mitsuba_quick",
                   file=sys.stderr, flush=True)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from isethdr_core import compose, run
-from isethdr_core.forecast import expected_s, size, stages
+from isethdr_core.demand import Demand
+from isethdr_core.forecast import _rendering, expected_s, size, stages
 from isethdr_core.pipeline import chain
 from isethdr_core.runs import plain
 from isethdr_core.summary import forecast_table, ledger_table, together
@@ -57,3 +58,19 @@ def test_a_sum_with_an_unknown_part_is_unknown():
     console.print(ledger_table([], expected={}))
     text = console.export_text()
     assert "2.00 + 1 unknown" in text and "?" in text
+
+
+def test_a_renderer_is_expected_to_take_longer_for_more_paths_groups_and_tiles():
+    stored = {"renderer": {"width": 10, "height": 4}, "wavelength_nm": [500.0, 600.0], "groups": ["sky", "lamps"], "all_groups": ["sky", "lamps"],
+              "path_span": {"sky": [0, 20], "lamps": [0, 60]}, "noise": {"sky": 0.1, "lamps": 0.2}}
+    now, both = {"width": 20, "height": 4, "first_nm": 500.0, "last_nm": 600.0, "step_nm": 100.0}, Demand()
+
+    class GoesOn:
+        def expected_paths(self, paths, noise):
+            return paths * (noise / 0.1) ** 2
+
+    assert _rendering(object(), now, both, stored) == pytest.approx(2.0)                                    # twice the tiles
+    assert _rendering(GoesOn(), now, both, stored) == pytest.approx(2.0 * (20 + 240) / 80)
+    assert _rendering(GoesOn(), now, Demand(groups=("sky",)), stored) == pytest.approx(2.0 * 20 / 80)
+    assert _rendering(GoesOn(), now, Demand(groups=("sky", "other")), stored) == pytest.approx(2.0 * (20 + 130) / 80)    # unknown: as the mean
+    assert _rendering(object(), now, both, {**stored, "path_span": {}}) == pytest.approx(2.0)

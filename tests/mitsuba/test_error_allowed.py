@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from isethdr_mitsuba.radiance import estimate, weighted_median
+from isethdr_mitsuba.radiance import estimate, next_rung, weighted_median
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
 from isethdr_core import ledger
@@ -65,6 +65,45 @@ def test_without_an_error_allowed_it_is_the_paths_asked_for():
     settings = SimpleNamespace(samples=40, error_allowed=None, most_samples=10_000, seed=1)
     found = estimate(made_up((4.0,), asked), settings, ("far",), BANDS, SHAPE)
     assert sum(n for n, _ in asked) == 40 == found.samples[0]
+
+
+def test_nothing_said_is_a_tenth_and_paths_that_are_said_are_taken_as_they_are():
+    said = lambda **fields: (lambda r: (r.samples, r.error_allowed))(MitsubaRenderer(**fields).decided())
+    assert said() == (16, 0.1) and said(error_allowed=0.3) == (16, 0.3)
+    assert said(samples=40) == (40, None) and said(samples=40, error_allowed=0.3) == (40, 0.3)
+    assert MitsubaRenderer().enough(16, 0.1) and not MitsubaRenderer().enough(96, 0.11) and MitsubaRenderer(samples=96).enough(96, 0.5)
+    expected = MitsubaRenderer().expected_paths
+    assert [expected(96, noise) for noise in (0.2, 0.01, None, 9.9)] == [384, 16, 16, 4096] and MitsubaRenderer(samples=8).expected_paths(96, 0.5) == 8
+
+
+def test_the_ladder_of_paths_climbs_and_is_one_for_all():
+    rungs, paths = [], 1
+    while paths < 300:
+        rungs.append(paths)
+        paths = next_rung(paths)
+    assert rungs == [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 80, 96, 112, 128, 160, 192, 224, 256]
+    assert [next_rung(n) for n in (17, 63, 65, 79, 100, 300)] == [24, 64, 80, 80, 112, 320]     # from wherever paths began
+
+
+def test_a_group_has_the_same_paths_whichever_others_there_are_and_however_much_lies_beyond_the_field():
+    """Made-up passes whose tiles beyond the field are three times as noisy as those of it."""
+    settings, inside = SimpleNamespace(samples=16, error_allowed=0.1, most_samples=10_000, seed=4), np.zeros(SHAPE, bool)
+    inside[3:-3, 4:-4] = True
+
+    def one_pass(seed, samples, wanted):
+        for g in wanted:
+            for band in range(len(BANDS)):
+                rng, spread = np.random.default_rng([seed, g]), np.where(inside, 1.0, 3.0) * (1.0, 2.0)[g]
+                yield g, band, rng.gamma(samples / spread**2, spread**2 / samples)[cut].ravel()
+
+    cut = ...
+    both = estimate(one_pass, settings, ("near", "far"), BANDS, SHAPE, judged=inside)
+    alone = estimate(one_pass, settings, ("near",), BANDS, SHAPE, judged=inside)
+    assert both.samples[0] == alone.samples[0] < both.samples[1] and np.array_equal(both.radiance[0], alone.radiance[0])
+    assert estimate(one_pass, settings, ("near",), BANDS, SHAPE).samples[0] > 2 * alone.samples[0], "tiles beyond the field would have decided"
+    cut, small = (slice(3, -3), slice(4, -4)), tuple(n - m for n, m in zip(SHAPE, (6, 8)))
+    field = estimate(one_pass, settings, ("near", "far"), BANDS, small, whole=SHAPE)
+    assert list(field.samples) == list(both.samples) and np.array_equal(field.noise, both.noise)
 
 
 def test_a_group_that_cannot_get_there_is_given_up_and_said_so(make, capsys):

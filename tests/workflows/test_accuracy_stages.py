@@ -103,9 +103,9 @@ def test_denoised_paths_are_told_as_paths():
     assert denoise.as_paths(0.2, plain) == "24" and denoise.as_paths(0.2 / np.sqrt(2), plain) == "48"
     assert denoise.as_paths(0.05, plain) == "more than 96" and denoise.as_paths(0.9, plain) == "6"  # no word beyond what was measured
     assert denoise.as_paths(0.15, [(6, 0.1, 1.0, 0.0), (24, 0.2, 2.0, 0.0)]) == "14"  # errors by chance the wrong way round
-    given = denoise.points(plain, [(6, 0.2, 1.5, 0.0)], [(6, 0.3, 1.2, 0.0)])
-    assert [p.setting for p in given] == ["6 paths", "24 paths", "96 paths", "6 paths, denoised: as 24", "6 paths, common rule"]
-    assert [p.mark for p in given] == ["", "", "default", "view", "peer"]
+    given = denoise.points([*plain, (None, 0.11, 3.5, 0.0)], [(6, 0.2, 1.5, 0.0)], [(6, 0.3, 1.2, 0.0)])
+    assert [p.setting for p in given] == ["6 paths", "24 paths", "96 paths", "to a noise of 0.1", "6 paths, denoised: as 24", "6 paths, common rule"]
+    assert [p.mark for p in given] == ["", "", "", "default", "view", "peer"]
 
 
 def test_dots_that_lie_together_share_a_text_and_others_do_not():

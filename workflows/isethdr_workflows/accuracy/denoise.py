@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from isethdr_core.registry import build
-
 from .point import Point, Work, timed
-from .transport import ERROR_OF, LONG, median_error, rendered
+from .transport import ERROR_OF, LONG, median_error, rendered, setting
 
 
 def measured() -> list[Work]:
@@ -18,26 +16,25 @@ def measured() -> list[Work]:
     ways = {"plain": tristimulus, "clean": denoised, "peers": common_rule}
     truth, kept = tristimulus(long)[:, 1], {name: {} for name in ways}
     for samples, (found, cpu_s, peak_mb) in short.items():
-        for name, way in ways.items():
+        for name, way in ways.items() if samples else [("plain", tristimulus)]:
             looks, more_s, more_mb = timed(lambda found=found, way=way: way(found))
             more_s = 0.0 if name == "plain" else more_s  # that is what every view takes
             for group, look, true, source in zip(own_errors, looks, truth, long.source_seen.values):
-                kept[name].setdefault(group, []).append((samples, median_error(look[1], true, ~source), cpu_s + more_s, max(peak_mb, more_mb)))
+                kept[name].setdefault(group, []).append((samples, median_error(look[1], true, ~source), cpu_s * found.took[group] + more_s, max(peak_mb, more_mb)))
     return [Work(f"denoise {group}", ERROR_OF, f"{LONG} paths per tile, other random numbers", own_error, points(*(kept[n][group] for n in ways)))
             for group, own_error in own_errors.items()]
 
 
 def points(plain, clean, peers) -> list[Point]:
-    """Return the points of one group; those with denoising say as how many paths without it they are."""
-    default = build("renderer", "mitsuba").samples
-    out = [Point(f"{n} paths", *rest, "default" if n == default else "", f"{n}") for n, *rest in plain]
+    """Return the points of one group; those with denoising say as how many paths without it they are; None is no number of paths."""
+    out = [Point(setting(n), *rest, "" if n else "default", f"{n or ''}") for n, *rest in plain]
     out += [Point(f"{n} paths, denoised: as {as_paths(error, plain)}", error, *rest, "view", f"{n}") for n, error, *rest in clean]
     return out + [Point(f"{n} paths, common rule", *rest, "peer", f"{n}") for n, *rest in peers]
 
 
 def as_paths(error: float, plain) -> str:
     """Return how many paths without denoising have an error: straight lines between logarithms, nothing beyond what was measured."""
-    paths, errors = (np.array(v, float) for v in zip(*((n, e) for n, e, *_ in plain)))
+    paths, errors = (np.array(v, float) for v in zip(*((n, e) for n, e, *_ in plain if n)))
     order = np.argsort(errors)
     if error < errors.min():
         return f"more than {paths[order[0]]:.0f}"

@@ -20,30 +20,33 @@ ERROR_OF = "luminance-weighted median relative error of a tile"
 def measured() -> list[Work]:
     """Return one diagram per light group: luminance-weighted median relative error of a tile's luminance, of tiles above 1 % of the mean.
 
-    Tiles in which a lamp or the sky itself is seen are left out: their light is known without paths. Seconds are those of the paths of all
-    groups, without the scene's, which are the same for any number of paths.
+    Tiles in which a lamp or the sky itself is seen are left out: their light is known without paths. Seconds are those of the passes that a group
+    was part of, with the others that were, without the scene's, which are the same for any number of paths.
     """
-    from isethdr_core.registry import build
-
-    default = build("renderer", "mitsuba").samples
     long, own_errors, short = rendered()
     truth, points = luminance_of(long), {}
     for samples, (found, cpu_s, peak_mb) in short.items():
         for k, (group, light) in enumerate(luminance_of(found).items()):
             error = median_error(light, truth[group], ~long.source_seen.values[k])
-            points.setdefault(group, []).append(Point(f"{samples} paths", error, cpu_s, peak_mb, "default" if samples == default else ""))
+            points.setdefault(group, []).append(Point(setting(samples), error, cpu_s * found.took[group], peak_mb, "" if samples else "default"))
     return [Work(f"renderer {group}", ERROR_OF, f"{LONG} paths per tile, other random numbers", own_errors[group], of)
             for group, of in points.items()]
 
 
+def setting(samples) -> str:
+    """Return what a number of paths is called; None: as many as the noise takes."""
+    return f"{samples} paths" if samples else "to a noise of 0.1"
+
+
 @lru_cache(maxsize=1)
 def rendered():
-    """Return (long rendering, {group: its own error}, {samples: (rendering, CPU s of its paths, peak MB)}), with labels; made once."""
+    """Return (long rendering, {group: its own error}, {samples or None: (rendering, CPU s of its paths, peak MB)}), with labels; made once."""
     from isethdr_core.registry import build
 
-    runs = [{"samples": LONG, "seed": 97}, *({"samples": n, "seed": 1} for n in SAMPLES)]
+    asked = (*SAMPLES, None)
+    runs = [{"samples": LONG, "seed": 97}, *({"samples": n, "seed": 1} for n in asked)]
     (long, _, _), *short = of_paths(build("renderer", "mitsuba", **SIZE), build("scene", "night_drive")(), runs, LABELS, repeat=1)
-    return long, own_errors(long), dict(zip(SAMPLES, short))
+    return long, own_errors(long), dict(zip(asked, short))
 
 
 def own_errors(scene) -> dict:
@@ -67,7 +70,7 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
     plain, kept = frame.estimate, []
 
     def estimate(one_pass, settings, *given, **named):
-        kept.extend(timed(lambda run=run: plain(one_pass, replace(settings, **run), *given, **named), repeat) for run in runs)
+        kept.extend(timed(lambda run=run: plain(one_pass, replace(render, **run).decided(), *given, **named), repeat) for run in runs)
         return replace(kept[-1][0], radiance=kept[-1][0].radiance.copy())  # lamps are added to it
 
     with changed(frame, estimate=estimate):
@@ -86,8 +89,10 @@ def with_paths(found, paths, lamps):
     out = found.assign(radiance=found.radiance.copy(data=light.astype(np.float32)),
                        xyz_noise=found.xyz_noise.copy(data=paths.xyz_noise.astype(np.float32)),
                        source_seen=(("light_group", "y", "x"), seen))
-    noise = {str(g): float(n) for g, n in zip(found.light_group.values, paths.noise) if np.isfinite(n)}
-    return out.assign_attrs(noise=noise)
+    groups = [str(g) for g in found.light_group.values]
+    noise = {g: float(n) for g, n in zip(groups, paths.noise) if np.isfinite(n)}
+    took = {g: float(s) for g, s in zip(groups, paths.seconds / paths.seconds.max())}
+    return out.assign_attrs(noise=noise, took=took)     # by share of the seconds: those of the passes that a group was part of
 
 
 def luminance_of(scene) -> dict:

@@ -101,12 +101,12 @@ def warmed(rendered=()) -> None:
     """
     from isethdr_core import compose, run
 
-    from .cases import CHART, CLEAN, FEW_PATHS, PATHS, SHARP
+    from .cases import CHART, CLEAN, SHARP, TILES
 
     with empty_home():
         run(compose(["scene=macbeth", *CHART, *CLEAN, "sensor=lofic", "scene.width=24", "scene.height=16"]))
     for case in rendered:
-        own = [o for o in case.overrides if o not in (*SHARP, *FEW_PATHS, *PATHS)]
+        own = [o for o in case.overrides if o not in (*SHARP, *TILES)]
         for more in ([], ["leave_out=false"]):
             with empty_home():
-                run(compose([*own, *SHARP, "renderer.samples=2", *more]))
+                run(compose([*own, *SHARP, "renderer.width=64", "renderer.height=36", "renderer.samples=2", *more]))
