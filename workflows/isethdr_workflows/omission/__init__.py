@@ -21,7 +21,7 @@ def omission(case: str = "", rendered: int = 1) -> list[dict]:
 
     Returns
     -------
-    rows with case, what its plan leaves out, CPU seconds of the run and of the run with `leave_out=false`, the least of two each, their ratio, the
+    rows with case, what its plan leaves out, CPU seconds of the run and of the run with `leave_out=false`, the least of two each (five where nothing is rendered), their ratio, the
     share of the second that the plan alone takes, the difference and its bound of the reading nearest to it, in electrons, and agree.
 
     Raises

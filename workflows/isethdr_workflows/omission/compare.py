@@ -12,18 +12,18 @@ FLOAT32 = 2.0**-22      # relative: irradiance and what is made of it, each roun
 NEEDLESS = ("weight 0", "not demanded", "wavelengths not demanded", "neither a sensor", "quantum efficiency below", "no light in them",
             "no report", "others stand for them", "the sensor has none", "nothing spills in them", "no metric reads", "no sensor sees",
             "the lens spreads no light", "no tile is so bright")      # how the reasons begin
-TURNS = 2               # of both runs: the first grows the process's memory, which costs the kernel seconds
+TURNS = {True: 2, False: 5}     # of both runs, rendered or not: the first grows the process's memory, and short ones scatter by a fifth
 NOISE_SD = "standard deviations of the sensor's noise"
 
 
-def compared(name: str, case, turns: int = TURNS) -> dict:
+def compared(name: str, case, turns: int | None = None) -> dict:
     """Return the row of one case: both runs in turn, and the least work that each took, for what else the machine does adds to it."""
     from isethdr_core import compose
 
     config, whole = compose(list(case.overrides)), compose([*case.overrides, "leave_out=false"])
     with empty_home():
         asked, plan_s = measured(lambda: planned(config))
-    both = [(fresh(config), fresh(whole)) for _ in range(turns)]
+    both = [(fresh(config), fresh(whole)) for _ in range(turns or TURNS[case.rendered])]
     few_s, every_s = (min(spent[way][1] for spent in both) for way in (0, 1))
     (few, _), (every, _) = both[0]
     difference, bound = largest(few, every)
