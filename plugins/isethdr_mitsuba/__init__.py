@@ -6,6 +6,7 @@ straight.py        triangles on a grid of angles, cut up until their sides are s
 frame.py           one frame: world, passes, lamps seen directly, labels, and the Dataset made of them
 placed_lamps.py    lamps in the world: candela into radiance, beam pattern, projected area
 lamp_tables.py     lamps as lookup tables on the device, and how a shadow ray's target is chosen
+lamp_chances.py    how likely a lamp is to be looked at, by what it sends to that part of the picture
 integrator.py      one path, all bands, all light groups
 camera_rays.py     where the paths of a tile begin: points and wavelengths, spread evenly
 radiance.py        passes of that integrator, summed in float64, with their spread; until it is small enough

@@ -49,6 +49,7 @@ def paths(world: World, view: View, lamps: LampTables, surfaces: SurfaceTables, 
     """
     table = BandTable(np.vstack([surfaces.reflectance, lamps.emission]), wavelength_nm, step_nm)
     hits, camera, number = HitTables(world), Camera(view), lambda v: dr.opaque(mi.UInt32, v)
+    lamps.aim(world.scene, hits, camera, view, surfaces)
     rows, lights = number(len(table.rows) + 1), number(len(surfaces.reflectance))
 
     def one_pass(seed, samples, wanted=None):
@@ -89,6 +90,7 @@ def _trace(scene, hits, camera, width, lamps, surfaces, spectra, seed, samples, 
     lane = dr.arange(mi.UInt32, camera.tiles * width)
     index = lane // lanes
     row, column, tile = camera.place_of(index)
+    block, origin = lamps.chances.block(row, column), mi.UInt32(0)      # where lamps are chosen from
     lane %= lanes
     path_rng = stream(seed, tile * MOST_LANES + lane, "path")
     group_rng = [stream(seed, tile * MOST_LANES + lane, name) for name in lamps.groups]
@@ -135,7 +137,7 @@ def _trace(scene, hits, camera, width, lamps, surfaces, spectra, seed, samples, 
             found = (lamp != lamps.none) & (cos_lamp > 0)
             if found:
                 level = lamps.luminance(lamp, -ray.d, found)
-                rival = CANDIDATES * lamps.density(lamp, dr.square(si.t), cos_lamp, found)
+                rival = CANDIDATES * lamps.density(lamp, origin, dr.square(si.t), cos_lamp, found)
                 level *= dr.select(specular, 1, bsdf_density / (bsdf_density + rival))
                 mine = dr.gather(mi.UInt32, lamps.group, lamp, found)
                 light = spectra.at(place, spectra.lights + dr.gather(mi.UInt32, lamps.row, lamp, found), found)
@@ -162,9 +164,10 @@ def _trace(scene, hits, camera, width, lamps, surfaces, spectra, seed, samples, 
 
         # light looked for: one shadow ray for each group
         smooth = active & surfaces.is_smooth(material, active)
+        origin = dr.select(depth == 0, block, lamps.chances.cell(si.p))
         for g in lit:
             if smooth & on[g]:
-                source, target, towards, level, density = lamps.choose(g, group_rng[g], si, smooth)
+                source, target, towards, level, density = lamps.choose(g, group_rng[g], si, origin, smooth)
                 open_way = level > 0
                 open_way &= ~scene.ray_test(si.spawn_ray_to(target), open_way)
                 value, rival = surfaces.towards(material, si, si.to_local(towards), open_way)

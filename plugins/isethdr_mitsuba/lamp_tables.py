@@ -12,6 +12,7 @@ import mitsuba as mi
 import numpy as np
 
 from .geometry import World
+from .lamp_chances import Chances, areas, light_at_points
 from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_table
 
 CANDIDATES = 12  # points weighed for one shadow ray: from 4 to 16 the cost grew 1.6 times, lamp noise fell to 0.5-1.0 of itself
@@ -22,7 +23,7 @@ class LampTables:
     """Device tables of the lamps of a world, for the light groups that are wanted.
 
     Group by group, a shadow ray's target is drawn by resampled importance sampling (Talbot 2005, eq. 5): of
-    `CANDIDATES` points drawn over the triangles of the group, one is kept in proportion to the luminance
+    `CANDIDATES` points on lamps of the group, which are drawn by their chances (`lamp_chances.py`), one is kept in proportion to the luminance
     it would send here if nothing stood in between.
     """
 
@@ -44,11 +45,17 @@ class LampTables:
         self.cos_outer = last([p.cos_outer for p in lamps], -1)
         self.floor = last([p.floor for p in lamps], 0)
         self.peak = last([p.peak_cd_m2 for p in lamps], 0)
-        share = _shares(lamps, group)
-        self.per_area = last([s / p.area_m2 for s, p in zip(share, lamps, strict=True)], 0)
-        self.targets = [_Targets([(row[i], p, share[i]) for i, p in enumerate(lamps) if group[i] == g]) for g in range(len(groups))]
+        self.per_area = last([1 / p.area_m2 for p in lamps], 0)
+        self.placed, self.members = list(lamps), [[i for i in range(len(lamps)) if group[i] == g] for g in range(len(groups))]
+        self.targets = [_Targets(len(lamps), {i: (row[i], lamps[i]) for i in mine}) for mine in self.members]
         dr.eval(self.lamp_of_shape, self.group, self.row, self.axis, self.per_area, self.peak, self.floor,
                 self.cos_inner, self.cos_outer)
+
+    def aim(self, scene, hits, camera, view, surfaces):
+        """Find out how likely each lamp is to be looked at from each part of the picture; before any `choose` and `density`."""
+        known = light_at_points(scene, hits, camera, view, surfaces, self) if self.placed else (np.zeros(0, int), np.zeros((0, 0)))
+        strength = np.array([np.sqrt(p.peak_cd_m2 * p.area_m2) for p in self.placed]) + np.finfo(float).tiny     # lamps may all be out
+        self.chances = Chances(camera, view, self.members, strength, *known)
 
     def has_lamps(self, g: int) -> bool:
         """Say whether group number `g` holds a lamp; the sky is not one."""
@@ -63,12 +70,12 @@ class LampTables:
         take = lambda table: dr.gather(type(table), table, lamp, active)
         return _luminance(dr.dot(direction, take(self.axis)), *map(take, (self.cos_inner, self.cos_outer, self.floor, self.peak)))
 
-    def density(self, lamp, distance2, cos_lamp, active=True):
-        """Return the density per solid angle with which one candidate falls on this point of `lamp`."""
-        return _density(dr.gather(mi.Float, self.per_area, lamp, active), distance2, cos_lamp)
+    def density(self, lamp, place, distance2, cos_lamp, active=True):
+        """Return the density per solid angle with which one candidate from `place` falls on this point of `lamp`."""
+        return _density(dr.gather(mi.Float, self.per_area, lamp, active) * self.chances.of(lamp, place, active), distance2, cos_lamp)
 
     @dr.syntax
-    def choose(self, g: int, rng, si, active):
+    def choose(self, g: int, rng, si, place, active):
         """Return the row of a lamp's spectrum, a world point of it, its unit direction, luminance from there / density of the choice, and density of one candidate."""
         targets = self.targets[g]
         triangle, point = mi.UInt32(0), mi.Point3f(0)
@@ -77,7 +84,8 @@ class LampTables:
         side = si.n * dr.sign(dr.dot(si.n, si.to_world(si.wi)))
         k = mi.UInt32(0)
         while k < CANDIDATES:
-            t = targets.pick(rng, active)
+            lamp = self.chances.pick(g, rng, place, active)
+            t = targets.pick(rng, lamp, active)
             corner, edge1, edge2, normal, axis, (inner, outer, floor, peak, per_area) = targets.at(t, active)
             s, w = dr.sqrt(rng.next_float32()), rng.next_float32()
             p = mi.Point3f(corner + edge1 * (1 - s) + edge2 * (s * w))
@@ -87,7 +95,7 @@ class LampTables:
             cos_lamp = -dr.dot(d, normal)
             cos_here = dr.dot(d, side)
             seen = active & (cos_lamp > 0) & (cos_here > 0)
-            each = _density(per_area, r2, cos_lamp)
+            each = _density(per_area * self.chances.of(lamp, place, active), r2, cos_lamp)
             sent = _luminance(-dr.dot(d, axis), inner, outer, floor, peak)
             value = dr.select(seen, sent * cos_here, 0)
             weight = dr.select(seen, value / each, 0)
@@ -111,30 +119,35 @@ def _density(per_area, distance2, cos_lamp):
 
 
 class _Targets:
-    """The triangles of one light group with the probability of each, and the beam of the lamp that each is of: all that a candidate asks for, side by side."""
+    """The triangles of one light group, those of each lamp by their area, and the beam of the lamp that each is of: all that a candidate asks for, side by side."""
 
-    def __init__(self, lamps):
+    def __init__(self, count, lamps):
+        """`count` : lamps of all groups. `lamps` : {number: (row of its spectrum, lamp)} of this one."""
         self.count = len(lamps)
         if not lamps:
             return
-        tri = np.concatenate([p.triangles for _, p, _ in lamps])
+        tri = np.concatenate([p.triangles for _, p in lamps.values()])
         normal = np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0])
-        area = np.linalg.norm(normal, axis=1) / 2
-        normal /= np.maximum(2 * area, 1e-300)[:, None]
-        each = lambda value: np.concatenate([np.tile(value(*lamp), (len(lamp[1].triangles), 1)) for lamp in lamps])
-        beam = each(lambda _, p, share: [p.cos_inner, p.cos_outer, p.floor, p.peak_cd_m2, share / p.area_m2])
-        vectors = tri[:, 0], tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0], normal, each(lambda _, p, share: p.axis)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        each = lambda value: np.concatenate([np.tile(value(*lamp), (len(lamp[1].triangles), 1)) for lamp in lamps.values()])
+        beam = each(lambda _, p: [p.cos_inner, p.cos_outer, p.floor, p.peak_cd_m2, 1 / p.area_m2])
+        vectors = tri[:, 0], tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0], normal, each(lambda _, p: p.axis)
         # from lists: packets are read in one go where memory is aligned, which NumPy's is by chance
         rows = np.stack([np.column_stack([v, beam[:, k]]) for k, v in enumerate(vectors)], 1).astype(np.float32)      # (triangle, 5, 4)
-        self.rows, self.row = mi.Float(rows.ravel().tolist()), mi.UInt32(each(lambda row, p, share: [row])[:, 0])
-        self.triangles = dr.opaque(mi.UInt32, len(tri))
-        threshold, other = alias_table(beam[:, 4] * area)
-        self.threshold, self.other = mi.Float(threshold), mi.UInt32(other)
-        dr.eval(self.rows, self.row, self.threshold, self.other)
+        self.rows, self.row = mi.Float(rows.ravel().tolist()), mi.UInt32(each(lambda row, p: [row])[:, 0])
+        sizes = np.array([len(p.triangles) for _, p in lamps.values()])
+        first, own = np.cumsum(sizes) - sizes, [alias_table(areas(p.triangles)) for _, p in lamps.values()]
+        self.threshold = mi.Float(np.concatenate([threshold for threshold, _ in own]))
+        self.other = mi.UInt32(np.concatenate([other + f for (_, other), f in zip(own, first)]))
+        starts, lengths = np.zeros((2, count), np.uint32)
+        starts[list(lamps)], lengths[list(lamps)] = first, sizes
+        self.first, self.length = mi.UInt32(starts), mi.UInt32(lengths)
+        dr.eval(self.rows, self.row, self.threshold, self.other, self.first, self.length)
 
-    def pick(self, rng, active):
-        """Return the number of a triangle, drawn by its chance."""
-        k = dr.minimum(mi.UInt32(rng.next_float32() * mi.Float(self.triangles)), self.triangles - 1)
+    def pick(self, rng, lamp, active):
+        """Return the number of a triangle of a lamp, drawn by its area."""
+        length = dr.gather(mi.UInt32, self.length, lamp, active)
+        k = dr.gather(mi.UInt32, self.first, lamp, active) + dr.minimum(mi.UInt32(rng.next_float32() * mi.Float(length)), dr.maximum(length, 1) - 1)
         return dr.select(rng.next_float32() < dr.gather(mi.Float, self.threshold, k, active), k, dr.gather(mi.UInt32, self.other, k, active))
 
     def at(self, triangle, active):
@@ -155,14 +168,3 @@ def alias_table(chance) -> tuple[np.ndarray, np.ndarray]:
         if share[rich] < 1:
             small.append(large.pop())
     return threshold, other
-
-
-def _shares(lamps, group):
-    """Return each lamp's share of its group's candidates: half alike, half by the square root of its intensity."""
-    strength = np.array([np.sqrt(p.peak_cd_m2 * p.area_m2) for p in lamps])
-    share = np.zeros(len(lamps))
-    for g in set(group[:-1]):
-        mine = np.array(group[:-1]) == g
-        total = strength[mine].sum()
-        share[mine] = 0.5 / mine.sum() + (0.5 * strength[mine] / total if total > 0 else 0.5 / mine.sum())
-    return share

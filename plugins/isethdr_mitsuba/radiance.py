@@ -70,11 +70,11 @@ def estimate(one_pass, settings, groups, wavelength_nm, shape, whole=None, known
     settings : MitsubaRenderer: samples, error_allowed, most_samples and seed.
     groups, wavelength_nm, shape : what the passes give. `whole` : the shape that sizes the passes, where tiles were left out of it.
     known : {group: Known}, what earlier renderings found: only the paths that it lacks are followed, and none of its own again.
-    judged : (row, column) bool, the tiles whose noise decides; all where None. Those beyond the camera's field should not: with them or without, it
+    judged : (rows, columns) slices, the tiles whose noise decides; all where None. Those beyond the camera's field should not: with them or without, it
         is the same number of paths.
     """
     known = [(known or {}).get(g, Known()) for g in groups]
-    sums, tiles = _Sums(known, wavelength_nm, shape, settings.seed, judged), math.prod(whole or shape)
+    sums, tiles = _Sums(known, wavelength_nm, shape, settings.seed, judged or (slice(None),) * 2), math.prod(whole or shape)
     for wanted in sums.alike(range(len(groups))):
         stored = known[wanted[0]].paths
         lacking = max(settings.samples - stored, 0)
@@ -83,7 +83,7 @@ def estimate(one_pass, settings, groups, wavelength_nm, shape, whole=None, known
         sums.add_all(one_pass, pass_sizes(max(lacking, fewest), tiles), wanted, "passes of paths")
     if settings.error_allowed is not None:
         _refine(one_pass, settings, sums, tiles)
-    return Estimate(sums.mean().reshape(len(groups), -1, *shape), sums.noise(), sums.xyz_noise(shape), sums.half_difference(shape), sums.paths, sums.seconds,
+    return Estimate(sums.mean().reshape(len(groups), -1, *shape), sums.noise(), sums.xyz_noise(), sums.half_difference(), sums.paths, sums.seconds,
                     np.array([k.next for k in known]), known, sums.whole_noise())
 
 
@@ -106,9 +106,8 @@ def _refine(one_pass, settings, sums, tiles):
 class _Sums:
     """What the passes so far add up to."""
 
-    def __init__(self, known, wavelength_nm, shape, seed, judged=None):
-        self.known, self.seed = known, seed
-        self.judged = slice(None) if judged is None or judged.all() else np.flatnonzero(judged)
+    def __init__(self, known, wavelength_nm, shape, seed, judged):
+        self.known, self.seed, self.shape, self.judged = known, seed, shape, judged
         groups, self.tiles = len(known), shape[0] * shape[1]
         self.weights = xyz_weights(wavelength_nm)
         self.total = np.zeros((groups, len(wavelength_nm), self.tiles))     # of radiance x paths
@@ -170,59 +169,72 @@ class _Sums:
     def noise(self):
         """Return per group what the error of half of its light is below, over 0.6745: the standard error where noise is normal.
 
-        The error is told from halves of the paths, relative, weighted by luminance, over tiles above 1 % of the group's mean. The spread of each
-        tile's passes would say less where few paths meet much of the light: most tiles' few passes have met none of it. Tiles that look into
-        the sky have no noise, and say nothing of those that it lights: they are left out, where there are others. Of the tiles judged alone.
+        Relative, weighted by luminance, over tiles above 1 % of the group's mean, of the tiles judged. Halves of the paths say too little of light that few
+        paths meet, which both may have missed alike, and the standard errors of tiles and their neighbours too much, as rare bright paths are shared out:
+        it is the root mean square of both. The spread of each tile's own passes would say less than either: most tiles' few passes have met none of it.
+        Tiles that look into the sky have no noise, and say nothing of those that it lights: they are left out, where there are others.
         """
         out = np.full(len(self.total), np.nan)
         for g in range(len(out)):
             if self.passes[g] > 1:
-                level = self.weights[1] @ self.total[g] / self.paths[g]
-                halves, level = self._half_differences(g, level)[:, self.judged], level[self.judged]
+                level, spread = self._judged(self._level(g)), self._standard_errors(g, self.judged)[1].ravel()
                 used = level > 0.01 * level.mean()
-                found = np.abs([half[used] for half in halves if np.isfinite(half[0])]) / level[used]
+                halves = self._half_differences(g)
+                found = np.abs([self._judged(half)[used] for half in halves if np.isfinite(half[0])]) / level[used]
                 if (lit := found.max(axis=0, initial=0.0) > ROUNDING).any():
-                    out[g] = weighted_median(found[:, lit].ravel(), np.tile(level[used][lit], len(found))) / NORMAL
+                    weight = level[used][lit]
+                    of_halves = weighted_median(found[:, lit].ravel(), np.tile(weight, len(found))) / NORMAL
+                    out[g] = math.hypot(of_halves, weighted_median(spread[used][lit] / weight, weight)) / math.sqrt(2)
                 elif used.any():
                     out[g] = 0.0
         return out
 
-    def xyz_noise(self, shape):
-        """Return the standard errors of X, Y, Z (group, 3, row, column), cd/m2: the spread of a tile and its neighbours, shared out by light.
+    def _level(self, g):
+        """Return the luminance of the tiles."""
+        return self.weights[1] @ self.total[g] / max(self.paths[g], 1)
+
+    def _judged(self, values):
+        return values.reshape(self.shape)[self.judged].ravel()
+
+    def xyz_noise(self):
+        """Return the standard errors of X, Y, Z (group, 3, row, column), cd/m2."""
+        out = np.full((len(self.total), 3, *self.shape), np.nan)
+        for g in range(len(out)):
+            if self.passes[g] > 1:
+                out[g] = self._standard_errors(g, (slice(None),) * 2)
+        return out
+
+    def _standard_errors(self, g, of):
+        """Return the standard errors of X, Y, Z (3, row, column) of the tiles `of` (rows, columns): the spread of a tile and its neighbours, shared out by light.
 
         Light that few paths meet makes a tile bright and its spread wide at once: a tile that met none of it is dark, and its own
         spread says nothing. So the variance per light is that of 5 x 5 tiles, and the light that of the tile and of 3 x 3 around it, half
         and half; but for tiles without any light, as of lamps the sky, which have no noise. One number for all colours would not do: a
         red lamp may be all of the noise of red pixels beside little of the luminance.
         """
-        out = np.full((len(self.total), 3, *shape), np.nan)
-        for g in range(len(out)):
-            level, free = self.weights @ self.total[g] / max(self.paths[g], 1), self.passes[g] - 1
-            if free > 0:
-                variance = np.maximum(self.squares[g] / self.paths[g] - level**2, 0) / free
-                variance, level = variance.reshape(3, *shape), level.reshape(3, *shape)
-                per_light = _around(variance, 2) / np.maximum(_around(level, 2), np.finfo(float).tiny)
-                out[g] = np.where(level > 0, np.sqrt(per_light * (level + _around(level, 1)) / 2), 0.0)
-        return out
+        level = (self.weights @ self.total[g]).reshape(3, *self.shape)[:, *of] / self.paths[g]
+        variance = np.maximum(self.squares[g].reshape(3, *self.shape)[:, *of] / self.paths[g] - level**2, 0)
+        per_light = _around(variance / (self.passes[g] - 1), 2) / np.maximum(_around(level, 2), np.finfo(float).tiny)
+        return np.where(level > 0, np.sqrt(per_light * (level + _around(level, 1)) / 2), 0.0)
 
-    def half_difference(self, shape):
+    def half_difference(self):
         """Return half of what two halves of the paths differ by in luminance (group, row, column), cd/m2.
 
         It has the variance of the mean itself, and the mean plus or minus it is light that was found, never negative. Where the halves are not
         of one size, by a share d of all paths, the mean times d is taken off and the rest divided by sqrt(1 - d^2), which keeps the variance.
         """
-        out = np.full((len(self.total), *shape), np.nan)
+        out = np.full((len(self.total), *self.shape), np.nan)
         for g in range(len(out)):
             if self.passes[g] > 1:
-                out[g] = self._half_differences(g, self.weights[1] @ self.total[g] / self.paths[g])[0].reshape(shape)
+                out[g] = self._half_differences(g)[0].reshape(self.shape)
         return out
 
-    def _half_differences(self, g, level):
+    def _half_differences(self, g):
         """Return half the difference (split, tile) of each split of group `g`; NaN where a half has nearly all of the paths, never the first."""
         share = (self.more[g] / self.paths[g])[:, None]
         rest = 1 - share**2
         rest[1:][np.abs(share[1:]) > ONE_SIDED] = np.nan
-        return (self.apart[g] / self.paths[g] - share * level) / np.sqrt(rest)
+        return (self.apart[g] / self.paths[g] - share * self._level(g)) / np.sqrt(rest)
 
 
 def _around(values, reach):

@@ -42,19 +42,13 @@ class View:
 
     def within_field(self) -> View:
         """Return the tiles of the camera's field alone."""
-        cut = self._beyond()
-        rows, columns = (slice(c, n - c) for c, n in zip(cut, self.shape))
-        return replace(self, y=self.y[rows], x=self.x[columns], cut=tuple(cut))
+        rows, columns = self.in_field()
+        return replace(self, y=self.y[rows], x=self.x[columns], cut=(rows.start, columns.start))
 
-    def in_field(self) -> np.ndarray:
-        """Return which tiles (row, column) are of the camera's field."""
-        out = np.zeros(self.shape, bool)
-        out[tuple(slice(c, n - c) for c, n in zip(self._beyond(), self.shape))] = True
-        return out
-
-    def _beyond(self) -> list[int]:
-        """Return how many rows and columns lie beyond the field on each side."""
-        return [round((n * p - side) / (2 * p)) for n, p, side in zip(self.shape, (self.pitch_y, self.pitch_x), self.field[::-1])]
+    def in_field(self) -> tuple[slice, slice]:
+        """Return the rows and columns of the camera's field."""
+        beyond = (round((n * p - side) / (2 * p)) for n, p, side in zip(self.shape, (self.pitch_y, self.pitch_x), self.field[::-1]))
+        return tuple(slice(c, n - c) for c, n in zip(beyond, self.shape))
 
     def to_camera(self, points_m) -> np.ndarray:
         """Return (n, 3) world points in camera axes (right, down, forward), m."""

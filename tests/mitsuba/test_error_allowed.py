@@ -88,7 +88,8 @@ def test_the_ladder_of_paths_climbs_and_is_one_for_all():
 def test_a_group_has_the_same_paths_whichever_others_there_are_and_however_much_lies_beyond_the_field():
     """Made-up passes whose tiles beyond the field are three times as noisy as those of it."""
     settings, inside = SimpleNamespace(samples=16, error_allowed=0.1, most_samples=10_000, seed=4), np.zeros(SHAPE, bool)
-    inside[3:-3, 4:-4] = True
+    field = slice(3, SHAPE[0] - 3), slice(4, SHAPE[1] - 4)
+    inside[field] = True
 
     def one_pass(seed, samples, wanted):
         for g in wanted:
@@ -97,13 +98,13 @@ def test_a_group_has_the_same_paths_whichever_others_there_are_and_however_much_
                 yield g, band, rng.gamma(samples / spread**2, spread**2 / samples)[cut].ravel()
 
     cut = ...
-    both = estimate(one_pass, settings, ("near", "far"), BANDS, SHAPE, judged=inside)
-    alone = estimate(one_pass, settings, ("near",), BANDS, SHAPE, judged=inside)
+    both = estimate(one_pass, settings, ("near", "far"), BANDS, SHAPE, judged=field)
+    alone = estimate(one_pass, settings, ("near",), BANDS, SHAPE, judged=field)
     assert both.samples[0] == alone.samples[0] < both.samples[1] and np.array_equal(both.radiance[0], alone.radiance[0])
     assert estimate(one_pass, settings, ("near",), BANDS, SHAPE).samples[0] > 2 * alone.samples[0], "tiles beyond the field would have decided"
-    cut, small = (slice(3, -3), slice(4, -4)), tuple(n - m for n, m in zip(SHAPE, (6, 8)))
-    field = estimate(one_pass, settings, ("near", "far"), BANDS, small, whole=SHAPE)
-    assert list(field.samples) == list(both.samples) and np.array_equal(field.noise, both.noise)
+    cut, small = field, tuple(n - m for n, m in zip(SHAPE, (6, 8)))
+    without = estimate(one_pass, settings, ("near", "far"), BANDS, small, whole=SHAPE)
+    assert list(without.samples) == list(both.samples) and np.array_equal(without.noise, both.noise)
 
 
 def test_a_group_that_cannot_get_there_is_given_up_and_said_so(make, capsys):

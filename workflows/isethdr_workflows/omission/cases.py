@@ -20,8 +20,8 @@ def only(*metrics: str) -> tuple[str, ...]:
     return tuple(f"~metric.{name}" for name in METRICS if name not in metrics)
 
 
-TILES = ("renderer.width=192", "renderer.height=108")     # 0.3 of the main job's each way; as many paths as the noise takes, as there
-TRACED = (*TILES, "scene.trees=[1,2]", "report=false")
+TRACED = ("scene.trees=[1,2]", "report=false")              # the main job's tiles, as many paths as the noise takes
+TILES = ("renderer.width=192", "renderer.height=108")       # or 0.3 of them each way
 CHART = ("~renderer", "lighting=ideal", "~versions", "scene.width=48", "scene.height=32", "report=false")
 CLEAN, SHARP = ("~flare.dirt",), ("~flare.dirt", "lens=ideal")
 PICTURE = ("lens.focal_length_mm=8",)       # 1.6 million pixels of 3.75 um
@@ -30,8 +30,8 @@ CASES = {
     # lamps off, levels alone: no lamp, no noise
     "noon, mean": Case((*TRACED, *SHARP, "lighting=day", "sensor=bayer", "sensor.noise=false"), True),
     # every lamp is on and the exit is bright: nearly all of it is needed
-    "tunnel": Case(("experiment=tunnel_exit", *TRACED, *CLEAN, "sensor=split_pixel", *only("log_luminance")), True),
-    "moonless country road, headlamps": Case(("scene=night_drive_rural", *TRACED, *SHARP, "lighting=weights", "+lighting.weights.headlights=1",
+    "tunnel": Case(("experiment=tunnel_exit", *TRACED, *TILES, *CLEAN, "sensor=split_pixel", *only("log_luminance")), True),
+    "moonless country road, headlamps": Case(("scene=night_drive_rural", *TRACED, *TILES, *SHARP, "lighting=weights", "+lighting.weights.headlights=1",
                                               "sensor=split_pixel", *only("log_luminance", "dynamic_range")), True),
     "one lamp in the dark, mean": Case(("scene=point_lights", *CHART, *SHARP, *PICTURE, "scene.discs=1", "scene.background_cd_m2=0",
                                         "scene.disc_diameter_deg=2", "sensor=split_pixel", "sensor.noise=false")),
