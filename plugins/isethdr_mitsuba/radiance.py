@@ -171,7 +171,7 @@ class _Sums:
 
         Relative, weighted by luminance, over tiles above 1 % of the group's mean, of the tiles judged. Halves of the paths say too little of light that few
         paths meet, which both may have missed alike, and the standard errors of tiles and their neighbours too much, as rare bright paths are shared out:
-        it is the root mean square of both. The spread of each tile's own passes would say less than either: most tiles' few passes have met none of it.
+        it is the root mean square of both, or halves alone where they say more. The spread of each tile's own passes would say less than either: most tiles' few passes have met none of it.
         Tiles that look into the sky have no noise, and say nothing of those that it lights: they are left out, where there are others.
         """
         out = np.full(len(self.total), np.nan)
@@ -184,7 +184,7 @@ class _Sums:
                 if (lit := found.max(axis=0, initial=0.0) > ROUNDING).any():
                     weight = level[used][lit]
                     of_halves = weighted_median(found[:, lit].ravel(), np.tile(weight, len(found))) / NORMAL
-                    out[g] = math.hypot(of_halves, weighted_median(spread[used][lit] / weight, weight)) / math.sqrt(2)
+                    out[g] = max(of_halves, math.hypot(of_halves, weighted_median(spread[used][lit] / weight, weight)) / math.sqrt(2))
                 elif used.any():
                     out[g] = 0.0
         return out
