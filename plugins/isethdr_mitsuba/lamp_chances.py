@@ -24,7 +24,7 @@ CLEAR_M = 1e-3          # from a surface on
 
 
 class Chances:
-    """Device tables of the chances of lamps at each place: place 0 is anywhere, then come the blocks of the picture, then the cells of the world.
+    """Device tables of the chances of lamps at each place: the blocks of the picture come first, then the cells of the world.
 
     A group has a list of lamps, `slots` (place, slot), each slot as likely as any other; `chance` (place, lamp) is the share of slots that a lamp has.
     """
@@ -32,7 +32,7 @@ class Chances:
     def __init__(self, camera, view, members, strength, place, light):
         """`members` : numbers of each group's lamps. `strength` (lamp,) : what they go by where nothing is known. `light` (point, lamp) : what is, at `place` (point,)."""
         side, across, down = blocks_of(view)
-        places = 1 + across * down + CELLS[0] * CELLS[1]
+        places = across * down + CELLS[0] * CELLS[1]
         chance, self.slots, self.count = np.zeros((places, len(strength))), [], []
         for mine in map(np.array, members):
             slots = np.zeros((1, 1), int)      # of a group without lamps: nothing reads it
@@ -42,13 +42,13 @@ class Chances:
             self.slots.append(mi.UInt32(slots.ravel().astype(np.uint32)))
             self.count.append(dr.opaque(mi.UInt32, slots.shape[1]))
         self.chance, self.lamps = mi.Float(chance.ravel().astype(np.float32)), dr.opaque(mi.UInt32, len(strength))
-        self.side, self.across, self.first_cell = (dr.opaque(mi.UInt32, n) for n in (side, across, 1 + across * down))
+        self.side, self.across, self.first_cell = (dr.opaque(mi.UInt32, n) for n in (side, across, across * down))
         self.origin = camera.origin
         dr.eval(self.chance, *self.slots)
 
     def block(self, row, column):
         """Return the place of tiles, by their rows and columns in the whole grid."""
-        return row // self.side * self.across + column // self.side + 1
+        return row // self.side * self.across + column // self.side
 
     def cell(self, p):
         """Return the place of points of the world."""
@@ -125,8 +125,8 @@ def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndar
         onwards = mi.Ray3f(first[0] + first[1] * CLEAR_M, mi.Frame3f(first[1]).to_world(around), 0.0, mi.Spectrum(0))
         second = _met(scene, hits, surfaces, onwards, first[2])
         lit = [_tried(scene, lamps, *table, *met) for met in (first, second)]
-        cells = [1 + across * down + np.array(cell_of(met[0] - camera.origin), int) for met in (first, second)]
-        place += [1 + np.array(block, int), *cells]
+        cells = [across * down + np.array(cell_of(met[0] - camera.origin), int) for met in (first, second)]
+        place += [np.array(block, int), *cells]
         light += [lit[0], *lit]
     return np.concatenate(place), np.concatenate(light)
 

@@ -40,6 +40,23 @@ def test_slots_go_by_light_and_each_lamp_keeps_one():
     assert chance[4, 7] == pytest.approx(1 - 11 * each)
 
 
+def test_each_point_has_one_vote_at_its_place():
+    light = np.array([[1e9, 0.0], [1.0, 3.0], [0.0, 0.0], [2.0, 2.0]])
+    np.testing.assert_allclose(lamp_chances.votes(3, np.array([0, 0, 0, 2]), light), [[1.25, 0.75], [0, 0], [0.5, 0.5]])
+
+
+def test_cells_go_around_the_camera_and_outwards():
+    import mitsuba as mi
+
+    around, rings = lamp_chances.CELLS
+    degrees, far = np.meshgrid(-180 + (np.arange(around) + 0.5) * 360 / around, 300.0 ** ((np.arange(rings) + 0.5) / rings), indexing="ij")
+    x, y = far * np.cos(np.radians(degrees)), far * np.sin(np.radians(degrees))
+    found = lamp_chances.cell_of(mi.Vector3f(*(np.float32(v.ravel()) for v in (x, y, 7 + 0 * x))))
+    np.testing.assert_array_equal(np.array(found), np.arange(around * rings))
+    ends = np.array(lamp_chances.cell_of(mi.Vector3f([0.0, 1e9, -1e9], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0])))
+    assert (ends < around * rings).all() and list(ends % rings) == [0, rings - 1, rings - 1], "nothing lies outside"
+
+
 def yard(make):
     """A wall along the road between two lamps that look down."""
     down = Lamp("street", "streetlights", 1000.0, make.flat(1.0), (0, 0, -1.0), 80.0, 89.0, 0.0)
@@ -57,9 +74,9 @@ def test_a_lamp_behind_a_wall_is_hardly_looked_at(make, monkeypatch):
     settings = MitsubaRenderer(width=64, height=36, margin=0.0, step_nm=100.0)
     compiled(yard(make), settings, ["streetlights"])
     chance = np.array(kept[0].chance).reshape(-1, 2)
-    assert len(chance) == 1 + 64 * 36 + np.prod(lamp_chances.CELLS) and chance.sum(1) == pytest.approx(1.0)
-    np.testing.assert_allclose(chance[0], 0.5)
-    bottom = chance[1 : 1 + 64 * 36].reshape(36, 64, 2)[-6:]     # the road before the camera, on either side of the wall
+    assert len(chance) == 64 * 36 + np.prod(lamp_chances.CELLS) and chance.sum(1) == pytest.approx(1.0)
+    assert (chance[64 * 36 :] == 0.5).all(1).any(), "nobody looked into some cells: lamps by strength, and these are alike"
+    bottom = chance[: 64 * 36].reshape(36, 64, 2)[-6:]     # the road before the camera, on either side of the wall
     least = 1 / (2 * lamp_chances.SLOTS)
     for half, own in ((bottom[:, :26], 0), (bottom[:, -26:], 1)):
         assert (np.sort(half.mean((0, 1))) == pytest.approx([least, 1 - least], abs=0.02)) and half.mean((0, 1)).argmax() == own
