@@ -8,16 +8,30 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from isethdr_core.errors import CatalogError, did_you_mean
 from isethdr_core.store import read_attrs
 
 from .index import _quoted, refresh, stores
+from .record import COLUMNS
+
+if TYPE_CHECKING:
+    import duckdb
 
 OPERATORS = {"ge": ">=", "le": "<=", "gt": ">", "lt": "<"}
 PLAIN = ("id", "kind", "camera", "name", "path", "created", "derived_from")
+# Set before a user's text runs. Records are in memory by then, so a query needs no file, network or extension.
+# `lock_configuration` comes last: no statement can undo it.
+SANDBOX = (
+    "SET temp_directory=''",
+    "SET python_enable_replacements=false",
+    "SET autoinstall_known_extensions=false",
+    "SET autoload_known_extensions=false",
+    "SET enable_external_access=false",
+    "SET lock_configuration=true",
+)
 VIEWS = """
-CREATE VIEW shots AS SELECT * FROM read_parquet('{index}');
 CREATE VIEW stores AS SELECT id, kind, any_value(name) AS name, path, any_value(created) AS created, any_value(derived_from) AS derived_from,
   list(camera) AS cameras, any_value(properties) AS properties, any_value(ledger) AS ledger, any_value(assets) AS assets
   FROM shots GROUP BY id, kind, path;
@@ -73,14 +87,31 @@ def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> 
 
 
 def sql(folder, text: str) -> tuple[list[str], list[tuple]]:
-    """Return (column names, rows) of a DuckDB query over the views `stores`, `shots`, `objects` and `scores`."""
+    """Run a DuckDB query over the views `stores`, `shots`, `objects` and `scores`.
+
+    The query sees records in memory only. It cannot read, write or attach a file, load an extension,
+    reach a network or change the configuration (see `SANDBOX`).
+
+    Returns
+    -------
+    column names, and rows as tuples.
+
+    Raises
+    ------
+    CatalogError : the text holds no statement, does not run, or asks for more than the records.
+    """
     import duckdb
 
     with _connect(folder) as base:
         try:
+            if not base.extract_statements(text):
+                raise CatalogError(
+                    "the query is empty; expected SQL over the views stores, shots, objects, scores, "
+                    'for example: isethdr catalog sql "SELECT * FROM scores LIMIT 5"'
+                )
             rows = base.execute(text)
             return [d[0] for d in rows.description or []], rows.fetchall()
-        except duckdb.Error as error:
+        except (duckdb.Error, ValueError, OverflowError) as error:  # values that Python cannot hold
             raise CatalogError(f"the query does not run: {error}; views: stores, shots, objects, scores; "
                                "`DESCRIBE scores` lists the columns") from error
 
@@ -106,8 +137,21 @@ def _connect(folder):
     if not index.exists() or index.stat().st_mtime_ns <= changed:   # a rename into a folder changes the folder's time
         refresh(folder)
     base = duckdb.connect()
-    base.execute(VIEWS.format(index=_quoted(index)))
+    try:
+        _load_records(base, index)
+    except duckdb.Error:  # not an index of ours: cut off, or with other columns
+        refresh(folder)
+        _load_records(base, index)
+    base.execute(VIEWS)
+    for setting in SANDBOX:
+        base.execute(setting)
     return base
+
+
+def _load_records(base: duckdb.DuckDBPyConnection, index: Path) -> None:
+    """Copy the records of `index` into the table `shots`, with the columns and types of a record."""
+    columns = ", ".join(f"CAST({name} AS {kind}) AS {name}" for name, kind in COLUMNS.items())
+    base.execute(f"CREATE OR REPLACE TABLE shots AS SELECT {columns} FROM read_parquet('{_quoted(index)}')")
 
 
 def _split(key: str) -> tuple[str, str]:
