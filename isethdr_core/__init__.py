@@ -26,6 +26,7 @@
 | `store`, `store_arrays`, `store_encoding`, `store_join` | zarr stores that are either whole or not there |
 | `leftovers`                     | temporary names, and what killed writers left behind                  |
 | `cli`, `hydra_app`, `sweeps`, `summary` | the command line, sweeps, and what it prints                  |
+| `terminal`                      | the console that prints every name as it is                           |
 | `errors`                        | every error a user can cause                                          |
 | `lighting`                      | light groups mixed to weights or photometric targets                  |
 | `testing`                       | the conformance kit for plugin authors                                |

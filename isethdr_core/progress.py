@@ -11,6 +11,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
 
+from .terminal import console
+
 SHOWN_AFTER_S = 2.0
 
 
@@ -50,7 +52,6 @@ def track(items: Iterable, what: str, total: int | None = None) -> Iterator:
 @cache
 def _display():
     """Return the one display of this process: rich draws nested stages and bars below each other."""
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     class Late(Progress):
@@ -59,5 +60,12 @@ def _display():
         def get_renderables(self):
             yield self.make_tasks_table([t for t in self.tasks if (t.elapsed or 0.0) > SHOWN_AFTER_S])
 
-    return Late(SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(),
-                TextColumn("remaining"), TimeRemainingColumn(), console=Console(stderr=True), transient=True)
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TimeElapsedColumn(),
+        TextColumn("remaining"),
+        TimeRemainingColumn(),
+    )
+    return Late(*columns, console=console(stderr=True), transient=True)

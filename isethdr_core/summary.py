@@ -5,29 +5,30 @@ from __future__ import annotations
 import dataclasses
 import math
 
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from .component import KINDS
+from .terminal import console as open_console
+from .terminal import print_path
 
 
 def print_result(result) -> None:
     """Print the ledger, the scores of the cameras side by side, and where everything is."""
-    console = Console()
+    console = open_console()
     if not result.computed:
-        console.print(f"already computed: {result.key}", highlight=False)
+        console.print(f"already computed: {result.key}")
     console.print(ledger_table(result.ledger, expected=result.attributes.get("expected_s", {})))
     for row in result.ledger:
         if row.stage.startswith("picture ") and row.errors:
-            console.print(f"{row.stage}: off by at most {row.error:.3g} {escape(row.error_unit + ': ' + row.errors[0].what)}", soft_wrap=True, highlight=False)
+            console.print(f"{row.stage}: off by at most {row.error:.3g} {row.error_unit}: {row.errors[0].what}", soft_wrap=True)
     console.print(score_table(result))
     for name, note in result.attributes["lighting_notes"].items():
-        console.print(f"lighting {name}: {escape(str(note))}", soft_wrap=True, highlight=False)
+        console.print(f"lighting {name}: {note}", soft_wrap=True)
     report = result.path.with_suffix(".html")
-    for label, path in (("store ", result.path), ("report", report)):
+    for label, path in (("store", result.path), ("report", report)):
         if path.exists():
-            console.print(f"{label} {path}", soft_wrap=True, highlight=False)
+            print_path(label, path)
 
 
 def ledger_table(ledger, details: bool = False, expected: dict | None = None) -> Table:
@@ -41,8 +42,8 @@ def ledger_table(ledger, details: bool = False, expected: dict | None = None) ->
         errors = "\n".join(error_text(e) for e in row.errors) if details else worst_text(row.errors)
         left = "\n".join(f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out) if details else (
             f"{len(row.left_out)} noted" if row.left_out else "")
-        table.add_row(escape(row.stage), f"{row.seconds:.2f}", *([seconds_text(expected.get(row.stage))] if known else []),
-                      f"{row.peak_bytes / 1e6:.0f}", escape(errors), escape(left))
+        table.add_row(row.stage, f"{row.seconds:.2f}", *([seconds_text(expected.get(row.stage))] if known else []),
+                      f"{row.peak_bytes / 1e6:.0f}", errors, left)
     return table
 
 
@@ -88,7 +89,7 @@ def forecast_table(expected: dict) -> Table:
     table.add_column("expected s", justify="right")
     rows = together(expected)
     for title, seconds in rows.items():
-        table.add_row(escape(title), seconds_text(seconds))
+        table.add_row(title, seconds_text(seconds))
     unknown = sum(s is None for s in rows.values())
     known = f"{sum(s for s in rows.values() if s is not None):.2f}"
     table.add_row("all", known if not unknown else f"{known} + {unknown} unknown: no such stage is stored" if unknown < len(rows) else "unknown: no such run is stored yet")
@@ -114,13 +115,13 @@ def score_table(result) -> Table:
     table.add_column("metric", no_wrap=True)
     table.add_column("unit")
     for camera in result.cameras:
-        table.add_column(escape(camera), justify="right")
+        table.add_column(camera, justify="right")
     cells: dict[tuple[str, str], dict[str, str]] = {}
     for s in result.scores:
         if not s["object"]:
             cells.setdefault((s["metric"], s["unit"]), {})[s["camera"]] = score_text(s)
     for (metric, unit), row in cells.items():
-        table.add_row(escape(metric), escape(unit), *(row.get(c, "") for c in result.cameras))
+        table.add_row(metric, unit, *(row.get(c, "") for c in result.cameras))
     return table
 
 
@@ -138,7 +139,7 @@ def print_plan(overrides) -> None:
     from .ledger import Ledger
     from .pipeline import chain, plan
 
-    console, rows = Console(), Ledger()
+    console, rows = open_console(), Ledger()
     config = compose(overrides)
     parts = chain(config)
     demand = plan(parts, rows)
@@ -170,19 +171,23 @@ def print_plugins(kind: str = "") -> int:
 
     if kind and kind not in KINDS:
         raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
-    console = Console()
+    console = open_console()
     for k in KINDS:
         members = sorted((c for c in components().values() if c.kind == k), key=lambda c: c.name)
         if kind in ("", k):
-            console.print(f"[bold]{k}[/]")
+            console.print(k, style="bold")
         for comp in members if kind in ("", k) else []:
             first = (comp.cls.__doc__ or "no description").strip().splitlines()[0]
-            console.print(f"  [cyan]{comp.name}[/]  {first}  [dim]({package_of_component(comp)})[/]", highlight=False, soft_wrap=True)
+            line = Text.assemble(
+                ("  " + comp.name, "cyan"), f"  {first}  ", (f"({package_of_component(comp)})", "dim")
+            )
+            console.print(line, soft_wrap=True)
             fields = "  ".join(f"{f.name}={default_text(f)}" for f in dataclasses.fields(comp.cls) if f.init)
             if fields:
-                console.print(f"      {fields}", style="dim", highlight=False, soft_wrap=True, markup=False)
+                console.print(f"      {fields}", style="dim", soft_wrap=True)
     for broken in broken_plugins():
-        console.print(f"[bold red]broken plugin {broken.entry_point} (package {broken.package}): {broken.reason}[/]")
+        text = f"broken plugin {broken.entry_point} (package {broken.package}): {broken.reason}"
+        console.print(text, style="bold red")
     return len(broken_plugins())
 
 

@@ -20,9 +20,12 @@ def find(conditions: list[str] = typer.Argument(None, help="name=value or name__
     pairs = dict(c.split("=", 1) for c in conditions or () if "=" in c)
     if wrong := [c for c in conditions or () if "=" not in c]:
         raise CatalogError(f"{wrong[0]!r} is no condition; expected name=value, for example kind=run or person.distance_m__le=30")
-    order_by, limit = pairs.pop("order_by", order_by), int(pairs.pop("limit", limit))
+    order_by, limit = pairs.pop("order_by", order_by), _count(pairs.pop("limit", limit))
     rows = query(home(), order_by=order_by or None, limit=limit, **pairs)
+    paths = list(dict.fromkeys(str(home() / row.pop("path")) for row in rows))
     _table(list(rows[0]) if rows else ["nothing found"], [list(r.values()) for r in rows])
+    if paths:
+        print("\n".join(["paths:", *paths]))
 
 
 @catalog.command(help="Query the views stores, shots, objects and scores: isethdr catalog sql \"select * from scores\"")
@@ -56,7 +59,11 @@ def verify() -> None:
     from .verify import verify as check
 
     reports = check(home())
-    _table(["store", "arrays", "state"], [[r.path, r.arrays, "; ".join(r.problems) or "whole"] for r in reports])
+    rows = [[r.path.name, r.arrays, "; ".join(r.problems) or "whole"] for r in reports]
+    _table(["store", "arrays", "state"], rows)
+    damaged = [str(r.path) for r in reports if r.problems]
+    if damaged:
+        print("\n".join(["damaged:", *damaged]))
     if any(r.problems for r in reports):
         raise typer.Exit(1)
 
@@ -65,20 +72,31 @@ def verify() -> None:
 def refresh() -> None:
     """Print how many records there are and which stores were skipped."""
     from isethdr_core.store import home
+    from isethdr_core.terminal import print_path
 
     from .index import refresh as rebuild
 
     done = rebuild(home())
-    print(f"{done.path}: {done.records} records")
+    print_path(f"{done.records} records in", done.path)
     for path, why in done.skipped.items():
-        print(f"skipped {path}: {why}")
+        print_path(f"skipped ({why})", path)
+
+
+def _count(text: str | int) -> int:
+    """Return a number of rows that a user typed."""
+    from isethdr_core.errors import CatalogError
+
+    if not str(text).isdecimal():
+        raise CatalogError(f"limit is {text!r}; expected a whole number of rows; type for example limit=50")
+    return int(text)
 
 
 def _table(columns, rows) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from isethdr_core.terminal import console
 
     table = Table(*map(str, columns), box=None)
     for row in rows:
         table.add_row(*("" if cell is None else str(cell) for cell in row))
-    Console().print(table)
+    console().print(table)

@@ -18,6 +18,8 @@ def study(name: Annotated[str, typer.Argument(help="name of a study; none lists 
           settings: Annotated[list[str] | None, typer.Argument(help="key=value, as the study's function takes them")] = None,
           csv_file: Annotated[str, typer.Option("--csv", help="also write the rows to this file")] = "") -> None:
     """Run a study: a table of results that needs no scene. Without a name: list the studies."""
+    from isethdr_core.terminal import print_path
+
     from . import STUDIES
 
     if not name:
@@ -26,7 +28,7 @@ def study(name: Annotated[str, typer.Argument(help="name of a study; none lists 
         return
     rows = run_study(name, settings or [])
     show(rows, name)
-    typer.echo(f"stored {keep(name, settings or [], rows)}")
+    print_path("stored", keep(name, settings or [], rows))
     if csv_file:
         with open(csv_file, "w", newline="") as file:
             writer = csv.DictWriter(file, list(rows[0]) if rows else [])
@@ -80,12 +82,11 @@ def keep(name: str, settings: list[str], rows: list[dict]):
 
 def show(rows: list[dict], title: str) -> None:
     """Print rows as one table; numbers with four digits."""
-    from rich.console import Console
     from rich.table import Table
+
+    from isethdr_core.terminal import console
 
     table = Table(*(rows[0] if rows else ["no rows"]), title=title)
     for row in rows:
         table.add_row(*(f"{v:.4g}" if isinstance(v, float) else str(v) for v in row.values()))
-    # rows are results, not prose: never cut to the width of a terminal that is none
-    console = Console()
-    (console if console.is_terminal else Console(width=200)).print(table)
+    console().print(table)
