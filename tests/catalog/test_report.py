@@ -9,7 +9,7 @@ import xarray as xr
 from isethdr_catalog.report import page, pictures, plots, tables, write_report
 
 import isethdr_core as hdr
-from isethdr_core import view
+from isethdr_core import ledger, view
 
 SMALL = ["experiment=five_lights", "lens=ideal", "~flare@flare.dirt", "scene.width=64", "scene.height=36"]
 
@@ -60,10 +60,53 @@ def test_a_missing_report_is_made_again_and_an_old_one_stays(result):
 
 
 def test_intervals_and_missing_numbers_are_shown_as_such(result):
-    assert tables.number(float("nan")) == tables.number(None) == "&ndash;"
+    assert tables.number(float("nan")) == tables.number(None) == "–"
     assert tables.number(12345.6) == "12,346" and tables.number(0.0012345) == "0.001234"
     html = tables.scores(result, of_objects=False)
     assert ">nan" not in html and "nan " not in html and " to inf" not in html and "inf to" not in html
+
+
+HOSTILE = "<script>alert(1)</script>\"'&{{ 7 * 7 }}{% raw %} $\\frac{$ --> ]]> _"
+
+
+class Renamed:
+    """A stored run whose every name is `HOSTILE`: cameras, light groups, metrics, stages, keys."""
+
+    def __init__(self, stored):
+        self.stored = stored
+        self.camera = f"_{HOSTILE}"
+        a = dict(stored.attributes)
+        note = {"what": HOSTILE, "unit": HOSTILE, "how": HOSTILE, "value": 1.0}
+        omission = {"what": HOSTILE, "why": HOSTILE, "bound": 1.0, "unit": HOSTILE}
+        row = {"stage": HOSTILE, "seconds": 1.0, "peak_bytes": 0}
+        score = {"camera": self.camera, "metric": HOSTILE, "unit": HOSTILE, "value": 1.0}
+        bounds = {"low": 0.5, "high": 1.5}
+        a["ledger"] = [row | {"errors": [note], "left_out": [omission]}]
+        a["scores"] = [score | bounds | {"object": o} for o in ("", HOSTILE)]
+        a["weights"] = {HOSTILE: 1.0}
+        a["lighting"] = a["lens"] = a["created"] = a["key"] = HOSTILE
+        targets = {HOSTILE: {"wanted": 1.0, "reached": 2.0}}
+        a["lighting_notes"] = {"infeasible": HOSTILE, "targets": targets}
+        a["config"] = {"scene": {"name": HOSTILE}, HOSTILE: {HOSTILE: HOSTILE}}
+        a["cameras"] = [self.camera]
+        a["versions"] = a["code"] = {HOSTILE: HOSTILE}
+        self.attributes, self.cameras, self.scores = a, [self.camera], a["scores"]
+        self.ledger = ledger.Ledger.from_records(a["ledger"])
+
+    def open(self, group):
+        """Return the group of the stored run that stands for `group`."""
+        opened = self.stored.open(group.replace(self.camera, self.stored.cameras[0]))
+        objects = opened.attrs.get("objects") or []
+        return opened.assign_attrs(objects=[o | {"category": HOSTILE} for o in objects])
+
+
+def test_names_are_text_and_never_markup(result):
+    html = page.page(Renamed(result))
+    assert "<script" not in html and "onerror=" not in html
+    assert html.count("&lt;script&gt;alert(1)&lt;/script&gt;") >= 30, "shown wherever a name is"
+    assert "{{ 7 * 7 }}{% raw %}" in html, "a name is no template"
+    svg_names = re.findall(r"<text[^>]*>([^<]*alert[^<]*)</text>", html)
+    assert svg_names and all("\\frac{$" in name for name in svg_names), "in plots, `$` is no formula"
 
 
 def test_compression_brings_the_median_to_a_middle_grey():

@@ -2,7 +2,8 @@
 
 | module     | what                                                                  |
 |------------|-----------------------------------------------------------------------|
-| `page`     | the whole page: sections in order, and the style sheet                |
+| `page`     | what each section of the page shows                                   |
+| `templates` | the templates in `templates/`, filled in with every value escaped    |
 | `pictures` | display views, false colour and labels as embedded images             |
 | `plots`    | line profile, signal-to-noise ratio, error beside seconds             |
 | `tables`   | scores, ledger, what was left out, config and versions                |

@@ -1,8 +1,8 @@
-"""The page of the report: its sections in order, and its style."""
+"""The page of the report: what each section shows, put into the template."""
 
 from __future__ import annotations
 
-from html import escape
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,76 +10,97 @@ from isethdr_core import geometry, view
 from isethdr_core.physics import projection
 
 from . import pictures, plots, tables
+from .pictures import Figure
+from .templates import filled
 
-STYLE = """
-:root { color-scheme: light; font: 15px/1.5 system-ui, sans-serif; color: #1b1b1b; background: #fff }
-body { max-width: 1240px; margin: 0 auto; padding: 1rem; box-sizing: border-box }
-h1 { font-size: 1.6rem; margin: .2rem 0 } h2 { font-size: 1.15rem; margin: 2rem 0 .5rem; border-bottom: 1px solid #ccc }
-.row { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(360px, 100%), 1fr)); gap: .8rem }
-figure { margin: 0 } figcaption { font-size: .85rem; color: #444 } img, svg { max-width: 100%; height: auto; display: block }
-figure img, figure svg { width: 100% } .wide { max-width: 860px }
-.scroll { overflow-x: auto } table { border-collapse: collapse; font-size: .85rem; width: 100% }
-th, td { text-align: left; padding: .2rem .6rem; border-bottom: 1px solid #e4e4e4; vertical-align: top }
-th { background: #f4f4f4 } .n { text-align: right; font-variant-numeric: tabular-nums } td small { display: block; color: #666 }
-pre { font-size: .78rem; background: #f6f6f6; padding: .8rem; overflow-x: auto }
-.scale { margin: .6rem auto; max-width: 640px; text-align: center; font-size: .8rem } .scale img { width: 100%; height: 18px }
-.ticks { position: relative; height: 1.4em } .ticks span { position: absolute; transform: translateX(-50%) }
-.note { background: #fff6dd; border-left: 4px solid #e0a800; padding: .4rem .8rem } summary { cursor: pointer; font-weight: 600 }
-.lead { color: #444 }
-"""
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+    from isethdr_core.runs import Result
+
+LINE_NOTE = (
+    "Luminance along the row through the brightest light of the truth; "
+    "estimates at or below zero are drawn at the lower edge"
+)
+SNR_NOTE = (
+    "Signal-to-noise ratio of the median pixel of each true luminance, "
+    "from the variance that each picture carries"
+)
 
 
-def page(result) -> str:
+def page(result: Result) -> Markup:
     """Return the whole report of a run as one HTML document that needs no network."""
+    from omegaconf import OmegaConf
+
     a = result.attributes
-    seen = {name: (result.open(f"picture/{name}").load(), result.open(f"truth/{name}").load()) for name in result.cameras}
-    first_truth = next(iter(seen.values()))[1]
-    white = view.white_cd_m2(first_truth)
-    sections = [
-        ("The scene", _scene(result, white)),
-        ("Through the cameras", _cameras(result, seen, white)),
-        ("Line through the brightest light, and noise", f"<div class=row>{_profile(seen)}{_snr(seen)}</div>"),
-        ("Labels", _labels(seen, white)),
-        ("Scores", tables.scores(result, of_objects=False) + "<details><summary>per object</summary>"
-         + tables.scores(result, of_objects=True) + "</details>"),
-        ("Ledger: error beside seconds", f"<div class=wide>{pictures.figure(plots.seconds(result.ledger), 'Seconds by stage')}</div>"
-         + tables.ledger(result.ledger)),
-        ("What was left out", tables.left_out(result.ledger)),
-        ("Config and versions", "<details open><summary>config</summary>" + tables.config(a["config"]) + "</details>"
-         + tables.key_values({**a["versions"], **{f"source of {k}": v for k, v in a["code"].items()}})),
-    ]
-    body = "".join(f"<section><h2>{title}</h2>{content}</section>" for title, content in sections if content)
-    title = f"isethdr run {a['key']}"
-    return (f'<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
-            f"<title>{title}</title><style>{STYLE}</style></head><body><h1>{escape(_title(a))}</h1>{_lead(result)}{body}</body></html>")
-
-
-def _title(a) -> str:
-    return f"{a['config']['scene']['name'].replace('_', ' ')} under {a['lighting']} lighting, {', '.join(a['cameras'])}"
-
-
-def _lead(result) -> str:
-    a, notes = result.attributes, result.attributes["lighting_notes"]
-    weights = ", ".join(f"{escape(g)} {w:.4g}" for g, w in a["weights"].items())
-    targets = "".join(f" Target {escape(name)}: {t['wanted']:.4g} wanted, {t['reached']:.4g} reached." if isinstance(t, dict) else ""
-                      for name, t in (notes.get("targets") or {}).items())
-    warning = f"<p class=note>{escape(notes['infeasible'])}</p>" if notes.get("infeasible") else ""
-    total = sum(r.seconds for r in result.ledger)
-    return (f"<p class=lead>Run {a['key']}, {escape(a['created'])}. {total:.0f} seconds in {len(result.ledger)} stages. "
-            f"Light group weights: {weights}.{targets} Lens: {escape(a['lens'])}.</p>{warning}")
-
-
-def _scene(result, white) -> str:
-    """Return the scene as it is, before any camera: each lighting, and the luminance of the one that was used."""
+    seen = {
+        name: (result.open(f"picture/{name}").load(), result.open(f"truth/{name}").load())
+        for name in result.cameras
+    }
+    truth = next(iter(seen.values()))[1]
+    white = view.white_cd_m2(truth)
     main = _inside(result.open("versions/main"))
-    figures = [pictures.shown(main, white, f"{result.attributes['lighting']}, scene radiance", pictures.compression(main, white))]
+    scale = _range(main)
+    curves = {name: plots.snr_curve(*both) for name, both in seen.items()}
+    curves = {name: curve for name, curve in curves.items() if len(curve[0])}
+    sources = {f"source of {name}": digest for name, digest in a["code"].items()}
+    return filled(
+        "page.html",
+        key=a["key"],
+        title=_title(a),
+        created=a["created"],
+        seconds=sum(row.seconds for row in result.ledger),
+        stages=len(result.ledger),
+        weights=list(a["weights"].items()),
+        targets=_targets(a["lighting_notes"]),
+        lens=a["lens"],
+        notes=_notes(a["lighting_notes"]),
+        scene=_scene(result, main, white, scale),
+        cameras=_cameras(seen, main, white, scale),
+        scale=pictures.colour_scale(*scale) if scale else None,
+        plots=[
+            Figure("", LINE_NOTE, drawing=_profile(seen)),
+            Figure("", SNR_NOTE, drawing=plots.snr_against_luminance(curves)),
+        ],
+        labels=_labels(truth, white),
+        frame_scores=tables.scores(result, of_objects=False),
+        object_scores=tables.scores(result, of_objects=True),
+        seconds_plot=Figure("", "Seconds by stage", drawing=plots.seconds(result.ledger)),
+        ledger=tables.ledger(result.ledger),
+        left_out=tables.left_out(result.ledger),
+        config=OmegaConf.to_yaml(OmegaConf.create(a["config"])),
+        versions=tables.key_values({**a["versions"], **sources}),
+    )
+
+
+def _title(a: dict) -> str:
+    scene = a["config"]["scene"]["name"].replace("_", " ")
+    return f"{scene} under {a['lighting']} lighting, {', '.join(a['cameras'])}"
+
+
+def _targets(notes: dict) -> list[tuple[str, dict]]:
+    """Return the photometric targets by name: what was wanted and what was reached."""
+    return [(name, t) for name, t in (notes.get("targets") or {}).items() if isinstance(t, dict)]
+
+
+def _notes(notes: dict) -> list[str]:
+    """Return what a reader must know before anything else."""
+    return [notes["infeasible"]] if notes.get("infeasible") else []
+
+
+def _scene(result: Result, main, white: float, scale: tuple[float, float] | None) -> list[Figure]:
+    """Return the scene before any camera: each lighting, and the luminance of the one in use."""
+    lighting = result.attributes["lighting"]
+    compressed = pictures.compression(main, white)
+    figures = [pictures.shown(main, white, f"{lighting}, scene radiance", compressed)]
     for name in result.attributes["versions_shown"]:
         version = _inside(result.open(f"versions/{name}"))
         its_white = view.white_cd_m2(version)
-        figures.append(pictures.shown(version, its_white, f"{name}, scene radiance", pictures.compression(version, its_white)))
-    if scale := _range(main):
-        figures.append(pictures.false_colour(main, *scale, f"{result.attributes['lighting']}, luminance"))
-    return f"<div class=row>{''.join(figures)}</div>"
+        compressed = pictures.compression(version, its_white)
+        figures.append(pictures.shown(version, its_white, f"{name}, scene radiance", compressed))
+    if scale:
+        figures.append(pictures.false_colour(main, *scale, f"{lighting}, luminance"))
+    return figures
 
 
 def _inside(version):
@@ -88,14 +109,14 @@ def _inside(version):
     return version.sel(x=slice(-half_x, half_x), y=slice(-half_y, half_y)).load()
 
 
-def _cameras(result, seen, white) -> str:
-    """Return each camera's picture with the truth's white, its luminance below, and the scale of both rows of false colour."""
-    main = _inside(result.open("versions/main"))
-    scale, compressed = _range(main), pictures.compression(main, white)
-    rows = [pictures.shown(picture, white, name, compressed) for name, (picture, _) in seen.items()]
+def _cameras(seen, main, white: float, scale: tuple[float, float] | None) -> list[Figure]:
+    """Return each camera's picture with the truth's white, then the luminance of each."""
+    compressed = pictures.compression(main, white)
+    figures = [pictures.shown(picture, white, name, compressed) for name, (picture, _) in seen.items()]
     if scale:
-        rows += [pictures.false_colour(picture, *scale, f"{name}, luminance") for name, (picture, _) in seen.items()]
-    return f"<div class=row>{''.join(rows)}</div>" + (pictures.colour_scale(*scale) if scale else "")
+        for name, (picture, _) in seen.items():
+            figures.append(pictures.false_colour(picture, *scale, f"{name}, luminance"))
+    return figures
 
 
 def _range(scene) -> tuple[float, float] | None:
@@ -105,7 +126,7 @@ def _range(scene) -> tuple[float, float] | None:
     return (low, high) if 0 < low < high else None
 
 
-def _profile(seen) -> str:
+def _profile(seen) -> Markup:
     profiles, floor = {}, np.inf
     for name, (picture, truth) in seen.items():
         y = view.luminance(truth)
@@ -114,8 +135,7 @@ def _profile(seen) -> str:
         profiles[name] = (angle, view.luminance(picture)[row])
         profiles["truth"] = (angle, y[row])
         floor = min(floor, max(float(y[row].min()) / 10, 1e-12))
-    return pictures.figure(plots.line_profile(profiles, floor), "Luminance along the row through the brightest light of the truth; "
-                   "estimates at or below zero are drawn at the lower edge")
+    return plots.line_profile(profiles, floor)
 
 
 def _angles_deg(picture, row: int) -> np.ndarray:
@@ -126,15 +146,7 @@ def _angles_deg(picture, row: int) -> np.ndarray:
     return np.degrees(np.arctan2(right, forward))
 
 
-def _snr(seen) -> str:
-    curves = {name: plots.snr_curve(picture, truth) for name, (picture, truth) in seen.items()}
-    return pictures.figure(plots.snr_against_luminance({k: v for k, v in curves.items() if len(v[0])}),
-                   "Signal-to-noise ratio of the median pixel of each true luminance, from the variance that each picture carries")
-
-
-def _labels(seen, white) -> str:
-    truth = next(iter(seen.values()))[1]
+def _labels(truth, white: float) -> Figure | None:
     if "instance" not in truth:
-        return ""
-    objects = truth.attrs.get("objects") or []
-    return f"<div class=wide>{pictures.labelled(truth, white, truth, objects)}</div>"
+        return None
+    return pictures.labelled(truth, white, truth, truth.attrs.get("objects") or [])

@@ -4,26 +4,40 @@ from __future__ import annotations
 
 import base64
 import io
-from html import escape
+from dataclasses import dataclass
 
 import numpy as np
+from markupsafe import Markup
 
 from isethdr_core import view
 
 
-def embedded(rgb: np.ndarray, alt: str, quality: int = 90) -> str:
-    """Return an <img> that carries a uint8 picture (y, x, 3) inside itself."""
+@dataclass(frozen=True)
+class Figure:
+    """A picture or a drawing with its caption; title and note are plain text."""
+
+    title: str
+    note: str = ""
+    source: str = ""  # of a picture: a data address
+    drawing: Markup = Markup("")  # of a plot: vector graphics
+
+
+@dataclass(frozen=True)
+class Scale:
+    """A colour bar and its ticks: (position in percent, text, exponent or None)."""
+
+    source: str
+    ticks: list[tuple[float, str, int | None]]
+
+
+def embedded(rgb: np.ndarray, quality: int = 90) -> str:
+    """Return a data address that carries a uint8 picture (y, x, 3) inside itself."""
     from PIL import Image
 
     buffer = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(rgb)).save(buffer, "JPEG", quality=quality, subsampling=0)
-    data = base64.b64encode(buffer.getvalue()).decode()
-    return f'<img alt="{escape(alt)}" src="data:image/jpeg;base64,{data}">'
-
-
-def figure(content: str, caption: str) -> str:
-    """Return content with a caption below; the caption is HTML."""
-    return f"<figure>{content}<figcaption>{caption}</figcaption></figure>"
+    image = Image.fromarray(np.ascontiguousarray(rgb))
+    image.save(buffer, "JPEG", quality=quality, subsampling=0)
+    return f"data:image/jpeg;base64,{base64.b64encode(buffer.getvalue()).decode()}"
 
 
 MIDDLE = 0.4    # displayed value, before the sRGB curve, of a scene's median: a middle grey
@@ -42,31 +56,34 @@ def compression(scene, white_cd_m2: float) -> float:
     return high
 
 
-def shown(picture, white_cd_m2: float, caption: str, compressed: float = view.COMPRESSION) -> str:
+def shown(
+    picture, white_cd_m2: float, caption: str, compressed: float = view.COMPRESSION
+) -> Figure:
     """Return the display view of a picture or of xyz, with the luminance that is shown as white."""
     rgb = view.display(picture, white_cd_m2, compressed)
-    return figure(embedded(rgb, caption), f"<b>{escape(caption)}</b> white = {white_cd_m2:.3g} cd/m<sup>2</sup>")
+    return Figure(caption, f"white = {white_cd_m2:.3g} cd/m²", embedded(rgb))
 
 
-def false_colour(picture, low: float, high: float, caption: str) -> str:
-    """Return luminance in false colour between `low` and `high` cd/m2, to be read with `colour_scale`."""
+def false_colour(picture, low: float, high: float, caption: str) -> Figure:
+    """Return luminance in false colour between `low` and `high` cd/m2, to be read with a scale."""
     rgb, _ = view.false_colour(picture, low, high)
-    return figure(embedded(rgb, caption), f"<b>{escape(caption)}</b>")
+    return Figure(caption, source=embedded(rgb))
 
 
-def colour_scale(low: float, high: float) -> str:
+def colour_scale(low: float, high: float) -> Scale:
     """Return the scale of the false colours: a bar with one tick per decade, cd/m2."""
     ramp, _ = view.false_colour(np.geomspace(low, high, 512)[None, :].repeat(18, 0), low, high)
-    decades = np.arange(np.ceil(np.log10(low) - 1e-9), np.floor(np.log10(high) + 1e-9) + 1)
+    first, last = np.ceil(np.log10(low) - 1e-9), np.floor(np.log10(high) + 1e-9)
     span = np.log10(high / low)
-    ticks = "".join(f'<span style="left:{100 * (d - np.log10(low)) / span:.2f}%">{power(d)}</span>' for d in decades)
-    return f'<div class=scale>{embedded(ramp, "scale", 95)}<div class=ticks>{ticks}</div><div>luminance, cd/m<sup>2</sup></div></div>'
+    decades = np.arange(first, last + 1)
+    ticks = [(100 * float(d - np.log10(low)) / span, *power(d)) for d in decades]
+    return Scale(embedded(ramp, 95), ticks)
 
 
-def power(exponent: float) -> str:
-    """Return a power of ten as people read it."""
+def power(exponent: float) -> tuple[str, int | None]:
+    """Return a power of ten as people read it: text, and the exponent where it is shown as one."""
     e = int(exponent)
-    return f"{10.0**e:g}" if -2 <= e <= 3 else f"10<sup>{e}</sup>"
+    return (f"{10.0**e:g}", None) if -2 <= e <= 3 else ("10", e)
 
 
 def largest_objects(objects: list[dict], instance, count: int = 14) -> list[dict]:
@@ -77,7 +94,7 @@ def largest_objects(objects: list[dict], instance, count: int = 14) -> list[dict
     return sorted(seen, key=lambda o: -o["box"][2] * o["box"][3])[:count]
 
 
-def labelled(xyz, white_cd_m2: float, labels, objects: list[dict]) -> str:
+def labelled(xyz, white_cd_m2: float, labels, objects: list[dict]) -> Figure:
     """Return a view with each object's pixels tinted, and its box and name drawn over it.
 
     `objects` hold boxes [x, y, width, height] in the pixels of `labels`.
@@ -97,4 +114,5 @@ def labelled(xyz, white_cd_m2: float, labels, objects: list[dict]) -> str:
         box = draw.textbbox((x, y), text, font=font, anchor="lb")
         draw.rectangle(box, fill=(0, 0, 0))
         draw.text((x, y), text, fill=(255, 255, 255), font=font, anchor="lb")
-    return figure(embedded(np.asarray(image), "labels"), "<b>Labels</b> instance tint, category and distance from the camera")
+    note = "instance tint, category and distance from the camera"
+    return Figure("Labels", note, embedded(np.asarray(image)))

@@ -5,35 +5,42 @@ from __future__ import annotations
 import io
 
 import numpy as np
+from markupsafe import Markup
 
 COLOURS = {"truth": "#222222"}
 CYCLE = ("#c1272d", "#0b6fa4", "#2e8b57", "#b8860b", "#6a4c93")
 
 
-def _svg(draw, width: float = 7.0, height: float = 3.4) -> str:
+def _svg(draw, width: float = 7.0, height: float = 3.4) -> Markup:
     import matplotlib
 
     matplotlib.use("Agg", force=False)
     from matplotlib import pyplot as plt
 
-    with plt.rc_context({"svg.fonttype": "none", "svg.hashsalt": "isethdr", "font.size": 9, "font.family": "sans-serif",
+    # names are shown as they are: `$` starts no formula
+    with plt.rc_context({"text.parse_math": False, "svg.fonttype": "none", "svg.hashsalt": "isethdr", "font.size": 9, "font.family": "sans-serif",
                          "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25}):
         fig, ax = plt.subplots(figsize=(width, height), layout="constrained")
         draw(ax)
         buffer = io.StringIO()
         fig.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
         plt.close(fig)
-    return buffer.getvalue()[buffer.getvalue().index("<svg"):]
+    return Markup(buffer.getvalue()[buffer.getvalue().index("<svg"):])  # matplotlib escapes its texts
 
 
-def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: float) -> str:
+def legible(name: str) -> str:
+    """Return a name that a legend shows: matplotlib hides those that begin with an underscore."""
+    return f" {name}" if name.startswith("_") else name
+
+
+def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: float) -> Markup:
     """Return log luminance along a row: {name: (x in degrees, cd/m2)}; `truth` is drawn last, in black.
 
     Estimates at or below `floor` cd/m2, negative ones among them, are drawn at the floor.
     """
     def draw(ax):
         for i, (name, (x, y)) in enumerate((k, v) for k, v in profiles.items() if k != "truth"):
-            ax.semilogy(x, np.maximum(y, floor), lw=0.8, color=CYCLE[i % len(CYCLE)], label=name, alpha=0.85)
+            ax.semilogy(x, np.maximum(y, floor), lw=0.8, color=CYCLE[i % len(CYCLE)], label=legible(name), alpha=0.85)
         if "truth" in profiles:
             x, y = profiles["truth"]
             ax.semilogy(x, np.maximum(y, floor), lw=1.3, color=COLOURS["truth"], label="truth, without flare and noise")
@@ -44,11 +51,11 @@ def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: floa
     return _svg(draw)
 
 
-def snr_against_luminance(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> str:
+def snr_against_luminance(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> Markup:
     """Return signal-to-noise ratio in dB against luminance: {camera: (cd/m2, dB)}."""
     def draw(ax):
         for i, (name, (luminance, snr)) in enumerate(curves.items()):
-            ax.semilogx(luminance, snr, ".-", ms=3, lw=1.0, color=CYCLE[i % len(CYCLE)], label=name)
+            ax.semilogx(luminance, snr, ".-", ms=3, lw=1.0, color=CYCLE[i % len(CYCLE)], label=legible(name))
         ax.axhline(0, color="#888", lw=0.8)
         ax.set_xlabel("luminance, cd/m²")
         ax.set_ylabel("SNR, dB")
@@ -57,7 +64,7 @@ def snr_against_luminance(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> s
     return _svg(draw)
 
 
-def seconds(rows) -> str:
+def seconds(rows) -> Markup:
     """Return seconds per stage as bars, longest first, the shortest together."""
     def draw(ax):
         ranked = sorted(rows, key=lambda r: -r.seconds)

@@ -1,68 +1,93 @@
-"""Tables of the report: scores, ledger, what was left out, config, versions."""
+"""Tables of the report: scores, ledger, what was left out, versions."""
 
 from __future__ import annotations
 
 import math
-from html import escape
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from .templates import filled, number
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+    from isethdr_core.ledger import Ledger
+    from isethdr_core.runs import Result
 
 
-def table(header: list[str], rows: list[list[str]], numeric: tuple[int, ...] = ()) -> str:
-    """Return an HTML table; the cells are HTML already, columns in `numeric` are right-aligned."""
-    def cells(tag, row):
-        return "".join(f"<{tag}{' class=n' if i in numeric else ''}>{cell}</{tag}>" for i, cell in enumerate(row))
+@dataclass(frozen=True)
+class Part:
+    """A piece of text in a cell; a small one stands on a line of its own."""
 
-    body = "".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
-    return f"<div class=scroll><table><thead><tr>{cells('th', header)}</tr></thead><tbody>{body}</tbody></table></div>"
-
-
-def number(value) -> str:
-    """Return a number for people: four significant digits, a dash where there is none."""
-    if value is None or value != value:
-        return "&ndash;"
-    return f"{value:,.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.4g}"
+    text: str
+    small: bool = False
+    strong: bool = False
 
 
-def scores(result, of_objects: bool) -> str:
-    """Return one row per metric (and object), one column per camera, 95 % intervals beneath the values."""
-    cells: dict[tuple, dict[str, str]] = {}
-    for s in result.scores:
-        if bool(s["object"]) == of_objects:
-            low, high = s["low"], s["high"]
-            known = low is not None and high is not None and 0 < high - low < math.inf     # NaN compares as unknown
-            interval = "" if not known else f"<small>{number(low)} to {number(high)}</small>"
-            cells.setdefault((s["object"], s["metric"], s["unit"]), {})[s["camera"]] = number(s["value"]) + interval
-    first = ["object"] if of_objects else []
-    rows = [([escape(o)] if of_objects else []) + [escape(m), escape(u), *(row.get(c, "&ndash;") for c in result.cameras)]
-            for (o, m, u), row in cells.items()]
-    offset = len(first) + 2
-    return table([*first, "metric", "unit", *map(escape, result.cameras)], rows,
-                 tuple(range(offset, offset + len(result.cameras))))
+Cell = str | list[Part]
 
 
-def ledger(rows) -> str:
+def table(header: list[str], rows: list[list[Cell]], numeric: tuple[int, ...] = ()) -> Markup:
+    """Return an HTML table of escaped cells; columns in `numeric` are right-aligned."""
+    return filled("tables.html", header=header, rows=rows, numeric=numeric)
+
+
+def scores(result: Result, of_objects: bool) -> Markup:
+    """Return one row per metric (and object) and one column per camera.
+
+    The 95 % interval stands beneath each value.
+    """
+    cells: dict[tuple[str, ...], dict[str, Cell]] = {}
+    for score in result.scores:
+        if bool(score["object"]) != of_objects:
+            continue
+        first = (score["object"],) if of_objects else ()
+        row = cells.setdefault((*first, score["metric"], score["unit"]), {})
+        row[score["camera"]] = _value(score)
+    titles = ["object", "metric", "unit"] if of_objects else ["metric", "unit"]
+    rows = [[*names, *(row.get(c, number(None)) for c in result.cameras)] for names, row in cells.items()]
+    numeric = tuple(range(len(titles), len(titles) + len(result.cameras)))
+    return table([*titles, *result.cameras], rows, numeric)
+
+
+def _value(score: dict) -> Cell:
+    low, high = score["low"], score["high"]
+    if low is None or high is None or not 0 < high - low < math.inf:  # NaN compares as unknown
+        return number(score["value"])
+    return [Part(number(score["value"])), Part(f"{number(low)} to {number(high)}", small=True)]
+
+
+def ledger(rows: Ledger) -> Markup:
     """Return stage, seconds, peak memory and stated errors."""
-    def errors(row):
-        return "<br>".join(f"{escape(e.what)} <b>{number(e.value)}</b> {escape(e.unit)} <i>{e.how}</i>" for e in row.errors) or "&ndash;"
-
-    total = sum(r.seconds for r in rows)
-    body = [[escape(r.stage), f"{r.seconds:.2f}", f"{r.peak_bytes / 1e6:,.0f}", errors(r)] for r in rows]
-    body.append(["<b>all</b>", f"<b>{total:.1f}</b>", f"{max((r.peak_bytes for r in rows), default=0) / 1e6:,.0f}", ""])
+    body: list[list[Cell]] = []
+    for row in rows:
+        errors: list[Part] = []
+        for error in row.errors:
+            errors.append(Part(f"{error.what} "))
+            errors.append(Part(number(error.value), strong=True))
+            errors.append(Part(f" {error.unit}"))
+            errors.append(Part(error.how, small=True))
+        cells: list[Cell] = [row.stage, f"{row.seconds:.2f}", f"{row.peak_bytes / 1e6:,.0f}"]
+        body.append([*cells, errors or number(None)])
+    seconds = sum(row.seconds for row in rows)
+    peak_bytes = max((row.peak_bytes for row in rows), default=0)
+    total = [f"{seconds:.1f}", f"{peak_bytes / 1e6:,.0f}"]
+    body.append([[Part("all", strong=True)], [Part(total[0], strong=True)], total[1], ""])
     return table(["stage", "seconds", "peak MB", "error"], body, (1, 2))
 
 
-def left_out(rows) -> str:
+def left_out(rows: Ledger) -> Markup:
     """Return what was not computed, why, and the largest change that can make."""
-    body = [[escape(r.stage), escape(o.what), escape(o.why), f"{number(o.bound)} {escape(o.unit)}"] for r in rows for o in r.left_out]
-    return table(["stage", "what", "why", "bound on its effect"], body) if body else "<p>Nothing was left out.</p>"
+    body: list[list[Cell]] = [
+        [row.stage, omission.what, omission.why, f"{number(omission.bound)} {omission.unit}"]
+        for row in rows
+        for omission in row.left_out
+    ]
+    if not body:
+        return table(["Nothing was left out."], [])
+    return table(["stage", "what", "why", "bound on its effect"], body)
 
 
-def key_values(data: dict) -> str:
+def key_values(data: dict) -> Markup:
     """Return a two-column table of a flat dictionary."""
-    return table(["", ""], [[escape(str(k)), escape(str(v))] for k, v in data.items()])
-
-
-def config(data: dict) -> str:
-    """Return a nested config as YAML text."""
-    from omegaconf import OmegaConf
-
-    return f"<pre>{escape(OmegaConf.to_yaml(OmegaConf.create(data)))}</pre>"
+    return table(["", ""], [[str(key), str(value)] for key, value in data.items()])
