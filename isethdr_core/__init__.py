@@ -4,6 +4,7 @@
 |---------------------------------|-----------------------------------------------------------------------|
 | `component`, `hookspecs`        | what a plugin offers, and through which hooks                         |
 | `registry`, `composition`       | collect plugins; turn their fields into Hydra configs                 |
+| `ranges`                        | which values a component's field may hold                             |
 | `builtin`                       | the components that the core itself offers: lighting                  |
 | `scene`, `categories`           | scene description: geometry, materials, lamps; names of things        |
 | `quantities`, `scores`          | what crosses the borders between stages, and the checks on it         |
@@ -41,6 +42,7 @@ _PUBLIC = {
     "Component": "component", "Stage": "component", "hookimpl": "hookspecs", "hookspec": "hookspecs",
     "build": "registry", "components": "registry", "compose": "composition", "run": "runs", "open_scene": "store",
     "generator": "seeds", "Generator": "seeds", "Demand": "demand", "Score": "scores",
+    "Range": "ranges",
 }
 __all__ = sorted(_PUBLIC)
 

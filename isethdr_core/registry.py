@@ -16,8 +16,9 @@ from importlib import metadata
 import pluggy
 
 from . import hookspecs
-from .component import KINDS, Component
+from .component import KEYED, KINDS, Component
 from .errors import ConfigError, PluginError, did_you_mean
+from .ranges import converted
 
 log = logging.getLogger(__name__)
 
@@ -96,10 +97,9 @@ def build(kind: str, name: str, /, **fields):
 
     Raises
     ------
-    ConfigError : unknown kind, name or field (with the nearest valid one), or a value of the wrong type.
+    ConfigError : unknown kind, name or field (with the nearest valid one), or a value of the wrong type
+        or outside the range that its field declares.
     """
-    from pydantic import ValidationError
-
     if kind not in KINDS:
         raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
     known = {n: c for (k, n), c in components().items() if k == kind}
@@ -110,21 +110,17 @@ def build(kind: str, name: str, /, **fields):
     for key in fields:
         if key not in allowed:
             raise ConfigError(f"{kind} {name!r} has no field {key!r}{did_you_mean(key, allowed)}")
+    who = f"{kind} {name!r}"
+    values = converted(who, cls, fields, on_command_line_before(kind))
     try:
-        return _checker(cls).validate_python(fields)
-    except ValidationError as err:
-        first = err.errors()[0]
-        where = ".".join(map(str, first["loc"])) or "its fields"
-        raise ConfigError(f"{kind} {name!r}: {where} = {first.get('input')!r} is wrong: {first['msg']}; "
-                          f"type for example {kind}.{where}=<value>") from None
+        return cls(**values)
+    except (ValueError, TypeError, ArithmeticError) as err:     # a plain check in __post_init__
+        raise ConfigError(f"{who}: {err}") from err
 
 
-@cache
-def _checker(cls):
-    """Return what checks the fields of a component class. Kept: it takes longer to make than all else of a component."""
-    from pydantic import TypeAdapter
-
-    return TypeAdapter(cls)
+def on_command_line_before(kind: str) -> str:
+    """Return what stands before a field's name on the command line."""
+    return f"{kind}.NAME." if kind in KEYED else f"{kind}."
 
 
 def build_from_config(kind: str, config):

@@ -182,13 +182,26 @@ def print_plugins(kind: str = "") -> int:
                 ("  " + comp.name, "cyan"), f"  {first}  ", (f"({package_of_component(comp)})", "dim")
             )
             console.print(line, soft_wrap=True)
-            fields = "  ".join(f"{f.name}={default_text(f)}" for f in dataclasses.fields(comp.cls) if f.init)
+            fields = "  ".join(field_texts(comp.cls))
             if fields:
                 console.print(f"      {fields}", style="dim", soft_wrap=True)
     for broken in broken_plugins():
         text = f"broken plugin {broken.entry_point} (package {broken.package}): {broken.reason}"
         console.print(text, style="bold red")
     return len(broken_plugins())
+
+
+def field_texts(cls: type) -> list[str]:
+    """Return each field of a component as `name=default`, with its declared range in brackets."""
+    from .ranges import annotations, range_text
+
+    types = annotations(cls)
+    texts = []
+    for f in dataclasses.fields(cls):
+        if f.init:
+            limits = range_text(types[f.name])
+            texts.append(f"{f.name}={default_text(f)}" + (f" ({limits})" if limits else ""))
+    return texts
 
 
 def default_text(f: dataclasses.Field) -> str:

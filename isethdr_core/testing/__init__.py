@@ -8,6 +8,7 @@ A broken promise is an AssertionError that names the component and the promise. 
 | module     | what it checks                                                                                  |
 |------------|-------------------------------------------------------------------------------------------------|
 | `promise`  | how a promise is stated; those that every kind shares                                           |
+| `ranges`   | fields refuse NaN, undeclared infinity, fractions of whole numbers, values outside their range  |
 | `inputs`   | the small inputs: scenes, radiance, irradiance, captures, pictures, and their damaged versions  |
 | `lazy`     | values that nobody may read before the form was checked; data read piece by piece from a store  |
 | `scene`    | a description that a renderer can use, or valid radiance                                        |

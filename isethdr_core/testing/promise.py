@@ -15,6 +15,7 @@ from ..ledger import Ledger, stage
 from ..recipes import described
 from ..registry import build
 from ..store import content_hash
+from .ranges import bad_fields
 
 EXPECTATION = re.compile("expected|needs|lack|one of")     # a message has at least one of these words
 
@@ -133,6 +134,9 @@ def check_component(who: str, kind: str, name: str, component, fields: dict) -> 
     holds(who, "the class docstring says in its first line what it is", (type(component).__doc__ or "").strip()
           and not type(component).__doc__.startswith(f"{type(component).__name__}("))
     holds(who, "the same fields give an equal component", component == build(kind, name, **fields))
+    own = {f.name: getattr(component, f.name) for f in dataclasses.fields(component) if f.init}
+    with keeps(who, "its defaults lie within the ranges that its fields declare"):
+        build(kind, name, **own)
     with keeps(who, "its fields can be hashed into the name of a run"):
         content_hash(described(component))
     with keeps(who, "it can be sent to another process"):
@@ -148,6 +152,8 @@ def check_component(who: str, kind: str, name: str, component, fields: dict) -> 
         holds(who, "an unknown field is refused", False)
     except ConfigError:
         pass
+    for bad in bad_fields(component):
+        refuses(who, f"the field {bad}", lambda b=bad: build(kind, name, **{**fields, **b}))
     if hasattr(component, "narrow"):
         with keeps(who, "narrow(demand) returns a Demand"):
             _check_narrow(who, component)

@@ -46,6 +46,7 @@ prescription_amplitude.py  light uneven over its stop
 prescription_rims.py      rims that cut its stop off the axis
 prescription_field.py     whether its beam gets to the corners of the camera's field
 prescribed_lens.py        the lens `prescription`
+limits.py                 ranges of the fields of lenses and flares
 threads.py                blocks of work on several threads
 sensor_plane.py           where a lens sends the tiles of a field: relative illumination, light moved along a distortion
 lateral_colour.py         image size by wavelength, band by band on the sensor plane

@@ -19,9 +19,20 @@ A flare is a frozen dataclass with any of these methods; a lens honours every on
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.ranges import Seed, Share, check_ranges
+
+from .limits import (
+    Blades,
+    Delay,
+    Direction,
+    LogSpread,
+    Micrometres,
+    PerArea,
+    PupilRadius,
+    Together,
+)
 
 
 @dataclass(frozen=True)
@@ -37,42 +48,35 @@ class IdealFlare:
 class ApertureFlare:
     """Diffraction at the iris blades, and at dust and scratches on the glass near it."""
 
-    blades: int = 6  # corners of the iris; below 3 it is round
-    rotation_deg: float = 17.0  # of the iris about the axis
-    rounding: float = 0.0  # of the blades: 0 straight, 1 a circle
-    dust_per_mm2: float = 40.0  # grains per area of the pupil
-    dust_radius_um: float = 9.0  # median of a log-normal
-    scratches_per_mm2: float = 5.0  # scratches per area of the pupil
-    scratch_width_um: float = 3.5  # mean
-    scratch_length_um: float = 500.0  # mean
-    seed: int = 1  # which dirt
-    radius_mm: float = 0.0  # of the circle through the corners; 0: the stop of the lens (0.5 where no lens is known)
-    dust_spread: float = 0.5  # sigma of the logarithm of the dust's radius
-    dust_opacity: tuple[float, float] = (0.5, 1.0)  # least and greatest share of the amplitude that a grain takes
-    dust_delay_um: float = 0.0  # optical path difference, (index - 1) x thickness, of light that passes a grain
-    scratch_opacity: tuple[float, float] = (0.3, 1.0)  # the same of a scratch
-    scratches_together: int = 1  # parallel ones in a group, as a wiper leaves them; 1: each alone
-    scratch_spacing_um: float = 30.0  # mean, between neighbours in a group
-    scratch_direction_deg: float = 0.0  # where the range of directions begins, from x towards y
-    scratch_range_deg: float = 180.0  # its width; 180: every direction
+    blades: Blades = 6  # corners of the iris; below 3 it is round
+    rotation_deg: Direction = 17.0  # of the iris about the axis
+    rounding: Share = 0.0  # of the blades: 0 straight, 1 a circle
+    dust_per_mm2: PerArea = 40.0  # grains per area of the pupil
+    dust_radius_um: Micrometres = 9.0  # median of a log-normal
+    scratches_per_mm2: PerArea = 5.0  # scratches per area of the pupil
+    scratch_width_um: Micrometres = 3.5  # mean
+    scratch_length_um: Micrometres = 500.0  # mean
+    seed: Seed = 1  # which dirt
+    radius_mm: PupilRadius = 0.0  # of the circle through the corners; 0: the stop of the lens (0.5 where no lens is known)
+    dust_spread: LogSpread = 0.5  # sigma of the logarithm of the dust's radius
+    dust_opacity: tuple[Share, Share] = (0.5, 1.0)  # least and greatest share of the amplitude that a grain takes
+    dust_delay_um: Delay = 0.0  # optical path difference, (index - 1) x thickness, of light that passes a grain
+    scratch_opacity: tuple[Share, Share] = (0.3, 1.0)  # the same of a scratch
+    scratches_together: Together = 1  # parallel ones in a group, as a wiper leaves them; 1: each alone
+    scratch_spacing_um: Micrometres = 30.0  # mean, between neighbours in a group
+    scratch_direction_deg: Direction = 0.0  # where the range of directions begins, from x towards y
+    scratch_range_deg: Direction = 180.0  # its width; 180: every direction
 
     def __post_init__(self):
         """Refuse dirt that cannot be drawn."""
+        check_ranges(self)
         for name in ("dust_opacity", "scratch_opacity"):
             ends = getattr(self, name)
-            if len(ends) != 2 or not 0 <= ends[0] <= ends[1] <= 1:
-                raise ConfigError(f"aperture {name} is {ends!r}; expected two rising numbers from 0 to 1; type flare.NAME.{name}=[0.5,1]")
-        lengths = ("dust_per_mm2", "dust_radius_um", "dust_spread", "scratches_per_mm2", "scratch_width_um", "scratch_length_um",
-                   "scratch_spacing_um", "radius_mm")
-        for name in lengths:
-            if not getattr(self, name) >= 0:
-                raise ConfigError(f"aperture {name} is {getattr(self, name):g}; expected 0 or more; type flare.NAME.{name}=0")
-        if not isfinite(self.dust_delay_um):
-            raise ConfigError(f"aperture dust_delay_um is {self.dust_delay_um}; expected finite micrometres; type flare.NAME.dust_delay_um=0")
-        if self.scratches_together < 1:
-            raise ConfigError(f"aperture scratches_together is {self.scratches_together}; expected 1 or more; type flare.NAME.scratches_together=1")
-        if not 0 <= self.rounding <= 1:
-            raise ConfigError(f"aperture rounding is {self.rounding:g}; expected 0 to 1; type flare.NAME.rounding=0")
+            if ends[0] > ends[1]:
+                raise ConfigError(
+                    f"aperture {name} is {ends!r}; expected the lesser number first; "
+                    f"type flare.NAME.{name}=[0.5,1]"
+                )
 
     def narrow(self, demand):
         """Return the demand unchanged; refuse a delay that the bands it asks for are too wide for, before anything is computed."""

@@ -6,6 +6,10 @@ from collections import OrderedDict
 from dataclasses import dataclass
 from functools import lru_cache
 
+from isethdr_core.ranges import Percent, Share, check_ranges
+
+from .limits import Blades, Direction
+
 
 @dataclass(frozen=True)
 class GhostFlare:
@@ -13,18 +17,18 @@ class GhostFlare:
 
     prescription: str = "double_gauss_camera"  # name, or path of a .yaml file; scaled to the lens, stopped to its f-number
     coating: str = ""  # of all glass surfaces: none, mgf2, multilayer, broadband; empty: as the prescription says
-    error_allowed: float = 1e-5  # share of the light that all pairs left out may sum to
-    sensor_reflectance_percent: float = 2.0  # of the sensor, mirror-like
-    blades: int = 0  # corners of the iris; below 3 it is round
-    rotation_deg: float = 17.0  # of the iris about the axis
+    error_allowed: Share = 1e-5  # share of the light that all pairs left out may sum to
+    sensor_reflectance_percent: Percent = 2.0  # of the sensor, mirror-like
+    blades: Blades = 0  # corners of the iris; below 3 it is round
+    rotation_deg: Direction = 17.0  # of the iris about the axis
 
     def __post_init__(self):
-        from isethdr_core.errors import ConfigError
+        from .prescription import check_coating, load
 
-        if not 0 <= self.error_allowed < 1:
-            raise ConfigError(f"flare.error_allowed is {self.error_allowed!r}; expected a share from 0 to below 1, as 1e-5")
-        if not 0 <= self.sensor_reflectance_percent <= 100:
-            raise ConfigError(f"flare.sensor_reflectance_percent is {self.sensor_reflectance_percent!r}; expected 0 to 100")
+        check_ranges(self)
+        load(self.prescription)
+        if self.coating:
+            check_coating(self.coating)
 
     def input_files(self):
         """Return the user's own prescription file, if one is named: its content is part of a run's name."""

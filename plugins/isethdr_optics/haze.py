@@ -14,7 +14,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
-from isethdr_core.errors import ConfigError
+from isethdr_core.ranges import check_ranges
+
+from .limits import Exponent, Scattered, Shoulder, Slope
 
 REFERENCE_NM = 550.0  # where `scattered` and `shoulder_deg` hold
 
@@ -24,22 +26,15 @@ class HazeFlare:
     """A veil around every light by scatter in the windscreen or lens: Harvey-Shack or ABg; default values are assumed."""
 
     form: Literal["harvey_shack", "abg"] = "harvey_shack"  # of the scatter function
-    scattered: float = 0.01  # total integrated scatter, fraction of the light, at 550 nm
-    shoulder_deg: float = 1.0  # angle where the function leaves its plateau, at 550 nm
-    slope: float = 2.0  # of the fall beyond the shoulder, log to log
-    wavelength_exponent: float = 2.0  # scatter grows as wavelength^-this; 2: surface roughness, 0: large particles
-    shoulder_exponent: float = 1.0  # the shoulder grows as wavelength^this; 1: surface roughness
+    scattered: Scattered = 0.01  # total integrated scatter, fraction of the light, at 550 nm
+    shoulder_deg: Shoulder = 1.0  # angle where the function leaves its plateau, at 550 nm
+    slope: Slope = 2.0  # of the fall beyond the shoulder, log to log
+    wavelength_exponent: Exponent = 2.0  # scatter grows as wavelength^-this; 2: surface roughness, 0: large particles
+    shoulder_exponent: Exponent = 1.0  # the shoulder grows as wavelength^this; 1: surface roughness
 
     def __post_init__(self):
         """Refuse what is no scatter function."""
-        if self.form not in ("harvey_shack", "abg"):
-            raise ConfigError(f"haze form {self.form!r}; expected harvey_shack or abg; type flare.NAME.form=abg")
-        if not 0 <= self.scattered < 1:
-            raise ConfigError(f"haze scattered is {self.scattered:g}; expected 0 or more, below 1; type flare.NAME.scattered=0.01")
-        if not 1e-4 <= self.shoulder_deg <= 90:
-            raise ConfigError(f"haze shoulder_deg is {self.shoulder_deg:g}; expected 1e-4 to 90; type flare.NAME.shoulder_deg=1")
-        if not 0 <= self.slope <= 20:
-            raise ConfigError(f"haze slope is {self.slope:g}; expected 0 to 20; type flare.NAME.slope=2")
+        check_ranges(self)
 
     def total(self, wavelength_nm: float) -> float:
         """Return the scattered share, 1 - (1 - scattered)^((550 nm / wavelength)^exponent): never above 1.

@@ -16,7 +16,6 @@ from isethdr_core.physics.radiometry import band_widths_nm
 
 from . import omissions
 
-LARGEST_PERCENT = 5.0  # of magnification: a tile then lands on three at most
 UNCOVERED = 1e-3  # of a border tile that the smallest image does not reach: less than that does not make the field smaller
 ROUNDING = 1e-9  # of a tile
 TRACED = 33  # field angles at which chief rays are traced

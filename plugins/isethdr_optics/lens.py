@@ -7,23 +7,41 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any, Literal
 
 from isethdr_core.light_in_time import each_component
+from isethdr_core.ranges import check_ranges
+
+from .limits import (
+    ErrorAllowed,
+    Falloff,
+    FieldAngle,
+    FNumber,
+    FocalLength,
+    FocalShift,
+    LateralColour,
+    ObjectDistance,
+    Transmittance,
+    Wavelength,
+    Zernikes,
+)
 
 
 @dataclass(frozen=True)
 class IdealLens:
     """No blur: irradiance is a constant times radiance, with or without cos4 falloff."""
 
-    f_number: float = 4.0  # focal length / diameter of the stop
-    focal_length_mm: float = 4.0  # sensor position = focal length x tangent
-    transmittance: float = 1.0  # of the glass, all wavelengths
+    f_number: FNumber = 4.0  # focal length / diameter of the stop
+    focal_length_mm: FocalLength = 4.0  # sensor position = focal length x tangent
+    transmittance: Transmittance = 1.0  # of the glass, all wavelengths
     pupil: Literal["tangent", "aplanatic"] = "tangent"  # energy: pi / (1 + 4 N^2), or the sine condition's pi / (4 N^2)
-    falloff: Literal["cos4", "none"] | dict[float, float] = "cos4"  # off the axis; or {field angle deg: relative illumination}
-    object_distance_m: float = float("inf")  # where the lens is focused: widens the working f-number
+    # off the axis; or {field angle deg: relative illumination}
+    falloff: Literal["cos4", "none"] | Falloff = "cos4"
+    object_distance_m: ObjectDistance = inf  # where the lens is focused: widens the working f-number
     distortion: Literal["none"] | dict[str, Any] = "none"  # {model: brown_conrady | kannala_brandt | table, its numbers}
-    lateral_colour_percent: dict[float, float] = field(default_factory=dict)  # {wavelength nm: image larger by}; lines between
+    # {wavelength nm: image larger by}; lines between
+    lateral_colour_percent: dict[Wavelength, LateralColour] = field(default_factory=dict)
 
     def __post_init__(self):
         _check(self)
@@ -123,14 +141,11 @@ class DiffractionLimitedLens(IdealLens):
     """Perfect but for diffraction at its round stop, or at what a flare makes of it."""
 
     aperture_loss: bool = True  # False: as ISETCam, light that flares block is not missing
-    focal_shift_um: dict[float, float] = field(
+    focal_shift_um: dict[Wavelength, FocalShift] = field(
         default_factory=dict
     )  # {wavelength nm: focus beyond the sensor}; lines between; longitudinal chromatic aberration
-    speckle_error: float = 0.03  # relative, allowed per tile at any radius of a kernel, mean over tiles of that radius
-
-    def __post_init__(self):
-        super().__post_init__()
-        _check_colour(self)
+    # relative, allowed per tile at any radius of a kernel, mean over tiles of that radius
+    speckle_error: ErrorAllowed = 0.03
 
     zernike_um = None  # not a field: this lens has no wavefront error
     field_varies = False  # nor one that varies over the field
@@ -170,13 +185,14 @@ class DiffractionLimitedLens(IdealLens):
 class WavefrontLens(DiffractionLimitedLens):
     """Diffraction and a wavefront error in OSA/ANSI Zernike coefficients."""
 
-    zernike_um: dict[int, float] = field(
+    zernike_um: Zernikes = field(
         default_factory=dict
     )  # {OSA index: rms in micrometres}; 4 is defocus; over the whole stop
-    field_zernike_um: dict[float, dict[int, float]] = field(
+    field_zernike_um: dict[FieldAngle, Zernikes] = field(
         default_factory=dict
     )  # {field angle deg: what comes on top, for light from +x}; lines between, turned about the axis
-    error_allowed: float = 0.05  # share of a point's light that the grid of places in the field may put wrong
+    # share of a point's light that the grid of places in the field may put wrong
+    error_allowed: ErrorAllowed = 0.05
 
     def __post_init__(self):
         super().__post_init__()
@@ -213,28 +229,17 @@ def _sequence(flares) -> tuple:
 def _check(lens):
     from isethdr_core.errors import ConfigError
 
+    check_ranges(lens)
     if os.environ.get("ISETHDR_ARRAYS"):
         from .elsewhere import place
 
         place()  # what it names is there
-    lowest = 0.5 if lens.pupil == "aplanatic" else 0.0
-    if not lens.f_number > 0 or lens.f_number < lowest:
-        raise ConfigError(
-            f"lens.f_number is {lens.f_number!r}; expected above 0, at least 0.5 with pupil=aplanatic; set lens.f_number=4"
-        )
-    if not lens.focal_length_mm > 0:
-        raise ConfigError(f"lens.focal_length_mm is {lens.focal_length_mm!r}; expected above 0; set lens.focal_length_mm=4")
-    if not 0 < lens.transmittance <= 1:
-        raise ConfigError(
-            f"lens.transmittance is {lens.transmittance!r}; expected above 0 and at most 1; set lens.transmittance=1"
-        )
     if not lens.object_distance_m > 2e-3 * lens.focal_length_mm:
         raise ConfigError(
             f"lens.object_distance_m is {lens.object_distance_m!r}; expected metres, more than twice the focal length; "
             "set lens.object_distance_m=.inf for a far object"
         )
     _check_geometry(lens)
-    _check_lateral_colour(lens)
 
 
 def _check_field(lens):
@@ -244,20 +249,9 @@ def _check_field(lens):
     if angles and (len(angles) < 2 or angles[0] != 0 or any(a >= b for a, b in zip(angles, angles[1:]))):
         raise ConfigError(f"lens.field_zernike_um has the field angles {angles}; expected degrees that rise from 0, at least two; "
                           "type for example +lens.field_zernike_um={0:{},20:{8:0.2}}")
-    check_error_allowed(lens)
-
-
-def check_error_allowed(lens):
-    """Raise ConfigError unless `lens.error_allowed` is above 0."""
-    from isethdr_core.errors import ConfigError
-
-    if not lens.error_allowed > 0:
-        raise ConfigError(f"lens.error_allowed is {lens.error_allowed!r}; expected a share above 0, as 0.05")
 
 
 def _check_geometry(lens):
-    from math import isfinite
-
     from isethdr_core.errors import ConfigError
 
     if isinstance(lens.distortion, dict):
@@ -266,34 +260,10 @@ def _check_geometry(lens):
         distortion_map(lens.distortion)
     if isinstance(lens.falloff, str):
         return
-    angles, values = list(lens.falloff), list(lens.falloff.values())
+    angles = list(lens.falloff)
     rising = all(a < b for a, b in zip(angles, angles[1:]))
-    if len(angles) < 2 or angles[0] != 0 or not rising or not all(isfinite(v) and v >= 0 for v in values):
+    if len(angles) < 2 or angles[0] != 0 or not rising:
         raise ConfigError(
             f"lens.falloff is {lens.falloff!r}; expected field angles in degrees that rise from 0, each with a relative "
             "illumination of 0 or more; type for example lens.falloff={0:1,20:0.8}"
         )
-
-
-def _check_lateral_colour(lens):
-    if not lens.lateral_colour_percent:
-        return
-    from isethdr_core.errors import ConfigError
-
-    from .lateral_colour import LARGEST_PERCENT
-
-    for wave, percent in lens.lateral_colour_percent.items():
-        if not (float(wave) > 0 and abs(percent) <= LARGEST_PERCENT):
-            raise ConfigError(f"lens.lateral_colour_percent has {percent!r} at {wave!r} nm; expected wavelengths above 0 and percent "
-                              f"of at most {LARGEST_PERCENT:g} either way; type +lens.lateral_colour_percent={{450.0:0.05,550.0:0,650.0:0.03}}")
-
-
-def _check_colour(lens):
-    from isethdr_core.errors import ConfigError
-
-    if not 0 < lens.speckle_error < 1:
-        raise ConfigError(f"lens.speckle_error is {lens.speckle_error!r}; expected above 0 and below 1; set lens.speckle_error=0.03")
-    for wave, shift in lens.focal_shift_um.items():
-        if not (float(wave) > 0 and -1e4 < shift < 1e4):
-            raise ConfigError(f"lens.focal_shift_um has {shift!r} um at {wave!r} nm; expected wavelengths above 0 and finite "
-                              "micrometres; type +lens.focal_shift_um={450.0:20,550.0:0,650.0:12}")

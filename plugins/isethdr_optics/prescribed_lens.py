@@ -8,7 +8,8 @@ from typing import Any, Literal
 
 from isethdr_core.light_in_time import each_component
 
-from .lens import DiffractionLimitedLens, check_error_allowed
+from .lens import DiffractionLimitedLens
+from .limits import ErrorAllowed, Falloff
 
 FIRST_NM, STEP_NM = 380.0, 20.0  # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on others
 EVEN = 0.002  # rms of the amplitude over the stop: changes at most twice that share of a point's light (L1, Cauchy-Schwarz)
@@ -21,15 +22,15 @@ class PrescribedLens(DiffractionLimitedLens):
     """A real lens from its prescription: distortion, vignetting, throughput and wavefronts over the field by exact rays."""
 
     prescription: str = "double_gauss"  # name, or path of a .yaml file; scaled to focal_length_mm, stopped to f_number
-    falloff: Literal["traced", "cos4", "none"] | dict[float, float] = "traced"  # off the axis
+    falloff: Literal["traced", "cos4", "none"] | Falloff = "traced"  # off the axis
     distortion: Literal["traced", "none"] | dict[str, Any] = "traced"
     lateral_colour: Literal["traced", "none"] = "traced"  # unless lateral_colour_percent says otherwise
     wavefront: Literal["traced", "none"] = "traced"  # none: blur by diffraction alone, the same everywhere
-    error_allowed: float = 0.05  # share of a point's light that the grid of places in the field may put wrong
+    # share of a point's light that the grid of places in the field may put wrong
+    error_allowed: ErrorAllowed = 0.05
 
     def __post_init__(self):
         super().__post_init__()
-        check_error_allowed(self)
         self.real()
 
     @each_component

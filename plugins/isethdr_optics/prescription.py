@@ -95,9 +95,14 @@ class Prescription:
 
     def with_coating(self, coating: str) -> Prescription:
         """Return the lens with one coating on every surface between glass and air, filters' infrared cut excepted."""
-        if coating not in COATINGS:
-            raise ConfigError(f"coating {coating!r} is unknown{did_you_mean(coating, COATINGS)}")
+        check_coating(coating)
         return replace(self, coatings=tuple(coating if c != "infrared_cut" else c for c in self.coatings))
+
+
+def check_coating(coating: str) -> None:
+    """Raise ConfigError unless there is a coating of this name."""
+    if coating not in COATINGS:
+        raise ConfigError(f"coating {coating!r} is unknown{did_you_mean(coating, COATINGS)}")
 
 
 def names() -> list[str]:

@@ -46,9 +46,9 @@ def test_lists_become_tuples():
 
 @pytest.mark.parametrize(("fields", "message"), [
     ({"read_noise": 1.0}, "no field 'read_noise'; did you mean 'read_noise_e'"),
-    ({"read_noise_e": "loud"}, "read_noise_e = 'loud' is wrong"),
-    ({"adc": "flash"}, "adc = 'flash' is wrong.*'ramp' or 'sar'"),
-    ({"rows": 1.5}, "rows = 1.5 is wrong"),
+    ({"read_noise_e": "loud"}, "read_noise_e is 'loud'; expected a valid number"),
+    ({"adc": "flash"}, "adc is 'flash'; expected 'ramp' or 'sar'"),
+    ({"rows": 1.5}, "rows is 1.5; expected a valid integer"),
     ({"dead_pixels": [[1, 2, 3]]}, "dead_pixels"),
     ({"fill_factor": [1.0]}, "fill_factor"),
 ])

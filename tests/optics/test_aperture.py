@@ -97,5 +97,5 @@ def test_presets(preset):
 @pytest.mark.parametrize("bad", [{"dust_opacity": (0.5, 1.2)}, {"scratch_opacity": (0.6, 0.4)}, {"dust_per_mm2": -1.0},
                                  {"scratches_together": 0}, {"rounding": 2.0}])
 def test_mistakes_are_told(bad):
-    with pytest.raises(ConfigError, match=f"type flare.NAME.{next(iter(bad))}="):
+    with pytest.raises(ConfigError, match=f"type .*{next(iter(bad))}="):
         ApertureFlare(**bad)

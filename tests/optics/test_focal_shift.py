@@ -94,5 +94,5 @@ def test_other_hopeless_requests_are_refused_before_any_work(monkeypatch):
 def test_whole_and_broken_numbers_are_wavelengths_on_the_command_line(typed):
     lens = build_from_config("lens", compose(["lens=diffraction_limited", typed]).lens)
     assert lens == DiffractionLimitedLens(focal_shift_um={450.0: 20.0, 550.0: 0.0})
-    with pytest.raises(ConfigError, match="focal_shift_um.450"):
+    with pytest.raises(ConfigError, match="focal_shift_um is .*far"):
         build_from_config("lens", compose(["lens=diffraction_limited", "lens.focal_shift_um={450:far}"]).lens)

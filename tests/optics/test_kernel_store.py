@@ -126,6 +126,8 @@ def test_the_name_changes_with_any_field(component):
             new = 2.0
         elif field.name == "field_zernike_um":
             new = {0: {}, 20: {4: 0.01}}
+        elif field.name in ("focal_shift_um", "lateral_colour_percent"):
+            new = {450.0: 0.01}
         else:
             new = OTHER[type(value)](value)
         names.append(name(dataclasses.replace(component, **{field.name: new})))

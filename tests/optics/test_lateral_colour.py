@@ -130,5 +130,5 @@ def test_other_lenses_too_and_the_ledger_says_so(make):
 def test_bad_input():
     with pytest.raises(ConfigError, match="450 to 600 nm"):
         IdealLens(lateral_colour_percent={450: 0.1, 600: 0.2})(lamp())
-    with pytest.raises(ConfigError, match="percent of at most 5"):
+    with pytest.raises(ConfigError, match="with 7.0 in it; expected -5 to 5"):
         IdealLens(lateral_colour_percent={450: 7.0})
