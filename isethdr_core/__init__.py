@@ -25,6 +25,8 @@
 | `pooling`                       | what several stored renderings of the same light know together        |
 | `draws`                         | the same shot with other noise: intervals of all scores               |
 | `store`, `store_arrays`, `store_encoding`, `store_join` | zarr stores that are either whole or not there |
+| `store_manifest`, `store_reader` | size and checksum of every file; reads that are compared with them |
+| `names`                         | names that become folders of a store                                  |
 | `leftovers`                     | temporary names, and what killed writers left behind                  |
 | `cli`, `hydra_app`, `sweeps`, `summary` | the command line, sweeps, and what it prints                  |
 | `terminal`                      | the console that prints every name as it is                           |

@@ -23,13 +23,28 @@ import numpy as np
 from . import ledger
 from .errors import CatalogError
 from .leftovers import remove_leftovers, temporary_path
+from .names import check_path
 from .store_arrays import write_dataset, write_group
 from .store_encoding import KEEPBITS, LIGHT, jsonable, portable, restored, rounding
+from .store_manifest import (
+    ADVICE,
+    MANIFEST,
+    MANIFEST_FILE,
+    Manifest,
+    check_files,
+    check_metadata,
+    check_whole,
+    damaged,
+    read_manifest,
+    write_manifest,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FORMAT = 1      # of the layout below the root; raised when an older reader would misread a newer store
+FORMAT = 2      # of the layout below the root; raised when an older reader would misread a newer store
+WITHOUT_MANIFEST = 1  # the format before manifests: `isethdr catalog adopt` adds one
+ROOT_FILE = "zarr.json"
 
 
 def home() -> Path:
@@ -44,11 +59,16 @@ def content_hash(obj) -> str:
 
 
 def find_complete(folder, name: str) -> Path | None:
-    """Return the path of the complete store `name` in `folder`, or None where it still has to be made."""
+    """Return the path of the complete store `name` in `folder`, or None where it still has to be made.
+
+    Raises
+    ------
+    CatalogError : as `read_attrs`; or a file is missing or has another size.
+    """
     path = Path(folder) / f"{name}.zarr"
     if not path.exists():
         return None
-    read_attrs(path)
+    _opened(path)
     return path
 
 
@@ -59,22 +79,42 @@ def read_attrs(path) -> dict:
     ------
     CatalogError : missing, damaged, incomplete, or written by a newer version.
     """
-    path = Path(path)
-    advice = "see `isethdr catalog verify`; a store that cannot be saved is removed by hand and computed again"
+    return _root(Path(path))[0]
+
+
+def _opened(path: Path) -> tuple[dict, Manifest | None]:
+    """Return the root attributes and the manifest of a store whose files are all there with their size."""
+    attrs, manifest = _root(path)
+    if manifest is not None:
+        check_files(path, manifest)
+    return attrs, manifest
+
+
+def _root(path: Path) -> tuple[dict, Manifest | None]:
+    """Return the root attributes, compared with the manifest, and the manifest; None for a store of format 1."""
     try:
-        attrs = json.loads((path / "zarr.json").read_bytes())["attributes"]
+        text = (path / ROOT_FILE).read_bytes()
+        attrs = json.loads(text)["attributes"]
         complete, version = attrs.get("complete"), attrs.get("format")
     except FileNotFoundError:
         if path.exists():
-            raise CatalogError(f"{path} is not a store: it holds no zarr.json; {advice}") from None
+            raise CatalogError(f"{path} is not a store: it holds no zarr.json; {ADVICE}") from None
         raise CatalogError(f"there is no store {path}; `isethdr catalog find` lists what there is") from None
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise CatalogError(f"the store {path} is damaged: zarr.json cannot be read ({error}); {advice}") from None
+        raise CatalogError(f"the store {path} is damaged: zarr.json cannot be read ({error}); {ADVICE}") from None
     if complete is not True:
-        raise CatalogError(f"the store {path} is incomplete: it lacks the mark that is written last; {advice}")
-    if version != FORMAT:
-        raise CatalogError(f"the store {path} has format {version!r}; this version reads {FORMAT}; install the isethdr that wrote it")
-    return restored(attrs)
+        raise CatalogError(f"the store {path} is incomplete: it lacks the mark that is written last; {ADVICE}")
+    manifest = read_manifest(path)
+    if manifest is not None:
+        check_whole(path, ROOT_FILE, manifest.files[ROOT_FILE], text)
+    if version not in (WITHOUT_MANIFEST, FORMAT) or isinstance(version, bool):
+        raise CatalogError(
+            f"the store {path} has format {version!r}; this version reads {WITHOUT_MANIFEST} and {FORMAT}; "
+            "install the isethdr that wrote it"
+        )
+    if manifest is None and version == FORMAT:
+        raise damaged(path, MANIFEST_FILE, "is missing")
+    return restored(attrs), manifest
 
 
 def write_store(folder, name: str, datasets: dict[str, xr.Dataset], attrs: dict, keepbits: int | None = KEEPBITS) -> Path:
@@ -96,6 +136,11 @@ def write_store(folder, name: str, datasets: dict[str, xr.Dataset], attrs: dict,
     ------
     CatalogError : the folder cannot be written, is full, or holds a damaged store of that name.
     """
+    check_path(name, single=True)
+    for key in datasets:
+        check_path(key)
+        if key.split("/")[0] == MANIFEST:
+            raise CatalogError(f"the group {key!r} cannot be stored: {MANIFEST!r} is the store's own")
     folder = Path(folder)
     final = folder / f"{name}.zarr"
     if any(set(LIGHT) & set(ds.variables) for ds in datasets.values()):
@@ -106,7 +151,7 @@ def write_store(folder, name: str, datasets: dict[str, xr.Dataset], attrs: dict,
     try:
         folder.mkdir(parents=True, exist_ok=True)
         remove_leftovers(folder)
-        _write(temporary, {key: portable(ds, keepbits) for key, ds in datasets.items()}, jsonable(attrs))
+        _write(temporary, name, {key: portable(ds, keepbits) for key, ds in datasets.items()}, jsonable(attrs))
         _to_disk(temporary)
         try:
             os.rename(temporary, final)
@@ -121,14 +166,15 @@ def write_store(folder, name: str, datasets: dict[str, xr.Dataset], attrs: dict,
     return final
 
 
-def _write(path: Path, datasets: dict, attrs: dict) -> None:
-    write_group(path, "", {})
+def _write(path: Path, name: str, datasets: dict, attrs: dict) -> None:
+    written = write_group(path, "", {})
     for key, ds in datasets.items():
-        write_dataset(path, key, ds)
+        written |= write_dataset(path, key, ds)
     for key, ds in datasets.items():
         _check_written(path, key, ds)
-    root = json.loads((path / "zarr.json").read_bytes())["attributes"]
-    write_group(path, "", {**root, **attrs, "format": FORMAT, "complete": True})
+    root = json.loads((path / ROOT_FILE).read_bytes())["attributes"]
+    written |= write_group(path, "", {**root, **attrs, "format": FORMAT, "complete": True})
+    write_manifest(path, Manifest(name, written))
 
 
 def _check_written(path: Path, key: str, ds) -> None:
@@ -178,12 +224,21 @@ def open_store(path, group: str = "") -> xr.Dataset:
     """
     import xarray as xr
 
-    root = read_attrs(path)
+    path = Path(path)
+    root, manifest = _opened(path)
+    if manifest is None:
+        source = path
+    else:
+        from .store_reader import ManifestStore  # needs zarr, which is slow to import
+
+        check_metadata(path, manifest, group)
+        source = ManifestStore(path, manifest)
     try:
-        ds = xr.open_zarr(path, group=group or None, consolidated=False, chunks=None, mask_and_scale=False)
+        ds = xr.open_zarr(source, group=group or None, consolidated=False, chunks=None, mask_and_scale=False, zarr_format=3)
+    except CatalogError:
+        raise
     except Exception as error:      # zarr, xarray and json each raise their own kinds on damaged metadata
-        known = ", ".join(repr(str(p.parent.relative_to(path))) for p in sorted(Path(path).glob("**/zarr.json"))
-                          if '"group"' in p.read_text())
+        known = ", ".join(repr(name) for name in _groups(path))
         raise CatalogError(f"cannot open group {group!r} of the store {path}: {error}; groups it holds: {known}; "
                            "see `isethdr catalog verify`") from error
     ds.attrs = restored(ds.attrs) if group else root
@@ -192,6 +247,13 @@ def open_store(path, group: str = "") -> xr.Dataset:
         if variable.dtype.kind == "T":
             ds[name] = variable.astype(object)      # as quantities.names makes them
     return ds
+
+
+def _groups(path: Path) -> list[str]:
+    """Return the names of the groups of a store that can be read at all."""
+    files = [file for file in sorted(path.glob("**/zarr.json")) if '"group"' in file.read_text(errors="replace")]
+    names = [file.parent.relative_to(path).as_posix() for file in files]
+    return [name for name in names if name != MANIFEST]
 
 
 def open_scene(path_or_id) -> xr.Dataset:

@@ -14,40 +14,63 @@ from pathlib import Path
 import numpy as np
 
 from .errors import CatalogError
+from .names import check_path
 from .store_encoding import compression, tiling
+from .store_manifest import FileRecord, file_record
 
 BYTES, CHECKSUM = {"name": "bytes", "configuration": {"endian": "little"}}, {"name": "crc32c"}
 FILL = {"b": False, "i": 0, "u": 0, "f": "NaN"}     # by kind of number; a hole in light is then visible
 METADATA = "zarr.json"
 
 
-def write_group(root: Path, key: str, attributes: dict) -> Path:
-    """Make the group `key` of the store `root`, "" for the root itself, and those that it lies in; `attributes` : JSON types."""
-    folder = root / key
-    folder.mkdir(parents=True, exist_ok=True)
-    for around in folder.parents:
-        if root in (around, *around.parents) and not (around / METADATA).exists():
-            _write_metadata(around, "group", attributes={})
-    _write_metadata(folder, "group", attributes=attributes)
-    return folder
+def write_group(root: Path, key: str, attributes: dict) -> dict[str, FileRecord]:
+    """Make the group `key` of the store `root`, "" for the root itself, and those that it lies in.
 
+    Parameters
+    ----------
+    attributes : JSON types.
 
-def write_dataset(root: Path, key: str, ds) -> None:
-    """Write a Dataset, in memory and with attributes of JSON types, as the group `key` of the store `root`.
+    Returns
+    -------
+    dict : every file that was written, by its path below `root`.
 
     Raises
     ------
-    CatalogError : a variable holds neither numbers nor text.
+    CatalogError : `key` leads out of the store.
     """
+    check_path(key)
+    folder = root / key
+    folder.mkdir(parents=True, exist_ok=True)
+    written = {}
+    for around in folder.parents:
+        if root in (around, *around.parents) and not (around / METADATA).exists():
+            written |= _write_metadata(root, around, "group", attributes={})
+    return written | _write_metadata(root, folder, "group", attributes=attributes)
+
+
+def write_dataset(root: Path, key: str, ds) -> dict[str, FileRecord]:
+    """Write a Dataset, in memory and with attributes of JSON types, as the group `key` of the store `root`.
+
+    Returns
+    -------
+    dict : every file that was written, by its path below `root`.
+
+    Raises
+    ------
+    CatalogError : a variable holds neither numbers nor text, or a name leads out of the store.
+    """
+    for name in ds.variables:
+        check_path(str(name), single=True)
     # as CF has it: which variables are coordinates although no dimension is called so
     beside = sorted(str(name) for name in ds.coords if name not in ds.dims)
-    folder = write_group(root, key, {**ds.attrs, **({"coordinates": " ".join(beside)} if beside else {})})
+    written = write_group(root, key, {**ds.attrs, **({"coordinates": " ".join(beside)} if beside else {})})
     with ThreadPoolExecutor() as pool:
         for name, variable in ds.variables.items():
-            _write_array(folder / str(name), variable, pool)
+            written |= _write_array(root, root / key / str(name), variable, pool)
+    return written
 
 
-def _write_array(folder: Path, variable, pool) -> None:
+def _write_array(root: Path, folder: Path, variable, pool) -> dict[str, FileRecord]:
     values = variable.values
     shard = tuple(max(1, size) for size in values.shape)
     if values.dtype == object and all(isinstance(value, str) for value in values.flat):
@@ -57,22 +80,26 @@ def _write_array(folder: Path, variable, pool) -> None:
         codecs, encoded, fill = [BYTES, {"name": "blosc", "configuration": blosc}, CHECKSUM], _blosc(blosc), FILL[values.dtype.kind]
     else:
         raise CatalogError(f"the variable {folder.name!r} is of {values.dtype}; a store holds numbers of 8 bytes at most, and text")
-    if {"y", "x"} <= set(variable.dims) and values.size:
+    sharded = {"y", "x"} <= set(variable.dims) and values.size > 0
+    if sharded:
         chunk, shard = tiling(dict(variable.sizes))
         codecs = [{"name": "sharding_indexed", "configuration": {
             "chunk_shape": chunk, "codecs": codecs, "index_codecs": [BYTES, CHECKSUM], "index_location": "end"}}]
         encoded = _sharded(chunk, encoded, pool)
     folder.mkdir()
-    _write_metadata(
-        folder, "array", shape=values.shape, data_type="string" if values.dtype == object else values.dtype.name,
+    written = _write_metadata(
+        root, folder, "array", shape=values.shape, data_type="string" if values.dtype == object else values.dtype.name,
         chunk_grid={"name": "regular", "configuration": {"chunk_shape": shard}},
         chunk_key_encoding={"name": "default", "configuration": {"separator": "/"}},
         fill_value=fill, codecs=codecs, attributes=variable.attrs, dimension_names=variable.dims)
     for place, part in _parts(values, shard):
         file = folder.joinpath("c", *map(str, place))
         file.parent.mkdir(parents=True, exist_ok=True)
+        pieces = encoded(part)
         with file.open("wb") as out:
-            out.writelines(encoded(part))
+            out.writelines(pieces)
+        written[file.relative_to(root).as_posix()] = file_record(pieces, sharded)
+    return written
 
 
 def _parts(values, shape):
@@ -121,6 +148,9 @@ def _size(number: int) -> bytes:
     return number.to_bytes(4, "little")
 
 
-def _write_metadata(folder: Path, node_type: str, **content) -> None:
+def _write_metadata(root: Path, folder: Path, node_type: str, **content) -> dict[str, FileRecord]:
+    file = folder / METADATA
     content = {"zarr_format": 3, "node_type": node_type, **content}
-    (folder / METADATA).write_text(json.dumps(content, allow_nan=False), encoding="utf-8")
+    data = json.dumps(content, allow_nan=False).encode()
+    file.write_bytes(data)
+    return {file.relative_to(root).as_posix(): file_record([data])}

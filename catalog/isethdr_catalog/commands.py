@@ -59,7 +59,7 @@ def verify() -> None:
     from .verify import verify as check
 
     reports = check(home())
-    rows = [[r.path.name, r.arrays, "; ".join(r.problems) or "whole"] for r in reports]
+    rows = [[r.path.name, r.arrays, r.state] for r in reports]
     _table(["store", "arrays", "state"], rows)
     damaged = [str(r.path) for r in reports if r.problems]
     if damaged:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
+from isethdr_core.errors import CatalogError
 from isethdr_core.store import holes, read_attrs
 from isethdr_core.store_encoding import LIGHT
+from isethdr_core.store_manifest import problems, read_manifest
 
 from .index import stores
 
@@ -18,6 +21,13 @@ class Report:
     path: Path
     arrays: int
     problems: tuple[str, ...]
+    protected: bool = True  # by a manifest
+
+    @property
+    def state(self) -> str:
+        """The problems in one line, or that there are none."""
+        whole = "whole" if self.protected else "readable, without a manifest: isethdr catalog adopt"
+        return "; ".join(self.problems) or whole
 
 
 def verify(folder) -> list[Report]:
@@ -28,14 +38,40 @@ def verify(folder) -> list[Report]:
 
 
 def verify_store(path) -> Report:
-    """Return what is wrong with one store: the mark, the metadata, the checksum of every chunk, holes in its light."""
-    import zarr
+    """Return what is wrong with one store: the mark, the manifest, the bytes of every file.
 
-    path, count, problems = Path(path), 0, []
+    A store without a manifest (format 1) is decoded instead: its chunks carry checksums, but a file that is
+    missing or exchanged may go unnoticed.
+    """
+    path, found = Path(path), []
     try:
         read_attrs(path)
     except Exception as error:
-        problems.append(str(error))
+        found.append(str(error))
+    try:
+        manifest = read_manifest(path)
+    except CatalogError as error:
+        found += [] if str(error) in found else [str(error)]
+        return Report(path, 0, tuple(found))
+    if manifest is not None:
+        arrays = sum(_is_array(path / key) for key in manifest.files if key.endswith("zarr.json"))
+        return Report(path, arrays, (*found, *problems(path, manifest)))
+    count, more = _decoded(path)
+    return Report(path, count, (*found, *more), protected=False)
+
+
+def _is_array(metadata: Path) -> bool:
+    try:
+        return json.loads(metadata.read_bytes())["node_type"] == "array"
+    except (OSError, ValueError, KeyError, TypeError):
+        return False  # named as a problem already
+
+
+def _decoded(path: Path) -> tuple[int, list[str]]:
+    """Decode every chunk of a store; return the number of arrays, and what is wrong."""
+    import zarr
+
+    count, found = 0, []
     for metadata in sorted(path.glob("**/zarr.json")):
         name = str(metadata.parent.relative_to(path))
         try:
@@ -44,9 +80,9 @@ def verify_store(path) -> Report:
                 continue
             count += 1
             if metadata.parent.name in LIGHT and (hole := holes(node)):
-                problems.append(f"{name}: NaN at {hole}; a chunk is missing")
+                found.append(f"{name}: NaN at {hole}; a chunk is missing")
             elif metadata.parent.name not in LIGHT:
                 node[...]
         except Exception as error:      # each codec raises its own kind
-            problems.append(f"{name}: {error or type(error).__name__}")
-    return Report(path, count, tuple(problems))
+            found.append(f"{name}: {error or type(error).__name__}")
+    return count, found

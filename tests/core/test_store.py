@@ -174,7 +174,7 @@ def test_a_flipped_bit_is_an_error_and_never_a_wrong_number(tmp_path):
     from isethdr_catalog.verify import verify_store
     assert "radiance" in verify_store(path).problems[0]
     chunk.unlink()
-    assert "NaN at index 0" in verify_store(path).problems[0]
+    assert "radiance/c/0/0/0/0 is missing" in verify_store(path).problems[0]
 
 
 def test_siblings_are_joined_and_only_what_is_used_is_read(tmp_path, monkeypatch):
