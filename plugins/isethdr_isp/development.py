@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from math import inf
+from typing import Annotated, Literal
+
+from isethdr_core.ranges import Range, check_ranges
 
 
 @dataclass(frozen=True)
@@ -11,10 +14,15 @@ class Development:
     """How a mosaic of electrons becomes a picture: docs/isp.md, Steps."""
 
     balance: Literal["daylight", "halogen", "led", "sodium"] = "daylight"  # light whose grey comes back exactly
-    design_snr: float = 20.0  # the colour matrix weighs the noise at the light that gives this; inf ignores noise
+    # the colour matrix weighs the noise at the light that gives this; inf ignores noise
+    design_snr: Annotated[float, Range(0.1, inf)] = 20.0  # 0.1: noise hides the signal
     demosaic: Literal["bilinear", "guided", "malvar", "menon", "learned"] = "bilinear"  # malvar, menon: `pip install isethdr[demosaic]`
     denoise: Literal["none", "nl_means"] = "none"
     shading_csv: str = ""  # measured relative illumination, as `isethdr_isp.shading` writes it; empty takes the lens's own statement
+
+    def __post_init__(self):
+        """Refuse values outside their ranges."""
+        check_ranges(self)
 
     def input_files(self):
         """Return the user's own shading table, if one is named: its content is part of a run's name."""

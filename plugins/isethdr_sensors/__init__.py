@@ -17,6 +17,7 @@
 | `soft_knee`           | the fields of a photodiode that overflows exponentially                         |
 | `soft_knee_shot`      | one shot of these pixels                                                        |
 | `soft_knee_in_time`   | their charge under light that varies during the exposure                        |
+| `limits`              | ranges of the fields                                                            |
 | `imaging_sensor`      | the fields that these share                                                     |
 | `auto_exposure`       | the exposure at which the metered level meets its target                        |
 | `sensor_model`        | what a sensor is made of: photodiodes and readings                              |

@@ -6,6 +6,18 @@ from dataclasses import dataclass
 
 from .converter import converter
 from .imaging_sensor import ImagingSensor
+from .limits import (
+    Capacity,
+    ConversionGain,
+    DarkCurrent,
+    DarkSpread,
+    FillFactor,
+    Gain,
+    Noise,
+    Pitch,
+    ResponseSpread,
+    Swing,
+)
 from .sensor_model import Photodiode, Reading, SensorModel
 
 CAPTURES = ("LCG", "HCG")
@@ -15,21 +27,22 @@ CAPTURES = ("LCG", "HCG")
 class DualGainSensor(ImagingSensor):
     """Take two captures of one charge, at low and at high conversion gain: LCG, HCG (large photodiode of the OVT figures)."""
 
-    pitch_um: float = 2.8
+    pitch_um: Pitch = 2.8
     cfa: str = "GRBG"               # repeated pattern of filters, rows parted by / where it is no square
-    fill_factor: float = 1.0
-    full_well_e: float = 22000.0
-    dark_e_per_s: float = 25.6      # at 60 C (assumption)
-    dark_spread: float = 0.2        # rms over pixels / mean (assumption)
-    prnu: float = 0.005             # rms over pixels / mean (assumption)
+    fill_factor: FillFactor = 1.0
+    full_well_e: Capacity = 22000.0
+    dark_e_per_s: DarkCurrent = 25.6      # at 60 C (assumption)
+    dark_spread: DarkSpread = 0.2        # rms over pixels / mean (assumption)
+    prnu: ResponseSpread = 0.005             # rms over pixels / mean (assumption)
 
     # --- readings: LCG, HCG ---
-    conversion_gain_uv_per_e: tuple[float, float] = (49.0, 200.0)
-    analog_gain: tuple[float, float] = (1.0, 1.0)           # multipliers
-    swing_v: tuple[float, float] = (1.078, 1.078)           # full scale of the converter
-    read_noise_e: tuple[float, float] = (3.05, 0.83)        # rms
-    dsnu_e: tuple[float, float] = (0.0, 0.0)                # rms over pixels of the offset
-    column_e: tuple[float, float] = (0.1, 0.1)              # rms over columns of the offset (assumption)
+    conversion_gain_uv_per_e: tuple[ConversionGain, ConversionGain] = (49.0, 200.0)
+    analog_gain: tuple[Gain, Gain] = (1.0, 1.0)           # multipliers
+    swing_v: tuple[Swing, Swing] = (1.078, 1.078)           # full scale of the converter
+    read_noise_e: tuple[Noise, Noise] = (3.05, 0.83)        # rms
+    dsnu_e: tuple[Noise, Noise] = (0.0, 0.0)                # rms over pixels of the offset
+    # rms over columns of the offset (assumption)
+    column_e: tuple[Noise, Noise] = (0.1, 0.1)
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
+from isethdr_core.ranges import check_ranges
+
+from .limits import Exposure, FillFactor, Pitch, Pixels, QuantumEfficiency
 from .sensor_model import Photodiode, Reading, SensorModel
 
 
@@ -17,14 +20,14 @@ class IdealSensor:
 
     noise: ClassVar[bool] = False   # one shot is as good as many
 
-    exposure_s: float = 0.016
-    pitch_um: float = 3.0
-    rows: int = 0                   # 0: fill the camera's field; else a centred crop
-    columns: int = 0
-    fill_factor: float = 1.0        # photodiode area / pixel area
+    exposure_s: Exposure = 0.016
+    pitch_um: Pitch = 3.0
+    rows: Pixels = 0                   # 0: fill the camera's field; else a centred crop
+    columns: Pixels = 0
+    fill_factor: FillFactor = 1.0        # photodiode area / pixel area
     cfa: str = "RGGB"               # repeated pattern of filters, rows parted by / where it is no square
     curves: Literal["ar0132at", "unit"] = "ar0132at"   # unit: one electron per photon at every wavelength
-    peak_qe: float = 1.0            # scale of the ar0132at curves, electrons per photon
+    peak_qe: QuantumEfficiency = 1.0            # scale of the ar0132at curves, electrons per photon
     infrared_cut: bool = True       # blocking filter; not applied to unit curves
     qe_csv: str = ""                # own curves: wavelength_nm and one column per filter
 
@@ -33,6 +36,7 @@ class IdealSensor:
         return (self.qe_csv,) if self.qe_csv else ()
 
     def __post_init__(self):
+        check_ranges(self)
         self.model()
 
     def model(self) -> SensorModel:

@@ -5,8 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from isethdr_core.ranges import Percent, check_ranges
+
 from . import auto_exposure
 from .converter import check_reading
+from .limits import (
+    Bits,
+    Code,
+    Crosstalk,
+    DarkCurrent,
+    Exposure,
+    LineTime,
+    Noise,
+    Pitch,
+    Pixels,
+    Power,
+    QuantumEfficiency,
+    Target,
+    Temperature,
+)
 from .sensor_model import SensorModel
 
 
@@ -14,45 +31,52 @@ from .sensor_model import SensorModel
 class ImagingSensor:
     """A sensor with photodiodes under a colour filter array; an architecture adds `model`."""
 
-    exposure_s: float = 0.016
-    pitch_um: float = 3.75
-    rows: int = 0                   # 0: fill the camera's field; else a centred crop
-    columns: int = 0
+    exposure_s: Exposure = 0.016
+    pitch_um: Pitch = 3.75
+    rows: Pixels = 0                   # 0: fill the camera's field; else a centred crop
+    columns: Pixels = 0
     cfa: str = "RGGB"               # repeated pattern of filters, rows parted by / where it is no square
-    peak_qe: float = 0.65           # scale of the spectral curves, electrons per photon
+    peak_qe: QuantumEfficiency = 0.65           # scale of the spectral curves, electrons per photon
     infrared_cut: bool = True       # blocking filter of the camera module
     qe_csv: str = ""                # own curves: wavelength_nm and one column per filter
-    temperature_c: float = 60.0
-    bits: int = 12                  # of the linear code; 0: converter off, raw is electrons
-    black_dn: float = 64.0          # assumption
+    temperature_c: Temperature = 60.0
+    bits: Bits = 12                  # of the linear code; 0: converter off, raw is electrons
+    black_dn: Code = 64.0          # assumption
     noise: bool = True              # False: means only, no random or fixed pattern
 
-    line_time_s: float = 22.2e-6    # rolling shutter, from row to row: 1650 clocks of 74.25 MHz (assumption); 0: global shutter
+    # rolling shutter, from row to row: 1650 clocks of 74.25 MHz (assumption); 0: global shutter
+    line_time_s: LineTime = 22.2e-6
 
     # --- exposure solved from the light; `exposure_s` counts only where it is fixed ---
     exposure_rule: Literal["fixed", "centre", "histogram", "highlights"] = "fixed"   # docs/sensors.md, Automatic exposure
-    exposure_target: float = 0.5    # metered level / full scale
-    exposure_min_s: float = 1e-5
-    exposure_max_s: float = 0.033   # a frame at 30 Hz
+    exposure_target: Target = 0.5    # metered level / full scale
+    exposure_min_s: Exposure = 1e-5
+    exposure_max_s: Exposure = 0.033   # a frame at 30 Hz
 
     # --- off unless a preset knows them: no data sheet of ours states them ---
-    optical_crosstalk_percent: float = 0.0      # of a pixel's light at 550 nm, to the 4 neighbours
-    optical_crosstalk_power: float = 1.0        # that share grows as the wavelength to this power (assumption: as diffraction)
-    electrical_crosstalk_percent: float = 0.0   # of a pixel's electrons, to the 8 neighbours
-    blooming_percent: float = 0.0   # of the charge beyond the well, along the column; the rest is drained
-    hot_percent: float = 0.0        # of the pixels, persistent
-    hot_dark_e_per_s: float = 1000.0  # mean over the hot pixels of their extra dark charge, at 60 C (assumption)
-    row_e: float = 0.0              # rms over rows of the offset, persistent
-    row_noise_e: float = 0.0        # rms over rows of the offset, new in every reading
-    read_tail_percent: float = 0.0  # of the pixels read 5 times as noisy as the rest; the rms stays
-    inl_dn: float = 0.0             # largest distance of the converter from a straight line
-    companding: tuple[tuple[float, float], ...] = ()   # knees [linear DN, companded DN]; none: linear
+    # of a pixel's light at 550 nm, to the 4 neighbours
+    optical_crosstalk_percent: Crosstalk = 0.0
+    # that share grows as the wavelength to this power (assumption: as diffraction)
+    optical_crosstalk_power: Power = 1.0
+    electrical_crosstalk_percent: Crosstalk = 0.0   # of a pixel's electrons, to the 8 neighbours
+    # of the charge beyond the well, along the column; the rest is drained
+    blooming_percent: Percent = 0.0
+    hot_percent: Percent = 0.0        # of the pixels, persistent
+    # mean over the hot pixels of their extra dark charge, at 60 C (assumption)
+    hot_dark_e_per_s: DarkCurrent = 1000.0
+    row_e: Noise = 0.0              # rms over rows of the offset, persistent
+    row_noise_e: Noise = 0.0        # rms over rows of the offset, new in every reading
+    # of the pixels read 5 times as noisy as the rest; the rms stays
+    read_tail_percent: Percent = 0.0
+    inl_dn: Code = 0.0             # largest distance of the converter from a straight line
+    companding: tuple[tuple[Code, Code], ...] = ()   # knees [linear DN, companded DN]; none: linear
 
     def input_files(self):
         """Return the user's own curves, if they are named: their content is part of a run's name."""
         return (self.qe_csv,) if self.qe_csv else ()
 
     def __post_init__(self):
+        check_ranges(self)
         auto_exposure.check(self)
         self.model()
 

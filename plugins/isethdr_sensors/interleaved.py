@@ -7,6 +7,7 @@ from typing import Literal
 
 from isethdr_core.errors import ConfigError
 
+from .limits import LowerCase
 from .sensor_model import SensorModel
 from .single import SingleSensor
 
@@ -20,7 +21,8 @@ class InterleavedSensor(SingleSensor):
     """
 
     cfa: str = "RGRG/GBGB/rgrg/gbgb"        # pairs of rows, long and short
-    lower_case_percent: float = 6.25        # light of a lower case pixel / that of an upper case one
+    # light of a lower case pixel / that of an upper case one
+    lower_case_percent: LowerCase = 6.25
     varies: Literal["exposure", "sensitivity"] = "exposure"   # exposure: dark charge shrinks with the light
 
     def model(self) -> SensorModel:

@@ -8,6 +8,7 @@ from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 
 from . import soft_knee
+from .limits import Charge, ChargeRate
 from .one_reading import OneReadingSensor
 from .sensor_model import Photodiode, SensorModel
 
@@ -23,9 +24,10 @@ class LinLogSensor(OneReadingSensor):
     `response_e` and `response_variance_e2`, the electrons that have to arrive for every code, to read it beyond.
     """
 
-    knee_e: float = 20000.0         # charge at which the overflow is `knee_e_per_s` (assumption)
-    knee_e_per_s: float = 1.25e6    # knee_e in 16 ms (assumption)
-    thermal_e: float = 391.0        # for a factor e of the light, at 60 C: 1.5 kT / e at 110 uV/e (assumption): 99 mV a decade
+    knee_e: Charge = 20000.0         # charge at which the overflow is `knee_e_per_s` (assumption)
+    knee_e_per_s: ChargeRate = 1.25e6    # knee_e in 16 ms (assumption)
+    # for a factor e of the light, at 60 C: 1.5 kT / e at 110 uV/e (assumption): 99 mV a decade
+    thermal_e: Charge = 391.0
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""

@@ -7,6 +7,20 @@ from dataclasses import dataclass
 from . import soft_knee
 from .converter import converter
 from .imaging_sensor import ImagingSensor
+from .limits import (
+    Capacity,
+    Charge,
+    ChargeRate,
+    ConversionGain,
+    DarkCurrent,
+    DarkSpread,
+    FillFactor,
+    Gain,
+    Noise,
+    Pitch,
+    ResponseSpread,
+    Swing,
+)
 from .sensor_model import Photodiode, Reading, SensorModel
 
 CAPTURES = ("LCG", "HCG")
@@ -20,23 +34,29 @@ class LoficSensor(ImagingSensor):
     lateral overflow capacitor (docs/sensors.md). Every other figure is an assumption, of the order that such papers give.
     """
 
-    pitch_um: float = 5.6
-    fill_factor: float = 1.0        # assumption: microlenses collect over the whole pixel
-    full_well_e: float = 100000.0   # photodiode and overflow capacitor together (published)
-    knee_e: float = 7000.0          # charge of the photodiode at which it spills `knee_e_per_s` (assumption)
-    knee_e_per_s: float = 440000.0  # knee_e in 16 ms (assumption)
-    thermal_e: float = 240.0        # for a factor e of the spill, at 60 C: 1.2 kT / e at 143 uV/e of the photodiode (assumption)
-    dark_e_per_s: float = 25.6      # at 60 C (assumption)
-    dark_spread: float = 0.2        # rms over pixels / mean (assumption)
-    prnu: float = 0.005             # rms over pixels / mean (assumption)
+    pitch_um: Pitch = 5.6
+    fill_factor: FillFactor = 1.0        # assumption: microlenses collect over the whole pixel
+    full_well_e: Capacity = 100000.0   # photodiode and overflow capacitor together (published)
+    # charge of the photodiode at which it spills `knee_e_per_s` (assumption)
+    knee_e: Charge = 7000.0
+    knee_e_per_s: ChargeRate = 440000.0  # knee_e in 16 ms (assumption)
+    # for a factor e of the spill, at 60 C: 1.2 kT / e at 143 uV/e of the photodiode (assumption)
+    thermal_e: Charge = 240.0
+    dark_e_per_s: DarkCurrent = 25.6      # at 60 C (assumption)
+    dark_spread: DarkSpread = 0.2        # rms over pixels / mean (assumption)
+    prnu: ResponseSpread = 0.005             # rms over pixels / mean (assumption)
 
     # --- readings: LCG, HCG ---
-    conversion_gain_uv_per_e: tuple[float, float] = (10.0, 200.0)   # LCG: 1 V at the full well
-    analog_gain: tuple[float, float] = (1.0, 1.0)                   # multipliers
-    swing_v: tuple[float, float] = (1.0, 1.0)                       # full scale of the converter (assumption)
-    read_noise_e: tuple[float, float] = (54.0, 2.0)                 # rms; LCG: kT C of 16 fF at 60 C; HCG: assumption
-    dsnu_e: tuple[float, float] = (0.0, 0.0)                        # rms over pixels of the offset
-    column_e: tuple[float, float] = (0.1, 0.1)                      # rms over columns of the offset (assumption)
+    # LCG: 1 V at the full well
+    conversion_gain_uv_per_e: tuple[ConversionGain, ConversionGain] = (10.0, 200.0)
+    analog_gain: tuple[Gain, Gain] = (1.0, 1.0)                   # multipliers
+    # full scale of the converter (assumption)
+    swing_v: tuple[Swing, Swing] = (1.0, 1.0)
+    # rms; LCG: kT C of 16 fF at 60 C; HCG: assumption
+    read_noise_e: tuple[Noise, Noise] = (54.0, 2.0)
+    dsnu_e: tuple[Noise, Noise] = (0.0, 0.0)                        # rms over pixels of the offset
+    # rms over columns of the offset (assumption)
+    column_e: tuple[Noise, Noise] = (0.1, 0.1)
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""

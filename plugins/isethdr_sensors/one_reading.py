@@ -6,6 +6,16 @@ from dataclasses import dataclass
 
 from .converter import converter
 from .imaging_sensor import ImagingSensor
+from .limits import (
+    ConversionGain,
+    DarkCurrent,
+    DarkSpread,
+    FillFactor,
+    Gain,
+    Noise,
+    ResponseSpread,
+    Swing,
+)
 from .sensor_model import Reading
 
 
@@ -13,16 +23,16 @@ from .sensor_model import Reading
 class OneReadingSensor(ImagingSensor):
     """A sensor with one photodiode and one reading per pixel (AR0132AT figures)."""
 
-    fill_factor: float = 1.0        # assumption: microlenses collect over the whole pixel
-    conversion_gain_uv_per_e: float = 110.0
-    analog_gain: float = 1.0        # multiplier
-    swing_v: float = 2.8            # full scale of the converter
-    read_noise_e: float = 9.1       # rms; 1 mV
-    dark_e_per_s: float = 9.1       # at 60 C (assumption); 1 mV/s
-    dark_spread: float = 0.2        # rms over pixels / mean (assumption)
-    prnu: float = 0.005             # rms over pixels / mean (assumption)
-    dsnu_e: float = 0.0             # rms over pixels of the offset
-    column_e: float = 0.1           # rms over columns of the offset (assumption)
+    fill_factor: FillFactor = 1.0        # assumption: microlenses collect over the whole pixel
+    conversion_gain_uv_per_e: ConversionGain = 110.0
+    analog_gain: Gain = 1.0        # multiplier
+    swing_v: Swing = 2.8            # full scale of the converter
+    read_noise_e: Noise = 9.1       # rms; 1 mV
+    dark_e_per_s: DarkCurrent = 9.1       # at 60 C (assumption); 1 mV/s
+    dark_spread: DarkSpread = 0.2        # rms over pixels / mean (assumption)
+    prnu: ResponseSpread = 0.005             # rms over pixels / mean (assumption)
+    dsnu_e: Noise = 0.0             # rms over pixels of the offset
+    column_e: Noise = 0.1           # rms over columns of the offset (assumption)
 
     def diode_terms(self) -> dict:
         """Return the fields of the `Photodiode` but for its name and full well."""

@@ -11,9 +11,8 @@ from math import inf
 from isethdr_core.errors import ConfigError
 
 from .colour_filter_array import channels
+from .limits import LONGEST_S
 from .spectral_curves import check_letters
-
-LONGEST_S = 3600.0
 
 
 @dataclass(frozen=True)

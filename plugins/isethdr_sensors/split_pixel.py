@@ -11,33 +11,49 @@ from isethdr_core.errors import ConfigError
 
 from .converter import converter
 from .imaging_sensor import ImagingSensor
+from .limits import (
+    Capacity,
+    ConversionGain,
+    DarkCurrent,
+    DarkSpread,
+    FillFactor,
+    Gain,
+    Noise,
+    Pitch,
+    ResponseSpread,
+    Swing,
+)
 from .sensor_model import Photodiode, Reading, SensorModel
 
 CAPTURES = ("LPLG", "LPHG", "SPLG", "SPHG")
 DIODES = (0, 0, 1, 1)
+LARGEST_FILL = 1.01  # ISETHDR gives the large photodiode the whole pixel, the small one 0.01
 
 
 @dataclass(frozen=True)
 class SplitPixelSensor(ImagingSensor):
     """Take three captures with a split-pixel sensor (OVT figures): LPLG, LPHG, SPLG; four with SPHG."""
 
-    pitch_um: float = 2.8
+    pitch_um: Pitch = 2.8
     cfa: str = "GRBG"               # repeated pattern of filters, rows parted by / where it is no square
 
     # --- photodiodes: large, small ---
-    fill_factor: tuple[float, float] = (1.0, 0.01)          # photodiode area / pixel area
-    full_well_e: tuple[float, float] = (22000.0, 7900.0)
-    dark_e_per_s: tuple[float, float] = (25.6, 4.2)         # at 60 C (assumption)
-    dark_spread: tuple[float, float] = (0.2, 0.2)           # rms over pixels / mean (assumption)
-    prnu: tuple[float, float] = (0.005, 0.005)              # rms over pixels / mean (assumption)
+    fill_factor: tuple[FillFactor, FillFactor] = (1.0, 0.01)          # photodiode area / pixel area
+    full_well_e: tuple[Capacity, Capacity] = (22000.0, 7900.0)
+    dark_e_per_s: tuple[DarkCurrent, DarkCurrent] = (25.6, 4.2)         # at 60 C (assumption)
+    # rms over pixels / mean (assumption)
+    dark_spread: tuple[DarkSpread, DarkSpread] = (0.2, 0.2)
+    # rms over pixels / mean (assumption)
+    prnu: tuple[ResponseSpread, ResponseSpread] = (0.005, 0.005)
 
     # --- readings: LPLG, LPHG, SPLG, and SPHG where a fourth number is given ---
-    conversion_gain_uv_per_e: tuple[float, ...] = (49.0, 49.0, 49.0)
-    analog_gain: tuple[float, ...] = (1.0, 200 / 49, 1.0)      # multipliers; LPHG ends at 5390 e
-    swing_v: tuple[float, ...] = (1.078, 1.078, 0.3871)        # full scale of the converter
-    read_noise_e: tuple[float, ...] = (3.05, 0.83, 0.83)       # rms
-    dsnu_e: tuple[float, ...] = (0.0, 0.0, 0.0)                # rms over pixels of the offset
-    column_e: tuple[float, ...] = (0.1, 0.1, 0.1)              # rms over columns of the offset (assumption)
+    conversion_gain_uv_per_e: tuple[ConversionGain, ...] = (49.0, 49.0, 49.0)
+    analog_gain: tuple[Gain, ...] = (1.0, 200 / 49, 1.0)      # multipliers; LPHG ends at 5390 e
+    swing_v: tuple[Swing, ...] = (1.078, 1.078, 0.3871)        # full scale of the converter
+    read_noise_e: tuple[Noise, ...] = (3.05, 0.83, 0.83)       # rms
+    dsnu_e: tuple[Noise, ...] = (0.0, 0.0, 0.0)                # rms over pixels of the offset
+    # rms over columns of the offset (assumption)
+    column_e: tuple[Noise, ...] = (0.1, 0.1, 0.1)
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""
@@ -45,6 +61,12 @@ class SplitPixelSensor(ImagingSensor):
         counts = {name: len(getattr(self, name)) for name in per_reading}
         if set(counts.values()) not in ({3}, {4}):
             raise ConfigError(f"sensor has numbers for {counts} readings; expected 3 (LPLG, LPHG, SPLG) or 4 (and SPHG) in all of them")
+        if sum(self.fill_factor) > LARGEST_FILL:
+            raise ConfigError(
+                f"sensor.fill_factor is {list(self.fill_factor)}, together {sum(self.fill_factor):g}; "
+                f"expected at most {LARGEST_FILL}: both photodiodes share the pixel; "
+                "type sensor.fill_factor=[0.9,0.1]"
+            )
         diodes = [Photodiode(*values, **self.diode_terms()) for values in zip(
             ("large", "small"), self.fill_factor, self.full_well_e, self.dark_e_per_s, self.dark_spread, self.prnu, strict=True)]
         readings = [

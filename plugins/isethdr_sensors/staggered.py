@@ -8,6 +8,7 @@ from itertools import pairwise
 from isethdr_core.errors import ConfigError
 
 from . import auto_exposure
+from .limits import Ratio
 from .sensor_model import SensorModel
 from .single import SingleSensor
 
@@ -20,7 +21,8 @@ class StaggeredSensor(SingleSensor):
     """
 
     cfa: str = "RGGB"               # repeated pattern of filters, rows parted by / where it is no square
-    exposure_ratios: tuple[float, ...] = (1.0, 1 / 16, 1 / 256)  # shares of exposure_s, the first is 1
+    # shares of exposure_s, the first is 1
+    exposure_ratios: tuple[Ratio, ...] = (1.0, 1 / 16, 1 / 256)
     exposure_each: bool = False     # where a rule solves T1, the last exposure is solved for the brightest pixel, those between by equal steps
 
     def __call__(self, light, generator):

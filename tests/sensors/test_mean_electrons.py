@@ -118,7 +118,13 @@ def test_bad_light_is_refused(sensor, flat, damage, message):
 
 @pytest.mark.parametrize("field, value", [("exposure_s", 0.0), ("exposure_s", float("nan")), ("pitch_um", -1.0), ("fill_factor", 1.5),
                                           ("rows", -1), ("prnu", -0.1), ("read_noise_e", float("nan")), ("bits", 99),
-                                          ("black_dn", 5000.0), ("swing_v", 0.0), ("temperature_c", 1e4)])
+                                          ("black_dn", 5000.0), ("swing_v", 0.0), ("temperature_c", 1e4),
+                                          ("prnu", 5.0), ("prnu", 1e30), ("dark_spread", 1e30), ("inl_dn", -1.0)])
 def test_impossible_fields_are_refused_with_the_field_and_a_hint(field, value):
-    with pytest.raises(ConfigError, match=f"sensor.{field} is"):
+    with pytest.raises(ConfigError, match=f"{field} is"):
         BayerSensor(**{field: value})
+
+
+def test_photodiodes_larger_than_their_pixel_are_refused():
+    with pytest.raises(ConfigError, match="together 1.4; expected at most 1.01"):
+        SplitPixelSensor(fill_factor=(0.9, 0.5))

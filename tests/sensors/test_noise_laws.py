@@ -160,7 +160,7 @@ def test_light_elsewhere_changes_no_pixel():
     (lambda: BayerSensor(noise=False, bits=0, dark_e_per_s=0.0, full_well_e=np.inf, swing_v=1e12), dict(pitch_um=3.75)),
     (lambda: RgbwSensor(noise=False, bits=0, dark_e_per_s=0.0, full_well_e=np.inf, swing_v=1e12), dict(pitch_um=3.75, cfa="RG/WB")),
     (lambda: SplitPixelSensor(noise=False, bits=0, dark_e_per_s=(0, 0), full_well_e=(np.inf,) * 2, swing_v=(1e12,) * 3,
-                              fill_factor=(1.0, 1.0)), dict(pitch_um=2.8, cfa="GRBG")),
+                              fill_factor=(0.5, 0.5)), dict(pitch_um=2.8, cfa="GRBG", fill_factor=0.5)),
 ])
 def test_every_sensor_reduces_to_the_ideal_one(make, ideal, make_light):
     light = make_light(np.random.default_rng(0).lognormal(-7, 3, (31, 20, 20)), 4.0)
