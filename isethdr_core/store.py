@@ -106,7 +106,12 @@ def _root(path: Path) -> tuple[dict, Manifest | None]:
         raise CatalogError(f"the store {path} is incomplete: it lacks the mark that is written last; {ADVICE}")
     manifest = read_manifest(path)
     if manifest is not None:
-        check_whole(path, ROOT_FILE, manifest.files[ROOT_FILE], text)
+        try:
+            check_whole(path, ROOT_FILE, manifest.files[ROOT_FILE], text)
+        except CatalogError as error:
+            if version == WITHOUT_MANIFEST:
+                raise CatalogError(f"{error}; `isethdr catalog adopt` finishes an adoption that was interrupted") from None
+            raise
     if version not in (WITHOUT_MANIFEST, FORMAT) or isinstance(version, bool):
         raise CatalogError(
             f"the store {path} has format {version!r}; this version reads {WITHOUT_MANIFEST} and {FORMAT}; "

@@ -5,8 +5,9 @@
 | `record`   | what is known of one store, from its root attributes alone          |
 | `index`    | `refresh`: rebuild index.parquet, a cache of all records            |
 | `query`    | `find`, `sql`, `show`                                               |
-| `verify`   | read every chunk and name what is damaged                           |
-| `commands` | `isethdr catalog find|sql|show|verify|refresh`                      |
+| `verify`   | read every file and name what is damaged                            |
+| `adopt`    | give stores of format 1 a manifest                                  |
+| `commands` | `isethdr catalog find|sql|show|verify|adopt|refresh`                      |
 | `report`   | one self-contained page per run                                     |
 """
 

@@ -1,4 +1,4 @@
-"""Commands: `isethdr catalog find|sql|show|verify|refresh`, on the folder ISETHDR_HOME or ./runs."""
+"""Commands: `isethdr catalog find|sql|show|verify|adopt|refresh`, on the folder ISETHDR_HOME or ./runs."""
 
 from __future__ import annotations
 
@@ -65,6 +65,22 @@ def verify() -> None:
     if damaged:
         print("\n".join(["damaged:", *damaged]))
     if any(r.problems for r in reports):
+        raise typer.Exit(1)
+
+
+@catalog.command(help="Give stores of format 1 a manifest; exit code 1 if any cannot have one.")
+def adopt() -> None:
+    """Print how many stores were adopted, and why others were not."""
+    from isethdr_core.store import home
+
+    from .adopt import adopt as adopt_all
+
+    done = adopt_all(home())
+    refused = [one for one in done if one.reason]
+    print(f"{len(done) - len(refused)} stores adopted, {len(refused)} not")
+    for one in refused:
+        print(f"not adopted: {one.path}: {one.reason}")
+    if refused:
         raise typer.Exit(1)
 
 
