@@ -15,7 +15,7 @@ from isethdr_core import ledger, quantities
 from isethdr_core.errors import ConfigError, PluginError
 from isethdr_core.physics.convolution import convolve_into
 
-from . import band_phase, elsewhere, scatter, tails
+from . import band_phase, elsewhere, pupils, scatter, tails
 from . import kernels as kernel_module
 from .counted import Counted
 from .field_imaging import field_kernels
@@ -178,6 +178,8 @@ def state_kernels(made, mixed, lens, given: Parts):
     for octave, error in enumerate(made.speckle.max(axis=0) if made.speckle.any() else ()):
         if error > 0:
             ledger.error(error, "relative per tile", "statistical", f"speckle of the kernel {2**octave} to {2 ** (octave + 1)} tiles from a lamp")
+    if getattr(lens, "zernike_um", None):
+        ledger.error(pupils.CELLS, "fraction of energy", "measured", "point spread near the axis, from cells of a pupil with a wavefront")
     if made.wrap:
         ledger.error(made.wrap, "relative of spread light", "measured", "kernel near the border of the frame, from the period of its far field")
     margin = mixed.attrs.get("tiles_beyond") or [

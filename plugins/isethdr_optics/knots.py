@@ -13,7 +13,7 @@ from threading import Lock
 import numpy as np
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.physics.zernike import polynomial
+from isethdr_core.physics.zernike import largest_um
 
 from . import far, pupils
 
@@ -64,10 +64,8 @@ def _change(plan, first_nm, last_nm):
     """Return the largest change of phase anywhere in the stop, radians, piston apart; dirt counts with all of its delay."""
     first, last = (pupils.coefficients_um(plan.lens, w) for w in (first_nm, last_nm))
     waves = {j: 1e3 * (first.get(j, 0.0) / first_nm - last.get(j, 0.0) / last_nm) for j in {*first, *last} - {0}}
-    radius, turn = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 2 * np.pi, 32, endpoint=False))
-    found = np.polynomial.polynomial.polyval2d(radius * np.cos(turn), radius * np.sin(turn), polynomial(waves)) if waves else np.zeros(1)
     delayed = max((abs(1e3 * d * (1 / first_nm - 1 / last_nm)) for d in pupils.delays_um(plan.lens, plan.flares)), default=0.0)
-    return 2 * np.pi * (float(np.abs(found).max()) + delayed)
+    return 2 * np.pi * (largest_um(waves) + delayed)
 
 
 def _cell(plan, middle, span):

@@ -11,10 +11,10 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics import lattice as lattices
 from isethdr_core.physics import pupil as shapes
 from isethdr_core.physics.diffraction import energy_of
-from isethdr_core.physics.zernike import wavefront_um
+from isethdr_core.physics.zernike import wavefront_at, wavefront_um
 
 from . import uneven
-from .wavefronts import coefficients_um, steepest_um
+from .wavefronts import coefficients_um, slopes, steepest_um
 
 CORE_SAMPLES = 768  # across the stop: kernel values to 1e-4 (L1), measured against 3072
 FEWEST_SAMPLES, BORDER = 256, 4.0  # across the stop for a narrow image, and per wavelength x f-number of its width
@@ -22,6 +22,9 @@ MOST_SAMPLES = 8192
 ENERGY_SAMPLES = 2048  # across the stop, where its energy is not known from shapes
 DARK = 1e-6  # of the stop's light: less is the rounding of sums over shapes
 FINE_TURNS = 1 / 32  # of phase per cell at most, where amplitude and phase are multiplied
+CELLS = 4e-4  # of a point's light (L1) at most, that cells so fine put wrong: measured against cells a third as wide, orders 2 to 40
+PARTS = (1, 2, 3, 4, 6, 8, 12, 16)  # of a cell, per axis: half a turn per cell, the most that is not refused, takes 16
+BLOCK = 16  # cells, per axis, that are divided alike
 UNRESOLVED = 0.8  # of a pupil's energy is left in means over cells when its phase turns a quarter wave from cell to cell
 
 
@@ -170,11 +173,13 @@ def _turned(lens, wavefront, cells, x_mm, y_mm, wavelength_nm):
     """
     radius, step = radius_mm(lens), x_mm[1] - x_mm[0]
     tall = y_mm[1] - y_mm[0] if len(y_mm) > 1 else step
-    y = np.concatenate([[y_mm[0] - tall], y_mm, [y_mm[-1] + tall]])  # a row more on either side: slopes do not depend on the blocks
-    turns = wavefront_um(wavefront, x_mm / radius, -y / radius) / (wavelength_nm * 1e-3)
-    # below that the mean leaves all but 1e-4
-    mean = phase_mean(turns)[1:-1] if _turns_per_cell(lens, max(step, tall), wavelength_nm) > 1 / 128 else np.float32(1.0)
-    turns = turns[1:-1]
+    # a cell more on every side: slopes do not depend on the blocks
+    x = np.concatenate([[x_mm[0] - step], x_mm, [x_mm[-1] + step]])
+    y = np.concatenate([[y_mm[0] - tall], y_mm, [y_mm[-1] + tall]])
+    turns = _opd_um(wavefront, x / radius, -y / radius) / (wavelength_nm * 1e-3)
+    steep = _turns_per_cell(lens, max(step, tall), wavelength_nm) > 1 / 128
+    mean = phase_mean(turns)[1:-1, 1:-1] if steep else np.float32(1.0)  # below that the mean leaves all but 1e-4
+    turns = turns[1:-1, 1:-1]
     turns -= np.rint(turns)  # whole turns dropped in float64: float32 then keeps 1e-7 of a turn
     angle = (2 * np.pi * turns).astype(np.float32)
     out = np.empty(cells.shape, np.complex64)
@@ -183,6 +188,24 @@ def _turned(lens, wavefront, cells, x_mm, y_mm, wavelength_nm):
     out *= cells * mean
     if lens.uneven:
         out *= uneven.amplitude(lens.uneven, x_mm / radius, y_mm / radius)
+    return out
+
+
+def _opd_um(wavefront, x, y) -> np.ndarray:
+    """Return the optical path difference (y, x) in the open part of every cell, micrometres; `x` and `y` in pupil radii.
+
+    Polynomials grow without limit beyond the rim, the more the higher their order. Cells that the rim crosses take the value at
+    the middle of what lies inside, cells beyond it the value at the rim. Along the radius a cell reaches `half` either way.
+    """
+    out = wavefront_um(wavefront, x, y)
+    step_x, step_y = abs(x[1] - x[0]), abs(y[1] - y[0])
+    widest = np.hypot(step_x, step_y) / 2
+    rows, columns = np.nonzero(y[:, None] ** 2 + x**2 > max(1 - widest, 0.0) ** 2)
+    at_x, at_y = x[columns], y[rows]
+    rho = np.hypot(at_x, at_y)
+    half = (step_x * np.abs(at_x) + step_y * np.abs(at_y)) / (2 * rho)
+    middle = np.where(rho + half <= 1, rho, np.where(rho - half >= 1, 1.0, (1 + rho - half) / 2))
+    out[rows, columns] = wavefront_at(wavefront, at_x * middle / rho, at_y * middle / rho)
     return out
 
 
@@ -197,23 +220,51 @@ def resolved(lens, flares, x_mm, y_mm, wavelength_nm: float, cells=None) -> np.n
     cells : the amplitude's means, where they are known.
     """
     step = max(x_mm[1] - x_mm[0], y_mm[1] - y_mm[0])
-    parts = int(np.ceil(_turns_per_cell(lens, step, wavelength_nm) / FINE_TURNS))
-    if parts <= 1:
+    if _turns_per_cell(lens, step, wavelength_nm) <= FINE_TURNS:
         cells = amplitude(lens, flares, x_mm, y_mm, wavelength_nm) if cells is None else cells
         return with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm)
-    return _finely(lens, flares, x_mm, y_mm, wavelength_nm, parts)
+    return _finely(lens, flares, x_mm, y_mm, wavelength_nm)
 
 
-def _finely(lens, flares, x_mm, y_mm, wavelength_nm, parts):
-    """Return the means over cells of products on `parts` x `parts` finer ones."""
-    fine_x, fine_y = (((np.arange(parts) + 0.5) / parts - 0.5) * (a[1] - a[0]) + a[:, None] for a in (x_mm, y_mm))
-    out = np.empty((len(y_mm), len(x_mm)), np.complex64)
-    rows = max(1, 64 // parts)
-    for start in range(0, len(y_mm), rows):
-        block = fine_y[start : start + rows]
-        product = _product(lens, flares, fine_x.ravel(), block.ravel(), wavelength_nm)
-        out[start : start + rows] = product.reshape(len(block), parts, len(x_mm), parts).mean((1, 3))
+def _finely(lens, flares, x_mm, y_mm, wavelength_nm):
+    """Return the means over cells of products on finer cells, as fine as the wavefront asks in each block."""
+    out = np.zeros((len(y_mm), len(x_mm)), np.complex64)
+    for first in range(0, len(y_mm), BLOCK):
+        rows = slice(first, first + BLOCK)
+        for columns, parts in _runs(lens, x_mm, y_mm[rows], wavelength_nm):
+            part = [x_mm[columns], y_mm[rows]]
+            fine_x, fine_y = (((np.arange(parts) + 0.5) / parts - 0.5) * (a[1] - a[0]) + b[:, None] for a, b in zip((x_mm, y_mm), part))
+            product = _product(lens, flares, fine_x.ravel(), fine_y.ravel(), wavelength_nm)
+            out[rows, columns] = product.reshape(len(fine_y), parts, len(fine_x), parts).mean((1, 3))
     return out
+
+
+def _runs(lens, x_mm, y_mm, wavelength_nm):
+    """Return [(columns, parts), ...] of a strip of rows: blocks side by side that are divided alike, those beyond the rim left out."""
+    radius, step = radius_mm(lens), x_mm[1] - x_mm[0]
+    tall = y_mm[1] - y_mm[0] if len(y_mm) > 1 else step
+    rho, slope_um = slopes(lens, wavelength_nm)
+    turns = slope_um * max(step, tall) / radius / (wavelength_nm * 1e-3)
+    starts = np.arange(0, max(len(x_mm) - 1, 1), BLOCK)  # never a last block of one column: its width would not be known
+    ends = np.append(starts[1:], len(x_mm))
+    along_y = _distances(y_mm[0] - tall / 2, y_mm[-1] + tall / 2)
+    runs = []
+    for start, end in zip(starts, ends):
+        along_x = _distances(x_mm[start] - step / 2, x_mm[end - 1] + step / 2)
+        near, far = (np.hypot(*pair) / radius for pair in zip(along_x, along_y))
+        if near >= 1:
+            continue
+        within = slice(max(np.searchsorted(rho, near) - 1, 0), np.searchsorted(rho, far) + 1)
+        parts = next((p for p in PARTS if turns[within].max() <= p * FINE_TURNS), PARTS[-1])
+        if runs and runs[-1][1] == parts and runs[-1][0].stop == start:
+            start = runs.pop()[0].start
+        runs.append((slice(int(start), int(end)), parts))
+    return runs
+
+
+def _distances(low, high):
+    """Return the least and the largest distance from 0 of an interval."""
+    return (0.0 if low <= 0 <= high else min(abs(low), abs(high))), max(abs(low), abs(high))
 
 
 def _product(lens, flares, x_mm, y_mm, wavelength_nm):
@@ -226,7 +277,7 @@ def _product(lens, flares, x_mm, y_mm, wavelength_nm):
 def folded(lens, flares, wavelength_nm: float, cells_mm, period, offsets) -> list[np.ndarray]:
     """Return the pupil with its wavefront in smooth cells, summed modulo `period`, for several offsets; see `lattice.fold_cells`."""
     half_y, half_x = (c / 2 for c in cells_mm)
-    parts = int(np.ceil(_turns_per_cell(lens, max(half_y, half_x), wavelength_nm) / FINE_TURNS))
+    fine = _turns_per_cell(lens, max(half_y, half_x), wavelength_nm) > FINE_TURNS
     count_y, count_x = (2 * (int(np.ceil(radius_mm(lens) / c)) + 1) for c in cells_mm)
     x, y = ((np.arange(2 * n) + 0.5 - n) * h for n, h in ((count_x, half_x), (count_y, half_y)))
 
@@ -238,7 +289,7 @@ def folded(lens, flares, wavelength_nm: float, cells_mm, period, offsets) -> lis
             inside = slice(*np.searchsorted(x, (-reach, reach)))
             if inside.stop > inside.start + 1:
                 given = lens, flares, x[inside], rows, wavelength_nm
-                yield start, inside.start, _product(*given) if parts <= 1 or len(rows) < 2 else _finely(*given, parts)
+                yield start, inside.start, _finely(*given) if fine and len(rows) > 1 else _product(*given)
 
     return lattices.fold_cells(blocks(), (len(y), len(x)), period, offsets)
 

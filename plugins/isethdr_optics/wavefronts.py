@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.physics.zernike import steepest_slope_um
+from isethdr_core.physics.zernike import Slopes, slopes_um
 
 
 def coefficients_um(lens, wavelength_nm: float) -> dict[int, float]:
@@ -38,9 +38,14 @@ def _focal_shift_um(lens, wavelength_nm):
 
 def steepest_um(lens, wavelength_nm: float) -> float:
     """Return the largest gradient of the lens's wavefront, micrometres per pupil radius."""
-    return _steepest(tuple(coefficients_um(lens, wavelength_nm).items()))
+    return float(slopes(lens, wavelength_nm).largest.max())
+
+
+def slopes(lens, wavelength_nm: float) -> Slopes:
+    """Return the largest gradient of the lens's wavefront at distances from the axis, micrometres per pupil radius."""
+    return _slopes(tuple(coefficients_um(lens, wavelength_nm).items()))
 
 
 @lru_cache(maxsize=256)
-def _steepest(wavefront):
-    return steepest_slope_um(dict(wavefront))  # asked for by every block of a pupil
+def _slopes(wavefront):
+    return slopes_um(dict(wavefront))  # asked for by every block of a pupil

@@ -1,9 +1,23 @@
 """Zernike: orthonormal, indexed as OSA/ANSI, signs and sizes of the common terms."""
 
+from fractions import Fraction
+from math import factorial
+
 import numpy as np
 import pytest
 
-from isethdr_core.physics.zernike import order, steepest_slope_um, wavefront_um, zernike
+from isethdr_core.physics.zernike import (
+    HIGHEST_ORDER,
+    LAST_INDEX,
+    POWERS_ORDER,
+    largest_um,
+    order,
+    steepest_slope_um,
+    wavefront_um,
+    zernike,
+)
+
+RATIONAL = ((Fraction(1), Fraction(0)), (Fraction(3, 5), Fraction(-4, 5)), (Fraction(-12, 25), Fraction(9, 25)), (Fraction(1, 50), Fraction(1, 70)))
 
 
 def disk(rings=24, spokes=64):
@@ -53,3 +67,55 @@ def test_grid_equals_sum_of_terms_and_slope_is_that_of_defocus():
     np.testing.assert_allclose(wavefront_um(c, x, y), want, atol=1e-14)
     assert steepest_slope_um({4: 0.1}) == pytest.approx(0.1 * 4 * 3**0.5, rel=1e-3)  # d/dr sqrt3 (2 r^2 - 1) at the rim; sampled
     assert np.all(wavefront_um({}, x, y) == 0)
+
+
+def exact(j: int, x: Fraction, y: Fraction) -> float:
+    """Return Z_j by its sum of factorials (Born and Wolf 1999, eq. 9.2.5) in rational numbers: nothing is rounded before the end."""
+    n, m = order(j)
+    a, squared = abs(m), x * x + y * y
+    radial = sum(
+        (-1) ** s * factorial(n - s) * squared ** ((n - a) // 2 - s)
+        / Fraction(factorial(s) * factorial((n + a) // 2 - s) * factorial((n - a) // 2 - s))
+        for s in range((n - a) // 2 + 1)
+    )
+    real, imaginary = Fraction(1), Fraction(0)
+    for _ in range(a):
+        real, imaginary = real * x - imaginary * y, real * y + imaginary * x
+    return float(radial * (real if m >= 0 else imaginary)) * (n + 1 if m == 0 else 2 * (n + 1)) ** 0.5
+
+
+@pytest.mark.parametrize("j", [0, 13, 60, 71, 84, 100, 230, 600, 745, 820, 838, 840, 860])
+def test_every_order_is_exact(j):
+    x, y = np.array(RATIONAL, float).T
+    want = [exact(j, *place) for place in RATIONAL]
+    # values reach 9; the recurrence keeps 5e-13 of them at order 40
+    np.testing.assert_allclose(zernike(j, x, y), want, rtol=0, atol=2e-12)
+
+
+@pytest.mark.slow
+def test_every_index_is_exact():
+    x, y = np.array(RATIONAL, float).T
+    want = np.array([[exact(j, *place) for place in RATIONAL] for j in range(LAST_INDEX + 1)])
+    np.testing.assert_allclose([zernike(j, x, y) for j in range(LAST_INDEX + 1)], want, rtol=0, atol=2e-12)
+
+
+def test_grid_of_low_and_high_orders_is_their_sum():
+    x, y = np.linspace(-0.7, 0.7, 6), np.linspace(-0.6, 0.7, 5)
+    c = {4: 0.2, (POWERS_ORDER + 1) * (POWERS_ORDER + 2) // 2 - 1: 0.1, 700: -0.3}
+    want = sum(v * zernike(j, x[None, :], y[:, None]) for j, v in c.items())
+    np.testing.assert_allclose(wavefront_um(c, x, y), want, rtol=0, atol=1e-11)  # powers of order 12 keep 3e-12
+
+
+@pytest.mark.parametrize("j", [12, 71, 820, 840, 860])
+def test_largest_slope_and_value_of_any_order(j):
+    n, m = order(j)
+    norm = (n + 1 if m == 0 else 2 * (n + 1)) ** 0.5
+    # both at the rim, where R = 1 and dR / d rho = (n (n + 2) - m^2) / 2; eight samples per oscillation miss 1 - cos(pi / 8) at most
+    assert steepest_slope_um({j: 1.0}) == pytest.approx(norm * max((n * (n + 2) - m * m) / 2, abs(m)), rel=0.08)
+    assert largest_um({j: 1.0}) == pytest.approx(norm, rel=0.08)
+
+
+@pytest.mark.parametrize("j", [LAST_INDEX + 1, 10**6, 10**400, -1, 4.5, float("nan"), float("inf")])
+def test_indices_beyond_the_last_are_refused(j):
+    with pytest.raises(ValueError, match=f"{LAST_INDEX}.*{HIGHEST_ORDER}"):
+        order(j)

@@ -14,6 +14,7 @@ GREEN = np.array([550.0])
 ROUNDING = 2.0**-23   # irradiance is float32: one step
 PUPIL = 1e-4          # kernel values (L1), as the plugin's `pupils.CORE_SAMPLES` states
 WAVEFRONT = 1e-2      # the same where the pupil is as coarse as a quarter wave per cell allows; no stage states a bound, this is asked
+ORDERS = 4e-4         # of a point's light, as the plugin's `pupils.CELLS` states
 DEFOCUS = (0.5, 5.5, 50.5)  # waves
 
 
@@ -29,6 +30,10 @@ def cases():
         yield f"{waves:g} waves of defocus: light on the very axis", lambda w=waves: peak(4.0, w)
         yield f"{waves:g} waves of defocus: the pattern", lambda w=waves: pattern(w)
         yield f"{waves:g} waves of defocus: light of the whole pattern", lambda w=waves: spread(w)
+    for index in (84, 100, 600):
+        yield f"Zernike index {index}, 0.01 um rms: light on the very axis", lambda j=index: high_order(j)
+    for name, terms in (("index 1e6", {10**6: 0.05}), ("a value that is not a number", {4: math.nan})):
+        yield f"Zernike terms with {name}", lambda t=terms: Measured(float(_lens("wavefront", zernike_um=t).f_number), 0.0, "expected a refusal")
     yield "1 beside 1e12 through diffraction", decades
     yield "all dark", lambda: Measured(float(np.abs(_lens("diffraction_limited")(mixed(np.zeros((1, 12, 16)), GREEN)).values).max()), 0.0,
                                        "0")
@@ -76,6 +81,24 @@ def _defocused(f_number: float, waves: float):
     if not waves:
         return _lens("diffraction_limited", f_number=f_number)
     return _lens("wavefront", f_number=f_number, zernike_um={4: waves * 0.55 / (2 * math.sqrt(3))})
+
+
+def high_order(index: int) -> Measured:
+    """The light on the axis is the squared mean of the pupil function: over the angle a Bessel function, over the radius a sum."""
+    from scipy.special import eval_jacobi, jv
+
+    from isethdr_core.physics.zernike import order
+
+    rms_um, f_number, pitch_um = 0.01, 4.0, 0.11
+    n, m = order(index)
+    node, weight = np.polynomial.legendre.leggauss(600)
+    s = (node + 1) / 2   # square of the pupil's radius
+    radial = s ** (abs(m) / 2) * eval_jacobi((n - abs(m)) // 2, 0, abs(m), 2 * s - 1)
+    phase = 2 * math.pi * rms_um / 0.55 * math.sqrt(n + 1 if m == 0 else 2 * (n + 1)) * radial
+    mean = weight / 2 @ (np.exp(1j * phase) if m == 0 else jv(0, phase))
+    found = float(_lens("wavefront", zernike_um={index: rms_um}).psf(550.0, pitch_um, 16, integrated=False).values[0, 8, 8])
+    truth = math.pi / 4 * (pitch_um / (0.55 * f_number)) ** 2 * abs(mean) ** 2
+    return Measured(abs(found / truth - 1), ORDERS, "squared mean of the pupil function, relative")
 
 
 def pattern(waves: float) -> Measured:
