@@ -15,6 +15,7 @@
 | `preview`                       | a rendering of few paths, denoised light group by light group: a view |
 | `local_tone`, `white_balance`   | views that follow the surroundings, or the light of the scene         |
 | `demand`, `ledger`, `progress`  | what is needed; what it cost and how wrong it may be; how far it is   |
+| `error_terms`                   | what a stated error acts on, and on which part of the light           |
 | `bands`, `margin`, `window`     | bands, tiles beyond the field or a sensor, that can be left out       |
 | `forecast`                      | how long each stage will take                                         |
 | `accuracy`                      | what a run may be wrong by, and which stage by how much of it         |

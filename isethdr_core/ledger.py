@@ -11,9 +11,13 @@ import time
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import asdict, dataclass, field, replace
-from typing import Literal
+from typing import TYPE_CHECKING
 
-How = Literal["measured", "bound", "statistical"]
+from .error_terms import ErrorNote, How, LightPart
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 ABSOLUTE = ("W m-2 nm-1", "electrons", "e", "cd/m2")  # units in which errors of parts of a sum add up
 
 
@@ -27,16 +31,6 @@ class LeftOut:
     unit: str
 
 
-@dataclass(frozen=True)
-class ErrorNote:
-    """How wrong a stage may be: a value with its unit, how it is known, and what it is an error of."""
-
-    value: float
-    unit: str
-    how: How
-    what: str = ""
-
-
 @dataclass
 class Row:
     """One stage of one run."""
@@ -46,6 +40,7 @@ class Row:
     peak_bytes: int = 0
     errors: list[ErrorNote] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
+    light_parts: dict[str, LightPart] = field(default_factory=dict, compare=False, repr=False)  # of this run; never stored
 
     @property
     def error(self) -> float | None:
@@ -63,13 +58,18 @@ class Ledger(list):
 
     def as_records(self) -> list[dict]:
         """Return plain dictionaries, ready for JSON."""
-        return [asdict(row) for row in self]
+        return [_record(row) for row in self]
 
     @classmethod
     def from_records(cls, records) -> Ledger:
         """Return the ledger that `as_records` was called on."""
         return cls(Row(r["stage"], r["seconds"], r["peak_bytes"], [ErrorNote(**e) for e in r["errors"]],
                        [LeftOut(**o) for o in r["left_out"]]) for r in records)
+
+
+def _record(row: Row) -> dict:
+    notes = {name: [asdict(note) for note in getattr(row, name)] for name in ("errors", "left_out")}
+    return {"stage": row.stage, "seconds": row.seconds, "peak_bytes": row.peak_bytes, **notes}
 
 
 _row: ContextVar[Row | None] = ContextVar("isethdr_ledger_row", default=None)
@@ -79,6 +79,31 @@ def error(value: float, unit: str, how: How, what: str = "") -> None:
     """State how wrong the running stage may be."""
     if row := _row.get():
         row.errors.append(ErrorNote(float(value), unit, how, what))
+
+
+def add_error(note: ErrorNote) -> None:
+    """State an error of the running stage with all its fields: source, quantity and part."""
+    if row := _row.get():
+        row.errors.append(replace(note, value=float(note.value)))
+
+
+def light_part(name: str, light: xr.DataArray, within_tiles: bool = False) -> None:
+    """Declare a part of the running stage's light that an error term acts on by its `part`; parts of one name add up.
+
+    Parameters
+    ----------
+    light : irradiance or photocurrent on the sensor plane, on any grid of tiles.
+    within_tiles : `light` is the standard deviation of the light within each tile, of which a pixel feels what its borders divide.
+    """
+    if row := _row.get():
+        if name in row.light_parts:
+            light = light.copy(data=row.light_parts[name].light.values + light.values)
+        row.light_parts[name] = LightPart(light, within_tiles)
+
+
+def records_errors() -> bool:
+    """Return whether anybody will read what the running stage states."""
+    return _row.get() is not None
 
 
 def stated() -> bool:

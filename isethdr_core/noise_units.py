@@ -1,29 +1,37 @@
 """Noise units: every stage's stated error carried to the electrons of each capture, in units of the sensor's own noise.
 
-Linear propagation: the renderer's noise tile by tile (`scene_noise`), bounds of the stages after it as shares of the electrons they
-are errors of. What is statistical adds up in squares, what is a bound or was measured adds up as it is.
+Linear propagation: the renderer's noise tile by tile (`scene_noise`), errors of the stages after it as shares of the electrons they
+act on (`error_terms`). Bounds and measured errors of a pixel add up to b, statistical ones in squares to the variance s^2.
+The pixel's error is then b + |normal deviate of standard deviation s|. A figure of a picture is what 99 % of its unsaturated pixels'
+errors are at most (`within`), whatever the figure is of: the renderer alone, all stages after it, or both together.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from . import geometry, ledger
-from .ledger import ErrorNote, Row
+from . import error_terms, geometry, ledger
+from .error_terms import ErrorNote, LightPart, Quantity
+from .ledger import Row
 from .light_in_time import time_mean
-from .physics.area import resample_mean
+from .physics.area import detail_error, resample_mean
 from .physics.radiometry import photons_per_energy
 from .quantities import IRRADIANCE, PHOTOCURRENT
 from .scene_noise import nearest_xyz, pixel_variance, relative_noise
 from .truth import seen
 
 UNIT = "standard deviations of the sensor's noise"
-AFTER = ("scene", "radiance", "lighting", "lens")  # stages whose errors reach the electrons as light does; cameras state their own
-OF_ALL, OF_SPREAD = ("relative", "share of a point's light"), ("relative per tile", "relative of spread light")
+AFTER = ("scene", "radiance", "lighting", "lens")  # stages whose errors reach the electrons as light does
+RELATIVE = ("relative", "share of a point's light", *error_terms.UNITS_OF_SPREAD)
+UNITS = (*RELATIVE, IRRADIANCE, "electrons", UNIT)  # of errors that a pixel's electrons have
+RENDERER, AFTER_RENDERER, WHOLE = "renderer", "all after the renderer", "all stages"  # sources of the figures of a picture
+TWO_SIDED = 2.5758  # standard deviations that 99 % of normal deviates stay within, both signs
 MOST_PIXELS = 65536  # spread evenly, that stand for all
 ENOUGH = 32768  # pixels of a capture, spread evenly, whose errors stand for those of all
+CLOSE = 1e-9  # relative: two figures of which one holds more errors than the other come out in that order, but for this
 SHARE = 0.99  # of the pixels, for the figure that speaks for a picture
 
 
@@ -39,6 +47,7 @@ class Electrons:
     unsaturated: np.ndarray
     per_irradiance: float   # electrons per W m-2 nm-1 in every band, of the most sensitive channel
     spread: tuple[np.ndarray, np.ndarray] | None = None  # what the lens knows of its kernels: standard deviation and bound
+    parts: Mapping[str, np.ndarray] = field(default_factory=dict)  # electrons of the parts of the light that stages declared
 
 
 def missing(captures) -> list[str]:
@@ -98,6 +107,35 @@ def electrons(captures, light, mixed, scene, whole: float = 0.0, spread_errors=N
     return out
 
 
+def with_parts(shots: list[Electrons], captures, rows: list[Row]) -> list[Electrons]:
+    """Return the shots with the electrons of every part of the light that a row declares (`ledger.light_part`)."""
+    declared = {name: part for row in rows for name, part in row.light_parts.items()}
+    if not declared:
+        return shots
+    out = []
+    for k, shot in enumerate(shots):
+        one = captures.isel(capture=k)
+        counting = one["quantum_efficiency"].values * photons_per_energy(captures.wavelength.values)
+        scale = float(one["exposure_s"]) * float(one["area_m2"])
+        parts = {name: scale * _at_pixels(counting, captures, part) for name, part in declared.items()}
+        out.append(replace(shot, parts=parts))
+    return out
+
+
+def _at_pixels(counting, captures, part: LightPart) -> np.ndarray:
+    """Return the electrons per m2 and second that a part of the light makes at each pixel in its own channel."""
+    light, over_pixels = part.light, detail_error if part.within_tiles else resample_mean
+    side, place = captures.attrs["pitch_um"] * 1e-6, (captures.x.values, captures.y.values)
+    filters = captures["filter"].values
+    out = np.zeros(filters.shape)
+    for channel, row in enumerate(counting):
+        mine = filters == channel
+        if mine.any():
+            plane = _plane(row, captures, light)
+            out[mine] = over_pixels(plane, light.x.values, light.y.values, *place, side, side)[mine]
+    return out
+
+
 def _spread(errors, captures, light):
     """Return errors (channel, y, x) of light at each pixel in its own channel: neighbouring tiles as if they erred alike."""
     if errors is None:
@@ -137,7 +175,7 @@ def _rates(counting, captures, light, mixed, noise, gain, whole):
 def _plane(row, captures, light):
     """Return the electrons per m2 and second (y, x) that light makes in a channel of `row`, electrons per energy in each band."""
     if light.attrs["units"] != PHOTOCURRENT:
-        return _sum(row, light.values)
+        return _sum(row[np.isin(captures.wavelength.values, light.wavelength.values)], light.values)
     efficiency = row / photons_per_energy(captures.wavelength.values)
     apart = np.abs(np.asarray(light.attrs["efficiency"]) - efficiency).max(1)  # not 0 with crosstalk, which mixes channels
     return light.values[int(apart.argmin())]
@@ -179,41 +217,80 @@ def within(bound, deviation, share: float = SHARE) -> float:
     bound, deviation = (np.ravel(a)[::step].astype(float) for a in (bound, deviation))
     low, high = 0.0, float((bound + 10 * deviation).max())
     scale = np.sqrt(2) * np.maximum(deviation, np.finfo(float).tiny)
-    for _ in range(40):
+    for _ in range(60):
         middle = (low + high) / 2
         with np.errstate(over="ignore"):  # far above a bound without deviation: erf(inf) is 1
             below = np.where(middle >= bound, erf(np.maximum(middle - bound, 0.0) / scale), 0.0)
         low, high = (middle, high) if below.mean() < share else (low, middle)
-        if high - low <= 1e-4 * high:
+        if high - low <= CLOSE * high:
             break
     return high
 
 
 def _in_electrons(note, shot: Electrons, spread):
-    if note.unit in OF_ALL:
-        return note.value * shot.total
-    if note.unit in OF_SPREAD:
-        return note.value * spread
-    return {IRRADIANCE: note.value * shot.per_irradiance, "electrons": note.value, UNIT: note.value * shot.sigma}.get(note.unit)
+    if note.unit in RELATIVE:
+        known = {"": shot.total, error_terms.SPREAD: spread, error_terms.DIRECT: shot.direct, **shot.parts}
+        return note.value * known.get(error_terms.part_of(note), shot.total)  # a part that nobody declared is at most all light
+    return {
+        IRRADIANCE: note.value * shot.per_irradiance,
+        "electrons": note.value,
+        UNIT: note.value * shot.sigma,
+    }.get(note.unit)
 
 
 def notes_after(rows: list[Row], kernels: bool = True) -> tuple[list[ErrorNote], list[ErrorNote]]:
     """Return the errors that stages after the renderer state, those that have a way to electrons and those that have none.
 
-    Without `kernels` but for those of kernels: they are known pixel by pixel.
-    Noise of the renderer that a store restates is left to `scene_noise`; how near a lighting came to its targets is no error of light.
+    Without `kernels` but for those of kernels: they are known pixel by pixel. `rows` holds the row of one sensor at most.
     """
-    notes = [note for row in rows if row.stage.split(" ")[0] in AFTER for note in row.errors
-             if not (row.stage.startswith("radiance") and not note.what.startswith("radiance as stored"))
-             and not (row.stage.startswith("lighting") and note.how != "bound")
-             and (kernels or note.unit not in OF_SPREAD or "kernel" not in note.what)]
-    worst: dict[tuple, ErrorNote] = {}
-    for note in notes:  # speckle is stated octave by octave: a pixel gets its light from one of them, at worst the worst
-        same = (note.unit, note.how) if note.unit in OF_SPREAD else (note,)
-        if same not in worst or note.value > worst[same].value:
-            worst[same] = note
-    ways = (*OF_ALL, *OF_SPREAD, IRRADIANCE, "electrons", UNIT)
-    return [n for n in worst.values() if n.unit in ways], [n for n in worst.values() if n.unit not in ways and n.value]
+    notes = [note for row in rows for note in row.errors if _after_renderer(row.stage.split(" ")[0], note)]
+    kept, without = [], []
+    for note in error_terms.largest_alternatives(notes):
+        if note.unit not in UNITS or note.quantity not in error_terms.LIGHT:
+            without += [note] if note.value else []
+        elif kernels or note.source != error_terms.KERNELS:
+            kept.append(note)
+    return kept, without
+
+
+def _after_renderer(kind: str, note: ErrorNote) -> bool:
+    """Return whether a note is an error of the stages after the renderer.
+
+    A row `radiance` restates what the renderer stated, and adds the rounding of its store. A sensor's noise and non-linearity belong
+    to the sensor; what it states of electrons is an error of the simulation.
+    """
+    if kind == "radiance":
+        return note.source == error_terms.STORE_ROUNDING
+    if kind == "sensor":
+        return note.quantity == Quantity.ELECTRONS
+    return kind in AFTER and note.quantity != Quantity.TARGET
+
+
+@dataclass(frozen=True)
+class Figures:
+    """How wrong one capture is: the errors of 99 % of its unsaturated pixels are at most this, in standard deviations of its noise."""
+
+    whole: float
+    renderer: float
+    later: float
+    worst: float  # of the pixels: 99 % of its errors are at most this
+    capture: str
+
+
+def figures_of(shot: Electrons, notes: list[ErrorNote]) -> Figures | None:
+    """Return the figures of one capture, None where all its pixels are saturated; `notes` of the stages after the renderer."""
+    seen = shot.unsaturated
+    if not seen.any():
+        return None
+    renderer, bound, deviation = (e[seen] / shot.sigma[seen] for e in (shot.renderer, *after(shot, notes)))
+    both = np.hypot(renderer, deviation)
+    return Figures(
+        whole=within(bound, both),
+        renderer=within(np.zeros_like(renderer), renderer),
+        later=within(bound, deviation),
+        worst=float((bound + TWO_SIDED * both).max()),
+        capture=shot.capture,
+    )
 
 
 def state(shots: list[Electrons], rows: list[Row], allowed: float, seconds: tuple[float, float]) -> None:
@@ -221,44 +298,48 @@ def state(shots: list[Electrons], rows: list[Row], allowed: float, seconds: tupl
 
     Parameters
     ----------
-    shots : as `electrons`. `rows` : the ledger so far. `allowed` : share of the noise that everything after the renderer may take.
+    shots : as `electrons`. `rows` : the ledger so far, of the sensors that of the picture's alone.
+    allowed : share of the noise that everything after the renderer may take.
     seconds : of the rendering, and of everything after it.
     """
-    figures = []
-    for shot in shots:
-        notes, without = notes_after(rows, kernels=shot.spread is None)
-        if shot.unsaturated.any():
-            renderer, bound, deviation = (e[shot.unsaturated] / shot.sigma[shot.unsaturated] for e in (shot.renderer, *after(shot, notes)))
-            both, later = renderer + bound + deviation, within(bound, deviation)
-            figures.append((*(float(np.quantile(e, SHARE)) for e in (both, renderer)), later, float(both.max()), shot.capture))
-    if not figures:
+    notes = {shot.capture: notes_after(rows, kernels=shot.spread is None) for shot in shots}
+    found = [one for shot in shots if (one := figures_of(shot, notes[shot.capture][0]))]
+    if not found:
         ledger.error(0.0, UNIT, "statistical", "no pixel is below saturation")
         return
-    most, renderer, later, worst, capture = max(figures)
-    ledger.error(most, UNIT, "statistical", f"99 % of the unsaturated pixels of {capture} (the worst {worst:.3g}): renderer {renderer:.3g}, "
-                 f"{seconds[0]:.3g} s, and all after it {later:.3g} where {allowed:g} is allowed, {seconds[1]:.3g} s{_why(figures, shots, rows, allowed)}")
-    for _, renderer, later, _, capture in figures:
-        ledger.error(renderer, UNIT, "statistical", f"electrons of {capture}: renderer")
-        ledger.error(later, UNIT, "bound", f"electrons of {capture}: all after the renderer")
+    most = max(found, key=lambda one: one.whole)
+    label = (
+        f"99 % of the unsaturated pixels of {most.capture} (the worst {most.worst:.3g}): renderer {most.renderer:.3g}, "
+        f"{seconds[0]:.3g} s, and all after it {most.later:.3g} where {allowed:g} is allowed, {seconds[1]:.3g} s"
+        f"{_why(found, shots, rows, allowed)}"
+    )
+    _state_figure(most.whole, "statistical", label, WHOLE)
+    for one in found:
+        _state_figure(one.renderer, "statistical", f"electrons of {one.capture}: renderer", RENDERER)
+        label = f"electrons of {one.capture}: all after the renderer"
+        _state_figure(one.later, "bound", label, AFTER_RENDERER)
     if any(row.stage.startswith("radiance") for row in rows) and not any(shot.renderer.any() for shot in shots):
         ledger.left_out("noise of the renderer", "it states none: several passes, or more paths, would", np.inf, UNIT)
-    for note in without:
+    for note in notes[shots[-1].capture][1]:
         ledger.left_out(note.what, "no error of a pixel's electrons follows from it", note.value, note.unit)
 
 
-def _why(figures, shots, rows, allowed) -> str:
+def _state_figure(value: float, how: error_terms.How, what: str, source: str) -> None:
+    ledger.add_error(ErrorNote(value, UNIT, how, what, source, Quantity.ELECTRONS))
+
+
+def _why(found: list[Figures], shots, rows, allowed) -> str:
     """Return which error is most of what is more than allowed; nothing where all is within."""
-    _, _, later, _, capture = max(figures, key=lambda f: f[2])
-    if later <= allowed:
+    most = max(found, key=lambda one: one.later)
+    if most.later <= allowed:
         return ""
-    shot = next(s for s in shots if s.capture == capture)
-    parts = {note.what: replace(shot, spread=None) for note in notes_after(rows, shot.spread is None)[0]}
-    found = {what: within(*(e[s.unsaturated] / s.sigma[s.unsaturated] for e in after(s, [n for n in notes_after(rows)[0] if n.what == what])))
-             for what, s in parts.items()}
+    shot = next(s for s in shots if s.capture == most.capture)
+    alone = replace(shot, spread=None, renderer=np.zeros_like(shot.renderer))
+    causes = [(figures_of(alone, [note]).later, note.what) for note in notes_after(rows, shot.spread is None)[0]]
     if shot.spread:
-        found["kernels beyond their exact core"] = within(*(e[shot.unsaturated] / shot.sigma[shot.unsaturated] for e in after(shot, [])))
-    what = max(found, key=found.get)
-    return f"; more than allowed, {found[what]:.3g} of it by: {what}"
+        causes.append((figures_of(replace(alone, spread=shot.spread), []).later, "kernels beyond their exact core"))
+    share, what = max(causes)
+    return f"; more than allowed, {share:.3g} of it by: {what}"
 
 
 def seconds(rows: list[Row], camera: str, scene) -> tuple[float, float]:

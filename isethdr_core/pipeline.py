@@ -252,8 +252,10 @@ def state_picture(parts: Chain, rows: Ledger, name: str, light, mixed, scene, ca
             return
         errors = lens_errors.asked_of(parts.lens, tuple(parts.flares.values()), parts.cameras.values(), demand if parts.leave_out else None, mixed)
         looked_at = noise_units.some_of(camera.captures) if parts.leave_out else camera.captures
-        shots = noise_units.electrons(looked_at, light, mixed, scene, noise_units.stated_noise(rows), errors)
-        noise_units.state(shots, rows, parts.allowed.noise_fraction, noise_units.seconds(rows, name, scene))
+        own = [row for row in rows if row.stage == f"sensor {name}" or not row.stage.startswith("sensor ")]
+        shots = noise_units.electrons(looked_at, light, mixed, scene, noise_units.stated_noise(own), errors)
+        shots = noise_units.with_parts(shots, looked_at, own)
+        noise_units.state(shots, own, parts.allowed.noise_fraction, noise_units.seconds(rows, name, scene))
 
 
 def varies(parts: Chain, sensor) -> bool:

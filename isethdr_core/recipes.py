@@ -15,8 +15,9 @@ from . import store
 from .accuracy import stored_error
 from .bands import of_demand
 from .demand import Demand
+from .error_terms import STORE_ROUNDING, ErrorNote, Quantity
 from .errors import CatalogError, ConfigError, did_you_mean
-from .ledger import Ledger, error, left_out
+from .ledger import Ledger, add_error, error, left_out
 from .pipeline import Chain, stage
 from .pooling import ALL_BANDS, Known, holds, known
 from .provenance import fingerprint, versions
@@ -111,13 +112,15 @@ def opened(folder, held: list[dict], demand: Demand, rows: Ledger, before=()):
 
     scenes = [store.open_store(folder / f"{s['id']}.zarr") for s in held]
     kept_bits = [s["radiance"].attrs.get("keepbits") for s in scenes]
-    error(max(map(rounding, kept_bits)), "relative", "bound", "radiance as stored, rounded in its mantissa")
+    largest = max(map(rounding, kept_bits))
+    label = "radiance as stored, rounded in its mantissa"
+    add_error(ErrorNote(largest, "relative", "bound", label, STORE_ROUNDING, Quantity.RADIANCE))
     said = [note for row in rows for note in row.errors]
     notes = [note for s in held for row in Ledger.from_records(s["ledger"]) if row.stage.startswith("renderer") for note in row.errors]
     whole = join_scenes(scenes, demand.groups)
     for note in notes if "paths" not in whole.attrs else [n for n in notes if n.how != "statistical"]:
         if note not in said:
-            error(note.value, note.unit, note.how, note.what)
+            add_error(note)
     _state_pooled(whole, held, before, said)
     joined = of_demand(whole, demand)
     return joined.assign_attrs(rendered_s=sum(row["seconds"] for s in held for row in s["ledger"] if row["stage"].startswith("renderer")))

@@ -134,6 +134,8 @@ def _compute(config, settings: dict, parts: Chain, key: str, folder: Path) -> Pa
     # the recipe, not the store: which groups were rendered when must not change the noise
     random = generator(config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name)
     cameras = {name: through_camera(parts, rows, name, light, mixed, scene, random, demand) for name in parts.cameras}
+    for row in rows:
+        row.light_parts.clear()  # as large as the light; nobody reads it any more
     attributes = _record(config, settings, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows) | {"expected_s": expected}
     return store.write_store(folder, key, _groups(cameras, {"main": mixed, **versions_mixed} if parts.looked_at else {}), attributes)
 

@@ -97,10 +97,11 @@ def forecast_table(expected: dict) -> Table:
 
 
 def worst_text(notes) -> str:
-    """Return the largest error in the unit of the first one, and how many more there are: other units cannot be compared with it."""
+    """Return the largest error in the unit and quantity of the first one, and how many more there are: others cannot be compared."""
     if not notes:
         return ""
-    worst = max((note for note in notes if note.unit == notes[0].unit), key=lambda note: note.value)
+    alike = [note for note in notes if (note.unit, note.quantity) == (notes[0].unit, notes[0].quantity)]
+    worst = max(alike, key=lambda note: note.value)
     return f"{worst.value:.3g} {worst.unit} ({worst.how})" + (f" +{len(notes) - 1}" if len(notes) > 1 else "")
 
 

@@ -8,6 +8,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from .. import ledger
+from ..error_terms import ErrorNote, Quantity
 from ..errors import ConfigError, did_you_mean
 from . import target
 from .members import check_weights, without_dark_groups
@@ -175,5 +176,6 @@ def _report(targets) -> str:
             missed.append(text)
             ledger.left_out(f"target {text}", "no weights of this scene reach it together with the others", residual, "relative")
     if targets:
-        ledger.error(worst, "relative", "measured", "photometric targets of the lighting")
+        label = "photometric targets of the lighting"
+        ledger.add_error(ErrorNote(worst, "relative", "measured", label, "targets", Quantity.TARGET))
     return "; ".join(missed)

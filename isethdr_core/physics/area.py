@@ -54,6 +54,39 @@ def integrate_tiles(values, x_in, y_in, x_out, y_out, width_out: float, height_o
     return out
 
 
+def detail_error(deviation, x_in, y_in, x_out, y_out, width_out: float, height_out: float) -> np.ndarray:
+    """Return how far the mean over each output rectangle may be off because tiles are taken for even.
+
+    Parameters
+    ----------
+    deviation : (y, x) standard deviation of the values within each tile. The other arguments are those of `resample_mean`.
+
+    Returns
+    -------
+    (y_out, x_out) in the unit of `deviation`.
+
+    Notes
+    -----
+    A rectangle that covers the fraction f of a tile errs there by the covariance of its indicator and the values, at most
+    sqrt(f (1 - f)) times their deviation (Cauchy and Schwarz), and not at all where it covers the tile or misses it. Errors of
+    different tiles add up in squares. With f = g h, the fractions along both axes, f (1 - f) <= g h ((1 - g) + (1 - h)).
+    """
+    tile_x, tile_y = (float(c[-1] - c[0]) / (len(c) - 1) for c in (np.asarray(x_in), np.asarray(y_in)))
+    whole_x, divided_x = _fractions(overlaps(x_in, x_out, width_out, "x"), tile_x)
+    whole_y, divided_y = _fractions(overlaps(y_in, y_out, height_out, "y"), tile_y)
+    variance = np.asarray(deviation, float) ** 2
+    squares = (divided_x @ (whole_y @ variance).T).T + (whole_x @ (divided_y @ variance).T).T
+    return np.sqrt(squares) * (tile_x * tile_y / (width_out * height_out))
+
+
+def _fractions(lengths: csr_array, tile: float) -> tuple[csr_array, csr_array]:
+    """Return g and g (1 - g) of the fractions g of tiles that overlaps cover."""
+    whole, divided = lengths.copy(), lengths.copy()
+    whole.data = np.clip(lengths.data / tile, 0.0, 1.0)
+    divided.data = whole.data * np.where(1 - whole.data > SLACK, 1 - whole.data, 0.0)
+    return whole, divided
+
+
 def overlaps(centres_in, centres_out, width_out: float, axis: str = "x") -> csr_array:
     """Return the (out, in) matrix of the lengths that each output interval shares with each tile.
 

@@ -20,6 +20,7 @@ ghosts_seen.py   without ghosts that it cannot
 window.py        and without tiles beside it whose light cannot reach it
 spectral_fit.py  the functionals of a scene's spectra that this takes
 bright_tiles.py  and what they miss of bright tiles
+retiling.py       detail that is lost where moved tiles are shared among those of the sensor plane
 field_imaging.py  point spreads that vary over the field, scattered from the source
 overlaid.py       sums of convolved parts of one image
 place_lens.py     a lens as one place of the field sees it

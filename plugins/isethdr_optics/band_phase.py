@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from isethdr_core import ledger
+from isethdr_core.error_terms import ErrorNote, Quantity
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.radiometry import band_widths_nm
 
@@ -42,8 +43,9 @@ def state(lenses, wavelength_nm) -> None:
     """State in the ledger what more parts of a band than are made would change; `lenses` of the places of the field."""
     change, wave, _ = _worst(lenses, wavelength_nm)
     if _needed(change) > far.MOST_PARTS:
-        ledger.error(STANDING * (change / far.MOST_PARTS) ** 2, "relative of spread light", "measured",
-                     f"speckle that {_needed(change)} parts of the band at {wave:g} nm would wash out, made of {far.MOST_PARTS}")
+        value = STANDING * (change / far.MOST_PARTS) ** 2
+        label = f"speckle that {_needed(change)} parts of the band at {wave:g} nm would wash out, made of {far.MOST_PARTS}"
+        ledger.add_error(ErrorNote(value, "relative of spread light", "measured", label, "band phase", Quantity.IRRADIANCE))
 
 
 def _needed(change: float) -> int:

@@ -13,6 +13,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from isethdr_core import geometry, ledger
+from isethdr_core.error_terms import KERNELS, ErrorNote, Quantity
 from isethdr_core.physics import projection as projections
 from isethdr_core.physics.convolution import Bound
 from isethdr_core.progress import shown, track
@@ -158,18 +159,19 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
             grid.append(place)
             shares.append((window, share[window].astype(np.float32)))
     more = ", more than the error allowed" if error > lens.error_allowed else ""
-    ledger.error(error, "share of a point's light", "measured",
-                 f"point spread between {len(grid)} places of the field, L1, worst of {', '.join(f'{w:g}' for w in some)} nm{more}")
+    label = f"point spread between {len(grid)} places of the field, L1, worst of {', '.join(f'{w:g}' for w in some)} nm{more}"
+    ledger.add_error(ErrorNote(error, "share of a point's light", "measured", label, "field places", Quantity.IRRADIANCE))
     with executor(min(cpus(), MOST_THREADS)) as pool:
         made = FieldKernels(axis, half, shares, list(track(pool.map(cores, grid), "places of the field", len(grid))), unlike)
     band_phase.state(along[1:], waves)
     place_cores.state(along, flares, waves, half)
     if half != tuple(n - 1 for n in mixed.shape[1:]):
-        ledger.error(far_error, "relative per tile", "measured", "kernel of the axis, taken for all places farther from a lamp than "
-                     f"{half[1]} x {half[0]} tiles, where the field ends")
+        label = f"kernel of the axis, taken for all places farther from a lamp than {half[1]} x {half[0]} tiles, where the field ends"
+        ledger.add_error(ErrorNote(far_error, "relative per tile", "measured", label, KERNELS, Quantity.IRRADIANCE))
     if any(one.speckle.any() for one in made.cores):
-        ledger.error(max(float(one.speckle.max()) for one in made.cores), "relative per tile", "statistical",
-                     "speckle of the kernels of places of the field, where their blur is wider than an exact core")
+        speckle = max(float(one.speckle.max()) for one in made.cores)
+        label = "speckle of the kernels of places of the field, where their blur is wider than an exact core"
+        ledger.add_error(ErrorNote(speckle, "relative per tile", "statistical", label, KERNELS, Quantity.IRRADIANCE))
     return made
 
 

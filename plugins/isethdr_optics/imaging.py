@@ -12,10 +12,11 @@ import numpy as np
 import scipy.fft as sf
 
 from isethdr_core import ledger, quantities
+from isethdr_core.error_terms import KERNELS, SPREAD, ErrorNote, Quantity
 from isethdr_core.errors import ConfigError, PluginError
 from isethdr_core.physics.convolution import convolve_into
 
-from . import band_phase, elsewhere, pupils, scatter, tails
+from . import band_phase, elsewhere, pupils, retiling, scatter, tails
 from . import kernels as kernel_module
 from .counted import Counted
 from .field_imaging import field_kernels
@@ -89,7 +90,12 @@ def irradiance(lens, mixed, flares, given: Parts, error_allowed: float = 0.0):
                                   range(len(gains))))
         else:
             bounds = apply(lambda b: field.spread(out[b], values[b] * (gains[b] * given.sensor.relative), b, error_allowed), range(len(gains)))
-    light = on_sensor(lens, given, quantities.plane, given.sensor.move(out), given.wavelength_nm, units=quantities.IRRADIANCE)
+    def placed(moved):
+        return on_sensor(lens, given, quantities.plane, moved, given.wavelength_nm, units=quantities.IRRADIANCE)
+
+    moved = given.sensor.move(out)
+    retiling.state(given.sensor, out, moved, placed)
+    light = placed(moved)
     state_kernels(made, mixed, lens, given)
     if made is not None:
         _state_convolution(bounds, float(np.finfo(out.dtype).eps) / 2)
@@ -169,7 +175,8 @@ def added_light(lens, mixed, flares, given: Parts):
 def state_kernels(made, mixed, lens, given: Parts):
     """State the errors of the kernels."""
     if made is None:
-        ledger.error(0.0, "relative", "bound", "irradiance of tiles: no blur, a product")
+        rounding = float(np.finfo(np.float32).eps)  # of the product, and once more where tiles are moved
+        ledger.error(rounding, "relative", "bound", "irradiance of tiles: no blur, a product, rounded to float32")
         return
     if isinstance(made, tails.NearKernels):
         tails.state(made)
@@ -177,11 +184,15 @@ def state_kernels(made, mixed, lens, given: Parts):
         ledger.error(max(float(made.outside.max()), 0.0), "fraction of energy", "measured", "light spread beyond the rendered frame")
     for octave, error in enumerate(made.speckle.max(axis=0) if made.speckle.any() else ()):
         if error > 0:
-            ledger.error(error, "relative per tile", "statistical", f"speckle of the kernel {2**octave} to {2 ** (octave + 1)} tiles from a lamp")
+            label = f"speckle of the kernel {2**octave} to {2 ** (octave + 1)} tiles from a lamp"
+            ledger.add_error(ErrorNote(error, "relative per tile", "statistical", label, KERNELS, Quantity.IRRADIANCE))
     if getattr(lens, "zernike_um", None):
         ledger.error(pupils.CELLS, "fraction of energy", "measured", "point spread near the axis, from cells of a pupil with a wavefront")
     if made.wrap:
-        ledger.error(made.wrap, "relative of spread light", "measured", "kernel near the border of the frame, from the period of its far field")
+        label = "kernel near the border of the frame, from the period of its far field"
+        ledger.add_error(ErrorNote(made.wrap, "relative of spread light", "measured", label, KERNELS, Quantity.IRRADIANCE))
+    if given.sensor.stretched:
+        _state_drawn_out(given.sensor.stretched)
     margin = mixed.attrs.get("tiles_beyond") or [
         (n - w / p) / 2 for n, w, p in zip(mixed.shape[1:], _nominal(mixed), (quantities.tile_pitch(mixed, d) for d in ("y", "x")))]
     far = max(
@@ -191,6 +202,17 @@ def state_kernels(made, mixed, lens, given: Parts):
     ledger.left_out(
         "light from beyond the rendered margin", "not in the scene radiance", far, "fraction of a lamp there, into the field"
     )
+
+
+def _state_drawn_out(stretched: float) -> None:
+    """State that point spread functions are made for the axis and the reference wavelength, and drawn out with the image.
+
+    A kernel k(r) drawn out by s is k(r / s) / s^2. Its wings fall with the cube of r (Airy), so that they are wrong by s - 1: an error
+    of the spread light. Light that comes straight keeps its place and its sum.
+    """
+    label = "size of the point spread, drawn out as the image is"
+    note = ErrorNote(stretched, "relative", "measured", label, "point spread size", Quantity.IRRADIANCE, SPREAD)
+    ledger.add_error(note)
 
 
 def _state_convolution(bounds, rounding):

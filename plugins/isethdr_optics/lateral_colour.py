@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from isethdr_core import geometry, ledger, quantities
+from isethdr_core.error_terms import ErrorNote, Quantity
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics import projection as projections
 from isethdr_core.physics.radiometry import band_widths_nm
@@ -93,16 +94,16 @@ def coloured(lens, mixed, plane, bent):
     whole = len(plane.y), len(plane.x)
     y, x = (_wider(a, p, high.max()) for a, p in zip((plane.y, plane.x), pitch[::-1]))
     field = tuple(min(w, n * p * low.min()) if n / 2 * (1 - low.min()) > UNCOVERED else w for w, n, p in zip(plane.field, whole[::-1], pitch))
-    ledger.error(max(np.abs(s**-2.0 - 1).max() for s in (low, high)), "relative", "measured",
-                 "uniform light of a band, spread over a larger or smaller image, from what the attributes say")
-    ledger.error(max(np.abs(s - 1).max() for s in (low, high)), "relative", "measured", "size of the point spread, drawn out as a band's image is")
+    thinner = max(np.abs(s**-2.0 - 1).max() for s in (low, high))
+    label = "uniform light of a band, spread over a larger or smaller image, from what the attributes say"
+    ledger.add_error(ErrorNote(thinner, "relative", "measured", label, "magnified light", Quantity.ATTRIBUTES))
+    larger = max(np.abs(s - 1).max() for s in (low, high))
     lacking = [n / 2 * (1 - low.min()) for n, w, p in zip(whole[::-1], field, pitch) if w > n * p * low.min() * (1 + CLOSE * UNCOVERED)]
-    if lacking:
-        ledger.error(max(lacking), "relative", "bound", "light that border tiles lack, of the smallest band's image")
     radius = np.hypot(*(n / 2 for n in whole))
     within = np.max([np.abs(np.gradient(s, wave)) for s in (low, high)], axis=0) * band_widths_nm(wave) if len(wave) > 1 else np.zeros(1)
     ledger.left_out("change of magnification within a band", "each band has one", float(radius * within.max()), "tiles at the corner")
-    return replace(plane, x=x, y=y, field=field, scales=found, whole=whole)
+    stretched = (1 + plane.stretched) * (1 + larger) - 1
+    return replace(plane, x=x, y=y, field=field, scales=found, whole=whole, stretched=stretched, lacking=sum(lacking))
 
 
 def _wider(centres, pitch, scale):

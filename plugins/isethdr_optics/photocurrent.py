@@ -15,7 +15,7 @@ from isethdr_core.physics.convolution_spectral import channels, matrix_product
 from isethdr_core.physics.convolution_transform import error
 from isethdr_core.physics.radiometry import photons_per_energy
 
-from . import bright_tiles, spectral_fit
+from . import bright_tiles, retiling, spectral_fit
 from .imaging import Parts, added_light, irradiance, on_sensor, parts, state_kernels
 from .threads import threads
 
@@ -61,8 +61,14 @@ def _light(lens, mixed, flares, response, given: Parts):
         bright_tiles.correct(out, cube, given.relative, weights, fit, given.made, apply)
     low = float(out.min())
     np.maximum(out, 0.0, out=out)
-    light = on_sensor(lens, given, quantities.photocurrent, given.sensor.move(out), names, wavelength_nm=given.wavelength_nm,
-                      efficiency=efficiency)
+
+    def placed(moved):
+        channels_of = {"wavelength_nm": given.wavelength_nm, "efficiency": efficiency}
+        return on_sensor(lens, given, quantities.photocurrent, moved, names, **channels_of)
+
+    moved = given.sensor.move(out)
+    retiling.state(given.sensor, out, moved, placed)
+    light = placed(moved)
     state_kernels(given.made, mixed, lens, given)
     ledger.error(fit.noise_share, "standard deviations of the sensor's noise", "measured",
                  f"{_counted(fit)} functionals of the spectrum in place of {len(cube)} bands, largest of {fit.looked_at} values")

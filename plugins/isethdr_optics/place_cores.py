@@ -16,6 +16,7 @@ import scipy.fft as sf
 from scipy.sparse import csr_array
 
 from isethdr_core import ledger
+from isethdr_core.error_terms import ErrorNote, Quantity
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics import pupil as shapes
 from isethdr_core.physics.radiometry import band_widths_nm
@@ -64,8 +65,9 @@ def state(lenses, flares, wavelength_nm, half) -> None:
         cells = {tuple(knot for (knot, _), _ in ends) for band, drawn in zip(read, _worth(read, band_widths_nm(wave))) if drawn for _, ends in band}
         found += [pupils.phase_change(lens, flares, c[0], c[-1]) for c in cells]
     if found:
-        ledger.error(ALIASED + STRAIGHT * max(found) ** 2, "share of a point's light", "measured", "point spreads of places, drawn between those of some "
-                     "wavelengths, L1")
+        value = ALIASED + STRAIGHT * max(found) ** 2
+        label = "point spreads of places, drawn between those of some wavelengths, L1"
+        ledger.add_error(ErrorNote(value, "share of a point's light", "measured", label, "place wavelengths", Quantity.IRRADIANCE))
 
 
 def _lines(lens, flares, wave, read, pitch_um, half) -> kernels.Kernels:

@@ -192,6 +192,7 @@ class PrescribedLens(DiffractionLimitedLens):
         """State what the prescription would do that this lens does not, at the border of the field it is made for."""
         import numpy as np
 
+        from isethdr_core.error_terms import ErrorNote, Quantity
         from isethdr_core.geometry import projection_of
         from isethdr_core.physics.projection import angle_rad
 
@@ -203,8 +204,10 @@ class PrescribedLens(DiffractionLimitedLens):
         widest = float(angle_rad(np.abs(mixed.x).max(), np.abs(mixed.y).max(), projection_of(mixed)))
         edge = min(float(np.tan(widest)), float(np.tan(np.radians(real.half_field_deg))))
         if "traced" == self.distortion == self.falloff:
-            ledger.error(self._uneven(widest, mixed.wavelength.values.astype(float)), "of that on the axis", "measured",
-                         "uniform light by rays counted from places of the sensor, first and last band, from what the attributes say")
+            value = self._uneven(widest, mixed.wavelength.values.astype(float))
+            label = "uniform light by rays counted from places of the sensor, first and last band, from what the attributes say"
+            note = ErrorNote(value, "of that on the axis", "measured", label, "traced illumination", Quantity.ATTRIBUTES)
+            ledger.add_error(note)
         if self.distortion == "none" and edge > 0:
             bent = abs(float(distortion(real, edge)[0]))
             ledger.left_out("distortion of the prescription", "the lens keeps the grid", bent, "of the position")
@@ -216,16 +219,21 @@ class PrescribedLens(DiffractionLimitedLens):
             return
         wave = mixed.wavelength.values
         fitted = [_traced_wavefront(real, a)[1] for a in (0.0, widest)]
-        ledger.error(max(fitted), "um rms", "measured", "wavefront that its Zernike terms leave")
-        ledger.error(max(_between_um(self, a, float(wave[0])) for a in (0.0, widest)), "um rms", "measured", "wavefront between traced wavelengths")
+        between = max(_between_um(self, a, float(wave[0])) for a in (0.0, widest))
+
+        def shape_error(value, unit, label, source):
+            ledger.add_error(ErrorNote(value, unit, "measured", label, source, Quantity.POINT_SPREAD))
+
+        shape_error(max(fitted), "um rms", "wavefront that its Zernike terms leave", "Zernike fit")
+        shape_error(between, "um rms", "wavefront between traced wavelengths", "traced wavelengths")
         even = [u for u in (_traced_amplitude(real, a)[1] for a in np.linspace(0.0, widest, 5)) if u <= EVEN]
         if even:
             ledger.left_out("light uneven over the stop", "next to none", 2 * max(even), "share of a point's light")
         narrow = width(real, float(np.tan(widest)), real.reference_nm)
-        ledger.error(max(abs(1 / n - 1) for n in narrow), "of its width", "measured",
-                     "point spread off the axis, where the stop seen from the sensor is foreshortened")
-        ledger.error(rims(real, float(np.tan(widest)))[1], "radii of the stop", "measured",
-                     "rims that cut the stop off the axis, drawn as arcs of circles")
+        label = "point spread off the axis, where the stop seen from the sensor is foreshortened"
+        shape_error(max(abs(1 / n - 1) for n in narrow), "of its width", label, "foreshortened stop")
+        label = "rims that cut the stop off the axis, drawn as arcs of circles"
+        shape_error(rims(real, float(np.tan(widest)))[1], "radii of the stop", label, "rims")
 
     def _uneven(self, widest_rad, waves):
         """Return how far uniform light is from throughput x relative illumination at most, over that on the axis."""

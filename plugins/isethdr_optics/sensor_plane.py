@@ -34,6 +34,8 @@ class SensorPlane:
     areas: object = None  # (sensor tile, field tile) shared areas over the area of a tile; None where the grid is kept
     scales: list | None = None  # magnification of every band over that of the reference, numbers or courses; None where all are 1
     whole: tuple[int, int] | None = None  # (y, x) tiles before bands are magnified
+    stretched: float = 0.0  # by how much images are drawn out at most, relative
+    lacking: float = 0.0  # share of a corner tile that the smallest band's image leaves dark, at most
 
     def move(self, values) -> np.ndarray:
         """Return irradiance (..., y, x) on the sensor's tiles from that on the field's; the same array without distortion."""
@@ -118,10 +120,11 @@ def sensor_plane(lens, mixed) -> SensorPlane:
         areas = geometry.field_areas(bent, *grids) / (pitch[0] * pitch[1])
     except ValueError as err:
         raise ConfigError(f"lens.distortion does not fit the field: {err}") from None
-    _state(bent, areas @ np.broadcast_to(relative, (len(y), len(x))).ravel(), attrs | falloff, sensor, half)
+    stretched = _state(bent, areas @ np.broadcast_to(relative, (len(y), len(x))).ravel(), attrs | falloff, sensor, half)
     inner = _inscribed(bent, [w / 2 for w in field])
     seen = tuple(min(w * inner, len(c) * p) for w, c, p in zip(field, sensor, pitch))
-    return lateral_colour.coloured(lens, mixed, SensorPlane(relative, *sensor, seen, attrs | falloff, areas), bent)
+    plane = SensorPlane(relative, *sensor, seen, attrs | falloff, areas, stretched=stretched)
+    return lateral_colour.coloured(lens, mixed, plane, bent)
 
 
 def image_size(lens, width: float, height: float, projection: str = "tangent") -> tuple[float, float]:
@@ -195,8 +198,8 @@ def _tiles(count, width, pitch):
     return quantities.centres(fits, fits * pitch)
 
 
-def _state(bent, uniform, attrs, sensor, half):
-    """State how far uniform light comes out from what the attributes say, and how distortion draws out the point spread."""
+def _state(bent, uniform, attrs, sensor, half) -> float:
+    """State how far uniform light comes out from what the attributes say; return by how much distortion draws out images."""
     x, y = np.meshgrid(*sensor)
     stated = geometry.relative_illumination(attrs, x, y)
     ledger.error(
@@ -212,4 +215,4 @@ def _state(bent, uniform, attrs, sensor, half):
         for a, b in ((step, 0.0), (0.0, step))
     )
     stretched = np.linalg.svd(np.stack([across, down], axis=-1).transpose(1, 2, 0, 3), compute_uv=False)
-    ledger.error(np.abs(stretched - 1).max(), "relative", "measured", "size of the point spread, drawn out as the image is")
+    return float(np.abs(stretched - 1).max())

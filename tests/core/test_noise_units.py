@@ -8,7 +8,8 @@ import xarray as xr
 
 import isethdr_core as hdr
 from isethdr_core import ledger, noise_units, quantities
-from isethdr_core.ledger import ErrorNote, Row
+from isethdr_core.error_terms import KERNELS, STORE_ROUNDING, ErrorNote, Quantity
+from isethdr_core.ledger import Row
 from isethdr_core.noise_units import UNIT, Electrons
 from isethdr_core.registry import build
 from isethdr_core.scene_noise import NOISE, nearest_xyz, pixel_variance
@@ -75,12 +76,16 @@ def test_bounds_add_up_and_statistics_add_up_in_squares():
 def test_what_a_lens_knows_of_its_kernels_takes_the_place_of_what_it_stated():
     ones = np.ones((2, 2))
     shot = Electrons("a", 1000 * ones, 900 * ones, 40 * ones, 3 * ones, ones > 0, 2.0, (5 * ones, 0.25 * ones))
-    rows = [Row("lens l", errors=[ErrorNote(0.02, "relative per tile", "statistical", "speckle of the kernel"), ErrorNote(1e-3, "relative", "bound"),
-                                  ErrorNote(0.015, "relative of spread light", "measured", "kernel near the border"),
-                                  ErrorNote(0.01, "relative of spread light", "measured", "ghosts")])]
+    notes = [
+        ErrorNote(0.02, "relative per tile", "statistical", "speckle", KERNELS),
+        ErrorNote(1e-3, "relative", "bound"),
+        ErrorNote(0.015, "relative of spread light", "measured", "near the border", KERNELS),
+        ErrorNote(0.01, "relative of spread light", "measured", "within the band", "band phase"),
+    ]
+    rows = [Row("lens l", errors=notes)]
     notes, _ = noise_units.notes_after(rows, kernels=False)
     bound, deviation = noise_units.after(shot, notes)
-    np.testing.assert_allclose(bound, 0.25 + 1.0 + 1.0, rtol=1e-14)  # of its own, of all light, of the ghosts
+    np.testing.assert_allclose(bound, 0.25 + 1.0 + 1.0, rtol=1e-14)  # of its own, of all light, of spread light
     np.testing.assert_allclose(deviation, 5.0, rtol=1e-14)
     said = _said([shot], rows, 0.01)
     assert "where 0.01 is allowed" in said and said.endswith("by: kernels beyond their exact core")
@@ -105,9 +110,12 @@ def test_a_share_of_all_errors_is_within():
 
 def test_what_the_renderer_and_targets_say_is_not_counted_twice():
     rows = [Row("renderer mitsuba", errors=[ErrorNote(0.1, "relative", "statistical", "light group sky")]),
-            Row("radiance", errors=[ErrorNote(5e-4, "relative", "bound", "radiance as stored, rounded"), ErrorNote(0.1, "relative", "statistical", "group")]),
-            Row("lighting night", errors=[ErrorNote(1e-7, "relative", "bound"), ErrorNote(0.3, "relative", "measured", "photometric targets")]),
-            Row("lens l", errors=[ErrorNote(0.01, "relative per tile", "statistical", "2 to 4"), ErrorNote(0.03, "relative per tile", "statistical", "4 to 8"),
+            Row("radiance", errors=[ErrorNote(5e-4, "relative", "bound", "rounded", STORE_ROUNDING),
+                                    ErrorNote(0.1, "relative", "statistical", "group")]),
+            Row("lighting night", errors=[ErrorNote(1e-7, "relative", "bound"),
+                                          ErrorNote(0.3, "relative", "measured", "targets", quantity=Quantity.TARGET)]),
+            Row("lens l", errors=[ErrorNote(0.01, "relative per tile", "statistical", "2 to 4", KERNELS),
+                                  ErrorNote(0.03, "relative per tile", "statistical", "4 to 8", KERNELS),
                                   ErrorNote(0.2, "fraction of energy", "measured", "light beyond")])]
     kept, without = noise_units.notes_after(rows)
     assert sorted(n.value for n in kept) == [1e-7, 5e-4, 0.03] and [n.what for n in without] == ["light beyond"]
@@ -135,7 +143,7 @@ def test_a_run_with_lamps_and_dust_keeps_what_is_allowed():
               *(f"~metric.{m}" for m in ("dynamic_range", "snr", "colour", "ssim", "log_luminance", "contrast", "detection"))]
     ledger_of = {row.stage: row for row in hdr.run(hdr.compose(config)).ledger}
     first, *others = ledger_of["picture bayer"].errors
-    reached = next(e.value for e in others if e.what.endswith("all after the renderer"))
+    reached = next(e.value for e in others if e.source == noise_units.AFTER_RENDERER)
     assert any("speckle" in e.what for e in ledger_of["lens diffraction_limited"].errors)  # kernels are not exact
     assert 0 < reached < 0.1 and f"all after it {reached:.3g} where 0.1 is allowed" in first.what and "more than" not in first.what
 

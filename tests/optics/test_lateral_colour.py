@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from isethdr_optics import DiffractionLimitedLens, IdealLens, PrescribedLens
+from isethdr_optics import DiffractionLimitedLens, IdealLens, PrescribedLens, retiling
 from isethdr_optics.lateral_colour import magnified
 
 from isethdr_core import geometry, ledger, quantities
@@ -125,6 +125,21 @@ def test_other_lenses_too_and_the_ledger_says_so(make):
     assert np.isfinite(light.values).all() and light.attrs["field_width"] < 32 * PITCH * 4e-3
     [within] = [o for o in rows[0].left_out if "within a band" in o.what]
     assert within.bound == pytest.approx(20 * 0.0045 / 50 * 75, rel=0.5)  # corner at 20 tiles, bands of some 75 nm
+
+
+def test_what_border_tiles_lack_is_an_error_of_those_tiles_alone():
+    still, tiny = IdealLens(falloff="none"), IdealLens(falloff="none", lateral_colour_percent={450: 0.0, 650: -1e-3})
+    values = field(np.full((48, 64), 2.0))
+    with ledger.stage(rows := ledger.Ledger(), "lens"):
+        light = tiny(values)
+    [note] = [e for e in rows[0].errors if e.part == retiling.BORDER]
+    declared = rows[0].light_parts[retiling.BORDER].light
+    off = np.abs(light.values / still(values).values - 1)
+    assert note.value == pytest.approx((32 + 24) * 1e-5, rel=1e-3)  # of a corner tile, along both axes
+    assert off.max() == pytest.approx(note.value, rel=0.1)
+    # uniform light that is 1e-5 smaller is 2e-5 brighter; float32
+    assert np.all(off <= note.value * (declared.values > 0) + 2.1e-5)
+    assert np.mean(declared.values > 0) < 0.2
 
 
 def test_bad_input():

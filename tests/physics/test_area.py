@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from isethdr_core.physics.area import integrate_tiles, overlaps, resample_mean
+from isethdr_core.physics.area import detail_error, integrate_tiles, overlaps, resample_mean
 
 
 def grid(count, pitch, centre=0.0):
@@ -67,3 +67,22 @@ def test_wrong_shape_or_spacing_is_refused():
         resample_mean(np.ones((3, 3)), grid(4, 1.0), grid(3, 1.0), [0.0], [0.0], 1.0, 1.0)
     with pytest.raises(ValueError, match="evenly"):
         overlaps(np.array([0, 1, 3.0]), np.array([1.0]), 1.0)
+
+
+def test_detail_within_tiles_moves_a_rectangle_s_mean_by_no_more_than_stated():
+    """Tiles of 4 x 4 values, taken for even; rectangles of any size and place, those on the grid among them."""
+    rng = np.random.default_rng(5)
+    fine = rng.uniform(0, 1, (24, 32)) ** 4
+    blocks = fine.reshape(6, 4, 8, 4)
+    coarse, deviation = blocks.mean((1, 3)), blocks.std((1, 3))
+    worst = []
+    for width, height in ((1.0, 1.0), (0.5, 0.75), (2.3, 1.9)):
+        x_out, y_out = (np.sort(rng.uniform(-n / 2 + s / 2, n / 2 - s / 2, 60)) for n, s in ((8, width), (6, height)))
+        exact = resample_mean(fine, grid(32, 0.25), grid(24, 0.25), x_out, y_out, width, height)
+        even = resample_mean(coarse, grid(8, 1.0), grid(6, 1.0), x_out, y_out, width, height)
+        stated = detail_error(deviation, grid(8, 1.0), grid(6, 1.0), x_out, y_out, width, height)
+        worst.append(np.quantile(np.abs(exact - even) / stated, 0.99))
+    # errors of up to twelve tiles add up in squares: 99 % of the rectangles within what is stated, and not far below it
+    assert 0.2 < min(worst) and max(worst) <= 1.0, worst
+    aligned = detail_error(deviation, grid(8, 1.0), grid(6, 1.0), grid(4, 2.0), grid(6, 1.0), 2.0, 1.0)
+    np.testing.assert_array_equal(aligned, 0.0)

@@ -66,7 +66,8 @@ def ledger(rows: Ledger) -> Markup:
             errors.append(Part(f"{error.what} "))
             errors.append(Part(number(error.value), strong=True))
             errors.append(Part(f" {error.unit}"))
-            errors.append(Part(error.how, small=True))
+            acts_on = [text for text in (error.quantity, error.part) if text]
+            errors.append(Part(f"{error.how}, of {', '.join(acts_on)}" if acts_on else error.how, small=True))
         cells: list[Cell] = [row.stage, f"{row.seconds:.2f}", f"{row.peak_bytes / 1e6:,.0f}"]
         body.append([*cells, errors or number(None)])
     seconds = sum(row.seconds for row in rows)

@@ -10,7 +10,8 @@ from scipy.signal import fftconvolve
 
 from isethdr_core import accuracy, ledger, lens_errors, noise_units, quantities, store
 from isethdr_core.demand import Demand
-from isethdr_core.ledger import ErrorNote, Ledger, Row
+from isethdr_core.error_terms import STORE_ROUNDING, ErrorNote, Quantity
+from isethdr_core.ledger import Ledger, Row
 from isethdr_core.pipeline import Chain, narrowed, on_sensor
 from isethdr_core.registry import build
 from isethdr_core.seeds import generator
@@ -58,7 +59,8 @@ def planned(parts: Chain, scene, fraction: float, folder, truth: list) -> Done:
     rows, mixed = Ledger(), parts.lighting(scene)
     with ledger.stage(rows, "lens"):
         light = on_sensor(parts, mixed, demand)
-    rows.append(Row("radiance", errors=[ErrorNote(rounding(bits), "relative", "bound", "radiance as stored")]))
+    note = ErrorNote(rounding(bits), "relative", "bound", "radiance as stored", STORE_ROUNDING, Quantity.RADIANCE)
+    rows.append(Row("radiance", errors=[note]))
     return replace(done, stated=_stated(parts, demand, rows, mixed, light, scene, truth, fraction))
 
 
@@ -92,7 +94,7 @@ def _stated(parts, demand, rows, mixed, light, scene, truth, fraction) -> float:
     asked = lens_errors.asked_of(parts.lens, tuple(parts.flares.values()), parts.cameras.values(), demand, mixed)
     with ledger.stage(Ledger(), "picture") as row:
         noise_units.state(noise_units.electrons(truth[0], light, mixed, scene, 0.0, asked), rows, fraction, (0.0, 0.0))
-    return max(e.value for e in row.errors if "all after the renderer" in e.what)
+    return max(e.value for e in row.errors if e.source == noise_units.AFTER_RENDERER)
 
 
 def _electrons(light, mixed, scene, truth):
