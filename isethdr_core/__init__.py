@@ -12,6 +12,7 @@
 | `geometry`                      | where a sensor looks: projection, distortion, relative illumination   |
 | `field`                         | whether every sensor fits into the camera's field, before any work    |
 | `truth`, `view`                 | the picture without noise and flare; how a picture looks on a display |
+| `saturation`                    | which pixels no capture measured                                      |
 | `preview`                       | a rendering of few paths, denoised light group by light group: a view |
 | `local_tone`, `white_balance`   | views that follow the surroundings, or the light of the scene         |
 | `demand`, `ledger`, `progress`  | what is needed; what it cost and how wrong it may be; how far it is   |

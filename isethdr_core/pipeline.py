@@ -206,13 +206,20 @@ def on_sensor(parts: Chain, mixed, demand: Demand):
     return bands.widened(light, every, demand.response) if len(seen) < len(every) else light
 
 
+def developed(parts: Chain, captures):
+    """Return the picture that the isp makes of the captures, with its saturated pixels marked."""
+    from .saturation import with_saturation
+
+    return with_saturation(parts.isp(captures), captures)
+
+
 def through_camera(parts: Chain, rows: Ledger, name: str, light, mixed, scene, generator, demand: Demand) -> Camera:
     """Return what the camera `name` makes of the light, and its scores against truth."""
     from .truth import labels_on, truth
 
     sensor = parts.cameras[name]
     captures = stage(rows, "sensor", name, sensor, lambda: sensor(light, generator))
-    picture = stage(rows, "isp", name, parts.isp, lambda: parts.isp(captures))
+    picture = stage(rows, "isp", name, parts.isp, lambda: developed(parts, captures))
     with book.stage(rows, f"truth {name}"):
         reference, labels = truth(mixed, picture), labels_on(scene, picture)
     seen = Camera(captures, picture, reference, labels)
@@ -220,7 +227,7 @@ def through_camera(parts: Chain, rows: Ledger, name: str, light, mixed, scene, g
     def again(draw: int) -> list[Score]:
         """Return the scores of the same shot with other noise; what it states is as the first draw stated it."""
         with book.stage(Ledger(), "draw"):
-            other = parts.isp(sensor(light, generator.child(f"{generator.scene} draw {draw}")))
+            other = developed(parts, sensor(light, generator.child(f"{generator.scene} draw {draw}")))
             return [score for metric in parts.metrics.values() for score in metric(other, reference, labels)]
 
     for key, metric in parts.metrics.items():
@@ -231,7 +238,8 @@ def through_camera(parts: Chain, rows: Ledger, name: str, light, mixed, scene, g
             others = [again(k) for k in range(1, parts.draws)] if varies(parts, sensor) else [seen.scores] * (parts.draws - 1)
             seen.scores = over_draws([seen.scores, *others])
             state_spread(seen.scores, parts.draws)
-    state_picture(parts, rows, name, light, mixed, scene, seen, first, demand, lambda changed: parts.isp(sensor(changed, generator)))
+    state_picture(parts, rows, name, light, mixed, scene, seen, first, demand,
+                  lambda changed: developed(parts, sensor(changed, generator)))
     return seen
 
 

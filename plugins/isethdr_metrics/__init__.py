@@ -2,6 +2,7 @@
 
 | module                | what                                                                      |
 |-----------------------|---------------------------------------------------------------------------|
+| `pixel_shares`        | shares of valid and of saturated pixels                                   |
 | `mean_luminance`      | ideal: mean luminance, in cd/m2                                           |
 | `dynamic_range`       | largest valid luminance over the smallest seen, in three definitions      |
 | `snr_curve`           | SNR against luminance                                                     |
@@ -14,6 +15,8 @@
 | `log_luminance_error` | rms of the difference of log10 luminance                                  |
 | `line_profile`        | log luminance along one row                                               |
 | `object_contrast`     | Weber contrast of each object against its surround, and its SNR           |
+| `photon_counts`       | probability that two pixels of few electrons show their true contrast     |
+| `noise_line`          | read noise and shot noise from the variance of a picture                  |
 | `similarity`          | the map that both kinds of structural similarity are means of             |
 | `regions`             | which pixels belong to what, and intervals by resampling blocks           |
 """
@@ -29,6 +32,7 @@ from .log_luminance_error import LogLuminanceError
 from .mean_luminance import MeanLuminance
 from .normalized_flare import NormalizedFlare
 from .object_contrast import ObjectContrast
+from .pixel_shares import PixelShares
 from .slanted_edge import SlantedEdgeResponse
 from .snr_curve import SnrCurve
 from .ssim import Ssim
@@ -44,4 +48,5 @@ def isethdr_components():
             Component("metric", "ssim", Ssim), Component("metric", "log_luminance_error", LogLuminanceError),
             Component("metric", "line_profile", LineProfile), Component("metric", "object_contrast", ObjectContrast),
             Component("metric", "contrast_detection", ContrastDetection), Component("metric", "normalized_flare", NormalizedFlare),
-            Component("metric", "slanted_edge", SlantedEdgeResponse), Component("metric", "ssim_pu21", SsimPu21)]
+            Component("metric", "slanted_edge", SlantedEdgeResponse), Component("metric", "ssim_pu21", SsimPu21),
+            Component("metric", "pixel_shares", PixelShares)]

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 @dataclass(frozen=True)
 class Ciede2000:
-    """Mean CIEDE2000 of valid pixels up to the white, for the frame and for each object."""
+    """Mean CIEDE2000 of pixels up to the white, for the frame and for each object."""
 
     MEAN_OF_PARTS: ClassVar[bool] = True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
 
@@ -24,7 +24,10 @@ class Ciede2000:
         """Return the difference per region and, so that it can be read, the white that was used.
 
         Pixels whose truth is brighter than the white are left out: CIELAB is defined for surfaces, not for lamps.
+        A pixel that is not valid counts as the white, which is what `view.display` shows for it.
         """
+        import numpy as np
+
         from isethdr_core import ledger
         from isethdr_core.physics import colour
         from isethdr_core.scores import Score
@@ -35,26 +38,32 @@ class Ciede2000:
         _, true, valid = luminances(picture, truth)
         white = self.white_cd_m2 or white_cd_m2(truth)
         score, function, unit = self.formula
-        difference = getattr(colour, function)(*(colour.lab(p["xyz"].values, white * colour.D65_XYZ) for p in (truth, picture)))
-        use = valid & (true <= white)
+        white_xyz = white * colour.D65_XYZ
+        shown = np.where(valid[..., None], picture["xyz"].values, white_xyz)
+        both = (colour.lab(xyz, white_xyz) for xyz in (truth["xyz"].values, shown))
+        difference = getattr(colour, function)(*both)
+        use = true <= white
         share = 1 - use.mean()
         if share > 0:
-            ledger.left_out("pixels above the white or not valid", "CIELAB has no meaning there", share, "share of the frame")
-        scores = [Score(score, value, unit, name, low, high)
-                  for name, region in frame_and_objects(true.shape, labels)
-                  for value, low, high in [mean_interval(difference, region & use)]]
+            why = "CIELAB has no meaning there"
+            ledger.left_out("pixels above the white", why, share, "share of the frame")
+        scores = []
+        for name, region in frame_and_objects(true.shape, labels):
+            if (region & use).any():
+                value, low, high = mean_interval(difference, region & use)
+                scores.append(Score(score, value, unit, name, low, high))
         return [*scores, Score(f"{score}_white", float(white), "cd m-2")]
 
 
 @dataclass(frozen=True)
 class Cie94(Ciede2000):
-    """Mean CIE 1994 difference (graphic arts) of valid pixels up to the white, weighted by the truth's chroma."""
+    """Mean CIE 1994 difference (graphic arts) of pixels up to the white, weighted by the truth's chroma."""
 
     formula: ClassVar[tuple[str, str, str]] = ("cie94", "de94", "dE94")
 
 
 @dataclass(frozen=True)
 class Cie76(Ciede2000):
-    """Mean CIE 1976 difference of valid pixels up to the white: the plain distance in CIELAB."""
+    """Mean CIE 1976 difference of pixels up to the white: the plain distance in CIELAB."""
 
     formula: ClassVar[tuple[str, str, str]] = ("cie76", "de76", "dE76")

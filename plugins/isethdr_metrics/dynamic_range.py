@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-GROUPS = 20  # of dark pixels; two unknowns need a few, and each group enough pixels for a median
-REACH = 12.0  # times the noise of the darkest pixels: the levels looked for lie below it, so that the line is read between points
-DEPTH = 1e3  # ratio of luminances over which groups are laid; what is darker is one group
-FEW = 16  # pixels of a group, at least
+# chance that noise alone passes for a signal in a picture without any
+FALSE_ALARM = 1e-3
 
 
 @dataclass(frozen=True)
@@ -37,60 +35,63 @@ class DynamicRange:
         from isethdr_core.errors import ConfigError
         from isethdr_core.scores import Score
 
-        from .regions import NAN, luminances
+        from .noise_line import dark_medians
+        from .regions import NAN, luminance_variance, luminances, variance_stated
 
         if not 0 < self.darkest_share <= 1:
             raise ConfigError(f"metric darkest_share is {self.darkest_share!r}; expected a share above 0, at most 1")
         y, true, valid = luminances(picture, truth)
+        if not variance_stated(picture, "dynamic_range", "dB"):
+            return []
         if not valid.any():
-            return [Score("dynamic_range", NAN, "dB")]
-        variance = picture["variance"].values[..., 1][valid]
-        true, top = true[valid], float(y[valid].max())
-        dark = true <= np.quantile(true, self.darkest_share)
-        light, noise = medians(true, variance, max(REACH * float(np.sqrt(np.median(variance[dark]))), float(true[dark].max())))
+            ledger.left_out("dynamic_range", "no pixel is valid", NAN, "dB")
+            return []
+        brightest = np.unravel_index(np.argmax(np.where(valid, y, -np.inf)), y.shape)
+        variance, reached = luminance_variance(picture), not valid.all()
+        top, top_noise = float(y[brightest]), float(np.sqrt(variance[brightest]))
+        if not top > highest_of_noise(top_noise, int(valid.sum())):
+            why = (f"no pixel stands out of the noise: the brightest of {valid.sum()} has "
+                   f"{top:.3g} cd/m2, its noise is {top_noise:.3g} cd/m2")
+            ledger.left_out("dynamic_range", why, NAN, "dB")
+            return []
+        light, noise = dark_medians(true[valid], variance[valid], self.darkest_share)
         if np.ptp(light) < 0.1 * (light.mean() or 1.0):
             ledger.left_out("shot noise in the dark", "the darkest pixels are all alike, so a + b Y is one number", NAN, "dB")
-        reached = not valid.all()
         ends = lower_ends(light, noise)
         without = [lower_ends(np.delete(light, k), np.delete(noise, k)) for k in range(len(light)) if len(light) > 2]
-        top_sd = float(np.sqrt(variance[np.argmax(y[valid])])) / top if top > 0 else NAN
-        scores = [Score("dynamic_range_top", top, "cd m-2")]
+        scores = []
         for name, bottom in ends.items():
-            if not (bottom > 0 and top > 0):
-                ledger.left_out(f"dynamic_range{name}", "no light, or no noise without light", NAN, "dB")
-                if name:
-                    continue
-            value = float(20 * np.log10(top / bottom)) if bottom > 0 and top > 0 else NAN
-            half = 1.96 * 20 / np.log(10) * np.hypot(top_sd, jackknife_sd([w[name] for w in without]))
+            if not bottom > 0:
+                ledger.left_out(f"dynamic_range{name}", "no noise in the dark", NAN, "dB")
+                continue
+            value = float(20 * np.log10(top / bottom))
+            bottom_sd = jackknife_sd([w[name] for w in without])
+            half = 1.96 * 20 / np.log(10) * np.hypot(top_noise / top, bottom_sd)
             scores += [Score(f"dynamic_range{name}", value, "dB", "", value - half, value + half if reached else NAN),
                        Score(f"dynamic_range{name}_bottom", float(bottom), "cd m-2")]
+        scores.append(Score("dynamic_range_top", top, "cd m-2"))
         return sorted(scores, key=lambda s: s.metric != "dynamic_range")  # the main one first
 
 
-def medians(true, variance, reach: float) -> tuple:
-    """Return the median luminance and variance of groups of pixels up to a luminance, the darkest first."""
+def highest_of_noise(noise: float, pixels: int) -> float:
+    """Return the level that the highest of many noisy zeros exceeds once in a thousand pictures.
+
+    Parameters
+    ----------
+    noise : standard deviation of a pixel, any unit. `pixels` : how many there are.
+    """
+    from scipy.special import ndtri
+
+    return float(-ndtri(FALSE_ALARM / pixels) * noise)
+
+
+def lower_ends(light, noise) -> dict[str, float]:
+    """Return the luminance of each definition, cd/m2, from the line through light and noise variance."""
     import numpy as np
 
-    below = true <= reach
-    true, variance = true[below], variance[below]
-    group = np.ceil(GROUPS * (1 + np.log(np.maximum(true / (reach or 1.0), 1 / DEPTH)) / np.log(DEPTH))).astype(np.uint8)
-    order = np.argsort(group, kind="stable")  # one byte: sorted by counting
-    enough = [g for g in np.split(order, np.cumsum(np.bincount(group))[:-1]) if len(g) >= FEW]
-    if len(enough) < 3:  # so few luminances, or pixels, that groups of equal numbers serve better
-        enough = np.array_split(np.argsort(true, kind="stable"), min(GROUPS, len(true)))
-    return tuple(np.array([np.median(values[g]) for g in enough]) for values in (true, variance))
+    from .noise_line import line_through
 
-
-def lower_ends(light, noise) -> dict:
-    """Return the luminance of each definition, cd/m2, from the line a + b Y through (light, noise variance), a and b not negative."""
-    import numpy as np
-    from scipy.optimize import nnls
-
-    level, seen = light.mean() or 1.0, noise > 0
-    if not seen.any():
-        return {name: 0.0 for name in ("", "_dark_noise", "_snr_10db")}
-    (a, b), _ = nnls(np.stack([np.ones(seen.sum()), light[seen] / level], 1) / noise[seen, None], np.ones(seen.sum()))
-    b = b / level
+    a, b = line_through(light, noise)
     return {"": (b + np.sqrt(b * b + 4 * a)) / 2, "_dark_noise": np.sqrt(a), "_snr_10db": (10 * b + np.sqrt(100 * b * b + 40 * a)) / 2}
 
 

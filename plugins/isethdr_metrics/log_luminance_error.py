@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class LogLuminanceError:
-    """Rms of log10 (picture / truth) luminance over valid pixels, for the frame and for each object."""
+    """Rms of log10 (picture / truth) luminance, for the frame and for each object."""
 
     floor_cd_m2: float = 1e-3  # luminances below this count as this: an estimate of 0 or less has no logarithm
 
@@ -16,7 +16,11 @@ class LogLuminanceError:
         return demand.with_labels("instance")
 
     def __call__(self, picture, truth, labels=None):
-        """Return one score per region, in log10 units (0.3 is a factor of two)."""
+        """Return one score per region, in log10 units (0.3 is a factor of two).
+
+        A saturated pixel counts with the luminance that the picture gives it, which is the highest
+        that it can measure.
+        """
         import numpy as np
 
         from isethdr_core.errors import ConfigError
@@ -26,8 +30,8 @@ class LogLuminanceError:
 
         if not self.floor_cd_m2 > 0:
             raise ConfigError(f"metric floor_cd_m2 is {self.floor_cd_m2!r}; expected a luminance above 0, such as 1e-3")
-        y, true, valid = luminances(picture, truth)
-        square = (np.log10(np.maximum(y, self.floor_cd_m2)) - np.log10(np.maximum(true, self.floor_cd_m2))) ** 2
+        y, true, _ = luminances(picture, truth)
+        square = (np.log10(np.fmax(y, self.floor_cd_m2)) - np.log10(np.maximum(true, self.floor_cd_m2))) ** 2
         return [Score("log_luminance_error", value, "log10", name, low, high)
                 for name, region in frame_and_objects(y.shape, labels)
-                for value, low, high in [np.sqrt(mean_interval(square, region & valid)).tolist()]]
+                for value, low, high in [np.sqrt(mean_interval(square, region)).tolist()]]

@@ -14,20 +14,24 @@ class MeanLuminance:
         return demand.with_labels("instance")
 
     def __call__(self, picture, truth, labels=None):
-        """Return one score per region; the interval is that of the mean's reported variance."""
+        """Return one score per region with valid pixels; the interval is that of the mean's reported variance."""
         import numpy as np
 
+        from isethdr_core import ledger
         from isethdr_core.scores import Score
 
-        from .regions import NAN, frame_and_objects, luminances
+        from .regions import NAN, frame_and_objects, luminance_variance, luminances
 
         y, _, valid = luminances(picture, truth)
-        variance = picture["variance"].values[..., 1]
+        variance = luminance_variance(picture)
         out = []
         for name, region in frame_and_objects(y.shape, labels):
             use = region & valid
-            value = float(y[use].mean()) if use.any() else NAN
+            if not use.any():
+                ledger.left_out(f"luminance of {name or 'the frame'}", "no pixel is valid", NAN, "cd m-2")
+                continue
+            value = float(y[use].mean())
             # demosaic makes neighbours dependent: sum the deviations over 3 x 3 cells, an upper bound for bilinear
-            half = 1.96 * 3 * float(np.sqrt(variance[use].sum())) / use.sum() if use.any() else NAN
+            half = 1.96 * 3 * float(np.sqrt(variance[use].sum())) / use.sum()
             out.append(Score("luminance", value, "cd m-2", name, value - half, value + half))
         return out

@@ -42,6 +42,7 @@ class NormalizedFlare:
             ledger.left_out("guard around sources", "it covers the frame; pixels beside sources are counted", NAN, "")
             use = valid & ~bright
         if not use.any():
+            ledger.left_out("normalized_flare", "no pixel beside the sources is valid", NAN, "")
             return []
         ratio = (y - true) / source
         value, low, high = mean_interval(ratio, use)

@@ -27,14 +27,14 @@ class ObjectContrast:
         from isethdr_core import ledger
         from isethdr_core.scores import Score
 
-        from .regions import NAN, frame_and_objects, luminances
+        from .regions import NAN, frame_and_objects, luminance_variance, luminances, variance_stated
 
         y, true, valid = luminances(picture, truth)
         if labels is None or "instance" not in labels:
             ledger.left_out("object_contrast", "the scene has no label 'instance'", NAN, "Weber")
             return []
-        variance = picture["variance"].values[..., 1]
-        scores = []
+        variance, scores = luminance_variance(picture), []
+        noisy = variance_stated(picture, "object_contrast_snr", "")
         for name, mask in list(frame_and_objects(y.shape, labels))[1:]:
             ring = self._ring(mask)
             inside, around = mask & valid, ring & valid
@@ -43,15 +43,21 @@ class ObjectContrast:
                 ledger.left_out(f"contrast of {name}", why, NAN, "Weber")
                 continue
             mean, surround = y[inside].mean(), y[around].mean()
+            if not surround:
+                ledger.left_out(f"contrast of {name}", "the picture shows no light around it", NAN, "Weber")
+                continue
             v_in, v_around = variance[inside].mean(), variance[around].mean()
             contrast = _weber(mean, surround)
             # d(contrast) of a quotient; each mean's variance is 9 times that of independent pixels at most (3 x 3 demosaic)
             spread = 3 * np.sqrt(v_in / inside.sum() + (1 + contrast) ** 2 * v_around / around.sum())
-            half = 1.96 * spread / abs(surround) if surround else NAN
+            half = 1.96 * spread / abs(surround)
             noise = np.sqrt(v_in + v_around)
             scores += [Score("object_contrast", contrast, "Weber", name, contrast - half, contrast + half),
-                       Score("object_contrast_truth", _weber(true[mask].mean(), true[ring].mean()), "Weber", name),
-                       Score("object_contrast_snr", float(abs(mean - surround) / noise) if noise > 0 else NAN, "", name)]
+                       Score("object_contrast_truth", _weber(true[mask].mean(), true[ring].mean()), "Weber", name)]
+            if noise > 0:
+                scores.append(Score("object_contrast_snr", float(abs(mean - surround) / noise), "", name))
+            elif noisy:
+                ledger.left_out(f"object_contrast_snr of {name}", "the picture has no noise", NAN, "")
         return scores
 
     def _ring(self, mask):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core import ledger
 from isethdr_core.errors import UnitError
 from isethdr_core.truth import check_picture
 
@@ -26,6 +27,19 @@ def luminances(picture, truth):
     """Return Y of picture and truth and which pixels are valid, each (y, x)."""
     check_pair(picture, truth)
     return picture["xyz"].values[..., 1].astype(float), truth["xyz"].values[..., 1].astype(float), picture["valid"].values
+
+
+def luminance_variance(picture) -> np.ndarray:
+    """Return the variance (y, x) of the luminance of a pixel, (cd/m2)^2."""
+    return picture["variance"].values[..., 1].astype(float)
+
+
+def variance_stated(picture, score: str, unit: str) -> bool:
+    """Return whether the picture states its variance; where it does not, say that `score` is left out."""
+    if picture.attrs.get("variance_known", True):
+        return True
+    ledger.left_out(score, "the image processing is nonlinear and states no variance", NAN, unit)
+    return False
 
 
 def frame_and_objects(shape, labels):

@@ -19,6 +19,11 @@ class SnrCurve:
         from isethdr_core import ledger
         from isethdr_core.scores import Score
 
+        from .regions import check_pair, variance_stated
+
+        check_pair(picture, truth)
+        if not variance_stated(picture, "SNR", "dB"):
+            return []
         table = self.curve(picture, truth)
         scores = []
         for level in self.luminances_cd_m2:
@@ -27,6 +32,9 @@ class SnrCurve:
                 ledger.left_out(f"SNR at {level:g} cd/m2", "the scene has no valid pixel there", np.nan, "dB")
                 continue
             value, (low, high) = _at(table, place[0], level), table["snr_interval_db"][place[0]]
+            if not np.isfinite(value):
+                ledger.left_out(f"SNR at {level:g} cd/m2", "the picture states no noise there", np.nan, "dB")
+                continue
             scores.append(Score(f"snr_at_{level:g}", value, "dB", "", value + low, value + high))
         return scores
 
@@ -45,7 +53,7 @@ class SnrCurve:
 
         from isethdr_core.errors import ConfigError
 
-        from .regions import luminances, median_interval
+        from .regions import luminance_variance, luminances, median_interval
 
         if not self.bins_per_decade > 0:
             raise ConfigError(f"metric bins_per_decade is {self.bins_per_decade!r}; expected a whole number above 0")
@@ -65,7 +73,7 @@ class SnrCurve:
             parts = np.split(values[use][order], np.cumsum(count)[:-1])
             return np.array([median_interval(part, len(part) // 9) for part in parts if len(part)]).reshape(-1, 3).T
 
-        signal, (reported, least, most) = medians(true)[0], medians(picture["variance"].values[..., 1])
+        signal, (reported, least, most) = medians(true)[0], medians(luminance_variance(picture))
         with np.errstate(divide="ignore", invalid="ignore"):  # a noise-free picture has an infinite SNR
             snr, measured = (20 * np.log10(signal / np.sqrt(noise))
                              for noise in (reported, mean((y - true) ** 2)))

@@ -22,8 +22,9 @@ class Ssim:
     def __call__(self, picture, truth, labels=None):
         """Return the mean of the similarity map per region and the white that was used.
 
-        Gaussian window of 1.5 pixels, 11 wide, as in the paper; the three display channels are averaged. Pixels
-        that are not valid count: a display shows them too.
+        Gaussian window of 1.5 pixels, 11 wide, as in the paper; the three display channels are
+        averaged. A pixel that is not valid shows nothing of a truth below the white: its similarity
+        is 0. Above the white a display shows both as white.
         """
         import numpy as np
 
@@ -31,11 +32,11 @@ class Ssim:
         from isethdr_core.scores import Score
         from isethdr_core.view import display, white_cd_m2
 
-        from .regions import check_pair, frame_and_objects, mean_interval
+        from .regions import frame_and_objects, luminances, mean_interval
         from .similarity import similarity
 
-        check_pair(picture, truth)
-        shape = picture["valid"].shape
+        _, true, valid = luminances(picture, truth)
+        shape = valid.shape
         if min(shape) < 11:
             raise UnitError(f"a picture of {shape} pixels is smaller than the window of SSIM; "
                             "expected at least 11 rows and columns")
@@ -43,6 +44,7 @@ class Ssim:
         shown = [display(p, white, self.compression) for p in (truth, picture)]
         # float32 halves the time; the smallest stabilising constant is 6.5, rounding of the windowed squares 2e-3
         found = sum(similarity(*(p[..., k].astype(np.float32) for p in shown), data_range=255.0) for k in range(3)) / 3
+        found[~valid & (true < white)] = 0.0
         scores = [Score("ssim", value, "", name, low, high) for name, region in frame_and_objects(shape, labels)
                   for value, low, high in [mean_interval(found, region)]]
         return [*scores, Score("ssim_white", float(white), "cd m-2")]

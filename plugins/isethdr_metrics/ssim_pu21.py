@@ -24,6 +24,7 @@ class SsimPu21:
         """Return the mean of the similarity map per region, and the share of the frame whose luminance PU21 cannot hold.
 
         Window and constants are those of `ssim`, with a range of 256, which PU21 gives to a display of 100 cd/m2.
+        The similarity of a pixel that is not valid is 0, unless its truth lies above what PU21 can hold.
         """
         import numpy as np
 
@@ -33,10 +34,11 @@ class SsimPu21:
         from .regions import frame_and_objects, luminances, mean_interval
         from .similarity import similarity
 
-        y, true, _ = luminances(picture, truth)
+        y, true, valid = luminances(picture, truth)
         if min(y.shape) < 11:
             raise UnitError(f"a picture of {y.shape} pixels is smaller than the window of SSIM; expected at least 11 rows and columns")
         found = similarity(pu21(true), pu21(y), data_range=256.0)
+        found[~valid & (true < HIGHEST_CD_M2)] = 0.0
         clamped = [np.mean((v < LOWEST_CD_M2) | (v > HIGHEST_CD_M2)) for v in (y, true)]
         scores = [Score("ssim_pu21", value, "", name, low, high) for name, region in frame_and_objects(y.shape, labels)
                   for value, low, high in [mean_interval(found, region)]]

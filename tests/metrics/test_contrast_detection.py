@@ -27,22 +27,22 @@ def counted(bright, vb, dark, vd, contrast, seed, n=1500):
     return np.mean((b + d > 0) & (k >= contrast / 2) & (k <= 1.5 * contrast))
 
 
-@pytest.mark.parametrize("electrons", [0.05, 0.5, 2.0, 5.0, 30.0, 1000.0])
-@pytest.mark.parametrize("contrast", [0.06, 0.2, 0.5, 0.9])
-def test_closed_form_agrees_with_counting(electrons, contrast):
-    """Shot and read noise of 0.8 e, also where most estimates are negative. 400 000 pairs: standard error below 0.0008."""
+@pytest.mark.parametrize("electrons", [0.05, 2.0, 30.0, 1000.0])
+@pytest.mark.parametrize("contrast", [0.06, 0.2, 0.9])
+def test_normal_noise_agrees_with_counting(electrons, contrast):
+    """Also where most estimates are negative. 400 000 pairs: standard error below 0.0008."""
     rng = np.random.default_rng(2)
     means = electrons * (1 + contrast), electrons * (1 - contrast)
     b, d = (m + np.sqrt(m + 0.64) * rng.standard_normal(400_000) for m in means)
     k = (b - d) / (b + d)
     seen = np.mean((b + d > 0) & (k >= contrast / 2) & (k <= 1.5 * contrast))
-    values = means[0], means[0] + 0.64, means[1], means[1] + 0.64, contrast
-    assert pair_probability(*map(np.atleast_1d, values))[0] == pytest.approx(seen, abs=0.0035)
+    found = pair_probability(means[0], means[0] + 0.64, means[1], means[1] + 0.64, contrast, step=0.0)
+    assert found == pytest.approx(seen, abs=0.0035)
 
 
 def test_counting_over_all_pairs_of_two_patches_as_the_standard_does():
     values = 12.0, 12.6, 8.0, 8.6
-    found = pair_probability(*map(np.atleast_1d, values), np.array([0.2]))[0]
+    found = pair_probability(*values, 0.2, step=0.0)
     many = np.mean([counted(*values, 0.2, seed) for seed in range(8)])
     assert found == pytest.approx(many, abs=0.01)  # 8 times 1500 x 1500 crossed pairs: standard error 0.003
 

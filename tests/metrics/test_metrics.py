@@ -11,6 +11,7 @@ from isethdr_metrics.log_luminance_error import LogLuminanceError
 from isethdr_metrics.mean_luminance import MeanLuminance
 from isethdr_metrics.normalized_flare import NormalizedFlare
 from isethdr_metrics.object_contrast import ObjectContrast
+from isethdr_metrics.pixel_shares import PixelShares
 from isethdr_metrics.slanted_edge import SlantedEdgeResponse
 from isethdr_metrics.snr_curve import SnrCurve
 from isethdr_metrics.ssim import Ssim
@@ -20,6 +21,7 @@ from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError, UnitError
 from isethdr_core.physics.colour import D65_XYZ
 from isethdr_core.quantities import centres
+from isethdr_core.saturation import with_saturation
 from isethdr_core.truth import make_picture
 
 ALL = [c.cls for c in isethdr_components()]
@@ -75,14 +77,46 @@ def test_log_error_of_a_constant_factor_is_its_logarithm():
     assert dark[0].value == pytest.approx(2.0)
 
 
-def test_pixels_that_are_not_valid_do_not_count():
-    y, _ = scene()
-    wrong, valid = y.copy(), np.ones_like(y, bool)
-    wrong[:, :20], valid[:, :20] = 1e9, False
-    for metric in (LogLuminanceError(), Ciede2000()):
-        assert metric(picture(wrong, valid=valid), picture(y))[0].value == pytest.approx(0, abs=1e-12)
-    nothing = LogLuminanceError()(picture(wrong, valid=False), picture(y))[0]
-    assert np.isnan(nothing.value)
+def test_a_saturated_pixel_counts_as_what_the_picture_shows():
+    """Log error: the luminance that the picture gives it. Colour difference: the white that a display shows."""
+    y = np.full((NY, NX), 10.0)
+    valid = np.ones_like(y, bool)
+    valid[:, : NX // 4] = False
+    clipped = picture(np.where(valid, y, 2.0), valid=valid)
+    assert LogLuminanceError()(clipped, picture(y))[0].value == pytest.approx(np.log10(5) * np.sqrt(0.25), rel=1e-12)
+    metric = Ciede2000(white_cd_m2=40.0)
+    to_white = metric(picture(np.full_like(y, 40.0)), picture(y))[0].value
+    assert metric(clipped, picture(y))[0].value == pytest.approx(0.25 * to_white, rel=1e-9)
+    missing = clipped.copy(deep=True)
+    missing["xyz"][:, : NX // 4] = np.nan  # an isp may leave no number there: it counts as the floor
+    assert LogLuminanceError()(missing, picture(y))[0].value == pytest.approx(4 * np.sqrt(0.25), rel=1e-12)
+
+
+def test_a_saturated_pixel_is_similar_only_where_the_truth_is_shown_as_white_too():
+    y = np.full((NY, NX), 10.0)
+    y[:, NX // 2 :] = 40.0
+    valid = np.ones_like(y, bool)
+    valid[: NY // 2] = False
+    found = Ssim(white_cd_m2=40.0)(picture(y, valid=valid), picture(y))[0].value
+    dark_and_saturated = np.mean(~valid & (y < 40))
+    assert 1 - dark_and_saturated - 0.05 < found <= 1 - dark_and_saturated  # 0.05: windows across the seams
+    everywhere = Ssim(white_cd_m2=40.0)(picture(y, valid=False), picture(y))[0].value
+    assert everywhere < 0.5
+
+
+def test_shares_of_valid_and_saturated_pixels_are_counted_per_region():
+    y, table = scene()
+    valid = np.ones_like(y, bool)
+    valid[:15] = False
+    shot = picture(y, valid=valid)
+    person = by_name(PixelShares()(shot, picture(y), table))
+    assert person["valid_share", ""].value == pytest.approx(33 / 48) and person["saturated_share", ""].value == pytest.approx(15 / 48)
+    assert person["valid_share", "person"].value == 0.75 == person["valid_share", "person"].low
+    # one capture of two holds the upper rows: only five are saturated in both, the demosaic lost the others
+    captures = xr.Dataset({"saturated": (("capture", "y", "x"), np.stack([~valid, np.arange(NY)[:, None] < np.full(NX, 5)]))})
+    marked = by_name(PixelShares()(with_saturation(shot, captures), picture(y), table))
+    assert marked["saturated_share", ""].value == pytest.approx(5 / 48) and marked["valid_share", ""].value == pytest.approx(33 / 48)
+    assert "saturated" not in with_saturation(shot, captures.isel(x=slice(10)))  # another grid: nothing is known
 
 
 def test_colour_difference_of_a_grey_step_is_the_closed_form():
@@ -157,7 +191,7 @@ def test_dynamic_range_of_read_and_shot_noise_is_the_closed_form():
     assert total.high - total.value == pytest.approx(half, rel=1e-3) and total.value - total.low == pytest.approx(half, rel=1e-3)
     unsaturated = DynamicRange()(picture(truth, a + b * truth), picture(truth))[0]
     assert np.isnan(unsaturated.high) and unsaturated.low < unsaturated.value  # a lower bound only
-    assert np.isnan(DynamicRange()(picture(truth, 1.0, False), picture(truth))[0].value)
+    assert DynamicRange()(picture(truth, 1.0, False), picture(truth)) == []  # no pixel is valid
 
 
 def test_profile_runs_through_the_brightest_lamp():

@@ -1,0 +1,29 @@
+"""Saturation: which pixels of a picture are saturated in every capture, so that no exposure measured them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def with_saturation(picture: xr.Dataset, captures: xr.Dataset) -> xr.Dataset:
+    """Return the picture with the variable `saturated` (y, x), True where every capture is.
+
+    A picture whose image processing states `saturated` itself, or whose grid is not that of the
+    captures, is returned as it is.
+    """
+    if "saturated" in picture or "saturated" not in captures:
+        return picture
+    everywhere = captures["saturated"].all("capture")
+    if everywhere.shape != picture["valid"].shape:
+        return picture
+    return picture.assign(saturated=(("y", "x"), everywhere.values.astype(bool)))
+
+
+def saturated(picture: xr.Dataset) -> np.ndarray:
+    """Return which pixels (y, x) are saturated: as the picture states, or all that are not valid."""
+    return picture["saturated"].values if "saturated" in picture else ~picture["valid"].values

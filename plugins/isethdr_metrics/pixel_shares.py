@@ -1,0 +1,35 @@
+"""Pixel shares: how much of the frame, and of each object, was measured and how much is saturated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class PixelShares:
+    """Shares of valid pixels and of pixels saturated in every capture, for the frame and each object."""
+
+    def narrow(self, demand):
+        """Ask for the instance labels."""
+        return demand.with_labels("instance")
+
+    def __call__(self, picture, truth, labels=None):
+        """Return `valid_share` and `saturated_share` per region; both are exact counts.
+
+        A picture without the variable `saturated` (`isethdr_core.saturation`) counts every pixel
+        that is not valid as saturated.
+        """
+        import numpy as np
+
+        from isethdr_core.saturation import saturated
+        from isethdr_core.scores import Score
+
+        from .regions import frame_and_objects, luminances
+
+        _, _, valid = luminances(picture, truth)
+        shares, scores = (("valid_share", valid), ("saturated_share", saturated(picture))), []
+        for name, region in frame_and_objects(valid.shape, labels):
+            for score, held in shares:
+                share = float(np.mean(held[region]))
+                scores.append(Score(score, share, "", name, share, share))
+        return scores
