@@ -16,29 +16,46 @@ from .physics.photometry import xyz_weights
 from .quantities import LUMINANCE, check_mixed, names, tile_pitch
 
 PICTURE_DIMS = ("y", "x", "xyz_channel")
+FIXED_PATTERN = "fixed_pattern_variance"  # optional variable of a picture
 FLOAT32 = 2.0**-24  # relative: half a unit in the last place of a float32
 TIE = 1e-6  # of a tile: rounding of coordinates
 
 
-def make_picture(xyz, variance, valid, x_m, y_m, **attrs) -> xr.Dataset:
+def make_picture(xyz, variance, valid, x_m, y_m, fixed_pattern_variance=None, **attrs) -> xr.Dataset:
     """Return a picture Dataset.
 
     Parameters
     ----------
     xyz : (y, x, 3) array, Y in cd/m2; estimates, so negative values stay.
-    variance : same shape, (cd/m2)^2.
+    variance : same shape, (cd/m2)^2, from shot to shot of one device.
     valid : (y, x) bool.
     x_m, y_m : pixel centres on the sensor plane, m.
+    fixed_pattern_variance : same shape, (cd/m2)^2, from device to device of one model; None where it is not known.
     attrs : at least focal_length_mm and pitch_um, which tie pixels to field angles.
     """
     for name in ("focal_length_mm", "pitch_um"):
         if name not in attrs:
             raise UnitError(f"a picture needs the attribute {name!r}; the isp copies it from the captures")
-    return xr.Dataset(
+    picture = xr.Dataset(
         {"xyz": (PICTURE_DIMS, xyz, {"units": LUMINANCE}), "variance": (PICTURE_DIMS, variance, {"units": "cd2 m-4"}),
          "valid": (("y", "x"), np.asarray(valid, bool))},
         coords={"y": np.asarray(y_m, float), "x": np.asarray(x_m, float), "xyz_channel": names("XYZ")},
         attrs={**attrs, "units": LUMINANCE})
+    if fixed_pattern_variance is not None:
+        picture[FIXED_PATTERN] = (PICTURE_DIMS, fixed_pattern_variance, {"units": "cd2 m-4"})
+    return picture
+
+
+def total_variance(picture: xr.Dataset) -> xr.DataArray:
+    """Return the variance (y, x, xyz_channel) of a pixel of an unknown device, (cd/m2)^2.
+
+    It is the sum of the temporal variance and the fixed-pattern variance. A picture without
+    `fixed_pattern_variance` counts as one without a fixed pattern.
+    """
+    variance = picture["variance"]
+    if FIXED_PATTERN not in picture:
+        return variance
+    return (variance + picture[FIXED_PATTERN]).assign_attrs(variance.attrs)
 
 
 def check_picture(picture, what: str = "picture") -> None:
@@ -48,6 +65,8 @@ def check_picture(picture, what: str = "picture") -> None:
             raise UnitError(f"{what} has no variable {name!r}; expected a picture Dataset as an isp or truth() returns it")
     if tuple(picture["xyz"].dims) != PICTURE_DIMS or tuple(picture["variance"].dims) != PICTURE_DIMS:
         raise UnitError(f"{what} has xyz dims {tuple(picture['xyz'].dims)}; expected {PICTURE_DIMS}")
+    if FIXED_PATTERN in picture and tuple(picture[FIXED_PATTERN].dims) != PICTURE_DIMS:
+        raise UnitError(f"{what} has {FIXED_PATTERN} dims {tuple(picture[FIXED_PATTERN].dims)}; expected {PICTURE_DIMS}")
     if picture["xyz"].attrs.get("units") != LUMINANCE:
         raise UnitError(f"{what} has xyz in {picture['xyz'].attrs.get('units')!r}; expected {LUMINANCE!r}")
 

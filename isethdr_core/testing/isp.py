@@ -9,7 +9,7 @@ from ..errors import IsetHdrError
 from ..physics.photometry import luminance, xyz_bar
 from ..physics.radiometry import band_widths_nm, photon_energy_j
 from ..quantities import centres, names
-from ..truth import check_picture
+from ..truth import FIXED_PATTERN, check_picture, total_variance
 from .inputs import F_NUMBER, FOCAL_LENGTH_MM, THROUGHPUT_SR, bands_nm, pattern
 from .lazy import same_from_store, sealed
 from .promise import close, holds, keeps, refuses, repeatable, stated
@@ -110,8 +110,10 @@ def _check_picture(who, picture, grey):
     for name in ("focal_length_mm", "pitch_um"):
         holds(who, f"the picture carries the attribute {name!r}", name in picture.attrs)
     holds(who, "valid is bool", picture["valid"].dtype == bool)
-    for name in ("xyz", "variance"):
-        holds(who, f"{name} is finite", np.isfinite(picture[name].values).all())
+    for name in ("xyz", "variance", FIXED_PATTERN):
+        if name in picture:
+            holds(who, f"{name} is finite", np.isfinite(picture[name].values).all())
+    holds(who, "the variance of an unknown device is 0 or more", float(total_variance(picture).min()) >= 0)
     holds(who, "pixels lie within those of the captures",
           all(grey[d][0] - 1e-9 <= picture[d][0] and picture[d][-1] <= grey[d][-1] + 1e-9 for d in ("x", "y")))
 

@@ -16,6 +16,7 @@ from .promise import close, holds, keeps, refuses, repeatable, same, stated
 
 DIMS = {"raw": 3, "saturated": 3, "filter": 2, "exposure_s": 1, "gain_dn_per_e": 1, "black_dn": 1, "top_dn": 1,
         "read_noise_e": 1, "dark_e": 1, "quantisation_e": 1, "area_m2": 1, "charge": 1, "quantum_efficiency": 3}
+SPREADS = ("prnu", "dark_spread_e", "dsnu_e", "column_e", "row_e", "silicon")   # optional: what differs between devices
 ORDER = ("capture", "y", "x")
 KEY = generator(seed=7, device="K", scene="kit")
 SIGNAL_E = 200.0    # mean signal of the test field: well above the read noise, well below any full well
@@ -61,6 +62,10 @@ def check_captures(who: str, shot) -> None:
         holds(who, f"{name!r} is finite and above 0", np.isfinite(shot[name]).all() and float(shot[name].min()) > 0)
     for name in ("read_noise_e", "dark_e", "quantisation_e"):
         holds(who, f"{name!r} is finite, 0 or more", np.isfinite(shot[name]).all() and float(shot[name].min()) >= 0)
+    for name in SPREADS:
+        if name in shot.data_vars:
+            holds(who, f"{name!r} is one number per capture", shot[name].dims == ("capture",), str(shot[name].dims))
+            holds(who, f"{name!r} is finite, 0 or more", np.isfinite(shot[name]).all() and float(shot[name].min()) >= 0)
     holds(who, "top_dn lies above black_dn", bool((shot["top_dn"] > shot["black_dn"]).all()))
     holds(who, "raw is finite", np.isfinite(shot["raw"].values).all())
 

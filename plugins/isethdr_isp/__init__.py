@@ -14,6 +14,8 @@
 | `demosaic_methods` | other ways to demosaic, by name                                       |
 | `learned`          | one of them: filters learned per local class                          |
 | `local_classes`    | which class every pixel belongs to                                    |
+| `propagation`      | what the noise of samples becomes through linear kernels              |
+| `fixed_pattern`    | how far another device of the model would differ: PRNU, dark, offsets |
 | `interleaved`      | two exposures in one filter array, merged with the interpolation      |
 | `denoise`          | non-local means of the mosaic, with the variance that is left         |
 | `raw_file`         | one capture as a digital negative (DNG)                               |

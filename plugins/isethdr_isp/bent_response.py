@@ -24,6 +24,12 @@ class BentResponse:
         slope = (self.electrons[1] - self.electrons[0]) / (self.dn[1] - self.dn[0])
         return np.interp(dn, self.dn, self.electrons) + slope * np.minimum(dn - self.dn[0], 0.0)
 
+    def electrons_per_dn(self, dn) -> np.ndarray:
+        """Return the slope of the table at `dn`, electrons per DN; that of the first piece below the first entry."""
+        slopes = np.diff(self.electrons) / np.diff(self.dn)
+        place = np.searchsorted(self.dn, dn, side="right") - 1
+        return slopes[np.clip(place, 0, len(slopes) - 1)]
+
     def read_variance_e2(self, dn) -> np.ndarray:
         """Return what the variance of a reading has beyond the Poisson noise of the light, e^2, 0 or above."""
         poisson = np.maximum(np.interp(dn, self.dn, self.electrons), 0.0)

@@ -11,14 +11,17 @@ so that, with z an independent estimate of the signal m - d and d the known dark
 
 has exactly the mean of the signal for every G. Here G is the weight of inverse variances times a ramp that ends just
 below saturation, one shot-noise deviation wide. Several reads of one charge are averaged first with constant weights.
+The weights look at the temporal noise alone; the fixed pattern goes along with the weights that result.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from .fixed_pattern import WeightedRead, fixed_pattern
+from .propagation import SampleNoise
 from .readout import Readout, charge_variance
 
 
@@ -30,6 +33,14 @@ class Merged:
     variance_e2: np.ndarray   # (y, x)
     valid: np.ndarray         # (y, x) bool, unsaturated in some capture
     source: np.ndarray        # (y, x) uint8, the capture that weighs most
+    fixed: SampleNoise = field(default_factory=SampleNoise)     # fixed-pattern variance, e^2
+
+
+def plain(read: Readout) -> Merged:
+    """Return one reading as a mosaic, with no thought of what lies near its top."""
+    signal, variance = read.charge_e - read.dark_e, read.variance_e2()
+    source = np.full(signal.shape, read.capture, np.uint8)
+    return Merged(signal, variance, ~read.saturated, source, fixed_pattern([WeightedRead(read.spread, 1.0)], signal, variance))
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +54,7 @@ class Charge:
     good: np.ndarray          # (y, x) bool, not saturated
     per_light: np.ndarray     # (y, x) electrons per cd/m2 of the white, each pixel through its own filter
     source: np.ndarray        # (y, x) uint8, the capture whose read weighs most
+    reads: tuple[WeightedRead, ...] = ()    # the readings and their shares of `t_e`
 
 
 def read_charge(reads: list[Readout], per_light) -> Charge:
@@ -55,10 +67,12 @@ def read_charge(reads: list[Readout], per_light) -> Charge:
     weight, largest = np.zeros_like(total), np.zeros_like(total)
     source = np.full(total.shape, widest.capture, np.uint8)
     good = np.zeros(total.shape, bool)
+    inverses = []
     for read in reads:
         # a full well reads as saturated though its read noise may lie below the top
         use = (read.charge_e < read.clear_top_e) & ~read.saturated
         inverse = np.where(use, 1 / np.maximum(read.read_var_e2, 1e-12), 0.0)  # a noiseless read simply outweighs the others
+        inverses.append(inverse)
         total += inverse * read.charge_e
         weight += inverse
         source[inverse > largest] = read.capture
@@ -67,7 +81,8 @@ def read_charge(reads: list[Readout], per_light) -> Charge:
     safe = np.where(good, weight, 1.0)
     t = np.where(good, total / safe, widest.charge_e)
     variance = np.where(good, 1 / safe, widest.read_var_e2)
-    return Charge(t, variance, widest.dark_e, widest.clear_top_e, good, per_light, source)
+    shares = tuple(WeightedRead(read.spread, np.where(good, inverse / safe, float(read is widest))) for read, inverse in zip(reads, inverses))
+    return Charge(t, variance, widest.dark_e, widest.clear_top_e, good, per_light, source, shares)
 
 
 def fold(charges: list[Charge]) -> Merged:
@@ -75,6 +90,7 @@ def fold(charges: list[Charge]) -> Merged:
     short = charges[0]
     z, z_var, valid = short.t_e - short.dark_e, charge_variance(short.t_e, short.read_var_e2), short.good
     source = short.source
+    weights = [np.ones_like(z)]     # electrons of the mosaic per electron of each charge
     for charge in charges[1:]:
         ratio = short.per_light / charge.per_light
         z, z_var = z / ratio, z_var / ratio**2
@@ -83,8 +99,11 @@ def fold(charges: list[Charge]) -> Merged:
         signal = charge.t_e * g - charge.read_var_e2 * slope - charge.dark_e * g_next + z * (1 - g_next)
         z_var = g**2 * charge_variance(charge.t_e, charge.read_var_e2) + (1 - g) ** 2 * z_var
         source = np.where(g > 0.5, charge.source, source)
+        weights = [*(w * (1 - g) / ratio for w in weights), g]
         z, valid, short = signal, valid | charge.good, charge
-    return Merged(z, z_var, valid, source)
+    reads = [WeightedRead(read.spread, w * read.weight, charge.per_light / short.per_light)
+             for charge, w in zip(charges, weights) for read in charge.reads]
+    return Merged(z, z_var, valid, source, fixed_pattern(reads, z, z_var))
 
 
 def weight(t, charge: Charge, short: Charge, ratio):

@@ -13,6 +13,8 @@ import numpy as np
 
 from isethdr_core.errors import UnitError
 
+from .propagation import Kernel, Kernels, independent
+
 LARGEST_RADIUS = 8   # pixels; covers arrays of period 8, the largest in production is 4
 EXACT = 1e-9         # how well a plane's moments must be met to count as determined
 
@@ -37,40 +39,79 @@ def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
     mosaic, filters = np.asarray(mosaic, float), np.asarray(filters)
     if mosaic.shape != filters.shape:
         raise UnitError(f"raw has shape {mosaic.shape}, filter {filters.shape}; expected the same (y, x)")
+    rule = bilinear(filters, channels)
+    variances = None if variance is None else rule.variance(np.eye(channels), independent(variance))
+    return interpolated(rule, mosaic), variances, spoilt(rule, bad)
+
+
+def interpolated(rule: Kernels, mosaic) -> np.ndarray:
+    """Return the channels (channel, y, x) that a linear demosaic makes of a mosaic (y, x)."""
+    planes = np.zeros((len(rule.kernels[0].weights), *rule.shape))
+    for kernel in rule.kernels:
+        here = kernel.pixels()
+        for plane, weights in zip(planes, kernel.weights):
+            for offset, weight in zip(kernel.offsets, weights):
+                if weight:
+                    plane[here] += weight * mosaic[kernel.samples(offset)]
+    return planes
+
+
+def spoilt(rule: Kernels, bad) -> np.ndarray:
+    """Return which pixels (y, x) use a sample that is `bad`, (y, x) bool or None for none."""
+    out = np.zeros(rule.shape, bool)
+    if bad is None or not np.any(bad):
+        return out
+    for kernel in rule.kernels:
+        for offset in kernel.offsets:
+            out[kernel.pixels()] |= bad[kernel.samples(offset)]
+    return out
+
+
+def bilinear(filters, channels: int) -> Kernels:
+    """Return the bilinear rule for a periodic filter array (y, x).
+
+    Raises
+    ------
+    UnitError : a channel is sampled nowhere, the array does not repeat, or the picture is smaller than the array needs.
+    """
+    filters = np.asarray(filters)
     missing = sorted(set(range(channels)) - set(np.unique(filters).tolist()))
     if missing:
         raise UnitError(f"channel {missing[0]} of {channels} is sampled nowhere in the filter array; "
                         "a cropped pattern? use at least one whole period")
     if channels == 1:  # nothing is missing, be it a single pixel
-        values = None if variance is None else np.array(variance, float)[None]
-        return mosaic[None].copy(), values, np.zeros(mosaic.shape, bool) if bad is None else np.asarray(bad, bool)
-    rows, columns, radius = _classes(filters)
-    pad = ((radius, radius), (radius, radius))
-    source = np.pad(mosaic, pad, mode="reflect")
-    source_var = None if variance is None else np.pad(np.asarray(variance, float), pad, mode="reflect")
-    source_bad = None if bad is None or not np.any(bad) else np.pad(bad, pad, mode="reflect")
-    key = np.pad(filters, pad, mode="reflect")
-    planes = np.empty((channels, *mosaic.shape))
-    variances = None if variance is None else np.empty_like(planes)
-    touched = np.zeros(mosaic.shape, bool)
+        every = Kernel(*(np.arange(n) for n in filters.shape), [(0, 0)], np.ones((1, 1)))
+        return Kernels([every], filters.shape, (1, 1))
+    rows, columns, radius = places(filters)
+    key = np.pad(filters, radius, mode="reflect")
+    kernels = []
     for row in rows:
         for column in columns:
             window = key[row[0]:row[0] + 2 * radius + 1, column[0]:column[0] + 2 * radius + 1]
-            here = _index(row, column)
-            for channel in range(channels):
-                value, var, spoilt = 0.0, 0.0, False
-                for dy, dx, weight in plane_weights(window == channel):
-                    there = _index(row + radius + dy, column + radius + dx)
-                    value = value + weight * source[there]
-                    if variances is not None:
-                        var = var + weight**2 * source_var[there]
-                    if source_bad is not None:
-                        spoilt = spoilt | source_bad[there]
-                planes[(channel, *here)] = value
-                if variances is not None:
-                    variances[(channel, *here)] = var
-                touched[here] |= spoilt
-    return planes, variances, touched
+            taps = [plane_weights(window == channel) for channel in range(channels)]
+            kernels.append(folded(row, column, taps, filters.shape))
+    return Kernels(kernels, filters.shape, array_period(filters))
+
+
+def folded(row, column, taps, shape) -> Kernel:
+    """Return the kernel of `taps`, per channel a list of (dy, dx, weight), with samples beyond the border mirrored inside.
+
+    Parameters
+    ----------
+    row, column : regular indices of the pixels; single ones where a tap lies beyond the border.
+    """
+    weights: dict[tuple[int, int], np.ndarray] = {}
+    for channel, own in enumerate(taps):
+        for dy, dx, weight in own:
+            offset = _mirrored(row[0] + dy, shape[0]) - int(row[0]), _mirrored(column[0] + dx, shape[1]) - int(column[0])
+            weights.setdefault(offset, np.zeros(len(taps)))[channel] += weight
+    return Kernel(row, column, list(weights), np.stack(list(weights.values()), -1))
+
+
+def _mirrored(place: int, count: int) -> int:
+    """Return the place within 0..count - 1 that a place beyond the border mirrors; the outermost one is not repeated."""
+    place = abs(int(place))
+    return place if place < count else 2 * (count - 1) - place
 
 
 def plane_weights(where) -> list[tuple[int, int, float]]:
@@ -106,7 +147,7 @@ def _solved(window: bytes, side: int) -> list[tuple[int, int, float]]:
     return list(zip(*(v[keep].tolist() for v in best)))
 
 
-def _classes(filters):
+def places(filters):
     """Return the rows and the columns grouped by equal surroundings, and the radius of the surroundings."""
     periods = array_period(filters)
     radius = min(max(*periods, 1), LARGEST_RADIUS)
@@ -135,8 +176,3 @@ def _period(filters) -> int:
         if period >= len(filters) or np.array_equal(filters[period:], filters[:-period]):
             return min(period, len(filters))
     raise UnitError(f"the filter array does not repeat within {LARGEST_RADIUS} pixels; expected a periodic colour filter array")
-
-
-def _index(rows, columns):
-    """Return a pair of slices where both index arrays are regular: a view instead of a gather."""
-    return tuple(slice(int(i[0]), int(i[-1]) + 1, int(i[1] - i[0]) if len(i) > 1 else 1) for i in (rows, columns))

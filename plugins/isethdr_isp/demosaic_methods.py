@@ -11,37 +11,51 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, UnitError, did_you_mean
 
-from .demosaic import demosaic
+from .demosaic import bilinear, demosaic, folded, interpolated, places, spoilt
+from .propagation import Kernels, NoiseMap
 
 METHODS = ("bilinear", "guided", "malvar", "menon", "learned")
 RADIUS = 3   # pixels, half of the guided method's window: holds 4 samples or more of every channel of a 4 x 4 array
 REACH = 2    # pixels that Malvar's 5 x 5 filters and Menon's final step look beyond a pixel
 
 
-def interpolate(method: str, mosaic, filters, names: list[str], variance, bad):
-    """Return (planes, variances, touched) as `demosaic` does, by `method`; `names` are those of the channels."""
+class Interpolated(NamedTuple):
+    """A demosaiced mosaic."""
+
+    planes: np.ndarray      # (channel, y, x)
+    touched: np.ndarray     # (y, x) bool, a sample that is not to be trusted went into the pixel
+    noise_map: NoiseMap     # what the samples' noise becomes
+
+
+def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -> Interpolated:
+    """Return the mosaic demosaiced by `method`; `names` are those of the channels, the rest as in `demosaic`."""
     if method not in METHODS:
         raise ConfigError(f"isp demosaic {method!r} is unknown{did_you_mean(method, METHODS)}")
     if method == "learned" and len(names) > 1:
         from . import learned
 
         ledger.left_out("noise in the choice of the learned filters", "variance is that of the filters chosen", 0.08, "of the variance of flat fields")
-        return *learned.learned(mosaic, filters, names, variance), _near(bad, learned.RADIUS)
-    planes, variances, touched = demosaic(mosaic, filters, len(names), variance, bad)
+        planes, noise_map = learned.learned(mosaic, filters, names, variance)
+        return Interpolated(planes, _near(bad, learned.RADIUS), noise_map)
+    if method == "malvar":
+        planes = bayer(method, mosaic, filters, names)
+        return Interpolated(planes, _near(bad, REACH), malvar_kernels(filters, names))
+    rule = bilinear(filters, len(names))
+    planes, touched = interpolated(rule, mosaic), spoilt(rule, bad)
     if method == "guided" and len(names) > 1:
         planes = _guided(mosaic, planes, filters, variance)
-    if method in ("malvar", "menon"):
+    if method == "menon":
         planes, touched = bayer(method, mosaic, filters, names), _near(bad, REACH)
-        if method == "malvar":
-            variances = _linear_variance(filters, names, variance)
     if method in ("guided", "menon"):
         ledger.left_out(f"variance of demosaic {method}", "it follows the picture; that of the bilinear rule is given", np.nan, "")
-    return planes, variances, touched
+    return Interpolated(planes, touched, rule)
 
 
 def bayer(method: str, mosaic, filters, names):
@@ -72,23 +86,22 @@ def _repeats(filters) -> bool:
     return np.array_equal(f[2:], f[:-2]) and np.array_equal(f[:, 2:], f[:, :-2])
 
 
-def _linear_variance(filters, names, variance):
-    """Return the exact variance of Malvar's map: its answers to one sample of 1 at each place of the array, squared."""
-    from scipy.ndimage import convolve
-
-    size = 16
-    rows, columns = np.arange(variance.shape[0]) % 2, np.arange(variance.shape[1]) % 2
-    tile = np.tile(np.asarray(filters)[:2, :2], (size // 2, size // 2))
-    out = np.zeros((len(names), *variance.shape))
-    for y in (0, 1):
-        for x in (0, 1):
-            impulse = np.zeros((size, size))
-            impulse[size // 2 + y, size // 2 + x] = 1.0
-            answer = bayer("malvar", impulse, tile, names)
-            here = variance * ((rows == y)[:, None] & (columns == x))
-            window = slice(size // 2 + y - REACH, size // 2 + y + REACH + 1), slice(size // 2 + x - REACH, size // 2 + x + REACH + 1)
-            out += np.stack([convolve(here, plane[window] ** 2, mode="mirror") for plane in answer])
-    return out
+def malvar_kernels(filters, names) -> Kernels:
+    """Return Malvar's rule as kernels: its answers to one sample of 1 at each place of the array."""
+    filters = np.asarray(filters)
+    size, middle = 16, 8
+    tile = np.tile(filters[:2, :2], (size // 2, size // 2))
+    taps = {(row, column): [[] for _ in names] for row in (0, 1) for column in (0, 1)}
+    for y, x in taps:
+        impulse = np.zeros((size, size))
+        impulse[middle + y, middle + x] = 1.0
+        for channel, answer in enumerate(bayer("malvar", impulse, tile, names)):
+            for row, column in np.argwhere(answer):
+                offset = middle + y - int(row), middle + x - int(column)
+                taps[row % 2, column % 2][channel].append((*offset, float(answer[row, column])))
+    rows, columns, _ = places(filters)
+    kernels = [folded(row, column, taps[row[0] % 2, column[0] % 2], filters.shape) for row in rows for column in columns]
+    return Kernels(kernels, filters.shape, (2, 2))
 
 
 def _guided(mosaic, planes, filters, variance):

@@ -1,8 +1,8 @@
-"""Develop: from a mosaic of electrons to a picture in cd/m2. Every step is linear, so the variance goes along exactly."""
+"""Develop: from a mosaic of electrons to a picture in cd/m2, with the variances that the samples' noise becomes."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,9 @@ from isethdr_core.truth import make_picture
 
 from .demosaic import array_period
 from .demosaic_methods import interpolate
-from .denoise import after_demosaic, denoised
+from .denoise import averaged, denoised
 from .development import Development
+from .propagation import independent
 from .shading import shading
 from .spectra import LIGHTS, light, radiances
 
@@ -35,16 +36,26 @@ def develop(merged, reads, captures, how: Development):
     filters, names = captures["filter"].values, [str(name) for name in captures["channel"].values]
     if how.denoise not in DENOISERS:
         raise ConfigError(f"isp denoise {how.denoise!r} is unknown{did_you_mean(how.denoise, DENOISERS)}")
+    alike = None
     if how.denoise == "nl_means":
         merged, alike = denoised(merged, array_period(filters))
     # the falloff goes first, while every sample still stands at its own place: a uniform scene is then flat to the demosaic
     level = shading(captures, how.shading_csv)
-    merged, level = replace(merged, valid=merged.valid & (level > 0)), np.where(level > 0, level, 1.0)  # where no light passes the lens
+    valid, level = merged.valid & (level > 0), np.where(level > 0, level, 1.0)  # where no light passes the lens
     variance = merged.variance_e2 / level**2
-    planes, variances, touched = interpolate(how.demosaic, merged.signal_e / level, filters, names, variance, ~merged.valid)
-    if how.denoise == "nl_means":
-        variances = after_demosaic(variances, variance, alike, filters)
-    return finish(planes, variances, merged.valid & ~touched, reads[0].response, captures, how.balance, how.design_snr, floor_e2(reads))
+    temporal = independent(variance) if alike is None else averaged(variance, alike)
+    planes, touched, noise_map = interpolate(how.demosaic, merged.signal_e / level, filters, names, variance, ~valid)
+    response, dark_var_e2 = reads[0].response, floor_e2(reads)
+    matrix = solve_matrix(response, captures.wavelength.values, how.balance, how.design_snr, dark_var_e2)
+    noise = PictureNoise(noise_map.variance(matrix, temporal), noise_map.variance(matrix, merged.fixed.scaled(1 / level)))
+    return finish(matrix, planes, noise, valid & ~touched, captures, picture_attrs(captures, response, how, dark_var_e2))
+
+
+class PictureNoise(NamedTuple):
+    """Variances (xyz_channel, y, x) of a picture, (cd/m2)^2."""
+
+    temporal: np.ndarray
+    fixed: np.ndarray
 
 
 def floor_e2(reads) -> float:
@@ -52,19 +63,24 @@ def floor_e2(reads) -> float:
     return min(read.dark_e + float(np.median(read.read_var_e2)) for read in reads)
 
 
-def finish(planes, variances, valid, response, captures, balance: str, design_snr: float, dark_var_e2: float = 0.0):
+def finish(matrix, planes, noise: PictureNoise, valid, captures, attrs: dict):
     """Return the picture of electrons (channel, y, x) that are known in every channel and freed of the lens's falloff."""
-    matrix = solve_matrix(response, captures.wavelength.values, balance, design_snr, dark_var_e2)
-    xyz = np.moveaxis(np.tensordot(matrix, planes, axes=1), 0, -1)
-    variance = np.moveaxis(np.tensordot(matrix**2, variances, axes=1), 0, -1)
+    xyz = np.tensordot(matrix, planes, axes=1)
+    xyz, temporal, fixed = (np.moveaxis(values, 0, -1) for values in (xyz, *noise))
+    return make_picture(xyz, temporal, valid, captures.x.values, captures.y.values, fixed, **attrs)
+
+
+def picture_attrs(captures, response, how: Development, dark_var_e2: float = 0.0) -> dict:
+    """Return the attributes of a picture: the lens's, the white of `how.balance`, the level of the colour matrix."""
     attrs = {k: captures.attrs[k] for k in ("pitch_um", "focal_length_mm", "f_number", "cfa", *geometry.PLACES) if k in captures.attrs}
     # the XYZ of a white in the light that `balance` names, for views
-    attrs["white_xyz"] = [float(v) for v in xyz_weights(captures.wavelength.values) @ light(balance, captures.wavelength.values)]
+    wavelength_nm = captures.wavelength.values
+    attrs["white_xyz"] = [float(v) for v in xyz_weights(wavelength_nm) @ light(how.balance, wavelength_nm)]
     # the level at which the matrix weighs noise rightly; absent where noise is not thought of
-    if np.isfinite(design_snr):
-        samples = radiances(captures.wavelength.values)
-        attrs["design_cd_m2"] = design_luminance((samples @ response.T).mean(), design_snr, dark_var_e2)
-    return make_picture(xyz, variance, valid, captures.x.values, captures.y.values, **attrs)
+    if np.isfinite(how.design_snr):
+        samples = radiances(wavelength_nm)
+        attrs["design_cd_m2"] = design_luminance((samples @ response.T).mean(), how.design_snr, dark_var_e2)
+    return attrs
 
 
 def solve_matrix(response, wavelength_nm, balance: str, design_snr: float, dark_var_e2: float = 0.0) -> np.ndarray:

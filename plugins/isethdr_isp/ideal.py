@@ -19,8 +19,8 @@ class IdealIsp:
 
         from isethdr_core.errors import UnitError
 
-        from .combine import Merged
-        from .develop import develop, finish
+        from .combine import plain
+        from .develop import PictureNoise, develop, finish, picture_attrs, solve_matrix
         from .development import Development
         from .readout import check_captures, chosen, falloff, readouts
         from .spectra import light
@@ -33,13 +33,19 @@ class IdealIsp:
         elif captures.sizes["channel"] > 1:
             raise UnitError(f"of {captures.sizes['channel']} channels all but one are sampled nowhere in the filter array; a cropped "
                             "pattern? use at least one whole period")
-        reads = readouts(captures, light("daylight", captures.wavelength.values))
-        planes = np.stack([r.charge_e - r.dark_e for r in reads])
-        variances = np.stack([r.variance_e2() for r in reads])
-        valid = ~np.any([r.saturated for r in reads], axis=0)
+        wavelength_nm = captures.wavelength.values
+        reads = readouts(captures, light("daylight", wavelength_nm))
+        mosaics = [plain(read) for read in reads]
+        how = Development(design_snr=np.inf)
         if not alone:
-            one = Merged(planes[0], variances[0], valid, np.zeros(valid.shape, np.uint8))
-            return develop(one, reads[:1], captures, Development(design_snr=np.inf))
+            return develop(mosaics[0], reads[:1], captures, how)
         response = np.stack([r.response[filters[0, 0]] for r in reads])
         level = falloff(captures)
-        return finish(planes / level, variances / level**2, valid, response, captures, "daylight", np.inf)
+        matrix = solve_matrix(response, wavelength_nm, how.balance, how.design_snr)
+        # captures of one photodiode share its fixed pattern, which an ideal sensor does not have: they count as independent
+        fixed = np.array([np.broadcast_to(m.fixed.total_e2(), level.shape) for m in mosaics])
+        temporal = np.array([m.variance_e2 for m in mosaics])
+        noise = PictureNoise(*(np.tensordot(matrix**2, values / level**2, axes=1) for values in (temporal, fixed)))
+        planes = np.stack([m.signal_e for m in mosaics]) / level
+        valid = np.all([m.valid for m in mosaics], axis=0)
+        return finish(matrix, planes, noise, valid, captures, picture_attrs(captures, response, how))

@@ -12,13 +12,16 @@ term keeps the detail of the short samples where they count.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from isethdr_core.errors import UnitError
 
 from .combine import read_charge, weight
 from .demosaic import demosaic
-from .readout import charge_variance, readouts
+from .fixed_pattern import fixed_pattern
+from .readout import Readout, charge_variance, readouts
 from .shading import shading
 from .spectra import light
 
@@ -29,11 +32,21 @@ def is_interleaved(captures) -> bool:
     return any(name.islower() and name.upper() in names for name in names)
 
 
-def merge_interleaved(captures, balance: str, shading_csv: str = ""):
-    """Return (planes, variances, valid, response, read): electrons (channel, y, x) of upper case pixels, one channel per colour.
+class Interleaved(NamedTuple):
+    """A merged capture of two exposures."""
 
-    A colour that comes in one case alone keeps it. Electrons are freed of dark charge and of the lens's falloff; response is
-    (channel, wavelength) electrons per band mean radiance; read is the one `Readout`.
+    planes: np.ndarray      # (channel, y, x) electrons
+    variances: np.ndarray   # same shape, from shot to shot, e^2
+    fixed: np.ndarray       # same shape, from device to device, e^2
+    valid: np.ndarray       # (y, x) bool
+    response: np.ndarray    # (channel, wavelength) electrons per band mean radiance
+    read: Readout
+
+
+def merge_interleaved(captures, balance: str, shading_csv: str = "") -> Interleaved:
+    """Return the capture as electrons of upper case pixels, one channel per colour.
+
+    A colour that comes in one case alone keeps it. Electrons are freed of dark charge and of the lens's falloff.
     """
     if captures.sizes["capture"] != 1:
         raise UnitError(f"a shot of {captures.sizes['capture']} captures has upper and lower case filters; expected one capture; "
@@ -60,21 +73,28 @@ def merge_interleaved(captures, balance: str, shading_csv: str = ""):
     g_next, _ = weight(charge.t_e + 1, charge, charge, ratio)
     part = (charge.t_e * g - charge.read_var_e2 * slope - charge.dark_e * g_next) / level
 
+    # every sample is silicon of its own; what columns or rows share counts as independent
+    pattern = fixed_pattern(list(charge.reads), single * scale, single_var * scale**2).scaled(1 / scale)
+    single_fixed = pattern.total_e2() + np.zeros(filters.shape)
+
     alone, alone_var, touched = demosaic(single, filters, len(names), single_var, ~charge.good & ~long_here)
+    alone_fixed = demosaic(single, filters, len(names), single_fixed)[1]
     short_there = np.zeros(filters.shape)
     for long, short in pairs.items():
         short_there[filters == long] = alone[short][filters == long]
     blended, _, _ = demosaic(part + short_there * (1 - g_next), filters, len(names))
     rest, _, _ = demosaic(1 - g_next, filters, len(names))
     again, _, _ = demosaic(short_there, filters, len(names))
-    _, long_var, _ = demosaic(part, filters, len(names), g**2 * np.where(long_here, single_var, 0.0))
-    planes, variances = np.empty((2, len(colours), *filters.shape))
+    long_var, long_fixed = (demosaic(part, filters, len(names), g**2 * np.where(long_here, of_sample, 0.0))[1]
+                            for of_sample in (single_var, single_fixed))
+    planes, variances, fixed = np.empty((3, len(colours), *filters.shape))
     for place, colour in enumerate(colours):
         k = names.index(colour)
         if k in pairs:
-            z, z_var = alone[pairs[k]], alone_var[pairs[k]]
-            planes[place] = blended[k] + rest[k] * (z - again[k])
-            variances[place] = long_var[k] + rest[k] ** 2 * z_var
+            short = pairs[k]
+            planes[place] = blended[k] + rest[k] * (alone[short] - again[k])
+            variances[place] = long_var[k] + rest[k] ** 2 * alone_var[short]
+            fixed[place] = long_fixed[k] + rest[k] ** 2 * alone_fixed[short]
         else:
-            planes[place], variances[place] = alone[k], alone_var[k]
-    return planes, variances, ~touched, read.response[[names.index(c) for c in colours]], read
+            planes[place], variances[place], fixed[place] = alone[k], alone_var[k], alone_fixed[k]
+    return Interleaved(planes, variances, fixed, ~touched, read.response[[names.index(c) for c in colours]], read)

@@ -10,6 +10,7 @@ The table is trained by `isethdr study train_demosaic` on simulated pictures and
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -18,6 +19,7 @@ import numpy as np
 from isethdr_core.errors import UnitError
 
 from .local_classes import classes
+from .propagation import NoisePart, SampleNoise
 
 RADIUS = 3                      # pixels, half of a filter
 SIDE = 2 * RADIUS + 1
@@ -26,8 +28,8 @@ AT_ONCE = 1 << 16               # pixels whose neighbourhoods are held in memory
 LETTERS = "RGBW"                # channels come in this order
 
 
-def learned(mosaic, filters, names, variance, table=None):
-    """Return (planes, variances), both (channel, y, x), of a mosaic of electrons.
+def learned(mosaic, filters, names, variance, table=None) -> tuple[np.ndarray, ChosenFilters]:
+    """Return the channels (channel, y, x) of a mosaic of electrons, and the filters that made them.
 
     Parameters
     ----------
@@ -45,22 +47,59 @@ def learned(mosaic, filters, names, variance, table=None):
         raise UnitError(f"a picture of {filters.shape} pixels is smaller than the learned filters; expected {SIDE} rows and columns "
                         "or more; use isp.demosaic=bilinear")
     trained = matching(filters, names, load() if table is None else table)
-    rows, columns = trained.shape[:2]
-    kinds = classes(mosaic, filters, variance)
-    samples, spreads = (neighbourhoods(a, (rows, columns)) for a in (mosaic, variance))
-    planes, variances = np.empty((2, len(names), *filters.shape))
-    for y in range(rows):
-        for x in range(columns):
-            here = kinds[y::rows, x::columns]
+    chosen = ChosenFilters(trained, classes(mosaic, filters, variance))
+    samples = neighbourhoods(mosaic, chosen.cell)
+    planes = np.empty((len(names), *filters.shape))
+    for weights, at in chosen.blocks():
+        planes[(slice(None), *at)] = weights @ samples[at].reshape(len(at[0]), -1).T
+    return planes, chosen
+
+
+@dataclass(frozen=True, eq=False)
+class ChosenFilters:
+    """The filter of every pixel: a linear map of the samples as long as the classes stay."""
+
+    trained: np.ndarray     # (row, column, class, channel, tap)
+    kinds: np.ndarray       # (y, x) class of every pixel
+
+    @property
+    def cell(self) -> tuple[int, int]:
+        """Return the rows and columns after which the filter array repeats."""
+        return self.trained.shape[:2]
+
+    def blocks(self):
+        """Yield (filter (channel, tap), (row, column) indices of pixels it makes), at most `AT_ONCE` pixels at a time."""
+        rows, columns = self.cell
+        for y, x in np.ndindex(rows, columns):
+            here = self.kinds[y::rows, x::columns]
             order = np.argsort(here, axis=None, kind="stable")
-            ends = np.searchsorted(here.ravel()[order], np.arange(trained.shape[2] + 1))
+            ends = np.searchsorted(here.ravel()[order], np.arange(self.trained.shape[2] + 1))
             for kind, (first, last) in enumerate(zip(ends[:-1], ends[1:])):
                 for start in range(first, last, AT_ONCE):
                     row, column = np.unravel_index(order[start:min(start + AT_ONCE, last)], here.shape)
-                    at = row * rows + y, column * columns + x
-                    planes[(slice(None), *at)] = trained[y, x, kind] @ samples[at].reshape(len(row), -1).T
-                    variances[(slice(None), *at)] = trained[y, x, kind] ** 2 @ spreads[at].reshape(len(row), -1).T
-    return planes, variances
+                    yield self.trained[y, x, kind], (row * rows + y, column * columns + x)
+
+    def variance(self, matrix, noise: SampleNoise) -> np.ndarray:
+        """Return the variance (out, y, x) of `matrix` (out, channel) times the channels, given the classes."""
+        out = np.zeros((len(matrix), *self.kinds.shape))
+        for part in noise.parts:
+            values = part.variance_e2 if part.alone() else np.sqrt(part.variance_e2)
+            samples = neighbourhoods(values, self.cell)
+            for weights, at in self.blocks():
+                composed, near = np.asarray(matrix) @ weights, samples[at].reshape(len(at[0]), -1)
+                if part.alone():
+                    out[(slice(None), *at)] += composed**2 @ near.T
+                    continue
+                for taps in self._alike(part):
+                    out[(slice(None), *at)] += (composed[:, taps] @ near[:, taps].T) ** 2
+        return out
+
+    def _alike(self, part: NoisePart) -> list[list[int]]:
+        """Return the taps of a filter in groups of samples that deviate alike."""
+        groups: dict = {}
+        for tap, (row, column) in enumerate(np.ndindex(SIDE, SIDE)):
+            groups.setdefault(part.group(row, column, self.cell), []).append(tap)
+        return list(groups.values())
 
 
 def neighbourhoods(image, cell_shape):

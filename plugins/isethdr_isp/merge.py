@@ -46,14 +46,19 @@ class MergeIsp(Development):
 
         from isethdr_core.errors import ConfigError
 
-        from .develop import finish, floor_e2
+        from .develop import PictureNoise, finish, floor_e2, picture_attrs, solve_matrix
         from .interleaved import merge_interleaved
 
         for field, only in (("rule", "inverse_variance"), ("demosaic", "bilinear"), ("denoise", "none")):
             if getattr(self, field) != only:
                 raise ConfigError(f"isp.{field}={getattr(self, field)} cannot merge upper and lower case filters of one array; expected {only}")
-        *merged, response, read = merge_interleaved(captures, self.balance, self.shading_csv)
-        picture = finish(*merged, response, captures, self.balance, self.design_snr, floor_e2([read]))
+        merged = merge_interleaved(captures, self.balance, self.shading_csv)
+        dark_var_e2 = floor_e2([merged.read])
+        matrix = solve_matrix(merged.response, captures.wavelength.values, self.balance, self.design_snr, dark_var_e2)
+        # every channel comes from samples of its own
+        noise = PictureNoise(*(np.tensordot(matrix**2, values, axes=1) for values in (merged.variances, merged.fixed)))
+        attrs = picture_attrs(captures, merged.response, self, dark_var_e2)
+        picture = finish(matrix, merged.planes, noise, merged.valid, captures, attrs)
         picture["source"] = (("y", "x"), np.zeros(picture["valid"].shape, np.uint8))
         return picture
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from isethdr_core.errors import UnitError, did_you_mean
 from isethdr_core.physics.radiometry import photons_per_energy
 
 from .bent_response import bent_response, check_responses
+from .fixed_pattern import DeviceSpread, check_device_spread, device_spread
 
 PER_CAPTURE = ("exposure_s", "gain_dn_per_e", "black_dn", "top_dn", "read_noise_e", "dark_e", "quantisation_e", "area_m2",
                "charge")
@@ -32,6 +33,7 @@ class Readout:
     sensitivity: np.ndarray   # (channel,) electrons per (cd/m2 of light `white`) on the axis
     response: np.ndarray      # (channel, wavelength) electrons per band mean radiance on the axis
     capture: int = 0          # place of this capture in the shot
+    spread: DeviceSpread = field(default_factory=DeviceSpread)     # how far another device would differ
 
     def variance_e2(self) -> np.ndarray:
         """Return the variance (y, x) estimated from each pixel's own charge: charge + read variance."""
@@ -70,12 +72,14 @@ def readouts(captures, white_radiance) -> list[Readout]:
         bent = bent_response(captures, i)
         if bent is None:
             charge, saturated = (linear - c["black_dn"]) / c["gain_dn_per_e"], np.asarray(captures["saturated"].values[i], bool)
-            noise, clear_top = read_var + step_var * steps**2, top - margin
+            noise, clear_top, offset_gain = read_var + step_var * steps**2, top - margin, 1.0
         else:
             charge, saturated, noise = bent.electrons_at(linear), linear >= bent.dn[-1], bent.read_variance_e2(linear)
             top, clear_top = bent.electrons[-1], float(bent.electrons_at(bent.dn[-1] - margin * c["gain_dn_per_e"]))
+            offset_gain = c["gain_dn_per_e"] * bent.electrons_per_dn(linear)
         out.append(Readout(charge_e=charge, saturated=saturated, read_var_e2=noise, dark_e=c["dark_e"], top_e=top, clear_top_e=clear_top,
-                           sensitivity=response @ white_radiance, response=response, capture=i))
+                           sensitivity=response @ white_radiance, response=response, capture=i,
+                           spread=device_spread(captures, i, offset_gain)))
     return out
 
 
@@ -145,6 +149,7 @@ def check_captures(captures) -> None:
         raise UnitError(f"filter holds channel {captures['filter'].values.max()}; expected 0..{channels - 1}, an index into `channel`")
     _check_companding(captures)
     check_responses(captures)
+    check_device_spread(captures)
 
 
 def _check_companding(captures):

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .combine import Merged, fold, read_charge
+from .fixed_pattern import WeightedRead, fixed_pattern
 from .readout import Readout, charge_variance
 
 SHARE = 0.95   # of the top (sensorComputeArray.m)
@@ -38,6 +39,7 @@ def poisson_sum(groups, per_light) -> Merged:
     least = _descend(groups[:1], per_light[:1])
     electrons, light, variance = (np.zeros(least.signal_e.shape) for _ in range(3))
     source = least.source.copy()
+    weighted = []
     for reads, own in zip(groups, per_light):
         good = [_good(read) for read in reads]
         count = sum(g.astype(float) for g in good)
@@ -45,11 +47,14 @@ def poisson_sum(groups, per_light) -> Merged:
         for read, g in zip(reads, good):
             electrons += np.where(g, read.charge_e - read.dark_e, 0.0)
             variance += np.where(g, read.read_var_e2 + count * np.maximum(read.charge_e, 0.0), 0.0)
+            weighted.append((read, g.astype(float), own / per_light[-1]))
             source[g] = read.capture
     some = light > 0
     safe, ratio = np.where(some, light, 1.0), per_light[0] / per_light[-1]
-    return Merged(np.where(some, electrons / safe, least.signal_e / ratio),
-                  np.where(some, variance / safe**2, least.variance_e2 / ratio**2), some, source)
+    signal = np.where(some, electrons / safe, least.signal_e / ratio)
+    variance = np.where(some, variance / safe**2, least.variance_e2 / ratio**2)
+    parts = [WeightedRead(read.spread, g / safe, sensitivity) for read, g, sensitivity in weighted]
+    return Merged(signal, variance, some, source, fixed_pattern(parts, signal, variance))
 
 
 RULES = {"inverse_variance": inverse_variance, "average": average, "poisson_sum": poisson_sum, "isetcam": isetcam}
@@ -61,7 +66,7 @@ def _good(read: Readout):
 
 def _descend(groups, per_light) -> Merged:
     """Return the mean of the good reads of the most sensitive charge with one; the widest read of the least sensitive else."""
-    out = None
+    out, chosen, parts = None, [], []
     for reads, light in zip(groups, per_light):  # least sensitive first, later ones overwrite
         good = np.array([_good(read) for read in reads])
         use = good | (~good.any(0) & np.array([read is max(reads, key=lambda r: r.top_e) for read in reads])[:, None, None])
@@ -73,9 +78,12 @@ def _descend(groups, per_light) -> Merged:
             source[u] = read.capture
         ratio = light / per_light[-1]
         here = (charge - reads[0].dark_e) / ratio, charge_variance(charge, read_var) / ratio**2, good.any(0), source
+        chosen = [mine & ~good.any(0) for mine in chosen] + [np.ones_like(good[0]) if out is None else good.any(0)]
+        parts.append([WeightedRead(read.spread, u / count / ratio, ratio) for u, read in zip(use, reads)])
         if out is None:
             out = here
         else:
             out = *(np.where(good.any(0), new, old) for new, old in zip(here[:2], out[:2])), here[2] | out[2], \
                 np.where(good.any(0), source, out[3])
-    return Merged(*out)
+    reads = [part._replace(weight=part.weight * mine) for mine, of_charge in zip(chosen, parts) for part in of_charge]
+    return Merged(*out, fixed_pattern(reads, *out[:2]))

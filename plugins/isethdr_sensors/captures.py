@@ -27,6 +27,10 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
     readings, diodes = model.readings, [model.diode_of(r) for r in model.readings]
     dark = [dark_electrons(d.dark_e_per_s, model.exposure_of(d), model.temperature_c) for d in diodes]
 
+    silicon = sorted({d.silicon or d.name for d in model.photodiodes})
+    offsets = {"dsnu_e": [r.dsnu_e for r in readings], "column_e": [r.column_e for r in readings],
+               "row_e": [r.row_e for r in readings]}
+
     def each(values, units, dtype=float):
         return "capture", np.array(list(values), dtype), {"units": units}
 
@@ -43,6 +47,10 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
         "quantisation_e": each((converter.quantisation_e(r) for r in readings), "e"),
         "area_m2": each((grid.pitch_m**2 * d.fill_factor for d in diodes), "m2"),
         "charge": each((r.diode for r in readings), "1", int),
+        "silicon": each((silicon.index(d.silicon or d.name) for d in diodes), "1", int),
+        "prnu": each((d.prnu * model.noise for d in diodes), "1"),
+        "dark_spread_e": each((e * d.dark_spread * model.noise for e, d in zip(dark, diodes, strict=True)), "e"),
+        **{name: each((value * model.noise for value in values), "e") for name, values in offsets.items()},
         "quantum_efficiency": (("capture", "channel", "wavelength"), np.repeat(qe[None], len(readings), 0), {"units": "e/photon"}),
     }, coords={**_grid(model, grid), "channel": names(channels(model.cfa)), "wavelength": bands_nm(light)},
         attrs={"pitch_um": model.pitch_um, "cfa": model.cfa, **{k: light.attrs[k] for k in FROM_LIGHT if k in light.attrs}})

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from isethdr_isp import LinearIsp, MergeIsp
 from isethdr_isp.combine import Merged
-from isethdr_isp.demosaic import demosaic
-from isethdr_isp.denoise import after_demosaic, denoised, pair, shifts, stabilised
+from isethdr_isp.demosaic import bilinear, interpolated
+from isethdr_isp.denoise import averaged, denoised, pair, shifts, stabilised
 from isethdr_isp.spectra import light
 
 from isethdr_core import ledger
@@ -140,9 +140,10 @@ def test_the_variance_of_demosaiced_planes_is_that_of_draws(scene, level, low, h
     mean, rng, seen, stated = np.take_along_axis(planes, filters[None], 0)[0], np.random.default_rng(12), [], []
     for _ in range(12):
         one, alike = denoised(noisy(mean, rng), (2, 2))
-        out, variances, _ = demosaic(one.signal_e, filters, 3, one.variance_e2)
-        seen.append(out[:, 6:-6, 6:-6])
-        stated.append(after_demosaic(variances, one.variance_e2, alike, filters)[:, 6:-6, 6:-6].mean())
+        rule = bilinear(filters, 3)
+        seen.append(interpolated(rule, one.signal_e)[:, 6:-6, 6:-6])
+        variances = rule.variance(np.eye(3), averaged(one.variance_e2, alike))
+        stated.append(variances[:, 6:-6, 6:-6].mean())
     # 12 draws of some 50 to 17 000 independent pixels: 6 % where all is averaged
     assert low - 0.05 < np.mean(stated) / np.var(seen, axis=0, ddof=1).mean() < high + 0.05
 

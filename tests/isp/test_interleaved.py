@@ -51,14 +51,14 @@ def test_no_bias_and_right_variance_below_in_and_beyond_the_transition(level):
 def test_short_samples_are_worth_little_in_the_dark_and_all_in_the_light(bench):
     for level, share in ((100.0, 16 / 17), (20000.0, 0.0)):
         captures = shot(np.full((32, 32), level), cfa="RGrg/GBgb")
-        planes, variances, valid, *_ = merge_interleaved(captures, "daylight")
+        merged = merge_interleaved(captures, "daylight")
         long = captures["filter"].values == 1                      # upper case green
-        assert valid.all()
-        electrons = planes[1][long][100:].mean()
+        assert merged.valid.all()
+        electrons = merged.planes[1][long][100:].mean()
         if share:   # own sample: share^2 of its own shot noise and the rest of the interpolated short one's, read noise aside
-            assert variances[1][long][100:].mean() < 1.1 * electrons
+            assert merged.variances[1][long][100:].mean() < 1.1 * electrons
         else:       # 1/16 of the light, interpolated from two or more samples
-            assert variances[1][long][100:].mean() > 3 * electrons
+            assert merged.variances[1][long][100:].mean() > 3 * electrons
 
 
 def test_beyond_the_short_pixels_nothing_is_valid_and_all_is_finite():
