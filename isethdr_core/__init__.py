@@ -5,6 +5,7 @@
 | `component`, `hookspecs`        | what a plugin offers, and through which hooks                         |
 | `registry`, `composition`       | collect plugins; turn their fields into Hydra configs                 |
 | `ranges`                        | which values a component's field may hold                             |
+| `trust`                         | which folders a config file may come from                             |
 | `builtin`                       | the components that the core itself offers: lighting                  |
 | `scene`, `categories`           | scene description: geometry, materials, lamps; names of things        |
 | `quantities`, `scores`          | what crosses the borders between stages, and the checks on it         |

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import contextmanager
 from dataclasses import MISSING, field, fields, make_dataclass
 from functools import cache
 from typing import Any, get_args, get_origin, get_type_hints
@@ -10,6 +11,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 from .component import KINDS
 from .errors import ConfigError, did_you_mean
 from .registry import components, plugin_manager
+from .trust import check_overrides, own_folder
 
 CONFIG_MODULE = "isethdr_core.conf"
 
@@ -27,19 +29,60 @@ def compose(overrides=(), config_name: str = "config"):
     """
     import hydra
     from hydra.core.global_hydra import GlobalHydra
-    from hydra.errors import HydraException
-    from omegaconf.errors import OmegaConfBaseException
 
     register_with_hydra()
     GlobalHydra.instance().clear()
-    try:
+    with user_mistakes():
+        check_overrides(overrides)
         with hydra.initialize_config_module(CONFIG_MODULE, version_base="1.3"):
             config = hydra.compose(config_name, overrides=list(overrides), return_hydra_config=True)
-            return with_choices(config, config.hydra.runtime.choices)
+            return resolved(with_choices(config, config.hydra.runtime.choices))
+
+
+@contextmanager
+def user_mistakes():
+    """Turn what Hydra and OmegaConf raise about a config into ConfigError.
+
+    Hydra 1.3 reads some wrong values without a check of its own, so that bare ValueError and TypeError
+    reach us: for `renderer=null`, or `scene=[1]`.
+    """
+    from hydra.errors import HydraException, OverrideParseException
+    from omegaconf.errors import OmegaConfBaseException
+
+    try:
+        yield
+    except OverrideParseException as err:
+        raise ConfigError(
+            f"the override {err.override!r} cannot be read; expected key=value; type quotes around text with "
+            "blanks, brackets or quotes, for example \"key='a b'\""
+        ) from None
     except (HydraException, OmegaConfBaseException) as err:
         raise ConfigError(explain(err)) from None
-    except ValueError as err:   # Hydra 1.3 lets `renderer=null` through to a bare ValueError
-        raise ConfigError(f"{err}; expected <kind>=<name>; type ~<kind>, for example ~renderer, to leave one out") from None
+    except (ValueError, TypeError, AttributeError) as err:
+        raise ConfigError(
+            f"{err}; expected <kind>=<name>; type ~<kind>, for example ~renderer, to leave one out"
+        ) from None
+
+
+def resolved(config):
+    """Return the config once every `${...}` in it has been resolved.
+
+    Raises
+    ------
+    ConfigError : one names a key, a variable or a resolver that does not exist.
+    """
+    from omegaconf import OmegaConf
+    from omegaconf.errors import OmegaConfBaseException
+
+    try:
+        OmegaConf.to_container(config, resolve=True)
+    except OmegaConfBaseException as err:
+        where = err.full_key or "a value"
+        raise ConfigError(
+            f"{where} cannot be resolved: {str(err.msg or err).splitlines()[0]}; expected a value, or "
+            f"${{key}} of a key that the config has; type for example {err.full_key or 'key'}=<value>"
+        ) from None
+    return config
 
 
 def with_choices(config, choices):
@@ -152,5 +195,7 @@ def _search_path_plugin():
             for impl in plugin_manager().hook.isethdr_config_paths.get_hookimpls():
                 for path in impl.function():
                     search_path.append(provider=impl.plugin_name, path=path)
+            if own_folder().is_dir():
+                search_path.append(provider="working folder", path=f"file://{own_folder()}")
 
     return IsethdrSearchPath

@@ -2,28 +2,45 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 
-from .composition import CONFIG_MODULE, compose, register_with_hydra, with_choices
+from .composition import CONFIG_MODULE, compose, register_with_hydra, user_mistakes, with_choices
 from .sweeps import prepared
+from .trust import check_arguments
 
 MISTAKE, CRASH, INTERRUPTED = 2, 1, 130     # exit codes: the user's to fix, a component's, Ctrl-C (128 + SIGINT)
+
+
+class JobsFailed(Exception):
+    """A job of a sweep failed and said why; Hydra raises it again once the other jobs have run."""
 
 
 def run_with_hydra(arguments: list[str]) -> None:
     """Run once, or sweep with `-m`; Hydra reads the arguments as if they were the command line."""
     import hydra
 
+    from .runs import check_writable
+    from .store import home
+
     register_with_hydra()
+    with user_mistakes():
+        check_arguments(arguments)
     if not any(a.startswith("-") for a in arguments):
         compose(arguments)      # a mistake gets our own message, with the nearest valid name
     elif {"-m", "--multirun"} & set(arguments):
         arguments = prepared(arguments)
+        check_writable(home())  # Hydra makes a folder for the sweep before the first job
     sys.argv = ["isethdr run", *arguments]
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises errors as they are, and we explain them
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))     # unwinds, so that what is half-written is removed
     try:
-        hydra.main(version_base="1.3", config_path=f"pkg://{CONFIG_MODULE}", config_name="config")(task)()
+        with user_mistakes():
+            hydra.main(version_base="1.3", config_path=f"pkg://{CONFIG_MODULE}", config_name="config")(task)()
+    except JobsFailed as failure:
+        print(f"error: {failure}", file=sys.stderr)
+        sys.exit(CRASH)
     except KeyboardInterrupt:
         print("interrupted: what is stored is whole; the same command goes on where this one stopped", file=sys.stderr)
         sys.exit(INTERRUPTED)
@@ -32,10 +49,9 @@ def run_with_hydra(arguments: list[str]) -> None:
 def task(config) -> None:
     """Compute one run of a composed config and print its summary; a failure is one line.
 
-    In a sweep the other jobs go on; Hydra raises the first failure again once they have run.
+    In a sweep the other jobs go on; `JobsFailed` comes back once they have run.
     """
     from hydra.core.hydra_config import HydraConfig
-    from hydra.errors import CompactHydraException
     from hydra.types import RunMode
 
     from .runs import run
@@ -49,7 +65,7 @@ def task(config) -> None:
         text, code = complaint(err)
         if sweeping:
             print(f"error: job {' '.join(hydra_config.overrides.task)}: {text}", file=sys.stderr, flush=True)
-            raise CompactHydraException("failed as said above; the other jobs are stored") from None
+            raise JobsFailed("failed as said above; the other jobs are stored") from None
         print(f"error: {text}", file=sys.stderr)
         sys.exit(code)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from inspect import signature
 from typing import Any
@@ -61,7 +62,12 @@ def chain(config) -> Chain:
     ------
     ConfigError : a name, key or value is wrong; nothing has been computed yet.
     """
+    config = checked_config(config)
+
     def table(kind, node):
+        if node is not None and not isinstance(node, Mapping):
+            raise ConfigError(f"{TABLES[kind]} is {node!r}; expected entries by name; "
+                              f"type for example +{kind}@{TABLES[kind]}.mine=<name>")
         return {key: build_from_config(kind, value) for key, value in (node or {}).items() if value}
 
     if config.get("sensor"):
@@ -90,6 +96,26 @@ def chain(config) -> Chain:
         draws=config.get("draws", 1), leave_out=leave_out, looked_at=looked_at, unseen=() if looked_at else tuple(versions), allowed=allowed)
     check_fields(parts.scene, parts.lens, parts.cameras.values())
     return parts
+
+
+TABLES = {"sensor": "cameras", "lighting": "versions", "flare": "flare", "metric": "metric"}
+
+
+def checked_config(config):
+    """Return a composed config once it is one, and all of it can be resolved.
+
+    Raises
+    ------
+    ConfigError : overrides or a name were given instead, or an interpolation leads nowhere.
+    """
+    from omegaconf import DictConfig, OmegaConf
+
+    from .composition import resolved
+
+    if not isinstance(config, DictConfig | dict):
+        raise ConfigError(f"the config is {config!r}; expected a composed config; "
+                          'type for example hdr.run(hdr.compose(["sensor=rgbw"]))')
+    return resolved(config if isinstance(config, DictConfig) else OmegaConf.create(config))
 
 
 def switch(config, name: str) -> bool:

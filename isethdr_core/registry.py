@@ -41,16 +41,19 @@ def plugin_manager() -> pluggy.PluginManager:
     pm = pluggy.PluginManager(hookspecs.PROJECT)
     pm.add_hookspecs(hookspecs)
     wanted = os.environ.get("ISETHDR_PLUGINS", "all")
-    for entry in sorted(metadata.entry_points(group=hookspecs.PROJECT), key=lambda e: e.name):
+    entries = metadata.entry_points(group=hookspecs.PROJECT)
+    for entry in sorted(entries, key=lambda e: (e.name, package_of(e))):
         if wanted != "all" and entry.name not in wanted.split(","):
             continue
+        # two packages may call their entry point the same; pluggy knows a plugin by one name only
+        name = f"{entry.name} of {package_of(entry)}" if pm.has_plugin(entry.name) else entry.name
         try:
             plugin = entry.load()
-            pm.register(plugin, name=entry.name)
-            _refuse_unknown_hooks(pm, entry.name, plugin)
+            pm.register(plugin, name=name)
+            _refuse_unknown_hooks(pm, name, plugin)
         except Exception as err:  # a third party's code: anything may happen
-            if pm.has_plugin(entry.name):
-                pm.unregister(name=entry.name)
+            if pm.has_plugin(name):
+                pm.unregister(name=name)
             _broken.append(BrokenPlugin(entry.name, package_of(entry), f"{type(err).__name__}: {err}"))
             log.error("plugin %r of package %r did not load and is skipped (%s: %s)",
                       entry.name, package_of(entry), type(err).__name__, err)

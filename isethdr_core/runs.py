@@ -19,7 +19,7 @@ from .component import Stage
 from .errors import CatalogError
 from .forecast import expected_s
 from .ledger import Ledger
-from .pipeline import Camera, Chain, chain, on_sensor, plan, stage, through_camera
+from .pipeline import Camera, Chain, chain, checked_config, on_sensor, plan, stage, through_camera
 from .provenance import fingerprint, input_digests, versions
 from .quantities import tristimulus
 from .recipes import described, held_and_missing, scene_radiance
@@ -66,6 +66,7 @@ def run(config) -> Result:
     ------
     IsetHdrError : bad input, named before expensive work starts; nothing already stored is lost.
     """
+    config = checked_config(config)
     parts, settings = chain(config), plain(config)
     key = run_key(settings, parts)
     folder = store.home() / "runs"

@@ -18,7 +18,7 @@ def isethdr(*arguments: str, plugins=(), code: str | None = None, **variables: s
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)
 
 
-def write_plugin(folder: Path, package: str, source: str, **modules: str) -> Path:
+def write_plugin(folder: Path, package: str, source: str, entry_point: str = "", **modules: str) -> Path:
     """Write an installed package of one module, with its entry point, into `folder`, and return the folder."""
     (folder / f"{package}.py").write_text(source)
     for name, text in modules.items():
@@ -26,5 +26,5 @@ def write_plugin(folder: Path, package: str, source: str, **modules: str) -> Pat
     info = folder / f"{package}-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text(f"[isethdr]\n{package} = {package}\n")
+    (info / "entry_points.txt").write_text(f"[isethdr]\n{entry_point or package} = {package}\n")
     return folder

@@ -85,6 +85,24 @@ def test_two_plugins_of_the_same_name_are_both_named(tmp_path):
     assert without.returncode == 0
 
 
+def test_two_packages_may_call_their_entry_point_the_same(tmp_path):
+    for package, sensor in (("one_acme", "nano"), ("two_acme", "pico")):
+        source = SENSOR.format(hook="isethdr_components", name=sensor)
+        folder = write_plugin(tmp_path, package, source, entry_point="acme")
+    shown = isethdr("plugins", "sensor", plugins=[folder])
+    assert shown.returncode == 0 and "broken" not in shown.stdout + shown.stderr
+    listed = {line.split()[0] for line in shown.stdout.splitlines() if line.startswith("  ")}
+    assert {"nano", "pico", "bayer"} <= listed
+    without = isethdr("plugins", "sensor", plugins=[folder], ISETHDR_PLUGINS="core,sensors")
+    assert "nano" not in without.stdout and "pico" not in without.stdout
+
+
+def test_plan_has_a_help_of_its_own():
+    shown = isethdr("plan", "--help")
+    assert shown.returncode == 0 and "plan [override ...]" in shown.stdout
+    assert not shown.stderr
+
+
 def test_a_misspelled_hook_is_named_with_the_nearest(tmp_path):
     folder = write_plugin(tmp_path, "mumble", SENSOR.format(hook="isethdr_component", name="acme"))
     shown = isethdr("plugins", "sensor", plugins=[folder])
