@@ -9,7 +9,7 @@ from functools import cache
 from typing import Any, get_args, get_origin, get_type_hints
 
 from .component import KINDS
-from .errors import ConfigError, did_you_mean
+from .errors import ConfigError, IsetHdrError, did_you_mean
 from .registry import components, plugin_manager
 from .trust import check_overrides, own_folder
 
@@ -34,17 +34,36 @@ def compose(overrides=(), config_name: str = "config"):
     GlobalHydra.instance().clear()
     with user_mistakes():
         check_overrides(overrides)
+        check_choices(overrides)
         with hydra.initialize_config_module(CONFIG_MODULE, version_base="1.3"):
             config = hydra.compose(config_name, overrides=list(overrides), return_hydra_config=True)
             return resolved(with_choices(config, config.hydra.runtime.choices))
+
+
+def check_choices(overrides) -> None:
+    """Refuse a choice that is no name: Hydra resolves nothing there, and fails without a message.
+
+    Raises
+    ------
+    ConfigError : an interpolation is given where the name of a config is expected.
+    """
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+
+    for override in OverridesParser.create().parse_overrides(list(overrides)):
+        group, value = override.key_or_group.partition("@")[0], override.value()
+        if group in (*KINDS, "experiment") and "${" in str(value):
+            raise ConfigError(
+                f"{group} is {str(value)!r}; expected a name; type {group}=<name>, "
+                "and `isethdr plugins` for the names"
+            )
 
 
 @contextmanager
 def user_mistakes():
     """Turn what Hydra and OmegaConf raise about a config into ConfigError.
 
-    Hydra 1.3 reads some wrong values without a check of its own, so that bare ValueError and TypeError
-    reach us: for `renderer=null`, or `scene=[1]`.
+    Hydra 1.3 checks some values not at all, so that any error may come of them: ValueError for
+    `renderer=null`, TypeError for `scene=[1]`, AssertionError for `+lighting=${seed}`.
     """
     from hydra.errors import HydraException, OverrideParseException
     from omegaconf.errors import OmegaConfBaseException
@@ -58,9 +77,12 @@ def user_mistakes():
         ) from None
     except (HydraException, OmegaConfBaseException) as err:
         raise ConfigError(explain(err)) from None
-    except (ValueError, TypeError, AttributeError) as err:
+    except IsetHdrError:
+        raise
+    except Exception as err:
         raise ConfigError(
-            f"{err}; expected <kind>=<name>; type ~<kind>, for example ~renderer, to leave one out"
+            f"the config cannot be composed: {str(err) or type(err).__name__}; expected <kind>=<name>; "
+            "type ~<kind>, for example ~renderer, to leave one out"
         ) from None
 
 

@@ -19,8 +19,6 @@ class JobsFailed(Exception):
 
 def run_with_hydra(arguments: list[str]) -> None:
     """Run once, or sweep with `-m`; Hydra reads the arguments as if they were the command line."""
-    import hydra
-
     from .runs import check_writable
     from .store import home
 
@@ -37,13 +35,20 @@ def run_with_hydra(arguments: list[str]) -> None:
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))     # unwinds, so that what is half-written is removed
     try:
         with user_mistakes():
-            hydra.main(version_base="1.3", config_path=f"pkg://{CONFIG_MODULE}", config_name="config")(task)()
-    except JobsFailed as failure:
-        print(f"error: {failure}", file=sys.stderr)
-        sys.exit(CRASH)
+            _start_hydra()
     except KeyboardInterrupt:
         print("interrupted: what is stored is whole; the same command goes on where this one stopped", file=sys.stderr)
         sys.exit(INTERRUPTED)
+
+
+def _start_hydra() -> None:
+    import hydra
+
+    try:
+        hydra.main(version_base="1.3", config_path=f"pkg://{CONFIG_MODULE}", config_name="config")(task)()
+    except JobsFailed as failure:
+        print(f"error: {failure}", file=sys.stderr)
+        sys.exit(CRASH)
 
 
 def task(config) -> None:

@@ -11,6 +11,7 @@ import subprocess
 import pytest
 
 from isethdr_core import compose, run
+from isethdr_core.errors import ConfigError
 
 from .command import FAST, LIGHTS, here, installed_trouble, isethdr, leftovers, one_by_one, start, stores, wait_for
 
@@ -65,6 +66,19 @@ MISTAKES = [
     ([*LIGHTS, "sensor=ideal", "lighting=weights", "+lighting.weights.skyy=1"], "did you mean 'sky'"),
     ([*LIGHTS, "sensor=ideal", "sensor.columns=9999", "lighting=ideal"], r"type sensor.columns=\d+"),
     (["scene=uniform", *FAST, "scene.width=0", "sensor=ideal"], "type scene.width=320"),
+    ([*LIGHTS, "sensor=ideal", "sensor.pitch_um=${nope}"], r"sensor.pitch_um cannot be resolved.*type for example"),
+    ([*LIGHTS, "sensor=ideal", "sensor.pitch_um=${oc.env:NO_SUCH_VARIABLE}"], "NO_SUCH_VARIABLE"),
+    ([*LIGHTS, "sensor=ideal", "sensor.pitch_um=${no_resolver:1}"], "no_resolver.*type for example"),
+    ([*LIGHTS, "sensor=ideal", "seed=${seed}"], "seed"),
+    ([*LIGHTS, "sensor=ideal", "hydra.run.dir=${nope}"], "nope"),
+    ([*LIGHTS, "sensor=ideal", "isp=${oc.create:{}}"], "expected key=value"),
+    ([*LIGHTS, "sensor=ideal", "isp='${oc.create:{}}'"], "isp"),
+    ([*LIGHTS, "sensor=ideal", 'isp="${oc.create:{}}"'], "isp"),
+    ([*LIGHTS, "sensor=ideal", "scene=[1]"], "expected <kind>=<name>"),
+    ([*LIGHTS, "sensor=ideal", "a b"], "'a b' cannot be read; expected key=value"),
+    ([*LIGHTS, "sensor=ideal", "${x}=3"], "cannot be read; expected key=value"),
+    ([*LIGHTS, "sensor=ideal", "+lighting=${seed}"], "lighting"),
+    ([*LIGHTS, "~cameras", "+cameras=3"], "cameras is 3; expected entries by name"),
     (["scene=iset_exr", "scene.folder=", "scene.scene_id='1112184733'", *FAST[2:], "sensor=ideal", "lighting=ideal"], "EXR file, or is cut off"),
 ]
 
@@ -86,6 +100,20 @@ def test_a_home_that_cannot_be_written_is_found_before_any_work(tmp_path, monkey
     [line] = said.splitlines()
     assert code == 2 and line.startswith("error: cannot write stores into") and "ISETHDR_HOME=" in line
     assert home.read_text() == "a file where the folder should be"
+
+
+def test_a_sweep_into_a_home_that_cannot_be_written_is_one_line(tmp_path):
+    home = tmp_path / "home"
+    home.write_text("a file where the folder should be")
+    done = isethdr("run", "-m", *ONE[1:], "seed=1,2", ISETHDR_HOME=str(home))
+    [line] = done.stderr.splitlines()
+    assert done.returncode == 2 and line.startswith("error: cannot write stores into")
+
+
+@pytest.mark.parametrize("given", [["sensor=rgbw"], "sensor=rgbw", None, 3])
+def test_run_says_that_overrides_have_to_be_composed(given):
+    with pytest.raises(ConfigError, match=r"type for example hdr.run\(hdr.compose\("):
+        run(given)
 
 
 def test_a_damaged_store_is_named_and_kept(isethdr_home, monkeypatch, capsys):
