@@ -17,8 +17,7 @@ def _svg(draw, width: float = 7.0, height: float = 3.4) -> Markup:
     matplotlib.use("Agg", force=False)
     from matplotlib import pyplot as plt
 
-    # names are shown as they are: `$` starts no formula
-    with plt.rc_context({"text.parse_math": False, "svg.fonttype": "none", "svg.hashsalt": "isethdr", "font.size": 9, "font.family": "sans-serif",
+    with plt.rc_context({"svg.fonttype": "none", "svg.hashsalt": "isethdr", "font.size": 9, "font.family": "sans-serif",
                          "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25}):
         fig, ax = plt.subplots(figsize=(width, height), layout="constrained")
         draw(ax)
@@ -29,8 +28,11 @@ def _svg(draw, width: float = 7.0, height: float = 3.4) -> Markup:
 
 
 def legible(name: str) -> str:
-    """Return a name that a legend shows: matplotlib hides those that begin with an underscore."""
-    return f" {name}" if name.startswith("_") else name
+    """Return a name as matplotlib shows it unchanged.
+
+    A legend hides names that begin with an underscore, and two `$` would start a formula.
+    """
+    return (" " if name.startswith("_") else "") + name.replace("$", r"\$")
 
 
 def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: float) -> Markup:
@@ -69,7 +71,7 @@ def seconds(rows) -> Markup:
     def draw(ax):
         ranked = sorted(rows, key=lambda r: -r.seconds)
         shown, rest = ranked[:9], ranked[9:]
-        names = [r.stage for r in shown] + ([f"{len(rest)} more"] if rest else [])
+        names = [legible(r.stage) for r in shown] + ([f"{len(rest)} more"] if rest else [])
         values = [r.seconds for r in shown] + ([sum(r.seconds for r in rest)] if rest else [])
         ax.barh(names[::-1], values[::-1], color=CYCLE[1])
         ax.set_xlabel("seconds")
