@@ -35,6 +35,7 @@ GRID = 3  # of tile means, per tile: the nearest stands in for a place between t
 CLEAR = 1.0  # of the highest spatial frequency: what a lattice takes for lower ones; beside those that tiles pass, hardly any light has them
 ENOUGH = 16  # samples across a wide tile: it and its neighbours then hold 600, whose mean is right to 3 %
 FARTHEST = 4  # wavelengths x f-number between samples
+SMOOTH = 12  # samples per wavelength x f-number, at most: between them a line is right to 3 % of the finest detail
 READS = 1.0  # per tile that a tile moves within the band, of either half
 ROWS, COLUMNS = 32, 240  # of a block of tiles that is read at once
 LEAST_READS, MOST_READS = 12, 256
@@ -95,8 +96,8 @@ def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, split=1, shared=
         wanted = min(max(blur / CLEAR, pitch * split / ENOUGH), FARTHEST * blur)
     else:
         wanted = min(blur / (CLEAR + blur / (2 * pitch)), pitch / 2)
-    wanted /= np.sqrt(fine)
-    step = min(max(wanted, PERIOD * np.sqrt(np.prod(extent) / most)), min(pitch_um))
+    wanted = max(wanted, blur / SMOOTH) / np.sqrt(fine)
+    step = min(max(wanted, PERIOD * np.sqrt(np.prod(extent) / most)), max(pitch, blur / SMOOTH))
     far = tuple(int(np.ceil(e / step)) + 2 for e in extent)
     least = max(RING_PUPIL, pupils.phase_samples(lens, wave) / 2) * pupils.blur_um(lens, wave) / step
     period = tuple(sf.next_fast_len(int(np.ceil(max(PERIOD * n, least)))) for n in far)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, is_dataclass
 from functools import cached_property
 from threading import Lock
 from time import perf_counter
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from .far import tile_sums
 from .threads import MOST_THREADS, cpus, executor
 
 CORE_SAMPLES = 240  # image samples from the axis to the border of the exact core
+CORE_TILES = 1e6  # of an exact core that covers a frame of tiles finer than its samples: a second a wavelength
 MOST_WAVELENGTHS = 32  # per band, however wide
 MOST_TILES = 4e6  # of a kernel whose coarse tiles were divided
 CACHE_BYTES = 3 << 30  # of kernels held by this process and not by a file
@@ -165,8 +167,7 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None
     mirrored, shared = not pupils.has_phase(lens, flares), knots.Knots()
 
     def one(centre, width):  # knots are the same whatever the bands: one does not depend on which others there are
-        split = _split(lens, centre - width / 2, pitch_um, reach)
-        fine, wide = [p / split for p in pitch_um], [r * split + split - 1 for r in reach]
+        split, fine, wide = _fine_tiles(lens, centre - width / 2, pitch_um, reach)
         kernel, wrong, energy = _Plan(lens, flares, centre, width, fine, wide, split, lattices, shared).band(centre, width)
         kernel = np.asarray(scatter.mix(tile_sums(kernel, split), flares, centre, pitch_um, lens.focal_length_mm), np.float32)
         if mirrored:  # but for rounding; then the transform is real
@@ -204,13 +205,43 @@ def _split(lens, shortest_nm, pitch_um, reach):
     return int(max(1, min(wanted, np.sqrt(MOST_TILES / np.prod([2 * r + 1 for r in reach])))))
 
 
+def core_half(lens, shortest_nm: float, pitch_um, reach) -> tuple[int, int]:
+    """Return the (y, x) tiles from the axis to the border of the exact core, `reach` at most.
+
+    Samples are half the finest detail, wavelength x f-number, wide or finer. Where tiles are finer still (slow lenses, small pixels)
+    and the frame is no wider than the core would be in such details, the core covers all of it, up to `CORE_TILES`.
+    """
+    blur = pupils.blur_um(lens, shortest_nm)
+    half = [min(r, max(3, int(CORE_SAMPLES / np.ceil(2 * p / blur)))) for r, p in zip(reach, pitch_um)]
+    within = all(2 * p * max(r, CORE_SAMPLES) <= CORE_SAMPLES * blur for r, p in zip(reach, pitch_um))
+    if within and np.prod([2.0 * r + 1 for r in reach]) <= CORE_TILES:
+        half = reach
+    return tuple(half)
+
+
 def _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach) -> list:
-    """Return what `far.shared` makes for all bands, or nothing where it would be wrong or not needed."""
-    shortest = float(np.min(wavelength_nm - width_nm / 2))
-    if shortest <= 0 or pupils.has_phase(lens, flares):
+    """Return what `far.shared` makes for all bands, or nothing where it would be wrong or exact cores cover the frame."""
+    shortest = wavelength_nm - width_nm / 2
+    if shortest.min() <= 0 or pupils.has_phase(lens, flares):
         return []
-    split = _split(lens, shortest, pitch_um, reach)
-    return far.shared(lens, flares, shortest, [p / split for p in pitch_um], [r * split + split - 1 for r in reach])
+    grids = [_fine_tiles(lens, first, pitch_um, reach) for first in shortest]
+    if all(core_half(lens, first, fine, wide) == tuple(wide) for first, (_, fine, wide) in zip(shortest, grids)):
+        return []
+    _, fine, wide = grids[int(np.argmin(shortest))]
+    return far.shared(lens, flares, float(shortest.min()), fine, wide)
+
+
+class _Grid(NamedTuple):
+    """Tiles of a kernel before it is summed: parts of a tile per axis, (y, x) um of a part, parts from the axis to the border."""
+
+    split: int
+    pitch_um: list[float]
+    reach: list[int]
+
+
+def _fine_tiles(lens, shortest_nm, pitch_um, reach) -> _Grid:
+    split = _split(lens, shortest_nm, pitch_um, reach)
+    return _Grid(split, [p / split for p in pitch_um], [r * split + split - 1 for r in reach])
 
 
 def _described(flare) -> bool:
@@ -226,8 +257,7 @@ class _Plan:
         self.shortest, self.longest = centre_nm - width_nm / 2, centre_nm + width_nm / 2
         if self.shortest <= 0:
             raise ConfigError(f"the band at {centre_nm:g} nm is {width_nm:g} nm wide: it reaches 0; expected closer wavelengths")
-        blur = pupils.blur_um(lens, self.shortest)
-        self.half = tuple(min(r, max(3, int(CORE_SAMPLES / np.ceil(2 * p / blur)))) for r, p in zip(reach, pitch_um))
+        self.half = core_half(lens, self.shortest, pitch_um, reach)
         extent = max(2 * (h + 4) * p for h, p in zip(self.half, pitch_um))
         pitch = pupils.core_pitch_mm(lens, extent, self.shortest, pupils.FEWEST_SAMPLES)
         self.axis = pupils.axis_mm(lens, pitch)

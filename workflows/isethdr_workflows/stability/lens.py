@@ -26,6 +26,13 @@ def cases():
     for f_number in (0.7, 4.0, 64.0):
         yield f"f/{f_number:g}: peak of the point spread", lambda n=f_number: peak(n, 0.0)
         yield f"f/{f_number:g}: light of one tile", lambda n=f_number: energy(n)
+    for f_number in (100.0, 200.0):
+        yield f"f/{f_number:g}: light of one tile, the pattern wider than the frame", lambda n=f_number: energy(n)
+    yield "129 x 129 tiles of an eighth of a micrometre: light of one", lambda: energy(4.0, 129, 0.125)
+    for fields in ({"f_number": math.inf}, {"f_number": 1e30}, {"f_number": 1e-9}, {"f_number": 1e5}, {"focal_length_mm": 1e30}, {"transmittance": 1e-300}):
+        (name, value), = fields.items()
+        yield f"{name} of {value:g}", lambda f=fields: Measured(_lens("diffraction_limited", **f).throughput_sr(), 0.0, "expected a refusal")
+    yield "focal length of 4 m: light of one tile", lambda: energy(4.0, focal_length_mm=4000.0)
     for waves in DEFOCUS:
         yield f"{waves:g} waves of defocus: light on the very axis", lambda w=waves: peak(4.0, w)
         yield f"{waves:g} waves of defocus: the pattern", lambda w=waves: pattern(w)
@@ -134,13 +141,15 @@ def beyond(half_um: float, f_number: float) -> float:
     return float(np.mean(j0(v) ** 2 + j1(v) ** 2))
 
 
-def energy(f_number: float) -> Measured:
-    """What one tile of 4 um sends out arrives, but for what diffraction throws out of the frame of 41 tiles."""
-    cube = np.zeros((1, 41, 41), np.float32)
-    cube[0, 20, 20] = 1.0
-    lens = _lens("diffraction_limited", f_number=f_number, falloff="none")
-    missing = 1 - float(lens(mixed(cube, GREEN)).values.sum(dtype=float)) / lens.throughput_sr()
-    lost = float(np.mean([beyond(82.0 + 4.0 * (k / 20 - 0.5), f_number) for k in range(21)]))   # the source has a width
+def energy(f_number: float, count: int = 41, tile_um: float = 4.0, focal_length_mm: float = 4.0) -> Measured:
+    """What one tile sends out arrives, but for what diffraction throws out of the frame of `count` x `count` tiles."""
+    cube = np.zeros((1, count, count), np.float32)
+    cube[0, count // 2, count // 2] = 1.0
+    lens = _lens("diffraction_limited", f_number=f_number, focal_length_mm=focal_length_mm, falloff="none")
+    light = lens(mixed(cube, GREEN, 1e-3 * tile_um / focal_length_mm))
+    missing = 1 - float(light.values.sum(dtype=float)) / lens.throughput_sr()
+    half_um = count * tile_um / 2
+    lost = float(np.mean([beyond(half_um + tile_um * (k / 20 - 0.5), f_number) for k in range(21)]))   # the source has a width
     return Measured(abs(missing - lost), PUPIL, "1 less J0^2 + J1^2 beyond the frame, share of the light")
 
 

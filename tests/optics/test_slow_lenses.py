@@ -1,0 +1,73 @@
+"""Slow lenses and fine tiles: the pattern is far wider than a tile, often wider than the frame."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from isethdr_optics import far, kernels
+from scipy.special import j1
+
+from isethdr_core.registry import build
+
+GREEN = np.array([550.0])
+
+
+def refuse_lattices(monkeypatch):
+    def refused(*_, **__):
+        raise AssertionError("a lattice was made where the exact core covers the frame")
+
+    monkeypatch.setattr(far, "shared", refused)
+    monkeypatch.setattr(far, "own", refused)
+
+
+def airy(f_number: float, pitch_um: float, reach) -> np.ndarray:
+    """Return the intensity at tile centres times a tile's area (Airy 1835)."""
+    y, x = (np.arange(-r, r + 1) * pitch_um for r in reach)
+    v = np.pi * np.hypot(y[:, None], x) / (0.55 * f_number) + 1e-9
+    return (2 * j1(v) / v) ** 2 * np.pi / 4 * (pitch_um / (0.55 * f_number)) ** 2
+
+
+@pytest.mark.parametrize(
+    ("f_number", "pitch_um", "reach"), [(100.0, 3.0, (15, 15)), (200.0, 3.0, (15, 15)), (256.0, 0.7, (20, 30)), (4.0, 0.125, (128, 128)), (100.0, 3.0, (134, 239))]
+)
+def test_exact_core_alone_serves_patterns_wider_than_tiles(f_number, pitch_um, reach, monkeypatch):
+    refuse_lattices(monkeypatch)
+    lens = build("lens", "diffraction_limited", f_number=f_number)
+    made = kernels._made(lens, (), GREEN, (pitch_um, pitch_um), reach)
+    # of the peak; a tile's width moves the peak by (pi pitch / (wavelength N))^2 / 12: 4e-3 for the widest tile here
+    np.testing.assert_allclose(made.bands[0] / made.bands[0].max(), airy(f_number, pitch_um, reach) / made.bands[0].max(), atol=5e-3)
+    assert made.speckle.max() == 0 and made.wrap == 0
+
+
+def test_wavefront_of_a_slow_lens_needs_no_lattice_either(monkeypatch):
+    refuse_lattices(monkeypatch)
+    slow = kernels._made(build("lens", "wavefront", f_number=200.0, zernike_um={4: 0.1}), (), GREEN, (3.0, 3.0), (15, 15)).bands[0]
+    # at 50 times the scale in f-number and tiles the pattern is the same (Fraunhofer)
+    same = kernels._made(build("lens", "wavefront", f_number=4.0, zernike_um={4: 0.1}), (), GREEN, (0.06, 0.06), (15, 15)).bands[0]
+    np.testing.assert_allclose(slow, same, rtol=1e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["diffraction_limited", "wavefront"])
+def test_lattices_of_slow_lenses_are_right_to_what_they_state(name, monkeypatch):
+    lens = build("lens", name, f_number=100.0, **({"zernike_um": {8: 0.05}} if name == "wavefront" else {}))
+    exact = kernels._made(lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0])).bands[0]
+    monkeypatch.setattr(kernels, "CORE_TILES", 0)
+    monkeypatch.setattr(kernels, "CORE_SAMPLES", 60)
+    made = kernels._made(lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0]))
+    outer = np.ones(exact.shape, bool)
+    outer[134 - 60 : 134 + 61, 239 - 60 : 239 + 61] = False
+    assert np.abs(made.bands[0] - exact)[outer].sum() < made.speckle.max() * exact[outer].sum()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("f_number", "tiles", "pitch_um"), [(4.0, 129, 0.125), (100.0, 16, 3.0), (200.0, 16, 3.0)])
+def test_small_frames_take_little_time_and_memory(f_number, tiles, pitch_um):
+    code = (
+        "import resource; import numpy as np; from isethdr_core.registry import build; import isethdr_optics.kernels as k;"
+        f"k._made(build('lens', 'diffraction_limited', f_number={f_number}), (), np.array([550.0]), ({pitch_um},) * 2, ({tiles - 1},) * 2);"
+        "use = resource.getrusage(resource.RUSAGE_SELF); print(use.ru_utime + use.ru_stime, use.ru_maxrss * 1024)"
+    )
+    seconds, peak = map(float, subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split())
+    assert seconds < 5 and peak < 2**30  # 0.3 s and 0.13 GB beside the imports; lattices took 24 s and 4.3 GB
