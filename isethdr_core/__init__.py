@@ -31,6 +31,7 @@
 | `store_manifest`, `store_reader` | size and checksum of every file; reads that are compared with them |
 | `names`                         | names that become folders of a store                                  |
 | `leftovers`                     | temporary names, and what killed writers left behind                  |
+| `run_warnings`                  | exposures that make the scores of a run say little                    |
 | `cli`, `hydra_app`, `sweeps`, `summary` | the command line, sweeps, and what it prints                  |
 | `terminal`                      | the console that prints every name as it is                           |
 | `errors`                        | every error a user can cause                                          |

@@ -24,6 +24,7 @@ from .provenance import fingerprint, input_digests, versions
 from .quantities import tristimulus
 from .recipes import described, held_and_missing, scene_radiance
 from .registry import plugin_manager
+from .run_warnings import warnings_of
 
 
 @dataclass
@@ -48,6 +49,11 @@ class Result:
     def scores(self) -> list[dict]:
         """One dictionary per camera, metric and object."""
         return self.attributes["scores"]
+
+    @property
+    def warnings(self) -> list[dict]:
+        """One dictionary per warning: key, camera, value, limit and unit (`run_warnings`)."""
+        return self.attributes.get("warnings", [])
 
     @property
     def cameras(self) -> list[str]:
@@ -162,6 +168,8 @@ def _record(config, settings, parts, key, ids, scene, mixed, shown, cameras, row
         "sensors": {name: type(parts.cameras[name]).__name__ for name in cameras},
         "objects": scene.attrs.get("objects", []), "lamps": scene.attrs.get("lamps", []),
         "scores": [{"camera": name, **asdict(score)} for name, seen in cameras.items() for score in seen.scores],
+        "warnings": [asdict(warning) for name, seen in cameras.items()
+                     for warning in warnings_of(name, seen.picture, seen.truth, seen.labels)],
         "ledger": rows.as_records(), "versions": versions(), "code": fingerprint(*parts.components()),
         "created": datetime.now(UTC).isoformat(timespec="seconds")}
 

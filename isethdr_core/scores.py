@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from . import ledger
@@ -18,6 +19,46 @@ class Score:
     object: str = ""
     low: float = float("nan")
     high: float = float("nan")
+
+
+UNLIKE_SHARES = 0.05  # of valid pixels; scores of pictures that differ by more stand on unlike pixels
+
+
+def unlike_shares(scores: list[dict]) -> dict[str, dict[str, float]]:
+    """Return the valid shares of the cameras, by object, where they differ by more than `UNLIKE_SHARES`.
+
+    Parameters
+    ----------
+    scores : recorded scores of a run. The object of the whole frame is "".
+    """
+    shares: dict[str, dict[str, float]] = {}
+    for score in scores:
+        if score["metric"] == "valid_share":
+            shares.setdefault(score["object"], {})[score["camera"]] = score["value"]
+    return {name: held for name, held in shares.items() if are_unlike(held.values())}
+
+
+def are_unlike(shares: Iterable[float]) -> bool:
+    """Return whether shares of valid pixels differ by more than `UNLIKE_SHARES`."""
+    known = [share for share in shares if share is not None and not math.isnan(share)]
+    return bool(known) and max(known) - min(known) > UNLIKE_SHARES
+
+
+def objects_remark(unlike: dict[str, dict[str, float]]) -> str:
+    """Return the remark that names the objects among `unlike_shares`; empty without any."""
+    names = ", ".join(name for name in unlike if name)
+    if not names:
+        return ""
+    return f"Objects whose shares of valid pixels differ by more than {UNLIKE_SHARES:g}: {names}."
+
+
+def shares_remark(shares: dict[str, float]) -> str:
+    """Return the remark beside scores of pictures with unlike shares of valid pixels, by name."""
+    listed = ", ".join(f"{name} {share:.2f}" for name, share in shares.items())
+    return (
+        f"Shares of valid pixels differ by more than {UNLIKE_SHARES:g} ({listed}): "
+        "these scores stand on unlike parts of the frame."
+    )
 
 
 def half_interval(score: Score) -> float:

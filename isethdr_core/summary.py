@@ -9,6 +9,8 @@ from rich.table import Table
 from rich.text import Text
 
 from .component import KINDS
+from .run_warnings import sentence
+from .scores import objects_remark, shares_remark, unlike_shares
 from .terminal import console as open_console
 from .terminal import print_path
 
@@ -23,12 +25,23 @@ def print_result(result) -> None:
         if row.stage.startswith("picture ") and row.errors:
             console.print(f"{row.stage}: off by at most {row.error:.3g} {row.error_unit}: {row.errors[0].what}", soft_wrap=True)
     console.print(score_table(result))
+    for remark in remarks(result):
+        console.print(remark, soft_wrap=True)
+    for warning in result.warnings:
+        console.print(f"warning: {sentence(warning)}", style="bold yellow", soft_wrap=True)
     for name, note in result.attributes["lighting_notes"].items():
         console.print(f"lighting {name}: {note}", soft_wrap=True)
     report = result.path.with_suffix(".html")
     for label, path in (("store", result.path), ("report", report)):
         if path.exists():
             print_path(label, path)
+
+
+def remarks(result) -> list[str]:
+    """Return what has to be read beside the scores: cameras that stand on unlike shares of valid pixels."""
+    unlike = unlike_shares(result.scores)
+    frame = shares_remark(unlike[""]) if "" in unlike else ""
+    return [remark for remark in (frame, objects_remark(unlike)) if remark]
 
 
 def ledger_table(ledger, details: bool = False, expected: dict | None = None) -> Table:

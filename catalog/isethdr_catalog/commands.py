@@ -24,8 +24,23 @@ def find(conditions: list[str] = typer.Argument(None, help="name=value or name__
     rows = query(home(), order_by=order_by or None, limit=limit, **pairs)
     paths = list(dict.fromkeys(str(home() / row.pop("path")) for row in rows))
     _table(list(rows[0]) if rows else ["nothing found"], [list(r.values()) for r in rows])
+    if remark := _remark_on_shares(rows):
+        print(remark)
     if paths:
         print("\n".join(["paths:", *paths]))
+
+
+def _remark_on_shares(rows: list[dict]) -> str:
+    """Return a remark where the rows show scores of pictures with unlike shares of valid pixels."""
+    from isethdr_core.scores import UNLIKE_SHARES, are_unlike
+
+    shares = [row["valid_share"] for row in rows if row.get("valid_share") is not None]
+    if not are_unlike(shares):
+        return ""
+    return (
+        f"Shares of valid pixels range from {min(shares):.2f} to {max(shares):.2f}, more than "
+        f"{UNLIKE_SHARES:g} apart: these scores stand on unlike parts of the frame."
+    )
 
 
 @catalog.command(help="Query the views stores, shots, objects and scores: isethdr catalog sql \"select * from scores\"")

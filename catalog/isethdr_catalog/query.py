@@ -57,7 +57,8 @@ def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> 
 
     Returns
     -------
-    list of dict : id, kind, camera, path, and every property that was asked about.
+    list of dict : id, kind, camera, path, and every property that was asked about. Beside a score
+        stands `valid_share`, the share of valid pixels, where it is recorded.
 
     Raises
     ------
@@ -73,7 +74,7 @@ def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> 
             clause, bound = _clause(name, operator, value)
             clauses.append(clause)
             values += bound
-        extra = [name for name in asked if name not in PLAIN]
+        extra = _with_share(base, [name for name in asked if name not in PLAIN])
         columns = ", ".join(["id", "kind", "camera", "path", *(f"json_extract(properties, {_pointer(name)}) AS {_identifier(name)}" for name in extra)])
         order = "created DESC, id, camera"
         if ordered:
@@ -159,6 +160,14 @@ def _split(key: str) -> tuple[str, str]:
     if name and operator in (*OPERATORS, "ne", "in"):
         return name.replace("__", "."), operator
     return key.replace("__", "."), "eq"
+
+
+def _with_share(base: duckdb.DuckDBPyConnection, names: list[str]) -> list[str]:
+    """Return the properties to show: with the share of valid pixels where one of them is a score."""
+    metrics = {name for (name,) in base.execute("SELECT DISTINCT metric FROM scores").fetchall()}
+    if "valid_share" in metrics and "valid_share" not in names and metrics & set(names):
+        return [*names, "valid_share"]
+    return names
 
 
 def _check_known(base, names) -> None:

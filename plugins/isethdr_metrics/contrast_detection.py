@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
 PAIRS = 4000   # drawn per object: the median is then known to about 0.01
 FRAME_PIXELS = 4000  # drawn for the frame's score, for the same reason
+SMEARED_E = 0.3  # read noise that every picture is taken to have at least, in steps
 SMOOTH = 7     # pixels: a window over which the picture's difference from the truth is taken as its mean
 PIECE = 8192   # pairs looked at together: what is worked out on the way stays in the processor's memory
 
@@ -109,7 +110,8 @@ class ContrastDetection:
         shot_noise = local(picture["variance"].values[..., 1])
         _, step = noise_line(local_true[valid], shot_noise[valid])
         other = local(variance) - step * local_y
-        read = max(float(np.median(other[valid])), 0.0) if valid.any() else 0.0
+        # a picture is a sum of several counts, which never leaves the gaps of a single one
+        read = max(float(np.median(other[valid])) if valid.any() else 0.0, (SMEARED_E * step) ** 2)
         variance = np.maximum(np.where(other >= 0, step * mean + other, local(variance)), 0.0)
         shot = np.divide(variance - read, mean, out=np.zeros_like(y), where=mean > 0)
         return Expected(true, mean, variance, np.clip(shot, 0.0, step), valid)

@@ -53,6 +53,24 @@ def test_runs_of_one_sensor_ordered_by_a_score(folder):
     assert ids(find(folder, kind="run", sensor="bayer", order_by="-ssim")) == ["run0", "run1", "run2"]    # NaN last
 
 
+def test_scores_stand_beside_their_share_of_valid_pixels(folder, monkeypatch, capsys):
+    from isethdr_catalog.commands import find as command
+
+    monkeypatch.setenv("ISETHDR_HOME", str(folder))
+    monkeypatch.setenv("COLUMNS", "200")
+    for name, share in (("all", 1.0), ("most", 0.97), ("some", 0.4)):
+        scores = [{"camera": "rgbw", "metric": m, "object": "", "value": v, "unit": "", "low": "NaN", "high": "NaN"}
+                  for m, v in (("ssim", 0.6), ("valid_share", share))]
+        put(folder, name, kind="run", lighting="dusk", cameras=["rgbw"], config={}, objects=[], scores=scores)
+    rows = find(folder, lighting="dusk", order_by="ssim")
+    assert {row["id"]: row["valid_share"] for row in rows} == {"all": 1.0, "most": 0.97, "some": 0.4}
+    assert "valid_share" not in find(folder, lighting="dusk")[0]  # no score is shown
+    command(["lighting=dusk"], order_by="ssim", limit=50)
+    assert "from 0.40 to 1.00, more than 0.05 apart" in capsys.readouterr().out
+    command(["lighting=dusk", "valid_share__ge=0.9"], order_by="ssim", limit=50)
+    assert "apart" not in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("conditions, expected", [
     ({"scene.seed": 2}, {"far"}), ({"scene__seed__ge": 2}, {"far", "empty"}), ({"scene__seed__gt": 2}, {"empty"}),
     ({"scene__seed__lt": 2}, {"near"}), ({"scene__seed__in": [1, 3]}, {"near", "empty"}), ({"scene.seed__in": "1,3"}, {"near", "empty"}),

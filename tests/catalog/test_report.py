@@ -83,6 +83,12 @@ class Renamed:
         bounds = {"low": 0.5, "high": 1.5}
         a["ledger"] = [row | {"errors": [note], "left_out": [omission]}]
         a["scores"] = [score | bounds | {"object": o} for o in ("", HOSTILE)]
+        # two cameras of unlike shares, so that the remarks about them are shown
+        for camera, share in ((self.camera, 0.2), ("other", 0.9)):
+            named = {"camera": camera, "metric": "valid_share", "value": share}
+            a["scores"] += [score | bounds | named | {"object": o} for o in ("", HOSTILE)]
+        limits = {"value": 0.4, "limit": 0.05, "unit": HOSTILE}
+        a["warnings"] = [{"key": key, "camera": self.camera} | limits for key in (HOSTILE, "saturated_frame")]
         a["weights"] = {HOSTILE: 1.0}
         a["lighting"] = a["lens"] = a["created"] = a["key"] = HOSTILE
         targets = {HOSTILE: {"wanted": 1.0, "reached": 2.0}}
@@ -107,6 +113,13 @@ def test_names_are_text_and_never_markup(result):
     assert "{{ 7 * 7 }}{% raw %}" in html, "a name is no template"
     svg_names = re.findall(r"<text[^>]*>([^<]*alert[^<]*)</text>", html)
     assert svg_names and all("\\frac{$" in name for name in svg_names), "in plots, `$` is no formula"
+
+
+def test_warnings_and_unlike_shares_are_told(result):
+    html = page.page(Renamed(result))
+    assert "40.0% of the frame outside lamps is saturated in every capture (limit 5%)" in html
+    assert "Shares of valid pixels differ by more than 0.05" in html
+    assert "Objects whose shares of valid pixels differ by more than 0.05" in html
 
 
 def test_compression_brings_the_median_to_a_middle_grey():

@@ -8,6 +8,8 @@ import numpy as np
 
 from isethdr_core import geometry, view
 from isethdr_core.physics import projection
+from isethdr_core.run_warnings import sentence
+from isethdr_core.summary import remarks
 
 from . import pictures, plots, tables
 from .pictures import Figure
@@ -54,7 +56,7 @@ def page(result: Result) -> Markup:
         weights=list(a["weights"].items()),
         targets=_targets(a["lighting_notes"]),
         lens=a["lens"],
-        notes=_notes(a["lighting_notes"]),
+        notes=[*_notes(a["lighting_notes"]), *map(sentence, a.get("warnings", []))],
         scene=_scene(result, main, white, scale),
         cameras=_cameras(seen, main, white, scale),
         scale=pictures.colour_scale(*scale) if scale else None,
@@ -63,6 +65,7 @@ def page(result: Result) -> Markup:
             Figure("", SNR_NOTE, drawing=plots.snr_against_luminance(curves)),
         ],
         labels=_labels(truth, white),
+        remarks=remarks(result),
         frame_scores=tables.scores(result, of_objects=False),
         object_scores=tables.scores(result, of_objects=True),
         seconds_plot=Figure("", "Seconds by stage", drawing=plots.seconds(result.ledger)),
