@@ -3,12 +3,13 @@
 Linear propagation: the renderer's noise tile by tile (`scene_noise`), errors of the stages after it as shares of the electrons they
 act on (`error_terms`). Bounds and measured errors of a pixel add up to b, statistical ones in squares to the variance s^2.
 The pixel's error is then b + |normal deviate of standard deviation s|. A figure of a picture is what 99 % of its unsaturated pixels'
-errors are at most (`within`), whatever the figure is of: the renderer alone, all stages after it, or both together.
+errors are at most (`within`), whatever the figure is of: the renderer alone, all stages after it up to the sensor, the sensor, or all
+together.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -27,7 +28,8 @@ UNIT = "standard deviations of the sensor's noise"
 AFTER = ("scene", "radiance", "lighting", "lens")  # stages whose errors reach the electrons as light does
 RELATIVE = ("relative", "share of a point's light", *error_terms.UNITS_OF_SPREAD)
 UNITS = (*RELATIVE, IRRADIANCE, "electrons", UNIT)  # of errors that a pixel's electrons have
-RENDERER, AFTER_RENDERER, WHOLE = "renderer", "all after the renderer", "all stages"  # sources of the figures of a picture
+# sources of the figures of a picture
+RENDERER, AFTER_RENDERER, SENSOR, WHOLE = "renderer", "all after the renderer", "sensor", "all stages"
 TWO_SIDED = 2.5758  # standard deviations that 99 % of normal deviates stay within, both signs
 MOST_PIXELS = 65536  # spread evenly, that stand for all
 ENOUGH = 32768  # pixels of a capture, spread evenly, whose errors stand for those of all
@@ -189,7 +191,7 @@ def _sum(row, cube):
     return out
 
 
-def after(shot: Electrons, notes: list[ErrorNote]) -> tuple[np.ndarray, np.ndarray]:
+def after(shot: Electrons, notes: Sequence[ErrorNote]) -> tuple[np.ndarray, np.ndarray]:
     """Return (bound, standard deviation), (y, x) in electrons of one capture, of what `notes` of the stages after the renderer leave.
 
     Notes without a way to electrons are skipped.
@@ -241,7 +243,7 @@ def _in_electrons(note, shot: Electrons, spread):
 def notes_after(rows: list[Row], kernels: bool = True) -> tuple[list[ErrorNote], list[ErrorNote]]:
     """Return the errors that stages after the renderer state, those that have a way to electrons and those that have none.
 
-    Without `kernels` but for those of kernels: they are known pixel by pixel. `rows` holds the row of one sensor at most.
+    Without `kernels` but for those of kernels: they are known pixel by pixel. What a sensor states is no part of them.
     """
     notes = [note for row in rows for note in row.errors if _after_renderer(row.stage.split(" ")[0], note)]
     kept, without = [], []
@@ -256,14 +258,18 @@ def notes_after(rows: list[Row], kernels: bool = True) -> tuple[list[ErrorNote],
 def _after_renderer(kind: str, note: ErrorNote) -> bool:
     """Return whether a note is an error of the stages after the renderer.
 
-    A row `radiance` restates what the renderer stated, and adds the rounding of its store. A sensor's noise and non-linearity belong
-    to the sensor; what it states of electrons is an error of the simulation.
+    A row `radiance` restates what the renderer stated, and adds the rounding of its store.
     """
     if kind == "radiance":
         return note.source == error_terms.STORE_ROUNDING
-    if kind == "sensor":
-        return note.quantity == Quantity.ELECTRONS
     return kind in AFTER and note.quantity != Quantity.TARGET
+
+
+def notes_of_sensor(rows: list[Row]) -> list[ErrorNote]:
+    """Return what sensors state of the electrons that they count; noise and non-linearity belong to the sensor and are no errors."""
+    rows = [row for row in rows if row.stage.split(" ")[0] == "sensor"]
+    notes = [note for row in rows for note in row.errors if note.quantity == Quantity.ELECTRONS and note.unit in UNITS]
+    return error_terms.largest_alternatives(notes)
 
 
 @dataclass(frozen=True)
@@ -272,23 +278,30 @@ class Figures:
 
     whole: float
     renderer: float
-    later: float
+    later: float  # stages after the renderer, up to the sensor
+    sensor: float
     worst: float  # of the pixels: 99 % of its errors are at most this
     capture: str
 
 
-def figures_of(shot: Electrons, notes: list[ErrorNote]) -> Figures | None:
-    """Return the figures of one capture, None where all its pixels are saturated; `notes` of the stages after the renderer."""
+def figures_of(shot: Electrons, notes: list[ErrorNote], of_sensor: Sequence[ErrorNote] = ()) -> Figures | None:
+    """Return the figures of one capture, None where all its pixels are saturated.
+
+    `notes` : of the stages after the renderer. `of_sensor` : as `notes_of_sensor`.
+    """
     seen = shot.unsaturated
     if not seen.any():
         return None
-    renderer, bound, deviation = (e[seen] / shot.sigma[seen] for e in (shot.renderer, *after(shot, notes)))
-    both = np.hypot(renderer, deviation)
+    renderer = shot.renderer[seen] / shot.sigma[seen]
+    bound, deviation = (e[seen] / shot.sigma[seen] for e in after(shot, notes))
+    counting = [e[seen] / shot.sigma[seen] for e in after(replace(shot, spread=None), of_sensor)]
+    bounds, deviations = bound + counting[0], np.sqrt(renderer**2 + deviation**2 + counting[1] ** 2)
     return Figures(
-        whole=within(bound, both),
+        whole=within(bounds, deviations),
         renderer=within(np.zeros_like(renderer), renderer),
         later=within(bound, deviation),
-        worst=float((bound + TWO_SIDED * both).max()),
+        sensor=within(*counting),
+        worst=float((bounds + TWO_SIDED * deviations).max()),
         capture=shot.capture,
     )
 
@@ -302,8 +315,8 @@ def state(shots: list[Electrons], rows: list[Row], allowed: float, seconds: tupl
     allowed : share of the noise that everything after the renderer may take.
     seconds : of the rendering, and of everything after it.
     """
-    notes = {shot.capture: notes_after(rows, kernels=shot.spread is None) for shot in shots}
-    found = [one for shot in shots if (one := figures_of(shot, notes[shot.capture][0]))]
+    notes, counting = {shot.capture: notes_after(rows, kernels=shot.spread is None) for shot in shots}, notes_of_sensor(rows)
+    found = [one for shot in shots if (one := figures_of(shot, notes[shot.capture][0], counting))]
     if not found:
         ledger.error(0.0, UNIT, "statistical", "no pixel is below saturation")
         return
@@ -311,13 +324,14 @@ def state(shots: list[Electrons], rows: list[Row], allowed: float, seconds: tupl
     label = (
         f"99 % of the unsaturated pixels of {most.capture} (the worst {most.worst:.3g}): renderer {most.renderer:.3g}, "
         f"{seconds[0]:.3g} s, and all after it {most.later:.3g} where {allowed:g} is allowed, {seconds[1]:.3g} s"
-        f"{_why(found, shots, rows, allowed)}"
+        f"{_why(found, shots, rows, allowed)}; the sensor counts to {most.sensor:.3g}"
     )
     _state_figure(most.whole, "statistical", label, WHOLE)
     for one in found:
         _state_figure(one.renderer, "statistical", f"electrons of {one.capture}: renderer", RENDERER)
         label = f"electrons of {one.capture}: all after the renderer"
         _state_figure(one.later, "bound", label, AFTER_RENDERER)
+        _state_figure(one.sensor, "bound", f"electrons of {one.capture}: counted by the sensor", SENSOR)
     if any(row.stage.startswith("radiance") for row in rows) and not any(shot.renderer.any() for shot in shots):
         ledger.left_out("noise of the renderer", "it states none: several passes, or more paths, would", np.inf, UNIT)
     for note in notes[shots[-1].capture][1]:

@@ -22,6 +22,7 @@
 | `auto_exposure`       | the exposure at which the metered level meets its target                        |
 | `sensor_model`        | what a sensor is made of: photodiodes and readings                              |
 | `shot`                | one shot in the order in which it happens                                       |
+| `band_integration`    | means of spectral curves over the bands of the light                            |
 | `quantum_efficiency`  | electrons per photon; bands that do not matter                                  |
 | `response`            | what is asked of a lens that answers in photocurrent                            |
 | `spectral_curves`     | fitted filter curves, blocking filter, a user's own curves from CSV             |

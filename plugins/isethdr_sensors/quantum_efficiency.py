@@ -9,7 +9,7 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, did_you_mean
 
-from . import spectral_curves
+from . import band_integration, spectral_curves
 from .colour_filter_array import channels
 from .pixel_grid import window_m
 from .sensor_model import SensorModel
@@ -20,7 +20,27 @@ BEYOND_NM = 10.0   # so far light may reach beyond a table's end: the sub-bands 
 
 
 def quantum_efficiency(model: SensorModel, wavelength_nm) -> np.ndarray:
-    """Return (channel, wavelength) electrons per photon at the band centres; channels as `colour_filter_array.channels`."""
+    """Return (channel, band) electrons per photon of light that is even over each band; channels as `colour_filter_array.channels`.
+
+    The curves are integrated over every band, so that a line between two band centres counts. Those of a table are straight from row to
+    row, and their integral is exact. A band that is partly beyond a table whose rows hold its centre has the mean of its known part.
+    A single band has no known width: its value is that at its centre.
+
+    Raises
+    ------
+    ConfigError : more than one electron per photon, or none at all in any band of the light.
+    """
+    w = np.asarray(wavelength_nm, float)
+    if len(w) < 2:
+        return _seen(model, spectral_curve(model, w), w)
+    at = band_integration.nodes(w, _breaks_nm(model))
+    curves = spectral_curve(model, at.wavelength_nm)
+    known = _known(model, at, w)
+    return _seen(model, np.stack([band_integration.photon_means(row, at, known) for row in curves]), w)
+
+
+def spectral_curve(model: SensorModel, wavelength_nm) -> np.ndarray:
+    """Return (channel, wavelength) electrons per photon at single wavelengths; channels as `colour_filter_array.channels`."""
     w = np.asarray(wavelength_nm, float)
     qe = np.stack([_curve(model, letter, w) for letter in channels(model.cfa)])
     if model.infrared_cut and model.curves != "unit":
@@ -30,35 +50,62 @@ def quantum_efficiency(model: SensorModel, wavelength_nm) -> np.ndarray:
     return qe
 
 
-def band_centre_error(model: SensorModel, wavelength_nm) -> float:
-    """Return how much a channel's response to a flat spectrum changes when each band is read at 9 points, not at its centre."""
+def _seen(model, qe, w):
+    """Return the quantum efficiency of the bands; ConfigError where all of it is 0."""
+    if qe.any():
+        return qe
+    where = f"sensor.qe_csv={model.qe_csv!r}" if model.qe_csv else f"sensor.cfa={model.cfa!r}"
+    raise ConfigError(
+        f"{where} makes no electron of light in bands at {w.min():g} to {w.max():g} nm; expected a filter that sees some of it; "
+        "take bands that hold the curve, or another curve"
+    )
+
+
+def _breaks_nm(model) -> np.ndarray:
+    """Return the wavelengths at which the model's curves have corners."""
+    if model.qe_csv:
+        return spectral_curves.read_csv(model.qe_csv)["wavelength_nm"]
+    return np.array(spectral_curves.FITTED_NM)
+
+
+def _known(model, at, w):
+    """Return which nodes a band's mean is over: those within the table, where the band's centre is; None without a table."""
+    if not model.qe_csv:
+        return None
+    table_nm = spectral_curves.read_csv(model.qe_csv)["wavelength_nm"]
+    centre_within = (w >= table_nm[0]) & (w <= table_nm[-1])
+    within = (at.wavelength_nm >= table_nm[0]) & (at.wavelength_nm <= table_nm[-1])
+    return within | ~centre_within[at.band]
+
+
+def smooth_spectrum_error(model: SensorModel, wavelength_nm, spectrum=None) -> float:
+    """Return how wrong a channel's electrons are at most, relative, because light is taken for even over each band.
+
+    `spectrum` : (band,) mean energy per nm of the light; it is tried beside black bodies of 2000 to 20000 K.
+    """
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
         return 0.0
-    mean = _within_bands(model, w, (np.arange(9) - 4) / 9).mean(2).sum(1)
-    return float(np.max(np.abs(quantum_efficiency(model, w).sum(1) - mean) / mean))
+    at = band_integration.nodes(w, _breaks_nm(model))
+    curves = spectral_curve(model, at.wavelength_nm)
+    return band_integration.smooth_spectrum_error(quantum_efficiency(model, w), curves, at, w, spectrum)
 
 
 def line_error(model: SensorModel, wavelength_nm) -> float:
     """Return a bound on what is wrong for any spectrum, a line at the edge of its band included.
 
-    A band holds the mean of its energy and no more, so light anywhere within it counts as light at its centre. Electrons per joule
-    differ by no more than the largest change of wavelength x quantum efficiency within a band: that change, relative to its largest
-    value. Times the electrons that all of the light's energy would make at the peak of the most sensitive filter it bounds the error.
+    A band holds the mean of its energy and no more, so light anywhere within it counts with the mean over the band. Electrons per joule
+    differ by no more than wavelength x quantum efficiency from its mean within a band: that difference, relative to the largest mean.
+    Times the electrons that all of the light's energy would make in the most sensitive band it bounds the error.
     """
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
         return 0.0
-    offsets = np.linspace(-0.5, 0.5, 21)
-    response = _within_bands(model, w, offsets) * (w[:, None] + np.gradient(w)[:, None] * offsets)
-    centre = response[..., [10]]
-    return float(np.max(np.abs(response - centre)) / np.max(centre))
-
-
-def _within_bands(model, w, offsets):
-    """Return (channel, wavelength, offset) electrons per photon at `offsets` of a band width from each centre."""
-    fine = quantum_efficiency(model, (w[:, None] + np.gradient(w)[:, None] * offsets).ravel())
-    return fine.reshape(len(fine), len(w), len(offsets))
+    pieces, at = (make(w, _breaks_nm(model)) for make in (band_integration.pieces, band_integration.nodes))
+    points_nm = np.concatenate([at.wavelength_nm, pieces.low_nm, pieces.high_nm])
+    band = np.concatenate([at.band, pieces.band, pieces.band])
+    mean = quantum_efficiency(model, w) * w
+    return float(np.max(np.abs(spectral_curve(model, points_nm) * points_nm - mean[:, band])) / np.max(mean))
 
 
 def narrow(model: SensorModel, demand):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from isethdr_core import ledger, quantities
+from isethdr_core.error_terms import ErrorNote, Quantity
 from isethdr_core.light_in_time import components
 from isethdr_core.physics.noise import LARGEST_MEAN_E, rows_per_block
 
@@ -26,7 +27,7 @@ from . import (
 from .colour_filter_array import filter_map
 from .dark_current import dark_electrons
 from .pixel_grid import check_tiles, pixel_grid
-from .quantum_efficiency import band_centre_error, line_error, quantum_efficiency
+from .quantum_efficiency import line_error, quantum_efficiency, smooth_spectrum_error
 from .sensor_model import Photodiode, SensorModel
 
 
@@ -57,17 +58,25 @@ def expected_electrons(model: SensorModel, light):
 
 
 def state_errors(model: SensorModel, light) -> None:
-    """State in the ledger what every shot of `model` leaves out: band centres, the converter's bend and its lower end."""
+    """State in the ledger what every shot of `model` leaves out: light within bands, the converter's bend and its lower end."""
     wavelength_nm = quantities.bands_nm(light)
     if len(wavelength_nm) > 1:
-        ledger.error(band_centre_error(model, wavelength_nm), "relative", "measured",
-                     "quantum efficiency taken at band centres, flat spectrum")
-        ledger.left_out("where in its bands light lies", "it holds band means, counted at band centres",
-                        line_error(model, wavelength_nm), "of the electrons that the same energy makes at the filters' peak")
+        value = smooth_spectrum_error(model, wavelength_nm, _mean_spectrum(light))
+        label = "light taken for even over each band: black bodies of 2000 to 20000 K, and the light's own mean spectrum"
+        ledger.add_error(ErrorNote(value, "relative", "measured", label, "spectral bands", Quantity.ELECTRONS))
+        ledger.left_out("where in its bands light lies", "it holds band means, counted as if even over each band",
+                        line_error(model, wavelength_nm), "of the electrons that the same energy makes in the filters' strongest band")
     for reading in model.readings:
         converter.state_nonlinearity(reading)
         if model.noise:
             converter.check_black_level(reading)
+
+
+def _mean_spectrum(light):
+    """Return the (band,) mean irradiance of light; None of photocurrent, whose spectrum is not known any more."""
+    if "wavelength" not in light.dims:
+        return None
+    return light.values.mean(axis=tuple(k for k, d in enumerate(light.dims) if d != "wavelength"), dtype=float)
 
 
 def light_electrons(model: SensorModel, light):

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from isethdr_core import error_terms, ledger, noise_units, quantities
 from isethdr_core.error_terms import DIRECT, SPREAD, ErrorNote, Quantity
 from isethdr_core.ledger import Ledger, Row
-from isethdr_core.noise_units import AFTER_RENDERER, RENDERER, UNIT, WHOLE, Electrons
+from isethdr_core.noise_units import AFTER_RENDERER, RENDERER, SENSOR, UNIT, WHOLE, Electrons
 
 ROUNDING = 1e-6  # relative: figures are found by bisection to 1e-9
 
@@ -55,7 +55,7 @@ def test_no_figure_is_smaller_than_a_part_of_it(notes, seed, two):
     whole, *parts = stated(shots, rows)
     if not any(shot.unsaturated.any() for shot in shots):
         return
-    assert whole.source == WHOLE and {note.source for note in parts} == {RENDERER, AFTER_RENDERER}
+    assert whole.source == WHOLE and {note.source for note in parts} == {RENDERER, AFTER_RENDERER, SENSOR}
     assert whole.value * (1 + ROUNDING) >= max(note.value for note in parts)
     for shot in shots:  # and the figure of every stage alone is at most that of all
         kept, _ = noise_units.notes_after(rows)
@@ -76,12 +76,14 @@ def test_the_headline_of_a_bound_and_of_two_deviations_in_closed_form():
     ones = np.ones(50)
     shot = Electrons("a", 1e4 * ones, 1e4 * ones, 100 * ones, 30 * ones, ones > 0, 2.0)
     rows = [Row("lens l", errors=[ErrorNote(0.4, UNIT, "statistical")])]
-    whole, renderer, later = (note.value for note in stated([shot], rows))
+    whole, renderer, later, _ = (note.value for note in stated([shot], rows))
     # 99 % of normal deviates are within 2.5758 standard deviations: 0.3 and 0.4 of the noise, together 0.5
     assert (renderer, later, whole) == pytest.approx((0.77274, 1.03032, 1.2879), rel=1e-4)
     rows = [Row("lens l", errors=[ErrorNote(0.2, UNIT, "bound"), ErrorNote(1e-3, "relative", "measured")])]
-    whole, renderer, later = (note.value for note in stated([shot], rows))
-    assert later == pytest.approx(0.3, rel=1e-6) and whole == pytest.approx(0.3 + renderer, rel=1e-6)
+    rows.append(Row("sensor s", errors=[ErrorNote(2e-3, "relative", "measured", quantity=Quantity.ELECTRONS)]))
+    whole, renderer, later, sensor = (note.value for note in stated([shot], rows))
+    assert sensor == pytest.approx(0.2, rel=1e-6)
+    assert later == pytest.approx(0.3, rel=1e-6) and whole == pytest.approx(0.5 + renderer, rel=1e-6)
 
 
 def test_an_error_acts_on_its_part_of_the_light_alone():
@@ -104,7 +106,8 @@ def test_what_attributes_say_and_shapes_are_no_errors_of_a_pixel():
 def test_a_sensor_states_errors_of_electrons_and_keeps_those_of_its_own():
     counted = ErrorNote(0.01, "relative", "bound", quantity=Quantity.ELECTRONS)
     own = ErrorNote(0.5, "electrons", "bound", "non-linearity")
-    assert noise_units.notes_after([Row("sensor s", errors=[counted, own])]) == ([counted], [])
+    rows = [Row("sensor s", errors=[counted, own])]
+    assert noise_units.notes_of_sensor(rows) == [counted] and noise_units.notes_after(rows) == ([], [])
 
 
 def test_a_ledger_stored_without_the_new_fields_loads():

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from isethdr_sensors import BayerSensor, IdealSensor, RgbwSensor
 from isethdr_sensors.colour_filter_array import cell, channels, filter_map
-from isethdr_sensors.quantum_efficiency import band_centre_error, line_error, quantum_efficiency
+from isethdr_sensors.quantum_efficiency import line_error, quantum_efficiency, smooth_spectrum_error, spectral_curve
 from isethdr_sensors.spectral_curves import filter_curve, infrared_cut
 from numpy.testing import assert_allclose, assert_array_equal
 
 from isethdr_core.demand import Demand
+from isethdr_core.error_terms import Quantity
 from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import Ledger, stage
 from isethdr_core.physics.photometry import luminance
@@ -91,7 +92,7 @@ def test_own_curves(tmp_path, flat):
     path = tmp_path / "qe.csv"
     path.write_text("wavelength_nm,R,G,B\n400,0,0,1\n500,0,1,0\n600,1,0,0\n601,0,0,0\n")
     sensor = IdealSensor(qe_csv=str(path), infrared_cut=False)
-    assert_allclose(quantum_efficiency(sensor.model(), [450.0, 500.0, 700.0]), [[0, 0, 0], [0.5, 1, 0], [0.5, 0, 0]])  # the table may end where the filter is blind
+    assert_allclose(spectral_curve(sensor.model(), [450.0, 500.0, 700.0]), [[0, 0, 0], [0.5, 1, 0], [0.5, 0, 0]])  # the table may end where the filter is blind
     assert float(sensor.expected(flat(1e-3)).min()) > 0
     with pytest.raises(ConfigError, match="no column for filter 'W'"):
         RgbwSensor(qe_csv=str(path)).expected(flat(1e-3))
@@ -129,10 +130,56 @@ def test_narrow_drops_only_bands_that_cannot_matter(make_light):
     assert replace(sensor.narrow(Demand()), response=None) == Demand()
 
 
-def test_band_centre_error_shrinks_with_the_band():
+def test_a_smooth_spectrum_s_error_shrinks_with_the_square_of_the_band():
     model = BayerSensor().model()
-    wide, narrow = (band_centre_error(model, np.arange(380.0, 781, step)) for step in (40, 10))
-    assert narrow < 2e-3 < wide
+    wide, middle, narrow = (smooth_spectrum_error(model, np.arange(380.0, 781, step)) for step in (20, 10, 5))
+    assert narrow < 1e-3 and 2.5 < wide / middle < 6 and 2.5 < middle / narrow < 6  # 4 where the curves have no edges
+
+
+def triangle(tmp_path, centre_nm, half_nm):
+    """Return the model of a sensor with one line, a triangle of height 1, and the wavelengths of its table."""
+    path = tmp_path / f"line{centre_nm}.csv"
+    rows = [(400, 0), (centre_nm - half_nm, 0), (centre_nm, 1), (centre_nm + half_nm, 0), (700, 0)]
+    path.write_text("wavelength_nm,R,G,B\n" + "".join(f"{w},{q},{q},{q}\n" for w, q in rows))
+    return IdealSensor(qe_csv=str(path), infrared_cut=False)
+
+
+@pytest.mark.parametrize("centre_nm", [552.0, 554.97, 555.0, 560.0])  # between band centres, across a border, at a centre
+def test_a_line_narrower_than_a_band_counts_as_it_is(tmp_path, make_light, centre_nm):
+    """0.1 nm wide, in bands of 10 nm: the integral in closed form, and black bodies within the stated error."""
+    sensor, bands = triangle(tmp_path, centre_nm, 0.05), np.arange(400.0, 701.0, 10.0)
+    response = quantum_efficiency(sensor.model(), bands)[0] * bands
+    # of even energy: int q w dw = height x half width x centre, a triangle's moment
+    assert response.sum() * 10 == pytest.approx(0.05 * centre_nm, rel=1e-12)
+    with stage(rows := Ledger(), "sensor"):
+        shot = sensor(make_light(np.full((31, 4, 4), 1e-3), 3.75, bands), None)
+    [note] = [e for e in rows[0].errors if e.quantity == Quantity.ELECTRONS]
+    assert np.isfinite(note.value) and 0 < note.value < 0.1 and float(shot.raw.min()) > 0
+    fine = np.arange(395.0005, 705.0, 0.001)
+    for kelvin in (2400.0, 6500.0, 15000.0):
+        energy = planck_radiance(fine, kelvin)
+        counted = response @ energy.reshape(31, -1).mean(1) * 10
+        true = float(spectral_curve(sensor.model(), fine)[0] @ (energy * fine)) * 0.001
+        assert abs(counted / true - 1) <= note.value + 1e-4  # the sum of steps of 0.001 nm
+
+
+def test_a_curve_that_no_band_holds_is_refused(tmp_path, make_light):
+    sensor = triangle(tmp_path, 552.0, 0.05)
+    for bands in (np.array([550.0]), np.arange(600.0, 681.0, 10.0)):
+        with pytest.raises(ConfigError, match="makes no electron of light in bands"):
+            sensor(make_light(np.full((len(bands), 4, 4), 1e-3), 3.75, bands), None)
+
+
+def test_band_means_are_exact_for_straight_curves_and_keep_a_table_that_ends_at_the_last_centre(tmp_path):
+    path = tmp_path / "straight.csv"
+    path.write_text("wavelength_nm,R,G,B\n400,0.2,0.9,0.5\n700,0.8,0.3,0.5\n")
+    model, bands = IdealSensor(qe_csv=str(path), infrared_cut=False).model(), np.arange(400.0, 701.0, 10.0)
+    means = quantum_efficiency(model, bands)
+    slope = (spectral_curve(model, bands[1:-1] + 1) - spectral_curve(model, bands[1:-1] - 1)) / 2
+    # q = q0 + b (w - c): its photon mean over a band of width h is q0 + b h^2 / (12 c)
+    assert_allclose(means[:, 1:-1], spectral_curve(model, bands[1:-1]) + slope * 100 / (12 * bands[1:-1]), rtol=1e-12)
+    assert_allclose(means[:, [0, -1]], spectral_curve(model, np.array([402.5, 697.5])), rtol=1e-4)
+    assert_allclose(quantum_efficiency(IdealSensor(curves="unit").model(), np.array([400.0, 430.0, 500.0])), 1.0, rtol=1e-15)
 
 
 def test_filters_made_of_the_clear_one():
@@ -156,7 +203,7 @@ def test_any_spectrum_within_its_bands_stays_within_the_stated_bound(cfa):
     rng, worst = np.random.default_rng(0), 0.0
     for _ in range(200):
         lines_nm = rng.uniform(395.0, 705.0, rng.integers(1, 5))
-        true = (quantum_efficiency(model, lines_nm) * lines_nm).mean(1)
+        true = (spectral_curve(model, lines_nm) * lines_nm).mean(1)
         counted = response[:, np.clip(np.rint((lines_nm - 400.0) / 10.0).astype(int), 0, 30)].mean(1)
         worst = max(worst, float(np.abs(counted - true).max() / response.max()))
     assert bound / 3 < worst <= bound

@@ -1,0 +1,92 @@
+"""Band integration: means of spectral curves over the bands of the light, and what is wrong with them for smooth spectra."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from isethdr_core.physics.radiometry import band_widths_nm, planck_radiance
+
+POINTS = 8  # Gauss-Legendre points of a piece: exact for polynomials up to the 15th degree
+SMOOTH_K = (2000.0, 3000.0, 5000.0, 10000.0, 20000.0)  # black bodies: a candle to a blue sky
+
+
+class Pieces(NamedTuple):
+    """Intervals within bands over which all curves are smooth."""
+
+    low_nm: np.ndarray
+    high_nm: np.ndarray
+    band: np.ndarray  # index of the band
+
+
+class Nodes(NamedTuple):
+    """Points at which curves are integrated over bands."""
+
+    wavelength_nm: np.ndarray
+    weight: np.ndarray  # nm; those of a band sum to its width
+    band: np.ndarray  # index of the band
+
+
+def pieces(wavelength_nm, breaks_nm=()) -> Pieces:
+    """Return the pieces of bands whose borders lie half way between their centres.
+
+    Parameters
+    ----------
+    wavelength_nm : centres of two or more bands, rising.
+    breaks_nm : wavelengths at which curves have corners.
+    """
+    w = np.asarray(wavelength_nm, float)
+    inner = (w[1:] + w[:-1]) / 2
+    borders = np.concatenate([[2 * w[0] - inner[0]], inner, [2 * w[-1] - inner[-1]]])
+    breaks = np.asarray(breaks_nm, float)
+    edges = np.union1d(borders, breaks[(breaks > borders[0]) & (breaks < borders[-1])])
+    low, high = edges[:-1], edges[1:]
+    return Pieces(low, high, np.clip(np.searchsorted(borders, (low + high) / 2) - 1, 0, len(w) - 1))
+
+
+def nodes(wavelength_nm, breaks_nm=()) -> Nodes:
+    """Return the Gauss-Legendre points of the `pieces` of bands; arguments as there."""
+    low, high, band = pieces(wavelength_nm, breaks_nm)
+    at, weight = np.polynomial.legendre.leggauss(POINTS)
+    middle, half = (low + high)[:, None] / 2, (high - low)[:, None] / 2
+    return Nodes((middle + half * at).ravel(), (half * weight).ravel(), np.repeat(band, POINTS))
+
+
+def photon_means(curve, at: Nodes, known=None) -> np.ndarray:
+    """Return the mean of a curve over each band, weighted as photons of an even energy spectrum are.
+
+    Parameters
+    ----------
+    curve : values at the nodes. `known` : boolean, nodes that the mean is over; None: all of them. A band without any has 0.
+
+    Notes
+    -----
+    Even energy E per nm gives E wavelength / (h c) photons per nm, so that the mean of q is int q w dw / int w dw.
+    """
+    photons = at.weight * at.wavelength_nm * (1.0 if known is None else known)
+    count = at.band.max() + 1
+    whole = np.bincount(at.band, photons, count)
+    return np.bincount(at.band, photons * curve, count) / np.where(whole > 0, whole, 1.0)
+
+
+def smooth_spectrum_error(response, curves, at: Nodes, wavelength_nm, spectrum=None) -> float:
+    """Return how wrong the electrons of a channel are at most, relative, for smooth spectra of which the band means are known.
+
+    Parameters
+    ----------
+    response : (channel, band) electrons per photon of the bands. `curves` : (channel, node), the same at the nodes.
+    spectrum : (band,) mean energy per nm of the light in its bands, straight from band to band; None: black bodies alone.
+    """
+    w = np.asarray(wavelength_nm, float)
+    spectra = [planck_radiance(at.wavelength_nm, k) for k in SMOOTH_K]
+    if spectrum is not None and np.any(spectrum):
+        spectra.append(np.interp(at.wavelength_nm, w, spectrum))
+    width, worst = band_widths_nm(w), 0.0
+    for energy in spectra:
+        mean = np.bincount(at.band, at.weight * energy, len(w)) / width
+        counted = response @ (mean * width * w)
+        true = curves @ (energy * at.weight * at.wavelength_nm)
+        lit = true > 0
+        worst = max(worst, float(np.max(np.abs(counted[lit] / true[lit] - 1), initial=0.0)))
+    return worst
