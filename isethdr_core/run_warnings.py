@@ -103,6 +103,8 @@ def median_object_snr_db(picture: xr.Dataset, labels: xr.Dataset) -> float:
     """
     import numpy as np
 
+    from .truth import total_variance
+
     if "instance" not in labels or not picture.attrs.get("variance_known", True):
         return math.nan
     measured = picture["valid"].values & (labels["instance"].values > 0)
@@ -111,7 +113,7 @@ def median_object_snr_db(picture: xr.Dataset, labels: xr.Dataset) -> float:
     objects, at = np.unique(labels["instance"].values[measured], return_inverse=True)
     pixels = np.bincount(at, minlength=len(objects))
     total = np.bincount(at, picture["xyz"].values[..., 1][measured])
-    variance = np.bincount(at, picture["variance"].values[..., 1][measured])
+    variance = np.bincount(at, total_variance(picture).values[..., 1][measured])
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.median((total / pixels) / np.sqrt(variance / pixels))
     if math.isnan(ratio):  # no light and no noise

@@ -6,7 +6,7 @@ import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.errors import UnitError
-from isethdr_core.truth import check_picture
+from isethdr_core.truth import check_picture, total_variance
 
 BLOCKS = 12          # the frame is cut into 12 x 12 blocks; noise and scene are taken as independent between them
 RESAMPLES = 400
@@ -30,8 +30,8 @@ def luminances(picture, truth):
 
 
 def luminance_variance(picture) -> np.ndarray:
-    """Return the variance (y, x) of the luminance of a pixel, (cd/m2)^2."""
-    return picture["variance"].values[..., 1].astype(float)
+    """Return the variance (y, x) of the luminance of a pixel, (cd/m2)^2: temporal and fixed pattern."""
+    return total_variance(picture).values[..., 1].astype(float)
 
 
 def variance_stated(picture, score: str, unit: str) -> bool:

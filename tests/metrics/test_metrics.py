@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 from isethdr_metrics import isethdr_components
 from isethdr_metrics.ciede2000 import Cie76, Cie94, Ciede2000
+from isethdr_metrics.contrast_detection import ContrastDetection
 from isethdr_metrics.dynamic_range import DynamicRange
 from isethdr_metrics.line_profile import LineProfile
 from isethdr_metrics.log_luminance_error import LogLuminanceError
@@ -266,6 +267,20 @@ def test_every_metric_takes_any_picture_with_truth_and_refuses_others(cls):
 def test_metrics_ask_for_the_labels_they_read_and_no_more(cls):
     narrowed = cls().narrow(Demand()) if hasattr(cls, "narrow") else Demand()
     assert narrowed.labels == (frozenset() if cls in (SnrCurve, DynamicRange, LineProfile, NormalizedFlare, SlantedEdgeResponse) else {"instance"})
+
+
+@pytest.mark.parametrize("metric", [ContrastDetection(), DynamicRange(), SnrCurve(), MeanLuminance(), ObjectContrast()])
+def test_fixed_pattern_counts_like_temporal_noise(metric):
+    """Half of the variance in either part gives the scores of all of it in one; of shot noise there is none here."""
+    y, table = scene()
+    both = picture(y, 0.02)
+    both["variance"] *= 0.5
+    both["fixed_pattern_variance"] = both["variance"].copy()
+    whole, parts, less = (by_name(metric(shot, picture(y), table)) for shot in (picture(y, 0.02), both, picture(y, 0.01)))
+    assert whole.keys() == parts.keys()
+    for key, score in whole.items():
+        assert (parts[key].value, parts[key].low) == pytest.approx((score.value, score.low), rel=1e-9, nan_ok=True)
+    assert any((less[key].value, less[key].low) != (score.value, score.low) for key, score in whole.items())
 
 
 def test_two_objects_of_one_name_stay_apart():

@@ -7,6 +7,8 @@ import io
 import numpy as np
 from markupsafe import Markup
 
+from isethdr_core.truth import total_variance
+
 COLOURS = {"truth": "#222222"}
 CYCLE = ("#c1272d", "#0b6fa4", "#2e8b57", "#b8860b", "#6a4c93")
 
@@ -85,7 +87,7 @@ def snr_curve(picture, truth, bins_per_decade: int = 6, least: int = 20) -> tupl
 
     Bins are of true luminance: binned by the noisy estimate, dark bins would hold mostly noise.
     """
-    y, variance = truth["xyz"].values[..., 1], picture["variance"].values[..., 1]
+    y, variance = truth["xyz"].values[..., 1], total_variance(picture).values[..., 1]
     good = picture["valid"].values & (y > 0) & (variance > 0)
     y, variance = y[good], variance[good]
     if not y.size:
