@@ -1,6 +1,8 @@
-"""Index: `index.parquet`, a cache of all records, rebuilt from the stores in seconds and replaced by rename.
+"""Index: `index.parquet`, a cache of all records; queries see every store whether or not the index knows it.
 
-The truth is in the stores. No writer touches the index, so there is no lock to fight over; delete it at will.
+The truth is in the stores. Stores and records are compared by path and by the state of the root metadata file
+(inode, time, size), never by the order of times: a clock that is set back hides nothing. No writer touches the
+index, so there is no lock to fight over; delete it at will.
 """
 
 from __future__ import annotations
@@ -8,15 +10,28 @@ from __future__ import annotations
 import json
 import math
 import os
-import tempfile
-from dataclasses import dataclass
+import shutil
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from isethdr_core.errors import CatalogError
+from isethdr_core.leftovers import remove_leftovers, temporary_path
 
-from .record import COLUMNS, records
+from .record import COLUMNS, SCHEMA, records
 
-LARGEST_RECORD_BYTES = 64_000_000
+if TYPE_CHECKING:
+    import duckdb
+
+FOLDERS = ("scenes", "runs", "studies")
+DETAILS = ("objects", "scores", "ledger", "assets")  # what `find` does not need
+STORED_COLUMNS = COLUMNS | {"stamp": "VARCHAR"}
+FROM_BATCH = f"SELECT unnest(from_json(?, '{json.dumps([STORED_COLUMNS])}'), recursive := true)"
+BATCH_BYTES = 1_000_000  # of records that are handed to DuckDB at once; ten times as much takes 200 MB
+ROWS_AT_ONCE = 2048  # of a Parquet row group, the least possible: DuckDB holds one in memory
+OLD_SCRATCH_S = 3600.0  # scratch folders without a writer's name, of an older version, are left alone for so long
 
 
 @dataclass(frozen=True)
@@ -28,49 +43,200 @@ class Refreshed:
     skipped: dict[str, str]
 
 
+@dataclass
+class _Reading:
+    """Records of stores, read in batches, and which stores were skipped on the way."""
+
+    folder: Path
+    stamps: dict[str, str]  # of the stores to read, by path
+    skipped: dict[str, str] = field(default_factory=dict)
+
+    def batches(self) -> Iterator[str]:
+        """Yield JSON arrays of records; damaged stores are named in `skipped`."""
+        batch, size = [], 0
+        for path, stamp in self.stamps.items():
+            try:
+                found = records(self.folder / path, self.folder)
+            except (CatalogError, AttributeError, TypeError, KeyError, ValueError) as error:    # readable JSON of an unexpected shape
+                self.skipped[str(self.folder / path)] = str(error) or type(error).__name__
+                continue
+            batch += [json.dumps(_finite(row | {"stamp": stamp}), allow_nan=False) for row in found]
+            size += sum(map(len, batch[-len(found) :]))
+            if size > BATCH_BYTES:
+                yield f"[{','.join(batch)}]"
+                batch, size = [], 0
+        if batch:
+            yield f"[{','.join(batch)}]"
+
+
 def stores(folder) -> list[Path]:
     """Return the paths of all stores of a home folder, complete or not."""
-    return [path for part in ("scenes", "runs", "studies") for path in sorted(Path(folder).glob(f"{part}/*.zarr"))]
+    return [path for part in FOLDERS for path in sorted(Path(folder).glob(f"{part}/*.zarr"))]
+
+
+def stamps(folder: Path) -> dict[str, str]:
+    """Return the state of each store's root metadata file, by the store's path below `folder`."""
+    found = {}
+    for part in FOLDERS:
+        with suppress(FileNotFoundError, NotADirectoryError), os.scandir(folder / part) as entries:
+            named = sorted((entry.name, entry.path) for entry in entries if entry.name.endswith(".zarr"))
+            for name, path in named:
+                found[f"{part}/{name}"] = _stamp(f"{path}/zarr.json")
+    return found
 
 
 def refresh(folder) -> Refreshed:
-    """Rebuild `<folder>/index.parquet` from the root attributes of all stores; damaged ones are named and skipped."""
+    """Bring `<folder>/index.parquet` up to date: read new stores only, forget those that are gone.
+
+    Damaged stores are named and skipped. Records pass through one at a time, so memory does not grow with them.
+
+    Raises
+    ------
+    CatalogError : the index cannot be written.
+    """
+    folder = Path(folder)
+    return _refresh(folder, stamps(folder))
+
+
+def _refresh(folder: Path, current: dict[str, str]) -> Refreshed:
     import duckdb
 
-    folder, found, skipped = Path(folder), [], {}
-    for path in stores(folder):
-        try:
-            found += records(path, folder)
-        except (CatalogError, AttributeError, TypeError, KeyError, ValueError) as error:    # readable JSON of an unexpected shape
-            skipped[str(path)] = str(error) or type(error).__name__
-    _pass_on_lighting(found)
-    columns = ", ".join(f"{name}: '{kind}'" for name, kind in COLUMNS.items())
     index = folder / "index.parquet"
+    with duckdb.connect() as base:
+        # one row group in memory at a time
+        base.execute("SET threads=1")
+        base.execute("SET preserve_insertion_order=false")
+        _current_table(base, current)
+        known = _known(base, index)
+        reading = _Reading(folder, {path: stamp for path, stamp in current.items() if known.get(path) != stamp})
+        try:
+            _remove_scratch(folder)
+            stale = any(current.get(path) != stamp for path, stamp in known.items())
+            if reading.stamps or stale:
+                _rewrite(base, index, reading, keep=_still_current(index) if known else "", stale=stale)
+        except OSError as error:
+            raise CatalogError(f"cannot write {index}: {error}; choose a folder you may write with ISETHDR_HOME=/path") from error
+        count = base.execute(f"SELECT count(*) FROM {_file(index)}").fetchone()[0] if index.exists() else 0
+    return Refreshed(index, count, reading.skipped)
+
+
+def load(base: duckdb.DuckDBPyConnection, folder, details: bool = True) -> None:
+    """Make the table `shots` of all records in memory.
+
+    The index is brought up to date first. Where it cannot be written, or was replaced meanwhile by a process that
+    knew fewer stores, the records that it lacks are read from the stores.
+
+    Parameters
+    ----------
+    details : False leaves the columns `DETAILS` empty, which are most of the memory.
+    """
+    folder = Path(folder)
+    index, current = folder / "index.parquet", stamps(folder)
+    with suppress(CatalogError):  # a home that cannot be written is queried all the same
+        _refresh(folder, current)
+    columns = ", ".join(f"{name} {kind}" for name, kind in STORED_COLUMNS.items())
+    base.execute(f"CREATE TABLE shots ({columns})")
+    _current_table(base, current)
+    kept = "*" if details else f"* REPLACE ({', '.join(f'NULL AS {name}' for name in DETAILS)})"
+    if _known(base, index):
+        base.execute(f"INSERT INTO shots SELECT {kept} FROM ({_still_current(index)})")
+    held = dict(base.execute("SELECT DISTINCT path, stamp FROM shots").fetchall())
+    missing = _Reading(folder, {path: stamp for path, stamp in current.items() if held.get(path) != stamp})
+    for batch in missing.batches():
+        base.execute(f"INSERT INTO shots SELECT {kept} FROM ({FROM_BATCH})", [batch])
+    base.execute("DROP TABLE current")
+    base.execute("ALTER TABLE shots DROP COLUMN stamp")
+    _pass_on_lighting(base)
+
+
+def _stamp(file: str) -> str:
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder, prefix=".index-") as scratch:
-            lines, fresh = Path(scratch) / "records.ndjson", Path(scratch) / "index.parquet"
-            # DuckDB refuses an empty file, so one blank record is written and filtered out again
-            rows = [*found, dict.fromkeys(COLUMNS)]
-            lines.write_text("\n".join(json.dumps(_finite(row), allow_nan=False) for row in rows), encoding="utf-8")
-            with duckdb.connect() as base:
-                base.execute(f"COPY (SELECT * FROM read_json('{_quoted(lines)}', format='newline_delimited', columns={{{columns}}}, "
-                             f"maximum_object_size={LARGEST_RECORD_BYTES}) WHERE id IS NOT NULL) TO '{_quoted(fresh)}' (FORMAT parquet)")
-            os.replace(fresh, index)
-    except OSError as error:
-        raise CatalogError(f"cannot write {index}: {error}; choose a folder you may write with ISETHDR_HOME=/path") from error
-    return Refreshed(index, len(found), skipped)
+        found = os.stat(file)
+    except OSError:
+        return ""
+    return f"{found.st_ino}-{found.st_mtime_ns}-{found.st_size}"
 
 
-def _pass_on_lighting(found: list[dict]) -> None:
+def _known(base: duckdb.DuckDBPyConnection, index: Path) -> dict[str, str]:
+    """Return the stamp of every store that the index holds, by path; nothing where the index cannot be used."""
+    import duckdb
+
+    columns = ", ".join(STORED_COLUMNS)
+    try:
+        base.execute(f"SELECT {columns} FROM {_file(index)} LIMIT 0")
+        rows = base.execute(f"SELECT DISTINCT path, stamp FROM {_file(index)} WHERE schema = {SCHEMA}")
+        return dict(rows.fetchall())
+    except duckdb.Error:  # missing, cut off, or of another version
+        return {}
+
+
+def _rewrite(base: duckdb.DuckDBPyConnection, index: Path, reading: _Reading, keep: str, stale: bool) -> None:
+    """Write the index anew: records of the query `keep`, and those of stores that are read now.
+
+    `stale` : the index holds records that `keep` leaves out.
+    """
+    index.parent.mkdir(parents=True, exist_ok=True)
+    scratch = temporary_path(index.parent, "index")
+    scratch.mkdir()
+    try:
+        parts = [keep] if keep else []
+        for number, batch in enumerate(reading.batches()):
+            part = scratch / f"{number}.parquet"
+            base.execute(f"COPY ({FROM_BATCH}) TO '{_quoted(part)}' (FORMAT parquet)", [batch])
+        if any(scratch.iterdir()):
+            parts.append(f"SELECT * FROM read_parquet('{_quoted(scratch)}/*.parquet')")
+        if not (stale or len(parts) > bool(keep)):
+            return
+        fresh = scratch / "index"
+        base.execute(
+            f"COPY ({' UNION ALL '.join(parts)}) TO '{_quoted(fresh)}' (FORMAT parquet, ROW_GROUP_SIZE {ROWS_AT_ONCE})"
+        )
+        os.replace(fresh, index)
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _current_table(base: duckdb.DuckDBPyConnection, current: dict[str, str]) -> None:
+    base.execute("CREATE OR REPLACE TABLE current (path VARCHAR, stamp VARCHAR)")
+    base.execute("INSERT INTO current SELECT unnest(?), unnest(?)", [list(current), list(current.values())])
+
+
+def _still_current(index: Path) -> str:
+    columns = ", ".join(f"CAST({name} AS {kind}) AS {name}" for name, kind in STORED_COLUMNS.items())
+    return f"SELECT {columns} FROM {_file(index)} SEMI JOIN current USING (path, stamp) WHERE schema = {SCHEMA}"
+
+
+def _file(index: Path) -> str:
+    return f"read_parquet('{_quoted(index)}')"
+
+
+def _remove_scratch(folder: Path) -> None:
+    """Remove the scratch folders of interrupted refreshes."""
+    remove_leftovers(folder)
+    for path in folder.glob(".index-*"):
+        with suppress(OSError):
+            if folder.stat().st_mtime - path.stat().st_mtime > OLD_SCRATCH_S:
+                shutil.rmtree(path, ignore_errors=True)
+
+
+def _pass_on_lighting(base: duckdb.DuckDBPyConnection) -> None:
     """Give each scene the lightings its runs used: night and day are versions of one stored scene."""
-    used: dict[str, set] = {}
-    for record in found:
-        for scene in record["properties"].get("scene_ids") or [record["derived_from"]]:
-            used.setdefault(scene, set()).add(record["properties"].get("lighting"))
-    for record in found:
-        if record["kind"] == "scene":
-            record["properties"]["lighting"] = sorted(used.get(record["id"], set()) - {None})
+    base.execute("""
+        CREATE TEMP TABLE used AS
+        SELECT scene, list_sort(list(DISTINCT lighting)) AS lightings
+        FROM (SELECT properties->>'lighting' AS lighting,
+                     unnest(CASE WHEN json_array_length(properties, '/scene_ids') > 0
+                            THEN from_json(properties->'/scene_ids', '["VARCHAR"]') ELSE [derived_from] END) AS scene
+              FROM shots WHERE kind = 'run')
+        WHERE lighting IS NOT NULL GROUP BY scene
+    """)
+    base.execute("""
+        UPDATE shots SET properties = json_merge_patch(properties, json_object('lighting', lightings))
+        FROM (SELECT DISTINCT id, coalesce(lightings, []) AS lightings
+              FROM shots LEFT JOIN used ON id = scene WHERE kind = 'scene') AS scenes
+        WHERE shots.id = scenes.id AND shots.kind = 'scene'
+    """)
+    base.execute("DROP TABLE used")
 
 
 def _finite(value):

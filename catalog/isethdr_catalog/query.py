@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 from isethdr_core.errors import CatalogError, did_you_mean
 from isethdr_core.store import read_attrs
 
-from .index import _quoted, refresh, stores
-from .record import COLUMNS
+from .index import load, stores
 
 if TYPE_CHECKING:
     import duckdb
@@ -66,7 +65,7 @@ def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> 
     """
     tests = [_split(key) + (value,) for key, value in conditions.items()]
     ordered = (order_by or "").removeprefix("-").replace("__", ".")
-    with _connect(folder) as base:
+    with _connect(folder, details=False) as base:
         asked = list(dict.fromkeys([name for name, _, _ in tests] + ([ordered] if ordered else [])))
         _check_known(base, asked)
         clauses, values = [], []
@@ -128,31 +127,16 @@ def show(folder, name: str) -> dict:
     return {"path": str(exact[0]), **read_attrs(exact[0])}
 
 
-def _connect(folder):
-    """Return a database in memory with the views, over an index that is no older than the stores."""
+def _connect(folder: Path | str, details: bool = True) -> duckdb.DuckDBPyConnection:
+    """Return a database in memory with the views, over the records of all stores."""
     import duckdb
 
-    folder = Path(folder)
-    index = folder / "index.parquet"
-    changed = max((p.stat().st_mtime_ns for p in (folder / "scenes", folder / "runs") if p.exists()), default=0)
-    if not index.exists() or index.stat().st_mtime_ns <= changed:   # a rename into a folder changes the folder's time
-        refresh(folder)
     base = duckdb.connect()
-    try:
-        _load_records(base, index)
-    except duckdb.Error:  # not an index of ours: cut off, or with other columns
-        refresh(folder)
-        _load_records(base, index)
+    load(base, folder, details)
     base.execute(VIEWS)
     for setting in SANDBOX:
         base.execute(setting)
     return base
-
-
-def _load_records(base: duckdb.DuckDBPyConnection, index: Path) -> None:
-    """Copy the records of `index` into the table `shots`, with the columns and types of a record."""
-    columns = ", ".join(f"CAST({name} AS {kind}) AS {name}" for name, kind in COLUMNS.items())
-    base.execute(f"CREATE OR REPLACE TABLE shots AS SELECT {columns} FROM read_parquet('{_quoted(index)}')")
 
 
 def _split(key: str) -> tuple[str, str]:

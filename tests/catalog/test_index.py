@@ -1,0 +1,199 @@
+"""The index is a cache that never hides a store: whatever was renamed in, and whatever the clock said."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from isethdr_catalog import index
+from isethdr_catalog.index import refresh
+from isethdr_catalog.query import find, sql
+
+from isethdr_core.errors import CatalogError
+
+
+def put(home: Path, name: str, **attrs) -> Path:
+    """Rename a whole store of nothing but root attributes into `home`."""
+    attrs = {"kind": "run", "format": 1, "complete": True, "cameras": ["a"]} | attrs
+    folder = home / ("runs" if attrs["kind"] == "run" else "scenes")
+    hidden = folder / f".{name}.new"
+    hidden.mkdir(parents=True)
+    text = json.dumps({"zarr_format": 3, "node_type": "group", "attributes": attrs})
+    (hidden / "zarr.json").write_text(text)
+    return hidden.rename(folder / f"{name}.zarr")
+
+
+def names(home: Path) -> list[str]:
+    return sorted(row["id"] for row in find(home, kind="run", limit=10**6))
+
+
+@pytest.fixture
+def read(monkeypatch) -> list[str]:
+    """Return the names of the stores whose attributes the index reads, as they are read."""
+    seen = []
+    real = index.records
+
+    def spy(path, folder):
+        seen.append(Path(path).stem)
+        return real(path, folder)
+
+    monkeypatch.setattr(index, "records", spy)
+    return seen
+
+
+def test_a_store_renamed_in_while_a_refresh_reads_is_found(tmp_path, monkeypatch):
+    put(tmp_path, "first")
+    real = index.records
+
+    def meanwhile(path, folder):
+        if not (tmp_path / "runs/second.zarr").exists():
+            put(tmp_path, "second")
+        return real(path, folder)
+
+    monkeypatch.setattr(index, "records", meanwhile)
+    assert refresh(tmp_path).records == 1
+    assert names(tmp_path) == ["first", "second"]
+
+
+def test_forty_stores_that_arrive_during_refreshes_are_all_found(tmp_path):
+    expected = [f"r{k:02d}" for k in range(40)]
+    writer = threading.Thread(target=lambda: [put(tmp_path, name) for name in expected])
+    writer.start()
+    while writer.is_alive():
+        refresh(tmp_path)
+    writer.join()
+    assert names(tmp_path) == expected
+
+
+@pytest.mark.parametrize("shift_s", [-(10**6), 10**6])
+def test_a_clock_that_is_set_hides_nothing(tmp_path, shift_s):
+    put(tmp_path, "first")
+    refresh(tmp_path)
+    when = (tmp_path / "index.parquet").stat().st_mtime + shift_s
+    os.utime(tmp_path / "index.parquet", (when, when))
+    put(tmp_path, "second")
+    for path in (tmp_path / "runs", tmp_path / "runs/second.zarr", tmp_path / "runs/second.zarr/zarr.json"):
+        os.utime(path, (1, 1))
+    assert names(tmp_path) == ["first", "second"]
+
+
+def test_only_new_and_changed_stores_are_read(tmp_path, read):
+    for name in ("a", "b", "c"):
+        put(tmp_path, name, lighting="day")
+    assert refresh(tmp_path).records == 3
+    read.clear()
+    put(tmp_path, "d", lighting="night")
+    shutil.rmtree(tmp_path / "runs/a.zarr")
+    shutil.rmtree(tmp_path / "runs/b.zarr")
+    put(tmp_path, "b", lighting="dusk")
+    assert refresh(tmp_path).records == 3 and read == ["b", "d"]
+    assert {row["id"]: row["lighting"] for row in find(tmp_path, lighting__ne="")} == {"b": "dusk", "c": "day", "d": "night"}
+    assert read == ["b", "d"]
+
+
+def test_the_last_store_that_goes_leaves_no_record(tmp_path):
+    shutil.rmtree(put(tmp_path, "a"))
+    assert refresh(tmp_path).records == 0
+    put(tmp_path, "b")
+    refresh(tmp_path)
+    shutil.rmtree(tmp_path / "runs/b.zarr")
+    assert refresh(tmp_path).records == 0 and names(tmp_path) == []
+
+
+def test_a_damaged_store_does_not_ask_for_a_new_index_each_time(tmp_path):
+    put(tmp_path, "whole")
+    put(tmp_path, "half", complete=False)
+    refresh(tmp_path)
+    before = (tmp_path / "index.parquet").stat()
+    assert [Path(p).stem for p in refresh(tmp_path).skipped] == ["half"]
+    assert (tmp_path / "index.parquet").stat() == before
+    shutil.rmtree(tmp_path / "runs/half.zarr")
+    put(tmp_path, "half")
+    assert names(tmp_path) == ["half", "whole"]
+
+
+def test_a_scene_gets_the_lightings_of_runs_that_came_later(tmp_path):
+    put(tmp_path, "s", kind="scene")
+    put(tmp_path, "a", lighting="night", scene_ids=["s"])
+    assert [row["id"] for row in find(tmp_path, kind="scene", lighting="night")] == ["s"]
+    put(tmp_path, "b", lighting="day", scene_id="s")
+    [row] = find(tmp_path, kind="scene", lighting="day")
+    assert row["lighting"] == ["day", "night"]
+
+
+@pytest.mark.parametrize("indexed", [False, True])
+def test_a_home_that_cannot_be_written_is_queried_from_memory(tmp_path, monkeypatch, indexed):
+    put(tmp_path, "first", scores=[{"camera": "a", "metric": "ssim", "object": "", "value": 0.5, "unit": "1"}])
+    if indexed:
+        refresh(tmp_path)
+    put(tmp_path, "second")
+    before = sorted(tmp_path.rglob("*"))
+
+    def refused(*_, **__):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "mkdir", refused)
+    with pytest.raises(CatalogError, match="cannot write .*index.parquet.*ISETHDR_HOME"):
+        refresh(tmp_path)
+    assert names(tmp_path) == ["first", "second"]
+    assert sql(tmp_path, "SELECT id, value FROM scores")[1] == [("first", 0.5)]
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+KILLED = """
+import os, signal, sys
+from isethdr_catalog import index
+os.replace = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+index.refresh(sys.argv[1])
+"""
+
+
+def test_what_an_interrupted_refresh_leaves_is_removed(tmp_path):
+    put(tmp_path, "a")
+    old = tmp_path / ".index-abc"  # as an older version names it
+    old.mkdir()
+    os.utime(old, (1, 1))
+    done = subprocess.run([sys.executable, "-c", KILLED, str(tmp_path)], check=False)
+    assert done.returncode == -signal.SIGKILL
+    assert len(list(tmp_path.glob(".index*.tmp"))) == 1
+    assert names(tmp_path) == ["a"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["index.parquet", "runs"]
+
+
+MEASURED = """
+import json, resource, sys, time
+from pathlib import Path
+import duckdb
+from isethdr_catalog.index import refresh
+from test_index import put
+peak_mb = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+home = Path(sys.argv[1])
+duckdb.sql("SELECT 1").fetchall()
+before_mb = peak_mb()
+records = refresh(home).records
+put(home, "new")
+start_s = time.process_time()
+assert refresh(home).records == records + 1
+print(json.dumps([records, time.process_time() - start_s, peak_mb() - before_mb]))
+"""
+
+
+@pytest.mark.slow
+def test_one_new_run_among_20_000_costs_little(tmp_path):
+    """Below 1 s of CPU and 50 MB per 10,000 records; measured 0.3 s and 25 MB per 10,000."""
+    for k in range(20_000):
+        put(tmp_path, f"r{k:05d}", lighting="night", config={"seed": k}, objects=[{"category": "person", "distance_m": k}])
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
+    done = subprocess.run(
+        [sys.executable, "-c", MEASURED, str(tmp_path)], capture_output=True, text=True, check=True, env=environment
+    )
+    records, seconds, megabytes = json.loads(done.stdout)
+    print(f"{records} records: {seconds:.2f} s of CPU for one more, {megabytes:.0f} MB")
+    assert records == 20_000 and seconds < 1.0 and megabytes < 2 * 50
