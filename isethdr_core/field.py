@@ -35,6 +35,17 @@ def check_fields(scene, lens, sensors) -> None:
             check(*size_m)
 
 
+def check_rendered(scene, renderer) -> None:
+    """Raise ConfigError where a renderer cannot put its tiles on the camera's field.
+
+    Its optional method `check_field(width, height, projection)` says so.
+    """
+    known = getattr(scene, "camera_field", None), getattr(renderer, "check_field", None)
+    if all(known):
+        field, check = known
+        check(*field())
+
+
 def state_field(scene, lens) -> None:
     """Let a lens say in the ledger what becomes of light at the border of the camera's field."""
     known = getattr(scene, "camera_field", None), getattr(lens, "state_field", None)

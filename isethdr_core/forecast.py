@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from . import store
 from .errors import CatalogError
@@ -59,11 +60,19 @@ def size(config: dict, kind: str) -> float:
 
 
 def _tiles(source) -> float:
-    return source.get("width", 1) * source.get("height", 1)
+    sides = source.get("width"), source.get("height")
+    return math.prod(sides) if all(map(_positive, sides)) else 1.0
 
 
 def _bands(source) -> float:
-    return 1 + (source["last_nm"] - source["first_nm"]) / source["step_nm"] if source.get("step_nm") else 1.0
+    """Return the number of bands, 1 where the fields of another plugin do not tell it."""
+    first, last, step = (source.get(key) for key in ("first_nm", "last_nm", "step_nm"))
+    known = all(map(_positive, (first, last, step))) and last >= first
+    return 1 + (last - first) / step if known else 1.0
+
+
+def _positive(value: Any) -> bool:
+    return isinstance(value, (int, float)) and 0 < value < math.inf
 
 
 def _rendering(renderer, now: dict, missing, attributes) -> float:

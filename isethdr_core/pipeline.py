@@ -13,10 +13,11 @@ from .component import Stage
 from .demand import Demand
 from .draws import over_draws, state_spread
 from .errors import ConfigError, PluginError
-from .field import check_fields, state_field
+from .field import check_fields, check_rendered, state_field
 from .ledger import Ledger
 from .registry import build_from_config, plugin_manager
 from .scores import Score, state_errors
+from .seeds import checked_seed
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,7 @@ def chain(config) -> Chain:
         cameras = table("sensor", config.get("cameras"))
     if not cameras:
         raise ConfigError("the config has no camera; name a sensor, for example sensor=bayer")
-    if not isinstance(config.get("seed", 0), int):
-        raise ConfigError(f"seed is {config.seed!r}; expected a whole number; type for example seed=7")
+    checked_seed(config.get("seed", 0))
     if not (isinstance(config.get("draws", 1), int) and config.get("draws", 1) >= 1):
         raise ConfigError(f"draws is {config.draws!r}; expected a whole number of shots, at least 1; type for example draws=4")
     renderer, allowed = config.get("renderer"), accuracy.allowed(config)
@@ -95,6 +95,7 @@ def chain(config) -> Chain:
         metrics=table("metric", config.get("metric")),
         draws=config.get("draws", 1), leave_out=leave_out, looked_at=looked_at, unseen=() if looked_at else tuple(versions), allowed=allowed)
     check_fields(parts.scene, parts.lens, parts.cameras.values())
+    check_rendered(parts.scene, parts.renderer)
     return parts
 
 

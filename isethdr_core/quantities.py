@@ -11,6 +11,7 @@ import xarray as xr
 
 from .errors import UnitError, did_you_mean
 from .physics.projection import PROJECTIONS
+from .ranges import LEAST_NM, MOST_NM
 
 RADIANCE = "W m-2 sr-1 nm-1"
 IRRADIANCE = "W m-2 nm-1"
@@ -192,6 +193,11 @@ def _check_bands(data, what):
     w = np.asarray(data.wavelength.values, float)
     if not np.all(np.isfinite(w)) or np.any(w <= 0):
         raise UnitError(f"{what} has a wavelength that is not a positive number of nm: {w}")
+    if w.min() < LEAST_NM or w.max() > MOST_NM:
+        raise UnitError(
+            f"{what} has wavelengths from {w.min():g} to {w.max():g}; expected nanometres, "
+            f"{LEAST_NM:g} to {MOST_NM:g}; multiply micrometres by 1e3, metres by 1e9"
+        )
     if np.any(np.diff(w) <= 0):
         raise UnitError(f"{what} has unsorted or repeated wavelengths {w}; expected nm, increasing; use .sortby('wavelength')")
 

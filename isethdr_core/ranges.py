@@ -23,6 +23,8 @@ SHORT = Repr()
 SHORT.maxstring = SHORT.maxother = 80
 TOO_SHORT = "missing"        # pydantic error type of a tuple that lacks an element
 NUMBERS = (int, float)
+LEAST_NM, MOST_NM = 100.0, 3000.0   # light that silicon sees, and beyond on both sides
+LARGEST_SEED = 2**63 - 1    # a signed 64-bit number, as stores keep it
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,7 +76,8 @@ class Range:
 
 Share = Annotated[float, Range(0, 1)]
 Percent = Annotated[float, Range(0, 100)]
-Seed = Annotated[int, Range(0, 2**63 - 1)]     # a signed 64-bit number, as stores and Hydra keep it
+Wavelength = Annotated[float, Range(LEAST_NM, MOST_NM)]     # nanometres
+Seed = Annotated[int, Range(0, LARGEST_SEED)]
 
 
 @cache

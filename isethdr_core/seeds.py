@@ -7,6 +7,10 @@ A `Generator` is an immutable key. It draws nothing itself: `generator.stream(..
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from numbers import Integral
+
+from .errors import ConfigError
+from .ranges import LARGEST_SEED
 
 
 @dataclass(frozen=True)
@@ -31,5 +35,20 @@ class Generator:
 
 
 def generator(seed: int = 0, device: str = "A", scene: str = "") -> Generator:
-    """Return the key of all random numbers of one shot of `scene` by `device`."""
-    return Generator(int(seed), str(device), str(scene))
+    """Return the key of all random numbers of one shot of `scene` by `device`.
+
+    Raises
+    ------
+    ConfigError : a seed that is not a whole number from 0 to 2^63 - 1.
+    """
+    return Generator(checked_seed(seed), str(device), str(scene))
+
+
+def checked_seed(seed: int) -> int:
+    """Return the seed as an int, or raise ConfigError where it is no seed."""
+    whole = isinstance(seed, Integral) and not isinstance(seed, bool)
+    if not (whole and 0 <= seed <= LARGEST_SEED):
+        raise ConfigError(
+            f"seed is {seed!r}; expected a whole number from 0 to 2^63 - 1; type for example seed=7"
+        )
+    return int(seed)

@@ -8,6 +8,7 @@
 | `target`     | one photometric target: its statistic, its luminance or seeded range          |
 | `solve`      | weights from luminance maps                                                   |
 | `mix`        | the weighted sum, group by group in blocks of bands; luminance maps           |
+| `limits`     | ranges of the fields                                                          |
 | `modulation` | how groups vary in time: the config's table, phases drawn from their ranges   |
 """
 

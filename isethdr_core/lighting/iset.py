@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..errors import ConfigError, did_you_mean
+from ..ranges import Seed, Share, check_ranges
+from .limits import Ratio, Reached
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,18 +19,16 @@ GROUPS = ("headlights", "streetlights", "other", "sky")
 class IsetLighting:
     """Weights by the rule of ISETHDR's lightGroupDynamicRangeSet, for comparison with its pictures."""
 
-    dynamic_range: float = 1e4                          # sky is set to 200000 / dynamic_range, cd/m2
-    low_light_cd_m2: float | None = 10.0                # median of the whole picture; None: lamps keep their luminance
-    draws: tuple[float, float, float] | None = None     # uniform numbers for headlights, streetlights, other; None: from seed
-    seed: int = 0
+    # sky is set to 200000 / dynamic_range, cd/m2
+    dynamic_range: Ratio = 1e4
+    # median of the whole picture; None: lamps keep their luminance
+    low_light_cd_m2: Reached | None = 10.0
+    # uniform numbers for headlights, streetlights, other; None: from seed
+    draws: tuple[Share, Share, Share] | None = None
+    seed: Seed = 0
 
     def __post_init__(self):
-        if not self.dynamic_range > 0:
-            raise ConfigError(f"dynamic_range is {self.dynamic_range:g}; expected a ratio above 0, for example 1e4")
-        if self.low_light_cd_m2 is not None and not self.low_light_cd_m2 > 0:
-            raise ConfigError(f"low_light_cd_m2 is {self.low_light_cd_m2:g}; expected above 0, or null")
-        if self.draws is not None and not all(0 <= u <= 1 for u in self.draws):
-            raise ConfigError(f"draws are {self.draws}; expected three numbers from 0 to 1")
+        check_ranges(self)
 
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
         """Return mixed radiance, W m-2 sr-1 nm-1; `iset_weights` in its attributes are those before the median's scale."""

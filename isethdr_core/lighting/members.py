@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from .. import ledger
-from ..errors import ConfigError
+from ..ranges import Seed, check_ranges
+from .limits import Luminance, Weight
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,19 +19,18 @@ if TYPE_CHECKING:
 class WeightsLighting:
     """Fixed weights: each light group times its own number, summed."""
 
-    weights: dict[str, float] = field(default_factory=dict)  # {group: weight}, 1 = as the scene was built
-    others: float = 0.0                      # weight of every group not named in `weights`
-    relative_to_mean_cd_m2: float = 0.0      # first bring each group to this mean luminance; 0: radiance stays absolute
+    # {group: weight}, 1 = as the scene was built
+    weights: dict[str, Weight] = field(default_factory=dict)
+    others: Weight = 0.0                      # weight of every group not named in `weights`
+    # first bring each group to this mean luminance; 0: radiance stays absolute
+    relative_to_mean_cd_m2: Luminance = 0.0
     modulation: dict[str, Any] = field(default_factory=dict)   # {group: {frequency_hz, duty or depth, phase}}: light that varies in time
-    seed: int = 0                            # of phases that are ranges
+    seed: Seed = 0                            # of phases that are ranges
     WITHIN_FIELD: ClassVar[bool] = True      # the margin's light decides nothing
 
     def __post_init__(self):
-        check_weights(self.weights, self.others)
+        check_ranges(self)
         self._varying()
-        if not 0 <= self.relative_to_mean_cd_m2 < math.inf:
-            raise ConfigError(f"relative_to_mean_cd_m2 is {self.relative_to_mean_cd_m2:g}; expected a luminance above 0, "
-                              "or 0 to keep the absolute level")
 
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
         """Return mixed radiance, W m-2 sr-1 nm-1; `weights` in its attributes multiply the scene's own radiance."""
@@ -73,14 +72,6 @@ class IdealLighting:
         from . import mix
 
         return mix.mix(radiance, dict.fromkeys(mix.group_names(radiance), 1.0))
-
-
-def check_weights(weights, others: float) -> None:
-    """Raise ConfigError unless all weights are finite and not negative."""
-    for name, weight in (*weights.items(), ("others", others)):
-        if not 0 <= weight < math.inf:
-            raise ConfigError(f"lighting weight of {name!r} is {weight:g}; expected a finite number, 0 or more; "
-                              f"type lighting.{'others' if name == 'others' else f'weights.{name}'}=1")
 
 
 def without_dark_groups(demand: Demand, weights, others: float) -> Demand:

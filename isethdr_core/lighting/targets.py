@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from .. import ledger
 from ..error_terms import ErrorNote, Quantity
 from ..errors import ConfigError, did_you_mean
+from ..ranges import Percent, Seed, check_ranges
 from . import target
-from .members import check_weights, without_dark_groups
+from .limits import Ratio, Reached, Weight
+from .members import without_dark_groups
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,31 +28,31 @@ class TargetsLighting:
     """Weights solved from photometric targets: lamp and sky luminances, dynamic range, median or mean."""
 
     targets: dict[str, Any] = field(default_factory=dict)     # {group: {statistic, cd_m2, percentile, lamp_kind, ...}}
-    weights: dict[str, float] = field(default_factory=dict)   # {group: weight} of groups without a target
-    others: float = 1.0                  # weight of all other groups; 1 = as the scene was built
+    # {group: weight} of groups without a target
+    weights: dict[str, Weight] = field(default_factory=dict)
+    others: Weight = 1.0                  # weight of all other groups; 1 = as the scene was built
     ambient: str = "sky"                 # the group that moves to reach dynamic range, median or mean
-    dynamic_range: float | None = None   # ratio of the two percentiles of the picture's luminance
-    low_percentile: float = 1.0          # Hazen's, percent
-    high_percentile: float = 100.0       # 100: the brightest tile
-    median_cd_m2: float | None = None    # of the whole picture
-    mean_cd_m2: float | None = None      # of the whole picture
+    dynamic_range: Ratio | None = None   # ratio of the two percentiles of the picture's luminance
+    low_percentile: Percent = 1.0          # Hazen's, percent
+    high_percentile: Percent = 100.0       # 100: the brightest tile
+    median_cd_m2: Reached | None = None    # of the whole picture
+    mean_cd_m2: Reached | None = None      # of the whole picture
     modulation: dict[str, Any] = field(default_factory=dict)  # {group: {frequency_hz, duty or depth, phase}}: light that varies in time
-    seed: int = 0                        # of targets and phases that are ranges
+    seed: Seed = 0                        # of targets and phases that are ranges
     WITHIN_FIELD: ClassVar[bool] = True  # the margin's light decides nothing
 
     def __post_init__(self):
-        check_weights(self.weights, self.others)
+        check_ranges(self)
         self._varying()
         for t in target.parse(self.targets):
             if t.group in self.weights:
                 raise ConfigError(f"group {t.group!r} has both a target and a weight; type ~lighting.weights.{t.group} to drop one")
-        if not 0 <= self.low_percentile < self.high_percentile <= 100:
-            raise ConfigError(f"low_percentile is {self.low_percentile:g} and high_percentile {self.high_percentile:g}; "
-                              "expected 0 <= low < high <= 100")
-        for name, least in (("dynamic_range", 1.0), ("median_cd_m2", 0.0), ("mean_cd_m2", 0.0)):
-            value = getattr(self, name)
-            if value is not None and not least < value < math.inf:
-                raise ConfigError(f"{name} is {value:g}; expected more than {least:g}, finite; type lighting.{name}=null for none")
+        if not self.low_percentile < self.high_percentile:
+            raise ConfigError(
+                f"low_percentile is {self.low_percentile:g} and high_percentile "
+                f"{self.high_percentile:g}; expected 0 <= low < high <= 100; "
+                "type lighting.low_percentile=1 lighting.high_percentile=100"
+            )
         if self.median_cd_m2 is not None and self.mean_cd_m2 is not None:
             raise ConfigError("lighting has both median_cd_m2 and mean_cd_m2; one scale cannot reach two levels; "
                               "type lighting.mean_cd_m2=null")

@@ -77,6 +77,8 @@ def damaged_planes(good):
         yield what, bad
     good = sealed(good)
     yield "unsorted wavelengths", good.isel(wavelength=[1, 0, *range(2, good.sizes["wavelength"])])
+    yield "wavelengths in micrometres", good.assign_coords(wavelength=good.wavelength * 1e-3)
+    yield "wavelengths in metres", good.assign_coords(wavelength=good.wavelength * 1e-9)
     yield "missing wavelengths", good.drop_vars("wavelength")
     yield "other dims", good.transpose("y", "x", "wavelength")
     yield "a missing dim", good.isel(wavelength=0)

@@ -18,6 +18,7 @@
 | `photon_counts`       | probability that two pixels of few electrons show their true contrast     |
 | `noise_line`          | read noise and shot noise from the variance of a picture                  |
 | `similarity`          | the map that both kinds of structural similarity are means of             |
+| `limits`              | ranges of the fields                                                      |
 | `regions`             | which pixels belong to what, and intervals by resampling blocks           |
 """
 

@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from isethdr_core.ranges import check_ranges
+
+from .limits import White
+
 
 @dataclass(frozen=True)
 class Ciede2000:
@@ -14,7 +18,12 @@ class Ciede2000:
 
     formula: ClassVar[tuple[str, str, str]] = ("ciede2000", "de2000", "dE00")  # score, function of physics.colour, unit
 
-    white_cd_m2: float = 0.0  # luminance of the white (D65) for both pictures; 0 takes the truth's 99th percentile without lamps
+    # luminance of the white (D65) for both pictures; 0 takes the truth's 99th percentile
+    # without lamps
+    white_cd_m2: White = 0.0
+
+    def __post_init__(self):
+        check_ranges(self)
 
     def narrow(self, demand):
         """Ask for the instance labels."""

@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
+from isethdr_core.ranges import check_ranges
+
+from .limits import Percent, Reach
+
 if TYPE_CHECKING:
     import numpy as np
 
@@ -31,9 +35,14 @@ class ContrastDetection:
 
     MEAN_OF_PARTS: ClassVar[bool] = True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
 
-    lowest_contrast_percent: float = 5.0  # Michelson contrast of the truth that a pair needs to count
-    interval_percent: float = 50.0  # the measured contrast may differ from the true one by this share of it
-    reach: int = 10  # pixels between the two pixels of a pair, at most
+    # Michelson contrast of the truth that a pair needs to count
+    lowest_contrast_percent: Percent = 5.0
+    # the measured contrast may differ from the true one by this share of it
+    interval_percent: Percent = 50.0
+    reach: Reach = 10  # pixels between the two pixels of a pair, at most
+
+    def __post_init__(self):
+        check_ranges(self)
 
     def narrow(self, demand):
         """Ask for the instance labels."""
@@ -47,16 +56,10 @@ class ContrastDetection:
         `SMOOTH` x `SMOOTH` were independent: the picture's mean is taken over such windows.
         """
         from isethdr_core import ledger
-        from isethdr_core.errors import ConfigError
         from isethdr_core.scores import Score
 
         from .regions import NAN, frame_and_objects, median_interval, variance_stated
 
-        for name in ("lowest_contrast_percent", "interval_percent"):
-            if not 0 < getattr(self, name) < 100:
-                raise ConfigError(f"metric {name} is {getattr(self, name)!r}; expected percent, above 0 and below 100")
-        if self.reach < 1:
-            raise ConfigError(f"metric reach is {self.reach!r}; expected at least 1 pixel")
         if not variance_stated(picture, "contrast_detection", "probability"):
             return []
         model, scores = self._model(picture, truth), []

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from isethdr_core.ranges import check_ranges
+
+from .limits import Darkest
+
 # chance that noise alone passes for a signal in a picture without any
 FALSE_ALARM = 1e-3
 
@@ -12,7 +16,11 @@ FALSE_ALARM = 1e-3
 class DynamicRange:
     """Largest valid luminance over that where SNR = 1 (EMVA 1288), that of dark noise, and that where SNR = 10 dB, in dB."""
 
-    darkest_share: float = 0.2  # share of the pixels, from the dark end, whose variance is that of the dark
+    # share of the pixels, from the dark end, whose variance is that of the dark
+    darkest_share: Darkest = 0.2
+
+    def __post_init__(self):
+        check_ranges(self)
 
     def __call__(self, picture, truth, labels=None):
         """Return the range in dB by three definitions, and its ends in cd/m2.
@@ -32,14 +40,11 @@ class DynamicRange:
         import numpy as np
 
         from isethdr_core import ledger
-        from isethdr_core.errors import ConfigError
         from isethdr_core.scores import Score
 
         from .noise_line import dark_medians
         from .regions import NAN, luminance_variance, luminances, variance_stated
 
-        if not 0 < self.darkest_share <= 1:
-            raise ConfigError(f"metric darkest_share is {self.darkest_share!r}; expected a share above 0, at most 1")
         y, true, valid = luminances(picture, truth)
         if not variance_stated(picture, "dynamic_range", "dB"):
             return []

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from isethdr_core.ranges import check_ranges
+
+from .limits import Luminance, Row
+
 
 @dataclass(frozen=True)
 class LineProfile:
     """Log luminance of picture and truth along a row, by default through the brightest lamp; scores their difference."""
 
-    row: int = -1  # pixel row; -1 takes the row of the truth's brightest pixel
-    floor_cd_m2: float = 1e-3  # luminances below this count as this
+    row: Row = -1  # pixel row; -1 takes the row of the truth's brightest pixel
+    floor_cd_m2: Luminance = 1e-3  # luminances below this count as this
+
+    def __post_init__(self):
+        check_ranges(self)
 
     def __call__(self, picture, truth, labels=None):
         """Return the rms difference of the two log10 profiles over the row, 95 % by resampling its twelfths."""

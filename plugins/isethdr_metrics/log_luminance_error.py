@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from isethdr_core.ranges import check_ranges
+
+from .limits import Luminance
+
 
 @dataclass(frozen=True)
 class LogLuminanceError:
     """Rms of log10 (picture / truth) luminance, for the frame and for each object."""
 
-    floor_cd_m2: float = 1e-3  # luminances below this count as this: an estimate of 0 or less has no logarithm
+    # luminances below this count as this: an estimate of 0 or less has no logarithm
+    floor_cd_m2: Luminance = 1e-3
+
+    def __post_init__(self):
+        check_ranges(self)
 
     def narrow(self, demand):
         """Ask for the instance labels."""
@@ -23,13 +31,10 @@ class LogLuminanceError:
         """
         import numpy as np
 
-        from isethdr_core.errors import ConfigError
         from isethdr_core.scores import Score
 
         from .regions import frame_and_objects, luminances, mean_interval
 
-        if not self.floor_cd_m2 > 0:
-            raise ConfigError(f"metric floor_cd_m2 is {self.floor_cd_m2!r}; expected a luminance above 0, such as 1e-3")
         y, true, _ = luminances(picture, truth)
         square = (np.log10(np.fmax(y, self.floor_cd_m2)) - np.log10(np.maximum(true, self.floor_cd_m2))) ** 2
         return [Score("log_luminance_error", value, "log10", name, low, high)

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from isethdr_core.ranges import check_ranges
+
+from .limits import Guard
+
 
 @dataclass(frozen=True)
 class NormalizedFlare:
     """Light beyond the truth, away from sources, over the brightest true luminance (IEEE 2020, direct reference)."""
 
-    guard: int = 5  # pixels around a source that belong to it: its own blur is not flare
+    guard: Guard = 5  # pixels around a source that belong to it: its own blur is not flare
+
+    def __post_init__(self):
+        check_ranges(self)
 
     def __call__(self, picture, truth, labels=None):
         """Return the mean and the 99th percentile over the valid pixels beyond the guard.
@@ -23,14 +30,11 @@ class NormalizedFlare:
         from scipy.ndimage import distance_transform_edt
 
         from isethdr_core import ledger
-        from isethdr_core.errors import ConfigError
         from isethdr_core.scores import Score
         from isethdr_core.view import lamp_mask
 
         from .regions import NAN, luminances, mean_interval
 
-        if self.guard < 0:
-            raise ConfigError(f"metric guard is {self.guard!r}; expected 0 or more pixels")
         y, true, valid = luminances(picture, truth)
         source = float(true.max())
         if not source > 0:

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from isethdr_core.ranges import check_ranges
+
+from .limits import Fewest, Ring
+
 
 @dataclass(frozen=True)
 class ObjectContrast:
     """Weber contrast of each object against a ring around it, in picture and truth, and the contrast's SNR per pixel."""
 
-    ring: float = 0.2  # width of the ring over the square root of the object's area
-    fewest_pixels: int = 9  # objects with fewer valid pixels are left out
+    ring: Ring = 0.2  # width of the ring over the square root of the object's area
+    fewest_pixels: Fewest = 9  # objects with fewer valid pixels are left out
+
+    def __post_init__(self):
+        check_ranges(self)
 
     def narrow(self, demand):
         """Ask for the instance labels."""

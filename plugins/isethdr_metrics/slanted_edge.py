@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from isethdr_core.ranges import check_ranges
+
+from .limits import HalfWidth
+
 OVERSAMPLING = 4     # samples a pixel across the edge, as in ISO 12233
 SEGMENT = 12         # rows: one passage of the edge through a pixel at 5 degrees, so that a segment holds all phases
 RESAMPLES = 200
@@ -16,7 +20,10 @@ FREQUENCIES = 101    # 0 .. 1 cycles per pixel
 class SlantedEdgeResponse:
     """Spatial frequency response of the luminance across a slanted edge (ISO 12233 e-SFR): MTF50 and the value at Nyquist."""
 
-    half_width: int = 32  # pixels to each side of the edge that are used
+    half_width: HalfWidth = 32  # pixels to each side of the edge that are used
+
+    def __post_init__(self):
+        check_ranges(self)
 
     def __call__(self, picture, truth, labels=None):
         """Return slanted_edge_mtf50 (cycles per pixel) and slanted_edge_nyquist, with 95 % intervals, and the rows used.
@@ -55,12 +62,8 @@ class SlantedEdgeResponse:
         """
         import numpy as np
 
-        from isethdr_core.errors import ConfigError
-
         from .regions import luminances
 
-        if self.half_width < 4:
-            raise ConfigError(f"metric half_width is {self.half_width!r}; expected at least 4 pixels")
         y, true, valid = luminances(picture, truth)
         sides = [(_line(t), t, v, w) for t, v, w in ((true, y, valid), (true.T, y.T, valid.T))]
         sides = [side for side in sides if side[0] is not None]

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from isethdr_core.ranges import check_ranges
+
+from .limits import Bins, Luminance
+
 
 @dataclass(frozen=True)
 class SnrCurve:
     """SNR in dB at given luminances, from the picture's own variance; `curve` gives the whole table."""
 
-    luminances_cd_m2: tuple[float, ...] = (0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)  # where to score, if the scene has it
-    bins_per_decade: int = 6  # width of a bin of true luminance
+    # where to score, if the scene has it
+    luminances_cd_m2: tuple[Luminance, ...] = (0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
+    bins_per_decade: Bins = 6  # width of a bin of true luminance
+
+    def __post_init__(self):
+        check_ranges(self)
 
     def __call__(self, picture, truth, labels=None):
         """Return one score per luminance that the scene holds, named snr_at_<cd/m2>."""
@@ -51,12 +59,8 @@ class SnrCurve:
         """
         import numpy as np
 
-        from isethdr_core.errors import ConfigError
-
         from .regions import luminance_variance, luminances, median_interval
 
-        if not self.bins_per_decade > 0:
-            raise ConfigError(f"metric bins_per_decade is {self.bins_per_decade!r}; expected a whole number above 0")
         y, true, valid = luminances(picture, truth)
         use = valid & (true > 0)
         bin_of = np.floor(np.log10(true[use]) * self.bins_per_decade + 1e-9).astype(int)

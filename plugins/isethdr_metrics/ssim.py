@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from isethdr_core.ranges import check_ranges
+
+from .limits import Compression, White
+
 
 @dataclass(frozen=True)
 class Ssim:
@@ -12,8 +16,12 @@ class Ssim:
 
     MEAN_OF_PARTS: ClassVar[bool] = True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
 
-    white_cd_m2: float = 0.0  # luminance shown as white; 0 takes the truth's 99th percentile without lamps
-    compression: float = 100.0  # of the tone map in isethdr_core.view; 0 is linear
+    # luminance shown as white; 0 takes the truth's 99th percentile without lamps
+    white_cd_m2: White = 0.0
+    compression: Compression = 100.0  # of the tone map in isethdr_core.view; 0 is linear
+
+    def __post_init__(self):
+        check_ranges(self)
 
     def narrow(self, demand):
         """Ask for the instance labels."""

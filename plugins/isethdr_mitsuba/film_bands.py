@@ -16,7 +16,6 @@ import mitsuba as mi
 import numpy as np
 
 from isethdr_core import ledger
-from isethdr_core.errors import ConfigError
 
 from .angle_sensor import angle_sensor
 from .beam_lamp import beam_lamp, film, sensor
@@ -25,6 +24,7 @@ from .materials import coloured_surfaces, regular
 from .placed_lamps import SPECTRUM_NM, emission_table
 from .spot_shares import extent_error, illuminance, seen_points, shares
 from .spots import spots
+from .view import check_square
 
 BLOCK = 4
 
@@ -32,9 +32,8 @@ BLOCK = 4
 def film_pass(description, view, lamps, groups, bands_nm, settings):
     """Return the function of one pass, as `radiance.estimate` wants it."""
     angles = view.projection == "equidistant"
-    if not angles and abs(view.pitch_x / view.pitch_y - 1) > 1e-3:
-        raise ConfigError(f"variant scalar needs square tiles; width {settings.width} x height {settings.height} on a field of "
-                          f"aspect {view.field[0] / view.field[1]:.4g} are not; type renderer.height={round(settings.width * view.field[1] / view.field[0])}")
+    if not angles:
+        check_square(settings.width, settings.height, view.field[0] / view.field[1])
     rows, columns = view.shape
     span = bands_nm[0] - settings.step_nm / 2, bands_nm[-1] + settings.step_nm / 2
     integrator = mi.load_dict({"type": "path", "max_depth": settings.max_depth, "rr_depth": 1000})

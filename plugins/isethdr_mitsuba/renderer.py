@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.ranges import Range, Seed, Wavelength, check_ranges
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,6 +23,13 @@ SCALAR = "scalar_spectral"
 # of one group and four bands, measured on two cores; it only tells the user what to expect
 SCALAR_S_PER_PATH = {"tangent": 2e-6, "equidistant": 1e-5}
 
+Tiles = Annotated[int, Range(1, 10_000)]  # along one side: beyond an 8K camera
+Margin = Annotated[float, Range(0, 2)]  # of the field: five fields side by side
+BandStep = Annotated[float, Range(0.1, 3000)]  # nm
+Samples = Annotated[int, Range(1, 10_000_000)]  # noise falls to 0.03 % of one path's
+ErrorAllowed = Annotated[float, Range(1e-5, 0.999)]
+Depth = Annotated[int, Range(1, 1000)]  # segments; light has gone after a few dozen
+
 
 @dataclass(frozen=True)
 class MitsubaRenderer:
@@ -29,19 +37,32 @@ class MitsubaRenderer:
 
     effort_fields: ClassVar[tuple[str, ...]] = ("samples", "error_allowed", "most_samples")  # buy accuracy only: no part of a recipe
 
-    width: int = 640           # tiles across the camera's field
-    height: int = 360          # tiles down the camera's field
-    margin: float = 0.1        # more of the field rendered on each side, as a part of it
-    first_nm: float = 400.0    # centre of the first band
-    last_nm: float = 700.0     # centre of the last band
-    step_nm: float = 10.0      # width and spacing of the bands
-    samples: int | None = None # paths per tile, the least of them where error_allowed is set; None: as many as the noise takes, 16 at least
-    error_allowed: float | None = None  # relative: paths go on until each light group's noise is this low; None: 0.1, or `samples` where set
-    most_samples: int = 4096   # paths per tile at which a light group is given up, where error_allowed is set
-    max_depth: int = 5         # longest path, in segments: 2 is direct light only
-    seed: int = 0              # of the paths; same seed, same machine, same cube
+    width: Tiles = 640           # tiles across the camera's field
+    height: Tiles = 360          # tiles down the camera's field
+    margin: Margin = 0.1        # more of the field rendered on each side, as a part of it
+    first_nm: Wavelength = 400.0    # centre of the first band
+    last_nm: Wavelength = 700.0     # centre of the last band
+    step_nm: BandStep = 10.0      # width and spacing of the bands
+    # paths per tile, the least of them where error_allowed is set; None: as many as the noise
+    # takes, 16 at least
+    samples: Samples | None = None
+    # relative: paths go on until each light group's noise is this low; None: 0.1, or `samples`
+    # where set
+    error_allowed: ErrorAllowed | None = None
+    # paths per tile at which a light group is given up, where error_allowed is set
+    most_samples: Samples = 4096
+    max_depth: Depth = 5         # longest path, in segments: 2 is direct light only
+    seed: Seed = 0              # of the paths; same seed, same machine, same cube
     variant: Literal["auto", "llvm", "cuda", "scalar"] = "auto"  # auto: cuda, else llvm, else scalar, whichever works
     normalise: Literal["intensity", "flux"] = "intensity"        # what a narrow beam keeps: candela on its axis, or lumens
+
+    def __post_init__(self):
+        check_ranges(self)
+        if self.first_nm > self.last_nm:
+            raise ConfigError(
+                f"renderer bands {self.first_nm:g} to {self.last_nm:g} nm; expected "
+                "first_nm <= last_nm; type renderer.first_nm=400 renderer.last_nm=700"
+            )
 
     def enough(self, paths: int, noise: float | None) -> bool:
         """Return whether a light group known from so many paths per tile, with that relative noise (None: dark), needs no more of them."""
@@ -71,10 +92,6 @@ class MitsubaRenderer:
         from .doctor import choose_variant
         from .frame import render_frame
 
-        if (self.samples is not None and self.samples < 1) or self.max_depth < 1:
-            raise ConfigError(f"renderer samples is {self.samples}, max_depth {self.max_depth}; expected at least 1 of each")
-        if self.error_allowed is not None and not 0 < self.error_allowed < 1:
-            raise ConfigError(f"renderer.error_allowed is {self.error_allowed!r}; expected a share from above 0 to below 1, as 0.1, or null")
         wanted, bands = self._groups(description, demand), self._bands(demand)
         variant = choose_variant(self.variant)
         if variant == SCALAR:
@@ -107,6 +124,13 @@ class MitsubaRenderer:
             ledger.left_out(f"light group {name}", "not demanded", 0.0, "cd/m2")
         return kept
 
+    def check_field(self, width: float, height: float, projection: str) -> None:
+        """Refuse a number of tiles that cannot lie on a camera's field: before any work."""
+        from .view import check_square
+
+        if self.variant == "scalar" and projection == "tangent":
+            check_square(self.width, self.height, width / height)
+
     def bands_nm(self) -> tuple[float, ...]:
         """Return the centres of all bands, nm."""
         return tuple(map(float, self._bands(None)))
@@ -114,9 +138,6 @@ class MitsubaRenderer:
     def _bands(self, demand):
         import numpy as np
 
-        if not (self.step_nm > 0 and self.last_nm >= self.first_nm > 0):
-            raise ConfigError(f"renderer bands {self.first_nm:g} to {self.last_nm:g} nm in steps of {self.step_nm:g} nm; "
-                              "expected 0 < first_nm <= last_nm and step_nm > 0")
         bands = self.first_nm + self.step_nm * np.arange(int((self.last_nm - self.first_nm) / self.step_nm + 1 + 1e-9))
         if demand is None or demand.wavelength_nm is None:
             return bands

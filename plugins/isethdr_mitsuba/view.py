@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from isethdr_core.field import camera_field
 from isethdr_core.physics import projection as projections
 from isethdr_core.quantities import LARGEST_HALF_FIELD_DEG
 
+SQUARE = 1e-3   # largest relative difference between the sides of a tile that is called square
 UNITS = {"tangent": "tangents", "equidistant": "angles"}
 
 
@@ -103,6 +105,35 @@ def view_of(camera, width: int, height: int, margin: float) -> View:
                 right=right, down=np.cross(forward, right), forward=forward, projection=camera.projection)
     _check_reach(view, camera, margin)
     return view
+
+
+def check_square(width: int, height: int, aspect: float) -> None:
+    """Raise ConfigError unless `width` x `height` tiles on a field of `aspect` are square.
+
+    The message names the nearest number of tiles that are.
+    """
+    if _square(width, height, aspect):
+        return
+    good_width, good_height = nearest_square(width, aspect)
+    raise ConfigError(
+        f"variant scalar has {width} x {height} tiles on a field of aspect {aspect:.4g}; expected "
+        f"square tiles; type renderer.width={good_width} renderer.height={good_height}, "
+        "or renderer.variant=auto"
+    )
+
+
+def nearest_square(width: int, aspect: float) -> tuple[int, int]:
+    """Return the width nearest to `width`, and its height, that make square tiles."""
+    for step in count():
+        for near in (width + step, width - step):
+            height = round(near / aspect)
+            if near > 0 and height > 0 and _square(near, height, aspect):
+                return near, height
+    raise AssertionError("unreachable: many tiles are always square enough")
+
+
+def _square(width: int, height: int, aspect: float) -> bool:
+    return abs(aspect * height / width - 1) <= SQUARE
 
 
 def _check_reach(view, camera, margin):

@@ -11,7 +11,7 @@ from math import inf
 from typing import Any, Literal
 
 from isethdr_core.light_in_time import each_component
-from isethdr_core.ranges import check_ranges
+from isethdr_core.ranges import Wavelength, check_ranges
 
 from .limits import (
     ErrorAllowed,
@@ -23,7 +23,6 @@ from .limits import (
     LateralColour,
     ObjectDistance,
     Transmittance,
-    Wavelength,
     Zernikes,
 )
 

@@ -8,12 +8,11 @@ from typing import Annotated
 from isethdr_core.ranges import Range
 
 FNumber = Annotated[float, Range(0.5, 256)]  # sine condition in air; a pinhole's f-number
-FocalLength = Annotated[float, Range(0.1, 10_000)]  # millimetres: chip-scale optics to a telescope
+FocalLength = Annotated[float, Range(0.01, 10_000)]  # millimetres: microlens to telescope
 Transmittance = Annotated[float, Range(1e-6, 1)]  # 1e-6: the darkest neutral filter sold, ND 6
 FieldAngle = Annotated[float, Range(0, 120)]  # degrees off the axis: widest fisheye lenses
 Falloff = dict[FieldAngle, Annotated[float, Range(0, 10)]]  # pupils of fisheyes grow off the axis
 ObjectDistance = Annotated[float, Range(1e-4, inf)]  # metres; inf: focused at infinity
-Wavelength = Annotated[float, Range(100, 3000)]  # nanometres, beyond silicon on both sides
 LateralColour = Annotated[float, Range(-5, 5)]  # percent: a tile then lands on three at most
 FocalShift = Annotated[float, Range(-10_000, 10_000)]  # micrometres: 1 cm is beyond any blur kept
 ErrorAllowed = Annotated[float, Range(1e-9, 0.999)]  # a share; what double precision can tell

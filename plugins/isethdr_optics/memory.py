@@ -7,12 +7,16 @@ import os
 import numpy as np
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.ranges import LEAST_NM, MOST_NM
 
 
 def check_psf(waves, pitch_um, size) -> None:
     """Refuse a point spread function of no wavelength, no pitch, or more samples than the memory holds."""
-    if not (np.isfinite(waves).all() and np.all(waves > 0)) or waves.size == 0:
-        raise ConfigError(f"psf has wavelength_nm={waves.tolist()}; expected one or more above 0, in nm; type wavelength_nm=[450,550,650]")
+    if not (np.all(waves >= LEAST_NM) and np.all(waves <= MOST_NM)) or waves.size == 0:
+        raise ConfigError(
+            f"psf has wavelength_nm={waves.tolist()}; expected one or more in nanometres, "
+            f"{LEAST_NM:g} to {MOST_NM:g}; type wavelength_nm=[450,550,650]"
+        )
     if not (np.isfinite(pitch_um) and pitch_um > 0) or size < 1:
         raise ConfigError(f"psf has pitch_um={pitch_um!r}, size={size!r}; expected a pitch above 0 and one sample or more")
     check_fits(waves.size * float(size) ** 2, 8, f"a point spread function of {size} x {size} samples", "ask for a smaller size")

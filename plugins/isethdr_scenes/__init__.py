@@ -4,7 +4,8 @@
 |---|---|
 | night_drive, tunnel | the components: a country road, and a tunnel with a bright exit |
 | placement, placement_tunnel | who stands where |
-| builders, validation | from places to models and a description; checks of fields |
+| builders | from places to models and a description |
+| limits, validation | ranges of fields; checks of several fields together |
 | materials, lamps, lamp_spectra | spectral reflectances; lamps in candela; their spectra |
 | measured_spectra | tables of colour-science, kept on disk after their first use |
 | geometry | meshes computed from parameters |

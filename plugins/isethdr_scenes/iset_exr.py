@@ -9,11 +9,15 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from isethdr_core import ledger
 from isethdr_core.errors import CatalogError, ConfigError, UnitError, did_you_mean
+from isethdr_core.ranges import check_ranges
+
+from .limits import FileField, Luminance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,20 +31,27 @@ class IsetExr:
 
     folder: str = "."                     # holds <scene_id>_skymap.exr, _headlights.exr, ..., <scene_id>.mat
     scene_id: str = ""                    # month, day, hour, minute, second: 1112184733
-    horizontal_field_deg: float = 40.0    # full angle; the files do not carry it
-    normalise_cd_m2: float = 0.0          # ISET's reading: each group rescaled to this mean (100); 0 keeps the absolute level
+    horizontal_field_deg: FileField = 40.0    # full angle; the files do not carry it
+    # ISET's reading: each group rescaled to this mean (100); 0 keeps the absolute level
+    normalise_cd_m2: Luminance = 0.0
 
     def __post_init__(self):
-        if not 0 < self.horizontal_field_deg <= 150:
-            raise ConfigError(f"horizontal_field_deg is {self.horizontal_field_deg:g}; expected more than 0, at most 150")
-        if not 0 <= self.normalise_cd_m2 < math.inf:
-            raise ConfigError(f"normalise_cd_m2 is {self.normalise_cd_m2:g}; expected 0 (absolute) or a mean luminance, as ISET's 100")
+        check_ranges(self)
+        if not re.fullmatch(r"[\w-]*", self.scene_id):
+            raise ConfigError(
+                f"scene_id is {self.scene_id!r}; expected letters, digits, _ and -; "
+                "type for example scene.scene_id=1112184733"
+            )
 
     def input_files(self):
         """Return the files that the scene is read from: their content is part of a run's name."""
         from pathlib import Path
 
-        return tuple(sorted(Path(self.folder).glob(f"{self.scene_id}_*.exr"))) if self.scene_id else ()
+        if not self.scene_id:
+            return ()
+        from .iset_exr_files import there
+
+        return tuple(p for p in sorted(Path(self.folder).glob(f"{self.scene_id}_*.exr")) if there(p))
 
     def __call__(self) -> xr.Dataset:
         """Return scene radiance, W m-2 sr-1 nm-1, with the labels `distance` and `instance` where they can be read.
@@ -57,7 +68,7 @@ class IsetExr:
         from . import iset_exr_files as files
 
         paths = {group: self._path(f"_{name}.exr") for group, name in FILES.items()}
-        found = {group: path for group, path in paths.items() if path.exists()}
+        found = {group: path for group, path in paths.items() if files.there(path)}
         if not found:
             raise self._missing()
         for group in paths.keys() - found.keys():  # the deposit leaves out groups without a lamp
@@ -91,7 +102,7 @@ class IsetExr:
         labels = {}
         for label, suffix, read in (("instance", "_instanceID.exr", files.read_instance), ("distance", ".mat", files.read_distance)):
             path = self._path(suffix)
-            if not path.exists():
+            if not files.there(path):
                 ledger.left_out(f"label {label}", f"no file {path.name}", 0.0, "cd/m2")
                 continue
             try:

@@ -21,11 +21,20 @@ def read_radiance(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
     Raises
     ------
-    CatalogError : the file is cut off, or lacks one of the deposit's channels.
+    CatalogError : the file is cut off, lacks one of the deposit's channels, or has one twice.
     UnitError : a channel holds negative or infinite light.
     """
     channels = _channels(path)
-    bands = {float(f"{m[1]}.{m[2]}"): name for name in channels if (m := _BAND.fullmatch(name))}
+    bands: dict[float, str] = {}
+    for name in channels:
+        if match := _BAND.fullmatch(name):
+            centre = float(f"{match[1]}.{match[2]}")
+            if centre in bands:
+                raise CatalogError(
+                    f"{path} has two channels for {centre:g} nm, {bands[centre]!r} and {name!r}; "
+                    "expected one per band; fetch the file again"
+                )
+            bands[centre] = name
     missing = [nm for nm in range(FIRST_NM, LAST_NM + 1, STEP_NM) if nm not in bands]
     if missing:
         raise CatalogError(f"{path} lacks channel 'S0.{missing[0]},000nm' ({len(missing)} of 31 bands are missing); "
@@ -63,6 +72,7 @@ def read_distance(path: Path) -> np.ndarray:
     ------
     LookupError : the file is of version 7.3 (HDF5), or has no depth map.
     CatalogError : the file cannot be read.
+    UnitError : the map does not hold distances.
     """
     from scipy.io import loadmat
 
@@ -73,9 +83,48 @@ def read_distance(path: Path) -> np.ndarray:
     except Exception as err:  # noqa: BLE001 - scipy raises many kinds for a cut-off file
         raise CatalogError(f"{path} is not a readable MAT file ({err}); fetch it again, or move it away") from None
     depth = getattr(content.get("sceneMeta"), "depthMap", None)
-    if depth is None or np.ndim(depth) != 2:
+    if depth is None or np.ndim(depth) not in (1, 2):
         raise LookupError("has no map sceneMeta.depthMap")
-    return np.asarray(depth, np.float32)
+    distance = checked_distance(np.asarray(depth), path)
+    if distance.ndim != 2:
+        raise LookupError("has no map sceneMeta.depthMap of two dimensions")
+    return distance
+
+
+def checked_distance(depth: np.ndarray, path: Path) -> np.ndarray:
+    """Return a map of distances as float32; tiles that see no surface are NaN or infinite.
+
+    Raises
+    ------
+    UnitError : no real numbers, a negative distance, or no distance at all.
+    """
+    what = f"{path}: sceneMeta.depthMap"
+    expected = "expected real distances in metres, 0 or more; fetch the file again, or move it away"
+    if depth.dtype.kind not in "fiu":
+        raise UnitError(f"{what} holds {depth.dtype} values; {expected}")
+    known = depth[np.isfinite(depth)]
+    if not known.size:
+        raise UnitError(f"{what} holds no finite value; {expected}")
+    if known.min() < 0:
+        raise UnitError(f"{what} holds {known.min():g}; {expected}")
+    return depth.astype(np.float32)
+
+
+def there(path: Path) -> bool:
+    """Return whether a file exists.
+
+    Raises
+    ------
+    CatalogError : a link whose target is gone, or something that is no file.
+    """
+    if path.is_file():
+        return True
+    if path.is_symlink() or path.exists():
+        raise CatalogError(
+            f"{path} is no file, or a link to a file that is gone; expected a file of the deposit; "
+            "fetch it again, or remove it"
+        )
+    return False
 
 
 def _channels(path: Path) -> dict[str, np.ndarray]:

@@ -3,9 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
-from .validation import check_ranges
+from isethdr_core.ranges import Range, Seed, check_ranges
+
+from .limits import Aspect, CameraHeight, RoadField, SkyLuminance
+from .validation import check_order
+
+# where the things of the scene still stand beside each other
+Oncoming = Annotated[float, Range(12, 80)]  # metres
+Ahead = Annotated[float, Range(8, 80)]  # metres
+Cyclist = Annotated[float, Range(6, 60)]  # metres
+Deer = Annotated[float, Range(15, 120)]  # metres
+Truck = Annotated[float, Range(30, 150)]  # metres
+Beside = Annotated[float, Range(0.5, 8)]  # degrees beside the headlamp
+Curvature = Annotated[float, Range(-0.003, 0.003)]  # 1 / m: a radius of 333 m
+Vehicles = Annotated[int, Range(1, 6)]
+People = Annotated[int, Range(1, 4)]
+Animals = Annotated[int, Range(0, 3)]
+Trees = Annotated[int, Range(0, 400)]
+StreetLamps = Annotated[int, Range(0, 8)]
 
 
 @dataclass(frozen=True)
@@ -17,27 +34,38 @@ class NightDrive:
     night is a weight of 1e-7 to 1e-5. Ranges are (least, most); the seed draws between them.
     """
 
-    seed: int = 0                                                  # draws all that has a range
-    horizontal_field_deg: float = 45.0                             # full field of the camera
-    aspect: float = 16 / 9                                         # width / height of the field
+    seed: Seed = 0                                                  # draws all that has a range
+    horizontal_field_deg: RoadField = 45.0                             # full field of the camera
+    aspect: Aspect = 16 / 9                                         # width / height of the field
     projection: Literal["tangent", "equidistant"] = "tangent"      # of the grid of tiles; equidistant: angles, for wide lenses
-    camera_height_m: float = 1.3                                   # above the road, behind the windscreen
-    oncoming_m: tuple[float, float] = (23.0, 31.0)                 # distance of the oncoming car
-    ahead_m: tuple[float, float] = (19.0, 26.0)                    # distance of the car ahead
-    cyclist_m: tuple[float, float] = (12.5, 16.0)                  # distance of the cyclist
-    deer_m: tuple[float, float] = (24.0, 34.0)                     # distance of the nearest deer
-    truck_m: tuple[float, float] = (50.0, 60.0)                    # distance of the parked truck
-    pedestrian_beside_deg: tuple[float, float] = (1.3, 2.0)        # pedestrian beside the oncoming headlamp, as seen
-    vehicles: tuple[int, int] = (5, 6)                             # oncoming, ahead, parked, then further ones; 1 to 6
-    people: tuple[int, int] = (3, 4)                               # pedestrian, rider, then further ones; 1 to 4
-    animals: tuple[int, int] = (1, 2)                              # deer; 0 to 3
-    trees: tuple[int, int] = (90, 120)                             # trees and bushes; 0 to 400
-    street_lamps: tuple[int, int] = (4, 5)                         # every 30 m on the left; 0 to 8
-    curvature_per_m: tuple[float, float] = (0.0008, 0.0018)        # of the road, to the left
+    # above the road, behind the windscreen
+    camera_height_m: CameraHeight = 1.3
+    # distance of the oncoming car
+    oncoming_m: tuple[Oncoming, Oncoming] = (23.0, 31.0)
+    ahead_m: tuple[Ahead, Ahead] = (19.0, 26.0)                    # distance of the car ahead
+    cyclist_m: tuple[Cyclist, Cyclist] = (12.5, 16.0)                  # distance of the cyclist
+    deer_m: tuple[Deer, Deer] = (24.0, 34.0)                     # distance of the nearest deer
+    truck_m: tuple[Truck, Truck] = (50.0, 60.0)                    # distance of the parked truck
+    # pedestrian beside the oncoming headlamp, as seen
+    pedestrian_beside_deg: tuple[Beside, Beside] = (1.3, 2.0)
+    # oncoming, ahead, parked, then further ones; 1 to 6
+    vehicles: tuple[Vehicles, Vehicles] = (5, 6)
+    # pedestrian, rider, then further ones; 1 to 4
+    people: tuple[People, People] = (3, 4)
+    animals: tuple[Animals, Animals] = (1, 2)                              # deer; 0 to 3
+    trees: tuple[Trees, Trees] = (90, 120)                             # trees and bushes; 0 to 400
+    # every 30 m on the left; 0 to 8
+    street_lamps: tuple[StreetLamps, StreetLamps] = (4, 5)
+    # of the road, to the left
+    curvature_per_m: tuple[Curvature, Curvature] = (0.0008, 0.0018)
     headlamp_light: Literal["led_white", "halogen"] = "led_white"  # spectrum of all vehicle headlamps
     street_light: Literal["sodium", "led_white", "metal_halide"] = "sodium"  # spectrum of the street lamps
     braking: bool = False                                          # the car ahead brakes
-    sky_luminance_cd_m2: float = 4000.0                            # of the sky at weight 1
+    sky_luminance_cd_m2: SkyLuminance = 4000.0                            # of the sky at weight 1
+
+    def __post_init__(self):
+        check_ranges(self)
+        check_order(self)
 
     def __call__(self):
         """Build the scene.
@@ -65,11 +93,4 @@ class NightDrive:
         """Return (ground, spots): where everything stands, without building a mesh."""
         from .placement import plan
 
-        self._check()
         return plan(self)
-
-    def _check(self):
-        limits = {"vehicles": (1, 6), "people": (1, 4), "animals": (0, 3), "trees": (0, 400), "street_lamps": (0, 8),
-                  "oncoming_m": (12, 80), "ahead_m": (8, 80), "cyclist_m": (6, 60), "deer_m": (15, 120),
-                  "truck_m": (30, 150), "pedestrian_beside_deg": (0.5, 8), "curvature_per_m": (-0.003, 0.003)}
-        check_ranges(self, limits)

@@ -3,9 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
-from .validation import check_ranges
+from isethdr_core.ranges import Range, Seed, check_ranges
+
+from .limits import Aspect, CameraHeight, RoadField, SkyLuminance, Spacing
+from .validation import check_order
+
+# where the things of the scene still stand beside each other
+Exit = Annotated[float, Range(40, 400)]  # metres
+Ahead = Annotated[float, Range(8, 200)]  # metres
+Oncoming = Annotated[float, Range(12, 200)]  # metres
+Pedestrian = Annotated[float, Range(10, 150)]  # metres
+Trees = Annotated[int, Range(0, 200)]
 
 
 @dataclass(frozen=True)
@@ -16,21 +26,28 @@ class Tunnel:
     on the right walkway against the tunnel's dim wall; the exit fills a few degrees of the picture.
     """
 
-    seed: int = 0                                                  # draws all that has a range
-    horizontal_field_deg: float = 45.0                             # full field of the camera
-    aspect: float = 16 / 9                                         # width / height of the field
+    seed: Seed = 0                                                  # draws all that has a range
+    horizontal_field_deg: RoadField = 45.0                             # full field of the camera
+    aspect: Aspect = 16 / 9                                         # width / height of the field
     projection: Literal["tangent", "equidistant"] = "tangent"      # of the grid of tiles; equidistant: angles, for wide lenses
-    camera_height_m: float = 1.3                                   # above the road, behind the windscreen
-    exit_m: tuple[float, float] = (75.0, 110.0)                    # distance of the exit
-    ahead_m: tuple[float, float] = (24.0, 36.0)                    # distance of the car ahead
-    oncoming_m: tuple[float, float] = (32.0, 50.0)                 # distance of the oncoming car
-    pedestrian_m: tuple[float, float] = (18.0, 26.0)               # distance of the walker
-    luminaire_spacing_m: float = 12.0                              # of both rows of luminaires
-    trees: tuple[int, int] = (30, 50)                              # beyond the exit
+    # above the road, behind the windscreen
+    camera_height_m: CameraHeight = 1.3
+    exit_m: tuple[Exit, Exit] = (75.0, 110.0)                    # distance of the exit
+    ahead_m: tuple[Ahead, Ahead] = (24.0, 36.0)                    # distance of the car ahead
+    # distance of the oncoming car
+    oncoming_m: tuple[Oncoming, Oncoming] = (32.0, 50.0)
+    # distance of the walker
+    pedestrian_m: tuple[Pedestrian, Pedestrian] = (18.0, 26.0)
+    luminaire_spacing_m: Spacing = 12.0                              # of both rows of luminaires
+    trees: tuple[Trees, Trees] = (30, 50)                              # beyond the exit
     tunnel_light: Literal["led_white", "sodium"] = "sodium"        # spectrum of the luminaires
     headlamp_light: Literal["led_white", "halogen"] = "led_white"  # spectrum of all vehicle headlamps
     braking: bool = True                                           # the car ahead brakes
-    sky_luminance_cd_m2: float = 4000.0                            # of the sky at weight 1
+    sky_luminance_cd_m2: SkyLuminance = 4000.0                            # of the sky at weight 1
+
+    def __post_init__(self):
+        check_ranges(self)
+        check_order(self)
 
     def __call__(self):
         """Build the scene.
@@ -58,6 +75,4 @@ class Tunnel:
         """Return (ground, spots): where everything stands, without building a mesh."""
         from .placement_tunnel import plan
 
-        limits = {"exit_m": (40, 400), "ahead_m": (8, 200), "oncoming_m": (12, 200), "pedestrian_m": (10, 150), "trees": (0, 200)}
-        check_ranges(self, limits)
         return plan(self)

@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+from typing import Any
+
 from isethdr_core.errors import ConfigError
 
-VALUES = {"horizontal_field_deg": (10, 100), "aspect": (0.5, 4), "camera_height_m": (0.5, 4),
-          "sky_luminance_cd_m2": (1e-6, 1e6), "luminaire_spacing_m": (4, 60)}  # least and most of single fields
-WIDEST_DEG = 200  # of the horizontal field on a grid of angles
+WIDEST_DEG = {"tangent": 100, "equidistant": 200}  # fields that roads fill
 
 
-def check_ranges(scene, limits: dict[str, tuple[float, float]]) -> None:
-    """Raise ConfigError unless every range field named in `limits` lies inside them, and the camera makes sense."""
-    for name, (least, most) in limits.items():
-        low, high = getattr(scene, name)
-        if not least <= low <= high <= most:
+def check_order(scene: Any) -> None:
+    """Raise ConfigError unless every [least, most] of a road scene is in order and its field fits.
+
+    Expects numbers within the ranges that the fields declare.
+    """
+    for f in fields(scene):
+        value = getattr(scene, f.name)
+        if isinstance(value, tuple) and value[0] > value[1]:
             raise ConfigError(
-                f"scene.{name} is [{low}, {high}]; expected [low, high] with {least} <= low <= high <= {most}; "
-                f"type for example scene.{name}=[{least},{most}]"
+                f"scene.{f.name} is {list(value)}; expected the lesser number first; "
+                f"type for example scene.{f.name}=[{value[1]},{value[0]}]"
             )
-    for name, (least, most) in VALUES.items():
-        if not hasattr(scene, name):
-            continue
-        value, usual = getattr(scene, name), getattr(type(scene), name)
-        more = ""
-        if name == "horizontal_field_deg" and scene.projection == "equidistant":
-            most = WIDEST_DEG
-        elif name == "horizontal_field_deg":
-            more = f", or scene.projection=equidistant for up to {WIDEST_DEG} degrees"
-        if not least <= value <= most:
-            raise ConfigError(f"scene.{name} is {value}; expected {least} to {most}; type for example scene.{name}={usual:g}{more}")
+    widest = WIDEST_DEG[scene.projection]
+    if scene.horizontal_field_deg > widest:
+        more = ", or scene.projection=equidistant for up to 200 degrees"
+        raise ConfigError(
+            f"scene.horizontal_field_deg is {scene.horizontal_field_deg:g}; expected 10 to {widest}; "
+            f"type for example scene.horizontal_field_deg=45{more if widest == 100 else ''}"
+        )

@@ -49,6 +49,15 @@ def test_light_goes_band_by_band_and_pictures_do_not():
     assert size(config, "lens") == pytest.approx(31 * size(config, "isp"))
 
 
+@pytest.mark.parametrize("fields", [
+    {"first_nm": 400.0, "step_nm": 10.0}, {"first_nm": 700.0, "last_nm": 400.0, "step_nm": 10.0},
+    {"first_nm": "violet", "last_nm": "red", "step_nm": 10.0}, {"step_nm": 10.0},
+    {"width": 0, "height": 16}, {"width": "wide", "height": "high"}, {"width": None}])
+def test_fields_of_other_plugins_that_tell_no_size_count_once(fields):
+    config = {"scene": {"name": "theirs", **fields}}
+    assert size(config, "lens") == size(config, "isp") == 1.0
+
+
 def test_a_sum_with_an_unknown_part_is_unknown():
     assert together({"metric a x": 1.0, "metric b x": None, "lens l": 2.0}) == {"metrics x": None, "lens l": 2.0}
     from rich.console import Console

@@ -166,9 +166,9 @@ def test_seeded_ranges_are_reproducible_and_do_not_depend_on_other_groups():
     ({"targets": {"sky": {"statistic": "max"}}}, "needs either"),
     ({"targets": {"other": {"relative_to": "head", "ratio": 0.1}}}, "relative to 'head'"),
     ({"targets": {"sky": {"cd_m2": 1}}, "weights": {"sky": 1.0}}, "both a target and a weight"),
-    ({"weights": {"sky": -1.0}}, "0 or more"),
-    ({"dynamic_range": 0.5}, "more than 1"),
-    ({"median_cd_m2": 0.0}, "more than 0"),
+    ({"weights": {"sky": -1.0}}, "with -1.0 in it; expected 0 to"),
+    ({"dynamic_range": 0.5}, "expected 1.0001 to"),
+    ({"median_cd_m2": 0.0}, "expected 1e-09 to"),
     ({"median_cd_m2": 1.0, "mean_cd_m2": 1.0}, "both median_cd_m2 and mean_cd_m2"),
     ({"low_percentile": 99.0, "high_percentile": 1.0}, "low < high"),
 ])

@@ -27,6 +27,7 @@ BORDERS = {
 }
 CASES = [(border, what) for border, (_, good, damage) in BORDERS.items() for what, _ in damage(good)]
 EXPECTED = {"NaN light": "NaN", "infinite light": "infinite", "negative light": "negative", "unsorted wavelengths": "sortby",
+            "wavelengths in micrometres": "expected nanometres", "wavelengths in metres": "expected nanometres",
             "missing wavelengths": "no coordinate 'wavelength'", "other dims": "expected \\(", "a missing dim": "expected \\(",
             "other units": "has units 'W m-2'", "missing units": "has units None", "no bands": "empty", "no tiles": "empty",
             "no variable radiance": "needs a variable 'radiance'"}

@@ -5,9 +5,11 @@ from __future__ import annotations
 import dataclasses
 import pickle
 
+import numpy as np
 import pytest
 
 from isethdr_core import generator
+from isethdr_core.errors import ConfigError
 from isethdr_core.physics.random_words import words
 
 
@@ -37,3 +39,10 @@ def test_words_do_not_depend_on_what_was_drawn_before():
     stream = generator(seed=1).stream("read")
     whole = words(stream, 0, 8, 0, 16)
     assert (words(stream, 3, 5, 7, 12) == whole[3:5, 7:12]).all()
+
+
+@pytest.mark.parametrize("seed", [-1, 1.7, True, "7", 2**63, float("nan"), None])
+def test_a_seed_is_a_whole_number_of_64_bits(seed):
+    with pytest.raises(ConfigError, match="seed is .*; expected a whole number from 0 to 2\\^63 - 1"):
+        generator(seed=seed)
+    assert generator(seed=np.int64(7)).seed == 7

@@ -8,11 +8,13 @@ pytest.importorskip("mitsuba")
 from isethdr_mitsuba.placed_lamps import beam, placed_lamps
 from isethdr_mitsuba.renderer import MitsubaRenderer
 from isethdr_mitsuba.spots import spots
+from isethdr_mitsuba.view import check_square, nearest_square
 
-from isethdr_core import ledger
+from isethdr_core import compose, ledger
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import luminance
+from isethdr_core.pipeline import chain
 
 
 def one_lamp(make, mesh, **fields):
@@ -118,6 +120,21 @@ def test_light_of_a_group_does_not_depend_on_which_others_are_asked_for(make):
 def test_the_scalar_way_needs_square_tiles(make):
     with pytest.raises(ConfigError, match="square tiles"):
         MitsubaRenderer(width=16, height=16, variant="scalar")(make.street(1))
+
+
+@pytest.mark.parametrize(("width", "aspect"), [(100, 16 / 9), (101, 1.6), (640, 2.0), (7, 1.234), (1, 4.0)])
+def test_the_advice_on_square_tiles_is_taken(width, aspect):
+    good = nearest_square(width, aspect)
+    check_square(*good, aspect)     # what the message says to type is accepted
+    assert abs(good[0] - width) <= 64
+    with pytest.raises(ConfigError, match="type renderer.width="):
+        check_square(width, round(width / aspect) + 1, aspect)
+
+
+def test_tiles_that_are_not_square_are_refused_when_planned():
+    config = compose(["renderer.variant=scalar", "renderer.width=100", "renderer.height=56"])
+    with pytest.raises(ConfigError, match="renderer.width=96 renderer.height=54"):
+        chain(config)
 
 
 def test_the_ledger_says_what_the_lamps_extent_costs(make):

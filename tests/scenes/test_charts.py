@@ -151,12 +151,15 @@ def test_uniform_d65_agrees_with_isetcam():
 
 
 @pytest.mark.parametrize(("cls", "fields", "match"), [
-    (Uniform, {"luminance_cd_m2": -1.0}, "never negative"), (Uniform, {"luminance_cd_m2": float("nan")}, "finite"),
-    (Uniform, {"width": 0}, "at least 1 x 1"), (Uniform, {"horizontal_field_deg": 180.0}, "at most 150"),
-    (Uniform, {"step_nm": 0.0}, "not a grid"), (Uniform, {"first_nm": 700.0, "last_nm": 400.0}, "not a grid"),
-    (SlantedEdge, {"contrast_ratio": 0.5}, "at least 1"), (PointLights, {"disc_diameter_deg": 20.0}, "do not fit"),
-    (PointLights, {"background_cd_m2": -1.0}, "never negative"), (LuminanceRamp, {"decades": 0.0}, "more than 0"),
-    (Macbeth, {"gap": 1.0}, "below 1"),
+    (Uniform, {"luminance_cd_m2": -1.0}, "expected 0 to 1e"), (Uniform, {"luminance_cd_m2": float("nan")}, "is nan"),
+    (Uniform, {"width": 0}, "expected 1 to"), (Uniform, {"horizontal_field_deg": 180.0}, "at most 150"),
+    (Uniform, {"step_nm": 0.0}, "step_nm is 0.0; expected 0.1"), (Uniform, {"first_nm": 700.0, "last_nm": 400.0}, "not a grid"),
+    (SlantedEdge, {"contrast_ratio": 0.5}, "expected 1 to"), (PointLights, {"disc_diameter_deg": 20.0}, "do not fit"),
+    (PointLights, {"background_cd_m2": -1.0}, "expected 0 to"), (LuminanceRamp, {"decades": 0.0}, "expected 0.001 to"),
+    (Macbeth, {"gap": 1.0}, "expected 0 to 0.99"),
+    # micrometres and metres, taken for nanometres
+    (Uniform, {"first_nm": 0.4, "last_nm": 0.7}, "first_nm is 0.4; expected 100 to 3000"),
+    (Uniform, {"last_nm": 7e-7}, "last_nm is 7e-07; expected 100 to 3000"),
 ])
 def test_impossible_charts_are_config_errors(cls, fields, match):
     with pytest.raises(ConfigError, match=match):

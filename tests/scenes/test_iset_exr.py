@@ -8,7 +8,7 @@ from isethdr_scenes.iset_exr import IsetExr
 from scipy.io import savemat
 
 from isethdr_core import ledger, quantities
-from isethdr_core.errors import CatalogError, UnitError
+from isethdr_core.errors import CatalogError, ConfigError, UnitError
 from isethdr_core.physics.photometry import luminance
 
 BANDS = range(400, 701, 10)
@@ -124,3 +124,54 @@ def test_a_cut_off_mat_file_is_named(deposit, kept):
     path.write_bytes(content[: int(kept * len(content))])
     with pytest.raises(CatalogError, match="1112184733.mat is not a readable MAT file"):
         IsetExr(str(folder), "1112184733")()
+
+
+def cells():
+    """Return a cell array as MATLAB has it."""
+    found = np.empty(SHAPE, object)
+    found[:] = [[np.array([5.0])] * SHAPE[1]] * SHAPE[0]
+    return found
+
+
+@pytest.mark.parametrize(("depth", "said"), [
+    (cells(), "object values"), (np.full(SHAPE, 5 + 1j), "complex128 values"),
+    (np.full(SHAPE, np.nan), "no finite value"), (np.full(SHAPE, -5.0), "holds -5"),
+])
+def test_a_map_without_distances_is_refused(deposit, depth, said):
+    folder, _ = deposit
+    savemat(folder / "1112184733.mat", {"sceneMeta": {"depthMap": depth}})
+    with pytest.raises(UnitError, match=f"depthMap.*{said}.*expected real distances in metres"):
+        IsetExr(str(folder), "1112184733")()
+
+
+def test_tiles_without_a_surface_have_no_distance(deposit):
+    folder, _ = deposit
+    depth = np.full(SHAPE, 5.0)
+    depth[0, 0], depth[0, 1] = np.nan, np.inf
+    savemat(folder / "1112184733.mat", {"sceneMeta": {"depthMap": depth}})
+    np.testing.assert_array_equal(IsetExr(str(folder), "1112184733")().distance, depth)
+
+
+def test_a_band_in_two_spellings_is_named(deposit):
+    folder, light = deposit
+    channels = {f"S0.{nm},000nm": light["sky"][k] for k, nm in enumerate(BANDS)}
+    write(folder / "1112184733_skymap.exr", {**channels, "S0.550.000nm": light["sky"][0]})
+    with pytest.raises(CatalogError, match="two channels for 550 nm.*expected one per band"):
+        IsetExr(str(folder), "1112184733")()
+
+
+def test_a_link_to_a_file_that_is_gone_is_named_before_work_starts(deposit):
+    folder, _ = deposit
+    link = folder / "1112184733_streetlights.exr"
+    link.unlink()
+    link.symlink_to(folder / "gone.exr")
+    scene = IsetExr(str(folder), "1112184733")
+    for call in (scene, scene.input_files):
+        with pytest.raises(CatalogError, match="streetlights.exr is no file, or a link to a file"):
+            call()
+
+
+@pytest.mark.parametrize("scene_id", ["*", "../other", "[", "a/b", "\0"])
+def test_an_id_that_is_no_name_is_refused(scene_id):
+    with pytest.raises(ConfigError, match="scene_id is .*expected letters, digits"):
+        IsetExr(scene_id=scene_id)

@@ -8,7 +8,9 @@ from typing import Literal
 
 from isethdr_core.categories import CATEGORIES
 from isethdr_core.errors import ConfigError
+from isethdr_core.ranges import Wavelength, check_ranges
 
+from ..limits import BandStep, Field, Luminance, Tiles
 from .daylight import DAYLIGHT_K, daylight
 
 STEPS = 20  # of the midpoint rule in a band: 2e-6 for tungsten light in bands of 10 nm
@@ -18,28 +20,30 @@ STEPS = 20  # of the midpoint rule in a band: 2e-6 for tungsten light in bands o
 class Chart:
     """Grid, wavelengths and illuminant of a chart; tiles are square."""
 
-    width: int = 320                    # tiles
-    height: int = 180                   # tiles
-    horizontal_field_deg: float = 40.0  # full angle
-    luminance_cd_m2: float = 100.0      # of the brightest part, or of a perfect white
-    first_nm: float = 400.0             # centre of the first band
-    last_nm: float = 700.0              # centre of the last band
-    step_nm: float = 10.0
+    width: Tiles = 320                    # tiles
+    height: Tiles = 180                   # tiles
+    horizontal_field_deg: Field = 40.0  # full angle
+    luminance_cd_m2: Luminance = 100.0      # of the brightest part, or of a perfect white
+    first_nm: Wavelength = 400.0             # centre of the first band
+    last_nm: Wavelength = 700.0              # centre of the last band
+    step_nm: BandStep = 10.0
     spectrum: Literal["D65", "A", "E"] = "D65"  # daylight, tungsten, equal energy
     projection: Literal["tangent", "equidistant"] = "tangent"  # equidistant: for lenses wider than 150 degrees
 
     def __post_init__(self):
-        if self.width < 1 or self.height < 1:
-            raise ConfigError(f"chart is {self.width} x {self.height} tiles; expected at least 1 x 1; type scene.width=320")
+        check_ranges(self)
         widest = 150 if self.projection == "tangent" else 360
-        if not 0 < self.horizontal_field_deg <= widest:
-            raise ConfigError(f"horizontal_field_deg is {self.horizontal_field_deg:g}; expected more than 0, at most {widest}"
-                              + "; type scene.projection=equidistant for more" * (widest == 150))
-        if not 0 <= self.luminance_cd_m2 < math.inf:
-            raise ConfigError(f"luminance_cd_m2 is {self.luminance_cd_m2:g}; expected 0 or more, finite; light is never negative")
-        if not (0 < self.first_nm <= self.last_nm and self.step_nm > 0):
-            raise ConfigError(f"wavelengths {self.first_nm:g} to {self.last_nm:g} nm in steps of {self.step_nm:g} nm are not a grid; "
-                              "type scene.first_nm=400 scene.last_nm=700 scene.step_nm=10")
+        if self.horizontal_field_deg > widest:
+            raise ConfigError(
+                f"horizontal_field_deg is {self.horizontal_field_deg:g}; "
+                f"expected more than 0, at most {widest}" + "; type scene.projection=equidistant for more" * (widest == 150)
+            )
+        if self.first_nm > self.last_nm:
+            raise ConfigError(
+                f"wavelengths {self.first_nm:g} to {self.last_nm:g} nm are not a grid; expected "
+                "first_nm <= last_nm; type scene.first_nm=400 scene.last_nm=700"
+            )
+        self.white()
 
     def camera_field(self):
         """Return (width, height, projection) of the chart."""

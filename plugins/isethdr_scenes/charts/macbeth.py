@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from isethdr_core.errors import ConfigError
-
+from ..limits import Gap
 from .chart import Chart, band_means, category_of, chart_object, table
 
 ROWS, COLUMNS = 4, 6
@@ -16,12 +15,7 @@ FRAME_REFLECTANCE = 0.03  # of the black cardboard between the patches
 class Macbeth(Chart):
     """Colour checker of 24 patches under a daylight; luminance is that of a perfect white."""
 
-    gap: float = 0.1   # width of the black frame between two patches, as a fraction of their spacing
-
-    def __post_init__(self):
-        super().__post_init__()
-        if not 0 <= self.gap < 1:
-            raise ConfigError(f"gap is {self.gap:g}; expected a fraction, at least 0 and below 1")
+    gap: Gap = 0.1   # width of the black frame between two patches, as a fraction of their spacing
 
     def reflectances(self):
         """Return the names and the band means of the reflectance, (24, wavelength), left to right, top to bottom.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from isethdr_core.errors import ConfigError
 
+from ..limits import Diameter, Discs, Luminance, Step
 from .chart import Chart, category_of, chart_object
 
 
@@ -13,19 +14,14 @@ from .chart import Chart, category_of, chart_object
 class PointLights(Chart):
     """Five discs in a row, each ten times dimmer than the last, on a dark ground: flare and dynamic range."""
 
-    luminance_cd_m2: float = 1e6    # of the first disc, on the left
-    background_cd_m2: float = 0.1
-    disc_diameter_deg: float = 0.5
-    discs: int = 5
-    step: float = 10.0              # luminance of a disc / luminance of the next
+    luminance_cd_m2: Luminance = 1e6    # of the first disc, on the left
+    background_cd_m2: Luminance = 0.1
+    disc_diameter_deg: Diameter = 0.5
+    discs: Discs = 5
+    step: Step = 10.0              # luminance of a disc / luminance of the next
 
     def __post_init__(self):
         super().__post_init__()
-        if self.discs < 1 or not self.step > 0 or not self.disc_diameter_deg > 0:
-            raise ConfigError(f"discs {self.discs}, step {self.step:g}, disc_diameter_deg {self.disc_diameter_deg:g}; expected "
-                              "at least 1 disc, a step and a diameter above 0")
-        if not self.background_cd_m2 >= 0:
-            raise ConfigError(f"background_cd_m2 is {self.background_cd_m2:g}; expected 0 or more; light is never negative")
         if self.discs * self._radius() * 2 > self._row_width() or 2 * self._radius() > self.tiles()[2] * self.height:
             raise ConfigError(f"{self.discs} discs of {self.disc_diameter_deg:g} degrees do not fit side by side into the field; "
                               "type scene.disc_diameter_deg=0.5")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from isethdr_core.errors import ConfigError
-
+from ..limits import Angle, Contrast
 from .chart import Chart
 
 
@@ -13,13 +12,8 @@ from .chart import Chart
 class SlantedEdge(Chart):
     """Slanted edge through the centre, bright on the right, exact area coverage in every tile."""
 
-    angle_deg: float = 5.0         # of the edge, clockwise from upright
-    contrast_ratio: float = 10.0   # bright / dark
-
-    def __post_init__(self):
-        super().__post_init__()
-        if not self.contrast_ratio >= 1:
-            raise ConfigError(f"contrast_ratio is {self.contrast_ratio:g}; expected bright / dark, at least 1")
+    angle_deg: Angle = 5.0         # of the edge, clockwise from upright
+    contrast_ratio: Contrast = 10.0   # bright / dark
 
     def __call__(self):
         """Return scene radiance with the single group `sky`; the bright side has `luminance_cd_m2`."""
