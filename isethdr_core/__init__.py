@@ -29,6 +29,7 @@
 | `draws`                         | the same shot with other noise: intervals of all scores               |
 | `store`, `store_arrays`, `store_encoding`, `store_join` | zarr stores that are either whole or not there |
 | `store_manifest`, `store_reader` | size and checksum of every file; reads that are compared with them |
+| `claims`                        | of several processes one renders a scene, the others wait              |
 | `names`                         | names that become folders of a store                                  |
 | `leftovers`                     | temporary names, and what killed writers left behind                  |
 | `run_warnings`                  | exposures that make the scores of a run say little                    |

@@ -8,12 +8,18 @@ is stored instead: its stores are pooled (`pooling`), and it is called with what
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
 
 from . import store
 from .accuracy import stored_error
 from .bands import of_demand
+from .claims import claimed
 from .demand import Demand
 from .error_terms import STORE_ROUNDING, ErrorNote, Quantity
 from .errors import CatalogError, ConfigError, did_you_mean
@@ -59,11 +65,29 @@ def scene_radiance(parts: Chain, demand: Demand, rows: Ledger, config):
         if not isinstance(description, SceneDescription):
             return _known(parts, description), []
         check_groups(parts, description.light_groups())
-        for path in folder.glob(f"{recipe}-*.zarr"):
-            store.read_attrs(path)      # a damaged one is named now, not when the new one cannot take its place
-        so_far = known_of(parts, held, missing, description.light_groups())
-        held.append(_render(parts, description, missing, so_far, rows, config, folder, recipe, spent))
+        with _rendering_alone(folder, recipe):
+            held, missing = held_and_missing(parts, demand)     # another process may have stored it
+            before = [s["id"] for s in held]
+            for path in folder.glob(f"{recipe}-*.zarr"):
+                store.read_attrs(path)      # a damaged one is named now, not when the new one cannot take its place
+            if missing:
+                so_far = known_of(parts, held, missing, description.light_groups())
+                held.append(_render(parts, description, missing, so_far, rows, config, folder, recipe, spent))
     return stage(rows, "radiance", "", None, lambda: opened(folder, held, demand, rows, before)), [s["id"] for s in held]
+
+
+@contextmanager
+def _rendering_alone(folder: Path, recipe: str) -> Iterator[None]:
+    """Let one process at a time render a recipe; the others wait and say so."""
+    with ExitStack() as stack:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            stack.enter_context(claimed(folder, recipe, partial(print, file=sys.stderr, flush=True)))
+        except OSError as error:
+            raise CatalogError(
+                f"cannot write scenes into {folder}: {error.strerror}; choose another folder with ISETHDR_HOME=/path"
+            ) from error
+        yield
 
 
 def effort_spent(parts: Chain) -> dict:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import errno
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,6 +80,20 @@ class GoesOn(Recorder):
         return ds.assign_attrs(path_span=spans, noise=noise)
 
 
+STARTED, GO = threading.Event(), threading.Event()
+
+
+@dataclass(frozen=True)
+class Slow(Recorder):
+    """Render only once a test says so."""
+
+    def __call__(self, description, demand):
+        """Wait, and render as the recorder does."""
+        STARTED.set()
+        assert GO.wait(60)
+        return super().__call__(description, demand)
+
+
 LEVELS = np.random.default_rng(4).gamma(2.0, 1e-3, 4096)
 
 
@@ -86,6 +103,7 @@ def config(offer):
     offer("scene", "world", World)
     offer("renderer", "recorder", Recorder)
     offer("renderer", "goes_on", GoesOn)
+    offer("renderer", "slow", Slow)
     CALLS.clear()
 
     def make(weights, name="recorder", **renderer):
@@ -133,6 +151,24 @@ def test_more_effort_renders_again_and_less_takes_what_is_there(isethdr_home, co
     assert len(CALLS) == 3, "a field that changes the answer is no effort"
 
 
+def test_of_two_that_want_the_same_scene_one_renders_and_the_other_waits(isethdr_home, config, capsys):
+    """Two lightings of one scene; threads stand for processes, which test_claims has."""
+    both = [config({"sky": 1.0, "headlights": w}, "slow") for w in (1.0, 2.0)]
+    with ThreadPoolExecutor() as pool:
+        first = pool.submit(run, both[0])
+        assert STARTED.wait(60)
+        second = pool.submit(run, both[1])
+        said = ""
+        while "waiting: " not in said and not second.done():
+            said += capsys.readouterr().err
+            time.sleep(0.01)
+        GO.set()
+        assert first.result().key != second.result().key
+    assert "is being made by process" in said
+    assert CALLS == [(("sky", "headlights"), 8)] and len(scenes(isethdr_home)) == 1
+    assert not list((isethdr_home / "scenes").glob(".*"))
+
+
 def test_a_damaged_scene_store_is_named_before_rendering_again_and_kept(isethdr_home, config):
     run(config({"sky": 1.0}))
     [path] = (isethdr_home / "scenes").glob("*.zarr")
@@ -150,7 +186,7 @@ def test_a_group_that_the_scene_lacks_is_refused_before_rendering(isethdr_home, 
 
 def test_what_is_rendered_is_kept_when_a_later_stage_fails(isethdr_home, config):
     wrong = config({"sky": 1.0})
-    wrong.sensor.columns = 10**6
+    wrong.sensor.columns = 60_000
     with pytest.raises(ConfigError, match="type sensor.columns="):
         run(wrong)
     run(config({"sky": 1.0}))

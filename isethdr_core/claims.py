@@ -1,0 +1,228 @@
+"""Claims: of several processes that want the same scene, one renders it and the others wait.
+
+A claim is a hidden file beside the stores, `.<name>.claim-<number>`, which only one process can create. Its holder
+changes the file's time every few seconds: the heartbeat. A claim is dead when its process on this machine is gone,
+or when its time has not changed for a while by the waiting process's own clock. Times of two machines are never
+compared, so clocks may differ.
+
+A dead claim is taken over by creating the next number, which again only one process can do. The holder is the
+process with the highest number.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Rhythm:
+    """How often a holder shows that it lives, and how often others look."""
+
+    beat_s: float = 5.0
+    dead_after_s: float = 60.0  # a process that is merely slow must not lose its claim
+    look_s: float = 0.5
+
+
+@dataclass(frozen=True)
+class _Claim:
+    """A claim of this process: its open file, and the thread of the heartbeat."""
+
+    path: Path
+    file: int
+    stop: threading.Event
+    thread: threading.Thread
+
+    @property
+    def number(self) -> int:
+        return _number(self.path)
+
+    def release(self) -> None:
+        """Remove the claim, unless another process has taken its place."""
+        self.stop.set()
+        self.thread.join()
+        try:
+            with suppress(FileNotFoundError):
+                if os.path.samestat(os.stat(self.path), os.fstat(self.file)):
+                    self.path.unlink()
+        finally:
+            os.close(self.file)
+
+
+@contextmanager
+def claimed(
+    folder: Path, name: str, tell: Callable[[str], None], rhythm: Rhythm = Rhythm()
+) -> Iterator[bool]:
+    """Hold the claim `name` in `folder` while the block runs; wait for it first where another process holds it.
+
+    Yields
+    ------
+    bool : whether this process had to wait.
+
+    Parameters
+    ----------
+    tell : called with one line for people whenever this process begins to wait for another one.
+
+    Raises
+    ------
+    OSError : the folder cannot be written.
+    """
+    claim, waited = _acquired(folder, name, tell, rhythm)
+    try:
+        for path in _claims(folder, name):
+            if _number(path) < claim.number:
+                path.unlink(missing_ok=True)
+        yield waited
+    finally:
+        claim.release()
+
+
+def _acquired(folder: Path, name: str, tell, rhythm: Rhythm) -> tuple[_Claim, bool]:
+    waited = False
+    watch = _Watch(rhythm)
+    while True:
+        before = _claims(folder, name)
+        if before and not watch.is_dead(before[-1]):
+            if watch.is_new():
+                tell(f"waiting: {name} is being made by {_described(before[-1])}; it is used once it is stored")
+            waited = True
+            time.sleep(rhythm.look_s)
+            continue
+        number = _number(before[-1]) + 1 if before else 0
+        claim = _created(folder / f".{name}.claim-{number}", rhythm)
+        if claim is None:  # another process was faster
+            continue
+        after = _claims(folder, name)
+        # where the dead claim has gone meanwhile, another process took it over and has finished
+        if after and after[-1] == claim.path and (not before or before[-1] in after):
+            return claim, waited
+        claim.release()
+        time.sleep(rhythm.look_s * random.random())
+
+
+class _Watch:
+    """Judges whether the holder of a claim lives, from what a waiting process sees of it."""
+
+    def __init__(self, rhythm: Rhythm) -> None:
+        self.rhythm = rhythm
+        self.state: tuple = ()
+        self.since_s = 0.0
+        self.told: tuple = ()
+
+    def is_dead(self, path: Path) -> bool:
+        """Return whether a claim's process is gone, or its heartbeat has stopped."""
+        try:
+            with open(path, "rb") as file:  # opened, because a network file system then asks the server
+                found = os.fstat(file.fileno())
+                owner = _owner(file.read())
+        except FileNotFoundError:
+            return False
+        state = (str(path), found.st_ino, found.st_mtime_ns, owner.get("process"))
+        if state != self.state:
+            self.state, self.since_s = state, time.monotonic()
+        return _gone(owner) or time.monotonic() - self.since_s > self.rhythm.dead_after_s
+
+    def is_new(self) -> bool:
+        """Return, once for each holder, that it was not told of."""
+        holder = (*self.state[:2], *self.state[3:])
+        new = holder != self.told
+        self.told = holder
+        return new
+
+
+def _created(path: Path, rhythm: Rhythm) -> _Claim | None:
+    try:
+        file = os.open(path, os.O_CREAT | os.O_EXCL | os.O_RDWR)
+    except FileExistsError:
+        return None
+    since = datetime.now(UTC).isoformat(timespec="seconds")
+    owner = _machine() | {"process": os.getpid(), "started": _started(os.getpid()), "since": since}
+    os.write(file, json.dumps(owner).encode())
+    stop = threading.Event()
+    thread = threading.Thread(target=_beat, args=(file, stop, rhythm.beat_s), daemon=True)
+    thread.start()
+    return _Claim(path, file, stop, thread)
+
+
+def _beat(file: int, stop: threading.Event, beat_s: float) -> None:
+    while not stop.wait(beat_s):
+        with suppress(OSError):  # a network that is down for a moment
+            os.utime(file)
+
+
+def _claims(folder: Path, name: str) -> list[Path]:
+    """Return the files of all claims of a name, the holder's last."""
+    prefix = f".{name}.claim-"
+    with os.scandir(folder) as entries:
+        names = [entry.name for entry in entries if entry.name.startswith(prefix)]
+    return sorted((folder / n for n in names if n.removeprefix(prefix).isdigit()), key=_number)
+
+
+def _number(path: Path) -> int:
+    return int(path.name.rpartition("-")[2])
+
+
+def _owner(text: bytes) -> dict:
+    try:
+        owner = json.loads(text)
+    except ValueError:  # its holder is about to write it
+        return {}
+    return owner if isinstance(owner, dict) else {}
+
+
+def _described(path: Path) -> str:
+    try:
+        owner = _owner(path.read_bytes())
+    except OSError:
+        owner = {}
+    if not owner:
+        return "another process"
+    return f"process {owner.get('process')} on {owner.get('host')} since {owner.get('since')}"
+
+
+def _machine() -> dict[str, str]:
+    """Return what two processes have in common where they can see each other's numbers."""
+    try:
+        namespace = os.readlink("/proc/self/ns/pid")  # containers of one host have numbers of their own
+    except OSError:
+        namespace = ""
+    return {"host": socket.gethostname(), "namespace": namespace}
+
+
+def _gone(owner: dict) -> bool:
+    """Return whether the process of a claim ran on this machine and is gone."""
+    if not owner or any(owner.get(key) != value for key, value in _machine().items()):
+        return False
+    return _started(owner["process"]) != owner["started"]
+
+
+def _started(process: int) -> str | None:
+    """Return when a process was started, in the machine's own ticks; None where it is gone.
+
+    The number of a process may be given to another one; the pair of both may not.
+    """
+    try:
+        text = Path(f"/proc/{process}/stat").read_text()
+    except FileNotFoundError:
+        return "unknown" if not Path("/proc/self/stat").exists() and _answers(process) else None
+    state, *fields = text.rpartition(")")[2].split()
+    return None if state in "ZX" else fields[18]
+
+
+def _answers(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:  # it lives, and belongs to somebody else
+        return True
+    return True
