@@ -15,7 +15,8 @@ from isethdr_core.registry import components, plugin_manager
 # 24 x 16 tiles within 2 degrees: a run takes a tenth of a second
 SMALL = ["scene=uniform", "scene.width=24", "scene.height=16", "scene.horizontal_field_deg=2", "~renderer", "lighting=ideal",
          "~versions", "lens=ideal", "~flare.dirt", "isp=linear", "+metric@metric.mean=ideal",
-         *(f"~metric.{name}" for name in ("dynamic_range", "snr", "colour", "ssim", "log_luminance", "contrast", "detection"))]
+         *(f"~metric.{name}" for name in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance",
+                                            "contrast", "detection"))]
 
 
 class Recorder:

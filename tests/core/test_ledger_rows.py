@@ -19,7 +19,8 @@ from isethdr_core.testing.renderer import world
 
 CHART = ["scene=point_lights", "scene.width=48", "scene.height=27", "~renderer", "lighting=ideal", "~versions", "~flare.dirt",
          "lens=ideal", "sensor=bayer", "sensor.rows=64", "sensor.columns=96"]
-USED = {"dynamic_range", "snr_curve", "ciede2000", "ssim", "log_luminance_error", "object_contrast", "contrast_detection"}
+USED = {"pixel_shares", "dynamic_range", "snr_curve", "ciede2000", "ssim", "log_luminance_error",
+        "object_contrast", "contrast_detection"}
 KINDS_OF_ROW = {"plan", "scene", "lighting", "lens", "sensor", "isp", "truth", "metric", "draws", "picture"}
 
 

@@ -130,7 +130,8 @@ def test_a_sensor_s_channel_takes_the_noise_of_its_colour():
 
 def test_a_run_ends_with_how_wrong_its_picture_is():
     config = hdr.compose(["scene=macbeth", "scene.width=24", "scene.height=16", "~renderer", "lighting=ideal", "~versions", "lens=ideal",
-                          "~flare.dirt", "isp=linear", "sensor=bayer", *(f"~metric.{m}" for m in ("dynamic_range", "snr", "colour", "ssim", "log_luminance",
+                          "~flare.dirt", "isp=linear", "sensor=bayer",
+                          *(f"~metric.{m}" for m in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance",
                                                                                                  "contrast", "detection"))])
     row = hdr.run(config).ledger[-1]
     assert row.stage == "picture bayer" and row.error_unit == UNIT and 0 < row.error < 0.1
@@ -141,7 +142,8 @@ def test_a_run_with_lamps_and_dust_keeps_what_is_allowed():
     """Five discs up to 1e6 cd/m2 through dust, on tiles so coarse that most of the frame lies beyond the exact core of the kernels."""
     config = ["scene=point_lights", "scene.width=32", "scene.height=18", "scene.step_nm=50", "~renderer", "lighting=ideal", "~versions",
               "lens.focal_length_mm=0.3", "isp=linear", "sensor=bayer", "draws=1", "report=false",
-              *(f"~metric.{m}" for m in ("dynamic_range", "snr", "colour", "ssim", "log_luminance", "contrast", "detection"))]
+              *(f"~metric.{m}" for m in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance",
+                                            "contrast", "detection"))]
     ledger_of = {row.stage: row for row in hdr.run(hdr.compose(config)).ledger}
     first, *others = ledger_of["picture bayer"].errors
     reached = next(e.value for e in others if e.source == noise_units.AFTER_RENDERER)

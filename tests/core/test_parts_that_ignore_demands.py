@@ -18,7 +18,8 @@ from .command_line import EXAMPLE
 
 JOB = ["scene=macbeth", "scene.width=24", "scene.height=16", "scene.horizontal_field_deg=4", "scene.last_nm=1000", "~renderer", "lighting=ideal", "~versions",
        "~flare.dirt", "sensor=bayer", "lens=ideal", "isp=linear", "draws=2", "report=false",
-       *(f"~metric.{name}" for name in ("dynamic_range", "snr", "ssim", "log_luminance", "contrast", "detection"))]
+       *(f"~metric.{name}" for name in ("shares", "dynamic_range", "snr", "ssim", "log_luminance",
+                                            "contrast", "detection"))]
 NEGLIGIBLE = 1e-6
 
 

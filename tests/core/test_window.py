@@ -21,7 +21,8 @@ from isethdr_core.testing import check
 
 SMALL = ["scene=macbeth", "~renderer", "lighting=ideal", "~versions", "~flare.dirt", "lens=ideal", "scene.width=24", "scene.height=16",
          "scene.horizontal_field_deg=4", "report=false", "draws=1", "isp=linear",
-         *(f"~metric.{name}" for name in ("dynamic_range", "snr", "ssim", "log_luminance", "contrast", "detection"))]
+         *(f"~metric.{name}" for name in ("shares", "dynamic_range", "snr", "ssim", "log_luminance",
+                                            "contrast", "detection"))]
 
 
 def mixed(width=12, height=8):

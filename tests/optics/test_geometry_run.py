@@ -18,7 +18,7 @@ CHART = [
     "scene.height=120",
     "scene.step_nm=50",
     "lens=ideal",
-    *(f"~metric.{m}" for m in ("dynamic_range", "snr", "colour", "ssim", "log_luminance", "contrast", "detection")),
+    *(f"~metric.{m}" for m in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance", "contrast", "detection")),
 ]
 FISHEYE = [
     "scene.projection=equidistant",

@@ -16,7 +16,7 @@ import pytest
 from isethdr_core.cli import main
 
 FAST = ["scene.width=48", "scene.height=27", "draws=1", "~renderer", "~versions", "lens=ideal", "~flare@flare.dirt", "isp=linear",
-        *(f"~metric.{name}" for name in ("dynamic_range", "snr", "colour", "ssim", "log_luminance"))]
+        *(f"~metric.{name}" for name in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance"))]
 WITHOUT_REPORT = "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows,acme"     # pages with plots take as long as all else
 LIGHTS = ["scene=point_lights", *FAST]      # two light groups: sky and headlights
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-METRICS = ("dynamic_range", "snr", "colour", "ssim", "log_luminance", "contrast", "detection")
+METRICS = ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance", "contrast", "detection")
 
 
 @dataclass(frozen=True)
