@@ -16,6 +16,7 @@ from .physics.photometry import xyz_weights
 from .quantities import LUMINANCE, check_mixed, names, tile_pitch
 
 PICTURE_DIMS = ("y", "x", "xyz_channel")
+VARIANCE_KNOWN = "variance_known"  # optional attribute of a picture; absent means True
 FIXED_PATTERN = "fixed_pattern_variance"  # optional variable of a picture
 FLOAT32 = 2.0**-24  # relative: half a unit in the last place of a float32
 TIE = 1e-6  # of a tile: rounding of coordinates
@@ -56,6 +57,11 @@ def total_variance(picture: xr.Dataset) -> xr.DataArray:
     if FIXED_PATTERN not in picture:
         return variance
     return (variance + picture[FIXED_PATTERN]).assign_attrs(variance.attrs)
+
+
+def variance_known(picture: xr.Dataset) -> bool:
+    """Return whether the picture states its variance; where it does not, its variances are NaN and no score may use them."""
+    return bool(picture.attrs.get(VARIANCE_KNOWN, True))
 
 
 def check_picture(picture, what: str = "picture") -> None:

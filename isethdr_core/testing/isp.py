@@ -9,7 +9,7 @@ from ..errors import IsetHdrError
 from ..physics.photometry import luminance, xyz_bar
 from ..physics.radiometry import band_widths_nm, photon_energy_j
 from ..quantities import centres, names
-from ..truth import FIXED_PATTERN, check_picture, total_variance
+from ..truth import FIXED_PATTERN, check_picture, total_variance, variance_known
 from .inputs import F_NUMBER, FOCAL_LENGTH_MM, THROUGHPUT_SR, bands_nm, pattern
 from .lazy import same_from_store, sealed
 from .promise import close, holds, keeps, refuses, repeatable, stated
@@ -29,7 +29,8 @@ def check(who: str, isp) -> None:
     holds(who, "unsaturated pixels are valid", picture["valid"].values.all())
     # 5 %: a colour matrix may weigh noise against colour, and assume another white than this equal-energy one
     close(who, "a grey field of 100 cd/m2 comes back as 100 cd/m2", y, GREY_CD_M2, 0.05)
-    holds(who, "noise gives variance above 0", float(picture["variance"].min()) > 0)
+    if variance_known(picture):
+        holds(who, "noise gives variance above 0", float(picture["variance"].min()) > 0)
     shorter = stated(who, lambda: isp(captures(layout, exposure_s=0.005)))
     # 1 %: raw is rounded to whole DN, and the half exposure has half of them
     close(who, "half the exposure gives the same luminance", shorter["xyz"].values[..., 1], y, 0.01)
@@ -110,12 +111,16 @@ def _check_picture(who, picture, grey):
     for name in ("focal_length_mm", "pitch_um"):
         holds(who, f"the picture carries the attribute {name!r}", name in picture.attrs)
     holds(who, "valid is bool", picture["valid"].dtype == bool)
-    for name in ("xyz", "variance", FIXED_PATTERN):
+    holds(who, "xyz is finite", np.isfinite(picture["xyz"].values).all())
+    holds(who, "pixels lie within those of the captures",
+          all(grey[d][0] - 1e-9 <= picture[d][0] and picture[d][-1] <= grey[d][-1] + 1e-9 for d in ("x", "y")))
+    if not variance_known(picture):
+        holds(who, "a variance that is not known is NaN", np.isnan(picture["variance"].values).all())
+        return
+    for name in ("variance", FIXED_PATTERN):
         if name in picture:
             holds(who, f"{name} is finite", np.isfinite(picture[name].values).all())
     holds(who, "the variance of an unknown device is 0 or more", float(total_variance(picture).min()) >= 0)
-    holds(who, "pixels lie within those of the captures",
-          all(grey[d][0] - 1e-9 <= picture[d][0] and picture[d][-1] <= grey[d][-1] + 1e-9 for d in ("x", "y")))
 
 
 def _check_dark(who, isp, layout):
@@ -124,8 +129,10 @@ def _check_dark(who, isp, layout):
     swing = np.where(pattern(shape) > np.median(pattern(shape)), 8, -8)      # DN around the black level, mean 0
     seen = isp(dark.assign(raw=(dark["raw"].dims, (dark["raw"].values.astype(int) + swing).astype(np.uint16))))
     y = seen["xyz"].values[..., 1]
-    holds(who, "the picture of darkness is finite", np.isfinite(seen["xyz"].values).all() and np.isfinite(seen["variance"].values).all())
-    holds(who, "variance is 0 or more, even in darkness", float(seen["variance"].min()) >= 0)
+    holds(who, "the picture of darkness is finite", np.isfinite(seen["xyz"].values).all())
+    if variance_known(seen):
+        variance = seen["variance"].values
+        holds(who, "variance is finite and 0 or more, even in darkness", np.isfinite(variance).all() and variance.min() >= 0)
     holds(who, "estimates below 0 are not clipped", y.min() < 0, f"the smallest of {y.size} estimates in the dark is {y.min():.3g} cd/m2")
     # a quarter of the spread: clipping at 0 would shift the mean by 0.4 to 0.5 of it
     holds(who, "darkness has the mean 0", abs(y.mean()) <= 0.25 * y.std(), f"{y.mean():.3g} cd/m2, spread {y.std():.3g}")

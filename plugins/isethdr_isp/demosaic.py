@@ -93,17 +93,19 @@ def bilinear(filters, channels: int) -> Kernels:
     return Kernels(kernels, filters.shape, array_period(filters))
 
 
-def folded(row, column, taps, shape) -> Kernel:
+def folded(row, column, taps, shape, repeat_edge: bool = False) -> Kernel:
     """Return the kernel of `taps`, per channel a list of (dy, dx, weight), with samples beyond the border mirrored inside.
 
     Parameters
     ----------
     row, column : regular indices of the pixels; single ones where a tap lies beyond the border.
+    repeat_edge : whether the outermost sample is its own mirror image.
     """
+    mirrored = _with_edge if repeat_edge else _mirrored
     weights: dict[tuple[int, int], np.ndarray] = {}
     for channel, own in enumerate(taps):
         for dy, dx, weight in own:
-            offset = _mirrored(row[0] + dy, shape[0]) - int(row[0]), _mirrored(column[0] + dx, shape[1]) - int(column[0])
+            offset = mirrored(row[0] + dy, shape[0]) - int(row[0]), mirrored(column[0] + dx, shape[1]) - int(column[0])
             weights.setdefault(offset, np.zeros(len(taps)))[channel] += weight
     return Kernel(row, column, list(weights), np.stack(list(weights.values()), -1))
 
@@ -112,6 +114,14 @@ def _mirrored(place: int, count: int) -> int:
     """Return the place within 0..count - 1 that a place beyond the border mirrors; the outermost one is not repeated."""
     place = abs(int(place))
     return place if place < count else 2 * (count - 1) - place
+
+
+def _with_edge(place: int, count: int) -> int:
+    """Return the place within 0..count - 1 that a place beyond the border mirrors; the outermost one is repeated."""
+    place = int(place)
+    if place < 0:
+        return -1 - place
+    return place if place < count else 2 * count - 1 - place
 
 
 def plane_weights(where) -> list[tuple[int, int, float]]:

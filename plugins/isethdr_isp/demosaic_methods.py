@@ -3,9 +3,9 @@
 | method     | arrays | variance                                                      |
 |------------|--------|---------------------------------------------------------------|
 | `bilinear` | any    | exact                                                         |
-| `guided`   | any    | of `bilinear`; what following the guide changes is not in it  |
+| `guided`   | any    | not stated: the slopes follow the noise                       |
 | `malvar`   | Bayer  | exact: the filters are linear                                 |
-| `menon`    | Bayer  | of `bilinear`; choosing a direction by the data is not in it  |
+| `menon`    | Bayer  | not stated: the directions follow the noise                   |
 | `learned`  | Bayer, RG/WB, RGBW 4 x 4 | of the filters, as if their choice did not follow the noise |
 """
 
@@ -31,7 +31,7 @@ class Interpolated(NamedTuple):
 
     planes: np.ndarray      # (channel, y, x)
     touched: np.ndarray     # (y, x) bool, a sample that is not to be trusted went into the pixel
-    noise_map: NoiseMap     # what the samples' noise becomes
+    noise_map: NoiseMap | None  # what the samples' noise becomes; None where the method does not say
 
 
 def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -> Interpolated:
@@ -47,15 +47,23 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
     if method == "malvar":
         planes = bayer(method, mosaic, filters, names)
         return Interpolated(planes, _near(bad, REACH), malvar_kernels(filters, names))
+    if method == "menon":
+        _state_unknown_variance(method)
+        return Interpolated(bayer(method, mosaic, filters, names), _near(bad, REACH), None)
     rule = bilinear(filters, len(names))
     planes, touched = interpolated(rule, mosaic), spoilt(rule, bad)
     if method == "guided" and len(names) > 1:
-        planes = _guided(mosaic, planes, filters, variance)
-    if method == "menon":
-        planes, touched = bayer(method, mosaic, filters, names), _near(bad, REACH)
-    if method in ("guided", "menon"):
-        ledger.left_out(f"variance of demosaic {method}", "it follows the picture; that of the bilinear rule is given", np.nan, "")
+        lead = leading_channel(filters, len(names))
+        if lead is None:
+            ledger.left_out("guide of the demosaic", "no channel is sampled more than the others; the bilinear rule is used", np.nan, "")
+            return Interpolated(planes, touched, rule)
+        _state_unknown_variance(method)
+        return Interpolated(_guided(mosaic, planes, filters, variance, lead), touched, None)
     return Interpolated(planes, touched, rule)
+
+
+def _state_unknown_variance(method: str) -> None:
+    ledger.left_out(f"variance of demosaic {method}", "the method follows the noise; the picture states no variance", np.nan, "")
 
 
 def bayer(method: str, mosaic, filters, names):
@@ -100,25 +108,30 @@ def malvar_kernels(filters, names) -> Kernels:
                 offset = middle + y - int(row), middle + x - int(column)
                 taps[row % 2, column % 2][channel].append((*offset, float(answer[row, column])))
     rows, columns, _ = places(filters)
-    kernels = [folded(row, column, taps[row[0] % 2, column[0] % 2], filters.shape) for row in rows for column in columns]
+    # colour-demosaicing repeats the outermost samples
+    kernels = [folded(row, column, taps[row[0] % 2, column[0] % 2], filters.shape, repeat_edge=True)
+               for row in rows for column in columns]
     return Kernels(kernels, filters.shape, (2, 2))
 
 
-def _guided(mosaic, planes, filters, variance):
+def leading_channel(filters, channels: int) -> int | None:
+    """Return the channel that is sampled more than every other; None where there is none."""
+    filters = np.asarray(filters)
+    samples = np.bincount(filters.ravel(), minlength=channels)
+    lead = int(np.argmax(samples))
+    # half a row or column more is the border of a picture with an odd number of them
+    return None if np.sum(samples > samples[lead] - sum(filters.shape)) > 1 else lead
+
+
+def _guided(mosaic, planes, filters, variance, lead: int):
     """Return planes interpolated along a guide: the channel that is sampled most, green of Bayer or white of RGBW.
 
     Residual interpolation (Kiku et al. 2013): each channel is locally a line in the guide, fitted over its own samples
     (He et al. 2010); what is left at the samples is interpolated and added. The guide's noise is in the denominator
-    of the slope, so in the dark the line is flat and the bilinear rule comes back. Where no channel is sampled more than
-    every other there is no guide: it would spread its own aliasing to all.
+    of the slope, so in the dark the line is flat and the bilinear rule comes back. A guide that is sampled no more than
+    other channels would spread its own aliasing to all.
     """
     filters = np.asarray(filters)
-    samples = np.bincount(filters.ravel(), minlength=len(planes))
-    lead = int(np.argmax(samples))
-    # half a row or column more is the border of a picture with an odd number of them
-    if np.sum(samples > samples[lead] - sum(filters.shape)) > 1:
-        ledger.left_out("guide of the demosaic", "no channel is sampled more than the others; the bilinear rule is used", np.nan, "")
-        return planes
     guide = _along_edges(mosaic, planes[lead], filters == lead, variance)
     out = planes.copy()
     out[lead] = guide

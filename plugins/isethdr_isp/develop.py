@@ -10,7 +10,7 @@ from isethdr_core import geometry, ledger
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.physics.colour import colour_matrix
 from isethdr_core.physics.photometry import xyz_weights
-from isethdr_core.truth import make_picture
+from isethdr_core.truth import VARIANCE_KNOWN, make_picture
 
 from .demosaic import array_period
 from .demosaic_methods import interpolate
@@ -47,8 +47,13 @@ def develop(merged, reads, captures, how: Development):
     planes, touched, noise_map = interpolate(how.demosaic, merged.signal_e / level, filters, names, variance, ~valid)
     response, dark_var_e2 = reads[0].response, floor_e2(reads)
     matrix = solve_matrix(response, captures.wavelength.values, how.balance, how.design_snr, dark_var_e2)
-    noise = PictureNoise(noise_map.variance(matrix, temporal), noise_map.variance(matrix, merged.fixed.scaled(1 / level)))
-    return finish(matrix, planes, noise, valid & ~touched, captures, picture_attrs(captures, response, how, dark_var_e2))
+    attrs = picture_attrs(captures, response, how, dark_var_e2)
+    if noise_map is None:
+        attrs[VARIANCE_KNOWN] = False
+        noise = PictureNoise(*np.full((2, len(matrix), *valid.shape), np.nan))
+    else:
+        noise = PictureNoise(noise_map.variance(matrix, temporal), noise_map.variance(matrix, merged.fixed.scaled(1 / level)))
+    return finish(matrix, planes, noise, valid & ~touched, captures, attrs)
 
 
 class PictureNoise(NamedTuple):
