@@ -15,6 +15,7 @@ from .draws import over_draws, state_spread
 from .errors import ConfigError, PluginError
 from .field import check_fields, check_rendered, state_field
 from .ledger import Ledger
+from .names import check_names
 from .registry import build_from_config, plugin_manager
 from .scores import Score, state_errors
 from .seeds import checked_seed
@@ -69,9 +70,11 @@ def chain(config) -> Chain:
         if node is not None and not isinstance(node, Mapping):
             raise ConfigError(f"{TABLES[kind]} is {node!r}; expected entries by name; "
                               f"type for example +{kind}@{TABLES[kind]}.mine=<name>")
+        check_names(NAMED[kind], node or ())
         return {key: build_from_config(kind, value) for key, value in (node or {}).items() if value}
 
     if config.get("sensor"):
+        check_names(NAMED["sensor"], [config.sensor.name])
         cameras = {config.sensor.name: build_from_config("sensor", config.sensor)}
     else:
         cameras = table("sensor", config.get("cameras"))
@@ -82,6 +85,11 @@ def chain(config) -> Chain:
         raise ConfigError(f"draws is {config.draws!r}; expected a whole number of shots, at least 1; type for example draws=4")
     renderer, allowed = config.get("renderer"), accuracy.allowed(config)
     leave_out, versions = switch(config, "leave_out"), table("lighting", config.get("versions"))
+    if SHOWN in versions:
+        raise ConfigError(
+            f"the version name {SHOWN!r} is taken by the lighting of the run itself; "
+            "choose another, for example type versions.night instead"
+        )
     looked_at = switch(config, "report") or not leave_out
     parts = Chain(
         scene=build_from_config("scene", config.scene),
@@ -100,6 +108,8 @@ def chain(config) -> Chain:
 
 
 TABLES = {"sensor": "cameras", "lighting": "versions", "flare": "flare", "metric": "metric"}
+NAMED = {"sensor": "camera", "lighting": "version", "flare": "flare", "metric": "metric"}
+SHOWN = "main"  # the lighting of the run, among the versions that a report shows
 
 
 def checked_config(config):

@@ -19,7 +19,7 @@ from .component import Stage
 from .errors import CatalogError
 from .forecast import expected_s
 from .ledger import Ledger
-from .pipeline import Camera, Chain, chain, checked_config, on_sensor, plan, stage, through_camera
+from .pipeline import SHOWN, Camera, Chain, chain, checked_config, on_sensor, plan, stage, through_camera
 from .provenance import fingerprint, input_digests, versions
 from .quantities import tristimulus
 from .recipes import described, held_and_missing, scene_radiance
@@ -144,7 +144,7 @@ def _compute(config, settings: dict, parts: Chain, key: str, folder: Path) -> Pa
     for row in rows:
         row.light_parts.clear()  # as large as the light; nobody reads it any more
     attributes = _record(config, settings, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows) | {"expected_s": expected}
-    return store.write_store(folder, key, _groups(cameras, {"main": mixed, **versions_mixed} if parts.looked_at else {}), attributes)
+    return store.write_store(folder, key, _groups(cameras, {SHOWN: mixed, **versions_mixed} if parts.looked_at else {}), attributes)
 
 
 def _groups(cameras: dict[str, Camera], shown) -> dict:
