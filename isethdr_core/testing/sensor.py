@@ -10,6 +10,7 @@ from .. import window
 from ..demand import Demand
 from ..quantities import tile_pitch
 from ..seeds import generator
+from .counting import check_electrons, check_filters, check_scatter
 from .inputs import damaged_planes, in_components, irradiance, pattern
 from .lazy import same_from_store
 from .promise import close, holds, keeps, refuses, repeatable, same, stated
@@ -34,6 +35,7 @@ def check(who: str, sensor) -> None:
     same_from_store(who, lambda e: sensor(e, KEY), light, shot)
     same_from_store(who, sensor.expected, light, mean)
     _check_expected(who, sensor, light, mean, shot)
+    check_electrons(who, sensor, light, shot)
     _check_narrow(who, sensor, light, mean)
     _check_noise(who, sensor, light, shot)
     _check_quiet(who, sensor, light)
@@ -54,6 +56,7 @@ def check_captures(who: str, shot) -> None:
     holds(who, "'quantum_efficiency' has the dims (capture, channel, wavelength)",
           shot["quantum_efficiency"].dims == ("capture", "channel", "wavelength"))
     holds(who, "'filter' points into 'channel'", 0 <= int(shot["filter"].min()) <= int(shot["filter"].max()) < shot.sizes["channel"])
+    check_filters(who, shot)
     for name in ("pitch_um", "f_number", "focal_length_mm", "throughput_sr", "falloff"):
         holds(who, f"captures carry the attribute {name!r}", name in shot.attrs)
     qe = shot["quantum_efficiency"].values
@@ -148,6 +151,7 @@ def _check_noise(who, sensor, light, shot):
     bound = 6 * np.sqrt(variance / count) + 0.02 * np.abs(mean).mean(axis=(1, 2)) + 0.5 * shot["quantisation_e"].values
     holds(who, "raw, read back into electrons, agrees with expected on average", np.all(np.abs(found) <= bound),
           f"off by {found.round(3)} e, allowed {bound.round(3)} e")
+    check_scatter(who, sensor, light, _electrons)
 
 
 def _check_quiet(who, sensor, light):

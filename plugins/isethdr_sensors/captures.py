@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import hypot
+
 import numpy as np
 import xarray as xr
 
@@ -42,7 +44,7 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
         "gain_dn_per_e": each((r.gain_dn_per_e for r in readings), "DN/e"),
         "black_dn": each((r.black_dn for r in readings), "DN"),
         "top_dn": each((converter.top_dn(r, d) for r, d in zip(readings, diodes, strict=True)), "DN"),
-        "read_noise_e": each((r.read_noise_e * model.noise for r in readings), "e"),
+        "read_noise_e": each((hypot(r.read_noise_e, r.row_noise_e) * model.noise for r in readings), "e"),
         "dark_e": each(dark, "e"),
         "quantisation_e": each((converter.quantisation_e(r) for r in readings), "e"),
         "area_m2": each((grid.pitch_m**2 * d.fill_factor for d in diodes), "m2"),

@@ -97,6 +97,11 @@ def test_a_lens_that_accepts_anything(offer):
     caught(offer, "lens", faulty, "refuses NaN light")
 
 
+def _without_cfa(shot):
+    shot.attrs.pop("cfa")
+    return shot
+
+
 SENSOR_FAULTS = {
     "noise by order of calls": (lambda shot, *_: shot.assign(raw=shot["raw"] + next(COUNTER) % 5), "twice gives the same bits"),
     "gain misstated": (lambda shot, *_: shot.assign(gain_dn_per_e=shot["gain_dn_per_e"] * 1.2), "agrees with expected"),
@@ -104,8 +109,65 @@ SENSOR_FAULTS = {
     "auto exposure": (lambda shot, *_: shot.assign(raw=shot["raw"] * 0 + shot["raw"] - shot["raw"].mean()), "elsewhere in the frame"),
     "no filter curves": (lambda shot, *_: shot.drop_vars("quantum_efficiency"), "quantum_efficiency"),
     "saturation hidden": (lambda shot, *_: shot.assign(saturated=shot["saturated"] & False), "blinding light"),
+    "read noise stated twice too large": (lambda shot, *_: shot.assign(read_noise_e=2 * shot["read_noise_e"]), "scatter by the shot noise"),
+    "filter map one pixel off": (lambda shot, *_: shot.assign(filter=shot["filter"].roll(x=1)), "the pattern of the attribute 'cfa'"),
+    "filter map one pixel off, no cfa": (lambda shot, *_: _without_cfa(shot.assign(filter=shot["filter"].roll(x=1))), "expected electrons are"),
+    "another lens": (lambda shot, *_: shot.assign_attrs(throughput_sr=0.1), "'throughput_sr' of the light unchanged"),
     "150 % efficiency": (lambda shot, *_: shot.assign(quantum_efficiency=shot["quantum_efficiency"] * 0 + 1.5), "0..1"),
 }
+
+
+def more_light(share):
+    """Return a sensor class that counts more electrons than its captures state, in its shots and in `expected` alike."""
+    base = components()["sensor", "bayer"].cls
+
+    @dataclass(frozen=True)
+    class Faulty(base):
+        """A sensor with an optimistic quantum efficiency."""
+
+        def __call__(self, light, generator):
+            return base.__call__(self, keep(light, light.values * (1 + share)), generator)
+
+        def expected(self, light):
+            return base.expected(self, keep(light, light.values * (1 + share)))
+
+    return Faulty
+
+
+def same_read_noise():
+    """Return a sensor class whose read noise is the same in every shot, of the right size; its shot noise follows the key."""
+    base = components()["sensor", "bayer"].cls
+
+    @dataclass(frozen=True)
+    class Faulty(base):
+        """A sensor with frozen read noise."""
+
+        def __call__(self, light, generator):
+            shot = base.__call__(replace_read_noise(self), light, generator)
+            noise_e = np.random.default_rng(0).normal(0, self.read_noise_e, shot["raw"].shape)
+            raw = shot["raw"].values + np.rint(noise_e * float(shot["gain_dn_per_e"][0]))
+            raw = np.clip(raw, 0, float(shot["top_dn"].max())).astype(shot["raw"].dtype)
+            return shot.assign(raw=shot["raw"].copy(data=raw), read_noise_e=shot["read_noise_e"] * 0 + self.read_noise_e)
+
+    def replace_read_noise(sensor):
+        return base(**{f: getattr(sensor, f) for f in base.__dataclass_fields__} | {"read_noise_e": 0.0})
+
+    return Faulty
+
+
+def test_a_sensor_that_counts_ten_percent_too_many_electrons(offer):
+    caught(offer, "sensor", more_light(0.1), "expected electrons are irradiance x photons per joule x quantum_efficiency")
+
+
+def test_a_sensor_whose_read_noise_ignores_the_key(offer):
+    caught(offer, "sensor", same_read_noise(), "scatter by the shot noise, read_noise_e and quantisation_e")
+
+
+def test_a_sensor_whose_expected_electrons_are_labelled_dn(offer):
+    base = components()["sensor", "bayer"].cls
+    faulty = wrapped("sensor", "bayer", lambda shot, *_: shot)
+    faulty.expected = lambda self, light: base.expected(self, light).assign_attrs(units="DN")
+    caught(offer, "sensor", faulty, "expected has the units 'e', electrons': it has 'DN'")
 
 
 @pytest.mark.parametrize("fault", SENSOR_FAULTS)

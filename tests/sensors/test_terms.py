@@ -136,6 +136,17 @@ def test_row_noise_is_new_in_every_shot_and_rows_of_the_device_stay():
     assert_allclose((inside - inside.mean(1, keepdims=True)).var(), 100 * (1 - 1 / SIZE[1]), rtol=5 * np.sqrt(2 / N))
 
 
+def test_captures_state_the_row_noise_of_their_pixels(make_light):
+    """Half the variance of the difference of two shots of one device is the square of the noise that captures state."""
+    light = make_light(np.zeros((3, 40, 40)), 3.75)
+    sensor = BayerSensor(read_noise_e=5.0, row_noise_e=12.0, rows=40, columns=40)
+    one, two = (sensor(light, generator(seed)) for seed in (1, 2))
+    apart = (one.raw.values.astype(float) - two.raw.values) / float(one.gain_dn_per_e[0])
+    stated = float(one.read_noise_e[0]) ** 2 + float(one.quantisation_e[0]) ** 2 / 12 + float(one.dark_e[0])
+    # 40 rows of shared noise: a variance known to a factor 1 +- sqrt(2 / 40), five of these
+    assert 0.5 * apart.var() == pytest.approx(stated, rel=5 * np.sqrt(2 / 40)) and one.read_noise_e[0] == 13.0
+
+
 def test_hot_pixels():
     one, two = (read(0.0, seed, hot_percent=2.0, hot_dark_e_per_s=1e5) for seed in (1, 2))
     count = 0.02 * N
