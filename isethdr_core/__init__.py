@@ -20,6 +20,7 @@
 | `error_terms`                   | what a stated error acts on, and on which part of the light           |
 | `bands`, `margin`, `window`     | bands, tiles beyond the field or a sensor, that can be left out       |
 | `forecast`                      | how long each stage will take                                         |
+| `memory`                        | how much memory a run will take; refused where the machine has less   |
 | `accuracy`                      | what a run may be wrong by, and which stage by how much of it         |
 | `noise_units`, `scene_noise`, `score_errors` | how wrong a picture and its scores are, in units of its noise |
 | `lens_errors`                   | what a lens knows of how wrong it makes the light of a scene          |

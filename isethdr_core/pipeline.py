@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from inspect import signature
 from typing import Any
 
-from . import accuracy, bands, margin, progress, window
+from . import accuracy, bands, margin, memory, progress, window
 from . import ledger as book
 from .component import Stage
 from .demand import Demand
@@ -138,32 +138,53 @@ def switch(config, name: str) -> bool:
 
 
 def plan(parts: Chain, rows: Ledger) -> Demand:
-    """Return what is needed of the scene, asked backwards from the scores; what that drops goes into `rows`."""
+    """Return what is needed of the scene, asked backwards from the scores; what that drops goes into `rows`.
+
+    Raises
+    ------
+    ConfigError : the memory of this machine does not hold the frame, the lens's kernels or the pixels.
+    """
     with book.stage(rows, "plan"):
         book.error(0.0, "1", "bound", "nothing is computed yet; what is left out is bounded one by one")
         state_field(parts.scene, parts.lens)
-        if not parts.leave_out:
+        if parts.leave_out:
+            demand = asked_backwards(parts)
+        else:
             from .quantities import LABELS  # needs xarray, which is slow to import
 
-            return Demand(labels=frozenset(LABELS), error_allowed=asked_of_sensors(parts, Demand()).error_allowed)
-        if not parts.looked_at:
-            book.left_out("display view of the scene", "no report is asked for, and only it shows it", 0.0, "cd/m2")
-        for version in parts.unseen:
-            book.left_out(f"lighting {version}, and light groups that it alone needs", "no report is asked for, and only it shows them", 0.0, "cd/m2")
-        offered = bands.offered_nm(parts.renderer or parts.scene)
-        demand = Demand(wavelength_nm=offered)
-        for metric in parts.metrics.values():
-            demand = narrowed(metric, demand)
-        state_labels(parts, demand)
-        demand = narrowed(parts.isp, demand)
-        demand = asked_of_sensors(parts, demand)
-        for flare in parts.flares.values():
-            demand = narrowed(flare, demand)
-        demand = bands.with_bands(narrowed(parts.lens, demand), offered)
-        lightings = parts.lighting, *parts.versions.values()
-        window.planned(parts.scene, parts.lens, tuple(parts.flares.values()), demand.window_m)
-        demand = margin.left_out_where_unseen(demand, parts.renderer, parts.lens, tuple(parts.flares.values()), lightings)
-        return union([narrowed(light, demand) for light in lightings])
+            demand = Demand(labels=frozenset(LABELS), error_allowed=asked_of_sensors(parts, Demand()).error_allowed)
+        check_memory(parts, demand)
+        return demand
+
+
+def check_memory(parts: Chain, demand: Demand) -> None:
+    """Raise ConfigError where what `demand` asks for does not fit into the memory of this machine."""
+    source = parts.renderer or parts.scene
+    wavelength_nm = demand.wavelength_nm or bands.offered_nm(source)
+    frame = memory.frame_of(source, parts.scene, wavelength_nm, demand.margin, sensed=demand.response is not None)
+    memory.check_run(source, parts.scene, parts.lens, tuple(parts.flares.values()), tuple(parts.cameras.values()), frame)
+
+
+def asked_backwards(parts: Chain) -> Demand:
+    """Return what the scores need of the scene; what nobody needs is stated in the ledger."""
+    if not parts.looked_at:
+        book.left_out("display view of the scene", "no report is asked for, and only it shows it", 0.0, "cd/m2")
+    for version in parts.unseen:
+        book.left_out(f"lighting {version}, and light groups that it alone needs", "no report is asked for, and only it shows them", 0.0, "cd/m2")
+    offered = bands.offered_nm(parts.renderer or parts.scene)
+    demand = Demand(wavelength_nm=offered)
+    for metric in parts.metrics.values():
+        demand = narrowed(metric, demand)
+    state_labels(parts, demand)
+    demand = narrowed(parts.isp, demand)
+    demand = asked_of_sensors(parts, demand)
+    for flare in parts.flares.values():
+        demand = narrowed(flare, demand)
+    demand = bands.with_bands(narrowed(parts.lens, demand), offered)
+    lightings = parts.lighting, *parts.versions.values()
+    window.planned(parts.scene, parts.lens, tuple(parts.flares.values()), demand.window_m)
+    demand = margin.left_out_where_unseen(demand, parts.renderer, parts.lens, tuple(parts.flares.values()), lightings)
+    return union([narrowed(light, demand) for light in lightings])
 
 
 def asked_of_sensors(parts: Chain, demand: Demand) -> Demand:

@@ -131,6 +131,11 @@ class MitsubaRenderer:
         if self.variant == "scalar" and projection == "tangent":
             check_square(self.width, self.height, width / height)
 
+    def tile_counts(self, margin: bool) -> tuple[int, int]:
+        """Return (rows, columns) of tiles, with those beyond the camera's field if `margin`."""
+        rows, columns = (n + 2 * round(n * self.margin * margin) for n in (self.height, self.width))
+        return rows, columns
+
     def bands_nm(self) -> tuple[float, ...]:
         """Return the centres of all bands, nm."""
         return tuple(map(float, self._bands(None)))

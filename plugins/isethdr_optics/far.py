@@ -104,6 +104,14 @@ def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, split=1, shared=
     return step, far, period, lattices.lattice_pitch_mm(wave, period, pupils.distance_mm(lens), (step, step))
 
 
+def lattice_bytes(lens, shortest_nm: float, pitch_um, reach) -> float:
+    """Return the bytes of the two lattices of a pupil while the second is made: a complex field over its period, and both patterns."""
+    phase = bool(lens.zernike_um or lens.focal_shift_um)
+    wave, stretch, most = (shortest_nm, STRETCHED, OWN_SAMPLES) if phase else (min(shortest_nm, REFERENCE_NM), 1.0, SHARED_SAMPLES)
+    _, far, period, _ = _sampling(lens, wave, pitch_um, reach, stretch, most, 1.0, shared=not phase)
+    return 8 * float(np.prod(period, dtype=float)) + 2 * 4 * float(np.prod([2.0 * n + 1 for n in far]))
+
+
 def rings(plan, centre, width, energy):
     """Return the kernel of a band beyond the core, and half the difference of its halves, 0 within.
 

@@ -224,11 +224,16 @@ def _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach) -> list:
     shortest = wavelength_nm - width_nm / 2
     if shortest.min() <= 0 or pupils.has_phase(lens, flares):
         return []
-    grids = [_fine_tiles(lens, first, pitch_um, reach) for first in shortest]
-    if all(core_half(lens, first, fine, wide) == tuple(wide) for first, (_, fine, wide) in zip(shortest, grids)):
+    if all(without_lattices(lens, first, pitch_um, reach) for first in shortest):
         return []
-    _, fine, wide = grids[int(np.argmin(shortest))]
+    _, fine, wide = _fine_tiles(lens, float(shortest.min()), pitch_um, reach)
     return far.shared(lens, flares, float(shortest.min()), fine, wide)
+
+
+def without_lattices(lens, shortest_nm: float, pitch_um, reach) -> bool:
+    """Return whether the exact core of a band that starts at `shortest_nm` covers its kernel."""
+    _, fine, wide = _fine_tiles(lens, shortest_nm, pitch_um, reach)
+    return core_half(lens, shortest_nm, fine, wide) == tuple(wide)
 
 
 class _Grid(NamedTuple):

@@ -106,6 +106,17 @@ class IdealLens:
         planned(self)
         return demand
 
+    def kernel_bytes(self, frame, flares) -> float:
+        """Return the bytes that kernels over an `isethdr_core.memory.Frame` take, and what they are made of; 0 without blur.
+
+        Raises
+        ------
+        ConfigError : the wavefront is steeper than any pupil can follow.
+        """
+        from .memory import kernel_bytes
+
+        return kernel_bytes(self, _sequence(flares), frame)
+
     def spread_errors(self, mixed, flares, weights, response=None):
         """Return how wrong the kernels may make light of `mixed`: (deviation, bound), each (channel, y, x).
 

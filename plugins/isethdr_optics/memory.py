@@ -1,12 +1,12 @@
-"""Memory: arrays that cannot be held are refused before work starts, with their size."""
+"""Memory: what point spread functions and kernels take, and a refusal of those that the machine cannot hold."""
 
 from __future__ import annotations
-
-import os
 
 import numpy as np
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.memory import FLOAT32_BYTES, Frame, Need, check_fits
+from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.ranges import LEAST_NM, MOST_NM
 
 
@@ -19,21 +19,35 @@ def check_psf(waves, pitch_um, size) -> None:
         )
     if not (np.isfinite(pitch_um) and pitch_um > 0) or size < 1:
         raise ConfigError(f"psf has pitch_um={pitch_um!r}, size={size!r}; expected a pitch above 0 and one sample or more")
-    check_fits(waves.size * float(size) ** 2, 8, f"a point spread function of {size} x {size} samples", "ask for a smaller size")
+    need = Need(f"a point spread function of {size} x {size} samples", 8 * waves.size * float(size) ** 2, "ask for a smaller size")
+    check_fits([need])
 
 
 def check_kernels(bands: int, reach) -> None:
     """Refuse kernels that the memory does not hold."""
     what = f"kernels of {bands} bands over {reach[0] + 1} x {reach[1] + 1} tiles"
-    check_fits(bands * np.prod([2.0 * r + 1 for r in reach]), 4, what, "render fewer bands or a smaller field")
+    size = FLOAT32_BYTES * bands * np.prod([2.0 * r + 1 for r in reach])
+    check_fits([Need(what, float(size), "render fewer bands or a smaller field")])
 
 
-def check_fits(count: float, bytes_each: int, what: str, advice: str) -> None:
-    """Refuse `count` numbers of `bytes_each` where they exceed the machine's memory."""
-    try:
-        most = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, ValueError, OSError):  # no such figure on this system
-        return
-    if count * bytes_each > most:
-        size, most = (n / 2**30 for n in (count * bytes_each, most))
-        raise ConfigError(f"{what} would take {size:.3g} GiB; expected at most this machine's {most:.3g} GiB; {advice}")
+def kernel_bytes(lens, flares, frame: Frame) -> float:
+    """Return the bytes of the kernels of all bands over a frame, and of the lattices that they are read from.
+
+    With a sensor's response kernels may end at `tails.WORTH` of the frame: so much is certain, and `check_kernels` sees the rest.
+    """
+    from . import far, kernels, pupils, tails
+    from .scatter import active
+
+    wave = np.asarray(frame.wavelength_nm, float)
+    blurred = hasattr(lens, "zernike_um")
+    if not (blurred or active(flares, wave)):
+        return 0.0
+    part = tails.WORTH if frame.sensed and blurred else 1.0
+    reach = [int(part * (n - 1)) for n in (frame.rows, frame.columns)]
+    held = FLOAT32_BYTES * len(wave) * np.prod([2.0 * r + 1 for r in reach])
+    shortest = float(np.min(wave - band_widths_nm(wave) / 2))
+    if not blurred or lens.field_varies or shortest <= 0:
+        return float(held)
+    pitch_um = [1e3 * lens.focal_length_mm * p for p in frame.pitch]
+    pupils.core_pitch_mm(lens, min(pitch_um), shortest, pupils.FEWEST_SAMPLES)  # refuses a wavefront too steep for any pupil
+    return float(held) + (0.0 if kernels.without_lattices(lens, shortest, pitch_um, reach) else far.lattice_bytes(lens, shortest, pitch_um, reach))

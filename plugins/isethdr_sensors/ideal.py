@@ -63,6 +63,12 @@ class IdealSensor:
 
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
+    def pixel_need(self, width_m: float, height_m: float):
+        """Return what the pixels over an image of this size, in metres, take in memory, as `isethdr_core.memory.Need`."""
+        from .pixel_grid import pixel_need
+
+        return pixel_need(self.model(), width_m, height_m)
+
     def narrow(self, demand):
         """Return the demand for what the sensor sees: its window, and no outer band in which it is blind."""
         from .quantum_efficiency import narrow

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from isethdr_core import ledger
+from isethdr_core import ledger, memory
 from isethdr_core.errors import ConfigError, UnitError
 from isethdr_core.light_in_time import time_mean
 
+from .sensor_model import SensorModel
+
+PIXEL_BYTES, CAPTURE_BYTES = 175, 45  # at the largest moment of a run, of pictures and scores and of every capture: measured
 ROUNDING = 1e-9  # relative: a field of 100 pitches holds 100 pixels although metres are rounded
 
 
@@ -42,6 +45,15 @@ def pixel_counts(field_width_m: float, field_height_m: float, pitch_um: float, r
     """Return (rows, columns), 0 replaced by as many as fit into the field; ConfigError where more are asked for, or none fits."""
     pitch = pitch_um * 1e-6
     return _count(field_height_m, pitch, rows, "rows", "high"), _count(field_width_m, pitch, columns, "columns", "wide")
+
+
+def pixel_need(model: SensorModel, field_width_m: float, field_height_m: float) -> memory.Need:
+    """Return what the pixels of a sensor take from the shot to the scores, and the smallest pitch that the machine's memory holds."""
+    rows, columns = pixel_counts(field_width_m, field_height_m, model.pitch_um, model.rows, model.columns)
+    size = rows * columns * float(PIXEL_BYTES + CAPTURE_BYTES * len(model.readings))
+    pitch_um = 1.05 * model.pitch_um * np.sqrt(max(size / memory.machine_bytes(), 1.0))
+    advice = f"type sensor.pitch_um={pitch_um:.2g} or more, or fewer sensor.rows and sensor.columns"
+    return memory.Need(f"{rows} x {columns} pixels of {model.pitch_um:g} um, {len(model.readings)} captures", size, advice)
 
 
 def window_m(pitch_um: float, rows: int, columns: int) -> tuple[float, float] | None:

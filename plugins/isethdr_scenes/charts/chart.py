@@ -51,6 +51,10 @@ class Chart:
 
         return camera_field(self.horizontal_field_deg, self.width / self.height, self.projection)
 
+    def tile_counts(self, margin: bool) -> tuple[int, int]:
+        """Return (rows, columns) of tiles; a chart has none beyond its field."""
+        return self.height, self.width
+
     def bands_nm(self):
         """Return the band centres, nm, from `first_nm` up to at most `last_nm`."""
         import numpy as np
