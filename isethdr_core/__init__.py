@@ -27,7 +27,8 @@
 | `seeds`, `provenance`           | which noise; which code, versions and inputs                          |
 | `pipeline`, `recipes`, `runs`   | the chain; stored radiance; one stored run                            |
 | `pooling`                       | what several stored renderings of the same light know together        |
-| `draws`                         | the same shot with other noise: intervals of all scores               |
+| `draws`                         | scores over several noise realisations of one shot                    |
+| `score_intervals`               | one 95 % interval per score, over sensor noise and renderer noise     |
 | `store`, `store_arrays`, `store_encoding`, `store_join` | zarr stores that are either whole or not there |
 | `store_manifest`, `store_reader` | size and checksum of every file; reads that are compared with them |
 | `claims`                        | of several processes one renders a scene, the others wait              |

@@ -1,41 +1,48 @@
-"""Draws: the same shot with other noise, so that every score comes with how much it would differ the next time."""
+"""Draws: the same shot in several noise realisations, so that every score comes with a 95 % interval."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 
 from . import ledger
+from .score_intervals import UNKNOWN, RendererError, ScoreKey, interval, key_of
 from .scores import Score, half_interval
 
-CONFIDENCE = 0.95
 
-
-def over_draws(draws: list[list[Score]]) -> list[Score]:
-    """Return the scores of the first draw as means over all draws, with Student's 95 % interval of that mean.
+def over_draws(
+    draws: list[list[Score]], renderer: Mapping[ScoreKey, RendererError] | None = None
+) -> list[Score]:
+    """Return the scores of the first draw as means over all draws, with the interval of that mean.
 
     Parameters
     ----------
-    draws : the scores of each draw, at least one. A score that some draw lacks, or whose value is not finite in one,
-        stays as the first draw has it, with the interval that its metric gave it.
+    draws : the scores of each draw, at least one. A score that some draw lacks, or whose value is not
+        finite in one, keeps its value of the first draw and has no interval.
+    renderer : the error that renderer noise leaves in each score; a score that it lacks has none.
 
     Notes
     -----
-    The interval covers shot, read and reset noise; the device's fixed pattern is the same in all draws (Student 1908).
+    The interval covers shot, read and reset noise, and the renderer's where it is known
+    (`score_intervals`). The device's fixed pattern is the same in all draws. The interval that a
+    metric gives for one picture is replaced: it answers another question.
     """
-    tables = [{(s.metric, s.object, s.unit): s.value for s in scores} for scores in draws]
-    return [_mean(score, [t.get((score.metric, score.object, score.unit), math.nan) for t in tables]) for score in draws[0]]
+    renderer = renderer or {}
+    tables = [{key_of(score): score.value for score in scores} for scores in draws]
+    out = []
+    for score in draws[0]:
+        key = key_of(score)
+        values = [table.get(key, math.nan) for table in tables]
+        out.append(_mean(score, values, renderer.get(key)))
+    return out
 
 
-def _mean(score: Score, values: list[float]) -> Score:
-    from scipy.special import stdtrit
-
-    count = len(values)
-    if count < 2 or not all(map(math.isfinite, values)):
-        return score
-    mean = math.fsum(values) / count
-    deviation = math.sqrt(math.fsum((v - mean) ** 2 for v in values) / (count - 1))
-    half = float(stdtrit(count - 1, (1 + CONFIDENCE) / 2)) * deviation / math.sqrt(count)
-    return Score(score.metric, mean, score.unit, score.object, mean - half, mean + half)
+def _mean(score: Score, values: list[float], renderer: RendererError | None) -> Score:
+    if not all(map(math.isfinite, values)):
+        return replace(score, low=UNKNOWN.low, high=UNKNOWN.high)
+    low, high = interval(values, renderer)
+    return replace(score, value=math.fsum(values) / len(values), low=low, high=high)
 
 
 def state_spread(scores: list[Score], count: int) -> None:

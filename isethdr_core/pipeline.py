@@ -17,6 +17,7 @@ from .field import check_fields, check_rendered, state_field
 from .ledger import Ledger
 from .names import check_names
 from .registry import build_from_config, plugin_manager
+from .score_intervals import RendererError, ScoreKey
 from .scores import Score, state_errors
 from .seeds import checked_seed
 
@@ -290,28 +291,48 @@ def through_camera(parts: Chain, rows: Ledger, name: str, light, mixed, scene, g
 
     for key, metric in parts.metrics.items():
         seen.scores += stage(rows, "metric", f"{key} {name}", metric, lambda k=key, m=metric: scored(k, m(picture, reference, labels)))
-    first = seen.scores
+    shots = [seen.scores]
     if parts.draws > 1 and parts.metrics:
         with book.stage(rows, f"draws {name}"):
-            others = [again(k) for k in range(1, parts.draws)] if varies(parts, sensor) else [seen.scores] * (parts.draws - 1)
-            seen.scores = over_draws([seen.scores, *others])
-            state_spread(seen.scores, parts.draws)
-    state_picture(parts, rows, name, light, mixed, scene, seen, first, demand,
-                  lambda changed: developed(parts, sensor(changed, generator)))
+            others = [again(k) for k in range(1, parts.draws)] if varies(parts, sensor) else shots * (parts.draws - 1)
+            shots += others
+            state_spread(over_draws(shots), parts.draws)
+    renderer = renderer_errors(parts, rows, name, light, mixed, scene, seen,
+                               lambda changed: developed(parts, sensor(changed, generator)))
+    seen.scores = over_draws(shots, renderer)
+    state_picture(parts, rows, name, light, mixed, scene, seen, demand)
     return seen
 
 
-def state_picture(parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, first: list[Score], demand: Demand, again) -> None:
-    """Add the rows that say how wrong the scores and the picture are, in units of the sensor's noise, and what that took.
+def renderer_errors(parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, again) -> dict[ScoreKey, RendererError]:
+    """Return the error that renderer noise leaves in each score, and add the row that says so.
 
-    `first` : the scores of the picture itself, before they became means over draws. `again` : function(light) -> the picture that the same shot makes of it.
+    Parameters
+    ----------
+    camera : with the scores of its picture. `again` : function(light) -> the picture that the same shot makes of it.
+
+    Returns
+    -------
+    The error of each score; empty where the scene states no renderer noise and where scores have no interval.
     """
-    from . import lens_errors, noise_units, score_errors
+    from . import score_errors
 
-    if parts.draws > 1:
-        with book.stage(own := Ledger(), f"scores {name}"):
-            score_errors.state(camera, first, parts.metrics.values(), mixed, scene, light, again)
-        rows += [row for row in own if row.errors]
+    if not parts.metrics:
+        return {}
+    with book.stage(own := Ledger(), f"scores {name}"):
+        if parts.draws > 1:
+            errors = score_errors.state(camera, camera.scores, parts.metrics.values(), mixed, scene, light, again)
+        else:
+            errors = {}
+            book.left_out("intervals of scores", "one shot does not tell how much the next one differs; draws=4 does", float("inf"), "1")
+    rows += [row for row in own if row.errors or row.left_out]
+    return errors
+
+
+def state_picture(parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, demand: Demand) -> None:
+    """Add the row that says how wrong the picture is, in units of the sensor's noise, and what that took."""
+    from . import lens_errors, noise_units
+
     with book.stage(rows, f"picture {name}"):
         if lacking := noise_units.missing(camera.captures):
             book.error(float("inf"), noise_units.UNIT, "bound", f"not known: the captures lack {', '.join(lacking)}")

@@ -16,15 +16,19 @@ from . import ledger
 from .ledger import Ledger
 from .light_in_time import time_mean
 from .scene_noise import NOISE, direct_share, luminance_cd_m2, on_light, relative_halves
+from .score_intervals import NOT_MEASURED, RendererError, ScoreKey, key_of
 from .truth import seen
 
+RENDERED = "rendered_s"  # attribute of scenes that a renderer made
 CHANGES = 6     # of the scene, for scores of whole pictures
 SURE = 0.9      # share of runs for which the stated factor holds
 SIDE = 3        # a picture is cut into SIDE x SIDE parts, a third of which is asked of each of three changes
 BLOCK = 48      # pixels: side of the pieces that make up a part, at least. Their seams are no part of the scene; windows of metrics are about 10 wide
 
 
-def state(camera, scores, metrics, mixed, scene, light, again, count: int = CHANGES) -> None:
+def state(
+    camera, scores, metrics, mixed, scene, light, again, count: int = CHANGES
+) -> dict[ScoreKey, RendererError]:
     """State in the ledger the rms error that the scene's noise leaves in the scores of a whole picture, each in its unit.
 
     Parameters
@@ -34,26 +38,46 @@ def state(camera, scores, metrics, mixed, scene, light, again, count: int = CHAN
     mixed, scene : the light, and the scene with what halves of its paths differ by, tile by tile; without it nothing is stated.
     light : that the camera saw, on the sensor plane. `again` : function(light) -> picture, with the same noise of the sensor.
     count : changes of the scene, for metrics of whole pictures.
+
+    Returns
+    -------
+    The error of each score. A score that fewer than two changed scenes have is `NOT_MEASURED`. Scores of objects are
+    part of it where the picture is too small to be cut into parts. Empty where the scene stores no half buffers.
     """
     mixed, metrics = time_mean(mixed), list(metrics)
     apart = relative_halves(scene, mixed)
     if apart is None or not metrics:
-        if NOISE in scene and metrics:
-            ledger.left_out("errors of scores", "halves of the renderer's paths are not stated: several passes, or another rendering, would", math.inf, "1")
-        return
+        if metrics and (NOISE in scene or RENDERED in scene.attrs):
+            why = "the scene has no half buffers: the intervals hold the noise realisations only"
+            ledger.left_out("renderer noise in scores", why, math.inf, "1")
+        return {}
     parts = _parts(camera.truth)
     of_parts = [metric for metric in metrics if parts and getattr(metric, "MEAN_OF_PARTS", False)]
-    whole = _of_whole([metric for metric in metrics if metric not in of_parts], camera, scores)
+    of_whole = [metric for metric in metrics if metric not in of_parts]
+    if parts:
+        whole = _of_whole(of_whole, camera, scores)
+    else:
+        before = {key_of(score): score.value for score in scores}
+        whole = [(metric, camera.labels, before) for metric in of_whole]
     moved, samples = {}, {}
     for k, pair in enumerate(_changed(camera, mixed, apart, light, again, max(SIDE * bool(of_parts), count * bool(whole)))):
         for part in parts[k] if of_parts and k < SIDE else ():
             _add(samples, *(_of_part(of_parts, *both, part) for both in (pair, (camera.picture, camera.truth))))
         for metric, labels, before in whole if k < count else ():
-            _add(moved, _values(_ask(metric, *pair, labels)), before)
-    for (name, unit, _), found in samples.items():
-        _state(name, unit, *_of_frame(np.array(found)), f"changes of {len(found)} parts of the picture", len(found) - 1)
-    for (name, unit, _), found in moved.items():
-        _state(name, unit, math.sqrt(np.mean(np.square(found))), float(np.mean(found)), f"{len(found)} changes of the scene", len(found))
+            _add(moved, _values(_ask(metric, *pair, labels, objects=not parts)), before)
+    if parts and any(score.object for score in scores):
+        why = "objects of large pictures are not measured again: their intervals hold the noise realisations only"
+        ledger.left_out("renderer noise in scores of objects", why, math.inf, "1")
+    asked = {key_of(score) for score in scores if not (parts and score.object)}
+    errors = dict.fromkeys(asked, NOT_MEASURED)
+    for key, found in samples.items():
+        errors[key] = _of_frame(np.array(found))
+        _state(key, _rms(errors[key]), errors[key].shift, f"changes of {len(found)} parts of the picture", len(found) - 1)
+    for key, found in moved.items():
+        errors[key] = _of_changes(np.array(found))
+        rms, shift = math.sqrt(np.mean(np.square(found))), float(np.mean(found))
+        _state(key, rms, shift, f"{len(found)} changes of the scene", len(found))
+    return errors
 
 
 def known_within(count: int) -> float:
@@ -102,16 +126,27 @@ def _of_part(metrics, picture, truth, part):
     return _values(score for metric in metrics for score in _ask(metric, picture, truth, None))
 
 
-def _of_frame(found) -> tuple[float, float]:
-    """Return (rms error, mean shift) of the frame's score from changes of that of its parts, each with noise of its own.
+def _of_frame(found) -> RendererError:
+    """Return the error of the frame's score from changes of that of its parts, each with noise of its own.
 
-    Parts scatter more than the frame, the mean of all of them; their shift is its own. The scatter of the mean of `found` is no shift.
+    Parts scatter more than the frame, the mean of all of them; their shift is its own.
     """
+    error = _of_changes(found)
+    return error._replace(standard_error=error.standard_error / SIDE)
+
+
+def _of_changes(found) -> RendererError:
+    """Return the error of a score from its changes: their scatter, and a shift that is more than the scatter of their mean."""
     if len(found) < 2:
-        return abs(float(found[0])), 0.0
-    scatter2 = float(found.var(ddof=1))
-    shift2 = max(float(found.mean()) ** 2 - scatter2 / len(found), 0.0)
-    return math.sqrt(scatter2 / SIDE**2 + shift2), math.copysign(math.sqrt(shift2), found.mean())
+        return NOT_MEASURED
+    variance = float(found.var(ddof=1))
+    mean = float(found.mean())
+    shift = math.sqrt(max(mean**2 - variance / len(found), 0.0))
+    return RendererError(math.copysign(shift, mean), math.sqrt(variance), len(found) - 1)
+
+
+def _rms(error: RendererError) -> float:
+    return math.hypot(error.standard_error, error.shift)
 
 
 def _of_whole(metrics, camera, scores) -> list[tuple]:
@@ -119,11 +154,11 @@ def _of_whole(metrics, camera, scores) -> list[tuple]:
 
     Labels come with one object only where the picture's scores are the same with it: objects cost most of the time.
     """
-    before, out = _values(s for s in scores if not s.object), []
+    before, out = {key_of(s): s.value for s in scores if not s.object}, []
     for metric in metrics:
         labels = _with_one_object(camera.labels)
         found = _ask(metric, camera.picture, camera.truth, labels)
-        if not all(np.array_equal(s.value, before.get(_name(s), math.inf), equal_nan=True) for s in found):
+        if not all(np.array_equal(s.value, before.get(key_of(s), math.inf), equal_nan=True) for s in found):
             labels = camera.labels
         if found:  # one that speaks of objects alone is asked no more
             out.append((metric, labels, before))
@@ -145,20 +180,17 @@ def _add(found, after, before) -> None:
             found.setdefault(name, []).append(value - before[name])
 
 
-def _state(name, unit, rms, shift, how, free) -> None:
-    if free > 0:
+def _state(key: ScoreKey, rms, shift, how, free) -> None:
+    name, unit, of_object = key
+    if free > 0 and not of_object:
         side = f", of it {shift:.2g} to one side" if shift else ""
         ledger.error(rms, unit or "1", "statistical", f"score {name}: renderer{side}, by {how}, right within a factor of {known_within(free):.1f}")
 
 
-def _name(score):
-    return score.metric, score.unit, score.object
+def _values(scores) -> dict[ScoreKey, float]:
+    return {key_of(score): score.value for score in scores}
 
 
-def _values(scores) -> dict:
-    return {_name(score): score.value for score in scores}
-
-
-def _ask(metric, picture, truth, labels):
+def _ask(metric, picture, truth, labels, objects: bool = False):
     with ledger.stage(Ledger(), "scores"):  # what they state of a changed scene is no news
-        return [score for score in metric(picture, truth, labels) if not score.object]
+        return [score for score in metric(picture, truth, labels) if objects or not score.object]

@@ -10,6 +10,7 @@ import pytest
 import isethdr_core as hdr
 from isethdr_core.draws import over_draws
 from isethdr_core.errors import ConfigError
+from isethdr_core.score_intervals import RendererError
 from isethdr_core.scores import Score
 
 
@@ -22,13 +23,27 @@ def test_the_interval_holds_the_true_mean_as_often_as_it_says():
     assert abs(inside / 2000 - 0.95) < 4 * math.sqrt(0.95 * 0.05 / 2000)  # four standard errors of a share
 
 
-def test_scores_that_cannot_be_averaged_keep_what_their_metric_said():
-    first = [Score("a", 1.0, "", "", 0.5, 1.5), Score("b", 2.0, "", "person"), Score("c", math.inf, "dB")]
+def test_scores_that_cannot_be_averaged_keep_their_first_value_and_have_no_interval():
+    first = [
+        Score("a", 1.0, "", "", 0.5, 1.5),
+        Score("b", 2.0, "", "person", 1.0, 3.0),
+        Score("c", math.inf, "dB", "", 5.0, math.inf),
+    ]
     other = [Score("a", 3.0, ""), Score("c", 7.0, "dB")]
     a, b, c = over_draws([first, other])
     assert a.value == 2.0 and a.low < 1.0 < 3.0 < a.high
-    assert b is first[1] and c is first[2]
-    assert over_draws([first]) == first
+    assert (b.value, c.value) == (2.0, math.inf)
+    # an interval over the pixels of one picture is no interval over shots
+    for score in (b, c, *over_draws([first])):
+        assert math.isnan(score.low) and math.isnan(score.high)
+
+
+def test_renderer_noise_widens_the_interval_of_its_own_score_alone():
+    shots = [[Score("a", v, "dB"), Score("a", v, "dB", "car")] for v in (1.0, 1.2, 0.9, 1.1)]
+    frame, car = over_draws(shots)
+    wide, same = over_draws(shots, {("a", "dB", ""): RendererError(0.0, 0.5, 5)})
+    assert wide.high - wide.low > 2 * (frame.high - frame.low)
+    assert same == car and wide.value == frame.value
 
 
 def test_a_run_takes_draws_that_differ_in_noise_alone(tmp_path, monkeypatch):
@@ -43,6 +58,10 @@ def test_a_run_takes_draws_that_differ_in_noise_alone(tmp_path, monkeypatch):
     assert mean[key]["value"] != first[key]["value"]
     np.testing.assert_array_equal(one.open("captures/bayer").raw, four.open("captures/bayer").raw)  # the shot that is kept is the first
     assert "draws bayer" in [row.stage for row in four.ledger] and "draws bayer" not in [row.stage for row in one.ledger]
+    assert first[key]["low"] in (None, "NaN") or math.isnan(first[key]["low"])
+    assert [left.what for row in one.ledger if row.stage == "scores bayer" for left in row.left_out] == ["intervals of scores"]
+    # a chart has no renderer noise: nothing is missing in the interval of four shots
+    assert "scores bayer" not in [row.stage for row in four.ledger]
 
 
 @pytest.mark.parametrize("draws", ["0", "2.5", "many"])

@@ -102,9 +102,9 @@ def test_groups_weigh_as_in_the_light_and_a_single_pass_says_nothing():
 
 def test_noise_without_halves_leaves_scores_without_errors_and_says_so():
     camera, scene, mixed, light, again = seen(0.1)
-    for noisy, said in ((scene.drop_vars(HALVES), []), (scene.drop_vars(HALVES).assign({NOISE: scene[HALVES]}), ["errors of scores"])):
+    for noisy, said in ((scene.drop_vars(HALVES), []), (scene.drop_vars(HALVES).assign({NOISE: scene[HALVES]}), ["renderer noise in scores"])):
         with ledger.stage(rows := ledger.Ledger(), "scores"):
-            score_errors.state(camera, [], [Mean()], mixed, noisy, light, again)
+            assert score_errors.state(camera, [], [Mean()], mixed, noisy, light, again) == {}
         assert [left.what for row in rows for left in row.left_out] == said and not any(row.errors for row in rows)
 
 
@@ -160,8 +160,8 @@ def test_how_well_the_rms_of_few_changes_is_known():
 
 
 def test_objects_are_left_out_of_changes_where_they_do_not_matter():
-    asked, (camera, *rest) = [], seen(0.1)
-    labels = xr.Dataset({"instance": (("y", "x"), np.arange(np.prod(SMALL), dtype=np.uint32).reshape(SMALL) % 3)})  # two objects, and none
+    asked, (camera, *rest) = [], seen(0.1, LARGE)
+    labels = xr.Dataset({"instance": (("y", "x"), np.arange(np.prod(LARGE), dtype=np.uint32).reshape(LARGE) % 3)})  # two objects, and none
 
     def of_objects(picture, truth, labels):
         asked.append("objects")
@@ -180,3 +180,33 @@ def test_objects_are_left_out_of_changes_where_they_do_not_matter():
     assert {name: asked.count(name) for name in asked} == {"objects": 2, "whole, objects: 2": 1, "whole, objects: 1": 1 + once,
                                                            "needs objects: 2": 1 + once, "needs objects: 1": 1}
     assert list(found) == ["mean", "of objects"] and f"by {once} changes of the scene, right within a factor of 1.7" in found["mean"][1]
+
+
+def test_every_score_of_a_small_picture_has_an_error_those_of_objects_too():
+    camera, scene, mixed, light, again = seen(0.1)
+    camera.labels = xr.Dataset({"instance": (("y", "x"), np.ones(SMALL, np.uint32))})
+
+    def both(picture, truth, labels):
+        mean = float(picture.xyz.mean())
+        rare = [Score("rare", 1.0, "dB")] if mean == float(camera.picture.xyz.mean()) else []
+        return [Score("mean", mean, "cd m-2"), Score("mean", 2 * mean, "cd m-2", "car"), *rare]
+
+    scores = both(camera.picture, camera.truth, camera.labels)
+    with ledger.stage(rows := ledger.Ledger(), "scores"):
+        errors = score_errors.state(camera, scores, [both], mixed, scene, light, again)
+    frame, car = (errors["mean", "cd m-2", name] for name in ("", "car"))
+    assert frame.standard_error > 0 and frame.degrees_of_freedom == score_errors.CHANGES - 1
+    assert car.standard_error == pytest.approx(2 * frame.standard_error)
+    # a score that no changed scene has: its error is not known
+    assert np.isnan(errors["rare", "dB", ""].standard_error)
+    assert [note.what.split(":")[0] for note in rows[0].errors] == ["score mean"]  # of the frame alone
+
+
+def test_objects_of_a_large_picture_are_said_to_lack_renderer_noise():
+    camera, scene, mixed, light, again = seen(0.1, LARGE)
+    camera.labels = xr.Dataset({"instance": (("y", "x"), np.ones(LARGE, np.uint32))})
+    scores = [Score("mean", 1.0, "", "car")]
+    with ledger.stage(rows := ledger.Ledger(), "scores"):
+        metric = lambda picture, truth, labels: scores
+        errors = score_errors.state(camera, scores, [metric], mixed, scene, light, again)
+    assert errors == {} and [left.what for left in rows[0].left_out] == ["renderer noise in scores of objects"]
