@@ -14,6 +14,7 @@ from .quantities import PHOTOCURRENT, bands_nm, full_field, tile_pitch
 
 NOISE = "xyz_noise"  # variable (light_group, xyz_channel, y, x) of a scene: standard errors of X, Y and Z, cd/m2
 HALVES = "half_difference"  # variable (light_group, y, x): half of what two halves of a renderer's paths differ by in luminance, cd/m2
+WINDOW_TILES = 3  # side of the window that tells noise from the scene
 
 
 def relative_noise(scene, mixed) -> np.ndarray | None:
@@ -49,6 +50,36 @@ def relative_halves(scene, mixed) -> np.ndarray | None:
         return None
     level = luminance_cd_m2(mixed)
     return np.clip(apart / np.where(level > 0, level, np.inf), -1.0, 1.0)
+
+
+def smoothing_change(halves, level_cd_m2) -> np.ndarray:
+    """Return the relative change (y, x) of luminance that removes renderer noise where it hides the scene.
+
+    Parameters
+    ----------
+    halves : half of the relative difference of the half buffers (y, x), as `relative_halves`.
+    level_cd_m2 : luminance of the same tiles.
+
+    Notes
+    -----
+    The local statistics filter of Lee 1980 (eq. 9 to 11): a tile moves towards the mean of its window by the
+    share of the window's variance that is noise. Tiles without noise, lamps and sky, stay.
+    """
+    from scipy.ndimage import correlate1d
+
+    def window_mean(values):
+        # running sums would carry the rounding error of a lamp along its whole row
+        equal = np.full(WINDOW_TILES, 1 / WINDOW_TILES)
+        return correlate1d(correlate1d(values, equal, axis=0, mode="nearest"), equal, axis=1, mode="nearest")
+
+    noise = window_mean((halves * level_cd_m2) ** 2)
+    mean = window_mean(level_cd_m2)
+    deviation = level_cd_m2 - mean
+    count = WINDOW_TILES**2
+    variance = (window_mean(level_cd_m2**2) - mean**2) * count / (count - 1)
+    noise_share = np.where(variance > noise, noise / np.where(variance > noise, variance, 1.0), 1.0)
+    relative = -noise_share * deviation / np.where(level_cd_m2 > 0, level_cd_m2, np.inf)
+    return np.where(halves == 0, 0.0, relative)
 
 
 def luminance_cd_m2(mixed) -> np.ndarray:

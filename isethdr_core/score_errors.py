@@ -4,6 +4,7 @@ A renderer says by how much the light that either half of its paths found differ
 the other in each tile, by lot (the wild bootstrap: Wu 1986), and goes through sensor and image processing again, with the same noise of the
 sensor; the truth is changed alike. What of the light was spread stays: noise has averaged out in it. A score that is the mean of the scores of
 a picture's parts is asked of some parts, each a sample of its own; every other one of the whole picture, again and again.
+One more scene has its noise smoothed away: it tells how far noise has shifted a score already.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from . import ledger
 from .ledger import Ledger
 from .light_in_time import time_mean
-from .scene_noise import NOISE, direct_share, luminance_cd_m2, on_light, relative_halves
+from .scene_noise import NOISE, direct_share, luminance_cd_m2, on_light, relative_halves, smoothing_change
 from .score_intervals import NOT_MEASURED, RendererError, ScoreKey, key_of
 from .truth import seen
 
@@ -29,7 +30,7 @@ BLOCK = 48      # pixels: side of the pieces that make up a part, at least. Thei
 def state(
     camera, scores, metrics, mixed, scene, light, again, count: int = CHANGES
 ) -> dict[ScoreKey, RendererError]:
-    """State in the ledger the rms error that the scene's noise leaves in the scores of a whole picture, each in its unit.
+    """State in the ledger, and return, the error that the scene's noise leaves in each score, in its unit.
 
     Parameters
     ----------
@@ -41,8 +42,8 @@ def state(
 
     Returns
     -------
-    The error of each score. A score that fewer than two changed scenes have is `NOT_MEASURED`. Scores of objects are
-    part of it where the picture is too small to be cut into parts. Empty where the scene stores no half buffers.
+    The error of each score; empty where the scene stores no half buffers. It is `NOT_MEASURED` for a score that the smoothed
+    scene lacks, or all but one of the changed scenes. It has scores of objects where the picture is too small to be cut into parts.
     """
     mixed, metrics = time_mean(mixed), list(metrics)
     apart = relative_halves(scene, mixed)
@@ -57,27 +58,31 @@ def state(
     if parts:
         whole = _of_whole(of_whole, camera, scores)
     else:
-        before = {key_of(score): score.value for score in scores}
-        whole = [(metric, camera.labels, before) for metric in of_whole]
+        whole = [(metric, camera.labels, _values(scores)) for metric in of_whole]
+    pair_of = _camera_of_changes(camera, mixed, light, again)
     moved, samples = {}, {}
-    for k, pair in enumerate(_changed(camera, mixed, apart, light, again, max(SIDE * bool(of_parts), count * bool(whole)))):
+    for k in range(max(SIDE * bool(of_parts), count * bool(whole))):
+        pair = pair_of(_by_lot(apart, k))
         for part in parts[k] if of_parts and k < SIDE else ():
             _add(samples, *(_of_part(of_parts, *both, part) for both in (pair, (camera.picture, camera.truth))))
-        for metric, labels, before in whole if k < count else ():
-            _add(moved, _values(_ask(metric, *pair, labels, objects=not parts)), before)
+        if k < count:
+            _add_moves(moved, pair, whole, objects=not parts)
+    smoothed: dict[ScoreKey, list[float]] = {}
+    pair = pair_of(smoothing_change(apart, luminance_cd_m2(mixed)))
+    every = [*whole, *((metric, None, _before(scores)) for metric in of_parts)]
+    _add_moves(smoothed, pair, every, objects=not parts)
     if parts and any(score.object for score in scores):
         why = "objects of large pictures are not measured again: their intervals hold the noise realisations only"
         ledger.left_out("renderer noise in scores of objects", why, math.inf, "1")
+    for (name, unit, _), found in samples.items():
+        _state(name, unit, *_of_frame(np.array(found)), f"changes of {len(found)} parts of the picture", len(found) - 1)
+    for (name, unit, of_object), found in moved.items():
+        if not of_object:
+            rms, shift = math.sqrt(np.mean(np.square(found))), float(np.mean(found))
+            _state(name, unit, rms, shift, f"{len(found)} changes of the scene", len(found))
     asked = {key_of(score) for score in scores if not (parts and score.object)}
-    errors = dict.fromkeys(asked, NOT_MEASURED)
-    for key, found in samples.items():
-        errors[key] = _of_frame(np.array(found))
-        _state(key, _rms(errors[key]), errors[key].shift, f"changes of {len(found)} parts of the picture", len(found) - 1)
-    for key, found in moved.items():
-        errors[key] = _of_changes(np.array(found))
-        rms, shift = math.sqrt(np.mean(np.square(found))), float(np.mean(found))
-        _state(key, rms, shift, f"{len(found)} changes of the scene", len(found))
-    return errors
+    measured = _errors(samples, smoothed, SIDE) | _errors(moved, smoothed)
+    return dict.fromkeys(asked, NOT_MEASURED) | measured
 
 
 def known_within(count: int) -> float:
@@ -92,18 +97,25 @@ def known_within(count: int) -> float:
     return high
 
 
-def _changed(camera, mixed, apart, light, again, count):
-    """Yield (picture, truth) of changed scenes."""
-    level = luminance_cd_m2(mixed)  # what is changed is changed by as much in all its colours
+def _camera_of_changes(camera, mixed, light, again):
+    """Return a function that gives (picture, truth) of a scene whose luminance changes by a relative `change` (y, x) in all its colours."""
+    level = luminance_cd_m2(mixed)
     true, xyz, straight = seen(level, mixed, camera.picture), camera.truth["xyz"], direct_share(light, mixed)
-    for draw in range(count):
-        random = np.random.default_rng([draw, 20260])  # of its own: the shot's noise must not depend on whether scores are asked for
-        change = np.where(random.random(apart.shape) < 0.5, apart, -apart)
+
+    def pair(change):
         share = seen(change * level, mixed, camera.picture) / np.where(true > 0, true, 1.0)
         factor = 1 + straight * on_light(change.astype(np.float32), mixed, light)
         with ledger.stage(Ledger(), "again"):  # what stages state of a changed scene is no news
             picture = again(light.copy(data=light.values * factor.astype(light.dtype)))
-        yield picture, camera.truth.assign(xyz=xyz.copy(data=xyz.values * (1 + share[..., None])))
+        return picture, camera.truth.assign(xyz=xyz.copy(data=xyz.values * (1 + share[..., None])))
+
+    return pair
+
+
+def _by_lot(apart, draw: int):
+    """Return the change (y, x) that shows one half buffer or the other in each tile, by lot."""
+    random = np.random.default_rng([draw, 20260])  # of its own: the shot's noise must not depend on whether scores are asked for
+    return np.where(random.random(apart.shape) < 0.5, apart, -apart)
 
 
 def _parts(picture) -> list[list[dict]]:
@@ -126,27 +138,40 @@ def _of_part(metrics, picture, truth, part):
     return _values(score for metric in metrics for score in _ask(metric, picture, truth, None))
 
 
-def _of_frame(found) -> RendererError:
-    """Return the error of the frame's score from changes of that of its parts, each with noise of its own.
+def _of_frame(found) -> tuple[float, float]:
+    """Return (rms error, mean shift) of the frame's score from changes of that of its parts, each with noise of its own.
 
     Parts scatter more than the frame, the mean of all of them; their shift is its own.
     """
-    error = _of_changes(found)
-    return error._replace(standard_error=error.standard_error / SIDE)
-
-
-def _of_changes(found) -> RendererError:
-    """Return the error of a score from its changes: their scatter, and a shift that is more than the scatter of their mean."""
     if len(found) < 2:
-        return NOT_MEASURED
-    variance = float(found.var(ddof=1))
+        return abs(float(found[0])), 0.0
+    shift = _shift(found)
+    return math.hypot(float(found.std(ddof=1)) / SIDE, shift), shift
+
+
+def _shift(found) -> float:
+    """Return what the mean of changes is more than its own scatter."""
     mean = float(found.mean())
-    shift = math.sqrt(max(mean**2 - variance / len(found), 0.0))
-    return RendererError(math.copysign(shift, mean), math.sqrt(variance), len(found) - 1)
+    return math.copysign(math.sqrt(max(mean**2 - float(found.var(ddof=1)) / len(found), 0.0)), mean)
 
 
-def _rms(error: RendererError) -> float:
-    return math.hypot(error.standard_error, error.shift)
+def _errors(changes, smoothed, parts_across: int = 1) -> dict[ScoreKey, RendererError]:
+    """Return the error of each score that at least two changed scenes and the smoothed scene have.
+
+    `parts_across` : the parts that each change belongs to, along one side of the frame. Parts scatter more than the frame by that.
+    """
+    errors = {}
+    for key in changes.keys() & smoothed.keys():
+        found = np.array(changes[key])
+        if len(found) > 1:
+            standard_error = float(found.std(ddof=1)) / parts_across
+            errors[key] = RendererError(standard_error, len(found) - 1, _shift(found), *smoothed[key])
+    return errors
+
+
+def _before(scores) -> dict[ScoreKey, float]:
+    """Return the scores of the whole picture before any change."""
+    return _values(score for score in scores if not score.object)
 
 
 def _of_whole(metrics, camera, scores) -> list[tuple]:
@@ -154,7 +179,7 @@ def _of_whole(metrics, camera, scores) -> list[tuple]:
 
     Labels come with one object only where the picture's scores are the same with it: objects cost most of the time.
     """
-    before, out = {key_of(s): s.value for s in scores if not s.object}, []
+    before, out = _before(scores), []
     for metric in metrics:
         labels = _with_one_object(camera.labels)
         found = _ask(metric, camera.picture, camera.truth, labels)
@@ -173,6 +198,12 @@ def _with_one_object(labels):
     return labels.assign(instance=instance * (instance == first))
 
 
+def _add_moves(found, pair, asked, objects: bool) -> None:
+    """Add to `found` by how much the scores of a changed picture and truth differ from those before."""
+    for metric, labels, before in asked:
+        _add(found, _values(_ask(metric, *pair, labels, objects)), before)
+
+
 def _add(found, after, before) -> None:
     """Add to `found` by how much scores differ from those before; what has no number on either side tells nothing."""
     for name, value in after.items():
@@ -180,9 +211,8 @@ def _add(found, after, before) -> None:
             found.setdefault(name, []).append(value - before[name])
 
 
-def _state(key: ScoreKey, rms, shift, how, free) -> None:
-    name, unit, of_object = key
-    if free > 0 and not of_object:
+def _state(name, unit, rms, shift, how, free) -> None:
+    if free > 0:
         side = f", of it {shift:.2g} to one side" if shift else ""
         ledger.error(rms, unit or "1", "statistical", f"score {name}: renderer{side}, by {how}, right within a factor of {known_within(free):.1f}")
 

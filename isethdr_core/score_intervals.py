@@ -23,14 +23,15 @@ def key_of(score: Score) -> ScoreKey:
 
 
 class RendererError(NamedTuple):
-    """How far renderer noise moves one score, from a few changed scenes."""
+    """How far renderer noise moves one score, from a few changed scenes; in the unit of the score."""
 
-    shift: float  # mean change of the score, in its unit
-    standard_error: float  # of one rendering about that shift, in the unit of the score
+    standard_error: float  # of one rendering, apart from what all renderings are off by
     degrees_of_freedom: float  # of `standard_error`
+    more_noise: float = 0.0  # mean change of the score where the scene has more renderer noise
+    less_noise: float = 0.0  # change of the score where renderer noise is smoothed away
 
 
-NOT_MEASURED = RendererError(math.nan, math.nan, math.nan)
+NOT_MEASURED = RendererError(math.nan, math.nan)
 
 
 class Interval(NamedTuple):
@@ -58,11 +59,11 @@ def interval(values: list[float], renderer: RendererError | None = None) -> Inte
 
     Notes
     -----
-    The two errors are independent, so variances add. The degrees of freedom of the sum are those of
-    Satterthwaite 1946, eq. 17; the factor is that of Student 1908. Renderer noise also shifts the mean
-    of a score that is not linear in light. The observed shift extends the interval on the side where
-    the score without renderer noise lies. It does not move the other end: changed scenes tell the
-    shift within a factor only, and the interval always holds the value that it belongs to.
+    The two noises are independent, so their variances add. The degrees of freedom of the sum are those
+    of Satterthwaite 1946, eq. 17; the factor is that of Student 1908. Renderer noise also shifts the
+    mean of a score that is not linear in light. How much the score shifts with more and with less
+    noise tells the size of that shift, not its exact value. So both count as further normal errors,
+    of which they are one standard deviation.
     """
     count = len(values)
     if count < 2 or not all(map(math.isfinite, values)):
@@ -72,12 +73,14 @@ def interval(values: list[float], renderer: RendererError | None = None) -> Inte
     if renderer is None:
         half = student_factor(count - 1) * math.sqrt(noise_variance)
         return Interval(mean - half, mean + half)
+    variances = (noise_variance, renderer.standard_error**2)
     if math.isnan(renderer.standard_error):
         return UNKNOWN
-    variances = (noise_variance, renderer.standard_error**2)
     freedom = degrees_of_freedom(variances, (count - 1, renderer.degrees_of_freedom))
-    half = student_factor(freedom) * math.sqrt(sum(variances))
-    return Interval(mean - half - max(renderer.shift, 0.0), mean + half - min(renderer.shift, 0.0))
+    scatter = student_factor(freedom) * math.sqrt(sum(variances))
+    shift = student_factor(math.inf) * math.hypot(renderer.more_noise, renderer.less_noise)
+    half = math.hypot(scatter, shift)
+    return Interval(mean - half, mean + half)
 
 
 def degrees_of_freedom(variances: tuple[float, ...], freedoms: tuple[float, ...]) -> float:

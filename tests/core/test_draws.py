@@ -10,6 +10,9 @@ import pytest
 import isethdr_core as hdr
 from isethdr_core.draws import over_draws
 from isethdr_core.errors import ConfigError
+from isethdr_core.ledger import Ledger
+from isethdr_core.pipeline import chain, on_sensor, plan, through_camera
+from isethdr_core.scene_noise import HALVES, luminance_cd_m2
 from isethdr_core.score_intervals import RendererError
 from isethdr_core.scores import Score
 
@@ -41,7 +44,7 @@ def test_scores_that_cannot_be_averaged_keep_their_first_value_and_have_no_inter
 def test_renderer_noise_widens_the_interval_of_its_own_score_alone():
     shots = [[Score("a", v, "dB"), Score("a", v, "dB", "car")] for v in (1.0, 1.2, 0.9, 1.1)]
     frame, car = over_draws(shots)
-    wide, same = over_draws(shots, {("a", "dB", ""): RendererError(0.0, 0.5, 5)})
+    wide, same = over_draws(shots, {("a", "dB", ""): RendererError(0.5, 5)})
     assert wide.high - wide.low > 2 * (frame.high - frame.low)
     assert same == car and wide.value == frame.value
 
@@ -62,6 +65,32 @@ def test_a_run_takes_draws_that_differ_in_noise_alone(tmp_path, monkeypatch):
     assert [left.what for row in one.ledger if row.stage == "scores bayer" for left in row.left_out] == ["intervals of scores"]
     # a chart has no renderer noise: nothing is missing in the interval of four shots
     assert "scores bayer" not in [row.stage for row in four.ledger]
+
+
+def test_the_intervals_of_a_rendered_scene_hold_the_noise_of_its_renderer():
+    """A chart whose half buffers differ by 30 % in every tile, against the same chart without noise."""
+    chart = ["scene=macbeth", "scene.width=48", "scene.height=32", "~flare.dirt", "~renderer", "lens=ideal"]
+    camera = ["sensor=bayer", "sensor.rows=24", "sensor.columns=36", "lens.focal_length_mm=0.25"]
+    config = hdr.compose(["experiment=five_lights", *chart, *camera, "report=false"])
+    parts = chain(config)
+    demand, scene = plan(parts, Ledger()), parts.scene().load()
+    mixed = parts.lighting(scene)
+    light = on_sensor(parts, mixed, demand)
+    halves = np.zeros((scene.sizes["light_group"], *mixed.shape[1:]))
+    halves[0] = 0.3 * luminance_cd_m2(mixed) / mixed.attrs["weights"][str(scene.light_group.values[0])]
+    found, rows = {}, {}
+    for name, noise in (("exact", 0.0 * halves), ("noisy", halves), ("unknown", np.nan * halves)):
+        stored = scene.assign({HALVES: (("light_group", "y", "x"), noise)}).assign_attrs(rendered_s=1.0)
+        random = hdr.generator(seed=0, device="A", scene="chart")
+        rows[name] = Ledger()
+        seen = through_camera(parts, rows[name], "bayer", light, mixed, stored, random, demand)
+        found[name] = {(s.metric, s.object): s for s in seen.scores}
+    width = {name: s["ciede2000", ""].high - s["ciede2000", ""].low for name, s in found.items()}
+    assert width["noisy"] > 2 * width["exact"] > 0
+    assert width["unknown"] == pytest.approx(width["exact"])
+    assert {name: s["ciede2000", ""].value for name, s in found.items()} == dict.fromkeys(found, found["exact"]["ciede2000", ""].value)
+    said = {name: [left.what for row in ledger if row.stage == "scores bayer" for left in row.left_out] for name, ledger in rows.items()}
+    assert said == {"exact": [], "noisy": [], "unknown": ["renderer noise in scores"]}
 
 
 @pytest.mark.parametrize("draws", ["0", "2.5", "many"])

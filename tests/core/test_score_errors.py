@@ -12,7 +12,7 @@ from isethdr_core.physics.modulation import Modulation
 from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.pipeline import Camera
 from isethdr_core.registry import build
-from isethdr_core.scene_noise import HALVES, NOISE, direct_share, relative_halves
+from isethdr_core.scene_noise import HALVES, NOISE, direct_share, relative_halves, smoothing_change
 from isethdr_core.scores import Score
 from isethdr_core.truth import make_picture, truth
 
@@ -176,10 +176,10 @@ def test_objects_are_left_out_of_changes_where_they_do_not_matter():
         return [Score("of objects", float(labels.instance.max()) + float(picture.xyz.where(labels.instance > 0).mean()), "cd m-2")]
 
     found = stated([of_objects, whole, with_objects], Camera(None, camera.picture, camera.truth, labels), *rest)
-    once = score_errors.CHANGES
+    once = score_errors.CHANGES + 1  # and the smoothed scene
     assert {name: asked.count(name) for name in asked} == {"objects": 2, "whole, objects: 2": 1, "whole, objects: 1": 1 + once,
                                                            "needs objects: 2": 1 + once, "needs objects: 1": 1}
-    assert list(found) == ["mean", "of objects"] and f"by {once} changes of the scene, right within a factor of 1.7" in found["mean"][1]
+    assert list(found) == ["mean", "of objects"] and f"by {score_errors.CHANGES} changes of the scene, right within a factor of 1.7" in found["mean"][1]
 
 
 def test_every_score_of_a_small_picture_has_an_error_those_of_objects_too():
@@ -210,3 +210,47 @@ def test_objects_of_a_large_picture_are_said_to_lack_renderer_noise():
         metric = lambda picture, truth, labels: scores
         errors = score_errors.state(camera, scores, [metric], mixed, scene, light, again)
     assert errors == {} and [left.what for left in rows[0].left_out] == ["renderer noise in scores of objects"]
+
+
+def test_smoothing_takes_away_noise_and_keeps_the_scene():
+    """Noise is a tenth of 1; edges of a factor of 10 and 1e8 are more than noise."""
+    rng = np.random.default_rng(4)
+    noise = 0.1
+    light = np.where(np.arange(60) < 30, 1.0, 10.0) * np.ones((40, 1))
+    light[20, 10], light[20, 40] = 1e8, 0.0
+    noisy = light * (1 + noise * rng.standard_normal(light.shape))
+    halves = noise * rng.standard_normal(light.shape)
+    halves[20, 10] = 0.0
+    smooth = noisy * (1 + smoothing_change(halves, noisy))
+    assert (smooth >= 0).all()
+    assert smooth[20, 10] == noisy[20, 10] and smooth[20, 40] == 0.0  # no noise, and no light
+    flat = np.zeros(light.shape, bool)
+    flat[:18, 2:28] = flat[:18, 32:58] = True
+    left = np.std(smooth[flat] / light[flat]) / np.std(noisy[flat] / light[flat])
+    # the mean of 9 tiles alone leaves 1 / 3; a window's own variance of 9 tiles is known to a half
+    assert 1 / 3 < left < 0.75
+    # tiles beside the edge and the lamp keep their light within three standard errors
+    beside = [(5, 29), (5, 30), (20, 9), (19, 11)]
+    assert all(abs(smooth[at] / noisy[at] - 1) < 3 * noise for at in beside)
+
+
+def test_smoothing_tells_how_far_noise_has_shifted_a_score():
+    """The mean square of light with relative noise of variance v is 1 + v; without noise it is 1."""
+    rng = np.random.default_rng(9)
+    noise = 0.3
+    camera, scene, mixed, light, _ = seen(noise * rng.standard_normal(SMALL))
+    noisy = 1 + noise * rng.standard_normal(SMALL)
+    mixed = mixed.copy(data=mixed.values * noisy)
+    light = light.copy(data=light.values * noisy)
+    picture = camera.picture.assign(xyz=camera.picture.xyz * noisy[..., None])
+    camera = Camera(None, picture, picture, None)
+
+    def again(changed):
+        share = changed.values[3] / light.values[3]
+        return picture.assign(xyz=picture.xyz.copy(data=picture.xyz.values * share[..., None]))
+
+    scores = Mean(2)(picture, picture)
+    errors = score_errors.state(camera, scores, [Mean(2)], mixed, scene, light, again)
+    error = errors["mean", "", ""]
+    # the window's mean keeps a ninth of the variance, tiles that differ by chance keep more
+    assert -1.1 * noise**2 < error.less_noise < -0.4 * noise**2

@@ -19,19 +19,19 @@ SHOTS, CHANGES = 4, 6
 TRIALS = 2000
 
 
-def share_inside(noise: float, renderer: float, bias: float = 0.0, known: float = 1.0) -> float:
+def share_inside(noise: float, renderer: float, bias: float = 0.0, smoothed: float = 0.0) -> float:
     """Return the share of intervals that hold a score of 3.
 
-    The standard deviations are of one shot and of one rendering. `known` is the share of `bias` that
-    changed scenes show.
+    The standard deviations are of one shot and of one rendering. `smoothed` is the share of `bias`
+    that goes away where the scene is smoothed.
     """
     rng = np.random.default_rng(11)
     inside = 0
     for _ in range(TRIALS):
         rendering = 3.0 + bias + rng.normal(0.0, renderer)
         shots = rng.normal(rendering, noise, SHOTS)
-        changes = known * bias + rng.normal(0.0, renderer, CHANGES)
-        error = RendererError(changes.mean(), changes.std(ddof=1), CHANGES - 1)
+        scatter = rng.normal(0.0, renderer, CHANGES).std(ddof=1)
+        error = RendererError(scatter, CHANGES - 1, less_noise=-smoothed * bias)
         low, high = interval(list(map(float, shots)), error)
         inside += low <= 3.0 <= high
     return inside / TRIALS
@@ -43,8 +43,8 @@ CHANCE = 4 * math.sqrt(0.95 * 0.05 / TRIALS)
 
 @pytest.mark.parametrize(("noise", "renderer"), [(1.0, 0.01), (1.0, 0.5), (1.0, 2.0), (0.01, 1.0)])
 def test_an_interval_holds_the_score_whichever_noise_is_larger(noise, renderer):
-    # above 0.95 by up to 0.03: chance in the observed shift widens one side where there is no bias
-    assert 0.95 - CHANCE < share_inside(noise, renderer) < 0.98 + CHANCE
+    # Satterthwaite's degrees of freedom are those of the mean share: off by up to a hundredth
+    assert abs(share_inside(noise, renderer) - 0.95) < CHANCE + 0.01
 
 
 def test_noise_realisations_alone_do_not_hold_a_score_with_renderer_noise():
@@ -55,12 +55,12 @@ def test_noise_realisations_alone_do_not_hold_a_score_with_renderer_noise():
 
 
 @pytest.mark.parametrize("bias", [-5.0, 5.0])
-def test_a_shift_by_renderer_noise_extends_the_side_where_the_score_lies(bias):
-    assert share_inside(0.5, 1.0, bias) > 0.95 - CHANCE
-    # the same errors without an allowance for the shift
-    assert share_inside(0.5, 1.0, bias, known=0.0) < 0.4
-    low, high = interval([1.0, 1.0], RendererError(bias, 0.0, CHANGES - 1))
-    assert (low, high) == (min(1.0 - bias, 1.0), max(1.0 - bias, 1.0))
+def test_a_shift_that_is_known_to_a_factor_widens_the_interval(bias):
+    assert share_inside(0.5, 1.0, bias) < 0.4
+    assert share_inside(0.5, 1.0, bias, smoothed=0.7) > 0.95
+    # both shifts count as normal errors: 1.96 times the root of the sum of their squares
+    low, high = interval([1.0, 1.0], RendererError(0.0, CHANGES - 1, more_noise=bias, less_noise=-bias))
+    assert (low, high) == pytest.approx((1 - 1.96 * 5 * math.sqrt(2), 1 + 1.96 * 5 * math.sqrt(2)), rel=1e-4)
 
 
 def test_degrees_of_freedom_lie_between_those_of_the_larger_part_and_of_all():
@@ -77,15 +77,15 @@ def test_student_factors_are_those_of_tables():
 
 
 def test_a_score_that_never_changes_is_exact():
-    assert interval([2.5] * SHOTS, RendererError(0.0, 0.0, CHANGES - 1)) == (2.5, 2.5)
+    assert interval([2.5] * SHOTS, RendererError(0.0, CHANGES - 1)) == (2.5, 2.5)
 
 
 @pytest.mark.parametrize(
     ("values", "renderer"),
     [
-        ([1.0], RendererError(0.0, 1.0, 5)),
+        ([1.0], RendererError(1.0, 5)),
         ([1.0, math.inf], None),
-        ([1.0, math.nan], RendererError(0.0, 1.0, 5)),
+        ([1.0, math.nan], RendererError(1.0, 5)),
         ([1.0, 2.0], NOT_MEASURED),
     ],
 )
