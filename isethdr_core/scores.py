@@ -11,7 +11,11 @@ from . import ledger
 
 @dataclass(frozen=True)
 class Score:
-    """One number about one picture, or one object in it; `low` and `high` bound it at 95 % or are NaN."""
+    """One number about one picture, or one object in it.
+
+    In the result of a run `low` and `high` are the ends of its 95 % interval (`score_intervals`). From a
+    metric they are the spread over the pixels of its one picture. NaN where they are not known.
+    """
 
     metric: str
     value: float
