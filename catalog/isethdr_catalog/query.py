@@ -148,8 +148,9 @@ def _split(key: str) -> tuple[str, str]:
 
 def _with_share(base: duckdb.DuckDBPyConnection, names: list[str]) -> list[str]:
     """Return the properties to show: with the share of valid pixels where one of them is a score."""
-    metrics = {name for (name,) in base.execute("SELECT DISTINCT metric FROM scores").fetchall()}
-    if "valid_share" in metrics and "valid_share" not in names and metrics & set(names):
+    held = "from_json(properties->'scores', '[\"VARCHAR\"]')"
+    scores = {name for (name,) in base.execute(f"SELECT DISTINCT unnest({held}) FROM shots").fetchall()}
+    if "valid_share" in scores and "valid_share" not in names and scores & set(names):
         return [*names, "valid_share"]
     return names
 

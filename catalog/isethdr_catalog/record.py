@@ -2,7 +2,7 @@
 
 A scene store gives one record; a run gives one per camera, so that `sensor=rgbw` and a score belong together.
 The properties are flat: `scene.seed`, `weights.sky`, `ledger.seconds`, `person.distance_m` (the nearest
-object of a category), `ssim` (a score of the whole picture).
+object of a category), `ssim` (a score of the whole picture), `scores` (their names), `warnings` (their keys).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 
 from isethdr_core.store import read_attrs
 
-SCHEMA = 1
+SCHEMA = 2
 COLUMNS = {"id": "VARCHAR", "kind": "VARCHAR", "camera": "VARCHAR", "name": "VARCHAR", "path": "VARCHAR", "created": "VARCHAR",
            "derived_from": "VARCHAR", "schema": "INTEGER", "properties": "JSON", "objects": "JSON", "scores": "JSON",
            "ledger": "JSON", "assets": "JSON"}
@@ -33,9 +33,14 @@ def records(path, folder) -> list[dict]:
     properties = flat(attrs) | nearest(objects)
     if kind != "run":
         return [common | {"camera": None, "scores": [], "properties": properties}]
-    return [common | {"camera": camera, "scores": [s for s in scores if s.get("camera") == camera],
-                      "properties": properties | {"camera": camera, "sensor": sensor(attrs, camera)} | whole_picture(scores, camera)}
-            for camera in attrs.get("cameras") or [""]]
+    found = []
+    for camera in attrs.get("cameras") or [""]:
+        own = whole_picture(scores, camera)
+        more = {"camera": camera, "sensor": sensor(attrs, camera), **own}
+        more |= {"scores": sorted(own), "warnings": warned(attrs, camera)}
+        held = [score for score in scores if score.get("camera") == camera]
+        found.append(common | {"camera": camera, "scores": held, "properties": properties | more})
+    return found
 
 
 def sensor(attrs: dict, camera: str) -> str:
@@ -72,6 +77,11 @@ def nearest(objects: list[dict]) -> dict:
 def whole_picture(scores: list[dict], camera: str) -> dict:
     """Return {metric: value} of the scores that are about the whole picture of one camera."""
     return {s["metric"]: s["value"] for s in scores if s.get("camera") == camera and not s.get("object")}
+
+
+def warned(attrs: dict, camera: str) -> list[str]:
+    """Return the keys of the warnings about one camera of a run."""
+    return [w["key"] for w in attrs.get("warnings") or [] if w.get("camera") == camera]
 
 
 def assets(path: Path) -> list[str]:

@@ -25,7 +25,7 @@ def noise_line(luminance, variance, darkest_share: float = DARKEST_SHARE) -> Noi
 
     Parameters
     ----------
-    luminance, variance : flat arrays, cd/m2 and (cd/m2)^2, without fixed pattern.
+    luminance, variance : numbers or flat arrays, cd/m2 and (cd/m2)^2, without fixed pattern.
     darkest_share : share of the pixels whose noise sets up to which level the line is fitted.
 
     Notes
@@ -33,6 +33,7 @@ def noise_line(luminance, variance, darkest_share: float = DARKEST_SHARE) -> Noi
     A luminance that is the sum of Poisson counts N_i of weight w_i has a variance of sum(w_i^2 N_i), which
     is sum(w_i^2 N_i) / sum(w_i N_i) times its mean. That ratio is `step`; for one count it is its weight.
     """
+    luminance, variance = (np.atleast_1d(np.asarray(v, float)) for v in (luminance, variance))
     if not luminance.size:
         return NoiseLine(0.0, 0.0)
     return line_through(*dark_medians(luminance, variance, darkest_share))

@@ -53,6 +53,13 @@ def test_runs_of_one_sensor_ordered_by_a_score(folder):
     assert ids(find(folder, kind="run", sensor="bayer", order_by="-ssim")) == ["run0", "run1", "run2"]    # NaN last
 
 
+def test_runs_are_found_by_their_warnings(folder):
+    found = [{"key": "saturated_frame", "camera": "rgbw", "value": 0.4, "limit": 0.05, "unit": ""}]
+    put(folder, "bright", kind="run", cameras=["rgbw", "bayer"], config={}, objects=[], scores=[], warnings=found)
+    rows = find(folder, warnings="saturated_frame")
+    assert [(row["id"], row["camera"]) for row in rows] == [("bright", "rgbw")]
+
+
 def test_scores_stand_beside_their_share_of_valid_pixels(folder, monkeypatch, capsys):
     from isethdr_catalog.commands import find as command
 

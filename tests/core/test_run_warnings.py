@@ -129,7 +129,7 @@ def test_a_user_sees_an_overexposed_and_a_dark_camera(tmp_path, monkeypatch, cap
     ]
     cameras = ["~cameras.rgbw", "~cameras.split_pixel", "+sensor@cameras.dark=bayer"]
     exposures = ["cameras.bayer.exposure_s=4", "cameras.dark.exposure_s=1e-6"]
-    result = hdr.run(hdr.compose([*chart, *cameras, *exposures, "lens=ideal", "draws=1"]))
+    result = hdr.run(hdr.compose([*chart, *cameras, *exposures, "lens=ideal", "draws=1", "~metric.detection", "~metric.contrast"]))
     found = {(w["key"], w["camera"]): w for w in result.warnings}
     assert set(found) == {(SATURATED_FRAME, "bayer"), (LOW_OBJECT_SNR, "dark")}
     assert (
@@ -138,16 +138,10 @@ def test_a_user_sees_an_overexposed_and_a_dark_camera(tmp_path, monkeypatch, cap
     )
     print_result(result)
     printed = capsys.readouterr().out
-    report = (
-        result.path.with_suffix(".html").read_text()
-        if result.path.with_suffix(".html").exists()
-        else ""
-    )
     for record in result.warnings:
         assert f"warning: {sentence(record)}" in printed
     assert "Shares of valid pixels differ by more than 0.05 (bayer 0.0" in printed
     assert " nan " not in printed
-    assert not report or sentence(result.warnings[0]) in report
     # no score of any camera is undefined, and every one is accompanied by its share
     assert all(math.isfinite(s["value"]) for s in result.scores)
     assert {s["camera"] for s in result.scores if s["metric"] == "valid_share"} == {"bayer", "dark"}
