@@ -20,7 +20,7 @@ from .demosaic import array_period
 from .readout import check_captures, chosen, readouts
 from .spectra import light, radiances
 
-COLOURS = {"R": 0, "G": 1, "B": 2, "C": 3, "M": 4, "Y": 5, "W": 6}     # of the tag CFAPlaneColor
+COLOURS = {"R": 0, "G": 1, "B": 2, "M": 4, "Y": 5, "W": 6, "C": 6}     # of the tag CFAPlaneColor; C is clear, as W
 ARRAY, GREY, LINEAR = 32803, 1, 34892   # kinds of picture: filter array, one channel, the same said as a DNG does
 KIND = 262                         # the tag that holds it
 D65 = 21                           # of the tag CalibrationIlluminant1
@@ -78,12 +78,36 @@ def tags(one, names, mono: bool) -> list[tuple]:
         linear = np.interp(np.arange(int(knees[0, -1]) + 1), *knees)
         out.append((50712, "H", len(linear), tuple(np.rint(linear).astype(int).tolist())))
     if not mono:
-        cell = one["filter"].values[tuple(slice(n) for n in array_period(one["filter"].values))]
-        out += [(33421, "H", 2, cell.shape), (33422, "B", cell.size, bytes(COLOURS[names[k]] for k in cell.ravel())),
+        cell, order = _cell(one), planes_in_order(one)
+        names = [names[k] for k in order]
+        response, neutral = read.response[order], neutral[order]
+        letters = np.array(one["channel"].values.tolist())[cell].ravel().tolist()
+        out += [(33421, "H", 2, cell.shape), (33422, "B", cell.size, bytes(COLOURS[name] for name in letters)),
                 (50710, "B", len(names), bytes(COLOURS[name] for name in names)), (50711, "H", 1, 1), (50778, "H", 1, D65),
-                (50721, "2i", 3 * len(names), _ratios(camera_matrix(read.response, one.wavelength.values))),
+                (50721, "2i", 3 * len(names), _ratios(camera_matrix(response, one.wavelength.values))),
                 (50728, "2I", len(names), _ratios(neutral))]
     return out
+
+
+def _cell(one):
+    """Return the filters (row, column) of one cell of the array."""
+    filters = one["filter"].values
+    return filters[tuple(slice(n) for n in array_period(filters))]
+
+
+def planes_in_order(one) -> list[int]:
+    """Return the channels in the order of the file's planes.
+
+    Developers take the second of three planes for green, which a cell holds twice. So the channel that is sampled twice
+    comes second; four channels keep their order.
+    """
+    count = np.bincount(_cell(one).ravel(), minlength=one.sizes["channel"])
+    order = list(range(len(count)))
+    if len(order) == 3:
+        twice = int(np.argmax(count))
+        order.remove(twice)
+        order.insert(1, twice)
+    return order
 
 
 def camera_matrix(response, wavelength_nm) -> np.ndarray:
@@ -108,12 +132,23 @@ def _check(one, names, raw) -> None:
     if not np.issubdtype(raw.dtype, np.integer) or raw.min() < 0 or raw.max() > LARGEST or not 0 < top <= LARGEST:
         raise UnitError(f"raw is {raw.dtype} up to {raw.max():g} with its top at {top:g} DN; a DNG holds whole DN of 16 bits; set sensor.bits to "
                         "16 or less")
-    unknown = [name for name in names if name not in COLOURS] if len(names) > 1 else []
-    if unknown:
-        raise UnitError(f"a DNG has no name for filter {', '.join(unknown)}; expected some of {', '.join(COLOURS)}")
+    if len(names) > 1:
+        _check_array(one, names)
     if "response_dn" in one and np.isfinite(one["response_dn"].values[0]).any():
         raise UnitError("a DNG cannot hold the response of a pixel that bends; write captures.drop_vars of response_dn, response_e, "
                         "response_variance_e2, which describe it, to keep the straight part")
+
+
+def _check_array(one, names) -> None:
+    """Refuse a filter array that a DNG cannot name, or that developers open with other filters than it has."""
+    unknown = [name for name in names if name not in COLOURS]
+    if unknown:
+        raise UnitError(f"a DNG has no name for filter {', '.join(unknown)}; expected some of {', '.join(COLOURS)}")
+    rows, columns = _cell(one).shape
+    if (rows, columns) != (2, 2) or len({COLOURS[name] for name in names}) not in (3, 4):
+        raise UnitError(f"the filter array repeats after {rows} x {columns} pixels and holds {', '.join(names)}; raw developers read a "
+                        "DNG of 2 x 2 pixels with three or four kinds of filters, or of one kind; write the captures with xarray instead: "
+                        "captures.to_zarr(path)")
 
 
 def _ratio(value: float) -> tuple[int, int]:

@@ -35,17 +35,18 @@ def tiff(path):
     return found, np.frombuffer(samples, "<u2").reshape(found[257][0], found[256][0])
 
 
-def shot(name="bayer", level=300.0, **fields):
-    place = centres(24, 24 * 3e-6), centres(16, 16 * 3e-6)
-    values = np.broadcast_to(level * 0.05 * light("daylight", W)[:, None, None], (len(W), 16, 24)).copy()
+def shot(name="bayer", level=300.0, size=(16, 24), **fields):
+    rows, columns = size
+    place = centres(columns, columns * 3e-6), centres(rows, rows * 3e-6)
+    values = np.broadcast_to(level * 0.05 * light("daylight", W)[:, None, None], (len(W), *size)).copy()
     scene = plane(values, W, *place, IRRADIANCE, f_number=4.0, focal_length_mm=4.0, throughput_sr=0.05, falloff="none",
-                  field_width=24 * 3e-6, field_height=16 * 3e-6)
+                  field_width=columns * 3e-6, field_height=rows * 3e-6)
     return hdr.build("sensor", name, pitch_um=3.0, **fields)(scene, hdr.generator(seed=1))
 
 
 @pytest.mark.parametrize("name, codes", [("bayer", (0, 1, 1, 2)), ("rgbw", (0, 1, 6, 2))])
 def test_samples_and_tags_come_back(tmp_path, name, codes):
-    captures = shot(name)
+    captures = shot(name)   # channels come in the order of the planes
     found, samples = tiff(write_dng(captures, tmp_path / "a.dng"))
     np.testing.assert_array_equal(samples, captures["raw"].values[0])
     assert found[262] == (32803,) and found[50706] == (1, 4, 0, 0)
@@ -79,12 +80,23 @@ def test_the_colour_matrix_leads_from_xyz_to_the_camera(tmp_path):
     assert camera_matrix(np.ones((1, len(W))), W).shape == (1, 3)
 
 
-def test_an_independent_developer_reads_it(tmp_path):
+@pytest.mark.parametrize("cfa, planes", [
+    ("RGGB", "RGB"), ("GRBG", "RGB"), ("RCCB", "RCB"), ("RWWB", "RWB"), ("RYYB", "RYB"), ("RGWB", "RGBW")])
+def test_an_independent_developer_reads_it(tmp_path, cfa, planes):
+    """LibRaw finds every sample, its filter by the file's own planes, and a neutral grey."""
     rawpy = pytest.importorskip("rawpy", reason="rawpy is not installed: no LibRaw to read the file with")
-    captures = shot()
-    with rawpy.imread(str(write_dng(captures, tmp_path / "a.dng"))) as raw:
+    captures = shot(cfa=cfa, size=(24, 32))     # LibRaw refuses fewer than 22 rows or columns
+    path = write_dng(captures, tmp_path / "a.dng")
+    codes = {"R": 0, "G": 1, "B": 2, "Y": 5, "W": 6, "C": 6}    # TIFF/EP, CFAPattern; 6 is white, as C is clear
+    found = tiff(path)[0]
+    assert found[50710] == tuple(codes[name] for name in planes) and found[33422] == tuple(codes[name] for name in cfa)
+    with rawpy.imread(str(path)) as raw:
         np.testing.assert_array_equal(raw.raw_image_visible, captures["raw"].values[0])
         assert raw.black_level_per_channel[:3] == [64, 64, 64] and raw.white_level == int(captures["top_dn"][0])
+        seen = raw.raw_colors_visible
+        if len(planes) == 3:    # LibRaw calls every second sample of the plane that a cell holds twice 3
+            seen = np.where(seen == 3, 1, seen)
+        np.testing.assert_array_equal(np.array(list(planes))[seen], np.array(captures["channel"].values.tolist())[captures["filter"].values])
         grey = raw.postprocess(use_camera_wb=True, no_auto_bright=True, output_bps=16).mean((0, 1))
     assert np.ptp(grey) < 0.02 * grey.mean()      # a daylight grey is neutral, whoever develops it
 
@@ -106,7 +118,9 @@ def test_one_capture_of_many_and_one_channel(tmp_path):
 
 def test_what_a_dng_cannot_hold_is_said(tmp_path):
     for captures, why in ((shot("ideal"), "whole DN of 16 bits"), (shot("interleaved", cfa="RGRG/GBGB/rgrg/gbgb"), "no name for filter"),
-                          (shot("lin_log"), "response of a pixel that bends"), (shot("bayer", bits=20), "whole DN of 16 bits")):
+                          (shot("lin_log"), "response of a pixel that bends"), (shot("bayer", bits=20), "whole DN of 16 bits"),
+                          (shot(cfa="RCCC"), "2 x 2 pixels and holds R, C; raw developers read .* three or four kinds of filters"),
+                          (shot(cfa="WGWR/GWRW/WBWG/BWGW"), "repeats after 4 x 4 pixels")):
         with pytest.raises(UnitError, match=why):
             write_dng(captures, tmp_path / "a.dng")
     with pytest.raises(UnitError, match="capture 'LPHQ' is not in this shot"):
