@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 
 from .composition import CONFIG_MODULE, compose, register_with_hydra, user_mistakes, with_choices
+from .parent_watch import end_with_parent, exit_on_sigterm
 from .sweeps import prepared
 from .trust import check_arguments
 
@@ -32,7 +32,7 @@ def run_with_hydra(arguments: list[str]) -> None:
         check_writable(home())  # Hydra makes a folder for the sweep before the first job
     sys.argv = ["isethdr run", *arguments]
     os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises errors as they are, and we explain them
-    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))     # unwinds, so that what is half-written is removed
+    exit_on_sigterm()
     try:
         with user_mistakes():
             _start_hydra()
@@ -62,6 +62,7 @@ def task(config) -> None:
     from .runs import run
     from .summary import print_result
 
+    end_with_parent()
     hydra_config = HydraConfig.get()
     sweeping = hydra_config.mode == RunMode.MULTIRUN
     try:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 import os
 import signal
+import time
+from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
@@ -53,6 +56,45 @@ def test_a_killed_sweep_goes_on_where_it_stopped(isethdr_home, tmp_path):
     assert again.stdout.count("already computed") == 1 and leftovers(isethdr_home) == []
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+def test_workers_of_a_killed_sweep_end_and_leave_nothing(isethdr_home, tmp_path):
+    """Only the command itself is killed, not its process group."""
+    plugins = [installed_trouble(tmp_path / "plugins")]
+    mark = tmp_path / "mark"
+    sweep = ["run", "-m", *LIGHTS, "lighting=ideal", "sensor=ideal", "seed=1,2", "+metric@metric.acme=acme"]
+    launcher = ["hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
+    process = start(*sweep, *launcher, plugins=plugins, ACME_WAIT="store", ACME_MARK=str(mark))
+    wait_for(mark, process)
+    workers = children(process.pid)
+    process.kill()
+    assert workers
+    end = time.monotonic() + 30     # the jobs wait for 60 s
+    while any(map(alive, workers)) and time.monotonic() < end:
+        time.sleep(0.1)
+    process.communicate()
+    assert not any(map(alive, workers))
+    assert stores(isethdr_home) == {} and leftovers(isethdr_home) == []
+
+
+def children(parent: int) -> list[int]:
+    """Return the processes that `parent` started."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):     # ended in this moment
+            if int(stat.read_text().rpartition(")")[2].split()[1]) == parent:
+                found.append(int(stat.parent.name))
+    return found
+
+
+def alive(pid: int) -> bool:
+    """Return whether a process is there and not only waiting to be forgotten."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
 def test_a_mistake_anywhere_in_a_sweep_is_found_before_its_first_job(isethdr_home, monkeypatch, capsys):
     mistakes = {"did you mean 'rgbw'": ["sensor=bayer,rgwb"], "pitch_um is -1": ["sensor=bayer", "sensor.pitch_um=3,-1"]}
     for message, overrides in mistakes.items():
@@ -66,10 +108,10 @@ def test_a_mistake_anywhere_in_a_sweep_is_found_before_its_first_job(isethdr_hom
 def test_a_field_of_a_swept_kind_and_a_job_that_fails(isethdr_home):
     """Both sensors take the field; the job that cannot work does not stop the others."""
     done = isethdr("run", "-m", *LIGHTS, "lighting=ideal", "sensor=ideal,bayer", "sensor.exposure_s=0.01", "sensor.columns=20",
-                   "sensor.rows=20", "+metric@metric.line=line_profile", "metric.line.row=-1,100000")
+                   "sensor.rows=20", "+metric@metric.line=line_profile", "metric.line.row=-1,60000")
     assert done.returncode == 1
     said = [line for line in error_lines(done) if line.startswith("error: job ")]
-    assert len(said) == 2 and all("metric.line.row=100000" in line for line in said)
+    assert len(said) == 2 and all("metric.line.row=60000" in line for line in said)
     assert "Traceback" not in done.stderr
     assert {(a["choices"]["sensor"], a["config"]["sensor"]["exposure_s"]) for a in attributes(isethdr_home)} == {
         ("ideal", 0.01), ("bayer", 0.01)}
