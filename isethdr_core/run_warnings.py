@@ -103,9 +103,9 @@ def median_object_snr_db(picture: xr.Dataset, labels: xr.Dataset) -> float:
     """
     import numpy as np
 
-    from .truth import total_variance
+    from .truth import total_variance, variance_known
 
-    if "instance" not in labels or not picture.attrs.get("variance_known", True):
+    if "instance" not in labels or not variance_known(picture):
         return math.nan
     measured = picture["valid"].values & (labels["instance"].values > 0)
     if not measured.any():

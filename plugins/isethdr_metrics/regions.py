@@ -6,7 +6,7 @@ import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.errors import UnitError
-from isethdr_core.truth import check_picture, total_variance
+from isethdr_core.truth import check_picture, total_variance, variance_known
 
 BLOCKS = 12          # the frame is cut into 12 x 12 blocks; noise and scene are taken as independent between them
 RESAMPLES = 400
@@ -36,7 +36,7 @@ def luminance_variance(picture) -> np.ndarray:
 
 def variance_stated(picture, score: str, unit: str) -> bool:
     """Return whether the picture states its variance; where it does not, say that `score` is left out."""
-    if picture.attrs.get("variance_known", True):
+    if variance_known(picture):
         return True
     ledger.left_out(score, "the image processing is nonlinear and states no variance", NAN, unit)
     return False
