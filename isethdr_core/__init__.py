@@ -32,6 +32,7 @@
 | `store`, `store_arrays`, `store_encoding`, `store_join` | zarr stores that are either whole or not there |
 | `store_manifest`, `store_reader` | size and checksum of every file; reads that are compared with them |
 | `parent_watch`                  | workers of a sweep end with the process that started them             |
+| `kernels`                       | the processor, and what libraries chose for it                        |
 | `claims`                        | of several processes one renders a scene, the others wait              |
 | `names`                         | names that become folders of a store                                  |
 | `leftovers`                     | temporary names, and what killed writers left behind                  |

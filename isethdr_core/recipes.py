@@ -23,6 +23,7 @@ from .claims import claimed
 from .demand import Demand
 from .error_terms import STORE_ROUNDING, ErrorNote, Quantity
 from .errors import CatalogError, ConfigError, did_you_mean
+from .kernels import kernels
 from .ledger import Ledger, add_error, error, left_out
 from .pipeline import Chain, stage
 from .pooling import ALL_BANDS, Known, holds, known
@@ -231,7 +232,8 @@ def _render(parts, description, demand, so_far, rows, config, folder, recipe, sp
         "labels": [v for v in radiance.data_vars if v != "radiance"], "effort": spent,
         "scene": described(parts.scene), "renderer": described(parts.renderer),
         "objects": radiance.attrs.get("objects", []), "lamps": radiance.attrs.get("lamps", []),
-        "noise": radiance.attrs.get("noise", {}), "path_span": radiance.attrs.get("path_span", {}), "versions": versions(), "ledger": rows.as_records(),
+        "noise": radiance.attrs.get("noise", {}), "path_span": radiance.attrs.get("path_span", {}), "versions": versions(),
+        "kernels": kernels(parts.scene, parts.renderer), "ledger": rows.as_records(),
         "created": datetime.now(UTC).isoformat(timespec="seconds")}
     bits = bits_for(stored_error(demand))
     stage(rows, "store", "scene", None, lambda: store.write_store(folder, name, {"": radiance}, attributes, bits))

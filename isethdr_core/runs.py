@@ -18,6 +18,7 @@ from . import store
 from .component import Stage
 from .errors import CatalogError
 from .forecast import expected_s
+from .kernels import kernels
 from .ledger import Ledger
 from .pipeline import SHOWN, Camera, Chain, chain, checked_config, on_sensor, plan, stage, through_camera
 from .provenance import fingerprint, input_digests, versions
@@ -170,6 +171,7 @@ def _record(config, settings, parts, key, ids, scene, mixed, shown, cameras, row
         "scores": [{"camera": name, **asdict(score)} for name, seen in cameras.items() for score in seen.scores],
         "warnings": [asdict(warning) for name, seen in cameras.items()
                      for warning in warnings_of(name, seen.picture, seen.truth, seen.labels)],
-        "ledger": rows.as_records(), "versions": versions(), "code": fingerprint(*parts.components()),
+        "ledger": rows.as_records(), "versions": versions(),
+        "kernels": kernels(*parts.components()), "code": fingerprint(*parts.components()),
         "created": datetime.now(UTC).isoformat(timespec="seconds")}
 

@@ -15,7 +15,7 @@ SCHEMA = 2
 COLUMNS = {"id": "VARCHAR", "kind": "VARCHAR", "camera": "VARCHAR", "name": "VARCHAR", "path": "VARCHAR", "created": "VARCHAR",
            "derived_from": "VARCHAR", "schema": "INTEGER", "properties": "JSON", "objects": "JSON", "scores": "JSON",
            "ledger": "JSON", "assets": "JSON"}
-NESTED = ("config", "scene", "renderer", "weights", "noise", "effort", "versions")   # flattened with dotted names
+NESTED = ("config", "scene", "renderer", "weights", "noise", "effort", "versions", "kernels")   # flattened with dotted names
 
 
 def records(path, folder) -> list[dict]:

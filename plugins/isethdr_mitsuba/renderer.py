@@ -84,6 +84,18 @@ class MitsubaRenderer:
             return self
         return replace(self, samples=LEAST_SAMPLES, error_allowed=ERROR_ALLOWED if self.error_allowed is None else self.error_allowed)
 
+    def kernels(self) -> dict[str, str]:
+        """Return the variant that rendered in this process, and its compiler; nothing where none did."""
+        mitsuba = sys.modules.get("mitsuba")
+        variant = mitsuba.variant() if mitsuba else None
+        if not variant:
+            return {}
+        if not variant.startswith("llvm"):
+            return {"mitsuba": variant}
+        import drjit
+
+        return {"mitsuba": f"{variant}, LLVM {'.'.join(map(str, drjit.detail.llvm_version()))}"}
+
     def __call__(self, description: SceneDescription, demand: Demand | None = None, known: dict[str, Known] | None = None) -> xr.Dataset:
         """Return the scene radiance of `description` with the light groups, bands and labels of `demand`.
 

@@ -1,6 +1,8 @@
 """The doctor, and what a beginner does wrong."""
 
 import json
+import subprocess
+import sys
 
 import pytest
 
@@ -50,3 +52,13 @@ def test_importing_the_plugin_imports_nothing_heavy():
 
     code = "import sys, isethdr_mitsuba; assert not {'mitsuba', 'drjit', 'xarray', 'scipy', 'numpy'} & set(sys.modules), sorted(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_renderer_names_its_compiler_where_it_rendered():
+    """Recorded with each scene: the last bits depend on it."""
+    code = (
+        "from isethdr_mitsuba.renderer import MitsubaRenderer as R; print(R().kernels()); import mitsuba as mi;"
+        "mi.set_variant('scalar_spectral'); print(R().kernels())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split("\n")[:2] == ["{}", "{'mitsuba': 'scalar_spectral'}"]

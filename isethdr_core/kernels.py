@@ -1,0 +1,75 @@
+"""Kernels: which processor computed a result, and what the libraries chose for it.
+
+NumPy, BLAS and just-in-time compilers pick instructions by processor. Sums are then rounded in another order, and
+the last bits of a result may differ between two machines under one key. This is recorded beside each result. It is
+no part of the key, because such results are equally right.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+from functools import cache
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+# of x86 and of ARM, as Linux names them
+CPUINFO = ("vendor_id", "cpu family", "model", "model name", "CPU implementer", "CPU part")
+
+
+@runtime_checkable
+class ChoosesKernels(Protocol):
+    """A component whose library compiles or picks code for the processor."""
+
+    def kernels(self) -> dict[str, str]:
+        """Return what was picked in this process, by the library's name; nothing where it has not been used."""
+        ...
+
+
+def kernels(*components: object) -> dict[str, str]:
+    """Return the processor family, and what each library picked for it, by the library's name."""
+    found = _of_process() | _linear_algebra()
+    for component in components:
+        if isinstance(component, ChoosesKernels):
+            found |= component.kernels()
+    return found
+
+
+@cache
+def _of_process() -> dict[str, str]:
+    return {"processor": _processor(), "numpy": _vector_instructions()}
+
+
+def _processor() -> str:
+    """Return the architecture, and the family and model of the processor where the system tells."""
+    known = {}
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        text = ""
+    for line in text.split("\n\n")[0].splitlines():
+        key, _, value = line.partition(":")
+        known[key.strip()] = value.strip()
+    told = [f"{key} {known[key]}" for key in CPUINFO if key in known]
+    return ", ".join([platform.machine(), *told]) if told else f"{platform.machine()} {platform.processor()}".strip()
+
+
+def _vector_instructions() -> str:
+    """Return the instruction sets for which NumPy has loops and which this process uses."""
+    import numpy
+
+    extensions = numpy.show_config(mode="dicts").get("SIMD Extensions", {})
+    return " ".join([*extensions.get("baseline", ()), *extensions.get("found", ())])
+
+
+def _linear_algebra() -> dict[str, str]:
+    """Return the kernel of each BLAS library that is loaded, by the folder of the library."""
+    from threadpoolctl import threadpool_info
+
+    found = {}
+    for library in threadpool_info():
+        if library["user_api"] == "blas":
+            told = (library.get(key) for key in ("internal_api", "version", "architecture"))
+            folder = os.path.basename(os.path.dirname(library["filepath"]))
+            found[f"blas in {folder}"] = " ".join(filter(None, told))
+    return found
