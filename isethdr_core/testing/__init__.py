@@ -19,6 +19,7 @@ A broken promise is an AssertionError that names the component and the promise. 
 | `sensor`   | expected electrons are dark charge plus light; noise is keyed by the pixel and agrees with expectation |
 | `counting` | expected electrons, filter map and scatter of shots, computed from what the captures state       |
 | `isp`      | a grey field comes back in cd/m2; estimates are not clipped; saturated pixels are not valid     |
+| `isp_readings` | every number of the captures is read; places and colours stay; variance is that of pictures |
 | `metric`   | finite scores from the labels it asked for, and for a perfect picture                           |
 """
 

@@ -11,6 +11,7 @@ from ..physics.radiometry import band_widths_nm, photon_energy_j
 from ..quantities import centres, names
 from ..truth import FIXED_PATTERN, check_picture, total_variance, variance_known
 from .inputs import F_NUMBER, FOCAL_LENGTH_MM, THROUGHPUT_SR, bands_nm, pattern
+from .isp_readings import check_colour, check_place, check_readings, check_variance
 from .lazy import same_from_store, sealed
 from .promise import close, holds, keeps, refuses, repeatable, stated
 
@@ -34,14 +35,18 @@ def check(who: str, isp) -> None:
     shorter = stated(who, lambda: isp(captures(layout, exposure_s=0.005)))
     # 1 %: raw is rounded to whole DN, and the half exposure has half of them
     close(who, "half the exposure gives the same luminance", shorter["xyz"].values[..., 1], y, 0.01)
+    check_readings(who, isp, grey, y)
+    check_place(who, isp, grey)
+    check_colour(who, isp, layout, captures)
+    check_variance(who, isp, grey)
     _check_dark(who, isp, layout)
     _check_saturated(who, isp, layout)
     for what, bad in damaged_captures(grey):
         refuses(who, what, lambda b=bad: isp(b))
 
 
-def captures(layout: str = "mosaic", level: float = GREY_CD_M2, exposure_s: float = 0.01) -> xr.Dataset:
-    """Return noise-free captures of an equal-energy grey field of `level` cd/m2.
+def captures(layout: str = "mosaic", level: float = GREY_CD_M2, exposure_s: float = 0.01, spectrum=None) -> xr.Dataset:
+    """Return noise-free captures of a field of `level` cd/m2; `spectrum` (31,) of its light, any scale, by default equal energy.
 
     `mosaic`: one capture under a 2 x 2 array of three filters. `full`: three captures, each of one filter at every
     pixel. The filters see in proportion to the colour matching functions, so colour can be read back exactly.
@@ -50,7 +55,8 @@ def captures(layout: str = "mosaic", level: float = GREY_CD_M2, exposure_s: floa
     per_photon = xyz_bar(nm) / nm
     qe = 0.6 * per_photon / per_photon.max(axis=1, keepdims=True)
     area = (PITCH_UM * 1e-6) ** 2
-    radiance = np.full(31, level / luminance(np.ones(31), nm))
+    shape = np.ones(31) if spectrum is None else np.asarray(spectrum, float)
+    radiance = shape * (level / luminance(shape, nm))
     photons = radiance * band_widths_nm(nm) / photon_energy_j(nm) * THROUGHPUT_SR * area * exposure_s
     electrons = qe @ photons
     if layout == "mosaic":

@@ -46,6 +46,7 @@ def check(who: str, lens) -> None:
         # 1e-6: what no sensor sees beside the rest
         holds(who, "passes no light in a band that its narrow drops", float(dark.max() if dark.size else 0.0) <= 1e-6 * float(out.max()))
     if hasattr(lens, "photocurrent"):
+        _check_photocurrent(who, lens, scene, out)
         _check_window(who, lens, scene)
     for what, bad in damaged_planes(scene):
         refuses(who, what, lambda b=bad: lens(b))
@@ -56,6 +57,24 @@ def _check_components(who, lens, scene, out):
         pulsed = lens(in_components(scene, frequency_hz=90.0, duty=0.1, phase=0.3))
     holds(who, "hands on how each component varies", [m for m, _ in components(pulsed)] == [Modulation(90.0, 0.1, 0.0, 0.3)])
     same(who, "one component is imaged as light without components", components(pulsed)[0][1], out)
+
+
+def _check_photocurrent(who, lens, scene, out):
+    """Light asked for as photocurrent makes the electrons that irradiance does, as far as the sensor that asks can tell."""
+    def efficiency(wavelength_nm):
+        return np.stack([np.full(np.size(wavelength_nm), 0.5), np.asarray(wavelength_nm, float) / 1000.0])
+
+    asked = Response(("flat", "rising"), efficiency, AREA_EXPOSURE_M2_S, 1.0, 1e5)
+    light = lens.photocurrent(scene, (), asked)
+    counting = asked.efficiency(bands_nm(out)) * photons_per_energy(bands_nm(out))
+    want = AREA_EXPOSURE_M2_S * np.tensordot(counting, out.values, 1)
+    if light.attrs["units"] == PHOTOCURRENT:
+        found = AREA_EXPOSURE_M2_S * light.values
+    else:
+        found = AREA_EXPOSURE_M2_S * np.tensordot(counting, light.values, 1)
+    promise = "photocurrent makes the electrons that its irradiance makes, within the error allowed (in units of the noise)"
+    # five: what is allowed holds for 99 % of the pixels
+    close(who, promise, (found - want) / np.sqrt(1 + want), 0.0, 0.0, 5 * asked.noise_fraction_allowed)
 
 
 def _check_window(who, lens, scene):
@@ -112,9 +131,22 @@ def _check_orientation(who, lens):
     y, x = np.unravel_index(int(point.values.argmax()), point.shape)
     holds(who, "a lamp up and to the right lands at y < 0 < x (x right, y down, upright)", point.y[y] < 0 < point.x[x],
           f"it landed at x = {float(point.x[x]):.3g} m, y = {float(point.y[y]):.3g} m")
+    _check_place(who, lens, point, mixed(values), (y, x))
     source = mixed(values)
     more = float(point.sum()) - float(source.sum()) * _passed_sr(lens, source) * _tiles_ratio(source, point)
     holds(who, "a lamp's light on the sensor is at most what went through the pupil", more <= COLOURS * float(point.sum()), f"{more:.3g} more")
+
+
+def _check_place(who, lens, point, source, peak):
+    """Check that a lamp's image lies where focal length and distortion of the light say, to a tile."""
+    stated = lens(source)
+    f_m = 1e-3 * stated.attrs["focal_length_mm"]
+    row, column = np.argwhere(source.values.sum(axis=0))[0]
+    want_x, want_y = (f_m * float(c) for c in geometry.map_of(stated).forward(float(source.x[column]), float(source.y[row])))
+    x, y = float(point.x[peak[1]]), float(point.y[peak[0]])
+    off = max(abs(x - want_x) / tile_pitch(stated, "x"), abs(y - want_y) / tile_pitch(stated, "y"))
+    holds(who, "a lamp lands where focal length and distortion of its light say, within a tile", off <= 1.0,
+          f"at ({x:.4g}, {y:.4g}) m, stated ({want_x:.4g}, {want_y:.4g}) m, {off:.1f} tiles off")
 
 
 def _relative(light) -> np.ndarray:

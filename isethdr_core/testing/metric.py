@@ -47,6 +47,7 @@ def check(who: str, metric) -> None:
     with keeps(who, "gives a score or none, never an error, where no pixel is valid"):
         metric(noisy.assign(valid=xr.zeros_like(noisy["valid"])), reference, labels)
     same_from_store(who, lambda p: metric(p, reference, labels), noisy, scores)
+    _check_depends(who, metric, noisy, reference, labels, scores)
     _check_bad_input(who, metric, noisy, reference, labels, scores)
     stated(who, lambda: state_errors(metric(noisy, reference, labels)))
 
@@ -78,6 +79,33 @@ def noisy_picture(reference):
     valid[0, :2] = False
     return make_picture(reference["xyz"].values + off, np.full(off.shape, sigma**2), valid, reference["x"].values,
                         reference["y"].values, focal_length_mm=FOCAL_LENGTH_MM, pitch_um=reference.attrs["pitch_um"])
+
+
+def _check_depends(who, metric, noisy, reference, labels, scores):
+    """A metric is of the picture: a worse, a darker, a less valid one, or one with a softer edge, has another score."""
+    worse = reference["xyz"].values + 5 * (noisy["xyz"].values - reference["xyz"].values)
+    half = np.zeros(SIZE, bool)
+    half[:, : SIZE[1] // 2] = True
+    changed = [
+        noisy.assign(xyz=noisy["xyz"].copy(data=worse), variance=25 * noisy["variance"]),
+        noisy.assign(xyz=noisy["xyz"].copy(data=noisy["xyz"].values / 2)),
+        noisy.assign(valid=noisy["valid"] & half),
+    ]
+    if any(not same_scores(metric(picture, reference, labels), scores) for picture in changed):
+        return
+    sharp, soft, edge = (edge_picture(reference, width) for width in (0.5, 2.0, 0.1))
+    depends = not same_scores(metric(sharp, edge, labels), metric(soft, edge, labels))
+    holds(who, "its scores depend on the picture", depends, "the same for worse, darker, softer and less valid pictures")
+
+
+def edge_picture(reference, width_pixels: float):
+    """Return a noise-free picture of a slanted edge, 20 and 100 cd/m2, that rises over so many pixels."""
+    y, x = np.indices(SIZE)
+    across = (x - SIZE[1] / 2) + 0.1 * (y - SIZE[0] / 2)
+    light = 60 + 40 * np.tanh(across / width_pixels)
+    xyz = np.repeat(light[..., None], 3, axis=2)
+    place = {"focal_length_mm": FOCAL_LENGTH_MM, "pitch_um": reference.attrs["pitch_um"]}
+    return make_picture(xyz, np.full_like(xyz, 1e-4), np.ones(SIZE, bool), reference["x"].values, reference["y"].values, **place)
 
 
 def _check_bad_input(who, metric, noisy, reference, labels, scores):

@@ -13,6 +13,7 @@ from isethdr_core.component import KINDS
 from isethdr_core.errors import ConfigError, IsetHdrError, UnitError
 from isethdr_core.registry import build, components
 from isethdr_core.testing import check
+from isethdr_core.testing.inputs import THROUGHPUT_SR
 
 COUNTER = itertools.count()     # hidden state, as a careless component has it
 
@@ -62,6 +63,7 @@ LENS_FAULTS = {
     "one tile too bright": (lambda out, *_: keep(out, out.values * (1 + 0.1 * ((np.arange(32) == 20) & (np.arange(24)[:, None] == 4)))),
                             "nowhere more light"),
     "bands mixed": (lambda out, *_: keep(out, out.values * 0.5 + out.values.mean(0) * 0.5), "band"),
+    "focal length misstated": (lambda out, *_: out.assign_attrs(focal_length_mm=2 * out.attrs["focal_length_mm"]), "where focal length and distortion"),
     "other units": (lambda out, *_: out.assign_attrs(units="lx"), "returns irradiance"),
     "throughput missing": (lambda out, *_: (out.attrs.pop("throughput_sr"), out)[1], "returns irradiance"),
 }
@@ -71,6 +73,13 @@ LENS_FAULTS = {
 def test_lens_faults(fault, offer):
     change, promise = LENS_FAULTS[fault]
     caught(offer, "lens", wrapped("lens", "ideal", change), promise)
+
+
+def test_a_lens_whose_photocurrent_is_not_its_irradiance(offer):
+    faulty = wrapped("lens", "ideal", lambda out, *_: out)
+    base = components()["lens", "ideal"].cls
+    faulty.photocurrent = lambda self, mixed, flares, response: base.photocurrent(self, mixed, flares, response) * np.float32(1.1)
+    caught(offer, "lens", faulty, "photocurrent makes the electrons that its irradiance makes")
 
 
 def test_a_lens_may_be_brighter_off_the_axis_where_it_says_so():
@@ -184,8 +193,32 @@ ISP_FAULTS = {
     "clips estimates": (clipped, "not clipped"),
     "relative luminance": (lambda p, *_: p.assign(xyz=(p["xyz"] / 50).assign_attrs(p["xyz"].attrs)), "comes back as 100"),
     "all valid": (lambda p, *_: p.assign(valid=p["valid"] | True), "saturated pixels"),
+    "a quarter of the variance": (lambda p, *_: p.assign(variance=(p["variance"] / 4).assign_attrs(p["variance"].attrs)), "within a factor of 3"),
+    "X and Z exchanged": (lambda p, *_: p.assign(xyz=p["xyz"].copy(data=p["xyz"].values[..., ::-1])), "has its X and Z beside Y"),
+    "mirrored": (lambda p, *_: p.assign(xyz=p["xyz"].copy(data=p["xyz"].values[:, ::-1])), "light up and to the right"),
     "no variance": (lambda p, *_: p.assign(variance=p["variance"] * 0), "variance above 0"),
 }
+
+
+def deaf_to(name, value):
+    """Return an isp class that takes a number of the captures for the usual one."""
+    base = components()["isp", "linear"].cls
+
+    @dataclass(frozen=True)
+    class Faulty(base):
+        """An isp that knows one sensor only."""
+
+        def __call__(self, captures):
+            if name in captures.attrs:
+                return base.__call__(self, captures.assign_attrs({name: value}))
+            return base.__call__(self, captures.assign({name: captures[name] * 0 + value}) if name in captures else captures)
+
+    return Faulty
+
+
+def test_an_isp_that_knows_one_sensor_only(offer):
+    for name, value in (("throughput_sr", THROUGHPUT_SR), ("gain_dn_per_e", 0.5), ("area_m2", 9e-12)):
+        caught(offer, "isp", deaf_to(name, value), f"reads '{name}' from the captures")
 
 
 @pytest.mark.parametrize("fault", ISP_FAULTS)
@@ -195,6 +228,7 @@ def test_isp_faults(fault, offer):
 
 
 METRIC_FAULTS = {
+    "the truth compared with itself": (lambda scores, picture, truth, *_: components()["metric", "ideal"].cls()(truth, truth, None), "depend on the picture"),
     "a number, no list": (lambda scores, *_: 0.5, "list of Score"),
     "NaN": (lambda scores, *_: [replace(scores[0], value=float("nan"))], "is a number"),
     "interval elsewhere": (lambda scores, *_: [replace(scores[0], low=1e9, high=2e9)], "low <= value <= high"),

@@ -1,0 +1,88 @@
+"""Readings: whether an isp reads captures as they say, keeps places and colours, and states the variance that its pictures have."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..physics.photometry import xyz_bar
+from .inputs import bands_nm
+from .promise import close, holds
+
+SHOTS = 4
+INNER = slice(2, -2)  # pixels: demosaic has fewer neighbours at the border
+
+
+def check_readings(who: str, isp, grey, luminance_cd_m2) -> None:
+    """Check that captures of the same light in other numbers give the same luminance: `luminance_cd_m2` (y, x) of `grey`.
+
+    Parameters
+    ----------
+    grey : captures whose `raw` is at most half of their top code.
+    """
+    raw, black = grey["raw"].values.astype(float), float(grey["black_dn"][0])
+
+    def other(factor, offset=0.0, attributes=(), **scaled):
+        codes = np.rint(black + offset + factor * (raw - black)).astype(grey["raw"].dtype)
+        changed = {name: grey[name] * value for name, value in scaled.items()}
+        levels = {name: grey[name] + offset for name in ("black_dn", "top_dn")}
+        out = grey.assign(raw=grey["raw"].copy(data=codes), **levels).assign(**changed)
+        return out.assign_attrs({name: grey.attrs[name] * value for name, value in attributes})
+
+    cases = {
+        "gain_dn_per_e": other(0.5, gain_dn_per_e=0.5, quantisation_e=2.0),
+        "black_dn": other(1.0, offset=100.0),
+        "area_m2": other(0.5, area_m2=0.5),
+        "throughput_sr": other(0.5, attributes=[("throughput_sr", 0.5)]),
+        "quantum_efficiency": other(0.5, quantum_efficiency=0.5),
+    }
+    for name, captures in cases.items():
+        # 1 %: raw is rounded to whole DN
+        promise = f"reads {name!r} from the captures: the same light in other numbers has the same luminance"
+        close(who, promise, isp(captures)["xyz"].values[..., 1], luminance_cd_m2, 0.01)
+
+
+def check_place(who: str, isp, grey) -> None:
+    """Check that light in one quarter of the captures is in that quarter of the picture: nothing mirrored, turned or shifted."""
+    black = float(grey["black_dn"][0])
+    x, y = grey["x"].values, grey["y"].values
+    lit = (x > 0.0) & (y[:, None] < 0.0)  # right, and up: y points down
+    codes = np.rint(black + np.where(lit, 1.0, 0.1) * (grey["raw"].values - black)).astype(grey["raw"].dtype)
+    picture = isp(grey.assign(raw=grey["raw"].copy(data=codes)))
+    light = picture["xyz"].values[..., 1]
+    inside = (picture["x"].values > 0.0) & (picture["y"].values[:, None] < 0.0)
+    ratio = float(light[~inside].mean() / light[inside].mean())
+    # 0.1, and a little for what demosaic and denoising spread over the border
+    holds(who, "light up and to the right stays there (x right, y down)", ratio < 0.3, f"elsewhere {ratio:.2g} of it")
+
+
+def check_colour(who: str, isp, layout: str, make) -> None:
+    """Check X and Z of reddish and of bluish light; `make(layout, spectrum=...)` returns captures of filters that see as XYZ do."""
+    nm = bands_nm(31)
+    for name, slope in (("reddish", 0.8), ("bluish", -0.8)):
+        spectrum = 1 + slope * np.linspace(-1, 1, len(nm))
+        want = xyz_bar(nm) @ spectrum
+        picture = isp(make(layout, spectrum=spectrum))["xyz"].values
+        found = picture.reshape(-1, 3).mean(axis=0)
+        # 10 %: a colour matrix may weigh noise against colour
+        close(who, f"{name} light has its X and Z beside Y (xyz_channel in this order)", found / found[1], want / want[1], 0.1)
+
+
+def check_variance(who: str, isp, grey) -> None:
+    """Check the stated variance against that of pictures of some shots, each with noise of its own."""
+    random = np.random.default_rng(20261)
+    gain, black = float(grey["gain_dn_per_e"][0]), float(grey["black_dn"][0])
+    mean_e = (grey["raw"].values.astype(float) - black) / gain
+    seen, stated = [], []
+    for _ in range(SHOTS):
+        electrons = random.poisson(mean_e) + random.normal(0.0, float(grey["read_noise_e"][0]), mean_e.shape)
+        codes = np.rint(black + gain * electrons).astype(grey["raw"].dtype)
+        picture = isp(grey.assign(raw=grey["raw"].copy(data=codes)))
+        seen.append(picture["xyz"].values[INNER, INNER])
+        stated.append(picture["variance"].values[INNER, INNER].mean(axis=(0, 1)))
+    if np.isnan(stated).all():  # a method that follows the noise may state that it does not know
+        return
+    found = np.var(seen, axis=0, ddof=1).mean(axis=(0, 1))
+    ratio = np.mean(stated, axis=0) / np.maximum(found, np.finfo(float).tiny)
+    # a factor of 3: denoising and demosaic methods that follow edges know their own variance no better
+    promise = "the variance it states is that of its pictures of the same scene, within a factor of 3"
+    holds(who, promise, np.all((ratio > 1 / 3) & (ratio < 3)), f"stated over found of X, Y, Z: {ratio.round(2)}")
