@@ -129,9 +129,10 @@ def test_compression_brings_the_median_to_a_middle_grey():
     assert pictures.compression(day * 1e-5, 4000.0) == pytest.approx(view.COMPRESSION)   # too dark to reach: the default
 
 
-def test_snr_of_read_noise_alone_is_level_over_noise(result):
+def test_snr_of_a_constant_variance_is_level_over_noise(result):
     picture, truth = result.open("picture/bayer").load(), result.open("truth/bayer").load()
-    picture["variance"][:] = 4.0
+    picture["variance"][:] = 1.0
+    picture["fixed_pattern_variance"] = 3.0 + 0 * picture["variance"]  # both are noise of a pixel: 4 (cd/m2)^2 together
     luminance, snr = plots.snr_curve(picture, truth, least=1)
     np.testing.assert_allclose(snr, 20 * np.log10(luminance / 2.0), atol=1e-9)   # rounding of a logarithm
 
