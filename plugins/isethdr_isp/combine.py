@@ -101,9 +101,15 @@ def fold(charges: list[Charge]) -> Merged:
         source = np.where(g > 0.5, charge.source, source)
         weights = [*(w * (1 - g) / ratio for w in weights), g]
         z, valid, short = signal, valid | charge.good, charge
-    reads = [WeightedRead(read.spread, w * read.weight, charge.per_light / short.per_light)
+    reads = [WeightedRead(read.spread, w * read.weight, _relative(charge.per_light, short.per_light))
              for charge, w in zip(charges, weights) for read in charge.reads]
     return Merged(z, z_var, valid, source, fixed_pattern(reads, z, z_var))
+
+
+def _relative(per_light, reference):
+    """Return the light that a charge sees over that of another, 1 where neither sees any."""
+    seen = np.asarray(reference) > 0
+    return np.divide(per_light, reference, out=np.ones(np.shape(seen)), where=seen)
 
 
 def weight(t, charge: Charge, short: Charge, ratio):

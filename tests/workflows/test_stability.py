@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from isethdr_workflows.stability import STAGES, lens, stability
 from isethdr_workflows.stability.dynamics import exact
-from isethdr_workflows.stability.verdict import Measured, judged, relative
+from isethdr_workflows.stability.verdict import Case, Measured, judged, relative
 
-from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.errors import ConfigError, IsetHdrError, UnitError
 
 KNOWN: set[tuple[str, str]] = set()
 
@@ -26,7 +26,7 @@ def test_no_stage_is_wrong_but_where_it_is_known(stage, monkeypatch):
     wrong = {(r["stage"], r["case"]) for r in rows if r["verdict"] == "WRONG"}
     assert wrong == {k for k in KNOWN if k[0] == stage}, [r for r in rows if r["verdict"] == "WRONG"]
     assert len({r["case"] for r in rows}) == len(rows)
-    assert {"right"} <= {r["verdict"] for r in rows}
+    assert {r["verdict"] for r in rows} <= {"right", "refused"}
 
 
 def fails(error):
@@ -35,17 +35,27 @@ def fails(error):
     return measure
 
 
-@pytest.mark.parametrize(("measure", "verdict"), [
-    (lambda: Measured(1.0, 1.0, ""), "right"),
-    (lambda: Measured(1.1, 1.0, ""), "WRONG"),
-    (lambda: Measured(float("nan"), 1.0, ""), "WRONG"),
-    (lambda: Measured(float((np.zeros(1) / np.zeros(1)).size - 1), 1.0, ""), "WRONG"),   # numpy warned on the way
-    (fails(UnitError("light is negative; expected light, which never is")), "refused"),
-    (fails(ValueError("no")), "WRONG"),                        # says nothing
-    (fails(ZeroDivisionError("division by zero, a long message")), "WRONG"),
+NEGATIVE = UnitError("light is negative; expected light, which never is")
+
+
+@pytest.mark.parametrize(("measure", "refused_with", "verdict"), [
+    (lambda: Measured(1.0, 1.0, ""), None, "right"),
+    (lambda: Measured(1.1, 1.0, ""), None, "WRONG"),
+    (lambda: Measured(float("nan"), 1.0, ""), None, "WRONG"),
+    # numpy warned on the way
+    (lambda: Measured(float((np.zeros(1) / np.zeros(1)).size - 1), 1.0, ""), None, "WRONG"),
+    (fails(NEGATIVE), UnitError, "refused"),
+    (fails(NEGATIVE), IsetHdrError, "refused"),
+    (fails(NEGATIVE), ConfigError, "WRONG"),                    # another error than expected
+    (fails(NEGATIVE), None, "WRONG"),                           # it should have been right
+    (lambda: Measured(0.0, 1.0, ""), UnitError, "WRONG"),       # it should have been refused
+    (fails(UnitError("no")), UnitError, "WRONG"),               # says nothing
+    (fails(ValueError("a plain error of 25 characters or more")), UnitError, "WRONG"),
+    (fails(ValueError("a plain error of 25 characters or more")), None, "WRONG"),
+    (fails(ZeroDivisionError("division by zero, a long message")), None, "WRONG"),
 ])
-def test_verdicts(measure, verdict):
-    assert judged("stage", "case", measure)["verdict"] == verdict
+def test_verdicts(measure, refused_with, verdict):
+    assert judged("stage", Case("case", measure, refused_with))["verdict"] == verdict
 
 
 def test_relative_wants_exact_darkness():

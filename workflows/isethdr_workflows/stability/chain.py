@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 
+from isethdr_core.errors import UnitError
+
 from .lens import beyond
 from .verdict import Measured, relative
 
@@ -13,7 +15,7 @@ FLOAT32 = 2.0**-21   # scene, irradiance and raw are rounded to float32 each
 
 
 def cases(slow: int = 0):
-    """Yield (case, measure)."""
+    """Yield (case, measure), with the error class where it is refused."""
     for decades in (1.0, 8.0, 12.0):
         yield f"ramp over {decades:g} decades, no blur", lambda d=decades: ramp(d)
     for level in (1e-9, 1.0, 1e12):
@@ -26,7 +28,7 @@ def cases(slow: int = 0):
         yield f"disc of {tiles:g} tiles through diffraction: its light", lambda t=tiles: disc(t, "diffraction_limited")
     for name in ("bayer", "split_pixel", "staggered", "dual_gain", "lofic"):
         yield f"20 cd/m2 through {name} and merge: pulls", lambda n=name: pulls(n)
-    yield "one tile, one pixel", lambda: uniform(100.0, shape=(1, 1))
+    yield "one tile, one pixel", lambda: uniform(100.0, shape=(1, 1)), UnitError
     if slow:
         yield "7680 x 4320 pixels", lambda: uniform(100.0, 3, (4320, 7680))
 

@@ -6,6 +6,9 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 
+from isethdr_core.errors import ConfigError
+from isethdr_core.registry import build
+
 from .verdict import Measured
 
 CURRENTS = 10.0 ** np.arange(-3, 16)
@@ -14,14 +17,14 @@ EXACT = 1e-13   # "exact" in float64: some ten roundings of 1e-16 and one of the
 
 
 def cases():
-    """Yield (case, measure)."""
+    """Yield (case, measure), with the error class where it is refused."""
     for knee, thermal, rate in ((7000.0, 240.0, 4.4e5), (7000.0, 1.0, 4.4e5), (1e6, 1e4, 1.0), (1e-3, 1e-3, 1e3), (1e38, 1e30, 1e3)):
         title = f"knee {knee:g} e, thermal {thermal:g} e"
         yield f"{title}: charge", lambda w=(knee, thermal, rate): charge(*w)
         yield f"{title}: spilled charge", lambda w=(knee, thermal, rate): spill(*w)
     yield "arrived charge read back", read_back
     yield "no light", dark
-    yield "thermal charge of 0", lambda: charge(7000.0, 0.0, 1e3)
+    yield "thermal charge of 0", lambda: build("sensor", "lofic", thermal_e=0.0), ConfigError
 
 
 def _grid():

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.errors import UnitError
+
 from .inputs import BANDS, THROUGHPUT_SR, irradiance
 from .verdict import Measured, relative
 
@@ -12,17 +14,19 @@ FLOAT32 = 2.0**-22   # raw without a converter is float32, and black comes off
 
 
 def cases():
-    """Yield (case, measure)."""
+    """Yield (case, measure), with the error class where it is refused."""
     for name in ("linear", "merge"):
         yield f"{name}: three equal filters", lambda n=name: equal_filters(n, 0.0)
         yield f"{name}: filters that differ by 1e-9", lambda n=name: equal_filters(n, 1e-9)
-        yield f"{name}: a filter that passes nothing", lambda n=name: equal_filters(n, 0.0, blind=True)
+        yield (f"{name}: a filter that passes nothing",
+               lambda n=name: equal_filters(n, 0.0, blind=True), {"merge": UnitError}.get(name))
         yield f"{name}: all dark", lambda n=name: dark(n)
         yield f"{name}: all saturated", lambda n=name: blinded(n)
         for shape in ((1, 1), (1, 60), (2, 2)):
             yield f"{name}: {shape[0]} x {shape[1]} pixels under one filter", lambda n=name, s=shape: one_filter(n, *s)
-    yield "linear: 1 x 1 pixels of a Bayer array", lambda: one_filter("linear", 1, 1, cfa="RGGB")
-    yield "merge: two captures, a filter that passes nothing", lambda: equal_filters("merge", 0.0, blind=True, sensor="staggered")
+    yield "linear: 1 x 1 pixels of a Bayer array", lambda: one_filter("linear", 1, 1, cfa="RGGB"), UnitError
+    yield ("merge: two captures, a filter that passes nothing",
+           lambda: equal_filters("merge", 0.0, blind=True, sensor="staggered"), UnitError)
     for factor in (0.5, 2.0, 100.0):
         yield f"merge: one capture reads {factor:g} times too much", lambda f=factor: disagree(f)
     for level in (1e-9, 1e9):

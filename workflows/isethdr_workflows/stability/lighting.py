@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.errors import ConfigError, UnitError
+
 from .inputs import patchy, scene
 from .verdict import Measured, relative
 
@@ -12,10 +14,10 @@ SHAPE = (24, 32)
 
 
 def cases():
-    """Yield (case, measure)."""
+    """Yield (case, measure), with the error class where it is refused."""
     yield "weights over 15 decades", lambda: mixing({"a": 1e-9, "b": 1e6, "c": 1.0})
     yield "weights over 60 decades", lambda: mixing({"a": 1e-30, "b": 1e30, "c": 0.0})
-    yield "a sum beyond float32", lambda: mixing({"a": 1e38, "b": 1e39, "c": 0.0})
+    yield "a sum beyond float32", lambda: mixing({"a": 1e38, "b": 1e38, "c": 1e38}), UnitError
     for apart in (0.0, 1e-6):
         name = "identical groups" if not apart else "groups that differ by 1e-6"
         yield f"{name}: luminance targets", lambda e=apart: alike(e, mean_cd_m2=None)
@@ -33,8 +35,8 @@ def cases():
     yield "a luminance of a dark group", lambda: said({"lamp": np.zeros(SHAPE), "sky": patchy(SHAPE)},
                                                       targets={"lamp": {"statistic": "max", "cd_m2": 10.0}})
     yield "all groups dark, a dynamic range", lambda: said({"lamp": np.zeros(SHAPE), "sky": np.zeros(SHAPE)}, dynamic_range=100.0)
-    yield "a weight of NaN", lambda: mixing({"a": float("nan"), "b": 1.0, "c": 1.0})
-    yield "a negative weight", lambda: mixing({"a": -1.0, "b": 1.0, "c": 1.0})
+    yield "a weight of NaN", lambda: mixing({"a": float("nan"), "b": 1.0, "c": 1.0}), ConfigError
+    yield "a negative weight", lambda: mixing({"a": -1.0, "b": 1.0, "c": 1.0}), ConfigError
 
 
 def _night() -> dict:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
+
+from isethdr_core.errors import ConfigError
 
 from .inputs import PITCH_UM, irradiance
 from .spectra import PLANCK_LIGHT
@@ -16,7 +19,7 @@ FLOAT32 = 2.0**-23
 
 
 def cases():
-    """Yield (case, measure)."""
+    """Yield (case, measure), with the error class where it is refused."""
     for seconds in (1e-6, 0.016, 3600.0):
         for level in (1e-12, 1e12):
             yield f"{level:g} W m-2 nm-1 for {seconds:g} s: mean electrons", lambda v=level, t=seconds: mean(v, t)
@@ -25,17 +28,20 @@ def cases():
     yield "a lamp of a thousandth of a pixel", speck
     for shape in ((1, 1), (1, 200), (200, 1)):
         yield f"{shape[0]} x {shape[1]} pixels", lambda s=shape: frame(*s)
-    for gain in (1e-38, 1e-6, 110.0, 1e6, 3e38):
-        yield f"{gain:g} uV/e: read back", lambda g=gain: read_back(conversion_gain_uv_per_e=g, swing_v=25455 * g * 1e-6)
-    for well in (1e-38, 1.0, 3e38):
-        yield f"full well of {well:g} e: read back", lambda w=well: read_back(full_well_e=w)
+    for gain in (0.01, 110.0, 1e5):
+        yield f"{gain:g} uV/e: read back", partial(gain_read_back, gain)
+    for gain in (1e-38, 1e-6, 1e6, 3e38):
+        yield f"{gain:g} uV/e", partial(gain_read_back, gain), ConfigError
+    yield "full well of 3e38 e: read back", lambda: read_back(full_well_e=3e38)
+    for well in (1e-38, 1.0):
+        yield f"full well of {well:g} e", partial(read_back, full_well_e=well), ConfigError
     yield "24 bits: read back", lambda: read_back(bits=24)
     yield "1 bit: read back", lambda: read_back(bits=1, black_dn=0.0)
     for name in ("bayer", "rgbw", "split_pixel", "staggered", "dual_gain", "interleaved", "lofic", "lin_log"):
         yield f"{name}, all dark: mean of the noise", lambda n=name: dark(n)
         yield f"{name}, 1e12 W m-2 nm-1: all saturated", lambda n=name: saturated(n)
-    yield "an exposure of two hours", lambda: mean(1.0, 7200.0)
-    yield "a pixel wider than the field", lambda: frame(1, 1, pitch_um=300.0)
+    yield "an exposure of two hours", lambda: mean(1.0, 7200.0), ConfigError
+    yield "a pixel wider than the field", lambda: frame(1, 1, pitch_um=300.0), ConfigError
 
 
 def _build(name: str, **fields):
@@ -86,6 +92,11 @@ def frame(rows: int, columns: int, pitch_um: float = PITCH_UM) -> Measured:
     found = shot.raw.values[0]
     return Measured(relative(found, 1e-3 * PER_W_M2 * efficiency * 0.016) + (found.shape != (rows, columns)), FLOAT32,
                     "energy / (h c / wavelength), relative")
+
+
+def gain_read_back(gain: float) -> Measured:
+    """Read back at a conversion gain, the full scale of the converter kept in electrons."""
+    return read_back(conversion_gain_uv_per_e=gain, swing_v=25455 * gain * 1e-6)
 
 
 def read_back(**fields) -> Measured:

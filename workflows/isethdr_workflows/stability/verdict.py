@@ -1,10 +1,11 @@
-"""Verdicts: a case is right within its bound, refused with an error that says what to do, or wrong."""
+"""Verdicts: every case names its outcome, right or refused with one of our errors; all else is wrong."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,24 +24,47 @@ class Measured:
     against: str
 
 
-def judged(stage: str, case: str, measure: Callable[[], Measured]) -> dict:
-    """Return the row of one case; any exception but a clear refusal is wrong, and so is a RuntimeWarning or NaN."""
+class Case(NamedTuple):
+    """One hard case: what is done, and the error that it must end in; None where it must be right."""
+
+    name: str
+    measure: Callable[[], object]
+    refused_with: type[IsetHdrError] | None = None
+
+
+def judged(stage: str, case: Case) -> dict:
+    """Return the row of one case.
+
+    It is right where it was expected to be and its error is within its bound, without a
+    RuntimeWarning on the way. It is refused where the error was expected, is one of ours and says
+    something. All else is wrong: another exception, another error, no error where one was expected.
+    """
     error = bound = float("nan")
+    verdict = "WRONG"
     try:
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always", RuntimeWarning)
-            found = measure()
-        error, bound, against = float(found.error), float(found.bound), found.against
-        trouble = [w for w in told if issubclass(w.category, RuntimeWarning)]
-        verdict = "right" if error <= bound and not trouble else "WRONG"
-        if trouble:
-            against += f"; warned: {trouble[0].message}"
-    except (IsetHdrError, ValueError) as refusal:
+            found = case.measure()
+        if case.refused_with is None:
+            error, bound, against = float(found.error), float(found.bound), found.against
+            trouble = [w for w in told if issubclass(w.category, RuntimeWarning)]
+            verdict = "right" if error <= bound and not trouble else "WRONG"
+            if trouble:
+                against += f"; warned: {trouble[0].message}"
+        else:
+            against = f"no error; expected {case.refused_with.__name__}"
+    except IsetHdrError as refusal:
         against = str(refusal)
-        verdict = "refused" if len(against) >= SHORTEST_MESSAGE else "WRONG"
+        wanted = case.refused_with is not None and isinstance(refusal, case.refused_with)
+        if wanted and len(against) >= SHORTEST_MESSAGE:
+            verdict = "refused"
+        else:
+            against = f"{type(refusal).__name__}: {against}"
     except Exception as crash:  # noqa: BLE001 - a crash is a verdict here
-        verdict, against = "WRONG", f"{type(crash).__name__}: {crash}"
-    return {"stage": stage, "case": case, "verdict": verdict, "error": error, "bound": bound, "against": against}
+        against = f"{type(crash).__name__}: {crash}"
+    outcome = case.refused_with.__name__ if case.refused_with else "right"
+    return {"stage": stage, "case": case.name, "expected": outcome, "verdict": verdict,
+            "error": error, "bound": bound, "against": against}
 
 
 def relative(found, truth) -> float:

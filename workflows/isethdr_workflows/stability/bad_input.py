@@ -1,0 +1,158 @@
+"""Bad input: every value here is refused when a component is built or a run is planned."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from isethdr_core.errors import CatalogError, ConfigError, UnitError
+
+from .inputs import irradiance, mixed
+from .verdict import Measured
+
+FIELDS = (
+    ("scene", "uniform", {"first_nm": 0.4, "last_nm": 0.7}),        # micrometres
+    ("scene", "uniform", {"first_nm": 4e-7, "last_nm": 7e-7}),      # metres
+    ("scene", "uniform", {"first_nm": 900.0, "last_nm": 1000.0}),   # invisible: no luminance
+    ("scene", "night_drive", {"seed": -1}),
+    ("scene", "night_drive", {"seed": 1.7}),
+    ("scene", "night_drive", {"people": (3, 2)}),
+    ("renderer", "mitsuba", {"last_nm": 7e-7}),
+    ("renderer", "mitsuba", {"error_allowed": math.nan}),
+    ("lighting", "weights", {"weights": {"sky": math.inf}}),
+    ("lens", "wavefront", {"zernike_um": {4: math.nan}}),
+    ("lens", "wavefront", {"zernike_um": {4: math.inf}}),
+    ("lens", "wavefront", {"zernike_um": {4: True}}),
+    ("lens", "wavefront", {"field_zernike_um": {0.0: {4: math.nan}, 20.0: {}}}),
+    ("lens", "wavefront", {"error_allowed": math.inf}),
+    ("lens", "ideal", {"f_number": math.nan}),
+    ("lens", "ideal", {"f_number": -4.0}),
+    ("lens", "ideal", {"distortion": {"model": "brown_conrady", "k1": math.nan}}),
+    ("lens", "ideal", {"distortion": {"model": "kannala_brandt", "k1": 1e30}}),
+    ("lens", "ideal", {"falloff": {0.0: 1.0, 20.0: math.nan}}),
+    ("lens", "prescription", {"prescription": "triplett"}),
+    ("flare", "ghosts", {"prescription": "triplett"}),
+    ("flare", "ghosts", {"coating": "gold"}),
+    ("flare", "aperture", {"blades": 1_000_000}),
+    ("flare", "aperture", {"blades": -1}),
+    ("flare", "aperture", {"dust_per_mm2": math.inf}),
+    ("flare", "aperture", {"dust_per_mm2": 1e9}),
+    ("flare", "aperture", {"rotation_deg": math.nan}),
+    ("flare", "aperture", {"seed": -1}),
+    ("sensor", "bayer", {"prnu": 5.0}),
+    ("sensor", "bayer", {"prnu": 1e30}),
+    ("sensor", "bayer", {"dark_spread": 1e30}),
+    ("sensor", "bayer", {"inl_dn": -1.0}),
+    ("sensor", "bayer", {"full_well_e": 1.0}),                      # less than one code
+    ("sensor", "bayer", {"qe_csv": "gone.csv"}),
+    ("sensor", "split_pixel", {"fill_factor": (0.9, 0.5)}),
+    ("isp", "linear", {"design_snr": 0.0}),
+    ("isp", "linear", {"design_snr": -1.0}),
+    ("isp", "linear", {"design_snr": math.nan}),
+    ("isp", "linear", {"shading_csv": "gone.csv"}),
+    ("metric", "log_luminance_error", {"floor_cd_m2": 0.0}),
+)
+BANDS = range(400, 701, 10)
+SHAPE = (4, 6)
+
+
+def cases() -> Iterator[tuple]:
+    """Yield (case, call, error class)."""
+    for kind, name, fields in FIELDS:
+        said = ", ".join(f"{key}={value}" for key, value in fields.items())
+        yield f"{kind} {name}: {said}", partial(built, kind, name, fields), ConfigError
+    for unit, scale in (("micrometres", 1e-3), ("metres", 1e-9)):
+        yield f"light with wavelengths in {unit}", partial(through_lens, scale), UnitError
+        yield f"a point spread at a wavelength in {unit}", partial(spread, scale), ConfigError
+    for seed in (-1, 1.7, math.nan):
+        yield f"the noise of seed {seed}", partial(keyed, seed), ConfigError
+    yield "a sensor with noise and no generator", without_generator, ConfigError
+    yield "the scalar renderer on tiles that are not square", planned_scalar, ConfigError
+    yield "tiles that the scalar renderer advises", advised, None
+    for what, depth in (("cells", cells()), ("complex", np.full(SHAPE, 5 + 1j)),
+                        ("negative", np.full(SHAPE, -5.0)), ("all NaN", np.full(SHAPE, np.nan))):
+        yield f"deposit scene: depthMap {what}", partial(deposit, depth=depth), UnitError
+    yield "deposit scene: a band in two spellings", partial(deposit, twice=True), CatalogError
+    yield "deposit scene: a link to nothing", partial(deposit, dangling=True), CatalogError
+
+
+def built(kind: str, name: str, fields: dict):
+    """Build a component."""
+    from isethdr_core.registry import build
+
+    return build(kind, name, **fields)
+
+
+def through_lens(scale: float):
+    """Image light whose wavelengths are scaled."""
+    light = mixed(np.ones((31, *SHAPE), np.float32))
+    return built("lens", "ideal", {})(light.assign_coords(wavelength=light.wavelength * scale))
+
+
+def spread(scale: float):
+    """Ask for a point spread function."""
+    return built("lens", "diffraction_limited", {}).psf([550.0 * scale], 1.0, 16)
+
+
+def keyed(seed: float):
+    """Ask for the key of noise."""
+    from isethdr_core import generator
+
+    return generator(seed=seed)
+
+
+def without_generator():
+    """Expose a sensor that cannot draw its noise."""
+    light = irradiance(np.full((31, 16, 16), 1e-3, np.float32), tile_um=3.75)
+    return built("sensor", "bayer", {})(light, None)
+
+
+def planned_scalar(width: int = 100, height: int = 56):
+    """Build the chain of a run with the renderer for machines without a compiler."""
+    from isethdr_core import compose
+    from isethdr_core.pipeline import chain
+
+    return chain(compose(["renderer.variant=scalar", f"renderer.width={width}",
+                          f"renderer.height={height}"]))
+
+
+def advised() -> Measured:
+    """Take the advice of the refusal: it is accepted."""
+    from isethdr_mitsuba.view import nearest_square
+
+    planned_scalar(*nearest_square(100, 16 / 9))
+    return Measured(0.0, 0.0, "no error")
+
+
+def cells() -> np.ndarray:
+    """Return a cell array as a MATLAB file has it."""
+    found = np.empty(SHAPE, object)
+    for place in np.ndindex(SHAPE):
+        found[place] = np.array([5.0])
+    return found
+
+
+def deposit(depth=None, twice: bool = False, dangling: bool = False):
+    """Write a scene of the ISETHDR deposit with one thing wrong, and read it."""
+    import OpenEXR
+    from scipy.io import savemat
+
+    light = np.ones(SHAPE, np.float32)
+    channels = {f"S0.{nm},000nm": light for nm in BANDS}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        with OpenEXR.File({"type": OpenEXR.scanlineimage},
+                          channels | ({"S0.550.000nm": light} if twice else {})) as file:
+            file.write(str(folder / "scene_skymap.exr"))
+        if depth is not None:
+            savemat(folder / "scene.mat", {"sceneMeta": {"depthMap": depth}})
+        if dangling:
+            (folder / "scene_headlights.exr").symlink_to(folder / "gone.exr")
+        return built("scene", "iset_exr", {"folder": name, "scene_id": "scene"})()
+
+
