@@ -183,7 +183,9 @@ def hydra_type(annotation, f=None):
 
     if _by_number(annotation):
         return Any
-    if annotation in (bool, int, float, str) and f is not None and isinstance(f.default, annotation):
+    if annotation is bool:
+        return Any              # OmegaConf takes any number for true; pydantic takes 0 and 1 alone
+    if annotation in (int, float, str) and f is not None and isinstance(f.default, annotation):
         return annotation       # surely understood: to try each takes a quarter of a second at every start
     default = field(default_factory=f.default_factory) if f is not None and f.default_factory is not MISSING else (
         field(default=f.default) if f is not None and f.default is not MISSING else field(default="???"))

@@ -22,6 +22,7 @@ from .quantities import tile_pitch
 PLACES = ("projection", "distortion")  # attributes that say where pixels look: sensor and isp hand them on
 CARRIED = (*PLACES, "falloff", "falloff_table")  # and how bright a uniform scene is there: the sensor hands all of them on
 MODELS = {"brown_conrady": maps.BrownConrady, "kannala_brandt": maps.KannalaBrandt, "table": maps.AngleTable}
+LARGEST_NUMBER = 1000.0  # of a distortion model: coefficients, degrees, focal lengths
 EDGE_POINTS = 65  # along each side of a box
 
 
@@ -75,14 +76,28 @@ def _map(text, projection):
     for key in given:
         if key not in known:
             raise ConfigError(f"lens.distortion has no key {key!r} for model {model}{did_you_mean(key, known)}")
+    numbers = {key: _numbers(model, key, value) for key, value in given.items()}
     try:
-        lens = MODELS[model](**{k: tuple(map(float, v)) if isinstance(v, list) else float(v) for k, v in given.items()})
+        lens = MODELS[model](**numbers)
     except (TypeError, ValueError) as err:
         raise ConfigError(f"lens.distortion of model {model}: {err}") from None
     natural = {"brown_conrady": "tangent", "kannala_brandt": "equidistant"}.get(model)
     if natural == projection and not any(given.values()):
         return Identity()
     return maps.on_projection(lens, projection)
+
+
+def _numbers(model: str, key: str, value):
+    """Return a number, or the tuple of a list of numbers, as a distortion model takes it."""
+    for number in value if isinstance(value, list) else [value]:
+        plain = isinstance(number, (int, float)) and not isinstance(number, bool)
+        if not (plain and abs(number) <= LARGEST_NUMBER):   # false for NaN
+            raise ConfigError(
+                f"lens.distortion of model {model} has {key}={value!r}; expected "
+                f"{-LARGEST_NUMBER:g} to {LARGEST_NUMBER:g}; "
+                "type for example lens.distortion={model:brown_conrady,k1:-0.1}"
+            )
+    return tuple(map(float, value)) if isinstance(value, list) else float(value)
 
 
 def map_of(data):

@@ -7,7 +7,7 @@ from typing import Any
 from ..errors import ConfigError, did_you_mean
 from ..light_in_time import wrong
 from ..physics.modulation import Modulation
-from .target import uniform
+from .target import check_mapping, uniform
 
 KEYS = ("frequency_hz", "duty", "depth", "phase")
 
@@ -21,7 +21,7 @@ def parse(table: dict[str, Any], seed: int) -> dict[str, Modulation]:
     ------
     ConfigError : an unknown or missing key, or a value that cannot be.
     """
-    return {group: _one(group, dict(entry), seed) for group, entry in table.items() if entry is not None}
+    return {group: _one(group, entry, seed) for group, entry in table.items() if entry is not None}
 
 
 def check_groups(table, groups) -> None:
@@ -32,8 +32,9 @@ def check_groups(table, groups) -> None:
                               f"{did_you_mean(name, groups)}; type ~lighting.modulation.{name} to leave it out")
 
 
-def _one(group: str, entry: dict, seed: int) -> Modulation:
+def _one(group: str, entry: Any, seed: int) -> Modulation:
     where = f"lighting.modulation.{group}"
+    check_mapping(where, entry, "{frequency_hz: 90, duty: 0.1}")
     example = f"type for example '+{where}={{frequency_hz: 90, duty: 0.1, phase: 0.3}}'"
     for key in entry:
         if key not in KEYS:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,7 +39,7 @@ def parse(targets: dict[str, Any]) -> tuple[Target, ...]:
     ------
     ConfigError : an unknown key, statistic or group to be relative to, or a value that cannot be.
     """
-    found = [_one(group, dict(entry)) for group, entry in targets.items() if entry is not None]
+    found = [_one(group, entry) for group, entry in targets.items() if entry is not None]
     absolute = [t for t in found if not t.relative_to]
     for target in found:
         if target.relative_to and target.relative_to not in [t.group for t in absolute]:
@@ -65,8 +66,17 @@ def uniform(seed: int, name: str) -> float:
     return (int.from_bytes(word, "little") >> 11) * 2.0**-53
 
 
-def _one(group: str, entry: dict) -> Target:
+def check_mapping(where: str, entry: Any, example: str) -> None:
+    """Raise ConfigError unless the entry of a table in the config is a mapping."""
+    if not isinstance(entry, Mapping):
+        raise ConfigError(
+            f"{where} is {entry!r}; expected a mapping; type for example '+{where}={example}'"
+        )
+
+
+def _one(group: str, entry: Any) -> Target:
     where = f"lighting.targets.{group}"
+    check_mapping(where, entry, "{statistic: max, cd_m2: 30000}")
     known = ("statistic", "cd_m2", "relative_to", "ratio", "percentile", "lamp_kind")
     for key in entry:
         if key not in known:
@@ -89,4 +99,7 @@ def _one(group: str, entry: dict) -> Target:
         raise ConfigError(f"{where}.{key} is {value!r}; expected 0 <= low <= high, finite")
     if not 0 <= percentile <= 100:
         raise ConfigError(f"{where}.percentile is {percentile:g}; expected 0 to 100")
+    for name in ("relative_to", "lamp_kind"):
+        if not isinstance(entry.get(name) or "", str):
+            raise ConfigError(f"{where}.{name} is {entry[name]!r}; expected a name")
     return Target(group, statistic, low, high, percentile, entry.get("lamp_kind") or "", relative_to)

@@ -21,8 +21,12 @@ class Development:
     shading_csv: str = ""  # measured relative illumination, as `isethdr_isp.shading` writes it; empty takes the lens's own statement
 
     def __post_init__(self):
-        """Refuse values outside their ranges."""
+        """Refuse values outside their ranges, and a table that cannot be read."""
         check_ranges(self)
+        if self.shading_csv:
+            from .shading import read_shading
+
+            read_shading(self.shading_csv)
 
     def input_files(self):
         """Return the user's own shading table, if one is named: its content is part of a run's name."""

@@ -113,7 +113,7 @@ def names() -> list[str]:
 def load(name: str) -> Prescription:
     """Return a prescription by its name, or from a YAML file by its path."""
     path = Path(name) if str(name).endswith((".yaml", ".yml")) else FOLDER / f"{name}.yaml"
-    if not path.exists():
+    if not path.is_file():
         raise ConfigError(f"prescription {str(name)!r} is unknown{did_you_mean(name, names())}, or give the path of a .yaml file")
     return _read(str(path), path.stat().st_mtime_ns)
 
@@ -124,8 +124,11 @@ def _read(path, _changed):
 
     try:
         data = yaml.safe_load(Path(path).read_text())
-    except yaml.YAMLError as err:
-        raise ConfigError(f"prescription {path}: not YAML: {err}") from None
+    except (yaml.YAMLError, OSError, UnicodeDecodeError) as err:
+        raise ConfigError(
+            f"prescription {path} cannot be read ({err}); expected YAML as the bundled ones "
+            f"have it: {', '.join(names())}"
+        ) from None
     return parse(data)
 
 
@@ -139,10 +142,16 @@ def parse(data: dict) -> Prescription:
     """
     if not isinstance(data, dict) or not isinstance(data.get("surfaces"), list) or not data["surfaces"]:
         raise ConfigError(f"a prescription is a mapping with {', '.join(HEAD)}; expected at least one row in 'surfaces'")
+    for number, row in enumerate(data["surfaces"], 1):
+        if not isinstance(row, dict):
+            raise ConfigError(
+                f"prescription surface {number} is {row!r}; expected a mapping with some of "
+                f"{', '.join(ROW)}"
+            )
     name = str(data.get("name", "unnamed"))
     _check_keys(name, data, HEAD)
     _check_f_number(data.get("f_number"), name)
-    rows, reference = data["surfaces"], float(data.get("reference_nm", 587.56))
+    rows, reference = data["surfaces"], _number(name, data, "reference_nm", 587.56)
     surfaces, media, coatings, z = [], ["air"], [], 0.0
     for number, row in enumerate(rows, 1):
         where = f"prescription {name!r}, surface {number}"
@@ -157,8 +166,8 @@ def parse(data: dict) -> Prescription:
         (*surfaces, Surface(z)),
         (*media, media[-1]),
         (*coatings, "none"),
-        float(data["f_number"]),
-        float(data.get("half_field_deg", 20.0)),
+        _number(name, data, "f_number", 0.0),
+        _number(name, data, "half_field_deg", 20.0),
         reference,
     )
     if media[-1] != "air":
@@ -181,10 +190,10 @@ def parse(data: dict) -> Prescription:
 
 def _surface(where, row, z):
     _check_keys(where, row, ROW)
-    radius = float(row.get("radius_mm", np.inf))
+    radius = _number(where, row, "radius_mm", np.inf)
     if radius == 0 or np.isnan(radius):
         raise ConfigError(f"{where}: radius_mm is {radius:g}; expected millimetres, .inf for a plane")
-    semi = float(row.get("semi_diameter_mm", np.inf))
+    semi = _number(where, row, "semi_diameter_mm", np.inf)
     if not semi > 0 or (row.get("stop") and semi == np.inf):
         raise ConfigError(f"{where}: semi_diameter_mm is {semi:g}; expected above 0, and finite for the stop")
     if row.get("role", "lens") not in ROLES:
@@ -192,15 +201,23 @@ def _surface(where, row, z):
     return Surface(
         z,
         1 / radius,
-        float(row.get("conic", 0.0)),
+        _number(where, row, "conic", 0.0),
         tuple(map(float, row.get("aspheric", ()))),
         semi,
         bool(row.get("stop", False)),
     )
 
 
+def _number(where, row, key, default) -> float:
+    """Return a number of a mapping."""
+    value = row.get(key, default)
+    if not isinstance(value, (int, float)) or isinstance(value, bool) or np.isnan(value):
+        raise ConfigError(f"{where}: {key} is {value!r}; expected a number")
+    return float(value)
+
+
 def _thickness(where, row):
-    thickness = float(row.get("thickness_mm", 0.0))
+    thickness = _number(where, row, "thickness_mm", 0.0)
     if not 0 <= thickness < np.inf:
         raise ConfigError(f"{where}: thickness_mm is {thickness:g}; expected 0 or more: light goes from front to back")
     return thickness

@@ -37,6 +37,8 @@ class IsetExr:
 
     def __post_init__(self):
         check_ranges(self)
+        if "\0" in self.folder:
+            raise ConfigError(f"folder is {self.folder!r}; expected the path of a folder")
         if not re.fullmatch(r"[\w-]*", self.scene_id):
             raise ConfigError(
                 f"scene_id is {self.scene_id!r}; expected letters, digits, _ and -; "
@@ -44,14 +46,20 @@ class IsetExr:
             )
 
     def input_files(self):
-        """Return the files that the scene is read from: their content is part of a run's name."""
+        """Return the files that the scene is read from: their content is part of a run's name.
+
+        Raises
+        ------
+        CatalogError : no file of the scene is there.
+        """
         from pathlib import Path
 
-        if not self.scene_id:
-            return ()
         from .iset_exr_files import there
 
-        return tuple(p for p in sorted(Path(self.folder).glob(f"{self.scene_id}_*.exr")) if there(p))
+        found = sorted(Path(self.folder).expanduser().glob(f"{self.scene_id}_*.exr"))
+        if not found:
+            raise self._missing()
+        return tuple(path for path in found if there(path))
 
     def __call__(self) -> xr.Dataset:
         """Return scene radiance, W m-2 sr-1 nm-1, with the labels `distance` and `instance` where they can be read.

@@ -97,6 +97,16 @@ def check_reading(reading: Reading) -> None:
         companding.table(reading.companding, top_code(reading))
 
 
+def check_codes(reading: Reading, diode: Photodiode) -> None:
+    """Raise ConfigError where a full well is less than one code: nothing would be measured."""
+    if top_dn(reading, diode) <= reading.black_dn:
+        raise ConfigError(
+            f"sensor {reading.capture} has a full well of {diode.full_well_e:g} e and codes of "
+            f"{quantisation_e(reading):.4g} e; expected more than one code below the full well; type "
+            "a larger sensor.full_well_e, a smaller sensor.swing_v, or sensor.bits=0"
+        )
+
+
 def state_nonlinearity(reading: Reading) -> None:
     """State the non-linearity in the ledger: no processor knows it."""
     if reading.inl_dn:

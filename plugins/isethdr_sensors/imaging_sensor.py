@@ -8,7 +8,7 @@ from typing import Literal
 from isethdr_core.ranges import Percent, check_ranges
 
 from . import auto_exposure
-from .converter import check_reading
+from .converter import check_codes, check_reading
 from .limits import (
     Bits,
     Code,
@@ -90,9 +90,10 @@ class ImagingSensor:
 
     def assemble(self, photodiodes, readings, **more) -> SensorModel:
         """Return the model of these photodiodes and readings."""
-        readings = tuple(readings)
+        readings, photodiodes = tuple(readings), tuple(photodiodes)
         for reading in readings:
             check_reading(reading)
+            check_codes(reading, photodiodes[reading.diode])
         return SensorModel(self.exposure_s, self.pitch_um, self.rows, self.columns, self.cfa, tuple(photodiodes), readings,
                            peak_qe=self.peak_qe, infrared_cut=self.infrared_cut, qe_csv=self.qe_csv, temperature_c=self.temperature_c,
                            noise=self.noise, optical_crosstalk_percent=self.optical_crosstalk_percent,

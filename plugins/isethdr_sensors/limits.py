@@ -31,6 +31,6 @@ Capacity = Annotated[float, Range(1, inf)]  # electrons; inf: never full
 ChargeRate = Annotated[float, Range(1e-3, 1e15)]  # e/s
 ConversionGain = Annotated[float, Range(0.01, 1e5)]  # uV/e: 16 pF to 1.6 aF
 Gain = Annotated[float, Range(0.01, 1000)]
-Swing = Annotated[float, Range(1e-3, 1e20)]  # V; the largest switches the converter's end off
+Swing = Annotated[float, Range(1e-8, 1e20)]  # V; one electron at 0.01 uV/e, to no end at all
 LowerCase = Annotated[float, Range(0.01, 100)]  # percent
 Ratio = Annotated[float, Range(1e-7, 1)]

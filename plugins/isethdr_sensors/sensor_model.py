@@ -12,7 +12,7 @@ from isethdr_core.errors import ConfigError
 
 from .colour_filter_array import channels
 from .limits import LONGEST_S
-from .spectral_curves import check_letters
+from .spectral_curves import check_letters, read_csv
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,9 @@ class SensorModel:
             _expect(getattr(self, name), name, lambda v: 0 <= v <= 80, "percent within 0..80")
         _expect(self.optical_crosstalk_power, "optical_crosstalk_power", lambda v: -10 <= v <= 10, "an exponent within -10..10")
         _expect(self.lower_case_share, "lower_case_percent", lambda v: 0 < v <= 1, "percent above 0, at most 100")
-        if not self.qe_csv and self.curves != "unit":
+        if self.qe_csv:
+            read_csv(self.qe_csv)
+        elif self.curves != "unit":
             check_letters(channels(self.cfa))
         for diode in self.photodiodes:
             _expect(diode.fill_factor, "fill_factor", lambda v: 0 < v <= 1, "a share of the pixel's area above 0, at most 1")

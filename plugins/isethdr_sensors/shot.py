@@ -6,6 +6,7 @@ import numpy as np
 
 from isethdr_core import ledger, quantities
 from isethdr_core.error_terms import ErrorNote, Quantity
+from isethdr_core.errors import ConfigError
 from isethdr_core.light_in_time import components
 from isethdr_core.physics.noise import LARGEST_MEAN_E, rows_per_block
 
@@ -41,10 +42,20 @@ def take_shot(model: SensorModel, light, generator):
     generator : `isethdr_core.seeds.Generator`; its seed and scene key the shot, its device the fixed pattern.
         May be None for a model without noise.
     """
+    check_generator(model, generator)
     grid, filters, qe, light_e = light_electrons(model, light)
     state_errors(model, light)
     raw, saturated = readings(model, light_e, generator)
     return captures.captures(model, light, grid, raw, saturated, filters, qe)
+
+
+def check_generator(model: SensorModel, generator) -> None:
+    """Raise ConfigError where a sensor has noise and nothing to draw it from."""
+    if model.noise and generator is None:
+        raise ConfigError(
+            "a sensor with noise got no generator; expected hdr.generator(...), "
+            "for example sensor(light, hdr.generator(seed=7)), or build it with noise=False"
+        )
 
 
 def expected_electrons(model: SensorModel, light):

@@ -33,6 +33,7 @@ def take_shot(model, soft, collects, light, generator):
     -----
     Readings of the photodiode alone are `saturated` where they stop being linear: `top_dn` says where.
     """
+    shot.check_generator(model, generator)
     grid, filters, qe, parts = shot.component_electrons(model, light)
     shot.state_errors(model, light)
     [light_e], in_time = exposure_timing.together(model, parts, filters), None

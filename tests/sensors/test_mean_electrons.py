@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.constants import c, h
 
 from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.registry import build
 
 COUNTER = dict(cfa="W", curves="unit")
 
@@ -128,3 +129,15 @@ def test_impossible_fields_are_refused_with_the_field_and_a_hint(field, value):
 def test_photodiodes_larger_than_their_pixel_are_refused():
     with pytest.raises(ConfigError, match="together 1.4; expected at most 1.01"):
         SplitPixelSensor(fill_factor=(0.9, 0.5))
+
+
+@pytest.mark.parametrize("fields", [{"full_well_e": 1.0}, {"swing_v": 1e9}])
+def test_a_full_well_of_less_than_one_code_is_refused(fields):
+    with pytest.raises(ConfigError, match="expected more than one code below the full well"):
+        BayerSensor(**fields)
+
+
+@pytest.mark.parametrize("name", ["bayer", "lofic"])    # one of each kind of shot
+def test_noise_without_a_generator_is_refused(name, flat):
+    with pytest.raises(ConfigError, match="no generator; expected hdr.generator"):
+        build("sensor", name, pitch_um=3.0)(flat(1e-3), None)
