@@ -23,6 +23,7 @@ from .truth import seen
 RENDERED = "rendered_s"  # attribute of scenes that a renderer made
 CHANGES = 6     # of the scene, for scores of whole pictures
 SURE = 0.9      # share of runs for which the stated factor holds
+FEW_TILES = 8   # that a score may rest on: each knows its own noise from one difference of half buffers
 SIDE = 3        # a picture is cut into SIDE x SIDE parts, a third of which is asked of each of three changes
 BLOCK = 48      # pixels: side of the pieces that make up a part, at least. Their seams are no part of the scene; windows of metrics are about 10 wide
 
@@ -159,13 +160,17 @@ def _errors(changes, smoothed, parts_across: int = 1) -> dict[ScoreKey, Renderer
     """Return the error of each score that at least two changed scenes and the smoothed scene have.
 
     `parts_across` : the parts that each change belongs to, along one side of the frame. Parts scatter more than the frame by that.
+
+    The variance is the product of two estimates, over the changes and over the tiles that the score rests on: their relative
+    variances, 2 over the degrees of freedom of each, add up.
     """
     errors = {}
     for key in changes.keys() & smoothed.keys():
         found = np.array(changes[key])
         if len(found) > 1:
             standard_error = float(found.std(ddof=1)) / parts_across
-            errors[key] = RendererError(standard_error, len(found) - 1, _shift(found), *smoothed[key])
+            freedom = 1 / (1 / (len(found) - 1) + 1 / FEW_TILES)
+            errors[key] = RendererError(standard_error, freedom, _shift(found), *smoothed[key])
     return errors
 
 

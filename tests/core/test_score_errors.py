@@ -13,6 +13,7 @@ from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.pipeline import Camera
 from isethdr_core.registry import build
 from isethdr_core.scene_noise import HALVES, NOISE, direct_share, relative_halves, smoothing_change
+from isethdr_core.score_intervals import student_factor
 from isethdr_core.scores import Score
 from isethdr_core.truth import make_picture, truth
 
@@ -195,7 +196,9 @@ def test_every_score_of_a_small_picture_has_an_error_those_of_objects_too():
     with ledger.stage(rows := ledger.Ledger(), "scores"):
         errors = score_errors.state(camera, scores, [both], mixed, scene, light, again)
     frame, car = (errors["mean", "cd m-2", name] for name in ("", "car"))
-    assert frame.standard_error > 0 and frame.degrees_of_freedom == score_errors.CHANGES - 1
+    assert frame.standard_error > 0
+    few = 1 / (score_errors.CHANGES - 1) + 1 / score_errors.FEW_TILES
+    assert frame.degrees_of_freedom == pytest.approx(1 / few)
     assert car.standard_error == pytest.approx(2 * frame.standard_error)
     # a score that no changed scene has: its error is not known
     assert np.isnan(errors["rare", "dB", ""].standard_error)
@@ -254,3 +257,19 @@ def test_smoothing_tells_how_far_noise_has_shifted_a_score():
     error = errors["mean", "", ""]
     # the window's mean keeps a ninth of the variance, tiles that differ by chance keep more
     assert -1.1 * noise**2 < error.less_noise < -0.4 * noise**2
+
+
+def test_a_score_that_rests_on_few_tiles_is_known_with_fewer_degrees_of_freedom():
+    """The sum of eight tiles: each shows its noise once, and six changes take it with either sign."""
+    rng = np.random.default_rng(2)
+    trials, tiles, changes = 20000, score_errors.FEW_TILES, score_errors.CHANGES
+    halves = rng.standard_normal((trials, 1, tiles))
+    signs = np.where(rng.random((trials, changes, tiles)) < 0.5, 1.0, -1.0)
+    scatter = (signs * halves).sum(-1).std(axis=1, ddof=1)
+    off = np.abs(rng.standard_normal((trials, tiles)).sum(-1))
+    one = {("a", "", ""): [0.0] * (changes - 1) + [1.0]}
+    freedom = score_errors._errors(one, {("a", "", ""): [0.0]})["a", "", ""].degrees_of_freedom
+    inside = {f: np.mean(off < student_factor(f) * scatter) for f in (freedom, changes - 1)}
+    # chance: 0.0015; the two estimates make the tails a little heavier than Student's
+    assert 0.94 < inside[freedom] < 0.965
+    assert inside[changes - 1] < 0.94
