@@ -29,7 +29,7 @@ COMMON = (
     "+metric@metric.level=ideal",
 )
 PIXELS = 96  # across the camera
-SEEDS, SAMPLES = range(1000, 1040), 256
+SEEDS, SAMPLES = range(2000, 2040), 256
 TRUE_SEEDS, TRUE_SAMPLES, TRUE_SHOTS = (9001,), 4096, 48
 
 
