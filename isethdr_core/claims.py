@@ -81,6 +81,7 @@ def claimed(
         for path in _claims(folder, name):
             if _number(path) < claim.number:
                 path.unlink(missing_ok=True)
+        _remove_dead(folder)
         yield waited
     finally:
         claim.release()
@@ -177,6 +178,14 @@ def _owner(text: bytes) -> dict:
     except ValueError:  # its holder is about to write it
         return {}
     return owner if isinstance(owner, dict) else {}
+
+
+def _remove_dead(folder: Path) -> None:
+    """Remove claims of any name that killed processes of this machine left."""
+    for path in folder.glob(".*.claim-*"):
+        with suppress(OSError):  # its holder has just removed it
+            if _gone(_owner(path.read_bytes())):
+                path.unlink()
 
 
 def _described(path: Path) -> str:

@@ -85,6 +85,15 @@ def test_a_killed_holder_is_replaced_at_once(tmp_path, worker):
     assert claims(tmp_path) == []
 
 
+def test_claims_that_killed_processes_left_on_other_scenes_are_removed(tmp_path, worker):
+    first = worker(60)
+    assert first.stdout.readline() == "holds False\n"
+    first.kill()
+    (tmp_path / ".far.claim-0").write_text(json.dumps({"host": "elsewhere", "process": first.pid}))
+    with claimed(tmp_path, "other", print):
+        assert claims(tmp_path) == [".far.claim-0", ".other.claim-0"]
+
+
 def test_of_many_that_wait_for_a_killed_holder_one_at_a_time_takes_over(tmp_path, worker):
     first = worker(60, "first")
     assert first.stdout.readline() == "holds False\n"
