@@ -46,6 +46,12 @@ def test_command_prints_and_writes(app, tmp_path):
     assert rows[0]["figure"] == "AR0132AT largest SNR" and abs(float(rows[0]["ours"]) - 43.9) < 0.3
 
 
+def test_a_folder_for_the_rows_that_does_not_exist_is_found_before_the_work(app, tmp_path):
+    missing = tmp_path / "missing" / "rows.csv"
+    done = CliRunner().invoke(app, ["study", "budget", "--csv", str(missing)])
+    assert isinstance(done.exception, ConfigError) and str(missing) in str(done.exception)
+
+
 def test_without_a_name_the_studies_are_listed(app):
     done = CliRunner().invoke(app, ["study"])
     assert done.exit_code == 0 and all(name in done.output for name in STUDIES)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import inspect
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -26,6 +27,10 @@ def study(name: Annotated[str, typer.Argument(help="name of a study; none lists 
         for known in STUDIES:
             typer.echo(f"{known}: {(inspect.getdoc(function_of(known)) or '').splitlines()[0]}")
         return
+    if csv_file and not Path(csv_file).resolve().parent.is_dir():
+        raise ConfigError(
+            f"--csv is {csv_file}; expected a file in a folder that exists; make the folder first"
+        )
     rows = run_study(name, settings or [])
     show(rows, name)
     print_path("stored", keep(name, settings or [], rows))
