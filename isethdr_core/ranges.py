@@ -12,9 +12,10 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
+from difflib import get_close_matches
 from functools import cache
 from reprlib import Repr
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from .errors import ConfigError
 
@@ -144,8 +145,18 @@ def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> 
     if value is not whole and deepest[0]["type"] != TOO_SHORT:
         wrong += f" with {SHORT.repr(value)} in it"
     expected = " or ".join(dict.fromkeys(map(_expectation, deepest)))
-    return (f"{name} is {wrong}; expected {expected}; "
-            f"type for example {to_type}{name}={_example(cls, name)}")
+    near = _nearest_choice(annotations(cls)[name], value)
+    hint = f"; did you mean {near!r}?" if near else ""
+    return (f"{name} is {wrong}; expected {expected}{hint}; "
+            f"type for example {to_type}{name}={near or _example(cls, name)}")
+
+
+def _nearest_choice(annotation: Any, value: Any) -> str:
+    """Return the name among those that a `Literal` allows that is most like `value`; "" for none."""
+    if get_origin(annotation) is not Literal or not isinstance(value, str):
+        return ""
+    names = [choice for choice in get_args(annotation) if isinstance(choice, str)]
+    return next(iter(get_close_matches(value, names, 1)), "")
 
 
 def _expectation(problem: Mapping[str, Any]) -> str:

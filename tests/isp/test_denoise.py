@@ -149,7 +149,7 @@ def test_the_variance_of_demosaiced_planes_is_that_of_draws(scene, level, low, h
 
 
 def test_unknown_denoisers_are_named(bench):
-    with pytest.raises(ConfigError, match="denoise 'nlmeans' is unknown.*nl_means"):
+    with pytest.raises(ConfigError, match="denoise is 'nlmeans'.*did you mean 'nl_means'"):
         LinearIsp(denoise="nlmeans")(bench.make(np.full((24, 32), 50.0)))
 
 
