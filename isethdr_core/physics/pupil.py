@@ -15,20 +15,33 @@ import numpy as np
 
 MOST_TERMS = 20000  # of `opening`, which takes seconds for them
 GAUSS = (0.5 - 1 / 12**0.5, 0.5 + 1 / 12**0.5)  # places of the two-point rule, of equal weights
+LEVELS = 512  # level lines across a shape from which the height of its image under a linear map is bounded
+
+Matrix = tuple[tuple[float, float], tuple[float, float]]  # ((xx, xy), (yx, yy)) of a linear map of the pupil plane
 
 
 @dataclass(frozen=True)
 class Convex:
-    """The intersection of half-planes (nx, ny, d): nx x + ny y <= d, and of discs (x, y, radius), within `low` <= y <= `high`."""
+    """The intersection of half-planes (nx, ny, d): nx x + ny y <= d, of discs (x, y, radius) and of ellipses, within `low` <= y <= `high`.
+
+    An ellipse (x, y, matrix) is the image of the unit disc under a linear map, moved to the centre (x, y).
+    """
 
     planes: tuple[tuple[float, float, float], ...] = ()
     discs: tuple[tuple[float, float, float], ...] = ()
     low: float = -np.inf
     high: float = np.inf
+    ellipses: tuple[tuple[float, float, Matrix], ...] = ()
 
     def __and__(self, other: Convex) -> Convex:
         """Return the intersection of two shapes."""
-        return Convex(self.planes + other.planes, self.discs + other.discs, max(self.low, other.low), min(self.high, other.high))
+        return Convex(
+            self.planes + other.planes,
+            self.discs + other.discs,
+            max(self.low, other.low),
+            min(self.high, other.high),
+            self.ellipses + other.ellipses,
+        )
 
     def is_empty(self, lines: int = 512) -> bool:
         """Return whether none of `lines` level lines across the shape's height cuts it."""
@@ -43,6 +56,11 @@ class Convex:
         for xc, yc, r in self.discs:
             half = np.sqrt(np.maximum(r * r - (y - yc) ** 2, 0.0))
             left, right = np.maximum(left, xc - half), np.minimum(right, xc + half)
+        for xc, yc, ((xx, xy), (yx, yy)) in self.ellipses:
+            height2 = yx**2 + yy**2
+            middle = xc + (xx * yx + xy * yy) / height2 * (y - yc)
+            half = abs(xx * yy - xy * yx) / height2 * np.sqrt(np.maximum(height2 - (y - yc) ** 2, 0.0))
+            left, right = np.maximum(left, middle - half), np.minimum(right, middle + half)
         for nx, ny, d in self.planes:
             if abs(nx) < 1e-12:
                 right = np.where(ny * y <= d, right, -np.inf)
@@ -57,9 +75,51 @@ class Convex:
         inside = np.ones(np.broadcast_shapes(np.shape(x), np.shape(y)), bool)
         for xc, yc, r in self.discs:
             inside &= (x - xc) ** 2 + (y - yc) ** 2 <= r * r
+        for xc, yc, ((xx, xy), (yx, yy)) in self.ellipses:
+            u = yy * (x - xc) - xy * (y - yc)
+            v = xx * (y - yc) - yx * (x - xc)
+            inside &= u**2 + v**2 <= (xx * yy - xy * yx) ** 2
         for nx, ny, d in self.planes:
             inside &= nx * x + ny * y <= d
         return inside
+
+    def mapped(self, matrix: Matrix) -> Convex:
+        """Return the image of the shape under a linear map about the origin.
+
+        Parameters
+        ----------
+        matrix : ((xx, xy), (yx, yy)), invertible: (x, y) goes to (xx x + xy y, yx x + yy y).
+        """
+        forward = np.asarray(matrix, float)
+        inverse = np.linalg.inv(forward)
+        low, high = self._mapped_height(forward)
+        planes = tuple((*map(float, (nx, ny) @ inverse), d) for nx, ny, d in self.planes)
+        round_ones = [(x, y, ((r, 0.0), (0.0, r))) for x, y, r in self.discs]
+        ellipses = tuple(
+            (*map(float, forward @ (x, y)), tuple(tuple(map(float, row)) for row in forward @ np.asarray(own)))
+            for x, y, own in (*round_ones, *self.ellipses)
+        )
+        return Convex(planes=planes, low=low, high=high, ellipses=ellipses)
+
+    def _mapped_height(self, forward) -> tuple[float, float]:
+        """Return bounds (low, high) of y over the image of the shape under a linear map.
+
+        They are exact where level lines stay level. Else y of the image is a concave function of the level in the shape: its
+        maximum lies above no straight line through two neighbouring levels, continued by one more.
+        """
+        yx, yy = forward[1]
+        if yx == 0.0:
+            return tuple(map(float, sorted((yy * self.low, yy * self.high))))
+        level = np.linspace(self.low, self.high, LEVELS)
+        left, right = self.chords(level)
+        hit = left < right
+        if hit.sum() < 2:  # thinner than two levels: no light
+            return 0.0, 0.0
+        bounds = []
+        for sign in (-1, 1):
+            most = sign * yy * level[hit] + np.maximum(sign * yx * left[hit], sign * yx * right[hit])
+            bounds.append(sign * float(most.max() + np.abs(np.diff(most)).max()))
+        return bounds[0], bounds[1]
 
 
 def disc(x: float, y: float, radius: float) -> Convex:

@@ -7,7 +7,7 @@ cancel at high orders (1e-8 is lost at order 20, everything at 50), so higher or
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 from math import comb, factorial, isqrt, sqrt
 from typing import NamedTuple
 
@@ -127,6 +127,30 @@ def _by_frequency(zernike_um) -> dict[int, Terms]:
     return out
 
 
+def zernike_basis(terms, x, y) -> np.ndarray:
+    """Return the values (point, term) of several terms at points of the pupil plane, one dimension, in pupil radii."""
+    terms = tuple(int(j) for j in terms)
+    degree = max(order(j)[0] for j in terms)
+    powers_x, powers_y = (np.vander(np.asarray(a, float), degree + 1, increasing=True) for a in (x, y))
+    products = np.stack([powers_x[:, k] * powers_y[:, n - k] for n in range(degree + 1) for k in range(n + 1)], axis=1)
+    return products @ _coefficients(terms, degree)
+
+
+@lru_cache(maxsize=64)
+def _coefficients(terms: tuple[int, ...], degree: int) -> np.ndarray:
+    """Return the (product of powers, term) coefficients of terms, products in the order of `zernike_basis`."""
+    out = np.zeros((_terms_to(degree), len(terms)))
+    for column, j in enumerate(terms):
+        powers = _powers(j)
+        row = 0
+        for n in range(degree + 1):
+            for k in range(n + 1):
+                if n < len(powers):
+                    out[row, column] = powers[k, n - k]
+                row += 1
+    return out
+
+
 def wavefront_um(zernike_um, x, y) -> np.ndarray:
     """Return the optical path difference on a grid.
 
@@ -220,6 +244,40 @@ def rotated(zernike_um, angle_rad: float) -> dict[int, float]:
                 i = (n * (n + 2) + k) // 2
                 out[i] = out.get(i, 0.0) + float(part)
     return out
+
+
+def mapped(zernike_um, matrix) -> dict[int, float]:
+    """Return the coefficients of the wavefront whose value at `matrix` (x, y) is that of the given one at (x, y).
+
+    Parameters
+    ----------
+    zernike_um : {OSA index: um}, of order `POWERS_ORDER` at most.
+    matrix : ((xx, xy), (yx, yy)), invertible, y up. Polynomials go beyond the unit disc.
+    """
+    if not zernike_um:
+        return {}
+    count = _terms_to(max(order(int(j))[0] for j in zernike_um))
+    given = np.array([zernike_um.get(j, 0.0) for j in range(count)])
+    return dict(enumerate((_substitution(tuple(map(tuple, matrix)), count) @ given).tolist()))
+
+
+def _terms_to(degree: int) -> int:
+    return (degree + 1) * (degree + 2) // 2
+
+
+@lru_cache(maxsize=256)
+def _substitution(matrix, count: int) -> np.ndarray:
+    """Return the (new, given) coefficients of all terms up to `count` with `matrix`^-1 (x, y) in the place of (x, y).
+
+    A polynomial stays one of the same degree, so that its values at more places than terms determine it.
+    """
+    radius = np.sqrt((np.arange(count) + 0.5) / count)
+    turn = np.pi * (3 - 5**0.5) * np.arange(count)  # a sunflower's: no two places on one line through the middle
+    radius, turn = (np.concatenate([radius, radius]), np.concatenate([turn, turn + 1.0]))
+    here = np.stack([radius * np.cos(turn), radius * np.sin(turn)])
+    there = np.linalg.inv(np.array(matrix, float)) @ here
+    new, given = (zernike_basis(range(count), *at) for at in (here, there))
+    return np.linalg.lstsq(new, given, rcond=None)[0]
 
 
 def polynomial(zernike_um) -> np.ndarray:

@@ -42,9 +42,11 @@ ghosts_draw.py            its sources, and rays laid down on the sensor
 prescription.py           lens prescriptions read from YAML (in prescriptions/), scaled and stopped down
 prescription_coatings.py  coatings by name, what every surface reflects
 prescription_figures.py   distortion, relative illumination, irradiance and f-number of a prescription from exact rays
+prescription_rays.py      rays of one field point over its stop
+prescription_exit_pupil.py  its stop as the image sees it, in direction cosines: an ellipse off the axis
 prescription_wavefront.py  wavefronts over its field from exact optical paths
-prescription_amplitude.py  light uneven over its stop
-prescription_rims.py      rims that cut its stop off the axis
+prescription_amplitude.py  light uneven over its exit pupil
+prescription_rims.py      rims that cut its exit pupil off the axis
 prescription_field.py     whether its beam gets to the corners of the camera's field
 prescribed_lens.py        the lens `prescription`
 limits.py                 ranges of the fields of lenses and flares

@@ -50,5 +50,6 @@ def _made(plan, waves, energy):
         own = cells if plan.fixed else pupils.amplitude(plan.lens, plan.flares, axis, axis, wave)
         pupil = pupils.resolved(plan.lens, plan.flares, axis, axis, wave, own)
         step = axis[1] - axis[0]
-        total = total + integrated_psf(pupil, wave, (step, step), plan.distance, sides, plan.pitch, energy, cell_means=True, boxes=2)
+        scaled_nm = pupils.scaled_nm(plan.lens, wave)
+        total = total + integrated_psf(pupil, scaled_nm, (step, step), plan.distance, sides, plan.pitch, energy, cell_means=True, boxes=2)
     return total / len(waves)

@@ -53,7 +53,7 @@ class Lattice:
     """Samples of a pattern: values[i, j] is the fraction of the energy per sample at (index - middle + offset) * step."""
 
     values: np.ndarray
-    step_um: tuple[float, float]  # at `wavelength_nm`; a pattern without phase scales with wavelength
+    step_um: tuple[float, float]  # at `wavelength_nm`, as `pupils.scaled_nm`; a pattern without phase scales with wavelength
     wavelength_nm: float
     offset: tuple[float, float]
 
@@ -65,7 +65,7 @@ def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
     energy, distance = pupils.open_energy_mm2(lens, flares, wave), pupils.distance_mm(lens)
     out = []
     for offset in ((0.0, 0.0), (0.5, 0.5)):
-        pupil = lattices.fold_shapes(pupils.terms(lens, flares), pupils.radius_mm(lens), cells, period, offset)
+        pupil = lattices.fold_shapes(pupils.terms(lens, flares), pupils.reach_mm(lens), cells, period, offset)
         values = lattices.lattice_psf(pupil, wave, distance, far, (step, step), energy, offset, lattices.spline_response)
         out.append(Lattice(values, (step, step), wave, offset))
     return out
@@ -77,9 +77,10 @@ def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
     step, far, period, cells = _sampling(lens, wave, plan.pitch, reach, stretch, OWN_SAMPLES, fine, plan.split)
     offsets = ((0.0, 0.0), (0.5, 0.5))
     folded, out = pupils.folded(lens, flares, wave, cells, period, offsets), []
+    scaled_nm = pupils.scaled_nm(lens, wave)
     for offset in offsets:  # the first is let go of before the second is transformed
-        values = lattices.lattice_psf(folded.pop(0), wave, plan.distance, far, (step, step), energy, offset, lattices.binomial_response)
-        out.append(Lattice(values, (step, step), wave, offset))
+        values = lattices.lattice_psf(folded.pop(0), scaled_nm, plan.distance, far, (step, step), energy, offset, lattices.binomial_response)
+        out.append(Lattice(values, (step, step), scaled_nm, offset))
     return out
 
 
@@ -101,7 +102,7 @@ def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, split=1, shared=
     far = tuple(int(np.ceil(e / step)) + 2 for e in extent)
     least = max(RING_PUPIL, pupils.phase_samples(lens, wave) / 2) * pupils.blur_um(lens, wave) / step
     period = tuple(sf.next_fast_len(int(np.ceil(max(PERIOD * n, least)))) for n in far)
-    return step, far, period, lattices.lattice_pitch_mm(wave, period, pupils.distance_mm(lens), (step, step))
+    return step, far, period, lattices.lattice_pitch_mm(pupils.scaled_nm(lens, wave), period, pupils.distance_mm(lens), (step, step))
 
 
 def lattice_bytes(lens, shortest_nm: float, pitch_um, reach) -> float:
@@ -183,7 +184,7 @@ def ring(plan, reach, hole, centre, width, energy, fine=1):
         middle, span = centre + ((part + 0.5) / parts - 0.5) * width, width / parts
         pair = [[(one, 1.0)] for one in plan.lattices] or plan.knots.around(plan, reach, middle, span, energy, finer)
         for half, given in enumerate(pair):
-            _read(halves[half], half, given, middle, span, plan.pitch, reach, grid, fine / parts, 1 / parts)
+            _read(halves[half], half, given, pupils.scaled_nm(plan.lens, middle), span, plan.pitch, reach, grid, fine / parts, 1 / parts)
     both = [(halves[0] + halves[1]) / 2, (halves[0] - halves[1]) / 2]
     for k, half in enumerate(both if plan.lattices else ()):
         both[k] = np.concatenate([half, half[-2::-1, ::-1]])

@@ -27,6 +27,7 @@ from .threads import MOST_THREADS, cpus, executor
 RINGS = (0, 1, 2, 4, 8)  # tried one after the other
 PARTS = (0.15, 0.25, 0.4, 0.6)  # of the exact core, tried as reach of the cores of places
 OUTERMOST = 0.75  # of the widest core
+ROUND = 1e-6  # radii of the stop, by which a round pupil may be off
 NO_BETTER = 1.25  # times the error at the widest reach: where that is more than allowed, but not twice as much, a narrower one is as good
 
 
@@ -113,7 +114,8 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
     waves = mixed.wavelength.values.astype(float)
     along = [seen_from(r, 0.0) for r in np.linspace(0, radius, 9)]
     known = [lens.wavefront_at(float(projections.angle_rad(r, 0.0, projection))) for r in np.linspace(0, radius, 9)]
-    symmetric = field_grid.is_symmetric([*known, *(dict(at.uneven) for at in along)]) and not any(at.rims for at in along)
+    terms = [*known, *(dict(at.uneven) for at in along)]
+    symmetric = field_grid.is_symmetric(terms) and not any(at.rims or _stretched(at) for at in along)
     some = references_nm(along[-1], waves)
     exact, least = _half(along, some, pitch_um, mixed.shape[1:])
     ends = [(w - WIDTH_NM / 2, w + WIDTH_NM / 2) for w in {some[0], some[-1]}]
@@ -173,6 +175,12 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
         label = "speckle of the kernels of places of the field, where their blur is wider than an exact core"
         ledger.add_error(ErrorNote(speckle, "relative per tile", "statistical", label, KERNELS, Quantity.IRRADIANCE))
     return made
+
+
+def _stretched(place) -> bool:
+    """Return whether the pupil of a place is an ellipse."""
+    matrix = np.array(place.pupil_matrix if place.pupil_matrix is not None else np.eye(2))
+    return not np.allclose(matrix, matrix[0, 0] * np.eye(2), rtol=0, atol=ROUND)
 
 
 def _shaped(flares) -> bool:

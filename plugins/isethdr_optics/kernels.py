@@ -176,7 +176,7 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None
         if wrong is not None:
             wrong = tile_sums(wrong, split)
             errors = kernel_errors.by_octave(wrong, kernel), kernel_errors.deviation(wrong, kernel), kernel_errors.core(wrong)
-        return kernel, *errors, energy / (np.pi * pupils.radius_mm(lens) ** 2)
+        return kernel, *errors, energy / pupils.stop_mm2(lens)
 
     def kept(centre, width):  # band by band, so that what was done before a run was stopped is not done again
         part = f"{name}{kernel_store.PART}{centre:.9g}"
@@ -306,7 +306,7 @@ def point_spread(lens, wavelength_nm, pitch_um, size, flares, integrated):
         psf = psf_from_pupil(
             pupil,
             None,
-            wave,
+            pupils.scaled_nm(lens, wave),
             pitch_mm,
             pupils.distance_mm(lens),
             pitch_um,

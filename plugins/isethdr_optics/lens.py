@@ -161,10 +161,15 @@ class DiffractionLimitedLens(IdealLens):
     field_varies = False  # nor one that varies over the field
     traced, rims = None, ()  # nor a traced colour, nor rims that cut its stop; see `place_lens`
     uneven = ()  # nor light uneven over the stop
+    pupil_matrix = None  # nor an exit pupil that differs from the round stop of its f-number
 
     def colour_um(self, wavelength_nm: float) -> dict[int, float]:
         """Return what a wavelength's wavefront has on top of that of all, {OSA index: um}: nothing beside `focal_shift_um`."""
         return {}
+
+    def pupil_scale(self, wavelength_nm: float) -> float:
+        """Return the size of the exit pupil at a wavelength over that of the pupil that shapes are drawn in: the same."""
+        return 1.0
 
     def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=(), integrated=None):
         """Return the point spread function of the lens with `flares`, on the axis.

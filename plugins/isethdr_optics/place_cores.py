@@ -73,14 +73,16 @@ def state(lenses, flares, wavelength_nm, half) -> None:
 def _lines(lens, flares, wave, read, pitch_um, half) -> kernels.Kernels:
     """Return the kernels of bands by lines between knots."""
     energy, stop = _light(lens, flares)
+    scaled_nm = partial(pupils.scaled_nm, lens)
     pattern = lru_cache(maxsize=2)(lambda w, step: _points(lens, energy, stop, w, w - step, pitch_um, half))
     bands = []
     for centre, band in zip(wave, read):
-        kernel = sum(share * _tiles(pattern(*knot), knot[0] / one, pitch_um, half) for one, ends in band for knot, share in ends) / len(band)
+        read_at = [(knot, share, scaled_nm(knot[0]) / scaled_nm(one)) for one, ends in band for knot, share in ends]
+        kernel = sum(share * _tiles(pattern(*knot), scale, pitch_um, half) for knot, share, scale in read_at) / len(band)
         bands.append(np.asarray(scatter.mix(kernel, flares, centre, pitch_um, lens.focal_length_mm), np.float32))
     nothing = np.zeros((len(wave), kernel_errors.OCTAVES))
     outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
-    return kernels.Kernels(bands, outside, nothing, np.array([energy(w) for w in wave]) / (np.pi * pupils.radius_mm(lens) ** 2), 0.0, nothing,
+    return kernels.Kernels(bands, outside, nothing, np.array([energy(w) for w in wave]) / pupils.stop_mm2(lens), 0.0, nothing,
                            np.full(len(wave), float(max(bands[0].shape))), (lens, flares))
 
 
@@ -142,7 +144,7 @@ def _points(lens, energy, stop, wave, shortest, pitch_um, half):
     """
     total = energy(wave)  # refuses a stop without light
     blur, radius, extent = pupils.blur_um(lens, wave), pupils.radius_mm(lens), max((h + 1) * p for h, p in zip(half, pitch_um))
-    across = 2 * extent / pupils.blur_um(lens, min(wave, shortest))
+    across = 2 * extent / (blur * min(1.0, shortest / wave))
     steep = 2 * pupils.steepest_um(lens, wave) / (wave * 1e-3) / TURNS
     cells = _rounded(min(max(FEWEST, min(USUAL, BORDER * across), min(2 * across, 2 * WIDEST / PER_BLUR), steep), MOST))
     stop, axis = stop(cells, wave), pupils.axis_mm(lens, 2 * radius / cells)
@@ -165,19 +167,15 @@ def _rounded(cells):
 
 
 def _stop(lens, flares, cells, wave):
-    """Return the stop of a place: the open one with its dirt, times what rims leave of each cell."""
+    """Return the pupil of a place: the open one with its dirt, times what rims leave of each cell."""
     radius, axis = pupils.radius_mm(lens), pupils.axis_mm(lens, 2 * pupils.radius_mm(lens) / cells)
-    bare = replace(lens, rims=())
-    drawn = _drawn(tuple(pupils.terms(bare, flares, wave)), radius, cells) if pupils.all_shapes(flares) else pupils.amplitude(bare, flares, axis, axis, wave)
+    drawn = pupils.amplitude(replace(lens, rims=()), flares, axis, axis, wave)
     for rim in lens.rims:
-        drawn = drawn * shapes.raster([(shapes.disc(*(radius * v for v in rim)), 1.0)], axis, axis)
+        opening = shapes.disc(*(radius * v for v in rim))
+        if lens.pupil_matrix is not None:
+            opening = opening.mapped(lens.pupil_matrix)
+        drawn = drawn * shapes.raster([(opening, 1.0)], axis, axis)
     return drawn
-
-
-@lru_cache(maxsize=4)
-def _drawn(terms, radius, cells):
-    axis = (np.arange(2 * (int(np.ceil(cells / 2)) + 1)) + 0.5 - int(np.ceil(cells / 2)) - 1) * (2 * radius / cells)
-    return shapes.raster(list(terms), axis, axis)
 
 
 def _tiles(given, scale, pitch_um, half) -> np.ndarray:

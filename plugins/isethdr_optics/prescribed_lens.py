@@ -13,6 +13,7 @@ from .limits import ErrorAllowed, Falloff
 
 FIRST_NM, STEP_NM = 380.0, 20.0  # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on others
 EVEN = 0.002  # rms of the amplitude over the stop: changes at most twice that share of a point's light (L1, Cauchy-Schwarz)
+BORDER_SHARE = 3.0  # of a point's light (L1) per radius by which the exit pupil is off its ellipse; measured 0.2 to 2.7
 BEYOND = 1.05  # times the field: as far as chief rays of the distortion go, for tiles that lateral colour adds around it
 FIELD_POINTS = 33  # of distortion and relative illumination, from the axis to the border of the field
 
@@ -56,13 +57,27 @@ class PrescribedLens(DiffractionLimitedLens):
         """
         if self.focal_shift_um:
             return {}
-        real, step = self.real(), (float(wavelength_nm) - FIRST_NM) // STEP_NM
-        low, high = (FIRST_NM + STEP_NM * (step + k) for k in (0, 1))
-        part = (low**-2 - wavelength_nm**-2) / (low**-2 - high**-2)
-        ends = [(share, _traced_wavefront(real, float(angle_rad), w)[0]) for share, w in ((1 - part, low), (part, high)) if share]
-        middle = _traced_wavefront(real, float(angle_rad))[0]
+        ends = [(share, found.terms_um) for share, found in self._traced_around(angle_rad, wavelength_nm)]
+        middle = _traced_wavefront(self.real(), float(angle_rad)).terms_um
         terms = {j for _, found in ends for j in found} | set(middle)
         return {j: sum(share * found.get(j, 0.0) for share, found in ends) - middle.get(j, 0.0) for j in sorted(terms)}
+
+    def pupil_scale_at(self, angle_rad: float, wavelength_nm: float) -> float:
+        """Return the size of the exit pupil at a wavelength over that at the reference wavelength; 1 beside `focal_shift_um`.
+
+        Between traced wavelengths as `colour_at`.
+        """
+        if self.focal_shift_um:
+            return 1.0
+        return sum(share * found.pupil_scale for share, found in self._traced_around(angle_rad, wavelength_nm))
+
+    def _traced_around(self, angle_rad, wavelength_nm):
+        """Return [(share, wavefront), ...] of the traced wavelengths on either side of one."""
+        step = (float(wavelength_nm) - FIRST_NM) // STEP_NM
+        low, high = (FIRST_NM + STEP_NM * (step + k) for k in (0, 1))
+        part = (low**-2 - wavelength_nm**-2) / (low**-2 - high**-2)
+        ends = ((1 - part, low), (part, high))
+        return [(share, _traced_wavefront(self.real(), float(angle_rad), w)) for share, w in ends if share]
 
     def magnification_at(self, tangent, wavelength_nm: float):
         """Return heights on the sensor of traced chief rays of a wavelength over those of the reference, at field tangents; 1: no lateral colour."""
@@ -79,6 +94,23 @@ class PrescribedLens(DiffractionLimitedLens):
         from .prescription_rims import rims
 
         return rims(self.real(), tan(angle_rad))[0]
+
+    def exit_pupil_at(self, angle_rad: float) -> tuple[float, float]:
+        """Return the (meridional, sagittal) radius of the exit pupil in direction cosines at the image of a field angle.
+
+        The unit is 1 / (2 x f-number), the radius that the f-number says. A negative radius is that of an inverted pupil.
+
+        Raises
+        ------
+        ConfigError : where rays of that direction do not fill the stop.
+        """
+        from math import tan
+
+        from .prescription_exit_pupil import exit_pupil
+
+        real = self.real()
+        pupil = exit_pupil(real, tan(angle_rad), real.reference_nm)
+        return -2 * self.f_number * pupil.meridional, -2 * self.f_number * pupil.sagittal
 
     def amplitude_at(self, angle_rad: float) -> dict[int, float]:
         """Return the amplitude over the stop of light from an angle off the axis along +x, {OSA index: value}, its mean square 1.
@@ -196,7 +228,7 @@ class PrescribedLens(DiffractionLimitedLens):
         from isethdr_core.geometry import projection_of
         from isethdr_core.physics.projection import angle_rad
 
-        from .prescription_amplitude import width
+        from .prescription_exit_pupil import exit_pupil
         from .prescription_figures import distortion, spot_radius_mm
         from .prescription_rims import rims
 
@@ -229,9 +261,10 @@ class PrescribedLens(DiffractionLimitedLens):
         even = [u for u in (_traced_amplitude(real, a)[1] for a in np.linspace(0.0, widest, 5)) if u <= EVEN]
         if even:
             ledger.left_out("light uneven over the stop", "next to none", 2 * max(even), "share of a point's light")
-        narrow = width(real, float(np.tan(widest)), real.reference_nm)
-        label = "point spread off the axis, where the stop seen from the sensor is foreshortened"
-        shape_error(max(abs(1 / n - 1) for n in narrow), "of its width", label, "foreshortened stop")
+        border = max(exit_pupil(real, float(np.tan(a)), real.reference_nm).off_ellipse for a in np.linspace(0.0, widest, 5))
+        label = "exit pupil off the axis, drawn as an ellipse, L1"
+        note = ErrorNote(BORDER_SHARE * border, "share of a point's light", "measured", label, "exit pupil", Quantity.IRRADIANCE)
+        ledger.add_error(note)
         label = "rims that cut the stop off the axis, drawn as arcs of circles"
         shape_error(rims(real, float(np.tan(widest)))[1], "radii of the stop", label, "rims")
 

@@ -1,7 +1,7 @@
 """Amplitude over the pupil of a prescription: how unevenly a beam that comes in even leaves for the image, as Zernike coefficients.
 
 The image depends on directions: it is the transform of the amplitude over direction cosines. Power per area of direction cosines is power
-per area of the incoming beam x the ratio of both areas (Jacobians, where rays cross the stop as the parameter) x what surfaces and coatings
+per area of the incoming beam x the area of that beam per area of direction cosines (a Jacobian) x what surfaces and coatings
 transmit along the ray; its root is the amplitude. A lens that keeps the sine condition off the axis too, one free of coma, is even here
 (Abbe; Born and Wolf 1999, section 4.5), however unevenly its stop is filled.
 """
@@ -13,19 +13,20 @@ from functools import lru_cache
 import numpy as np
 
 from isethdr_core.physics.ray_trace import follow, sequential
-from isethdr_core.physics.zernike import order, polynomial, zernike
+from isethdr_core.physics.zernike import order, polynomial, zernike_basis
 
 from .prescription_coatings import Powers
-from .prescription_wavefront import HIGHEST, entering, filling, fitted
+from .prescription_exit_pupil import pupil_rays
+from .prescription_rays import HIGHEST, entering, fitted
 
-RADII, AZIMUTHS = 24, 48  # of the places in the stop where the amplitude is evaluated
-STEP = 1e-4  # radii of the stop, for derivatives
+RADII, AZIMUTHS = 24, 48  # of the places in the exit pupil where the amplitude is evaluated
+STEP = 1e-4  # radii of the exit pupil, for derivatives
 LEAST = 1e-7  # coefficients below are rounding
 
 
 @lru_cache(maxsize=256)
 def amplitude(lens, tangent: float, wavelength_nm: float) -> tuple[tuple[tuple[int, float], ...], float]:
-    """Return the amplitude of light from a field tangent along +x, ((OSA index, value), ...) over the stop, and how uneven it is, rms.
+    """Return the amplitude of light from a field tangent along +x, ((OSA index, value), ...) over the exit pupil, and how uneven it is, rms.
 
     Parameters
     ----------
@@ -33,36 +34,25 @@ def amplitude(lens, tangent: float, wavelength_nm: float) -> tuple[tuple[tuple[i
 
     Notes
     -----
-    The mean square over the stop is 1. Terms odd in y, which a lens of revolution cannot have, are not fitted. Light is unpolarised.
+    The mean square over the exit pupil is 1. Terms odd in y, which a lens of revolution cannot have, are not fitted. Light is unpolarised.
 
     Raises
     ------
     ConfigError : where too few rays of that direction reach the sensor.
     """
-    _, stop, within = filling(lens, tangent, wavelength_nm)
+    (_, _, within), pupil, *_ = pupil_rays(lens, tangent, wavelength_nm)
     position, direction = entering(lens, lens.indices(wavelength_nm), tangent)
     passed = follow(lens.surfaces, lens.indices(wavelength_nm), sequential(len(lens.surfaces)), position, direction, _power(lens, wavelength_nm))
-    places = [s[within] for s in stop]
+    places = [s[within] for s in pupil]
     even, odd = ([j for j in range((HIGHEST + 1) * (HIGHEST + 2) // 2) if (order(j)[1] >= 0) == kind] for kind in (True, False))
     enters_x, enters_y = _fit(even, places, position[0][within]), _fit(odd, places, position[1][within])
-    leaves_x, leaves_y = _fit(even, places, passed.direction[0][within]), _fit(odd, places, passed.direction[1][within])
     transmits = _fit(even, places, passed.weight[within])
     radius, turn = np.meshgrid(np.sqrt((np.arange(RADII) + 0.5) / RADII), 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS)  # of equal areas
     x, y = (radius * np.cos(turn)).ravel(), (radius * np.sin(turn)).ravel()
-    power = _area(enters_x, enters_y, x, y) / _area(leaves_x, leaves_y, x, y) * _at(transmits, x, y)
+    power = _area(enters_x, enters_y, x, y) * _at(transmits, x, y)
     found = np.sqrt(power / power.mean())
     fit = _fit(even, (x, y), found)
     return tuple((j, c) for j, c in fit.items() if abs(c) > LEAST), float(np.std(found))
-
-
-@lru_cache(maxsize=64)
-def width(lens, tangent: float, wavelength_nm: float) -> tuple[float, float]:
-    """Return the (meridional, sagittal) width of the stop in direction cosines at the image of a field tangent, over that on the axis."""
-    out = []
-    for t in (tangent, 0.0):
-        rays, stop, within = filling(lens, t, wavelength_nm)
-        out.append([_fit(range(10), [s[within] for s in stop], d[within])[tilt] for d, tilt in zip(rays.direction[:2], (2, 1))])
-    return tuple(float(a / b) for a, b in zip(*out))
 
 
 def _power(lens, wavelength_nm):
@@ -76,8 +66,7 @@ def _power(lens, wavelength_nm):
 
 
 def _fit(terms, places, values) -> dict[int, float]:
-    basis = np.stack([zernike(j, *places) for j in terms], axis=1)
-    return dict(zip(terms, map(float, fitted(basis, values))))
+    return dict(zip(terms, map(float, fitted(zernike_basis(terms, *places), values))))
 
 
 def _at(terms, x, y):
@@ -85,7 +74,7 @@ def _at(terms, x, y):
 
 
 def _area(first, second, x, y):
-    """Return the Jacobian of two functions of places in the stop."""
+    """Return the Jacobian of two functions of places in the exit pupil."""
     (xx, xy), (yx, yy) = (_slopes(terms, x, y) for terms in (first, second))
     return np.abs(xx * yy - xy * yx)
 

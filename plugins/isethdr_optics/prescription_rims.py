@@ -1,6 +1,7 @@
-"""Rims: the part of a prescription's stop that light off the axis fills, where rims of other surfaces cut its beam.
+"""Rims: the part of a prescription's exit pupil that light off the axis fills, where rims of other surfaces cut its beam.
 
-A rim seen from the stop is nearly a circle: points where rays graze it are found in the stop, and a circle is fitted to them.
+A rim seen from the stop is nearly a circle, and so it is in the exit pupil's own units, which make the stop a unit disc. Points
+where rays graze the rim are found there, and a circle is fitted to them.
 """
 
 from __future__ import annotations
@@ -9,9 +10,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from isethdr_core.physics.zernike import order, polynomial, zernike
+from isethdr_core.physics.zernike import order, polynomial, zernike_basis
 
-from .prescription_wavefront import HIGHEST, filling, fitted
+from .prescription_exit_pupil import pupil_rays
+from .prescription_rays import HIGHEST, fitted
 
 RADII, AZIMUTHS = 48, 180  # of the places in the stop that are looked at
 BEYOND = 1.1  # stop radii: rays that a crossing is looked for among
@@ -34,11 +36,11 @@ def rims(lens, tangent: float) -> tuple[tuple[tuple[float, float], ...], float]:
     Discs in radii of the stop; and the largest distance of a grazing ray from its disc's border, in the same unit. No discs where only the
     stop itself limits the beam, nor where rims leave less than `LEAST` of it: next to no light has no point spread worth knowing.
     """
-    rays, stop, within = filling(lens, tangent, lens.reference_nm, BEYOND)
-    u, v = (s[within] for s in stop)
+    (rays, _, within), places, *_ = pupil_rays(lens, tangent, lens.reference_nm, BEYOND)
+    u, v = (s[within] for s in places)
     radius, turn = np.meshgrid((np.arange(RADII) + 1) / RADII, np.arange(AZIMUTHS) * 2 * np.pi / AZIMUTHS)
     grid = radius * np.cos(turn), radius * np.sin(turn)
-    basis = np.stack([zernike(j, u, v) for j in range((HIGHEST + 1) * (HIGHEST + 2) // 2)], axis=1)
+    basis = zernike_basis(range((HIGHEST + 1) * (HIGHEST + 2) // 2), u, v)
     rimmed = [k for k, surface in enumerate(lens.surfaces[:-1]) if not surface.is_stop and np.isfinite(surface.semi_diameter_mm)]
     cuts, discs, worst = [], [], 0.0
     for height in _heights(basis, [[h[within] / lens.surfaces[k].semi_diameter_mm for h in rays.hits_mm[k]] for k in rimmed]):

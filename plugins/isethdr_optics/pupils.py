@@ -11,7 +11,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics import lattice as lattices
 from isethdr_core.physics import pupil as shapes
 from isethdr_core.physics.diffraction import energy_of
-from isethdr_core.physics.zernike import wavefront_at, wavefront_um
+from isethdr_core.physics.zernike import mapped, wavefront_at, wavefront_um
 
 from . import uneven
 from .wavefronts import coefficients_um, slopes, steepest_um
@@ -20,6 +20,7 @@ CORE_SAMPLES = 768  # across the stop: kernel values to 1e-4 (L1), measured agai
 FEWEST_SAMPLES, BORDER = 256, 4.0  # across the stop for a narrow image, and per wavelength x f-number of its width
 MOST_SAMPLES = 8192
 ENERGY_SAMPLES = 2048  # across the stop, where its energy is not known from shapes
+ROUNDING = 1e-12  # of Zernike coefficients, um or share of the amplitude
 DARK = 1e-6  # of the stop's light: less is the rounding of sums over shapes
 FINE_TURNS = 1 / 32  # of phase per cell at most, where amplitude and phase are multiplied
 CELLS = 4e-4  # of a point's light (L1) at most, that cells so fine put wrong: measured against cells a third as wide, orders 2 to 40
@@ -33,19 +34,53 @@ def radius_mm(lens) -> float:
     return lens.focal_length_mm / lens.f_number / 2
 
 
+def reach_mm(lens) -> float:
+    """Return the distance from the axis, mm, beyond which the pupil is dark: the stop's radius, or more where its image is larger."""
+    return radius_mm(lens) * max(1.0, float(np.linalg.norm(lens.pupil_matrix, 2)) if lens.pupil_matrix else 1.0)
+
+
+def stop_mm2(lens) -> float:
+    """Return the area of the clean stop as the image sees it, mm2."""
+    matrix = lens.pupil_matrix
+    return np.pi * radius_mm(lens) ** 2 * (abs(float(np.linalg.det(matrix))) if matrix else 1.0)
+
+
+def _over_pupil(lens, terms) -> dict[int, float]:
+    """Return Zernike terms over the cells of the pupil, y up, of terms over the stop."""
+    if lens.pupil_matrix is None:
+        return terms
+    return dict(_mapped(tuple(terms.items()), _matrix_up(lens)))
+
+
+@lru_cache(maxsize=64)
+def _mapped(terms, matrix_up):
+    return tuple((j, c) for j, c in mapped(dict(terms), matrix_up).items() if abs(c) > ROUNDING)
+
+
+def _matrix_up(lens) -> shapes.Matrix:
+    """Return the lens's map from the stop to the pupil, y up."""
+    (xx, xy), (yx, yy) = lens.pupil_matrix
+    return (xx, -xy), (-yx, yy)
+
+
 def distance_mm(lens) -> float:
     """Return the distance from the pupil to the image, mm: focal length x (1 + magnification)."""
     return lens.focal_length_mm * (1 + lens.magnification)
 
 
+def scaled_nm(lens, wavelength_nm: float) -> float:
+    """Return the wavelength, nm, whose diffraction pattern has the size of this one's, with the pupil that shapes are drawn in."""
+    return wavelength_nm / lens.pupil_scale(wavelength_nm)
+
+
 def blur_um(lens, wavelength_nm: float) -> float:
     """Return wavelength x working f-number, um: the reciprocal of the highest spatial frequency."""
-    return wavelength_nm * 1e-3 * distance_mm(lens) / (2 * radius_mm(lens))
+    return scaled_nm(lens, wavelength_nm) * 1e-3 * distance_mm(lens) / (2 * radius_mm(lens))
 
 
 def axis_mm(lens, pitch_mm: float) -> np.ndarray:
-    """Return cell centres, symmetric about the axis, that cover the stop with a cell to spare on either side."""
-    half = int(np.ceil(radius_mm(lens) / pitch_mm)) + 1
+    """Return cell centres, symmetric about the axis, that cover the pupil with a cell to spare on either side."""
+    half = int(np.ceil(reach_mm(lens) / pitch_mm)) + 1
     return (np.arange(2 * half) - half + 0.5) * pitch_mm
 
 
@@ -64,7 +99,7 @@ def terms(lens, flares, wavelength_nm: float | None = None) -> list:
     """Return the stop and all flares with shapes as one sum of (shape, weight); weights are complex where dirt delays light."""
     opening, dirt = _shapes(lens, flares)
     try:
-        return _terms(opening, dirt, wavelength_nm if _delays(dirt) else None)
+        return _terms(opening, dirt, wavelength_nm if _delays(dirt) else None, lens.pupil_matrix)
     except ValueError as err:
         raise ConfigError(f"{err}; type less dirt, as flare.NAME.dust_per_mm2=40") from None
 
@@ -73,8 +108,11 @@ _overlaps, _energy = lru_cache(maxsize=16)(shapes.overlaps), lru_cache(maxsize=1
 
 
 @lru_cache(maxsize=16)
-def _terms(opening, dirt, wavelength_nm):
-    return shapes.weighted(_overlaps(opening, tuple(d[0] for d in dirt)), [_loss(*d[1:], wavelength_nm=wavelength_nm) for d in dirt])
+def _terms(opening, dirt, wavelength_nm, pupil_matrix):
+    parts = _overlaps(opening, tuple(d[0] for d in dirt))
+    if pupil_matrix is not None:
+        parts = [(part.mapped(pupil_matrix), held) for part, held in parts]
+    return shapes.weighted(parts, [_loss(*d[1:], wavelength_nm=wavelength_nm) for d in dirt])
 
 
 def _loss(loss, delay_um=0.0, *, wavelength_nm):
@@ -103,17 +141,21 @@ def amplitude(lens, flares, x_mm, y_mm, wavelength_nm: float, points: int = 3, s
     out = shapes.raster(near, x_mm, y_mm, strips)
     for flare in flares:
         if hasattr(flare, "pupil") and not hasattr(flare, "pupil_shapes"):
-            out = out * _sampled(flare, x_mm, y_mm, wavelength_nm, points)
+            out = out * _sampled(flare, lens.pupil_matrix, x_mm, y_mm, wavelength_nm, points)
     return out
 
 
-def _sampled(flare, x_mm, y_mm, wavelength_nm, points):
+def _sampled(flare, pupil_matrix, x_mm, y_mm, wavelength_nm, points):
+    """Return the means over cells of a third-party pupil, which is asked at places of the stop."""
+    (xx, xy), (yx, yy) = np.linalg.inv(pupil_matrix) if pupil_matrix is not None else np.eye(2)
     step_x, step_y = x_mm[1] - x_mm[0], y_mm[1] - y_mm[0]
     inner = (np.arange(points) + 0.5) / points - 0.5
     mean, energy = 0.0, 0.0
     for dy in inner * step_y:
         for dx in inner * step_x:
-            point = np.asarray(flare.pupil(x_mm[None, :] + dx, y_mm[:, None] + dy, wavelength_nm))
+            x, y = x_mm[None, :] + dx, y_mm[:, None] + dy
+            stop = (xx * x + xy * y, yx * x + yy * y) if pupil_matrix is not None else (x, y)
+            point = np.asarray(flare.pupil(*stop, wavelength_nm))
             mean, energy = mean + point, energy + float(np.mean(np.abs(point) ** 2))
     mean = mean / points**2
     if not np.isfinite(mean).all() or np.abs(mean).max() > 1 + 1e-9:
@@ -132,7 +174,8 @@ def has_phase(lens, flares) -> bool:
 
 def round_and_clean(lens, flares) -> bool:
     """Return whether the pupil is the round stop alone, without phase, rims, blades or dirt: its point spread has a closed form."""
-    return not (has_phase(lens, flares) or lens.rims or lens.uneven or any(hasattr(f, "pupil_shapes") for f in flares))
+    changed = lens.rims or lens.uneven or lens.pupil_matrix
+    return not (has_phase(lens, flares) or changed or any(hasattr(f, "pupil_shapes") for f in flares))
 
 
 def phase_change(lens, flares, first_nm: float, last_nm: float) -> float:
@@ -176,7 +219,7 @@ def _turned(lens, wavefront, cells, x_mm, y_mm, wavelength_nm):
     # a cell more on every side: slopes do not depend on the blocks
     x = np.concatenate([[x_mm[0] - step], x_mm, [x_mm[-1] + step]])
     y = np.concatenate([[y_mm[0] - tall], y_mm, [y_mm[-1] + tall]])
-    turns = _opd_um(wavefront, x / radius, -y / radius) / (wavelength_nm * 1e-3)
+    turns = _opd_um(lens, wavefront, x / radius, -y / radius) / (wavelength_nm * 1e-3)
     steep = _turns_per_cell(lens, max(step, tall), wavelength_nm) > 1 / 128
     mean = phase_mean(turns)[1:-1, 1:-1] if steep else np.float32(1.0)  # below that the mean leaves all but 1e-4
     turns = turns[1:-1, 1:-1]
@@ -187,26 +230,35 @@ def _turned(lens, wavefront, cells, x_mm, y_mm, wavelength_nm):
     np.sin(angle, out=out.imag)
     out *= cells * mean
     if lens.uneven:
-        out *= uneven.amplitude(lens.uneven, x_mm / radius, y_mm / radius)
+        out *= _uneven_amplitude(lens, x_mm, y_mm)
     return out
 
 
-def _opd_um(wavefront, x, y) -> np.ndarray:
-    """Return the optical path difference (y, x) in the open part of every cell, micrometres; `x` and `y` in pupil radii.
+def _opd_um(lens, wavefront, x, y) -> np.ndarray:
+    """Return the optical path difference (y, x) in the open part of every cell, micrometres; `x` and `y` in pupil radii, y up.
 
     Polynomials grow without limit beyond the rim, the more the higher their order. Cells that the rim crosses take the value at
     the middle of what lies inside, cells beyond it the value at the rim. Along the radius a cell reaches `half` either way.
     """
-    out = wavefront_um(wavefront, x, y)
+    out = wavefront_um(_over_pupil(lens, wavefront), x, y)
     step_x, step_y = abs(x[1] - x[0]), abs(y[1] - y[0])
-    widest = np.hypot(step_x, step_y) / 2
-    rows, columns = np.nonzero(y[:, None] ** 2 + x**2 > max(1 - widest, 0.0) ** 2)
-    at_x, at_y = x[columns], y[rows]
-    rho = np.hypot(at_x, at_y)
-    half = (step_x * np.abs(at_x) + step_y * np.abs(at_y)) / (2 * rho)
+    to_stop = np.linalg.inv(_matrix_up(lens)) if lens.pupil_matrix is not None else np.eye(2)
+    stop_x = to_stop[0, 0] * x + to_stop[0, 1] * y[:, None]
+    stop_y = to_stop[1, 0] * x + to_stop[1, 1] * y[:, None]
+    widest = np.hypot(step_x, step_y) / 2 * np.linalg.norm(to_stop, 2)
+    beside = stop_x**2 + stop_y**2 > max(1 - widest, 0.0) ** 2
+    at = np.stack([stop_x[beside], stop_y[beside]])
+    rho = np.hypot(*at)
+    half = (np.abs(to_stop.T @ at) * np.array([[step_x], [step_y]])).sum(axis=0) / (2 * rho)
     middle = np.where(rho + half <= 1, rho, np.where(rho - half >= 1, 1.0, (1 + rho - half) / 2))
-    out[rows, columns] = wavefront_at(wavefront, at_x * middle / rho, at_y * middle / rho)
+    out[beside] = wavefront_at(wavefront, *(at * middle / rho))
     return out
+
+
+def _uneven_amplitude(lens, x_mm, y_mm):
+    """Return the amplitude (y, x) of light that does not fill the stop evenly, over cells of the pupil."""
+    terms = tuple(_over_pupil(lens, dict(lens.uneven)).items())
+    return uneven.amplitude(terms, x_mm / radius_mm(lens), y_mm / radius_mm(lens))
 
 
 def resolved(lens, flares, x_mm, y_mm, wavelength_nm: float, cells=None) -> np.ndarray:
@@ -245,13 +297,15 @@ def _runs(lens, x_mm, y_mm, wavelength_nm):
     tall = y_mm[1] - y_mm[0] if len(y_mm) > 1 else step
     rho, slope_um = slopes(lens, wavelength_nm)
     turns = slope_um * max(step, tall) / radius / (wavelength_nm * 1e-3)
+    matrix = np.eye(2) if lens.pupil_matrix is None else np.array(lens.pupil_matrix)
+    bounds = (1 / np.linalg.norm(matrix, 2), np.linalg.norm(np.linalg.inv(matrix), 2))  # from a distance to one in the stop
     starts = np.arange(0, max(len(x_mm) - 1, 1), BLOCK)  # never a last block of one column: its width would not be known
     ends = np.append(starts[1:], len(x_mm))
     along_y = _distances(y_mm[0] - tall / 2, y_mm[-1] + tall / 2)
     runs = []
     for start, end in zip(starts, ends):
         along_x = _distances(x_mm[start] - step / 2, x_mm[end - 1] + step / 2)
-        near, far = (np.hypot(*pair) / radius for pair in zip(along_x, along_y))
+        near, far = (np.hypot(*pair) / radius * more for pair, more in zip(zip(along_x, along_y), bounds))
         if near >= 1:
             continue
         within = slice(max(np.searchsorted(rho, near) - 1, 0), np.searchsorted(rho, far) + 1)
@@ -278,14 +332,14 @@ def folded(lens, flares, wavelength_nm: float, cells_mm, period, offsets) -> lis
     """Return the pupil with its wavefront in smooth cells, summed modulo `period`, for several offsets; see `lattice.fold_cells`."""
     half_y, half_x = (c / 2 for c in cells_mm)
     fine = _turns_per_cell(lens, max(half_y, half_x), wavelength_nm) > FINE_TURNS
-    count_y, count_x = (2 * (int(np.ceil(radius_mm(lens) / c)) + 1) for c in cells_mm)
+    count_y, count_x = (2 * (int(np.ceil(reach_mm(lens) / c)) + 1) for c in cells_mm)
     x, y = ((np.arange(2 * n) + 0.5 - n) * h for n, h in ((count_x, half_x), (count_y, half_y)))
 
     def blocks():
         for start in range(0, len(y), 64):
             rows = y[start : start + 64]
             nearest = 0.0 if rows[0] * rows[-1] <= 0 else min(abs(rows[0]), abs(rows[-1])) - half_y
-            reach = np.sqrt(max(radius_mm(lens) ** 2 - nearest**2, 0.0)) + half_x
+            reach = np.sqrt(max(reach_mm(lens) ** 2 - nearest**2, 0.0)) + half_x
             inside = slice(*np.searchsorted(x, (-reach, reach)))
             if inside.stop > inside.start + 1:
                 given = lens, flares, x[inside], rows, wavelength_nm
@@ -339,13 +393,14 @@ def open_energy_mm2(lens, flares, wavelength_nm: float) -> float:
         opening, dirt = _shapes(lens, flares)
         dirt = tuple(d[:2] for d in dirt)  # a delay takes no light away
         energy = _energy(opening, dirt) * (uneven.share(lens.uneven, opening, dirt, radius_mm(lens)) if lens.uneven else 1.0)
+        energy *= stop_mm2(lens) / (np.pi * radius_mm(lens) ** 2)
     else:
         pitch = 2 * radius_mm(lens) / ENERGY_SAMPLES
         axis = axis_mm(lens, pitch)
         cells = amplitude(lens, flares, axis, axis, wavelength_nm)
-        cells = cells * uneven.amplitude(lens.uneven, axis / radius_mm(lens), axis / radius_mm(lens)) if lens.uneven else cells
+        cells = cells * _uneven_amplitude(lens, axis, axis) if lens.uneven else cells
         energy = energy_of(cells, pitch, cell_means=True)
-    if not energy > DARK * np.pi * radius_mm(lens) ** 2:
+    if not energy > DARK * stop_mm2(lens):
         raise ConfigError("the flares let no light through the pupil; expected a transmission above 0 somewhere; type less dirt, as "
                           "flare.NAME.dust_per_mm2=40")
     return energy

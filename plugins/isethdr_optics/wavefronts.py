@@ -37,13 +37,20 @@ def _focal_shift_um(lens, wavelength_nm):
 
 
 def steepest_um(lens, wavelength_nm: float) -> float:
-    """Return the largest gradient of the lens's wavefront, micrometres per pupil radius."""
+    """Return the largest gradient of the lens's wavefront, micrometres per radius of the stop that the f-number says."""
     return float(slopes(lens, wavelength_nm).largest.max())
 
 
 def slopes(lens, wavelength_nm: float) -> Slopes:
-    """Return the largest gradient of the lens's wavefront at distances from the axis, micrometres per pupil radius."""
-    return _slopes(tuple(coefficients_um(lens, wavelength_nm).items()))
+    """Return the largest gradient of the lens's wavefront at distances from the axis in the stop.
+
+    Distances are in radii of the stop; gradients are over the pupil as the image sees it, in micrometres per radius of the stop
+    that the f-number says.
+    """
+    found = _slopes(tuple(coefficients_um(lens, wavelength_nm).items()))
+    if lens.pupil_matrix is None:
+        return found
+    return Slopes(found.rho, found.largest * float(np.linalg.norm(np.linalg.inv(lens.pupil_matrix), 2)))
 
 
 @lru_cache(maxsize=256)

@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from isethdr_optics import PrescribedLens, WavefrontLens, kernels, pupils
+from isethdr_optics import PrescribedLens, WavefrontLens, kernels, pupils, uneven
 from isethdr_optics.place_lens import node_lens
 from isethdr_optics.prescription import load, parse
+from isethdr_optics.prescription_amplitude import amplitude
+from isethdr_optics.prescription_exit_pupil import exit_pupil
 from isethdr_optics.prescription_figures import pupil_area_mm2
 from isethdr_optics.prescription_rims import rims
 
@@ -14,6 +16,9 @@ from isethdr_core import ledger, quantities
 from isethdr_core.physics import paraxial
 from isethdr_core.physics.pupil import disc, energy
 from isethdr_core.physics.ray_trace import collimated, follow, sequential
+
+# of the light: the border of the exit pupil is up to 0.009 of its radius off an ellipse, over a part of the border; 320 cells
+SHAPE = 3e-3
 
 TUBE = {
     "name": "tube",
@@ -26,23 +31,26 @@ TUBE = {
 }
 
 
-def area(discs):
-    """Return the part of the unit stop that discs (x, radius) leave."""
+def light(lens, tangent, discs):
+    """Return the part of the light through the exit pupil that discs (x, radius) leave."""
     opening = disc(0.0, 0.0, 1.0)
     for x, radius in discs:
         opening = opening & disc(x, 0.0, radius)
-    return energy(opening, []) / np.pi
+    terms, _ = amplitude(lens, tangent, lens.reference_nm)
+    return energy(opening, []) / np.pi * uneven.share(terms, opening, (), 1.0)
 
 
 def test_a_rim_behind_a_stop_is_a_disc_moved_against_the_light():
     """Two apertures of radius r, d apart: at tangent t the second cuts the first as a disc moved by -d t / r."""
     for t in (0.05, 0.1, 0.2):
         [(x, radius)], off = rims(parse(TUBE), t)
-        # the lens bulges by r^2 / 2R = 0.2 mm towards the stop, and rays meet it there
-        assert x == pytest.approx(-20 * t / 5, rel=0.02) and radius == pytest.approx(1.0, rel=0.02) and off < 1e-3
+        # 1 %: the lens bulges by r^2 / 2R = 0.2 mm towards the stop, where rays meet it; the rest: its coma shifts the exit pupil
+        assert x == pytest.approx(-20 * t / 5, rel=0.035) and radius == pytest.approx(1.0, rel=0.02) and off < 2e-3
     assert rims(parse(TUBE), 0.0) == ((), 0.0)
     counted = pupil_area_mm2(parse(TUBE), [0.47], grid=320)[0] / (25 * np.pi)
-    assert area(rims(parse(TUBE), 0.47)[0]) == pytest.approx(counted, rel=0.02) and counted < 0.02  # 320 cells
+    found = light(parse(TUBE), 0.47, rims(parse(TUBE), 0.47)[0])
+    # a sliver at the border, where the exit pupil is not quite an ellipse
+    assert found == pytest.approx(counted, abs=SHAPE) and counted < 0.02
     assert rims(parse(TUBE), 0.6) == ((), 0.0)  # no light: nothing to know
 
 
@@ -51,23 +59,23 @@ def test_the_pupil_s_area_is_the_relative_illumination_without_cos4():
     lens = parse(TUBE)
     for t in (0.05, 0.1, 0.2):
         counted = pupil_area_mm2(lens, [0.0, t], grid=320)
-        assert area(rims(lens, t)[0]) == pytest.approx(counted[1] / counted[0], rel=2e-3)  # 320 cells across 1.5 stops
+        assert light(lens, t, rims(lens, t)[0]) == pytest.approx(counted[1] / counted[0], abs=SHAPE)
 
 
-@pytest.mark.parametrize(("name", "f_number", "close"), [("double_gauss", 3.0, 1e-3), ("cooke_triplet", 5.0, 1e-2)])
-def test_the_pupil_s_area_is_what_rims_leave_of_the_beam(name, f_number, close):
-    """Against rays counted in front of the lens, with rims over without; a beam that the lens squeezes unevenly weighs them differently."""
+@pytest.mark.parametrize(("name", "f_number"), [("double_gauss", 3.0), ("cooke_triplet", 5.0)])
+def test_the_pupil_s_area_is_what_rims_leave_of_the_beam(name, f_number):
+    """Against rays counted in front of the lens, with rims over without."""
     lens = load(name).stopped(f_number)
     bare = replace(lens, surfaces=tuple(s if s.is_stop else replace(s, semi_diameter_mm=np.inf) for s in lens.surfaces))
     for part in (0.8, 1.0):
         t = part * np.tan(np.radians(lens.half_field_deg))
         left, whole = (float(pupil_area_mm2(one, [t], grid=320)[0]) for one in (lens, bare))
-        found = area(rims(lens, float(t))[0])
-        assert left < 0.999 * whole and found == pytest.approx(left / whole, abs=close)
+        found = light(lens, float(t), rims(lens, float(t))[0])
+        assert left < 0.999 * whole and found == pytest.approx(left / whole, abs=SHAPE)
 
 
 def test_a_place_s_pupil_is_open_where_its_rays_get_through():
-    """Skew rays towards a place beside both axes, each followed to the sensor: the cells where they cross the stop are open or not."""
+    """Skew rays towards a place beside both axes, each followed to the sensor: the cells of their directions are open or not."""
     lens = PrescribedLens(prescription="cooke_triplet", f_number=5.0, focal_length_mm=50.0)
     real, angle, azimuth = lens.real(), np.radians(19.0), 0.8
     place = node_lens(lens, lens.wavefront_at(angle), azimuth, angle)
@@ -80,7 +88,10 @@ def test_a_place_s_pupil_is_open_where_its_rays_get_through():
     inside = np.isfinite(rays.position_mm[0]) & (np.hypot(u, v) < 0.98)
     axis = pupils.axis_mm(place, 0.02 * pupils.radius_mm(place))
     cells = pupils.amplitude(place, (), axis, axis, 550.0)
-    at = [np.clip(np.rint((h * pupils.radius_mm(place) - axis[0]) / (axis[1] - axis[0])).astype(int), 0, len(axis) - 1) for h in (u[inside], v[inside])]
+    centre = exit_pupil(real, float(np.tan(angle)), real.reference_nm).centre
+    middle = (centre * np.cos(azimuth), -centre * np.sin(azimuth))
+    crossed = [-lens.focal_length_mm * (d[inside] - c) for d, c in zip(rays.direction, middle)]
+    at = [np.clip(np.rint((h - axis[0]) / (axis[1] - axis[0])).astype(int), 0, len(axis) - 1) for h in crossed]
     lit, seen = rays.margin[inside] > 0, cells[at[1], at[0]]
     assert 0.1 < np.mean(~lit) < 0.4
     clear = (seen < 1e-3) | (seen > 1 - 1e-3)

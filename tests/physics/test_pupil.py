@@ -69,3 +69,21 @@ def test_energy_from_areas():
     x = axis(1500, 0.5)
     want = np.mean(transmission(disc(0, 0, 0.5), losses, x[None, :], x[:, None]) ** 2)
     assert energy(disc(0, 0, 0.5), losses) == pytest.approx(want, rel=3e-4)  # 2 million points
+
+
+@pytest.mark.parametrize("matrix", [((0.93, 0.05), (0.04, 0.97)), ((-0.9, 0.0), (0.0, 1.1)), ((0.0, 1.0), (-1.0, 0.0))])
+def test_the_image_of_a_shape_under_a_linear_map_holds_the_images_of_its_points(matrix):
+    x = axis(60, 0.7)
+    fine = axis(600, 0.7)
+    across, down = np.meshgrid(fine, fine)
+    back = np.einsum("ij,jyx->iyx", np.linalg.inv(matrix), np.stack([across, down]))
+    grown = abs(np.linalg.det(matrix))
+    for shape in (disc(0.05, -0.1, 0.4), blades(0.5, 6, 8.0, 0.3), blades(0.5, 5, 3.0) & disc(0.2, 0.1, 0.45), strip(0.1, 0.0, 0.5, 0.1, 0.4)):
+        image = shape.mapped(matrix)
+        assert energy(image, []) == pytest.approx(grown * energy(shape, []), rel=1e-4)  # heights of slanted corners are bounds
+        points = shape.contains(*back)
+        np.testing.assert_array_equal(image.contains(across, down), points)
+        cells = points.reshape(60, 10, 60, 10).mean((1, 3))
+        np.testing.assert_allclose(raster([(image, 1.0)], x, x), cells, atol=0.15)  # 10 x 10 points, and corners as above
+        inverse = tuple(map(tuple, np.linalg.inv(matrix)))
+        np.testing.assert_allclose(image.mapped(inverse).contains(across, down), shape.contains(across, down), atol=0)

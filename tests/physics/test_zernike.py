@@ -11,10 +11,13 @@ from isethdr_core.physics.zernike import (
     LAST_INDEX,
     POWERS_ORDER,
     largest_um,
+    mapped,
     order,
+    polynomial,
     steepest_slope_um,
     wavefront_um,
     zernike,
+    zernike_basis,
 )
 
 RATIONAL = ((Fraction(1), Fraction(0)), (Fraction(3, 5), Fraction(-4, 5)), (Fraction(-12, 25), Fraction(9, 25)), (Fraction(1, 50), Fraction(1, 70)))
@@ -119,3 +122,24 @@ def test_largest_slope_and_value_of_any_order(j):
 def test_indices_beyond_the_last_are_refused(j):
     with pytest.raises(ValueError, match=f"{LAST_INDEX}.*{HIGHEST_ORDER}"):
         order(j)
+
+
+def test_many_terms_at_once_are_the_single_terms():
+    x, y = np.random.default_rng(0).uniform(-0.7, 0.7, (2, 40))
+    terms = [44, 0, 5, 17, 3]
+    wanted = np.stack([zernike(j, x, y) for j in terms], axis=1)
+    np.testing.assert_allclose(zernike_basis(terms, x, y), wanted, atol=1e-12)  # rounding of powers to the eighth
+
+
+def test_a_mapped_wavefront_has_its_values_at_the_images_of_points():
+    rng = np.random.default_rng(1)
+    given = {j: float(rng.normal()) for j in range(1, 45)}
+    matrix = np.array([[0.9, 0.05], [-0.04, 0.97]])
+    points = rng.uniform(-0.7, 0.7, (2, 50))
+
+    def at(terms, x, y):
+        return np.polynomial.polynomial.polyval2d(x, y, polynomial(terms))
+
+    # rounding of a least-squares solution for 45 terms
+    np.testing.assert_allclose(at(mapped(given, matrix), *(matrix @ points)), at(given, *points), atol=1e-9)
+    assert mapped({}, matrix) == {}
