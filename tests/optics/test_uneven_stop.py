@@ -10,7 +10,6 @@ from isethdr_optics.prescription import load
 from isethdr_optics.prescription_amplitude import amplitude
 from isethdr_optics.prescription_exit_pupil import exit_pupil
 
-from isethdr_core import ledger, quantities
 from isethdr_core.physics import paraxial
 from isethdr_core.physics.ray_trace import collimated, follow, sequential
 from isethdr_core.physics.zernike import zernike
