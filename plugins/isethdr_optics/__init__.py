@@ -32,6 +32,7 @@ band_phase.py     phase that changes within a band by more than they can follow
 knots.py      wavelengths at which lattices of pupils with phase are made, a few for all bands
 memory.py     arrays that the machine cannot hold, refused
 pupils.py     lens, wavefront and flares put together into one sampled pupil
+pupil_map.py  from places in the stop to places in the pupil that the image sees
 wavefronts.py  the wavefront of a lens at a wavelength
 uneven.py     light that does not fill the stop evenly
 scatter.py    energy-conserving scatter mixed into a kernel

@@ -11,16 +11,16 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics import lattice as lattices
 from isethdr_core.physics import pupil as shapes
 from isethdr_core.physics.diffraction import energy_of
-from isethdr_core.physics.zernike import mapped, wavefront_at, wavefront_um
+from isethdr_core.physics.zernike import wavefront_at, wavefront_um
 
 from . import uneven
+from .pupil_map import over_pupil, stop_from_pupil
 from .wavefronts import coefficients_um, slopes, steepest_um
 
 CORE_SAMPLES = 768  # across the stop: kernel values to 1e-4 (L1), measured against 3072
 FEWEST_SAMPLES, BORDER = 256, 4.0  # across the stop for a narrow image, and per wavelength x f-number of its width
 MOST_SAMPLES = 8192
 ENERGY_SAMPLES = 2048  # across the stop, where its energy is not known from shapes
-ROUNDING = 1e-12  # of Zernike coefficients, um or share of the amplitude
 DARK = 1e-6  # of the stop's light: less is the rounding of sums over shapes
 FINE_TURNS = 1 / 32  # of phase per cell at most, where amplitude and phase are multiplied
 CELLS = 4e-4  # of a point's light (L1) at most, that cells so fine put wrong: measured against cells a third as wide, orders 2 to 40
@@ -43,24 +43,6 @@ def stop_mm2(lens) -> float:
     """Return the area of the clean stop as the image sees it, mm2."""
     matrix = lens.pupil_matrix
     return np.pi * radius_mm(lens) ** 2 * (abs(float(np.linalg.det(matrix))) if matrix else 1.0)
-
-
-def _over_pupil(lens, terms) -> dict[int, float]:
-    """Return Zernike terms over the cells of the pupil, y up, of terms over the stop."""
-    if lens.pupil_matrix is None:
-        return terms
-    return dict(_mapped(tuple(terms.items()), _matrix_up(lens)))
-
-
-@lru_cache(maxsize=64)
-def _mapped(terms, matrix_up):
-    return tuple((j, c) for j, c in mapped(dict(terms), matrix_up).items() if abs(c) > ROUNDING)
-
-
-def _matrix_up(lens) -> shapes.Matrix:
-    """Return the lens's map from the stop to the pupil, y up."""
-    (xx, xy), (yx, yy) = lens.pupil_matrix
-    return (xx, -xy), (-yx, yy)
 
 
 def distance_mm(lens) -> float:
@@ -240,9 +222,9 @@ def _opd_um(lens, wavefront, x, y) -> np.ndarray:
     Polynomials grow without limit beyond the rim, the more the higher their order. Cells that the rim crosses take the value at
     the middle of what lies inside, cells beyond it the value at the rim. Along the radius a cell reaches `half` either way.
     """
-    out = wavefront_um(_over_pupil(lens, wavefront), x, y)
+    out = wavefront_um(over_pupil(lens, wavefront), x, y)
     step_x, step_y = abs(x[1] - x[0]), abs(y[1] - y[0])
-    to_stop = np.linalg.inv(_matrix_up(lens)) if lens.pupil_matrix is not None else np.eye(2)
+    to_stop = stop_from_pupil(lens)
     stop_x = to_stop[0, 0] * x + to_stop[0, 1] * y[:, None]
     stop_y = to_stop[1, 0] * x + to_stop[1, 1] * y[:, None]
     widest = np.hypot(step_x, step_y) / 2 * np.linalg.norm(to_stop, 2)
@@ -257,7 +239,7 @@ def _opd_um(lens, wavefront, x, y) -> np.ndarray:
 
 def _uneven_amplitude(lens, x_mm, y_mm):
     """Return the amplitude (y, x) of light that does not fill the stop evenly, over cells of the pupil."""
-    terms = tuple(_over_pupil(lens, dict(lens.uneven)).items())
+    terms = tuple(over_pupil(lens, dict(lens.uneven)).items())
     return uneven.amplitude(terms, x_mm / radius_mm(lens), y_mm / radius_mm(lens))
 
 
