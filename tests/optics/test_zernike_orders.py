@@ -48,7 +48,7 @@ def test_pupil_mean_of_high_orders(j, rms_um):
 
 @pytest.mark.slow
 def test_pupil_mean_of_every_index():
-    wrong = [abs(mean_of_cells(j, 0.01) - pupil_mean(j, 0.01)) for j in range(LAST_INDEX + 1)]
+    wrong = [abs(mean_of_cells(j, 0.002) - pupil_mean(j, 0.002)) for j in range(LAST_INDEX + 1)]
     assert max(wrong) < 2e-4
 
 

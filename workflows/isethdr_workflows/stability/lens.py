@@ -41,6 +41,7 @@ def cases():
         yield f"{waves:g} waves of defocus: light of the whole pattern", lambda w=waves: spread(w)
     for index in (84, 100, 600):
         yield f"Zernike index {index}, 0.01 um rms: light on the very axis", lambda j=index: high_order(j)
+    yield "a frame that fits into no memory", too_large
     for name, terms in (("index 1e6", {10**6: 0.05}), ("a value that is not a number", {4: math.nan})):
         yield (f"Zernike terms with {name}",
                lambda t=terms: _lens("wavefront", zernike_um=t), ConfigError)
@@ -110,6 +111,21 @@ def high_order(index: int) -> Measured:
     found = float(_lens("wavefront", zernike_um={index: rms_um}).psf(550.0, pitch_um, 16, integrated=False).values[0, 8, 8])
     truth = math.pi / 4 * (pitch_um / (0.55 * f_number)) ** 2 * abs(mean) ** 2
     return Measured(abs(found / truth - 1), ORDERS, "squared mean of the pupil function, relative")
+
+
+def too_large() -> Measured:
+    """A million by a million tiles, 31 bands: 500 TB of kernels alone are refused before they are made."""
+    from isethdr_core.memory import Frame, check_run
+
+    frame = Frame(10**6, 10**6, (1e-6, 1e-6), tuple(np.arange(400.0, 701.0, 10.0)), sensed=False)
+    check_run(_source(), None, _lens("diffraction_limited"), (), (), frame)
+    return Measured(math.inf, 0.0, "expected a refusal")
+
+
+def _source():
+    from isethdr_core.registry import build
+
+    return build("scene", "uniform")
 
 
 def pattern(waves: float) -> Measured:
