@@ -43,6 +43,9 @@ FINER = (1, 2, 4)  # times the reads, tried until the error is what the lens all
 STRETCHED = 1.15  # times the frame, that lattices at knots are read over
 FINEST = 0.8  # times a step, at least: what counts as finer
 DEFAULT_ERROR = 0.03  # for which lattices are made; for less they are finer
+MOST_ACROSS, MOST_ACROSS_PHASE = 3e5, 8e4  # cells across a pupil: a minute where it is shapes alone; twenty, cell by cell, with phase
+BELOW_NM = 80.0  # from the shortest wavelength down to the lattice that it is read from, at most: the widest of `knots.STEPS_NM`
+CHORD_BYTES = 3000  # for every row of cells of a pupil of shapes
 PHASE_CHANGE = 0.3  # radians rms, from one end of a part of the band to the other
 UNKNOWN_PARTS = 2  # of a band, for a third-party pupil whose phase may change with wavelength
 MOST_PARTS = 16
@@ -62,6 +65,7 @@ def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern of a pupil without phase, for all wavelengths of a frame."""
     wave = min(shortest_nm, REFERENCE_NM)
     step, far, period, cells = _sampling(lens, wave, pitch_um, reach, 1.0, SHARED_SAMPLES, max(1.0, DEFAULT_ERROR / lens.speckle_error), shared=True)
+    _check_pupil(lens, wave, cells, MOST_ACROSS)
     energy, distance = pupils.open_energy_mm2(lens, flares, wave), pupils.distance_mm(lens)
     out = []
     for offset in ((0.0, 0.0), (0.5, 0.5)):
@@ -75,6 +79,7 @@ def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern at one wavelength, to be read up to `stretch` times the frame."""
     lens, flares = plan.lens, plan.flares
     step, far, period, cells = _sampling(lens, wave, plan.pitch, reach, stretch, OWN_SAMPLES, fine, plan.split)
+    _check_pupil(lens, wave, cells, MOST_ACROSS_PHASE)
     offsets = ((0.0, 0.0), (0.5, 0.5))
     folded, out = pupils.folded(lens, flares, wave, cells, period, offsets), []
     scaled_nm = pupils.scaled_nm(lens, wave)
@@ -105,12 +110,39 @@ def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, split=1, shared=
     return step, far, period, lattices.lattice_pitch_mm(pupils.scaled_nm(lens, wave), period, pupils.distance_mm(lens), (step, step))
 
 
-def lattice_bytes(lens, shortest_nm: float, pitch_um, reach) -> float:
-    """Return the bytes of the two lattices of a pupil while the second is made: a complex field over its period, and both patterns."""
+def lattice_bytes(lens, shortest_nm: float, tiles) -> float:
+    """Return the bytes of the two lattices of a pupil while the second is made: a complex field over its period, and both patterns.
+
+    Parameters
+    ----------
+    tiles : `kernels.Grid` of the frame.
+
+    Raises
+    ------
+    ConfigError : the frame is so much wider than the finest detail that the pupil would take hours.
+    """
     phase = bool(lens.zernike_um or lens.focal_shift_um)
-    wave, stretch, most = (shortest_nm, STRETCHED, OWN_SAMPLES) if phase else (min(shortest_nm, REFERENCE_NM), 1.0, SHARED_SAMPLES)
-    _, far, period, _ = _sampling(lens, wave, pitch_um, reach, stretch, most, 1.0, shared=not phase)
-    return 8 * float(np.prod(period, dtype=float)) + 2 * 4 * float(np.prod([2.0 * n + 1 for n in far]))
+    # a table of focal shifts may not reach below the shortest band
+    below = shortest_nm if lens.focal_shift_um else max(shortest_nm - BELOW_NM, shortest_nm / 2)
+    wave, stretch, most = (below, STRETCHED, OWN_SAMPLES) if phase else (min(shortest_nm, REFERENCE_NM), 1.0, SHARED_SAMPLES)
+    _, far, period, cells = _sampling(lens, wave, tiles.pitch_um, tiles.reach, stretch, most, 1.0, tiles.split, shared=not phase)
+    across = _check_pupil(lens, wave, cells, MOST_ACROSS_PHASE if phase else MOST_ACROSS)
+    return 8 * float(np.prod(period, dtype=float)) + 2 * 4 * float(np.prod([2.0 * n + 1 for n in far])) + (not phase) * CHORD_BYTES * across
+
+
+def _check_pupil(lens, wave_nm: float, cells_mm, most: float) -> float:
+    """Return the cells across a lattice's pupil; refuse more than `most`, before they are drawn.
+
+    Their number is the width of the lattice's period in wavelengths x f-number: large frames of fast lenses take many.
+    """
+    across = 2 * pupils.radius_mm(lens) / min(cells_mm)
+    if across > most:
+        raise ConfigError(
+            f"at f/{lens.f_number:g} and {wave_nm:g} nm this frame is {across / PERIOD:.3g} times wavelength x f-number wide: its kernels "
+            f"would take a pupil of {across:.3g} cells across; expected at most {most:g}; type "
+            f"lens.f_number={1.05 * lens.f_number * across / most:.2g} or more, or a smaller field"
+        )
+    return across
 
 
 def rings(plan, centre, width, energy):

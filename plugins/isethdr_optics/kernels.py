@@ -124,7 +124,7 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
     name = kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach, make and make.__module__) if described else None
     made = _stored(name)
     if made is None:
-        memory.check_kernels(len(wavelength_nm), reach)
+        memory.check_kernels(lens, wavelength_nm, pitch_um, reach)
         band_phase.check(lens, flares, wavelength_nm)
         start = perf_counter()
         made = make(lens, flares, wavelength_nm, pitch_um, reach) if make else _made(lens, flares, wavelength_nm, pitch_um, reach, name)
@@ -167,7 +167,7 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None
     mirrored, shared = not pupils.has_phase(lens, flares), knots.Knots()
 
     def one(centre, width):  # knots are the same whatever the bands: one does not depend on which others there are
-        split, fine, wide = _fine_tiles(lens, centre - width / 2, pitch_um, reach)
+        split, fine, wide = fine_tiles(lens, centre - width / 2, pitch_um, reach)
         kernel, wrong, energy = _Plan(lens, flares, centre, width, fine, wide, split, lattices, shared).band(centre, width)
         kernel = np.asarray(scatter.mix(tile_sums(kernel, split), flares, centre, pitch_um, lens.focal_length_mm), np.float32)
         if mirrored:  # but for rounding; then the transform is real
@@ -226,17 +226,17 @@ def _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach) -> list:
         return []
     if all(without_lattices(lens, first, pitch_um, reach) for first in shortest):
         return []
-    _, fine, wide = _fine_tiles(lens, float(shortest.min()), pitch_um, reach)
+    _, fine, wide = fine_tiles(lens, float(shortest.min()), pitch_um, reach)
     return far.shared(lens, flares, float(shortest.min()), fine, wide)
 
 
 def without_lattices(lens, shortest_nm: float, pitch_um, reach) -> bool:
     """Return whether the exact core of a band that starts at `shortest_nm` covers its kernel."""
-    _, fine, wide = _fine_tiles(lens, shortest_nm, pitch_um, reach)
+    _, fine, wide = fine_tiles(lens, shortest_nm, pitch_um, reach)
     return core_half(lens, shortest_nm, fine, wide) == tuple(wide)
 
 
-class _Grid(NamedTuple):
+class Grid(NamedTuple):
     """Tiles of a kernel before it is summed: parts of a tile per axis, (y, x) um of a part, parts from the axis to the border."""
 
     split: int
@@ -244,9 +244,10 @@ class _Grid(NamedTuple):
     reach: list[int]
 
 
-def _fine_tiles(lens, shortest_nm, pitch_um, reach) -> _Grid:
+def fine_tiles(lens, shortest_nm, pitch_um, reach) -> Grid:
+    """Return the tiles that a kernel is made of: parts of those of the frame where they are much wider than the finest detail."""
     split = _split(lens, shortest_nm, pitch_um, reach)
-    return _Grid(split, [p / split for p in pitch_um], [r * split + split - 1 for r in reach])
+    return Grid(split, [p / split for p in pitch_um], [r * split + split - 1 for r in reach])
 
 
 def _described(flare) -> bool:

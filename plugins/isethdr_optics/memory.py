@@ -23,11 +23,11 @@ def check_psf(waves, pitch_um, size) -> None:
     check_fits([need])
 
 
-def check_kernels(bands: int, reach) -> None:
-    """Refuse kernels that the memory does not hold."""
-    what = f"kernels of {bands} bands over {reach[0] + 1} x {reach[1] + 1} tiles"
-    size = FLOAT32_BYTES * bands * np.prod([2.0 * r + 1 for r in reach])
-    check_fits([Need(what, float(size), "render fewer bands or a smaller field")])
+def check_kernels(lens, wavelength_nm, pitch_um, reach) -> None:
+    """Refuse kernels, with their lattices, that the memory does not hold or that would take hours."""
+    what = f"kernels of {len(wavelength_nm)} bands over {reach[0] + 1} x {reach[1] + 1} tiles"
+    size = _kernel_bytes(lens, wavelength_nm, pitch_um, reach)
+    check_fits([Need(what, size, "render fewer bands or a smaller field")])
 
 
 def kernel_bytes(lens, flares, frame: Frame) -> float:
@@ -35,7 +35,7 @@ def kernel_bytes(lens, flares, frame: Frame) -> float:
 
     With a sensor's response kernels may end at `tails.WORTH` of the frame: so much is certain, and `check_kernels` sees the rest.
     """
-    from . import far, kernels, pupils, tails
+    from . import pupils, tails
     from .scatter import active
 
     wave = np.asarray(frame.wavelength_nm, float)
@@ -44,10 +44,20 @@ def kernel_bytes(lens, flares, frame: Frame) -> float:
         return 0.0
     part = tails.WORTH if frame.sensed and blurred else 1.0
     reach = [int(part * (n - 1)) for n in (frame.rows, frame.columns)]
-    held = FLOAT32_BYTES * len(wave) * np.prod([2.0 * r + 1 for r in reach])
-    shortest = float(np.min(wave - band_widths_nm(wave) / 2))
-    if not blurred or lens.field_varies or shortest <= 0:
-        return float(held)
     pitch_um = [1e3 * lens.focal_length_mm * p for p in frame.pitch]
-    pupils.core_pitch_mm(lens, min(pitch_um), shortest, pupils.FEWEST_SAMPLES)  # refuses a wavefront too steep for any pupil
-    return float(held) + (0.0 if kernels.without_lattices(lens, shortest, pitch_um, reach) else far.lattice_bytes(lens, shortest, pitch_um, reach))
+    if blurred and lens.zernike_um:
+        pupils.core_pitch_mm(lens, min(pitch_um), wave.min(), pupils.FEWEST_SAMPLES)  # refuses what no pupil can follow
+    return _kernel_bytes(lens, wave, pitch_um, reach)
+
+
+def _kernel_bytes(lens, wavelength_nm, pitch_um, reach) -> float:
+    """Return the bytes of kernels that reach so many (y, x) tiles, and of lattices; those of traced lenses are not counted."""
+    from . import far, kernels
+
+    held = float(FLOAT32_BYTES * len(wavelength_nm) * np.prod([2.0 * r + 1 for r in reach]))
+    shortest = float(np.min(wavelength_nm - band_widths_nm(wavelength_nm) / 2))
+    if not hasattr(lens, "zernike_um") or lens.field_varies or lens.traced is not None or shortest <= 0:
+        return held
+    if kernels.without_lattices(lens, shortest, pitch_um, reach):
+        return held
+    return held + far.lattice_bytes(lens, shortest, kernels.fine_tiles(lens, shortest, pitch_um, reach))

@@ -90,6 +90,8 @@ def test_kernels_take_what_was_counted():
     assert lens.kernel_bytes(replace(frame, sensed=True), ()) < counted
     assert build("lens", "ideal").kernel_bytes(frame, ()) == 0
     assert build("lens", "wavefront", zernike_um={8: 0.05}).kernel_bytes(frame, ()) > 2 * 4 * 179 * 199
+    shifted = build("lens", "diffraction_limited", focal_shift_um={440.0: 20.0, 660.0: 0.0})  # of bands 450 to 650 nm
+    assert shifted.kernel_bytes(frame, ()) > 2 * 4 * 179 * 199
 
 
 def test_wavefront_too_steep_for_any_pupil_is_refused_by_the_plan(no_work):

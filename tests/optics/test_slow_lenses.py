@@ -1,13 +1,17 @@
 """Slow lenses and fine tiles: the pattern is far wider than a tile, often wider than the frame."""
 
+import re
 import subprocess
 import sys
+from time import process_time
 
 import numpy as np
 import pytest
 from isethdr_optics import far, kernels
 from scipy.special import j1
 
+from isethdr_core.errors import ConfigError
+from isethdr_core.memory import Frame
 from isethdr_core.registry import build
 
 GREEN = np.array([550.0])
@@ -46,6 +50,21 @@ def test_wavefront_of_a_slow_lens_needs_no_lattice_either(monkeypatch):
     # at 50 times the scale in f-number and tiles the pattern is the same (Fraunhofer)
     same = kernels._made(build("lens", "wavefront", f_number=4.0, zernike_um={4: 0.1}), (), GREEN, (0.06, 0.06), (15, 15)).bands[0]
     np.testing.assert_allclose(slow, same, rtol=1e-5)
+
+
+@pytest.mark.parametrize(("name", "tiles", "pitch_um"), [("diffraction_limited", 64, 1000.0), ("wavefront", 1000, 30.0)])
+def test_frames_too_wide_for_a_fast_lens_are_refused_before_work(name, tiles, pitch_um):
+    fast = {"f_number": 0.5, **({"zernike_um": {4: 0.1}} if name == "wavefront" else {})}
+    start = process_time()
+    with pytest.raises(ConfigError) as refused:
+        kernels.kernels(build("lens", name, **fast), (), GREEN, (pitch_um, pitch_um), (tiles - 1, tiles - 1))
+    frame = Frame(tiles, tiles, (1e-3 * pitch_um / 4, 1e-3 * pitch_um / 4), (550.0,), sensed=False)
+    with pytest.raises(ConfigError, match=r"lens\.f_number=") as planned:
+        build("lens", name, **fast).kernel_bytes(frame, ())
+    at_work, advised = (float(re.search(r"lens\.f_number=([\d.]+)", str(r.value)).group(1)) for r in (refused, planned))
+    assert advised >= at_work  # a plan that is accepted is not refused at work
+    assert build("lens", name, **fast | {"f_number": advised}).kernel_bytes(frame, ()) > 0
+    assert process_time() - start < 1.0
 
 
 @pytest.mark.slow
