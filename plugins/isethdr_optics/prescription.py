@@ -125,8 +125,9 @@ def _read(path, _changed):
     try:
         data = yaml.safe_load(Path(path).read_text())
     except (yaml.YAMLError, OSError, UnicodeDecodeError) as err:
+        why = " ".join(str(err).split())
         raise ConfigError(
-            f"prescription {path} cannot be read ({err}); expected YAML as the bundled ones "
+            f"prescription {path} cannot be read ({why}); expected YAML as the bundled ones "
             f"have it: {', '.join(names())}"
         ) from None
     return parse(data)

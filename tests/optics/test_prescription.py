@@ -191,7 +191,7 @@ def test_bad_use_is_refused(tmp_path):
     path.write_text(yaml.safe_dump(GOOD))
     assert load(str(path)).name == "mine"
     path.write_text("surfaces: [")
-    with pytest.raises(ConfigError, match="not YAML"):
+    with pytest.raises(ConfigError, match="expected YAML"):
         load(str(path))
     with pytest.raises(ConfigError, match="f/3"):
         PrescribedLens(f_number=2.0)
