@@ -17,7 +17,7 @@
 | `propagation`      | what the noise of samples becomes through linear kernels              |
 | `fixed_pattern`    | how far another device of the model would differ: PRNU, dark, offsets |
 | `interleaved`      | two exposures in one filter array, merged with the interpolation      |
-| `denoise`          | non-local means of the mosaic, with the variance that is left         |
+| `denoise`          | non-local means of the mosaic                                          |
 | `raw_file`         | one capture as a digital negative (DNG)                               |
 | `shading`          | relative illumination, stated by the lens or measured                 |
 | `development`      | the fields that all of these share                                    |

@@ -81,8 +81,11 @@ def read_charge(reads: list[Readout], per_light) -> Charge:
     safe = np.where(good, weight, 1.0)
     t = np.where(good, total / safe, widest.charge_e)
     variance = np.where(good, 1 / safe, widest.read_var_e2)
-    shares = tuple(WeightedRead(read.spread, np.where(good, inverse / safe, float(read is widest))) for read, inverse in zip(reads, inverses))
-    return Charge(t, variance, widest.dark_e, widest.clear_top_e, good, per_light, source, shares)
+    shares = [np.where(good, inverse / safe, float(read is widest)) if len(reads) > 1 else 1.0 for read, inverse in zip(reads, inverses)]
+    # the shares add to 1, so PRNU and dark spread, which the readings have in common, count once
+    weighted = [WeightedRead(read.spread.of_offsets(), share) for read, share in zip(reads, shares)]
+    weighted.append(WeightedRead(widest.spread.of_silicon(), 1.0))
+    return Charge(t, variance, widest.dark_e, widest.clear_top_e, good, per_light, source, tuple(weighted))
 
 
 def fold(charges: list[Charge]) -> Merged:
@@ -90,7 +93,7 @@ def fold(charges: list[Charge]) -> Merged:
     short = charges[0]
     z, z_var, valid = short.t_e - short.dark_e, charge_variance(short.t_e, short.read_var_e2), short.good
     source = short.source
-    weights = [np.ones_like(z)]     # electrons of the mosaic per electron of each charge
+    weights = [1.0]     # electrons of the mosaic per electron of each charge
     for charge in charges[1:]:
         ratio = short.per_light / charge.per_light
         z, z_var = z / ratio, z_var / ratio**2
@@ -99,10 +102,11 @@ def fold(charges: list[Charge]) -> Merged:
         signal = charge.t_e * g - charge.read_var_e2 * slope - charge.dark_e * g_next + z * (1 - g_next)
         z_var = g**2 * charge_variance(charge.t_e, charge.read_var_e2) + (1 - g) ** 2 * z_var
         source = np.where(g > 0.5, charge.source, source)
-        weights = [*(w * (1 - g) / ratio for w in weights), g]
+        rest = (1 - g) / ratio
+        weights = [*(w * rest for w in weights), g]
         z, valid, short = signal, valid | charge.good, charge
-    reads = [WeightedRead(read.spread, w * read.weight, _relative(charge.per_light, short.per_light))
-             for charge, w in zip(charges, weights) for read in charge.reads]
+    reads = [WeightedRead(read.spread, w * read.weight, 1.0 if charge is short else _relative(charge.per_light, short.per_light))
+             for charge, w in zip(charges, weights) for read in charge.reads if read.spread.any()]
     return Merged(z, z_var, valid, source, fixed_pattern(reads, z, z_var))
 
 

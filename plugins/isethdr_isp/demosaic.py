@@ -81,7 +81,7 @@ def bilinear(filters, channels: int) -> Kernels:
                         "a cropped pattern? use at least one whole period")
     if channels == 1:  # nothing is missing, be it a single pixel
         every = Kernel(*(np.arange(n) for n in filters.shape), [(0, 0)], np.ones((1, 1)))
-        return Kernels([every], filters.shape, (1, 1))
+        return Kernels([every], filters.shape)
     rows, columns, radius = places(filters)
     key = np.pad(filters, radius, mode="reflect")
     kernels = []
@@ -90,7 +90,7 @@ def bilinear(filters, channels: int) -> Kernels:
             window = key[row[0]:row[0] + 2 * radius + 1, column[0]:column[0] + 2 * radius + 1]
             taps = [plane_weights(window == channel) for channel in range(channels)]
             kernels.append(folded(row, column, taps, filters.shape))
-    return Kernels(kernels, filters.shape, array_period(filters))
+    return Kernels(kernels, filters.shape)
 
 
 def folded(row, column, taps, shape, repeat_edge: bool = False) -> Kernel:

@@ -41,7 +41,7 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
     if method == "learned" and len(names) > 1:
         from . import learned
 
-        ledger.left_out("noise in the choice of the learned filters", "variance is that of the filters chosen", 0.08, "of the variance of flat fields")
+        ledger.left_out("noise in the choice of the learned filters", "variance is that of the filters chosen", 0.15, "of the variance")
         planes, noise_map = learned.learned(mosaic, filters, names, variance)
         return Interpolated(planes, _near(bad, learned.RADIUS), noise_map)
     if method == "malvar":
@@ -111,7 +111,7 @@ def malvar_kernels(filters, names) -> Kernels:
     # colour-demosaicing repeats the outermost samples
     kernels = [folded(row, column, taps[row[0] % 2, column[0] % 2], filters.shape, repeat_edge=True)
                for row in rows for column in columns]
-    return Kernels(kernels, filters.shape, (2, 2))
+    return Kernels(kernels, filters.shape)
 
 
 def leading_channel(filters, channels: int) -> int | None:

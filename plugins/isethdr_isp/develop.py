@@ -14,7 +14,7 @@ from isethdr_core.truth import VARIANCE_KNOWN, make_picture
 
 from .demosaic import array_period
 from .demosaic_methods import interpolate
-from .denoise import averaged, denoised
+from .denoise import denoised
 from .development import Development
 from .propagation import independent
 from .shading import shading
@@ -36,23 +36,22 @@ def develop(merged, reads, captures, how: Development):
     filters, names = captures["filter"].values, [str(name) for name in captures["channel"].values]
     if how.denoise not in DENOISERS:
         raise ConfigError(f"isp denoise {how.denoise!r} is unknown{did_you_mean(how.denoise, DENOISERS)}")
-    alike = None
     if how.denoise == "nl_means":
-        merged, alike = denoised(merged, array_period(filters))
+        merged = denoised(merged, array_period(filters))
     # the falloff goes first, while every sample still stands at its own place: a uniform scene is then flat to the demosaic
     level = shading(captures, how.shading_csv)
     valid, level = merged.valid & (level > 0), np.where(level > 0, level, 1.0)  # where no light passes the lens
     variance = merged.variance_e2 / level**2
-    temporal = independent(variance) if alike is None else averaged(variance, alike)
     planes, touched, noise_map = interpolate(how.demosaic, merged.signal_e / level, filters, names, variance, ~valid)
     response, dark_var_e2 = reads[0].response, floor_e2(reads)
     matrix = solve_matrix(response, captures.wavelength.values, how.balance, how.design_snr, dark_var_e2)
     attrs = picture_attrs(captures, response, how, dark_var_e2)
-    if noise_map is None:
+    if noise_map is None or how.denoise != "none":
         attrs[VARIANCE_KNOWN] = False
         noise = PictureNoise(*np.full((2, len(matrix), *valid.shape), np.nan))
     else:
-        noise = PictureNoise(noise_map.variance(matrix, temporal), noise_map.variance(matrix, merged.fixed.scaled(1 / level)))
+        fixed = merged.fixed.scaled(1 / level)
+        noise = PictureNoise(noise_map.variance(matrix, independent(variance)), noise_map.variance(matrix, fixed))
     return finish(matrix, planes, noise, valid & ~touched, captures, attrs)
 
 

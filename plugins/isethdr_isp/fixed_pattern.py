@@ -6,7 +6,7 @@ silicon of a photodiode: readings that share the silicon deviate alike, so their
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +30,14 @@ class DeviceSpread:
     row_e: float = 0.0              # over rows, of the offset
     silicon: int = 0                # readings with the same number share the photodiode's silicon
     offset_gain: np.ndarray | float = 1.0   # electrons that have to arrive per electron of offset; 1 where the pixel is linear
+
+    def of_silicon(self) -> DeviceSpread:
+        """Return the terms that all readings of a charge share."""
+        return replace(self, dsnu_e=0.0, column_e=0.0, row_e=0.0)
+
+    def of_offsets(self) -> DeviceSpread:
+        """Return the terms that a reading has alone."""
+        return replace(self, prnu=0.0, dark_spread_e=0.0)
 
     def any(self) -> bool:
         """Return whether anything differs between devices."""
@@ -84,14 +92,16 @@ def fixed_pattern(reads: list[WeightedRead], signal_e, variance_e2) -> SampleNoi
     pixel, column, row = np.zeros((3, *shape))
     for spread, weight, sensitivity in reads:
         key = spread.silicon
-        light[key] = light.get(key, 0.0) + weight * sensitivity * spread.prnu
-        dark[key] = dark.get(key, 0.0) + weight * spread.dark_spread_e
-        square = np.square(weight * spread.offset_gain)
-        pixel += square * spread.dsnu_e**2
-        column += square * spread.column_e**2
-        row += square * spread.row_e**2
-    mean_square = np.square(signal_e) - variance_e2
-    for key, share in light.items():
-        pixel += np.square(share) * mean_square + np.square(dark[key])
+        if spread.prnu:
+            light[key] = light.get(key, 0.0) + weight * (sensitivity * spread.prnu)
+        if spread.dark_spread_e:
+            dark[key] = dark.get(key, 0.0) + weight * spread.dark_spread_e
+        for total, offset_e in ((pixel, spread.dsnu_e), (column, spread.column_e), (row, spread.row_e)):
+            if offset_e:
+                total += np.square(weight * (spread.offset_gain * offset_e))
+    if light:
+        pixel += sum(np.square(share) for share in light.values()) * (np.square(signal_e) - variance_e2)
+    for share in dark.values():
+        pixel += np.square(share)
     parts = (NoisePart(pixel), NoisePart(column, rows="any"), NoisePart(row, columns="any"))
     return SampleNoise(tuple(part for part in parts if np.any(part.variance_e2)))

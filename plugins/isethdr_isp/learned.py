@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ import numpy as np
 from isethdr_core.errors import UnitError
 
 from .local_classes import classes
-from .propagation import NoisePart, SampleNoise
+from .propagation import SampleNoise
 
 RADIUS = 3                      # pixels, half of a filter
 SIDE = 2 * RADIUS + 1
@@ -50,7 +50,7 @@ def learned(mosaic, filters, names, variance, table=None) -> tuple[np.ndarray, C
     chosen = ChosenFilters(trained, classes(mosaic, filters, variance))
     samples = neighbourhoods(mosaic, chosen.cell)
     planes = np.empty((len(names), *filters.shape))
-    for weights, at in chosen.blocks():
+    for weights, at in chosen.blocks:
         planes[(slice(None), *at)] = weights @ samples[at].reshape(len(at[0]), -1).T
     return planes, chosen
 
@@ -67,9 +67,10 @@ class ChosenFilters:
         """Return the rows and columns after which the filter array repeats."""
         return self.trained.shape[:2]
 
-    def blocks(self):
-        """Yield (filter (channel, tap), (row, column) indices of pixels it makes), at most `AT_ONCE` pixels at a time."""
-        rows, columns = self.cell
+    @cached_property
+    def blocks(self) -> list[tuple]:
+        """Return (filter (channel, tap), (row, column) indices of pixels it makes), at most `AT_ONCE` pixels at a time."""
+        (rows, columns), out = self.cell, []
         for y, x in np.ndindex(rows, columns):
             here = self.kinds[y::rows, x::columns]
             order = np.argsort(here, axis=None, kind="stable")
@@ -77,29 +78,23 @@ class ChosenFilters:
             for kind, (first, last) in enumerate(zip(ends[:-1], ends[1:])):
                 for start in range(first, last, AT_ONCE):
                     row, column = np.unravel_index(order[start:min(start + AT_ONCE, last)], here.shape)
-                    yield self.trained[y, x, kind], (row * rows + y, column * columns + x)
+                    out.append((self.trained[y, x, kind], (row * rows + y, column * columns + x)))
+        return out
 
     def variance(self, matrix, noise: SampleNoise) -> np.ndarray:
         """Return the variance (out, y, x) of `matrix` (out, channel) times the channels, given the classes."""
         out = np.zeros((len(matrix), *self.kinds.shape))
         for part in noise.parts:
-            values = part.variance_e2 if part.alone() else np.sqrt(part.variance_e2)
-            samples = neighbourhoods(values, self.cell)
-            for weights, at in self.blocks():
-                composed, near = np.asarray(matrix) @ weights, samples[at].reshape(len(at[0]), -1)
-                if part.alone():
-                    out[(slice(None), *at)] += composed**2 @ near.T
-                    continue
-                for taps in self._alike(part):
-                    out[(slice(None), *at)] += (composed[:, taps] @ near[:, taps].T) ** 2
+            groups, samples = part.groups(list(np.ndindex(SIDE, SIDE))), part.samples()
+            if np.ndim(samples):
+                around = neighbourhoods(samples, self.cell)
+            for weights, at in self.blocks:
+                composed = np.asarray(matrix) @ weights
+                if np.ndim(samples) == 0:
+                    out[(slice(None), *at)] += part.gain(composed, groups)[:, None] * samples**2
+                else:
+                    out[(slice(None), *at)] += part.weighted(composed, groups, around[at].reshape(len(at[0]), -1).T)
         return out
-
-    def _alike(self, part: NoisePart) -> list[list[int]]:
-        """Return the taps of a filter in groups of samples that deviate alike."""
-        groups: dict = {}
-        for tap, (row, column) in enumerate(np.ndindex(SIDE, SIDE)):
-            groups.setdefault(part.group(row, column, self.cell), []).append(tap)
-        return list(groups.values())
 
 
 def neighbourhoods(image, cell_shape):

@@ -11,15 +11,16 @@ from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
-Alike = Literal["same", "any", "place"]
+AT_ONCE = 1 << 14   # pixels whose samples are gathered at a time: they stay in the processor's cache
+
+Alike = Literal["same", "any"]
 
 
 class NoisePart(NamedTuple):
     """One cause of noise: its variance in every sample, and which samples of a neighbourhood deviate alike.
 
     Samples deviate alike when their rows and their columns agree: "same" asks for the same row or column, "any" for
-    none, "place" for the same place in the cell of the filter array. Their deviations are one normal number times
-    the square root of the variance.
+    none. Their deviations are one normal number times the square root of the variance.
     """
 
     variance_e2: np.ndarray     # (y, x)
@@ -30,13 +31,32 @@ class NoisePart(NamedTuple):
         """Return whether every sample deviates by itself."""
         return self.rows == "same" and self.columns == "same"
 
-    def group(self, row: int, column: int, cell: tuple[int, int]) -> tuple[int, int]:
-        """Return a key that is equal for samples that deviate alike; row and column count from the cell's first."""
-        return _agreeing(self.rows, row, cell[0]), _agreeing(self.columns, column, cell[1])
+    def samples(self):
+        """Return what `weighted` takes: standard deviations where samples deviate alike, else variances, (y, x).
 
+        One number, a standard deviation, where all samples have the same.
+        """
+        if self.variance_e2.min() == self.variance_e2.max() >= 0:
+            return np.sqrt(self.variance_e2.flat[0])
+        return self.variance_e2 if self.alone() else np.sqrt(self.variance_e2)
 
-def _agreeing(rule: Alike, index: int, period: int) -> int:
-    return {"same": index, "any": 0, "place": index % period}[rule]
+    def groups(self, places: list[tuple[int, int]]) -> list[list[int]]:
+        """Return the samples at `places` (row, column) in groups that deviate alike."""
+        found: dict = {}
+        for number, (row, column) in enumerate(places):
+            key = row * (self.rows == "same"), column * (self.columns == "same")
+            found.setdefault(key, []).append(number)
+        return list(found.values())
+
+    def weighted(self, weights, groups, near) -> np.ndarray:
+        """Return the variance (out, pixel) of `weights` (out, sample) times samples whose noise `near` is (sample, pixel)."""
+        if self.alone():
+            return weights**2 @ near
+        return sum((weights[:, group] @ near[group]) ** 2 for group in groups)
+
+    def gain(self, weights, groups) -> np.ndarray:
+        """Return the variance (out,) of `weights` (out, sample) times samples of variance 1."""
+        return sum(weights[:, group].sum(axis=1) ** 2 for group in groups)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +104,12 @@ class Kernel(NamedTuple):
         return _slice(self.rows + offset[0]), _slice(self.columns + offset[1])
 
 
+    def blocks(self) -> list[Kernel]:
+        """Return the kernel in blocks of rows, of about `AT_ONCE` pixels each."""
+        step = max(AT_ONCE // len(self.columns), 1)
+        return [self._replace(rows=self.rows[start:start + step]) for start in range(0, len(self.rows), step)]
+
+
 def _slice(index) -> slice:
     """Return a regular index array as a slice: a view instead of a copy."""
     step = int(index[1] - index[0]) if len(index) > 1 else 1
@@ -96,7 +122,6 @@ class Kernels:
 
     kernels: list[Kernel]
     shape: tuple[int, int]      # rows and columns of the mosaic
-    cell: tuple[int, int]       # rows and columns after which the filter array repeats
 
     def variance(self, matrix, noise: SampleNoise) -> np.ndarray:
         """Return the variance (out, y, x) of `matrix` (out, channel) times the channels that the kernels make.
@@ -108,27 +133,16 @@ class Kernels:
         """
         out = np.zeros((len(matrix), *self.shape))
         for part in noise.parts:
-            add = _add_alone if part.alone() else self._add_alike
-            values = part.variance_e2 if part.alone() else np.sqrt(part.variance_e2)
+            samples = part.samples()
             for kernel in self.kernels:
-                here = kernel.pixels()
-                for total, weights in zip(out, np.asarray(matrix) @ kernel.weights):
-                    add(total[here], kernel, weights, values, part)
+                composed = np.asarray(matrix) @ kernel.weights
+                groups = part.groups(kernel.offsets)
+                if np.ndim(samples) == 0:
+                    out[(slice(None), *kernel.pixels())] += part.gain(composed, groups)[:, None, None] * samples**2
+                    continue
+                for block in kernel.blocks():
+                    here = block.pixels()
+                    near = np.stack([samples[block.samples(offset)].ravel() for offset in block.offsets])
+                    shape = (len(out), len(block.rows), len(block.columns))
+                    out[(slice(None), *here)] += part.weighted(composed, groups, near).reshape(shape)
         return out
-
-    def _add_alike(self, total, kernel: Kernel, weights, deviation, part: NoisePart) -> None:
-        """Add to `total`, a view, the variance of a weighted sum of samples of which some deviate alike."""
-        sums: dict = {}
-        for offset, weight in zip(kernel.offsets, weights):
-            if weight:
-                group = part.group(int(kernel.rows[0]) + offset[0], int(kernel.columns[0]) + offset[1], self.cell)
-                sums[group] = sums.get(group, 0.0) + weight * deviation[kernel.samples(offset)]
-        for together in sums.values():
-            total += together**2
-
-
-def _add_alone(total, kernel: Kernel, weights, variance, part: NoisePart) -> None:
-    """Add to `total`, a view, the variance of a weighted sum of samples that deviate each by itself."""
-    for offset, weight in zip(kernel.offsets, weights):
-        if weight:
-            total += weight**2 * variance[kernel.samples(offset)]
