@@ -325,7 +325,11 @@ def renderer_errors(parts: Chain, rows: Ledger, name: str, light, mixed, scene, 
         else:
             errors = {}
             book.left_out("intervals of scores", "one shot does not tell how much the next one differs; draws=4 does", float("inf"), "1")
-    rows += [row for row in own if row.errors or row.left_out]
+    (row,) = own
+    if row.errors:
+        rows.append(row)
+    else:  # every row states an error: what this one left out belongs to the scores of the row before
+        rows[-1].left_out += row.left_out
     return errors
 
 
