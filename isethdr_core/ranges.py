@@ -63,7 +63,8 @@ class Range:
         def check(value: Any, validate: Any) -> float:
             number = math.nan if isinstance(value, bool) else validate(value)
             if number not in self:
-                raise PydanticCustomError(OUTSIDE, "Input should be {range}", {"range": str(self)})
+                raise PydanticCustomError(OUTSIDE, "Input should be {range}",
+                                          {"range": str(self), "allowed": self.nearest(0)})
             return number
 
         schema = handler(source)
@@ -147,8 +148,17 @@ def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> 
     expected = " or ".join(dict.fromkeys(map(_expectation, deepest)))
     near = _nearest_choice(annotations(cls)[name], value)
     hint = f"; did you mean {near!r}?" if near else ""
+    example = near or _entry(whole, deepest[0]) or _example(cls, name)
     return (f"{name} is {wrong}; expected {expected}{hint}; "
-            f"type for example {to_type}{name}={near or _example(cls, name)}")
+            f"type for example {to_type}{name}={example}")
+
+
+def _entry(whole: Any, problem: Mapping[str, Any]) -> str:
+    """Return the bad entry of a table with an allowed number, "" where that is not what is wrong."""
+    if not isinstance(whole, dict) or problem["type"] != OUTSIDE:
+        return ""
+    key = next((k for k, value in whole.items() if value is problem["input"]), None)
+    return "" if key is None else on_command_line({key: problem["ctx"]["allowed"]})
 
 
 def _nearest_choice(annotation: Any, value: Any) -> str:
