@@ -86,8 +86,10 @@ def test_the_stated_variance_is_that_of_an_unknown_device(name, electrons):
 def test_the_stated_variance_is_right_from_3_to_110000_electrons(name, levels):
     for electrons in levels:
         total, temporal, fixed = ensemble(name, electrons, devices=400, pixels=48)
-        # 400 devices of 1600 pixels, of which some 5 err alike: 0.4 %; columns, which are few, up to 1.5 % of the fixed part
-        np.testing.assert_allclose([total, temporal, fixed], 1.0, atol=0.03)
+        # 400 devices of 1600 pixels, of which some 5 err alike: 0.4 %
+        np.testing.assert_allclose([total, temporal], 1.0, atol=0.03)
+        # in the dark columns make most of the fixed part: 400 devices of 40 columns, pairs alike: 1.6 %; three of them
+        np.testing.assert_allclose(fixed, 1.0, atol=0.05 if electrons < 100 else 0.03)
 
 
 def test_photodiodes_that_share_silicon_add_in_amplitude():
