@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 from isethdr_core import Component, progress, registry, store, summary
 from isethdr_core.ledger import ErrorNote, Ledger, LeftOut, Row
+from isethdr_core.run_warnings import SATURATED_FRAME, RunWarning
 from isethdr_core.terminal import console, print_path
 
 STRANGE = ["[red]bold[/red]", "[/]", ":car:", "[link=file:///x]y[/link]", "a[0]", "\\[b]"]
@@ -31,6 +32,7 @@ def a_result(text: str, folder: Path) -> SimpleNamespace:
         key=text,
         path=folder / "run.zarr",
         attributes={"lighting_notes": {text: text}},
+        warnings=[asdict(RunWarning(SATURATED_FRAME, text, 0.5, 0.05, text))],
         ledger=Ledger([Row(f"picture {text}", errors=[note], left_out=[omission])]),
         cameras=[text],
         scores=[score | {"value": 1.0, "low": None, "high": None}],
