@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -73,6 +74,7 @@ def test_the_intervals_of_a_rendered_scene_hold_the_noise_of_its_renderer():
     camera = ["sensor=bayer", "sensor.rows=24", "sensor.columns=36", "lens.focal_length_mm=0.25"]
     config = hdr.compose(["experiment=five_lights", *chart, *camera, "report=false"])
     parts = chain(config)
+    parts = replace(parts, metrics={"colour": parts.metrics["colour"]})
     demand, scene = plan(parts, Ledger()), parts.scene().load()
     mixed = parts.lighting(scene)
     light = on_sensor(parts, mixed, demand)
