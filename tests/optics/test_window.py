@@ -88,12 +88,20 @@ def test_the_bound_is_that_of_the_worst_light_there_is(monkeypatch):
 
 
 @pytest.mark.parametrize("lamp", [(15, 12), (2, 33), (29, 65)])
-def test_a_lamp_beside_the_window_brings_all_back_and_nothing_is_made_to_find_out(lamp, monkeypatch):
-    monkeypatch.setattr(window, "_beyond", lambda *kernel: pytest.fail("a kernel was looked at"))
+def test_a_lamp_beside_the_window_brings_all_back(lamp):
+    assert window.WHY in asked(scene())[1], "without the lamp, tiles are left out"
     mixed = scene(lamp=lamp)
     light, left, error = asked(mixed)
     assert window.WHY not in left and error == 0
-    np.testing.assert_array_equal(light.values, asked(mixed, EVERYWHERE)[0].values[:, *MIDDLE])
+    every = asked(mixed, EVERYWHERE)[0].values
+    np.testing.assert_array_equal(light.values, every[:, *MIDDLE])
+
+
+def test_a_lamp_beyond_the_largest_reach_is_found_without_any_kernel(monkeypatch):
+    """The light that every stop spreads that far is already too much; nearer lamps need kernels."""
+    mixed = scene(lamp=(29, 65))
+    monkeypatch.setattr(window, "_beyond", lambda *kernel: pytest.fail("a kernel was looked at"))
+    assert window.WHY not in asked(mixed)[1]
 
 
 def test_a_bound_that_does_not_hold_for_all_bands_brings_all_back(monkeypatch):
