@@ -6,7 +6,6 @@ Names come from users and from other people's plugins. Rich would read `[red]` i
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,14 +16,12 @@ WIDTH_OF_FILES = 200  # columns of tables that go to a file or a pipe: results a
 
 
 def console(stderr: bool = False) -> Console:
-    """Return a console that interprets nothing; wide where neither a terminal nor COLUMNS sets a width."""
+    """Return a console that interprets nothing; wide where the output is no terminal."""
     from rich.console import Console
 
     plain = {"markup": False, "emoji": False, "highlight": False, "stderr": stderr}
     shown = Console(**plain)
-    if shown.is_terminal or "COLUMNS" in os.environ:
-        return shown
-    return Console(width=WIDTH_OF_FILES, **plain)
+    return shown if shown.is_terminal else Console(width=max(shown.width, WIDTH_OF_FILES), **plain)
 
 
 def print_path(label: str, path: Path | str) -> None:

@@ -100,5 +100,11 @@ def test_the_command_refuses_before_anything_of_the_file_runs(work):
     [line] = refused.stderr.splitlines()
     assert refused.returncode == 2 and line.startswith("error: config files in")
     assert not (work.parent / "mark").exists()
+
+
+@pytest.mark.slow
+def test_a_trusted_file_runs_what_it_names(work):
+    from_there = ["--config-dir", str(stranger(work)), "experiment=mine"]
+    arguments = [*from_there, *SMALL, "sensor=bayer"]
     trusted = isethdr("run", *arguments, ISETHDR_TRUST=str(stranger(work)))
     assert trusted.returncode == 0 and (work.parent / "mark").exists(), "a config file is code"

@@ -45,6 +45,7 @@ def test_light_differs_from_that_of_finer_kernels_as_stated(monkeypatch, fields,
     assert 0.25 < np.sqrt(np.mean(share**2)) < 1.1
 
 
+@pytest.mark.slow
 def test_a_lamp_off_the_axis_differs_from_its_own_kernel_as_stated(monkeypatch):
     """What is spread far away as on the axis, against the kernel of the lamp's own place."""
     monkeypatch.setattr(field_imaging, "RINGS", (1,))
