@@ -8,6 +8,10 @@ from isethdr_core.ranges import check_ranges
 
 from .limits import Bins, Luminance
 
+PIXELS_PER_INDEPENDENT = 9  # demosaic makes neighbours alike: one pixel in 3 x 3 is independent
+# a median lies between the smallest and the largest of n values but for 2 * 0.5**n: 95 % takes 6
+FEWEST_PIXELS = 6 * PIXELS_PER_INDEPENDENT  # of a bin that a score may use
+
 
 @dataclass(frozen=True)
 class SnrCurve:
@@ -21,7 +25,11 @@ class SnrCurve:
         check_ranges(self)
 
     def __call__(self, picture, truth, labels=None):
-        """Return one score per luminance that the scene holds, named snr_at_<cd/m2>."""
+        """Return one score per luminance that enough pixels are near, named snr_at_<cd/m2>.
+
+        A bin of true luminance is used where it has at least `FEWEST_PIXELS` valid pixels. The
+        median luminance of one such bin must lie within the width of a bin from the score's.
+        """
         import numpy as np
 
         from isethdr_core import ledger
@@ -32,19 +40,41 @@ class SnrCurve:
         check_pair(picture, truth)
         if not variance_stated(picture, "SNR", "dB"):
             return []
-        table = self.curve(picture, truth)
+        rows = _rows_with_enough_pixels(self.curve(picture, truth))
         scores = []
         for level in self.luminances_cd_m2:
-            place = np.flatnonzero((table["low_cd_m2"] <= level) & (level < table["high_cd_m2"]))
-            if not len(place):
-                ledger.left_out(f"SNR at {level:g} cd/m2", "the scene has no valid pixel there", np.nan, "dB")
+            distance = np.abs(np.log10(rows["luminance_cd_m2"] / level))
+            if distance.min(initial=np.inf) > 1 / self.bins_per_decade:
+                why = f"each bin near this luminance has fewer than {FEWEST_PIXELS} valid pixels"
+                ledger.left_out(f"SNR at {level:g} cd/m2", why, np.nan, "dB")
                 continue
-            value, (low, high) = _at(table, place[0], level), table["snr_interval_db"][place[0]]
+            nearest = int(distance.argmin())
+            value, (low, high) = self._at(rows, nearest, level), rows["snr_interval_db"][nearest]
             if not np.isfinite(value):
                 ledger.left_out(f"SNR at {level:g} cd/m2", "the picture states no noise there", np.nan, "dB")
                 continue
             scores.append(Score(f"snr_at_{level:g}", value, "dB", "", value + low, value + high))
         return scores
+
+    def _at(self, rows, nearest: int, level: float) -> float:
+        """Return the SNR in dB at `level` cd/m2, on the line through the nearest two rows.
+
+        The second row is the next one on the other side of the level. Where there is none within two
+        bins, it is the next one on the same side. The slope of one row alone is that of shot noise.
+        """
+        import numpy as np
+
+        x, snr = np.log10(rows["luminance_cd_m2"] / level), rows["snr_db"]
+        across = 1 if x[nearest] < 0 else -1
+        for second in (nearest + across, nearest - across):
+            if not (0 <= second < len(x) and abs(x[second]) <= 2 / self.bins_per_decade):
+                continue
+            if np.isfinite(snr[[nearest, second]]).all():
+                slope = (snr[second] - snr[nearest]) / (x[second] - x[nearest])
+                break
+        else:
+            slope = 10.0  # dB per decade
+        return float(snr[nearest] - slope * x[nearest])
 
     def curve(self, picture, truth) -> dict:
         """Return the table, one row per bin of true luminance that holds a valid pixel.
@@ -75,7 +105,7 @@ class SnrCurve:
 
         def medians(values):
             parts = np.split(values[use][order], np.cumsum(count)[:-1])
-            return np.array([median_interval(part, len(part) // 9) for part in parts if len(part)]).reshape(-1, 3).T
+            return np.array([median_interval(part, len(part) // PIXELS_PER_INDEPENDENT) for part in parts if len(part)]).reshape(-1, 3).T
 
         signal, (reported, least, most) = medians(true)[0], medians(luminance_variance(picture))
         with np.errstate(divide="ignore", invalid="ignore"):  # a noise-free picture has an infinite SNR
@@ -87,13 +117,11 @@ class SnrCurve:
                 "snr_db": snr, "snr_interval_db": interval.T, "snr_measured_db": measured, "pixels": count}
 
 
-def _at(table, k: int, level: float) -> float:
-    """Return the SNR in dB at `level` cd/m2, which lies in row `k`, on the line through it and the next row on that side."""
-    import numpy as np
+def _rows_with_enough_pixels(table: dict) -> dict:
+    """Return the rows of the table whose medians rest on enough pixels.
 
-    x, snr = np.log10(table["luminance_cd_m2"]), table["snr_db"]
-    step = np.log10(level) - x[k]
-    j = k + (1 if step > 0 else -1)
-    known = 0 <= j < len(x) and np.isfinite(snr[j]) and np.isfinite(snr[k])
-    slope = (snr[j] - snr[k]) / (x[j] - x[k]) if known else 10.0  # at the end of the table: shot noise, 10 dB per decade
-    return float(snr[k] + slope * step)
+    A few pixels next to a lamp have its flare, and with it more noise than others of their luminance.
+    Renderer noise lifts other pixels into their bin, so its median would change.
+    """
+    enough = table["pixels"] >= FEWEST_PIXELS
+    return {name: column[enough] for name, column in table.items()}

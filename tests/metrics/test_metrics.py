@@ -177,6 +177,45 @@ def test_snr_of_pure_shot_noise_is_the_root_of_the_count():
         SnrCurve(bins_per_decade=0)(picture(y), picture(truth))
 
 
+def shot_noise_scene(renderer_noise: float):
+    """Return (picture, truth) of mostly 4 to 9 cd/m2 with shot noise, and 20 pixels at 12 cd/m2.
+
+    Flare gives these 20 pixels 10 times the variance. `renderer_noise` is relative, of each pixel.
+    """
+    electrons_per_cd_m2 = 40.0
+    rng = np.random.default_rng(5)
+    truth = np.repeat(np.geomspace(4.0, 9.0, NY)[:, None], NX, axis=1)
+    truth[0, :20] = 12.0
+    truth *= np.exp(renderer_noise * rng.normal(size=truth.shape))
+    variance = truth / electrons_per_cd_m2
+    variance[0, :20] *= 10.0
+    return picture(truth, variance), picture(truth)
+
+
+@pytest.mark.parametrize("renderer_noise", [0.0, 0.1])
+def test_snr_at_a_level_does_not_rest_on_a_few_pixels(renderer_noise):
+    """Twenty pixels with flare are the only ones above 10 cd/m2, until renderer noise adds others.
+
+    The score is the shot noise of the many either way. Noise leaves a fifth of the pixels above
+    10 cd/m2 with flare. So the median there moves by an eighth of a bin of 1.67 dB at most: 0.2 dB.
+    """
+    seen, truth = shot_noise_scene(renderer_noise)
+    found = by_name(SnrCurve(luminances_cd_m2=(10.0,))(seen, truth))
+    assert found["snr_at_10", ""].value == pytest.approx(10 * np.log10(40.0 * 10.0), abs=0.2)
+
+
+def test_snr_needs_six_independent_pixels_near_the_level():
+    """One pixel in 9 is independent, and the ranks of six values enclose a median at 95 %."""
+    metric = SnrCurve(luminances_cd_m2=(10.0,))
+    for pixels, given in ((54, True), (53, False)):
+        y = np.full((NY, NX), 0.1)
+        y.ravel()[:pixels] = 11.0
+        with ledger.stage(ledger.Ledger(), "metrics") as row:
+            scores = metric(picture(y, y / 40.0), picture(y))
+        assert [score.metric for score in scores] == ["snr_at_10"] * given
+        assert any("fewer than 54 valid pixels" in note.why for note in row.left_out) != given
+
+
 def test_dynamic_range_of_read_and_shot_noise_is_the_closed_form():
     a, b = 4e-4, 2e-3  # (cd/m2)^2 and cd/m2: SNR = 1 at (b + sqrt(b^2 + 4 a)) / 2
     truth = np.repeat(np.geomspace(1e-2, 1e4, 300)[:, None], 20, axis=1)

@@ -46,7 +46,9 @@ def test_electrons_are_as_far_off_as_one_rendering_says(make, pitch_um):
 def test_scores_are_as_far_off_as_one_rendering_says(make):
     """24 renderings of 48 x 27 tiles with 96 paths against one of 4096: what each states of its scores, and by how much they are off."""
     description, scores, said = make.street(8), {}, {}
-    metrics = [build("metric", name) for name in ("ideal", "snr_curve", "dynamic_range", "ciede2000", "ssim", "log_luminance_error", "contrast_detection")]
+    metrics = [build("metric", name) for name in ("ideal", "dynamic_range", "ciede2000", "ssim", "log_luminance_error", "contrast_detection")]
+    # three bins around 2 cd/m2 have twice the pixels that a score needs: no change of the scene loses one
+    metrics.append(build("metric", "snr_curve", luminances_cd_m2=(2.0,)))
     sensor, isp = build("sensor", "bayer", pitch_um=3.0), build("isp", "linear")
     again = lambda changed: isp(sensor(changed, hdr.generator(seed=0)))
     for seed in (*range(24), 99):
@@ -63,7 +65,7 @@ def test_scores_are_as_far_off_as_one_rendering_says(make):
             scores.setdefault(s.metric, []).append(s.value)
         for note in row.errors:
             said.setdefault(note.what.split(":")[0].removeprefix("score "), []).append(note.value)
-    for name in ("luminance", "snr_at_10", "dynamic_range_bottom", "dynamic_range_top", "ciede2000", "ssim", "log_luminance_error", "contrast_detection"):
+    for name in ("luminance", "snr_at_2", "dynamic_range_bottom", "dynamic_range_top", "ciede2000", "ssim", "log_luminance_error", "contrast_detection"):
         off = np.sqrt(np.mean((np.array(scores[name][:-1]) - scores[name][-1]) ** 2))
         stated = np.sqrt(np.mean(np.square(said[name][:-1])))
         print(name, "off", off, "stated", stated, stated / off)
