@@ -11,6 +11,7 @@
 | `quantities`, `scores`          | what crosses the borders between stages, and the checks on it         |
 | `light_in_time`                 | components of light that varies in time, and its mean                 |
 | `geometry`                      | where a sensor looks: projection, distortion, relative illumination   |
+| `early_checks`                  | mistakes that components see in each other before any work            |
 | `field`                         | whether every sensor fits into the camera's field, before any work    |
 | `truth`, `view`                 | the picture without noise and flare; how a picture looks on a display |
 | `saturation`                    | which pixels no capture measured                                      |

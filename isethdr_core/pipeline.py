@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from inspect import signature
 from typing import Any
 
-from . import accuracy, bands, margin, memory, progress, window
+from . import accuracy, bands, early_checks, margin, memory, progress, window
 from . import ledger as book
 from .component import Stage
 from .demand import Demand
@@ -105,6 +105,8 @@ def chain(config) -> Chain:
         draws=config.get("draws", 1), leave_out=leave_out, looked_at=looked_at, unseen=() if looked_at else tuple(versions), allowed=allowed)
     check_fields(parts.scene, parts.lens, parts.cameras.values())
     check_rendered(parts.scene, parts.renderer)
+    early_checks.check_shots(tuple(parts.cameras.values()), parts.isp)
+    early_checks.check_scene(parts.scene, parts.lighting, tuple(parts.versions.values()))
     return parts
 
 

@@ -21,8 +21,9 @@ from .accuracy import stored_error
 from .bands import of_demand
 from .claims import claimed
 from .demand import Demand
+from .early_checks import check_lightings
 from .error_terms import STORE_ROUNDING, ErrorNote, Quantity
-from .errors import CatalogError, ConfigError, did_you_mean
+from .errors import CatalogError, ConfigError
 from .kernels import kernels
 from .ledger import Ledger, add_error, error, left_out
 from .pipeline import Chain, stage
@@ -65,7 +66,8 @@ def scene_radiance(parts: Chain, demand: Demand, rows: Ledger, config):
         description = stage(rows, "scene", config.scene.name, parts.scene, lambda: made(parts.scene))
         if not isinstance(description, SceneDescription):
             return _known(parts, description), []
-        check_groups(parts, description.light_groups())
+        # before the rendering, which takes longest
+        check_lightings(description.light_groups(), parts.lighting, tuple(parts.versions.values()))
         with _rendering_alone(folder, recipe):
             held, missing = held_and_missing(parts, demand)     # another process may have stored it
             before = [s["id"] for s in held]
@@ -159,16 +161,6 @@ def _state_pooled(joined, held, before, said) -> None:
             error(noise, "relative", "statistical", f"{paths} paths a tile: median over tiles, light group {group}")
         if reused := known([s for s in held if s["id"] in before], group, joined.wavelength.values).paths:
             left_out(f"{reused} of {paths} paths a tile of light group {group}", "stored by an earlier run", 0.0, "relative")
-
-
-def check_groups(parts: Chain, groups: tuple[str, ...]) -> None:
-    """Raise ConfigError where a lighting names a group that the scene lacks: before the rendering, which takes longest."""
-    for light in (parts.lighting, *(parts.versions.values() if len(groups) > 1 else ())):
-        for table in ("weights", "targets", "modulation"):
-            for name, value in (getattr(light, table, None) or {}).items():
-                if name not in groups and value:
-                    raise ConfigError(f"the scene has no light group {name!r}{did_you_mean(name, groups)}; "
-                                      f"type ~lighting.{table}.{name} to leave it out")
 
 
 def what_is_missing(held: list[dict], demand: Demand, enough=None) -> Demand | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -36,10 +37,7 @@ class IsetLighting:
         from .target import uniform
 
         found = mix.group_names(radiance)
-        for name in GROUPS:
-            if name not in found:
-                raise ConfigError(f"lighting iset needs the groups {', '.join(GROUPS)}; the scene has no {name!r}"
-                                  f"{did_you_mean(name, found)}; type lighting=targets")
+        self.check_groups(found)
         maps = {g: mix.luminance_map(radiance, g) for g in GROUPS}
         draws = self.draws if self.draws is not None else tuple(uniform(self.seed, g) for g in GROUPS[:3])
         levels = iset_levels(self.dynamic_range, draws)
@@ -54,6 +52,15 @@ class IsetLighting:
             scale = self.low_light_cd_m2 / solve.percentile_of(sum(weights[g] * maps[g] for g in GROUPS), 50.0)
         used = {g: scale * weights.get(g, 0.0) for g in found}
         return mix.mix(radiance, used, iset_weights=weights)
+
+    def check_groups(self, groups: Sequence[str]) -> None:
+        """Raise ConfigError unless all four groups of ISET are there."""
+        for name in GROUPS:
+            if name not in groups:
+                raise ConfigError(
+                    f"lighting iset needs the groups {', '.join(GROUPS)}; "
+                    f"the scene has no {name!r}{did_you_mean(name, groups)}; type lighting=targets"
+                )
 
 
 def iset_levels(dynamic_range: float, draws) -> tuple[float, float, float, float]:

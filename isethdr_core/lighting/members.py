@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -40,6 +41,14 @@ class WeightsLighting:
         if self.relative_to_mean_cd_m2:
             weights = {g: w and w * self._scale(radiance, g) for g, w in weights.items()}
         return mix.mix(radiance, weights, self._varying())
+
+    def check_groups(self, groups: Sequence[str]) -> None:
+        """Raise ConfigError where a weight or a modulation names a group that is not there."""
+        from .mix import all_weights
+        from .modulation import check_groups
+
+        all_weights(self.weights, self.others, groups)
+        check_groups(self._varying(), groups)
 
     def narrow(self, demand: Demand) -> Demand:
         """Return the demand without the groups of weight 0."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -69,6 +70,34 @@ class TargetsLighting:
         infeasible = _report(targets)
         return mix.mix(radiance, weights, self._varying(), targets=targets, infeasible=infeasible)
 
+    def check_groups(self, groups: Sequence[str]) -> None:
+        """Raise ConfigError where a target, weight or modulation names a group that is not there."""
+        from .mix import all_weights
+        from .modulation import check_groups
+
+        for t in self._own(groups):
+            if t.group not in groups:
+                raise ConfigError(
+                    f"the scene has no light group {t.group!r}{did_you_mean(t.group, groups)}, "
+                    "which the lighting has a target for; "
+                    f"type ~lighting.targets.{t.group} to leave it out"
+                )
+        if self._moving() and self.ambient not in groups:
+            raise ConfigError(
+                f"lighting.ambient is {self.ambient!r}; expected a light group of the scene"
+                f"{did_you_mean(self.ambient, groups)}; type lighting.ambient=<group>"
+            )
+        all_weights(self.weights, self.others, groups)
+        check_groups(self._varying(), groups)
+
+    def _own(self, groups: Sequence[str]) -> list[target.Target]:
+        """Return the targets without those of no light for groups that are not there."""
+        return [t for t in target.parse(self.targets) if t.high > 0 or t.group in groups]
+
+    def _moving(self) -> bool:
+        """Return whether the ambient group moves to reach a target of the whole picture."""
+        return bool(self._level() or self.dynamic_range)
+
     def narrow(self, demand: Demand) -> Demand:
         """Return the demand without the groups whose weight is known to be 0."""
         return without_dark_groups(demand, self._known(), self.others)
@@ -76,7 +105,7 @@ class TargetsLighting:
     def _known(self):
         """Return weights that are 0 where it is known beforehand that they are."""
         known = {**self.weights, **{t.group: t.high for t in target.parse(self.targets)}}
-        if self._level() or self.dynamic_range:
+        if self._moving():
             known[self.ambient] = 1.0
         return known
 
@@ -98,12 +127,8 @@ class TargetsLighting:
         from . import mix
 
         map_of = cache(lambda group: mix.luminance_map(radiance, group))  # read once, and only where a target asks
-        moving = self.ambient if self._level() or self.dynamic_range else None
-        own = [t for t in target.parse(self.targets) if t.high > 0 or t.group in groups]
-        for name in (*(t.group for t in own), *([moving] if moving else [])):
-            if name not in groups:
-                raise ConfigError(f"the scene has no light group {name!r}{did_you_mean(name, groups)}, which the lighting has a "
-                                  f"target for; type ~lighting.targets.{name}, or lighting.ambient=<group>")
+        self.check_groups(groups)
+        moving, own = self.ambient if self._moving() else None, self._own(groups)
         weights = mix.all_weights(self.weights, self.others, groups)
         wanted = target.draw(target.parse(self.targets), self.seed)
         at_one = {t.group: _statistic(radiance, t, map_of) for t in own if t.group != moving}

@@ -11,6 +11,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,8 @@ from isethdr_core.errors import ConfigError, UnitError, did_you_mean
 from .demosaic import bilinear, demosaic, folded, interpolated, places, spoilt
 from .propagation import Kernels, NoiseMap
 
+BAYER_ALONE = ("malvar", "menon")
+BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
 METHODS = ("bilinear", "guided", "malvar", "menon", "learned")
 RADIUS = 3   # pixels, half of the guided method's window: holds 4 samples or more of every channel of a 4 x 4 array
 REACH = 2    # pixels that Malvar's 5 x 5 filters and Menon's final step look beyond a pixel
@@ -62,6 +65,32 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
     return Interpolated(planes, touched, rule)
 
 
+def check_array(method: str, cell: Sequence[str]) -> None:
+    """Raise ConfigError where a demosaic method is not for a filter array.
+
+    Parameters
+    ----------
+    cell : rows of the array's repeated cell, one letter per pixel.
+    """
+    if len(set("".join(cell))) == 1:  # every pixel samples the only channel
+        return
+    if method == "learned":
+        from . import learned
+
+        known = learned.arrays()
+        if not any(learned.is_shifted(cell, array) for array in known):
+            raise ConfigError(
+                f"isp.demosaic is 'learned' and the filter array {'/'.join(cell)}, for which no "
+                f"filters are trained; expected one of {', '.join(known)}, shifted or not; "
+                "type isp.demosaic=guided"
+            )
+    if method in BAYER_ALONE and "".join(cell) not in BAYER:
+        raise ConfigError(
+            f"isp.demosaic is {method!r} and the filter array {'/'.join(cell)}; "
+            "expected a Bayer array, for example RG/GB; type isp.demosaic=guided"
+        )
+
+
 def _state_unknown_variance(method: str) -> None:
     ledger.left_out(f"variance of demosaic {method}", "the method follows the noise; the picture states no variance", np.nan, "")
 
@@ -69,7 +98,7 @@ def _state_unknown_variance(method: str) -> None:
 def bayer(method: str, mosaic, filters, names):
     """Return (channel, y, x) by Malvar, He, Cutler 2004 or Menon, Andriani, Calvagno 2007, through colour-demosaicing."""
     pattern = "".join(names[k] for k in np.asarray(filters)[:2, :2].ravel())
-    if sorted(names) != ["B", "G", "R"] or pattern not in ("RGGB", "BGGR", "GRBG", "GBRG") or not _repeats(filters):
+    if sorted(names) != ["B", "G", "R"] or pattern not in BAYER or not _repeats(filters):
         raise UnitError(f"demosaic {method} is for Bayer arrays; this one begins with {pattern}; use isp.demosaic=guided")
     try:
         import colour_demosaicing

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import Annotated, Literal
 
+from isethdr_core.early_checks import ShotForm
 from isethdr_core.ranges import Range, check_ranges
 
 
@@ -27,6 +28,12 @@ class Development:
             from .shading import read_shading
 
             read_shading(self.shading_csv)
+
+    def check_shot(self, form: ShotForm) -> None:
+        """Raise ConfigError where `demosaic` is not for the filter array."""
+        from .demosaic_methods import check_array
+
+        check_array(self.demosaic, form.filters)
 
     def input_files(self):
         """Return the user's own shading table, if one is named: its content is part of a run's name."""

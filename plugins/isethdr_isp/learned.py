@@ -10,6 +10,7 @@ The table is trained by `isethdr study train_demosaic` on simulated pictures and
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -123,6 +124,20 @@ def matching(filters, names, table):
                 own = [channels_of(cell).index(name) for name in names]
                 return np.roll(trained, (-dy, -dx), (0, 1))[:, :, :, own]
     raise UnitError(f"no learned filters for this filter array; expected one of {', '.join(table)}, shifted or not; use isp.demosaic=guided")
+
+
+def is_shifted(rows: Sequence[str], cell: str) -> bool:
+    """Return whether an array that repeats `rows` is the array of `cell`, shifted or not."""
+    tile, own = cell_of(cell), np.array([list(row) for row in rows])
+    size = np.lcm(tile.shape, own.shape)
+    whole, other = (np.tile(t, size // t.shape) for t in (tile, own))
+    return any(np.array_equal(np.roll(whole, s, (0, 1)), other) for s in np.ndindex(tile.shape))
+
+
+def arrays() -> tuple[str, ...]:
+    """Return the filter arrays that the shipped filters are trained for."""
+    with np.load(TABLE) as held:
+        return tuple(cell for cell in held.files if cell != "provenance")
 
 
 def cell_of(cell: str) -> np.ndarray:

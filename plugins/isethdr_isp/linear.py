@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from isethdr_core.early_checks import ShotForm
+from isethdr_core.errors import ConfigError, did_you_mean
+
 from .development import Development
 
 
@@ -12,6 +15,16 @@ class LinearIsp(Development):
     """One capture: electrons, bilinear demosaic for any filter array, colour matrix, absolute cd/m2 with variance."""
 
     capture: str = ""  # name of the capture to use; empty takes the first
+
+    def check_shot(self, form: ShotForm) -> None:
+        """Raise ConfigError where no capture has the name, or `demosaic` is not for the array."""
+        if self.capture and self.capture not in form.captures:
+            raise ConfigError(
+                f"isp.capture is {self.capture!r}; expected one of {', '.join(form.captures)}"
+                f"{did_you_mean(self.capture, form.captures)}; "
+                f"type isp.capture={form.captures[0]}"
+            )
+        super().check_shot(form)
 
     def __call__(self, captures):
         """Return the picture of one capture; a pixel is valid when no saturated sample went into it."""

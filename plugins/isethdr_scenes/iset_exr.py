@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,8 @@ from isethdr_core.ranges import check_ranges
 from .limits import FileField, Luminance
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import xarray as xr
 
 FILES = {"sky": "skymap", "headlights": "headlights", "streetlights": "streetlights", "other": "otherlights"}
@@ -61,6 +64,42 @@ class IsetExr:
             raise self._missing()
         return tuple(path for path in found if there(path))
 
+    def light_groups(self) -> tuple[str, ...]:
+        """Return the light groups that have a file.
+
+        Raises
+        ------
+        CatalogError : no file of the scene is there.
+        """
+        return tuple(self._light_files())
+
+    def check_files(self) -> None:
+        """Check the names of the channels and the map of distances; no light is read.
+
+        Raises
+        ------
+        CatalogError : no file of the scene, one that cannot be read, or a band is missing or there twice.
+        UnitError : the map of distances does not hold distances.
+        """
+        from . import iset_exr_files as files
+
+        for path in self._light_files().values():
+            files.check_channels(path)
+        path = self._path(".mat")
+        if files.there(path):
+            with suppress(LookupError):  # a scene may lack the map; its ledger row says so
+                files.read_distance(path)
+
+    def _light_files(self) -> dict[str, Path]:
+        """Return the files of radiance that are there, by light group."""
+        from . import iset_exr_files as files
+
+        paths = {group: self._path(f"_{name}.exr") for group, name in FILES.items()}
+        found = {group: path for group, path in paths.items() if files.there(path)}
+        if not found:
+            raise self._missing()
+        return found
+
     def __call__(self) -> xr.Dataset:
         """Return scene radiance, W m-2 sr-1 nm-1, with the labels `distance` and `instance` where they can be read.
 
@@ -75,12 +114,10 @@ class IsetExr:
 
         from . import iset_exr_files as files
 
-        paths = {group: self._path(f"_{name}.exr") for group, name in FILES.items()}
-        found = {group: path for group, path in paths.items() if files.there(path)}
-        if not found:
-            raise self._missing()
-        for group in paths.keys() - found.keys():  # the deposit leaves out groups without a lamp
-            ledger.left_out(f"group {group}", f"no file {paths[group].name}", 0.0, "cd/m2")
+        found = self._light_files()
+        for group in [g for g in FILES if g not in found]:  # the deposit leaves out groups without a lamp
+            missing = self._path(f"_{FILES[group]}.exr")
+            ledger.left_out(f"group {group}", f"no file {missing.name}", 0.0, "cd/m2")
         ledger.error(2.0**-24, "relative", "bound", "rounding to float32; how noisy the files are, they do not say")
         bands, cube = None, None
         for k, path in enumerate(found.values()):

@@ -6,6 +6,7 @@ Radiance channels are named `S0.<nm>,000nm` (a decimal comma), one per band, in 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -25,8 +26,38 @@ def read_radiance(path: Path) -> tuple[np.ndarray, np.ndarray]:
     UnitError : a channel holds negative or infinite light.
     """
     channels = _channels(path)
+    bands = _bands(channels, path)
+    nm = np.array(sorted(bands))
+    cube = np.stack([np.asarray(channels[bands[k]], np.float32) for k in nm])
+    for k, plane in zip(nm, cube):
+        low, high = plane.min(), plane.max()  # NaN makes both NaN, and the comparison below false
+        if not (low >= 0 and high < np.inf):
+            raise UnitError(f"{path} channel {bands[k]!r} holds values from {low:g} to {high:g}; expected finite light, never "
+                            "negative; fetch the file again")
+    return nm, cube
+
+
+def check_channels(path: Path) -> None:
+    """Check the names of the channels of a file of radiance; only its header is read.
+
+    Raises
+    ------
+    CatalogError : the header cannot be read, or a band is missing or there twice.
+    """
+    import OpenEXR
+
+    try:
+        with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
+            names = [channel.name for channel in file.header()["channels"]]
+    except (RuntimeError, ValueError) as err:
+        raise _unreadable(path, err) from None
+    _bands(names, path)
+
+
+def _bands(names: Iterable[str], path: Path) -> dict[float, str]:
+    """Return the channel of each band, {centre in nm: name}."""
     bands: dict[float, str] = {}
-    for name in channels:
+    for name in names:
         if match := _BAND.fullmatch(name):
             centre = float(f"{match[1]}.{match[2]}")
             if centre in bands:
@@ -39,14 +70,7 @@ def read_radiance(path: Path) -> tuple[np.ndarray, np.ndarray]:
     if missing:
         raise CatalogError(f"{path} lacks channel 'S0.{missing[0]},000nm' ({len(missing)} of 31 bands are missing); "
                            "expected radiance at 400-700 nm in steps of 10 nm; fetch the file again")
-    nm = np.array(sorted(bands))
-    cube = np.stack([np.asarray(channels[bands[k]], np.float32) for k in nm])
-    for k, plane in zip(nm, cube):
-        low, high = plane.min(), plane.max()  # NaN makes both NaN, and the comparison below false
-        if not (low >= 0 and high < np.inf):
-            raise UnitError(f"{path} channel {bands[k]!r} holds values from {low:g} to {high:g}; expected finite light, never "
-                            "negative; fetch the file again")
-    return nm, cube
+    return bands
 
 
 def read_instance(path: Path) -> np.ndarray:
@@ -135,4 +159,10 @@ def _channels(path: Path) -> dict[str, np.ndarray]:
             # leaving the block empties the library's own dictionary
             return {name: channel.pixels for name, channel in file.channels().items()}
     except (RuntimeError, ValueError) as err:  # a cut-off file opens with no part, or not at all
-        raise CatalogError(f"{path} is not a readable EXR file, or is cut off ({err}); fetch it again") from None
+        raise _unreadable(path, err) from None
+
+
+def _unreadable(path: Path, err: Exception) -> CatalogError:
+    return CatalogError(
+        f"{path} is not a readable EXR file, or is cut off ({err}); fetch it again"
+    )

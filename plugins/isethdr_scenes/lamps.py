@@ -12,6 +12,7 @@ Summed they stay inside the limits assumed for a class B dipped beam (UN R112) a
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,6 +61,11 @@ KINDS = {
 LOW_BEAM = {"hot": ("low_beam", 1.5, -0.9), "middle": ("low_beam_middle", 5.0, 0.0), "side_left": ("low_beam_side", 7.5, 10.0),
             "side_right": ("low_beam_side", 7.5, -10.0), "shoulder_left": ("low_beam_shoulder", 2.2, 4.3),
             "shoulder_right": ("low_beam_shoulder", 2.2, -4.9), "stray": ("low_beam_stray", 0.0, 0.0)}
+
+
+def groups_of(kinds: Iterable[str]) -> tuple[str, ...]:
+    """Return the light groups of a scene under a sky with these kinds of lamps: `sky` first."""
+    return ("sky", *sorted({KINDS[kind].group for kind in kinds}))
 
 
 def lamp(kind: str, axis) -> Lamp:

@@ -83,6 +83,13 @@ class NightDrive:
         light = {"headlights": self.headlamp_light, "streetlights": self.street_light}
         return describe("night_drive", self, ground, spots, target, light)
 
+    def light_groups(self) -> tuple[str, ...]:
+        """Return the light groups, from where things stand: no mesh is built."""
+        from .lamps import groups_of
+
+        _, spots = self.plan()
+        return groups_of(kind for spot in spots for kind in spot.lamps)
+
     def camera_field(self):
         """Return (width, height, projection) of the camera's field."""
         from isethdr_core.field import camera_field

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
+from isethdr_core.early_checks import ShotForm
 from isethdr_core.ranges import check_ranges
 
 from .limits import Exposure, FillFactor, Pitch, Pixels, QuantumEfficiency
@@ -56,6 +57,13 @@ class IdealSensor:
         from .shot import expected_electrons
 
         return expected_electrons(self.model(), light)
+
+    def shot_form(self) -> ShotForm:
+        """Return the names of the captures and the filter array, known before a shot."""
+        from .colour_filter_array import cell
+
+        names = tuple(reading.capture for reading in self.model().readings)
+        return ShotForm(names, cell(self.cfa))
 
     def check_field(self, width_m: float, height_m: float):
         """Refuse a field, in metres on the sensor plane, that the pixels do not fit into."""

@@ -65,7 +65,14 @@ def test_the_kit_catches_a_sensor_that_hides_its_noise(offer):
 
 
 def test_lightings_that_only_a_report_shows_are_left_out_without_one():
-    base = [o for o in SMALL if o not in ("~versions", "lighting=ideal")] + ["lighting=weights", "+lighting.weights.headlights=1", "sensor=ideal"]
+    own = ("scene=uniform", "~versions", "lighting=ideal")
+    base = [o for o in SMALL if o not in own] + [
+        "scene=point_lights",
+        "scene.disc_diameter_deg=0.1",
+        "lighting=weights",
+        "+lighting.weights.headlights=1",
+        "sensor=ideal",
+    ]
     rows = Ledger()
     shown, unseen = chain(compose(base)), chain(compose([*base, "report=false"]))
     assert set(plan(shown, Ledger()).groups) == {"sky", "headlights"}

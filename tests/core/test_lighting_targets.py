@@ -120,8 +120,11 @@ def test_identical_collinear_dark_and_absent_groups():
     assert "dynamic_range" in TargetsLighting(dynamic_range=1e6)(twins).attrs["infeasible"]  # one shape: one ratio
     dark = TargetsLighting({"other": {"statistic": "max", "cd_m2": 10.0}})(twins)
     assert dark.attrs["weights"]["other"] == 1.0 and "other: wanted 10, reached 0" in dark.attrs["infeasible"]
-    for bad in ({"targets": {"head": {"cd_m2": 1.0}}}, {"ambient": "moon", "median_cd_m2": 1.0}):
-        with pytest.raises(ConfigError, match="no light group"):
+    for bad, said in (
+        ({"targets": {"head": {"cd_m2": 1.0}}}, "no light group 'head'"),
+        ({"ambient": "moon", "median_cd_m2": 1.0}, "lighting.ambient is 'moon'; expected a light group"),
+    ):
+        with pytest.raises(ConfigError, match=said):
             TargetsLighting(**bad)(twins)
     black = TargetsLighting(dynamic_range=1e6, median_cd_m2=1.0)(light_from({"sky": 0 * y, "headlights": 0 * y}))
     assert not black.values.any() and "median_cd_m2" in black.attrs["infeasible"]

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from isethdr_scenes import iset_exr_files
 from isethdr_scenes.iset_exr import IsetExr
 from scipy.io import savemat
 
 from isethdr_core import ledger, quantities
 from isethdr_core.errors import CatalogError, ConfigError, UnitError
 from isethdr_core.physics.photometry import luminance
+from isethdr_core.summary import print_plan
 
 BANDS = range(400, 701, 10)
 NAMES = {"sky": "skymap", "headlights": "headlights", "streetlights": "streetlights", "other": "otherlights"}
@@ -126,6 +128,13 @@ def test_a_cut_off_mat_file_is_named(deposit, kept):
         IsetExr(str(folder), "1112184733")()
 
 
+def planned(folder):
+    """Return the overrides of a run of the scene in `folder`."""
+    run = ["~renderer", "~versions", "~flare.dirt", "lens=ideal", "lighting=ideal"]
+    scene = ["scene=iset_exr", f"scene.folder={folder}", "scene.scene_id='1112184733'"]
+    return [*scene, *run, "sensor=ideal"]
+
+
 def cells():
     """Return a cell array as MATLAB has it."""
     found = np.empty(SHAPE, object)
@@ -140,8 +149,10 @@ def cells():
 def test_a_map_without_distances_is_refused(deposit, depth, said):
     folder, _ = deposit
     savemat(folder / "1112184733.mat", {"sceneMeta": {"depthMap": depth}})
-    with pytest.raises(UnitError, match=f"depthMap.*{said}.*expected real distances in metres"):
-        IsetExr(str(folder), "1112184733")()
+    scene = IsetExr(str(folder), "1112184733")
+    for call in (scene, scene.check_files, lambda: print_plan(planned(folder))):
+        with pytest.raises(UnitError, match=f"depthMap.*{said}.*expected real distances in metres"):
+            call()
 
 
 def test_tiles_without_a_surface_have_no_distance(deposit):
@@ -156,8 +167,21 @@ def test_a_band_in_two_spellings_is_named(deposit):
     folder, light = deposit
     channels = {f"S0.{nm},000nm": light["sky"][k] for k, nm in enumerate(BANDS)}
     write(folder / "1112184733_skymap.exr", {**channels, "S0.550.000nm": light["sky"][0]})
-    with pytest.raises(CatalogError, match="two channels for 550 nm.*expected one per band"):
-        IsetExr(str(folder), "1112184733")()
+    for call in (IsetExr(str(folder), "1112184733"), lambda: print_plan(planned(folder))):
+        with pytest.raises(CatalogError, match="two channels for 550 nm.*expected one per band"):
+            call()
+
+
+def test_a_plan_reads_no_light(deposit, monkeypatch, capsys):
+    """Files that are right are planned; a group without a file is refused where a target names it."""
+    folder, _ = deposit
+    (folder / "1112184733_streetlights.exr").unlink()
+    monkeypatch.setattr(iset_exr_files, "_channels", lambda path: pytest.fail("light was read"))
+    print_plan(planned(folder))
+    assert "light groups" in capsys.readouterr().out
+    target = "+lighting.targets.streetlights={statistic: max, cd_m2: 1}"
+    with pytest.raises(ConfigError, match="no light group 'streetlights'"):
+        print_plan([*planned(folder), "lighting=targets", target])
 
 
 def test_a_link_to_a_file_that_is_gone_is_named_before_work_starts(deposit):

@@ -45,6 +45,10 @@ class Chart:
             )
         self.white()
 
+    def light_groups(self) -> tuple[str, ...]:
+        """Return the light groups: a chart is lit by the sky, unless it says otherwise."""
+        return ("sky",)
+
     def camera_field(self):
         """Return (width, height, projection) of the chart."""
         from isethdr_core.field import camera_field

@@ -26,6 +26,10 @@ class PointLights(Chart):
             raise ConfigError(f"{self.discs} discs of {self.disc_diameter_deg:g} degrees do not fit side by side into the field; "
                               "type scene.disc_diameter_deg=0.5")
 
+    def light_groups(self) -> tuple[str, ...]:
+        """Return the light groups: the background and the lights."""
+        return ("sky", "headlights")
+
     def levels_cd_m2(self) -> list[float]:
         """Return the luminance of each disc, left to right."""
         return [self.luminance_cd_m2 * self.step**-k for k in range(self.discs)]
