@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from .component import KINDS
 from .composition import compose
+from .errors import ConfigError, IsetHdrError
 from .pipeline import chain
 
 
@@ -28,8 +32,22 @@ def prepared(arguments: list[str]) -> list[str]:
     first = [v[0] for v in values]
     for position, alternatives in enumerate(values):
         for other in alternatives if position == 0 else alternatives[1:]:
-            chain(compose([*first[:position], other, *first[position + 1:]]))
+            job = [*first[:position], other, *first[position + 1 :]]
+            choices = [o for o, tried in zip(job, values, strict=True) if len(tried) > 1]
+            with _named(choices):
+                chain(compose(job))
     return [*flags, *(_one_choice(o) if o.get_key_element().lstrip("+").split(".")[0] in swept else o.input_line for o in parsed)]
+
+
+@contextmanager
+def _named(choices: list[str]) -> Iterator[None]:
+    """Say in a mistake which job of a sweep has it; `choices` are the overrides that vary."""
+    try:
+        yield
+    except IsetHdrError as err:
+        if not choices:
+            raise
+        raise ConfigError(f"job {' '.join(choices)}: {err}") from None
 
 
 def _values(override) -> list[str]:
