@@ -1,9 +1,13 @@
 """The share of 95 % intervals that hold the score without renderer noise, with the renderer reseeded 40 times.
 
-Three scenes of 48 x 27 tiles go through three cameras of about 96 x 54 pixels: a night drive, a tunnel and a country
-road without street lamps. Each rendering has 256 samples per tile and random numbers of its own, and so has its sensor
-noise. A run of four shots gives each score an interval. The interval should hold the mean score of 48 shots of
-two renderings with 4096 samples per tile. That mean has noise too, about a fifth of that of one rendering with 256. Run:
+Three scenes of 48 x 27 tiles go through three cameras of about 96 x 54 pixels: a night drive, a
+tunnel and a country
+road without street lamps. Each rendering has 256 samples per tile and random numbers of its own,
+and so has its sensor
+noise. A run of four shots gives each score an interval. The interval should hold the mean score of
+48 shots of
+two renderings with 4096 samples per tile. That mean has noise too, about a fifth of that of one
+rendering with 256. Run:
 
     python benchmarks/score_intervals.py [night_drive tunnel rural]
 """

@@ -1,11 +1,15 @@
 """Claims: of several processes that want the same scene, one renders it and the others wait.
 
-A claim is a hidden file beside the stores, `.<name>.claim-<number>`, which only one process can create. Its holder
-changes the file's time every few seconds: the heartbeat. A claim is dead when its process on this machine is gone,
-or when its time has not changed for a while by the waiting process's own clock. Times of two machines are never
+A claim is a hidden file beside the stores, `.<name>.claim-<number>`, which only one process can
+create. Its holder
+changes the file's time every few seconds: the heartbeat. A claim is dead when its process on this
+machine is gone,
+or when its time has not changed for a while by the waiting process's own clock. Times of two
+machines are never
 compared, so clocks may differ.
 
-A dead claim is taken over by creating the next number, which again only one process can do. The holder is the
+A dead claim is taken over by creating the next number, which again only one process can do. The
+holder is the
 process with the highest number.
 """
 
@@ -94,7 +98,9 @@ def _acquired(folder: Path, name: str, tell, rhythm: Rhythm) -> tuple[_Claim, bo
         before = _claims(folder, name)
         if before and not watch.is_dead(before[-1]):
             if watch.is_new():
-                tell(f"waiting: {name} is being made by {_described(before[-1])}; it is used once it is stored")
+                tell(
+                    f"waiting: {name} is being made by {_described(before[-1])}; it is used once it is stored"
+                )
             waited = True
             time.sleep(rhythm.look_s)
             continue
@@ -122,7 +128,9 @@ class _Watch:
     def is_dead(self, path: Path) -> bool:
         """Return whether a claim's process is gone, or its heartbeat has stopped."""
         try:
-            with open(path, "rb") as file:  # opened, because a network file system then asks the server
+            with open(
+                path, "rb"
+            ) as file:  # opened, because a network file system then asks the server
                 found = os.fstat(file.fileno())
                 owner = _owner(file.read())
         except FileNotFoundError:
@@ -201,7 +209,9 @@ def _described(path: Path) -> str:
 def _machine() -> dict[str, str]:
     """Return what two processes have in common where they can see each other's numbers."""
     try:
-        namespace = os.readlink("/proc/self/ns/pid")  # containers of one host have numbers of their own
+        namespace = os.readlink(
+            "/proc/self/ns/pid"
+        )  # containers of one host have numbers of their own
     except OSError:
         namespace = ""
     return {"host": socket.gethostname(), "namespace": namespace}

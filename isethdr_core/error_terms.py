@@ -1,6 +1,7 @@
 """Error terms: what a stated error acts on, on which part of the light, and which terms change a pixel's electrons.
 
-Code decides by the fields of a term (source, quantity, part, unit, how); its label `what` is for people and may be reworded freely.
+Code decides by the fields of a term (source, quantity, part, unit, how); its label `what` is for
+people and may be reworded freely.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ class Quantity(StrEnum):
     ELECTRONS = "electrons"
     PICTURE = "picture"
     SCORE = "score"
-    POINT_SPREAD = "point spread"  # shape of a point spread function: no pixel's error follows from it alone
+    POINT_SPREAD = (
+        "point spread"  # shape of a point spread function: no pixel's error follows from it alone
+    )
     ATTRIBUTES = "attributes"  # what the attributes of the data say: the data itself is right
     TARGET = "target"  # what a solver was asked for: its result is right
 
@@ -43,8 +46,10 @@ STORE_ROUNDING = "store rounding"  # source of the rounding of stored radiance
 class ErrorNote:
     """One stated error.
 
-    `source` is a free key, unique within its stage: terms that share source, quantity, part, unit and `how` are alternatives, of
-    which the largest counts. `part` is `DIRECT`, `SPREAD` or a name under which the stage declared the light (`ledger.light_part`);
+    `source` is a free key, unique within its stage: terms that share source, quantity, part, unit
+    and `how` are alternatives, of
+    which the largest counts. `part` is `DIRECT`, `SPREAD` or a name under which the stage declared
+    the light (`ledger.light_part`);
     empty: all light.
     """
 

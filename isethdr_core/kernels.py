@@ -1,7 +1,9 @@
 """Kernels: which processor computed a result, and what the libraries chose for it.
 
-NumPy, BLAS and just-in-time compilers pick instructions by processor. Sums are then rounded in another order, and
-the last bits of a result may differ between two machines under one key. This is recorded beside each result. It is
+NumPy, BLAS and just-in-time compilers pick instructions by processor. Sums are then rounded in
+another order, and
+the last bits of a result may differ between two machines under one key. This is recorded beside
+each result. It is
 no part of the key, because such results are equally right.
 """
 
@@ -51,7 +53,11 @@ def _processor() -> str:
         key, _, value = line.partition(":")
         known[key.strip()] = value.strip()
     told = [f"{key} {known[key]}" for key in CPUINFO if key in known]
-    return ", ".join([platform.machine(), *told]) if told else f"{platform.machine()} {platform.processor()}".strip()
+    return (
+        ", ".join([platform.machine(), *told])
+        if told
+        else f"{platform.machine()} {platform.processor()}".strip()
+    )
 
 
 def _vector_instructions() -> str:

@@ -1,6 +1,7 @@
 """Memory: what a run will hold, refused while it is planned where the machine has less.
 
-Scenes and renderers, lenses and sensors may say how much they will hold, by the protocols here. What says nothing is not counted.
+Scenes and renderers, lenses and sensors may say how much they will hold, by the protocols here.
+What says nothing is not counted.
 """
 
 from __future__ import annotations
@@ -18,7 +19,10 @@ from .errors import ConfigError
 FLOAT32_BYTES = 4
 STEP = 0.9  # from one size of frame that is tried to the next
 CUBES = 2  # spectral cubes that are held at a time: scene radiance, and the light made of it
-CONTROL_GROUPS = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"))
+CONTROL_GROUPS = (
+    Path("/sys/fs/cgroup/memory.max"),
+    Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"),
+)
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,9 @@ class Frame:
     columns: int
     pitch: tuple[float, float]  # (y, x) of a tile, in the projection's unit
     wavelength_nm: tuple[float, ...]  # band centres
-    sensed: bool  # whether sensors say how much they can tell, so that a lens may leave out the rest
+    sensed: (
+        bool  # whether sensors say how much they can tell, so that a lens may leave out the rest
+    )
 
 
 class Need(NamedTuple):
@@ -68,7 +74,9 @@ class CountsKernels(Protocol):
 class MakesImages(Protocol):
     """A lens that knows the size of its image."""
 
-    def image_size_m(self, width: float, height: float, projection: str = "tangent") -> tuple[float, float]:
+    def image_size_m(
+        self, width: float, height: float, projection: str = "tangent"
+    ) -> tuple[float, float]:
         """Return (width, height) in metres."""
 
 
@@ -80,7 +88,14 @@ class CountsPixels(Protocol):
         """Return what the pixels over an image of this size take, from the shot to the scores."""
 
 
-def check_run(source: Any, scene: Any, lens: Any, flares: Sequence[Any], sensors: Sequence[Any], frame: Frame | None) -> None:
+def check_run(
+    source: Any,
+    scene: Any,
+    lens: Any,
+    flares: Sequence[Any],
+    sensors: Sequence[Any],
+    frame: Frame | None,
+) -> None:
     """Refuse a run whose frame, kernels or pixels the machine's memory cannot hold.
 
     Parameters
@@ -101,13 +116,19 @@ def check_run(source: Any, scene: Any, lens: Any, flares: Sequence[Any], sensors
                 check_fits([*light[:1], sensor.pixel_need(*size_m)])
 
 
-def frame_of(source: Any, scene: Any, wavelength_nm: Sequence[float] | None, margin: bool, sensed: bool) -> Frame | None:
+def frame_of(
+    source: Any, scene: Any, wavelength_nm: Sequence[float] | None, margin: bool, sensed: bool
+) -> Frame | None:
     """Return the frame that a renderer or scene will make; None where it does not say."""
-    if wavelength_nm is None or not (isinstance(source, CountsTiles) and isinstance(scene, LooksAtField)):
+    if wavelength_nm is None or not (
+        isinstance(source, CountsTiles) and isinstance(scene, LooksAtField)
+    ):
         return None
     width, height, _ = scene.camera_field()
     rows, columns = source.tile_counts(margin=False)
-    return Frame(*source.tile_counts(margin), (height / rows, width / columns), tuple(wavelength_nm), sensed)
+    return Frame(
+        *source.tile_counts(margin), (height / rows, width / columns), tuple(wavelength_nm), sensed
+    )
 
 
 def check_fits(needs: Sequence[Need]) -> None:
@@ -118,8 +139,10 @@ def check_fits(needs: Sequence[Need]) -> None:
         return
     worst = max(needs, key=lambda need: need.size_bytes)
     beside = f" and {total - worst.size_bytes:.3g} bytes beside them" if len(needs) > 1 else ""
-    raise ConfigError(f"{worst.what} would take {worst.size_bytes:.3g} bytes ({worst.size_bytes / 2**30:.3g} GiB){beside}; expected at "
-                      f"most the {most:.3g} bytes ({most / 2**30:.3g} GiB) of this machine; {worst.advice}")
+    raise ConfigError(
+        f"{worst.what} would take {worst.size_bytes:.3g} bytes ({worst.size_bytes / 2**30:.3g} GiB){beside}; expected at "
+        f"most the {most:.3g} bytes ({most / 2**30:.3g} GiB) of this machine; {worst.advice}"
+    )
 
 
 def machine_bytes() -> float:
@@ -144,8 +167,10 @@ def _light_needs(source: CountsTiles, lens: Any, flares: Sequence[Any], frame: F
     bands, tiles = len(frame.wavelength_nm), f"{frame.rows} x {frame.columns} tiles"
     cubes, kernels = _light_bytes(lens, flares, frame)
     advice = _smaller(source, lens, flares, frame) if cubes + kernels > machine_bytes() else ""
-    return [Need(f"the light of {tiles} in {bands} bands", cubes, advice),
-            Need(f"point spread kernels of {bands} bands over {tiles}", kernels, advice)]
+    return [
+        Need(f"the light of {tiles} in {bands} bands", cubes, advice),
+        Need(f"point spread kernels of {bands} bands over {tiles}", kernels, advice),
+    ]
 
 
 def _light_bytes(lens, flares, frame: Frame) -> tuple[float, float]:
@@ -160,7 +185,12 @@ def _smaller(source: CountsTiles, lens, flares, frame: Frame) -> str:
     while scale * min(nominal) > 2:
         scale *= STEP
         rows, columns = (math.ceil(n * scale) for n in (frame.rows, frame.columns))
-        smaller = replace(frame, rows=rows, columns=columns, pitch=(frame.pitch[0] / scale, frame.pitch[1] / scale))
+        smaller = replace(
+            frame,
+            rows=rows,
+            columns=columns,
+            pitch=(frame.pitch[0] / scale, frame.pitch[1] / scale),
+        )
         if sum(_light_bytes(lens, flares, smaller)) <= most:
             break
     rows, columns = (math.floor(n * scale) for n in nominal)

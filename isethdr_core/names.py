@@ -45,7 +45,9 @@ def check_path(path: str, single: bool = False) -> None:
     """
     for name in [path] if single else path.split("/") if path else []:
         if reason := _problem(name):
-            raise CatalogError(f"{_shown(path)} cannot be stored: {_shown(name)} {reason}; {EXPECTED}")
+            raise CatalogError(
+                f"{_shown(path)} cannot be stored: {_shown(name)} {reason}; {EXPECTED}"
+            )
 
 
 def _problem(name: str) -> str:

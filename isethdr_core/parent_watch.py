@@ -1,6 +1,7 @@
 """Workers of a sweep end when the process that started them is gone, also when it was killed.
 
-A killed process cannot stop its workers: joblib's would compute their jobs to the end, and the next ones that they
+A killed process cannot stop its workers: joblib's would compute their jobs to the end, and the next
+ones that they
 hold already. Each worker therefore looks whether it still has its parent.
 """
 

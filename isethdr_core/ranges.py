@@ -19,13 +19,13 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from .errors import ConfigError
 
-OUTSIDE = "outside_range"   # pydantic error type of a number outside its declared range
+OUTSIDE = "outside_range"  # pydantic error type of a number outside its declared range
 SHORT = Repr()
 SHORT.maxstring = SHORT.maxother = 80
-TOO_SHORT = "missing"        # pydantic error type of a tuple that lacks an element
+TOO_SHORT = "missing"  # pydantic error type of a tuple that lacks an element
 NUMBERS = (int, float)
-LEAST_NM, MOST_NM = 100.0, 3000.0   # light that silicon sees, and beyond on both sides
-LARGEST_SEED = 2**63 - 1    # a signed 64-bit number, as stores keep it
+LEAST_NM, MOST_NM = 100.0, 3000.0  # light that silicon sees, and beyond on both sides
+LARGEST_SEED = 2**63 - 1  # a signed 64-bit number, as stores keep it
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Range:
             raise ValueError(f"Range({self.least}, {self.most}): expected least <= most")
 
     def __contains__(self, value: float) -> bool:
-        return self.least <= value <= self.most     # false for NaN
+        return self.least <= value <= self.most  # false for NaN
 
     def __str__(self) -> str:
         return f"{self.least:g} to {self.most:g}"
@@ -63,22 +63,27 @@ class Range:
         def check(value: Any, validate: Any) -> float:
             number = math.nan if isinstance(value, bool) else validate(value)
             if number not in self:
-                raise PydanticCustomError(OUTSIDE, "Input should be {range}",
-                                          {"range": str(self), "allowed": self.nearest(0)})
+                raise PydanticCustomError(
+                    OUTSIDE,
+                    "Input should be {range}",
+                    {"range": str(self), "allowed": self.nearest(0)},
+                )
             return number
 
         schema = handler(source)
         if schema["type"] not in ("int", "float"):
-            raise TypeError(f"{self!r} annotates {source!r}; expected int or float, for example "
-                            "Annotated[float, Range(0, 1)] | None")
+            raise TypeError(
+                f"{self!r} annotates {source!r}; expected int or float, for example "
+                "Annotated[float, Range(0, 1)] | None"
+            )
         if schema["type"] == "float":
-            schema = {**schema, "allow_inf_nan": True}      # `check` decides
+            schema = {**schema, "allow_inf_nan": True}  # `check` decides
         return core_schema.no_info_wrap_validator_function(check, schema)
 
 
 Share = Annotated[float, Range(0, 1)]
 Percent = Annotated[float, Range(0, 100)]
-Wavelength = Annotated[float, Range(LEAST_NM, MOST_NM)]     # nanometres
+Wavelength = Annotated[float, Range(LEAST_NM, MOST_NM)]  # nanometres
 Seed = Annotated[int, Range(0, LARGEST_SEED)]
 
 
@@ -140,7 +145,7 @@ def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> 
     name = every[0]["loc"][0]
     problems = [p for p in every if p["loc"][0] == name]
     depth = max(len(p["loc"]) for p in problems)
-    deepest = [p for p in problems if len(p["loc"]) == depth]   # the best fit among a union
+    deepest = [p for p in problems if len(p["loc"]) == depth]  # the best fit among a union
     value, whole = deepest[0]["input"], values[name]
     wrong = SHORT.repr(whole)
     if value is not whole and deepest[0]["type"] != TOO_SHORT:
@@ -149,8 +154,9 @@ def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> 
     near = _nearest_choice(annotations(cls)[name], value)
     hint = f"; did you mean {near!r}?" if near else ""
     example = near or _entry(whole, deepest[0]) or _example(cls, name)
-    return (f"{name} is {wrong}; expected {expected}{hint}; "
-            f"type for example {to_type}{name}={example}")
+    return (
+        f"{name} is {wrong}; expected {expected}{hint}; type for example {to_type}{name}={example}"
+    )
 
 
 def _entry(whole: Any, problem: Mapping[str, Any]) -> str:

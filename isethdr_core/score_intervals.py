@@ -1,7 +1,9 @@
 """Score intervals: one 95 % interval per score, over sensor noise and renderer noise together.
 
-The interval is for the score of one camera on one scene. That score is the mean over all shots of the
-same device, of the scene's light without renderer noise. Noise realisations tell how far the mean of
+The interval is for the score of one camera on one scene. That score is the mean over all shots of
+the
+same device, of the scene's light without renderer noise. Noise realisations tell how far the mean
+of
 a few shots is from the mean of all; changed scenes tell how far renderer noise moves it.
 """
 
@@ -50,7 +52,8 @@ def interval(values: list[float], renderer: RendererError | None = None) -> Inte
     Parameters
     ----------
     values : the score in each shot, at least two for an interval, in any unit.
-    renderer : the error that renderer noise leaves in the mean of `values`; None where there is none.
+    renderer : the error that renderer noise leaves in the mean of `values`; None where there is
+        none.
 
     Returns
     -------
@@ -59,8 +62,10 @@ def interval(values: list[float], renderer: RendererError | None = None) -> Inte
 
     Notes
     -----
-    The two noises are independent, so their variances add. The degrees of freedom of the sum are those
-    of Satterthwaite 1946, eq. 17; the factor is that of Student 1908. Renderer noise also shifts the
+    The two noises are independent, so their variances add. The degrees of freedom of the sum are
+    those
+    of Satterthwaite 1946, eq. 17; the factor is that of Student 1908. Renderer noise also shifts
+    the
     mean of a score that is not linear in light. How much the score shifts with more and with less
     noise tells the size of that shift, not its exact value. So both count as further normal errors,
     of which they are one standard deviation.

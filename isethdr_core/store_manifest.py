@@ -1,19 +1,26 @@
 """Manifest of a store: size and checksum of every file, so that damage is named and never read as data.
 
-zarr returns the fill value where a chunk file is missing: 0, False or NaN, which are plausible data.
-The manifest lists what was written. It is an empty zarr group, `manifest/zarr.json`, whose attributes hold
+zarr returns the fill value where a chunk file is missing: 0, False or NaN, which are plausible
+data.
+The manifest lists what was written. It is an empty zarr group, `manifest/zarr.json`, whose
+attributes hold
 
     store    name of the store: two stores that were exchanged are noticed
     files    {path: {size, sha256, parts}} of every other file, the root attributes included
     digest   SHA-256 of `store` and `files`
 
-A changed file contradicts the manifest, a changed manifest contradicts its digest, and a store of this format
-without a manifest is refused. So an edit of any single file is noticed. Whoever rewrites a file and the
+A changed file contradicts the manifest, a changed manifest contradicts its digest, and a store of
+this format
+without a manifest is refused. So an edit of any single file is noticed. Whoever rewrites a file and
+the
 manifest consistently is not: checksums protect against damage, not against forgery.
 
-`parts` serves reads of single chunks of a shard: the manifest repeats the CRC-32C with which each chunk, and the
-index behind the last one, ends. A damaged chunk is noticed without reading the rest of the shard. A CRC-32C over a whole file would be useless: behind data that end
-with their own CRC the register is the same for all data of one length (Koopman, 32-bit cyclic redundancy codes
+`parts` serves reads of single chunks of a shard: the manifest repeats the CRC-32C with which each
+chunk, and the
+index behind the last one, ends. A damaged chunk is noticed without reading the rest of the shard. A
+CRC-32C over a whole file would be useless: behind data that end
+with their own CRC the register is the same for all data of one length (Koopman, 32-bit cyclic
+redundancy codes
 for Internet applications, 2002). Whole files therefore have a SHA-256.
 """
 
@@ -118,7 +125,8 @@ def read_manifest(root: Path) -> Manifest | None:
 
     Raises
     ------
-    CatalogError : the manifest was changed or cannot be read, or belongs to a store of another name.
+    CatalogError : the manifest was changed or cannot be read, or belongs to a store of another
+        name.
     """
     try:
         found = os.stat(root / MANIFEST_FILE)

@@ -16,7 +16,8 @@ from .store_manifest import Manifest, check_parts, check_whole, damaged
 class ManifestStore(LocalStore):
     """A folder of zarr files, read only; each read is compared with the manifest.
 
-    Small files are compared by their SHA-256, chunks of a shard by their CRC-32C. Files that the manifest does
+    Small files are compared by their SHA-256, chunks of a shard by their CRC-32C. Files that the
+    manifest does
     not list do not exist for zarr.
     """
 
@@ -54,14 +55,24 @@ class ManifestStore(LocalStore):
         return self._checked(key, byte_range, data)
 
     async def get_ranges(
-        self, key: str, byte_ranges: Sequence[ByteRequest | None], *, prototype: BufferPrototype, **_
+        self,
+        key: str,
+        byte_ranges: Sequence[ByteRequest | None],
+        *,
+        prototype: BufferPrototype,
+        **_,
     ) -> AsyncIterator[Sequence[tuple[int, Buffer | None]]]:
         """Yield ranges of a file one by one; zarr's own would wrap our error in an exception group."""
         for index, byte_range in enumerate(byte_ranges):
             yield [(index, await self.get(key, prototype, byte_range))]
 
     def get_ranges_sync(
-        self, key: str, byte_ranges: Sequence[ByteRequest | None], *, prototype: BufferPrototype, **_
+        self,
+        key: str,
+        byte_ranges: Sequence[ByteRequest | None],
+        *,
+        prototype: BufferPrototype,
+        **_,
     ) -> Sequence[tuple[int, Buffer | None]]:
         """Return the same as `get_ranges`, without an event loop."""
         return [

@@ -1,6 +1,7 @@
 """Terminal: the one console that prints for people. It shows every text as it is.
 
-Names come from users and from other people's plugins. Rich would read `[red]` in them as a style and
+Names come from users and from other people's plugins. Rich would read `[red]` in them as a style
+and
 `:car:` as a picture, so markup, emoji codes and highlighting are off. A style is given by argument.
 """
 

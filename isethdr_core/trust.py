@@ -1,8 +1,11 @@
 """Trust: which folders a config file may come from, checked before Hydra opens any.
 
-A config file is code: Hydra imports and calls what it names under `hydra.callbacks` or as `_target_`. So an
-experiment that somebody sent could do anything its reader may do. Files of installed packages run, for
-installing them was a decision; so do those in `conf` of the working folder, which is the user's own. Any
+A config file is code: Hydra imports and calls what it names under `hydra.callbacks` or as
+`_target_`. So an
+experiment that somebody sent could do anything its reader may do. Files of installed packages run,
+for
+installing them was a decision; so do those in `conf` of the working folder, which is the user's
+own. Any
 other folder has to be named in the variable ISETHDR_TRUST.
 """
 
@@ -36,7 +39,8 @@ def check_folder(folder: str | Path) -> None:
 
     Raises
     ------
-    ConfigError : the folder is neither `conf` of the working folder nor within one that ISETHDR_TRUST names.
+    ConfigError : the folder is neither `conf` of the working folder nor within one that
+        ISETHDR_TRUST names.
     """
     path = Path(folder).resolve()
     if not any(path.is_relative_to(trusted) for trusted in trusted_folders()):
@@ -52,7 +56,8 @@ def check_overrides(overrides: Iterable[str]) -> None:
 
     Raises
     ------
-    ConfigError : `hydra.searchpath` names such a folder, or a choice leaves its config group with `..`.
+    ConfigError : `hydra.searchpath` names such a folder, or a choice leaves its config group with
+        `..`.
     """
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
@@ -70,7 +75,8 @@ def check_arguments(arguments: Sequence[str]) -> None:
 
     Raises
     ------
-    ConfigError : as `check_overrides`; also for `--config-dir`, `--config-path`, `--config-name` and a
+    ConfigError : as `check_overrides`; also for `--config-dir`, `--config-path`, `--config-name`
+        and a
         pickled config of `--experimental-rerun`, which is code as well.
     """
     from hydra._internal.utils import get_args_parser

@@ -1,6 +1,7 @@
 """Adopt: give stores of format 1 a manifest, without computing anything.
 
-Each store is first decoded as a whole. What is damaged, incomplete, or lacks a file that may have been deleted is
+Each store is first decoded as a whole. What is damaged, incomplete, or lacks a file that may have
+been deleted is
 not adopted: a manifest must not vouch for it.
 """
 
@@ -66,7 +67,8 @@ def adopt_store(path) -> bool:
         if problems := verify_store(path).problems:
             raise CatalogError("; ".join(problems))
         return False
-    # the last digits of the format are all that changes, so that an interrupted adoption can be told from damage
+    # the last digits of the format are all that changes, so that an interrupted adoption can be
+    # told from damage
     content["attributes"]["format"] = FORMAT
     root = json.dumps(content, allow_nan=False).encode()
     manifest = read_manifest(path)
@@ -112,7 +114,9 @@ def _files(path: Path) -> dict[str, FileRecord]:
                     f"{key} is missing: it was deleted, or never written because all its values are the fill value; "
                     "these cannot be told apart"
                 )
-            chunks = math.prod(map(int, node.shards)) // math.prod(node.chunks) if node.shards else 0
+            chunks = (
+                math.prod(map(int, node.shards)) // math.prod(node.chunks) if node.shards else 0
+            )
             files[key] = _sharded_record(file.read_bytes(), chunks)
     return files
 
@@ -120,7 +124,8 @@ def _files(path: Path) -> dict[str, FileRecord]:
 def _sharded_record(data: bytes, chunks: int) -> FileRecord:
     """Describe a file; `chunks` is the number of chunks in a shard, 0 where the file is no shard.
 
-    The parts are left out where chunks do not follow each other: reads of them then compare the whole file.
+    The parts are left out where chunks do not follow each other: reads of them then compare the
+    whole file.
     """
     whole = file_record([data])
     start = len(data) - 16 * chunks - CRC_BYTES

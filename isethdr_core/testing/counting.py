@@ -22,16 +22,28 @@ def check_electrons(who: str, sensor, light, captures) -> None:
     """
     for name in OF_LIGHT:
         promise = f"captures carry {name!r} of the light unchanged"
-        holds(who, promise, captures.attrs[name] == light.attrs[name], f"{captures.attrs[name]!r}, the light has {light.attrs[name]!r}")
+        holds(
+            who,
+            promise,
+            captures.attrs[name] == light.attrs[name],
+            f"{captures.attrs[name]!r}, the light has {light.attrs[name]!r}",
+        )
     wavelength_nm = light.wavelength.values
     spectrum = float(light.values.max()) * (0.2 + 0.8 * np.linspace(0, 1, len(wavelength_nm)))
-    even = light.copy(data=np.broadcast_to(spectrum[:, None, None], light.shape).astype(light.dtype))
+    even = light.copy(
+        data=np.broadcast_to(spectrum[:, None, None], light.shape).astype(light.dtype)
+    )
     with keeps(who, "expected(light) returns electrons"):
         seen = sensor.expected(even)
-        counted = seen.values.astype(float) - sensor.expected(light.copy(data=np.zeros_like(light.values))).values
+        counted = (
+            seen.values.astype(float)
+            - sensor.expected(light.copy(data=np.zeros_like(light.values))).values
+        )
     units = seen.attrs.get("units")
     holds(who, "expected has the units 'e', electrons", units == "e", f"it has {units!r}")
-    per_area = captures["quantum_efficiency"].values @ (spectrum * photons_per_energy(wavelength_nm))
+    per_area = captures["quantum_efficiency"].values @ (
+        spectrum * photons_per_energy(wavelength_nm)
+    )
     scale = captures["exposure_s"].values * captures["area_m2"].values
     inner = tuple(slice(min(BORDER, n // 4), n - min(BORDER, n // 4)) for n in counted.shape[1:])
     filters = captures["filter"].values[inner]
@@ -52,8 +64,15 @@ def check_filters(who: str, captures) -> None:
     if pattern is None:
         return
     rows = _rows(pattern)
-    promise = "'filter' is the pattern of the attribute 'cfa', its letters the names of the channels"
-    holds(who, promise, rows, f"cfa is {pattern!r}; expected rows of letters parted by /, or a square as RGGB")
+    promise = (
+        "'filter' is the pattern of the attribute 'cfa', its letters the names of the channels"
+    )
+    holds(
+        who,
+        promise,
+        rows,
+        f"cfa is {pattern!r}; expected rows of letters parted by /, or a square as RGGB",
+    )
     stated = np.array([list(row) for row in rows])
     filters = captures["filter"].values
     names = captures["channel"].values.astype(str)[filters]
@@ -62,7 +81,12 @@ def check_filters(who: str, captures) -> None:
     if wrong.any():
         at = tuple(map(int, np.argwhere(wrong)[0]))
         want = stated[at[0] % stated.shape[0], at[1] % stated.shape[1]]
-        holds(who, promise, False, f"pixel {at} has filter {names[at]!r}, cfa={pattern!r} says {str(want)!r}")
+        holds(
+            who,
+            promise,
+            False,
+            f"pixel {at} has filter {names[at]!r}, cfa={pattern!r} says {str(want)!r}",
+        )
 
 
 def _rows(pattern: str) -> list[str]:
@@ -70,14 +94,19 @@ def _rows(pattern: str) -> list[str]:
     rows = pattern.split("/")
     if len(rows) == 1:
         side = isqrt(len(pattern))
-        rows = [pattern[k * side : (k + 1) * side] for k in range(side)] if side**2 == len(pattern) else []
+        rows = (
+            [pattern[k * side : (k + 1) * side] for k in range(side)]
+            if side**2 == len(pattern)
+            else []
+        )
     return rows if rows and all(rows) and len({len(row) for row in rows}) == 1 else []
 
 
 def check_scatter(who: str, sensor, light, read_back) -> None:
     """Check that shots with other keys scatter as the captures state: shot noise, read noise and the steps of the converter.
 
-    In darkness and in dim light. Half the variance of the difference of two shots of one device: its fixed pattern cancels.
+    In darkness and in dim light. Half the variance of the difference of two shots of one device:
+    its fixed pattern cancels.
 
     Parameters
     ----------
@@ -97,8 +126,11 @@ def check_scatter(who: str, sensor, light, read_back) -> None:
             noise_e2 = float(mean[k][use].mean()) + float(first["read_noise_e"][k]) ** 2
             stated = noise_e2 + step**2 / 12
             found, error = _half_mean_square(apart[k], use)
-            # six standard errors; rounding to steps wider than two deviations adds anything up to step^2 / 4
-            allowed = 6 * max(np.sqrt(2 / use.sum()) * stated, error) + (step**2 / 4 if 4 * noise_e2 < step**2 else 0.0)
+            # six standard errors; rounding to steps wider than two deviations adds anything up to
+            # step^2 / 4
+            allowed = 6 * max(np.sqrt(2 / use.sum()) * stated, error) + (
+                step**2 / 4 if 4 * noise_e2 < step**2 else 0.0
+            )
             promise = "shots with other keys scatter by the shot noise, read_noise_e and quantisation_e that the captures state"
             holds(
                 who,
@@ -111,7 +143,8 @@ def check_scatter(who: str, sensor, light, read_back) -> None:
 def _half_mean_square(apart, use) -> tuple[float, float]:
     """Return half the mean square of the differences `apart` (y, x) where `use` is true, and its standard error.
 
-    Noise that pixels of a row or a column share makes their squares alike: the error is that of means over rows or over columns.
+    Noise that pixels of a row or a column share makes their squares alike: the error is that of
+    means over rows or over columns.
     """
     squares = np.where(use, apart, 0.0) ** 2 / 2
     errors = []

@@ -46,13 +46,20 @@ def check_place(who: str, isp, grey) -> None:
     black = float(grey["black_dn"][0])
     x, y = grey["x"].values, grey["y"].values
     lit = (x > 0.0) & (y[:, None] < 0.0)  # right, and up: y points down
-    codes = np.rint(black + np.where(lit, 1.0, 0.1) * (grey["raw"].values - black)).astype(grey["raw"].dtype)
+    codes = np.rint(black + np.where(lit, 1.0, 0.1) * (grey["raw"].values - black)).astype(
+        grey["raw"].dtype
+    )
     picture = isp(grey.assign(raw=grey["raw"].copy(data=codes)))
     light = picture["xyz"].values[..., 1]
     inside = (picture["x"].values > 0.0) & (picture["y"].values[:, None] < 0.0)
     ratio = float(light[~inside].mean() / light[inside].mean())
     # 0.1, and a little for what demosaic and denoising spread over the border
-    holds(who, "light up and to the right stays there (x right, y down)", ratio < 0.3, f"elsewhere {ratio:.2g} of it")
+    holds(
+        who,
+        "light up and to the right stays there (x right, y down)",
+        ratio < 0.3,
+        f"elsewhere {ratio:.2g} of it",
+    )
 
 
 def check_colour(who: str, isp, layout: str, make) -> None:
@@ -64,7 +71,13 @@ def check_colour(who: str, isp, layout: str, make) -> None:
         picture = isp(make(layout, spectrum=spectrum))["xyz"].values
         found = picture.reshape(-1, 3).mean(axis=0)
         # 10 %: a colour matrix may weigh noise against colour
-        close(who, f"{name} light has its X and Z beside Y (xyz_channel in this order)", found / found[1], want / want[1], 0.1)
+        close(
+            who,
+            f"{name} light has its X and Z beside Y (xyz_channel in this order)",
+            found / found[1],
+            want / want[1],
+            0.1,
+        )
 
 
 def check_variance(who: str, isp, grey) -> None:
@@ -74,7 +87,9 @@ def check_variance(who: str, isp, grey) -> None:
     mean_e = (grey["raw"].values.astype(float) - black) / gain
     seen, stated = [], []
     for _ in range(SHOTS):
-        electrons = random.poisson(mean_e) + random.normal(0.0, float(grey["read_noise_e"][0]), mean_e.shape)
+        electrons = random.poisson(mean_e) + random.normal(
+            0.0, float(grey["read_noise_e"][0]), mean_e.shape
+        )
         codes = np.rint(black + gain * electrons).astype(grey["raw"].dtype)
         picture = isp(grey.assign(raw=grey["raw"].copy(data=codes)))
         seen.append(picture["xyz"].values[INNER, INNER])
@@ -83,6 +98,14 @@ def check_variance(who: str, isp, grey) -> None:
         return
     found = np.var(seen, axis=0, ddof=1).mean(axis=(0, 1))
     ratio = np.mean(stated, axis=0) / np.maximum(found, np.finfo(float).tiny)
-    # a factor of 3: denoising and demosaic methods that follow edges know their own variance no better
-    promise = "the variance it states is that of its pictures of the same scene, within a factor of 3"
-    holds(who, promise, np.all((ratio > 1 / 3) & (ratio < 3)), f"stated over found of X, Y, Z: {ratio.round(2)}")
+    # a factor of 3: denoising and demosaic methods that follow edges know their own variance no
+    # better
+    promise = (
+        "the variance it states is that of its pictures of the same scene, within a factor of 3"
+    )
+    holds(
+        who,
+        promise,
+        np.all((ratio > 1 / 3) & (ratio < 3)),
+        f"stated over found of X, Y, Z: {ratio.round(2)}",
+    )

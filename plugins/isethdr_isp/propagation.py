@@ -1,7 +1,9 @@
 """Noise propagation: the variance that a linear map of the mosaic leaves in the picture.
 
-Every value of a picture is a weighted sum of samples of the mosaic. Colour matrix and demosaic are composed to
-one kernel per place of the filter array, so the covariance between interpolated channels is part of the result.
+Every value of a picture is a weighted sum of samples of the mosaic. Colour matrix and demosaic are
+composed to
+one kernel per place of the filter array, so the covariance between interpolated channels is part of
+the result.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
-AT_ONCE = 1 << 14   # pixels whose samples are gathered at a time: they stay in the processor's cache
+AT_ONCE = 1 << 14  # pixels whose samples are gathered at a time: they stay in the processor's cache
 
 Alike = Literal["same", "any"]
 
@@ -19,11 +21,12 @@ Alike = Literal["same", "any"]
 class NoisePart(NamedTuple):
     """One cause of noise: its variance in every sample, and which samples of a neighbourhood deviate alike.
 
-    Samples deviate alike when their rows and their columns agree: "same" asks for the same row or column, "any" for
+    Samples deviate alike when their rows and their columns agree: "same" asks for the same row or
+    column, "any" for
     none. Their deviations are one normal number times the square root of the variance.
     """
 
-    variance_e2: np.ndarray     # (y, x)
+    variance_e2: np.ndarray  # (y, x)
     rows: Alike = "same"
     columns: Alike = "same"
 
@@ -68,7 +71,9 @@ class SampleNoise:
     def scaled(self, factor) -> SampleNoise:
         """Return the noise of the samples times `factor`, (y, x) or a number."""
         square = np.square(factor)
-        return SampleNoise(tuple(part._replace(variance_e2=part.variance_e2 * square) for part in self.parts))
+        return SampleNoise(
+            tuple(part._replace(variance_e2=part.variance_e2 * square) for part in self.parts)
+        )
 
     def total_e2(self):
         """Return the variance (y, x) of the samples, e^2; 0.0 where there is no noise."""
@@ -92,8 +97,8 @@ class Kernel(NamedTuple):
 
     rows: np.ndarray
     columns: np.ndarray
-    offsets: list[tuple[int, int]]      # (dy, dx) of each sample from the pixel
-    weights: np.ndarray                 # (channel, sample)
+    offsets: list[tuple[int, int]]  # (dy, dx) of each sample from the pixel
+    weights: np.ndarray  # (channel, sample)
 
     def pixels(self) -> tuple[slice, slice]:
         """Return the slices of the pixels of this kernel."""
@@ -103,11 +108,13 @@ class Kernel(NamedTuple):
         """Return the slices of the samples at `offset` from these pixels."""
         return _slice(self.rows + offset[0]), _slice(self.columns + offset[1])
 
-
     def blocks(self) -> list[Kernel]:
         """Return the kernel in blocks of rows, of about `AT_ONCE` pixels each."""
         step = max(AT_ONCE // len(self.columns), 1)
-        return [self._replace(rows=self.rows[start:start + step]) for start in range(0, len(self.rows), step)]
+        return [
+            self._replace(rows=self.rows[start : start + step])
+            for start in range(0, len(self.rows), step)
+        ]
 
 
 def _slice(index) -> slice:
@@ -121,14 +128,15 @@ class Kernels:
     """A linear demosaic: kernels that cover every pixel once."""
 
     kernels: list[Kernel]
-    shape: tuple[int, int]      # rows and columns of the mosaic
+    shape: tuple[int, int]  # rows and columns of the mosaic
 
     def variance(self, matrix, noise: SampleNoise) -> np.ndarray:
         """Return the variance (out, y, x) of `matrix` (out, channel) times the channels that the kernels make.
 
         Notes
         -----
-        With the composed weight k of a sample, the variance is the sum of k^2 Var over the samples. Of samples that
+        With the composed weight k of a sample, the variance is the sum of k^2 Var over the samples.
+        Of samples that
         deviate alike, the sum of k sd is squared. Nothing is approximated.
         """
         out = np.zeros((len(matrix), *self.shape))
@@ -138,11 +146,17 @@ class Kernels:
                 composed = np.asarray(matrix) @ kernel.weights
                 groups = part.groups(kernel.offsets)
                 if np.ndim(samples) == 0:
-                    out[(slice(None), *kernel.pixels())] += part.gain(composed, groups)[:, None, None] * samples**2
+                    out[(slice(None), *kernel.pixels())] += (
+                        part.gain(composed, groups)[:, None, None] * samples**2
+                    )
                     continue
                 for block in kernel.blocks():
                     here = block.pixels()
-                    near = np.stack([samples[block.samples(offset)].ravel() for offset in block.offsets])
+                    near = np.stack(
+                        [samples[block.samples(offset)].ravel() for offset in block.offsets]
+                    )
                     shape = (len(out), len(block.rows), len(block.columns))
-                    out[(slice(None), *here)] += part.weighted(composed, groups, near).reshape(shape)
+                    out[(slice(None), *here)] += part.weighted(composed, groups, near).reshape(
+                        shape
+                    )
         return out

@@ -30,8 +30,10 @@ def noise_line(luminance, variance, darkest_share: float = DARKEST_SHARE) -> Noi
 
     Notes
     -----
-    A luminance that is the sum of Poisson counts N_i of weight w_i has a variance of sum(w_i^2 N_i), which
-    is sum(w_i^2 N_i) / sum(w_i N_i) times its mean. That ratio is `step`; for one count it is its weight.
+    A luminance that is the sum of Poisson counts N_i of weight w_i has a variance of sum(w_i^2
+    N_i), which
+    is sum(w_i^2 N_i) / sum(w_i N_i) times its mean. That ratio is `step`; for one count it is its
+    weight.
     """
     luminance, variance = (np.atleast_1d(np.asarray(v, float)) for v in (luminance, variance))
     if not luminance.size:

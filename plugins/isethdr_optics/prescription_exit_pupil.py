@@ -1,9 +1,13 @@
 """Exit pupil of a prescription: its stop as seen from an image point, in direction cosines.
 
-Rays cross a sphere around the chief ray's image that passes through the middle of the exit pupil. Every point of the sphere sends
-a wave to the sensor (Born and Wolf 1999, Principles of Optics, section 9.1). Near the image that wave is a plane one along
-the line from the point to the image. The point spread is therefore a Fourier transform over the direction cosines of these
-lines. Off the axis the stop fills fewer of them than on the axis, above all in the meridional plane.
+Rays cross a sphere around the chief ray's image that passes through the middle of the exit pupil.
+Every point of the sphere sends
+a wave to the sensor (Born and Wolf 1999, Principles of Optics, section 9.1). Near the image that
+wave is a plane one along
+the line from the point to the image. The point spread is therefore a Fourier transform over the
+direction cosines of these
+lines. Off the axis the stop fills fewer of them than on the axis, above all in the meridional
+plane.
 """
 
 from __future__ import annotations
@@ -62,10 +66,13 @@ def exit_pupil(lens: Prescription, tangent: float, wavelength_nm: float) -> Exit
     return _ellipse(filled, _seen(lens, image_mm, wavelength_nm, filled)[0])
 
 
-def pupil_rays(lens: Prescription, tangent: float, wavelength_nm: float, reach: float = 1.0) -> PupilRays:
+def pupil_rays(
+    lens: Prescription, tangent: float, wavelength_nm: float, reach: float = 1.0
+) -> PupilRays:
     """Return rays from a field tangent along +x and where they cross the exit pupil, in units of its radii.
 
-    The unit is the exit pupil at the reference wavelength times a scale of the same area at this wavelength. So one shape of the
+    The unit is the exit pupil at the reference wavelength times a scale of the same area at this
+    wavelength. So one shape of the
     pupil serves all wavelengths.
 
     Parameters
@@ -100,11 +107,17 @@ def _seen(lens, image_mm, wavelength_nm, filled):
 def _sphere_curvature_per_mm(lens, image_mm, indices):
     """Return 1 / the radius of the sphere around an image point through the paraxial exit pupil; below 0 for one behind the sensor."""
     behind = [(k, False) for k in range(lens.stop + 1, len(lens.surfaces) - 1)]
-    stop_z, last_z, sensor_z = lens.surfaces[lens.stop].z_mm, lens.surfaces[-2].z_mm, lens.surfaces[-1].z_mm
+    stop_z, last_z, sensor_z = (
+        lens.surfaces[lens.stop].z_mm,
+        lens.surfaces[-2].z_mm,
+        lens.surfaces[-1].z_mm,
+    )
     if not behind:
         return 1 / np.hypot(sensor_z - stop_z, image_mm)
     matrix = paraxial.matrices(lens.surfaces, indices, behind, stop_z)[-1]
-    depth = (sensor_z - last_z) * matrix[1, 1] + matrix[0, 1]  # from the exit pupil to the sensor, times the element below
+    depth = (sensor_z - last_z) * matrix[1, 1] + matrix[
+        0, 1
+    ]  # from the exit pupil to the sensor, times the element below
     return float(matrix[1, 1] * np.sign(depth) / np.hypot(depth, matrix[1, 1] * image_mm))
 
 
@@ -120,6 +133,8 @@ def _ellipse(filled, cosines) -> ExitPupil:
         found = fitted(zernike_basis(kept, *(s[within] for s in stop)), cosine[within])
         border.append(zernike_basis(kept, along, across) @ found)
     centre = float(border[0].mean())
-    meridional, sagittal = (2 * float(np.mean(b * side)) for b, side in zip(border, (along, across)))
+    meridional, sagittal = (
+        2 * float(np.mean(b * side)) for b, side in zip(border, (along, across))
+    )
     radius = np.hypot((border[0] - centre) / meridional, border[1] / sagittal)
     return ExitPupil(meridional, sagittal, centre, float(np.abs(radius - 1).max()))

@@ -1,6 +1,7 @@
 """Pupil map: from places in the stop to places in the pupil that the image sees, for functions given over the stop.
 
-A lens has a `pupil_matrix` where both differ (`place_lens`). It is written for x right and y down; Zernike terms have y up.
+A lens has a `pupil_matrix` where both differ (`place_lens`). It is written for x right and y down;
+Zernike terms have y up.
 """
 
 from __future__ import annotations
@@ -21,7 +22,11 @@ ROUNDING = 1e-12  # of Zernike coefficients, um or share of the amplitude
 
 def over_pupil(lens: DiffractionLimitedLens, terms: dict[int, float]) -> dict[int, float]:
     """Return Zernike terms {OSA index: value} over the pupil of terms over the stop."""
-    return terms if lens.pupil_matrix is None else dict(_mapped(tuple(terms.items()), _matrix_up(lens)))
+    return (
+        terms
+        if lens.pupil_matrix is None
+        else dict(_mapped(tuple(terms.items()), _matrix_up(lens)))
+    )
 
 
 def stop_from_pupil(lens: DiffractionLimitedLens) -> np.ndarray:

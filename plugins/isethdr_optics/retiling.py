@@ -1,9 +1,13 @@
 """Retiling: what moved tiles lose of their detail where they are shared among the tiles of the sensor plane.
 
-Distortion and lateral colour move the image of a tile off the grid of the sensor plane. Its light is shared by area, and is even over
-each tile of the grid from there on. A pixel whose border divides a tile of the grid then gets a wrong part of the light within that
-tile: at most the standard deviation within the tile times sqrt(f (1 - f)) for the fraction f that the pixel covers
-(`isethdr_core.physics.area.detail_error`). The deviation follows from the means of the light and of its square.
+Distortion and lateral colour move the image of a tile off the grid of the sensor plane. Its light
+is shared by area, and is even over
+each tile of the grid from there on. A pixel whose border divides a tile of the grid then gets a
+wrong part of the light within that
+tile: at most the standard deviation within the tile times sqrt(f (1 - f)) for the fraction f that
+the pixel covers
+(`isethdr_core.physics.area.detail_error`). The deviation follows from the means of the light and of
+its square.
 """
 
 from __future__ import annotations
@@ -15,7 +19,10 @@ from isethdr_core.error_terms import ErrorNote, Quantity
 
 from .sensor_plane import SensorPlane
 
-DETAIL, BORDER = "detail within tiles", "light of border tiles"  # parts of the light that the errors act on
+DETAIL, BORDER = (
+    "detail within tiles",
+    "light of border tiles",
+)  # parts of the light that the errors act on
 
 
 def detail(plane: SensorPlane, light) -> np.ndarray:
@@ -44,14 +51,23 @@ def state(plane: SensorPlane, light, moved, on_sensor) -> None:
     Parameters
     ----------
     moved : the same light on the sensor plane's tiles.
-    on_sensor : function(light on the sensor plane's tiles) -> DataArray, as the lens makes of its light.
+    on_sensor : function(light on the sensor plane's tiles) -> DataArray, as the lens makes of its
+        light.
     """
     if (plane.areas is None and plane.scales is None) or not ledger.records_errors():
         return
     ledger.light_part(DETAIL, on_sensor(detail(plane, light)), within_tiles=True)
-    label = "detail of the size of a tile, where moved tiles are shared among those of the sensor plane"
-    ledger.add_error(ErrorNote(1.0, "relative", "measured", label, "retiling", Quantity.IRRADIANCE, DETAIL))
+    label = (
+        "detail of the size of a tile, where moved tiles are shared among those of the sensor plane"
+    )
+    ledger.add_error(
+        ErrorNote(1.0, "relative", "measured", label, "retiling", Quantity.IRRADIANCE, DETAIL)
+    )
     if plane.lacking:
         ledger.light_part(BORDER, on_sensor(border(plane, moved)))
         label = "light that border tiles lack, of the smallest band's image"
-        ledger.add_error(ErrorNote(plane.lacking, "relative", "bound", label, "border", Quantity.IRRADIANCE, BORDER))
+        ledger.add_error(
+            ErrorNote(
+                plane.lacking, "relative", "bound", label, "border", Quantity.IRRADIANCE, BORDER
+            )
+        )

@@ -58,11 +58,13 @@ def photon_means(curve, at: Nodes, known=None) -> np.ndarray:
 
     Parameters
     ----------
-    curve : values at the nodes. `known` : boolean, nodes that the mean is over; None: all of them. A band without any has 0.
+    curve : values at the nodes. `known` : boolean, nodes that the mean is over; None: all of them.
+        A band without any has 0.
 
     Notes
     -----
-    Even energy E per nm gives E wavelength / (h c) photons per nm, so that the mean of q is int q w dw / int w dw.
+    Even energy E per nm gives E wavelength / (h c) photons per nm, so that the mean of q is int q w
+    dw / int w dw.
     """
     photons = at.weight * at.wavelength_nm * (1.0 if known is None else known)
     count = at.band.max() + 1
@@ -75,8 +77,10 @@ def smooth_spectrum_error(response, curves, at: Nodes, wavelength_nm, spectrum=N
 
     Parameters
     ----------
-    response : (channel, band) electrons per photon of the bands. `curves` : (channel, node), the same at the nodes.
-    spectrum : (band,) mean energy per nm of the light in its bands, straight from band to band; None: black bodies alone.
+    response : (channel, band) electrons per photon of the bands. `curves` : (channel, node), the
+        same at the nodes.
+    spectrum : (band,) mean energy per nm of the light in its bands, straight from band to band;
+        None: black bodies alone.
     """
     w = np.asarray(wavelength_nm, float)
     spectra = [planck_radiance(at.wavelength_nm, k) for k in SMOOTH_K]

@@ -49,7 +49,9 @@ def test_stores_of_format_1_open_and_are_found(home):
     xyz = found[RUN, "picture/bayer"].xyz.values
     assert np.array_equal(xyz.ravel(), np.arange(3.0 * ROWS * COLUMNS))
     assert [row["id"] for row in find(home, kind="run", ssim__ge=0.5)] == [Path(RUN).stem]
-    assert {r.state for r in verify(home)} == {"readable, without a manifest: isethdr catalog adopt"}
+    assert {r.state for r in verify(home)} == {
+        "readable, without a manifest: isethdr catalog adopt"
+    }
 
 
 def test_adoption_changes_no_value_and_protects(home):
@@ -73,9 +75,13 @@ def test_an_adopted_store_has_the_manifest_of_a_new_one(home, tmp_path):
     """The same data, written anew: the same files with the same parts."""
     adopt_store(home / SCENE)
     old = read_manifest(home / SCENE)
-    attrs = {k: v for k, v in store.read_attrs(home / SCENE).items() if k not in ("format", "complete")}
+    attrs = {
+        k: v for k, v in store.read_attrs(home / SCENE).items() if k not in ("format", "complete")
+    }
     data = store.open_store(home / SCENE).load().assign_attrs({})
-    again = store.write_store(tmp_path / "again", Path(SCENE).stem, {"": data}, attrs, keepbits=None)
+    again = store.write_store(
+        tmp_path / "again", Path(SCENE).stem, {"": data}, attrs, keepbits=None
+    )
     new = read_manifest(again)
     chunks = [key for key in new.files if not key.endswith("zarr.json")]
     assert len(chunks) == 7 and all(old.files[key] == new.files[key] for key in chunks)
@@ -99,7 +105,10 @@ def damage_incomplete(path):
     [
         (damage_flip, "radiance"),
         (damage_incomplete, "incomplete"),
-        (lambda p: (p / "instance/c/0/0").unlink(), "instance/c/0/0 is missing: it was deleted, or never"),
+        (
+            lambda p: (p / "instance/c/0/0").unlink(),
+            "instance/c/0/0 is missing: it was deleted, or never",
+        ),
         (lambda p: (p / "radiance/c/1/0/0/0").unlink(), "radiance: NaN at index 1"),
         (lambda p: (p / "zarr.json").write_text("{"), "zarr.json cannot be read"),
         (lambda p: (p / "instance/zarr.json").write_text("{"), "instance"),

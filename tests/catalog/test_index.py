@@ -79,7 +79,11 @@ def test_a_clock_that_is_set_hides_nothing(tmp_path, shift_s):
     when = (tmp_path / "index.parquet").stat().st_mtime + shift_s
     os.utime(tmp_path / "index.parquet", (when, when))
     put(tmp_path, "second")
-    for path in (tmp_path / "runs", tmp_path / "runs/second.zarr", tmp_path / "runs/second.zarr/zarr.json"):
+    for path in (
+        tmp_path / "runs",
+        tmp_path / "runs/second.zarr",
+        tmp_path / "runs/second.zarr/zarr.json",
+    ):
         os.utime(path, (1, 1))
     assert names(tmp_path) == ["first", "second"]
 
@@ -94,7 +98,11 @@ def test_only_new_and_changed_stores_are_read(tmp_path, read):
     shutil.rmtree(tmp_path / "runs/b.zarr")
     put(tmp_path, "b", lighting="dusk")
     assert refresh(tmp_path).records == 3 and read == ["b", "d"]
-    assert {row["id"]: row["lighting"] for row in find(tmp_path, lighting__ne="")} == {"b": "dusk", "c": "day", "d": "night"}
+    assert {row["id"]: row["lighting"] for row in find(tmp_path, lighting__ne="")} == {
+        "b": "dusk",
+        "c": "day",
+        "d": "night",
+    }
     assert read == ["b", "d"]
 
 
@@ -130,7 +138,11 @@ def test_a_scene_gets_the_lightings_of_runs_that_came_later(tmp_path):
 
 @pytest.mark.parametrize("indexed", [False, True])
 def test_a_home_that_cannot_be_written_is_queried_from_memory(tmp_path, monkeypatch, indexed):
-    put(tmp_path, "first", scores=[{"camera": "a", "metric": "ssim", "object": "", "value": 0.5, "unit": "1"}])
+    put(
+        tmp_path,
+        "first",
+        scores=[{"camera": "a", "metric": "ssim", "object": "", "value": 0.5, "unit": "1"}],
+    )
     if indexed:
         refresh(tmp_path)
     put(tmp_path, "second")
@@ -189,10 +201,22 @@ print(json.dumps([records, time.process_time() - start_s, peak_mb() - before_mb]
 def test_one_new_run_among_20_000_costs_little(tmp_path):
     """Below 1 s of CPU and 50 MB per 10,000 records; measured 0.3 s and 25 MB per 10,000."""
     for k in range(20_000):
-        put(tmp_path, f"r{k:05d}", lighting="night", config={"seed": k}, objects=[{"category": "person", "distance_m": k}])
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
+        put(
+            tmp_path,
+            f"r{k:05d}",
+            lighting="night",
+            config={"seed": k},
+            objects=[{"category": "person", "distance_m": k}],
+        )
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])
+    }
     done = subprocess.run(
-        [sys.executable, "-c", MEASURED, str(tmp_path)], capture_output=True, text=True, check=True, env=environment
+        [sys.executable, "-c", MEASURED, str(tmp_path)],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=environment,
     )
     records, seconds, megabytes = json.loads(done.stdout)
     print(f"{records} records: {seconds:.2f} s of CPU for one more, {megabytes:.0f} MB")

@@ -86,8 +86,10 @@ def files(path: Path) -> list[str]:
 def damages(path: Path, older: Path) -> Iterator[Damage]:
     """Yield every damage of the store `path`; `older` is another store of the same form.
 
-    Each file is deleted, emptied, cut off, extended, changed by a bit at three places, and replaced by that of the
-    older store. Files of equal size are exchanged. Attributes and metadata are edited. Arrays and groups are
+    Each file is deleted, emptied, cut off, extended, changed by a bit at three places, and replaced
+    by that of the
+    older store. Files of equal size are exchanged. Attributes and metadata are edited. Arrays and
+    groups are
     deleted or replaced as a whole.
     """
     for file in files(path):

@@ -139,7 +139,9 @@ def test_ctrl_c_releases(tmp_path, worker):
 def test_clocks_of_other_machines_do_not_matter(tmp_path, step_s):
     """A claim of another machine whose clock runs backwards, or far ahead: it lives as long as its time changes."""
     path = tmp_path / ".scene.claim-7"
-    path.write_text(json.dumps({"host": "elsewhere", "namespace": "", "process": 1, "started": "1"}))
+    path.write_text(
+        json.dumps({"host": "elsewhere", "namespace": "", "process": 1, "started": "1"})
+    )
     stop, beats_until = threading.Event(), []
 
     def beat():
@@ -158,7 +160,9 @@ def test_clocks_of_other_machines_do_not_matter(tmp_path, step_s):
     thread.join()
 
 
-def test_a_claim_that_was_released_while_it_was_judged_dead_is_not_taken_over(tmp_path, monkeypatch):
+def test_a_claim_that_was_released_while_it_was_judged_dead_is_not_taken_over(
+    tmp_path, monkeypatch
+):
     """The judgement is old when the next number is created: then the process starts again."""
     from isethdr_core import claims as module
 

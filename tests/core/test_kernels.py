@@ -41,9 +41,14 @@ def test_processor_libraries_and_components_are_named():
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names kernels of x86-64")
 def test_another_choice_of_the_libraries_is_another_record():
     """The same switches that a smaller processor would set by itself."""
-    smaller = {"OPENBLAS_CORETYPE": "Nehalem", "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR"}
+    smaller = {
+        "OPENBLAS_CORETYPE": "Nehalem",
+        "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
+    }
     code = [sys.executable, "-c", SHOWN]
-    there = json.loads(subprocess.run(code, env=os.environ | smaller, capture_output=True, check=True).stdout)
+    there = json.loads(
+        subprocess.run(code, env=os.environ | smaller, capture_output=True, check=True).stdout
+    )
     here = kernels()
     blas = [name for name in there if name.startswith("blas in ")]
     assert blas and all(there[name].endswith("Nehalem") for name in blas)
@@ -51,9 +56,24 @@ def test_another_choice_of_the_libraries_is_another_record():
     assert there["processor"] == here["processor"]
 
 
-def test_a_run_records_and_shows_them_and_its_key_does_not_depend_on_them(isethdr_home, monkeypatch):
-    config = compose(["scene=uniform", "scene.width=8", "scene.height=6", "lens=ideal", "sensor=ideal", "draws=1",
-                      "~renderer", "~versions", "~flare@flare.dirt", "~metric.ssim", "report=false"])
+def test_a_run_records_and_shows_them_and_its_key_does_not_depend_on_them(
+    isethdr_home, monkeypatch
+):
+    config = compose(
+        [
+            "scene=uniform",
+            "scene.width=8",
+            "scene.height=6",
+            "lens=ideal",
+            "sensor=ideal",
+            "draws=1",
+            "~renderer",
+            "~versions",
+            "~flare@flare.dirt",
+            "~metric.ssim",
+            "report=false",
+        ]
+    )
     key = run_key(config, chain(config))
     monkeypatch.setattr("isethdr_core.runs.kernels", lambda *_: {"processor": "another one"})
     result = run(config)

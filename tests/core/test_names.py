@@ -12,9 +12,48 @@ from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.names import LONGEST_BYTES, check_names, check_path
 from isethdr_core.pipeline import chain
 
-LEAVING = ("../x", "..", ".", "", "/etc", "a/b", "a\\b", "C:", "C:\\x", "a\0b", "a\nb", "x" * 101, "ä" * 51, "\ud800")
-RESERVED = ("zarr.json", "NUL", "com1", "aux.txt", "__x", "ends.", "ends ", " begins", "a*", "a?", 'a"b', "a|b", "<a>")
-FINE = ("bayer", "front_left", "front-left.2", "Kamera vorn", "鱼眼", "x" * LONGEST_BYTES, "...a", "comma", "1")
+LEAVING = (
+    "../x",
+    "..",
+    ".",
+    "",
+    "/etc",
+    "a/b",
+    "a\\b",
+    "C:",
+    "C:\\x",
+    "a\0b",
+    "a\nb",
+    "x" * 101,
+    "ä" * 51,
+    "\ud800",
+)
+RESERVED = (
+    "zarr.json",
+    "NUL",
+    "com1",
+    "aux.txt",
+    "__x",
+    "ends.",
+    "ends ",
+    " begins",
+    "a*",
+    "a?",
+    'a"b',
+    "a|b",
+    "<a>",
+)
+FINE = (
+    "bayer",
+    "front_left",
+    "front-left.2",
+    "Kamera vorn",
+    "鱼眼",
+    "x" * LONGEST_BYTES,
+    "...a",
+    "comma",
+    "1",
+)
 
 
 @pytest.mark.parametrize("name", [*LEAVING, *RESERVED])
@@ -59,10 +98,14 @@ def test_the_shown_lighting_keeps_its_name(composed):
         chain(with_entry(composed, "versions", "main", composed.lighting))
 
 
-@pytest.mark.parametrize("path", ["../x", "a/../../x", "/x", "a//b", "a/", "a/..", "a/b\0", "C:/x", "a\\..\\b"])
+@pytest.mark.parametrize(
+    "path", ["../x", "a/../../x", "/x", "a//b", "a/", "a/..", "a/b\0", "C:/x", "a\\..\\b"]
+)
 def test_the_writer_refuses_groups_that_leave_the_store(tmp_path, path):
     with pytest.raises(CatalogError, match="cannot be stored"):
-        store.write_store(tmp_path / "in", "s", {path: xr.Dataset({"a": ("x", np.arange(3.0))})}, {})
+        store.write_store(
+            tmp_path / "in", "s", {path: xr.Dataset({"a": ("x", np.arange(3.0))})}, {}
+        )
     assert list(tmp_path.rglob("*")) == []
 
 
@@ -76,5 +119,7 @@ def test_the_writer_refuses_stores_that_leave_the_folder(tmp_path, name):
 @pytest.mark.parametrize("name", ["../a", "a/b", "..", "zarr.json"])
 def test_the_writer_refuses_arrays_that_leave_their_group(tmp_path, name):
     with pytest.raises(CatalogError, match="cannot be stored"):
-        store.write_store(tmp_path, "s", {"captures/bayer": xr.Dataset({name: ("x", np.arange(3.0))})}, {})
+        store.write_store(
+            tmp_path, "s", {"captures/bayer": xr.Dataset({name: ("x", np.arange(3.0))})}, {}
+        )
     assert list(tmp_path.rglob("*")) == []

@@ -42,32 +42,48 @@ def probe(offer):
     return offer("lens", "probe", Probe)
 
 
-@pytest.mark.parametrize(("fields", "message"), [
-    ({"f_number": 1e30}, r"f_number is 1e\+30; expected 0.5 to 64; type .* lens.f_number=4.0"),
-    ({"f_number": math.nan}, "f_number is nan; expected 0.5 to 64"),
-    ({"f_number": True}, "f_number is True; expected 0.5 to 64"),
-    ({"f_number": "wide"}, "f_number is 'wide'; expected a valid number"),
-    ({"blades": -1}, "blades is -1; expected 0 to 64; type .* lens.blades=6"),
-    ({"blades": 1.7}, "blades is 1.7; expected a valid integer"),
-    ({"design_snr": -math.inf}, "design_snr is -inf; expected 0.1 to inf"),
-    ({"shift_um": math.nan}, "shift_um is nan; expected a finite number"),
-    ({"shift_um": math.inf}, "shift_um is inf; expected a finite number"),
-    ({"samples": 0}, "samples is 0; expected 1 to 4096; type .* lens.samples=null"),
-    ({"zernike_um": {4: math.nan}}, r"zernike_um is {4: nan} with nan in it; expected -100 to 100; type .*zernike_um={4:0}"),
-    ({"zernike_um": {-1: 0.1}}, r"zernike_um is {-1: 0.1} with -1 in it; expected 0 to 230"),
-    ({"falloff": {10.0: 2.0}}, r"falloff is {10.0: 2.0} with 2.0 in it; expected 0 to 1"),
-    ({"falloff": "cos5"}, "falloff is 'cos5'; expected 'cos4' or a valid dictionary"),
-    ({"ends": [0.5, 1.5]}, r"with 1.5 in it; expected 0 to 1; type .* lens.ends=\[0.5,1.0\]"),
-    ({"ends": [0.5]}, r"ends is \[0.5\]; expected one more element"),
-])
-def test_a_value_that_does_not_fit_is_named_with_what_was_expected_and_what_to_type(fields, message):
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"f_number": 1e30}, r"f_number is 1e\+30; expected 0.5 to 64; type .* lens.f_number=4.0"),
+        ({"f_number": math.nan}, "f_number is nan; expected 0.5 to 64"),
+        ({"f_number": True}, "f_number is True; expected 0.5 to 64"),
+        ({"f_number": "wide"}, "f_number is 'wide'; expected a valid number"),
+        ({"blades": -1}, "blades is -1; expected 0 to 64; type .* lens.blades=6"),
+        ({"blades": 1.7}, "blades is 1.7; expected a valid integer"),
+        ({"design_snr": -math.inf}, "design_snr is -inf; expected 0.1 to inf"),
+        ({"shift_um": math.nan}, "shift_um is nan; expected a finite number"),
+        ({"shift_um": math.inf}, "shift_um is inf; expected a finite number"),
+        ({"samples": 0}, "samples is 0; expected 1 to 4096; type .* lens.samples=null"),
+        (
+            {"zernike_um": {4: math.nan}},
+            r"zernike_um is {4: nan} with nan in it; expected -100 to 100; type .*zernike_um={4:0}",
+        ),
+        ({"zernike_um": {-1: 0.1}}, r"zernike_um is {-1: 0.1} with -1 in it; expected 0 to 230"),
+        ({"falloff": {10.0: 2.0}}, r"falloff is {10.0: 2.0} with 2.0 in it; expected 0 to 1"),
+        ({"falloff": "cos5"}, "falloff is 'cos5'; expected 'cos4' or a valid dictionary"),
+        ({"ends": [0.5, 1.5]}, r"with 1.5 in it; expected 0 to 1; type .* lens.ends=\[0.5,1.0\]"),
+        ({"ends": [0.5]}, r"ends is \[0.5\]; expected one more element"),
+    ],
+)
+def test_a_value_that_does_not_fit_is_named_with_what_was_expected_and_what_to_type(
+    fields, message
+):
     with pytest.raises(ConfigError, match=message):
         build("lens", "probe", **fields)
 
 
 def test_both_ends_are_allowed_and_infinity_where_a_range_ends_in_it():
-    made = build("lens", "probe", f_number=64, blades=0, design_snr=math.inf, samples=4096,
-                 zernike_um={"4": -100}, ends=[0, 1])
+    made = build(
+        "lens",
+        "probe",
+        f_number=64,
+        blades=0,
+        design_snr=math.inf,
+        samples=4096,
+        zernike_um={"4": -100},
+        ends=[0, 1],
+    )
     assert made.design_snr == math.inf and made.f_number == 64.0
     assert made.zernike_um == {4: -100.0} and made.ends == (0.0, 1.0)
 
@@ -96,8 +112,12 @@ def test_hydra_sees_plain_types_and_people_see_the_ranges():
     node = schema(Component("lens", "probe", Probe))()
     assert node.f_number == 4.0 and node.zernike_um == {}
     texts = field_texts(Probe)
-    assert texts[:4] == ["f_number=4.0 (0.5 to 64)", "blades=6 (0 to 64)",
-                         "design_snr=20.0 (0.1 to inf)", "shift_um=0.0"]
+    assert texts[:4] == [
+        "f_number=4.0 (0.5 to 64)",
+        "blades=6 (0 to 64)",
+        "design_snr=20.0 (0.1 to inf)",
+        "shift_um=0.0",
+    ]
     assert range_text(annotations(Probe)["zernike_um"]) == "0 to 230: -100 to 100"
 
 
@@ -125,8 +145,16 @@ def test_a_range_belongs_to_a_number(offer):
         Range(2, 1)
 
 
-@pytest.mark.parametrize(("value", "text"), [
-    (None, "null"), (True, "true"), ({4: 0.1}, "{4:0.1}"), ((1, 2.5), "[1,2.5]"), ("", "''"),
-    (math.inf, "inf")])
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "null"),
+        (True, "true"),
+        ({4: 0.1}, "{4:0.1}"),
+        ((1, 2.5), "[1,2.5]"),
+        ("", "''"),
+        (math.inf, "inf"),
+    ],
+)
 def test_examples_are_written_as_the_command_line_takes_them(value, text):
     assert on_command_line(value) == text

@@ -129,7 +129,19 @@ def test_a_user_sees_an_overexposed_and_a_dark_camera(tmp_path, monkeypatch, cap
     ]
     cameras = ["~cameras.rgbw", "~cameras.split_pixel", "+sensor@cameras.dark=bayer"]
     exposures = ["cameras.bayer.exposure_s=4", "cameras.dark.exposure_s=1e-6"]
-    result = hdr.run(hdr.compose([*chart, *cameras, *exposures, "lens=ideal", "draws=1", "~metric.detection", "~metric.contrast"]))
+    result = hdr.run(
+        hdr.compose(
+            [
+                *chart,
+                *cameras,
+                *exposures,
+                "lens=ideal",
+                "draws=1",
+                "~metric.detection",
+                "~metric.contrast",
+            ]
+        )
+    )
     found = {(w["key"], w["camera"]): w for w in result.warnings}
     assert set(found) == {(SATURATED_FRAME, "bayer"), (LOW_OBJECT_SNR, "dark")}
     assert (

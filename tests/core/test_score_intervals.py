@@ -59,8 +59,12 @@ def test_a_shift_that_is_known_to_a_factor_widens_the_interval(bias):
     assert share_inside(0.5, 1.0, bias) < 0.4
     assert share_inside(0.5, 1.0, bias, smoothed=0.7) > 0.95
     # both shifts count as normal errors: 1.96 times the root of the sum of their squares
-    low, high = interval([1.0, 1.0], RendererError(0.0, CHANGES - 1, more_noise=bias, less_noise=-bias))
-    assert (low, high) == pytest.approx((1 - 1.96 * 5 * math.sqrt(2), 1 + 1.96 * 5 * math.sqrt(2)), rel=1e-4)
+    low, high = interval(
+        [1.0, 1.0], RendererError(0.0, CHANGES - 1, more_noise=bias, less_noise=-bias)
+    )
+    assert (low, high) == pytest.approx(
+        (1 - 1.96 * 5 * math.sqrt(2), 1 + 1.96 * 5 * math.sqrt(2)), rel=1e-4
+    )
 
 
 def test_degrees_of_freedom_lie_between_those_of_the_larger_part_and_of_all():

@@ -31,7 +31,15 @@ def test_the_damages_are_many_and_of_every_kind(stores):
     path, _, older = stores
     found = [damage.what.split()[0] for damage in d.damages(path, older)]
     assert len(found) >= 200
-    assert {"delete", "cut", "extend", "bit", "older", "exchange", *(e.__name__ for e in d.EDITS)} == set(found)
+    assert {
+        "delete",
+        "cut",
+        "extend",
+        "bit",
+        "older",
+        "exchange",
+        *(e.__name__ for e in d.EDITS),
+    } == set(found)
 
 
 def test_no_damage_is_silent_and_each_error_names_store_and_file(stores, tmp_path):
@@ -108,7 +116,9 @@ def test_chunks_of_one_shard_cannot_change_places(tmp_path):
     data = file.read_bytes()
     first = read_manifest(path).files["a/c/0/0"].parts[0].size
     file.write_bytes(data[first : 2 * first] + data[:first] + data[2 * first :])
-    assert not np.array_equal(zarr.open_array(path / "a", mode="r")[...], planes), "no other reader notices"
+    assert not np.array_equal(zarr.open_array(path / "a", mode="r")[...], planes), (
+        "no other reader notices"
+    )
     with pytest.raises(CatalogError, match="a/c/0/0 holds other chunks"):
         store.open_store(path).load()
 

@@ -90,7 +90,9 @@ def test_a_folder_that_is_named_is_trusted_with_all_below_it(work, monkeypatch):
 
 def test_installed_packages_and_ordinary_overrides_need_no_trust(work):
     trust.check_arguments(["hydra.searchpath=[pkg://isethdr_core.conf]", "sensor=rgbw"])
-    trust.check_overrides(["+lighting.weights.sky=1", "~renderer", "scene.folder=../scenes", "seed=1,2"])
+    trust.check_overrides(
+        ["+lighting.weights.sky=1", "~renderer", "scene.folder=../scenes", "seed=1,2"]
+    )
 
 
 def test_the_command_refuses_before_anything_of_the_file_runs(work):

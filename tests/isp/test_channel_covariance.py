@@ -16,17 +16,25 @@ READ_E = 2.0
 
 def scene(bench, name, electrons):
     """Return the mean electrons (y, x) of a flat field, a slanted edge or coloured patches; the brightest has `electrons`."""
-    y, x = np.mgrid[:SHAPE[0], :SHAPE[1]]
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
     filters = np.tile(bench.BAYER, (SHAPE[0] // 2, SHAPE[1] // 2))
-    surfaces = radiances(bench.WAVELENGTH)[:73] @ (bench.electrons_per_radiance() / bench.electrons_per_radiance().sum()).T
+    surfaces = (
+        radiances(bench.WAVELENGTH)[:73]
+        @ (bench.electrons_per_radiance() / bench.electrons_per_radiance().sum()).T
+    )
     grey = surfaces[0]
     if name == "flat":
         planes = np.broadcast_to(grey[:, None, None], (3, *SHAPE))
-    elif name == "edge":    # 10 : 1, slanted by 5 degrees, one pixel wide
-        planes = grey[:, None, None] * (0.1 + 0.9 / (1 + np.exp(-4 * (x - 23.3 - np.tan(np.radians(5)) * y))))
-    else:                   # 12 patches of 12 x 14 pixels
+    elif name == "edge":  # 10 : 1, slanted by 5 degrees, one pixel wide
+        planes = grey[:, None, None] * (
+            0.1 + 0.9 / (1 + np.exp(-4 * (x - 23.3 - np.tan(np.radians(5)) * y)))
+        )
+    else:  # 12 patches of 12 x 14 pixels
         number = y // 14 * 4 + x // 12
-        planes = np.moveaxis(surfaces[5 * number + 1], -1, 0) * np.linspace(0.1, 1.0, 12)[(number * 5) % 12]
+        planes = (
+            np.moveaxis(surfaces[5 * number + 1], -1, 0)
+            * np.linspace(0.1, 1.0, 12)[(number * 5) % 12]
+        )
     mean = np.take_along_axis(planes, filters[None], 0)[0]
     return mean * (electrons / mean.max())
 
@@ -54,21 +62,38 @@ def test_a_linear_demosaic_states_the_squares_of_its_answers(bench, method):
     rng, shape, names = np.random.default_rng(0), (12, 14), list("RGB")
     filters, variance = np.tile(bench.BAYER, (6, 7)), rng.uniform(1, 9, shape)
     [read] = readouts(bench.make(np.ones(shape)), light("daylight", bench.WAVELENGTH))
-    matrix, none = solve_matrix(read.response, bench.WAVELENGTH, "daylight", 20.0), np.zeros(shape, bool)
+    matrix, none = (
+        solve_matrix(read.response, bench.WAVELENGTH, "daylight", 20.0),
+        np.zeros(shape, bool),
+    )
     expected = 0.0
     for place in np.ndindex(shape):
         impulse = np.zeros(shape)
         impulse[place] = 1.0
-        answer = np.tensordot(matrix, interpolate(method, impulse, filters, names, variance, none).planes, 1)
+        answer = np.tensordot(
+            matrix, interpolate(method, impulse, filters, names, variance, none).planes, 1
+        )
         expected = expected + answer**2 * variance[place]
-    stated = interpolate(method, variance, filters, names, variance, none).noise_map.variance(matrix, independent(variance))
-    np.testing.assert_allclose(stated, expected, rtol=1e-9)     # float64 sums
+    stated = interpolate(method, variance, filters, names, variance, none).noise_map.variance(
+        matrix, independent(variance)
+    )
+    np.testing.assert_allclose(stated, expected, rtol=1e-9)  # float64 sums
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method, tolerance, name, electrons", [
-    ("malvar", 0.03, "flat", 3.0), ("malvar", 0.03, "edge", 10000.0), ("bilinear", 0.03, "patches", 100.0),
-    *(("learned", 0.15, name, electrons) for name in ("flat", "edge", "patches") for electrons in (3.0, 100.0, 10000.0))])
+@pytest.mark.parametrize(
+    "method, tolerance, name, electrons",
+    [
+        ("malvar", 0.03, "flat", 3.0),
+        ("malvar", 0.03, "edge", 10000.0),
+        ("bilinear", 0.03, "patches", 100.0),
+        *(
+            ("learned", 0.15, name, electrons)
+            for name in ("flat", "edge", "patches")
+            for electrons in (3.0, 100.0, 10000.0)
+        ),
+    ],
+)
 def test_the_variance_of_xyz_is_that_of_the_realisations(bench, method, tolerance, name, electrons):
     """Learned filters follow the noise, which the stated variance leaves out."""
     if method == "malvar":

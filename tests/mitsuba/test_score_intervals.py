@@ -67,7 +67,8 @@ def test_intervals_hold_the_score_without_renderer_noise(make):
                 inside.setdefault(s.metric, []).append(held)
     shares = {name: np.mean(held) for name, held in inside.items()}
     print(shares)
-    # asked: 0.90 of all intervals. Scores of one picture move together; bounds are passed by chance once in 1000
+    # asked: 0.90 of all intervals. Scores of one picture move together; bounds are passed by chance
+    # once in 1000
     least = binom.ppf(1e-3, INDEPENDENT * len(SEEDS), 0.90) / (INDEPENDENT * len(SEEDS))
     assert np.mean([held for of_score in inside.values() for held in of_score]) >= least
     # asked: 0.80 of the intervals of each score

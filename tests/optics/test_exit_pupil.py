@@ -55,7 +55,9 @@ def both(name, f_number, angle_deg, wavelength_nm=REFERENCE_NM, count=110, size=
     at_um = (np.arange(size) - size // 2) * pitch_um
     fan = traced(lens.real(), tangent, wavelength_nm, count, 1.3 * FOCAL_MM / f_number / 2)
     chief = chief_mm(lens.real(), tangent, wavelength_nm)
-    wanted = direct_sum(fan, chief, exit_sphere_mm(lens.real(), chief, wavelength_nm), wavelength_nm, at_um, at_um)
+    wanted = direct_sum(
+        fan, chief, exit_sphere_mm(lens.real(), chief, wavelength_nm), wavelength_nm, at_um, at_um
+    )
     found = place.psf(wavelength_nm, pitch_um, size, integrated=False).values[0]
     return found, wanted.density * pitch_um**2, at_um
 
@@ -85,9 +87,12 @@ def slow(*case):
         slow("singlet", 8.0, 14.0, 650.0, 0.045),
     ],
 )
-def test_the_point_spread_is_the_direct_sum_over_traced_rays(name, f_number, angle_deg, wavelength_nm, cut):
+def test_the_point_spread_is_the_direct_sum_over_traced_rays(
+    name, f_number, angle_deg, wavelength_nm, cut
+):
     found, wanted, at_um = both(name, f_number, angle_deg, wavelength_nm)
-    # 85 rays across the pupil know a width to 0.6 %; the ellipse for the exit pupil's border leaves 0.5 %
+    # 85 rays across the pupil know a width to 0.6 %; the ellipse for the exit pupil's border leaves
+    # 0.5 %
     np.testing.assert_allclose(figures(found, at_um), figures(wanted, at_um), rtol=CLOSE)
     middle = len(at_um) // 2
     for line in (np.s_[middle], np.s_[:, middle]):
@@ -104,7 +109,10 @@ def test_the_point_spread_turns_with_the_azimuth():
         density = np.where(np.hypot(x, y) < 12, density, 0.0) / density[np.hypot(x, y) < 12].sum()
         along = x * np.cos(azimuth_rad) - y * np.sin(azimuth_rad)
         across = x * np.sin(azimuth_rad) + y * np.cos(azimuth_rad)
-        return [float((density * a * b).sum()) for a, b in ((along, along), (across, across), (along, across))]
+        return [
+            float((density * a * b).sum())
+            for a, b in ((along, along), (across, across), (along, across))
+        ]
 
     right, skew, up = (moments(azimuth_rad) for azimuth_rad in (0.0, 0.7, np.pi / 2))
     # samples of 0.4 um within a circle of 12 um
@@ -130,11 +138,17 @@ def test_on_the_axis_the_exit_pupil_is_round_and_as_wide_as_the_f_number_says():
         lens, place = place_at(name, f_number, 0.0)
         meridional, sagittal = lens.exit_pupil_at(0.0)
         assert meridional == pytest.approx(sagittal, abs=1e-6)
-        assert meridional == pytest.approx(1.0, abs=0.004)  # the f-number is paraxial, the rays at the border are not
+        assert meridional == pytest.approx(
+            1.0, abs=0.004
+        )  # the f-number is paraxial, the rays at the border are not
         assert exit_pupil(lens.real(), 0.0, REFERENCE_NM).off_ellipse < 1e-6
         plain = replace(place, pupil_matrix=None, f_number=f_number / meridional)
-        found, wanted = (one.psf(REFERENCE_NM, 0.5, 65, integrated=False).values for one in (place, plain))
-        np.testing.assert_allclose(found, wanted, atol=2e-4 * wanted.max())  # the same pupil, on cells of another size
+        found, wanted = (
+            one.psf(REFERENCE_NM, 0.5, 65, integrated=False).values for one in (place, plain)
+        )
+        np.testing.assert_allclose(
+            found, wanted, atol=2e-4 * wanted.max()
+        )  # the same pupil, on cells of another size
 
 
 @dataclass(frozen=True)
@@ -149,15 +163,23 @@ def test_flares_in_the_stop_are_seen_through_the_exit_pupil():
     _, place = place_at("cooke_triplet", 5.6, 20.0, 0.7)
     axis = pupils.axis_mm(place, 0.02)
     inside = np.s_[len(axis) // 2 - 5 : len(axis) // 2 + 5]
-    stop_x, stop_y = np.einsum("ij,jyx->iyx", np.linalg.inv(place.pupil_matrix), np.stack(np.meshgrid(axis, axis)))
+    stop_x, stop_y = np.einsum(
+        "ij,jyx->iyx", np.linalg.inv(place.pupil_matrix), np.stack(np.meshgrid(axis, axis))
+    )
     cells = pupils.amplitude(place, [Ramp()], axis, axis, 550.0)
-    np.testing.assert_allclose(cells[inside, inside], (0.5 + 0.3 * stop_x + 0.2 * stop_y)[inside, inside], rtol=1e-6)
+    np.testing.assert_allclose(
+        cells[inside, inside], (0.5 + 0.3 * stop_x + 0.2 * stop_y)[inside, inside], rtol=1e-6
+    )
     dirty = [ApertureFlare(blades=6, dust_per_mm2=40.0)]
     axis = pupils.axis_mm(place, 0.004)
     for flares in ((), dirty):  # energy from areas, and of the drawn cells
-        drawn = energy_of(pupils.amplitude(place, flares, axis, axis, 550.0), 0.004, cell_means=True)
+        drawn = energy_of(
+            pupils.amplitude(place, flares, axis, axis, 550.0), 0.004, cell_means=True
+        )
         even = replace(place, uneven=())
-        assert drawn == pytest.approx(pupils.open_energy_mm2(even, flares, 550.0), rel=2e-3)  # cells on the border
+        assert drawn == pytest.approx(
+            pupils.open_energy_mm2(even, flares, 550.0), rel=2e-3
+        )  # cells on the border
 
 
 def test_a_point_keeps_its_light_whatever_the_shape_of_its_pupil():
@@ -165,7 +187,9 @@ def test_a_point_keeps_its_light_whatever_the_shape_of_its_pupil():
     _, place = place_at("double_gauss", 4.0, 14.0)
     light = float(place.psf(550.0, 2.0, 65).sum())
     round_one = float(replace(place, pupil_matrix=None).psf(550.0, 2.0, 65).sum())
-    assert light == pytest.approx(round_one, abs=1.5e-3) and 0.97 < light < 1  # a pupil 6 % narrower: 6 % more of 2 % outside
+    assert (
+        light == pytest.approx(round_one, abs=1.5e-3) and 0.97 < light < 1
+    )  # a pupil 6 % narrower: 6 % more of 2 % outside
 
 
 def test_the_ledger_states_what_the_ellipse_leaves():
@@ -173,7 +197,15 @@ def test_the_ledger_states_what_the_ellipse_leaves():
     lens = PrescribedLens(f_number=3.0, focal_length_mm=FOCAL_MM, distortion="none", falloff="none")
     x, rows = quantities.centres(9, 2 * np.tan(np.radians(14.0))), ledger.Ledger()
     with ledger.stage(rows, "lens"):
-        lens._state(quantities.plane(np.ones((1, 9, 1)), [REFERENCE_NM], x[4:5], x, quantities.RADIANCE, pitch_x=0.05), ledger)
+        lens._state(
+            quantities.plane(
+                np.ones((1, 9, 1)), [REFERENCE_NM], x[4:5], x, quantities.RADIANCE, pitch_x=0.05
+            ),
+            ledger,
+        )
     [stated] = [e for e in rows[0].errors if "exit pupil" in e.what]
-    assert stated.unit == "share of a point's light" and np.abs(found - wanted).sum() < stated.value < 0.04
+    assert (
+        stated.unit == "share of a point's light"
+        and np.abs(found - wanted).sum() < stated.value < 0.04
+    )
     assert not any("foreshortened" in e.what for e in rows[0].errors)

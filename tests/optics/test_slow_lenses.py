@@ -33,35 +33,66 @@ def airy(f_number: float, pitch_um: float, reach) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("f_number", "pitch_um", "reach"), [(100.0, 3.0, (15, 15)), (200.0, 3.0, (15, 15)), (256.0, 0.7, (20, 30)), (4.0, 0.125, (128, 128)), (100.0, 3.0, (134, 239))]
+    ("f_number", "pitch_um", "reach"),
+    [
+        (100.0, 3.0, (15, 15)),
+        (200.0, 3.0, (15, 15)),
+        (256.0, 0.7, (20, 30)),
+        (4.0, 0.125, (128, 128)),
+        (100.0, 3.0, (134, 239)),
+    ],
 )
 def test_exact_core_alone_serves_patterns_wider_than_tiles(f_number, pitch_um, reach, monkeypatch):
     refuse_lattices(monkeypatch)
     lens = build("lens", "diffraction_limited", f_number=f_number)
     made = kernels._made(lens, (), GREEN, (pitch_um, pitch_um), reach)
-    # of the peak; a tile's width moves the peak by (pi pitch / (wavelength N))^2 / 12: 4e-3 for the widest tile here
-    np.testing.assert_allclose(made.bands[0] / made.bands[0].max(), airy(f_number, pitch_um, reach) / made.bands[0].max(), atol=5e-3)
+    # of the peak; a tile's width moves the peak by (pi pitch / (wavelength N))^2 / 12: 4e-3 for the
+    # widest tile here
+    np.testing.assert_allclose(
+        made.bands[0] / made.bands[0].max(),
+        airy(f_number, pitch_um, reach) / made.bands[0].max(),
+        atol=5e-3,
+    )
     assert made.speckle.max() == 0 and made.wrap == 0
 
 
 def test_wavefront_of_a_slow_lens_needs_no_lattice_either(monkeypatch):
     refuse_lattices(monkeypatch)
-    slow = kernels._made(build("lens", "wavefront", f_number=200.0, zernike_um={4: 0.1}), (), GREEN, (3.0, 3.0), (15, 15)).bands[0]
+    slow = kernels._made(
+        build("lens", "wavefront", f_number=200.0, zernike_um={4: 0.1}),
+        (),
+        GREEN,
+        (3.0, 3.0),
+        (15, 15),
+    ).bands[0]
     # at 50 times the scale in f-number and tiles the pattern is the same (Fraunhofer)
-    same = kernels._made(build("lens", "wavefront", f_number=4.0, zernike_um={4: 0.1}), (), GREEN, (0.06, 0.06), (15, 15)).bands[0]
+    same = kernels._made(
+        build("lens", "wavefront", f_number=4.0, zernike_um={4: 0.1}),
+        (),
+        GREEN,
+        (0.06, 0.06),
+        (15, 15),
+    ).bands[0]
     np.testing.assert_allclose(slow, same, rtol=1e-5)
 
 
-@pytest.mark.parametrize(("name", "tiles", "pitch_um"), [("diffraction_limited", 64, 1000.0), ("wavefront", 1000, 30.0)])
+@pytest.mark.parametrize(
+    ("name", "tiles", "pitch_um"), [("diffraction_limited", 64, 1000.0), ("wavefront", 1000, 30.0)]
+)
 def test_frames_too_wide_for_a_fast_lens_are_refused_before_work(name, tiles, pitch_um):
     fast = {"f_number": 0.5, **({"zernike_um": {4: 0.1}} if name == "wavefront" else {})}
     start = process_time()
     with pytest.raises(ConfigError) as refused:
-        kernels.kernels(build("lens", name, **fast), (), GREEN, (pitch_um, pitch_um), (tiles - 1, tiles - 1))
+        kernels.kernels(
+            build("lens", name, **fast), (), GREEN, (pitch_um, pitch_um), (tiles - 1, tiles - 1)
+        )
     frame = Frame(tiles, tiles, (1e-3 * pitch_um / 4, 1e-3 * pitch_um / 4), (550.0,), sensed=False)
     with pytest.raises(ConfigError, match=r"lens\.f_number=") as planned:
         build("lens", name, **fast).kernel_bytes(frame, ())
-    at_work, advised = (float(re.search(r"lens\.f_number=([\d.]+)", str(r.value)).group(1)) for r in (refused, planned))
+    at_work, advised = (
+        float(re.search(r"lens\.f_number=([\d.]+)", str(r.value)).group(1))
+        for r in (refused, planned)
+    )
     assert advised >= at_work  # a plan that is accepted is not refused at work
     assert build("lens", name, **fast | {"f_number": advised}).kernel_bytes(frame, ()) > 0
     assert process_time() - start < 1.0
@@ -70,8 +101,12 @@ def test_frames_too_wide_for_a_fast_lens_are_refused_before_work(name, tiles, pi
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["diffraction_limited", "wavefront"])
 def test_lattices_of_slow_lenses_are_right_to_what_they_state(name, monkeypatch):
-    lens = build("lens", name, f_number=100.0, **({"zernike_um": {8: 0.05}} if name == "wavefront" else {}))
-    exact = kernels._made(lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0])).bands[0]
+    lens = build(
+        "lens", name, f_number=100.0, **({"zernike_um": {8: 0.05}} if name == "wavefront" else {})
+    )
+    exact = kernels._made(lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0])).bands[
+        0
+    ]
     monkeypatch.setattr(kernels, "CORE_TILES", 0)
     monkeypatch.setattr(kernels, "CORE_SAMPLES", 60)
     made = kernels._made(lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0]))
@@ -81,12 +116,21 @@ def test_lattices_of_slow_lenses_are_right_to_what_they_state(name, monkeypatch)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("f_number", "tiles", "pitch_um"), [(4.0, 129, 0.125), (100.0, 16, 3.0), (200.0, 16, 3.0)])
+@pytest.mark.parametrize(
+    ("f_number", "tiles", "pitch_um"), [(4.0, 129, 0.125), (100.0, 16, 3.0), (200.0, 16, 3.0)]
+)
 def test_small_frames_take_little_time_and_memory(f_number, tiles, pitch_um):
     code = (
         "import resource; import numpy as np; from isethdr_core.registry import build; import isethdr_optics.kernels as k;"
         f"k._made(build('lens', 'diffraction_limited', f_number={f_number}), (), np.array([550.0]), ({pitch_um},) * 2, ({tiles - 1},) * 2);"
         "use = resource.getrusage(resource.RUSAGE_SELF); print(use.ru_utime + use.ru_stime, use.ru_maxrss * 1024)"
     )
-    seconds, peak = map(float, subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split())
-    assert seconds < 5 and peak < 2**30  # 0.3 s and 0.13 GB beside the imports; lattices took 24 s and 4.3 GB
+    seconds, peak = map(
+        float,
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        ).stdout.split(),
+    )
+    assert (
+        seconds < 5 and peak < 2**30
+    )  # 0.3 s and 0.13 GB beside the imports; lattices took 24 s and 4.3 GB

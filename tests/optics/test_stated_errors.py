@@ -1,6 +1,7 @@
 """What a lens states, in units of a sensor's noise, against the error found by another, finer computation.
 
-Asked: the figure stated for 99 % of the pixels is at least the error found in 99 % of them, and at most ten times as much.
+Asked: the figure stated for 99 % of the pixels is at least the error found in 99 % of them, and at
+most ten times as much.
 """
 
 from __future__ import annotations
@@ -9,7 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from isethdr_optics import DiffractionLimitedLens, GhostFlare, IdealLens, ghosts, ghosts_draw, ghosts_trace
+from isethdr_optics import (
+    DiffractionLimitedLens,
+    GhostFlare,
+    IdealLens,
+    ghosts,
+    ghosts_draw,
+    ghosts_trace,
+)
 
 import isethdr_core as hdr
 from isethdr_core import ledger, lens_errors, noise_units, quantities
@@ -41,7 +49,12 @@ class Stated(NamedTuple):
 def stated(lens, flares, mixed, exposure_s) -> Stated:
     with ledger.stage(rows := ledger.Ledger(), "lens tested"):
         light = lens(mixed, flares)
-    sensor = build("sensor", "bayer", pitch_um=1e3 * F_MM * quantities.tile_pitch(mixed, "x"), exposure_s=exposure_s)
+    sensor = build(
+        "sensor",
+        "bayer",
+        pitch_um=1e3 * F_MM * quantities.tile_pitch(mixed, "x"),
+        exposure_s=exposure_s,
+    )
     captures = sensor(light, hdr.generator(seed=0))
     errors = lens_errors.asked_of(lens, flares, [sensor], None, mixed)
     shots = noise_units.electrons(captures, light, mixed, mixed, 0.0, errors)
@@ -53,24 +66,39 @@ def stated(lens, flares, mixed, exposure_s) -> Stated:
 
 def found(of: Stated, electrons) -> float:
     seen = of.shot.unsaturated
-    return float(np.quantile((np.abs(electrons - of.shot.total) / of.shot.sigma)[seen], noise_units.SHARE))
+    return float(
+        np.quantile((np.abs(electrons - of.shot.total) / of.shot.sigma)[seen], noise_units.SHARE)
+    )
 
 
 def magnified_exactly(make, mixed, captures):
     """Return electrons of a lens whose bands each have a focal length of their own: nothing is retiled, no point spread is drawn out."""
-    one, filters, side = captures.isel(capture=0), captures["filter"].values, captures.attrs["pitch_um"] * 1e-6
+    one, filters, side = (
+        captures.isel(capture=0),
+        captures["filter"].values,
+        captures.attrs["pitch_um"] * 1e-6,
+    )
     counting = one["quantum_efficiency"].values * photons_per_energy(mixed.wavelength.values)
     out = np.zeros(filters.shape)
     for band, wave in enumerate(mixed.wavelength.values):
         scale = 1 + np.interp(wave, list(MAGNIFIED_PERCENT), list(MAGNIFIED_PERCENT.values())) / 100
         own = make(focal_length_mm=F_MM * scale)(mixed)
         plane = own.values[band].astype(float) / scale**2  # as much light, on a larger image
-        at_pixels = resample_mean(plane, own.x.values, own.y.values, captures.x.values, captures.y.values, side, side)
+        at_pixels = resample_mean(
+            plane, own.x.values, own.y.values, captures.x.values, captures.y.values, side, side
+        )
         out += counting[filters, band] * at_pixels
     return out * float(one["exposure_s"]) * float(one["area_m2"])
 
 
-@pytest.mark.parametrize("lens, f_number, scatter", [(IdealLens, 4.0, 0.5), (DiffractionLimitedLens, 11.0, 0.5), (DiffractionLimitedLens, 11.0, 0.05)])
+@pytest.mark.parametrize(
+    "lens, f_number, scatter",
+    [
+        (IdealLens, 4.0, 0.5),
+        (DiffractionLimitedLens, 11.0, 0.5),
+        (DiffractionLimitedLens, 11.0, 0.05),
+    ],
+)
 def test_lateral_colour(lens, f_number, scatter):
     def make(**fields):
         return lens(**{"f_number": f_number, "focal_length_mm": F_MM, "falloff": "none"} | fields)
@@ -85,11 +113,18 @@ def test_ghosts(monkeypatch, bare):
     mixed = scene((60, 80), 5e-3, (450.0, 650.0), 200.0, 0.5)
     lens, flare = IdealLens(f_number=5.0, focal_length_mm=F_MM, falloff="none"), GhostFlare(bare)
     of = stated(lens, (flare,), mixed, 2e-4)
-    for module, name, finer in ((ghosts_draw, "POINTS", 4), (ghosts_draw, "CELLS", 4), (ghosts_trace, "NODES", 2), (ghosts, "RADIAL_BINS", 50)):
+    for module, name, finer in (
+        (ghosts_draw, "POINTS", 4),
+        (ghosts_draw, "CELLS", 4),
+        (ghosts_trace, "NODES", 2),
+        (ghosts, "RADIAL_BINS", 50),
+    ):
         monkeypatch.setattr(module, name, finer * getattr(module, name))
     monkeypatch.setattr(ghosts, "_beams", type(ghosts._beams)())
     error = found(of, stated(lens, (flare,), mixed, 2e-4).shot.total)
     assert error <= of.figure <= 10 * error and error > 1e-3, (error, of.figure)
     light = of.shot.parts[ghosts.PART]
     without = stated(lens, (), mixed, 2e-4).shot.total
-    np.testing.assert_allclose(light, of.shot.total - without, atol=1e-5 * without.max())  # float32 light
+    np.testing.assert_allclose(
+        light, of.shot.total - without, atol=1e-5 * without.max()
+    )  # float32 light

@@ -41,7 +41,9 @@ def mean_of_cells(j: int, rms_um: float) -> complex:
 
 
 # cells hold their part of the integral to 1.1e-4 of the open pupil, measured over all orders
-@pytest.mark.parametrize(("j", "rms_um"), [(71, 0.05), (84, 0.02), (600, 0.002), (820, 0.02), (840, 0.001)])
+@pytest.mark.parametrize(
+    ("j", "rms_um"), [(71, 0.05), (84, 0.02), (600, 0.002), (820, 0.02), (840, 0.001)]
+)
 def test_pupil_mean_of_high_orders(j, rms_um):
     assert mean_of_cells(j, rms_um) == pytest.approx(pupil_mean(j, rms_um), abs=2e-4)
 
@@ -55,16 +57,31 @@ def test_pupil_mean_of_every_index():
 @pytest.mark.parametrize("j", [84, 600])
 def test_light_of_high_orders_is_kept(j):
     rms_um = 0.03 if order(j)[0] < 20 else 0.003
-    steepest_um = 2 * 4.0 * pupils.steepest_um(lens(j, rms_um), WAVE_NM)  # where the steepest part of the wavefront sends light
+    steepest_um = (
+        2 * 4.0 * pupils.steepest_um(lens(j, rms_um), WAVE_NM)
+    )  # where the steepest part of the wavefront sends light
     count = int(steepest_um / 2) + 40
     light = float(lens(j, rms_um).psf(WAVE_NM, 4.0, count, integrated=True).sum())
-    clean = float(build("lens", "diffraction_limited").psf(WAVE_NM, 4.0, count, integrated=True).sum())
-    # beyond twice that lies what the stop's rim diffracts, as of a clean one, and as much again where the phase there is not even
+    clean = float(
+        build("lens", "diffraction_limited").psf(WAVE_NM, 4.0, count, integrated=True).sum()
+    )
+    # beyond twice that lies what the stop's rim diffracts, as of a clean one, and as much again
+    # where the phase there is not even
     assert light <= 1 + 1e-4
     assert 1 - light == pytest.approx(1 - clean, rel=0.5, abs=1e-4)
 
 
-@pytest.mark.parametrize("terms", [{LAST_INDEX + 1: 0.05}, {10**6: 0.05}, {10**400: 0.05}, {-1: 0.05}, {4: float("nan")}, {4: float("inf")}])
+@pytest.mark.parametrize(
+    "terms",
+    [
+        {LAST_INDEX + 1: 0.05},
+        {10**6: 0.05},
+        {10**400: 0.05},
+        {-1: 0.05},
+        {4: float("nan")},
+        {4: float("inf")},
+    ],
+)
 def test_terms_that_cannot_be_are_refused_at_once(terms):
     start = perf_counter()
     with pytest.raises(ConfigError, match="type for example"):
@@ -84,6 +101,7 @@ def test_interpolation_wavelengths_see_every_angle_of_a_wavefront():
     class Plan:
         lens, flares = build("lens", "wavefront", zernike_um={528: 0.1}), ()
 
-    # sin(32 theta) is 0 at 32 evenly spaced angles; the change of phase is that of the largest value, at the rim
+    # sin(32 theta) is 0 at 32 evenly spaced angles; the change of phase is that of the largest
+    # value, at the rim
     want = 2e3 * np.pi * 0.1 * 66**0.5 * (1 / 540 - 1 / 560)
     assert _change(Plan, 540.0, 560.0) == pytest.approx(want, rel=0.08)

@@ -1,7 +1,9 @@
 """Point spreads of a prescription by a direct sum over traced rays: the independent check of the lens `prescription`.
 
-Nothing here uses the pupil, the Zernike fits or the transforms of the package. Spheres are met in closed form, rays are
-refracted by the vector form of Snell's law, and complex amplitudes of rays are added at every image position.
+Nothing here uses the pupil, the Zernike fits or the transforms of the package. Spheres are met in
+closed form, rays are
+refracted by the vector form of Snell's law, and complex amplitudes of rays are added at every image
+position.
 """
 
 from __future__ import annotations
@@ -86,7 +88,8 @@ def _through(surface, before, behind, position, direction, path):
     px, py, pz = position[0], position[1], position[2] - surface.z_mm
     dx, dy, dz = direction
     c = surface.curvature_per_mm
-    # c (p + s d)^2 - 2 (p + s d)_z = 0: the root of the vertex side, in the form without cancellation
+    # c (p + s d)^2 - 2 (p + s d)_z = 0: the root of the vertex side, in the form without
+    # cancellation
     b = dz - c * (px * dx + py * dy + pz * dz)
     k = c * (px**2 + py**2 + pz**2) - 2 * pz
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -121,7 +124,8 @@ def chief_mm(lens, tangent: float, wavelength_nm: float) -> float:
 def exit_sphere_mm(lens, chief: float, wavelength_nm: float) -> float:
     """Return the radius of the sphere around an image point that passes through the middle of the exit pupil.
 
-    A ray close to the axis through the middle of the stop crosses the axis there, continued backwards.
+    A ray close to the axis through the middle of the stop crosses the axis there, continued
+    backwards.
     """
     near = 1e-4
     x = np.array([_chief_mm(lens, near, wavelength_nm)])
@@ -129,11 +133,15 @@ def exit_sphere_mm(lens, chief: float, wavelength_nm: float) -> float:
     return float(np.hypot(position[0, 0] * direction[2, 0] / direction[0, 0], chief))
 
 
-def direct_sum(fan: Fan, chief: float, radius_mm: float, wavelength_nm: float, x_um, y_um) -> Spread:
+def direct_sum(
+    fan: Fan, chief: float, radius_mm: float, wavelength_nm: float, x_um, y_um
+) -> Spread:
     """Add one spherical wave per ray, from where it crosses a sphere of `radius_mm` around the chief ray's image (Huygens).
 
-    The intensity at (x, y) is the square of the sum. Each amplitude is the root of the ray's power times the area of its cell on
-    the sphere, seen along the axis. The integral of the intensity over the sensor is wavelength^2 x the power (Parseval).
+    The intensity at (x, y) is the square of the sum. Each amplitude is the root of the ray's power
+    times the area of its cell on
+    the sphere, seen along the axis. The integral of the intensity over the sensor is wavelength^2 x
+    the power (Parseval).
     """
     away = fan.position - np.array([chief, 0.0, 0.0])[:, None, None]
     away[2] = 0.0
@@ -156,4 +164,6 @@ def direct_sum(fan: Fan, chief: float, radius_mm: float, wavelength_nm: float, x
 
 
 def _jacobian(first, second):
-    return np.gradient(first, axis=1) * np.gradient(second, axis=0) - np.gradient(first, axis=0) * np.gradient(second, axis=1)
+    return np.gradient(first, axis=1) * np.gradient(second, axis=0) - np.gradient(
+        first, axis=0
+    ) * np.gradient(second, axis=1)

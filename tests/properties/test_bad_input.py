@@ -29,21 +29,92 @@ from isethdr_core.registry import build, components
 from isethdr_core.runs import run_key
 from isethdr_core.testing.ranges import bad_fields
 
-LONGEST_S = 20      # of processor time for a plan
-TINY = ["~versions", "~flare.dirt", "~cameras", "report=false", *(f"~metric.{name}" for name in (
-    "dynamic_range", "snr", "colour", "ssim", "log_luminance", "contrast", "detection", "shares"))]
+LONGEST_S = 20  # of processor time for a plan
+TINY = [
+    "~versions",
+    "~flare.dirt",
+    "~cameras",
+    "report=false",
+    *(
+        f"~metric.{name}"
+        for name in (
+            "dynamic_range",
+            "snr",
+            "colour",
+            "ssim",
+            "log_luminance",
+            "contrast",
+            "detection",
+            "shares",
+        )
+    ),
+]
 QUICK = {"width": 16, "height": 12, "first_nm": 500.0, "last_nm": 600.0, "step_nm": 50.0}
-NUMBERS = ("0", "-1", "1", "1.7", "1e-300", "1e-9", "-1e-9", "1e9", "1e30", "1e308", "-1e30",
-           "nan", "inf", "-inf", "9223372036854775808", "-9223372036854775808", "1" + 40 * "0")
-TEXTS = ("true", "null", "''", "abc", "' '", "'\u00fc\u221e\u6f22'", "'../../x'", "'x.yaml'",
-         "'/'", "'nan'", "'1e3'", "'a\tb'", "'\x01'")
+NUMBERS = (
+    "0",
+    "-1",
+    "1",
+    "1.7",
+    "1e-300",
+    "1e-9",
+    "-1e-9",
+    "1e9",
+    "1e30",
+    "1e308",
+    "-1e30",
+    "nan",
+    "inf",
+    "-inf",
+    "9223372036854775808",
+    "-9223372036854775808",
+    "1" + 40 * "0",
+)
+TEXTS = (
+    "true",
+    "null",
+    "''",
+    "abc",
+    "' '",
+    "'\u00fc\u221e\u6f22'",
+    "'../../x'",
+    "'x.yaml'",
+    "'/'",
+    "'nan'",
+    "'1e3'",
+    "'a\tb'",
+    "'\x01'",
+)
 NESTED = (
-    "[]", "{}", "[1,2]", "[2,1]", "[nan,nan]", "[1e30,-1e30]", "[0,1e308]", "[[1,2],[3]]", "[null]",
-    "[[nan,1],[2,inf]]", "[a,b]", "{a:1}", "{a:{b:[1,{c:null}]}}", "{1:nan}", "{-5:1}", "{4:1e30}",
-    "{0:1,20:inf}", "{0:{4:nan},20:{}}", "{sky:-1}", "{sky:nan}", "{sky:{cd_m2:nan}}",
-    "{sky:{frequency_hz:inf,duty:2}}", "{model:brown_conrady,k1:nan}", "{model:brown_conrady,k1:1e9}",
-    "{model:kannala_brandt,k1:inf}", "{model:table,angle_deg:[0,1],radius_per_focal_length:[nan,1]}",
-    "{model:[1]}", "{model:table}", "[[[[[[1]]]]]]")
+    "[]",
+    "{}",
+    "[1,2]",
+    "[2,1]",
+    "[nan,nan]",
+    "[1e30,-1e30]",
+    "[0,1e308]",
+    "[[1,2],[3]]",
+    "[null]",
+    "[[nan,1],[2,inf]]",
+    "[a,b]",
+    "{a:1}",
+    "{a:{b:[1,{c:null}]}}",
+    "{1:nan}",
+    "{-5:1}",
+    "{4:1e30}",
+    "{0:1,20:inf}",
+    "{0:{4:nan},20:{}}",
+    "{sky:-1}",
+    "{sky:nan}",
+    "{sky:{cd_m2:nan}}",
+    "{sky:{frequency_hz:inf,duty:2}}",
+    "{model:brown_conrady,k1:nan}",
+    "{model:brown_conrady,k1:1e9}",
+    "{model:kannala_brandt,k1:inf}",
+    "{model:table,angle_deg:[0,1],radius_per_focal_length:[nan,1]}",
+    "{model:[1]}",
+    "{model:table}",
+    "[[[[[[1]]]]]]",
+)
 
 
 @cache
@@ -51,8 +122,10 @@ def turn(number: int) -> tuple[Any, dict[str, str]]:
     """Return a config with the member `number` of every kind, and {place in the config: kind}."""
     members = {kind: sorted(n for k, n in components() if k == kind) for kind in KINDS}
     names = {kind: of_kind[number % len(of_kind)] for kind, of_kind in members.items()}
-    typed = [f"+{kind}@{kind}.new={name}" if kind in KEYED else f"{kind}={name}"
-             for kind, name in names.items()]
+    typed = [
+        f"+{kind}@{kind}.new={name}" if kind in KEYED else f"{kind}={name}"
+        for kind, name in names.items()
+    ]
     where = {f"{kind}.new" if kind in KEYED else kind: kind for kind in KINDS}
     if names["scene"] not in ("night_drive", "tunnel"):
         typed[typed.index(f"renderer={names['renderer']}")] = "~renderer"
@@ -93,7 +166,9 @@ def typed(drawn: random.Random, annotation: Any) -> str:
     if annotation is bool:
         return drawn.choice(NUMBERS + TEXTS)
     if get_origin(annotation) is tuple:
-        return f"[{','.join(typed(drawn, part) for part in get_args(annotation) if part is not ...)}]"
+        return (
+            f"[{','.join(typed(drawn, part) for part in get_args(annotation) if part is not ...)}]"
+        )
     if get_origin(annotation) is dict and drawn.random() < 0.5:
         key, value = (typed(drawn, part) for part in get_args(annotation))
         return f"{{{key}:{value}}}"
@@ -120,6 +195,7 @@ def planned(number: int, place: str, key: str, text: str) -> Chain:
 @contextmanager
 def at_most(seconds: float):
     """Raise TimeoutError inside after so much processor time."""
+
     def late(number, frame):
         raise TimeoutError(f"longer than {seconds} s")
 
@@ -146,10 +222,12 @@ def inside(annotation: Any, value: Any) -> bool:
         return any(inside(part, value) for part in parts)
     if origin is dict:
         return isinstance(value, dict) and all(
-            inside(parts[0], k) and inside(parts[1], v) for k, v in value.items())
+            inside(parts[0], k) and inside(parts[1], v) for k, v in value.items()
+        )
     if origin is tuple:
         return isinstance(value, tuple) and all(
-            inside(parts[0] if parts[-1] is Ellipsis else parts[k], v) for k, v in enumerate(value))
+            inside(parts[0] if parts[-1] is Ellipsis else parts[k], v) for k, v in enumerate(value)
+        )
     return True
 
 
@@ -168,8 +246,12 @@ def trouble(seed: int, count: int, turns: int) -> list[str]:
         except Exception as crash:
             found.append(f"{case}: {type(crash).__name__}: {crash}")
         else:
-            found += [f"{case}: accepted {f.name}" for part in parts.components() for f in fields(part)
-                      if not inside(annotations(type(part))[f.name], getattr(part, f.name))]
+            found += [
+                f"{case}: accepted {f.name}"
+                for part in parts.components()
+                for f in fields(part)
+                if not inside(annotations(type(part))[f.name], getattr(part, f.name))
+            ]
     return found
 
 
@@ -177,14 +259,18 @@ def test_bad_input_is_planned_or_refused():
     assert not trouble(1, 100, 2)
 
 
-@pytest.mark.slow   # every component
+@pytest.mark.slow  # every component
 def test_much_bad_input_is_planned_or_refused():
     assert not trouble(2, 1500, max(sum(k == kind for k, _ in components()) for kind in KINDS))
 
 
 def test_every_number_of_a_bundled_component_declares_its_range():
-    without = [f"{comp.kind} {comp.name}: {name}" for comp in components().values()
-               for name, annotation in annotations(comp.cls).items() if undeclared(annotation)]
+    without = [
+        f"{comp.kind} {comp.name}: {name}"
+        for comp in components().values()
+        for name, annotation in annotations(comp.cls).items()
+        if undeclared(annotation)
+    ]
     assert not without
 
 

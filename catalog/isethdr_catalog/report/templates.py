@@ -1,7 +1,9 @@
 """Templates of the report (in `templates/`), filled in with every value escaped.
 
-Names come from users and from other people's plugins. Jinja2 escapes each of them, so that no name can
-add markup, a link or a script to the page. Only `Markup` passes unchanged: pictures and plots made here.
+Names come from users and from other people's plugins. Jinja2 escapes each of them, so that no name
+can
+add markup, a link or a script to the page. Only `Markup` passes unchanged: pictures and plots made
+here.
 """
 
 from __future__ import annotations
@@ -28,7 +30,10 @@ def _environment() -> Environment:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
-        loader=FileSystemLoader(FOLDER), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+        loader=FileSystemLoader(FOLDER),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
     )
     environment.filters["number"] = number
     return environment

@@ -16,9 +16,9 @@ from .inputs import irradiance, mixed
 from .verdict import Measured
 
 FIELDS = (
-    ("scene", "uniform", {"first_nm": 0.4, "last_nm": 0.7}),        # micrometres
-    ("scene", "uniform", {"first_nm": 4e-7, "last_nm": 7e-7}),      # metres
-    ("scene", "uniform", {"first_nm": 900.0, "last_nm": 1000.0}),   # invisible: no luminance
+    ("scene", "uniform", {"first_nm": 0.4, "last_nm": 0.7}),  # micrometres
+    ("scene", "uniform", {"first_nm": 4e-7, "last_nm": 7e-7}),  # metres
+    ("scene", "uniform", {"first_nm": 900.0, "last_nm": 1000.0}),  # invisible: no luminance
     ("scene", "night_drive", {"seed": -1}),
     ("scene", "night_drive", {"seed": 1.7}),
     ("scene", "night_drive", {"people": (3, 2)}),
@@ -48,7 +48,7 @@ FIELDS = (
     ("sensor", "bayer", {"prnu": 1e30}),
     ("sensor", "bayer", {"dark_spread": 1e30}),
     ("sensor", "bayer", {"inl_dn": -1.0}),
-    ("sensor", "bayer", {"full_well_e": 1.0}),                      # less than one code
+    ("sensor", "bayer", {"full_well_e": 1.0}),  # less than one code
     ("sensor", "bayer", {"qe_csv": "gone.csv"}),
     ("sensor", "split_pixel", {"fill_factor": (0.9, 0.5)}),
     ("isp", "linear", {"design_snr": 0.0}),
@@ -74,8 +74,12 @@ def cases() -> Iterator[tuple]:
     yield "a sensor with noise and no generator", without_generator, ConfigError
     yield "the scalar renderer on tiles that are not square", planned_scalar, ConfigError
     yield "tiles that the scalar renderer advises", advised, None
-    for what, depth in (("cells", cells()), ("complex", np.full(SHAPE, 5 + 1j)),
-                        ("negative", np.full(SHAPE, -5.0)), ("all NaN", np.full(SHAPE, np.nan))):
+    for what, depth in (
+        ("cells", cells()),
+        ("complex", np.full(SHAPE, 5 + 1j)),
+        ("negative", np.full(SHAPE, -5.0)),
+        ("all NaN", np.full(SHAPE, np.nan)),
+    ):
         yield f"deposit scene: depthMap {what}", partial(deposit, depth=depth), UnitError
     yield "deposit scene: a band in two spellings", partial(deposit, twice=True), CatalogError
     yield "deposit scene: a link to nothing", partial(deposit, dangling=True), CatalogError
@@ -117,8 +121,9 @@ def planned_scalar(width: int = 100, height: int = 56):
     from isethdr_core import compose
     from isethdr_core.pipeline import chain
 
-    return chain(compose(["renderer.variant=scalar", f"renderer.width={width}",
-                          f"renderer.height={height}"]))
+    return chain(
+        compose(["renderer.variant=scalar", f"renderer.width={width}", f"renderer.height={height}"])
+    )
 
 
 def advised() -> Measured:
@@ -146,13 +151,12 @@ def deposit(depth=None, twice: bool = False, dangling: bool = False):
     channels = {f"S0.{nm},000nm": light for nm in BANDS}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        with OpenEXR.File({"type": OpenEXR.scanlineimage},
-                          channels | ({"S0.550.000nm": light} if twice else {})) as file:
+        with OpenEXR.File(
+            {"type": OpenEXR.scanlineimage}, channels | ({"S0.550.000nm": light} if twice else {})
+        ) as file:
             file.write(str(folder / "scene_skymap.exr"))
         if depth is not None:
             savemat(folder / "scene.mat", {"sceneMeta": {"depthMap": depth}})
         if dangling:
             (folder / "scene_headlights.exr").symlink_to(folder / "gone.exr")
         return built("scene", "iset_exr", {"folder": name, "scene_id": "scene"})()
-
-
