@@ -20,7 +20,7 @@ class LinearIsp(Development):
         """Raise ConfigError where no capture has the name, or `demosaic` is not for the array."""
         if self.capture and self.capture not in form.captures:
             raise ConfigError(
-                f"isp.capture is {self.capture!r}; expected one of {', '.join(form.captures)}"
+                f"isp.capture is {self.capture!r}; expected the name of a capture of every sensor"
                 f"{did_you_mean(self.capture, form.captures)}; "
                 f"type isp.capture={form.captures[0]}"
             )
