@@ -11,7 +11,6 @@ from isethdr_core.testing import check
 from isethdr_core.testing.inputs import pattern
 
 
-@pytest.mark.slow
 def test_fewer_bands_leave_the_others_as_they_are():
     """Neighbours in a row, so that bands keep their width: the same places, cores of the same reach, knots of the same size."""
     lens = WavefrontLens(f_number=8.0, field_zernike_um={0: {}, 15: {8: 0.12, 5: 0.06}}, focal_shift_um={380.0: -80.0, 720.0: 80.0}, error_allowed=0.1)

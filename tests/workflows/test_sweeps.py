@@ -22,7 +22,6 @@ def attributes(home):
     return [json.loads((p / "zarr.json").read_text())["attributes"] for p in (home / "runs").glob("*.zarr")]
 
 
-@pytest.mark.slow
 def test_a_sweep_stores_every_combination_once_and_the_same_from_every_launcher(isethdr_home, tmp_path):
     other, few = tmp_path / "joblib", [*SWEEP[:-1], "seed=1"]
     parallel = start(*few, "hydra/launcher=joblib", "hydra.launcher.n_jobs=2", ISETHDR_HOME=str(other))
