@@ -44,7 +44,8 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
     if method == "learned" and len(names) > 1:
         from . import learned
 
-        ledger.left_out("noise in the choice of the learned filters", "variance is that of the filters chosen", 0.15, "of the variance")
+        why = "variance is that of the filters chosen"
+        ledger.left_out("noise in the choice of the learned filters", why, 0.2, "of the variance")
         planes, noise_map = learned.learned(mosaic, filters, names, variance)
         return Interpolated(planes, _near(bad, learned.RADIUS), noise_map)
     if method == "malvar":

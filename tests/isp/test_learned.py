@@ -97,7 +97,7 @@ def test_the_ledger_says_what_the_variance_leaves_out(bench):
     with ledger.stage(book, "isp") as row:
         LinearIsp(demosaic="learned")(bench.make(np.full((24, 32), 50.0)))
     [left] = [left for left in row.left_out if "learned filters" in left.what]
-    assert left.bound == 0.15      # docs/isp.md, Demosaic: 0.885 to 1.08 of the true variance
+    assert left.bound == 0.2  # docs/isp.md: 0.85 of the true variance on a chart of small patches
 
 
 def test_what_was_not_learned_is_said(bench):
