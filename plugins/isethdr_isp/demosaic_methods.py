@@ -6,7 +6,7 @@
 | `guided`   | any    | not stated: the slopes follow the noise                       |
 | `malvar`   | Bayer  | exact: the filters are linear                                 |
 | `menon`    | Bayer  | not stated: the directions follow the noise                   |
-| `learned`  | Bayer, RG/WB, RGBW 4 x 4 | of the filters, as if their choice did not follow the noise |
+| `learned`  | Bayer, RG/WB, RGBW 4 x 4 | not stated: the choice of filters follows the noise |
 """
 
 from __future__ import annotations
@@ -44,10 +44,9 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
     if method == "learned" and len(names) > 1:
         from . import learned
 
-        why = "variance is that of the filters chosen"
-        ledger.left_out("noise in the choice of the learned filters", why, 0.2, "of the variance")
-        planes, noise_map = learned.learned(mosaic, filters, names, variance)
-        return Interpolated(planes, _near(bad, learned.RADIUS), noise_map)
+        _state_unknown_variance(method)
+        planes = learned.learned(mosaic, filters, names, variance)
+        return Interpolated(planes, _near(bad, learned.RADIUS), None)
     if method == "malvar":
         planes = bayer(method, mosaic, filters, names)
         return Interpolated(planes, _near(bad, REACH), malvar_kernels(filters, names))

@@ -2,7 +2,7 @@
 
 Local, linear, learned (Jiang, Tian, Farrell, Wandell 2017): a table of 7 x 7 filters, chosen by `local_classes`. Every filter
 sums to 1 over the samples of the channel it makes and to 0 over those of every other, so a flat field of any colour comes back
-in the mean, whatever its class. Given the classes every pixel is linear in the samples, so the variance goes along.
+in the mean, whatever its class. The classes follow the noise, so no variance is stated.
 
 The table is trained by `isethdr study train_demosaic` on simulated pictures and says so itself: see `provenance`.
 """
@@ -10,9 +10,8 @@ The table is trained by `isethdr study train_demosaic` on simulated pictures and
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache, cached_property
+from collections.abc import Iterator, Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +19,6 @@ import numpy as np
 from isethdr_core.errors import UnitError
 
 from .local_classes import classes
-from .propagation import SampleNoise
 
 RADIUS = 3                      # pixels, half of a filter
 SIDE = 2 * RADIUS + 1
@@ -29,8 +27,8 @@ AT_ONCE = 1 << 16               # pixels whose neighbourhoods are held in memory
 LETTERS = "RGBW"                # channels come in this order
 
 
-def learned(mosaic, filters, names, variance, table=None) -> tuple[np.ndarray, ChosenFilters]:
-    """Return the channels (channel, y, x) of a mosaic of electrons, and the filters that made them.
+def learned(mosaic, filters, names, variance, table=None) -> np.ndarray:
+    """Return the channels (channel, y, x) of a mosaic of electrons.
 
     Parameters
     ----------
@@ -45,57 +43,36 @@ def learned(mosaic, filters, names, variance, table=None) -> tuple[np.ndarray, C
     """
     filters = np.asarray(filters)
     if min(filters.shape) < SIDE:
-        raise UnitError(f"a picture of {filters.shape} pixels is smaller than the learned filters; expected {SIDE} rows and columns "
-                        "or more; use isp.demosaic=bilinear")
+        raise UnitError(
+            f"a picture of {filters.shape} pixels is smaller than the learned filters; "
+            f"expected {SIDE} rows and columns or more; use isp.demosaic=bilinear"
+        )
     trained = matching(filters, names, load() if table is None else table)
-    chosen = ChosenFilters(trained, classes(mosaic, filters, variance))
-    samples = neighbourhoods(mosaic, chosen.cell)
+    samples = neighbourhoods(mosaic, trained.shape[:2])
     planes = np.empty((len(names), *filters.shape))
-    for weights, at in chosen.blocks:
+    for weights, at in _blocks(trained, classes(mosaic, filters, variance)):
         planes[(slice(None), *at)] = weights @ samples[at].reshape(len(at[0]), -1).T
-    return planes, chosen
+    return planes
 
 
-@dataclass(frozen=True, eq=False)
-class ChosenFilters:
-    """The filter of every pixel: a linear map of the samples as long as the classes stay."""
+def _blocks(trained: np.ndarray, kinds: np.ndarray) -> Iterator[tuple]:
+    """Yield a filter (channel, tap) and the (row, column) indices of at most `AT_ONCE` of its pixels.
 
-    trained: np.ndarray     # (row, column, class, channel, tap)
-    kinds: np.ndarray       # (y, x) class of every pixel
-
-    @property
-    def cell(self) -> tuple[int, int]:
-        """Return the rows and columns after which the filter array repeats."""
-        return self.trained.shape[:2]
-
-    @cached_property
-    def blocks(self) -> list[tuple]:
-        """Return (filter (channel, tap), (row, column) indices of pixels it makes), at most `AT_ONCE` pixels at a time."""
-        (rows, columns), out = self.cell, []
-        for y, x in np.ndindex(rows, columns):
-            here = self.kinds[y::rows, x::columns]
-            order = np.argsort(here, axis=None, kind="stable")
-            ends = np.searchsorted(here.ravel()[order], np.arange(self.trained.shape[2] + 1))
-            for kind, (first, last) in enumerate(zip(ends[:-1], ends[1:])):
-                for start in range(first, last, AT_ONCE):
-                    row, column = np.unravel_index(order[start:min(start + AT_ONCE, last)], here.shape)
-                    out.append((self.trained[y, x, kind], (row * rows + y, column * columns + x)))
-        return out
-
-    def variance(self, matrix, noise: SampleNoise) -> np.ndarray:
-        """Return the variance (out, y, x) of `matrix` (out, channel) times the channels, given the classes."""
-        out = np.zeros((len(matrix), *self.kinds.shape))
-        for part in noise.parts:
-            groups, samples = part.groups(list(np.ndindex(SIDE, SIDE))), part.samples()
-            if np.ndim(samples):
-                around = neighbourhoods(samples, self.cell)
-            for weights, at in self.blocks:
-                composed = np.asarray(matrix) @ weights
-                if np.ndim(samples) == 0:
-                    out[(slice(None), *at)] += part.gain(composed, groups)[:, None] * samples**2
-                else:
-                    out[(slice(None), *at)] += part.weighted(composed, groups, around[at].reshape(len(at[0]), -1).T)
-        return out
+    Parameters
+    ----------
+    trained : (row, column, class, channel, tap) filters.
+    kinds : (y, x) class of every pixel.
+    """
+    rows, columns = trained.shape[:2]
+    for y, x in np.ndindex(rows, columns):
+        here = kinds[y::rows, x::columns]
+        order = np.argsort(here, axis=None, kind="stable")
+        ends = np.searchsorted(here.ravel()[order], np.arange(trained.shape[2] + 1))
+        for kind, (first, last) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
+            for start in range(first, last, AT_ONCE):
+                block = order[start : min(start + AT_ONCE, last)]
+                row, column = np.unravel_index(block, here.shape)
+                yield trained[y, x, kind], (row * rows + y, column * columns + x)
 
 
 def neighbourhoods(image, cell_shape):

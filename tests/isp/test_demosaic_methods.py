@@ -95,7 +95,7 @@ def test_malvars_variance_is_that_of_the_noise():
     np.testing.assert_allclose(draws.var(0).mean((1, 2)), reported[:, 8:-8, 8:-8].mean((1, 2)), rtol=0.03)
 
 
-@pytest.mark.parametrize("method", ["guided", "menon"])
+@pytest.mark.parametrize("method", ["guided", "menon", "learned"])
 def test_methods_that_follow_the_picture_state_no_variance_and_say_so(bench, method):
     needs_package(method)
     book = ledger.Ledger()

@@ -1,13 +1,11 @@
-"""Learned demosaic: flat fields exact, variance that of the draws, every order of an array, and a file that says what it is."""
+"""Learned demosaic: flat fields exact, a mean without bias, every order of an array, and a file that says what it is."""
 
 import numpy as np
 import pytest
 from isethdr_isp import LinearIsp
 from isethdr_isp.learned import TABLE, cell_of, channels_of, exact, learned, load, provenance, sampled
 from isethdr_isp.local_classes import COUNT, classes
-from isethdr_isp.propagation import independent
 
-from isethdr_core import ledger
 from isethdr_core.errors import UnitError
 
 SIDE = 56
@@ -39,29 +37,30 @@ def test_sums_are_restored_whatever_rounding_did():
 
 @pytest.mark.parametrize("cell", load())
 @pytest.mark.parametrize("level", [2.0, 300.0])
-def test_mean_and_variance_are_those_of_the_draws(cell, level):
+def test_the_mean_is_that_of_the_field_and_the_noise_below_that_of_a_sample(cell, level):
     rng, channels = np.random.default_rng(3), channels_of(cell)
-    filters, colour = filters_of(cell), level * np.array([0.6, 1.0, 0.5, 2.0])[:len(channels)]
-    mean, read, planes, variances = colour[filters], 2.0, [], []
+    filters = filters_of(cell)
+    colour = level * np.array([0.6, 1.0, 0.5, 2.0])[: len(channels)]
+    mean, read = colour[filters], 2.0
+    planes = []
     for _ in range(40):
         mosaic = rng.poisson(mean) + read * rng.standard_normal(mean.shape)
         samples = np.maximum(mosaic + read**2, 0.1 * read**2)
-        values, chosen = learned(mosaic, filters, channels, samples)
-        planes.append(values[INNER])
-        variances.append(chosen.variance(np.eye(len(channels)), independent(samples))[INNER])
+        planes.append(learned(mosaic, filters, channels, samples)[INNER])
     true = np.var(planes, 0).mean((1, 2))
-    # 40 draws of 48 x 48 pixels, some 25 alike: the variance is known to 2.3 %, the mean to sd / 60
-    np.testing.assert_allclose(np.mean(variances, (0, 2, 3)) / true, 1, atol=0.09)
+    # 40 realisations of 48 x 48 pixels, some 25 alike: the mean is known to sd / 60
     assert np.all(np.abs(np.mean(planes, (0, 2, 3)) - colour) < 4 * np.sqrt(true) / 60)
+    # filters average samples, so none is noisier than the noisiest sample, with 4 times 2.3 % known
+    assert np.all(true < (colour.max() + read**2) * 1.1)
 
 
 def test_every_order_of_an_array_is_the_same_rule():
     rng, cell = np.random.default_rng(1), "WGWR/GWRW/WBWG/BWGW"
     mosaic = rng.uniform(50, 100, (SIDE, SIDE))
-    whole, _ = learned(mosaic, filters_of(cell), list("RGBW"), mosaic)
-    part, _ = learned(mosaic[1:, 2:], filters_of(cell)[1:, 2:], list("RGBW"), mosaic[1:, 2:])
+    whole = learned(mosaic, filters_of(cell), list("RGBW"), mosaic)
+    part = learned(mosaic[1:, 2:], filters_of(cell)[1:, 2:], list("RGBW"), mosaic[1:, 2:])
     np.testing.assert_allclose(part[..., 6:-6, 6:-6], whole[:, 1:, 2:][..., 6:-6, 6:-6], rtol=1e-12)
-    swapped, _ = learned(mosaic, 3 - filters_of(cell), list("WBGR"), mosaic)
+    swapped = learned(mosaic, 3 - filters_of(cell), list("WBGR"), mosaic)
     np.testing.assert_array_equal(swapped[::-1], whole)
 
 
@@ -90,14 +89,6 @@ def test_training_beats_the_bilinear_rule_on_pictures_it_never_saw(tmp_path):
 
     [row] = train_demosaic(str(tmp_path / "filters.npz"), pictures=2, arrays="RG/GB")
     assert row["learned_error"] < 0.8 * row["bilinear_error"]     # with these two; 0.61 with all
-
-
-def test_the_ledger_says_what_the_variance_leaves_out(bench):
-    book = ledger.Ledger()
-    with ledger.stage(book, "isp") as row:
-        LinearIsp(demosaic="learned")(bench.make(np.full((24, 32), 50.0)))
-    [left] = [left for left in row.left_out if "learned filters" in left.what]
-    assert left.bound == 0.2  # docs/isp.md: 0.85 of the true variance on a chart of small patches
 
 
 def test_what_was_not_learned_is_said(bench):

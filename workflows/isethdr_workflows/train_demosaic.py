@@ -159,6 +159,7 @@ def held_out(table: dict, cell: str, recipe: dict, pictures: int = 6) -> tuple[f
     channels, errors = channels_of(cell), []
     for number in range(pictures):
         planes, mosaic, filters, variance = example(cell, {**recipe, "seed": recipe["seed"] + 1}, number)
-        for seen in (demosaic(mosaic, filters, len(channels))[0], learned(mosaic, filters, channels, variance, table)[0]):
+        plain = demosaic(mosaic, filters, len(channels))[0]
+        for seen in (plain, learned(mosaic, filters, channels, variance, table)):
             errors.append(np.mean(((seen - planes) / planes.mean((1, 2), keepdims=True)) ** 2))
     return tuple(float(np.sqrt(np.mean(errors[k::2]))) for k in (0, 1))
