@@ -33,7 +33,9 @@ def rosenbrock_steps(charge, light, times, well):
     """Exponential Rosenbrock-Euler: the overflow is linearised at the start of each step."""
     for start, end in pairwise(times):
         h, out = end - start, well.overflow_e_per_s(charge)
-        charge = charge + np.exp(log_memory(h * out / well.thermal_e, h)) * (light(0.5 * (start + end)) - out)
+        charge = charge + np.exp(log_memory(h * out / well.thermal_e, h)) * (
+            light(0.5 * (start + end)) - out
+        )
     return charge
 
 
@@ -77,13 +79,24 @@ def reference(level, depth):
         end = mp.mpf(T)
 
         def to_come(left):
-            return a * (left + depth * (mp.sin(f * end - mp.pi / 2) - mp.sin(f * (end - left) - mp.pi / 2)) / f)
+            return a * (
+                left
+                + depth * (mp.sin(f * end - mp.pi / 2) - mp.sin(f * (end - left) - mp.pi / 2)) / f
+            )
 
         if depth == 0:
             memory = -mp.expm1(-a * end) / a
         else:
-            memory = mp.quad(lambda left: mp.exp(-to_come(left)), [0] + [end * mp.mpf(2) ** -k for k in range(45, -1, -1)])
-        gone = mp.mpf(WELL.knee_e_per_s) / WELL.thermal_e * memory * mp.exp(to_come(end) - mp.mpf(WELL.knee_e) / WELL.thermal_e)
+            memory = mp.quad(
+                lambda left: mp.exp(-to_come(left)),
+                [0] + [end * mp.mpf(2) ** -k for k in range(45, -1, -1)],
+            )
+        gone = (
+            mp.mpf(WELL.knee_e_per_s)
+            / WELL.thermal_e
+            * memory
+            * mp.exp(to_come(end) - mp.mpf(WELL.knee_e) / WELL.thermal_e)
+        )
         return WELL.thermal_e * (to_come(end) - mp.log1p(gone))
 
 
@@ -98,8 +111,15 @@ def seconds(call, *arguments, repeat=3):
 
 def step_costs():
     frame = np.repeat(LEVELS, 45000 // LEVELS.size)
-    return {name: seconds(method, np.zeros(frame.size), light_of(frame, 0.5), np.linspace(0, T, 9), WELL) / 8 / frame.size * 1e9
-            for name, (method, _) in METHODS.items()}
+    return {
+        name: seconds(
+            method, np.zeros(frame.size), light_of(frame, 0.5), np.linspace(0, T, 9), WELL
+        )
+        / 8
+        / frame.size
+        * 1e9
+        for name, (method, _) in METHODS.items()
+    }
 
 
 def relative(charge, wanted):
@@ -125,37 +145,91 @@ def main():
     for depth, kind in ((0.0, "constant light"), (0.5, "100 Hz ripple")):
         wanted = [reference(level, depth) for level in LEVELS]
         print(f"\n{kind}: largest relative error of the charge; light / saturation")
-        print(f"{'method':24s} {'steps':>6s} " + " ".join(f"{x:8.0e}" for x in TIMES_SATURATION) + "  ns per pixel")
+        print(
+            f"{'method':24s} {'steps':>6s} "
+            + " ".join(f"{x:8.0e}" for x in TIMES_SATURATION)
+            + "  ns per pixel"
+        )
         needed = {}
         for name, (method, times) in METHODS.items():
-            errors = {n: relative(method(np.zeros(LEVELS.size), light_of(LEVELS, depth), times(n), WELL), wanted) for n in STEPS}
+            errors = {
+                n: relative(
+                    method(np.zeros(LEVELS.size), light_of(LEVELS, depth), times(n), WELL), wanted
+                )
+                for n in STEPS
+            }
             needed[name] = fewest(errors)
             for n in (16, 256, 4096):
                 print(f"{name:24s} {n:6d} {shown(errors[n])}  {n * costs[name]:10.0f}")
         exact = flow if depth == 0 else flow_varying
-        arguments = (lambda v: (0.0, v, T, WELL)) if depth == 0 else (
-            lambda v, depth=depth: (0.0, lambda s, d: v * ripple_s(s, d, 100.0, depth, -0.25), 0.0, T, WELL))
+        arguments = (
+            (lambda v: (0.0, v, T, WELL))
+            if depth == 0
+            else (
+                lambda v, depth=depth: (
+                    0.0,
+                    lambda s, d: v * ripple_s(s, d, 100.0, depth, -0.25),
+                    0.0,
+                    T,
+                    WELL,
+                )
+            )
+        )
         ours = [seconds(exact, *arguments(np.full(45000, level))) / 45000 * 1e9 for level in LEVELS]
         whole = seconds(exact, *arguments(frame)) / frame.size * 1e9
-        print(f"{exact.__name__:24s} {'':6s} {shown(relative(exact(*arguments(LEVELS))[0], wanted))}  {whole:10.0f}")
-        base = np.where(np.isfinite(needed["Runge-Kutta 4"]), needed["Runge-Kutta 4"], LEVELS * T / 2.8 / WELL.thermal_e)
-        print(f"\n{kind}: time to a relative error of {WANTED:g}, times that of Runge-Kutta 4 (baseline, first line: ns per pixel)")
-        print(f"{'Runge-Kutta 4':24s} {'':6s} " + " ".join(f"{x:8.1e}" for x in base * costs["Runge-Kutta 4"]))
+        print(
+            f"{exact.__name__:24s} {'':6s} {shown(relative(exact(*arguments(LEVELS))[0], wanted))}  {whole:10.0f}"
+        )
+        base = np.where(
+            np.isfinite(needed["Runge-Kutta 4"]),
+            needed["Runge-Kutta 4"],
+            LEVELS * T / 2.8 / WELL.thermal_e,
+        )
+        print(
+            f"\n{kind}: time to a relative error of {WANTED:g}, times that of Runge-Kutta 4 (baseline, first line: ns per pixel)"
+        )
+        print(
+            f"{'Runge-Kutta 4':24s} {'':6s} "
+            + " ".join(f"{x:8.1e}" for x in base * costs["Runge-Kutta 4"])
+        )
         for name, steps in needed.items():
             if name != "Runge-Kutta 4":
-                print(f"{name:24s} {'':6s} " + " ".join("   never" if np.isinf(x) else f"{x:8.1e}" for x in steps * costs[name] / (base * costs["Runge-Kutta 4"])))
-        print(f"{exact.__name__:24s} {'':6s} " + " ".join(f"{x:8.1e}" for x in np.array(ours) / (base * costs["Runge-Kutta 4"])))
+                print(
+                    f"{name:24s} {'':6s} "
+                    + " ".join(
+                        "   never" if np.isinf(x) else f"{x:8.1e}"
+                        for x in steps * costs[name] / (base * costs["Runge-Kutta 4"])
+                    )
+                )
+        print(
+            f"{exact.__name__:24s} {'':6s} "
+            + " ".join(f"{x:8.1e}" for x in np.array(ours) / (base * costs["Runge-Kutta 4"]))
+        )
     print("\nscipy's Radau, tolerance 1e-6, 100 Hz ripple, one pixel at a time:")
     for factor, level, want in zip(TIMES_SATURATION, LEVELS, wanted, strict=True):
         start = time.process_time()
         try:
-            found = solve_ivp(lambda t, q, v=level: light_of(v, 0.5)(t) - WELL.overflow_e_per_s(q), (0, T), [0.0], method="Radau", rtol=1e-6, atol=1e-3)
+            found = solve_ivp(
+                lambda t, q, v=level: light_of(v, 0.5)(t) - WELL.overflow_e_per_s(q),
+                (0, T),
+                [0.0],
+                method="Radau",
+                rtol=1e-6,
+                atol=1e-3,
+            )
             error = f"error {abs(float(found.y[0, -1] - want) / float(want)):.0e}"
         except ValueError as problem:
             error = f"fails: {problem}"
-        print(f"{factor:8.0e} x saturation: {(time.process_time() - start) * 1e9:10.0f} ns, {error}")
-    print("\nns per pixel and step: " + ", ".join(f"{name} {cost:.0f}" for name, cost in costs.items()))
-    print(f"stable explicit Euler steps per second at 1e12 e/s: {1e12 / 2 / 530:.1e} at 530 e, {1e12 / 2 / 5:.1e} at 5 e")
+        print(
+            f"{factor:8.0e} x saturation: {(time.process_time() - start) * 1e9:10.0f} ns, {error}"
+        )
+    print(
+        "\nns per pixel and step: "
+        + ", ".join(f"{name} {cost:.0f}" for name, cost in costs.items())
+    )
+    print(
+        f"stable explicit Euler steps per second at 1e12 e/s: {1e12 / 2 / 530:.1e} at 530 e, {1e12 / 2 / 5:.1e} at 5 e"
+    )
 
 
 if __name__ == "__main__":

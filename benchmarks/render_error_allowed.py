@@ -22,9 +22,9 @@ from dataclasses import replace
 import numpy as np
 from render_light_groups import tests_scenes
 
-LEAST = 10                  # times the paths of the finest rendering: those of the judge
-NORMAL = 0.6745             # median |error| of a normal distribution, in standard deviations
-STEP = 1.2                  # between numbers of paths picked by hand
+LEAST = 10  # times the paths of the finest rendering: those of the judge
+NORMAL = 0.6745  # median |error| of a normal distribution, in standard deviations
+STEP = 1.2  # between numbers of paths picked by hand
 
 
 def scenes():
@@ -45,8 +45,20 @@ def passes_of(scene, settings):
     from isethdr_mitsuba.view import view_of
 
     groups, bands = list(scene.light_groups()), settings._bands(None)
-    view, surfaces = view_of(scene.camera, settings.width, settings.height, settings.margin), ramp_surfaces(scene)
-    one_pass = path_pass(scene, view, placed_lamps(scene), groups, bands, settings, build_world(scene, surfaces), surfaces)
+    view, surfaces = (
+        view_of(scene.camera, settings.width, settings.height, settings.margin),
+        ramp_surfaces(scene),
+    )
+    one_pass = path_pass(
+        scene,
+        view,
+        placed_lamps(scene),
+        groups,
+        bands,
+        settings,
+        build_world(scene, surfaces),
+        surfaces,
+    )
     return one_pass, groups, bands, view.shape
 
 
@@ -91,7 +103,9 @@ def table(name, scene, errors):
     from isethdr_mitsuba.radiance import estimate
     from isethdr_mitsuba.renderer import MitsubaRenderer
 
-    settings = MitsubaRenderer(width=96, height=54, margin=0.0, step_nm=100.0, samples=16, most_samples=100_000, seed=1)
+    settings = MitsubaRenderer(
+        width=96, height=54, margin=0.0, step_nm=100.0, samples=16, most_samples=100_000, seed=1
+    )
     one_pass, groups, bands, shape = passes_of(scene, settings)
     every = range(len(groups))
 
@@ -102,22 +116,40 @@ def table(name, scene, errors):
     runs = {allowed: follow(error_allowed=allowed) for allowed in errors}
     compiling = first - runs[errors[0]][0]
     seconds, judge = timed(lambda: judged(one_pass, runs[min(errors)][1].samples, bands))
-    print(f"{name}; kernel {compiling:.1f} CPU s, once; judge: at least {LEAST} x the paths, {seconds:.0f} CPU s", flush=True)
+    print(
+        f"{name}; kernel {compiling:.1f} CPU s, once; judge: at least {LEAST} x the paths, {seconds:.0f} CPU s",
+        flush=True,
+    )
     for allowed, (spent, found) in runs.items():
-        error = np.array([median_error(a, b) for a, b in zip(luminance_of(found.radiance, bands), judge, strict=True)])
+        error = np.array(
+            [
+                median_error(a, b)
+                for a, b in zip(luminance_of(found.radiance, bands), judge, strict=True)
+            ]
+        )
         goal = allowed * NORMAL
         picked = by_hand(one_pass, groups, bands, judge, goal, int(max(found.samples) * 4))
         hand, _ = follow(samples=int(picked.max()), seed=3)
         each, _ = timed(lambda picked=picked: group_by_group(one_pass, picked))
         for g in every:
-            print(f"  allowed {allowed:g}  {groups[g]:13s} paths {found.samples[g]:5d}  stated {found.noise[g]:.4f}  true {error[g]:.4f}  "
-                  f"true / allowed {error[g] / allowed:.2f}  by hand {picked[g]}", flush=True)
+            print(
+                f"  allowed {allowed:g}  {groups[g]:13s} paths {found.samples[g]:5d}  stated {found.noise[g]:.4f}  true {error[g]:.4f}  "
+                f"true / allowed {error[g] / allowed:.2f}  by hand {picked[g]}",
+                flush=True,
+            )
         # what is picked for the renderer's own true error in the groups that had to go on: paths go as 1 / error^2; where none had to, what is asked
         went_on = found.samples > settings.samples
-        same = hand * max((picked * (goal / np.maximum(error, 1e-9)) ** 2)[went_on]) / picked.max() if went_on.any() else hand
-        print(f"  allowed {allowed:g}  CPU s {spent:.2f}; by hand {hand:.2f}, ratio {spent / hand:.2f}, at the same true error {spent / same:.2f}, "
-              f"with the kernel {(spent + compiling) / same:.2f}; "
-              f"group by group {each:.2f}, ratio {spent / each:.2f}", flush=True)
+        same = (
+            hand * max((picked * (goal / np.maximum(error, 1e-9)) ** 2)[went_on]) / picked.max()
+            if went_on.any()
+            else hand
+        )
+        print(
+            f"  allowed {allowed:g}  CPU s {spent:.2f}; by hand {hand:.2f}, ratio {spent / hand:.2f}, at the same true error {spent / same:.2f}, "
+            f"with the kernel {(spent + compiling) / same:.2f}; "
+            f"group by group {each:.2f}, ratio {spent / each:.2f}",
+            flush=True,
+        )
 
 
 def judged(one_pass, samples, bands):
@@ -127,7 +159,9 @@ def judged(one_pass, samples, bands):
         sizes = [1024] * int(np.ceil(LEAST * least / 1024))
         total = 0.0
         for k, n in enumerate(sizes):
-            total = total + np.stack([values for _, _, values in one_pass(10_000 + 100 * g + k, n, [g])])
+            total = total + np.stack(
+                [values for _, _, values in one_pass(10_000 + 100 * g + k, n, [g])]
+            )
         out.append(total / len(sizes))
     return luminance_of(np.stack(out)[..., None, :], bands)
 

@@ -20,7 +20,7 @@ import numpy as np
 
 WIDTH, HEIGHT = 128, 72
 SAMPLES = {"ours": 64, "baseline": 64}  # paths per tile
-HALF = 448                              # of the reference, paths per tile
+HALF = 448  # of the reference, paths per tile
 
 
 def tests_scenes():
@@ -47,8 +47,14 @@ def main():
     make = tests_scenes()
     scene, settings = make.street(50), MitsubaRenderer(width=WIDTH, height=HEIGHT, margin=0.0)
     groups, bands = list(scene.light_groups()), settings._bands(None)
-    view, lamps, surfaces = view_of(scene.camera, WIDTH, HEIGHT, 0.0), placed_lamps(scene), ramp_surfaces(scene)
-    one_pass = path_pass(scene, view, lamps, groups, bands, settings, build_world(scene, surfaces), surfaces)
+    view, lamps, surfaces = (
+        view_of(scene.camera, WIDTH, HEIGHT, 0.0),
+        placed_lamps(scene),
+        ramp_surfaces(scene),
+    )
+    one_pass = path_pass(
+        scene, view, lamps, groups, bands, settings, build_world(scene, surfaces), surfaces
+    )
 
     def ours(seed, samples):
         out = np.zeros((len(groups), len(bands), *view.shape))
@@ -56,36 +62,56 @@ def main():
             out[g, band] = np.reshape(values, view.shape)
         return out
 
-    own = lambda films: [make.mitsubas_own(scene, settings, view, lamps, g, bands, films) for g in groups]
+    own = lambda films: [
+        make.mitsubas_own(scene, settings, view, lamps, g, bands, films) for g in groups
+    ]
     judges, straight = own(4), own(len(bands))
     baseline = lambda seed, samples: np.stack([render(seed, samples) for render in straight])
     started = time.process_time()
     halves = [np.stack([render(seed, HALF) for render in judges]) for seed in (1001, 1002)]
     reference = (halves[0] + halves[1]) / 2
     judge = [median_error(h, reference[g], halves[1][g]) / 2 for g, h in enumerate(halves[0])]
-    print(f"{WIDTH}x{HEIGHT}, {len(bands)} bands, groups {', '.join(groups)}; median relative error per tile and band")
-    print(f"{'reference by path, 2 x ' + str(HALF) + ' paths':40s} {time.process_time() - started:7.2f} CPU-s   "
-          + "  ".join(f"{g} {e:.4f}" for g, e in zip(groups, judge, strict=True)))
+    print(
+        f"{WIDTH}x{HEIGHT}, {len(bands)} bands, groups {', '.join(groups)}; median relative error per tile and band"
+    )
+    print(
+        f"{'reference by path, 2 x ' + str(HALF) + ' paths':40s} {time.process_time() - started:7.2f} CPU-s   "
+        + "  ".join(f"{g} {e:.4f}" for g, e in zip(groups, judge, strict=True))
+    )
     costs = {}
-    for name, render, samples in (("one pass, all groups (ours)", ours, SAMPLES["ours"]), ("four pruned passes of path + specfilm", baseline, SAMPLES["baseline"])):
-        render(1, samples)                                  # compile
+    for name, render, samples in (
+        ("one pass, all groups (ours)", ours, SAMPLES["ours"]),
+        ("four pruned passes of path + specfilm", baseline, SAMPLES["baseline"]),
+    ):
+        render(1, samples)  # compile
         start = time.process_time()
         picture = render(2, samples)
         seconds = time.process_time() - start
-        seen = np.array([median_error(picture[g], reference[g], reference[g]) for g in range(len(groups))])
+        seen = np.array(
+            [median_error(picture[g], reference[g], reference[g]) for g in range(len(groups))]
+        )
         squares = np.maximum(seen**2 - np.square(judge), 0)
         costs[name] = seconds * squares
-        print(f"{name:40s} {seconds:7.2f} CPU-s   " + "  ".join(f"{g} {np.sqrt(e):.4f} (seen {s:.4f})" for g, e, s in zip(groups, squares, seen, strict=True)))
+        print(
+            f"{name:40s} {seconds:7.2f} CPU-s   "
+            + "  ".join(
+                f"{g} {np.sqrt(e):.4f} (seen {s:.4f})"
+                for g, e, s in zip(groups, squares, seen, strict=True)
+            )
+        )
     ratio = np.divide(*reversed(list(costs.values())))
-    print("CPU seconds to equal error, baseline / ours: " + "  ".join(f"{g} {r:.1f}" for g, r in zip(groups, ratio, strict=True))
-          + f"   geometric mean {np.exp(np.log(ratio).mean()):.1f}")
+    print(
+        "CPU seconds to equal error, baseline / ours: "
+        + "  ".join(f"{g} {r:.1f}" for g, r in zip(groups, ratio, strict=True))
+        + f"   geometric mean {np.exp(np.log(ratio).mean()):.1f}"
+    )
 
 
 def median_error(picture, reference, against):
     """Return the median over tiles and bands of |picture - against| / reference, on tiles above 1 % of the group's mean."""
     lit = reference.mean(0) > 0.01 * reference.mean()
     picture, reference, against = picture[:, lit], reference[:, lit], against[:, lit]
-    there = reference > 1e-3 * reference.mean(0)             # a lamp may have no light in some bands
+    there = reference > 1e-3 * reference.mean(0)  # a lamp may have no light in some bands
     return float(np.median(np.abs(picture - against)[there] / reference[there]))
 
 

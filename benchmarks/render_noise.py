@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from render_error_allowed import NORMAL, luminance_of, passes_of
 
-RENDERINGS = {4: 200, 16: 50}     # of four passes of so many paths
+RENDERINGS = {4: 200, 16: 50}  # of four passes of so many paths
 
 
 def main():
@@ -29,9 +29,13 @@ def main():
     settings = MitsubaRenderer(width=48, height=27, margin=0.0, step_nm=100.0)
     for name, seed in (("night_drive", 23), ("tunnel", 11)):
         if not sys.argv[1:] or name in sys.argv[1:]:
-            one_pass, groups, bands, shape = passes_of(hdr.build("scene", name, seed=seed)(), settings)
+            one_pass, groups, bands, shape = passes_of(
+                hdr.build("scene", name, seed=seed)(), settings
+            )
             for paths, count in RENDERINGS.items():
-                rows(f"{name} (seed {seed})", one_pass, groups, bands, shape, settings, paths, count)
+                rows(
+                    f"{name} (seed {seed})", one_pass, groups, bands, shape, settings, paths, count
+                )
 
 
 def rows(name, one_pass, groups, bands, shape, settings, paths, count):
@@ -39,22 +43,39 @@ def rows(name, one_pass, groups, bands, shape, settings, paths, count):
     from isethdr_mitsuba.radiance import estimate, weighted_median
 
     passes = [list(one_pass(k, paths, None)) for k in range(4 * count)]
-    light = np.stack([luminance_of(np.reshape([v for _, _, v in one], (len(groups), len(bands), *shape)), bands) for one in passes])   # (pass, group, tile)
+    light = np.stack(
+        [
+            luminance_of(
+                np.reshape([v for _, _, v in one], (len(groups), len(bands), *shape)), bands
+            )
+            for one in passes
+        ]
+    )  # (pass, group, tile)
     true, mean = light.std(0, ddof=1) / 2, light.mean(0)
     replay = iter(passes)
-    found = [estimate(lambda *_: next(replay), replace(settings, samples=4 * paths), groups, bands, shape) for _ in range(count)]
+    found = [
+        estimate(
+            lambda *_: next(replay), replace(settings, samples=4 * paths), groups, bands, shape
+        )
+        for _ in range(count)
+    ]
     for g, group in enumerate(groups):
-        if group == "sky":      # which has no noise to speak of
+        if group == "sky":  # which has no noise to speak of
             continue
         used = mean[g] > 0.01 * mean[g].mean()
         stated = np.stack([f.xyz_noise[g, 1].ravel()[used] for f in found])
         off = np.abs(light[:, g, used].reshape(count, 4, -1).mean(1) - mean[g, used])
         ratio = true[g, used] / np.maximum(stated, 1e-300)
         # as `error_allowed` is judged: the median tile's error, which is 0.6745 of the noise where that is normal
-        whole = np.median([weighted_median(one / mean[g, used], mean[g, used]) for one in off]) / NORMAL
-        print(f"{name} {group:13s} {4 * paths:4d} paths: true / stated: median tile {np.median(ratio):.2f}, nine of ten below {np.quantile(ratio, 0.9):.1f}, "
-              f"rms {np.sqrt(np.mean(true[g, used] ** 2) / np.mean(stated**2)):.2f}; beyond 2 stated {100 * np.mean(off > 2 * stated):.1f} %, "
-              f"beyond 3 {100 * np.mean(off > 3 * stated):.1f} %; group: true {whole:.3f}, / stated {whole / np.median([f.noise[g] for f in found]):.2f}", flush=True)
+        whole = (
+            np.median([weighted_median(one / mean[g, used], mean[g, used]) for one in off]) / NORMAL
+        )
+        print(
+            f"{name} {group:13s} {4 * paths:4d} paths: true / stated: median tile {np.median(ratio):.2f}, nine of ten below {np.quantile(ratio, 0.9):.1f}, "
+            f"rms {np.sqrt(np.mean(true[g, used] ** 2) / np.mean(stated**2)):.2f}; beyond 2 stated {100 * np.mean(off > 2 * stated):.1f} %, "
+            f"beyond 3 {100 * np.mean(off > 3 * stated):.1f} %; group: true {whole:.3f}, / stated {whole / np.median([f.noise[g] for f in found]):.2f}",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

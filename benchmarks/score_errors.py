@@ -14,7 +14,15 @@ import time
 import numpy as np
 from render_light_groups import tests_scenes
 
-METRICS = ("ideal", "snr_curve", "dynamic_range", "ciede2000", "ssim", "log_luminance_error", "contrast_detection")
+METRICS = (
+    "ideal",
+    "snr_curve",
+    "dynamic_range",
+    "ciede2000",
+    "ssim",
+    "log_luminance_error",
+    "contrast_detection",
+)
 WHOLE = 10**6  # pixels: no picture is cut into parts
 
 
@@ -25,9 +33,22 @@ def camera_of(scene, weights, tiles_wide, pitch_um):
     from isethdr_core.pipeline import Camera
     from isethdr_core.truth import truth
 
-    mixed = hdr.build("lighting", "weights", weights={g: weights.get(g, 1.0) for g in map(str, scene.light_group.values)})(scene)
-    light = hdr.build("lens", "ideal", f_number=2.0, focal_length_mm=3e-3 * tiles_wide / mixed.attrs["field_width"])(mixed)
-    sensor, isp, metrics = hdr.build("sensor", "bayer", pitch_um=pitch_um), hdr.build("isp", "linear"), [hdr.build("metric", m) for m in METRICS]
+    mixed = hdr.build(
+        "lighting",
+        "weights",
+        weights={g: weights.get(g, 1.0) for g in map(str, scene.light_group.values)},
+    )(scene)
+    light = hdr.build(
+        "lens",
+        "ideal",
+        f_number=2.0,
+        focal_length_mm=3e-3 * tiles_wide / mixed.attrs["field_width"],
+    )(mixed)
+    sensor, isp, metrics = (
+        hdr.build("sensor", "bayer", pitch_um=pitch_um),
+        hdr.build("isp", "linear"),
+        [hdr.build("metric", m) for m in METRICS],
+    )
     again = lambda changed: isp(sensor(changed, hdr.generator(seed=0)))
     picture = again(light)
     camera = Camera(None, picture, truth(mixed, picture), None)
@@ -51,7 +72,9 @@ def compare(title, description, weights, tiles, pitch_um, samples, seeds, judge,
     from isethdr_mitsuba.renderer import MitsubaRenderer
 
     def seen(seed, paths):
-        scene = MitsubaRenderer(width=tiles[0], height=tiles[1], margin=0.0, samples=paths, step_nm=50.0, seed=seed)(description)
+        scene = MitsubaRenderer(
+            width=tiles[0], height=tiles[1], margin=0.0, samples=paths, step_nm=50.0, seed=seed
+        )(description)
         return camera_of(scene, weights, tiles[0], pitch_um)
 
     start = time.process_time()
@@ -64,12 +87,21 @@ def compare(title, description, weights, tiles, pitch_um, samples, seeds, judge,
         for way, (block, count) in ways.items():
             for name, value in stated(given, block, count).items():
                 said[way].setdefault(name, []).append(value)
-    print(f"\n{title}, {samples} paths, {seeds} renderings against one of {judge} paths ({time.process_time() - start:.0f} CPU s)")
-    print(f"{'score':32s} {'value':>9s} {'off':>9s} {'shift':>9s}  stated / off: " + ", ".join(ways))
+    print(
+        f"\n{title}, {samples} paths, {seeds} renderings against one of {judge} paths ({time.process_time() - start:.0f} CPU s)"
+    )
+    print(
+        f"{'score':32s} {'value':>9s} {'off':>9s} {'shift':>9s}  stated / off: " + ", ".join(ways)
+    )
     for name, off in found.items():
         rms = float(np.sqrt(np.mean(np.square(off))))
-        ratios = [float(np.sqrt(np.mean(np.square(said[way].get(name, [np.nan]))))) / rms for way in ways]
-        print(f"{name:32s} {true.get(name, np.nan):9.3g} {rms:9.2g} {np.mean(off):9.2g}  " + "  ".join(f"{ratio:.2f}" for ratio in ratios))
+        ratios = [
+            float(np.sqrt(np.mean(np.square(said[way].get(name, [np.nan]))))) / rms for way in ways
+        ]
+        print(
+            f"{name:32s} {true.get(name, np.nan):9.3g} {rms:9.2g} {np.mean(off):9.2g}  "
+            + "  ".join(f"{ratio:.2f}" for ratio in ratios)
+        )
 
 
 def main() -> None:
@@ -78,8 +110,28 @@ def main() -> None:
 
     street, night = tests_scenes().street(8), hdr.build("scene", "night_drive", seed=23)()
     for samples in (16, 96):
-        compare("street", street, {}, (48, 27), 3.0, samples, 32, 4096, {"12 changes of the whole": (WHOLE, 12)})
-    compare("night drive", night, {"sky": 1e-5}, (192, 108), 1.5, 24, 10, 512, {"6 changes of the whole": (WHOLE, 6), "parts": (36, 6)})
+        compare(
+            "street",
+            street,
+            {},
+            (48, 27),
+            3.0,
+            samples,
+            32,
+            4096,
+            {"12 changes of the whole": (WHOLE, 12)},
+        )
+    compare(
+        "night drive",
+        night,
+        {"sky": 1e-5},
+        (192, 108),
+        1.5,
+        24,
+        10,
+        512,
+        {"6 changes of the whole": (WHOLE, 6), "parts": (36, 6)},
+    )
 
 
 if __name__ == "__main__":

@@ -33,8 +33,19 @@ def light():
     pitch = 2.8e-6
     values = np.empty((BANDS, HEIGHT, WIDTH), np.float32)
     values[:] = np.geomspace(3e-7, 1.0, WIDTH, dtype=np.float32)
-    return plane(values, np.linspace(400, 700, BANDS), centres(WIDTH, WIDTH * pitch), centres(HEIGHT, HEIGHT * pitch), IRRADIANCE, f_number=4.0,
-                 focal_length_mm=4.0, throughput_sr=np.pi / 65, falloff="none", field_width=WIDTH * pitch, field_height=HEIGHT * pitch)
+    return plane(
+        values,
+        np.linspace(400, 700, BANDS),
+        centres(WIDTH, WIDTH * pitch),
+        centres(HEIGHT, HEIGHT * pitch),
+        IRRADIANCE,
+        f_number=4.0,
+        focal_length_mm=4.0,
+        throughput_sr=np.pi / 65,
+        falloff="none",
+        field_width=WIDTH * pitch,
+        field_height=HEIGHT * pitch,
+    )
 
 
 def cpu_seconds(call, repeats: int = 3) -> float:
@@ -90,9 +101,15 @@ def main() -> int:
     ratio = shot / (draws + projection)
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         hashes = {*pool.map(digest, (1, 16, 270)), digest(15)}
-    print(f"shot {shot:.3f} s (first of a device {first:.3f} s); three Poisson draws {draws:.3f} s, projection {projection:.3f} s")
-    print(f"ratio {ratio:.2f} (target {LARGEST_RATIO:g}); peak {peak:.0f} MB with the input (target {LARGEST_MB:g})")
-    print(f"blocks of 1, 15, 16, 270 rows, three processes: {'the same bits' if len(hashes) == 1 else 'DIFFERENT BITS'}")
+    print(
+        f"shot {shot:.3f} s (first of a device {first:.3f} s); three Poisson draws {draws:.3f} s, projection {projection:.3f} s"
+    )
+    print(
+        f"ratio {ratio:.2f} (target {LARGEST_RATIO:g}); peak {peak:.0f} MB with the input (target {LARGEST_MB:g})"
+    )
+    print(
+        f"blocks of 1, 15, 16, 270 rows, three processes: {'the same bits' if len(hashes) == 1 else 'DIFFERENT BITS'}"
+    )
     return int(ratio > LARGEST_RATIO or peak > LARGEST_MB or len(hashes) > 1)
 
 

@@ -40,17 +40,30 @@ def lights():
     """Return spectra of the night: sky, halogen, sodium, mercury, white LED; (light, band), mean 1."""
     micron = BANDS_NM * 1e-3
     planck = [micron**-5 / np.expm1(14388 / (micron * t)) for t in (9000, 3000)]
-    lines = [0.03 + bump(589, 7) + 0.4 * bump(568, 4) + 0.5 * bump(616, 4), 0.02 + bump(436, 3) + bump(546, 3) + 0.8 * bump(578, 3)]
+    lines = [
+        0.03 + bump(589, 7) + 0.4 * bump(568, 4) + 0.5 * bump(616, 4),
+        0.02 + bump(436, 3) + bump(546, 3) + 0.8 * bump(578, 3),
+    ]
     out = np.stack([*planck, *lines, bump(452, 9) + 0.7 * bump(560, 55)])
     return out / out.mean(1, keepdims=True)
 
 
 def materials():
     """Return reflectances (material, band): asphalt, concrete, grass, red, blue, yellow."""
+
     def rise(at, width):
         return 1 / (1 + np.exp((at - BANDS_NM) / width))
-    return np.stack([0.08 + 0.02 * rise(600, 80), 0.3 + 0.1 * rise(520, 60), 0.05 + 0.1 * bump(550, 25) + 0.4 * rise(690, 10),
-                     0.05 + 0.6 * rise(600, 12), 0.04 + 0.4 * bump(455, 30), 0.06 + 0.7 * rise(515, 12)])
+
+    return np.stack(
+        [
+            0.08 + 0.02 * rise(600, 80),
+            0.3 + 0.1 * rise(520, 60),
+            0.05 + 0.1 * bump(550, 25) + 0.4 * rise(690, 10),
+            0.05 + 0.6 * rise(600, 12),
+            0.04 + 0.4 * bump(455, 30),
+            0.06 + 0.7 * rise(515, 12),
+        ]
+    )
 
 
 def night(height, width, lamp=1e8):
@@ -59,29 +72,57 @@ def night(height, width, lamp=1e8):
 
     rng, spectra = np.random.default_rng(3), lights()
     y, x = np.mgrid[:height, :width].astype(np.float32)
-    kind = rng.integers(0, 6, (-(-height // 30), -(-width // 40))).repeat(30, 0).repeat(40, 1)[:height, :width]
-    waves = [sum(np.sin(x * a + y * b + c) for a, b, c in rng.uniform(0.002, 0.03, (4, 3))) for _ in spectra]
-    amounts = np.stack([10 ** (0.5 * wave - shade) for wave, shade in zip(waves, (1.0, 0.5, 0.5, 1.0, 0.8))])
-    values, seen = np.empty((len(BANDS_NM), height, width), np.float32), spectra[:, None] * materials()
+    kind = (
+        rng.integers(0, 6, (-(-height // 30), -(-width // 40)))
+        .repeat(30, 0)
+        .repeat(40, 1)[:height, :width]
+    )
+    waves = [
+        sum(np.sin(x * a + y * b + c) for a, b, c in rng.uniform(0.002, 0.03, (4, 3)))
+        for _ in spectra
+    ]
+    amounts = np.stack(
+        [10 ** (0.5 * wave - shade) for wave, shade in zip(waves, (1.0, 0.5, 0.5, 1.0, 0.8))]
+    )
+    values, seen = (
+        np.empty((len(BANDS_NM), height, width), np.float32),
+        spectra[:, None] * materials(),
+    )
     for band in range(len(BANDS_NM)):
-        values[band] = sum(amount * part[kind] for amount, part in zip(amounts, seen[:, :, band].astype(np.float32)))
+        values[band] = sum(
+            amount * part[kind]
+            for amount, part in zip(amounts, seen[:, :, band].astype(np.float32))
+        )
     values /= np.median(values.mean(0))
     for size in rng.choice([1, 1, 3, 9], 40):
         i, j = int(rng.uniform(0, height - size)), int(rng.uniform(0, width - size))
-        values[:, i : i + size, j : j + size] += (lamp * 10 ** -rng.uniform(0, 3) * spectra[rng.integers(1, 5)])[:, None, None]
+        values[:, i : i + size, j : j + size] += (
+            lamp * 10 ** -rng.uniform(0, 3) * spectra[rng.integers(1, 5)]
+        )[:, None, None]
     for band in values:
         band *= (1 + 0.005 * rng.standard_normal((height, width), np.float32)) * np.float32(LEVEL)
     step = PITCH_UM * 1e-3 / FOCAL_MM
-    return plane(values, BANDS_NM, centres(width, width * step), centres(height, height * step), RADIANCE,
-                 field_width=width * step, field_height=height * step)
+    return plane(
+        values,
+        BANDS_NM,
+        centres(width, width * step),
+        centres(height, height * step),
+        RADIANCE,
+        field_width=width * step,
+        field_height=height * step,
+    )
 
 
 def optics(aberrated=False):
     """Return the lens and its flares."""
     from isethdr_core.registry import build
 
-    name, more = ("wavefront", {"zernike_um": {7: 0.05}}) if aberrated else ("diffraction_limited", {})
-    return build("lens", name, f_number=F_NUMBER, focal_length_mm=FOCAL_MM, **more), (build("flare", "aperture"),)
+    name, more = (
+        ("wavefront", {"zernike_um": {7: 0.05}}) if aberrated else ("diffraction_limited", {})
+    )
+    return build("lens", name, f_number=F_NUMBER, focal_length_mm=FOCAL_MM, **more), (
+        build("flare", "aperture"),
+    )
 
 
 def camera():
@@ -97,7 +138,9 @@ def aperture(samples=1024):
     """Return the pupil's amplitude on a square grid across the stop."""
     radius = FOCAL_MM / F_NUMBER / 2
     at = ((np.arange(samples) + 0.5) / samples * 2 - 1) * radius
-    return np.asarray(optics()[1][0].pupil(at[None, :], at[:, None], 550.0), float) * (np.hypot(at[None, :], at[:, None]) < radius)
+    return np.asarray(optics()[1][0].pupil(at[None, :], at[:, None], 550.0), float) * (
+        np.hypot(at[None, :], at[:, None]) < radius
+    )
 
 
 def shared_rule(radiance, pupil):
@@ -107,7 +150,9 @@ def shared_rule(radiance, pupil):
     oy, ox = (n - ny) // 2, (n - nx) // 2
     out, padded = np.empty((count, ny, nx)), np.zeros((n, n))
     for band, wave in enumerate(BANDS_NM):
-        spacing_mm = wave * 1e-3 * FOCAL_MM / (n * PITCH_UM)  # of the pupil, so that a sample of the image is a pixel
+        spacing_mm = (
+            wave * 1e-3 * FOCAL_MM / (n * PITCH_UM)
+        )  # of the pupil, so that a sample of the image is a pixel
         size = min(n, round(FOCAL_MM / F_NUMBER / spacing_mm))
         at, first = np.arange(size) * len(pupil) // size, (n - size) // 2
         field = np.zeros((n, n), complex)
@@ -130,7 +175,9 @@ def private_bytes() -> int:
 
 def clocked(call):
     """Return wall seconds, CPU seconds, and peak private bytes above what was held before."""
-    ctypes.CDLL(None).malloc_trim(0)  # what earlier calls freed goes back, so that it is counted when it is taken again
+    ctypes.CDLL(None).malloc_trim(
+        0
+    )  # what earlier calls freed goes back, so that it is counted when it is taken again
     before, peak, done = private_bytes(), [0], threading.Event()
 
     def watch():
@@ -167,8 +214,14 @@ def rule_row(scene):
 def our_rows(scene, aberrated, repeats=3):
     """Return the clockings of the first image of a process and of the best of `repeats` more, irradiance and photocurrent."""
     (lens, flares), (_, response) = optics(aberrated), camera()
-    ways = {"irradiance": lambda: lens(scene, flares), "photocurrent": lambda: lens.photocurrent(scene, flares, response)}
-    return {name: (clocked(way), min(clocked(way) for _ in range(repeats))) for name, way in ways.items()}
+    ways = {
+        "irradiance": lambda: lens(scene, flares),
+        "photocurrent": lambda: lens.photocurrent(scene, flares, response),
+    }
+    return {
+        name: (clocked(way), min(clocked(way) for _ in range(repeats)))
+        for name, way in ways.items()
+    }
 
 
 def errors(scene, aberrated):
@@ -180,15 +233,22 @@ def errors(scene, aberrated):
     if "channel" not in short.dims:
         return float("nan"), float("nan")
     short = sensor.expected(short).values
-    long = sensor.expected(imaging.irradiance(lens, scene, flares, imaging.parts(lens, scene, flares, response))).values
+    long = sensor.expected(
+        imaging.irradiance(lens, scene, flares, imaging.parts(lens, scene, flares, response))
+    ).values
     share = np.abs(short - long) / np.sqrt(long + response.read_noise_e**2)
     return share[long < FULL_WELL_E].max(initial=0.0), share[long >= FULL_WELL_E].max(initial=0.0)
 
 
 def show(name, row, base=None):
     """Print one clocking, and its ratios to another."""
-    ratios = f"   {base[0] / row[0]:5.2f} x faster, {base[1] / row[1]:5.2f} x less CPU" if base else ""
-    print(f"{name:44s} {row[0]:7.2f} s wall {row[1]:7.2f} s CPU {row[2] / 2**20:7.0f} MiB{ratios}   load {os.getloadavg()[0]:.1f}", flush=True)
+    ratios = (
+        f"   {base[0] / row[0]:5.2f} x faster, {base[1] / row[1]:5.2f} x less CPU" if base else ""
+    )
+    print(
+        f"{name:44s} {row[0]:7.2f} s wall {row[1]:7.2f} s CPU {row[2] / 2**20:7.0f} MiB{ratios}   load {os.getloadavg()[0]:.1f}",
+        flush=True,
+    )
 
 
 def main(height=1080, width=1920, aberrated=False, turns=2) -> int:
@@ -196,27 +256,53 @@ def main(height=1080, width=1920, aberrated=False, turns=2) -> int:
     from isethdr_optics import kernel_store
 
     scene = night(height, width)
-    kernel_store.name(*optics(aberrated), BANDS_NM, (1.0, 1.0), (1, 1))  # digests of the code: taken once, for all processes
+    kernel_store.name(
+        *optics(aberrated), BANDS_NM, (1.0, 1.0), (1, 1)
+    )  # digests of the code: taken once, for all processes
     with tempfile.TemporaryDirectory() as folder:
         os.environ["ISETHDR_HOME"] = folder
         cold = in_child(our_rows, scene, aberrated, 1)["irradiance"][0]
-        rules, ours = zip(*((in_child(rule_row, scene), in_child(our_rows, scene, aberrated)) for _ in range(turns)))
+        rules, ours = zip(
+            *(
+                (in_child(rule_row, scene), in_child(our_rows, scene, aberrated))
+                for _ in range(turns)
+            )
+        )
         below, above = in_child(errors, scene, aberrated)
     rule = min(rules)
-    (opened, warm), (_, straight) = (tuple(min(o[way][i] for o in ours) for i in (0, 1)) for way in ("irradiance", "photocurrent"))
+    (opened, warm), (_, straight) = (
+        tuple(min(o[way][i] for o in ours) for i in (0, 1))
+        for way in ("irradiance", "photocurrent")
+    )
     show("shared rule", rule)
     show("irradiance, nothing kept", cold, rule)
     show("irradiance, new process, kernels on disk", opened, rule)
     show("irradiance, warm", warm, rule)
     show("photocurrent, warm", straight, rule)
-    share = (warm[2] - scene.values.nbytes) / (rule[2] - 2 * scene.values.nbytes)  # float32, float64
+    share = (warm[2] - scene.values.nbytes) / (
+        rule[2] - 2 * scene.values.nbytes
+    )  # float32, float64
     straight_share = straight[2] / rule[2]
-    print(f"memory: irradiance {share:.2f} of what the rule holds, both beyond the output; photocurrent {straight_share:.2f} of the rule's")
-    print(f"photocurrent against irradiance: {below:.3f} of the noise below full well, {above:.3f} above, at most")
-    print(f"targets: {FASTER:g} x faster, {LESS_CPU:g} x less CPU, {MEMORY_SHARE:.2f}; {STRAIGHT_FASTER:g}, {STRAIGHT_LESS_CPU:g}, "
-          f"{MEMORY_SHARE:.2f}; {NOISE_SHARE[0]:g}, {NOISE_SHARE[1]:g}")
-    met = (rule[0] >= FASTER * warm[0], rule[1] >= LESS_CPU * warm[1], share <= MEMORY_SHARE, rule[0] >= STRAIGHT_FASTER * straight[0],
-           rule[1] >= STRAIGHT_LESS_CPU * straight[1], straight_share <= MEMORY_SHARE, below <= NOISE_SHARE[0], above <= NOISE_SHARE[1])
+    print(
+        f"memory: irradiance {share:.2f} of what the rule holds, both beyond the output; photocurrent {straight_share:.2f} of the rule's"
+    )
+    print(
+        f"photocurrent against irradiance: {below:.3f} of the noise below full well, {above:.3f} above, at most"
+    )
+    print(
+        f"targets: {FASTER:g} x faster, {LESS_CPU:g} x less CPU, {MEMORY_SHARE:.2f}; {STRAIGHT_FASTER:g}, {STRAIGHT_LESS_CPU:g}, "
+        f"{MEMORY_SHARE:.2f}; {NOISE_SHARE[0]:g}, {NOISE_SHARE[1]:g}"
+    )
+    met = (
+        rule[0] >= FASTER * warm[0],
+        rule[1] >= LESS_CPU * warm[1],
+        share <= MEMORY_SHARE,
+        rule[0] >= STRAIGHT_FASTER * straight[0],
+        rule[1] >= STRAIGHT_LESS_CPU * straight[1],
+        straight_share <= MEMORY_SHARE,
+        below <= NOISE_SHARE[0],
+        above <= NOISE_SHARE[1],
+    )
     return int(not all(met))
 
 

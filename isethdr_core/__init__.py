@@ -51,9 +51,19 @@ from __future__ import annotations
 import importlib
 
 _PUBLIC = {
-    "Component": "component", "Stage": "component", "hookimpl": "hookspecs", "hookspec": "hookspecs",
-    "build": "registry", "components": "registry", "compose": "composition", "run": "runs", "open_scene": "store",
-    "generator": "seeds", "Generator": "seeds", "Demand": "demand", "Score": "scores",
+    "Component": "component",
+    "Stage": "component",
+    "hookimpl": "hookspecs",
+    "hookspec": "hookspecs",
+    "build": "registry",
+    "components": "registry",
+    "compose": "composition",
+    "run": "runs",
+    "open_scene": "store",
+    "generator": "seeds",
+    "Generator": "seeds",
+    "Demand": "demand",
+    "Score": "scores",
     "Range": "ranges",
 }
 __all__ = sorted(_PUBLIC)

@@ -10,7 +10,7 @@ from dataclasses import replace
 from . import ledger
 from .demand import Demand
 
-UNSEEN = 1e-6   # of the largest colour matching function: beyond, a band adds nothing to the truth
+UNSEEN = 1e-6  # of the largest colour matching function: beyond, a band adds nothing to the truth
 
 
 def offered_nm(source) -> tuple[float, ...] | None:
@@ -33,8 +33,12 @@ def for_sensors_and_truth(offered, sensed) -> tuple[float, ...] | None:
     if len(kept) == len(offered):
         return None
     dropped = [w for w in offered if w not in kept]
-    ledger.left_out(f"{len(dropped)} of {len(offered)} bands, {dropped[0]:g} to {dropped[-1]:g} nm", "neither a sensor nor the truth sees them",
-                    UNSEEN, "electrons, and luminance, of the same light at the peak")
+    ledger.left_out(
+        f"{len(dropped)} of {len(offered)} bands, {dropped[0]:g} to {dropped[-1]:g} nm",
+        "neither a sensor nor the truth sees them",
+        UNSEEN,
+        "electrons, and luminance, of the same light at the peak",
+    )
     return kept
 
 
@@ -44,7 +48,12 @@ def of_demand(scene, demand: Demand):
     if bands is None or not set(bands) < set(scene.wavelength.values.tolist()):
         return scene
     every = scene.sizes["wavelength"]
-    ledger.left_out(f"chunks of {every - len(bands)} of {every} bands of the scene's light", "not demanded, so not read", 0.0, "W m-2 sr-1 nm-1")
+    ledger.left_out(
+        f"chunks of {every - len(bands)} of {every} bands of the scene's light",
+        "not demanded, so not read",
+        0.0,
+        "W m-2 sr-1 nm-1",
+    )
     return scene.sel(wavelength=list(bands))
 
 
@@ -58,7 +67,9 @@ def lit(mixed, wanted) -> tuple[float, ...]:
     ends = first(range(len(bands))), first(reversed(range(len(bands))))
     kept = bands[outer([k in ends for k in range(len(bands))])]
     if len(kept) < len(bands):
-        ledger.left_out(f"{len(bands) - len(kept)} of {len(bands)} bands", "no light in them", 0.0, "W m-2 nm-1")
+        ledger.left_out(
+            f"{len(bands) - len(kept)} of {len(bands)} bands", "no light in them", 0.0, "W m-2 nm-1"
+        )
     return kept
 
 
@@ -105,7 +116,15 @@ def sensed_nm(sensors, bands) -> tuple[float, ...]:
 
 def with_bands(demand: Demand, offered) -> Demand:
     """Return the demand for the bands that are needed of those `offered`; `demand` has what the sensors ask for, and lenses are given."""
-    if offered and demand.wavelength_nm and (blind := len(offered) - len(_between(offered, demand.wavelength_nm))):
-        ledger.left_out(f"{blind} of {len(offered)} bands through the lens", "no sensor sees them", UNSEEN,
-                        "electrons per electron that the same photons make at the peak")
+    if (
+        offered
+        and demand.wavelength_nm
+        and (blind := len(offered) - len(_between(offered, demand.wavelength_nm)))
+    ):
+        ledger.left_out(
+            f"{blind} of {len(offered)} bands through the lens",
+            "no sensor sees them",
+            UNSEEN,
+            "electrons per electron that the same photons make at the peak",
+        )
     return replace(demand, wavelength_nm=for_sensors_and_truth(offered, demand.wavelength_nm))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 KINDS = ("scene", "renderer", "lighting", "lens", "flare", "sensor", "isp", "metric")
-KEYED = ("flare", "metric")     # kinds with several members in a run, under names that users choose
+KEYED = ("flare", "metric")  # kinds with several members in a run, under names that users choose
 
 
 @dataclass(frozen=True)

@@ -113,7 +113,11 @@ def with_choices(config, choices):
 
     with open_dict(config):
         config.pop("hydra", None)
-        config.choices = {k: v for k, v in OmegaConf.to_container(choices).items() if not k.startswith("hydra") and v}
+        config.choices = {
+            k: v
+            for k, v in OmegaConf.to_container(choices).items()
+            if not k.startswith("hydra") and v
+        }
     return config
 
 
@@ -127,13 +131,22 @@ def explain(err: BaseException) -> str:
     text = " ".join(str(e).strip() for e in (err, err.__cause__) if e is not None)
     if missing := re.search(r"Key '([^']+)' (?:is )?not in '?(\w+)'?", text):
         key, owner = missing.groups()
-        where, append = re.search(r"override '([^']+)'", text), re.search(r"append to your config use (\S+)", text)
+        where, append = (
+            re.search(r"override '([^']+)'", text),
+            re.search(r"append to your config use (\S+)", text),
+        )
         if where and append and owner == "struct" and key in KINDS:
             return f"{where.group(1)} has no owner: no {key} is chosen; type {key}=<name> before it"
-        if where and append and owner == "struct" and re.search(r"full_key: \S+\.", text):    # a table that users fill
+        if (
+            where and append and owner == "struct" and re.search(r"full_key: \S+\.", text)
+        ):  # a table that users fill
             return f"the config has no key {where.group(1)!r}; to add it to the table type {append.group(1)}"
         return f"the config has no key {where.group(1) if where else key!r}{did_you_mean(key, _keys_of(owner))}"
-    lines = [line.strip() for line in text.splitlines() if line.strip() and not line.strip().startswith("object_type")]
+    lines = [
+        line.strip()
+        for line in text.splitlines()
+        if line.strip() and not line.strip().startswith("object_type")
+    ]
     return "; ".join(lines)
 
 
@@ -152,7 +165,9 @@ def register_with_hydra() -> None:
 
     Plugins.instance().register(_search_path_plugin())
     for comp in components().values():
-        ConfigStore.instance().store(group=comp.kind, name=comp.name, node=schema(comp), provider="isethdr")
+        ConfigStore.instance().store(
+            group=comp.kind, name=comp.name, node=schema(comp), provider="isethdr"
+        )
 
 
 def schema(comp):
@@ -165,7 +180,11 @@ def schema(comp):
         if not f.init:
             continue
         if f.default_factory is not MISSING:
-            default = field(default_factory=_open(f.default_factory) if _by_number(hints[f.name]) else f.default_factory)
+            default = field(
+                default_factory=_open(f.default_factory)
+                if _by_number(hints[f.name])
+                else f.default_factory
+            )
         else:
             default = field(default=UNSET if f.default is MISSING else f.default)
         columns.append((f.name, hydra_type(hints[f.name], f), default))
@@ -184,11 +203,20 @@ def hydra_type(annotation, f=None):
     if _by_number(annotation):
         return Any
     if annotation is bool:
-        return Any              # OmegaConf takes any number for true; pydantic takes 0 and 1 alone
+        return Any  # OmegaConf takes any number for true; pydantic takes 0 and 1 alone
     if annotation in (int, float, str) and f is not None and isinstance(f.default, annotation):
-        return annotation       # surely understood: to try each takes a quarter of a second at every start
-    default = field(default_factory=f.default_factory) if f is not None and f.default_factory is not MISSING else (
-        field(default=f.default) if f is not None and f.default is not MISSING else field(default="???"))
+        return (
+            annotation  # surely understood: to try each takes a quarter of a second at every start
+        )
+    default = (
+        field(default_factory=f.default_factory)
+        if f is not None and f.default_factory is not MISSING
+        else (
+            field(default=f.default)
+            if f is not None and f.default is not MISSING
+            else field(default="???")
+        )
+    )
     try:
         OmegaConf.structured(make_dataclass("Probe", [("x", annotation, default)]))
     except (OmegaConfBaseException, ValueError, TypeError):

@@ -47,5 +47,14 @@ def _mean(score: Score, values: list[float], renderer: RendererError | None) -> 
 
 def state_spread(scores: list[Score], count: int) -> None:
     """State in the ledger the widest relative half interval of the scores of whole pictures."""
-    relative = [half_interval(s) / abs(s.value) for s in scores if not s.object and s.value and math.isfinite(half_interval(s))]
-    ledger.error(max(relative, default=0.0), "relative", "statistical", f"scores of the whole picture, 95 %, over {count} draws of the noise")
+    relative = [
+        half_interval(s) / abs(s.value)
+        for s in scores
+        if not s.object and s.value and math.isfinite(half_interval(s))
+    ]
+    ledger.error(
+        max(relative, default=0.0),
+        "relative",
+        "statistical",
+        f"scores of the whole picture, 95 %, over {count} draws of the noise",
+    )

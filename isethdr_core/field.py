@@ -10,7 +10,9 @@ from __future__ import annotations
 import math
 
 
-def camera_field(horizontal_field_deg: float, aspect: float, projection: str = "tangent") -> tuple[float, float, str]:
+def camera_field(
+    horizontal_field_deg: float, aspect: float, projection: str = "tangent"
+) -> tuple[float, float, str]:
     """Return (width, height, projection) of a camera's field: tangents, or radians where `projection` is equidistant.
 
     Parameters

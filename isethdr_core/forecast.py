@@ -14,9 +14,9 @@ from . import store
 from .errors import CatalogError
 from .recipes import described
 
-NEWEST = 32     # runs, and stores of scenes, that are looked at: reading one takes a millisecond
-RENDERING = ("scene", "renderer", "store")      # stages that a run lacks where its radiance is stored
-IN_BANDS = ("renderer", "lighting", "lens")     # stages that look at every band
+NEWEST = 32  # runs, and stores of scenes, that are looked at: reading one takes a millisecond
+RENDERING = ("scene", "renderer", "store")  # stages that a run lacks where its radiance is stored
+IN_BANDS = ("renderer", "lighting", "lens")  # stages that look at every band
 
 
 def expected_s(parts, config: dict, missing) -> dict[str, float]:
@@ -27,7 +27,7 @@ def expected_s(parts, config: dict, missing) -> dict[str, float]:
     parts : the chain. `config` : as plain data, what it was built from.
     missing : the demand for what has to be rendered; None where all radiance is stored, or known without a renderer.
     """
-    found: dict[str, tuple[float, float]] = {}    # stage: (distance in size, seconds)
+    found: dict[str, tuple[float, float]] = {}  # stage: (distance in size, seconds)
     for attributes in _newest("runs"):
         if attributes["config"].get("leave_out", True) == parts.leave_out:
             for row in attributes["ledger"]:
@@ -39,17 +39,37 @@ def expected_s(parts, config: dict, missing) -> dict[str, float]:
             for row in attributes["ledger"]:
                 kind = row["stage"].split()[0]
                 if kind in RENDERING:
-                    _nearer(found, row, _rendering(parts.renderer, config["renderer"], missing, attributes) if kind == "renderer" else 1.0)
-    return {stage: seconds for stage, (_, seconds) in found.items() if stage in stages(parts, config, missing)}
+                    _nearer(
+                        found,
+                        row,
+                        _rendering(parts.renderer, config["renderer"], missing, attributes)
+                        if kind == "renderer"
+                        else 1.0,
+                    )
+    return {
+        stage: seconds
+        for stage, (_, seconds) in found.items()
+        if stage in stages(parts, config, missing)
+    }
 
 
 def stages(parts, config: dict, missing) -> list[str]:
     """Return the names of the stages that a run will have, in their order."""
-    rendered = [f"scene {config['scene']['name']}"] if missing is not None or parts.renderer is None else []
+    rendered = (
+        [f"scene {config['scene']['name']}"]
+        if missing is not None or parts.renderer is None
+        else []
+    )
     rendered += [f"renderer {config['renderer']['name']}"] if missing is not None else []
-    light = ["lighting " + name for name in (config["lighting"]["name"], *parts.versions)] + [f"lens {config['lens']['name']}"]
-    cameras = [[f"sensor {c}", f"isp {c}", f"truth {c}", *(f"metric {m} {c}" for m in parts.metrics)]
-               + [f"draws {c}"] * bool(parts.draws > 1 and parts.metrics) + [f"picture {c}"] for c in parts.cameras]
+    light = ["lighting " + name for name in (config["lighting"]["name"], *parts.versions)] + [
+        f"lens {config['lens']['name']}"
+    ]
+    cameras = [
+        [f"sensor {c}", f"isp {c}", f"truth {c}", *(f"metric {m} {c}" for m in parts.metrics)]
+        + [f"draws {c}"] * bool(parts.draws > 1 and parts.metrics)
+        + [f"picture {c}"]
+        for c in parts.cameras
+    ]
     return ["plan", *rendered, *light, *(stage for camera in cameras for stage in camera)]
 
 
@@ -78,11 +98,25 @@ def _positive(value: Any) -> bool:
 def _rendering(renderer, now: dict, missing, attributes) -> float:
     """Return the work of rendering what is `missing` over that of a stored scene: tiles x bands x paths of all light groups."""
     bands = (len(missing.wavelength_nm or ()) or _bands(now)) / len(attributes["wavelength_nm"])
-    wanted, expected = missing.groups or attributes["all_groups"], getattr(renderer, "expected_paths", lambda paths, noise: paths)
-    then = {group: end - first for group, (first, end) in attributes.get("path_span", {}).items()} or dict.fromkeys(attributes["groups"], 1)
-    again = {group: expected(paths, attributes.get("noise", {}).get(group)) for group, paths in then.items()}
-    typical = sum(again.values()) / len(again)      # of a group that this store lacks
-    return sum(again.get(g, typical) for g in wanted) / sum(then.values()) * bands * _tiles(now) / _tiles(attributes["renderer"])
+    wanted, expected = (
+        missing.groups or attributes["all_groups"],
+        getattr(renderer, "expected_paths", lambda paths, noise: paths),
+    )
+    then = {
+        group: end - first for group, (first, end) in attributes.get("path_span", {}).items()
+    } or dict.fromkeys(attributes["groups"], 1)
+    again = {
+        group: expected(paths, attributes.get("noise", {}).get(group))
+        for group, paths in then.items()
+    }
+    typical = sum(again.values()) / len(again)  # of a group that this store lacks
+    return (
+        sum(again.get(g, typical) for g in wanted)
+        / sum(then.values())
+        * bands
+        * _tiles(now)
+        / _tiles(attributes["renderer"])
+    )
 
 
 def _nearer(found, row, ratio: float) -> None:
@@ -103,5 +137,5 @@ def _newest(kind: str) -> list[dict]:
 def _age(path: Path) -> float:
     try:
         return -path.stat().st_mtime
-    except OSError:     # another process has just taken it away
+    except OSError:  # another process has just taken it away
         return math.inf

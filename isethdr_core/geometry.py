@@ -19,9 +19,20 @@ from .physics import projection as projections
 from .physics.overlap import borders, overlap_areas
 from .quantities import tile_pitch
 
-PLACES = ("projection", "distortion")  # attributes that say where pixels look: sensor and isp hand them on
-CARRIED = (*PLACES, "falloff", "falloff_table")  # and how bright a uniform scene is there: the sensor hands all of them on
-MODELS = {"brown_conrady": maps.BrownConrady, "kannala_brandt": maps.KannalaBrandt, "table": maps.AngleTable}
+PLACES = (
+    "projection",
+    "distortion",
+)  # attributes that say where pixels look: sensor and isp hand them on
+CARRIED = (
+    *PLACES,
+    "falloff",
+    "falloff_table",
+)  # and how bright a uniform scene is there: the sensor hands all of them on
+MODELS = {
+    "brown_conrady": maps.BrownConrady,
+    "kannala_brandt": maps.KannalaBrandt,
+    "table": maps.AngleTable,
+}
 LARGEST_NUMBER = 1000.0  # of a distortion model: coefficients, degrees, focal lengths
 EDGE_POINTS = 65  # along each side of a box
 
@@ -45,7 +56,9 @@ def projection_of(data) -> str:
     """Return the projection of a field, by its attribute; 'tangent' where none is stated. UnitError for an unknown one."""
     found = data.attrs.get("projection", "tangent")
     if found not in projections.PROJECTIONS:
-        raise UnitError(f"projection {found!r} is unknown{did_you_mean(str(found), projections.PROJECTIONS)}")
+        raise UnitError(
+            f"projection {found!r} is unknown{did_you_mean(str(found), projections.PROJECTIONS)}"
+        )
     return found
 
 
@@ -58,7 +71,10 @@ def distortion_map(distortion, projection: str = "tangent"):
     ------
     ConfigError : an unknown model or key, or a table that does not rise.
     """
-    return _map(json.dumps({} if distortion in (None, "none") else dict(distortion), default=list), projection)
+    return _map(
+        json.dumps({} if distortion in (None, "none") else dict(distortion), default=list),
+        projection,
+    )
 
 
 @lru_cache(maxsize=32)
@@ -75,7 +91,9 @@ def _map(text, projection):
     known = [f.name for f in fields(MODELS[model])]
     for key in given:
         if key not in known:
-            raise ConfigError(f"lens.distortion has no key {key!r} for model {model}{did_you_mean(key, known)}")
+            raise ConfigError(
+                f"lens.distortion has no key {key!r} for model {model}{did_you_mean(key, known)}"
+            )
     numbers = {key: _numbers(model, key, value) for key, value in given.items()}
     try:
         lens = MODELS[model](**numbers)
@@ -91,7 +109,7 @@ def _numbers(model: str, key: str, value):
     """Return a number, or the tuple of a list of numbers, as a distortion model takes it."""
     for number in value if isinstance(value, list) else [value]:
         plain = isinstance(number, (int, float)) and not isinstance(number, bool)
-        if not (plain and abs(number) <= LARGEST_NUMBER):   # false for NaN
+        if not (plain and abs(number) <= LARGEST_NUMBER):  # false for NaN
             raise ConfigError(
                 f"lens.distortion of model {model} has {key}={value!r}; expected "
                 f"{-LARGEST_NUMBER:g} to {LARGEST_NUMBER:g}; "
@@ -115,7 +133,9 @@ def relative_illumination(attrs, x, y) -> np.ndarray:
     u, v = lens.inverse(*np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float)))
     kind = attrs.get("falloff", "none")
     if kind == "table":
-        return table_values(attrs["falloff_table"], np.degrees(projections.angle_rad(u, v, projection)))
+        return table_values(
+            attrs["falloff_table"], np.degrees(projections.angle_rad(u, v, projection))
+        )
     return (projections.cos4(u, v, projection) if kind == "cos4" else 1.0) / lens.area_ratio(u, v)
 
 
@@ -151,7 +171,9 @@ def field_areas(lens, x_in, y_in, x_out, y_out):
 
 @lru_cache(maxsize=2)
 def _areas(lens, *grids):
-    return overlap_areas(*(np.frombuffer(g) for g in grids[:2]), lens, *(np.frombuffer(g) for g in grids[2:]))
+    return overlap_areas(
+        *(np.frombuffer(g) for g in grids[:2]), lens, *(np.frombuffer(g) for g in grids[2:])
+    )
 
 
 def mean_seen(tiles, field, lens, x, y, pitch: float, beyond: bool = False) -> np.ndarray:
@@ -169,8 +191,14 @@ def mean_seen(tiles, field, lens, x, y, pitch: float, beyond: bool = False) -> n
     """
     for centres in (x, y):
         if len(centres) > 1 and np.abs(np.diff(centres) - pitch).max() > 1e-6 * pitch:
-            raise ValueError("pixels do not lie side by side; expected centres one pitch apart where a lens distorts")
-    grids = *(borders(field[d].values, tile_pitch(field, d)) for d in ("x", "y")), borders(x, pitch), borders(y, pitch)
+            raise ValueError(
+                "pixels do not lie side by side; expected centres one pitch apart where a lens distorts"
+            )
+    grids = (
+        *(borders(field[d].values, tile_pitch(field, d)) for d in ("x", "y")),
+        borders(x, pitch),
+        borders(y, pitch),
+    )
     if beyond:
         grids, more = _widened(lens, *grids)
         tiles = np.pad(tiles, [(0, 0)] * (np.ndim(tiles) - 2) + [(more, more)] * 2, mode="edge")
@@ -186,14 +214,20 @@ def _widened(lens, x_in, y_in, x_out, y_out):
         reach = max(known[0] - at.min(), at.max() - known[-1]) * (len(known) - 1) / np.ptp(known)
         more = max(more, int(np.ceil(reach - 1e-6)))
     steps = np.arange(1, more + 1)
-    x_in, y_in = (np.concatenate([b[0] - (b[1] - b[0]) * steps[::-1], b, b[-1] + (b[-1] - b[-2]) * steps]) for b in (x_in, y_in))
+    x_in, y_in = (
+        np.concatenate([b[0] - (b[1] - b[0]) * steps[::-1], b, b[-1] + (b[-1] - b[-2]) * steps])
+        for b in (x_in, y_in)
+    )
     return (x_in, y_in, x_out, y_out), more
 
 
 def box_on_sensor(lens, left, top, right, bottom) -> tuple[float, float, float, float]:
     """Return (left, top, right, bottom) in focal lengths of the smallest box around the image of a rectangle of the field."""
     side = np.linspace(0, 1, EDGE_POINTS)
-    u = np.concatenate([side, np.ones_like(side), side, np.zeros_like(side)]) * (right - left) + left
+    u = (
+        np.concatenate([side, np.ones_like(side), side, np.zeros_like(side)]) * (right - left)
+        + left
+    )
     v = np.concatenate([np.zeros_like(side), side, np.ones_like(side), side]) * (bottom - top) + top
     x, y = lens.forward(u, v)
     return float(x.min()), float(y.min()), float(x.max()), float(y.max())

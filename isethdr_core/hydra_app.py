@@ -10,7 +10,11 @@ from .parent_watch import end_with_parent, exit_on_sigterm
 from .sweeps import prepared
 from .trust import check_arguments
 
-MISTAKE, CRASH, INTERRUPTED = 2, 1, 130     # exit codes: the user's to fix, a component's, Ctrl-C (128 + SIGINT)
+MISTAKE, CRASH, INTERRUPTED = (
+    2,
+    1,
+    130,
+)  # exit codes: the user's to fix, a component's, Ctrl-C (128 + SIGINT)
 
 
 class JobsFailed(Exception):
@@ -26,7 +30,7 @@ def run_with_hydra(arguments: list[str]) -> None:
     with user_mistakes():
         check_arguments(arguments)
     if not any(a.startswith("-") for a in arguments):
-        compose(arguments)      # a mistake gets our own message, with the nearest valid name
+        compose(arguments)  # a mistake gets our own message, with the nearest valid name
     elif {"-m", "--multirun"} & set(arguments):
         arguments = prepared(arguments)
         check_writable(home())  # Hydra makes a folder for the sweep before the first job
@@ -37,7 +41,10 @@ def run_with_hydra(arguments: list[str]) -> None:
         with user_mistakes():
             _start_hydra()
     except KeyboardInterrupt:
-        print("interrupted: what is stored is whole; the same command goes on where this one stopped", file=sys.stderr)
+        print(
+            "interrupted: what is stored is whole; the same command goes on where this one stopped",
+            file=sys.stderr,
+        )
         sys.exit(INTERRUPTED)
 
 
@@ -45,7 +52,9 @@ def _start_hydra() -> None:
     import hydra
 
     try:
-        hydra.main(version_base="1.3", config_path=f"pkg://{CONFIG_MODULE}", config_name="config")(task)()
+        hydra.main(version_base="1.3", config_path=f"pkg://{CONFIG_MODULE}", config_name="config")(
+            task
+        )()
     except JobsFailed as failure:
         print(f"error: {failure}", file=sys.stderr)
         sys.exit(CRASH)
@@ -67,10 +76,14 @@ def task(config) -> None:
     sweeping = hydra_config.mode == RunMode.MULTIRUN
     try:
         print_result(run(with_choices(config.copy(), hydra_config.runtime.choices)))
-    except Exception as err:        # a plugin's code: anything may happen
+    except Exception as err:  # a plugin's code: anything may happen
         text, code = complaint(err)
         if sweeping:
-            print(f"error: job {' '.join(hydra_config.overrides.task)}: {text}", file=sys.stderr, flush=True)
+            print(
+                f"error: job {' '.join(hydra_config.overrides.task)}: {text}",
+                file=sys.stderr,
+                flush=True,
+            )
             raise JobsFailed("failed as said above; the other jobs are stored") from None
         print(f"error: {text}", file=sys.stderr)
         sys.exit(code)
@@ -83,4 +96,6 @@ def complaint(err: Exception) -> tuple[str, int]:
     if isinstance(err, IsetHdrError):
         return str(err), MISTAKE
     where = "; ".join(getattr(err, "__notes__", []))
-    return f"{type(err).__name__}: {' '.join(str(err).split())}" + (f"; {where}" if where else ""), CRASH
+    return f"{type(err).__name__}: {' '.join(str(err).split())}" + (
+        f"; {where}" if where else ""
+    ), CRASH

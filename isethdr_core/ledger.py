@@ -18,7 +18,12 @@ from .error_terms import ErrorNote, How, LightPart
 if TYPE_CHECKING:
     import xarray as xr
 
-ABSOLUTE = ("W m-2 nm-1", "electrons", "e", "cd/m2")  # units in which errors of parts of a sum add up
+ABSOLUTE = (
+    "W m-2 nm-1",
+    "electrons",
+    "e",
+    "cd/m2",
+)  # units in which errors of parts of a sum add up
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,9 @@ class Row:
     peak_bytes: int = 0
     errors: list[ErrorNote] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
-    light_parts: dict[str, LightPart] = field(default_factory=dict, compare=False, repr=False)  # of this run; never stored
+    light_parts: dict[str, LightPart] = field(
+        default_factory=dict, compare=False, repr=False
+    )  # of this run; never stored
 
     @property
     def error(self) -> float | None:
@@ -63,8 +70,16 @@ class Ledger(list):
     @classmethod
     def from_records(cls, records) -> Ledger:
         """Return the ledger that `as_records` was called on."""
-        return cls(Row(r["stage"], r["seconds"], r["peak_bytes"], [ErrorNote(**e) for e in r["errors"]],
-                       [LeftOut(**o) for o in r["left_out"]]) for r in records)
+        return cls(
+            Row(
+                r["stage"],
+                r["seconds"],
+                r["peak_bytes"],
+                [ErrorNote(**e) for e in r["errors"]],
+                [LeftOut(**o) for o in r["left_out"]],
+            )
+            for r in records
+        )
 
 
 def _record(row: Row) -> dict:
@@ -125,7 +140,10 @@ def parts_of_a_sum():
     before = (len(row.errors), len(row.left_out)) if row else (0, 0)
     yield
     if row:
-        for notes, first, field_name in ((row.errors, before[0], "value"), (row.left_out, before[1], "bound")):
+        for notes, first, field_name in (
+            (row.errors, before[0], "value"),
+            (row.left_out, before[1], "bound"),
+        ):
             notes[first:] = _joined(notes[first:], field_name)
 
 
@@ -134,7 +152,10 @@ def _joined(notes, field_name: str) -> list:
     for note in notes:
         same = replace(note, **{field_name: 0.0})  # all but the number
         kept.setdefault(same, []).append(getattr(note, field_name))
-    return [replace(same, **{field_name: sum(values) if same.unit in ABSOLUTE else max(values)}) for same, values in kept.items()]
+    return [
+        replace(same, **{field_name: sum(values) if same.unit in ABSOLUTE else max(values)})
+        for same, values in kept.items()
+    ]
 
 
 @contextmanager

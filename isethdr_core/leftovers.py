@@ -35,7 +35,9 @@ def remove_leftovers(folder) -> list[Path]:
     for path in Path(folder).glob(".*.tmp"):
         owner, _, rest = path.name.removesuffix(".tmp").partition(f".{socket.gethostname()}-")
         pid = rest.partition("-")[0]
-        if owner and pid.isdigit() and not _alive(int(pid)):    # a writer on another machine cannot be asked
+        if (
+            owner and pid.isdigit() and not _alive(int(pid))
+        ):  # a writer on another machine cannot be asked
             if path.is_dir():
                 shutil.rmtree(path, ignore_errors=True)
             else:
@@ -49,6 +51,6 @@ def _alive(pid: int) -> bool:
         os.kill(pid, 0)
     except ProcessLookupError:
         return False
-    except PermissionError:     # it lives, and belongs to somebody else
+    except PermissionError:  # it lives, and belongs to somebody else
         pass
     return True

@@ -21,13 +21,21 @@ def asked_of(lens, flares, cameras, demand, mixed):
         return None
     every = mixed.wavelength.values
     with ledger.stage(ledger.Ledger(), "bands"):  # the lens's stage has said what was left out
-        seen = every if demand is None else np.array(bands.lit(mixed, bands.sensed_nm(cameras, every)))
+        seen = (
+            every if demand is None else np.array(bands.lit(mixed, bands.sensed_nm(cameras, every)))
+        )
     response = None if demand is None or DIM in mixed.dims else demand.response
     kept = np.isin(every, seen)
 
     def errors(mean, weights):
         with ledger.stage(ledger.Ledger(), "window"):  # said, too
-            part = mean if demand is None else window.without_unseen(lens, mean, flares, demand.window_m)
-        return lens.spread_errors(part.sel(wavelength=every[kept]), flares, weights[:, kept], response)
+            part = (
+                mean
+                if demand is None
+                else window.without_unseen(lens, mean, flares, demand.window_m)
+            )
+        return lens.spread_errors(
+            part.sel(wavelength=every[kept]), flares, weights[:, kept], response
+        )
 
     return errors

@@ -32,9 +32,17 @@ def stacked(names, modulations, planes):
         if out is None:
             out = np.empty((len(modulations), *plane.shape), plane.dtype)
         out[k] = plane.values
-    how = {field: (DIM, np.array(values, float)) for field, values in zip(Modulation._fields, zip(*modulations), strict=True)}
+    how = {
+        field: (DIM, np.array(values, float))
+        for field, values in zip(Modulation._fields, zip(*modulations), strict=True)
+    }
     how["frequency_hz"] += ({"units": "Hz"},)
-    return xr.DataArray(out, dims=(DIM, *plane.dims), attrs=plane.attrs, coords={DIM: np.array(list(names), object), **how, **plane.coords})
+    return xr.DataArray(
+        out,
+        dims=(DIM, *plane.dims),
+        attrs=plane.attrs,
+        coords={DIM: np.array(list(names), object), **how, **plane.coords},
+    )
 
 
 def components(light) -> list:
@@ -47,11 +55,15 @@ def components(light) -> list:
     if DIM not in getattr(light, "dims", ()):
         return [(Modulation(), light)]
     if light.dims[0] != DIM or not light.sizes[DIM]:
-        raise UnitError(f"light has dims {tuple(map(str, light.dims))} of sizes {tuple(light.sizes.values())}; "
-                        f"expected {DIM!r} first, with at least one component")
+        raise UnitError(
+            f"light has dims {tuple(map(str, light.dims))} of sizes {tuple(light.sizes.values())}; "
+            f"expected {DIM!r} first, with at least one component"
+        )
     for field in Modulation._fields:
         if field not in light.coords:
-            raise UnitError(f"light with components has no coordinate {field!r}; expected {', '.join(Modulation._fields)} along {DIM!r}")
+            raise UnitError(
+                f"light with components has no coordinate {field!r}; expected {', '.join(Modulation._fields)} along {DIM!r}"
+            )
     out = []
     for k in range(light.sizes[DIM]):
         modulation = Modulation(*(float(light[field].values[k]) for field in Modulation._fields))
@@ -90,12 +102,17 @@ def time_mean(light):
 
 def each_component(call):
     """Make a method `(self, light, ...)` that is linear in constant light accept light with components, one after the other."""
+
     @wraps(call)
     def over_components(self, light, *args, **kwargs):
         if DIM not in getattr(light, "dims", ()):
             return call(self, light, *args, **kwargs)
         parts = components(light)
         with ledger.parts_of_a_sum():
-            return stacked(light[DIM].values, [m for m, _ in parts], (call(self, one, *args, **kwargs) for _, one in parts))
+            return stacked(
+                light[DIM].values,
+                [m for m, _ in parts],
+                (call(self, one, *args, **kwargs) for _, one in parts),
+            )
 
     return over_components

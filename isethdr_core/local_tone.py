@@ -13,13 +13,18 @@ from .physics.colour import srgb_decode, srgb_encode
 LEVELS = 6
 REACH_PX = 4 * 2**LEVELS
 # exposure fusion
-STOPS = tuple(range(-4, 7))       # of the exposures that are fused, relative to that of the white; a stop apart, tones rise everywhere
-WELL, SPREAD = 0.5, 0.2          # code value that is exposed best, and how far from it is still well (Mertens et al. 2009)
-FAINT = 1e-12                    # weight of a sample that no exposure shows well
+STOPS = tuple(
+    range(-4, 7)
+)  # of the exposures that are fused, relative to that of the white; a stop apart, tones rise everywhere
+WELL, SPREAD = (
+    0.5,
+    0.2,
+)  # code value that is exposed best, and how far from it is still well (Mertens et al. 2009)
+FAINT = 1e-12  # weight of a sample that no exposure shows well
 # local Laplacian
-SIGMA = np.log(2.5)              # natural logarithm: contrasts up to this are detail and stay
-BETA = 0.4                       # larger ones shrink to this power: two decades below white to 0.16 of white
-DARKEST, BRIGHTEST = 1e-5, 1e3   # of white: beyond these all is one tone
+SIGMA = np.log(2.5)  # natural logarithm: contrasts up to this are detail and stay
+BETA = 0.4  # larger ones shrink to this power: two decades below white to 0.16 of white
+DARKEST, BRIGHTEST = 1e-5, 1e3  # of white: beyond these all is one tone
 
 
 def exposure_fusion(relative) -> np.ndarray:
@@ -34,7 +39,13 @@ def exposure_fusion(relative) -> np.ndarray:
     """
     t = np.maximum(np.asarray(relative, float), 0.0)
     shots = [srgb_encode(t * 2.0**stop) for stop in STOPS]
-    weights = np.array([np.exp(-((shot - WELL) ** 2) / (2 * SPREAD**2)) * (np.abs(_contrast(shot)) + 0.01) + FAINT for shot in shots])
+    weights = np.array(
+        [
+            np.exp(-((shot - WELL) ** 2) / (2 * SPREAD**2)) * (np.abs(_contrast(shot)) + 0.01)
+            + FAINT
+            for shot in shots
+        ]
+    )
     weights /= weights.sum(0)
     out = None
     for shot, weight in zip(shots, weights):
@@ -57,12 +68,14 @@ def local_laplacian(relative) -> np.ndarray:
     out = [np.zeros_like(band) for band in guide[:-1]] + [BETA * guide[-1]]
     first, last = (int(np.floor(v / SIGMA)) for v in (level.min(), level.max()))
     for k in range(first, last + 2):
-        centre = k * SIGMA      # on a grid that is fixed to the white
+        centre = k * SIGMA  # on a grid that is fixed to the white
         near = [np.maximum(1 - np.abs(band - centre) / SIGMA, 0.0) for band in guide[:-1]]
         if not any(n.any() for n in near):
             continue
         away = level - centre
-        remapped = centre + np.where(np.abs(away) > SIGMA, np.sign(away) * (BETA * (np.abs(away) - SIGMA) + SIGMA), away)
+        remapped = centre + np.where(
+            np.abs(away) > SIGMA, np.sign(away) * (BETA * (np.abs(away) - SIGMA) + SIGMA), away
+        )
         for band, n, detail in zip(out, near, _laplacian(remapped)):
             band += n * detail
     shown = np.exp(_collapsed(out))
@@ -90,7 +103,9 @@ def _gaussian(image) -> list:
 def _laplacian(image) -> list:
     """Return what each blur takes away, finest first, and the rest."""
     steps = _gaussian(image)
-    return [fine - _enlarged(coarse, fine.shape) for fine, coarse in zip(steps[:-1], steps[1:])] + [steps[-1]]
+    return [fine - _enlarged(coarse, fine.shape) for fine, coarse in zip(steps[:-1], steps[1:])] + [
+        steps[-1]
+    ]
 
 
 def _collapsed(bands):
@@ -114,7 +129,7 @@ def _enlarged(image, shape):
     wide[::2, ::2] = image
     held = np.zeros(shape)
     held[::2, ::2] = 1.0
-    return _blurred(wide) / _blurred(held)      # division: the border has fewer samples
+    return _blurred(wide) / _blurred(held)  # division: the border has fewer samples
 
 
 OPERATORS = {"exposure_fusion": exposure_fusion, "local_laplacian": local_laplacian}

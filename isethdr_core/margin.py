@@ -15,9 +15,17 @@ from .demand import Demand
 def left_out_where_unseen(demand: Demand, renderer, lens, flares, lightings) -> Demand:
     """Return the demand without the renderer's margin where no light of it can reach the camera's field."""
     keeps = getattr(lens, "keeps_light", None)
-    if not (getattr(renderer, "margin", 0) and keeps and keeps(flares) and all(getattr(light, "WITHIN_FIELD", False) for light in lightings)):
+    if not (
+        getattr(renderer, "margin", 0)
+        and keeps
+        and keeps(flares)
+        and all(getattr(light, "WITHIN_FIELD", False) for light in lightings)
+    ):
         return demand
-    ledger.left_out(f"tiles beyond the camera's field, {renderer.margin:.0%} on each side", "the lens spreads no light into it", 0.0,
-                    "W m-2 sr-1 nm-1")
+    ledger.left_out(
+        f"tiles beyond the camera's field, {renderer.margin:.0%} on each side",
+        "the lens spreads no light into it",
+        0.0,
+        "W m-2 sr-1 nm-1",
+    )
     return replace(demand, margin=False)
-

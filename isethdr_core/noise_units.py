@@ -25,11 +25,21 @@ from .scene_noise import nearest_xyz, pixel_variance, relative_noise
 from .truth import seen
 
 UNIT = "standard deviations of the sensor's noise"
-AFTER = ("scene", "radiance", "lighting", "lens")  # stages whose errors reach the electrons as light does
+AFTER = (
+    "scene",
+    "radiance",
+    "lighting",
+    "lens",
+)  # stages whose errors reach the electrons as light does
 RELATIVE = ("relative", "share of a point's light", *error_terms.UNITS_OF_SPREAD)
 UNITS = (*RELATIVE, IRRADIANCE, "electrons", UNIT)  # of errors that a pixel's electrons have
 # sources of the figures of a picture
-RENDERER, AFTER_RENDERER, SENSOR, WHOLE = "renderer", "all after the renderer", "sensor", "all stages"
+RENDERER, AFTER_RENDERER, SENSOR, WHOLE = (
+    "renderer",
+    "all after the renderer",
+    "sensor",
+    "all stages",
+)
 TWO_SIDED = 2.5758  # standard deviations that 99 % of normal deviates stay within, both signs
 MOST_PIXELS = 65536  # spread evenly, that stand for all
 ENOUGH = 32768  # pixels of a capture, spread evenly, whose errors stand for those of all
@@ -44,18 +54,33 @@ class Electrons:
     capture: str
     total: np.ndarray
     direct: np.ndarray
-    sigma: np.ndarray       # standard deviation of shot, read and converter noise
-    renderer: np.ndarray    # standard deviation that the noise of the scene makes
+    sigma: np.ndarray  # standard deviation of shot, read and converter noise
+    renderer: np.ndarray  # standard deviation that the noise of the scene makes
     unsaturated: np.ndarray
-    per_irradiance: float   # electrons per W m-2 nm-1 in every band, of the most sensitive channel
-    spread: tuple[np.ndarray, np.ndarray] | None = None  # what the lens knows of its kernels: standard deviation and bound
-    parts: Mapping[str, np.ndarray] = field(default_factory=dict)  # electrons of the parts of the light that stages declared
+    per_irradiance: float  # electrons per W m-2 nm-1 in every band, of the most sensitive channel
+    spread: tuple[np.ndarray, np.ndarray] | None = (
+        None  # what the lens knows of its kernels: standard deviation and bound
+    )
+    parts: Mapping[str, np.ndarray] = field(
+        default_factory=dict
+    )  # electrons of the parts of the light that stages declared
 
 
 def missing(captures) -> list[str]:
     """Return what `electrons` needs and captures of a sensor lack; what an isp of ours reads is enough."""
-    needed = ("quantum_efficiency", "filter", "saturated", "exposure_s", "area_m2", "read_noise_e", "quantisation_e", "dark_e")
-    return [n for n in needed if n not in captures] + [n for n in ("focal_length_mm", "throughput_sr", "pitch_um") if n not in captures.attrs]
+    needed = (
+        "quantum_efficiency",
+        "filter",
+        "saturated",
+        "exposure_s",
+        "area_m2",
+        "read_noise_e",
+        "quantisation_e",
+        "dark_e",
+    )
+    return [n for n in needed if n not in captures] + [
+        n for n in ("focal_length_mm", "throughput_sr", "pitch_um") if n not in captures.attrs
+    ]
 
 
 def some_of(captures):
@@ -68,14 +93,22 @@ def some_of(captures):
     step -= step % 2 == 0  # odd: all colours of a filter array take part
     if step < 3 or not isinstance(geometry.map_of(captures), geometry.Identity):
         return captures
-    few = captures.isel({d: slice(min(step // 2, n - 1), None, step) for d, n in zip(("y", "x"), sizes)})
+    few = captures.isel(
+        {d: slice(min(step // 2, n - 1), None, step) for d, n in zip(("y", "x"), sizes)}
+    )
     looked_at = few.sizes["y"] * few.sizes["x"]
-    ledger.left_out(f"errors of {np.prod(sizes) - looked_at} of {np.prod(sizes)} pixels", f"others stand for them: one in {step} along each axis",
-                    3 * float(np.sqrt(SHARE * (1 - SHARE) / looked_at)), f"of the pixels, beside the {SHARE:.0%} that a figure speaks for")
+    ledger.left_out(
+        f"errors of {np.prod(sizes) - looked_at} of {np.prod(sizes)} pixels",
+        f"others stand for them: one in {step} along each axis",
+        3 * float(np.sqrt(SHARE * (1 - SHARE) / looked_at)),
+        f"of the pixels, beside the {SHARE:.0%} that a figure speaks for",
+    )
     return few
 
 
-def electrons(captures, light, mixed, scene, whole: float = 0.0, spread_errors=None) -> list[Electrons]:
+def electrons(
+    captures, light, mixed, scene, whole: float = 0.0, spread_errors=None
+) -> list[Electrons]:
     """Return what each capture holds, from the light itself.
 
     Parameters
@@ -89,7 +122,8 @@ def electrons(captures, light, mixed, scene, whole: float = 0.0, spread_errors=N
     light, mixed = time_mean(light), time_mean(mixed)
     f_m = captures.attrs["focal_length_mm"] * 1e-3
     gain = captures.attrs["throughput_sr"] * geometry.relative_illumination(
-        captures.attrs, captures.x.values[None, :] / f_m, captures.y.values[:, None] / f_m)
+        captures.attrs, captures.x.values[None, :] / f_m, captures.y.values[:, None] / f_m
+    )
     noise = relative_noise(scene, mixed)
     known: dict[bytes, tuple] = {}  # most captures of one sensor see light alike
     out = []
@@ -97,15 +131,27 @@ def electrons(captures, light, mixed, scene, whole: float = 0.0, spread_errors=N
         one = captures.isel(capture=k)
         counting = one["quantum_efficiency"].values * photons_per_energy(captures.wavelength.values)
         if counting.tobytes() not in known:
-            known[counting.tobytes()] = (_rates(counting, captures, light, mixed, noise, gain, whole),
-                                         spread_errors and _spread(spread_errors(mixed, counting), captures, light))
+            known[counting.tobytes()] = (
+                _rates(counting, captures, light, mixed, noise, gain, whole),
+                spread_errors and _spread(spread_errors(mixed, counting), captures, light),
+            )
         scale = float(one["exposure_s"]) * float(one["area_m2"])
         (total, direct, renderer), spread = known[counting.tobytes()]
         total, direct, renderer = scale * total, scale * direct, scale * renderer
         read = float(one["read_noise_e"]) ** 2 + float(one["quantisation_e"]) ** 2 / 12
         sigma = np.sqrt(np.maximum(total + float(one["dark_e"]) + read, np.finfo(float).tiny))
-        out.append(Electrons(name, total, direct, sigma, renderer, ~one["saturated"].values, scale * float(counting.sum(1).max()),
-                             spread and tuple(scale * s for s in spread)))
+        out.append(
+            Electrons(
+                name,
+                total,
+                direct,
+                sigma,
+                renderer,
+                ~one["saturated"].values,
+                scale * float(counting.sum(1).max()),
+                spread and tuple(scale * s for s in spread),
+            )
+        )
     return out
 
 
@@ -119,7 +165,9 @@ def with_parts(shots: list[Electrons], captures, rows: list[Row]) -> list[Electr
         one = captures.isel(capture=k)
         counting = one["quantum_efficiency"].values * photons_per_energy(captures.wavelength.values)
         scale = float(one["exposure_s"]) * float(one["area_m2"])
-        parts = {name: scale * _at_pixels(counting, captures, part) for name, part in declared.items()}
+        parts = {
+            name: scale * _at_pixels(counting, captures, part) for name, part in declared.items()
+        }
         out.append(replace(shot, parts=parts))
     return out
 
@@ -147,30 +195,56 @@ def _spread(errors, captures, light):
     for whole, planes in zip(out, errors):
         for channel, plane in enumerate(planes):
             if (mine := filters == channel).any():
-                whole[mine] = resample_mean(plane, light.x.values, light.y.values, captures.x.values, captures.y.values, side, side)[mine]
+                whole[mine] = resample_mean(
+                    plane,
+                    light.x.values,
+                    light.y.values,
+                    captures.x.values,
+                    captures.y.values,
+                    side,
+                    side,
+                )[mine]
     return tuple(out)
 
 
 def stated_noise(rows: list[Row]) -> float:
     """Return the largest relative noise that a renderer states as one number for a light group; 0 where there is no renderer."""
-    notes = [note for row in rows if row.stage.split(" ")[0] in ("renderer", "radiance") for note in row.errors]
-    return max((n.value for n in notes if n.unit == "relative" and n.how == "statistical"), default=0.0)
+    notes = [
+        note
+        for row in rows
+        if row.stage.split(" ")[0] in ("renderer", "radiance")
+        for note in row.errors
+    ]
+    return max(
+        (n.value for n in notes if n.unit == "relative" and n.how == "statistical"), default=0.0
+    )
 
 
 def _rates(counting, captures, light, mixed, noise, gain, whole):
     """Return per m2 and second, at each pixel in its own channel: all electrons, the direct ones, and their standard deviation."""
     side, place = captures.attrs["pitch_um"] * 1e-6, (captures.x.values, captures.y.values)
     filters = captures["filter"].values
-    total, direct, variance = np.zeros(filters.shape), np.zeros(filters.shape), np.zeros(filters.shape)
+    total, direct, variance = (
+        np.zeros(filters.shape),
+        np.zeros(filters.shape),
+        np.zeros(filters.shape),
+    )
     for channel, row in enumerate(counting):
         mine = filters == channel
         if not mine.any():
             continue
         tiles = _sum(row, mixed.values)
-        total[mine] = resample_mean(_plane(row, captures, light), light.x.values, light.y.values, *place, side, side)[mine]
+        total[mine] = resample_mean(
+            _plane(row, captures, light), light.x.values, light.y.values, *place, side, side
+        )[mine]
         direct[mine] = (gain * seen(tiles, mixed, captures))[mine]
         if noise is not None:
-            variance[mine] = (gain**2 * pixel_variance((noise[nearest_xyz(row, mixed.wavelength.values)] * tiles) ** 2, mixed, captures))[mine]
+            variance[mine] = (
+                gain**2
+                * pixel_variance(
+                    (noise[nearest_xyz(row, mixed.wavelength.values)] * tiles) ** 2, mixed, captures
+                )
+            )[mine]
     return total, direct, np.sqrt(variance) if noise is not None else whole * direct
 
 
@@ -179,7 +253,9 @@ def _plane(row, captures, light):
     if light.attrs["units"] != PHOTOCURRENT:
         return _sum(row[np.isin(captures.wavelength.values, light.wavelength.values)], light.values)
     efficiency = row / photons_per_energy(captures.wavelength.values)
-    apart = np.abs(np.asarray(light.attrs["efficiency"]) - efficiency).max(1)  # not 0 with crosstalk, which mixes channels
+    apart = np.abs(np.asarray(light.attrs["efficiency"]) - efficiency).max(
+        1
+    )  # not 0 with crosstalk, which mixes channels
     return light.values[int(apart.argmin())]
 
 
@@ -231,8 +307,15 @@ def within(bound, deviation, share: float = SHARE) -> float:
 
 def _in_electrons(note, shot: Electrons, spread):
     if note.unit in RELATIVE:
-        known = {"": shot.total, error_terms.SPREAD: spread, error_terms.DIRECT: shot.direct, **shot.parts}
-        return note.value * known.get(error_terms.part_of(note), shot.total)  # a part that nobody declared is at most all light
+        known = {
+            "": shot.total,
+            error_terms.SPREAD: spread,
+            error_terms.DIRECT: shot.direct,
+            **shot.parts,
+        }
+        return note.value * known.get(
+            error_terms.part_of(note), shot.total
+        )  # a part that nobody declared is at most all light
     return {
         IRRADIANCE: note.value * shot.per_irradiance,
         "electrons": note.value,
@@ -245,7 +328,12 @@ def notes_after(rows: list[Row], kernels: bool = True) -> tuple[list[ErrorNote],
 
     Without `kernels` but for those of kernels: they are known pixel by pixel. What a sensor states is no part of them.
     """
-    notes = [note for row in rows for note in row.errors if _after_renderer(row.stage.split(" ")[0], note)]
+    notes = [
+        note
+        for row in rows
+        for note in row.errors
+        if _after_renderer(row.stage.split(" ")[0], note)
+    ]
     kept, without = [], []
     for note in error_terms.largest_alternatives(notes):
         if note.unit not in UNITS or note.quantity not in error_terms.LIGHT:
@@ -268,7 +356,12 @@ def _after_renderer(kind: str, note: ErrorNote) -> bool:
 def notes_of_sensor(rows: list[Row]) -> list[ErrorNote]:
     """Return what sensors state of the electrons that they count; noise and non-linearity belong to the sensor and are no errors."""
     rows = [row for row in rows if row.stage.split(" ")[0] == "sensor"]
-    notes = [note for row in rows for note in row.errors if note.quantity == Quantity.ELECTRONS and note.unit in UNITS]
+    notes = [
+        note
+        for row in rows
+        for note in row.errors
+        if note.quantity == Quantity.ELECTRONS and note.unit in UNITS
+    ]
     return error_terms.largest_alternatives(notes)
 
 
@@ -284,7 +377,9 @@ class Figures:
     capture: str
 
 
-def figures_of(shot: Electrons, notes: list[ErrorNote], of_sensor: Sequence[ErrorNote] = ()) -> Figures | None:
+def figures_of(
+    shot: Electrons, notes: list[ErrorNote], of_sensor: Sequence[ErrorNote] = ()
+) -> Figures | None:
     """Return the figures of one capture, None where all its pixels are saturated.
 
     `notes` : of the stages after the renderer. `of_sensor` : as `notes_of_sensor`.
@@ -306,7 +401,9 @@ def figures_of(shot: Electrons, notes: list[ErrorNote], of_sensor: Sequence[Erro
     )
 
 
-def state(shots: list[Electrons], rows: list[Row], allowed: float, seconds: tuple[float, float]) -> None:
+def state(
+    shots: list[Electrons], rows: list[Row], allowed: float, seconds: tuple[float, float]
+) -> None:
     """State in the ledger how wrong a picture is in units of its own noise, first of all captures, then of each.
 
     Parameters
@@ -315,7 +412,10 @@ def state(shots: list[Electrons], rows: list[Row], allowed: float, seconds: tupl
     allowed : share of the noise that everything after the renderer may take.
     seconds : of the rendering, and of everything after it.
     """
-    notes, counting = {shot.capture: notes_after(rows, kernels=shot.spread is None) for shot in shots}, notes_of_sensor(rows)
+    notes, counting = (
+        {shot.capture: notes_after(rows, kernels=shot.spread is None) for shot in shots},
+        notes_of_sensor(rows),
+    )
     found = [one for shot in shots if (one := figures_of(shot, notes[shot.capture][0], counting))]
     if not found:
         ledger.error(0.0, UNIT, "statistical", "no pixel is below saturation")
@@ -328,14 +428,27 @@ def state(shots: list[Electrons], rows: list[Row], allowed: float, seconds: tupl
     )
     _state_figure(most.whole, "statistical", label, WHOLE)
     for one in found:
-        _state_figure(one.renderer, "statistical", f"electrons of {one.capture}: renderer", RENDERER)
+        _state_figure(
+            one.renderer, "statistical", f"electrons of {one.capture}: renderer", RENDERER
+        )
         label = f"electrons of {one.capture}: all after the renderer"
         _state_figure(one.later, "bound", label, AFTER_RENDERER)
-        _state_figure(one.sensor, "bound", f"electrons of {one.capture}: counted by the sensor", SENSOR)
-    if any(row.stage.startswith("radiance") for row in rows) and not any(shot.renderer.any() for shot in shots):
-        ledger.left_out("noise of the renderer", "it states none: several passes, or more paths, would", np.inf, UNIT)
+        _state_figure(
+            one.sensor, "bound", f"electrons of {one.capture}: counted by the sensor", SENSOR
+        )
+    if any(row.stage.startswith("radiance") for row in rows) and not any(
+        shot.renderer.any() for shot in shots
+    ):
+        ledger.left_out(
+            "noise of the renderer",
+            "it states none: several passes, or more paths, would",
+            np.inf,
+            UNIT,
+        )
     for note in notes[shots[-1].capture][1]:
-        ledger.left_out(note.what, "no error of a pixel's electrons follows from it", note.value, note.unit)
+        ledger.left_out(
+            note.what, "no error of a pixel's electrons follows from it", note.value, note.unit
+        )
 
 
 def _state_figure(value: float, how: error_terms.How, what: str, source: str) -> None:
@@ -349,15 +462,27 @@ def _why(found: list[Figures], shots, rows, allowed) -> str:
         return ""
     shot = next(s for s in shots if s.capture == most.capture)
     alone = replace(shot, spread=None, renderer=np.zeros_like(shot.renderer))
-    causes = [(figures_of(alone, [note]).later, note.what) for note in notes_after(rows, shot.spread is None)[0]]
+    causes = [
+        (figures_of(alone, [note]).later, note.what)
+        for note in notes_after(rows, shot.spread is None)[0]
+    ]
     if shot.spread:
-        causes.append((figures_of(replace(alone, spread=shot.spread), []).later, "kernels beyond their exact core"))
+        causes.append(
+            (
+                figures_of(replace(alone, spread=shot.spread), []).later,
+                "kernels beyond their exact core",
+            )
+        )
     share, what = max(causes)
     return f"; more than allowed, {share:.3g} of it by: {what}"
 
 
 def seconds(rows: list[Row], camera: str, scene) -> tuple[float, float]:
     """Return the seconds that one camera's picture took: of the rendering, in this run or when it was stored, and of all after it."""
-    own = [row.seconds for row in rows if row.stage.split(" ")[0] in ("radiance", "lighting", "lens")
-           or row.stage in (f"sensor {camera}", f"isp {camera}")]
+    own = [
+        row.seconds
+        for row in rows
+        if row.stage.split(" ")[0] in ("radiance", "lighting", "lens")
+        or row.stage in (f"sensor {camera}", f"isp {camera}")
+    ]
     return float(scene.attrs.get("rendered_s", 0.0)), sum(own)

@@ -35,16 +35,29 @@ class Chain:
     cameras: dict[str, Any]
     isp: Any
     metrics: dict[str, Any]
-    draws: int = 1      # shots with other noise that each score is the mean of
+    draws: int = 1  # shots with other noise that each score is the mean of
     allowed: accuracy.Allowed = accuracy.Allowed()
-    leave_out: bool = True          # False: everything is computed, needed or not
-    looked_at: bool = True          # a report shows the scene, under all versions
-    unseen: tuple[str, ...] = ()    # versions that were asked for and that nobody looks at
+    leave_out: bool = True  # False: everything is computed, needed or not
+    looked_at: bool = True  # a report shows the scene, under all versions
+    unseen: tuple[str, ...] = ()  # versions that were asked for and that nobody looks at
 
     def components(self) -> list:
         """Return every component, left to right."""
-        return [c for c in (self.scene, self.renderer, self.lighting, *self.versions.values(), self.lens,
-                            *self.flares.values(), *self.cameras.values(), self.isp, *self.metrics.values()) if c is not None]
+        return [
+            c
+            for c in (
+                self.scene,
+                self.renderer,
+                self.lighting,
+                *self.versions.values(),
+                self.lens,
+                *self.flares.values(),
+                *self.cameras.values(),
+                self.isp,
+                *self.metrics.values(),
+            )
+            if c is not None
+        ]
 
 
 @dataclass
@@ -69,8 +82,10 @@ def chain(config) -> Chain:
 
     def table(kind, node):
         if node is not None and not isinstance(node, Mapping):
-            raise ConfigError(f"{TABLES[kind]} is {node!r}; expected entries by name; "
-                              f"type for example +{kind}@{TABLES[kind]}.mine=<name>")
+            raise ConfigError(
+                f"{TABLES[kind]} is {node!r}; expected entries by name; "
+                f"type for example +{kind}@{TABLES[kind]}.mine=<name>"
+            )
         check_names(NAMED[kind], node or ())
         return {key: build_from_config(kind, value) for key, value in (node or {}).items() if value}
 
@@ -83,7 +98,9 @@ def chain(config) -> Chain:
         raise ConfigError("the config has no camera; name a sensor, for example sensor=bayer")
     checked_seed(config.get("seed", 0))
     if not (isinstance(config.get("draws", 1), int) and config.get("draws", 1) >= 1):
-        raise ConfigError(f"draws is {config.draws!r}; expected a whole number of shots, at least 1; type for example draws=4")
+        raise ConfigError(
+            f"draws is {config.draws!r}; expected a whole number of shots, at least 1; type for example draws=4"
+        )
     renderer, allowed = config.get("renderer"), accuracy.allowed(config)
     leave_out, versions = switch(config, "leave_out"), table("lighting", config.get("versions"))
     if SHOWN in versions:
@@ -94,7 +111,9 @@ def chain(config) -> Chain:
     looked_at = switch(config, "report") or not leave_out
     parts = Chain(
         scene=build_from_config("scene", config.scene),
-        renderer=accuracy.with_render_error(build_from_config("renderer", renderer) if renderer else None, allowed),
+        renderer=accuracy.with_render_error(
+            build_from_config("renderer", renderer) if renderer else None, allowed
+        ),
         lighting=build_from_config("lighting", config.lighting),
         versions=versions if looked_at else {},
         lens=build_from_config("lens", config.lens),
@@ -102,7 +121,12 @@ def chain(config) -> Chain:
         cameras=cameras,
         isp=build_from_config("isp", config.isp),
         metrics=table("metric", config.get("metric")),
-        draws=config.get("draws", 1), leave_out=leave_out, looked_at=looked_at, unseen=() if looked_at else tuple(versions), allowed=allowed)
+        draws=config.get("draws", 1),
+        leave_out=leave_out,
+        looked_at=looked_at,
+        unseen=() if looked_at else tuple(versions),
+        allowed=allowed,
+    )
     check_fields(parts.scene, parts.lens, parts.cameras.values())
     check_rendered(parts.scene, parts.renderer)
     early_checks.check_shots(tuple(parts.cameras.values()), parts.isp)
@@ -127,8 +151,10 @@ def checked_config(config):
     from .composition import resolved
 
     if not isinstance(config, DictConfig | dict):
-        raise ConfigError(f"the config is {config!r}; expected a composed config; "
-                          'type for example hdr.run(hdr.compose(["sensor=rgbw"]))')
+        raise ConfigError(
+            f"the config is {config!r}; expected a composed config; "
+            'type for example hdr.run(hdr.compose(["sensor=rgbw"]))'
+        )
     return resolved(config if isinstance(config, DictConfig) else OmegaConf.create(config))
 
 
@@ -136,7 +162,9 @@ def switch(config, name: str) -> bool:
     """Return a switch of the config, true where it is not there."""
     value = config.get(name, True)
     if not isinstance(value, bool):
-        raise ConfigError(f"{name} is {value!r}; expected true or false; type for example {name}=false")
+        raise ConfigError(
+            f"{name} is {value!r}; expected true or false; type for example {name}=false"
+        )
     return value
 
 
@@ -148,14 +176,19 @@ def plan(parts: Chain, rows: Ledger) -> Demand:
     ConfigError : the memory of this machine does not hold the frame, the lens's kernels or the pixels.
     """
     with book.stage(rows, "plan"):
-        book.error(0.0, "1", "bound", "nothing is computed yet; what is left out is bounded one by one")
+        book.error(
+            0.0, "1", "bound", "nothing is computed yet; what is left out is bounded one by one"
+        )
         state_field(parts.scene, parts.lens)
         if parts.leave_out:
             demand = asked_backwards(parts)
         else:
             from .quantities import LABELS  # needs xarray, which is slow to import
 
-            demand = Demand(labels=frozenset(LABELS), error_allowed=asked_of_sensors(parts, Demand()).error_allowed)
+            demand = Demand(
+                labels=frozenset(LABELS),
+                error_allowed=asked_of_sensors(parts, Demand()).error_allowed,
+            )
         check_memory(parts, demand)
         return demand
 
@@ -164,16 +197,35 @@ def check_memory(parts: Chain, demand: Demand) -> None:
     """Raise ConfigError where what `demand` asks for does not fit into the memory of this machine."""
     source = parts.renderer or parts.scene
     wavelength_nm = demand.wavelength_nm or bands.offered_nm(source)
-    frame = memory.frame_of(source, parts.scene, wavelength_nm, demand.margin, sensed=demand.response is not None)
-    memory.check_run(source, parts.scene, parts.lens, tuple(parts.flares.values()), tuple(parts.cameras.values()), frame)
+    frame = memory.frame_of(
+        source, parts.scene, wavelength_nm, demand.margin, sensed=demand.response is not None
+    )
+    memory.check_run(
+        source,
+        parts.scene,
+        parts.lens,
+        tuple(parts.flares.values()),
+        tuple(parts.cameras.values()),
+        frame,
+    )
 
 
 def asked_backwards(parts: Chain) -> Demand:
     """Return what the scores need of the scene; what nobody needs is stated in the ledger."""
     if not parts.looked_at:
-        book.left_out("display view of the scene", "no report is asked for, and only it shows it", 0.0, "cd/m2")
+        book.left_out(
+            "display view of the scene",
+            "no report is asked for, and only it shows it",
+            0.0,
+            "cd/m2",
+        )
     for version in parts.unseen:
-        book.left_out(f"lighting {version}, and light groups that it alone needs", "no report is asked for, and only it shows them", 0.0, "cd/m2")
+        book.left_out(
+            f"lighting {version}, and light groups that it alone needs",
+            "no report is asked for, and only it shows them",
+            0.0,
+            "cd/m2",
+        )
     offered = bands.offered_nm(parts.renderer or parts.scene)
     demand = Demand(wavelength_nm=offered)
     for metric in parts.metrics.values():
@@ -186,13 +238,17 @@ def asked_backwards(parts: Chain) -> Demand:
     demand = bands.with_bands(narrowed(parts.lens, demand), offered)
     lightings = parts.lighting, *parts.versions.values()
     window.planned(parts.scene, parts.lens, tuple(parts.flares.values()), demand.window_m)
-    demand = margin.left_out_where_unseen(demand, parts.renderer, parts.lens, tuple(parts.flares.values()), lightings)
+    demand = margin.left_out_where_unseen(
+        demand, parts.renderer, parts.lens, tuple(parts.flares.values()), lightings
+    )
     return union([narrowed(light, demand) for light in lightings])
 
 
 def asked_of_sensors(parts: Chain, demand: Demand) -> Demand:
     """Return what the sensors need of `demand` together, and how right light has to be for them: also as it is stored, whatever is left out."""
-    return accuracy.budgeted(union([narrowed(sensor, demand) for sensor in parts.cameras.values()]), parts.allowed)
+    return accuracy.budgeted(
+        union([narrowed(sensor, demand) for sensor in parts.cameras.values()]), parts.allowed
+    )
 
 
 def state_labels(parts: Chain, demand: Demand) -> None:
@@ -216,13 +272,18 @@ def union(demands: list[Demand]) -> Demand:
     for other in rest:
         first = replace(
             first,
-            groups=None if first.groups is None or other.groups is None else tuple(dict.fromkeys(first.groups + other.groups)),
-            wavelength_nm=None if first.wavelength_nm is None or other.wavelength_nm is None else tuple(
-                sorted(set(first.wavelength_nm) | set(other.wavelength_nm))),
+            groups=None
+            if first.groups is None or other.groups is None
+            else tuple(dict.fromkeys(first.groups + other.groups)),
+            wavelength_nm=None
+            if first.wavelength_nm is None or other.wavelength_nm is None
+            else tuple(sorted(set(first.wavelength_nm) | set(other.wavelength_nm))),
             labels=first.labels | other.labels,
             error_allowed=min(first.error_allowed, other.error_allowed),
-            response=joined(first.response, other.response), margin=first.margin or other.margin,
-            window_m=window.wider(first.window_m, other.window_m))
+            response=joined(first.response, other.response),
+            margin=first.margin or other.margin,
+            window_m=window.wider(first.window_m, other.window_m),
+        )
     return first
 
 
@@ -235,7 +296,11 @@ def joined(first, second):
 
 def stage(rows: Ledger, kind: str, name: str, component, call):
     """Run `call()` as one stage: hooks around it, a row in the ledger, the result back."""
-    hook, at_work, title = plugin_manager().hook, Stage(kind, name, component), f"{kind} {name}" if name else kind
+    hook, at_work, title = (
+        plugin_manager().hook,
+        Stage(kind, name, component),
+        f"{kind} {name}" if name else kind,
+    )
     hook.isethdr_before_stage(stage=at_work)
     try:
         with book.stage(rows, title) as at_work.row, progress.shown(title):
@@ -262,7 +327,11 @@ def on_sensor(parts: Chain, mixed, demand: Demand):
     if demand.response is not None and hasattr(parts.lens, "photocurrent"):
         light = parts.lens.photocurrent(mixed, flares, demand.response)
     else:
-        known = {"error_allowed": demand.error_allowed} if "error_allowed" in signature(parts.lens.__call__).parameters else {}
+        known = (
+            {"error_allowed": demand.error_allowed}
+            if "error_allowed" in signature(parts.lens.__call__).parameters
+            else {}
+        )
         light = parts.lens(mixed, flares=flares, **known)
     return bands.widened(light, every, demand.response) if len(seen) < len(every) else light
 
@@ -274,7 +343,9 @@ def developed(parts: Chain, captures):
     return with_saturation(parts.isp(captures), captures)
 
 
-def through_camera(parts: Chain, rows: Ledger, name: str, light, mixed, scene, generator, demand: Demand) -> Camera:
+def through_camera(
+    parts: Chain, rows: Ledger, name: str, light, mixed, scene, generator, demand: Demand
+) -> Camera:
     """Return what the camera `name` makes of the light, and its scores against truth."""
     from .truth import labels_on, truth
 
@@ -288,25 +359,51 @@ def through_camera(parts: Chain, rows: Ledger, name: str, light, mixed, scene, g
     def again(draw: int) -> list[Score]:
         """Return the scores of the same shot with other noise; what it states is as the first draw stated it."""
         with book.stage(Ledger(), "draw"):
-            other = developed(parts, sensor(light, generator.child(f"{generator.scene} draw {draw}")))
-            return [score for metric in parts.metrics.values() for score in metric(other, reference, labels)]
+            other = developed(
+                parts, sensor(light, generator.child(f"{generator.scene} draw {draw}"))
+            )
+            return [
+                score
+                for metric in parts.metrics.values()
+                for score in metric(other, reference, labels)
+            ]
 
     for key, metric in parts.metrics.items():
-        seen.scores += stage(rows, "metric", f"{key} {name}", metric, lambda k=key, m=metric: scored(k, m(picture, reference, labels)))
+        seen.scores += stage(
+            rows,
+            "metric",
+            f"{key} {name}",
+            metric,
+            lambda k=key, m=metric: scored(k, m(picture, reference, labels)),
+        )
     shots = [seen.scores]
     if parts.draws > 1 and parts.metrics:
         with book.stage(rows, f"draws {name}"):
-            others = [again(k) for k in range(1, parts.draws)] if varies(parts, sensor) else shots * (parts.draws - 1)
+            others = (
+                [again(k) for k in range(1, parts.draws)]
+                if varies(parts, sensor)
+                else shots * (parts.draws - 1)
+            )
             shots += others
             state_spread(over_draws(shots), parts.draws)
-    renderer = renderer_errors(parts, rows, name, light, mixed, scene, seen,
-                               lambda changed: developed(parts, sensor(changed, generator)))
+    renderer = renderer_errors(
+        parts,
+        rows,
+        name,
+        light,
+        mixed,
+        scene,
+        seen,
+        lambda changed: developed(parts, sensor(changed, generator)),
+    )
     seen.scores = over_draws(shots, renderer)
     state_picture(parts, rows, name, light, mixed, scene, seen, demand)
     return seen
 
 
-def renderer_errors(parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, again) -> dict[ScoreKey, RendererError]:
+def renderer_errors(
+    parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, again
+) -> dict[ScoreKey, RendererError]:
     """Return the error that renderer noise leaves in each score, and add the row that says so.
 
     Parameters
@@ -323,10 +420,17 @@ def renderer_errors(parts: Chain, rows: Ledger, name: str, light, mixed, scene, 
         return {}
     with book.stage(own := Ledger(), f"scores {name}"):
         if parts.draws > 1:
-            errors = score_errors.state(camera, camera.scores, parts.metrics.values(), mixed, scene, light, again)
+            errors = score_errors.state(
+                camera, camera.scores, parts.metrics.values(), mixed, scene, light, again
+            )
         else:
             errors = {}
-            book.left_out("intervals of scores", "one shot does not tell how much the next one differs; draws=4 does", float("inf"), "1")
+            book.left_out(
+                "intervals of scores",
+                "one shot does not tell how much the next one differs; draws=4 does",
+                float("inf"),
+                "1",
+            )
     (row,) = own
     if row.errors:
         rows.append(row)
@@ -335,33 +439,61 @@ def renderer_errors(parts: Chain, rows: Ledger, name: str, light, mixed, scene, 
     return errors
 
 
-def state_picture(parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, demand: Demand) -> None:
+def state_picture(
+    parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, demand: Demand
+) -> None:
     """Add the row that says how wrong the picture is, in units of the sensor's noise, and what that took."""
     from . import lens_errors, noise_units
 
     with book.stage(rows, f"picture {name}"):
         if lacking := noise_units.missing(camera.captures):
-            book.error(float("inf"), noise_units.UNIT, "bound", f"not known: the captures lack {', '.join(lacking)}")
+            book.error(
+                float("inf"),
+                noise_units.UNIT,
+                "bound",
+                f"not known: the captures lack {', '.join(lacking)}",
+            )
             return
-        errors = lens_errors.asked_of(parts.lens, tuple(parts.flares.values()), parts.cameras.values(), demand if parts.leave_out else None, mixed)
+        errors = lens_errors.asked_of(
+            parts.lens,
+            tuple(parts.flares.values()),
+            parts.cameras.values(),
+            demand if parts.leave_out else None,
+            mixed,
+        )
         looked_at = noise_units.some_of(camera.captures) if parts.leave_out else camera.captures
-        own = [row for row in rows if row.stage == f"sensor {name}" or not row.stage.startswith("sensor ")]
-        shots = noise_units.electrons(looked_at, light, mixed, scene, noise_units.stated_noise(own), errors)
+        own = [
+            row
+            for row in rows
+            if row.stage == f"sensor {name}" or not row.stage.startswith("sensor ")
+        ]
+        shots = noise_units.electrons(
+            looked_at, light, mixed, scene, noise_units.stated_noise(own), errors
+        )
         shots = noise_units.with_parts(shots, looked_at, own)
-        noise_units.state(shots, own, parts.allowed.noise_fraction, noise_units.seconds(rows, name, scene))
+        noise_units.state(
+            shots, own, parts.allowed.noise_fraction, noise_units.seconds(rows, name, scene)
+        )
 
 
 def varies(parts: Chain, sensor) -> bool:
     """Return whether another draw of the noise makes another picture; a sensor without noise says so in its field `noise`."""
     if not parts.leave_out or getattr(sensor, "noise", True):
         return True
-    book.left_out(f"{parts.draws - 1} more draws of the noise", "the sensor has none: they would be the same", 0.0, "relative")
+    book.left_out(
+        f"{parts.draws - 1} more draws of the noise",
+        "the sensor has none: they would be the same",
+        0.0,
+        "relative",
+    )
     return False
 
 
 def scored(key: str, scores) -> list[Score]:
     """Return the scores of one metric, their intervals stated in the ledger; PluginError where it returned something else."""
     if not (isinstance(scores, list) and all(isinstance(s, Score) for s in scores)):
-        raise PluginError(f"metric {key!r} returned {scores!r}; expected a list of isethdr_core.Score")
+        raise PluginError(
+            f"metric {key!r} returned {scores!r}; expected a list of isethdr_core.Score"
+        )
     state_errors(scores)
     return scores

@@ -10,16 +10,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-ALL_BANDS = (None,)     # a demand that names no band asks for all that the renderer makes
+ALL_BANDS = (None,)  # a demand that names no band asks for all that the renderer makes
 
 
 @dataclass(frozen=True)
 class Known:
     """What is stored of one light group."""
 
-    paths: int = 0                # per tile, that can be pooled
-    noise: float | None = None    # relative, of their mean; None where no light was found
-    next: int = 0                 # the first path that no rendering has followed
+    paths: int = 0  # per tile, that can be pooled
+    noise: float | None = None  # relative, of their mean; None where no light was found
+    next: int = 0  # the first path that no rendering has followed
 
 
 def pooled(spans) -> list[int]:
@@ -31,7 +31,7 @@ def pooled(spans) -> list[int]:
     if not known:
         return [0]
     known = [k for k in known if spans[k][1] - spans[k][0] > 1] or known[:1]
-    best: list[tuple[int, list[int]]] = [(0, [])]            # of the spans up to each, by their ends
+    best: list[tuple[int, list[int]]] = [(0, [])]  # of the spans up to each, by their ends
     order = sorted(known, key=lambda k: (spans[k][1], k))
     for place, k in enumerate(order):
         first, end = spans[k]
@@ -49,13 +49,17 @@ def pooled_noise(paths, noises) -> float | None:
     found = [n for n in noises if n is not None]
     if not found:
         return None
-    return math.hypot(*(p * (max(found) if n is None else n) for p, n in zip(paths, noises, strict=True))) / sum(paths)
+    return math.hypot(
+        *(p * (max(found) if n is None else n) for p, n in zip(paths, noises, strict=True))
+    ) / sum(paths)
 
 
 def holds(attributes: dict, group: str, band) -> bool:
     """Return whether a store holds one light group, or knows that it is dark, at a band in nm or at `ALL_BANDS`."""
     whole = attributes.get("bands_asked") is None
-    return group in (*attributes["groups"], *attributes["absent_groups"]) and (whole if band is None else band in attributes["wavelength_nm"])
+    return group in (*attributes["groups"], *attributes["absent_groups"]) and (
+        whole if band is None else band in attributes["wavelength_nm"]
+    )
 
 
 def known(held: list[dict], group: str, bands) -> Known:

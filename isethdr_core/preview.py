@@ -14,11 +14,11 @@ import numpy as np
 from .errors import UnitError
 from .quantities import check_scene_form
 
-REACH = 5       # tiles to each side in which like ones are looked for
-PATCH = 3       # tiles, side of the surroundings that are compared
-NORMAL = 0.1    # length of the difference of two unit normals at which a weight has fallen to 1 / e: 6 degrees
+REACH = 5  # tiles to each side in which like ones are looked for
+PATCH = 3  # tiles, side of the surroundings that are compared
+NORMAL = 0.1  # length of the difference of two unit normals at which a weight has fallen to 1 / e: 6 degrees
 DISTANCE = 0.1  # relative difference of two distances at which it has
-FAR = 1e6       # of the noise's variance: enough to count as infinitely far, and still to be averaged over surroundings
+FAR = 1e6  # of the noise's variance: enough to count as infinitely far, and still to be averaged over surroundings
 
 
 def tristimulus(scene) -> np.ndarray:
@@ -26,7 +26,12 @@ def tristimulus(scene) -> np.ndarray:
     from .physics.photometry import xyz
 
     check_scene_form(scene)
-    return np.stack([np.moveaxis(xyz(cube, scene.wavelength.values), -1, 0) for cube in scene.radiance.values.astype(float)])
+    return np.stack(
+        [
+            np.moveaxis(xyz(cube, scene.wavelength.values), -1, 0)
+            for cube in scene.radiance.values.astype(float)
+        ]
+    )
 
 
 def denoised(scene) -> np.ndarray:
@@ -37,26 +42,42 @@ def denoised(scene) -> np.ndarray:
     UnitError : the scene has no `xyz_noise`: it was not rendered, or in a single pass.
     """
     if "xyz_noise" not in scene or not np.isfinite(scene.xyz_noise.values).any():
-        raise UnitError("scene radiance has no 'xyz_noise' to denoise by; expected a rendering of 4 passes or more; "
-                        "type renderer.samples=8, or leave denoise out")
+        raise UnitError(
+            "scene radiance has no 'xyz_noise' to denoise by; expected a rendering of 4 passes or more; "
+            "type renderer.samples=8, or leave denoise out"
+        )
     alike = guides(scene)
-    return np.stack([averaged(xyz, noise, alike) for xyz, noise in zip(tristimulus(scene), scene.xyz_noise.values.astype(float))])
+    return np.stack(
+        [
+            averaged(xyz, noise, alike)
+            for xyz, noise in zip(tristimulus(scene), scene.xyz_noise.values.astype(float))
+        ]
+    )
 
 
 def guides(scene):
     """Return a function of two windows of the frame (slices): how far tiles may be averaged for what their labels say, 0 to 1."""
-    known = {name: scene[name].values for name in ("instance", "normal", "distance") if name in scene}
+    known = {
+        name: scene[name].values for name in ("instance", "normal", "distance") if name in scene
+    }
 
     def alike(p, q):
         weight = 1.0
         if "instance" in known:
             weight = weight * (known["instance"][p] == known["instance"][q])
         if "normal" in known:
-            weight = weight * np.exp(-((known["normal"][p] - known["normal"][q]) ** 2).sum(axis=-1) / NORMAL**2)
+            weight = weight * np.exp(
+                -((known["normal"][p] - known["normal"][q]) ** 2).sum(axis=-1) / NORMAL**2
+            )
         if "distance" in known:
-            near, far = np.minimum(known["distance"][p], known["distance"][q]), np.maximum(known["distance"][p], known["distance"][q])
+            near, far = (
+                np.minimum(known["distance"][p], known["distance"][q]),
+                np.maximum(known["distance"][p], known["distance"][q]),
+            )
             with np.errstate(invalid="ignore"):
-                part = np.where(far == near, 0.0, (far - near) / far)  # sky lies at no distance, as other sky does
+                part = np.where(
+                    far == near, 0.0, (far - near) / far
+                )  # sky lies at no distance, as other sky does
             weight = weight * np.exp(-((np.nan_to_num(part, nan=1.0) / DISTANCE) ** 2))
         return weight
 
@@ -86,11 +107,21 @@ def averaged(xyz, noise, alike) -> np.ndarray:
         for dx in range(-REACH if dy else 1, REACH + 1):
             if abs(dx) >= shape[1]:
                 continue
-            p, q = (slice(0, shape[0] - dy), _cut(shape[1], dx)), (slice(dy, None), _cut(shape[1], -dx))
-            square, least, near = (xyz[:, *p] - xyz[:, *q]) ** 2, np.minimum(variance[:, *p], variance[:, *q]), alike(p, q)
+            p, q = (
+                (slice(0, shape[0] - dy), _cut(shape[1], dx)),
+                (slice(dy, None), _cut(shape[1], -dx)),
+            )
+            square, least, near = (
+                (xyz[:, *p] - xyz[:, *q]) ** 2,
+                np.minimum(variance[:, *p], variance[:, *q]),
+                alike(p, q),
+            )
             for here, there in ((p, q), (q, p)):
                 known = variance[:, *here] + least
-                excess = np.divide(square, known, out=np.where(square > 0, FAR, 0.0), where=known > 0) - 1
+                excess = (
+                    np.divide(square, known, out=np.where(square > 0, FAR, 0.0), where=known > 0)
+                    - 1
+                )
                 far = uniform_filter(np.minimum(excess, FAR).mean(axis=0), PATCH, mode="nearest")
                 w = np.exp(-np.maximum(far, 0.0)) * near
                 total[:, *here] += w * xyz[:, *there]

@@ -52,13 +52,22 @@ def track(items: Iterable, what: str, total: int | None = None) -> Iterator:
 @cache
 def _display():
     """Return the one display of this process: rich draws nested stages and bars below each other."""
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        SpinnerColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
 
     class Late(Progress):
         """Tasks show once they have taken a while, so that quick stages do not flicker."""
 
         def get_renderables(self):
-            yield self.make_tasks_table([t for t in self.tasks if (t.elapsed or 0.0) > SHOWN_AFTER_S])
+            yield self.make_tasks_table(
+                [t for t in self.tasks if (t.elapsed or 0.0) > SHOWN_AFTER_S]
+            )
 
     columns = (
         SpinnerColumn(),

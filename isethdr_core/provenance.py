@@ -8,7 +8,17 @@ from functools import cache
 from importlib import metadata, util
 from pathlib import Path
 
-LIBRARIES = ("isethdr", "numpy", "scipy", "xarray", "zarr", "hydra-core", "mitsuba", "drjit", "colour-science")
+LIBRARIES = (
+    "isethdr",
+    "numpy",
+    "scipy",
+    "xarray",
+    "zarr",
+    "hydra-core",
+    "mitsuba",
+    "drjit",
+    "colour-science",
+)
 
 
 @cache
@@ -19,7 +29,7 @@ def source_digest(package: str) -> str:
     """
     spec = util.find_spec(package)
     digest = hashlib.sha256()
-    if spec and not spec.submodule_search_locations and spec.has_location:      # a plugin of one file
+    if spec and not spec.submodule_search_locations and spec.has_location:  # a plugin of one file
         digest.update(Path(spec.origin).read_bytes())
     for folder in sorted(spec.submodule_search_locations or []) if spec else []:
         for path in sorted(Path(folder).rglob("*")):

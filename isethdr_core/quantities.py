@@ -35,7 +35,9 @@ def centres(count: int, full_width: float) -> np.ndarray:
     return (np.arange(count) - (count - 1) / 2) * (full_width / count)
 
 
-def scene_radiance(radiance, groups, wavelength_nm, x, y, field=None, projection="tangent", **labels) -> xr.Dataset:
+def scene_radiance(
+    radiance, groups, wavelength_nm, x, y, field=None, projection="tangent", **labels
+) -> xr.Dataset:
     """Return a scene radiance Dataset.
 
     Parameters
@@ -53,10 +55,18 @@ def scene_radiance(radiance, groups, wavelength_nm, x, y, field=None, projection
     ------
     UnitError : as `check_scene`.
     """
-    cube = xr.DataArray(np.asarray(radiance, np.float32), dims=SCENE_DIMS, attrs={"units": RADIANCE})
-    ds = xr.Dataset({"radiance": cube}, coords={
-        "light_group": names(groups), "wavelength": np.asarray(wavelength_nm, float),
-        "y": np.asarray(y, float), "x": np.asarray(x, float)})
+    cube = xr.DataArray(
+        np.asarray(radiance, np.float32), dims=SCENE_DIMS, attrs={"units": RADIANCE}
+    )
+    ds = xr.Dataset(
+        {"radiance": cube},
+        coords={
+            "light_group": names(groups),
+            "wavelength": np.asarray(wavelength_nm, float),
+            "y": np.asarray(y, float),
+            "x": np.asarray(x, float),
+        },
+    )
     ds.wavelength.attrs["units"] = "nm"
     for name, value in labels.items():
         if name not in LABELS:
@@ -88,8 +98,12 @@ def tile_pitch(data, dim: str) -> float:
 
 def plane(values, wavelength_nm, x, y, units, **attrs) -> xr.DataArray:
     """Return a (wavelength, y, x) DataArray of mixed radiance or irradiance with its units and attributes."""
-    out = xr.DataArray(values, dims=MIXED_DIMS, coords={"wavelength": np.asarray(wavelength_nm, float), "y": y, "x": x},
-                       attrs={"units": units, **attrs})
+    out = xr.DataArray(
+        values,
+        dims=MIXED_DIMS,
+        coords={"wavelength": np.asarray(wavelength_nm, float), "y": y, "x": x},
+        attrs={"units": units, **attrs},
+    )
     out.wavelength.attrs["units"] = "nm"
     return out
 
@@ -99,13 +113,25 @@ def photocurrent(values, channels, x, y, wavelength_nm, efficiency, **attrs) -> 
 
     `efficiency` (channel, wavelength), electrons per photon, and the bands `wavelength_nm` say which sensor it was made for.
     """
-    return xr.DataArray(values, dims=CHANNEL_DIMS, coords={"channel": names(channels), "y": y, "x": x},
-                        attrs={"units": PHOTOCURRENT, "wavelength_nm": np.asarray(wavelength_nm, float), "efficiency": efficiency, **attrs})
+    return xr.DataArray(
+        values,
+        dims=CHANNEL_DIMS,
+        coords={"channel": names(channels), "y": y, "x": x},
+        attrs={
+            "units": PHOTOCURRENT,
+            "wavelength_nm": np.asarray(wavelength_nm, float),
+            "efficiency": efficiency,
+            **attrs,
+        },
+    )
 
 
 def bands_nm(light) -> np.ndarray:
     """Return the band centres of irradiance, or of the light that a photocurrent was made from."""
-    return np.asarray(light.wavelength.values if "wavelength" in light.dims else light.attrs["wavelength_nm"], float)
+    return np.asarray(
+        light.wavelength.values if "wavelength" in light.dims else light.attrs["wavelength_nm"],
+        float,
+    )
 
 
 def tristimulus(mixed: xr.DataArray) -> xr.Dataset:
@@ -114,9 +140,21 @@ def tristimulus(mixed: xr.DataArray) -> xr.Dataset:
     from .physics.photometry import xyz
 
     mixed = time_mean(mixed)
-    return xr.Dataset({"xyz": (("y", "x", "xyz_channel"), xyz(mixed.values, mixed.wavelength.values), {"units": LUMINANCE})},
-                      coords={"y": mixed.y.values, "x": mixed.x.values, "xyz_channel": names("XYZ")},
-                      attrs={k: mixed.attrs[k] for k in ("field_width", "field_height", "projection") if k in mixed.attrs})
+    return xr.Dataset(
+        {
+            "xyz": (
+                ("y", "x", "xyz_channel"),
+                xyz(mixed.values, mixed.wavelength.values),
+                {"units": LUMINANCE},
+            )
+        },
+        coords={"y": mixed.y.values, "x": mixed.x.values, "xyz_channel": names("XYZ")},
+        attrs={
+            k: mixed.attrs[k]
+            for k in ("field_width", "field_height", "projection")
+            if k in mixed.attrs
+        },
+    )
 
 
 def check_scene(ds: xr.Dataset) -> None:
@@ -128,12 +166,17 @@ def check_scene(ds: xr.Dataset) -> None:
 def check_scene_form(ds: xr.Dataset) -> None:
     """Do the checks of `check_scene` that read no light: for cubes of which only a part will be read."""
     if "radiance" not in ds:
-        raise UnitError("scene radiance needs a variable 'radiance'; got " + (", ".join(map(str, ds)) or "an empty Dataset"))
+        raise UnitError(
+            "scene radiance needs a variable 'radiance'; got "
+            + (", ".join(map(str, ds)) or "an empty Dataset")
+        )
     cube = ds["radiance"]
     _check_dims(cube, SCENE_DIMS, "scene radiance")
     _check_units(cube, RADIANCE, "scene radiance")
     if cube.size == 0:
-        raise UnitError(f"scene radiance is empty: {dict(cube.sizes)}; expected at least one group, band and tile")
+        raise UnitError(
+            f"scene radiance is empty: {dict(cube.sizes)}; expected at least one group, band and tile"
+        )
     _check_bands(cube, "scene radiance")
     _check_uniform(cube, "scene radiance")
     _check_field(ds)
@@ -160,9 +203,18 @@ def check_photocurrent(light: xr.DataArray) -> None:
 
 
 def _check_lens_attributes(light, what, more=()):
-    for name in ("f_number", "focal_length_mm", "throughput_sr", "field_width", "field_height", *more):
+    for name in (
+        "f_number",
+        "focal_length_mm",
+        "throughput_sr",
+        "field_width",
+        "field_height",
+        *more,
+    ):
         if name not in light.attrs:
-            raise UnitError(f"{what} lacks the attribute {name!r}; a lens sets it on its output (quantities.plane, quantities.photocurrent)")
+            raise UnitError(
+                f"{what} lacks the attribute {name!r}; a lens sets it on its output (quantities.plane, quantities.photocurrent)"
+            )
 
 
 def _check_plane(data, units, what):
@@ -177,7 +229,9 @@ def _check_plane(data, units, what):
 
 def _check_dims(data, dims, what):
     if tuple(data.dims) != dims:
-        raise UnitError(f"{what} has dims {tuple(map(str, data.dims))}; expected {dims}; use .transpose{dims}")
+        raise UnitError(
+            f"{what} has dims {tuple(map(str, data.dims))}; expected {dims}; use .transpose{dims}"
+        )
     for dim in dims:
         if dim not in data.coords:
             raise UnitError(f"{what} has no coordinate {dim!r}; expected coordinates for {dims}")
@@ -186,7 +240,9 @@ def _check_dims(data, dims, what):
 def _check_units(data, units, what):
     found = data.attrs.get("units")
     if found != units:
-        raise UnitError(f"{what} has units {found!r}; expected {units!r}; convert it and set .attrs['units']")
+        raise UnitError(
+            f"{what} has units {found!r}; expected {units!r}; convert it and set .attrs['units']"
+        )
 
 
 def _check_bands(data, what):
@@ -199,7 +255,9 @@ def _check_bands(data, what):
             f"{LEAST_NM:g} to {MOST_NM:g}; multiply micrometres by 1e3, metres by 1e9"
         )
     if np.any(np.diff(w) <= 0):
-        raise UnitError(f"{what} has unsorted or repeated wavelengths {w}; expected nm, increasing; use .sortby('wavelength')")
+        raise UnitError(
+            f"{what} has unsorted or repeated wavelengths {w}; expected nm, increasing; use .sortby('wavelength')"
+        )
 
 
 def _check_uniform(data, what):
@@ -209,21 +267,32 @@ def _check_uniform(data, what):
             step = np.diff(c)
             # 1e-3 of a tile: coordinates stored as float32 still pass on a 8000-pixel row
             if np.any(step <= 0) or np.ptp(step) > 1e-3 * abs(step.mean()):
-                raise UnitError(f"{what} has {dim} that is not evenly spaced and increasing; "
-                                f"expected tile centres, steps found {step.min():g} to {step.max():g}")
+                raise UnitError(
+                    f"{what} has {dim} that is not evenly spaced and increasing; "
+                    f"expected tile centres, steps found {step.min():g} to {step.max():g}"
+                )
 
 
 def _check_field(ds):
     projection = ds.attrs.get("projection", "tangent")
     if projection not in PROJECTIONS:
-        raise UnitError(f"projection {projection!r} is unknown{did_you_mean(str(projection), PROJECTIONS)}")
+        raise UnitError(
+            f"projection {projection!r} is unknown{did_you_mean(str(projection), PROJECTIONS)}"
+        )
     edges = [float(np.abs(ds[d].values).max()) for d in ("x", "y")]
-    if projection == "tangent" and (half := np.degrees(np.arctan(max(edges)))) > LARGEST_HALF_FIELD_DEG:
-        raise UnitError(f"a tangent grid reaches {half:.1f} degrees off axis; expected at most {LARGEST_HALF_FIELD_DEG:g}; "
-                        "use projection 'equidistant' for wider cameras")
+    if (
+        projection == "tangent"
+        and (half := np.degrees(np.arctan(max(edges)))) > LARGEST_HALF_FIELD_DEG
+    ):
+        raise UnitError(
+            f"a tangent grid reaches {half:.1f} degrees off axis; expected at most {LARGEST_HALF_FIELD_DEG:g}; "
+            "use projection 'equidistant' for wider cameras"
+        )
     if projection == "equidistant" and np.hypot(*edges) > np.pi:
-        raise UnitError(f"the corners of an equidistant grid lie {np.degrees(np.hypot(*edges)):.1f} degrees off axis; "
-                        "expected at most 180: there are no directions beyond")
+        raise UnitError(
+            f"the corners of an equidistant grid lie {np.degrees(np.hypot(*edges)):.1f} degrees off axis; "
+            "expected at most 180: there are no directions beyond"
+        )
 
 
 def _check_light(data, what):
@@ -231,10 +300,14 @@ def _check_light(data, what):
         return
     low, high = float(np.min(data.values)), float(np.max(data.values))  # numpy's: NaN comes through
     if not (np.isfinite(low) and np.isfinite(high)):
-        raise UnitError(f"{what} holds NaN or infinite values; expected finite light (a damaged store or a failed render?)")
+        raise UnitError(
+            f"{what} holds NaN or infinite values; expected finite light (a damaged store or a failed render?)"
+        )
     if low < 0:
-        raise UnitError(f"{what} holds negative light ({low:g} {data.attrs.get('units')}); expected 0 or more, light is never negative; "
-                        "check a subtraction or an interpolation upstream")
+        raise UnitError(
+            f"{what} holds negative light ({low:g} {data.attrs.get('units')}); expected 0 or more, light is never negative; "
+            "check a subtraction or an interpolation upstream"
+        )
 
 
 def _plain_light(values) -> bool:
@@ -242,5 +315,9 @@ def _plain_light(values) -> bool:
 
     As unsigned integers floats grow from 0 to infinity, and what follows is no number or negative.
     """
-    bits = {4: np.uint32, 8: np.uint64}.get(values.dtype.itemsize) if values.dtype.kind == "f" and values.dtype.isnative else None
+    bits = (
+        {4: np.uint32, 8: np.uint64}.get(values.dtype.itemsize)
+        if values.dtype.kind == "f" and values.dtype.isnative
+        else None
+    )
     return bits is not None and values.view(bits).max() < np.array(np.inf, values.dtype).view(bits)

@@ -54,9 +54,16 @@ def plugin_manager() -> pluggy.PluginManager:
         except Exception as err:  # a third party's code: anything may happen
             if pm.has_plugin(name):
                 pm.unregister(name=name)
-            _broken.append(BrokenPlugin(entry.name, package_of(entry), f"{type(err).__name__}: {err}"))
-            log.error("plugin %r of package %r did not load and is skipped (%s: %s)",
-                      entry.name, package_of(entry), type(err).__name__, err)
+            _broken.append(
+                BrokenPlugin(entry.name, package_of(entry), f"{type(err).__name__}: {err}")
+            )
+            log.error(
+                "plugin %r of package %r did not load and is skipped (%s: %s)",
+                entry.name,
+                package_of(entry),
+                type(err).__name__,
+                err,
+            )
     return pm
 
 
@@ -82,15 +89,25 @@ def components() -> dict[tuple[str, str], Component]:
             for comp in offered:
                 _check(comp)
         except Exception as err:
-            _broken.append(BrokenPlugin(impl.plugin_name, _package_name(impl.plugin), f"{type(err).__name__}: {err}"))
-            log.error("plugin %r offers components that cannot be used and is skipped (%s: %s)",
-                      impl.plugin_name, type(err).__name__, err)
+            _broken.append(
+                BrokenPlugin(
+                    impl.plugin_name, _package_name(impl.plugin), f"{type(err).__name__}: {err}"
+                )
+            )
+            log.error(
+                "plugin %r offers components that cannot be used and is skipped (%s: %s)",
+                impl.plugin_name,
+                type(err).__name__,
+                err,
+            )
             continue
         for comp in offered:
             key = (comp.kind, comp.name)
             if key in found:
-                raise PluginError(f"two plugins offer {comp.kind}/{comp.name}: {package_of_component(found[key])} and "
-                                  f"{package_of_component(comp)}; rename one, or leave one out with ISETHDR_PLUGINS")
+                raise PluginError(
+                    f"two plugins offer {comp.kind}/{comp.name}: {package_of_component(found[key])} and "
+                    f"{package_of_component(comp)}; rename one, or leave one out with ISETHDR_PLUGINS"
+                )
             found[key] = comp
     return found
 
@@ -117,7 +134,7 @@ def build(kind: str, name: str, /, **fields):
     values = converted(who, cls, fields, on_command_line_before(kind))
     try:
         return cls(**values)
-    except (ValueError, TypeError, ArithmeticError) as err:     # a plain check in __post_init__
+    except (ValueError, TypeError, ArithmeticError) as err:  # a plain check in __post_init__
         raise ConfigError(f"{who}: {err}") from err
 
 
@@ -130,7 +147,11 @@ def build_from_config(kind: str, config):
     """Make the component that a composed config node names by its key `name`."""
     from omegaconf import OmegaConf
 
-    params = OmegaConf.to_container(config, resolve=True) if OmegaConf.is_config(config) else dict(config)
+    params = (
+        OmegaConf.to_container(config, resolve=True)
+        if OmegaConf.is_config(config)
+        else dict(config)
+    )
     if "name" not in params:
         raise ConfigError(f"a {kind} in the config has no name; choose one: {kind}=<name>")
     return build(kind, params.pop("name"), **params)
@@ -152,21 +173,36 @@ def _package_name(plugin) -> str:
 
 def _check(comp) -> None:
     if not isinstance(comp, Component):
-        raise PluginError(f"isethdr_components() returned {comp!r}; expected isethdr_core.Component(kind, name, cls)")
+        raise PluginError(
+            f"isethdr_components() returned {comp!r}; expected isethdr_core.Component(kind, name, cls)"
+        )
     if comp.kind not in KINDS:
         raise PluginError(f"{comp.kind}/{comp.name}: unknown kind{did_you_mean(comp.kind, KINDS)}")
     if not (dataclasses.is_dataclass(comp.cls) and comp.cls.__dataclass_params__.frozen):
-        raise PluginError(f"{comp.kind}/{comp.name}: {comp.cls.__qualname__} must be a frozen dataclass; "
-                          "write @dataclass(frozen=True) above it")
-    missing = [f.name for f in dataclasses.fields(comp.cls)
-               if f.init and f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING]
+        raise PluginError(
+            f"{comp.kind}/{comp.name}: {comp.cls.__qualname__} must be a frozen dataclass; "
+            "write @dataclass(frozen=True) above it"
+        )
+    missing = [
+        f.name
+        for f in dataclasses.fields(comp.cls)
+        if f.init and f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
+    ]
     if missing:
-        raise PluginError(f"{comp.kind}/{comp.name}: field {missing[0]!r} has no default; every field needs one")
+        raise PluginError(
+            f"{comp.kind}/{comp.name}: field {missing[0]!r} has no default; every field needs one"
+        )
 
 
 def _refuse_unknown_hooks(pm, name, plugin) -> None:
     """A misspelled hook would silently never be called: name it, with the nearest valid one."""
     known = {n for n in vars(hookspecs) if n.startswith("isethdr_")}
     for attribute in dir(plugin):
-        if attribute.startswith("isethdr_") and hasattr(getattr(plugin, attribute), "isethdr_impl") and attribute not in known:
-            raise PluginError(f"plugin {name!r} implements the unknown hook {attribute!r}{did_you_mean(attribute, known)}")
+        if (
+            attribute.startswith("isethdr_")
+            and hasattr(getattr(plugin, attribute), "isethdr_impl")
+            and attribute not in known
+        ):
+            raise PluginError(
+                f"plugin {name!r} implements the unknown hook {attribute!r}{did_you_mean(attribute, known)}"
+            )

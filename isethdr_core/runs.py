@@ -20,7 +20,17 @@ from .errors import CatalogError
 from .forecast import expected_s
 from .kernels import kernels
 from .ledger import Ledger
-from .pipeline import SHOWN, Camera, Chain, chain, checked_config, on_sensor, plan, stage, through_camera
+from .pipeline import (
+    SHOWN,
+    Camera,
+    Chain,
+    chain,
+    checked_config,
+    on_sensor,
+    plan,
+    stage,
+    through_camera,
+)
 from .provenance import fingerprint, input_digests, versions
 from .quantities import tristimulus
 from .recipes import described, held_and_missing, scene_radiance
@@ -34,7 +44,7 @@ class Result:
 
     path: Path
     attributes: dict[str, Any]
-    computed: bool                 # False: the same run was already stored
+    computed: bool  # False: the same run was already stored
 
     @property
     def key(self) -> str:
@@ -83,10 +93,12 @@ def run(config) -> Result:
     check_writable(folder)
     failed = store.home() / "failed" / f"{key}.txt"
     try:
-        with threadpool_limits(1, "blas"):     # its own threads would spin beside those of the stages, and longer than they work
+        with threadpool_limits(
+            1, "blas"
+        ):  # its own threads would spin beside those of the stages, and longer than they work
             path = _compute(config, settings, parts, key, folder)
     except Exception as err:
-        with suppress(OSError):     # a full disk must not hide the error that it caused
+        with suppress(OSError):  # a full disk must not hide the error that it caused
             failed.parent.mkdir(parents=True, exist_ok=True)
             failed.write_text(traceback.format_exc())
             err.add_note(f"traceback in {failed}")
@@ -109,22 +121,34 @@ def check_writable(folder: Path) -> None:
         if not os.access(folder, os.W_OK):
             raise PermissionError(errno.EACCES, "no permission to write there")
     except OSError as err:
-        raise CatalogError(f"cannot write stores into {folder}: {err.strerror}; "
-                           "choose another folder with ISETHDR_HOME=/path") from err
+        raise CatalogError(
+            f"cannot write stores into {folder}: {err.strerror}; "
+            "choose another folder with ISETHDR_HOME=/path"
+        ) from err
 
 
 def run_key(config, parts: Chain) -> str:
     """Return the hash of all that can change the result: resolved config (or its `plain` data), code, library versions, input files."""
     components = parts.components()
-    return store.content_hash({"config": plain(config), "code": fingerprint(*components), "versions": versions(),
-                               "inputs": input_digests(*components)})
+    return store.content_hash(
+        {
+            "config": plain(config),
+            "code": fingerprint(*components),
+            "versions": versions(),
+            "inputs": input_digests(*components),
+        }
+    )
 
 
 def plain(config) -> dict:
     """Return a composed config as plain data, without Hydra's own node."""
     from omegaconf import OmegaConf
 
-    data = OmegaConf.to_container(config, resolve=True) if OmegaConf.is_config(config) else dict(config)
+    data = (
+        OmegaConf.to_container(config, resolve=True)
+        if OmegaConf.is_config(config)
+        else dict(config)
+    )
     return {k: v for k, v in data.items() if k not in ("hydra", "experiment", "choices")}
 
 
@@ -135,43 +159,92 @@ def _compute(config, settings: dict, parts: Chain, key: str, folder: Path) -> Pa
     demand = plan(parts, rows)
     expected = expected_s(parts, settings, held_and_missing(parts, demand)[1])
     scene, ids = scene_radiance(parts, demand, rows, config)
-    mixed = stage(rows, "lighting", config.lighting.name, parts.lighting, lambda: parts.lighting(scene))
-    versions_mixed = {name: stage(rows, "lighting", name, light, lambda part=light: part(scene))
-                      for name, light in parts.versions.items() if scene.sizes["light_group"] > 1}
-    light = stage(rows, "lens", config.lens.name, parts.lens, lambda: on_sensor(parts, mixed, demand))
+    mixed = stage(
+        rows, "lighting", config.lighting.name, parts.lighting, lambda: parts.lighting(scene)
+    )
+    versions_mixed = {
+        name: stage(rows, "lighting", name, light, lambda part=light: part(scene))
+        for name, light in parts.versions.items()
+        if scene.sizes["light_group"] > 1
+    }
+    light = stage(
+        rows, "lens", config.lens.name, parts.lens, lambda: on_sensor(parts, mixed, demand)
+    )
     # the recipe, not the store: which groups were rendered when must not change the noise
-    random = generator(config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name)
-    cameras = {name: through_camera(parts, rows, name, light, mixed, scene, random, demand) for name in parts.cameras}
+    random = generator(
+        config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name
+    )
+    cameras = {
+        name: through_camera(parts, rows, name, light, mixed, scene, random, demand)
+        for name in parts.cameras
+    }
     for row in rows:
         row.light_parts.clear()  # as large as the light; nobody reads it any more
-    attributes = _record(config, settings, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows) | {"expected_s": expected}
-    return store.write_store(folder, key, _groups(cameras, {SHOWN: mixed, **versions_mixed} if parts.looked_at else {}), attributes)
+    attributes = _record(
+        config, settings, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows
+    ) | {"expected_s": expected}
+    return store.write_store(
+        folder,
+        key,
+        _groups(cameras, {SHOWN: mixed, **versions_mixed} if parts.looked_at else {}),
+        attributes,
+    )
 
 
 def _groups(cameras: dict[str, Camera], shown) -> dict:
     groups = {f"versions/{name}": tristimulus(m) for name, m in shown.items()}
     for name, seen in cameras.items():
         # normals lie along a dimension `xyz`, and a picture has a variable of that name
-        labels = seen.labels.rename_dims(xyz="direction") if "xyz" in seen.labels.dims else seen.labels
-        truth = seen.truth.assign({v: labels[v] for v in labels.data_vars}).assign_attrs(labels.attrs)
-        groups |= {f"captures/{name}": seen.captures, f"picture/{name}": seen.picture, f"truth/{name}": truth}
+        labels = (
+            seen.labels.rename_dims(xyz="direction") if "xyz" in seen.labels.dims else seen.labels
+        )
+        truth = seen.truth.assign({v: labels[v] for v in labels.data_vars}).assign_attrs(
+            labels.attrs
+        )
+        groups |= {
+            f"captures/{name}": seen.captures,
+            f"picture/{name}": seen.picture,
+            f"truth/{name}": truth,
+        }
     return groups
 
 
 def _record(config, settings, parts, key, ids, scene, mixed, shown, cameras, rows) -> dict:
     choices = dict(config.get("choices") or {})
     return {
-        "kind": "run", "key": key, "config": settings, "scene_id": ids[0] if ids else "", "scene_ids": ids,
-        "scene": described(parts.scene), "choices": choices,
-        "lighting": choices.get("lighting", config.lighting.name), "lens": choices.get("lens", config.lens.name),
-        "weights": mixed.attrs["weights"], "versions_shown": shown, "cameras": list(cameras), "lighting_notes": {
-            k: v for k, v in mixed.attrs.items() if k in ("infeasible", "targets", "modulation") and v},
+        "kind": "run",
+        "key": key,
+        "config": settings,
+        "scene_id": ids[0] if ids else "",
+        "scene_ids": ids,
+        "scene": described(parts.scene),
+        "choices": choices,
+        "lighting": choices.get("lighting", config.lighting.name),
+        "lens": choices.get("lens", config.lens.name),
+        "weights": mixed.attrs["weights"],
+        "versions_shown": shown,
+        "cameras": list(cameras),
+        "lighting_notes": {
+            k: v
+            for k, v in mixed.attrs.items()
+            if k in ("infeasible", "targets", "modulation") and v
+        },
         "sensors": {name: type(parts.cameras[name]).__name__ for name in cameras},
-        "objects": scene.attrs.get("objects", []), "lamps": scene.attrs.get("lamps", []),
-        "scores": [{"camera": name, **asdict(score)} for name, seen in cameras.items() for score in seen.scores],
-        "warnings": [asdict(warning) for name, seen in cameras.items()
-                     for warning in warnings_of(name, seen.picture, seen.truth, seen.labels)],
-        "ledger": rows.as_records(), "versions": versions(),
-        "kernels": kernels(*parts.components()), "code": fingerprint(*parts.components()),
-        "created": datetime.now(UTC).isoformat(timespec="seconds")}
-
+        "objects": scene.attrs.get("objects", []),
+        "lamps": scene.attrs.get("lamps", []),
+        "scores": [
+            {"camera": name, **asdict(score)}
+            for name, seen in cameras.items()
+            for score in seen.scores
+        ],
+        "warnings": [
+            asdict(warning)
+            for name, seen in cameras.items()
+            for warning in warnings_of(name, seen.picture, seen.truth, seen.labels)
+        ],
+        "ledger": rows.as_records(),
+        "versions": versions(),
+        "kernels": kernels(*parts.components()),
+        "code": fingerprint(*parts.components()),
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+    }

@@ -55,11 +55,11 @@ class Lamp:
     floor, so that the lamp never turns black off its axis. `outer_deg` 90 and `inner_deg` 90: Lambertian.
     """
 
-    kind: str                       # low_beam, drl, tail, brake, indicator, street, window, ...
-    group: str                      # light group: headlights, streetlights, other, ...
-    intensity_cd: float             # luminous intensity of the whole part along its axis
-    spectrum: Spectrum              # relative spectral power; only its shape matters
-    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)   # unit vector, model coordinates
+    kind: str  # low_beam, drl, tail, brake, indicator, street, window, ...
+    group: str  # light group: headlights, streetlights, other, ...
+    intensity_cd: float  # luminous intensity of the whole part along its axis
+    spectrum: Spectrum  # relative spectral power; only its shape matters
+    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)  # unit vector, model coordinates
     inner_deg: float = 90.0
     outer_deg: float = 90.0
     lambertian_share: float = 1e-3
@@ -95,7 +95,7 @@ class Placed:
     name: str
     model: str
     category: str
-    pose: np.ndarray                # (4, 4) model to world
+    pose: np.ndarray  # (4, 4) model to world
 
 
 @dataclass(frozen=True)
@@ -105,8 +105,12 @@ class Camera:
     position_m: tuple[float, float, float]
     target_m: tuple[float, float, float]
     horizontal_field_deg: float = 45.0
-    aspect: float = 16 / 9          # width / height of the field, in tangents, or in angles where it is equidistant
-    projection: Literal["tangent", "equidistant"] = "tangent"  # of the grid of tiles; tangents end at 75 degrees off the axis
+    aspect: float = (
+        16 / 9
+    )  # width / height of the field, in tangents, or in angles where it is equidistant
+    projection: Literal["tangent", "equidistant"] = (
+        "tangent"  # of the grid of tiles; tangents end at 75 degrees off the axis
+    )
 
 
 @dataclass(frozen=True, eq=False)

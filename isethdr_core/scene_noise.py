@@ -70,7 +70,9 @@ def smoothing_change(halves, level_cd_m2) -> np.ndarray:
     def window_mean(values):
         # running sums would carry the rounding error of a lamp along its whole row
         equal = np.full(WINDOW_TILES, 1 / WINDOW_TILES)
-        return correlate1d(correlate1d(values, equal, axis=0, mode="nearest"), equal, axis=1, mode="nearest")
+        return correlate1d(
+            correlate1d(values, equal, axis=0, mode="nearest"), equal, axis=1, mode="nearest"
+        )
 
     noise = window_mean((halves * level_cd_m2) ** 2)
     mean = window_mean(level_cd_m2)
@@ -98,7 +100,11 @@ def levels(mixed, weights) -> np.ndarray:
 def nearest_xyz(sensitivity, wavelength_nm) -> int:
     """Return which of X, Y and Z a channel's `sensitivity` (wavelength,) is most like: the noise of that one is taken for its own."""
     curves = xyz_weights(wavelength_nm)
-    alike = curves @ sensitivity / np.sqrt((curves**2).sum(1) * max(float(sensitivity @ sensitivity), np.finfo(float).tiny))
+    alike = (
+        curves
+        @ sensitivity
+        / np.sqrt((curves**2).sum(1) * max(float(sensitivity @ sensitivity), np.finfo(float).tiny))
+    )
     return int(np.nanargmax(alike))
 
 
@@ -113,16 +119,24 @@ def pixel_variance(variance, field, picture) -> np.ndarray:
     -----
     A mean with weights w has the variance sum of w^2 times the tiles' variances. Where a lens distorts, w are shares of the seen area.
     """
-    f_m, side = float(picture.attrs["focal_length_mm"]) * 1e-3, float(picture.attrs["pitch_um"]) * 1e-6
+    f_m, side = (
+        float(picture.attrs["focal_length_mm"]) * 1e-3,
+        float(picture.attrs["pitch_um"]) * 1e-6,
+    )
     at = {d: picture[d].values / f_m for d in ("x", "y")}
     lens, side = geometry.map_of(picture), side / f_m
     if isinstance(lens, geometry.Identity):
         across, down = (overlaps(field[d].values, at[d], side, d) / side for d in ("x", "y"))
         across, down = across.multiply(across).tocsr(), down.multiply(down).tocsr()
         flat = np.reshape(variance, (-1, *np.shape(variance)[-2:]))
-        return np.stack([(across @ (down @ one).T).T for one in flat]).reshape(*np.shape(variance)[:-2], len(at["y"]), len(at["x"]))
-    areas = geometry.field_areas(lens, *(borders(field[d].values, tile_pitch(field, d)) for d in ("x", "y")),
-                                 *(borders(at[d], side) for d in ("x", "y")))
+        return np.stack([(across @ (down @ one).T).T for one in flat]).reshape(
+            *np.shape(variance)[:-2], len(at["y"]), len(at["x"])
+        )
+    areas = geometry.field_areas(
+        lens,
+        *(borders(field[d].values, tile_pitch(field, d)) for d in ("x", "y")),
+        *(borders(at[d], side) for d in ("x", "y")),
+    )
     shares = areas.multiply(1 / areas.sum(axis=1)[:, None]).tocsr()
     out = (shares.multiply(shares).tocsr() @ np.reshape(variance, (-1, areas.shape[1])).T).T
     return out.reshape(*np.shape(variance)[:-2], len(at["y"]), len(at["x"]))
@@ -140,10 +154,17 @@ def direct_share(light, mixed) -> np.ndarray:
     if light.attrs["units"] == PHOTOCURRENT:
         counting = np.asarray(light.attrs["efficiency"]) * photons_per_energy(bands_nm(light))
         bands = np.tensordot(counting.astype(bands.dtype), bands, 1)
-    gain = light.attrs["throughput_sr"] * geometry.relative_illumination(light.attrs, light.x.values[None, :] / f_m, light.y.values[:, None] / f_m)
+    gain = light.attrs["throughput_sr"] * geometry.relative_illumination(
+        light.attrs, light.x.values[None, :] / f_m, light.y.values[:, None] / f_m
+    )
     out = np.empty(whole.shape, np.float32)
     for share, tiles, plane in zip(out, bands, whole):
-        np.clip(gain * on_light(tiles, mixed, light) / np.where(plane > 0, plane, np.inf), 0.0, 1.0, out=share)
+        np.clip(
+            gain * on_light(tiles, mixed, light) / np.where(plane > 0, plane, np.inf),
+            0.0,
+            1.0,
+            out=share,
+        )
     return out
 
 
@@ -154,6 +175,17 @@ def on_light(tiles, mixed, light) -> np.ndarray:
     """
     lens, f_m = geometry.map_of(light), light.attrs["focal_length_mm"] * 1e-3
     inside = window.tiles(mixed, [side / f_m for side in full_field(light)])
-    if isinstance(lens, geometry.Identity) and (part := tiles[..., inside["y"], inside["x"]]).shape[-2:] == light.shape[-2:]:
+    if (
+        isinstance(lens, geometry.Identity)
+        and (part := tiles[..., inside["y"], inside["x"]]).shape[-2:] == light.shape[-2:]
+    ):
         return part
-    return geometry.mean_seen(tiles, mixed, lens, light.x.values / f_m, light.y.values / f_m, tile_pitch(light, "x") / f_m, beyond=True)
+    return geometry.mean_seen(
+        tiles,
+        mixed,
+        lens,
+        light.x.values / f_m,
+        light.y.values / f_m,
+        tile_pitch(light, "x") / f_m,
+        beyond=True,
+    )

@@ -16,16 +16,27 @@ import numpy as np
 from . import ledger
 from .ledger import Ledger
 from .light_in_time import time_mean
-from .scene_noise import NOISE, direct_share, luminance_cd_m2, on_light, relative_halves, smoothing_change
+from .scene_noise import (
+    NOISE,
+    direct_share,
+    luminance_cd_m2,
+    on_light,
+    relative_halves,
+    smoothing_change,
+)
 from .score_intervals import NOT_MEASURED, RendererError, ScoreKey, key_of
 from .truth import seen
 
 RENDERED = "rendered_s"  # attribute of scenes that a renderer made
-CHANGES = 6     # of the scene, for scores of whole pictures
-SURE = 0.9      # share of runs for which the stated factor holds
-FEW_TILES = 8   # that a score may rest on: each knows its own noise from one difference of half buffers
-SIDE = 3        # a picture is cut into SIDE x SIDE parts, a third of which is asked of each of three changes
-BLOCK = 48      # pixels: side of the pieces that make up a part, at least. Their seams are no part of the scene; windows of metrics are about 10 wide
+CHANGES = 6  # of the scene, for scores of whole pictures
+SURE = 0.9  # share of runs for which the stated factor holds
+FEW_TILES = (
+    8  # that a score may rest on: each knows its own noise from one difference of half buffers
+)
+SIDE = (
+    3  # a picture is cut into SIDE x SIDE parts, a third of which is asked of each of three changes
+)
+BLOCK = 48  # pixels: side of the pieces that make up a part, at least. Their seams are no part of the scene; windows of metrics are about 10 wide
 
 
 def state(
@@ -65,7 +76,13 @@ def state(
     for k in range(max(SIDE * bool(of_parts), count * bool(whole))):
         pair = pair_of(_by_lot(apart, k))
         for part in parts[k] if of_parts and k < SIDE else ():
-            _add(samples, *(_of_part(of_parts, *both, part) for both in (pair, (camera.picture, camera.truth))))
+            _add(
+                samples,
+                *(
+                    _of_part(of_parts, *both, part)
+                    for both in (pair, (camera.picture, camera.truth))
+                ),
+            )
         if k < count:
             _add_moves(moved, pair, whole, objects=not parts)
     smoothed: dict[ScoreKey, list[float]] = {}
@@ -76,7 +93,13 @@ def state(
         why = "objects of large pictures are not measured again: their intervals hold the noise realisations only"
         ledger.left_out("renderer noise in scores of objects", why, math.inf, "1")
     for (name, unit, _), found in samples.items():
-        _state(name, unit, *_of_frame(np.array(found)), f"changes of {len(found)} parts of the picture", len(found) - 1)
+        _state(
+            name,
+            unit,
+            *_of_frame(np.array(found)),
+            f"changes of {len(found)} parts of the picture",
+            len(found) - 1,
+        )
     for (name, unit, of_object), found in moved.items():
         if not of_object:
             rms, shift = math.sqrt(np.mean(np.square(found))), float(np.mean(found))
@@ -93,7 +116,9 @@ def known_within(count: int) -> float:
     low, high = 1.0, 100.0
     for _ in range(40):
         factor = math.sqrt(low * high)
-        share = gammainc(count / 2, count * factor**2 / 2) - gammainc(count / 2, count / factor**2 / 2)
+        share = gammainc(count / 2, count * factor**2 / 2) - gammainc(
+            count / 2, count / factor**2 / 2
+        )
         low, high = (factor, high) if share < SURE else (low, factor)
     return high
 
@@ -101,7 +126,11 @@ def known_within(count: int) -> float:
 def _camera_of_changes(camera, mixed, light, again):
     """Return a function that gives (picture, truth) of a scene whose luminance changes by a relative `change` (y, x) in all its colours."""
     level = luminance_cd_m2(mixed)
-    true, xyz, straight = seen(level, mixed, camera.picture), camera.truth["xyz"], direct_share(light, mixed)
+    true, xyz, straight = (
+        seen(level, mixed, camera.picture),
+        camera.truth["xyz"],
+        direct_share(light, mixed),
+    )
 
     def pair(change):
         share = seen(change * level, mixed, camera.picture) / np.where(true > 0, true, 1.0)
@@ -115,7 +144,9 @@ def _camera_of_changes(camera, mixed, light, again):
 
 def _by_lot(apart, draw: int):
     """Return the change (y, x) that shows one half buffer or the other in each tile, by lot."""
-    random = np.random.default_rng([draw, 20260])  # of its own: the shot's noise must not depend on whether scores are asked for
+    random = np.random.default_rng(
+        [draw, 20260]
+    )  # of its own: the shot's noise must not depend on whether scores are asked for
     return np.where(random.random(apart.shape) < 0.5, apart, -apart)
 
 
@@ -131,7 +162,10 @@ def _parts(picture) -> list[list[dict]]:
             return []
         strips = np.array_split(np.arange(picture.sizes[d]), SIDE * pieces)
         cuts[d] = [np.concatenate(strips[k::SIDE]) for k in range(SIDE)]
-    return [[{"y": cuts["y"][k], "x": cuts["x"][(k + shift) % SIDE]} for k in range(SIDE)] for shift in range(SIDE)]
+    return [
+        [{"y": cuts["y"][k], "x": cuts["x"][(k + shift) % SIDE]} for k in range(SIDE)]
+        for shift in range(SIDE)
+    ]
 
 
 def _of_part(metrics, picture, truth, part):
@@ -188,7 +222,9 @@ def _of_whole(metrics, camera, scores) -> list[tuple]:
     for metric in metrics:
         labels = _with_one_object(camera.labels)
         found = _ask(metric, camera.picture, camera.truth, labels)
-        if not all(np.array_equal(s.value, before.get(key_of(s), math.inf), equal_nan=True) for s in found):
+        if not all(
+            np.array_equal(s.value, before.get(key_of(s), math.inf), equal_nan=True) for s in found
+        ):
             labels = camera.labels
         if found:  # one that speaks of objects alone is asked no more
             out.append((metric, labels, before))
@@ -219,7 +255,12 @@ def _add(found, after, before) -> None:
 def _state(name, unit, rms, shift, how, free) -> None:
     if free > 0:
         side = f", of it {shift:.2g} to one side" if shift else ""
-        ledger.error(rms, unit or "1", "statistical", f"score {name}: renderer{side}, by {how}, right within a factor of {known_within(free):.1f}")
+        ledger.error(
+            rms,
+            unit or "1",
+            "statistical",
+            f"score {name}: renderer{side}, by {how}, right within a factor of {known_within(free):.1f}",
+        )
 
 
 def _values(scores) -> dict[ScoreKey, float]:

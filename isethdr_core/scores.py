@@ -25,7 +25,9 @@ class Score:
     high: float = float("nan")
 
 
-UNLIKE_SHARES = 0.05  # of valid pixels; scores of pictures that differ by more stand on unlike pixels
+UNLIKE_SHARES = (
+    0.05  # of valid pixels; scores of pictures that differ by more stand on unlike pixels
+)
 
 
 def unlike_shares(scores: list[dict]) -> dict[str, dict[str, float]]:
@@ -67,7 +69,9 @@ def shares_remark(shares: dict[str, float]) -> str:
 
 def half_interval(score: Score) -> float:
     """Return the larger distance from the value to an end of its interval, in its unit; NaN where it has neither end."""
-    sides = [side for side in (score.value - score.low, score.high - score.value) if not math.isnan(side)]
+    sides = [
+        side for side in (score.value - score.low, score.high - score.value) if not math.isnan(side)
+    ]
     return max(sides, default=math.nan)
 
 
@@ -84,10 +88,21 @@ def state_errors(scores: list[Score]) -> None:
         return
     sure = [s for s in scores if not math.isnan(half_interval(s))]
     if not sure:
-        ledger.error(math.inf, scores[0].unit or "1", "bound", f"{scores[0].metric}: too little of the picture is valid for an interval")
+        ledger.error(
+            math.inf,
+            scores[0].unit or "1",
+            "bound",
+            f"{scores[0].metric}: too little of the picture is valid for an interval",
+        )
         return
     whole = [s for s in sure if not s.object] or sure
     for unit in dict.fromkeys(s.unit for s in whole):
         widest = max((s for s in whole if s.unit == unit), key=half_interval)
-        ledger.error(half_interval(widest), unit or "1", "statistical",
-                     " ".join(filter(None, (widest.metric, widest.object and f"of {widest.object}", "95 %"))))
+        ledger.error(
+            half_interval(widest),
+            unit or "1",
+            "statistical",
+            " ".join(
+                filter(None, (widest.metric, widest.object and f"of {widest.object}", "95 %"))
+            ),
+        )

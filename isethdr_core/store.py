@@ -42,7 +42,7 @@ from .store_manifest import (
 if TYPE_CHECKING:
     import xarray as xr
 
-FORMAT = 2      # of the layout below the root; raised when an older reader would misread a newer store
+FORMAT = 2  # of the layout below the root; raised when an older reader would misread a newer store
 WITHOUT_MANIFEST = 1  # the format before manifests: `isethdr catalog adopt` adds one
 ROOT_FILE = "zarr.json"
 
@@ -99,18 +99,26 @@ def _root(path: Path) -> tuple[dict, Manifest | None]:
     except FileNotFoundError:
         if path.exists():
             raise CatalogError(f"{path} is not a store: it holds no zarr.json; {ADVICE}") from None
-        raise CatalogError(f"there is no store {path}; `isethdr catalog find` lists what there is") from None
+        raise CatalogError(
+            f"there is no store {path}; `isethdr catalog find` lists what there is"
+        ) from None
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise CatalogError(f"the store {path} is damaged: zarr.json cannot be read ({error}); {ADVICE}") from None
+        raise CatalogError(
+            f"the store {path} is damaged: zarr.json cannot be read ({error}); {ADVICE}"
+        ) from None
     if complete is not True:
-        raise CatalogError(f"the store {path} is incomplete: it lacks the mark that is written last; {ADVICE}")
+        raise CatalogError(
+            f"the store {path} is incomplete: it lacks the mark that is written last; {ADVICE}"
+        )
     manifest = read_manifest(path)
     if manifest is not None:
         try:
             check_whole(path, ROOT_FILE, manifest.files[ROOT_FILE], text)
         except CatalogError as error:
             if version == WITHOUT_MANIFEST:
-                raise CatalogError(f"{error}; `isethdr catalog adopt` finishes an adoption that was interrupted") from None
+                raise CatalogError(
+                    f"{error}; `isethdr catalog adopt` finishes an adoption that was interrupted"
+                ) from None
             raise
     if version not in (WITHOUT_MANIFEST, FORMAT) or isinstance(version, bool):
         raise CatalogError(
@@ -122,7 +130,9 @@ def _root(path: Path) -> tuple[dict, Manifest | None]:
     return restored(attrs), manifest
 
 
-def write_store(folder, name: str, datasets: dict[str, xr.Dataset], attrs: dict, keepbits: int | None = KEEPBITS) -> Path:
+def write_store(
+    folder, name: str, datasets: dict[str, xr.Dataset], attrs: dict, keepbits: int | None = KEEPBITS
+) -> Path:
     """Write a store as a whole, or nothing; keep the one that is there already.
 
     Parameters
@@ -145,29 +155,42 @@ def write_store(folder, name: str, datasets: dict[str, xr.Dataset], attrs: dict,
     for key in datasets:
         check_path(key)
         if key.split("/")[0] == MANIFEST:
-            raise CatalogError(f"the group {key!r} cannot be stored: {MANIFEST!r} is the store's own")
+            raise CatalogError(
+                f"the group {key!r} cannot be stored: {MANIFEST!r} is the store's own"
+            )
     folder = Path(folder)
     final = folder / f"{name}.zarr"
     if any(set(LIGHT) & set(ds.variables) for ds in datasets.values()):
-        ledger.error(rounding(keepbits), "relative", "bound", "light as stored, rounded in its mantissa")
+        ledger.error(
+            rounding(keepbits), "relative", "bound", "light as stored, rounded in its mantissa"
+        )
     if find_complete(folder, name):
         return final
     temporary = temporary_path(folder, name)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         remove_leftovers(folder)
-        _write(temporary, name, {key: portable(ds, keepbits) for key, ds in datasets.items()}, jsonable(attrs))
+        _write(
+            temporary,
+            name,
+            {key: portable(ds, keepbits) for key, ds in datasets.items()},
+            jsonable(attrs),
+        )
         _to_disk(temporary)
         try:
             os.rename(temporary, final)
         except OSError as error:
             if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
                 raise
-            find_complete(folder, name)     # another writer of the same recipe was faster: its store is as good
+            find_complete(
+                folder, name
+            )  # another writer of the same recipe was faster: its store is as good
     except OSError as error:
         raise _cannot_write(final, error) from error
     finally:
-        shutil.rmtree(temporary, ignore_errors=True)    # gone already after the rename; left by any failure or Ctrl-C
+        shutil.rmtree(
+            temporary, ignore_errors=True
+        )  # gone already after the rename; left by any failure or Ctrl-C
     return final
 
 
@@ -188,14 +211,18 @@ def _check_written(path: Path, key: str, ds) -> None:
     for name in set(LIGHT) & set(ds.variables):
         stored = zarr.open_array(path / key / name, mode="r")
         if stored.shape != ds.variables[name].shape:
-            raise CatalogError(f"{path}: {key}/{name} was written as {stored.shape}, expected {ds.variables[name].shape}; write it again")
+            raise CatalogError(
+                f"{path}: {key}/{name} was written as {stored.shape}, expected {ds.variables[name].shape}; write it again"
+            )
         if hole := holes(stored):
-            raise CatalogError(f"{path}: {key}/{name} holds NaN at {hole}; light is finite: a failed render, or a chunk was lost")
+            raise CatalogError(
+                f"{path}: {key}/{name} holds NaN at {hole}; light is finite: a failed render, or a chunk was lost"
+            )
 
 
 def holes(array) -> str:
     """Return where a zarr array of floats holds NaN, the value of what was never written; "" where nowhere."""
-    for i in range(array.shape[0] if array.ndim else 0):     # one shard at a time bounds the memory
+    for i in range(array.shape[0] if array.ndim else 0):  # one shard at a time bounds the memory
         if np.isnan(array[i]).any():
             return f"index {i} of {array.shape[0]}"
     return ""
@@ -213,11 +240,18 @@ def _to_disk(path: Path) -> None:
 
 
 def _cannot_write(final: Path, error: OSError) -> CatalogError:
-    reasons = {errno.ENOSPC: "the disk is full", errno.EDQUOT: "the disk quota is used up", errno.EROFS: "the disk is read-only",
-               errno.EACCES: "no permission to write there", errno.EPERM: "no permission to write there"}
+    reasons = {
+        errno.ENOSPC: "the disk is full",
+        errno.EDQUOT: "the disk quota is used up",
+        errno.EROFS: "the disk is read-only",
+        errno.EACCES: "no permission to write there",
+        errno.EPERM: "no permission to write there",
+    }
     reason = reasons.get(error.errno, str(error))
-    return CatalogError(f"cannot write {final}: {reason}; nothing was left behind; "
-                        "make room or choose another folder with ISETHDR_HOME=/path")
+    return CatalogError(
+        f"cannot write {final}: {reason}; nothing was left behind; "
+        "make room or choose another folder with ISETHDR_HOME=/path"
+    )
 
 
 def open_store(path, group: str = "") -> xr.Dataset:
@@ -239,24 +273,39 @@ def open_store(path, group: str = "") -> xr.Dataset:
         check_metadata(path, manifest, group)
         source = ManifestStore(path, manifest)
     try:
-        ds = xr.open_zarr(source, group=group or None, consolidated=False, chunks=None, mask_and_scale=False, zarr_format=3)
+        ds = xr.open_zarr(
+            source,
+            group=group or None,
+            consolidated=False,
+            chunks=None,
+            mask_and_scale=False,
+            zarr_format=3,
+        )
     except CatalogError:
         raise
-    except Exception as error:      # zarr, xarray and json each raise their own kinds on damaged metadata
+    except (
+        Exception
+    ) as error:  # zarr, xarray and json each raise their own kinds on damaged metadata
         known = ", ".join(repr(name) for name in _groups(path))
-        raise CatalogError(f"cannot open group {group!r} of the store {path}: {error}; groups it holds: {known}; "
-                           "see `isethdr catalog verify`") from error
+        raise CatalogError(
+            f"cannot open group {group!r} of the store {path}: {error}; groups it holds: {known}; "
+            "see `isethdr catalog verify`"
+        ) from error
     ds.attrs = restored(ds.attrs) if group else root
     for name, variable in ds.variables.items():
         variable.attrs = restored({k: v for k, v in variable.attrs.items() if k != "_FillValue"})
         if variable.dtype.kind == "T":
-            ds[name] = variable.astype(object)      # as quantities.names makes them
+            ds[name] = variable.astype(object)  # as quantities.names makes them
     return ds
 
 
 def _groups(path: Path) -> list[str]:
     """Return the names of the groups of a store that can be read at all."""
-    files = [file for file in sorted(path.glob("**/zarr.json")) if '"group"' in file.read_text(errors="replace")]
+    files = [
+        file
+        for file in sorted(path.glob("**/zarr.json"))
+        if '"group"' in file.read_text(errors="replace")
+    ]
     names = [file.parent.relative_to(path).as_posix() for file in files]
     return [name for name in names if name != MANIFEST]
 
@@ -278,7 +327,11 @@ def open_scene(path_or_id) -> xr.Dataset:
     path = _scene_path(path_or_id)
     base = open_store(path)
     recipe = base.attrs.get("recipe")
-    siblings = [p for p, attrs in _complete_stores(path.parent) if recipe and p != path and attrs.get("recipe") == recipe]
+    siblings = [
+        p
+        for p, attrs in _complete_stores(path.parent)
+        if recipe and p != path and attrs.get("recipe") == recipe
+    ]
     return join_scenes([base, *(open_store(p) for p in siblings)])
 
 
@@ -287,13 +340,20 @@ def _scene_path(path_or_id) -> Path:
     if path.suffix == ".zarr" or path.is_dir():
         return path
     folder, wanted = home() / "scenes", str(path_or_id)
-    found = {p: attrs.get("recipe") or p.name for p, attrs in _complete_stores(folder)
-             if p.stem.startswith(wanted) or str(attrs.get("recipe", "")).startswith(wanted)}
+    found = {
+        p: attrs.get("recipe") or p.name
+        for p, attrs in _complete_stores(folder)
+        if p.stem.startswith(wanted) or str(attrs.get("recipe", "")).startswith(wanted)
+    }
     if not found:
-        raise CatalogError(f"no scene in {folder} is called {wanted!r} or begins so; "
-                           "`isethdr catalog find kind=scene` lists them; a path ends in .zarr")
+        raise CatalogError(
+            f"no scene in {folder} is called {wanted!r} or begins so; "
+            "`isethdr catalog find kind=scene` lists them; a path ends in .zarr"
+        )
     if len(set(found.values())) > 1:
-        raise CatalogError(f"{wanted!r} could be any of {', '.join(sorted(p.stem for p in found))}; give more of the name")
+        raise CatalogError(
+            f"{wanted!r} could be any of {', '.join(sorted(p.stem for p in found))}; give more of the name"
+        )
     return min(found)
 
 
@@ -302,6 +362,8 @@ def _complete_stores(folder: Path) -> list[tuple[Path, dict]]:
     for path in sorted(folder.glob("*.zarr")):
         try:
             stores.append((path, read_attrs(path)))
-        except CatalogError:     # one damaged store must not hide the others; `isethdr catalog verify` names it
+        except (
+            CatalogError
+        ):  # one damaged store must not hide the others; `isethdr catalog verify` names it
             pass
     return stores

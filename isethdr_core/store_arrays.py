@@ -19,7 +19,12 @@ from .store_encoding import compression, tiling
 from .store_manifest import FileRecord, file_record
 
 BYTES, CHECKSUM = {"name": "bytes", "configuration": {"endian": "little"}}, {"name": "crc32c"}
-FILL = {"b": False, "i": 0, "u": 0, "f": "NaN"}     # by kind of number; a hole in light is then visible
+FILL = {
+    "b": False,
+    "i": 0,
+    "u": 0,
+    "f": "NaN",
+}  # by kind of number; a hole in light is then visible
 METADATA = "zarr.json"
 
 
@@ -63,7 +68,9 @@ def write_dataset(root: Path, key: str, ds) -> dict[str, FileRecord]:
         check_path(str(name), single=True)
     # as CF has it: which variables are coordinates although no dimension is called so
     beside = sorted(str(name) for name in ds.coords if name not in ds.dims)
-    written = write_group(root, key, {**ds.attrs, **({"coordinates": " ".join(beside)} if beside else {})})
+    written = write_group(
+        root, key, {**ds.attrs, **({"coordinates": " ".join(beside)} if beside else {})}
+    )
     with ThreadPoolExecutor() as pool:
         for name, variable in ds.variables.items():
             written |= _write_array(root, root / key / str(name), variable, pool)
@@ -77,21 +84,44 @@ def _write_array(root: Path, folder: Path, variable, pool) -> dict[str, FileReco
         codecs, encoded, fill = [{"name": "vlen-utf8"}, CHECKSUM], _text, ""
     elif values.dtype.kind in FILL and values.itemsize <= 8:
         blosc = compression(values.dtype)
-        codecs, encoded, fill = [BYTES, {"name": "blosc", "configuration": blosc}, CHECKSUM], _blosc(blosc), FILL[values.dtype.kind]
+        codecs, encoded, fill = (
+            [BYTES, {"name": "blosc", "configuration": blosc}, CHECKSUM],
+            _blosc(blosc),
+            FILL[values.dtype.kind],
+        )
     else:
-        raise CatalogError(f"the variable {folder.name!r} is of {values.dtype}; a store holds numbers of 8 bytes at most, and text")
+        raise CatalogError(
+            f"the variable {folder.name!r} is of {values.dtype}; a store holds numbers of 8 bytes at most, and text"
+        )
     sharded = {"y", "x"} <= set(variable.dims) and values.size > 0
     if sharded:
         chunk, shard = tiling(dict(variable.sizes))
-        codecs = [{"name": "sharding_indexed", "configuration": {
-            "chunk_shape": chunk, "codecs": codecs, "index_codecs": [BYTES, CHECKSUM], "index_location": "end"}}]
+        codecs = [
+            {
+                "name": "sharding_indexed",
+                "configuration": {
+                    "chunk_shape": chunk,
+                    "codecs": codecs,
+                    "index_codecs": [BYTES, CHECKSUM],
+                    "index_location": "end",
+                },
+            }
+        ]
         encoded = _sharded(chunk, encoded, pool)
     folder.mkdir()
     written = _write_metadata(
-        root, folder, "array", shape=values.shape, data_type="string" if values.dtype == object else values.dtype.name,
+        root,
+        folder,
+        "array",
+        shape=values.shape,
+        data_type="string" if values.dtype == object else values.dtype.name,
         chunk_grid={"name": "regular", "configuration": {"chunk_shape": shard}},
         chunk_key_encoding={"name": "default", "configuration": {"separator": "/"}},
-        fill_value=fill, codecs=codecs, attributes=variable.attrs, dimension_names=variable.dims)
+        fill_value=fill,
+        codecs=codecs,
+        attributes=variable.attrs,
+        dimension_names=variable.dims,
+    )
     for place, part in _parts(values, shard):
         file = folder.joinpath("c", *map(str, place))
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -104,8 +134,21 @@ def _write_array(root: Path, folder: Path, variable, pool) -> dict[str, FileReco
 
 def _parts(values, shape):
     """Yield (place, part) of a regular grid of parts of `shape`, in the order of the format; those at the end may be smaller."""
-    for place in np.ndindex(*(-(-size // part) for size, part in zip(values.shape, shape, strict=True))):
-        yield place, values[(*(slice(k * part, (k + 1) * part) for k, part in zip(place, shape, strict=True)), ...)]
+    for place in np.ndindex(
+        *(-(-size // part) for size, part in zip(values.shape, shape, strict=True))
+    ):
+        yield (
+            place,
+            values[
+                (
+                    *(
+                        slice(k * part, (k + 1) * part)
+                        for k, part in zip(place, shape, strict=True)
+                    ),
+                    ...,
+                )
+            ],
+        )
 
 
 def _text(values) -> list[bytes]:
@@ -118,13 +161,22 @@ def _blosc(configuration):
     """Return a function(values) -> list of bytes: compressed, and a checksum that turns a flipped bit into an error."""
     from numcodecs import blosc
 
-    blosc.use_threads = False   # as zarr sets it: the bytes would depend on which thread was the faster
-    codec = blosc.Blosc(configuration["cname"], configuration["clevel"], getattr(blosc, configuration["shuffle"].upper()))
-    return lambda values: _checked(codec.encode(np.ascontiguousarray(values, values.dtype.newbyteorder("<"))))
+    blosc.use_threads = (
+        False  # as zarr sets it: the bytes would depend on which thread was the faster
+    )
+    codec = blosc.Blosc(
+        configuration["cname"],
+        configuration["clevel"],
+        getattr(blosc, configuration["shuffle"].upper()),
+    )
+    return lambda values: _checked(
+        codec.encode(np.ascontiguousarray(values, values.dtype.newbyteorder("<")))
+    )
 
 
 def _sharded(chunk, encoded, pool):
     """Return a function(values) -> list of bytes of a shard: its chunks, then where each begins and how long it is."""
+
     def one(found) -> list[bytes]:
         _, part = found
         short = [(0, whole - size) for whole, size in zip(chunk, part.shape, strict=True)]
@@ -133,7 +185,9 @@ def _sharded(chunk, encoded, pool):
     def shard(values) -> list[bytes]:
         found = list(pool.map(one, _parts(values, chunk)))
         lengths = np.array([sum(map(len, data)) for data in found], "<u8")
-        return [piece for data in found for piece in data] + _checked(np.stack([np.cumsum(lengths) - lengths, lengths], 1).tobytes())
+        return [piece for data in found for piece in data] + _checked(
+            np.stack([np.cumsum(lengths) - lengths, lengths], 1).tobytes()
+        )
 
     return shard
 

@@ -17,11 +17,21 @@ if TYPE_CHECKING:
     import xarray as xr
 
 KEEPBITS = 12
-MANTISSA_BITS = 23                         # of float32
-LIGHT = ("radiance", "irradiance")         # what is rounded: absolute light, noisier than half a part per thousand
+MANTISSA_BITS = 23  # of float32
+LIGHT = (
+    "radiance",
+    "irradiance",
+)  # what is rounded: absolute light, noisier than half a part per thousand
 TILE = {"wavelength": 8, "y": 135, "x": 240}
-PLANE = {"y": 540, "x": 960}               # without bands: a chunk of a few bytes a pixel takes as long as one of many
-ONE_SHARD_EACH = ("light_group", "component", "capture")   # read one at a time, so never chunked across
+PLANE = {
+    "y": 540,
+    "x": 960,
+}  # without bands: a chunk of a few bytes a pixel takes as long as one of many
+ONE_SHARD_EACH = (
+    "light_group",
+    "component",
+    "capture",
+)  # read one at a time, so never chunked across
 
 
 def keep_mantissa_bits(values, bits: int = KEEPBITS) -> np.ndarray:
@@ -38,7 +48,9 @@ def keep_mantissa_bits(values, bits: int = KEEPBITS) -> np.ndarray:
         NaN and infinity pass unchanged, and so do the few values that would round up to infinity.
     """
     if not 1 <= bits <= MANTISSA_BITS:
-        raise ValueError(f"keepbits is {bits}; float32 has 1 to {MANTISSA_BITS} mantissa bits; use null to keep all")
+        raise ValueError(
+            f"keepbits is {bits}; float32 has 1 to {MANTISSA_BITS} mantissa bits; use null to keep all"
+        )
     values = np.asarray(values, np.float32)
     drop = MANTISSA_BITS - bits
     if drop == 0:
@@ -74,27 +86,36 @@ def bits_for(error_allowed: float) -> int | None:
 
 def portable(ds: xr.Dataset, keepbits: int | None) -> xr.Dataset:
     """Return `ds` in memory, ready to be written: strings as objects, light as rounded float32, plain attributes."""
-    ds = ds.drop_encoding().compute()    # a lazy source must not write parts of a shard
+    ds = ds.drop_encoding().compute()  # a lazy source must not write parts of a shard
     ds.attrs = jsonable(ds.attrs)
     changed = {}
     for name in ds.variables:
         variable = ds.variables[name].copy(deep=False)
         variable.attrs = jsonable(variable.attrs)
         if variable.dtype.kind in "UST":
-            variable = variable.astype(object)      # fixed-length strings are not portable zarr v3
+            variable = variable.astype(object)  # fixed-length strings are not portable zarr v3
         if name in LIGHT:
             light = variable.values
-            light = light.astype(np.float32) if keepbits is None else keep_mantissa_bits(light, keepbits)
+            light = (
+                light.astype(np.float32)
+                if keepbits is None
+                else keep_mantissa_bits(light, keepbits)
+            )
             variable = variable.copy(deep=False, data=light)
             variable.attrs["keepbits"] = keepbits
         changed[name] = variable
-    return ds.assign(changed)   # all at once: xarray aligns everything at every single one
+    return ds.assign(changed)  # all at once: xarray aligns everything at every single one
 
 
 def compression(dtype) -> dict:
     """Return the configuration of the codec blosc for numbers of `dtype`."""
     small, fast = {"cname": "zstd", "clevel": 3}, {"cname": "lz4", "clevel": 5}
-    return {"typesize": dtype.itemsize, **(fast if dtype == np.float64 else small), "shuffle": "bitshuffle", "blocksize": 0}
+    return {
+        "typesize": dtype.itemsize,
+        **(fast if dtype == np.float64 else small),
+        "shuffle": "bitshuffle",
+        "blocksize": 0,
+    }
 
 
 def tiling(sizes: dict) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -105,7 +126,13 @@ def tiling(sizes: dict) -> tuple[tuple[int, ...], tuple[int, ...]]:
     chunks, shards, banded = [], [], "wavelength" in sizes
     for dim, size in sizes.items():
         most = (TILE if banded else PLANE).get(dim, size)
-        chunk = 1 if dim in ONE_SHARD_EACH else min(size, most) if banded else -(-size // max(1, -(-size // most)))
+        chunk = (
+            1
+            if dim in ONE_SHARD_EACH
+            else min(size, most)
+            if banded
+            else -(-size // max(1, -(-size // most)))
+        )
         chunks.append(chunk)
         shards.append(1 if dim in ONE_SHARD_EACH else -(-size // chunk) * chunk)
     return tuple(chunks), tuple(shards)
@@ -136,7 +163,9 @@ def jsonable(value):
         return str(value)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return jsonable({f.name: getattr(value, f.name) for f in dataclasses.fields(value)})
-    raise TypeError(f"{value!r} ({type(value).__name__}) cannot be written as JSON; expected numbers, text, lists, dictionaries")
+    raise TypeError(
+        f"{value!r} ({type(value).__name__}) cannot be written as JSON; expected numbers, text, lists, dictionaries"
+    )
 
 
 _NOT_FINITE = {"NaN": float("nan"), "Infinity": float("inf"), "-Infinity": float("-inf")}

@@ -23,7 +23,10 @@ def print_result(result) -> None:
     console.print(ledger_table(result.ledger, expected=result.attributes.get("expected_s", {})))
     for row in result.ledger:
         if row.stage.startswith("picture ") and row.errors:
-            console.print(f"{row.stage}: off by at most {row.error:.3g} {row.error_unit}: {row.errors[0].what}", soft_wrap=True)
+            console.print(
+                f"{row.stage}: off by at most {row.error:.3g} {row.error_unit}: {row.errors[0].what}",
+                soft_wrap=True,
+            )
     console.print(score_table(result))
     for remark in remarks(result):
         console.print(remark, soft_wrap=True)
@@ -48,15 +51,30 @@ def ledger_table(ledger, details: bool = False, expected: dict | None = None) ->
     """Return stage, seconds, seconds that were `expected`, peak memory and stated errors; with `details` every reason for what was left out."""
     table, expected = Table(title="ledger", title_justify="left"), together(expected or {})
     known = any(seconds is not None for seconds in expected.values())
-    for name, side in (("stage", "left"), ("seconds", "right"), *([("expected", "right")] if known else []), ("peak MB", "right"),
-                       ("error", "left"), ("left out", "left")):
+    for name, side in (
+        ("stage", "left"),
+        ("seconds", "right"),
+        *([("expected", "right")] if known else []),
+        ("peak MB", "right"),
+        ("error", "left"),
+        ("left out", "left"),
+    ):
         table.add_column(name, justify=side, no_wrap=name == "stage")
     for row in ledger if details else metrics_together(ledger):
         errors = "\n".join(error_text(e) for e in row.errors) if details else worst_text(row.errors)
-        left = "\n".join(f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out) if details else (
-            f"{len(row.left_out)} noted" if row.left_out else "")
-        table.add_row(row.stage, f"{row.seconds:.2f}", *([seconds_text(expected.get(row.stage))] if known else []),
-                      f"{row.peak_bytes / 1e6:.0f}", errors, left)
+        left = (
+            "\n".join(f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out)
+            if details
+            else (f"{len(row.left_out)} noted" if row.left_out else "")
+        )
+        table.add_row(
+            row.stage,
+            f"{row.seconds:.2f}",
+            *([seconds_text(expected.get(row.stage))] if known else []),
+            f"{row.peak_bytes / 1e6:.0f}",
+            errors,
+            left,
+        )
     return table
 
 
@@ -105,7 +123,14 @@ def forecast_table(expected: dict) -> Table:
         table.add_row(title, seconds_text(seconds))
     unknown = sum(s is None for s in rows.values())
     known = f"{sum(s for s in rows.values() if s is not None):.2f}"
-    table.add_row("all", known if not unknown else f"{known} + {unknown} unknown: no such stage is stored" if unknown < len(rows) else "unknown: no such run is stored yet")
+    table.add_row(
+        "all",
+        known
+        if not unknown
+        else f"{known} + {unknown} unknown: no such stage is stored"
+        if unknown < len(rows)
+        else "unknown: no such run is stored yet",
+    )
     return table
 
 
@@ -113,9 +138,13 @@ def worst_text(notes) -> str:
     """Return the largest error in the unit and quantity of the first one, and how many more there are: others cannot be compared."""
     if not notes:
         return ""
-    alike = [note for note in notes if (note.unit, note.quantity) == (notes[0].unit, notes[0].quantity)]
+    alike = [
+        note for note in notes if (note.unit, note.quantity) == (notes[0].unit, notes[0].quantity)
+    ]
     worst = max(alike, key=lambda note: note.value)
-    return f"{worst.value:.3g} {worst.unit} ({worst.how})" + (f" +{len(notes) - 1}" if len(notes) > 1 else "")
+    return f"{worst.value:.3g} {worst.unit} ({worst.how})" + (
+        f" +{len(notes) - 1}" if len(notes) > 1 else ""
+    )
 
 
 def error_text(note) -> str:
@@ -142,7 +171,7 @@ def score_table(result) -> Table:
 def score_text(score: dict) -> str:
     """Return the value with half of its 95 % interval where it has one."""
     low, high = score["low"], score["high"]
-    known = low is not None and high is not None and 0 < high - low < math.inf     # false for NaN too
+    known = low is not None and high is not None and 0 < high - low < math.inf  # false for NaN too
     return f"{score['value']:.4g}" + (f" ± {(high - low) / 2:.1g}" if known else "")
 
 
@@ -164,17 +193,28 @@ def print_plan(overrides) -> None:
     console.print(f"light groups  {', '.join(demand.groups) if demand.groups else 'all'}")
     console.print(f"labels        {', '.join(sorted(demand.labels)) or 'none'}")
     bands = demand.wavelength_nm
-    console.print(f"bands         {f'{len(bands)} from {bands[0]:g} to {bands[-1]:g} nm' if bands else 'all'}")
-    console.print(f"window        {' x '.join(f'{1e3 * side:.4g}' for side in demand.window_m) + ' mm of the image plane' if demand.window_m else 'all'}")
+    console.print(
+        f"bands         {f'{len(bands)} from {bands[0]:g} to {bands[-1]:g} nm' if bands else 'all'}"
+    )
+    console.print(
+        f"window        {' x '.join(f'{1e3 * side:.4g}' for side in demand.window_m) + ' mm of the image plane' if demand.window_m else 'all'}"
+    )
     console.print(f"cameras       {', '.join(parts.cameras)}")
     held, missing = recipes.held_and_missing(parts, demand)
     if parts.renderer is not None:
         groups = sorted({g for s in held for g in s["groups"]})
-        console.print(f"radiance      recipe {recipes.recipe_hash(parts)}: " + (f"stored groups {', '.join(groups)}" if groups else "nothing stored"))
+        console.print(
+            f"radiance      recipe {recipes.recipe_hash(parts)}: "
+            + (f"stored groups {', '.join(groups)}" if groups else "nothing stored")
+        )
     if not stored:
         plain = runs.plain(config)
         known = forecast.expected_s(parts, plain, missing)
-        console.print(forecast_table({stage: known.get(stage) for stage in forecast.stages(parts, plain, missing)}))
+        console.print(
+            forecast_table(
+                {stage: known.get(stage) for stage in forecast.stages(parts, plain, missing)}
+            )
+        )
     console.print(ledger_table(rows, details=True))
 
 
@@ -193,7 +233,9 @@ def print_plugins(kind: str = "") -> int:
         for comp in members if kind in ("", k) else []:
             first = (comp.cls.__doc__ or "no description").strip().splitlines()[0]
             line = Text.assemble(
-                ("  " + comp.name, "cyan"), f"  {first}  ", (f"({package_of_component(comp)})", "dim")
+                ("  " + comp.name, "cyan"),
+                f"  {first}  ",
+                (f"({package_of_component(comp)})", "dim"),
             )
             console.print(line, soft_wrap=True)
             fields = "  ".join(field_texts(comp.cls))

@@ -26,7 +26,9 @@ def prepared(arguments: list[str]) -> list[str]:
     flags = [a for a in arguments if a.startswith("-")]
     if not set(flags) <= {"-m", "--multirun"}:
         return arguments
-    parsed = OverridesParser.create().parse_overrides([a for a in arguments if not a.startswith("-")])
+    parsed = OverridesParser.create().parse_overrides(
+        [a for a in arguments if not a.startswith("-")]
+    )
     swept = {o.get_key_element() for o in parsed if o.is_sweep_override()} & set(KINDS)
     values = [_values(o) for o in parsed]
     first = [v[0] for v in values]
@@ -36,7 +38,15 @@ def prepared(arguments: list[str]) -> list[str]:
             choices = [o for o, tried in zip(job, values, strict=True) if len(tried) > 1]
             with _named(choices):
                 chain(compose(job))
-    return [*flags, *(_one_choice(o) if o.get_key_element().lstrip("+").split(".")[0] in swept else o.input_line for o in parsed)]
+    return [
+        *flags,
+        *(
+            _one_choice(o)
+            if o.get_key_element().lstrip("+").split(".")[0] in swept
+            else o.input_line
+            for o in parsed
+        ),
+    ]
 
 
 @contextmanager

@@ -18,10 +18,10 @@ from .local_tone import OPERATORS
 from .physics.colour import linear_srgb, srgb_encode
 from .white_balance import balanced
 
-LAMP_MULTIPLE = 100.0   # a lamp is brighter than this times the 95th percentile; the whitest snow is 30 times asphalt
+LAMP_MULTIPLE = 100.0  # a lamp is brighter than this times the 95th percentile; the whitest snow is 30 times asphalt
 LAMP_PERCENTILE = 95.0  # lamps cover less than a twentieth of a driving scene
 WHITE_PERCENTILE = 99.0
-COMPRESSION = 100.0     # shows two decades below the white; see `tone`
+COMPRESSION = 100.0  # shows two decades below the white; see `tone`
 
 
 def lamp_mask(luminance) -> np.ndarray:
@@ -58,7 +58,9 @@ def luminance(picture) -> np.ndarray:
         return values[..., 1]
     if values.ndim == 2:
         return values
-    raise UnitError(f"a picture has the shape {values.shape}; expected (y, x, 3) or (y, x); pass a picture Dataset or its xyz")
+    raise UnitError(
+        f"a picture has the shape {values.shape}; expected (y, x, 3) or (y, x); pass a picture Dataset or its xyz"
+    )
 
 
 def tone(relative, compression: float = COMPRESSION) -> np.ndarray:
@@ -71,7 +73,13 @@ def tone(relative, compression: float = COMPRESSION) -> np.ndarray:
     return t if compression == 0 else np.log1p(compression * t) / np.log1p(compression)
 
 
-def display(picture, white_cd_m2: float, compression: float = COMPRESSION, operator: str = "global", white_xyz=None) -> np.ndarray:
+def display(
+    picture,
+    white_cd_m2: float,
+    compression: float = COMPRESSION,
+    operator: str = "global",
+    white_xyz=None,
+) -> np.ndarray:
     """Return the picture as a display would show it: uint8 sRGB (y, x, 3).
 
     Luminance goes through `tone`; X and Z keep their ratio to Y, so hue stays. What lies outside the display's
@@ -86,15 +94,23 @@ def display(picture, white_cd_m2: float, compression: float = COMPRESSION, opera
     operator : "global" (`tone`), or by the surroundings: "exposure_fusion", "local_laplacian" (`local_tone`).
     white_xyz : XYZ of a white in the scene's light, which then shows as neutral (`white_balance`); None shows the light as it is.
     """
-    return np.rint(255 * _displayed(picture, white_cd_m2, compression, operator, white_xyz)).astype(np.uint8)
+    return np.rint(255 * _displayed(picture, white_cd_m2, compression, operator, white_xyz)).astype(
+        np.uint8
+    )
 
 
-def _displayed(picture, white_cd_m2: float, compression: float, operator: str = "global", white_xyz=None) -> np.ndarray:
+def _displayed(
+    picture, white_cd_m2: float, compression: float, operator: str = "global", white_xyz=None
+) -> np.ndarray:
     """Return sRGB code values 0..1 (y, x, 3); arguments as `display`."""
     if not white_cd_m2 > 0:
-        raise UnitError(f"white_cd_m2 is {white_cd_m2!r}; expected a luminance above 0, such as view.white_cd_m2(truth)")
+        raise UnitError(
+            f"white_cd_m2 is {white_cd_m2!r}; expected a luminance above 0, such as view.white_cd_m2(truth)"
+        )
     if operator not in ("global", *OPERATORS):
-        raise UnitError(f"operator {operator!r} is unknown{did_you_mean(operator, ('global', *OPERATORS))}")
+        raise UnitError(
+            f"operator {operator!r} is unknown{did_you_mean(operator, ('global', *OPERATORS))}"
+        )
     xyz = _xyz(picture) if white_xyz is None else balanced(_xyz(picture), white_xyz)
     y = luminance(xyz) / white_cd_m2
     shown = tone(y, compression) if operator == "global" else OPERATORS[operator](y)
@@ -106,7 +122,9 @@ def _displayed(picture, white_cd_m2: float, compression: float, operator: str = 
     return rgb
 
 
-def false_colour(luminance_cd_m2, low: float | None = None, high: float | None = None, colormap: str = "inferno"):
+def false_colour(
+    luminance_cd_m2, low: float | None = None, high: float | None = None, colormap: str = "inferno"
+):
     """Return luminance as colours on a logarithmic scale.
 
     Parameters
@@ -145,17 +163,33 @@ def write_exr(picture, path, primaries: str = "xyz") -> Path:
 
     xyz = _xyz(picture)
     if primaries not in ("xyz", "srgb"):
-        raise UnitError(f"primaries {primaries!r} are unknown{did_you_mean(primaries, ('xyz', 'srgb'))}")
+        raise UnitError(
+            f"primaries {primaries!r} are unknown{did_you_mean(primaries, ('xyz', 'srgb'))}"
+        )
     planes = xyz if primaries == "xyz" else linear_srgb(xyz)
-    channels = {n: np.ascontiguousarray(planes[..., k], np.float32) for k, n in enumerate("XYZ" if primaries == "xyz" else "RGB")}
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, "whiteLuminance": 1.0,
-              "comments": f"linear {primaries}, cd/m2"}
+    channels = {
+        n: np.ascontiguousarray(planes[..., k], np.float32)
+        for k, n in enumerate("XYZ" if primaries == "xyz" else "RGB")
+    }
+    header = {
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+        "whiteLuminance": 1.0,
+        "comments": f"linear {primaries}, cd/m2",
+    }
     OpenEXR.File(header, channels).write(str(path))
     return Path(path)
 
 
-def write_png(picture, path, shown_white_cd_m2: float | None = None, transfer: str = "srgb", compression: float = COMPRESSION,
-              operator: str = "global", white_xyz=None) -> Path:
+def write_png(
+    picture,
+    path,
+    shown_white_cd_m2: float | None = None,
+    transfer: str = "srgb",
+    compression: float = COMPRESSION,
+    operator: str = "global",
+    white_xyz=None,
+) -> Path:
     """Write a picture as 16 bit PNG that states its transfer function; return the path.
 
     Parameters
@@ -177,19 +211,33 @@ def write_png(picture, path, shown_white_cd_m2: float | None = None, transfer: s
         white = shown_white_cd_m2 or white_cd_m2(picture)
         how = f"tone a = {compression:g}" if operator == "global" else f"tone {operator}"
         code = _displayed(picture, white, compression, operator, white_xyz)
-        said = f"sRGB (IEC 61966-2-1), {how}, white {white:g} cd/m2" + ("" if white_xyz is None else ", balanced")
+        said = f"sRGB (IEC 61966-2-1), {how}, white {white:g} cd/m2" + (
+            "" if white_xyz is None else ", balanced"
+        )
     else:
-        code, said = pq_encode(linear_srgb(_xyz(picture))), "PQ (SMPTE ST 2084), absolute cd/m2, primaries of sRGB"
+        code, said = (
+            pq_encode(linear_srgb(_xyz(picture))),
+            "PQ (SMPTE ST 2084), absolute cd/m2, primaries of sRGB",
+        )
     rows = np.rint(65535 * code).astype(">u2")
     height, width = rows.shape[:2]
     # every row starts with the number of its filter, 0: none
     raw = b"".join(b"\0" + row.tobytes() for row in rows)
-    parts = [(b"IHDR", struct.pack(">IIBBBBB", width, height, 16, 2, 0, 0, 0)),
-             (b"cICP", bytes([1, 13 if transfer == "srgb" else 16, 0, 1])),
-             (b"tEXt", b"Description\0" + said.encode("latin-1")), (b"IDAT", zlib.compress(raw, 6)), (b"IEND", b"")]
+    parts = [
+        (b"IHDR", struct.pack(">IIBBBBB", width, height, 16, 2, 0, 0, 0)),
+        (b"cICP", bytes([1, 13 if transfer == "srgb" else 16, 0, 1])),
+        (b"tEXt", b"Description\0" + said.encode("latin-1")),
+        (b"IDAT", zlib.compress(raw, 6)),
+        (b"IEND", b""),
+    ]
     path = Path(path)
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(
-        struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body)) for name, body in parts))
+    path.write_bytes(
+        b"\x89PNG\r\n\x1a\n"
+        + b"".join(
+            struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
+            for name, body in parts
+        )
+    )
     return path
 
 
@@ -202,5 +250,7 @@ def pq_encode(cd_m2) -> np.ndarray:
 def _xyz(picture) -> np.ndarray:
     values = np.asarray(picture["xyz"].values if hasattr(picture, "data_vars") else picture, float)
     if values.ndim != 3 or values.shape[-1] != 3:
-        raise UnitError(f"a picture has the shape {values.shape}; expected (y, x, 3); pass a picture Dataset or its xyz")
+        raise UnitError(
+            f"a picture has the shape {values.shape}; expected (y, x, 3); pass a picture Dataset or its xyz"
+        )
     return values

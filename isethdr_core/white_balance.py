@@ -28,10 +28,14 @@ def balanced(xyz, white_xyz) -> np.ndarray:
     """
     white = np.asarray(white_xyz, float)
     if white.shape != (3,) or not np.all(np.isfinite(white)) or not white[1] > 0:
-        raise UnitError(f"white_xyz is {white_xyz!r}; expected XYZ of a white with Y above 0, such as picture.attrs['white_xyz']")
+        raise UnitError(
+            f"white_xyz is {white_xyz!r}; expected XYZ of a white with Y above 0, such as picture.attrs['white_xyz']"
+        )
     seen, meant = CONES @ (white / white[1]), CONES @ D65_XYZ
     if not np.all(seen > 0):
-        raise UnitError(f"white_xyz {white_xyz!r} is no colour of light: its cone responses are {seen}; expected all above 0")
+        raise UnitError(
+            f"white_xyz {white_xyz!r} is no colour of light: its cone responses are {seen}; expected all above 0"
+        )
     return np.asarray(xyz, float) @ (np.linalg.inv(CONES) @ np.diag(meant / seen) @ CONES).T
 
 
@@ -47,10 +51,16 @@ def grey_world(picture, lamps=None) -> np.ndarray:
     """
     from .view import lamp_mask, luminance
 
-    use = picture["valid"].values & ~(lamp_mask(luminance(picture)) if lamps is None else np.asarray(lamps, bool))
+    use = picture["valid"].values & ~(
+        lamp_mask(luminance(picture)) if lamps is None else np.asarray(lamps, bool)
+    )
     if not use.any():
-        raise UnitError("no valid pixel shows the scene's light; expected some that are neither saturated nor lamps")
+        raise UnitError(
+            "no valid pixel shows the scene's light; expected some that are neither saturated nor lamps"
+        )
     mean = picture["xyz"].values[use].mean(0)
     if not mean[1] > 0:
-        raise UnitError(f"the picture's mean luminance is {mean[1]:g} cd/m2; expected light to take the white from")
+        raise UnitError(
+            f"the picture's mean luminance is {mean[1]:g} cd/m2; expected light to take the white from"
+        )
     return mean / mean[1]

@@ -11,7 +11,9 @@ import math
 
 from . import ledger
 
-SLIVER = 1e-10  # of a tile: rounding of coordinates; the area that a sensor sees of such a tile is none
+SLIVER = (
+    1e-10  # of a tile: rounding of coordinates; the area that a sensor sees of such a tile is none
+)
 WHY = "no sensor sees them"
 IRRADIANCE = "W m-2 nm-1"  # as `quantities`, which needs xarray
 
@@ -43,7 +45,9 @@ def cut(mixed, inside: dict[str, slice]):
 
     if all(mixed.sizes[d] == len(range(mixed.sizes[d])[s]) for d, s in inside.items()):
         return mixed
-    width, height = (mixed.attrs.get(k) or n for k, n in zip(("field_width", "field_height"), full_field(mixed)))
+    width, height = (
+        mixed.attrs.get(k) or n for k, n in zip(("field_width", "field_height"), full_field(mixed))
+    )
     return mixed.isel(inside).assign_attrs(field_width=width, field_height=height)
 
 
@@ -67,16 +71,29 @@ def state(whole, part, why: str, bound: float, unit: str) -> None:
     """State which tiles of the field are left out."""
     (height, width), (inner_height, inner_width) = whole.shape[-2:], part.shape[-2:]
     out = height * width - inner_height * inner_width
-    ledger.left_out(f"{out} of {height * width} tiles of the field, beyond the middle {inner_width} x {inner_height}", why, bound, unit)
+    ledger.left_out(
+        f"{out} of {height * width} tiles of the field, beyond the middle {inner_width} x {inner_height}",
+        why,
+        bound,
+        unit,
+    )
 
 
 def planned(scene, lens, flares, window_m) -> None:
     """State what is known beforehand: the share of the camera's field that goes through no lens."""
     if window_m is None or not hasattr(scene, "camera_field") or not _keeps(lens, flares):
         return
-    seen = math.prod(min(side / full, 1.0) for side, full in zip(window_m, lens.image_size_m(*scene.camera_field())))
+    seen = math.prod(
+        min(side / full, 1.0)
+        for side, full in zip(window_m, lens.image_size_m(*scene.camera_field()))
+    )
     if seen < 1 - SLIVER:
-        ledger.left_out(f"{100 * (1 - seen):.3g} % of the camera's field through the lens", "no sensor sees it", 0.0, IRRADIANCE)
+        ledger.left_out(
+            f"{100 * (1 - seen):.3g} % of the camera's field through the lens",
+            "no sensor sees it",
+            0.0,
+            IRRADIANCE,
+        )
 
 
 def _keeps(lens, flares) -> bool:

@@ -27,7 +27,11 @@ def isethdr_commands(app) -> None:
 @hookimpl
 def isethdr_after_stage(stage):
     """Write the report beside the store once a whole run is done, if it is asked for; one that is there already stays."""
-    if stage.kind == "run" and stage.result.attributes.get("config", {}).get("report", True) and not stage.result.path.with_suffix(".html").exists():
+    if (
+        stage.kind == "run"
+        and stage.result.attributes.get("config", {}).get("report", True)
+        and not stage.result.path.with_suffix(".html").exists()
+    ):
         from .report import write_report
 
         write_report(stage.result)

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import typer
 
-catalog = typer.Typer(no_args_is_help=True, help="Find, query, check and index stored scenes and runs.")
+catalog = typer.Typer(
+    no_args_is_help=True, help="Find, query, check and index stored scenes and runs."
+)
 
 
-@catalog.command(help="List stores that meet all conditions: isethdr catalog find kind=run sensor=rgbw ssim__ge=0.9 --order-by ssim")
-def find(conditions: list[str] = typer.Argument(None, help="name=value or name__ge|le|gt|lt|ne|in=value"),
-         order_by: str = typer.Option("", help="a property; --order-by=-ssim puts the largest first"),
-         limit: int = typer.Option(50, help="most rows listed")) -> None:
+@catalog.command(
+    help="List stores that meet all conditions: isethdr catalog find kind=run sensor=rgbw ssim__ge=0.9 --order-by ssim"
+)
+def find(
+    conditions: list[str] = typer.Argument(
+        None, help="name=value or name__ge|le|gt|lt|ne|in=value"
+    ),
+    order_by: str = typer.Option("", help="a property; --order-by=-ssim puts the largest first"),
+    limit: int = typer.Option(50, help="most rows listed"),
+) -> None:
     """Print one row per scene, and per camera of a run."""
     from isethdr_core.errors import CatalogError
     from isethdr_core.store import home
@@ -19,7 +27,9 @@ def find(conditions: list[str] = typer.Argument(None, help="name=value or name__
 
     pairs = dict(c.split("=", 1) for c in conditions or () if "=" in c)
     if wrong := [c for c in conditions or () if "=" not in c]:
-        raise CatalogError(f"{wrong[0]!r} is no condition; expected name=value, for example kind=run or person.distance_m__le=30")
+        raise CatalogError(
+            f"{wrong[0]!r} is no condition; expected name=value, for example kind=run or person.distance_m__le=30"
+        )
     order_by, limit = pairs.pop("order_by", order_by), _count(pairs.pop("limit", limit))
     rows = query(home(), order_by=order_by or None, limit=limit, **pairs)
     paths = list(dict.fromkeys(str(home() / row.pop("path")) for row in rows))
@@ -43,7 +53,9 @@ def _remark_on_shares(rows: list[dict]) -> str:
     )
 
 
-@catalog.command(help="Query the views stores, shots, objects and scores: isethdr catalog sql \"select * from scores\"")
+@catalog.command(
+    help='Query the views stores, shots, objects and scores: isethdr catalog sql "select * from scores"'
+)
 def sql(text: str) -> None:
     """Print the result of one DuckDB query."""
     from isethdr_core.store import home
@@ -53,7 +65,9 @@ def sql(text: str) -> None:
     _table(*query(home(), text))
 
 
-@catalog.command(help="Show all that is recorded about one store: isethdr catalog show ID (its first digits are enough)")
+@catalog.command(
+    help="Show all that is recorded about one store: isethdr catalog show ID (its first digits are enough)"
+)
 def show(name: str) -> None:
     """Print the root attributes as JSON."""
     import json
@@ -66,7 +80,9 @@ def show(name: str) -> None:
     print(json.dumps(jsonable(query(home(), name)), indent=2))
 
 
-@catalog.command(help="Read every chunk of every store and name what is damaged; exit code 1 if anything is.")
+@catalog.command(
+    help="Read every chunk of every store and name what is damaged; exit code 1 if anything is."
+)
 def verify() -> None:
     """Print one row per store."""
     from isethdr_core.store import home
@@ -99,7 +115,9 @@ def adopt() -> None:
         raise typer.Exit(1)
 
 
-@catalog.command(help="Rebuild index.parquet from the stores (find and sql do so by themselves when stores were added).")
+@catalog.command(
+    help="Rebuild index.parquet from the stores (find and sql do so by themselves when stores were added)."
+)
 def refresh() -> None:
     """Print how many records there are and which stores were skipped."""
     from isethdr_core.store import home
@@ -118,7 +136,9 @@ def _count(text: str | int) -> int:
     from isethdr_core.errors import CatalogError
 
     if not str(text).isdecimal():
-        raise CatalogError(f"limit is {text!r}; expected a whole number of rows; type for example limit=50")
+        raise CatalogError(
+            f"limit is {text!r}; expected a whole number of rows; type for example limit=50"
+        )
     return int(text)
 
 

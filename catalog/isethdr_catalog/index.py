@@ -29,7 +29,9 @@ FOLDERS = ("scenes", "runs", "studies")
 DETAILS = ("objects", "scores", "ledger", "assets")  # what `find` does not need
 STORED_COLUMNS = COLUMNS | {"stamp": "VARCHAR"}
 FROM_BATCH = f"SELECT unnest(from_json(?, '{json.dumps([STORED_COLUMNS])}'), recursive := true)"
-BATCH_BYTES = 1_000_000  # of records that are handed to DuckDB at once; ten times as much takes 200 MB
+BATCH_BYTES = (
+    1_000_000  # of records that are handed to DuckDB at once; ten times as much takes 200 MB
+)
 ROWS_AT_ONCE = 2048  # of a Parquet row group, the least possible: DuckDB holds one in memory
 OLD_SCRATCH_S = 3600.0  # scratch folders without a writer's name, of an older version, are left alone for so long
 
@@ -57,7 +59,13 @@ class _Reading:
         for path, stamp in self.stamps.items():
             try:
                 found = records(self.folder / path, self.folder)
-            except (CatalogError, AttributeError, TypeError, KeyError, ValueError) as error:    # readable JSON of an unexpected shape
+            except (
+                CatalogError,
+                AttributeError,
+                TypeError,
+                KeyError,
+                ValueError,
+            ) as error:  # readable JSON of an unexpected shape
                 self.skipped[str(self.folder / path)] = str(error) or type(error).__name__
                 continue
             batch += [json.dumps(_finite(row | {"stamp": stamp}), allow_nan=False) for row in found]
@@ -79,7 +87,9 @@ def stamps(folder: Path) -> dict[str, str]:
     found = {}
     for part in FOLDERS:
         with suppress(FileNotFoundError, NotADirectoryError), os.scandir(folder / part) as entries:
-            named = sorted((entry.name, entry.path) for entry in entries if entry.name.endswith(".zarr"))
+            named = sorted(
+                (entry.name, entry.path) for entry in entries if entry.name.endswith(".zarr")
+            )
             for name, path in named:
                 found[f"{part}/{name}"] = _stamp(f"{path}/zarr.json")
     return found
@@ -108,15 +118,25 @@ def _refresh(folder: Path, current: dict[str, str]) -> Refreshed:
         base.execute("SET preserve_insertion_order=false")
         _current_table(base, current)
         known = _known(base, index)
-        reading = _Reading(folder, {path: stamp for path, stamp in current.items() if known.get(path) != stamp})
+        reading = _Reading(
+            folder, {path: stamp for path, stamp in current.items() if known.get(path) != stamp}
+        )
         try:
             _remove_scratch(folder)
             stale = any(current.get(path) != stamp for path, stamp in known.items())
             if reading.stamps or stale:
-                _rewrite(base, index, reading, keep=_still_current(index) if known else "", stale=stale)
+                _rewrite(
+                    base, index, reading, keep=_still_current(index) if known else "", stale=stale
+                )
         except OSError as error:
-            raise CatalogError(f"cannot write {index}: {error}; choose a folder you may write with ISETHDR_HOME=/path") from error
-        count = base.execute(f"SELECT count(*) FROM {_file(index)}").fetchone()[0] if index.exists() else 0
+            raise CatalogError(
+                f"cannot write {index}: {error}; choose a folder you may write with ISETHDR_HOME=/path"
+            ) from error
+        count = (
+            base.execute(f"SELECT count(*) FROM {_file(index)}").fetchone()[0]
+            if index.exists()
+            else 0
+        )
     return Refreshed(index, count, reading.skipped)
 
 
@@ -141,7 +161,9 @@ def load(base: duckdb.DuckDBPyConnection, folder, details: bool = True) -> None:
     if _known(base, index):
         base.execute(f"INSERT INTO shots SELECT {kept} FROM ({_still_current(index)})")
     held = dict(base.execute("SELECT DISTINCT path, stamp FROM shots").fetchall())
-    missing = _Reading(folder, {path: stamp for path, stamp in current.items() if held.get(path) != stamp})
+    missing = _Reading(
+        folder, {path: stamp for path, stamp in current.items() if held.get(path) != stamp}
+    )
     for batch in missing.batches():
         base.execute(f"INSERT INTO shots SELECT {kept} FROM ({FROM_BATCH})", [batch])
     base.execute("DROP TABLE current")
@@ -164,13 +186,17 @@ def _known(base: duckdb.DuckDBPyConnection, index: Path) -> dict[str, str]:
     columns = ", ".join(STORED_COLUMNS)
     try:
         base.execute(f"SELECT {columns} FROM {_file(index)} LIMIT 0")
-        rows = base.execute(f"SELECT DISTINCT path, stamp FROM {_file(index)} WHERE schema = {SCHEMA}")
+        rows = base.execute(
+            f"SELECT DISTINCT path, stamp FROM {_file(index)} WHERE schema = {SCHEMA}"
+        )
         return dict(rows.fetchall())
     except duckdb.Error:  # missing, cut off, or of another version
         return {}
 
 
-def _rewrite(base: duckdb.DuckDBPyConnection, index: Path, reading: _Reading, keep: str, stale: bool) -> None:
+def _rewrite(
+    base: duckdb.DuckDBPyConnection, index: Path, reading: _Reading, keep: str, stale: bool
+) -> None:
     """Write the index anew: records of the query `keep`, and those of stores that are read now.
 
     `stale` : the index holds records that `keep` leaves out.
@@ -198,11 +224,15 @@ def _rewrite(base: duckdb.DuckDBPyConnection, index: Path, reading: _Reading, ke
 
 def _current_table(base: duckdb.DuckDBPyConnection, current: dict[str, str]) -> None:
     base.execute("CREATE OR REPLACE TABLE current (path VARCHAR, stamp VARCHAR)")
-    base.execute("INSERT INTO current SELECT unnest(?), unnest(?)", [list(current), list(current.values())])
+    base.execute(
+        "INSERT INTO current SELECT unnest(?), unnest(?)", [list(current), list(current.values())]
+    )
 
 
 def _still_current(index: Path) -> str:
-    columns = ", ".join(f"CAST({name} AS {kind}) AS {name}" for name, kind in STORED_COLUMNS.items())
+    columns = ", ".join(
+        f"CAST({name} AS {kind}) AS {name}" for name, kind in STORED_COLUMNS.items()
+    )
     return f"SELECT {columns} FROM {_file(index)} SEMI JOIN current USING (path, stamp) WHERE schema = {SCHEMA}"
 
 

@@ -74,16 +74,35 @@ def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> 
             clauses.append(clause)
             values += bound
         extra = _with_share(base, [name for name in asked if name not in PLAIN])
-        columns = ", ".join(["id", "kind", "camera", "path", *(f"json_extract(properties, {_pointer(name)}) AS {_identifier(name)}" for name in extra)])
+        columns = ", ".join(
+            [
+                "id",
+                "kind",
+                "camera",
+                "path",
+                *(
+                    f"json_extract(properties, {_pointer(name)}) AS {_identifier(name)}"
+                    for name in extra
+                ),
+            ]
+        )
         order = "created DESC, id, camera"
         if ordered:
             way = "DESC" if order_by.startswith("-") else "ASC"
             order = f"try_cast({_text(ordered)} AS DOUBLE) {way} NULLS LAST, {_text(ordered)} {way} NULLS LAST, id"
-        rows = base.execute(f"SELECT {columns} FROM shots {'WHERE ' if clauses else ''}{' AND '.join(clauses)} "
-                            f"ORDER BY {order} LIMIT {int(limit)}", values)
+        rows = base.execute(
+            f"SELECT {columns} FROM shots {'WHERE ' if clauses else ''}{' AND '.join(clauses)} "
+            f"ORDER BY {order} LIMIT {int(limit)}",
+            values,
+        )
         names = [d[0] for d in rows.description]
-        return [{k: json.loads(v) if k in extra and v is not None else v for k, v in zip(names, row, strict=True)}
-                for row in rows.fetchall()]
+        return [
+            {
+                k: json.loads(v) if k in extra and v is not None else v
+                for k, v in zip(names, row, strict=True)
+            }
+            for row in rows.fetchall()
+        ]
 
 
 def sql(folder, text: str) -> tuple[list[str], list[tuple]]:
@@ -112,8 +131,10 @@ def sql(folder, text: str) -> tuple[list[str], list[tuple]]:
             rows = base.execute(text)
             return [d[0] for d in rows.description or []], rows.fetchall()
         except (duckdb.Error, ValueError, OverflowError) as error:  # values that Python cannot hold
-            raise CatalogError(f"the query does not run: {error}; views: stores, shots, objects, scores; "
-                               "`DESCRIBE scores` lists the columns") from error
+            raise CatalogError(
+                f"the query does not run: {error}; views: stores, shots, objects, scores; "
+                "`DESCRIBE scores` lists the columns"
+            ) from error
 
 
 def show(folder, name: str) -> dict:
@@ -121,8 +142,11 @@ def show(folder, name: str) -> dict:
     found = [p for p in stores(folder) if p.stem.startswith(str(name).removesuffix(".zarr"))]
     exact = [p for p in found if p.stem == name] or found
     if len(exact) != 1:
-        what = f"could be any of {', '.join(p.stem for p in exact)}" if exact else \
-            "names no store" + did_you_mean(name, [p.stem for p in stores(folder)])
+        what = (
+            f"could be any of {', '.join(p.stem for p in exact)}"
+            if exact
+            else "names no store" + did_you_mean(name, [p.stem for p in stores(folder)])
+        )
         raise CatalogError(f"{name!r} {what}; looked in {folder}")
     return {"path": str(exact[0]), **read_attrs(exact[0])}
 
@@ -149,14 +173,21 @@ def _split(key: str) -> tuple[str, str]:
 def _with_share(base: duckdb.DuckDBPyConnection, names: list[str]) -> list[str]:
     """Return the properties to show: with the share of valid pixels where one of them is a score."""
     held = "from_json(properties->'scores', '[\"VARCHAR\"]')"
-    scores = {name for (name,) in base.execute(f"SELECT DISTINCT unnest({held}) FROM shots").fetchall()}
+    scores = {
+        name for (name,) in base.execute(f"SELECT DISTINCT unnest({held}) FROM shots").fetchall()
+    }
     if "valid_share" in scores and "valid_share" not in names and scores & set(names):
         return [*names, "valid_share"]
     return names
 
 
 def _check_known(base, names) -> None:
-    known = {key for (key,) in base.execute("SELECT DISTINCT unnest(json_keys(properties)) FROM shots").fetchall()} | set(PLAIN)
+    known = {
+        key
+        for (key,) in base.execute(
+            "SELECT DISTINCT unnest(json_keys(properties)) FROM shots"
+        ).fetchall()
+    } | set(PLAIN)
     for name in names:
         if known > set(PLAIN) and name not in known:
             raise CatalogError(f"no record has the property {name!r}{did_you_mean(name, known)}")
@@ -169,16 +200,33 @@ def _clause(name: str, operator: str, value) -> tuple[str, list]:
         try:
             return f"try_cast({text} AS DOUBLE) {OPERATORS[operator]} ?", [float(value)]
         except ValueError:
-            return f"{text} {OPERATORS[operator]} ?", [str(value)]     # dates, and other text that sorts
-    wanted = value if isinstance(value, (list, tuple, set)) else str(value).split(",") if operator == "in" else [value]
+            return f"{text} {OPERATORS[operator]} ?", [
+                str(value)
+            ]  # dates, and other text that sorts
+    wanted = (
+        value
+        if isinstance(value, (list, tuple, set))
+        else str(value).split(",")
+        if operator == "in"
+        else [value]
+    )
     tests, values = [], []
     for one in wanted:
         one = str(one).lower() if isinstance(one, bool) else str(one)
-        tests.append(f"({text} = ? OR try_cast({text} AS DOUBLE) = try_cast(? AS DOUBLE)"
-                     + ("" if name in PLAIN else f" OR json_contains(json_extract(properties, {_pointer(name)}), to_json(?))") + ")")
+        tests.append(
+            f"({text} = ? OR try_cast({text} AS DOUBLE) = try_cast(? AS DOUBLE)"
+            + (
+                ""
+                if name in PLAIN
+                else f" OR json_contains(json_extract(properties, {_pointer(name)}), to_json(?))"
+            )
+            + ")"
+        )
         values += [one, one] + ([] if name in PLAIN else [one])
     joined = " OR ".join(tests) or "false"
-    return (f"coalesce(NOT ({joined}), true)" if operator == "ne" else f"coalesce({joined}, false)"), values
+    return (
+        f"coalesce(NOT ({joined}), true)" if operator == "ne" else f"coalesce({joined}, false)"
+    ), values
 
 
 def _text(name: str) -> str:

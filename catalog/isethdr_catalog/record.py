@@ -12,10 +12,31 @@ from pathlib import Path
 from isethdr_core.store import read_attrs
 
 SCHEMA = 2
-COLUMNS = {"id": "VARCHAR", "kind": "VARCHAR", "camera": "VARCHAR", "name": "VARCHAR", "path": "VARCHAR", "created": "VARCHAR",
-           "derived_from": "VARCHAR", "schema": "INTEGER", "properties": "JSON", "objects": "JSON", "scores": "JSON",
-           "ledger": "JSON", "assets": "JSON"}
-NESTED = ("config", "scene", "renderer", "weights", "noise", "effort", "versions", "kernels")   # flattened with dotted names
+COLUMNS = {
+    "id": "VARCHAR",
+    "kind": "VARCHAR",
+    "camera": "VARCHAR",
+    "name": "VARCHAR",
+    "path": "VARCHAR",
+    "created": "VARCHAR",
+    "derived_from": "VARCHAR",
+    "schema": "INTEGER",
+    "properties": "JSON",
+    "objects": "JSON",
+    "scores": "JSON",
+    "ledger": "JSON",
+    "assets": "JSON",
+}
+NESTED = (
+    "config",
+    "scene",
+    "renderer",
+    "weights",
+    "noise",
+    "effort",
+    "versions",
+    "kernels",
+)  # flattened with dotted names
 
 
 def records(path, folder) -> list[dict]:
@@ -26,10 +47,23 @@ def records(path, folder) -> list[dict]:
     CatalogError : the store is damaged or incomplete.
     """
     path, attrs = Path(path), read_attrs(path)
-    kind, objects, scores = attrs.get("kind", "scene"), attrs.get("objects") or [], attrs.get("scores") or []
-    common = {"id": path.stem, "kind": kind, "path": str(path.relative_to(folder)), "created": attrs.get("created"), "schema": SCHEMA,
-              "name": str(attrs.get("name") or attrs.get("scene_id") or ""), "derived_from": attrs.get("scene_id") or None,
-              "objects": objects, "ledger": attrs.get("ledger") or [], "assets": assets(path)}
+    kind, objects, scores = (
+        attrs.get("kind", "scene"),
+        attrs.get("objects") or [],
+        attrs.get("scores") or [],
+    )
+    common = {
+        "id": path.stem,
+        "kind": kind,
+        "path": str(path.relative_to(folder)),
+        "created": attrs.get("created"),
+        "schema": SCHEMA,
+        "name": str(attrs.get("name") or attrs.get("scene_id") or ""),
+        "derived_from": attrs.get("scene_id") or None,
+        "objects": objects,
+        "ledger": attrs.get("ledger") or [],
+        "assets": assets(path),
+    }
     properties = flat(attrs) | nearest(objects)
     if kind != "run":
         return [common | {"camera": None, "scores": [], "properties": properties}]
@@ -66,7 +100,9 @@ def flat(attrs: dict) -> dict:
 def nearest(objects: list[dict]) -> dict:
     """Return, per category, how many objects there are and the distance (m) and visible fraction of the nearest."""
     out = {}
-    for entry in sorted(objects, key=lambda o: -_number(o.get("distance_m"), float("inf"))):    # the nearest comes last
+    for entry in sorted(
+        objects, key=lambda o: -_number(o.get("distance_m"), float("inf"))
+    ):  # the nearest comes last
         category = entry.get("category")
         out[f"{category}.count"] = out.get(f"{category}.count", 0) + 1
         out[f"{category}.distance_m"] = entry.get("distance_m")
@@ -76,7 +112,9 @@ def nearest(objects: list[dict]) -> dict:
 
 def whole_picture(scores: list[dict], camera: str) -> dict:
     """Return {metric: value} of the scores that are about the whole picture of one camera."""
-    return {s["metric"]: s["value"] for s in scores if s.get("camera") == camera and not s.get("object")}
+    return {
+        s["metric"]: s["value"] for s in scores if s.get("camera") == camera and not s.get("object")
+    }
 
 
 def warned(attrs: dict, camera: str) -> list[str]:
@@ -86,7 +124,9 @@ def warned(attrs: dict, camera: str) -> list[str]:
 
 def assets(path: Path) -> list[str]:
     """Return the names of the groups and arrays that a store holds."""
-    return sorted(str(p.parent.relative_to(path)) for p in path.glob("**/zarr.json") if p.parent != path)
+    return sorted(
+        str(p.parent.relative_to(path)) for p in path.glob("**/zarr.json") if p.parent != path
+    )
 
 
 def _flatten(value: dict, prefix: str, out: dict) -> None:
@@ -99,7 +139,12 @@ def _flatten(value: dict, prefix: str, out: dict) -> None:
 
 def _plain(value) -> bool:
     scalar = (str, int, float, bool)
-    return isinstance(value, scalar) or isinstance(value, list) and len(value) <= 64 and all(isinstance(v, scalar) for v in value)
+    return (
+        isinstance(value, scalar)
+        or isinstance(value, list)
+        and len(value) <= 64
+        and all(isinstance(v, scalar) for v in value)
+    )
 
 
 def _number(value, otherwise: float) -> float:

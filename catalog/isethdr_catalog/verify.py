@@ -32,8 +32,11 @@ class Report:
 
 def verify(folder) -> list[Report]:
     """Return a report for every store of a home folder, and one for every temporary name a killed writer left."""
-    left = [Report(p, 0, ("a writer was killed here; the next writer removes it",))
-            for sub in ("scenes", "runs") for p in sorted((Path(folder) / sub).glob(".*.tmp"))]
+    left = [
+        Report(p, 0, ("a writer was killed here; the next writer removes it",))
+        for sub in ("scenes", "runs")
+        for p in sorted((Path(folder) / sub).glob(".*.tmp"))
+    ]
     return [verify_store(path) for path in stores(folder)] + left
 
 
@@ -83,6 +86,6 @@ def _decoded(path: Path) -> tuple[int, list[str]]:
                 found.append(f"{name}: NaN at {hole}; a chunk is missing")
             elif metadata.parent.name not in LIGHT:
                 node[...]
-        except Exception as error:      # each codec raises its own kind
+        except Exception as error:  # each codec raises its own kind
             found.append(f"{name}: {error or type(error).__name__}")
     return count, found

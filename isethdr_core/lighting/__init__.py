@@ -18,4 +18,9 @@ from .iset import IsetLighting
 from .members import IdealLighting, WeightsLighting
 from .targets import TargetsLighting
 
-COMPONENTS = [("weights", WeightsLighting), ("ideal", IdealLighting), ("targets", TargetsLighting), ("iset", IsetLighting)]
+COMPONENTS = [
+    ("weights", WeightsLighting),
+    ("ideal", IdealLighting),
+    ("targets", TargetsLighting),
+    ("iset", IsetLighting),
+]

@@ -39,17 +39,27 @@ class IsetLighting:
         found = mix.group_names(radiance)
         self.check_groups(found)
         maps = {g: mix.luminance_map(radiance, g) for g in GROUPS}
-        draws = self.draws if self.draws is not None else tuple(uniform(self.seed, g) for g in GROUPS[:3])
+        draws = (
+            self.draws
+            if self.draws is not None
+            else tuple(uniform(self.seed, g) for g in GROUPS[:3])
+        )
         levels = iset_levels(self.dynamic_range, draws)
-        statistics = [solve.statistic(maps[g], "max") for g in GROUPS[:3]] + [solve.percentile_of(maps["sky"], 30.0)]
+        statistics = [solve.statistic(maps[g], "max") for g in GROUPS[:3]] + [
+            solve.percentile_of(maps["sky"], 30.0)
+        ]
         for name, value in zip(GROUPS, statistics):
             if value <= 0:
-                raise ConfigError(f"light group {name!r} is dark in this picture, so lighting iset cannot scale it to a luminance; "
-                                  "type lighting=targets and name the groups that are lit")
+                raise ConfigError(
+                    f"light group {name!r} is dark in this picture, so lighting iset cannot scale it to a luminance; "
+                    "type lighting=targets and name the groups that are lit"
+                )
         weights = {g: level / value for g, level, value in zip(GROUPS, levels, statistics)}
         scale = 1.0
         if self.low_light_cd_m2 is not None:
-            scale = self.low_light_cd_m2 / solve.percentile_of(sum(weights[g] * maps[g] for g in GROUPS), 50.0)
+            scale = self.low_light_cd_m2 / solve.percentile_of(
+                sum(weights[g] * maps[g] for g in GROUPS), 50.0
+            )
         used = {g: scale * weights.get(g, 0.0) for g in found}
         return mix.mix(radiance, used, iset_weights=weights)
 
@@ -69,4 +79,9 @@ def iset_levels(dynamic_range: float, draws) -> tuple[float, float, float, float
     `draws` are three numbers in [0, 1]. Constants: lightGroupDynamicRangeSet (Liu et al., ISETHDR, 2025).
     """
     head = 1e4 * max(20 * draws[0], 2)
-    return head, 1e4 * max(5 * draws[1], 1), 1e-4 * head * max(100 * draws[2], 4), 2e5 / dynamic_range
+    return (
+        head,
+        1e4 * max(5 * draws[1], 1),
+        1e-4 * head * max(100 * draws[2], 4),
+        2e5 / dynamic_range,
+    )

@@ -22,12 +22,14 @@ class WeightsLighting:
 
     # {group: weight}, 1 = as the scene was built
     weights: dict[str, Weight] = field(default_factory=dict)
-    others: Weight = 0.0                      # weight of every group not named in `weights`
+    others: Weight = 0.0  # weight of every group not named in `weights`
     # first bring each group to this mean luminance; 0: radiance stays absolute
     relative_to_mean_cd_m2: Luminance = 0.0
-    modulation: dict[str, Any] = field(default_factory=dict)   # {group: {frequency_hz, duty or depth, phase}}: light that varies in time
-    seed: Seed = 0                            # of phases that are ranges
-    WITHIN_FIELD: ClassVar[bool] = True      # the margin's light decides nothing
+    modulation: dict[str, Any] = field(
+        default_factory=dict
+    )  # {group: {frequency_hz, duty or depth, phase}}: light that varies in time
+    seed: Seed = 0  # of phases that are ranges
+    WITHIN_FIELD: ClassVar[bool] = True  # the margin's light decides nothing
 
     def __post_init__(self):
         check_ranges(self)
@@ -58,14 +60,23 @@ class WeightsLighting:
         """Return the modulation of the groups that have a weight."""
         from .modulation import parse
 
-        return {g: m for g, m in parse(self.modulation, self.seed).items() if self.weights.get(g, self.others) != 0}
+        return {
+            g: m
+            for g, m in parse(self.modulation, self.seed).items()
+            if self.weights.get(g, self.others) != 0
+        }
 
     def _scale(self, radiance, group):
         from . import mix
 
         mean = float(mix.luminance_map(radiance, group).mean())
         if mean == 0:
-            ledger.left_out(f"group {group}", "no light in the picture, so no mean luminance to be relative to", 0.0, "cd/m2")
+            ledger.left_out(
+                f"group {group}",
+                "no light in the picture, so no mean luminance to be relative to",
+                0.0,
+                "cd/m2",
+            )
             return 0.0
         return self.relative_to_mean_cd_m2 / mean
 

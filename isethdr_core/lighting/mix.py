@@ -11,7 +11,9 @@ from ..physics import photometry
 from ..physics.modulation import Modulation, constant
 from .modulation import check_groups
 
-BLOCK_BANDS = 8  # the bands of one inner chunk of a stored cube: a block decompresses each chunk once
+BLOCK_BANDS = (
+    8  # the bands of one inner chunk of a stored cube: a block decompresses each chunk once
+)
 
 
 def group_names(ds) -> list[str]:
@@ -19,7 +21,9 @@ def group_names(ds) -> list[str]:
     quantities.check_scene_form(ds)
     found = [str(g) for g in ds.light_group.values]
     if len(set(found)) < len(found):
-        raise UnitError(f"scene radiance names a light group twice: {', '.join(found)}; expected one cube per name")
+        raise UnitError(
+            f"scene radiance names a light group twice: {', '.join(found)}; expected one cube per name"
+        )
     return found
 
 
@@ -38,8 +42,10 @@ def all_weights(named, others: float, groups) -> dict[str, float]:
     """
     for name, weight in named.items():
         if name not in groups and weight != 0:
-            raise ConfigError(f"the scene has no light group {name!r}{did_you_mean(name, groups)}; "
-                              f"type ~lighting.weights.{name} to leave it out")
+            raise ConfigError(
+                f"the scene has no light group {name!r}{did_you_mean(name, groups)}; "
+                f"type ~lighting.weights.{name} to leave it out"
+            )
     return {g: float(named.get(g, others)) for g in groups}
 
 
@@ -72,15 +78,35 @@ def mix(ds, weights: dict[str, float], modulation=None, **attrs):
     ledger.error(2.0**-24, "relative", "bound", "sums in float64, rounded once to float32")
     parts = _parts(weights, modulation or {})
     width, height = field_size(ds)
-    attrs = {"weights": dict(weights), "field_width": width, "field_height": height,
-             **{k: ds.attrs[k] for k in ("pitch_x", "pitch_y", "projection") if k in ds.attrs}, **attrs}
+    attrs = {
+        "weights": dict(weights),
+        "field_width": width,
+        "field_height": height,
+        **{k: ds.attrs[k] for k in ("pitch_x", "pitch_y", "projection") if k in ds.attrs},
+        **attrs,
+    }
     if list(parts) != [Modulation()]:
-        attrs["modulation"] = {g: m._asdict() for m, groups in parts.items() for g in groups if not constant(m)}
-    planes = (quantities.plane(_sum(ds, groups), ds.wavelength.values, ds.x.values, ds.y.values, quantities.RADIANCE, **attrs)
-              for groups in parts.values())
+        attrs["modulation"] = {
+            g: m._asdict() for m, groups in parts.items() for g in groups if not constant(m)
+        }
+    planes = (
+        quantities.plane(
+            _sum(ds, groups),
+            ds.wavelength.values,
+            ds.x.values,
+            ds.y.values,
+            quantities.RADIANCE,
+            **attrs,
+        )
+        for groups in parts.values()
+    )
     if list(parts) == [Modulation()]:
         return next(planes)
-    return stacked(("constant" if constant(m) else " + ".join(groups) for m, groups in parts.items()), list(parts), planes)
+    return stacked(
+        ("constant" if constant(m) else " + ".join(groups) for m, groups in parts.items()),
+        list(parts),
+        planes,
+    )
 
 
 def _parts(weights, modulation) -> dict[Modulation, dict[str, float]]:
@@ -101,8 +127,10 @@ def _sum(ds, weights: dict[str, float]) -> np.ndarray:
         for group, weight in weights.items():
             total += weight * _read(ds, group, bands)
         if total.max(initial=0.0) > np.finfo(np.float32).max:
-            raise UnitError(f"mixed radiance reaches {total.max():g} W m-2 sr-1 nm-1, beyond float32; expected at most 3.4e38; "
-                            f"lower the weights {weights}")
+            raise UnitError(
+                f"mixed radiance reaches {total.max():g} W m-2 sr-1 nm-1, beyond float32; expected at most 3.4e38; "
+                f"lower the weights {weights}"
+            )
         out[bands] = total
     return out
 
@@ -141,6 +169,8 @@ def _read(ds, group: str, bands: slice) -> np.ndarray:
     low, high = block.min(), block.max()  # NaN makes both NaN, and every comparison below false
     if not (low >= 0 and high < np.inf):
         nm = ds.wavelength.values[bands]
-        raise UnitError(f"light group {group!r} holds values from {low:g} to {high:g} at {nm[0]:g}-{nm[-1]:g} nm; expected "
-                        "finite light, never negative; render or fetch the group again")
+        raise UnitError(
+            f"light group {group!r} holds values from {low:g} to {high:g} at {nm[0]:g}-{nm[-1]:g} nm; expected "
+            "finite light, never negative; render or fetch the group again"
+        )
     return block

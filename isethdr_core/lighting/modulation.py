@@ -28,8 +28,10 @@ def check_groups(table, groups) -> None:
     """Raise ConfigError where a modulation names a group that the scene does not have."""
     for name in table:
         if name not in groups:
-            raise ConfigError(f"lighting.modulation names the light group {name!r}, which the scene does not have"
-                              f"{did_you_mean(name, groups)}; type ~lighting.modulation.{name} to leave it out")
+            raise ConfigError(
+                f"lighting.modulation names the light group {name!r}, which the scene does not have"
+                f"{did_you_mean(name, groups)}; type ~lighting.modulation.{name} to leave it out"
+            )
 
 
 def _one(group: str, entry: Any, seed: int) -> Modulation:
@@ -40,17 +42,36 @@ def _one(group: str, entry: Any, seed: int) -> Modulation:
         if key not in KEYS:
             raise ConfigError(f"{where} has no key {key!r}{did_you_mean(key, KEYS)}")
     if "frequency_hz" not in entry or ("duty" in entry) == ("depth" in entry):
-        raise ConfigError(f"{where} has {', '.join(entry) or 'no key'}; expected frequency_hz and either duty (pulses) or depth (ripple); {example}")
+        raise ConfigError(
+            f"{where} has {', '.join(entry) or 'no key'}; expected frequency_hz and either duty (pulses) or depth (ripple); {example}"
+        )
     phase = entry.get("phase", 0.0)
     low, high = phase if isinstance(phase, (list, tuple)) and len(phase) == 2 else (phase, phase)
     try:
-        low, high, *numbers = (float(v) for v in (low, high, entry["frequency_hz"], entry.get("duty", 1.0), entry.get("depth", 0.0)))
+        low, high, *numbers = (
+            float(v)
+            for v in (
+                low,
+                high,
+                entry["frequency_hz"],
+                entry.get("duty", 1.0),
+                entry.get("depth", 0.0),
+            )
+        )
     except (TypeError, ValueError):
-        raise ConfigError(f"{where} is {entry}; expected numbers, and phase a number or a range [low, high]; {example}") from None
+        raise ConfigError(
+            f"{where} is {entry}; expected numbers, and phase a number or a range [low, high]; {example}"
+        ) from None
     if not 0 <= low <= high <= 1:
-        raise ConfigError(f"{where}.phase is {phase!r}; expected periods, 0 <= low <= high <= 1; {example}")
-    found = Modulation(*numbers, low + (high - low) * uniform(seed, f"phase/{group}") if high > low else low)
-    problem = wrong(found) or ("frequency_hz is 0; expected above 0" if found.frequency_hz == 0 else "")
+        raise ConfigError(
+            f"{where}.phase is {phase!r}; expected periods, 0 <= low <= high <= 1; {example}"
+        )
+    found = Modulation(
+        *numbers, low + (high - low) * uniform(seed, f"phase/{group}") if high > low else low
+    )
+    problem = wrong(found) or (
+        "frequency_hz is 0; expected above 0" if found.frequency_hz == 0 else ""
+    )
     if problem:
         raise ConfigError(f"{where}: {problem}; {example}")
     return found

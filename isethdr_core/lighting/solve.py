@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-_LARGEST_STEP = 200   # doublings in a bracket search: 60 decades, more than any light
+_LARGEST_STEP = 200  # doublings in a bracket search: 60 decades, more than any light
 
 
 def statistic(luminance, name: str, percentile: float = 50.0) -> float:
@@ -44,6 +44,7 @@ def weight_for_percentile(rest, ambient, percentile: float, wanted: float) -> fl
     The percentile never falls with w, so a bracket and Brent's method find w. Where no w reaches `wanted`: 0 if
     the rest alone is brighter, 1 if the ambient light is too dark where it matters.
     """
+
     def miss(w):
         return percentile_of(rest + w * ambient, percentile) - wanted
 
@@ -60,13 +61,16 @@ def weight_for_percentile(rest, ambient, percentile: float, wanted: float) -> fl
     return 1.0
 
 
-def weight_for_dynamic_range(rest, ambient, wanted: float, low_percentile: float, high_percentile: float) -> float:
+def weight_for_dynamic_range(
+    rest, ambient, wanted: float, low_percentile: float, high_percentile: float
+) -> float:
     """Return w >= 0 so that the ratio of two percentiles of rest + w * ambient is `wanted`.
 
     More ambient light lifts the dark tiles first: as w falls from 'ambient alone' the ratio grows, until the rest
     alone is left. The search goes down by decades and takes the first crossing, the one with most ambient light;
     where there is none it returns the w whose ratio comes nearest.
     """
+
     def ratio(w):
         return dynamic_range(rest + w * ambient, low_percentile, high_percentile)
 

@@ -43,8 +43,10 @@ def parse(targets: dict[str, Any]) -> tuple[Target, ...]:
     absolute = [t for t in found if not t.relative_to]
     for target in found:
         if target.relative_to and target.relative_to not in [t.group for t in absolute]:
-            raise ConfigError(f"target of {target.group!r} is relative to {target.relative_to!r}, which has no target in cd/m2"
-                              + did_you_mean(target.relative_to, [t.group for t in absolute]))
+            raise ConfigError(
+                f"target of {target.group!r} is relative to {target.relative_to!r}, which has no target in cd/m2"
+                + did_you_mean(target.relative_to, [t.group for t in absolute])
+            )
     return (*absolute, *(t for t in found if t.relative_to))
 
 
@@ -83,18 +85,24 @@ def _one(group: str, entry: Any) -> Target:
             raise ConfigError(f"{where} has no key {key!r}{did_you_mean(key, known)}")
     statistic = entry.get("statistic", "mean")
     if statistic not in STATISTICS:
-        raise ConfigError(f"{where}.statistic is {statistic!r}{did_you_mean(statistic, STATISTICS)}")
+        raise ConfigError(
+            f"{where}.statistic is {statistic!r}{did_you_mean(statistic, STATISTICS)}"
+        )
     relative_to = entry.get("relative_to") or ""
     key, other = ("ratio", "cd_m2") if relative_to else ("cd_m2", "ratio")
     if key not in entry or other in entry:
-        raise ConfigError(f"{where} needs either cd_m2, or relative_to and ratio; type for example "
-                          f"'lighting.targets.{group}={{statistic: max, cd_m2: 30000}}'")
+        raise ConfigError(
+            f"{where} needs either cd_m2, or relative_to and ratio; type for example "
+            f"'lighting.targets.{group}={{statistic: max, cd_m2: 30000}}'"
+        )
     value = entry[key]
     low, high = value if isinstance(value, (list, tuple)) and len(value) == 2 else (value, value)
     try:
         low, high, percentile = float(low), float(high), float(entry.get("percentile", 50.0))
     except (TypeError, ValueError):
-        raise ConfigError(f"{where}.{key} is {value!r}; expected a number or a range [low, high]") from None
+        raise ConfigError(
+            f"{where}.{key} is {value!r}; expected a number or a range [low, high]"
+        ) from None
     if not 0 <= low <= high < math.inf:
         raise ConfigError(f"{where}.{key} is {value!r}; expected 0 <= low <= high, finite")
     if not 0 <= percentile <= 100:
@@ -102,4 +110,6 @@ def _one(group: str, entry: Any) -> Target:
     for name in ("relative_to", "lamp_kind"):
         if not isinstance(entry.get(name) or "", str):
             raise ConfigError(f"{where}.{name} is {entry[name]!r}; expected a name")
-    return Target(group, statistic, low, high, percentile, entry.get("lamp_kind") or "", relative_to)
+    return Target(
+        group, statistic, low, high, percentile, entry.get("lamp_kind") or "", relative_to
+    )

@@ -28,18 +28,22 @@ REACHED = 1e-6  # relative: a target is met within this; the searches end at 1e-
 class TargetsLighting:
     """Weights solved from photometric targets: lamp and sky luminances, dynamic range, median or mean."""
 
-    targets: dict[str, Any] = field(default_factory=dict)     # {group: {statistic, cd_m2, percentile, lamp_kind, ...}}
+    targets: dict[str, Any] = field(
+        default_factory=dict
+    )  # {group: {statistic, cd_m2, percentile, lamp_kind, ...}}
     # {group: weight} of groups without a target
     weights: dict[str, Weight] = field(default_factory=dict)
-    others: Weight = 1.0                  # weight of all other groups; 1 = as the scene was built
-    ambient: str = "sky"                 # the group that moves to reach dynamic range, median or mean
-    dynamic_range: Ratio | None = None   # ratio of the two percentiles of the picture's luminance
-    low_percentile: Percent = 1.0          # Hazen's, percent
-    high_percentile: Percent = 100.0       # 100: the brightest tile
-    median_cd_m2: Reached | None = None    # of the whole picture
-    mean_cd_m2: Reached | None = None      # of the whole picture
-    modulation: dict[str, Any] = field(default_factory=dict)  # {group: {frequency_hz, duty or depth, phase}}: light that varies in time
-    seed: Seed = 0                        # of targets and phases that are ranges
+    others: Weight = 1.0  # weight of all other groups; 1 = as the scene was built
+    ambient: str = "sky"  # the group that moves to reach dynamic range, median or mean
+    dynamic_range: Ratio | None = None  # ratio of the two percentiles of the picture's luminance
+    low_percentile: Percent = 1.0  # Hazen's, percent
+    high_percentile: Percent = 100.0  # 100: the brightest tile
+    median_cd_m2: Reached | None = None  # of the whole picture
+    mean_cd_m2: Reached | None = None  # of the whole picture
+    modulation: dict[str, Any] = field(
+        default_factory=dict
+    )  # {group: {frequency_hz, duty or depth, phase}}: light that varies in time
+    seed: Seed = 0  # of targets and phases that are ranges
     WITHIN_FIELD: ClassVar[bool] = True  # the margin's light decides nothing
 
     def __post_init__(self):
@@ -47,7 +51,9 @@ class TargetsLighting:
         self._varying()
         for t in target.parse(self.targets):
             if t.group in self.weights:
-                raise ConfigError(f"group {t.group!r} has both a target and a weight; type ~lighting.weights.{t.group} to drop one")
+                raise ConfigError(
+                    f"group {t.group!r} has both a target and a weight; type ~lighting.weights.{t.group} to drop one"
+                )
         if not self.low_percentile < self.high_percentile:
             raise ConfigError(
                 f"low_percentile is {self.low_percentile:g} and high_percentile "
@@ -55,8 +61,10 @@ class TargetsLighting:
                 "type lighting.low_percentile=1 lighting.high_percentile=100"
             )
         if self.median_cd_m2 is not None and self.mean_cd_m2 is not None:
-            raise ConfigError("lighting has both median_cd_m2 and mean_cd_m2; one scale cannot reach two levels; "
-                              "type lighting.mean_cd_m2=null")
+            raise ConfigError(
+                "lighting has both median_cd_m2 and mean_cd_m2; one scale cannot reach two levels; "
+                "type lighting.mean_cd_m2=null"
+            )
 
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
         """Return mixed radiance, W m-2 sr-1 nm-1.
@@ -114,7 +122,11 @@ class TargetsLighting:
         from .modulation import parse
 
         known = self._known()
-        return {g: m for g, m in parse(self.modulation, self.seed).items() if known.get(g, self.others) != 0}
+        return {
+            g: m
+            for g, m in parse(self.modulation, self.seed).items()
+            if known.get(g, self.others) != 0
+        }
 
     def _level(self):
         """Return (statistic, percentile, cd/m2) of the picture's level, or None."""
@@ -126,7 +138,9 @@ class TargetsLighting:
         """Return the weight of every group, and {name: {wanted, reached}} of every target."""
         from . import mix
 
-        map_of = cache(lambda group: mix.luminance_map(radiance, group))  # read once, and only where a target asks
+        map_of = cache(
+            lambda group: mix.luminance_map(radiance, group)
+        )  # read once, and only where a target asks
         self.check_groups(groups)
         moving, own = self.ambient if self._moving() else None, self._own(groups)
         weights = mix.all_weights(self.weights, self.others, groups)
@@ -138,9 +152,16 @@ class TargetsLighting:
         picture = {}
         if moving:
             if moving in wanted:
-                ledger.left_out(f"target of {moving}", "it moves to reach the dynamic range or level of the picture", 0.0, "cd/m2")
+                ledger.left_out(
+                    f"target of {moving}",
+                    "it moves to reach the dynamic range or level of the picture",
+                    0.0,
+                    "cd/m2",
+                )
             weights, picture = self._move(moving, weights, map_of)
-        lamps = {g: {"wanted": wanted[g], "reached": weights[g] * value} for g, value in at_one.items()}
+        lamps = {
+            g: {"wanted": wanted[g], "reached": weights[g] * value} for g, value in at_one.items()
+        }
         return weights, {**lamps, **picture}
 
     def _move(self, moving, weights, map_of):
@@ -150,7 +171,9 @@ class TargetsLighting:
         level, ambient = self._level(), map_of(moving)
         rest = sum((w * map_of(g) for g, w in weights.items() if g != moving and w), 0.0 * ambient)
         if self.dynamic_range:
-            weight = solve.weight_for_dynamic_range(rest, ambient, self.dynamic_range, self.low_percentile, self.high_percentile)
+            weight = solve.weight_for_dynamic_range(
+                rest, ambient, self.dynamic_range, self.low_percentile, self.high_percentile
+            )
         elif level[0] == "mean":
             weight = solve.weight_for_mean(rest, ambient, level[2])
         else:
@@ -164,7 +187,9 @@ class TargetsLighting:
         if level:
             name = "mean_cd_m2" if level[0] == "mean" else "median_cd_m2"
             found = solve.statistic(whole, level[0], level[1])
-            if self.dynamic_range and found > 0:  # the ambient group is spent: all groups move together
+            if (
+                self.dynamic_range and found > 0
+            ):  # the ambient group is spent: all groups move together
                 scale = level[2] / found
                 weights = {g: scale * w for g, w in weights.items()}
                 found *= scale
@@ -185,10 +210,18 @@ def _lamp_axis(radiance, t: target.Target) -> float:
     """Return the luminance on its axis, cd/m2 at weight 1, of the brightest lamp that the target means; 0 without one."""
     lamps = radiance.attrs.get("lamps")
     if lamps is None:
-        raise ConfigError(f"target of {t.group!r} is for the axis of a lamp, and this scene lists no lamps; "
-                          f"type lighting.targets.{t.group}.statistic=max")
-    return max((float(lamp["luminance_cd_m2"]) for lamp in lamps
-                if lamp["group"] == t.group and t.lamp_kind in ("", lamp["kind"])), default=0.0)
+        raise ConfigError(
+            f"target of {t.group!r} is for the axis of a lamp, and this scene lists no lamps; "
+            f"type lighting.targets.{t.group}.statistic=max"
+        )
+    return max(
+        (
+            float(lamp["luminance_cd_m2"])
+            for lamp in lamps
+            if lamp["group"] == t.group and t.lamp_kind in ("", lamp["kind"])
+        ),
+        default=0.0,
+    )
 
 
 def _report(targets) -> str:
@@ -196,13 +229,22 @@ def _report(targets) -> str:
     missed, worst = [], 0.0
     for name, value in targets.items():
         wanted, found = value["wanted"], value["reached"]
-        residual = abs(found / wanted - 1) if wanted and math.isfinite(found) else float(found != wanted)
+        residual = (
+            abs(found / wanted - 1) if wanted and math.isfinite(found) else float(found != wanted)
+        )
         worst = max(worst, residual)
         if residual > REACHED:
             text = f"{name}: wanted {wanted:.6g}, reached {found:.6g}"
             missed.append(text)
-            ledger.left_out(f"target {text}", "no weights of this scene reach it together with the others", residual, "relative")
+            ledger.left_out(
+                f"target {text}",
+                "no weights of this scene reach it together with the others",
+                residual,
+                "relative",
+            )
     if targets:
         label = "photometric targets of the lighting"
-        ledger.add_error(ErrorNote(worst, "relative", "measured", label, "targets", Quantity.TARGET))
+        ledger.add_error(
+            ErrorNote(worst, "relative", "measured", label, "targets", Quantity.TARGET)
+        )
     return "; ".join(missed)

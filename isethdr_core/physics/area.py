@@ -11,7 +11,9 @@ from scipy.sparse import csr_array
 SLACK = 1e-9  # of a tile: how far a rectangle may reach outside by rounding alone
 
 
-def resample_mean(values, x_in, y_in, x_out, y_out, width_out: float, height_out: float) -> np.ndarray:
+def resample_mean(
+    values, x_in, y_in, x_out, y_out, width_out: float, height_out: float
+) -> np.ndarray:
     """Return the mean of constant tiles over each output rectangle.
 
     Parameters
@@ -29,10 +31,14 @@ def resample_mean(values, x_in, y_in, x_out, y_out, width_out: float, height_out
     ------
     ValueError : when a rectangle reaches outside the tiles; there is no light known there.
     """
-    return integrate_tiles(values, x_in, y_in, x_out, y_out, width_out, height_out) / (width_out * height_out)
+    return integrate_tiles(values, x_in, y_in, x_out, y_out, width_out, height_out) / (
+        width_out * height_out
+    )
 
 
-def integrate_tiles(values, x_in, y_in, x_out, y_out, width_out: float, height_out: float) -> np.ndarray:
+def integrate_tiles(
+    values, x_in, y_in, x_out, y_out, width_out: float, height_out: float
+) -> np.ndarray:
     """Return the integral of constant tiles over each output rectangle; arguments as `resample_mean`.
 
     Returns
@@ -48,13 +54,17 @@ def integrate_tiles(values, x_in, y_in, x_out, y_out, width_out: float, height_o
             "the number of tile centres given"
         )
     out = np.empty((*values.shape[:-2], along_y.shape[0], along_x.shape[0]))
-    for band in np.ndindex(values.shape[:-2]):  # one band at a time: no float64 copy of the whole cube
+    for band in np.ndindex(
+        values.shape[:-2]
+    ):  # one band at a time: no float64 copy of the whole cube
         rows = along_y @ values[band].astype(np.float64, copy=False)
         out[band] = (along_x @ rows.T).T
     return out
 
 
-def detail_error(deviation, x_in, y_in, x_out, y_out, width_out: float, height_out: float) -> np.ndarray:
+def detail_error(
+    deviation, x_in, y_in, x_out, y_out, width_out: float, height_out: float
+) -> np.ndarray:
     """Return how far the mean over each output rectangle may be off because tiles are taken for even.
 
     Parameters
@@ -71,7 +81,9 @@ def detail_error(deviation, x_in, y_in, x_out, y_out, width_out: float, height_o
     sqrt(f (1 - f)) times their deviation (Cauchy and Schwarz), and not at all where it covers the tile or misses it. Errors of
     different tiles add up in squares. With f = g h, the fractions along both axes, f (1 - f) <= g h ((1 - g) + (1 - h)).
     """
-    tile_x, tile_y = (float(c[-1] - c[0]) / (len(c) - 1) for c in (np.asarray(x_in), np.asarray(y_in)))
+    tile_x, tile_y = (
+        float(c[-1] - c[0]) / (len(c) - 1) for c in (np.asarray(x_in), np.asarray(y_in))
+    )
     whole_x, divided_x = _fractions(overlaps(x_in, x_out, width_out, "x"), tile_x)
     whole_y, divided_y = _fractions(overlaps(y_in, y_out, height_out, "y"), tile_y)
     variance = np.asarray(deviation, float) ** 2

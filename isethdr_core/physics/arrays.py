@@ -24,5 +24,10 @@ def on_host(a) -> np.ndarray:
         return a
     try:
         return np.from_dlpack(a, device="cpu", copy=True)
-    except (BufferError, RuntimeError, TypeError, ValueError):  # libraries that do not hand over what lies on a device
+    except (
+        BufferError,
+        RuntimeError,
+        TypeError,
+        ValueError,
+    ):  # libraries that do not hand over what lies on a device
         return np.array(np.from_dlpack(array_api_compat.to_device(a, "cpu")))

@@ -23,21 +23,26 @@ import numpy as np
 from scipy.special import wrightomega
 
 # Gauss-Legendre nodes of one panel; 16 leave 1e-16 of exp(-x) on a panel with x up to 8
-NODES, WEIGHTS = (0.5 * np.polynomial.legendre.leggauss(16)[0] + 0.5, 0.5 * np.polynomial.legendre.leggauss(16)[1])
+NODES, WEIGHTS = (
+    0.5 * np.polynomial.legendre.leggauss(16)[0] + 0.5,
+    0.5 * np.polynomial.legendre.leggauss(16)[1],
+)
 
 
 @dataclass(frozen=True)
 class Well:
     """A charge well with an exponential overflow."""
 
-    knee_e: float                       # charge at which the overflow is `knee_e_per_s`
-    thermal_e: float                    # electrons for a factor e of the overflow: n k T / (e x volts per electron)
-    knee_e_per_s: float = 1e3           # overflow current at the knee
+    knee_e: float  # charge at which the overflow is `knee_e_per_s`
+    thermal_e: float  # electrons for a factor e of the overflow: n k T / (e x volts per electron)
+    knee_e_per_s: float = 1e3  # overflow current at the knee
 
     def __post_init__(self):
         for name in ("thermal_e", "knee_e_per_s"):
             if not 0 < getattr(self, name) < np.inf:
-                raise ValueError(f"{name} is {getattr(self, name)!r}; expected a finite number above 0")
+                raise ValueError(
+                    f"{name} is {getattr(self, name)!r}; expected a finite number above 0"
+                )
 
     def overflow_e_per_s(self, charge_e) -> np.ndarray:
         """Return the overflow current at a charge, electrons per second."""
@@ -49,7 +54,9 @@ def log_memory(x, duration_s) -> np.ndarray:
     small = x < 1e-4
     safe = np.where(small, 1.0, x)
     with np.errstate(divide="ignore"):
-        return np.log(duration_s) + np.where(small, x * (x / 24 - 0.5), np.log(-np.expm1(-safe) / safe))
+        return np.log(duration_s) + np.where(
+            small, x * (x / 24 - 0.5), np.log(-np.expm1(-safe) / safe)
+        )
 
 
 def settle(charge_e, arrived_e, log_memory_s, well: Well) -> tuple[np.ndarray, np.ndarray]:
@@ -79,7 +86,9 @@ def flow(charge_e, current_e_per_s, duration_s, well: Well) -> tuple[np.ndarray,
     return settle(charge_e, arrived, log_memory(arrived / well.thermal_e, duration_s), well)
 
 
-def flow_pieces(charge_e, currents_e_per_s, durations_s, well: Well) -> tuple[np.ndarray, np.ndarray]:
+def flow_pieces(
+    charge_e, currents_e_per_s, durations_s, well: Well
+) -> tuple[np.ndarray, np.ndarray]:
     """Return (charge, spilled charge), electrons, after pieces of constant current, one after the other; exact."""
     spilled = 0.0
     for current, duration in zip(currents_e_per_s, durations_s, strict=True):
@@ -88,7 +97,9 @@ def flow_pieces(charge_e, currents_e_per_s, durations_s, well: Well) -> tuple[np
     return charge_e, spilled
 
 
-def flow_varying(charge_e, arriving_e, start_s, duration_s, well: Well) -> tuple[np.ndarray, np.ndarray]:
+def flow_varying(
+    charge_e, arriving_e, start_s, duration_s, well: Well
+) -> tuple[np.ndarray, np.ndarray]:
     """Return (charge, spilled charge), electrons, after light that varies smoothly, whatever its strength.
 
     Parameters
@@ -108,8 +119,12 @@ def flow_varying(charge_e, arriving_e, start_s, duration_s, well: Well) -> tuple
     for k in range(halvings + 1):
         low, high = (0.0 if k == halvings else 2.0 ** -(k + 1)), 2.0**-k
         for node, weight in zip(NODES, WEIGHTS, strict=True):
-            left = (low + (high - low) * node) * duration_s  # seconds before the end: exact however small
-            memory = memory + weight * (high - low) * np.exp(-arriving_e(start_s + (duration_s - left), left) / well.thermal_e)
+            left = (
+                low + (high - low) * node
+            ) * duration_s  # seconds before the end: exact however small
+            memory = memory + weight * (high - low) * np.exp(
+                -arriving_e(start_s + (duration_s - left), left) / well.thermal_e
+            )
     with np.errstate(divide="ignore"):
         return settle(charge_e, arrived, np.log(memory) + np.log(duration_s), well)
 
@@ -131,9 +146,13 @@ def arrived_from_charge(charge_e, duration_s: float, well: Well) -> np.ndarray:
     Newton's method in log(arrived), in which a full well's charge is a straight line. Readings below 0 come back as they are.
     """
     charge = np.asarray(charge_e, float)
-    excess = (charge - well.knee_e) / well.thermal_e + np.log(well.knee_e_per_s * duration_s / well.thermal_e)
+    excess = (charge - well.knee_e) / well.thermal_e + np.log(
+        well.knee_e_per_s * duration_s / well.thermal_e
+    )
     # a full well has arrived = thermal exp(excess); all that is in the well has arrived
-    arrived = np.maximum(np.maximum(charge, 1e-300), well.thermal_e * np.exp(np.minimum(excess, 600.0)))
+    arrived = np.maximum(
+        np.maximum(charge, 1e-300), well.thermal_e * np.exp(np.minimum(excess, 600.0))
+    )
     for _ in range(50):
         found, _ = flow(0.0, arrived / duration_s, duration_s, well)
         step = np.clip((charge - found) / (arrived * slope(arrived, duration_s, well)), -2.0, 2.0)
@@ -149,7 +168,9 @@ def slope(arrived_e, duration_s, well: Well) -> np.ndarray:
     return stays + spills * h
 
 
-def shares(charge_e, arrived_e, duration_s, well: Well) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def shares(
+    charge_e, arrived_e, duration_s, well: Well
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (P, R, h) of constant light: of a change of the first charge the share P stays and R = 1 - P spills.
 
     h = 1/x - 1/(e^x - 1), x = arrived / thermal, falls from 1/2 to 0; P + R h is the same share for the arriving charge.
@@ -177,7 +198,11 @@ def steady_charge(current_e_per_s, well: Well, leak_per_s: float = 0.0) -> np.nd
     z = scale + (current / leak_per_s - well.knee_e) / well.thermal_e
     omega = wrightomega(z)
     # omega + log(omega) = z: beyond the knee the second form does not subtract two large numbers
-    return np.where(z < 1, current / leak_per_s - well.thermal_e * omega, well.knee_e + well.thermal_e * (np.log(np.where(z < 1, 1.0, omega)) - scale))
+    return np.where(
+        z < 1,
+        current / leak_per_s - well.thermal_e * omega,
+        well.knee_e + well.thermal_e * (np.log(np.where(z < 1, 1.0, omega)) - scale),
+    )
 
 
 def _odds(charge_e, arrived_e, log_memory_s, well):

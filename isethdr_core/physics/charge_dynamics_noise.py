@@ -46,10 +46,12 @@ def flow_moments(before: Moments, current_e_per_s, duration_s, well: Well) -> Mo
     charge, spilled = flow(before.charge_e, current_e_per_s, duration_s, well)
     v, w, c = before.charge_var_e2, before.spilled_var_e2, before.covariance_e2
     return Moments(
-        charge, before.spilled_e + spilled,
+        charge,
+        before.spilled_e + spilled,
         stays**2 * v + arrived * kept**2 + thermal,
         w + 2 * spills * c + spills**2 * v + arrived * lost**2 + thermal,
-        stays * c + stays * spills * v + arrived * kept * lost - thermal)
+        stays * c + stays * spills * v + arrived * kept * lost - thermal,
+    )
 
 
 def draw_charge(arrived_e, word, duration_s: float, well: Well) -> np.ndarray:

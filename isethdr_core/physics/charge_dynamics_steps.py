@@ -22,7 +22,13 @@ def graded(duration_s: float, steps: int, smallest: float = 1e-12) -> np.ndarray
     head = np.linspace(0.0, duration_s, steps - fine + 1)
     if fine < 2:
         return np.linspace(0.0, duration_s, steps + 1)
-    return np.concatenate([head[:-1], duration_s - (duration_s - head[-2]) * np.geomspace(1.0, smallest, fine + 1)[1:-1], [duration_s]])
+    return np.concatenate(
+        [
+            head[:-1],
+            duration_s - (duration_s - head[-2]) * np.geomspace(1.0, smallest, fine + 1)[1:-1],
+            [duration_s],
+        ]
+    )
 
 
 def exponential_steps(charge_e, light_e_per_s, times_s, well: Well) -> np.ndarray:
@@ -34,12 +40,16 @@ def exponential_steps(charge_e, light_e_per_s, times_s, well: Well) -> np.ndarra
     times_s : increasing times, of which the first is the start.
     """
     for start, end in pairwise(times_s):
-        mean = (light_e_per_s(start) + 4 * light_e_per_s(0.5 * (start + end)) + light_e_per_s(end)) / 6
+        mean = (
+            light_e_per_s(start) + 4 * light_e_per_s(0.5 * (start + end)) + light_e_per_s(end)
+        ) / 6
         charge_e, _ = flow(charge_e, mean, end - start, well)
     return charge_e
 
 
-def implicit_steps(charge_e, light_e_per_s, times_s, well: Well, leak_per_s: float = 0.0) -> np.ndarray:
+def implicit_steps(
+    charge_e, light_e_per_s, times_s, well: Well, leak_per_s: float = 0.0
+) -> np.ndarray:
     """Return the charge after implicit Euler steps, each solved exactly by Wright's omega function; first order.
 
     Parameters as in `exponential_steps`; `leak_per_s` : share of the charge that leaks per second, 0 or more.

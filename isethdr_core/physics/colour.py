@@ -11,7 +11,9 @@ from functools import wraps
 import numpy as np
 
 # IEC 61966-2-1:1999, the four-digit matrix of the standard
-XYZ_TO_SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
+XYZ_TO_SRGB = np.array(
+    [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
+)
 D65_XYZ = np.array([0.95047, 1.0, 1.08883])  # white of sRGB, Y = 1
 PIECE = 16384  # pixels
 
@@ -26,7 +28,10 @@ def _in_pieces(function):
         count = int(np.prod(lead))
         if count <= PIECE:
             return function(*arrays)
-        flat = [np.broadcast_to(a, (*lead, a.shape[-1])).reshape(count, -1) if a.ndim > 1 else a for a in arrays]
+        flat = [
+            np.broadcast_to(a, (*lead, a.shape[-1])).reshape(count, -1) if a.ndim > 1 else a
+            for a in arrays
+        ]
         out = None
         for start in range(0, count, PIECE):
             part = slice(start, start + PIECE)
@@ -83,29 +88,49 @@ def de94(lab_reference, lab_sample):
     """Return the CIE 1994 colour difference for graphic arts; not symmetric, the weights are the reference's (CIE 116:1995)."""
     (l1, a1, b1), (l2, a2, b2) = _unpack(lab_reference), _unpack(lab_sample)
     c1, c2 = np.hypot(a1, b1), np.hypot(a2, b2)
-    dh2 = np.maximum((a1 - a2) ** 2 + (b1 - b2) ** 2 - (c1 - c2) ** 2, 0.0)  # rounding may leave it just below 0
-    return np.sqrt((l1 - l2) ** 2 + ((c1 - c2) / (1 + 0.045 * c1)) ** 2 + dh2 / (1 + 0.015 * c1) ** 2)
+    dh2 = np.maximum(
+        (a1 - a2) ** 2 + (b1 - b2) ** 2 - (c1 - c2) ** 2, 0.0
+    )  # rounding may leave it just below 0
+    return np.sqrt(
+        (l1 - l2) ** 2 + ((c1 - c2) / (1 + 0.045 * c1)) ** 2 + dh2 / (1 + 0.015 * c1) ** 2
+    )
 
 
 @_in_pieces
 def de2000(lab_1, lab_2):
     """Return the CIEDE2000 colour difference with kL = kC = kH = 1 (Sharma, Wu, Dalal 2005, equations 2-22)."""
     (l1, a1, b1), (l2, a2, b2) = _unpack(lab_1), _unpack(lab_2)
-    stretch = 1 + 0.5 * (1 - np.sqrt(_chromatic((np.sqrt(a1 * a1 + b1 * b1) + np.sqrt(a2 * a2 + b2 * b2)) / 2)))
+    stretch = 1 + 0.5 * (
+        1 - np.sqrt(_chromatic((np.sqrt(a1 * a1 + b1 * b1) + np.sqrt(a2 * a2 + b2 * b2)) / 2))
+    )
     a1, a2 = a1 * stretch, a2 * stretch
     c1, c2 = np.sqrt(a1 * a1 + b1 * b1), np.sqrt(a2 * a2 + b2 * b2)
     dh, cos, sin = _hues(a1, b1, c1, a2, b2, c2)
     mean_l, mean_c = (l1 + l2) / 2, (c1 + c2) / 2
     cos2, sin2 = 2 * cos * cos - 1, 2 * sin * cos
     t = 1 + 0.24 * cos2  # and cos(h - 30), cos(3 h + 6), cos(4 h - 63) by the sums of angles
-    for size, of_cos, of_sin, degrees in ((-0.17, cos, sin, -30), (0.32, cos2 * cos - sin2 * sin, sin2 * cos + cos2 * sin, 6),
-                                          (-0.20, 2 * cos2 * cos2 - 1, 2 * sin2 * cos2, -63)):
-        t += size * np.cos(np.radians(degrees)) * of_cos - size * np.sin(np.radians(degrees)) * of_sin
+    for size, of_cos, of_sin, degrees in (
+        (-0.17, cos, sin, -30),
+        (0.32, cos2 * cos - sin2 * sin, sin2 * cos + cos2 * sin, 6),
+        (-0.20, 2 * cos2 * cos2 - 1, 2 * sin2 * cos2, -63),
+    ):
+        t += (
+            size * np.cos(np.radians(degrees)) * of_cos
+            - size * np.sin(np.radians(degrees)) * of_sin
+        )
     from_50 = (mean_l - 50) ** 2
-    s_l, s_c, s_h = 1 + 0.015 * from_50 / np.sqrt(20 + from_50), 1 + 0.045 * mean_c, 1 + 0.015 * mean_c * t
+    s_l, s_c, s_h = (
+        1 + 0.015 * from_50 / np.sqrt(20 + from_50),
+        1 + 0.045 * mean_c,
+        1 + 0.015 * mean_c * t,
+    )
     mean_h = np.degrees(np.arctan2(sin, cos))
     mean_h += 360 * (mean_h < -1e-12)  # rounding must not make 360 of 0: the turn below differs
-    turn = 2 * np.sqrt(_chromatic(mean_c)) * -np.sin(np.radians(60 * np.exp(-(((mean_h - 275) / 25) ** 2))))
+    turn = (
+        2
+        * np.sqrt(_chromatic(mean_c))
+        * -np.sin(np.radians(60 * np.exp(-(((mean_h - 275) / 25) ** 2))))
+    )
     dl, dc, dh = (l2 - l1) / s_l, (c2 - c1) / s_c, dh / s_h
     return np.sqrt(dl**2 + dc**2 + dh**2 + turn * dc * dh)
 
@@ -130,7 +155,9 @@ def colour_matrix(response, xyz, white_response, white_xyz, noise_covariance=0.0
     size = np.sqrt(np.sum(s**2, axis=0) + np.diag(noise))
     size = np.where(size > 0, size, 1.0)
     s, u, noise = s / size, u / size, noise / np.outer(size, size)
-    base = np.outer(v, u) / np.sum(u**2)  # one matrix that keeps the white; the rest lives in its null space
+    base = np.outer(v, u) / np.sum(
+        u**2
+    )  # one matrix that keeps the white; the rest lives in its null space
     free = np.linalg.svd(u[None, :])[2][1:]
     if len(free):
         gram = free @ (s.T @ s + noise) @ free.T
@@ -161,13 +188,18 @@ def _hues(a1, b1, c1, a2, b2, c2):
     grey = both == 0
     half = np.sqrt(np.maximum(both + along, 0.0) / 2)
     dh = (a1 * b2 - b1 * a2) / np.where(half > 0, half, np.inf)
-    cos, sin = np.where(grey, a1 + a2, a1 * c2 + a2 * c1), np.where(grey, b1 + b2, b1 * c2 + b2 * c1)
+    cos, sin = (
+        np.where(grey, a1 + a2, a1 * c2 + a2 * c1),
+        np.where(grey, b1 + b2, b1 * c2 + b2 * c1),
+    )
     size = np.sqrt(cos * cos + sin * sin)
     none = size == 0
     cos, sin = (cos + none) / (size + none), sin / (size + none)
     opposite = (along < -0.99 * both) & ~grey
     if np.any(opposite):
-        h1, h2 = (np.degrees(np.arctan2(b[opposite], a[opposite])) % 360 for a, b in ((a1, b1), (a2, b2)))
+        h1, h2 = (
+            np.degrees(np.arctan2(b[opposite], a[opposite])) % 360 for a, b in ((a1, b1), (a2, b2))
+        )
         apart = (h2 - h1 + 180) % 360 - 180
         # exactly opposite hues: the paper takes +180 when h2 > h1, the remainder above gives -180
         apart = np.where((apart == -180) & (h2 > h1), 180.0, apart)

@@ -34,7 +34,9 @@ class Kernel:
     psf: Any  # (ky, kx), cut to what an image of `shape` can use, its centre at (ky // 2, kx // 2)
     shape: tuple[int, int]  # (y, x) of the images
     size: tuple[int, int]  # of the transform: only cropped pixels wrap
-    spectrum: Any  # of psf / peak, as `convolution_transform.spectrum` makes it; may be a mapped file
+    spectrum: (
+        Any  # of psf / peak, as `convolution_transform.spectrum` makes it; may be a mapped file
+    )
     peak: float  # largest magnitude of psf
     norm: float  # root of the sum of squares of psf / peak
     positive: bool  # no value is below 0
@@ -52,16 +54,23 @@ def prepare(psf, shape) -> Kernel:
     xp = namespace(psf)
     psf = xp.asarray(psf)
     if psf.ndim != 2 or len(shape) != 2:
-        raise ValueError(f"image and psf have {len(shape)} and {psf.ndim} dimensions; expected two each: convolve one band at a time")
+        raise ValueError(
+            f"image and psf have {len(shape)} and {psf.ndim} dimensions; expected two each: convolve one band at a time"
+        )
     if not (psf.dtype == xp.float32 or psf.dtype == xp.float64):
         psf = xp.astype(psf, xp.float64)
     psf = _crop(psf, shape, xp)
     low, high = _range(psf, xp)
     peak, size = max(-low, high), convolution_transform.sizes(shape, psf.shape)
     if peak == 0:
-        return Kernel(psf, tuple(shape), size, xp.zeros((0, size[0], 0), device=device(psf)), 0.0, 0.0, True)
+        return Kernel(
+            psf, tuple(shape), size, xp.zeros((0, size[0], 0), device=device(psf)), 0.0, 0.0, True
+        )
     parts = (psf[i : min(i + 64, psf.shape[0]), :] for i in range(0, psf.shape[0], 64))
-    norm = sum(convolution_transform.squares(xp.astype(part, xp.float64) / peak, xp) for part in parts) ** 0.5
+    norm = (
+        sum(convolution_transform.squares(xp.astype(part, xp.float64) / peak, xp) for part in parts)
+        ** 0.5
+    )
     mirrored = all(n % 2 for n in psf.shape) and bool(xp.all(psf == xp.flip(psf)))
     spectrum = convolution_transform.spectrum(psf, size, peak, mirrored)
     return Kernel(psf, tuple(shape), size, spectrum, peak, norm, low >= 0)
@@ -95,7 +104,15 @@ def convolve_with_bound(image, psf, error_allowed: float = 0.0) -> tuple[Any, Bo
     return out, convolve_into(out, image, kernel, error_allowed)
 
 
-def convolve_into(out, image, kernel: Kernel, error_allowed: float = 0.0, factor=None, gain: float = 1.0, apply=map) -> Bound:
+def convolve_into(
+    out,
+    image,
+    kernel: Kernel,
+    error_allowed: float = 0.0,
+    factor=None,
+    gain: float = 1.0,
+    apply=map,
+) -> Bound:
     """Write gain x the convolution of image x factor into `out`; return a bound on its error, the rounding to `out`'s dtype left out.
 
     Parameters
@@ -107,7 +124,9 @@ def convolve_into(out, image, kernel: Kernel, error_allowed: float = 0.0, factor
     """
     xp = namespace(image)
     if tuple(image.shape) != kernel.shape:
-        raise ValueError(f"the kernel was prepared for images of {kernel.shape}; got {image.shape}; prepare it for that shape")
+        raise ValueError(
+            f"the kernel was prepared for images of {kernel.shape}; got {image.shape}; prepare it for that shape"
+        )
     low, high = _range(image, xp)
     scale = max(-low, high) * (1.0 if factor is None else _range(factor, xp)[1])
     if scale == 0 or kernel.peak == 0:
@@ -128,19 +147,31 @@ def convolve_into(out, image, kernel: Kernel, error_allowed: float = 0.0, factor
 
     half = convolution_transform.rows_of(image.shape[0], kernel.size, image)
     norm = convolution_transform.forward(read, [half], kernel.size, image.shape[1], apply) ** 0.5
-    convolution_transform.columns([half], convolution_transform.times(kernel.spectrum), kernel.size, apply)
+    convolution_transform.columns(
+        [half], convolution_transform.times(kernel.spectrum), kernel.size, apply
+    )
     done = convolution_transform.back(half, write, kernel.size, image.shape[1], apply)
     least, allowed = min(d[0] for d in done), max(error_allowed, RELATIVE)
-    absolute, left = convolution_transform.error(norm * kernel.norm, sum(d[1] for d in done) ** 0.5, kernel.size), 0
+    absolute, left = (
+        convolution_transform.error(
+            norm * kernel.norm, sum(d[1] for d in done) ** 0.5, kernel.size
+        ),
+        0,
+    )
     if low < 0 or not kernel.positive:  # signed sums cancel: only an absolute bound holds
         return Bound(0.0, absolute * scale * gain * kernel.peak, out.shape[0] * out.shape[1])
-    if least * allowed >= absolute:  # no pixel is darker than `least`: most often far less than what is allowed
+    if (
+        least * allowed >= absolute
+    ):  # no pixel is darker than `least`: most often far less than what is allowed
         return Bound((absolute / least if least > 0 else 0.0) + SUMMED, 0.0, 0)
 
     def again(rows, values):
         exact[rows, :] = values
 
-    exact, light = (xp.empty(shape, dtype=xp.float64, device=device(image)) for shape in (image.shape, (1, *image.shape)))
+    exact, light = (
+        xp.empty(shape, dtype=xp.float64, device=device(image))
+        for shape in (image.shape, (1, *image.shape))
+    )
     convolution_transform.back(half, again, kernel.size, image.shape[1], apply)
     read(slice(None), light)
     exact, absolute, left = convolution_direct.mend(exact, light[0, ...], kernel, absolute, allowed)
@@ -164,7 +195,9 @@ def _range(a, xp):
         return 0.0, 0.0
     low, high = float(xp.min(a)), float(xp.max(a))
     if not (np.isfinite(low) and np.isfinite(high)):
-        raise ValueError("image or psf holds NaN or infinite values; expected finite numbers: one would spoil every pixel")
+        raise ValueError(
+            "image or psf holds NaN or infinite values; expected finite numbers: one would spoil every pixel"
+        )
     return low, high
 
 
@@ -181,6 +214,8 @@ def _crop(psf, shape, xp):
         pad.append((max(0, after - before), max(0, before - after - 1)))
     if all(p == (0, 0) for p in pad):
         return part
-    padded = xp.zeros(tuple(n + sum(p) for n, p in zip(part.shape, pad)), dtype=psf.dtype, device=device(psf))
+    padded = xp.zeros(
+        tuple(n + sum(p) for n, p in zip(part.shape, pad)), dtype=psf.dtype, device=device(psf)
+    )
     padded[tuple(slice(p[0], p[0] + n) for n, p in zip(part.shape, pad))] = part
     return padded

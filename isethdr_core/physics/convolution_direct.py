@@ -10,7 +10,9 @@ from .arrays import on_host
 SUMMED = 1e-12  # of a pixel: rounding of a direct float64 sum of positive terms, 8e6 of them pairwise or in rows
 FEW_PRODUCTS = 1e8  # of direct summation, about what it costs to look for a better way
 MOST_SCATTERED = 5e9  # of spreading bright pixels one by one, some seconds
-MOST_PRODUCTS = 4e10  # of direct summation, about a minute; beyond it the bound of `convolve` is absolute
+MOST_PRODUCTS = (
+    4e10  # of direct summation, about a minute; beyond it the bound of `convolve` is absolute
+)
 
 
 def mend(out, image, kernel, error: float, allowed: float):
@@ -39,7 +41,9 @@ def mend(out, image, kernel, error: float, allowed: float):
     if not rest.any():
         return _scatter(bright, psf), 0.0, 0
     part, norm = convolution_transform.plain(rest, spectrum, kernel.size)
-    error = convolution_transform.error(norm * kernel.norm, float(np.sqrt(_squares(part))), kernel.size)
+    error = convolution_transform.error(
+        norm * kernel.norm, float(np.sqrt(_squares(part))), kernel.size
+    )
     part[~_reached(rest, psf)] = 0.0
     # Rounding of the rest matters only against the sum with the bright light.
     summed = np.maximum(part, 0.0) + _scatter(bright, psf)
@@ -70,9 +74,14 @@ def _reached(image, psf):
     lit = image != 0
     for axis, (low, high) in enumerate(reach):
         n = lit.shape[axis]
-        count = np.concatenate([np.zeros_like(lit.take([0], axis), int), np.cumsum(lit, axis=axis)], axis=axis)
+        count = np.concatenate(
+            [np.zeros_like(lit.take([0], axis), int), np.cumsum(lit, axis=axis)], axis=axis
+        )
         i = np.arange(n)
-        lit = count.take(np.clip(i - low + 1, 0, n), axis) - count.take(np.clip(i - high, 0, n), axis) > 0
+        lit = (
+            count.take(np.clip(i - low + 1, 0, n), axis) - count.take(np.clip(i - high, 0, n), axis)
+            > 0
+        )
     return lit
 
 
@@ -83,7 +92,9 @@ def _scatter(sources, psf):
     for i, j in zip(*np.nonzero(sources)):
         y, x = i - ky // 2, j - kx // 2
         top, left, bottom, right = max(y, 0), max(x, 0), min(y + ky, ny), min(x + kx, nx)
-        out[top:bottom, left:right] += sources[i, j] * psf[top - y : bottom - y, left - x : right - x]
+        out[top:bottom, left:right] += (
+            sources[i, j] * psf[top - y : bottom - y, left - x : right - x]
+        )
     return out
 
 
@@ -98,5 +109,7 @@ def _gather(out, where, image, psf, peak, error):
         y, x = i + ky // 2 - (ky - 1), j + kx // 2 - (kx - 1)
         top, left, bottom, right = max(y, 0), max(x, 0), min(y + ky, ny), min(x + kx, nx)
         window = flipped[top - y : bottom - y, left - x : right - x]
-        out[i, j] = np.einsum("ij,ij->i", image[top:bottom, left:right], window).sum() / peak  # in rows: rounding as `SUMMED`
+        out[i, j] = (
+            np.einsum("ij,ij->i", image[top:bottom, left:right], window).sum() / peak
+        )  # in rows: rounding as `SUMMED`
     return out, 0.0, 0

@@ -10,7 +10,9 @@ import numpy as np
 
 from . import convolution_transform as transform
 
-TOGETHER_BYTES = 2**20  # of the bands' kernels that are combined at a time: they stay in the processor's cache
+TOGETHER_BYTES = (
+    2**20
+)  # of the bands' kernels that are combined at a time: they stay in the processor's cache
 
 
 def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, float]:
@@ -29,7 +31,10 @@ def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, floa
     """
     (outputs, count, bands), (ny, nx) = combine.shape, out.shape[1:]
     scale = float(np.abs(combine).max()) or 1.0  # so that single precision is in range for any unit
-    blocks, single = np.asarray(blocks), blocks.dtype in (np.float32, np.complex64)  # a view: slices of mapped files are slow objects
+    blocks, single = (
+        np.asarray(blocks),
+        blocks.dtype in (np.float32, np.complex64),
+    )  # a view: slices of mapped files are slow objects
     flat = (combine / scale).reshape(-1, bands).astype(np.float32 if single else float)
     together = max(1, TOGETHER_BYTES // (bands * transform.COLUMNS * blocks.itemsize))
     halves = [transform.rows_of(ny, size, out, single) for _ in range(max(count, outputs))]
@@ -49,14 +54,18 @@ def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, floa
     norm = transform.forward(read, halves, size, nx, apply) ** 0.5
     transform.columns(halves, multiply, size, apply)
     del halves[outputs:]  # before `out` is written: less memory
-    return norm, scale * sum(_back(plane, half, scale, size, apply) for plane, half in zip(out, halves)) ** 0.5
+    return norm, scale * sum(
+        _back(plane, half, scale, size, apply) for plane, half in zip(out, halves)
+    ) ** 0.5
 
 
 def _weighted(parts, spectra, weights) -> list[np.ndarray]:
     """Return per channel the sum over functionals of kernel x plane; `spectra` (band, y, x) are the bands' kernels there."""
     real = not np.iscomplexobj(spectra)
     kernels = matrix_product(weights, spectra if real else spectra.view(weights.dtype))
-    kernels = (kernels if real else kernels.view(spectra.dtype)).reshape(-1, len(parts), *spectra.shape[1:])
+    kernels = (kernels if real else kernels.view(spectra.dtype)).reshape(
+        -1, len(parts), *spectra.shape[1:]
+    )
     made, term = [], np.empty(spectra.shape[1:], parts[0].dtype)
     for row in kernels:
         total = parts[0] * row[0]
@@ -80,4 +89,6 @@ def _back(out, half, scale, size, apply) -> float:
 
 def matrix_product(weights, values) -> np.ndarray:
     """Return weights (row, band) times values (band, ...), as (row, ...)."""
-    return (weights @ values.reshape(len(values), -1)).reshape(len(weights), *values.shape[1:])  # a view where each band is contiguous
+    return (weights @ values.reshape(len(values), -1)).reshape(
+        len(weights), *values.shape[1:]
+    )  # a view where each band is contiguous

@@ -20,7 +20,10 @@ ROWS, COLUMNS = 16, 32  # of a transform at a time
 
 def sizes(shape, kernel) -> tuple[int, int]:
     """Return the (y, x) sizes of a transform for which only cropped pixels wrap."""
-    y, x = (next_fast_len(max(n + k - 1 - k // 2, k // 2 + n, k), real=True) for n, k in zip(shape, kernel))
+    y, x = (
+        next_fast_len(max(n + k - 1 - k // 2, k // 2 + n, k), real=True)
+        for n, k in zip(shape, kernel)
+    )
     return y, x
 
 
@@ -34,7 +37,9 @@ def spectrum(psf, size, peak: float, mirrored: bool):
     xp = namespace(psf)
     (ky, kx), (sy, sx) = psf.shape, size
     cy, cx = ky // 2, kx // 2
-    first = cy if mirrored else 0  # the rows above the centre are mirror images: their transforms are conjugates
+    first = (
+        cy if mirrored else 0
+    )  # the rows above the centre are mirror images: their transforms are conjugates
     half = xp.empty((ky, sx // 2 + 1), dtype=xp.complex128, device=device(psf))
     for start in range(first, ky, ROWS):
         rows = slice(start, min(start + ROWS, ky))
@@ -46,7 +51,9 @@ def spectrum(psf, size, peak: float, mirrored: bool):
     if mirrored:
         half[:first, :] = xp.conj(xp.flip(half[ky - first :, :], axis=0))
     count = _blocks(size)
-    out = xp.zeros((count, sy, COLUMNS), dtype=xp.float64 if mirrored else xp.complex128, device=device(psf))
+    out = xp.zeros(
+        (count, sy, COLUMNS), dtype=xp.float64 if mirrored else xp.complex128, device=device(psf)
+    )
     for block in range(count):
         part = half[:, block * COLUMNS : min((block + 1) * COLUMNS, half.shape[1])]
         padded = xp.zeros((sy, part.shape[1]), dtype=xp.complex128, device=device(psf))
@@ -69,7 +76,11 @@ def rows_of(ny: int, size, like, single=False):
     Its precision, `single` or double, is that of all that follows.
     """
     xp = namespace(like)
-    return xp.empty((_blocks(size), ny, COLUMNS), dtype=xp.complex64 if single else xp.complex128, device=device(like))
+    return xp.empty(
+        (_blocks(size), ny, COLUMNS),
+        dtype=xp.complex64 if single else xp.complex128,
+        device=device(like),
+    )
 
 
 def forward(read, halves, size, nx: int, apply=map) -> float:
@@ -162,7 +173,13 @@ def error(product: float, norm: float, size, single=False) -> float:
     product : of the norms (roots of sums of squares) of image and kernel; `norm` : that of the result.
     """
     count = float(np.prod(size))
-    return 10 * (6e-8 if single else 1.2e-16) * (product + norm) / np.sqrt(count) * np.log2(count) ** 0.5
+    return (
+        10
+        * (6e-8 if single else 1.2e-16)
+        * (product + norm)
+        / np.sqrt(count)
+        * np.log2(count) ** 0.5
+    )
 
 
 def times(spectrum):
@@ -203,5 +220,7 @@ def squares(a, xp):
     """Return the sum of squares of an array of the library `xp`."""
     if xp is np:
         axes = "abc"[: a.ndim]
-        return float(np.einsum(f"{axes},{axes}->", a, a))  # not by BLAS, whose threads go on spinning beside the transforms
+        return float(
+            np.einsum(f"{axes},{axes}->", a, a)
+        )  # not by BLAS, whose threads go on spinning beside the transforms
     return float(xp.sum(a * a))

@@ -50,7 +50,11 @@ def psf_from_pupil(
     ValueError : when the pupil is too coarse for the image grid or for the phase; says how fine it has to be.
     """
     amplitude = np.asarray(amplitude)
-    opd_um = None if opd_um is None or (np.ndim(opd_um) == 0 and opd_um == 0) else np.broadcast_to(opd_um, amplitude.shape)
+    opd_um = (
+        None
+        if opd_um is None or (np.ndim(opd_um) == 0 and opd_um == 0)
+        else np.broadcast_to(opd_um, amplitude.shape)
+    )
     if energy_mm2 is None:
         energy_mm2 = energy_of(amplitude, pupil_pitch_mm, cell_means)
     if not energy_mm2 > 0:
@@ -60,9 +64,25 @@ def psf_from_pupil(
         pupil = amplitude if opd_um is None else amplitude * phase(opd_um, wavelength, amplitude)
         grid = (size, size), (pitch_um, pitch_um)
         if integrated:
-            psf = integrated_psf(pupil, wavelength, (pupil_pitch_mm,) * 2, focal_length_mm, *grid, energy_mm2, cell_means)
+            psf = integrated_psf(
+                pupil,
+                wavelength,
+                (pupil_pitch_mm,) * 2,
+                focal_length_mm,
+                *grid,
+                energy_mm2,
+                cell_means,
+            )
         else:
-            psf = sampled_psf(pupil, wavelength, (pupil_pitch_mm,) * 2, focal_length_mm, *grid, energy_mm2, cell_means)
+            psf = sampled_psf(
+                pupil,
+                wavelength,
+                (pupil_pitch_mm,) * 2,
+                focal_length_mm,
+                *grid,
+                energy_mm2,
+                cell_means,
+            )
         out.append(psf)
     return out[0] if np.ndim(wavelength_nm) == 0 else np.stack(out)
 
@@ -78,11 +98,21 @@ def energy_of(amplitude, pupil_pitch_mm: float, cell_means: bool = False) -> flo
     if not cell_means:
         return fine * pupil_pitch_mm**2
     coarse = []
-    for down in (0, 1):  # mean over the four ways of pairing cells: one alone depends on where the border lies
+    for down in (
+        0,
+        1,
+    ):  # mean over the four ways of pairing cells: one alone depends on where the border lies
         for right in (0, 1):
-            rows, columns = ((offset, (n + offset) % 2) for n, offset in zip(amplitude.shape, (down, right)))
+            rows, columns = (
+                (offset, (n + offset) % 2) for n, offset in zip(amplitude.shape, (down, right))
+            )
             padded = np.pad(amplitude, (rows, columns))
-            coarse.append(_squares((padded[::2, ::2] + padded[1::2, ::2] + padded[::2, 1::2] + padded[1::2, 1::2]) / 2))
+            coarse.append(
+                _squares(
+                    (padded[::2, ::2] + padded[1::2, ::2] + padded[::2, 1::2] + padded[1::2, 1::2])
+                    / 2
+                )
+            )
     return (2 * fine - float(np.mean(coarse))) * pupil_pitch_mm**2
 
 
@@ -109,7 +139,9 @@ def _both(inside, axis):
     return first & second
 
 
-def sampled_psf(pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pitch_um, energy_mm2, cell_means=False) -> np.ndarray:
+def sampled_psf(
+    pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pitch_um, energy_mm2, cell_means=False
+) -> np.ndarray:
     """Return intensity times sample area at a (y, x) grid of `count` samples `pitch_um` apart, the axis at count // 2.
 
     Arguments as `psf_from_pupil`, with pairs (y, x) for pitches and counts and a complex `pupil`. A chirp-z transform
@@ -117,7 +149,9 @@ def sampled_psf(pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pitch_
     """
     field, loss, area = np.asarray(pupil), [], 1.0
     for axis in (1, 0):
-        turn = pupil_pitch_mm[axis] * pitch_um[axis] / (wavelength_nm * 1e-3 * distance_mm)  # cycles per pupil and image sample
+        turn = (
+            pupil_pitch_mm[axis] * pitch_um[axis] / (wavelength_nm * 1e-3 * distance_mm)
+        )  # cycles per pupil and image sample
         if abs(turn) * count[axis] > 1.0:
             raise ValueError(
                 f"the image grid, {count[axis] * pitch_um[axis]:.6g} um, is wider than the "
@@ -128,9 +162,16 @@ def sampled_psf(pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pitch_
         first = -(count[axis] // 2)
         field = _chirp_z(field, axis, turn, first, count[axis])
         # Means over cells multiply the field by the cell's sinc: divided out.
-        loss.insert(0, np.sinc((first + np.arange(count[axis])) * turn) ** -2 if cell_means else np.ones(count[axis]))
+        loss.insert(
+            0,
+            np.sinc((first + np.arange(count[axis])) * turn) ** -2
+            if cell_means
+            else np.ones(count[axis]),
+        )
         area *= pupil_pitch_mm[axis] * turn
-    return (field.real**2 + field.imag**2) * (area / energy_mm2) * loss[0][:, None] * loss[1][None, :]
+    return (
+        (field.real**2 + field.imag**2) * (area / energy_mm2) * loss[0][:, None] * loss[1][None, :]
+    )
 
 
 def _chirp_z(a, axis, turn, first, count):
@@ -138,8 +179,13 @@ def _chirp_z(a, axis, turn, first, count):
     n, k = np.arange(a.shape[axis]), np.arange(count)
     size = sf.next_fast_len(len(n) + count - 1)
     lag = np.arange(-(len(n) - 1), count)
-    chirp = sf.fft(np.roll(np.pad(np.exp(1j * np.pi * turn * lag**2), (0, size - len(lag))), -(len(n) - 1)))
-    before, after = np.exp(-1j * np.pi * turn * (n * n + 2 * first * n)), np.exp(-1j * np.pi * turn * k * k)
+    chirp = sf.fft(
+        np.roll(np.pad(np.exp(1j * np.pi * turn * lag**2), (0, size - len(lag))), -(len(n) - 1))
+    )
+    before, after = (
+        np.exp(-1j * np.pi * turn * (n * n + 2 * first * n)),
+        np.exp(-1j * np.pi * turn * k * k),
+    )
     if axis == 0:
         before, chirp, after = before[:, None], chirp[:, None], after[:, None]
     spectrum = sf.fft(a * before, size, axis=axis, overwrite_x=True)
@@ -149,7 +195,15 @@ def _chirp_z(a, axis, turn, first, count):
 
 
 def integrated_psf(
-    pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pitch_um, energy_mm2, cell_means=False, boxes: int = 1
+    pupil,
+    wavelength_nm,
+    pupil_pitch_mm,
+    distance_mm,
+    count,
+    pitch_um,
+    energy_mm2,
+    cell_means=False,
+    boxes: int = 1,
 ) -> np.ndarray:
     """Return the fraction of the energy on each rectangle of `pitch_um`; arguments as `sampled_psf`.
 
@@ -161,21 +215,37 @@ def integrated_psf(
     boxes : 1: light of a point, integrated over a rectangle. 2: light of a uniform rectangle of the same size, integrated over
         one.
     """
-    extent = [np.ptp(np.flatnonzero(np.any(pupil, axis=1 - a))) + 1 if np.any(pupil) else 1 for a in (0, 1)]
-    cutoff_um = [wavelength_nm * 1e-3 * distance_mm / (n * p) for n, p in zip(extent, pupil_pitch_mm)]
+    extent = [
+        np.ptp(np.flatnonzero(np.any(pupil, axis=1 - a))) + 1 if np.any(pupil) else 1
+        for a in (0, 1)
+    ]
+    cutoff_um = [
+        wavelength_nm * 1e-3 * distance_mm / (n * p) for n, p in zip(extent, pupil_pitch_mm)
+    ]
     wide, fine = _fine_grid(count, pitch_um, cutoff_um)
     psf = sampled_psf(
-        pupil, wavelength_nm, pupil_pitch_mm, distance_mm, wide, [p / q for p, q in zip(pitch_um, fine)], energy_mm2, cell_means
+        pupil,
+        wavelength_nm,
+        pupil_pitch_mm,
+        distance_mm,
+        wide,
+        [p / q for p, q in zip(pitch_um, fine)],
+        energy_mm2,
+        cell_means,
     )
     spectrum = sf.rfft2(psf)
-    spectrum *= (np.sinc(sf.fftfreq(wide[0]) * fine[0]) ** boxes)[:, None] * (np.sinc(sf.rfftfreq(wide[1]) * fine[1]) ** boxes)
+    spectrum *= (np.sinc(sf.fftfreq(wide[0]) * fine[0]) ** boxes)[:, None] * (
+        np.sinc(sf.rfftfreq(wide[1]) * fine[1]) ** boxes
+    )
     spectrum *= fine[0] * fine[1]
     blurred = sf.irfft2(spectrum, s=psf.shape)
     out = blurred[MARGIN * fine[0] :: fine[0], MARGIN * fine[1] :: fine[1]][: count[0], : count[1]]
     return _not_negative(out, pitch_um)
 
 
-def integrated_airy(radius_mm, wavelength_nm, distance_mm, count, pitch_um, boxes: int = 1) -> np.ndarray:
+def integrated_airy(
+    radius_mm, wavelength_nm, distance_mm, count, pitch_um, boxes: int = 1
+) -> np.ndarray:
     """Return `integrated_psf` of a clean round stop from the closed form of its point spread: no cells of a pupil, a tenth of the time.
 
     Intensity pi (R / (wavelength distance))^2 (2 J1(v) / v)^2 at v = 2 pi R r / (wavelength distance) (Airy 1835; Goodman 2005, eq. 4-31).
@@ -194,7 +264,9 @@ def integrated_airy(radius_mm, wavelength_nm, distance_mm, count, pitch_um, boxe
 
 def _fine_grid(count, pitch_um, cutoff_um):
     """Return (y, x) numbers of samples, and how many of them make a rectangle, that carry all of a point spread and a margin."""
-    fine = [2 * int(np.ceil(p / c)) for p, c in zip(pitch_um, cutoff_um)]  # even: the sinc is 0 at the highest frequency, nothing rings
+    fine = [
+        2 * int(np.ceil(p / c)) for p, c in zip(pitch_um, cutoff_um)
+    ]  # even: the sinc is 0 at the highest frequency, nothing rings
     return [2 * (n // 2 + MARGIN) * q + 1 for n, q in zip(count, fine)], fine
 
 

@@ -89,7 +89,9 @@ class _Radial:
         def tangent(r):
             angle = self.angle_rad(r)
             if np.any(angle >= np.pi / 2):
-                raise ValueError(f"field angle {np.degrees(angle.max()):.3g} degrees has no tangent; expected below 90")
+                raise ValueError(
+                    f"field angle {np.degrees(angle.max()):.3g} degrees has no tangent; expected below 90"
+                )
             return np.tan(angle)
 
         return _radially(x, y, tangent)
@@ -98,13 +100,19 @@ class _Radial:
         """Return the area on the sensor per area of the plane of tangents (broadcast)."""
         t2 = np.square(x) + np.square(y)
         angle = np.arctan(np.sqrt(t2))
-        return self.per_angle(angle) * np.sinc(angle / np.pi) ** -1 * np.cos(angle) ** 3  # d(angle)^2 / d(tangent)^2
+        return (
+            self.per_angle(angle) * np.sinc(angle / np.pi) ** -1 * np.cos(angle) ** 3
+        )  # d(angle)^2 / d(tangent)^2
 
     def per_angle(self, angle):
         """Return the area on the sensor per area of the plane of angles: radius / angle times slope."""
         small = np.abs(angle) < 1e-9
         safe = np.where(small, 1.0, angle)
-        return np.where(small, self.slope(0.0 * safe) ** 2, self.radius(np.where(small, 0.0, angle)) / safe * self.slope(angle))
+        return np.where(
+            small,
+            self.slope(0.0 * safe) ** 2,
+            self.radius(np.where(small, 0.0, angle)) / safe * self.slope(angle),
+        )
 
 
 @dataclass(frozen=True)
@@ -151,19 +159,31 @@ class AngleTable(_Radial):
     radius_per_focal_length: tuple[float, ...]
 
     def __post_init__(self):
-        t, r = np.radians(np.array(self.angle_deg, float)), np.array(self.radius_per_focal_length, float)
-        if len(t) != len(r) or len(t) < 2 or not (t[0] > 0 and r[0] > 0 and np.all(np.diff(t) > 0) and np.all(np.diff(r) > 0)):
+        t, r = (
+            np.radians(np.array(self.angle_deg, float)),
+            np.array(self.radius_per_focal_length, float),
+        )
+        if (
+            len(t) != len(r)
+            or len(t) < 2
+            or not (t[0] > 0 and r[0] > 0 and np.all(np.diff(t) > 0) and np.all(np.diff(r) > 0))
+        ):
             raise ValueError(
                 "a distortion table needs two columns of one length, both above 0 and rising: a falling radius has no inverse"
             )
         if np.any(self._slope(np.linspace(0, t[-1], 4001)) <= 0):
-            raise ValueError("the distortion table turns back between its points; expected more points or a smaller field")
+            raise ValueError(
+                "the distortion table turns back between its points; expected more points or a smaller field"
+            )
 
     @cached_property
     def _ratio(self):
         from scipy.interpolate import CubicSpline
 
-        t, r = np.radians(np.array(self.angle_deg, float)), np.array(self.radius_per_focal_length, float)
+        t, r = (
+            np.radians(np.array(self.angle_deg, float)),
+            np.array(self.radius_per_focal_length, float),
+        )
         squares, ratio = t**2, r / t
         # on the axis: the line through the first two ratios in angle^2, which is what third-order distortion does
         start = ratio[0] - (ratio[1] - ratio[0]) / (squares[1] - squares[0]) * squares[0]
@@ -190,7 +210,9 @@ class AngleTable(_Radial):
         largest, edge = self._end
         radius = self._within(radius, edge)
         low, high = np.zeros_like(radius), np.full_like(radius, largest)
-        t = np.interp(radius, (0.0, *self.radius_per_focal_length), (0.0, *np.radians(self.angle_deg)))
+        t = np.interp(
+            radius, (0.0, *self.radius_per_focal_length), (0.0, *np.radians(self.angle_deg))
+        )
         for _ in range(NEWTON_STEPS):
             miss = t * self._ratio(t**2) - radius
             low, high = np.where(miss < 0, t, low), np.where(miss >= 0, t, high)
@@ -233,7 +255,11 @@ class OnAngles:
         angle = np.hypot(x, y)
         if isinstance(self.lens, _Radial):
             return self.lens.per_angle(angle)
-        return self.lens.area_ratio(*_radially(x, y, _tangent)) * np.sinc(angle / np.pi) / np.cos(angle) ** 3
+        return (
+            self.lens.area_ratio(*_radially(x, y, _tangent))
+            * np.sinc(angle / np.pi)
+            / np.cos(angle) ** 3
+        )
 
 
 def on_projection(lens, projection: str = "tangent"):

@@ -13,18 +13,66 @@ import numpy as np
 
 # name: (B1, B2, B3), (C1, C2, C3) in um^2, (shortest, longest) nm that the source states
 SELLMEIER = {
-    "N-BK7": ((1.03961212, 0.231792344, 1.01046945), (0.00600069867, 0.0200179144, 103.560653), (300, 2500)),
-    "N-SK2": ((1.28189012, 0.257738258, 0.96818604), (0.0072719164, 0.0242823527, 110.377773), (310, 2500)),
-    "N-SK4": ((1.32993741, 0.228542996, 0.988465211), (0.00716874107, 0.0246455892, 100.886364), (334, 2500)),
-    "N-SK16": ((1.34317774, 0.241144399, 0.994317969), (0.00704687339, 0.0229005, 92.7508526), (310, 2500)),
-    "N-SSK2": ((1.4306027, 0.153150554, 1.01390904), (0.00823982975, 0.0333736841, 106.870822), (334, 2500)),
-    "N-BAK4": ((1.28834642, 0.132817724, 0.945395373), (0.00779980626, 0.0315631177, 105.965875), (334, 2500)),
-    "F2": ((1.34533359, 0.209073176, 0.937357162), (0.00997743871, 0.0470450767, 111.886764), (320, 2500)),
-    "F5": ((1.3104463, 0.19603426, 0.96612977), (0.00958633048, 0.0457627627, 115.011883), (320, 2500)),
-    "SF5": ((1.46141885, 0.247713019, 0.949995832), (0.0111826126, 0.0508594669, 112.041888), (350, 2500)),
-    "N-SF11": ((1.73759695, 0.313747346, 1.89878101), (0.013188707, 0.0623068142, 155.23629), (370, 2500)),
-    "fused_silica": ((0.6961663, 0.4079426, 0.8974794), (0.0684043**2, 0.1162414**2, 9.896161**2), (210, 3710)),
-    "MgF2": ((0.48755108, 0.39875031, 2.3120353), (0.04338408**2, 0.09461442**2, 23.793604**2), (200, 7000)),
+    "N-BK7": (
+        (1.03961212, 0.231792344, 1.01046945),
+        (0.00600069867, 0.0200179144, 103.560653),
+        (300, 2500),
+    ),
+    "N-SK2": (
+        (1.28189012, 0.257738258, 0.96818604),
+        (0.0072719164, 0.0242823527, 110.377773),
+        (310, 2500),
+    ),
+    "N-SK4": (
+        (1.32993741, 0.228542996, 0.988465211),
+        (0.00716874107, 0.0246455892, 100.886364),
+        (334, 2500),
+    ),
+    "N-SK16": (
+        (1.34317774, 0.241144399, 0.994317969),
+        (0.00704687339, 0.0229005, 92.7508526),
+        (310, 2500),
+    ),
+    "N-SSK2": (
+        (1.4306027, 0.153150554, 1.01390904),
+        (0.00823982975, 0.0333736841, 106.870822),
+        (334, 2500),
+    ),
+    "N-BAK4": (
+        (1.28834642, 0.132817724, 0.945395373),
+        (0.00779980626, 0.0315631177, 105.965875),
+        (334, 2500),
+    ),
+    "F2": (
+        (1.34533359, 0.209073176, 0.937357162),
+        (0.00997743871, 0.0470450767, 111.886764),
+        (320, 2500),
+    ),
+    "F5": (
+        (1.3104463, 0.19603426, 0.96612977),
+        (0.00958633048, 0.0457627627, 115.011883),
+        (320, 2500),
+    ),
+    "SF5": (
+        (1.46141885, 0.247713019, 0.949995832),
+        (0.0111826126, 0.0508594669, 112.041888),
+        (350, 2500),
+    ),
+    "N-SF11": (
+        (1.73759695, 0.313747346, 1.89878101),
+        (0.013188707, 0.0623068142, 155.23629),
+        (370, 2500),
+    ),
+    "fused_silica": (
+        (0.6961663, 0.4079426, 0.8974794),
+        (0.0684043**2, 0.1162414**2, 9.896161**2),
+        (210, 3710),
+    ),
+    "MgF2": (
+        (0.48755108, 0.39875031, 2.3120353),
+        (0.04338408**2, 0.09461442**2, 23.793604**2),
+        (200, 7000),
+    ),
 }
 MODEL_RANGE_NM = (380.0, 780.0)  # where two numbers, nd and Abbe's, can stand for a glass
 
@@ -55,7 +103,9 @@ def index(glass, wavelength_nm):
     if glass not in SELLMEIER:
         near = difflib.get_close_matches(str(glass), SELLMEIER, 1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise ValueError(f"glass {glass!r} is unknown{hint} (one of: air, {', '.join(SELLMEIER)}, a number, or nd/Vd)")
+        raise ValueError(
+            f"glass {glass!r} is unknown{hint} (one of: air, {', '.join(SELLMEIER)}, a number, or nd/Vd)"
+        )
     strengths, resonances, limits = SELLMEIER[glass]
     _check_range(glass, wave, limits)
     square = (wave * 1e-3) ** 2
@@ -75,7 +125,9 @@ def _cauchy(glass, wave):
     except ValueError:
         raise ValueError(f"glass {glass!r}; expected nd/Vd as 1.6204/60.3") from None
     if not (1 < nd < 3 and 10 < abbe < 120):
-        raise ValueError(f"glass {glass!r}: nd {nd:g}, Abbe's number {abbe:g}; expected 1 to 3 and 10 to 120")
+        raise ValueError(
+            f"glass {glass!r}: nd {nd:g}, Abbe's number {abbe:g}; expected 1 to 3 and 10 to 120"
+        )
     _check_range(glass, wave, MODEL_RANGE_NM)
     slope = (nd - 1) / abbe / (486.13**-2 - 656.27**-2)
     return nd + slope * (wave**-2 - 587.56**-2)
@@ -83,6 +135,12 @@ def _cauchy(glass, wave):
 
 def _check_range(glass, wave, limits):
     low, high = limits
-    outside = wave[(wave < low) | (wave > high)] if wave.ndim else wave[None][[(wave < low) | (wave > high)]]
+    outside = (
+        wave[(wave < low) | (wave > high)]
+        if wave.ndim
+        else wave[None][[(wave < low) | (wave > high)]]
+    )
     if outside.size or not np.isfinite(wave).all():
-        raise ValueError(f"glass {glass} is undefined at {np.ravel(outside)[:1]} nm; expected {low:g} to {high:g} nm")
+        raise ValueError(
+            f"glass {glass} is undefined at {np.ravel(outside)[:1]} nm; expected {low:g} to {high:g} nm"
+        )

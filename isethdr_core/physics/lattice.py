@@ -64,10 +64,16 @@ def fold_shapes(terms, radius: float, step, period, offset, chords_per_cell: int
     (dy, dx), (py, px), sub, pad = step, period, chords_per_cell, (ORDER + 1) // 2
     rows, cols = (2 * (int(np.ceil(radius / d)) + pad) for d in step)
     turned = np.exp(-2j * np.pi * offset[1] * np.arange(cols // px + 2))
-    passed = np.concatenate([[0], np.cumsum(turned)])  # what a chord from the first cell on adds to column 0 of the periods it enters
+    passed = np.concatenate(
+        [[0], np.cumsum(turned)]
+    )  # what a chord from the first cell on adds to column 0 of the periods it enters
     chords = list(chord_ends(terms, -rows / 2 * dy, dy / sub, rows * sub))
     strip, left, right, weight = (np.concatenate([c[i] for c in chords]) for i in range(4))
-    strip, end, weight = np.tile(strip, 2), np.concatenate([left, right]), np.concatenate([weight, -weight])
+    strip, end, weight = (
+        np.tile(strip, 2),
+        np.concatenate([left, right]),
+        np.concatenate([weight, -weight]),
+    )
     column = end / dx + cols / 2
     whole = np.floor(column).astype(np.intp)
     parts = spline_taps(column - whole, ORDER)
@@ -157,7 +163,9 @@ def _tilted(pupil, period, offset):
     return pupil
 
 
-def lattice_psf(folded, wavelength_nm, distance_mm, reach, pitch_um, energy_mm2, offset, response) -> np.ndarray:
+def lattice_psf(
+    folded, wavelength_nm, distance_mm, reach, pitch_um, energy_mm2, offset, response
+) -> np.ndarray:
     """Return intensity times the area of a lattice cell at samples -reach .. reach of a whole frame.
 
     Parameters
@@ -178,8 +186,14 @@ def lattice_psf(folded, wavelength_nm, distance_mm, reach, pitch_um, energy_mm2,
     gain_y, gain_x = (response((k + o) / p) ** -2 for k, o, p in zip(index, offset, period))
     gain_y = gain_y * (step[0] * step[1] / (period[0] * period[1] * energy_mm2))
     out = np.empty((2 * ry + 1, 2 * rx + 1), np.float32)
-    for rows_out, rows_in in ((slice(0, ry), slice(period[0] - ry, None)), (slice(ry, None), slice(0, ry + 1))):
-        for cols_out, cols_in in ((slice(0, rx), slice(period[1] - rx, None)), (slice(rx, None), slice(0, rx + 1))):
+    for rows_out, rows_in in (
+        (slice(0, ry), slice(period[0] - ry, None)),
+        (slice(ry, None), slice(0, ry + 1)),
+    ):
+        for cols_out, cols_in in (
+            (slice(0, rx), slice(period[1] - rx, None)),
+            (slice(rx, None), slice(0, rx + 1)),
+        ):
             part = field[rows_in, cols_in]
             np.square(part.real, out=out[rows_out, cols_out])
             out[rows_out, cols_out] += np.square(part.imag)

@@ -16,9 +16,9 @@ class Modulation(NamedTuple):
     """How a light varies in time about its mean: pulse-width modulation (duty below 1), ripple (depth above 0), or not at all."""
 
     frequency_hz: float = 0.0
-    duty: float = 1.0     # share of the period in which it is on; then it is 1 / duty of its mean
-    depth: float = 0.0    # amplitude of a sinusoidal ripple / mean
-    phase: float = 0.0    # periods, at time 0; a pulse starts, and a ripple peaks, at phase 0
+    duty: float = 1.0  # share of the period in which it is on; then it is 1 / duty of its mean
+    depth: float = 0.0  # amplitude of a sinusoidal ripple / mean
+    phase: float = 0.0  # periods, at time 0; a pulse starts, and a ripple peaks, at phase 0
 
 
 def constant(modulation: Modulation) -> bool:
@@ -33,7 +33,10 @@ def light_s(modulation: Modulation, start_s, duration_s) -> np.ndarray:
     """
     frequency_hz, duty, depth, phase = modulation
     if constant(modulation):
-        return np.broadcast_to(np.asarray(duration_s, float), np.broadcast_shapes(np.shape(start_s), np.shape(duration_s)))
+        return np.broadcast_to(
+            np.asarray(duration_s, float),
+            np.broadcast_shapes(np.shape(start_s), np.shape(duration_s)),
+        )
     if depth:
         return ripple_s(start_s, duration_s, frequency_hz, depth, phase)
     return square_wave_s(start_s, duration_s, frequency_hz, duty, phase) / duty
@@ -91,11 +94,15 @@ def ripple_s(start_s, duration_s, frequency_hz, depth, phase=0.0) -> np.ndarray:
     mean light's integral.
     """
     periods = np.asarray(frequency_hz, float) * duration_s
-    middle = phase_at(start_s, frequency_hz, phase) + 0.5 * (periods - 2.0 * np.floor(0.5 * periods))
+    middle = phase_at(start_s, frequency_hz, phase) + 0.5 * (
+        periods - 2.0 * np.floor(0.5 * periods)
+    )
     return duration_s * (1.0 + depth * np.sinc(periods) * np.cos(2 * np.pi * middle))
 
 
-def square_wave_pieces(start_s, duration_s: float, frequency_hz: float, duty: float, phase: float = 0.0):
+def square_wave_pieces(
+    start_s, duration_s: float, frequency_hz: float, duty: float, phase: float = 0.0
+):
     """Return (durations_s, on): the pieces of constant light of an exposure, in order, for `charge_dynamics.flow_pieces`.
 
     Parameters as in `square_wave_s`, but for one duration and one lamp.
@@ -112,10 +119,16 @@ def square_wave_pieces(start_s, duration_s: float, frequency_hz: float, duty: fl
     count = 2 * int(np.ceil(frequency_hz * duration_s)) + 3
     durations, states = [], []
     left = np.full(at.shape, float(duration_s))
-    for k in range(count):  # piece k of the period that the exposure starts in and of those after it
+    for k in range(
+        count
+    ):  # piece k of the period that the exposure starts in and of those after it
         end = k // 2 + (duty if k % 2 == 0 else 1.0)
         begin = k // 2 + (0.0 if k % 2 == 0 else duty)
-        full = (end - np.maximum(begin, at)) / frequency_hz if k < 2 else np.full(at.shape, (duty if k % 2 == 0 else 1 - duty) / frequency_hz)
+        full = (
+            (end - np.maximum(begin, at)) / frequency_hz
+            if k < 2
+            else np.full(at.shape, (duty if k % 2 == 0 else 1 - duty) / frequency_hz)
+        )
         piece = np.clip(full, 0.0, left)
         left = left - piece
         durations.append(piece)

@@ -11,9 +11,9 @@ from scipy.special import gammainc, gammaincc, ndtri
 
 from .random_words import tail, words
 
-SERIES_BELOW_E = 4.0      # mean electrons: below, the sum of the Poisson series
-EXACT_BELOW_E = 1e6       # mean electrons: above, the expansion alone
-LARGEST_MEAN_E = 1e18     # float64 counts whole electrons to 9e15; the relative step is 1e-16 beyond
+SERIES_BELOW_E = 4.0  # mean electrons: below, the sum of the Poisson series
+EXACT_BELOW_E = 1e6  # mean electrons: above, the expansion alone
+LARGEST_MEAN_E = 1e18  # float64 counts whole electrons to 9e15; the relative step is 1e-16 beyond
 
 
 def normal(word) -> np.ndarray:
@@ -41,7 +41,8 @@ def normal_float32(word) -> np.ndarray:
     p = (magnitude[far] + 0.5) * 2.0**-64
     r = np.sqrt(-np.log(p.astype(np.float32))) - np.float32(1.6)
     z[far] = (((0.17023821103 * r + 1.3067284816) * r + 2.7568153900) * r + 1.4234372777) / (
-        (0.12021132975 * r + 0.73700164250) * r + 1.0)
+        (0.12021132975 * r + 0.73700164250) * r + 1.0
+    )
     beyond = far[p < 1.4e-11]  # the end of the fit's range
     z[beyond] = -ndtri((magnitude[beyond] + 0.5) * 2.0**-64)
     return np.copysign(z, word.astype(np.float32)).reshape(shape)
@@ -50,7 +51,9 @@ def normal_float32(word) -> np.ndarray:
 def normal_pair(word) -> tuple[np.ndarray, np.ndarray]:
     """Return two independent float32 standard normals from each int64 word (Box and Muller 1958); |z| < 6.8."""
     u = np.asarray(word).view(np.uint64)
-    open_unit = (u >> np.uint64(32)).astype(np.float32) * np.float32(2.0**-32) + np.float32(2.0**-33)
+    open_unit = (u >> np.uint64(32)).astype(np.float32) * np.float32(2.0**-32) + np.float32(
+        2.0**-33
+    )
     # 32 bits rounded to float32 can reach 1 + 2^-33, whose logarithm is above 0
     radius = np.sqrt(-2.0 * np.log(np.minimum(open_unit, np.float32(1.0))))
     angle = (u & np.uint64(0xFFFFFFFF)).astype(np.float32) * np.float32(2 * np.pi * 2.0**-32)
@@ -81,7 +84,9 @@ def poisson(mean, word) -> np.ndarray:
     """
     shape, mean, word = np.shape(mean), np.ravel(mean).astype(np.float64), np.ravel(word)
     if not np.all((mean >= 0) & (mean <= LARGEST_MEAN_E)):
-        raise ValueError(f"mean electrons are {mean.min()}..{mean.max()}; expected finite values within 0..1e18")
+        raise ValueError(
+            f"mean electrons are {mean.min()}..{mean.max()}; expected finite values within 0..1e18"
+        )
     low = mean < SERIES_BELOW_E
     if low.all():
         out = _series(mean, word)
@@ -99,8 +104,8 @@ def poisson_image(mean, stream: tuple, y0: int = 0, x0: int = 0) -> np.ndarray:
     height, width = mean.shape
     rows, out = rows_per_block(width), np.empty(mean.shape)
     for y in range(0, height, rows):
-        part = mean[y:y + rows]
-        out[y:y + rows] = poisson(part, words(stream, y0 + y, y0 + y + len(part), x0, x0 + width))
+        part = mean[y : y + rows]
+        out[y : y + rows] = poisson(part, words(stream, y0 + y, y0 + y + len(part), x0, x0 + width))
     return out
 
 
@@ -122,9 +127,13 @@ def _series(mean, word):
     term = np.exp(-mean)
     left = np.where(upper, -np.expm1(-mean) - p, p - term)
     count, k = np.zeros_like(mean), 0
-    rare = np.flatnonzero(upper & (p < 1e-10))  # differences of sums cannot resolve these, and would never end
+    rare = np.flatnonzero(
+        upper & (p < 1e-10)
+    )  # differences of sums cannot resolve these, and would never end
     left[rare] = 0.0
-    count[rare] = _decide(np.ones(rare.size), mean[rare], p[rare], upper[rare], np.ones(rare.size, bool))
+    count[rare] = _decide(
+        np.ones(rare.size), mean[rare], p[rare], upper[rare], np.ones(rare.size, bool)
+    )
     index = np.flatnonzero(left > 0)
     mean, term, left = mean[index], term[index], left[index]
     while index.size:
@@ -151,7 +160,9 @@ def _expand(mean, word):
 
 
 def _cornish_fisher(mean, word, z):
-    mean_ = mean.astype(z.dtype)  # float32 for the step away from the mean: its rounding is part of the bound
+    mean_ = mean.astype(
+        z.dtype
+    )  # float32 for the step away from the mean: its rounding is part of the bound
     root, z2 = np.sqrt(mean_), z * z
     step = z * (root - (z2 + 2) / (72 * root))
     step += (1 / 3) + z2 / 6
@@ -173,6 +184,7 @@ def _cornish_fisher(mean, word, z):
 
 def _decide(k, mean, p, upper, search):
     """Return k or k - 1, whichever the exact distribution says; search further where `search`."""
+
     def reached(k, i):  # is the draw at or beyond the step from k - 1 to k?
         return np.where(upper[i], p[i] < gammainc(k, mean[i]), p[i] > gammaincc(k, mean[i]))
 

@@ -38,7 +38,10 @@ def overlap_areas(x_in, y_in, distortion, x_out, y_out) -> csr_array:
     column, plus the column's width times dy where the border runs further right.
     """
     x_in, y_in, x_out, y_out = (np.asarray(b, float) for b in (x_in, y_in, x_out, y_out))
-    parts = [_rows(x_in, y_in, distortion, x_out, y_out[top : top + ROWS + 1]) for top in range(0, len(y_out) - 1, ROWS)]
+    parts = [
+        _rows(x_in, y_in, distortion, x_out, y_out[top : top + ROWS + 1])
+        for top in range(0, len(y_out) - 1, ROWS)
+    ]
     return vstack(parts, format="csr")
 
 
@@ -52,16 +55,27 @@ def _rows(x_in, y_in, distortion, x_out, y_out):
             f"the output reaches {beyond:.3g} tiles beyond the input; expected a wider input (margin) or a smaller output"
         )
     u, v = np.clip(u, 0, nx), np.clip(v, 0, ny)
-    ring = [(u[:-1, :-1], v[:-1, :-1]), (u[:-1, 1:], v[:-1, 1:]), (u[1:, 1:], v[1:, 1:]), (u[1:, :-1], v[1:, :-1])]
+    ring = [
+        (u[:-1, :-1], v[:-1, :-1]),
+        (u[:-1, 1:], v[:-1, 1:]),
+        (u[1:, 1:], v[1:, 1:]),
+        (u[1:, :-1], v[1:, :-1]),
+    ]
     ring = [(a.ravel(), b.ravel()) for a, b in ring]
-    first = np.floor(np.min([a for a, _ in ring], axis=0)).astype(np.int32)  # columns left of this hold none of the quadrilateral
+    first = np.floor(np.min([a for a, _ in ring], axis=0)).astype(
+        np.int32
+    )  # columns left of this hold none of the quadrilateral
     parts = [_edge(ring[k], ring[(k + 1) % 4], first) for k in range(4)]
     quad, column, row, area = (np.concatenate(p) for p in zip(*parts))
     keep = (column < nx) & (row < ny) & (area != 0)
-    matrix = csr_array((area[keep], (quad[keep], row[keep] * nx + column[keep])), shape=(len(first), nx * ny))
+    matrix = csr_array(
+        (area[keep], (quad[keep], row[keep] * nx + column[keep])), shape=(len(first), nx * ny)
+    )
     matrix.sum_duplicates()
     if matrix.data.size and matrix.data.min() < -1e-9:
-        raise ValueError("the map turns tiles over; expected a distortion that is one to one over the output")
+        raise ValueError(
+            "the map turns tiles over; expected a distortion that is one to one over the output"
+        )
     matrix.data = np.where(matrix.data > SLIVER, matrix.data, 0.0) * (pitch_x * pitch_y)
     matrix.eliminate_zeros()
     return matrix

@@ -28,8 +28,13 @@ def matrices(surfaces, indices, path, start_mm: float) -> list[np.ndarray]:
             total = np.array([[1.0, 0.0], [2 * forward * c, 1.0]]) @ total
             forward = -forward
         else:
-            n_from, n_to = (indices[k], indices[k + 1]) if forward > 0 else (indices[k + 1], indices[k])
-            total = np.array([[1.0, 0.0], [-forward * c * (n_to - n_from) / n_to, n_from / n_to]]) @ total
+            n_from, n_to = (
+                (indices[k], indices[k + 1]) if forward > 0 else (indices[k + 1], indices[k])
+            )
+            total = (
+                np.array([[1.0, 0.0], [-forward * c * (n_to - n_from) / n_to, n_from / n_to]])
+                @ total
+            )
         out.append(total)
     return out
 
@@ -47,12 +52,18 @@ def back_focus_mm(surfaces, indices) -> float:
 
 
 def _whole(surfaces, indices):
-    return matrices(surfaces, indices, [(k, False) for k in range(len(surfaces))], surfaces[0].z_mm)[-1]
+    return matrices(
+        surfaces, indices, [(k, False) for k in range(len(surfaces))], surfaces[0].z_mm
+    )[-1]
 
 
 def entrance_pupil(surfaces, indices) -> tuple[float, float]:
     """Return (z of the entrance pupil mm, its radius mm) from the surface that is the stop."""
     stop = next(k for k, s in enumerate(surfaces) if s.is_stop)
-    to_stop = matrices(surfaces, indices, [(k, False) for k in range(stop + 1)], surfaces[0].z_mm)[-1]
+    to_stop = matrices(surfaces, indices, [(k, False) for k in range(stop + 1)], surfaces[0].z_mm)[
+        -1
+    ]
     # the ray through the stop's centre: 0 = A y + B u, and it crosses the axis y / u before the first vertex
-    return float(surfaces[0].z_mm + to_stop[0, 1] / to_stop[0, 0]), float(surfaces[stop].semi_diameter_mm / abs(to_stop[0, 0]))
+    return float(surfaces[0].z_mm + to_stop[0, 1] / to_stop[0, 0]), float(
+        surfaces[stop].semi_diameter_mm / abs(to_stop[0, 0])
+    )

@@ -25,7 +25,9 @@ def _table() -> np.ndarray:
 def xyz_bar(wavelength_nm) -> np.ndarray:
     """Return the colour matching functions (3, wavelength) at `wavelength_nm`; 0 outside 360-830 nm."""
     t = _table()
-    return np.stack([np.interp(wavelength_nm, t[:, 0], t[:, k], left=0.0, right=0.0) for k in (1, 2, 3)])
+    return np.stack(
+        [np.interp(wavelength_nm, t[:, 0], t[:, k], left=0.0, right=0.0) for k in (1, 2, 3)]
+    )
 
 
 def v_lambda(wavelength_nm) -> np.ndarray:

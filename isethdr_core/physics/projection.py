@@ -56,5 +56,7 @@ def depth_m(distance_m, x, y, projection: str = "tangent"):
 
 def _equidistant(projection: str) -> bool:
     if projection not in PROJECTIONS:
-        raise ValueError(f"projection {projection!r} is unknown; expected one of {', '.join(PROJECTIONS)}")
+        raise ValueError(
+            f"projection {projection!r} is unknown; expected one of {', '.join(PROJECTIONS)}"
+        )
     return projection == "equidistant"

@@ -17,7 +17,9 @@ MOST_TERMS = 20000  # of `opening`, which takes seconds for them
 GAUSS = (0.5 - 1 / 12**0.5, 0.5 + 1 / 12**0.5)  # places of the two-point rule, of equal weights
 LEVELS = 512  # level lines across a shape from which the height of its image under a linear map is bounded
 
-Matrix = tuple[tuple[float, float], tuple[float, float]]  # ((xx, xy), (yx, yy)) of a linear map of the pupil plane
+Matrix = tuple[
+    tuple[float, float], tuple[float, float]
+]  # ((xx, xy), (yx, yy)) of a linear map of the pupil plane
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,9 @@ class Convex:
         """Return whether none of `lines` level lines across the shape's height cuts it."""
         if self.low >= self.high:
             return True
-        left, right = self.chords(self.low + (np.arange(lines) + 0.5) / lines * (self.high - self.low))
+        left, right = self.chords(
+            self.low + (np.arange(lines) + 0.5) / lines * (self.high - self.low)
+        )
         return not np.any(left < right)
 
     def chords(self, y) -> tuple[np.ndarray, np.ndarray]:
@@ -59,7 +63,9 @@ class Convex:
         for xc, yc, ((xx, xy), (yx, yy)) in self.ellipses:
             height2 = yx**2 + yy**2
             middle = xc + (xx * yx + xy * yy) / height2 * (y - yc)
-            half = abs(xx * yy - xy * yx) / height2 * np.sqrt(np.maximum(height2 - (y - yc) ** 2, 0.0))
+            half = (
+                abs(xx * yy - xy * yx) / height2 * np.sqrt(np.maximum(height2 - (y - yc) ** 2, 0.0))
+            )
             left, right = np.maximum(left, middle - half), np.minimum(right, middle + half)
         for nx, ny, d in self.planes:
             if abs(nx) < 1e-12:
@@ -96,7 +102,10 @@ class Convex:
         planes = tuple((*map(float, (nx, ny) @ inverse), d) for nx, ny, d in self.planes)
         round_ones = [(x, y, ((r, 0.0), (0.0, r))) for x, y, r in self.discs]
         ellipses = tuple(
-            (*map(float, forward @ (x, y)), tuple(tuple(map(float, row)) for row in forward @ np.asarray(own)))
+            (
+                *map(float, forward @ (x, y)),
+                tuple(tuple(map(float, row)) for row in forward @ np.asarray(own)),
+            )
             for x, y, own in (*round_ones, *self.ellipses)
         )
         return Convex(planes=planes, low=low, high=high, ellipses=ellipses)
@@ -117,7 +126,9 @@ class Convex:
             return 0.0, 0.0
         bounds = []
         for sign in (-1, 1):
-            most = sign * yy * level[hit] + np.maximum(sign * yx * left[hit], sign * yx * right[hit])
+            most = sign * yy * level[hit] + np.maximum(
+                sign * yx * left[hit], sign * yx * right[hit]
+            )
             bounds.append(sign * float(most.max() + np.abs(np.diff(most)).max()))
         return bounds[0], bounds[1]
 
@@ -153,7 +164,9 @@ def strip(x: float, y: float, length: float, width: float, angle_rad: float) -> 
     """Return a rectangle centred on (x, y), its length along `angle_rad`."""
     angle = angle_rad + np.pi / 2 * np.arange(4)
     reach = np.array([length, width, length, width]) / 2
-    planes = tuple((np.cos(a), np.sin(a), r + np.cos(a) * x + np.sin(a) * y) for a, r in zip(angle, reach))
+    planes = tuple(
+        (np.cos(a), np.sin(a), r + np.cos(a) * x + np.sin(a) * y) for a, r in zip(angle, reach)
+    )
     tall = (length * abs(np.sin(angle_rad)) + width * abs(np.cos(angle_rad))) / 2
     return Convex(planes=planes, low=y - tall, high=y + tall)
 
@@ -191,18 +204,35 @@ def dirt(
     out = []
     for _ in range(rng.poisson(dust_per_mm2 * square)):
         x, y = rng.uniform(-radius, radius, 2)
-        out.append((disc(x, y, 1e-3 * dust_radius_um * rng.lognormal(0, dust_spread)), rng.uniform(*dust_loss)))
+        out.append(
+            (
+                disc(x, y, 1e-3 * dust_radius_um * rng.lognormal(0, dust_spread)),
+                rng.uniform(*dust_loss),
+            )
+        )
     for _ in range(rng.poisson(scratches_per_mm2 * square / together)):
         x, y = rng.uniform(-radius, radius, 2)
         angle, across = None, 0.0
         for number in range(together):
-            length, width = 1e-3 * scratch_length_um * rng.uniform(0.4, 1.6), 1e-3 * scratch_width_um * rng.uniform(0.5, 1.5)
+            length, width = (
+                1e-3 * scratch_length_um * rng.uniform(0.4, 1.6),
+                1e-3 * scratch_width_um * rng.uniform(0.5, 1.5),
+            )
             if angle is None:
-                angle = np.radians(direction_deg) + direction_range_deg / 180 * rng.uniform(0, np.pi)
+                angle = np.radians(direction_deg) + direction_range_deg / 180 * rng.uniform(
+                    0, np.pi
+                )
             loss = rng.uniform(*scratch_loss)
             if number:
                 across += 1e-3 * spacing_um * rng.uniform(0.5, 1.5)
-            out.append((strip(x - across * np.sin(angle), y + across * np.cos(angle), length, width, angle), loss))
+            out.append(
+                (
+                    strip(
+                        x - across * np.sin(angle), y + across * np.cos(angle), length, width, angle
+                    ),
+                    loss,
+                )
+            )
     return out
 
 
@@ -215,7 +245,9 @@ def opening(aperture: Convex, losses) -> list[tuple[Convex, float]]:
     ------
     ValueError : where so much dirt overlaps that the sum has more than `MOST_TERMS`.
     """
-    return weighted(overlaps(aperture, [shape for shape, _ in losses]), [loss for _, loss in losses])
+    return weighted(
+        overlaps(aperture, [shape for shape, _ in losses]), [loss for _, loss in losses]
+    )
 
 
 def overlaps(aperture: Convex, dirt) -> list[tuple[Convex, tuple[int, ...]]]:
@@ -223,8 +255,14 @@ def overlaps(aperture: Convex, dirt) -> list[tuple[Convex, tuple[int, ...]]]:
     found = [(aperture, ())]
     for index, shape in enumerate(dirt):
         if len(found) > MOST_TERMS:
-            raise ValueError(f"the aperture's dirt overlaps in more than {MOST_TERMS} ways; expected less or smaller dirt")
-        both = [(part & shape, (*held, index)) for part, held in found if part.low < shape.high and shape.low < part.high]
+            raise ValueError(
+                f"the aperture's dirt overlaps in more than {MOST_TERMS} ways; expected less or smaller dirt"
+            )
+        both = [
+            (part & shape, (*held, index))
+            for part, held in found
+            if part.low < shape.high and shape.low < part.high
+        ]
         found += [(part, held) for part, held in both if not part.is_empty()]
     return found
 
@@ -241,8 +279,17 @@ def energy(aperture: Convex, losses, strips: int = 4000) -> float:
         (np.arange(strips) + 0.5) * np.pi / strips,
     )  # heights by cosine: exact for discs, whose chords end in a root
     for shape, weight in opening(aperture, [(s, 1 - (1 - loss) ** 2) for s, loss in losses]):
-        left, right = shape.chords((shape.high + shape.low - (shape.high - shape.low) * np.cos(angle)) / 2)
-        total += weight * (shape.high - shape.low) / 2 * float(np.maximum(right - left, 0.0) @ np.sin(angle)) * np.pi / strips
+        left, right = shape.chords(
+            (shape.high + shape.low - (shape.high - shape.low) * np.cos(angle)) / 2
+        )
+        total += (
+            weight
+            * (shape.high - shape.low)
+            / 2
+            * float(np.maximum(right - left, 0.0) @ np.sin(angle))
+            * np.pi
+            / strips
+        )
     return total
 
 
@@ -262,7 +309,10 @@ def chord_ends(terms, y0: float, step: float, count: int, places=(0.5,)):
     """
     edges = y0 + np.arange(count + 1) * step
     for shape, weight in terms:
-        k = np.arange(max(np.searchsorted(edges, shape.low) - 1, 0), min(np.searchsorted(edges, shape.high), count))
+        k = np.arange(
+            max(np.searchsorted(edges, shape.low) - 1, 0),
+            min(np.searchsorted(edges, shape.high), count),
+        )
         top, bottom = np.maximum(edges[k], shape.low), np.minimum(edges[k + 1], shape.high)
         for place in places:
             left, right = shape.chords(top + place * (bottom - top))
@@ -294,7 +344,10 @@ def raster(terms, x, y, strips: int = 2) -> np.ndarray:
             whole = cell.astype(np.intp)
             start = (k // sub) * (len(x) + 2) + whole
             position += [start, start + 1]
-            change += [sign * weight / sub * (1 - (cell - whole)), sign * weight / sub * (cell - whole)]
+            change += [
+                sign * weight / sub * (1 - (cell - whole)),
+                sign * weight / sub * (cell - whole),
+            ]
     ends = np.zeros(len(y) * (len(x) + 2), dtype)
     if position:
         np.add.at(ends, np.concatenate(position), np.concatenate(change).astype(dtype))

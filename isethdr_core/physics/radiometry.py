@@ -53,7 +53,9 @@ def irradiance_factor_aplanatic(f_number: float, magnification: float = 0.0) -> 
     The sine condition allows no f-number below 0.5. Raises ValueError there.
     """
     if f_number < 0.5:
-        raise ValueError(f"f-number {f_number:g} is below 0.5, the limit of an aplanatic lens; expected at least 0.5")
+        raise ValueError(
+            f"f-number {f_number:g} is below 0.5, the limit of an aplanatic lens; expected at least 0.5"
+        )
     return np.pi / (4.0 * f_number**2 * (1.0 + abs(magnification)) ** 2)
 
 

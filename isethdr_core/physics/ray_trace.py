@@ -46,13 +46,17 @@ def sequential(count: int) -> list[tuple[int, bool]]:
 def ghost_path(count: int, back: int, front: int) -> list[tuple[int, bool]]:
     """Return the path of a ghost: on to surface `back`, reflected, back to `front`, reflected, on to the last of `count`."""
     if not 0 <= front < back < count:
-        raise ValueError(f"a ghost needs 0 <= front < back < {count}; got front {front}, back {back}")
+        raise ValueError(
+            f"a ghost needs 0 <= front < back < {count}; got front {front}, back {back}"
+        )
     path = [(k, False) for k in range(back)] + [(back, True)]
     path += [(k, False) for k in range(back - 1, front, -1)] + [(front, True)]
     return path + [(k, False) for k in range(front + 1, count)]
 
 
-def follow(surfaces: list[Surface], indices, path, position, direction, power=None, keep_hits=False) -> Rays:
+def follow(
+    surfaces: list[Surface], indices, path, position, direction, power=None, keep_hits=False
+) -> Rays:
     """Trace rays along a path.
 
     Parameters
@@ -69,13 +73,17 @@ def follow(surfaces: list[Surface], indices, path, position, direction, power=No
     -------
     Rays on the last surface of the path. Rays that pass outside a semi-diameter go on, with a negative margin.
     """
-    shape = np.broadcast_shapes(*(np.shape(n) for n in indices), position.shape[1:], direction.shape[1:])
+    shape = np.broadcast_shapes(
+        *(np.shape(n) for n in indices), position.shape[1:], direction.shape[1:]
+    )
     weight, margin, forward, hits = np.ones(shape), np.full(shape, np.inf), True, []
     for k, reflects in path:
         surface = surfaces[k]
         position = intersect(surface, position, direction)
         if np.isfinite(surface.semi_diameter_mm):
-            margin = np.minimum(margin, 1 - (position[0] ** 2 + position[1] ** 2) / surface.semi_diameter_mm**2)
+            margin = np.minimum(
+                margin, 1 - (position[0] ** 2 + position[1] ** 2) / surface.semi_diameter_mm**2
+            )
         if keep_hits:
             hits.append(position[:2])
         normals = normal(surface, position)
@@ -90,11 +98,21 @@ def follow(surfaces: list[Surface], indices, path, position, direction, power=No
             direction = refract(direction, normals, n_from, n_to)
     position = np.broadcast_to(position, (3, *shape))
     lost = ~np.isfinite(position).all(axis=0) | ~np.isfinite(direction).all(axis=0)
-    return Rays(position, direction, np.where(lost, 0.0, weight), np.where(lost, -np.inf, margin), tuple(hits))
+    return Rays(
+        position,
+        direction,
+        np.where(lost, 0.0, weight),
+        np.where(lost, -np.inf, margin),
+        tuple(hits),
+    )
 
 
 def collimated(x_mm, y_mm, z_mm: float, tangent_x, tangent_y):
     """Return (position, direction), (3, ...), of parallel light that crosses the plane z at (x, y) with these tangents."""
-    x, y, tx, ty = np.broadcast_arrays(*(np.asarray(v, float) for v in (x_mm, y_mm, tangent_x, tangent_y)))
+    x, y, tx, ty = np.broadcast_arrays(
+        *(np.asarray(v, float) for v in (x_mm, y_mm, tangent_x, tangent_y))
+    )
     length = np.sqrt(1 + tx**2 + ty**2)
-    return np.stack([x, y, np.full(x.shape, float(z_mm))]), np.stack([tx / length, ty / length, 1 / length])
+    return np.stack([x, y, np.full(x.shape, float(z_mm))]), np.stack(
+        [tx / length, ty / length, 1 / length]
+    )

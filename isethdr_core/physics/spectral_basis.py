@@ -43,11 +43,15 @@ def directions(weights, moments, asked) -> np.ndarray:
     """
     value, vector = np.linalg.eigh(moments)
     root = (vector * np.sqrt(np.maximum(value, FLOOR * value[-1]))) @ vector.T
-    own, size, _ = np.linalg.svd((root @ weights.T) / np.linalg.norm(weights, axis=1), full_matrices=False)
+    own, size, _ = np.linalg.svd(
+        (root @ weights.T) / np.linalg.norm(weights, axis=1), full_matrices=False
+    )
     own = own[:, size > 1e-9 * size[0]]  # channels may be alike
     left = np.eye(len(moments)) - own @ own.T
     _, vector = np.linalg.eigh(left @ root @ asked @ root @ left)
-    rows = np.linalg.solve(root, np.concatenate([own, vector[:, ::-1][:, : len(moments) - own.shape[1]]], axis=1)).T
+    rows = np.linalg.solve(
+        root, np.concatenate([own, vector[:, ::-1][:, : len(moments) - own.shape[1]]], axis=1)
+    ).T
     return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
 

@@ -32,14 +32,21 @@ def reflect(n_in, n_out, layers, cos_in, wavelength_nm):
     """
     cos_in = np.asarray(cos_in, float)
     if np.any(cos_in < 0) or np.any(cos_in > 1 + 1e-12):
-        raise ValueError("the cosine of incidence is outside 0 to 1; give the angle to the normal on the side light comes from")
+        raise ValueError(
+            "the cosine of incidence is outside 0 to 1; give the angle to the normal on the side light comes from"
+        )
     if any(np.any(np.asarray(thickness) < 0) for _, thickness in layers):
         raise ValueError("a layer has a negative thickness; expected nm, 0 or more")
-    cos_in = np.clip(cos_in, 1e-12, 1.0)  # exactly grazing light has no defined admittance; all of it is reflected
+    cos_in = np.clip(
+        cos_in, 1e-12, 1.0
+    )  # exactly grazing light has no defined admittance; all of it is reflected
     transverse = n_in * np.sqrt(1 - cos_in**2)
     behind = _normal_part(n_out, transverse)
     inside = [(index, _normal_part(index, transverse), thickness) for index, thickness in layers]
-    found = [_of_polarisation(n_in, n_out, cos_in, behind, inside, wavelength_nm, p) for p in (False, True)]
+    found = [
+        _of_polarisation(n_in, n_out, cos_in, behind, inside, wavelength_nm, p)
+        for p in (False, True)
+    ]
     return found[0][0], found[1][0], found[0][1], found[1][1]
 
 
@@ -71,6 +78,11 @@ def _of_polarisation(n_in, n_out, cos_in, behind, inside, wavelength_nm, p):
         normal = np.where(normal == 0, 1e-12, normal)
         phase, own = 2 * np.pi / wavelength_nm * normal * thickness, admittance(index, normal)
         cosine, sine = np.cos(phase), 1j * np.sin(phase)
-        electric, magnetic = cosine * electric + sine / own * magnetic, sine * own * electric + cosine * magnetic
+        electric, magnetic = (
+            cosine * electric + sine / own * magnetic,
+            sine * own * electric + cosine * magnetic,
+        )
     total = first * electric + magnetic
-    return np.abs((first * electric - magnetic) / total) ** 2, 4 * first * last.real / np.abs(total) ** 2
+    return np.abs((first * electric - magnetic) / total) ** 2, 4 * first * last.real / np.abs(
+        total
+    ) ** 2

@@ -47,7 +47,11 @@ def _powers(j: int) -> np.ndarray:
         if t % 2 == (1 if m < 0 else 0):
             angular[(a - t, t)] = comb(a, t) * (-1) ** (t // 2)
     for s in range((n - a) // 2 + 1):
-        radial = (-1) ** s * factorial(n - s) // (factorial(s) * factorial((n + a) // 2 - s) * factorial((n - a) // 2 - s))
+        radial = (
+            (-1) ** s
+            * factorial(n - s)
+            // (factorial(s) * factorial((n + a) // 2 - s) * factorial((n - a) // 2 - s))
+        )
         h = (n - a) // 2 - s  # rho^(n - 2s) = rho^|m| (x^2 + y^2)^h
         for q in range(h + 1):
             for (px, py), c in angular.items():
@@ -131,8 +135,13 @@ def zernike_basis(terms, x, y) -> np.ndarray:
     """Return the values (point, term) of several terms at points of the pupil plane, one dimension, in pupil radii."""
     terms = tuple(int(j) for j in terms)
     degree = max(order(j)[0] for j in terms)
-    powers_x, powers_y = (np.vander(np.asarray(a, float), degree + 1, increasing=True) for a in (x, y))
-    products = np.stack([powers_x[:, k] * powers_y[:, n - k] for n in range(degree + 1) for k in range(n + 1)], axis=1)
+    powers_x, powers_y = (
+        np.vander(np.asarray(a, float), degree + 1, increasing=True) for a in (x, y)
+    )
+    products = np.stack(
+        [powers_x[:, k] * powers_y[:, n - k] for n in range(degree + 1) for k in range(n + 1)],
+        axis=1,
+    )
     return products @ _coefficients(terms, degree)
 
 
@@ -272,7 +281,9 @@ def _substitution(matrix, count: int) -> np.ndarray:
     A polynomial stays one of the same degree, so that its values at more places than terms determine it.
     """
     radius = np.sqrt((np.arange(count) + 0.5) / count)
-    turn = np.pi * (3 - 5**0.5) * np.arange(count)  # a sunflower's: no two places on one line through the middle
+    turn = (
+        np.pi * (3 - 5**0.5) * np.arange(count)
+    )  # a sunflower's: no two places on one line through the middle
     radius, turn = (np.concatenate([radius, radius]), np.concatenate([turn, turn + 1.0]))
     here = np.stack([radius * np.cos(turn), radius * np.sin(turn)])
     there = np.linalg.inv(np.array(matrix, float)) @ here

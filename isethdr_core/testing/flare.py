@@ -33,8 +33,18 @@ def check_pupil(who: str, flare) -> None:
         holds(who, "pupil has the shape of x_mm", whole.shape == x_mm.shape, str(whole.shape))
         holds(who, "pupil is finite", np.isfinite(whole).all())
         # 1e-6: rounding of float32 transmissions
-        holds(who, "pupil never amplifies", np.abs(whole).max() <= 1 + 1e-6, f"{np.abs(whole).max():.6g}")
-        same(who, "the same call twice gives the same bits", whole, np.asarray(flare.pupil(x_mm, y_mm, 550.0)))
+        holds(
+            who,
+            "pupil never amplifies",
+            np.abs(whole).max() <= 1 + 1e-6,
+            f"{np.abs(whole).max():.6g}",
+        )
+        same(
+            who,
+            "the same call twice gives the same bits",
+            whole,
+            np.asarray(flare.pupil(x_mm, y_mm, 550.0)),
+        )
 
 
 def check_scatter(who: str, flare) -> None:
@@ -44,13 +54,31 @@ def check_scatter(who: str, flare) -> None:
     with keeps(who, "scatter(wavelength_nm, angle_rad) returns 1/sr"):
         for wavelength_nm in (450.0, 650.0):
             value = np.asarray(flare.scatter(wavelength_nm, angle), float)
-            holds(who, "scatter has the shape of angle_rad", value.shape == angle.shape, str(value.shape))
-            holds(who, "scatter is finite, 0 or more", np.isfinite(value).all() and value.min() >= 0)
+            holds(
+                who,
+                "scatter has the shape of angle_rad",
+                value.shape == angle.shape,
+                str(value.shape),
+            )
+            holds(
+                who, "scatter is finite, 0 or more", np.isfinite(value).all() and value.min() >= 0
+            )
             total = np.sum(value * 2 * np.pi * (np.cos(edges[:-1]) - np.cos(edges[1:])))
             # 1e-2: midpoint sums over a peak as narrow as 1e-7 rad
-            holds(who, "scatter integrates to at most 1 over the hemisphere", total <= 1.01, f"{total:.4g} at {wavelength_nm:g} nm")
+            holds(
+                who,
+                "scatter integrates to at most 1 over the hemisphere",
+                total <= 1.01,
+                f"{total:.4g} at {wavelength_nm:g} nm",
+            )
             one = np.asarray(flare.scatter(wavelength_nm, angle[100:101]), float)
-            close(who, "scatter at one angle does not depend on the others", one, value[100:101], 1e-12)
+            close(
+                who,
+                "scatter at one angle does not depend on the others",
+                one,
+                value[100:101],
+                1e-12,
+            )
 
 
 def check_added(who: str, flare) -> None:
@@ -60,7 +88,14 @@ def check_added(who: str, flare) -> None:
     with keeps(who, "irradiance(lens, mixed) returns irradiance"):
         check_irradiance(out)
     double = flare.irradiance(lens, mixed(2.0 * mixed().values))
-    close(who, "added light is linear in radiance", double.values, 2.0 * out.values, 1e-5, 1e-5 * float(out.max()))
+    close(
+        who,
+        "added light is linear in radiance",
+        double.values,
+        2.0 * out.values,
+        1e-5,
+        1e-5 * float(out.max()),
+    )
     for what, bad in damaged_planes(mixed()):
         refuses(who, what, lambda b=bad: flare.irradiance(lens, b))
 
@@ -74,7 +109,15 @@ def check_in_lens(who: str, flare, adds: bool) -> None:
     if adds:
         return
     clean = lens(mixed())
-    holds(who, "throughput is at most that of the open lens", out.attrs["throughput_sr"] <= clean.attrs["throughput_sr"] * (1 + 1e-6))
+    holds(
+        who,
+        "throughput is at most that of the open lens",
+        out.attrs["throughput_sr"] <= clean.attrs["throughput_sr"] * (1 + 1e-6),
+    )
     # 1e-4: float32 sums and Fourier transforms
-    holds(who, "the lens passes no more light than without it", float(out.sum()) <= float(clean.sum()) * (1 + 1e-4),
-          f"{float(out.sum()):.6g} > {float(clean.sum()):.6g}")
+    holds(
+        who,
+        "the lens passes no more light than without it",
+        float(out.sum()) <= float(clean.sum()) * (1 + 1e-4),
+        f"{float(out.sum()):.6g} > {float(clean.sum()):.6g}",
+    )

@@ -27,7 +27,14 @@ def pattern(shape) -> np.ndarray:
     return (0.05 + 0.95 * (n * 0.6180339887498949 % 1.0)).reshape(shape)
 
 
-def scene(height: int = 16, width: int = 24, bands: int = 7, pitch: float = 0.01, groups=GROUPS, level: float = 0.01):
+def scene(
+    height: int = 16,
+    width: int = 24,
+    bands: int = 7,
+    pitch: float = 0.01,
+    groups=GROUPS,
+    level: float = 0.01,
+):
     """Return scene radiance with labels of two objects; `level` is its largest value, W m-2 sr-1 nm-1; `pitch` in tangents."""
     cube = level * pattern((len(groups), bands, height, width))
     instance = np.zeros((height, width), np.uint32)
@@ -36,15 +43,41 @@ def scene(height: int = 16, width: int = 24, bands: int = 7, pitch: float = 0.01
     distance = np.where(instance == 0, np.inf, 10.0 * np.maximum(instance, 1))
     normal = np.zeros((height, width, 3), np.float32)
     normal[..., 0] = np.where(instance > 0, -1.0, 0.0)
-    ds = scene_radiance(cube, groups, bands_nm(bands), centres(width, width * pitch), centres(height, height * pitch),
-                        depth=distance.astype(np.float32), distance=distance.astype(np.float32),
-                        instance=instance, category=category, normal=normal)
+    ds = scene_radiance(
+        cube,
+        groups,
+        bands_nm(bands),
+        centres(width, width * pitch),
+        centres(height, height * pitch),
+        depth=distance.astype(np.float32),
+        distance=distance.astype(np.float32),
+        instance=instance,
+        category=category,
+        normal=normal,
+    )
     ds.attrs["objects"] = [
-        {"instance": 1, "category": "car", "name": "car", "box": [3, 2, 7, 6], "visible_fraction": 1.0,
-         "distance_m": 10.0, "position_m": [10.0, 0.5, 0.0]},
-        {"instance": 2, "category": "person", "name": "person", "box": [12, 9, 8, 5], "visible_fraction": 1.0,
-         "distance_m": 20.0, "position_m": [20.0, -0.5, 0.0]}]
-    ds.attrs["lamps"] = [{"object": "car", "kind": "low_beam", "group": "headlights", "luminance_cd_m2": 1e5}]
+        {
+            "instance": 1,
+            "category": "car",
+            "name": "car",
+            "box": [3, 2, 7, 6],
+            "visible_fraction": 1.0,
+            "distance_m": 10.0,
+            "position_m": [10.0, 0.5, 0.0],
+        },
+        {
+            "instance": 2,
+            "category": "person",
+            "name": "person",
+            "box": [12, 9, 8, 5],
+            "visible_fraction": 1.0,
+            "distance_m": 20.0,
+            "position_m": [20.0, -0.5, 0.0],
+        },
+    ]
+    ds.attrs["lamps"] = [
+        {"object": "car", "kind": "low_beam", "group": "headlights", "luminance_cd_m2": 1e5}
+    ]
     return ds
 
 
@@ -52,16 +85,34 @@ def mixed(values=None, height: int = 24, width: int = 32, bands: int = 5, pitch:
     """Return mixed radiance; `values` broadcast to (bands, height, width), by default a pattern up to 0.01 W m-2 sr-1 nm-1."""
     shape = (bands, height, width)
     values = 0.01 * pattern(shape) if values is None else np.broadcast_to(values, shape)
-    return plane(np.array(values, np.float32), bands_nm(bands), centres(width, width * pitch), centres(height, height * pitch),
-                 RADIANCE, weights={"sky": 1.0}, field_width=width * pitch, field_height=height * pitch)
+    return plane(
+        np.array(values, np.float32),
+        bands_nm(bands),
+        centres(width, width * pitch),
+        centres(height, height * pitch),
+        RADIANCE,
+        weights={"sky": 1.0},
+        field_width=width * pitch,
+        field_height=height * pitch,
+    )
 
 
 def irradiance(values, height: int, width: int, pitch_m: float, bands: int = 31):
     """Return irradiance on the sensor plane of an f/2.8 lens of 4 mm; `values` broadcast to (bands, height, width), W m-2 nm-1."""
     values = np.array(np.broadcast_to(values, (bands, height, width)), np.float32)
-    return plane(values, bands_nm(bands), centres(width, width * pitch_m), centres(height, height * pitch_m), IRRADIANCE,
-                 f_number=F_NUMBER, focal_length_mm=FOCAL_LENGTH_MM, throughput_sr=THROUGHPUT_SR, falloff="none",
-                 field_width=width * pitch_m, field_height=height * pitch_m)
+    return plane(
+        values,
+        bands_nm(bands),
+        centres(width, width * pitch_m),
+        centres(height, height * pitch_m),
+        IRRADIANCE,
+        f_number=F_NUMBER,
+        focal_length_mm=FOCAL_LENGTH_MM,
+        throughput_sr=THROUGHPUT_SR,
+        falloff="none",
+        field_width=width * pitch_m,
+        field_height=height * pitch_m,
+    )
 
 
 def in_components(light, **modulation):
@@ -71,7 +122,11 @@ def in_components(light, **modulation):
 
 def damaged_planes(good):
     """Yield (what is wrong, data) for every way in which mixed radiance or irradiance can be wrong; what its form tells is sealed."""
-    for what, value in (("NaN light", np.nan), ("infinite light", np.inf), ("negative light", -1e-6)):
+    for what, value in (
+        ("NaN light", np.nan),
+        ("infinite light", np.inf),
+        ("negative light", -1e-6),
+    ):
         bad = good.copy(deep=True)
         bad[1, 2, 3] = value
         yield what, bad
@@ -90,14 +145,21 @@ def damaged_planes(good):
 
 def damaged_scenes(good):
     """Yield (what is wrong, data) for every way in which scene radiance can be wrong; what its form tells is sealed."""
-    for what, value in (("NaN light", np.nan), ("infinite light", np.inf), ("negative light", -1e-6)):
+    for what, value in (
+        ("NaN light", np.nan),
+        ("infinite light", np.inf),
+        ("negative light", -1e-6),
+    ):
         bad = good.copy(deep=True)
-        bad["radiance"][:, 1, 2, 3] = value      # in every group: a lighting reads no group of weight 0
+        bad["radiance"][:, 1, 2, 3] = value  # in every group: a lighting reads no group of weight 0
         yield what, bad
     good = sealed(good, "radiance")
     yield "unsorted wavelengths", good.isel(wavelength=[1, 0, *range(2, good.sizes["wavelength"])])
     yield "missing wavelengths", good.drop_vars("wavelength")
-    yield "other dims", good.assign(radiance=good["radiance"].transpose("light_group", "y", "x", "wavelength"))
+    yield (
+        "other dims",
+        good.assign(radiance=good["radiance"].transpose("light_group", "y", "x", "wavelength")),
+    )
     yield "other units", good.assign(radiance=good["radiance"].assign_attrs(units="W m-2"))
     yield "no bands", good.isel(wavelength=[])
     yield "no tiles", good.isel(x=[])
@@ -110,4 +172,6 @@ def some(kind: str, *preferred: str):
     for name in (*preferred, *sorted(known)):
         if name in known:
             return build(kind, name)
-    raise PluginError(f"no {kind} is installed, and one is needed to check this component; install isethdr's own plugins")
+    raise PluginError(
+        f"no {kind} is installed, and one is needed to check this component; install isethdr's own plugins"
+    )

@@ -45,7 +45,9 @@ def check(who: str, isp) -> None:
         refuses(who, what, lambda b=bad: isp(b))
 
 
-def captures(layout: str = "mosaic", level: float = GREY_CD_M2, exposure_s: float = 0.01, spectrum=None) -> xr.Dataset:
+def captures(
+    layout: str = "mosaic", level: float = GREY_CD_M2, exposure_s: float = 0.01, spectrum=None
+) -> xr.Dataset:
     """Return noise-free captures of a field of `level` cd/m2; `spectrum` (31,) of its light, any scale, by default equal energy.
 
     `mosaic`: one capture under a 2 x 2 array of three filters. `full`: three captures, each of one filter at every
@@ -57,28 +59,59 @@ def captures(layout: str = "mosaic", level: float = GREY_CD_M2, exposure_s: floa
     area = (PITCH_UM * 1e-6) ** 2
     shape = np.ones(31) if spectrum is None else np.asarray(spectrum, float)
     radiance = shape * (level / luminance(shape, nm))
-    photons = radiance * band_widths_nm(nm) / photon_energy_j(nm) * THROUGHPUT_SR * area * exposure_s
+    photons = (
+        radiance * band_widths_nm(nm) / photon_energy_j(nm) * THROUGHPUT_SR * area * exposure_s
+    )
     electrons = qe @ photons
     if layout == "mosaic":
         filters = np.tile([[0, 1], [1, 2]], (height // 2, width // 2)).astype(np.uint8)
-        mean, channels, capture, efficiency = electrons[filters][None], ["X", "Y", "Z"], ["single"], qe[None]
+        mean, channels, capture, efficiency = (
+            electrons[filters][None],
+            ["X", "Y", "Z"],
+            ["single"],
+            qe[None],
+        )
     else:
         filters = np.zeros((height, width), np.uint8)
         mean = np.broadcast_to(electrons[:, None, None], (3, height, width))
         channels, capture, efficiency = ["all"], ["X", "Y", "Z"], qe[:, None, :]
     raw = np.rint(np.clip(BLACK_DN + GAIN_DN_PER_E * mean, 0, TOP_DN + 1)).astype(np.uint16)
-    each = {"exposure_s": exposure_s, "gain_dn_per_e": GAIN_DN_PER_E, "black_dn": BLACK_DN, "top_dn": TOP_DN, "read_noise_e": 3.0,
-            "dark_e": 0.0, "quantisation_e": 1 / GAIN_DN_PER_E, "area_m2": area}
+    each = {
+        "exposure_s": exposure_s,
+        "gain_dn_per_e": GAIN_DN_PER_E,
+        "black_dn": BLACK_DN,
+        "top_dn": TOP_DN,
+        "read_noise_e": 3.0,
+        "dark_e": 0.0,
+        "quantisation_e": 1 / GAIN_DN_PER_E,
+        "area_m2": area,
+    }
     count = len(capture)
     return xr.Dataset(
-        {"raw": (("capture", "y", "x"), raw, {"units": "DN"}), "saturated": (("capture", "y", "x"), raw > TOP_DN),
-         "filter": (("y", "x"), filters), "charge": ("capture", np.arange(count)),
-         "quantum_efficiency": (("capture", "channel", "wavelength"), efficiency),
-         **{name: ("capture", np.full(count, value)) for name, value in each.items()}},
-        coords={"capture": names(capture), "channel": names(channels), "wavelength": nm,
-                "y": centres(height, height * PITCH_UM * 1e-6), "x": centres(width, width * PITCH_UM * 1e-6)},
-        attrs={"pitch_um": PITCH_UM, "cfa": "XY/YZ" if layout == "mosaic" else "W", "f_number": F_NUMBER,
-               "focal_length_mm": FOCAL_LENGTH_MM, "throughput_sr": THROUGHPUT_SR, "falloff": "none"})
+        {
+            "raw": (("capture", "y", "x"), raw, {"units": "DN"}),
+            "saturated": (("capture", "y", "x"), raw > TOP_DN),
+            "filter": (("y", "x"), filters),
+            "charge": ("capture", np.arange(count)),
+            "quantum_efficiency": (("capture", "channel", "wavelength"), efficiency),
+            **{name: ("capture", np.full(count, value)) for name, value in each.items()},
+        },
+        coords={
+            "capture": names(capture),
+            "channel": names(channels),
+            "wavelength": nm,
+            "y": centres(height, height * PITCH_UM * 1e-6),
+            "x": centres(width, width * PITCH_UM * 1e-6),
+        },
+        attrs={
+            "pitch_um": PITCH_UM,
+            "cfa": "XY/YZ" if layout == "mosaic" else "W",
+            "f_number": F_NUMBER,
+            "focal_length_mm": FOCAL_LENGTH_MM,
+            "throughput_sr": THROUGHPUT_SR,
+            "falloff": "none",
+        },
+    )
 
 
 def damaged_captures(good):
@@ -107,7 +140,12 @@ def _layout(who, isp) -> str:
             return layout
         except IsetHdrError as err:
             refused.append(f"{layout}: {err}")
-    holds(who, "reads a colour filter array, or captures of one channel each", False, "; ".join(refused))
+    holds(
+        who,
+        "reads a colour filter array, or captures of one channel each",
+        False,
+        "; ".join(refused),
+    )
     return ""
 
 
@@ -118,30 +156,62 @@ def _check_picture(who, picture, grey):
         holds(who, f"the picture carries the attribute {name!r}", name in picture.attrs)
     holds(who, "valid is bool", picture["valid"].dtype == bool)
     holds(who, "xyz is finite", np.isfinite(picture["xyz"].values).all())
-    holds(who, "pixels lie within those of the captures",
-          all(grey[d][0] - 1e-9 <= picture[d][0] and picture[d][-1] <= grey[d][-1] + 1e-9 for d in ("x", "y")))
+    holds(
+        who,
+        "pixels lie within those of the captures",
+        all(
+            grey[d][0] - 1e-9 <= picture[d][0] and picture[d][-1] <= grey[d][-1] + 1e-9
+            for d in ("x", "y")
+        ),
+    )
     if not variance_known(picture):
-        holds(who, "a variance that is not known is NaN", np.isnan(picture["variance"].values).all())
+        holds(
+            who, "a variance that is not known is NaN", np.isnan(picture["variance"].values).all()
+        )
         return
     for name in ("variance", FIXED_PATTERN):
         if name in picture:
             holds(who, f"{name} is finite", np.isfinite(picture[name].values).all())
-    holds(who, "the variance of an unknown device is 0 or more", float(total_variance(picture).min()) >= 0)
+    holds(
+        who,
+        "the variance of an unknown device is 0 or more",
+        float(total_variance(picture).min()) >= 0,
+    )
 
 
 def _check_dark(who, isp, layout):
     dark = captures(layout, level=0.0)
     shape = dark["raw"].shape
-    swing = np.where(pattern(shape) > np.median(pattern(shape)), 8, -8)      # DN around the black level, mean 0
-    seen = isp(dark.assign(raw=(dark["raw"].dims, (dark["raw"].values.astype(int) + swing).astype(np.uint16))))
+    swing = np.where(
+        pattern(shape) > np.median(pattern(shape)), 8, -8
+    )  # DN around the black level, mean 0
+    seen = isp(
+        dark.assign(
+            raw=(dark["raw"].dims, (dark["raw"].values.astype(int) + swing).astype(np.uint16))
+        )
+    )
     y = seen["xyz"].values[..., 1]
     holds(who, "the picture of darkness is finite", np.isfinite(seen["xyz"].values).all())
     if variance_known(seen):
         variance = seen["variance"].values
-        holds(who, "variance is finite and 0 or more, even in darkness", np.isfinite(variance).all() and variance.min() >= 0)
-    holds(who, "estimates below 0 are not clipped", y.min() < 0, f"the smallest of {y.size} estimates in the dark is {y.min():.3g} cd/m2")
+        holds(
+            who,
+            "variance is finite and 0 or more, even in darkness",
+            np.isfinite(variance).all() and variance.min() >= 0,
+        )
+    holds(
+        who,
+        "estimates below 0 are not clipped",
+        y.min() < 0,
+        f"the smallest of {y.size} estimates in the dark is {y.min():.3g} cd/m2",
+    )
     # a quarter of the spread: clipping at 0 would shift the mean by 0.4 to 0.5 of it
-    holds(who, "darkness has the mean 0", abs(y.mean()) <= 0.25 * y.std(), f"{y.mean():.3g} cd/m2, spread {y.std():.3g}")
+    holds(
+        who,
+        "darkness has the mean 0",
+        abs(y.mean()) <= 0.25 * y.std(),
+        f"{y.mean():.3g} cd/m2, spread {y.std():.3g}",
+    )
 
 
 def _check_saturated(who, isp, layout):

@@ -11,7 +11,7 @@ from xarray.core import indexing
 from ..store import open_store, write_store
 from .promise import holds, keeps, same
 
-ARRAY = "radiance"      # the name under which a DataArray is stored
+ARRAY = "radiance"  # the name under which a DataArray is stored
 
 
 class ReadTooEarly(Exception):
@@ -45,6 +45,11 @@ def same_from_store(who: str, call, data, want) -> None:
         kept = write_store(folder, "kit", {"": whole.assign_attrs(data.attrs)}, {}, keepbits=None)
         opened = open_store(kept)
         found = opened[ARRAY].assign_attrs(data.attrs) if array else opened.assign_attrs(data.attrs)
-        holds(who, promise, not (found if array else found[next(iter(found.data_vars))]).variable._in_memory, "nothing lazy was tested")
+        holds(
+            who,
+            promise,
+            not (found if array else found[next(iter(found.data_vars))]).variable._in_memory,
+            "nothing lazy was tested",
+        )
         with keeps(who, promise):
             same(who, promise, call(found), want)

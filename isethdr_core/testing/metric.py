@@ -24,12 +24,23 @@ def check(who: str, metric) -> None:
     if hasattr(metric, "narrow"):
         asked = Demand(groups=("sky", "headlights"), wavelength_nm=(450.0, 550.0, 650.0))
         less = metric.narrow(asked)
-        holds(who, "narrow drops no light group and no band: a metric sees the picture only",
-              (less.groups, less.wavelength_nm) == (asked.groups, asked.wavelength_nm), repr(less))
+        holds(
+            who,
+            "narrow drops no light group and no band: a metric sees the picture only",
+            (less.groups, less.wavelength_nm) == (asked.groups, asked.wavelength_nm),
+            repr(less),
+        )
     reference, labels = true_picture(), labels_asked_for(metric)
     noisy = noisy_picture(reference)
-    scores = repeatable(who, lambda p: metric(p, reference, labels), lambda: noisy_picture(reference))
-    holds(who, "returns a list of Score", isinstance(scores, list) and scores and all(isinstance(s, Score) for s in scores), repr(scores)[:200])
+    scores = repeatable(
+        who, lambda p: metric(p, reference, labels), lambda: noisy_picture(reference)
+    )
+    holds(
+        who,
+        "returns a list of Score",
+        isinstance(scores, list) and scores and all(isinstance(s, Score) for s in scores),
+        repr(scores)[:200],
+    )
     for s in scores:
         holds(who, "every score has a name", isinstance(s.metric, str) and s.metric)
         holds(who, "every score has a unit ('' for a ratio)", isinstance(s.unit, str))
@@ -57,9 +68,19 @@ def true_picture():
     height, width = SIZE
     light = mixed(height=16, width=24)
     f_m = FOCAL_LENGTH_MM * 1e-3
-    x, y = centres(width, light.attrs["field_width"] * f_m), centres(height, light.attrs["field_height"] * f_m)
-    empty = make_picture(np.zeros((*SIZE, 3)), np.zeros((*SIZE, 3)), np.ones(SIZE), x, y,
-                         focal_length_mm=FOCAL_LENGTH_MM, pitch_um=(x[1] - x[0]) * 1e6)
+    x, y = (
+        centres(width, light.attrs["field_width"] * f_m),
+        centres(height, light.attrs["field_height"] * f_m),
+    )
+    empty = make_picture(
+        np.zeros((*SIZE, 3)),
+        np.zeros((*SIZE, 3)),
+        np.ones(SIZE),
+        x,
+        y,
+        focal_length_mm=FOCAL_LENGTH_MM,
+        pitch_um=(x[1] - x[0]) * 1e6,
+    )
     return truth(light, empty)
 
 
@@ -68,7 +89,12 @@ def labels_asked_for(metric):
     narrow = getattr(metric, "narrow", None)
     asked = narrow(Demand()).labels if narrow else frozenset()
     everything = scene()
-    return labels_on(everything.drop_vars([v for v in everything.data_vars if v != "radiance" and v not in asked]), true_picture())
+    return labels_on(
+        everything.drop_vars(
+            [v for v in everything.data_vars if v != "radiance" and v not in asked]
+        ),
+        true_picture(),
+    )
 
 
 def noisy_picture(reference):
@@ -77,8 +103,15 @@ def noisy_picture(reference):
     off = sigma * (2 * pattern(reference["xyz"].shape) - 1.05)
     valid = np.ones(SIZE, bool)
     valid[0, :2] = False
-    return make_picture(reference["xyz"].values + off, np.full(off.shape, sigma**2), valid, reference["x"].values,
-                        reference["y"].values, focal_length_mm=FOCAL_LENGTH_MM, pitch_um=reference.attrs["pitch_um"])
+    return make_picture(
+        reference["xyz"].values + off,
+        np.full(off.shape, sigma**2),
+        valid,
+        reference["x"].values,
+        reference["y"].values,
+        focal_length_mm=FOCAL_LENGTH_MM,
+        pitch_um=reference.attrs["pitch_um"],
+    )
 
 
 def _check_depends(who, metric, noisy, reference, labels, scores):
@@ -95,7 +128,12 @@ def _check_depends(who, metric, noisy, reference, labels, scores):
         return
     sharp, soft, edge = (edge_picture(reference, width) for width in (0.5, 2.0, 0.1))
     depends = not same_scores(metric(sharp, edge, labels), metric(soft, edge, labels))
-    holds(who, "its scores depend on the picture", depends, "the same for worse, darker, softer and less valid pictures")
+    holds(
+        who,
+        "its scores depend on the picture",
+        depends,
+        "the same for worse, darker, softer and less valid pictures",
+    )
 
 
 def edge_picture(reference, width_pixels: float):
@@ -105,24 +143,41 @@ def edge_picture(reference, width_pixels: float):
     light = 60 + 40 * np.tanh(across / width_pixels)
     xyz = np.repeat(light[..., None], 3, axis=2)
     place = {"focal_length_mm": FOCAL_LENGTH_MM, "pitch_um": reference.attrs["pitch_um"]}
-    return make_picture(xyz, np.full_like(xyz, 1e-4), np.ones(SIZE, bool), reference["x"].values, reference["y"].values, **place)
+    return make_picture(
+        xyz,
+        np.full_like(xyz, 1e-4),
+        np.ones(SIZE, bool),
+        reference["x"].values,
+        reference["y"].values,
+        **place,
+    )
 
 
 def _check_bad_input(who, metric, noisy, reference, labels, scores):
     """A damaged picture is refused, unless what is damaged is nothing that the metric reads."""
+
     def refused_or_unread(what, call):
         try:
             unread = same_scores(call(), scores)
         except IsetHdrError:
             return
         except Exception as err:
-            raise AssertionError(f"{who} breaks the promise 'refuses {what} with an error of isethdr_core.errors': "
-                                 f"raised {type(err).__name__}: {err}") from err
-        holds(who, f"refuses {what} with an error of isethdr_core.errors", unread, "it returned other scores")
+            raise AssertionError(
+                f"{who} breaks the promise 'refuses {what} with an error of isethdr_core.errors': "
+                f"raised {type(err).__name__}: {err}"
+            ) from err
+        holds(
+            who,
+            f"refuses {what} with an error of isethdr_core.errors",
+            unread,
+            "it returned other scores",
+        )
 
     for what, bad in damaged_pictures(noisy):
         refused_or_unread(what, lambda b=bad: metric(b, reference, labels))
-    refused_or_unread("a truth of another size", lambda: metric(noisy, reference.isel(x=slice(0, 20)), labels))
+    refused_or_unread(
+        "a truth of another size", lambda: metric(noisy, reference.isel(x=slice(0, 20)), labels)
+    )
 
 
 def same_scores(first, second) -> bool:

@@ -17,13 +17,15 @@ from ..registry import build
 from ..store import content_hash
 from .ranges import bad_fields
 
-EXPECTATION = re.compile("expected|needs|lack|one of")     # a message has at least one of these words
+EXPECTATION = re.compile("expected|needs|lack|one of")  # a message has at least one of these words
 
 
 def holds(who: str, promise: str, condition, found: str = "") -> None:
     """Raise AssertionError naming the component and the promise unless `condition` is true."""
     if not condition:
-        raise AssertionError(f"{who} breaks the promise '{promise}'" + (f": {found}" if found else ""))
+        raise AssertionError(
+            f"{who} breaks the promise '{promise}'" + (f": {found}" if found else "")
+        )
 
 
 @contextmanager
@@ -34,7 +36,9 @@ def keeps(who: str, promise: str):
     except Exception as err:
         if isinstance(err, AssertionError) and str(err).startswith(who):
             raise
-        raise AssertionError(f"{who} breaks the promise '{promise}': {type(err).__name__}: {err}") from err
+        raise AssertionError(
+            f"{who} breaks the promise '{promise}': {type(err).__name__}: {err}"
+        ) from err
 
 
 def same(who: str, promise: str, first, second) -> None:
@@ -42,8 +46,12 @@ def same(who: str, promise: str, first, second) -> None:
     a, b = arrays(first), arrays(second)
     holds(who, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
     for name in a:
-        holds(who, promise, a[name].shape == b[name].shape and a[name].dtype == b[name].dtype,
-              f"{name} is {a[name].dtype}{a[name].shape} once and {b[name].dtype}{b[name].shape} the other time")
+        holds(
+            who,
+            promise,
+            a[name].shape == b[name].shape and a[name].dtype == b[name].dtype,
+            f"{name} is {a[name].dtype}{a[name].shape} once and {b[name].dtype}{b[name].shape} the other time",
+        )
         exact = a[name].dtype.kind in "fc"
         holds(who, promise, np.array_equal(a[name], b[name], equal_nan=exact), f"{name} differs")
 
@@ -54,9 +62,16 @@ def close(who: str, promise: str, got, want, relative: float, absolute: float = 
     excess = np.abs(got - want) - relative * np.abs(want) - absolute
     bad = ~(excess <= 0)
     if bad.any():
-        worst = np.unravel_index(np.argmax(np.where(np.isnan(excess), np.inf, excess)), excess.shape)
-        holds(who, promise, False, f"{bad.sum()} of {bad.size} values; worst at {tuple(map(int, worst))}: "
-              f"{got[worst]:.6g}, expected {want[worst]:.6g} within {relative:g} relative + {absolute:g}")
+        worst = np.unravel_index(
+            np.argmax(np.where(np.isnan(excess), np.inf, excess)), excess.shape
+        )
+        holds(
+            who,
+            promise,
+            False,
+            f"{bad.sum()} of {bad.size} values; worst at {tuple(map(int, worst))}: "
+            f"{got[worst]:.6g}, expected {want[worst]:.6g} within {relative:g} relative + {absolute:g}",
+        )
 
 
 def refuses(who: str, what: str, call) -> None:
@@ -65,10 +80,14 @@ def refuses(who: str, what: str, call) -> None:
     try:
         call()
     except IsetHdrError as err:
-        holds(who, f"says what it expected instead of {what}", EXPECTATION.search(str(err)), str(err))
+        holds(
+            who, f"says what it expected instead of {what}", EXPECTATION.search(str(err)), str(err)
+        )
         return
     except Exception as err:
-        raise AssertionError(f"{who} breaks the promise '{promise}': raised {type(err).__name__}: {err}") from err
+        raise AssertionError(
+            f"{who} breaks the promise '{promise}': raised {type(err).__name__}: {err}"
+        ) from err
     raise AssertionError(f"{who} breaks the promise '{promise}': it returned a result")
 
 
@@ -91,7 +110,12 @@ def repeatable(who: str, call, make_input):
         result = call(given)
     same(who, "does not change its input", given, kept)
     same(who, "the same call twice gives the same bits", result, call(given))
-    alike(who, "the result does not depend on the order of its input in memory", call(fortran(given)), result)
+    alike(
+        who,
+        "the result does not depend on the order of its input in memory",
+        call(fortran(given)),
+        result,
+    )
     return result
 
 
@@ -114,7 +138,9 @@ def alike(who: str, promise: str, got, want) -> None:
 def fortran(data):
     """Return a copy of a DataArray or Dataset whose arrays lie in memory the other way round."""
     if hasattr(data, "data_vars"):
-        return data.assign({k: v.copy(data=np.asfortranarray(v.values)) for k, v in data.data_vars.items()})
+        return data.assign(
+            {k: v.copy(data=np.asfortranarray(v.values)) for k, v in data.data_vars.items()}
+        )
     return data.copy(data=np.asfortranarray(data.values))
 
 
@@ -131,8 +157,12 @@ def arrays(result) -> dict[str, np.ndarray]:
 
 def check_component(who: str, kind: str, name: str, component, fields: dict) -> None:
     """Check what every component promises: documented, typed, comparable, storable, honest about its needs."""
-    holds(who, "the class docstring says in its first line what it is", (type(component).__doc__ or "").strip()
-          and not type(component).__doc__.startswith(f"{type(component).__name__}("))
+    holds(
+        who,
+        "the class docstring says in its first line what it is",
+        (type(component).__doc__ or "").strip()
+        and not type(component).__doc__.startswith(f"{type(component).__name__}("),
+    )
     holds(who, "the same fields give an equal component", component == build(kind, name, **fields))
     own = {f.name: getattr(component, f.name) for f in dataclasses.fields(component) if f.init}
     with keeps(who, "its defaults lie within the ranges that its fields declare"):
@@ -140,7 +170,11 @@ def check_component(who: str, kind: str, name: str, component, fields: dict) -> 
     with keeps(who, "its fields can be hashed into the name of a run"):
         content_hash(described(component))
     with keeps(who, "it can be sent to another process"):
-        holds(who, "it can be sent to another process", pickle.loads(pickle.dumps(component)) == component)
+        holds(
+            who,
+            "it can be sent to another process",
+            pickle.loads(pickle.dumps(component)) == component,
+        )
     for f in dataclasses.fields(component):
         try:
             setattr(component, f.name, getattr(component, f.name))
@@ -163,12 +197,25 @@ def _check_narrow(who, component):
     everything = Demand()
     first = component.narrow(everything)
     holds(who, "narrow(demand) returns a Demand", isinstance(first, Demand), repr(first))
-    holds(who, "narrow gives the same answer twice", _plain(first) == _plain(component.narrow(everything)))
+    holds(
+        who,
+        "narrow gives the same answer twice",
+        _plain(first) == _plain(component.narrow(everything)),
+    )
     some = Demand(groups=("sky", "headlights"), wavelength_nm=(450.0, 550.0, 650.0))
     less = component.narrow(some)
-    holds(who, "narrow never asks for more light groups", less.groups is not None and set(less.groups) <= set(some.groups), repr(less.groups))
-    holds(who, "narrow never asks for more bands",
-          less.wavelength_nm is not None and set(less.wavelength_nm) <= set(some.wavelength_nm), repr(less.wavelength_nm))
+    holds(
+        who,
+        "narrow never asks for more light groups",
+        less.groups is not None and set(less.groups) <= set(some.groups),
+        repr(less.groups),
+    )
+    holds(
+        who,
+        "narrow never asks for more bands",
+        less.wavelength_nm is not None and set(less.wavelength_nm) <= set(some.wavelength_nm),
+        repr(less.wavelength_nm),
+    )
 
 
 def _plain(demand: Demand):
@@ -176,5 +223,8 @@ def _plain(demand: Demand):
     if demand.response is None:
         return demand
     answer = dataclasses.replace(demand.response, efficiency=None)
-    return (dataclasses.replace(demand, response=None), dataclasses.astuple(answer),
-            np.asarray(demand.response.efficiency(np.linspace(400.0, 700.0, 7))).tolist())
+    return (
+        dataclasses.replace(demand, response=None),
+        dataclasses.astuple(answer),
+        np.asarray(demand.response.efficiency(np.linspace(400.0, 700.0, 7))).tolist(),
+    )

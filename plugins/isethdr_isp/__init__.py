@@ -36,7 +36,11 @@ from .merge import MergeIsp
 @hookimpl
 def isethdr_components():
     """Return the image signal processors."""
-    return [Component("isp", "ideal", IdealIsp), Component("isp", "linear", LinearIsp), Component("isp", "merge", MergeIsp)]
+    return [
+        Component("isp", "ideal", IdealIsp),
+        Component("isp", "linear", LinearIsp),
+        Component("isp", "merge", MergeIsp),
+    ]
 
 
 @hookimpl

@@ -16,8 +16,8 @@ class BentResponse:
     """Rising linear DN, the electrons that have to arrive for them and the variance of one reading, all (entry,)."""
 
     dn: np.ndarray
-    electrons: np.ndarray      # dark charge included
-    variance_e2: np.ndarray    # of one reading, the shot noise of the light included
+    electrons: np.ndarray  # dark charge included
+    variance_e2: np.ndarray  # of one reading, the shot noise of the light included
 
     def electrons_at(self, dn) -> np.ndarray:
         """Return the electrons that have to arrive for `dn`; the first straight piece goes on below the first entry."""
@@ -51,12 +51,20 @@ def check_responses(captures) -> None:
     if not present:
         return
     if len(present) < len(NAMES):
-        raise UnitError(f"captures have {' and '.join(present)} alone; expected {', '.join(NAMES)}, or none of them")
+        raise UnitError(
+            f"captures have {' and '.join(present)} alone; expected {', '.join(NAMES)}, or none of them"
+        )
     for i in range(captures.sizes["capture"]):
         table = bent_response(captures, i)
         if table is None:
             continue
-        if len(table.dn) < 2 or np.any(np.diff(table.dn) <= 0) or np.any(np.diff(table.electrons) <= 0):
-            raise UnitError("a response table does not rise from entry to entry; expected at least two rising pairs of response_dn and response_e")
+        if (
+            len(table.dn) < 2
+            or np.any(np.diff(table.dn) <= 0)
+            or np.any(np.diff(table.electrons) <= 0)
+        ):
+            raise UnitError(
+                "a response table does not rise from entry to entry; expected at least two rising pairs of response_dn and response_e"
+            )
         if np.any(table.variance_e2 < 0):
             raise UnitError("response_variance_e2 holds values below 0; expected variances in e2")

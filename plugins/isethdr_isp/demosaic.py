@@ -15,8 +15,8 @@ from isethdr_core.errors import UnitError
 
 from .propagation import Kernel, Kernels, independent
 
-LARGEST_RADIUS = 8   # pixels; covers arrays of period 8, the largest in production is 4
-EXACT = 1e-9         # how well a plane's moments must be met to count as determined
+LARGEST_RADIUS = 8  # pixels; covers arrays of period 8, the largest in production is 4
+EXACT = 1e-9  # how well a plane's moments must be met to count as determined
 
 
 def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
@@ -38,7 +38,9 @@ def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
     """
     mosaic, filters = np.asarray(mosaic, float), np.asarray(filters)
     if mosaic.shape != filters.shape:
-        raise UnitError(f"raw has shape {mosaic.shape}, filter {filters.shape}; expected the same (y, x)")
+        raise UnitError(
+            f"raw has shape {mosaic.shape}, filter {filters.shape}; expected the same (y, x)"
+        )
     rule = bilinear(filters, channels)
     variances = None if variance is None else rule.variance(np.eye(channels), independent(variance))
     return interpolated(rule, mosaic), variances, spoilt(rule, bad)
@@ -77,8 +79,10 @@ def bilinear(filters, channels: int) -> Kernels:
     filters = np.asarray(filters)
     missing = sorted(set(range(channels)) - set(np.unique(filters).tolist()))
     if missing:
-        raise UnitError(f"channel {missing[0]} of {channels} is sampled nowhere in the filter array; "
-                        "a cropped pattern? use at least one whole period")
+        raise UnitError(
+            f"channel {missing[0]} of {channels} is sampled nowhere in the filter array; "
+            "a cropped pattern? use at least one whole period"
+        )
     if channels == 1:  # nothing is missing, be it a single pixel
         every = Kernel(*(np.arange(n) for n in filters.shape), [(0, 0)], np.ones((1, 1)))
         return Kernels([every], filters.shape)
@@ -87,7 +91,7 @@ def bilinear(filters, channels: int) -> Kernels:
     kernels = []
     for row in rows:
         for column in columns:
-            window = key[row[0]:row[0] + 2 * radius + 1, column[0]:column[0] + 2 * radius + 1]
+            window = key[row[0] : row[0] + 2 * radius + 1, column[0] : column[0] + 2 * radius + 1]
             taps = [plane_weights(window == channel) for channel in range(channels)]
             kernels.append(folded(row, column, taps, filters.shape))
     return Kernels(kernels, filters.shape)
@@ -105,7 +109,10 @@ def folded(row, column, taps, shape, repeat_edge: bool = False) -> Kernel:
     weights: dict[tuple[int, int], np.ndarray] = {}
     for channel, own in enumerate(taps):
         for dy, dx, weight in own:
-            offset = mirrored(row[0] + dy, shape[0]) - int(row[0]), mirrored(column[0] + dx, shape[1]) - int(column[0])
+            offset = (
+                mirrored(row[0] + dy, shape[0]) - int(row[0]),
+                mirrored(column[0] + dx, shape[1]) - int(column[0]),
+            )
             weights.setdefault(offset, np.zeros(len(taps)))[channel] += weight
     return Kernel(row, column, list(weights), np.stack(list(weights.values()), -1))
 
@@ -141,18 +148,28 @@ def _solved(window: bytes, side: int) -> list[tuple[int, int, float]]:
         return [(0, 0, 1.0)]
     best = None
     for radius in range(1, middle + 1):
-        dy, dx = np.nonzero(where[middle - radius:middle + radius + 1, middle - radius:middle + radius + 1])
+        dy, dx = np.nonzero(
+            where[middle - radius : middle + radius + 1, middle - radius : middle + radius + 1]
+        )
         if not len(dy):
             continue
         dy, dx = dy - radius, dx - radius
         tent = (radius + 1 - np.abs(dy)) * (radius + 1.0 - np.abs(dx))
         moments = np.stack([np.ones(len(dy)), dx, dy])
-        solved = np.linalg.pinv((moments * tent) @ moments.T, rcond=1e-10, hermitian=True) @ [1.0, 0.0, 0.0]
+        solved = np.linalg.pinv((moments * tent) @ moments.T, rcond=1e-10, hermitian=True) @ [
+            1.0,
+            0.0,
+            0.0,
+        ]
         weight = tent * (moments.T @ solved)
         if np.abs(moments @ weight - [1.0, 0.0, 0.0]).max() < EXACT:
             best = dy, dx, weight
             break
-        best = best or (dy, dx, tent / tent.sum())  # nothing better may follow at a border of a large pattern
+        best = best or (
+            dy,
+            dx,
+            tent / tent.sum(),
+        )  # nothing better may follow at a border of a large pattern
     keep = np.abs(best[2]) > EXACT
     return list(zip(*(v[keep].tolist() for v in best)))
 
@@ -162,14 +179,16 @@ def places(filters):
     periods = array_period(filters)
     radius = min(max(*periods, 1), LARGEST_RADIUS)
     if min(filters.shape) <= radius:
-        raise UnitError(f"a picture of {filters.shape} pixels is smaller than its filter array needs; "
-                        f"expected more than {radius} rows and columns")
+        raise UnitError(
+            f"a picture of {filters.shape} pixels is smaller than its filter array needs; "
+            f"expected more than {radius} rows and columns"
+        )
     groups = []
     for axis, period in enumerate(periods):
         count = filters.shape[axis]
         index = np.arange(count)
-        inner = [index[radius + k:count - radius:period] for k in range(period)]
-        border = [index[k:k + 1] for k in index if k < radius or k >= count - radius]
+        inner = [index[radius + k : count - radius : period] for k in range(period)]
+        border = [index[k : k + 1] for k in index if k < radius or k >= count - radius]
         groups.append([group for group in inner if len(group)] + border)
     return (*groups, radius)
 
@@ -185,4 +204,6 @@ def _period(filters) -> int:
     for period in range(1, LARGEST_RADIUS + 1):
         if period >= len(filters) or np.array_equal(filters[period:], filters[:-period]):
             return min(period, len(filters))
-    raise UnitError(f"the filter array does not repeat within {LARGEST_RADIUS} pixels; expected a periodic colour filter array")
+    raise UnitError(
+        f"the filter array does not repeat within {LARGEST_RADIUS} pixels; expected a periodic colour filter array"
+    )

@@ -25,16 +25,18 @@ from .propagation import Kernels, NoiseMap
 BAYER_ALONE = ("malvar", "menon")
 BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
 METHODS = ("bilinear", "guided", "malvar", "menon", "learned")
-RADIUS = 3   # pixels, half of the guided method's window: holds 4 samples or more of every channel of a 4 x 4 array
-REACH = 2    # pixels that Malvar's 5 x 5 filters and Menon's final step look beyond a pixel
+RADIUS = 3  # pixels, half of the guided method's window: holds 4 samples or more of every channel of a 4 x 4 array
+REACH = 2  # pixels that Malvar's 5 x 5 filters and Menon's final step look beyond a pixel
 
 
 class Interpolated(NamedTuple):
     """A demosaiced mosaic."""
 
-    planes: np.ndarray      # (channel, y, x)
-    touched: np.ndarray     # (y, x) bool, a sample that is not to be trusted went into the pixel
-    noise_map: NoiseMap | None  # what the samples' noise becomes; None where the method does not say
+    planes: np.ndarray  # (channel, y, x)
+    touched: np.ndarray  # (y, x) bool, a sample that is not to be trusted went into the pixel
+    noise_map: (
+        NoiseMap | None
+    )  # what the samples' noise becomes; None where the method does not say
 
 
 def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -> Interpolated:
@@ -58,7 +60,12 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
     if method == "guided" and len(names) > 1:
         lead = leading_channel(filters, len(names))
         if lead is None:
-            ledger.left_out("guide of the demosaic", "no channel is sampled more than the others; the bilinear rule is used", np.nan, "")
+            ledger.left_out(
+                "guide of the demosaic",
+                "no channel is sampled more than the others; the bilinear rule is used",
+                np.nan,
+                "",
+            )
             return Interpolated(planes, touched, rule)
         _state_unknown_variance(method)
         return Interpolated(_guided(mosaic, planes, filters, variance, lead), touched, None)
@@ -92,21 +99,32 @@ def check_array(method: str, cell: Sequence[str]) -> None:
 
 
 def _state_unknown_variance(method: str) -> None:
-    ledger.left_out(f"variance of demosaic {method}", "the method follows the noise; the picture states no variance", np.nan, "")
+    ledger.left_out(
+        f"variance of demosaic {method}",
+        "the method follows the noise; the picture states no variance",
+        np.nan,
+        "",
+    )
 
 
 def bayer(method: str, mosaic, filters, names):
     """Return (channel, y, x) by Malvar, He, Cutler 2004 or Menon, Andriani, Calvagno 2007, through colour-demosaicing."""
     pattern = "".join(names[k] for k in np.asarray(filters)[:2, :2].ravel())
     if sorted(names) != ["B", "G", "R"] or pattern not in BAYER or not _repeats(filters):
-        raise UnitError(f"demosaic {method} is for Bayer arrays; this one begins with {pattern}; use isp.demosaic=guided")
+        raise UnitError(
+            f"demosaic {method} is for Bayer arrays; this one begins with {pattern}; use isp.demosaic=guided"
+        )
     try:
         import colour_demosaicing
     except ImportError as err:
-        raise ConfigError(f"demosaic {method} needs colour-demosaicing, which is not installed; "
-                          "type pip install 'isethdr[demosaic]' or use isp.demosaic=bilinear") from err
-    rule = {"malvar": colour_demosaicing.demosaicing_CFA_Bayer_Malvar2004,
-            "menon": colour_demosaicing.demosaicing_CFA_Bayer_Menon2007}[method]
+        raise ConfigError(
+            f"demosaic {method} needs colour-demosaicing, which is not installed; "
+            "type pip install 'isethdr[demosaic]' or use isp.demosaic=bilinear"
+        ) from err
+    rule = {
+        "malvar": colour_demosaicing.demosaicing_CFA_Bayer_Malvar2004,
+        "menon": colour_demosaicing.demosaicing_CFA_Bayer_Menon2007,
+    }[method]
     rgb = rule(mosaic, pattern)
     return np.stack([rgb[..., "RGB".index(name)] for name in names])
 
@@ -138,8 +156,11 @@ def malvar_kernels(filters, names) -> Kernels:
                 taps[row % 2, column % 2][channel].append((*offset, float(answer[row, column])))
     rows, columns, _ = places(filters)
     # colour-demosaicing repeats the outermost samples
-    kernels = [folded(row, column, taps[row[0] % 2, column[0] % 2], filters.shape, repeat_edge=True)
-               for row in rows for column in columns]
+    kernels = [
+        folded(row, column, taps[row[0] % 2, column[0] % 2], filters.shape, repeat_edge=True)
+        for row in rows
+        for column in columns
+    ]
     return Kernels(kernels, filters.shape)
 
 
@@ -180,15 +201,21 @@ def _along_edges(mosaic, plane, at, variance):
     from scipy.ndimage import uniform_filter
 
     padded, held = np.pad(mosaic, 1, mode="reflect"), np.pad(at, 1, mode="reflect")
-    left, right, up, down = (slice(1, -1), slice(None, -2)), (slice(1, -1), slice(2, None)), (slice(None, -2), slice(1, -1)), \
-        (slice(2, None), slice(1, -1))
+    left, right, up, down = (
+        (slice(1, -1), slice(None, -2)),
+        (slice(1, -1), slice(2, None)),
+        (slice(None, -2), slice(1, -1)),
+        (slice(2, None), slice(1, -1)),
+    )
     among = ~at & held[left] & held[right] & held[up] & held[down]
     if not among.any():
         return plane
     means, weights = [], []
     for one, other in ((left, right), (up, down)):
         means.append((padded[one] + padded[other]) / 2)
-        change = uniform_filter(np.where(among, (padded[one] - padded[other]) ** 2, 0.0), 5, mode="mirror")
+        change = uniform_filter(
+            np.where(among, (padded[one] - padded[other]) ** 2, 0.0), 5, mode="mirror"
+        )
         share = uniform_filter(among.astype(float), 5, mode="mirror")
         # two noisy samples differ by 2 variances on average even where nothing changes
         weights.append(1 / np.maximum(change / np.maximum(share, 1e-9) + 2 * variance, 1e-30) ** 2)

@@ -16,10 +16,10 @@ from isethdr_core import ledger
 from .combine import Merged
 from .propagation import SampleNoise
 
-REACH = 10          # pixels to each side in which like ones are looked for
-PATCH = 5           # pixels, side of the surroundings
-ALIKE = 2.5         # mean squared difference of stabilised patches, of which noise makes 2 +- 0.6; below it the weight is 1
-SOFTNESS = 0.6      # beyond it, what costs 1 - 1/e of the weight
+REACH = 10  # pixels to each side in which like ones are looked for
+PATCH = 5  # pixels, side of the surroundings
+ALIKE = 2.5  # mean squared difference of stabilised patches, of which noise makes 2 +- 0.6; below it the weight is 1
+SOFTNESS = 0.6  # beyond it, what costs 1 - 1/e of the weight
 BINS = 512
 
 
@@ -43,7 +43,7 @@ def denoised(merged: Merged, cell_shape: tuple[int, int]) -> Merged:
     x = np.where(good, x, 0.0)
     square = x**2
     total, weight, spread = x.copy(), own, np.where(good, variance, 0.0)
-    weight2, first2, second2 = own.copy(), x.copy(), square.copy()    # sums of w^2, w^2 x, w^2 x^2
+    weight2, first2, second2 = own.copy(), x.copy(), square.copy()  # sums of w^2, w^2 x, w^2 x^2
     for dy, dx in shifts(cell_shape, x.shape):
         here, there = pair(x.shape[0], dy), pair(x.shape[1], dx)
         p, q = (here[0], there[0]), (here[1], there[1])
@@ -59,7 +59,12 @@ def denoised(merged: Merged, cell_shape: tuple[int, int]) -> Merged:
     safe = np.where(good, weight, 1.0)
     mean = total / safe
     apart = second2 - 2 * mean * first2 + mean**2 * weight2
-    ledger.left_out("variance of the denoised picture", "the weights follow the noise; the picture states no variance", np.nan, "")
+    ledger.left_out(
+        "variance of the denoised picture",
+        "the weights follow the noise; the picture states no variance",
+        np.nan,
+        "",
+    )
     signal = np.where(good, mean, merged.signal_e)
     variance = np.where(good, np.maximum(spread, apart) / safe**2, variance)
     return replace(merged, signal_e=signal, variance_e2=variance, fixed=SampleNoise())
@@ -78,7 +83,9 @@ def stabilised(x, variance, good):
     place = np.array([values[part].mean() for part in parts])
     spread = np.array([spreads[part].mean() for part in parts])
     # below 0 there is only noise around 0: what is reported there, from a pixel's own sample, is too small
-    spread = np.maximum(spread, np.interp(min(0.0, place[-1]), place, spread) if place[0] < 0 else 0.0)
+    spread = np.maximum(
+        spread, np.interp(min(0.0, place[-1]), place, spread) if place[0] < 0 else 0.0
+    )
     slope = 1 / np.sqrt(spread + 0.375)
     height = np.concatenate([[0.0], np.cumsum(np.diff(place) * (slope[1:] + slope[:-1]) / 2)])
     beyond = np.minimum(x - place[0], 0.0) * slope[0] + np.maximum(x - place[-1], 0.0) * slope[-1]
@@ -99,7 +106,12 @@ def shifts(cell_shape, shape):
     The other half are their opposites.
     """
     dy, dx = (np.arange(-(REACH // period), REACH // period + 1) * period for period in cell_shape)
-    return [(int(a), int(b)) for b in dx for a in dy if (b, a) > (0, 0) and abs(a) < shape[0] and b < shape[1]]
+    return [
+        (int(a), int(b))
+        for b in dx
+        for a in dy
+        if (b, a) > (0, 0) and abs(a) < shape[0] and b < shape[1]
+    ]
 
 
 def pair(count: int, shift: int):

@@ -35,23 +35,34 @@ def develop(merged, reads, captures, how: Development):
     """
     filters, names = captures["filter"].values, [str(name) for name in captures["channel"].values]
     if how.denoise not in DENOISERS:
-        raise ConfigError(f"isp denoise {how.denoise!r} is unknown{did_you_mean(how.denoise, DENOISERS)}")
+        raise ConfigError(
+            f"isp denoise {how.denoise!r} is unknown{did_you_mean(how.denoise, DENOISERS)}"
+        )
     if how.denoise == "nl_means":
         merged = denoised(merged, array_period(filters))
     # the falloff goes first, while every sample still stands at its own place: a uniform scene is then flat to the demosaic
     level = shading(captures, how.shading_csv)
-    valid, level = merged.valid & (level > 0), np.where(level > 0, level, 1.0)  # where no light passes the lens
+    valid, level = (
+        merged.valid & (level > 0),
+        np.where(level > 0, level, 1.0),
+    )  # where no light passes the lens
     variance = merged.variance_e2 / level**2
-    planes, touched, noise_map = interpolate(how.demosaic, merged.signal_e / level, filters, names, variance, ~valid)
+    planes, touched, noise_map = interpolate(
+        how.demosaic, merged.signal_e / level, filters, names, variance, ~valid
+    )
     response, dark_var_e2 = reads[0].response, floor_e2(reads)
-    matrix = solve_matrix(response, captures.wavelength.values, how.balance, how.design_snr, dark_var_e2)
+    matrix = solve_matrix(
+        response, captures.wavelength.values, how.balance, how.design_snr, dark_var_e2
+    )
     attrs = picture_attrs(captures, response, how, dark_var_e2)
     if noise_map is None or how.denoise != "none":
         attrs[VARIANCE_KNOWN] = False
         noise = PictureNoise(*np.full((2, len(matrix), *valid.shape), np.nan))
     else:
         fixed = merged.fixed.scaled(1 / level)
-        noise = PictureNoise(noise_map.variance(matrix, independent(variance)), noise_map.variance(matrix, fixed))
+        noise = PictureNoise(
+            noise_map.variance(matrix, independent(variance)), noise_map.variance(matrix, fixed)
+        )
     return finish(matrix, planes, noise, valid & ~touched, captures, attrs)
 
 
@@ -76,32 +87,53 @@ def finish(matrix, planes, noise: PictureNoise, valid, captures, attrs: dict):
 
 def picture_attrs(captures, response, how: Development, dark_var_e2: float = 0.0) -> dict:
     """Return the attributes of a picture: the lens's, the white of `how.balance`, the level of the colour matrix."""
-    attrs = {k: captures.attrs[k] for k in ("pitch_um", "focal_length_mm", "f_number", "cfa", *geometry.PLACES) if k in captures.attrs}
+    attrs = {
+        k: captures.attrs[k]
+        for k in ("pitch_um", "focal_length_mm", "f_number", "cfa", *geometry.PLACES)
+        if k in captures.attrs
+    }
     # the XYZ of a white in the light that `balance` names, for views
     wavelength_nm = captures.wavelength.values
-    attrs["white_xyz"] = [float(v) for v in xyz_weights(wavelength_nm) @ light(how.balance, wavelength_nm)]
+    attrs["white_xyz"] = [
+        float(v) for v in xyz_weights(wavelength_nm) @ light(how.balance, wavelength_nm)
+    ]
     # the level at which the matrix weighs noise rightly; absent where noise is not thought of
     if np.isfinite(how.design_snr):
         samples = radiances(wavelength_nm)
-        attrs["design_cd_m2"] = design_luminance((samples @ response.T).mean(), how.design_snr, dark_var_e2)
+        attrs["design_cd_m2"] = design_luminance(
+            (samples @ response.T).mean(), how.design_snr, dark_var_e2
+        )
     return attrs
 
 
-def solve_matrix(response, wavelength_nm, balance: str, design_snr: float, dark_var_e2: float = 0.0) -> np.ndarray:
+def solve_matrix(
+    response, wavelength_nm, balance: str, design_snr: float, dark_var_e2: float = 0.0
+) -> np.ndarray:
     """Return the matrix (3, channel) from electrons to XYZ in cd/m2, and state its residual in the ledger.
 
     Least squares over smooth reflectances in four lights, exact for a grey in the light `balance`. The covariance of the sensor's noise
     at `design_luminance` is a penalty (Tikhonov), so that a white pixel, which is nearly the sum of the coloured ones, lowers noise
     instead of being subtracted from them; an infinite `design_snr` leaves it out, and plain least squares remain.
     """
-    weights, samples, white = xyz_weights(wavelength_nm), radiances(wavelength_nm), light(balance, wavelength_nm)
+    weights, samples, white = (
+        xyz_weights(wavelength_nm),
+        radiances(wavelength_nm),
+        light(balance, wavelength_nm),
+    )
     electrons, target = samples @ response.T, samples @ weights.T
     mean = electrons.mean(0)
     level = design_luminance(mean.mean(), design_snr, dark_var_e2)
-    noise = np.diag(mean / level + dark_var_e2 / level**2)      # e^2 at that level, in (e per cd/m2)^2
-    matrix = colour_matrix(electrons, target, response @ white, weights @ white, noise * len(samples))
+    noise = np.diag(mean / level + dark_var_e2 / level**2)  # e^2 at that level, in (e per cd/m2)^2
+    matrix = colour_matrix(
+        electrons, target, response @ white, weights @ white, noise * len(samples)
+    )
     residual = electrons @ matrix.T - target
-    ledger.error(np.sqrt(np.mean(residual[:, 1] ** 2)), "relative", "measured", f"Y of {len(samples)} surfaces and lights, rms")
+    ledger.error(
+        np.sqrt(np.mean(residual[:, 1] ** 2)),
+        "relative",
+        "measured",
+        f"Y of {len(samples)} surfaces and lights, rms",
+    )
     greys = np.array([light(name, wavelength_nm) for name in LIGHTS])
     worst = np.abs(greys @ (matrix @ response - weights)[1]).max()
     ledger.error(worst, "relative", "measured", f"Y of a grey in the worst of {', '.join(LIGHTS)}")

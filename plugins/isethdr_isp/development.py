@@ -14,10 +14,14 @@ from isethdr_core.ranges import Range, check_ranges
 class Development:
     """How a mosaic of electrons becomes a picture: docs/isp.md, Steps."""
 
-    balance: Literal["daylight", "halogen", "led", "sodium"] = "daylight"  # light whose grey comes back exactly
+    balance: Literal["daylight", "halogen", "led", "sodium"] = (
+        "daylight"  # light whose grey comes back exactly
+    )
     # the colour matrix weighs the noise at the light that gives this; inf ignores noise
     design_snr: Annotated[float, Range(0.1, inf)] = 20.0  # 0.1: noise hides the signal
-    demosaic: Literal["bilinear", "guided", "malvar", "menon", "learned"] = "bilinear"  # malvar, menon: `pip install isethdr[demosaic]`
+    demosaic: Literal["bilinear", "guided", "malvar", "menon", "learned"] = (
+        "bilinear"  # malvar, menon: `pip install isethdr[demosaic]`
+    )
     denoise: Literal["none", "nl_means"] = "none"
     shading_csv: str = ""  # measured relative illumination, as `isethdr_isp.shading` writes it; empty takes the lens's own statement
 

@@ -34,13 +34,19 @@ def hdr_white(displayed, filled, start: float = 0.95, blur_px: float = 1.0) -> n
 
     displayed, filled = np.asarray(displayed, float), np.asarray(filled, float)
     if not 0 <= start < 1:
-        raise ConfigError(f"start is {start!r}; expected a share of the full scale, 0 or more and below 1; type start=0.95")
+        raise ConfigError(
+            f"start is {start!r}; expected a share of the full scale, 0 or more and below 1; type start=0.95"
+        )
     if displayed.shape != (*filled.shape, 3):
-        raise ConfigError(f"displayed has shape {displayed.shape}, filled {filled.shape}; expected (y, x, 3) and (y, x) of one mosaic")
+        raise ConfigError(
+            f"displayed has shape {displayed.shape}, filled {filled.shape}; expected (y, x, 3) and (y, x) of one mosaic"
+        )
     kernel = np.exp(-0.5 * (np.arange(-2, 3) / blur_px) ** 2)
 
     def smooth(values):
-        return correlate1d(correlate1d(values, kernel, axis=0, mode="constant"), kernel, axis=1, mode="constant")
+        return correlate1d(
+            correlate1d(values, kernel, axis=0, mode="constant"), kernel, axis=1, mode="constant"
+        )
 
     weight = smooth(np.clip((filled - start) / (1 - start), 0, 1)) / smooth(np.ones(filled.shape))
     return (1 - weight[..., None]) * displayed + weight[..., None]

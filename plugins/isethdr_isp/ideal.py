@@ -31,8 +31,10 @@ class IdealIsp:
         if not alone:
             captures = chosen(captures, "")
         elif captures.sizes["channel"] > 1:
-            raise UnitError(f"of {captures.sizes['channel']} channels all but one are sampled nowhere in the filter array; a cropped "
-                            "pattern? use at least one whole period")
+            raise UnitError(
+                f"of {captures.sizes['channel']} channels all but one are sampled nowhere in the filter array; a cropped "
+                "pattern? use at least one whole period"
+            )
         wavelength_nm = captures.wavelength.values
         reads = readouts(captures, light("daylight", wavelength_nm))
         mosaics = [plain(read) for read in reads]
@@ -45,7 +47,11 @@ class IdealIsp:
         # captures of one photodiode share its fixed pattern, which an ideal sensor does not have: they count as independent
         fixed = np.array([np.broadcast_to(m.fixed.total_e2(), level.shape) for m in mosaics])
         temporal = np.array([m.variance_e2 for m in mosaics])
-        noise = PictureNoise(*(np.tensordot(matrix**2, values / level**2, axes=1) for values in (temporal, fixed)))
+        noise = PictureNoise(
+            *(np.tensordot(matrix**2, values / level**2, axes=1) for values in (temporal, fixed))
+        )
         planes = np.stack([m.signal_e for m in mosaics]) / level
         valid = np.all([m.valid for m in mosaics], axis=0)
-        return finish(matrix, planes, noise, valid, captures, picture_attrs(captures, response, how))
+        return finish(
+            matrix, planes, noise, valid, captures, picture_attrs(captures, response, how)
+        )

@@ -35,11 +35,11 @@ def is_interleaved(captures) -> bool:
 class Interleaved(NamedTuple):
     """A merged capture of two exposures."""
 
-    planes: np.ndarray      # (channel, y, x) electrons
-    variances: np.ndarray   # same shape, from shot to shot, e^2
-    fixed: np.ndarray       # same shape, from device to device, e^2
-    valid: np.ndarray       # (y, x) bool
-    response: np.ndarray    # (channel, wavelength) electrons per band mean radiance
+    planes: np.ndarray  # (channel, y, x) electrons
+    variances: np.ndarray  # same shape, from shot to shot, e^2
+    fixed: np.ndarray  # same shape, from device to device, e^2
+    valid: np.ndarray  # (y, x) bool
+    response: np.ndarray  # (channel, wavelength) electrons per band mean radiance
     read: Readout
 
 
@@ -49,16 +49,24 @@ def merge_interleaved(captures, balance: str, shading_csv: str = "") -> Interlea
     A colour that comes in one case alone keeps it. Electrons are freed of dark charge and of the lens's falloff.
     """
     if captures.sizes["capture"] != 1:
-        raise UnitError(f"a shot of {captures.sizes['capture']} captures has upper and lower case filters; expected one capture; "
-                        "choose one with captures.isel(capture=[0])")
+        raise UnitError(
+            f"a shot of {captures.sizes['capture']} captures has upper and lower case filters; expected one capture; "
+            "choose one with captures.isel(capture=[0])"
+        )
     [read] = readouts(captures, light(balance, captures.wavelength.values))
     names, filters = [str(name) for name in captures["channel"].values], captures["filter"].values
     colours = [name for name in names if name.isupper() or name.upper() not in names]
-    pairs = {names.index(c): names.index(c.lower()) for c in colours if c.isupper() and c.lower() in names}
+    pairs = {
+        names.index(c): names.index(c.lower())
+        for c in colours
+        if c.isupper() and c.lower() in names
+    }
     faint = [names[k] for pair in pairs.items() for k in pair if not read.sensitivity[k] > 0]
     if faint:
-        raise UnitError(f"filter {', '.join(faint)} passes nothing of {balance}, so its pixels cannot be compared; expected a quantum "
-                        "efficiency above 0 somewhere in the bands")
+        raise UnitError(
+            f"filter {', '.join(faint)} passes nothing of {balance}, so its pixels cannot be compared; expected a quantum "
+            "efficiency above 0 somewhere in the bands"
+        )
     level = shading(captures, shading_csv)
     ratio_of = np.ones(len(names))
     for long, short in pairs.items():
@@ -68,16 +76,23 @@ def merge_interleaved(captures, balance: str, shading_csv: str = "") -> Interlea
 
     # every sample by itself, short ones in electrons of long ones
     scale = np.where(long_here, 1.0, ratio) * level
-    single, single_var = (charge.t_e - charge.dark_e) / scale, charge_variance(charge.t_e, charge.read_var_e2) / scale**2
+    single, single_var = (
+        (charge.t_e - charge.dark_e) / scale,
+        charge_variance(charge.t_e, charge.read_var_e2) / scale**2,
+    )
     g, slope = weight(charge.t_e, charge, charge, ratio)
     g_next, _ = weight(charge.t_e + 1, charge, charge, ratio)
     part = (charge.t_e * g - charge.read_var_e2 * slope - charge.dark_e * g_next) / level
 
     # every sample is silicon of its own; what columns or rows share counts as independent
-    pattern = fixed_pattern(list(charge.reads), single * scale, single_var * scale**2).scaled(1 / scale)
+    pattern = fixed_pattern(list(charge.reads), single * scale, single_var * scale**2).scaled(
+        1 / scale
+    )
     single_fixed = pattern.total_e2() + np.zeros(filters.shape)
 
-    alone, alone_var, touched = demosaic(single, filters, len(names), single_var, ~charge.good & ~long_here)
+    alone, alone_var, touched = demosaic(
+        single, filters, len(names), single_var, ~charge.good & ~long_here
+    )
     alone_fixed = demosaic(single, filters, len(names), single_fixed)[1]
     short_there = np.zeros(filters.shape)
     for long, short in pairs.items():
@@ -85,8 +100,10 @@ def merge_interleaved(captures, balance: str, shading_csv: str = "") -> Interlea
     blended, _, _ = demosaic(part + short_there * (1 - g_next), filters, len(names))
     rest, _, _ = demosaic(1 - g_next, filters, len(names))
     again, _, _ = demosaic(short_there, filters, len(names))
-    long_var, long_fixed = (demosaic(part, filters, len(names), g**2 * np.where(long_here, of_sample, 0.0))[1]
-                            for of_sample in (single_var, single_fixed))
+    long_var, long_fixed = (
+        demosaic(part, filters, len(names), g**2 * np.where(long_here, of_sample, 0.0))[1]
+        for of_sample in (single_var, single_fixed)
+    )
     planes, variances, fixed = np.empty((3, len(colours), *filters.shape))
     for place, colour in enumerate(colours):
         k = names.index(colour)
@@ -97,4 +114,6 @@ def merge_interleaved(captures, balance: str, shading_csv: str = "") -> Interlea
             fixed[place] = long_fixed[k] + rest[k] ** 2 * alone_fixed[short]
         else:
             planes[place], variances[place], fixed[place] = alone[k], alone_var[k], alone_fixed[k]
-    return Interleaved(planes, variances, fixed, ~touched, read.response[[names.index(c) for c in colours]], read)
+    return Interleaved(
+        planes, variances, fixed, ~touched, read.response[[names.index(c) for c in colours]], read
+    )

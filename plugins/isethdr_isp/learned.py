@@ -20,11 +20,11 @@ from isethdr_core.errors import UnitError
 
 from .local_classes import classes
 
-RADIUS = 3                      # pixels, half of a filter
+RADIUS = 3  # pixels, half of a filter
 SIDE = 2 * RADIUS + 1
 TABLE = Path(__file__).with_name("learned_filters.npz")
-AT_ONCE = 1 << 16               # pixels whose neighbourhoods are held in memory
-LETTERS = "RGBW"                # channels come in this order
+AT_ONCE = 1 << 16  # pixels whose neighbourhoods are held in memory
+LETTERS = "RGBW"  # channels come in this order
 
 
 def learned(mosaic, filters, names, variance, table=None) -> np.ndarray:
@@ -87,7 +87,7 @@ def _inside(count: int, period: int):
     place[place < 0] %= period
     beyond = place >= count
     place[beyond] = count - period + (place[beyond] - count) % period
-    return np.clip(place, 0, count - 1)     # for a picture smaller than a cell
+    return np.clip(place, 0, count - 1)  # for a picture smaller than a cell
 
 
 def matching(filters, names, table):
@@ -97,10 +97,14 @@ def matching(filters, names, table):
         tile = cell_of(cell)
         for dy, dx in np.ndindex(tile.shape):
             rolled = np.roll(tile, (-dy, -dx), (0, 1))
-            if np.array_equal(rolled[np.ix_(*(np.arange(n) % k for n, k in zip(seen.shape, tile.shape)))], seen):
+            if np.array_equal(
+                rolled[np.ix_(*(np.arange(n) % k for n, k in zip(seen.shape, tile.shape)))], seen
+            ):
                 own = [channels_of(cell).index(name) for name in names]
                 return np.roll(trained, (-dy, -dx), (0, 1))[:, :, :, own]
-    raise UnitError(f"no learned filters for this filter array; expected one of {', '.join(table)}, shifted or not; use isp.demosaic=guided")
+    raise UnitError(
+        f"no learned filters for this filter array; expected one of {', '.join(table)}, shifted or not; use isp.demosaic=guided"
+    )
 
 
 def is_shifted(rows: Sequence[str], cell: str) -> bool:
@@ -132,24 +136,36 @@ def sampled(cell: str) -> np.ndarray:
     tile, names = cell_of(cell), channels_of(cell)
     out = np.empty((*tile.shape, len(names), SIDE * SIDE), bool)
     for y, x in np.ndindex(tile.shape):
-        window = tile[np.ix_(*(np.arange(k - RADIUS, k + RADIUS + 1) % n for k, n in zip((y, x), tile.shape)))]
+        window = tile[
+            np.ix_(*(np.arange(k - RADIUS, k + RADIUS + 1) % n for k, n in zip((y, x), tile.shape)))
+        ]
         out[y, x] = [(window == name).ravel() for name in names]
     return out
 
 
 def exact(filters, cell: str) -> np.ndarray:
     """Return filters (row, column, class, channel, tap) whose sums are exactly 1 over their own channel and 0 over every other."""
-    taps = sampled(cell)[:, :, None]                                        # row, column, 1, sampled channel, tap
-    sums = np.einsum("yxkct,yxkst->yxkcs", filters, np.broadcast_to(taps, (*filters.shape[:3], *taps.shape[3:])).astype(float))
+    taps = sampled(cell)[:, :, None]  # row, column, 1, sampled channel, tap
+    sums = np.einsum(
+        "yxkct,yxkst->yxkcs",
+        filters,
+        np.broadcast_to(taps, (*filters.shape[:3], *taps.shape[3:])).astype(float),
+    )
     lacking = np.eye(filters.shape[3]) - sums
-    return filters + np.einsum("yxkcs,yxst->yxkct", lacking / taps.sum(-1)[:, :, :, None, :], taps[:, :, 0].astype(float))
+    return filters + np.einsum(
+        "yxkcs,yxst->yxkct", lacking / taps.sum(-1)[:, :, :, None, :], taps[:, :, 0].astype(float)
+    )
 
 
 @cache
 def load() -> dict[str, np.ndarray]:
     """Return the shipped filters (row, column, class, channel, tap) by array; stored in half precision, sums restored."""
     with np.load(TABLE) as held:
-        return {cell: exact(held[cell].astype(float), cell) for cell in held.files if cell != "provenance"}
+        return {
+            cell: exact(held[cell].astype(float), cell)
+            for cell in held.files
+            if cell != "provenance"
+        }
 
 
 def provenance() -> dict:

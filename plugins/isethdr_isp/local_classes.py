@@ -14,9 +14,9 @@ from __future__ import annotations
 import numpy as np
 
 SNR_EDGES = (2.5, 6.0, 15.0, 40.0)
-SHARE_EDGES = (0.1, 0.3, 0.7, 0.9)   # of the change along x
-SIGNIFICANT = 4.5                     # standard deviations: noise alone passes for a change at 1 pixel in 500
-WINDOW = 5                            # pixels
+SHARE_EDGES = (0.1, 0.3, 0.7, 0.9)  # of the change along x
+SIGNIFICANT = 4.5  # standard deviations: noise alone passes for a change at 1 pixel in 500
+WINDOW = 5  # pixels
 COUNT = (len(SNR_EDGES) + 1) * (len(SHARE_EDGES) + 2)
 
 
@@ -31,13 +31,19 @@ def classes(mosaic, filters, variance) -> np.ndarray:
     """
     mean, noise = local_mean(mosaic), np.maximum(local_mean(variance), 1e-30)
     level = np.searchsorted(SNR_EDGES, mean / np.sqrt(noise))
-    (along_x, noise_x, count_x), (along_y, noise_y, count_y) = (_change(mosaic, filters, variance, axis) for axis in (1, 0))
+    (along_x, noise_x, count_x), (along_y, noise_y, count_y) = (
+        _change(mosaic, filters, variance, axis) for axis in (1, 0)
+    )
     change_x, change_y = np.maximum(along_x - noise_x, 0.0), np.maximum(along_y - noise_y, 0.0)
     both = change_x + change_y
     share = np.divide(change_x, both, out=np.full_like(both, 0.5), where=both > 0)
     # squares of normal numbers spread by sqrt(2) of their mean
-    flat = along_x + along_y <= (noise_x + noise_y) * (1 + SIGNIFICANT * np.sqrt(4 / (count_x + count_y)))
-    return level * (len(SHARE_EDGES) + 2) + np.where(flat, 0, 1 + np.searchsorted(SHARE_EDGES, share))
+    flat = along_x + along_y <= (noise_x + noise_y) * (
+        1 + SIGNIFICANT * np.sqrt(4 / (count_x + count_y))
+    )
+    return level * (len(SHARE_EDGES) + 2) + np.where(
+        flat, 0, 1 + np.searchsorted(SHARE_EDGES, share)
+    )
 
 
 def _change(mosaic, filters, variance, axis):
@@ -45,16 +51,24 @@ def _change(mosaic, filters, variance, axis):
 
     And what noise alone makes of it, and how many differences there were.
     """
-    (a, b), (one, other), (v, w) = (_neighbours(values, axis) for values in (mosaic, filters, variance))
+    (a, b), (one, other), (v, w) = (
+        _neighbours(values, axis) for values in (mosaic, filters, variance)
+    )
     same = one == other
     share = np.maximum(local_mean(same.astype(float)), 1e-9)
-    change, noise = (local_mean(np.where(same, seen, 0.0)) / share for seen in ((a - b) ** 2, v + w))
+    change, noise = (
+        local_mean(np.where(same, seen, 0.0)) / share for seen in ((a - b) ** 2, v + w)
+    )
     return change, noise, share * WINDOW**2
 
 
 def _neighbours(values, axis):
     """Return the values before and after every pixel along `axis`; mirrored at the border."""
-    padded = np.moveaxis(np.pad(values, 1, mode="reflect")[(slice(None), slice(1, -1))[::1 if axis == 0 else -1]], axis, 0)
+    padded = np.moveaxis(
+        np.pad(values, 1, mode="reflect")[(slice(None), slice(1, -1))[:: 1 if axis == 0 else -1]],
+        axis,
+        0,
+    )
     return np.moveaxis(padded[:-2], 0, axis), np.moveaxis(padded[2:], 0, axis)
 
 

@@ -14,7 +14,9 @@ LARGEST_MISMATCH = 0.5  # two generations of one photodiode differ by about 0.1,
 class MergeIsp(Development):
     """All captures merged in electrons by inverse variance without bias, then as `linear`; other rules by name."""
 
-    rule: Literal["inverse_variance", "average", "poisson_sum", "isetcam"] = "inverse_variance"  # docs/isp.md, Merge
+    rule: Literal["inverse_variance", "average", "poisson_sum", "isetcam"] = (
+        "inverse_variance"  # docs/isp.md, Merge
+    )
 
     def __call__(self, captures):
         """Return the merged picture; a pixel is valid when every sample in it is unsaturated in some capture.
@@ -49,14 +51,27 @@ class MergeIsp(Development):
         from .develop import PictureNoise, finish, floor_e2, picture_attrs, solve_matrix
         from .interleaved import merge_interleaved
 
-        for field, only in (("rule", "inverse_variance"), ("demosaic", "bilinear"), ("denoise", "none")):
+        for field, only in (
+            ("rule", "inverse_variance"),
+            ("demosaic", "bilinear"),
+            ("denoise", "none"),
+        ):
             if getattr(self, field) != only:
-                raise ConfigError(f"isp.{field}={getattr(self, field)} cannot merge upper and lower case filters of one array; expected {only}")
+                raise ConfigError(
+                    f"isp.{field}={getattr(self, field)} cannot merge upper and lower case filters of one array; expected {only}"
+                )
         merged = merge_interleaved(captures, self.balance, self.shading_csv)
         dark_var_e2 = floor_e2([merged.read])
-        matrix = solve_matrix(merged.response, captures.wavelength.values, self.balance, self.design_snr, dark_var_e2)
+        matrix = solve_matrix(
+            merged.response, captures.wavelength.values, self.balance, self.design_snr, dark_var_e2
+        )
         # every channel comes from samples of its own
-        noise = PictureNoise(*(np.tensordot(matrix**2, values, axes=1) for values in (merged.variances, merged.fixed)))
+        noise = PictureNoise(
+            *(
+                np.tensordot(matrix**2, values, axes=1)
+                for values in (merged.variances, merged.fixed)
+            )
+        )
         attrs = picture_attrs(captures, merged.response, self, dark_var_e2)
         picture = finish(matrix, merged.planes, noise, merged.valid, captures, attrs)
         picture["source"] = (("y", "x"), np.zeros(picture["valid"].shape, np.uint8))
@@ -76,9 +91,15 @@ def charges(captures, balance: str):
     reads = readouts(captures, light(balance, captures.wavelength.values))
     for number, read in zip(captures["charge"].values.tolist(), reads):
         if not np.all(read.sensitivity > 0):  # charges are compared by their ratio
-            blind = [str(name) for name, value in zip(captures["channel"].values, read.sensitivity) if not value > 0]
-            raise UnitError(f"filter {', '.join(blind)} passes nothing of {balance}, so its captures cannot be compared; expected a quantum "
-                            "efficiency above 0 somewhere in the bands; use isp=linear, or a sensor with other filters")
+            blind = [
+                str(name)
+                for name, value in zip(captures["channel"].values, read.sensitivity)
+                if not value > 0
+            ]
+            raise UnitError(
+                f"filter {', '.join(blind)} passes nothing of {balance}, so its captures cannot be compared; expected a quantum "
+                "efficiency above 0 somewhere in the bands; use isp=linear, or a sensor with other filters"
+            )
         by_charge.setdefault(number, []).append(read)
     groups = sorted(by_charge.values(), key=lambda reads: float(np.mean(reads[0].sensitivity)))
     filters = captures["filter"].values
@@ -99,7 +120,14 @@ def _state_spectral_mismatch(groups, wavelength_nm) -> None:
     shorter = (samples @ (g[0].response / g[0].sensitivity[:, None]).T for g in groups[:-1])
     worst = max((np.sqrt(np.mean((seen / reference - 1) ** 2)) for seen in shorter), default=0.0)
     if worst > LARGEST_MISMATCH:
-        raise UnitError(f"the captures see different colours: their electrons differ by {worst:.0%} (rms) on coloured light; "
-                        "expected one set of filters, seen more or less brightly; use isp=ideal, or isp=linear with isp.capture")
+        raise UnitError(
+            f"the captures see different colours: their electrons differ by {worst:.0%} (rms) on coloured light; "
+            "expected one set of filters, seen more or less brightly; use isp=ideal, or isp=linear with isp.capture"
+        )
     if worst > 1e-9:
-        ledger.error(worst, "relative", "measured", "electrons of captures with unlike filter curves, coloured light, rms")
+        ledger.error(
+            worst,
+            "relative",
+            "measured",
+            "electrons of captures with unlike filter curves, coloured light, rms",
+        )

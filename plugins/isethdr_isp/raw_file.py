@@ -20,10 +20,22 @@ from .demosaic import array_period
 from .readout import check_captures, chosen, readouts
 from .spectra import light, radiances
 
-COLOURS = {"R": 0, "G": 1, "B": 2, "M": 4, "Y": 5, "W": 6, "C": 6}     # of the tag CFAPlaneColor; C is clear, as W
-ARRAY, GREY, LINEAR = 32803, 1, 34892   # kinds of picture: filter array, one channel, the same said as a DNG does
-KIND = 262                         # the tag that holds it
-D65 = 21                           # of the tag CalibrationIlluminant1
+COLOURS = {
+    "R": 0,
+    "G": 1,
+    "B": 2,
+    "M": 4,
+    "Y": 5,
+    "W": 6,
+    "C": 6,
+}  # of the tag CFAPlaneColor; C is clear, as W
+ARRAY, GREY, LINEAR = (
+    32803,
+    1,
+    34892,
+)  # kinds of picture: filter array, one channel, the same said as a DNG does
+KIND = 262  # the tag that holds it
+D65 = 21  # of the tag CalibrationIlluminant1
 LARGEST = 65535
 
 
@@ -48,10 +60,18 @@ def write_dng(captures, path, capture: str = "") -> Path:
     _check(one, names, raw)
     mono = len(names) == 1
     with tifffile.TiffWriter(path, byteorder="<") as file:
-        file.write(raw.astype(np.uint16), photometric=GREY if mono else ARRAY, description=_description(one), software="isethdr",
-                   metadata=None, extratags=[(code, *rest, True) for code, *rest in sorted(tags(one, names, mono))])
+        file.write(
+            raw.astype(np.uint16),
+            photometric=GREY if mono else ARRAY,
+            description=_description(one),
+            software="isethdr",
+            metadata=None,
+            extratags=[(code, *rest, True) for code, *rest in sorted(tags(one, names, mono))],
+        )
     if mono:
-        with tifffile.TiffFile(path, mode="r+") as file:      # tifffile writes three channels or none under this name
+        with tifffile.TiffFile(
+            path, mode="r+"
+        ) as file:  # tifffile writes three channels or none under this name
             file.pages[0].tags[KIND].overwrite(LINEAR)
     return Path(path)
 
@@ -59,21 +79,35 @@ def write_dng(captures, path, capture: str = "") -> Path:
 def tags(one, names, mono: bool) -> list[tuple]:
     """Return (code, type, count, value) of every tag of one capture."""
     [read] = readouts(one, light("daylight", one.wavelength.values))
-    get = {name: float(one[name].values[0]) for name in ("exposure_s", "gain_dn_per_e", "black_dn", "top_dn")}
+    get = {
+        name: float(one[name].values[0])
+        for name in ("exposure_s", "gain_dn_per_e", "black_dn", "top_dn")
+    }
     full_e = (get["top_dn"] - get["black_dn"]) / get["gain_dn_per_e"]
     neutral = read.sensitivity / read.sensitivity.max()
     # variance = S x + O for samples x of 0..1; the charge that makes the shot noise includes the dark charge
     noise = [1 / full_e, float(np.median(read.read_var_e2)) / full_e**2] * len(names)
     ny, nx = one["filter"].shape
-    out = [(50706, "B", 4, bytes([1, 4, 0, 0])), (50707, "B", 4, bytes([1, 3, 0, 0])), (50708, "s", 0, "isethdr simulated camera"),
-           (271, "s", 0, "isethdr"), (272, "s", 0, "isethdr simulated camera"), (274, "H", 1, 1),
-           (50714, "2I", 1, _ratio(get["black_dn"])), (50717, "I", 1, int(get["top_dn"])), (50829, "I", 4, (0, 0, ny, nx)),
-           (51041, "d", len(noise), tuple(noise)), (33434, "2I", 1, _ratio(get["exposure_s"])),
-           (37386, "2I", 1, _ratio(float(one.attrs["focal_length_mm"])))]
+    out = [
+        (50706, "B", 4, bytes([1, 4, 0, 0])),
+        (50707, "B", 4, bytes([1, 3, 0, 0])),
+        (50708, "s", 0, "isethdr simulated camera"),
+        (271, "s", 0, "isethdr"),
+        (272, "s", 0, "isethdr simulated camera"),
+        (274, "H", 1, 1),
+        (50714, "2I", 1, _ratio(get["black_dn"])),
+        (50717, "I", 1, int(get["top_dn"])),
+        (50829, "I", 4, (0, 0, ny, nx)),
+        (51041, "d", len(noise), tuple(noise)),
+        (33434, "2I", 1, _ratio(get["exposure_s"])),
+        (37386, "2I", 1, _ratio(float(one.attrs["focal_length_mm"]))),
+    ]
     if "f_number" in one.attrs:
         out.append((33437, "2I", 1, _ratio(float(one.attrs["f_number"]))))
     if "companding_dn" in one:
-        knees = np.array([one[name].values[0] for name in ("companding_dn", "companding_linear_dn")], float)
+        knees = np.array(
+            [one[name].values[0] for name in ("companding_dn", "companding_linear_dn")], float
+        )
         knees = knees[:, np.isfinite(knees).all(0)]
         linear = np.interp(np.arange(int(knees[0, -1]) + 1), *knees)
         out.append((50712, "H", len(linear), tuple(np.rint(linear).astype(int).tolist())))
@@ -82,10 +116,15 @@ def tags(one, names, mono: bool) -> list[tuple]:
         names = [names[k] for k in order]
         response, neutral = read.response[order], neutral[order]
         letters = np.array(one["channel"].values.tolist())[cell].ravel().tolist()
-        out += [(33421, "H", 2, cell.shape), (33422, "B", cell.size, bytes(COLOURS[name] for name in letters)),
-                (50710, "B", len(names), bytes(COLOURS[name] for name in names)), (50711, "H", 1, 1), (50778, "H", 1, D65),
-                (50721, "2i", 3 * len(names), _ratios(camera_matrix(response, one.wavelength.values))),
-                (50728, "2I", len(names), _ratios(neutral))]
+        out += [
+            (33421, "H", 2, cell.shape),
+            (33422, "B", cell.size, bytes(COLOURS[name] for name in letters)),
+            (50710, "B", len(names), bytes(COLOURS[name] for name in names)),
+            (50711, "H", 1, 1),
+            (50778, "H", 1, D65),
+            (50721, "2i", 3 * len(names), _ratios(camera_matrix(response, one.wavelength.values))),
+            (50728, "2I", len(names), _ratios(neutral)),
+        ]
     return out
 
 
@@ -115,40 +154,72 @@ def camera_matrix(response, wavelength_nm) -> np.ndarray:
 
     The strongest channel of a daylight white of Y = 1 is 1.
     """
-    samples, white, weights = radiances(wavelength_nm), light("daylight", wavelength_nm), xyz_weights(wavelength_nm)
+    samples, white, weights = (
+        radiances(wavelength_nm),
+        light("daylight", wavelength_nm),
+        xyz_weights(wavelength_nm),
+    )
     camera = response / (response @ white).max()
     return colour_matrix(samples @ weights.T, samples @ camera.T, weights @ white, camera @ white)
 
 
 def _description(one) -> str:
-    kept = {name: float(one[name].values[0]) for name in
-            ("exposure_s", "gain_dn_per_e", "black_dn", "top_dn", "read_noise_e", "dark_e", "quantisation_e", "area_m2")}
-    kept |= {name: float(one.attrs[name]) for name in ("throughput_sr", "pitch_um", "focal_length_mm") if name in one.attrs}
+    kept = {
+        name: float(one[name].values[0])
+        for name in (
+            "exposure_s",
+            "gain_dn_per_e",
+            "black_dn",
+            "top_dn",
+            "read_noise_e",
+            "dark_e",
+            "quantisation_e",
+            "area_m2",
+        )
+    }
+    kept |= {
+        name: float(one.attrs[name])
+        for name in ("throughput_sr", "pitch_um", "focal_length_mm")
+        if name in one.attrs
+    }
     return json.dumps({"capture": str(one["capture"].values[0]), **kept})
 
 
 def _check(one, names, raw) -> None:
     top = float(one["top_dn"].values[0])
-    if not np.issubdtype(raw.dtype, np.integer) or raw.min() < 0 or raw.max() > LARGEST or not 0 < top <= LARGEST:
-        raise UnitError(f"raw is {raw.dtype} up to {raw.max():g} with its top at {top:g} DN; a DNG holds whole DN of 16 bits; set sensor.bits to "
-                        "16 or less")
+    if (
+        not np.issubdtype(raw.dtype, np.integer)
+        or raw.min() < 0
+        or raw.max() > LARGEST
+        or not 0 < top <= LARGEST
+    ):
+        raise UnitError(
+            f"raw is {raw.dtype} up to {raw.max():g} with its top at {top:g} DN; a DNG holds whole DN of 16 bits; set sensor.bits to "
+            "16 or less"
+        )
     if len(names) > 1:
         _check_array(one, names)
     if "response_dn" in one and np.isfinite(one["response_dn"].values[0]).any():
-        raise UnitError("a DNG cannot hold the response of a pixel that bends; write captures.drop_vars of response_dn, response_e, "
-                        "response_variance_e2, which describe it, to keep the straight part")
+        raise UnitError(
+            "a DNG cannot hold the response of a pixel that bends; write captures.drop_vars of response_dn, response_e, "
+            "response_variance_e2, which describe it, to keep the straight part"
+        )
 
 
 def _check_array(one, names) -> None:
     """Refuse a filter array that a DNG cannot name, or that developers open with other filters than it has."""
     unknown = [name for name in names if name not in COLOURS]
     if unknown:
-        raise UnitError(f"a DNG has no name for filter {', '.join(unknown)}; expected some of {', '.join(COLOURS)}")
+        raise UnitError(
+            f"a DNG has no name for filter {', '.join(unknown)}; expected some of {', '.join(COLOURS)}"
+        )
     rows, columns = _cell(one).shape
     if (rows, columns) != (2, 2) or len({COLOURS[name] for name in names}) not in (3, 4):
-        raise UnitError(f"the filter array repeats after {rows} x {columns} pixels and holds {', '.join(names)}; raw developers read a "
-                        "DNG of 2 x 2 pixels with three or four kinds of filters, or of one kind; write the captures with xarray instead: "
-                        "captures.to_zarr(path)")
+        raise UnitError(
+            f"the filter array repeats after {rows} x {columns} pixels and holds {', '.join(names)}; raw developers read a "
+            "DNG of 2 x 2 pixels with three or four kinds of filters, or of one kind; write the captures with xarray instead: "
+            "captures.to_zarr(path)"
+        )
 
 
 def _ratio(value: float) -> tuple[int, int]:

@@ -13,7 +13,7 @@ from .combine import Merged, fold, read_charge
 from .fixed_pattern import WeightedRead, fixed_pattern
 from .readout import Readout, charge_variance
 
-SHARE = 0.95   # of the top (sensorComputeArray.m)
+SHARE = 0.95  # of the top (sensorComputeArray.m)
 
 
 def inverse_variance(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
@@ -57,7 +57,12 @@ def poisson_sum(groups, per_light) -> Merged:
     return Merged(signal, variance, some, source, fixed_pattern(parts, signal, variance))
 
 
-RULES = {"inverse_variance": inverse_variance, "average": average, "poisson_sum": poisson_sum, "isetcam": isetcam}
+RULES = {
+    "inverse_variance": inverse_variance,
+    "average": average,
+    "poisson_sum": poisson_sum,
+    "isetcam": isetcam,
+}
 
 
 def _good(read: Readout):
@@ -69,7 +74,10 @@ def _descend(groups, per_light) -> Merged:
     out, chosen, parts = None, [], []
     for reads, light in zip(groups, per_light):  # least sensitive first, later ones overwrite
         good = np.array([_good(read) for read in reads])
-        use = good | (~good.any(0) & np.array([read is max(reads, key=lambda r: r.top_e) for read in reads])[:, None, None])
+        use = good | (
+            ~good.any(0)
+            & np.array([read is max(reads, key=lambda r: r.top_e) for read in reads])[:, None, None]
+        )
         count = use.sum(0)
         charge = sum(np.where(u, read.charge_e, 0.0) for u, read in zip(use, reads)) / count
         read_var = sum(np.where(u, read.read_var_e2, 0.0) for u, read in zip(use, reads)) / count**2
@@ -77,13 +85,29 @@ def _descend(groups, per_light) -> Merged:
         for u, read in zip(use, reads):
             source[u] = read.capture
         ratio = light / per_light[-1]
-        here = (charge - reads[0].dark_e) / ratio, charge_variance(charge, read_var) / ratio**2, good.any(0), source
-        chosen = [mine & ~good.any(0) for mine in chosen] + [np.ones_like(good[0]) if out is None else good.any(0)]
-        parts.append([WeightedRead(read.spread, u / count / ratio, ratio) for u, read in zip(use, reads)])
+        here = (
+            (charge - reads[0].dark_e) / ratio,
+            charge_variance(charge, read_var) / ratio**2,
+            good.any(0),
+            source,
+        )
+        chosen = [mine & ~good.any(0) for mine in chosen] + [
+            np.ones_like(good[0]) if out is None else good.any(0)
+        ]
+        parts.append(
+            [WeightedRead(read.spread, u / count / ratio, ratio) for u, read in zip(use, reads)]
+        )
         if out is None:
             out = here
         else:
-            out = *(np.where(good.any(0), new, old) for new, old in zip(here[:2], out[:2])), here[2] | out[2], \
-                np.where(good.any(0), source, out[3])
-    reads = [part._replace(weight=part.weight * mine) for mine, of_charge in zip(chosen, parts) for part in of_charge]
+            out = (
+                *(np.where(good.any(0), new, old) for new, old in zip(here[:2], out[:2])),
+                here[2] | out[2],
+                np.where(good.any(0), source, out[3]),
+            )
+    reads = [
+        part._replace(weight=part.weight * mine)
+        for mine, of_charge in zip(chosen, parts)
+        for part in of_charge
+    ]
     return Merged(*out, fixed_pattern(reads, *out[:2]))

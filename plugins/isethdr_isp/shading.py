@@ -33,8 +33,10 @@ def shading(captures, path: str = "") -> np.ndarray:
     radius_mm, relative = read_shading(path)
     here = radii_mm(captures)
     if here.max() > radius_mm[-1] * (1 + 1e-6):
-        raise UnitError(f"isp.shading_csv={path!r} ends at {radius_mm[-1]:g} mm; expected up to {here.max():g} mm, the corner of this sensor; "
-                        "measure it on the whole sensor")
+        raise UnitError(
+            f"isp.shading_csv={path!r} ends at {radius_mm[-1]:g} mm; expected up to {here.max():g} mm, the corner of this sensor; "
+            "measure it on the whole sensor"
+        )
     return np.interp(here, radius_mm, relative)
 
 
@@ -57,7 +59,9 @@ def measured_shading(captures, capture: str = ""):
     one = chosen(captures, capture)
     [read] = readouts(one, light("daylight", one.wavelength.values))
     if read.saturated.any():
-        raise UnitError(f"{read.saturated.mean():.1%} of the flat field is saturated; expected none; expose less")
+        raise UnitError(
+            f"{read.saturated.mean():.1%} of the flat field is saturated; expected none; expose less"
+        )
     radius, filters = radii_mm(one), one["filter"].values
     largest = max(float(radius.max()), 1e-12)
     grid = np.linspace(0, 1, ENTRIES)
@@ -70,15 +74,21 @@ def measured_shading(captures, capture: str = ""):
         inverse = np.linalg.pinv(a)
         fit, spread = inverse @ e, (inverse * read.variance_e2()[here]) @ inverse.T
         if not fit[0] > 0:
-            raise UnitError(f"channel {channel} of the flat field is dark on the axis; expected light everywhere")
+            raise UnitError(
+                f"channel {channel} of the flat field is dark on the axis; expected light everywhere"
+            )
         curve = at @ fit / fit[0]
-        step = (at - curve[:, None] * at[:1]) / fit[0]          # derivative of curve by fit; at[0] picks the value on the axis
+        step = (at - curve[:, None] * at[:1]) / fit[
+            0
+        ]  # derivative of curve by fit; at[0] picks the value on the axis
         sum_e = float(e.sum())
         total, weight = total + sum_e * curve, weight + sum_e
         variance = variance + sum_e**2 * np.einsum("ip,pq,iq->i", step, spread, step)
     relative, error = total / weight, np.sqrt(variance) / weight
     if error[-1] > 0.02 * relative[-1] or not np.all(relative > 0):
-        raise UnitError(f"the flat field gives {relative[-1]:.3g} +- {error[-1]:.2g} on its border; expected 2 % or better; expose more")
+        raise UnitError(
+            f"the flat field gives {relative[-1]:.3g} +- {error[-1]:.2g} on its border; expected 2 % or better; expose more"
+        )
     return grid * largest, relative, error
 
 
@@ -97,8 +107,17 @@ def read_shading(path) -> tuple[np.ndarray, np.ndarray]:
             header, *rows = list(csv.reader(file)) or [[]]
         table = np.array(rows, float)
     except (OSError, ValueError) as err:
-        raise ConfigError(f"isp.shading_csv={str(path)!r} cannot be read ({err}); expected the columns {', '.join(COLUMNS)}") from None
-    if tuple(header) != COLUMNS or len(table) < 2 or np.any(np.diff(table[:, 0]) <= 0) or not np.all(table[:, 1] > 0):
-        raise ConfigError(f"isp.shading_csv={str(path)!r} holds {', '.join(header)}; expected the columns {', '.join(COLUMNS)} with rising radii "
-                          "and values above 0")
+        raise ConfigError(
+            f"isp.shading_csv={str(path)!r} cannot be read ({err}); expected the columns {', '.join(COLUMNS)}"
+        ) from None
+    if (
+        tuple(header) != COLUMNS
+        or len(table) < 2
+        or np.any(np.diff(table[:, 0]) <= 0)
+        or not np.all(table[:, 1] > 0)
+    ):
+        raise ConfigError(
+            f"isp.shading_csv={str(path)!r} holds {', '.join(header)}; expected the columns {', '.join(COLUMNS)} with rising radii "
+            "and values above 0"
+        )
     return table[:, 0], table[:, 1]

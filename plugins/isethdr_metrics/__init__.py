@@ -43,11 +43,20 @@ from .ssim_pu21 import SsimPu21
 @hookimpl
 def isethdr_components():
     """Return the metrics."""
-    return [Component("metric", "ideal", MeanLuminance), Component("metric", "dynamic_range", DynamicRange),
-            Component("metric", "snr_curve", SnrCurve), Component("metric", "ciede2000", Ciede2000),
-            Component("metric", "cie94", Cie94), Component("metric", "cie76", Cie76),
-            Component("metric", "ssim", Ssim), Component("metric", "log_luminance_error", LogLuminanceError),
-            Component("metric", "line_profile", LineProfile), Component("metric", "object_contrast", ObjectContrast),
-            Component("metric", "contrast_detection", ContrastDetection), Component("metric", "normalized_flare", NormalizedFlare),
-            Component("metric", "slanted_edge", SlantedEdgeResponse), Component("metric", "ssim_pu21", SsimPu21),
-            Component("metric", "pixel_shares", PixelShares)]
+    return [
+        Component("metric", "ideal", MeanLuminance),
+        Component("metric", "dynamic_range", DynamicRange),
+        Component("metric", "snr_curve", SnrCurve),
+        Component("metric", "ciede2000", Ciede2000),
+        Component("metric", "cie94", Cie94),
+        Component("metric", "cie76", Cie76),
+        Component("metric", "ssim", Ssim),
+        Component("metric", "log_luminance_error", LogLuminanceError),
+        Component("metric", "line_profile", LineProfile),
+        Component("metric", "object_contrast", ObjectContrast),
+        Component("metric", "contrast_detection", ContrastDetection),
+        Component("metric", "normalized_flare", NormalizedFlare),
+        Component("metric", "slanted_edge", SlantedEdgeResponse),
+        Component("metric", "ssim_pu21", SsimPu21),
+        Component("metric", "pixel_shares", PixelShares),
+    ]

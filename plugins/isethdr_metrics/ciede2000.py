@@ -14,9 +14,15 @@ from .limits import White
 class Ciede2000:
     """Mean CIEDE2000 of pixels up to the white, for the frame and for each object."""
 
-    MEAN_OF_PARTS: ClassVar[bool] = True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
+    MEAN_OF_PARTS: ClassVar[bool] = (
+        True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
+    )
 
-    formula: ClassVar[tuple[str, str, str]] = ("ciede2000", "de2000", "dE00")  # score, function of physics.colour, unit
+    formula: ClassVar[tuple[str, str, str]] = (
+        "ciede2000",
+        "de2000",
+        "dE00",
+    )  # score, function of physics.colour, unit
 
     # luminance of the white (D65) for both pictures; 0 takes the truth's 99th percentile
     # without lamps

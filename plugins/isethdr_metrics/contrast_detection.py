@@ -12,11 +12,15 @@ from .limits import Percent, Reach
 if TYPE_CHECKING:
     import numpy as np
 
-PAIRS = 4000   # drawn per object: the median is then known to about 0.01
+PAIRS = 4000  # drawn per object: the median is then known to about 0.01
 FRAME_PIXELS = 4000  # drawn for the frame's score, for the same reason
 SMEARED_E = 0.3  # read noise that every picture is taken to have at least, in steps
-SMOOTH = 7     # pixels: a window over which the picture's difference from the truth is taken as its mean
-PIECE = 8192   # pairs looked at together: what is worked out on the way stays in the processor's memory
+SMOOTH = (
+    7  # pixels: a window over which the picture's difference from the truth is taken as its mean
+)
+PIECE = (
+    8192  # pairs looked at together: what is worked out on the way stays in the processor's memory
+)
 
 
 class Expected(NamedTuple):
@@ -33,7 +37,9 @@ class Expected(NamedTuple):
 class ContrastDetection:
     """Contrast detection probability (IEEE 2020): median over pixel pairs of each object and its surround, and of the frame."""
 
-    MEAN_OF_PARTS: ClassVar[bool] = True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
+    MEAN_OF_PARTS: ClassVar[bool] = (
+        True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
+    )
 
     # Michelson contrast of the truth that a pair needs to count
     lowest_contrast_percent: Percent = 5.0
@@ -167,7 +173,10 @@ class ContrastDetection:
 
         (height, width), left = true.shape, max(-dx, 0)
         across, rows = max(width - abs(dx), 0), max(PIECE // width, 1)
-        least, found = self.lowest_contrast_percent / 100 * (1 - 1e-9), [np.zeros(0, int)]    # rounding: decided when the contrast is worked out
+        least, found = (
+            self.lowest_contrast_percent / 100 * (1 - 1e-9),
+            [np.zeros(0, int)],
+        )  # rounding: decided when the contrast is worked out
         for top in range(0, height - dy, rows):
             a = true[top : min(top + rows, height - dy), left : left + across]
             b = true[top + dy : top + dy + len(a), left + dx : left + dx + across]
@@ -273,7 +282,9 @@ def draw_pairs(mask, reach: int):
     """Return (first, second) index pairs: pixels of `mask` and pixels outside it at most `reach` away."""
     import numpy as np
 
-    rng = np.random.default_rng(0)  # the draw is part of the score's definition: the same picture, the same score
+    rng = np.random.default_rng(
+        0
+    )  # the draw is part of the score's definition: the same picture, the same score
     rows, columns = np.nonzero(mask)
     window = tuple(slice(max(i.min() - 1, 0), i.max() + 2) for i in (rows, columns))
     from scipy.ndimage import distance_transform_edt

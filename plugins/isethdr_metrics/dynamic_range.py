@@ -55,15 +55,26 @@ class DynamicRange:
         variance, reached = luminance_variance(picture), not valid.all()
         top, top_noise = float(y[brightest]), float(np.sqrt(variance[brightest]))
         if not top > highest_of_noise(top_noise, int(valid.sum())):
-            why = (f"no pixel stands out of the noise: the brightest of {valid.sum()} has "
-                   f"{top:.3g} cd/m2, its noise is {top_noise:.3g} cd/m2")
+            why = (
+                f"no pixel stands out of the noise: the brightest of {valid.sum()} has "
+                f"{top:.3g} cd/m2, its noise is {top_noise:.3g} cd/m2"
+            )
             ledger.left_out("dynamic_range", why, NAN, "dB")
             return []
         light, noise = dark_medians(true[valid], variance[valid], self.darkest_share)
         if np.ptp(light) < 0.1 * (light.mean() or 1.0):
-            ledger.left_out("shot noise in the dark", "the darkest pixels are all alike, so a + b Y is one number", NAN, "dB")
+            ledger.left_out(
+                "shot noise in the dark",
+                "the darkest pixels are all alike, so a + b Y is one number",
+                NAN,
+                "dB",
+            )
         ends = lower_ends(light, noise)
-        without = [lower_ends(np.delete(light, k), np.delete(noise, k)) for k in range(len(light)) if len(light) > 2]
+        without = [
+            lower_ends(np.delete(light, k), np.delete(noise, k))
+            for k in range(len(light))
+            if len(light) > 2
+        ]
         scores = []
         for name, bottom in ends.items():
             if not bottom > 0:
@@ -72,8 +83,17 @@ class DynamicRange:
             value = float(20 * np.log10(top / bottom))
             bottom_sd = jackknife_sd([w[name] for w in without])
             half = 1.96 * 20 / np.log(10) * np.hypot(top_noise / top, bottom_sd)
-            scores += [Score(f"dynamic_range{name}", value, "dB", "", value - half, value + half if reached else NAN),
-                       Score(f"dynamic_range{name}_bottom", float(bottom), "cd m-2")]
+            scores += [
+                Score(
+                    f"dynamic_range{name}",
+                    value,
+                    "dB",
+                    "",
+                    value - half,
+                    value + half if reached else NAN,
+                ),
+                Score(f"dynamic_range{name}_bottom", float(bottom), "cd m-2"),
+            ]
         scores.append(Score("dynamic_range_top", top, "cd m-2"))
         return sorted(scores, key=lambda s: s.metric != "dynamic_range")  # the main one first
 
@@ -97,7 +117,11 @@ def lower_ends(light, noise) -> dict[str, float]:
     from .noise_line import line_through
 
     a, b = line_through(light, noise)
-    return {"": (b + np.sqrt(b * b + 4 * a)) / 2, "_dark_noise": np.sqrt(a), "_snr_10db": (10 * b + np.sqrt(100 * b * b + 40 * a)) / 2}
+    return {
+        "": (b + np.sqrt(b * b + 4 * a)) / 2,
+        "_dark_noise": np.sqrt(a),
+        "_snr_10db": (10 * b + np.sqrt(100 * b * b + 40 * a)) / 2,
+    }
 
 
 def jackknife_sd(ends) -> float:

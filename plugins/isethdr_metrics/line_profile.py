@@ -29,7 +29,9 @@ class LineProfile:
 
         line = self.profile(picture, truth)
         square = (line["log10_picture"] - line["log10_truth"]) ** 2
-        value, low, high = np.sqrt(mean_interval(square[None], np.ones((1, square.size), bool))).tolist()
+        value, low, high = np.sqrt(
+            mean_interval(square[None], np.ones((1, square.size), bool))
+        ).tolist()
         return [Score("line_profile_error", value, "log10", "", low, high)]
 
     def profile(self, picture, truth) -> dict:
@@ -42,12 +44,21 @@ class LineProfile:
 
         y, true, valid = luminances(picture, truth)
         if not -1 <= self.row < len(y):
-            raise ConfigError(f"metric row is {self.row}; expected -1 or a row of the picture, 0..{len(y) - 1}")
+            raise ConfigError(
+                f"metric row is {self.row}; expected -1 or a row of the picture, 0..{len(y) - 1}"
+            )
         row = self.row if self.row >= 0 else int(np.unravel_index(np.argmax(true), true.shape)[0])
         spread = 1.96 * np.sqrt(luminance_variance(picture)[row])
 
         def log(values):
             return np.log10(np.fmax(values, self.floor_cd_m2))
 
-        return {"row": row, "x_m": picture.x.values, "log10_picture": log(y[row]), "log10_truth": log(true[row]),
-                "log10_low": log(y[row] - spread), "log10_high": log(y[row] + spread), "valid": valid[row]}
+        return {
+            "row": row,
+            "x_m": picture.x.values,
+            "log10_picture": log(y[row]),
+            "log10_truth": log(true[row]),
+            "log10_low": log(y[row] - spread),
+            "log10_high": log(y[row] + spread),
+            "valid": valid[row],
+        }

@@ -36,7 +36,11 @@ class LogLuminanceError:
         from .regions import frame_and_objects, luminances, mean_interval
 
         y, true, _ = luminances(picture, truth)
-        square = (np.log10(np.fmax(y, self.floor_cd_m2)) - np.log10(np.maximum(true, self.floor_cd_m2))) ** 2
-        return [Score("log_luminance_error", value, "log10", name, low, high)
-                for name, region in frame_and_objects(y.shape, labels)
-                for value, low, high in [np.sqrt(mean_interval(square, region)).tolist()]]
+        square = (
+            np.log10(np.fmax(y, self.floor_cd_m2)) - np.log10(np.maximum(true, self.floor_cd_m2))
+        ) ** 2
+        return [
+            Score("log_luminance_error", value, "log10", name, low, high)
+            for name, region in frame_and_objects(y.shape, labels)
+            for value, low, high in [np.sqrt(mean_interval(square, region)).tolist()]
+        ]

@@ -28,7 +28,9 @@ class MeanLuminance:
         for name, region in frame_and_objects(y.shape, labels):
             use = region & valid
             if not use.any():
-                ledger.left_out(f"luminance of {name or 'the frame'}", "no pixel is valid", NAN, "cd m-2")
+                ledger.left_out(
+                    f"luminance of {name or 'the frame'}", "no pixel is valid", NAN, "cd m-2"
+                )
                 continue
             value = float(y[use].mean())
             # demosaic makes neighbours dependent: sum the deviations over 3 x 3 cells, an upper bound for bilinear

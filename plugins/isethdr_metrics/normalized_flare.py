@@ -43,13 +43,20 @@ class NormalizedFlare:
         bright = (true >= source / 2) | lamp_mask(true)
         use = valid & (distance_transform_edt(~bright) > self.guard)
         if not use.any():
-            ledger.left_out("guard around sources", "it covers the frame; pixels beside sources are counted", NAN, "")
+            ledger.left_out(
+                "guard around sources",
+                "it covers the frame; pixels beside sources are counted",
+                NAN,
+                "",
+            )
             use = valid & ~bright
         if not use.any():
             ledger.left_out("normalized_flare", "no pixel beside the sources is valid", NAN, "")
             return []
         ratio = (y - true) / source
         value, low, high = mean_interval(ratio, use)
-        return [Score("normalized_flare", value, "", "", low, high),
-                Score("normalized_flare_99", float(np.percentile(ratio[use], 99)), ""),
-                Score("normalized_flare_source", source, "cd m-2")]
+        return [
+            Score("normalized_flare", value, "", "", low, high),
+            Score("normalized_flare_99", float(np.percentile(ratio[use], 99)), ""),
+            Score("normalized_flare_source", source, "cd m-2"),
+        ]

@@ -51,20 +51,35 @@ class ObjectContrast:
                 continue
             mean, surround = y[inside].mean(), y[around].mean()
             if not surround:
-                ledger.left_out(f"contrast of {name}", "the picture shows no light around it", NAN, "Weber")
+                ledger.left_out(
+                    f"contrast of {name}", "the picture shows no light around it", NAN, "Weber"
+                )
                 continue
             v_in, v_around = variance[inside].mean(), variance[around].mean()
             contrast = _weber(mean, surround)
             # d(contrast) of a quotient; each mean's variance is 9 times that of independent pixels at most (3 x 3 demosaic)
-            spread = 3 * np.sqrt(v_in / inside.sum() + (1 + contrast) ** 2 * v_around / around.sum())
+            spread = 3 * np.sqrt(
+                v_in / inside.sum() + (1 + contrast) ** 2 * v_around / around.sum()
+            )
             half = 1.96 * spread / abs(surround)
             noise = np.sqrt(v_in + v_around)
-            scores += [Score("object_contrast", contrast, "Weber", name, contrast - half, contrast + half),
-                       Score("object_contrast_truth", _weber(true[mask].mean(), true[ring].mean()), "Weber", name)]
+            scores += [
+                Score("object_contrast", contrast, "Weber", name, contrast - half, contrast + half),
+                Score(
+                    "object_contrast_truth",
+                    _weber(true[mask].mean(), true[ring].mean()),
+                    "Weber",
+                    name,
+                ),
+            ]
             if noise > 0:
-                scores.append(Score("object_contrast_snr", float(abs(mean - surround) / noise), "", name))
+                scores.append(
+                    Score("object_contrast_snr", float(abs(mean - surround) / noise), "", name)
+                )
             elif noisy:
-                ledger.left_out(f"object_contrast_snr of {name}", "the picture has no noise", NAN, "")
+                ledger.left_out(
+                    f"object_contrast_snr of {name}", "the picture has no noise", NAN, ""
+                )
         return scores
 
     def _ring(self, mask):

@@ -8,9 +8,9 @@ from isethdr_core import ledger
 from isethdr_core.errors import UnitError
 from isethdr_core.truth import check_picture, total_variance, variance_known
 
-BLOCKS = 12          # the frame is cut into 12 x 12 blocks; noise and scene are taken as independent between them
+BLOCKS = 12  # the frame is cut into 12 x 12 blocks; noise and scene are taken as independent between them
 RESAMPLES = 400
-FEWEST_BLOCKS = 8    # below this, resampling says nothing: the interval is NaN
+FEWEST_BLOCKS = 8  # below this, resampling says nothing: the interval is NaN
 NAN = float("nan")
 
 
@@ -19,14 +19,20 @@ def check_pair(picture, truth) -> None:
     check_picture(picture, "picture")
     check_picture(truth, "truth")
     if picture["xyz"].shape != truth["xyz"].shape:
-        raise UnitError(f"the picture has shape {picture['xyz'].shape}, its truth {truth['xyz'].shape}; "
-                        "make the truth with isethdr_core.truth.truth(mixed, picture)")
+        raise UnitError(
+            f"the picture has shape {picture['xyz'].shape}, its truth {truth['xyz'].shape}; "
+            "make the truth with isethdr_core.truth.truth(mixed, picture)"
+        )
 
 
 def luminances(picture, truth):
     """Return Y of picture and truth and which pixels are valid, each (y, x)."""
     check_pair(picture, truth)
-    return picture["xyz"].values[..., 1].astype(float), truth["xyz"].values[..., 1].astype(float), picture["valid"].values
+    return (
+        picture["xyz"].values[..., 1].astype(float),
+        truth["xyz"].values[..., 1].astype(float),
+        picture["valid"].values,
+    )
 
 
 def luminance_variance(picture) -> np.ndarray:
@@ -52,10 +58,14 @@ def frame_and_objects(shape, labels):
         return
     instance = labels["instance"].values
     if instance.shape != tuple(shape):
-        raise UnitError(f"labels have shape {instance.shape}, the picture {tuple(shape)}; "
-                        "use isethdr_core.truth.labels_on(scene, picture)")
-    known = {int(o["instance"]): str(o.get("name") or o.get("category") or o["instance"])
-             for o in labels.attrs.get("objects", [])}
+        raise UnitError(
+            f"labels have shape {instance.shape}, the picture {tuple(shape)}; "
+            "use isethdr_core.truth.labels_on(scene, picture)"
+        )
+    known = {
+        int(o["instance"]): str(o.get("name") or o.get("category") or o["instance"])
+        for o in labels.attrs.get("objects", [])
+    }
     taken: set[str] = set()
     for number in np.unique(instance[instance > 0]).tolist():
         name = known.get(number, str(number))
@@ -82,15 +92,22 @@ def mean_interval(values, mask):
     if not rows.size:
         return NAN, NAN, NAN
     part = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
-    begin = [np.flatnonzero(np.diff(np.arange(n)[cut] * BLOCKS // n, prepend=-1)) for n, cut in zip(mask.shape, part, strict=True)]
-    count, total = (np.add.reduceat(np.add.reduceat(v, begin[1], axis=1, dtype=float), begin[0], axis=0).ravel()
-                    for v in (mask[part], np.where(mask[part], values[part], 0.0)))
+    begin = [
+        np.flatnonzero(np.diff(np.arange(n)[cut] * BLOCKS // n, prepend=-1))
+        for n, cut in zip(mask.shape, part, strict=True)
+    ]
+    count, total = (
+        np.add.reduceat(np.add.reduceat(v, begin[1], axis=1, dtype=float), begin[0], axis=0).ravel()
+        for v in (mask[part], np.where(mask[part], values[part], 0.0))
+    )
     mean = total.sum() / count.sum()
     held = count > 0
     if held.sum() < FEWEST_BLOCKS:
         return mean, NAN, NAN
     count, total = count[held], total[held]
     # resampling is part of the score's definition, so its seed is fixed: the same picture gives the same interval
-    picks = np.random.default_rng(0).multinomial(len(count), np.full(len(count), 1 / len(count)), RESAMPLES)
+    picks = np.random.default_rng(0).multinomial(
+        len(count), np.full(len(count), 1 / len(count)), RESAMPLES
+    )
     low, high = np.percentile(picks @ total / (picks @ count), [2.5, 97.5])
     return float(mean), float(low), float(high)

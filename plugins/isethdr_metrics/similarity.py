@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-REACH = 5       # pixels to each side of the middle of the window, 11 in all
-SIGMA = 1.5     # pixels: standard deviation of the window
-STRIP = 24      # rows worked out together
-TAPS = np.exp(-0.5 * (np.arange(REACH + 1) - REACH) ** 2 / SIGMA**2)        # from the end of the window to its middle
+REACH = 5  # pixels to each side of the middle of the window, 11 in all
+SIGMA = 1.5  # pixels: standard deviation of the window
+STRIP = 24  # rows worked out together
+TAPS = np.exp(
+    -0.5 * (np.arange(REACH + 1) - REACH) ** 2 / SIGMA**2
+)  # from the end of the window to its middle
 TAPS /= 2 * TAPS.sum() - TAPS[-1]
 
 
@@ -24,24 +26,39 @@ def similarity(first, second, data_range: float) -> np.ndarray:
     Window and constants of the paper: Gaussian, 0.01 and 0.03. Both variances are needed as their sum alone, so that four windowed means are
     enough; half of the range is taken off first, which leaves a quarter of the rounding of their squares.
     """
-    middle, of_means, of_variances = data_range / 2, (0.01 * data_range) ** 2, (0.03 * data_range) ** 2
+    middle, of_means, of_variances = (
+        data_range / 2,
+        (0.01 * data_range) ** 2,
+        (0.03 * data_range) ** 2,
+    )
     out = np.empty(first.shape, first.dtype)
-    one, other = (np.pad(plane - first.dtype.type(middle), REACH, mode="symmetric") for plane in (first, second))
+    one, other = (
+        np.pad(plane - first.dtype.type(middle), REACH, mode="symmetric")
+        for plane in (first, second)
+    )
     for top in range(0, len(out), STRIP):
         rows = slice(top, top + STRIP + 2 * REACH)
         a, b = one[rows], other[rows]
-        mean_a, mean_b, squares, product = (windowed(values) for values in (a, b, a * a + b * b, a * b))
-        covariance, variances = product - mean_a * mean_b, squares - (mean_a * mean_a + mean_b * mean_b)
+        mean_a, mean_b, squares, product = (
+            windowed(values) for values in (a, b, a * a + b * b, a * b)
+        )
+        covariance, variances = (
+            product - mean_a * mean_b,
+            squares - (mean_a * mean_a + mean_b * mean_b),
+        )
         mean_a += middle
         mean_b += middle
-        out[top : top + STRIP] = ((2 * mean_a * mean_b + of_means) * (2 * covariance + of_variances)
-                                  / ((mean_a * mean_a + mean_b * mean_b + of_means) * (variances + of_variances)))
+        out[top : top + STRIP] = (
+            (2 * mean_a * mean_b + of_means)
+            * (2 * covariance + of_variances)
+            / ((mean_a * mean_a + mean_b * mean_b + of_means) * (variances + of_variances))
+        )
     return out
 
 
 def windowed(values) -> np.ndarray:
     """Return the means of `values` (y, x) over the window, for the (y, x) less `REACH` on each side where all of it lies within."""
-    for turn in (np.asarray, np.transpose):     # down, then across
+    for turn in (np.asarray, np.transpose):  # down, then across
         values = turn(values)
         kept = len(values) - 2 * REACH
         out = values[REACH : REACH + kept] * values.dtype.type(TAPS[REACH])

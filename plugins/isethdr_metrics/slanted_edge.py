@@ -8,12 +8,12 @@ from isethdr_core.ranges import check_ranges
 
 from .limits import HalfWidth
 
-OVERSAMPLING = 4     # samples a pixel across the edge, as in ISO 12233
-SEGMENT = 12         # rows: one passage of the edge through a pixel at 5 degrees, so that a segment holds all phases
+OVERSAMPLING = 4  # samples a pixel across the edge, as in ISO 12233
+SEGMENT = 12  # rows: one passage of the edge through a pixel at 5 degrees, so that a segment holds all phases
 RESAMPLES = 200
 FEWEST_ROWS = 24
-STRAIGHT = 0.35      # pixels rms: how far the truth's edge may be from a line
-FREQUENCIES = 101    # 0 .. 1 cycles per pixel
+STRAIGHT = 0.35  # pixels rms: how far the truth's edge may be from a line
+FREQUENCIES = 101  # 0 .. 1 cycles per pixel
 
 
 @dataclass(frozen=True)
@@ -40,17 +40,41 @@ class SlantedEdgeResponse:
 
         found = self.curve(picture, truth)
         if not found:
-            ledger.left_out("slanted_edge", "the truth has no straight slanted edge across the frame", NAN, "cycles per pixel")
+            ledger.left_out(
+                "slanted_edge",
+                "the truth has no straight slanted edge across the frame",
+                NAN,
+                "cycles per pixel",
+            )
             ledger.error(0.0, "rows", "bound", "no row was used")
             return [Score("slanted_edge_rows", 0.0, "rows")]
-        half = [_falls_to_half(found["cycles_per_pixel"], m) for m in (found["response"], *found["resampled"])]
-        nyquist = [float(np.interp(0.5, found["cycles_per_pixel"], m)) for m in (found["response"], *found["resampled"])]
+        half = [
+            _falls_to_half(found["cycles_per_pixel"], m)
+            for m in (found["response"], *found["resampled"])
+        ]
+        nyquist = [
+            float(np.interp(0.5, found["cycles_per_pixel"], m))
+            for m in (found["response"], *found["resampled"])
+        ]
         scores = []
         parts = found["segments"]
         for name, unit, values in (("mtf50", "cycles per pixel", half), ("nyquist", "", nyquist)):
             # Student's factor, and the root that resampling so few segments leaves out
-            spread = np.std(values[1:]) * np.sqrt(parts / (parts - 1)) * stdtrit(parts - 1, 0.975) if parts > 1 else NAN
-            scores.append(Score(f"slanted_edge_{name}", values[0], unit, "", float(values[0] - spread), float(values[0] + spread)))
+            spread = (
+                np.std(values[1:]) * np.sqrt(parts / (parts - 1)) * stdtrit(parts - 1, 0.975)
+                if parts > 1
+                else NAN
+            )
+            scores.append(
+                Score(
+                    f"slanted_edge_{name}",
+                    values[0],
+                    unit,
+                    "",
+                    float(values[0] - spread),
+                    float(values[0] + spread),
+                )
+            )
         return [*scores, Score("slanted_edge_rows", float(found["rows"]), "rows")]
 
     def curve(self, picture, truth) -> dict:
@@ -81,8 +105,14 @@ class SlantedEdgeResponse:
         place = np.floor(across).astype(int).clip(0, bins - 1)
         segment = rows[use] // SEGMENT
         parts = segment.max() + 1 if segment.size else 0
-        sums = np.stack([np.bincount(segment * bins + place, weight, minlength=parts * bins).reshape(parts, bins)
-                         for weight in (np.ones(len(place)), across, values[use])])
+        sums = np.stack(
+            [
+                np.bincount(segment * bins + place, weight, minlength=parts * bins).reshape(
+                    parts, bins
+                )
+                for weight in (np.ones(len(place)), across, values[use])
+            ]
+        )
         sums = sums[:, sums[0].sum(1) > 0]
         parts = sums.shape[1]
         if parts * SEGMENT < FEWEST_ROWS:
@@ -90,14 +120,27 @@ class SlantedEdgeResponse:
         frequency = np.linspace(0, 1, FREQUENCIES)
         # resampling is part of the score's definition, so its seed is fixed
         picks = np.random.default_rng(0).multinomial(parts, np.full(parts, 1 / parts), RESAMPLES)
-        lines = [_line_spread(*np.tensordot(sums, weight, axes=(1, 0))) for weight in (np.ones(parts), *picks)]
+        lines = [
+            _line_spread(*np.tensordot(sums, weight, axes=(1, 0)))
+            for weight in (np.ones(parts), *picks)
+        ]
         if lines[0].sum() == 0:
             return {}
         lines = np.array([line for line in lines if line.sum() != 0])
         turn = np.exp(-2j * np.pi * np.outer(np.arange(lines.shape[1]) / OVERSAMPLING, frequency))
-        responses = np.abs(lines @ turn) / np.abs(lines.sum(1, keepdims=True)) / np.sinc(frequency / OVERSAMPLING) ** 2
-        return {"cycles_per_pixel": frequency, "response": responses[0], "resampled": responses[1:],
-                "angle_deg": float(np.degrees(np.arctan(slope))), "rows": int(np.unique(rows[use]).size), "segments": parts}
+        responses = (
+            np.abs(lines @ turn)
+            / np.abs(lines.sum(1, keepdims=True))
+            / np.sinc(frequency / OVERSAMPLING) ** 2
+        )
+        return {
+            "cycles_per_pixel": frequency,
+            "response": responses[0],
+            "resampled": responses[1:],
+            "angle_deg": float(np.degrees(np.arctan(slope))),
+            "rows": int(np.unique(rows[use]).size),
+            "segments": parts,
+        }
 
 
 def _line(true):
@@ -117,7 +160,12 @@ def _line(true):
     rows = np.arange(len(true))
     slope, offset = np.polyfit(rows, centre, 1)
     rest = np.sqrt(np.mean((centre - offset - slope * rows) ** 2))
-    if rest > STRAIGHT or np.median(spread) > 1.5 or not 0.01 < abs(slope) < 1 or len(rows) < FEWEST_ROWS:
+    if (
+        rest > STRAIGHT
+        or np.median(spread) > 1.5
+        or not 0.01 < abs(slope) < 1
+        or len(rows) < FEWEST_ROWS
+    ):
         return None
     return slope, offset
 
@@ -134,7 +182,9 @@ def _line_spread(count, across, total):
 
     held = count > 0
     # a bin's samples do not fill it evenly: it counts at the mean of their places
-    profile = np.interp(np.arange(len(total)) + 0.5, across[held] / count[held], total[held] / count[held])
+    profile = np.interp(
+        np.arange(len(total)) + 0.5, across[held] / count[held], total[held] / count[held]
+    )
     line = np.diff(profile)
     return line * _window(len(line))
 
@@ -155,4 +205,4 @@ def _falls_to_half(frequency, response) -> float:
     if not len(below) or below[0] == 0:
         return float(frequency[-1])
     k = below[0]
-    return float(np.interp(-0.5, [-response[k - 1], -response[k]], frequency[k - 1:k + 1]))
+    return float(np.interp(-0.5, [-response[k - 1], -response[k]], frequency[k - 1 : k + 1]))

@@ -51,7 +51,9 @@ class SnrCurve:
             nearest = int(distance.argmin())
             value, (low, high) = self._at(rows, nearest, level), rows["snr_interval_db"][nearest]
             if not np.isfinite(value):
-                ledger.left_out(f"SNR at {level:g} cd/m2", "the picture states no noise there", np.nan, "dB")
+                ledger.left_out(
+                    f"SNR at {level:g} cd/m2", "the picture states no noise there", np.nan, "dB"
+                )
                 continue
             scores.append(Score(f"snr_at_{level:g}", value, "dB", "", value + low, value + high))
         return scores
@@ -105,16 +107,36 @@ class SnrCurve:
 
         def medians(values):
             parts = np.split(values[use][order], np.cumsum(count)[:-1])
-            return np.array([median_interval(part, len(part) // PIXELS_PER_INDEPENDENT) for part in parts if len(part)]).reshape(-1, 3).T
+            return (
+                np.array(
+                    [
+                        median_interval(part, len(part) // PIXELS_PER_INDEPENDENT)
+                        for part in parts
+                        if len(part)
+                    ]
+                )
+                .reshape(-1, 3)
+                .T
+            )
 
         signal, (reported, least, most) = medians(true)[0], medians(luminance_variance(picture))
-        with np.errstate(divide="ignore", invalid="ignore"):  # a noise-free picture has an infinite SNR
-            snr, measured = (20 * np.log10(signal / np.sqrt(noise))
-                             for noise in (reported, mean((y - true) ** 2)))
+        with np.errstate(
+            divide="ignore", invalid="ignore"
+        ):  # a noise-free picture has an infinite SNR
+            snr, measured = (
+                20 * np.log10(signal / np.sqrt(noise))
+                for noise in (reported, mean((y - true) ** 2))
+            )
             interval = 10 * np.log10(reported / np.stack([most, least]))
-        return {"luminance_cd_m2": signal, "low_cd_m2": 10.0 ** (present / self.bins_per_decade),
-                "high_cd_m2": 10.0 ** ((present + 1) / self.bins_per_decade),
-                "snr_db": snr, "snr_interval_db": interval.T, "snr_measured_db": measured, "pixels": count}
+        return {
+            "luminance_cd_m2": signal,
+            "low_cd_m2": 10.0 ** (present / self.bins_per_decade),
+            "high_cd_m2": 10.0 ** ((present + 1) / self.bins_per_decade),
+            "snr_db": snr,
+            "snr_interval_db": interval.T,
+            "snr_measured_db": measured,
+            "pixels": count,
+        }
 
 
 def _rows_with_enough_pixels(table: dict) -> dict:

@@ -14,7 +14,9 @@ from .limits import Compression, White
 class Ssim:
     """Mean structural similarity (Wang et al. 2004) of picture and truth, both shown by the same display rendering."""
 
-    MEAN_OF_PARTS: ClassVar[bool] = True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
+    MEAN_OF_PARTS: ClassVar[bool] = (
+        True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
+    )
 
     # luminance shown as white; 0 takes the truth's 99th percentile without lamps
     white_cd_m2: White = 0.0
@@ -46,13 +48,24 @@ class Ssim:
         _, true, valid = luminances(picture, truth)
         shape = valid.shape
         if min(shape) < 11:
-            raise UnitError(f"a picture of {shape} pixels is smaller than the window of SSIM; "
-                            "expected at least 11 rows and columns")
+            raise UnitError(
+                f"a picture of {shape} pixels is smaller than the window of SSIM; "
+                "expected at least 11 rows and columns"
+            )
         white = self.white_cd_m2 or white_cd_m2(truth)
         shown = [display(p, white, self.compression) for p in (truth, picture)]
         # float32 halves the time; the smallest stabilising constant is 6.5, rounding of the windowed squares 2e-3
-        found = sum(similarity(*(p[..., k].astype(np.float32) for p in shown), data_range=255.0) for k in range(3)) / 3
+        found = (
+            sum(
+                similarity(*(p[..., k].astype(np.float32) for p in shown), data_range=255.0)
+                for k in range(3)
+            )
+            / 3
+        )
         found[~valid & (true < white)] = 0.0
-        scores = [Score("ssim", value, "", name, low, high) for name, region in frame_and_objects(shape, labels)
-                  for value, low, high in [mean_interval(found, region)]]
+        scores = [
+            Score("ssim", value, "", name, low, high)
+            for name, region in frame_and_objects(shape, labels)
+            for value, low, high in [mean_interval(found, region)]
+        ]
         return [*scores, Score("ssim_white", float(white), "cd m-2")]

@@ -7,14 +7,24 @@ from typing import ClassVar
 
 LOWEST_CD_M2, HIGHEST_CD_M2 = 0.005, 10000.0  # for which PU21 was fitted
 # Mantiuk, Azimi 2021, "PU21: a novel perceptually uniform encoding", the fit "banding_glare", its default
-P = (0.353487901, 0.3734658629, 8.277049286e-05, 0.9062562627, 0.09150303166, 0.9099517204, 596.3148142)
+P = (
+    0.353487901,
+    0.3734658629,
+    8.277049286e-05,
+    0.9062562627,
+    0.09150303166,
+    0.9099517204,
+    596.3148142,
+)
 
 
 @dataclass(frozen=True)
 class SsimPu21:
     """Mean SSIM of the PU21-encoded luminances of picture and truth, as an eye before the scene would see it: no tone map."""
 
-    MEAN_OF_PARTS: ClassVar[bool] = True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
+    MEAN_OF_PARTS: ClassVar[bool] = (
+        True  # of the picture, nearly: isethdr_core.score_errors may ask for some of it
+    )
 
     def narrow(self, demand):
         """Ask for the instance labels."""
@@ -36,12 +46,17 @@ class SsimPu21:
 
         y, true, valid = luminances(picture, truth)
         if min(y.shape) < 11:
-            raise UnitError(f"a picture of {y.shape} pixels is smaller than the window of SSIM; expected at least 11 rows and columns")
+            raise UnitError(
+                f"a picture of {y.shape} pixels is smaller than the window of SSIM; expected at least 11 rows and columns"
+            )
         found = similarity(pu21(true), pu21(y), data_range=256.0)
         found[~valid & (true < HIGHEST_CD_M2)] = 0.0
         clamped = [np.mean((v < LOWEST_CD_M2) | (v > HIGHEST_CD_M2)) for v in (y, true)]
-        scores = [Score("ssim_pu21", value, "", name, low, high) for name, region in frame_and_objects(y.shape, labels)
-                  for value, low, high in [mean_interval(found, region)]]
+        scores = [
+            Score("ssim_pu21", value, "", name, low, high)
+            for name, region in frame_and_objects(y.shape, labels)
+            for value, low, high in [mean_interval(found, region)]
+        ]
         return [*scores, Score("ssim_pu21_clamped", float(max(clamped)), "share of the frame")]
 
 

@@ -15,11 +15,23 @@ def angle_sensor(view, film_entry: dict) -> dict:
     """Return the Mitsuba camera of an equidistant `view`, of a scalar variant; `film_entry` as `beam_lamp.film`."""
     mi.register_sensor(PLUGIN, lambda properties: _sensor_class()(properties))
     matrix = np.eye(4)
-    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = view.right, view.down, view.forward, view.origin_m
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = (
+        view.right,
+        view.down,
+        view.forward,
+        view.origin_m,
+    )
     rows, columns = view.shape
-    return {"type": PLUGIN, "to_world": mi.ScalarTransform4f(matrix), "film": film_entry, "sampler": {"type": "independent"},
-            "left": float(view.x[0] - view.pitch_x / 2), "top": float(view.y[0] - view.pitch_y / 2),
-            "width": float(columns * view.pitch_x), "height": float(rows * view.pitch_y)}
+    return {
+        "type": PLUGIN,
+        "to_world": mi.ScalarTransform4f(matrix),
+        "film": film_entry,
+        "sampler": {"type": "independent"},
+        "left": float(view.x[0] - view.pitch_x / 2),
+        "top": float(view.y[0] - view.pitch_y / 2),
+        "width": float(columns * view.pitch_x),
+        "height": float(rows * view.pitch_y),
+    }
 
 
 def _sensor_class():
@@ -31,17 +43,30 @@ def _sensor_class():
             axes = np.array(properties["to_world"].matrix)
             self.axes, self.origin = axes[:3, :3].T.tolist(), mi.Point3f(axes[:3, 3].tolist())
 
-        def sample_ray(self, time, wavelength_sample, position_sample, aperture_sample, active=True):
+        def sample_ray(
+            self, time, wavelength_sample, position_sample, aperture_sample, active=True
+        ):
             x, y = (c + s * float(p) for c, s, p in zip(self.corner, self.size, position_sample))
             theta = (x * x + y * y) ** 0.5
-            across = np.sinc(theta / np.pi)      # sin(theta) / theta
+            across = np.sinc(theta / np.pi)  # sin(theta) / theta
             right, down, forward = self.axes
-            way = mi.Vector3f([across * (x * r + y * d) + np.cos(theta) * f for r, d, f in zip(right, down, forward)])
-            wavelengths, weight = self.sample_wavelengths(mi.SurfaceInteraction3f(), wavelength_sample, active)
+            way = mi.Vector3f(
+                [
+                    across * (x * r + y * d) + np.cos(theta) * f
+                    for r, d, f in zip(right, down, forward)
+                ]
+            )
+            wavelengths, weight = self.sample_wavelengths(
+                mi.SurfaceInteraction3f(), wavelength_sample, active
+            )
             return mi.Ray3f(self.origin, way, time, wavelengths), weight
 
-        def sample_ray_differential(self, time, wavelength_sample, position_sample, aperture_sample, active=True):
-            ray, weight = self.sample_ray(time, wavelength_sample, position_sample, aperture_sample, active)
+        def sample_ray_differential(
+            self, time, wavelength_sample, position_sample, aperture_sample, active=True
+        ):
+            ray, weight = self.sample_ray(
+                time, wavelength_sample, position_sample, aperture_sample, active
+            )
             return mi.RayDifferential3f(ray), weight
 
         def bbox(self):

@@ -13,7 +13,7 @@ from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_tabl
 
 PLUGIN = "isethdr_beam_lamp"
 NEAR_CLIP_M = 1e-3
-NEVER = 1e-7          # sampling weight of a lamp that is not looked for; with 0 Mitsuba would count what is found by chance in full
+NEVER = 1e-7  # sampling weight of a lamp that is not looked for; with 0 Mitsuba would count what is found by chance in full
 
 
 def beam_lamp(placed: PlacedLamp, hidden_from=None, mirrored_only: bool = False):
@@ -29,22 +29,44 @@ def beam_lamp(placed: PlacedLamp, hidden_from=None, mirrored_only: bool = False)
     """
     mi.register_emitter(PLUGIN, lambda properties: _beam_class()(properties))
     table = emission_table([placed.lamp.spectrum])[0] * placed.peak_cd_m2
-    spectrum = {"type": "regular", "wavelength_min": float(SPECTRUM_NM[0]), "wavelength_max": float(SPECTRUM_NM[-1]),
-                "values": ", ".join(f"{v:.9g}" for v in table)}
+    spectrum = {
+        "type": "regular",
+        "wavelength_min": float(SPECTRUM_NM[0]),
+        "wavelength_max": float(SPECTRUM_NM[-1]),
+        "values": ", ".join(f"{v:.9g}" for v in table),
+    }
     point = [1e30] * 3 if hidden_from is None else [float(v) for v in hidden_from]
-    return mi.load_dict({"type": PLUGIN, "radiance": spectrum if table.any() else {"type": "uniform", "value": 0.0},
-                         "axis": mi.ScalarVector3f(*(float(v) for v in placed.axis)), "floor": placed.floor,
-                         "cos_inner": placed.cos_inner, "cos_outer": placed.cos_outer, "hidden_from": mi.ScalarVector3f(*point),
-                         **({"mirrored_only": True, "sampling_weight": NEVER} if mirrored_only else {})})
+    return mi.load_dict(
+        {
+            "type": PLUGIN,
+            "radiance": spectrum if table.any() else {"type": "uniform", "value": 0.0},
+            "axis": mi.ScalarVector3f(*(float(v) for v in placed.axis)),
+            "floor": placed.floor,
+            "cos_inner": placed.cos_inner,
+            "cos_outer": placed.cos_outer,
+            "hidden_from": mi.ScalarVector3f(*point),
+            **({"mirrored_only": True, "sampling_weight": NEVER} if mirrored_only else {}),
+        }
+    )
 
 
 def film(wavelength_nm, step_nm: float, width: int, height: int) -> dict:
     """Return a film with one top-hat channel per band, whose channels are integrals over the band (divide by step_nm)."""
-    out = {"type": "specfilm", "width": width, "height": height, "component_format": "float32", "rfilter": {"type": "box"}}
-    edge = 1e-3       # nm; Mitsuba's tables need four separate nodes
+    out = {
+        "type": "specfilm",
+        "width": width,
+        "height": height,
+        "component_format": "float32",
+        "rfilter": {"type": "box"},
+    }
+    edge = 1e-3  # nm; Mitsuba's tables need four separate nodes
     for k, centre in enumerate(np.asarray(wavelength_nm, float)):
         low, high = centre - step_nm / 2, centre + step_nm / 2
-        out[f"band{k:03d}"] = {"type": "irregular", "wavelengths": f"{low}, {low + edge}, {high - edge}, {high}", "values": "0, 1, 1, 0"}
+        out[f"band{k:03d}"] = {
+            "type": "irregular",
+            "wavelengths": f"{low}, {low + edge}, {high - edge}, {high}",
+            "values": "0, 1, 1, 0",
+        }
     return out
 
 
@@ -53,10 +75,23 @@ def sensor(view, film_entry: dict) -> dict:
     origin = [float(v) for v in view.origin_m]
     matrix = np.eye(4)
     # Mitsuba's camera axes: left, up, forward
-    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = -view.right, -view.down, view.forward, origin
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = (
+        -view.right,
+        -view.down,
+        view.forward,
+        origin,
+    )
     fov = 2 * np.degrees(np.arctan(len(view.x) * view.pitch_x / 2))
-    return {"type": "perspective", "fov": float(fov), "fov_axis": "x", "near_clip": NEAR_CLIP_M, "far_clip": 1e6,
-            "to_world": mi.ScalarTransform4f(matrix), "film": film_entry, "sampler": {"type": "independent"}}
+    return {
+        "type": "perspective",
+        "fov": float(fov),
+        "fov_axis": "x",
+        "near_clip": NEAR_CLIP_M,
+        "far_clip": 1e6,
+        "to_world": mi.ScalarTransform4f(matrix),
+        "film": film_entry,
+        "sampler": {"type": "independent"},
+    }
 
 
 def _beam_class():
@@ -64,9 +99,18 @@ def _beam_class():
         def __init__(self, properties):
             super().__init__(properties)
             self.radiance = properties.get_emissive_texture("radiance", 1.0)
-            get = lambda name: dr.opaque(mi.Float, properties[name]) if dr.is_jit_v(mi.Float) else properties[name]
-            self.cos_inner, self.cos_outer, self.floor = get("cos_inner"), get("cos_outer"), get("floor")
-            self.axis, self.hidden_from = mi.Vector3f(properties["axis"]), mi.Point3f(properties["hidden_from"])
+            get = lambda name: (
+                dr.opaque(mi.Float, properties[name]) if dr.is_jit_v(mi.Float) else properties[name]
+            )
+            self.cos_inner, self.cos_outer, self.floor = (
+                get("cos_inner"),
+                get("cos_outer"),
+                get("floor"),
+            )
+            self.axis, self.hidden_from = (
+                mi.Vector3f(properties["axis"]),
+                mi.Point3f(properties["hidden_from"]),
+            )
             self.on, self.mirrored_only = True, properties.get("mirrored_only", False)
             self.lambertian = properties["cos_inner"] <= LAMBERTIAN_COS
             self.m_flags = mi.EmitterFlags.Surface
@@ -78,9 +122,18 @@ def _beam_class():
         def light(self, si, outwards, normal, active):
             pattern = 1.0
             if not self.lambertian:
-                t = dr.clip((dr.dot(outwards, self.axis) - self.cos_outer) / dr.maximum(self.cos_inner - self.cos_outer, 1e-6), 0, 1)
+                t = dr.clip(
+                    (dr.dot(outwards, self.axis) - self.cos_outer)
+                    / dr.maximum(self.cos_inner - self.cos_outer, 1e-6),
+                    0,
+                    1,
+                )
                 pattern = (t * t * (3 - 2 * t) + self.floor) / (1 + self.floor)
-            return dr.select(mi.Bool(active) & (dr.dot(outwards, normal) > 0), self.radiance.eval(si, active) * pattern, 0.0)
+            return dr.select(
+                mi.Bool(active) & (dr.dot(outwards, normal) > 0),
+                self.radiance.eval(si, active) * pattern,
+                0.0,
+            )
 
         def eval(self, si, active=True):
             if not self.on:
@@ -88,7 +141,9 @@ def _beam_class():
             outwards = si.to_world(si.wi)
             start = si.p + outwards * dr.select(dr.isfinite(si.t), si.t, 0)
             # camera rays start on the near plane; and float32 brings a start back to about 1e-6 of the ray's length
-            far = dr.norm(start - self.hidden_from) > 3 * NEAR_CLIP_M + 1e-5 * dr.select(dr.isfinite(si.t), si.t, 0)
+            far = dr.norm(start - self.hidden_from) > 3 * NEAR_CLIP_M + 1e-5 * dr.select(
+                dr.isfinite(si.t), si.t, 0
+            )
             return self.light(si, outwards, si.n, mi.Bool(active) & far)
 
         def sample_direction(self, it, sample, active=True):
@@ -104,8 +159,10 @@ def _beam_class():
 
         def pdf_direction(self, it, ds, active=True):
             if self.mirrored_only:
-                return 1e18        # so that rays from surfaces that a spot lights weigh nothing; those from mirrors ask no density
-            return dr.select(dr.dot(ds.d, ds.n) < 0, self.get_shape().pdf_direction(it, ds, active), 0.0)
+                return 1e18  # so that rays from surfaces that a spot lights weigh nothing; those from mirrors ask no density
+            return dr.select(
+                dr.dot(ds.d, ds.n) < 0, self.get_shape().pdf_direction(it, ds, active), 0.0
+            )
 
         def eval_direction(self, it, ds, active=True):
             return self.light(_at(it, ds), -ds.d, ds.n, active)

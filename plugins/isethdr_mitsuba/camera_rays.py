@@ -12,8 +12,8 @@ from zlib import crc32
 import drjit as dr
 import mitsuba as mi
 
-ACROSS, DOWN, ALONG = 0xC13FA9A9, 0x91E10DA6, 0x9E3779B9     # 2^32 / 1.32472, / 1.32472^2, / 1.61803
-ASIDE, UP = 0x3C6EF373, 0xBB67AE85     # 2^32 (5^0.5 - 2), (3^0.5 - 1)
+ACROSS, DOWN, ALONG = 0xC13FA9A9, 0x91E10DA6, 0x9E3779B9  # 2^32 / 1.32472, / 1.32472^2, / 1.61803
+ASIDE, UP = 0x3C6EF373, 0xBB67AE85  # 2^32 (5^0.5 - 2), (3^0.5 - 1)
 WHOLE = 2.0**-32
 
 
@@ -21,13 +21,23 @@ class Camera:
     """A view on the device. What it holds is data, not literals: a kernel is that of other views too."""
 
     def __init__(self, view):
-        number, length = (lambda v: dr.opaque(mi.UInt32, v)), (lambda v: dr.opaque(mi.Float, float(v)))
+        number, length = (
+            (lambda v: dr.opaque(mi.UInt32, v)),
+            (lambda v: dr.opaque(mi.Float, float(v))),
+        )
         self.tiles, self.angles = view.shape[0] * view.shape[1], view.projection == "equidistant"
-        self.columns, self.cut, self.whole_columns = number(view.shape[1]), tuple(map(number, view.cut)), number(view.whole[1])
+        self.columns, self.cut, self.whole_columns = (
+            number(view.shape[1]),
+            tuple(map(number, view.cut)),
+            number(view.whole[1]),
+        )
         self.pitch_x, self.pitch_y = length(view.pitch_x), length(view.pitch_y)
         self.left = length(view.x[0] - (view.cut[1] + 0.5) * view.pitch_x)
         self.top = length(view.y[0] - (view.cut[0] + 0.5) * view.pitch_y)
-        self.origin, self.right, self.down, self.forward = (mi.Vector3f(*map(length, v)) for v in (view.origin_m, view.right, view.down, view.forward))
+        self.origin, self.right, self.down, self.forward = (
+            mi.Vector3f(*map(length, v))
+            for v in (view.origin_m, view.right, view.down, view.forward)
+        )
 
     def place_of(self, tile):
         """Return row and column of tiles in the whole grid, nothing left out, and their number there, which their random numbers go by."""
@@ -40,8 +50,12 @@ class Camera:
         y = self.top + (mi.Float(row) + mi.Float(point.y) * WHOLE) * self.pitch_y
         if self.angles:
             theta = dr.sqrt(x * x + y * y)
-            across = dr.select(theta > 1e-4, dr.sin(theta) / theta, 1)      # 1e-4: the series' next term is below float32
-            way = self.right * (across * x) + self.down * (across * y) + self.forward * dr.cos(theta)
+            across = dr.select(
+                theta > 1e-4, dr.sin(theta) / theta, 1
+            )  # 1e-4: the series' next term is below float32
+            way = (
+                self.right * (across * x) + self.down * (across * y) + self.forward * dr.cos(theta)
+            )
         else:
             way = dr.normalize(self.right * x + self.down * y + self.forward)
         return mi.Ray3f(mi.Point3f(self.origin), way, 0.0, wavelengths)
@@ -50,7 +64,11 @@ class Camera:
 def offsets(seed, numbers):
     """Return the random offsets of tiles: of the points (x, y), of the wavelengths and of the directions (two numbers), of 2^32."""
     rng = stream(seed, numbers, "points")
-    return mi.Point2u(rng.next_uint32(), rng.next_uint32()), rng.next_uint32(), mi.Point2u(rng.next_uint32(), rng.next_uint32())
+    return (
+        mi.Point2u(rng.next_uint32(), rng.next_uint32()),
+        rng.next_uint32(),
+        mi.Point2u(rng.next_uint32(), rng.next_uint32()),
+    )
 
 
 def share(numbers):
@@ -61,5 +79,7 @@ def share(numbers):
 def stream(seed, numbers, purpose: str):
     """Return random numbers for `purpose`, independent per number."""
     a, b = mi.sample_tea_32(numbers, seed ^ crc32(purpose.encode()))
-    moved = mi.UInt64(numbers) - dr.arange(mi.UInt64, dr.width(numbers))    # PCG32 adds the place in the array: the number given counts instead
+    moved = mi.UInt64(numbers) - dr.arange(
+        mi.UInt64, dr.width(numbers)
+    )  # PCG32 adds the place in the array: the number given counts instead
     return mi.PCG32(dr.width(numbers), mi.UInt64(a) + moved, mi.UInt64(b) + moved)

@@ -19,7 +19,7 @@ from .llvm import use_unpacked
 VARIANTS = {"cuda": "cuda_ad_spectral", "llvm": "llvm_ad_spectral", "scalar": "scalar_spectral"}
 HELP = {
     "llvm": "install LLVM 17 or newer (tested: 19), for example `apt-get install libllvm19`, or set DRJIT_LIBLLVM_PATH "
-            "to its libLLVM.so; LLVM 15 and 16 stop the process with Mitsuba 3.9.1",
+    "to its libLLVM.so; LLVM 15 and 16 stop the process with Mitsuba 3.9.1",
     "cuda": "needs an NVIDIA graphics card with a driver of version 535 or newer",
     "scalar": "reinstall mitsuba: `pip install --force-reinstall isethdr[mitsuba]`",
 }
@@ -47,11 +47,15 @@ def choose_variant(asked: str) -> str:
     """
     found = doctor()
     if not found["mitsuba"]:
-        raise ConfigError("renderer mitsuba needs the package mitsuba, which is not installed; type pip install 'isethdr[mitsuba]'")
+        raise ConfigError(
+            "renderer mitsuba needs the package mitsuba, which is not installed; type pip install 'isethdr[mitsuba]'"
+        )
     if asked == "auto":
         asked = next(name for name in VARIANTS if found[name] == "works" or name == "scalar")
     if found[asked] != "works":
-        raise ConfigError(f"renderer variant {asked!r} does not work here: {found[asked]}; {HELP[asked]}; or type renderer.variant=auto")
+        raise ConfigError(
+            f"renderer variant {asked!r} does not work here: {found[asked]}; {HELP[asked]}; or type renderer.variant=auto"
+        )
     return VARIANTS[asked]
 
 
@@ -67,10 +71,21 @@ def doctor() -> dict[str, str]:
     except importlib.metadata.PackageNotFoundError:
         return {"mitsuba": "", **dict.fromkeys(VARIANTS, "mitsuba is not installed")}
     use_unpacked()
-    key = json.dumps([version, platform.node(), sys.executable, os.environ.get("DRJIT_LIBLLVM_PATH", ""), _llvm_libraries()])
+    key = json.dumps(
+        [
+            version,
+            platform.node(),
+            sys.executable,
+            os.environ.get("DRJIT_LIBLLVM_PATH", ""),
+            _llvm_libraries(),
+        ]
+    )
     kept = _read()
     if kept.get("key") != key:
-        kept = {"key": key, "found": {"mitsuba": version, **{name: _probe(v) for name, v in VARIANTS.items()}}}
+        kept = {
+            "key": key,
+            "found": {"mitsuba": version, **{name: _probe(v) for name, v in VARIANTS.items()}},
+        }
         _write(kept)
     return kept["found"]
 
@@ -83,11 +98,20 @@ def doctor_command(fresh: bool = False):
     found = doctor()
     print(f"mitsuba {found['mitsuba'] or 'is not installed: pip install isethdr[mitsuba]'}")
     for name in VARIANTS:
-        print(f"{name:7s} {found[name]}" + ("" if found[name] == "works" else f"\n        {HELP[name]}"))
+        print(
+            f"{name:7s} {found[name]}"
+            + ("" if found[name] == "works" else f"\n        {HELP[name]}")
+        )
 
 
 def _probe(variant):
-    done = subprocess.run([sys.executable, "-c", PROBE, variant], check=False, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE, variant],
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
     if done.returncode == 0:
         return "works"
     last = (done.stderr.strip().splitlines() or ["no message"])[-1]
@@ -100,7 +124,11 @@ def _llvm_libraries():
 
 
 def _file():
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "isethdr" / "mitsuba_variants.json"
+    return (
+        Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+        / "isethdr"
+        / "mitsuba_variants.json"
+    )
 
 
 def _read():
@@ -115,4 +143,4 @@ def _write(content):
         _file().parent.mkdir(parents=True, exist_ok=True)
         _file().write_text(json.dumps(content))
     except OSError:
-        pass                      # a home that cannot be written to only costs the probe again
+        pass  # a home that cannot be written to only costs the probe again

@@ -39,9 +39,22 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
     integrator = mi.load_dict({"type": "path", "max_depth": settings.max_depth, "rr_depth": 1000})
     # a short last block is filled up with the bands before it, so that every film has four bands of equal area
     starts = sorted({min(s, max(len(bands_nm) - BLOCK, 0)) for s in range(0, len(bands_nm), BLOCK)})
-    sensors = [mi.load_dict((angle_sensor if angles else sensor)(view, film(_block(bands_nm, s, settings.step_nm), settings.step_nm, columns, rows))) for s in starts]
-    sky_scene = _sky_scene(description, span) if "sky" in groups and description.sky is not None else None
-    lamp_scene, switch = _lamp_scene(description, view, lamps, groups, span) if any(p.lamp.group in groups for p in lamps) else (None, None)
+    sensors = [
+        mi.load_dict(
+            (angle_sensor if angles else sensor)(
+                view, film(_block(bands_nm, s, settings.step_nm), settings.step_nm, columns, rows)
+            )
+        )
+        for s in starts
+    ]
+    sky_scene = (
+        _sky_scene(description, span) if "sky" in groups and description.sky is not None else None
+    )
+    lamp_scene, switch = (
+        _lamp_scene(description, view, lamps, groups, span)
+        if any(p.lamp.group in groups for p in lamps)
+        else (None, None)
+    )
 
     every = range(len(groups))
 
@@ -52,7 +65,15 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
                     continue
                 done = 0
                 for start, one_sensor in zip(starts, sensors, strict=True):
-                    image = np.array(mi.render(scene, sensor=one_sensor, integrator=integrator, spp=samples, seed=seed ^ crc32(group.encode())))
+                    image = np.array(
+                        mi.render(
+                            scene,
+                            sensor=one_sensor,
+                            integrator=integrator,
+                            spp=samples,
+                            seed=seed ^ crc32(group.encode()),
+                        )
+                    )
                     for k in range(max(start, done), min(start + BLOCK, len(bands_nm))):
                         yield g, k, image[..., k - start].ravel() / settings.step_nm
                     done = start + BLOCK
@@ -62,7 +83,7 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
 
 def _block(bands_nm, start, step_nm):
     """Return four band centres from number `start` on, made up beyond the last band where there are fewer."""
-    block = list(bands_nm[start:start + BLOCK])
+    block = list(bands_nm[start : start + BLOCK])
     return block + [block[-1] + step_nm * (k + 1) for k in range(BLOCK - len(block))]
 
 
@@ -74,10 +95,15 @@ def _sky_scene(description, span):
 def _lamp_scene(description, view, lamps, groups, span):
     """Return the Mitsuba scene of all lamps, and the function that leaves one group of them on and says if there are any."""
     lights = spots([p if p.lamp.group in groups else replace(p, peak_cd_m2=0.0) for p in lamps])
-    pictures = {id(s.picture): _picture(s.picture) for s in lights}      # many spots share one
-    entries = {f"spot{k:05d}": _spot(s, lamps[s.lamp].lamp.spectrum, pictures[id(s.picture)]) for k, s in enumerate(lights)}
+    pictures = {id(s.picture): _picture(s.picture) for s in lights}  # many spots share one
+    entries = {
+        f"spot{k:05d}": _spot(s, lamps[s.lamp].lamp.spectrum, pictures[id(s.picture)])
+        for k, s in enumerate(lights)
+    }
     mirrored = [beam_lamp(p, view.origin_m, mirrored_only=True) for p in lamps]
-    scene = build_world(description, coloured_surfaces(description, *span), mirrored.__getitem__, **entries).scene
+    scene = build_world(
+        description, coloured_surfaces(description, *span), mirrored.__getitem__, **entries
+    ).scene
     fields = mi.traverse(scene)
     group_of = [lamps[s.lamp].lamp.group for s in lights]
     share = _shares(scene, view, lights, group_of, groups)
@@ -94,17 +120,33 @@ def _lamp_scene(description, view, lamps, groups, span):
 
 
 def _picture(values):
-    return mi.load_dict({"type": "bitmap", "bitmap": mi.Bitmap(values[..., None]), "raw": True, "wrap_mode": "clamp"})
+    return mi.load_dict(
+        {
+            "type": "bitmap",
+            "bitmap": mi.Bitmap(values[..., None]),
+            "raw": True,
+            "wrap_mode": "clamp",
+        }
+    )
 
 
 def _spot(spot, spectrum, picture):
     table = emission_table([spectrum])[0] * spot.peak_cd
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = spot.frame, spot.point
-    return {"type": "spot", "cutoff_angle": spot.cutoff_deg, "beam_width": spot.cutoff_deg, "to_world": mi.ScalarTransform4f(matrix),
-            "intensity": {"type": "regular", "wavelength_min": float(SPECTRUM_NM[0]), "wavelength_max": float(SPECTRUM_NM[-1]),
-                          "values": ", ".join(f"{v:.9g}" for v in table)},
-            "texture": picture}
+    return {
+        "type": "spot",
+        "cutoff_angle": spot.cutoff_deg,
+        "beam_width": spot.cutoff_deg,
+        "to_world": mi.ScalarTransform4f(matrix),
+        "intensity": {
+            "type": "regular",
+            "wavelength_min": float(SPECTRUM_NM[0]),
+            "wavelength_max": float(SPECTRUM_NM[-1]),
+            "values": ", ".join(f"{v:.9g}" for v in table),
+        },
+        "texture": picture,
+    }
 
 
 def _shares(scene, view, lights, group_of, groups):
@@ -117,5 +159,10 @@ def _shares(scene, view, lights, group_of, groups):
             share[mine] = shares([lights[k] for k in mine], lux)
             errors.append(extent_error([lights[k] for k in mine], lux, distance))
     if errors:
-        ledger.error(max(errors), "relative", "bound", "mean over the light, as lamps light from points in front of them")
+        ledger.error(
+            max(errors),
+            "relative",
+            "bound",
+            "mean over the light, as lamps light from points in front of them",
+        )
     return share

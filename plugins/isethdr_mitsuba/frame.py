@@ -15,7 +15,9 @@ from .radiance import estimate
 from .view import view_of
 
 
-def render_frame(settings, description, groups, bands_nm, labels, variant: str, margin: bool = True, known=None):
+def render_frame(
+    settings, description, groups, bands_nm, labels, variant: str, margin: bool = True, known=None
+):
     """Return the scene radiance Dataset.
 
     Parameters
@@ -38,7 +40,9 @@ def render_frame(settings, description, groups, bands_nm, labels, variant: str, 
     from .visible_lamps import visible_lamps
 
     view = wide = view_of(description.camera, settings.width, settings.height, settings.margin)
-    if not (margin or variant.startswith("scalar")):    # Mitsuba's own film numbers paths by the size of the frame
+    if not (
+        margin or variant.startswith("scalar")
+    ):  # Mitsuba's own film numbers paths by the size of the frame
         view = wide.within_field()
     lamps = placed_lamps(description, settings.normalise, groups)
     surfaces = ramp_surfaces(description)
@@ -49,27 +53,60 @@ def render_frame(settings, description, groups, bands_nm, labels, variant: str, 
         one_pass = film_pass(description, view, lamps, groups, bands_nm, settings)
     else:
         one_pass = path_pass(description, view, lamps, groups, bands_nm, settings, world, surfaces)
-    result = estimate(one_pass, settings, groups, bands_nm, view.shape, view.whole, known, view.in_field())
+    result = estimate(
+        one_pass, settings, groups, bands_nm, view.shape, view.whole, known, view.in_field()
+    )
     layer, error = visible_lamps(world, view, lamps, groups, bands_nm, settings.step_nm)
     radiance = result.radiance
     radiance += layer
     state_noise(result, groups, settings)
     if error > 0:
         arcs = ", or where its sides are arcs" * (view.projection != "tangent")
-        ledger.error(error, "relative", "bound", f"part of a lamp's footprint on a tile, where the lamp is partly hidden{arcs}")
-    found, objects = cut_labels(view.cut, *label_tiles(world, wide, description, labels))   # an object may reach beyond the field
-    ds = scene_radiance(radiance, groups, bands_nm, view.x, view.y, view.field, view.projection, **found)
+        ledger.error(
+            error,
+            "relative",
+            "bound",
+            f"part of a lamp's footprint on a tile, where the lamp is partly hidden{arcs}",
+        )
+    found, objects = cut_labels(
+        view.cut, *label_tiles(world, wide, description, labels)
+    )  # an object may reach beyond the field
+    ds = scene_radiance(
+        radiance, groups, bands_nm, view.x, view.y, view.field, view.projection, **found
+    )
     # a lone band or tile has no neighbour to take its width from
     ds.attrs.update(pitch_x=view.pitch_x, pitch_y=view.pitch_y)
     # beside the light it belongs to: what of a picture is the renderer's own noise follows from it
-    ds["xyz_noise"] = ("light_group", "xyz_channel", "y", "x"), result.xyz_noise.astype(np.float32), {"units": "cd m-2"}
-    ds["half_difference"] = ("light_group", "y", "x"), result.half_difference.astype(np.float32), {"units": "cd m-2"}
-    ds.attrs["noise"] = {g: float(n) for g, n in zip(groups, result.noise, strict=True) if np.isfinite(n)}
-    ds.attrs["path_span"] = {g: [int(first), int(first + n)] for g, first, n in zip(groups, result.first, result.samples, strict=True)}
+    ds["xyz_noise"] = (
+        ("light_group", "xyz_channel", "y", "x"),
+        result.xyz_noise.astype(np.float32),
+        {"units": "cd m-2"},
+    )
+    ds["half_difference"] = (
+        ("light_group", "y", "x"),
+        result.half_difference.astype(np.float32),
+        {"units": "cd m-2"},
+    )
+    ds.attrs["noise"] = {
+        g: float(n) for g, n in zip(groups, result.noise, strict=True) if np.isfinite(n)
+    }
+    ds.attrs["path_span"] = {
+        g: [int(first), int(first + n)]
+        for g, first, n in zip(groups, result.first, result.samples, strict=True)
+    }
     if objects is not None:
         ds.attrs["objects"] = objects
-    ds.attrs["lamps"] = [{"object": p.object, "instance": p.instance, "kind": p.lamp.kind, "group": p.lamp.group,
-                          "luminance_cd_m2": p.peak_cd_m2} for p in lamps if p.lamp.group in groups]
+    ds.attrs["lamps"] = [
+        {
+            "object": p.object,
+            "instance": p.instance,
+            "kind": p.lamp.kind,
+            "group": p.lamp.group,
+            "luminance_cd_m2": p.peak_cd_m2,
+        }
+        for p in lamps
+        if p.lamp.group in groups
+    ]
     return ds
 
 
@@ -98,18 +135,34 @@ def rare_light(samples: int) -> float:
 
     Measured on a night drive and in a tunnel, the worst light group, against 2400 and more paths; least for more paths than 160.
     """
-    return float(np.interp(np.log2(max(samples, 1)), np.log2([16, 32, 64, 160]), [5.2, 3.8, 2.8, 2.1]))
+    return float(
+        np.interp(np.log2(max(samples, 1)), np.log2([16, 32, 64, 160]), [5.2, 3.8, 2.8, 2.1])
+    )
 
 
 def state_noise(result, groups, settings):
     """State each group's noise in the ledger, and say so where it is not what was allowed."""
-    for group, noise, own, known, seconds in zip(groups, result.whole_noise, result.samples, result.known, result.seconds, strict=True):
-        if not np.isfinite(noise):          # one pass alone has no spread, a group without light no noise
+    for group, noise, own, known, seconds in zip(
+        groups, result.whole_noise, result.samples, result.known, result.seconds, strict=True
+    ):
+        if not np.isfinite(noise):  # one pass alone has no spread, a group without light no noise
             continue
-        samples, stored = own + known.paths, f", {known.paths} of them stored before" * bool(known.paths)
-        ledger.error(noise, "relative", "statistical", f"{samples} paths a tile{stored}, {seconds:.3g} s, nine of ten tiles "
-                     f"within {rare_light(samples):.1f} times what is stated of each: median over tiles, light group {group}")
+        samples, stored = (
+            own + known.paths,
+            f", {known.paths} of them stored before" * bool(known.paths),
+        )
+        ledger.error(
+            noise,
+            "relative",
+            "statistical",
+            f"{samples} paths a tile{stored}, {seconds:.3g} s, nine of ten tiles "
+            f"within {rare_light(samples):.1f} times what is stated of each: median over tiles, light group {group}",
+        )
         if settings.error_allowed is not None and noise > settings.error_allowed:
             needed = math.ceil(samples * (noise / settings.error_allowed) ** 2)
-            print(f"renderer: light group {group} has a noise of {noise:.2g} after {samples} paths, {settings.error_allowed:g} is allowed; "
-                  f"type renderer.most_samples={needed}", file=sys.stderr, flush=True)
+            print(
+                f"renderer: light group {group} has a noise of {noise:.2g} after {samples} paths, {settings.error_allowed:g} is allowed; "
+                f"type renderer.most_samples={needed}",
+                file=sys.stderr,
+                flush=True,
+            )

@@ -22,11 +22,11 @@ class Shape:
     """A Mitsuba shape and what it stands for."""
 
     shape: mi.Shape
-    label: int = 0               # object 1, 2, ...; 0 for the shared parts of a model, whose instances carry it
-    material: int = 0            # index into the description's materials
-    lamp: int | None = None      # index into the lamps
-    pose: np.ndarray | None = None   # (4, 4) of an instance: it has no triangles of its own
-    parts: tuple = ()            # shapes that an instance places
+    label: int = 0  # object 1, 2, ...; 0 for the shared parts of a model, whose instances carry it
+    material: int = 0  # index into the description's materials
+    lamp: int | None = None  # index into the lamps
+    pose: np.ndarray | None = None  # (4, 4) of an instance: it has no triangles of its own
+    parts: tuple = ()  # shapes that an instance places
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,11 @@ class World:
         """Return by Mitsuba's number of an instance its pose (n, 4, 4), unity elsewhere, as at 0; the place of its first part; and all parts' numbers."""
         placed = [s for s in self.shapes if s.pose is not None]
         numbers = _numbers(s.shape for s in placed)
-        poses, first, parts = np.tile(np.eye(4), (numbers.max(initial=0) + 1, 1, 1)), np.zeros(numbers.max(initial=0) + 1, np.uint32), [0]
+        poses, first, parts = (
+            np.tile(np.eye(4), (numbers.max(initial=0) + 1, 1, 1)),
+            np.zeros(numbers.max(initial=0) + 1, np.uint32),
+            [0],
+        )
         known = {}
         for number, s in zip(numbers, placed, strict=True):
             poses[number] = s.pose
@@ -78,17 +82,33 @@ def build_world(description, surfaces: dict, emitter_of=None, **extra) -> World:
     entries, shapes, lamps, instances, parts = {"type": "scene", **extra}, [], 0, {}, {}
     for number, placed in enumerate(description.objects, 1):
         if placed.model not in description.models:
-            raise ConfigError(f"object {placed.name!r} has the unknown model {placed.model!r}" + did_you_mean(placed.model, description.models))
+            raise ConfigError(
+                f"object {placed.name!r} has the unknown model {placed.model!r}"
+                + did_you_mean(placed.model, description.models)
+            )
         model, pose = description.models[placed.model], np.asarray(placed.pose, float)
         shared = [p for p in model.parts if not p.lamp] if times[placed.model] > 1 else []
         if shared:
             group = f"model_{placed.model}"
             if group not in entries:
-                meshes = [_mesh(f"{group}_{j}", p, np.eye(4), _surface(surfaces, p)) for j, p in enumerate(shared)]
+                meshes = [
+                    _mesh(f"{group}_{j}", p, np.eye(4), _surface(surfaces, p))
+                    for j, p in enumerate(shared)
+                ]
                 parts[group] = tuple(meshes)
-                entries[group] = {"type": "shapegroup", **{f"part{j}": m for j, m in enumerate(meshes)}}
-                shapes += [Shape(m, material=order[p.material]) for m, p in zip(meshes, shared, strict=True)]
-            entries[f"object{number}"] = {"type": "instance", "to_world": mi.ScalarTransform4f(pose), "model": {"type": "ref", "id": group}}
+                entries[group] = {
+                    "type": "shapegroup",
+                    **{f"part{j}": m for j, m in enumerate(meshes)},
+                }
+                shapes += [
+                    Shape(m, material=order[p.material])
+                    for m, p in zip(meshes, shared, strict=True)
+                ]
+            entries[f"object{number}"] = {
+                "type": "instance",
+                "to_world": mi.ScalarTransform4f(pose),
+                "model": {"type": "ref", "id": group},
+            }
             instances[f"object{number}"] = {"label": number, "pose": pose, "parts": parts[group]}
         for j, part in enumerate(model.parts):
             if shared and not part.lamp:
@@ -103,12 +123,18 @@ def build_world(description, surfaces: dict, emitter_of=None, **extra) -> World:
         # compiled code has nothing to choose from without any surface: a speck that no ray meets
         entries["speck"] = {"type": "sphere", "radius": 1e-9, "center": [0.0, 0.0, -1e7]}
     scene = mi.load_dict(entries, optimize=False)
-    return World(scene, shapes + [Shape(s, **instances[s.id()]) for s in scene.shapes() if s.id() in instances])
+    return World(
+        scene,
+        shapes + [Shape(s, **instances[s.id()]) for s in scene.shapes() if s.id() in instances],
+    )
 
 
 def _surface(surfaces, part):
     if part.material not in surfaces:
-        raise ConfigError(f"part {part.name!r} has the unknown material {part.material!r}" + did_you_mean(part.material, surfaces))
+        raise ConfigError(
+            f"part {part.name!r} has the unknown material {part.material!r}"
+            + did_you_mean(part.material, surfaces)
+        )
     return surfaces[part.material]
 
 
@@ -116,7 +142,7 @@ def _mesh(name, part, pose, surface, emitter=None):
     vertices = np.asarray(part.vertices, float) @ pose[:3, :3].T + pose[:3, 3]
     faces = np.asarray(part.faces)
     if np.linalg.det(pose[:3, :3]) < 0:
-        faces = faces[:, ::-1]                       # a mirroring pose turns the winding round
+        faces = faces[:, ::-1]  # a mirroring pose turns the winding round
     # a lamp's pattern follows its real faces, so it gets no smoothed normals
     smooth = part.normals is not None and not part.lamp
     properties = mi.Properties()

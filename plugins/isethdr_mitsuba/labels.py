@@ -13,8 +13,8 @@ from isethdr_core.physics.projection import depth_m
 from .straight import straightened
 from .visible_lamps import NEAR_M, cut
 
-PAIRS = 1_000_000   # triangle and tile pairs tested at a time: bounds memory
-OFF = 0.25          # of a tile, by which a side may bend on a grid of angles: boxes are made larger by twice that
+PAIRS = 1_000_000  # triangle and tile pairs tested at a time: bounds memory
+OFF = 0.25  # of a tile, by which a side may bend on a grid of angles: boxes are made larger by twice that
 
 
 def label_tiles(world, view, description, wanted):
@@ -30,15 +30,24 @@ def label_tiles(world, view, description, wanted):
     numbers = [0]
     for placed in description.objects:
         if placed.category not in CATEGORIES:
-            raise ConfigError(f"object {placed.name!r} has the unknown category {placed.category!r}" + did_you_mean(placed.category, CATEGORIES))
+            raise ConfigError(
+                f"object {placed.name!r} has the unknown category {placed.category!r}"
+                + did_you_mean(placed.category, CATEGORIES)
+            )
         numbers.append(CATEGORIES[placed.category])
     rows, columns = view.shape
     x, y = (a.ravel() for a in np.meshgrid(view.x, view.y))
     direction = view.to_world(view.rays(x, y))
-    instance, distance, normal = (_first_hits if dr.is_jit_v(mi.Float) else _first_hits_scalar)(world, view.origin_m, direction)
+    instance, distance, normal = (_first_hits if dr.is_jit_v(mi.Float) else _first_hits_scalar)(
+        world, view.origin_m, direction
+    )
     normal *= -np.sign(np.einsum("nk,nk->n", normal, direction))[:, None]
-    found = {"instance": instance.astype(np.uint32), "category": np.array(numbers, np.uint16)[instance],
-             "distance": distance.astype(np.float32), "depth": depth_m(distance, x, y, view.projection).astype(np.float32)}
+    found = {
+        "instance": instance.astype(np.uint32),
+        "category": np.array(numbers, np.uint16)[instance],
+        "distance": distance.astype(np.float32),
+        "depth": depth_m(distance, x, y, view.projection).astype(np.float32),
+    }
     found = {name: value.reshape(rows, columns) for name, value in found.items()}
     found["normal"] = normal.reshape(rows, columns, 3).astype(np.float32)
     objects = object_table(description, view, found) if "instance" in wanted else None
@@ -48,7 +57,9 @@ def label_tiles(world, view, description, wanted):
 def cut_labels(cut, found: dict, objects):
     """Return labels and object table without the outermost `cut` (rows, columns): boxes count from the tiles that are left."""
     rows, columns = (slice(c, -c or None) for c in cut)
-    moved = objects and [{**o, "box": [o["box"][0] - cut[1], o["box"][1] - cut[0], *o["box"][2:]]} for o in objects]
+    moved = objects and [
+        {**o, "box": [o["box"][0] - cut[1], o["box"][1] - cut[0], *o["box"][2:]]} for o in objects
+    ]
     return {name: values[rows, columns] for name, values in found.items()}, moved
 
 
@@ -61,11 +72,23 @@ def object_table(description, view, found) -> list[dict]:
         if not len(rows):
             continue
         corner = int(columns.min()), int(rows.min())
-        out.append({"instance": number, "category": placed.category, "name": placed.name,
-                    "box": [*corner, int(columns.max()) + 1 - corner[0], int(rows.max()) + 1 - corner[1]],
-                    "visible_fraction": visible_fraction(description.models[placed.model], placed.pose, view, len(rows)),
-                    "distance_m": float(found["distance"][rows, columns].min()),
-                    "position_m": [float(v) for v in np.asarray(placed.pose, float)[:3, 3]]})
+        out.append(
+            {
+                "instance": number,
+                "category": placed.category,
+                "name": placed.name,
+                "box": [
+                    *corner,
+                    int(columns.max()) + 1 - corner[0],
+                    int(rows.max()) + 1 - corner[1],
+                ],
+                "visible_fraction": visible_fraction(
+                    description.models[placed.model], placed.pose, view, len(rows)
+                ),
+                "distance_m": float(found["distance"][rows, columns].min()),
+                "position_m": [float(v) for v in np.asarray(placed.pose, float)[:3, 3]],
+            }
+        )
     return out
 
 
@@ -76,7 +99,10 @@ def visible_fraction(model, pose, view, seen: int) -> float:
     """
     covered, triangles = np.zeros(view.shape, bool), []
     for part in model.parts:
-        world = np.asarray(part.vertices, float) @ np.asarray(pose, float)[:3, :3].T + np.asarray(pose, float)[:3, 3]
+        world = (
+            np.asarray(part.vertices, float) @ np.asarray(pose, float)[:3, :3].T
+            + np.asarray(pose, float)[:3, 3]
+        )
         corners, faces = view.to_camera(world), np.asarray(part.faces, int)
         if view.projection == "tangent" and (corners[:, 2] > NEAR_M).all():
             faces = faces[_reach_centres(view.coordinates(corners), faces, view)]
@@ -94,11 +120,16 @@ def _reach_centres(flat, faces, view):
     places = (flat - [view.x[0], view.y[0]]) / [view.pitch_x, view.pitch_y]
     some = np.ones(len(faces), bool)
     for place, count in zip(places.T, view.shape[::-1]):
-        place = np.clip(place, -0.5, count - 0.5)       # beyond the first and the last centre
+        place = np.clip(place, -0.5, count - 0.5)  # beyond the first and the last centre
         # `fill` allows for 1e-9 of a tile
-        after, upto = (np.floor(place + more).astype(np.int16 if count < 2**15 else int) for more in (-2e-9, 2e-9))
+        after, upto = (
+            np.floor(place + more).astype(np.int16 if count < 2**15 else int)
+            for more in (-2e-9, 2e-9)
+        )
         a, b, c = faces.T
-        some &= np.maximum(np.maximum(upto[a], upto[b]), upto[c]) > np.minimum(np.minimum(after[a], after[b]), after[c])
+        some &= np.maximum(np.maximum(upto[a], upto[b]), upto[c]) > np.minimum(
+            np.minimum(after[a], after[b]), after[c]
+        )
     return some
 
 
@@ -124,7 +155,7 @@ def fill(covered, view, triangles) -> None:
         column, row = low[which, 0] + place % wide[which], low[which, 1] + place // wide[which]
         ray = view.rays(view.x[column], view.y[row])
         height = np.einsum("nsk,nk->ns", sides[which], ray)
-        met = (height >= 0).all(1) & (height.max(1) > 0)      # a triangle seen edge-on covers nothing
+        met = (height >= 0).all(1) & (height.max(1) > 0)  # a triangle seen edge-on covers nothing
         covered[row[met], column[met]] = True
 
 
@@ -165,21 +196,39 @@ def _boxes(triangles, view):
 
 
 def _first_hits(world, origin, direction):
-    ray = mi.Ray3f(mi.Point3f(*(mi.Float(float(v)) for v in origin)), mi.Vector3f(*direction.T.astype(np.float32)))
+    ray = mi.Ray3f(
+        mi.Point3f(*(mi.Float(float(v)) for v in origin)),
+        mi.Vector3f(*direction.T.astype(np.float32)),
+    )
     si = world.scene.ray_intersect_preliminary(ray, coherent=True).compute_surface_interaction(ray)
     # inside an instance the shape is the shared part; the instance says which object it is
-    shape, instance = dr.reinterpret_array(mi.UInt32, si.shape), dr.reinterpret_array(mi.UInt32, si.instance)
+    shape, instance = (
+        dr.reinterpret_array(mi.UInt32, si.shape),
+        dr.reinterpret_array(mi.UInt32, si.instance),
+    )
     table = world.table(lambda s: s.label)
     valid = np.array(si.is_valid())
     number = table[np.where(valid, np.array(dr.select(instance != 0, instance, shape)), 0)]
-    return np.where(valid, number, 0), np.where(valid, np.array(si.t, float), np.inf), np.array(si.sh_frame.n, float).T * valid[:, None]
+    return (
+        np.where(valid, number, 0),
+        np.where(valid, np.array(si.t, float), np.inf),
+        np.array(si.sh_frame.n, float).T * valid[:, None],
+    )
 
 
 def _first_hits_scalar(world, origin, direction):
-    number, distance, normal = np.zeros(len(direction), int), np.full(len(direction), np.inf), np.zeros((len(direction), 3))
+    number, distance, normal = (
+        np.zeros(len(direction), int),
+        np.full(len(direction), np.inf),
+        np.zeros((len(direction), 3)),
+    )
     label = {s.shape.id(): s.label for s in world.shapes}
     for k, d in enumerate(direction):
         si = world.scene.ray_intersect(mi.Ray3f(origin, d))
         if si.is_valid():
-            number[k], distance[k], normal[k] = label[(si.instance or si.shape).id()], si.t, np.array(si.sh_frame.n)
+            number[k], distance[k], normal[k] = (
+                label[(si.instance or si.shape).id()],
+                si.t,
+                np.array(si.sh_frame.n),
+            )
     return number, distance, normal

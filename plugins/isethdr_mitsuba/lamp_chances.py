@@ -14,13 +14,13 @@ import numpy as np
 
 from .camera_rays import stream
 
-ACROSS = 64             # blocks, where there are as many tiles
-POINTS = 8              # of each block
-CELLS = 32, 12          # of the world: directions around the camera, and rings of distance ...
-RINGS_M = 1.0, 300.0    # ... from its first to its last, each so many times as far as the one before
-SLOTS = 4               # for each lamp of a group, one of which is its own: a quarter of the chances is the same for all
-MOST_TRIED = 1 << 24    # lamps from points, at once
-CLEAR_M = 1e-3          # from a surface on
+ACROSS = 64  # blocks, where there are as many tiles
+POINTS = 8  # of each block
+CELLS = 32, 12  # of the world: directions around the camera, and rings of distance ...
+RINGS_M = 1.0, 300.0  # ... from its first to its last, each so many times as far as the one before
+SLOTS = 4  # for each lamp of a group, one of which is its own: a quarter of the chances is the same for all
+MOST_TRIED = 1 << 24  # lamps from points, at once
+CLEAR_M = 1e-3  # from a surface on
 
 
 class Chances:
@@ -35,14 +35,19 @@ class Chances:
         places = across * down + CELLS[0] * CELLS[1]
         chance, self.slots, self.count = np.zeros((places, len(strength))), [], []
         for mine in map(np.array, members):
-            slots = np.zeros((1, 1), int)      # of a group without lamps: nothing reads it
+            slots = np.zeros((1, 1), int)  # of a group without lamps: nothing reads it
             if len(mine):
                 own = slots_of(votes(places, place, light[:, mine]), strength[mine])
                 chance[:, mine], slots = shares_of(own, len(mine)), mine[own]
             self.slots.append(mi.UInt32(slots.ravel().astype(np.uint32)))
             self.count.append(dr.opaque(mi.UInt32, slots.shape[1]))
-        self.chance, self.lamps = mi.Float(chance.ravel().astype(np.float32)), dr.opaque(mi.UInt32, len(strength))
-        self.side, self.across, self.first_cell = (dr.opaque(mi.UInt32, n) for n in (side, across, across * down))
+        self.chance, self.lamps = (
+            mi.Float(chance.ravel().astype(np.float32)),
+            dr.opaque(mi.UInt32, len(strength)),
+        )
+        self.side, self.across, self.first_cell = (
+            dr.opaque(mi.UInt32, n) for n in (side, across, across * down)
+        )
         self.origin = camera.origin
         dr.eval(self.chance, *self.slots)
 
@@ -69,8 +74,12 @@ def cell_of(away):
     """Return the number of the cell that lies `away` from the camera, along the ground."""
     around, rings = CELLS
     turn = dr.atan2(away.y, away.x) / (2 * dr.pi) + 0.5
-    ring = dr.log(dr.maximum(dr.sqrt(away.x * away.x + away.y * away.y), RINGS_M[0]) / RINGS_M[0]) * (rings / np.log(RINGS_M[1] / RINGS_M[0]))
-    return dr.minimum(mi.UInt32(turn * around), around - 1) * rings + dr.minimum(mi.UInt32(ring), rings - 1)
+    ring = dr.log(
+        dr.maximum(dr.sqrt(away.x * away.x + away.y * away.y), RINGS_M[0]) / RINGS_M[0]
+    ) * (rings / np.log(RINGS_M[1] / RINGS_M[0]))
+    return dr.minimum(mi.UInt32(turn * around), around - 1) * rings + dr.minimum(
+        mi.UInt32(ring), rings - 1
+    )
 
 
 def votes(places: int, place, light) -> np.ndarray:
@@ -94,14 +103,22 @@ def slots_of(light, strength) -> np.ndarray:
     ends /= ends[:, -1:]
     at = (np.arange((SLOTS - 1) * count) + 0.5) / ((SLOTS - 1) * count)
     place = np.arange(len(light))[:, None]
-    found = np.searchsorted((ends + place).ravel(), (at + place).ravel()).reshape(len(light), -1) - place * count
+    found = (
+        np.searchsorted((ends + place).ravel(), (at + place).ravel()).reshape(len(light), -1)
+        - place * count
+    )
     return np.hstack([np.tile(np.arange(count), (len(light), 1)), np.clip(found, 0, count - 1)])
 
 
 def shares_of(slots, count: int) -> np.ndarray:
     """Return the share of slots (place, slot) that each of `count` lamps holds (place, lamp)."""
     places, each = slots.shape
-    return np.bincount((np.arange(places)[:, None] * count + slots).ravel(), minlength=places * count).reshape(places, count) / each
+    return (
+        np.bincount(
+            (np.arange(places)[:, None] * count + slots).ravel(), minlength=places * count
+        ).reshape(places, count)
+        / each
+    )
 
 
 def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndarray, np.ndarray]:
@@ -111,21 +128,42 @@ def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndar
     """
     side, across, down = blocks_of(view)
     points, placed = across * down * POINTS, lamps.placed
-    middle = np.array([np.average(p.triangles.mean(1), axis=0, weights=areas(p.triangles)) for p in placed])
+    middle = np.array(
+        [np.average(p.triangles.mean(1), axis=0, weights=areas(p.triangles)) for p in placed]
+    )
     reach = [np.linalg.norm(p.triangles - c, axis=-1).max() for p, c in zip(placed, middle)]
-    table = mi.Point3f(*(mi.Float(np.float32(middle[:, k])) for k in range(3))), mi.Float(np.float32(reach)), mi.Float(np.float32([p.area_m2 for p in placed]))
+    table = (
+        mi.Point3f(*(mi.Float(np.float32(middle[:, k])) for k in range(3))),
+        mi.Float(np.float32(reach)),
+        mi.Float(np.float32([p.area_m2 for p in placed])),
+    )
     step, place, light = max(1, MOST_TRIED // len(placed)), [], []
     for start in range(0, points, step):
         number = dr.arange(mi.UInt32, min(step, points - start)) + start
         rng, block = stream(mi.UInt32(0), number, "blocks"), number // POINTS
-        row, column = (n * side + dr.minimum(mi.UInt32(rng.next_float32() * side), side - 1) for n in (block // across, block % across))
-        ray = camera.ray(row, column, mi.Point2u(rng.next_uint32(), rng.next_uint32()), mi.Spectrum(0))
+        row, column = (
+            n * side + dr.minimum(mi.UInt32(rng.next_float32() * side), side - 1)
+            for n in (block // across, block % across)
+        )
+        ray = camera.ray(
+            row, column, mi.Point2u(rng.next_uint32(), rng.next_uint32()), mi.Spectrum(0)
+        )
         first = _met(scene, hits, surfaces, ray)
-        around = mi.warp.square_to_cosine_hemisphere(mi.Point2f(rng.next_float32(), rng.next_float32()))
-        onwards = mi.Ray3f(first[0] + first[1] * CLEAR_M, mi.Frame3f(first[1]).to_world(around), 0.0, mi.Spectrum(0))
+        around = mi.warp.square_to_cosine_hemisphere(
+            mi.Point2f(rng.next_float32(), rng.next_float32())
+        )
+        onwards = mi.Ray3f(
+            first[0] + first[1] * CLEAR_M,
+            mi.Frame3f(first[1]).to_world(around),
+            0.0,
+            mi.Spectrum(0),
+        )
         second = _met(scene, hits, surfaces, onwards, first[2])
         lit = [_tried(scene, lamps, *table, *met) for met in (first, second)]
-        cells = [across * down + np.array(cell_of(met[0] - camera.origin), int) for met in (first, second)]
+        cells = [
+            across * down + np.array(cell_of(met[0] - camera.origin), int)
+            for met in (first, second)
+        ]
         place += [np.array(block, int), *cells]
         light += [lit[0], *lit]
     return np.concatenate(place), np.concatenate(light)
@@ -151,12 +189,24 @@ def _tried(scene, lamps, middle, reach, area, p, n, lit):
     way = dr.gather(mi.Point3f, middle, lamp) - p
     far = dr.norm(way)
     way /= dr.maximum(far, CLEAR_M)
-    light = lamps.luminance(lamp, -way) * dr.gather(mi.Float, area, lamp) * dr.maximum(dr.dot(way, n), 0) / dr.square(dr.maximum(far, away))
+    light = (
+        lamps.luminance(lamp, -way)
+        * dr.gather(mi.Float, area, lamp)
+        * dr.maximum(dr.dot(way, n), 0)
+        / dr.square(dr.maximum(far, away))
+    )
     lit &= light > 0
-    lit &= ~scene.ray_test(mi.Ray3f(p + n * CLEAR_M, way, dr.maximum(far - 1.05 * away, 0), 0.0, mi.Spectrum(0)), lit)
+    lit &= ~scene.ray_test(
+        mi.Ray3f(p + n * CLEAR_M, way, dr.maximum(far - 1.05 * away, 0), 0.0, mi.Spectrum(0)), lit
+    )
     return np.array(dr.select(lit, light, 0)).reshape(-1, count)
 
 
 def areas(triangles) -> np.ndarray:
     """Return the areas of triangles (n, 3, 3)."""
-    return np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1) / 2
+    return (
+        np.linalg.norm(
+            np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1
+        )
+        / 2
+    )

@@ -26,7 +26,9 @@ def use_unpacked() -> None:
     if library is None or os.environ.get("DRJIT_LIBLLVM_PATH"):
         return
     os.environ["DRJIT_LIBLLVM_PATH"] = str(library)
-    os.environ["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, [str(library.parent), os.environ.get("LD_LIBRARY_PATH", "")]))
+    os.environ["LD_LIBRARY_PATH"] = os.pathsep.join(
+        filter(None, [str(library.parent), os.environ.get("LD_LIBRARY_PATH", "")])
+    )
     waiting = [p for p in sorted(library.parent.glob("*.so*")) if p != library]
     while waiting:
         left = [p for p in waiting if not _loaded(p)]

@@ -13,8 +13,8 @@ import numpy as np
 
 from isethdr_core.scene import Material, Spectrum
 
-STEP_NM = 5.0                # spacing of the reflectance tables, nm
-RAMP_NM = (400.0, 500.0)     # where the reflectance of a ramp surface is 0 and 1
+STEP_NM = 5.0  # spacing of the reflectance tables, nm
+RAMP_NM = (400.0, 500.0)  # where the reflectance of a ramp surface is 0 and 1
 RAMP = Spectrum(RAMP_NM, (0.0, 1.0))
 
 
@@ -42,7 +42,10 @@ def coloured_surfaces(description, first_nm: float, last_nm: float) -> dict:
     """Return a BSDF per material with its own reflectance between the two wavelengths."""
     import mitsuba as mi
 
-    return {name: mi.load_dict(surface(m, first_nm, last_nm)) for name, m in description.materials.items()}
+    return {
+        name: mi.load_dict(surface(m, first_nm, last_nm))
+        for name, m in description.materials.items()
+    }
 
 
 def regular(spectrum, first_nm: float, last_nm: float, limit: float = np.inf) -> dict:
@@ -52,11 +55,15 @@ def regular(spectrum, first_nm: float, last_nm: float, limit: float = np.inf) ->
     nm = first_nm - STEP_NM + STEP_NM * np.arange(count)
     value = np.clip(spectrum.at(nm), 0, limit)
     if not value.any():
-        return {"type": "uniform", "value": 0.0}      # Mitsuba rejects a table of zeros
+        return {"type": "uniform", "value": 0.0}  # Mitsuba rejects a table of zeros
     if np.ptp(value) == 0:
         return {"type": "uniform", "value": float(value[0])}
-    return {"type": "regular", "wavelength_min": float(nm[0]), "wavelength_max": float(nm[-1]),
-            "values": ", ".join(f"{v:.9g}" for v in value)}
+    return {
+        "type": "regular",
+        "wavelength_min": float(nm[0]),
+        "wavelength_max": float(nm[-1]),
+        "values": ", ".join(f"{v:.9g}" for v in value),
+    }
 
 
 def surface(material, first_nm: float, last_nm: float) -> dict:
@@ -66,16 +73,32 @@ def surface(material, first_nm: float, last_nm: float) -> dict:
     """
     table = regular(material.reflectance, first_nm, last_nm, limit=1.0)
     rough = material.roughness > 0
-    microfacets = {"alpha": float(max(material.roughness, 1e-3)), "distribution": "beckmann"} if rough else {}
+    microfacets = (
+        {"alpha": float(max(material.roughness, 1e-3)), "distribution": "beckmann"} if rough else {}
+    )
     if material.kind == "thin_glass":
-        return {"type": "thindielectric", "int_ior": float(material.index), "ext_ior": 1.0, "specular_transmittance": table}
+        return {
+            "type": "thindielectric",
+            "int_ior": float(material.index),
+            "ext_ior": 1.0,
+            "specular_transmittance": table,
+        }
     if material.kind == "diffuse":
         inner = {"type": "diffuse", "reflectance": table}
     elif material.kind == "plastic":
-        inner = {"type": "roughplastic" if rough else "plastic", "diffuse_reflectance": table,
-                 "int_ior": float(material.index), "ext_ior": 1.0, **microfacets}
+        inner = {
+            "type": "roughplastic" if rough else "plastic",
+            "diffuse_reflectance": table,
+            "int_ior": float(material.index),
+            "ext_ior": 1.0,
+            **microfacets,
+        }
     else:
         # 'none' is a perfect mirror, so the reflectance is all there is; its rise towards grazing angles is left out
-        inner = {"type": "roughconductor" if rough else "conductor", "material": "none", "specular_reflectance": table,
-                 **microfacets}
+        inner = {
+            "type": "roughconductor" if rough else "conductor",
+            "material": "none",
+            "specular_reflectance": table,
+            **microfacets,
+        }
     return {"type": "twosided", "side": inner}

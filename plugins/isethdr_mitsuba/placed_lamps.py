@@ -10,20 +10,22 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import LM_PER_W, v_lambda
 from isethdr_core.scene import Lamp, Spectrum
 
-SPECTRUM_NM = np.arange(360.0, 831.0)  # grid on which emission spectra are tabulated and weighed, nm
+SPECTRUM_NM = np.arange(
+    360.0, 831.0
+)  # grid on which emission spectra are tabulated and weighed, nm
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedLamp:
     """One emitting part at its place, in world coordinates."""
 
-    instance: int            # label of the object it belongs to
+    instance: int  # label of the object it belongs to
     object: str
     lamp: Lamp
-    triangles: np.ndarray    # (n, 3, 3) m, counter-clockwise seen from outside
-    axis: np.ndarray         # (3,) unit vector
-    peak_cd_m2: float        # luminance on the axis
-    floor: float             # Lambertian share of the pattern, relative to the beam's 1
+    triangles: np.ndarray  # (n, 3, 3) m, counter-clockwise seen from outside
+    axis: np.ndarray  # (3,) unit vector
+    peak_cd_m2: float  # luminance on the axis
+    floor: float  # Lambertian share of the pattern, relative to the beam's 1
     cos_inner: float
     cos_outer: float
 
@@ -45,7 +47,9 @@ def beam(cos_axis, cos_inner: float, cos_outer: float):
     return t * t * (3 - 2 * t)
 
 
-LAMBERTIAN_COS = 1e-9  # an inner angle of 90 degrees or more: no beam, every face emits alike in all directions
+LAMBERTIAN_COS = (
+    1e-9  # an inner angle of 90 degrees or more: no beam, every face emits alike in all directions
+)
 
 
 def placed_lamps(description, normalise: str = "intensity", groups=None) -> list[PlacedLamp]:
@@ -79,29 +83,41 @@ def _place(part, pose, number, name, normalise, dark):
     lamp, tri = part.lamp, world_triangles(part, pose)
     where = f"lamp {part.name!r} ({lamp.kind}) of object {name!r}"
     if not (np.isfinite(lamp.intensity_cd) and lamp.intensity_cd >= 0):
-        raise ConfigError(f"{where} has intensity_cd {lamp.intensity_cd}; expected a number of candela, 0 or more")
+        raise ConfigError(
+            f"{where} has intensity_cd {lamp.intensity_cd}; expected a number of candela, 0 or more"
+        )
     if not 0 <= lamp.lambertian_share < 1 or lamp.outer_deg < lamp.inner_deg:
-        raise ConfigError(f"{where} has inner_deg {lamp.inner_deg:g}, outer_deg {lamp.outer_deg:g}, lambertian_share "
-                          f"{lamp.lambertian_share:g}; expected inner <= outer and a share within [0, 1)")
+        raise ConfigError(
+            f"{where} has inner_deg {lamp.inner_deg:g}, outer_deg {lamp.outer_deg:g}, lambertian_share "
+            f"{lamp.lambertian_share:g}; expected inner <= outer and a share within [0, 1)"
+        )
     axis = pose[:3, :3] @ np.asarray(lamp.axis, float)
     axis /= np.linalg.norm(axis)
     vectors = _area_vectors(tri)
     projected = float(np.maximum(vectors @ axis, 0).sum())
     if projected <= 1e-6 * np.linalg.norm(vectors, axis=1).sum():
-        raise ConfigError(f"{where} has no face towards its axis {np.round(axis, 3)}; expected faces counter-clockwise "
-                          "seen from outside; turn the axis, or reverse the order of each face's vertices")
-    cos_inner, cos_outer = np.cos(np.radians([min(lamp.inner_deg, 90.0), min(lamp.outer_deg, 90.0)]))
+        raise ConfigError(
+            f"{where} has no face towards its axis {np.round(axis, 3)}; expected faces counter-clockwise "
+            "seen from outside; turn the axis, or reverse the order of each face's vertices"
+        )
+    cos_inner, cos_outer = np.cos(
+        np.radians([min(lamp.inner_deg, 90.0), min(lamp.outer_deg, 90.0)])
+    )
     if dark:
-        return PlacedLamp(number, name, lamp, tri, axis, 0.0, 0.0, float(cos_inner), float(cos_outer))
+        return PlacedLamp(
+            number, name, lamp, tri, axis, 0.0, 0.0, float(cos_inner), float(cos_outer)
+        )
     area = np.linalg.norm(vectors, axis=1).sum()
-    in_beam = _beam_flux(vectors, axis, cos_inner, cos_outer)       # flux at beam radiance 1
+    in_beam = _beam_flux(vectors, axis, cos_inner, cos_outer)  # flux at beam radiance 1
     floor = 0.0
     if cos_inner > LAMBERTIAN_COS:
         floor = lamp.lambertian_share / (1 - lamp.lambertian_share) * in_beam / (np.pi * area)
     peak = lamp.intensity_cd / projected
     if normalise == "flux":
         peak *= np.pi * area * (1 + floor) / (in_beam + floor * np.pi * area)
-    return PlacedLamp(number, name, lamp, tri, axis, peak, floor, float(cos_inner), float(cos_outer))
+    return PlacedLamp(
+        number, name, lamp, tri, axis, peak, floor, float(cos_inner), float(cos_outer)
+    )
 
 
 def _area_vectors(tri):
@@ -118,7 +134,10 @@ def _beam_flux(vectors, axis, cos_inner, cos_outer):
     side = np.linalg.svd(axis[None])[2][1:]
     phi = (np.arange(64) + 0.5) * 2 * np.pi / 64
     total = 0.0
-    for low, high in ((cos_inner, 1.0), (cos_outer, cos_inner)):    # the pattern has a kink at the inner cone
+    for low, high in (
+        (cos_inner, 1.0),
+        (cos_outer, cos_inner),
+    ):  # the pattern has a kink at the inner cone
         c = low + (high - low) * (node + 1) / 2
         s = np.sqrt(1 - c**2)
         ring = np.cos(phi)[:, None] * side[0] + np.sin(phi)[:, None] * side[1]
@@ -126,7 +145,9 @@ def _beam_flux(vectors, axis, cos_inner, cos_outer):
         facing = np.zeros(directions.shape[:2])
         for chunk in np.array_split(vectors, max(1, len(vectors) // 256)):
             facing += np.maximum(directions @ chunk.T, 0).sum(-1)
-        total += (weight * (high - low) / 2 * beam(c, cos_inner, cos_outer)) @ facing.mean(1) * 2 * np.pi
+        total += (
+            (weight * (high - low) / 2 * beam(c, cos_inner, cos_outer)) @ facing.mean(1) * 2 * np.pi
+        )
     return float(total)
 
 
@@ -144,9 +165,11 @@ def emission_table(spectra: list[Spectrum]) -> np.ndarray:
     rows = []
     for s in spectra:
         value = s.at(SPECTRUM_NM)
-        luminance = LM_PER_W * float(value @ v_lambda(SPECTRUM_NM))   # 1 nm steps
+        luminance = LM_PER_W * float(value @ v_lambda(SPECTRUM_NM))  # 1 nm steps
         if not luminance > 0 or value.min() < 0:
-            raise ConfigError(f"a lamp spectrum gives {luminance:g} lm/W-weighted light, least value {value.min():g}; "
-                              "expected non-negative values with some light between 380 and 780 nm")
+            raise ConfigError(
+                f"a lamp spectrum gives {luminance:g} lm/W-weighted light, least value {value.min():g}; "
+                "expected non-negative values with some light between 380 and 780 nm"
+            )
         rows.append(value / luminance)
     return np.array(rows).reshape(len(rows), len(SPECTRUM_NM))

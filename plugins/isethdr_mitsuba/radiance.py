@@ -15,13 +15,13 @@ from isethdr_core.physics.photometry import xyz_weights
 from isethdr_core.pooling import Known, pooled_noise
 from isethdr_core.progress import track
 
-LARGEST_PASS = 1024   # paths per tile and pass: float32 sums of more lose 1e-4 and worse
-LEAST_PASSES = 4      # for an estimate of the spread
-PASS_PATHS = 64e6     # paths per pass: each is written down anew, which costs a tenth of a second
-SPLITS = 3            # of the passes into halves: as many as four equal passes have
-ONE_SIDED = 0.9       # by what share of all paths one half may have more
-ROUNDING = 1e-6       # relative: what differs by less between halves has no noise
-NORMAL = 0.6744897501960817     # half of normal noise is within so many standard deviations
+LARGEST_PASS = 1024  # paths per tile and pass: float32 sums of more lose 1e-4 and worse
+LEAST_PASSES = 4  # for an estimate of the spread
+PASS_PATHS = 64e6  # paths per pass: each is written down anew, which costs a tenth of a second
+SPLITS = 3  # of the passes into halves: as many as four equal passes have
+ONE_SIDED = 0.9  # by what share of all paths one half may have more
+ROUNDING = 1e-6  # relative: what differs by less between halves has no noise
+NORMAL = 0.6744897501960817  # half of normal noise is within so many standard deviations
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,14 +29,20 @@ class Estimate:
     """Mean radiance (group, wavelength, row, column), float64, of the paths that were followed, how noisy it is, and what it took."""
 
     radiance: np.ndarray
-    noise: np.ndarray        # (group,) relative noise of luminance, as `_Sums.noise`; NaN where there is no light
-    xyz_noise: np.ndarray    # (group, 3, row, column) standard errors of X, Y and Z, cd/m2; NaN after one pass alone
+    noise: (
+        np.ndarray
+    )  # (group,) relative noise of luminance, as `_Sums.noise`; NaN where there is no light
+    xyz_noise: (
+        np.ndarray
+    )  # (group, 3, row, column) standard errors of X, Y and Z, cd/m2; NaN after one pass alone
     half_difference: np.ndarray  # (group, row, column) of the luminance that either half of the paths found, cd/m2; NaN after one pass alone
-    samples: np.ndarray      # (group,) paths per tile
-    seconds: np.ndarray      # (group,) of the passes that the group was part of
-    first: np.ndarray        # (group,) number of the first path: those before it were known
-    known: list[Known]       # (group,) what was known before
-    whole_noise: np.ndarray  # (group,) noise of the mean of these paths and of those that were known before
+    samples: np.ndarray  # (group,) paths per tile
+    seconds: np.ndarray  # (group,) of the passes that the group was part of
+    first: np.ndarray  # (group,) number of the first path: those before it were known
+    known: list[Known]  # (group,) what was known before
+    whole_noise: (
+        np.ndarray
+    )  # (group,) noise of the mean of these paths and of those that were known before
 
 
 def pass_sizes(samples: int, tiles: int) -> list[int]:
@@ -60,7 +66,9 @@ def next_rung(paths: int) -> int:
     return paths - (paths - octave) % step + step
 
 
-def estimate(one_pass, settings, groups, wavelength_nm, shape, whole=None, known=None, judged=None) -> Estimate:
+def estimate(
+    one_pass, settings, groups, wavelength_nm, shape, whole=None, known=None, judged=None
+) -> Estimate:
     """Return the mean over passes of different seeds.
 
     Parameters
@@ -74,7 +82,10 @@ def estimate(one_pass, settings, groups, wavelength_nm, shape, whole=None, known
         is the same number of paths.
     """
     known = [(known or {}).get(g, Known()) for g in groups]
-    sums, tiles = _Sums(known, wavelength_nm, shape, settings.seed, judged or (slice(None),) * 2), math.prod(whole or shape)
+    sums, tiles = (
+        _Sums(known, wavelength_nm, shape, settings.seed, judged or (slice(None),) * 2),
+        math.prod(whole or shape),
+    )
     for wanted in sums.alike(range(len(groups))):
         stored = known[wanted[0]].paths
         lacking = max(settings.samples - stored, 0)
@@ -83,15 +94,28 @@ def estimate(one_pass, settings, groups, wavelength_nm, shape, whole=None, known
         sums.add_all(one_pass, pass_sizes(max(lacking, fewest), tiles), wanted, "passes of paths")
     if settings.error_allowed is not None:
         _refine(one_pass, settings, sums, tiles)
-    return Estimate(sums.mean().reshape(len(groups), -1, *shape), sums.noise(), sums.xyz_noise(), sums.half_difference(), sums.paths, sums.seconds,
-                    np.array([k.next for k in known]), known, sums.whole_noise())
+    return Estimate(
+        sums.mean().reshape(len(groups), -1, *shape),
+        sums.noise(),
+        sums.xyz_noise(),
+        sums.half_difference(),
+        sums.paths,
+        sums.seconds,
+        np.array([k.next for k in known]),
+        known,
+        sums.whole_noise(),
+    )
 
 
 def _refine(one_pass, settings, sums, tiles):
     """Add passes until each group's noise is allowed; a group that is there is rendered no further."""
     while True:
         noise, paths = sums.whole_noise(), sums.whole_paths()
-        wanted = [g for g in range(len(noise)) if noise[g] > settings.error_allowed and paths[g] < settings.most_samples]
+        wanted = [
+            g
+            for g in range(len(noise))
+            if noise[g] > settings.error_allowed and paths[g] < settings.most_samples
+        ]
         if not wanted:
             return
         for some in sums.alike(wanted):
@@ -100,7 +124,12 @@ def _refine(one_pass, settings, sums, tiles):
             more = max(min(next_rung(done), settings.most_samples) - done, fewest)
             count = max(math.ceil(more / largest_pass(tiles)), fewest)
             sizes = [more // count + (i < more % count) for i in range(count)]
-            sums.add_all(one_pass, sizes, some, f"paths {done} to {done + more}: noise {noise[some].max():.2g}, {settings.error_allowed:g} allowed")
+            sums.add_all(
+                one_pass,
+                sizes,
+                some,
+                f"paths {done} to {done + more}: noise {noise[some].max():.2g}, {settings.error_allowed:g} allowed",
+            )
 
 
 class _Sums:
@@ -110,11 +139,15 @@ class _Sums:
         self.known, self.seed, self.shape, self.judged = known, seed, shape, judged
         groups, self.tiles = len(known), shape[0] * shape[1]
         self.weights = xyz_weights(wavelength_nm)
-        self.total = np.zeros((groups, len(wavelength_nm), self.tiles))     # of radiance x paths
-        self.squares = np.zeros((groups, 3, self.tiles))                    # of X, Y, Z, each squared x paths
+        self.total = np.zeros((groups, len(wavelength_nm), self.tiles))  # of radiance x paths
+        self.squares = np.zeros((groups, 3, self.tiles))  # of X, Y, Z, each squared x paths
         # of one half, less the other: Y x paths, and paths
         self.apart, self.more = np.zeros((groups, SPLITS, self.tiles)), np.zeros((groups, SPLITS))
-        self.paths, self.passes, self.seconds = np.zeros(groups, int), np.zeros(groups, int), np.zeros(groups)
+        self.paths, self.passes, self.seconds = (
+            np.zeros(groups, int),
+            np.zeros(groups, int),
+            np.zeros(groups),
+        )
 
     def alike(self, wanted) -> list[list[int]]:
         """Return `wanted` groups in lots that are at the same path and have as many: they can go on in one pass."""
@@ -132,7 +165,11 @@ class _Sums:
 
     def add(self, one_pass, samples, wanted):
         # a pass is named by its first path: other paths, other random numbers, whoever follows them
-        seed = int(np.random.SeedSequence(self.seed, spawn_key=(self._next(wanted[0]),)).generate_state(1)[0])
+        seed = int(
+            np.random.SeedSequence(self.seed, spawn_key=(self._next(wanted[0]),)).generate_state(1)[
+                0
+            ]
+        )
         start = time.perf_counter()
         xyz = np.zeros(self.squares.shape)
         for g, band, values in one_pass(seed, samples, wanted):
@@ -141,8 +178,12 @@ class _Sums:
             xyz[g] += self.weights[:, band, None] * values
         self.squares += samples * xyz**2
         for g in wanted:
-            fewer = -1 if self.more[g, 0] > 0 else 1     # each pass goes to the half that has fewer paths
-            pair = -1 if self.passes[g] & 2 else 1       # two splits more, of four equal passes 1 + 2 and 1 + 4 against the others
+            fewer = (
+                -1 if self.more[g, 0] > 0 else 1
+            )  # each pass goes to the half that has fewer paths
+            pair = (
+                -1 if self.passes[g] & 2 else 1
+            )  # two splits more, of four equal passes 1 + 2 and 1 + 4 against the others
             to_half = samples * np.array([fewer, pair, fewer * pair])
             self.apart[g] += to_half[:, None] * xyz[g, 1]
             self.more[g] += to_half
@@ -159,7 +200,11 @@ class _Sums:
         for g, k in enumerate(self.known):
             if k.paths:
                 own = None if np.isnan(out[g]) else float(out[g])
-                both = pooled_noise([k.paths, self.paths[g]], [k.noise, own]) if self.paths[g] else k.noise
+                both = (
+                    pooled_noise([k.paths, self.paths[g]], [k.noise, own])
+                    if self.paths[g]
+                    else k.noise
+                )
                 out[g] = np.nan if both is None else both
         return out
 
@@ -177,14 +222,26 @@ class _Sums:
         out = np.full(len(self.total), np.nan)
         for g in range(len(out)):
             if self.passes[g] > 1:
-                level, spread = self._judged(self._level(g)), self._standard_errors(g, self.judged)[1].ravel()
+                level, spread = (
+                    self._judged(self._level(g)),
+                    self._standard_errors(g, self.judged)[1].ravel(),
+                )
                 used = level > 0.01 * level.mean()
                 halves = self._half_differences(g)
-                found = np.abs([self._judged(half)[used] for half in halves if np.isfinite(half[0])]) / level[used]
+                found = (
+                    np.abs([self._judged(half)[used] for half in halves if np.isfinite(half[0])])
+                    / level[used]
+                )
                 if (lit := found.max(axis=0, initial=0.0) > ROUNDING).any():
                     weight = level[used][lit]
-                    of_halves = weighted_median(found[:, lit].ravel(), np.tile(weight, len(found))) / NORMAL
-                    out[g] = max(of_halves, math.hypot(of_halves, weighted_median(spread[used][lit] / weight, weight)) / math.sqrt(2))
+                    of_halves = (
+                        weighted_median(found[:, lit].ravel(), np.tile(weight, len(found))) / NORMAL
+                    )
+                    out[g] = max(
+                        of_halves,
+                        math.hypot(of_halves, weighted_median(spread[used][lit] / weight, weight))
+                        / math.sqrt(2),
+                    )
                 elif used.any():
                     out[g] = 0.0
         return out
@@ -213,8 +270,12 @@ class _Sums:
         red lamp may be all of the noise of red pixels beside little of the luminance.
         """
         level = (self.weights @ self.total[g]).reshape(3, *self.shape)[:, *of] / self.paths[g]
-        variance = np.maximum(self.squares[g].reshape(3, *self.shape)[:, *of] / self.paths[g] - level**2, 0)
-        per_light = _around(variance / (self.passes[g] - 1), 2) / np.maximum(_around(level, 2), np.finfo(float).tiny)
+        variance = np.maximum(
+            self.squares[g].reshape(3, *self.shape)[:, *of] / self.paths[g] - level**2, 0
+        )
+        per_light = _around(variance / (self.passes[g] - 1), 2) / np.maximum(
+            _around(level, 2), np.finfo(float).tiny
+        )
         return np.where(level > 0, np.sqrt(per_light * (level + _around(level, 1)) / 2), 0.0)
 
     def half_difference(self):
@@ -240,7 +301,10 @@ class _Sums:
 def _around(values, reach):
     """Return the mean (..., row, column) of the tiles so many rows and columns around each; not a running sum, which a lamp would leave its rounding in."""
     rows, columns = values.shape[-2:]
-    wide, side = np.pad(values, [(0, 0)] * (values.ndim - 2) + [(reach, reach)] * 2, mode="edge"), 2 * reach + 1
+    wide, side = (
+        np.pad(values, [(0, 0)] * (values.ndim - 2) + [(reach, reach)] * 2, mode="edge"),
+        2 * reach + 1,
+    )
     down = sum(wide[..., i : i + rows, :] for i in range(side))
     return sum(down[..., j : j + columns] for j in range(side)) / side**2
 

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from isethdr_core.pooling import Known
     from isethdr_core.scene import SceneDescription
 
-ERROR_ALLOWED = 0.1     # where neither paths nor an error are asked for
-LEAST_SAMPLES = 16      # paths per tile that any noise is told from
+ERROR_ALLOWED = 0.1  # where neither paths nor an error are asked for
+LEAST_SAMPLES = 16  # paths per tile that any noise is told from
 SCALAR = "scalar_spectral"
 # of one group and four bands, measured on two cores; it only tells the user what to expect
 SCALAR_S_PER_PATH = {"tangent": 2e-6, "equidistant": 1e-5}
@@ -35,14 +35,18 @@ Depth = Annotated[int, Range(1, 1000)]  # segments; light has gone after a few d
 class MitsubaRenderer:
     """Path tracing with Mitsuba 3: all bands and light groups in one pass, exact labels, exact small lamps."""
 
-    effort_fields: ClassVar[tuple[str, ...]] = ("samples", "error_allowed", "most_samples")  # buy accuracy only: no part of a recipe
+    effort_fields: ClassVar[tuple[str, ...]] = (
+        "samples",
+        "error_allowed",
+        "most_samples",
+    )  # buy accuracy only: no part of a recipe
 
-    width: Tiles = 640           # tiles across the camera's field
-    height: Tiles = 360          # tiles down the camera's field
-    margin: Margin = 0.1        # more of the field rendered on each side, as a part of it
-    first_nm: Wavelength = 400.0    # centre of the first band
-    last_nm: Wavelength = 700.0     # centre of the last band
-    step_nm: BandStep = 10.0      # width and spacing of the bands
+    width: Tiles = 640  # tiles across the camera's field
+    height: Tiles = 360  # tiles down the camera's field
+    margin: Margin = 0.1  # more of the field rendered on each side, as a part of it
+    first_nm: Wavelength = 400.0  # centre of the first band
+    last_nm: Wavelength = 700.0  # centre of the last band
+    step_nm: BandStep = 10.0  # width and spacing of the bands
     # paths per tile, the least of them where error_allowed is set; None: as many as the noise
     # takes, 16 at least
     samples: Samples | None = None
@@ -51,10 +55,14 @@ class MitsubaRenderer:
     error_allowed: ErrorAllowed | None = None
     # paths per tile at which a light group is given up, where error_allowed is set
     most_samples: Samples = 4096
-    max_depth: Depth = 5         # longest path, in segments: 2 is direct light only
-    seed: Seed = 0              # of the paths; same seed, same machine, same cube
-    variant: Literal["auto", "llvm", "cuda", "scalar"] = "auto"  # auto: cuda, else llvm, else scalar, whichever works
-    normalise: Literal["intensity", "flux"] = "intensity"        # what a narrow beam keeps: candela on its axis, or lumens
+    max_depth: Depth = 5  # longest path, in segments: 2 is direct light only
+    seed: Seed = 0  # of the paths; same seed, same machine, same cube
+    variant: Literal["auto", "llvm", "cuda", "scalar"] = (
+        "auto"  # auto: cuda, else llvm, else scalar, whichever works
+    )
+    normalise: Literal["intensity", "flux"] = (
+        "intensity"  # what a narrow beam keeps: candela on its axis, or lumens
+    )
 
     def __post_init__(self):
         check_ranges(self)
@@ -67,22 +75,33 @@ class MitsubaRenderer:
     def enough(self, paths: int, noise: float | None) -> bool:
         """Return whether a light group known from so many paths per tile, with that relative noise (None: dark), needs no more of them."""
         asked = self.decided()
-        if asked.error_allowed is None or paths < 2:      # one path knows no noise
+        if asked.error_allowed is None or paths < 2:  # one path knows no noise
             return asked.error_allowed is None and paths >= asked.samples
-        return paths >= asked.samples and (noise is None or noise <= asked.error_allowed or paths >= asked.most_samples)
+        return paths >= asked.samples and (
+            noise is None or noise <= asked.error_allowed or paths >= asked.most_samples
+        )
 
     def expected_paths(self, paths: int, noise: float | None) -> int:
         """Return how many paths per tile a light group will take whose relative noise was `noise` (None: dark) after `paths`: it falls with their root."""
         asked = self.decided()
         if asked.error_allowed is None or noise is None:
             return asked.samples
-        return int(min(max(paths * (noise / asked.error_allowed) ** 2, asked.samples), max(asked.most_samples, asked.samples)))
+        return int(
+            min(
+                max(paths * (noise / asked.error_allowed) ** 2, asked.samples),
+                max(asked.most_samples, asked.samples),
+            )
+        )
 
     def decided(self) -> MitsubaRenderer:
         """Return the renderer with what its empty fields stand for."""
         if self.samples is not None:
             return self
-        return replace(self, samples=LEAST_SAMPLES, error_allowed=ERROR_ALLOWED if self.error_allowed is None else self.error_allowed)
+        return replace(
+            self,
+            samples=LEAST_SAMPLES,
+            error_allowed=ERROR_ALLOWED if self.error_allowed is None else self.error_allowed,
+        )
 
     def kernels(self) -> dict[str, str]:
         """Return the variant that rendered in this process, and its compiler; nothing where none did."""
@@ -96,7 +115,12 @@ class MitsubaRenderer:
 
         return {"mitsuba": f"{variant}, LLVM {'.'.join(map(str, drjit.detail.llvm_version()))}"}
 
-    def __call__(self, description: SceneDescription, demand: Demand | None = None, known: dict[str, Known] | None = None) -> xr.Dataset:
+    def __call__(
+        self,
+        description: SceneDescription,
+        demand: Demand | None = None,
+        known: dict[str, Known] | None = None,
+    ) -> xr.Dataset:
         """Return the scene radiance of `description` with the light groups, bands and labels of `demand`.
 
         `known` says what earlier renderings found: only paths that they lack are followed, and only those are in what is returned.
@@ -108,30 +132,57 @@ class MitsubaRenderer:
         variant = choose_variant(self.variant)
         if variant == SCALAR:
             self._say_how_slow(len(wanted), len(bands), description.camera.projection)
-        return render_frame(self.decided(), description, wanted, bands, demand.labels if demand else frozenset(), variant,
-                            demand is None or demand.margin, known)
+        return render_frame(
+            self.decided(),
+            description,
+            wanted,
+            bands,
+            demand.labels if demand else frozenset(),
+            variant,
+            demand is None or demand.margin,
+            known,
+        )
 
     def _say_how_slow(self, groups, bands, projection):
         tiles, asked = self.width * self.height * (1 + 2 * self.margin) ** 2, self.decided()
-        minutes = SCALAR_S_PER_PATH.get(projection, 0) * asked.samples * tiles * groups * -(-bands // 4) / 60
+        minutes = (
+            SCALAR_S_PER_PATH.get(projection, 0)
+            * asked.samples
+            * tiles
+            * groups
+            * -(-bands // 4)
+            / 60
+        )
         if minutes > 5:
             about = "about" if asked.error_allowed is None else "at least"
-            print(f"renderer: without LLVM 17 or newer the scalar variant is used, which takes {about} {minutes:.0f} minutes here and is one to "
-                  "five times as noisy; `isethdr doctor` says what to install; or take a first look with renderer=mitsuba_quick",
-                  file=sys.stderr, flush=True)
+            print(
+                f"renderer: without LLVM 17 or newer the scalar variant is used, which takes {about} {minutes:.0f} minutes here and is one to "
+                "five times as noisy; `isethdr doctor` says what to install; or take a first look with renderer=mitsuba_quick",
+                file=sys.stderr,
+                flush=True,
+            )
 
     def _groups(self, description, demand):
         there = description.light_groups()
         if not there:
-            raise ConfigError(f"scene {description.name!r} has no light: no lamp and no sky; "
-                              "expected at least one emitter, for example sky=isethdr_core.scene.flat(1e-6)")
+            raise ConfigError(
+                f"scene {description.name!r} has no light: no lamp and no sky; "
+                "expected at least one emitter, for example sky=isethdr_core.scene.flat(1e-6)"
+            )
         asked = there if demand is None or demand.groups is None else tuple(demand.groups)
         for name in set(asked) - set(there):
-            ledger.left_out(f"light group {name}", f"scene {description.name!r} has no such emitter", 0.0, "cd/m2")
+            ledger.left_out(
+                f"light group {name}",
+                f"scene {description.name!r} has no such emitter",
+                0.0,
+                "cd/m2",
+            )
         kept = [g for g in there if g in asked]
         if not kept:
-            raise ConfigError(f"no light group of scene {description.name!r} is asked for: asked {', '.join(asked) or 'none'}"
-                              + did_you_mean(asked[0] if asked else "", there))
+            raise ConfigError(
+                f"no light group of scene {description.name!r} is asked for: asked {', '.join(asked) or 'none'}"
+                + did_you_mean(asked[0] if asked else "", there)
+            )
         for name in set(there) - set(kept):
             ledger.left_out(f"light group {name}", "not demanded", 0.0, "cd/m2")
         return kept
@@ -155,7 +206,9 @@ class MitsubaRenderer:
     def _bands(self, demand):
         import numpy as np
 
-        bands = self.first_nm + self.step_nm * np.arange(int((self.last_nm - self.first_nm) / self.step_nm + 1 + 1e-9))
+        bands = self.first_nm + self.step_nm * np.arange(
+            int((self.last_nm - self.first_nm) / self.step_nm + 1 + 1e-9)
+        )
         if demand is None or demand.wavelength_nm is None:
             return bands
         # a demanded wavelength needs the bands on both sides of it, to interpolate between
@@ -163,7 +216,14 @@ class MitsubaRenderer:
         near = np.abs(bands[:, None] - asked) < self.step_nm * (1 - 1e-9)
         kept = bands[near.any(1)]
         if not len(kept):
-            raise ConfigError(f"no band between {bands[0]:g} and {bands[-1]:g} nm is asked for: asked {asked} nm")
+            raise ConfigError(
+                f"no band between {bands[0]:g} and {bands[-1]:g} nm is asked for: asked {asked} nm"
+            )
         if len(kept) < len(bands):
-            ledger.left_out(f"{len(bands) - len(kept)} of {len(bands)} bands", "wavelengths not demanded", 0.0, "W m-2 sr-1 nm-1")
+            ledger.left_out(
+                f"{len(bands) - len(kept)} of {len(bands)} bands",
+                "wavelengths not demanded",
+                0.0,
+                "W m-2 sr-1 nm-1",
+            )
         return kept

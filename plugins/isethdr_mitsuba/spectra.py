@@ -21,19 +21,34 @@ class BandTable:
 
     def __init__(self, rows, wavelength_nm, step_nm: float):
         self.rows = np.asarray(rows, float)
-        self.packets = ceil(len(wavelength_nm) / 4)      # of four bands; the last band fills them up
-        self.bands_nm = np.pad(np.asarray(wavelength_nm, float), (0, 4 * self.packets - len(wavelength_nm)), mode="edge")
+        self.packets = ceil(len(wavelength_nm) / 4)  # of four bands; the last band fills them up
+        self.bands_nm = np.pad(
+            np.asarray(wavelength_nm, float),
+            (0, 4 * self.packets - len(wavelength_nm)),
+            mode="edge",
+        )
         steps = ceil(2 * step_nm)
-        self.starts_nm, self.spacing_nm = (np.arange(steps) / steps - 0.5) * step_nm, step_nm / steps
+        self.starts_nm, self.spacing_nm = (
+            (np.arange(steps) / steps - 0.5) * step_nm,
+            step_nm / steps,
+        )
         self.places = 2 * steps
 
     def at(self, u: float) -> np.ndarray:
         """Return the values (place, row + 1, band) of a pass whose places stand `u` (0 to 1) and 1 - u above whole steps; last comes the mean of the last row."""
-        shift = np.stack([self.starts_nm + u * self.spacing_nm, self.starts_nm + (1 - u) * self.spacing_nm], 1).ravel()
-        nm = np.clip(self.bands_nm + shift[:, None] - SPECTRUM_NM[0], 0, len(SPECTRUM_NM) - 1)       # (place, band)
+        shift = np.stack(
+            [self.starts_nm + u * self.spacing_nm, self.starts_nm + (1 - u) * self.spacing_nm], 1
+        ).ravel()
+        nm = np.clip(
+            self.bands_nm + shift[:, None] - SPECTRUM_NM[0], 0, len(SPECTRUM_NM) - 1
+        )  # (place, band)
         left = np.minimum(nm.astype(int), len(SPECTRUM_NM) - 2)
-        value = np.moveaxis(self.rows[:, left] * (1 - (nm - left)) + self.rows[:, left + 1] * (nm - left), 0, 1)
-        return np.concatenate([value, np.broadcast_to(value[:, -1:].mean(0), value[:, -1:].shape)], 1)
+        value = np.moveaxis(
+            self.rows[:, left] * (1 - (nm - left)) + self.rows[:, left + 1] * (nm - left), 0, 1
+        )
+        return np.concatenate(
+            [value, np.broadcast_to(value[:, -1:].mean(0), value[:, -1:].shape)], 1
+        )
 
     def on_device(self, u: float):
         """Return `at(u)`, flat. From a list: packets are read in one go where memory is aligned, which NumPy's is by chance: another kernel."""

@@ -7,15 +7,17 @@ import numpy as np
 
 from .spots import Spot
 
-POINTS = 2000     # of what the camera sees
-EVERYWHERE = 0.2  # share given by intensity alone: for light that reaches the camera over several surfaces
+POINTS = 2000  # of what the camera sees
+EVERYWHERE = (
+    0.2  # share given by intensity alone: for light that reaches the camera over several surfaces
+)
 
 
 def seen_points(scene, view) -> np.ndarray:
     """Return (n, 3) points, m, spread evenly over what the camera sees."""
     rows, columns = view.shape
     step = max(1, int(np.sqrt(rows * columns / POINTS)))
-    x, y = np.meshgrid(view.x[step // 2::step], view.y[step // 2::step])
+    x, y = np.meshgrid(view.x[step // 2 :: step], view.y[step // 2 :: step])
     found = []
     for d in view.to_world(view.rays(x.ravel(), y.ravel())):
         hit = scene.ray_intersect_preliminary(mi.Ray3f(view.origin_m, d))
@@ -41,7 +43,9 @@ def shares(spots: list[Spot], lux) -> np.ndarray:
     part = lux[:, total > 0] / total[total > 0]
     if not part.size:
         return strength / strength.sum()
-    useful = np.sqrt(np.mean(part**2, 1))     # the variance of a point's light is least with shares as its parts
+    useful = np.sqrt(
+        np.mean(part**2, 1)
+    )  # the variance of a point's light is least with shares as its parts
     return EVERYWHERE * strength / strength.sum() + (1 - EVERYWHERE) * useful / useful.sum()
 
 

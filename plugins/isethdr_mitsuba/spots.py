@@ -14,36 +14,46 @@ import numpy as np
 
 from .placed_lamps import LAMBERTIAN_COS, PlacedLamp, beam
 
-PIECE_M = 0.3         # larger lamps become several spots
-CLEAR_M = 2e-3        # spots stand this far in front of the foremost point of their piece, out of its own shadow
-WIDEST_DEG = 88.0     # of a spot: a Lambertian lamp loses 0.12 % of its flux beyond
-NARROW, WIDE = 128, 512   # texels across the picture of a beam and of a Lambertian floor: 0.5 % where a beam is steepest
+PIECE_M = 0.3  # larger lamps become several spots
+CLEAR_M = 2e-3  # spots stand this far in front of the foremost point of their piece, out of its own shadow
+WIDEST_DEG = 88.0  # of a spot: a Lambertian lamp loses 0.12 % of its flux beyond
+NARROW, WIDE = (
+    128,
+    512,
+)  # texels across the picture of a beam and of a Lambertian floor: 0.5 % where a beam is steepest
 
 
 @dataclass(frozen=True, eq=False)
 class Spot:
     """A point that shines about an axis: candela = `peak_cd` x picture, the picture in tangents up to that of `cutoff_deg`."""
 
-    lamp: int                # index into the lamps
-    point: np.ndarray        # (3,) m
-    frame: np.ndarray        # (3, 3) columns: x and y of the picture, axis
+    lamp: int  # index into the lamps
+    point: np.ndarray  # (3,) m
+    frame: np.ndarray  # (3, 3) columns: x and y of the picture, axis
     cutoff_deg: float
     peak_cd: float
-    picture: np.ndarray      # (n, n) float32, largest value 1; y along the columns, x along the rows
-    radius_m: float          # of the piece of lamp it stands for
+    picture: np.ndarray  # (n, n) float32, largest value 1; y along the columns, x along the rows
+    radius_m: float  # of the piece of lamp it stands for
 
     def candela(self, directions) -> np.ndarray:
         """Return candela towards (..., 3) unit vectors, by the nearest texel."""
         x, y, z = np.moveaxis(directions @ self.frame, -1, 0)
         inside = z > np.cos(np.radians(self.cutoff_deg))
         scale = len(self.picture) / 2 / np.tan(np.radians(self.cutoff_deg)) / np.where(inside, z, 1)
-        at = lambda v: np.clip((v * scale + len(self.picture) / 2).astype(int), 0, len(self.picture) - 1)
+        at = lambda v: np.clip(
+            (v * scale + len(self.picture) / 2).astype(int), 0, len(self.picture) - 1
+        )
         return np.where(inside, self.peak_cd * self.picture[at(y), at(x)], 0)
 
 
 def spots(lamps: list[PlacedLamp]) -> list[Spot]:
     """Return the spots of all lamps that shine."""
-    return [s for number, lamp in enumerate(lamps) if lamp.peak_cd_m2 > 0 for s in (*_beam(number, lamp), *_floor(number, lamp))]
+    return [
+        s
+        for number, lamp in enumerate(lamps)
+        if lamp.peak_cd_m2 > 0
+        for s in (*_beam(number, lamp), *_floor(number, lamp))
+    ]
 
 
 def _beam(number, lamp):
@@ -52,7 +62,11 @@ def _beam(number, lamp):
     cutoff = min(float(np.degrees(np.arccos(lamp.cos_outer))) + 1e-3, WIDEST_DEG)
     frame = _frame(lamp.axis)
     direction = _directions(cutoff, NARROW) @ frame.T
-    pattern = beam(direction @ lamp.axis, lamp.cos_inner, lamp.cos_outer) * lamp.peak_cd_m2 / (1 + lamp.floor)
+    pattern = (
+        beam(direction @ lamp.axis, lamp.cos_inner, lamp.cos_outer)
+        * lamp.peak_cd_m2
+        / (1 + lamp.floor)
+    )
     for area, centre, corners in _pieces(lamp.triangles, lambda areas: np.zeros((len(areas), 3))):
         facing = np.zeros(direction.shape[:2])
         for chunk in np.array_split(area, max(1, len(area) // 64)):
@@ -62,19 +76,37 @@ def _beam(number, lamp):
 
 def _floor(number, lamp):
     """One spot for the faces of a piece that look about the same way, as the flat face of their summed area."""
-    level = lamp.peak_cd_m2 * (1.0 if lamp.cos_inner <= LAMBERTIAN_COS else lamp.floor / (1 + lamp.floor))
+    level = lamp.peak_cd_m2 * (
+        1.0 if lamp.cos_inner <= LAMBERTIAN_COS else lamp.floor / (1 + lamp.floor)
+    )
     if level == 0:
         return
     for area, centre, corners in _pieces(lamp.triangles, lambda areas: np.round(2 * _unit(areas))):
         total = area.sum(0)
-        yield from _spot(number, centre, corners, _frame(_unit(total)), WIDEST_DEG, level * np.linalg.norm(total), _cosine())
+        yield from _spot(
+            number,
+            centre,
+            corners,
+            _frame(_unit(total)),
+            WIDEST_DEG,
+            level * np.linalg.norm(total),
+            _cosine(),
+        )
 
 
 def _spot(number, centre, corners, frame, cutoff, peak_cd, picture):
     if peak_cd > 0:
         ahead = ((corners - centre) @ frame[:, 2]).max() + CLEAR_M
         radius = np.linalg.norm(corners - centre, axis=-1).max()
-        yield Spot(number, centre + ahead * frame[:, 2], frame, cutoff, float(peak_cd), picture, float(radius))
+        yield Spot(
+            number,
+            centre + ahead * frame[:, 2],
+            frame,
+            cutoff,
+            float(peak_cd),
+            picture,
+            float(radius),
+        )
 
 
 def _scaled(candela):
@@ -103,13 +135,19 @@ def _pieces(triangles, facing_of):
     middle = triangles.mean(1)
     span = middle.max(0) - middle.min(0)
     cells = np.maximum(np.ceil(span / PIECE_M), 1)
-    cell = np.minimum((middle - middle.min(0)) / np.maximum(span, 1e-12) * cells, cells - 1).astype(int)
+    cell = np.minimum((middle - middle.min(0)) / np.maximum(span, 1e-12) * cells, cells - 1).astype(
+        int
+    )
     _, piece = np.unique(np.concatenate([cell, facing_of(area)], 1), axis=0, return_inverse=True)
     size = np.linalg.norm(area, axis=1)
     for k in range(piece.max() + 1):
         mine = piece.ravel() == k
         if size[mine].sum() > 0:
-            yield area[mine], np.average(middle[mine], 0, size[mine]), triangles[mine].reshape(-1, 3)
+            yield (
+                area[mine],
+                np.average(middle[mine], 0, size[mine]),
+                triangles[mine].reshape(-1, 3),
+            )
 
 
 def _directions(cutoff_deg, count):

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-LONGEST = 0.2      # rad: longest side that is taken as it is
-LEVELS = 16        # each halves the sides; what is not straight then surrounds the point right behind the camera, or touches the pinhole
+LONGEST = 0.2  # rad: longest side that is taken as it is
+LEVELS = 16  # each halves the sides; what is not straight then surrounds the point right behind the camera, or touches the pinhole
 
 
 def straightened(triangles, view, off: float):
@@ -32,7 +32,9 @@ def straightened(triangles, view, off: float):
         side = np.roll(flat, -1, 1) - flat
         longest = np.linalg.norm(side, axis=-1)
         middle = view.coordinates(middles) - flat
-        area = np.abs(middle[..., 0] * side[..., 1] - middle[..., 1] * side[..., 0])        # distance from the chord x its length
+        area = np.abs(
+            middle[..., 0] * side[..., 1] - middle[..., 1] * side[..., 0]
+        )  # distance from the chord x its length
         straight = ((longest < LONGEST) & (area <= off * longest)).all(1)
         near = np.linalg.norm(flat, axis=-1).min(1) - _widest(triangles) < reach
         done.append((triangles[straight & near], which[straight & near]))
@@ -56,4 +58,6 @@ def _halves(triangles):
 def _widest(triangles):
     """Return (n,) the largest angle under which a side of each triangle is seen, rad."""
     unit = triangles / np.maximum(np.linalg.norm(triangles, axis=-1, keepdims=True), 1e-300)
-    return 2 * np.arcsin(np.clip(np.linalg.norm(np.roll(unit, -1, 1) - unit, axis=-1).max(1) / 2, 0, 1))
+    return 2 * np.arcsin(
+        np.clip(np.linalg.norm(np.roll(unit, -1, 1) - unit, axis=-1).max(1) / 2, 0, 1)
+    )

@@ -19,7 +19,9 @@ class SurfaceTables:
     """Device tables of the materials of a world of ramp surfaces (`materials.ramp_surfaces`)."""
 
     def __init__(self, world, materials, surfaces):
-        self.reflectance = np.array([np.clip(m.reflectance.at(SPECTRUM_NM), 0, 1) for m in materials]).reshape(-1, len(SPECTRUM_NM))
+        self.reflectance = np.array(
+            [np.clip(m.reflectance.at(SPECTRUM_NM), 0, 1) for m in materials]
+        ).reshape(-1, len(SPECTRUM_NM))
         surfaces = list(surfaces) or [mi.load_dict({"type": "diffuse"})]
         unique = {id(s): s for s in surfaces}
         order = {key: k for k, key in enumerate(unique)}
@@ -43,12 +45,16 @@ class SurfaceTables:
         Values hold reflectance 0 in channel 0 and reflectance 1 in channel 1; the truth is linear between.
         """
         kind = dr.gather(mi.UInt32, self.kind, material, active)
-        return dr.switch(kind, [partial(_towards, surface) for surface in self.kinds], si, direction, active)
+        return dr.switch(
+            kind, [partial(_towards, surface) for surface in self.kinds], si, direction, active
+        )
 
     def onwards(self, material, si, pick, spot, active):
         """Draw a direction: return a BSDFSample3f and its value / density, as `towards`."""
         kind = dr.gather(mi.UInt32, self.kind, material, active)
-        return dr.switch(kind, [partial(_onwards, surface) for surface in self.kinds], si, pick, spot, active)
+        return dr.switch(
+            kind, [partial(_onwards, surface) for surface in self.kinds], si, pick, spot, active
+        )
 
 
 def _towards(surface, si, direction, active):

@@ -45,7 +45,16 @@ def state(lenses, wavelength_nm) -> None:
     if _needed(change) > far.MOST_PARTS:
         value = STANDING * (change / far.MOST_PARTS) ** 2
         label = f"speckle that {_needed(change)} parts of the band at {wave:g} nm would wash out, made of {far.MOST_PARTS}"
-        ledger.add_error(ErrorNote(value, "relative of spread light", "measured", label, "band phase", Quantity.IRRADIANCE))
+        ledger.add_error(
+            ErrorNote(
+                value,
+                "relative of spread light",
+                "measured",
+                label,
+                "band phase",
+                Quantity.IRRADIANCE,
+            )
+        )
 
 
 def _needed(change: float) -> int:
@@ -55,5 +64,10 @@ def _needed(change: float) -> int:
 def _worst(lenses, wavelength_nm):
     """Return the largest change of a lens's own phase within a band, radians rms, and that band's centre and width, nm."""
     wave, width = np.asarray(wavelength_nm, float), band_widths_nm(wavelength_nm)
-    found = [(pupils.phase_change(one, (), w - d / 2, w + d / 2), w, d) for one in lenses for w, d in zip(wave, width) if w > d / 2]
+    found = [
+        (pupils.phase_change(one, (), w - d / 2, w + d / 2), w, d)
+        for one in lenses
+        for w, d in zip(wave, width)
+        if w > d / 2
+    ]
     return max(found, default=(0.0, 0.0, 0.0))

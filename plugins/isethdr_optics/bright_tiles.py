@@ -6,7 +6,14 @@ import numpy as np
 
 from isethdr_core.physics.convolution_spectral import matrix_product
 
-RADII = (96, 64, 32, 16, 8, 4)  # tiles that are corrected around a bright one: no more than `kernel_spectra.NEAR`
+RADII = (
+    96,
+    64,
+    32,
+    16,
+    8,
+    4,
+)  # tiles that are corrected around a bright one: no more than `kernel_spectra.NEAR`
 MOST_WORK = 3e7  # values written per channel, at most
 TOGETHER = 64  # bright tiles
 STRIPS = 2  # of rows: work for as many threads as there are, whatever the number of channels
@@ -39,8 +46,12 @@ def correct(out, cube, relative, weights, fit, made, apply=map) -> None:
         cores = np.stack([b[cut].ravel() for b in made.bands])
         tiles = fit.bright[fit.radii == radius]
         light = cube.reshape(len(cube), -1)[:, tiles]
-        missed = light - fit.near.predict @ (fit.near.project.astype(cube.dtype) @ light).astype(float)
-        groups.append((tiles, missed if relative is None else missed * relative.ravel()[tiles], cores, half))
+        missed = light - fit.near.predict @ (fit.near.project.astype(cube.dtype) @ light).astype(
+            float
+        )
+        groups.append(
+            (tiles, missed if relative is None else missed * relative.ravel()[tiles], cores, half)
+        )
 
     def strip(task):
         number, first = task
@@ -48,7 +59,16 @@ def correct(out, cube, relative, weights, fit, made, apply=map) -> None:
             _spread(out[number, first : first + height], first, weights[number], *group)
 
     height = -(-out.shape[1] // STRIPS)
-    list(apply(strip, [(number, first) for first in range(0, out.shape[1], height) for number in range(len(out))]))
+    list(
+        apply(
+            strip,
+            [
+                (number, first)
+                for first in range(0, out.shape[1], height)
+                for number in range(len(out))
+            ],
+        )
+    )
 
 
 def _spread(out, first, weights, tiles, missed, cores, half):
@@ -59,9 +79,19 @@ def _spread(out, first, weights, tiles, missed, cores, half):
     rows, columns, missed = rows[reaches], columns[reaches], missed[:, reaches]
     for start in range(0, len(rows), TOGETHER):
         some = slice(start, start + TOGETHER)
-        seen = (missed[:, some] * weights[:, None]).T.astype(cores.dtype)  # single precision: it is what is missed, and that of one tile
+        seen = (missed[:, some] * weights[:, None]).T.astype(
+            cores.dtype
+        )  # single precision: it is what is missed, and that of one tile
         spread = matrix_product(np.ascontiguousarray(seen), cores).reshape(-1, *shape)
         for part, y, x in zip(spread, rows[some], columns[some]):
-            top, left, bottom, right = max(y - half[0], 0), max(x - half[1], 0), min(y + half[0] + 1, ny), min(x + half[1] + 1, nx)
-            inside = (slice(top - y + half[0], bottom - y + half[0]), slice(left - x + half[1], right - x + half[1]))
+            top, left, bottom, right = (
+                max(y - half[0], 0),
+                max(x - half[1], 0),
+                min(y + half[0] + 1, ny),
+                min(x + half[1] + 1, nx),
+            )
+            inside = (
+                slice(top - y + half[0], bottom - y + half[0]),
+                slice(left - x + half[1], right - x + half[1]),
+            )
             out[top:bottom, left:right] += part[inside]

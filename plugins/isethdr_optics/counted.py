@@ -29,8 +29,17 @@ class Counted:
 
 def counted(lens, mixed, relative, response) -> Counted:
     """Return what a sensor of `response` counts of mixed radiance; `relative` multiplies the tiles' light, (y, x) or 1."""
-    weights = np.unique(lens.throughput_sr() * response.area_exposure_m2_s * electrons(response, mixed.wavelength.values.astype(float)), axis=0)
-    values, rows, block = np.asarray(mixed.values), weights.astype(mixed.dtype), block_of(mixed.shape[1:])
+    weights = np.unique(
+        lens.throughput_sr()
+        * response.area_exposure_m2_s
+        * electrons(response, mixed.wavelength.values.astype(float)),
+        axis=0,
+    )
+    values, rows, block = (
+        np.asarray(mixed.values),
+        weights.astype(mixed.dtype),
+        block_of(mixed.shape[1:]),
+    )
     whole = np.empty(values.shape[1:], values.dtype)
 
     def strip(start):
@@ -41,9 +50,19 @@ def counted(lens, mixed, relative, response) -> Counted:
         return charges.sum(1), charges.min(1), np.einsum("byx,byx->bx", part, part)
 
     with threads() as apply:
-        sums, least, squares = (np.stack(a, axis=1) for a in zip(*apply(strip, range(0, values.shape[1], block))))
+        sums, least, squares = (
+            np.stack(a, axis=1) for a in zip(*apply(strip, range(0, values.shape[1], block)))
+        )
     squares = _columns(np.add, squares, block) * float(np.max(relative)) ** 2
-    return Counted(block, values.shape[1:], weights, whole, _columns(np.add, sums, block), _columns(np.minimum, least, block), squares)
+    return Counted(
+        block,
+        values.shape[1:],
+        weights,
+        whole,
+        _columns(np.add, sums, block),
+        _columns(np.minimum, least, block),
+        squares,
+    )
 
 
 def electrons(response, wavelength_nm):

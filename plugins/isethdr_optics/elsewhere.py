@@ -31,15 +31,23 @@ def place():
     library, _, where = name.partition(":")
     try:
         xp = array_api_compat.array_namespace(importlib.import_module(library).asarray([0.0]))
-        on = device(xp.asarray([0.0])) if not where else xp.Device(where) if hasattr(xp, "Device") else where
+        on = (
+            device(xp.asarray([0.0]))
+            if not where
+            else xp.Device(where)
+            if hasattr(xp, "Device")
+            else where
+        )
 
         def put(a):
             return xp.asarray(np.ascontiguousarray(a), device=on)
 
         on_host(put(np.zeros(1)))
     except Exception as err:  # whatever a library raises for a device that it does not have
-        raise ConfigError(f"ISETHDR_ARRAYS is {name!r}: {err}; expected an installed library with the Python array API, and a device of "
-                          "it, as torch:cuda or cupy; unset it to compute with NumPy") from err
+        raise ConfigError(
+            f"ISETHDR_ARRAYS is {name!r}: {err}; expected an installed library with the Python array API, and a device of "
+            "it, as torch:cuda or cupy; unset it to compute with NumPy"
+        ) from err
     return put
 
 
@@ -47,10 +55,15 @@ def convolve_there(put, out, image, kernel, error_allowed, factor, gain):
     """Write a convolution made where `put` puts arrays into the NumPy array `out`; other arguments and result as `convolve_into`."""
     there = kernel.__dict__.get("_there")  # of a frozen kernel: it is sent once
     if there is None or there[0] is not namespace(put(np.zeros(1))):
-        there = namespace(put(np.zeros(1))), replace(kernel, psf=put(kernel.psf), spectrum=put(kernel.spectrum))
+        there = (
+            namespace(put(np.zeros(1))),
+            replace(kernel, psf=put(kernel.psf), spectrum=put(kernel.spectrum)),
+        )
         kernel.__dict__["_there"] = there
     light = put(image)
     result = namespace(light).empty(light.shape, dtype=light.dtype, device=device(light))
-    bound = convolve_into(result, light, there[1], error_allowed, None if factor is None else put(factor), float(gain))
+    bound = convolve_into(
+        result, light, there[1], error_allowed, None if factor is None else put(factor), float(gain)
+    )
     out[...] = on_host(result)
     return bound

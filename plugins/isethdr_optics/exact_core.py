@@ -35,7 +35,17 @@ def exact_core(plan, centre_nm: float, width_nm: float, waves, energy: float) ->
     kept = _kept if all(map(is_dataclass, (plan.lens, *plan.flares))) else None
     if kept is None:
         return _made(plan, waves, energy)
-    key = repr((replace(plan.lens, speckle_error=0.5), plan.flares, centre_nm, width_nm, plan.half, plan.pitch, list(waves)))
+    key = repr(
+        (
+            replace(plan.lens, speckle_error=0.5),
+            plan.flares,
+            centre_nm,
+            width_nm,
+            plan.half,
+            plan.pitch,
+            list(waves),
+        )
+    )
     if key not in kept:
         kept[key] = _made(plan, waves, energy)
     return kept[key]
@@ -44,12 +54,29 @@ def exact_core(plan, centre_nm: float, width_nm: float, waves, energy: float) ->
 def _made(plan, waves, energy):
     axis, total, sides = plan.axis, 0.0, [2 * h + 1 for h in plan.half]
     if pupils.round_and_clean(plan.lens, plan.flares):
-        return sum(integrated_airy(pupils.radius_mm(plan.lens), wave, plan.distance, sides, plan.pitch, boxes=2) for wave in waves) / len(waves)
-    cells = pupils.amplitude(plan.lens, plan.flares, axis, axis, plan.shortest) if plan.fixed else None
+        return sum(
+            integrated_airy(
+                pupils.radius_mm(plan.lens), wave, plan.distance, sides, plan.pitch, boxes=2
+            )
+            for wave in waves
+        ) / len(waves)
+    cells = (
+        pupils.amplitude(plan.lens, plan.flares, axis, axis, plan.shortest) if plan.fixed else None
+    )
     for wave in waves:
         own = cells if plan.fixed else pupils.amplitude(plan.lens, plan.flares, axis, axis, wave)
         pupil = pupils.resolved(plan.lens, plan.flares, axis, axis, wave, own)
         step = axis[1] - axis[0]
         scaled_nm = pupils.scaled_nm(plan.lens, wave)
-        total = total + integrated_psf(pupil, scaled_nm, (step, step), plan.distance, sides, plan.pitch, energy, cell_means=True, boxes=2)
+        total = total + integrated_psf(
+            pupil,
+            scaled_nm,
+            (step, step),
+            plan.distance,
+            sides,
+            plan.pitch,
+            energy,
+            cell_means=True,
+            boxes=2,
+        )
     return total / len(waves)

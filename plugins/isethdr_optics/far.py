@@ -30,7 +30,9 @@ WRAP = 0.018  # largest error that this leaves in the border tiles (L1, against 
 WRAP_SHARED = 0.0015  # and of a pupil without phase, whose lattices serve all bands
 RING_PUPIL = 500  # least cells across the stop
 SHARED_SAMPLES = 1.2e8  # of one shared lattice, about a gigabyte while it is made
-OWN_SAMPLES = 1.2e8  # of a lattice with phase: the same while it is made, a third of that while it is kept
+OWN_SAMPLES = (
+    1.2e8  # of a lattice with phase: the same while it is made, a third of that while it is kept
+)
 GRID = 3  # of tile means, per tile: the nearest stands in for a place between them
 CLEAR = 1.0  # of the highest spatial frequency: what a lattice takes for lower ones; beside those that tiles pass, hardly any light has them
 ENOUGH = 16  # samples across a wide tile: it and its neighbours then hold 600, whose mean is right to 3 %
@@ -43,7 +45,10 @@ FINER = (1, 2, 4)  # times the reads, tried until the error is what the lens all
 STRETCHED = 1.15  # times the frame, that lattices at knots are read over
 FINEST = 0.8  # times a step, at least: what counts as finer
 DEFAULT_ERROR = 0.03  # for which lattices are made; for less they are finer
-MOST_ACROSS, MOST_ACROSS_PHASE = 3e5, 8e4  # cells across a pupil: a minute where it is shapes alone; twenty, cell by cell, with phase
+MOST_ACROSS, MOST_ACROSS_PHASE = (
+    3e5,
+    8e4,
+)  # cells across a pupil: a minute where it is shapes alone; twenty, cell by cell, with phase
 BELOW_NM = 80.0  # from the shortest wavelength down to the lattice that it is read from, at most: the widest of `knots.STEPS_NM`
 CHORD_BYTES = 3000  # for every row of cells of a pupil of shapes
 PHASE_CHANGE = 0.3  # radians rms, from one end of a part of the band to the other
@@ -56,7 +61,9 @@ class Lattice:
     """Samples of a pattern: values[i, j] is the fraction of the energy per sample at (index - middle + offset) * step."""
 
     values: np.ndarray
-    step_um: tuple[float, float]  # at `wavelength_nm`, as `pupils.scaled_nm`; a pattern without phase scales with wavelength
+    step_um: tuple[
+        float, float
+    ]  # at `wavelength_nm`, as `pupils.scaled_nm`; a pattern without phase scales with wavelength
     wavelength_nm: float
     offset: tuple[float, float]
 
@@ -64,13 +71,26 @@ class Lattice:
 def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern of a pupil without phase, for all wavelengths of a frame."""
     wave = min(shortest_nm, REFERENCE_NM)
-    step, far, period, cells = _sampling(lens, wave, pitch_um, reach, 1.0, SHARED_SAMPLES, max(1.0, DEFAULT_ERROR / lens.speckle_error), shared=True)
+    step, far, period, cells = _sampling(
+        lens,
+        wave,
+        pitch_um,
+        reach,
+        1.0,
+        SHARED_SAMPLES,
+        max(1.0, DEFAULT_ERROR / lens.speckle_error),
+        shared=True,
+    )
     _check_pupil(lens, wave, cells, MOST_ACROSS)
     energy, distance = pupils.open_energy_mm2(lens, flares, wave), pupils.distance_mm(lens)
     out = []
     for offset in ((0.0, 0.0), (0.5, 0.5)):
-        pupil = lattices.fold_shapes(pupils.terms(lens, flares), pupils.reach_mm(lens), cells, period, offset)
-        values = lattices.lattice_psf(pupil, wave, distance, far, (step, step), energy, offset, lattices.spline_response)
+        pupil = lattices.fold_shapes(
+            pupils.terms(lens, flares), pupils.reach_mm(lens), cells, period, offset
+        )
+        values = lattices.lattice_psf(
+            pupil, wave, distance, far, (step, step), energy, offset, lattices.spline_response
+        )
         out.append(Lattice(values, (step, step), wave, offset))
     return out
 
@@ -78,13 +98,24 @@ def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
 def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern at one wavelength, to be read up to `stretch` times the frame."""
     lens, flares = plan.lens, plan.flares
-    step, far, period, cells = _sampling(lens, wave, plan.pitch, reach, stretch, OWN_SAMPLES, fine, plan.split)
+    step, far, period, cells = _sampling(
+        lens, wave, plan.pitch, reach, stretch, OWN_SAMPLES, fine, plan.split
+    )
     _check_pupil(lens, wave, cells, MOST_ACROSS_PHASE)
     offsets = ((0.0, 0.0), (0.5, 0.5))
     folded, out = pupils.folded(lens, flares, wave, cells, period, offsets), []
     scaled_nm = pupils.scaled_nm(lens, wave)
     for offset in offsets:  # the first is let go of before the second is transformed
-        values = lattices.lattice_psf(folded.pop(0), scaled_nm, plan.distance, far, (step, step), energy, offset, lattices.binomial_response)
+        values = lattices.lattice_psf(
+            folded.pop(0),
+            scaled_nm,
+            plan.distance,
+            far,
+            (step, step),
+            energy,
+            offset,
+            lattices.binomial_response,
+        )
         out.append(Lattice(values, (step, step), scaled_nm, offset))
     return out
 
@@ -105,9 +136,18 @@ def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, split=1, shared=
     wanted = max(wanted, blur / SMOOTH) / np.sqrt(fine)
     step = min(max(wanted, PERIOD * np.sqrt(np.prod(extent) / most)), max(pitch, blur / SMOOTH))
     far = tuple(int(np.ceil(e / step)) + 2 for e in extent)
-    least = max(RING_PUPIL, pupils.phase_samples(lens, wave) / 2) * pupils.blur_um(lens, wave) / step
+    least = (
+        max(RING_PUPIL, pupils.phase_samples(lens, wave) / 2) * pupils.blur_um(lens, wave) / step
+    )
     period = tuple(sf.next_fast_len(int(np.ceil(max(PERIOD * n, least)))) for n in far)
-    return step, far, period, lattices.lattice_pitch_mm(pupils.scaled_nm(lens, wave), period, pupils.distance_mm(lens), (step, step))
+    return (
+        step,
+        far,
+        period,
+        lattices.lattice_pitch_mm(
+            pupils.scaled_nm(lens, wave), period, pupils.distance_mm(lens), (step, step)
+        ),
+    )
 
 
 def lattice_bytes(lens, shortest_nm: float, tiles) -> float:
@@ -124,10 +164,20 @@ def lattice_bytes(lens, shortest_nm: float, tiles) -> float:
     phase = bool(lens.zernike_um or lens.focal_shift_um)
     # a table of focal shifts may not reach below the shortest band
     below = shortest_nm if lens.focal_shift_um else max(shortest_nm - BELOW_NM, shortest_nm / 2)
-    wave, stretch, most = (below, STRETCHED, OWN_SAMPLES) if phase else (min(shortest_nm, REFERENCE_NM), 1.0, SHARED_SAMPLES)
-    _, far, period, cells = _sampling(lens, wave, tiles.pitch_um, tiles.reach, stretch, most, 1.0, tiles.split, shared=not phase)
+    wave, stretch, most = (
+        (below, STRETCHED, OWN_SAMPLES)
+        if phase
+        else (min(shortest_nm, REFERENCE_NM), 1.0, SHARED_SAMPLES)
+    )
+    _, far, period, cells = _sampling(
+        lens, wave, tiles.pitch_um, tiles.reach, stretch, most, 1.0, tiles.split, shared=not phase
+    )
     across = _check_pupil(lens, wave, cells, MOST_ACROSS_PHASE if phase else MOST_ACROSS)
-    return 8 * float(np.prod(period, dtype=float)) + 2 * 4 * float(np.prod([2.0 * n + 1 for n in far])) + (not phase) * CHORD_BYTES * across
+    return (
+        8 * float(np.prod(period, dtype=float))
+        + 2 * 4 * float(np.prod([2.0 * n + 1 for n in far]))
+        + (not phase) * CHORD_BYTES * across
+    )
 
 
 def _check_pupil(lens, wave_nm: float, cells_mm, most: float) -> float:
@@ -156,7 +206,10 @@ def rings(plan, centre, width, energy):
         over = np.flatnonzero(_errors(plan, kernel, wrong) > plan.lens.speckle_error)
         if not len(over):
             return kernel, wrong
-        nearer = tuple(min(r, max(h + 1, 2 ** (int(over[-1]) + 1) * plan.split)) for r, h in zip(reach, plan.half))
+        nearer = tuple(
+            min(r, max(h + 1, 2 ** (int(over[-1]) + 1) * plan.split))
+            for r, h in zip(reach, plan.half)
+        )
         reach, fine = nearer, _finer(plan, centre, reach, nearer, fine)
         if not fine:
             return kernel, wrong
@@ -168,7 +221,9 @@ def rings(plan, centre, width, energy):
 
 def _errors(plan, kernel, wrong):
     """Return the error of whole tiles per octave of their distance."""
-    return kernel_errors.by_octave(*(tile_sums(a[_whole(a, plan.split)], plan.split) for a in (wrong, kernel)))
+    return kernel_errors.by_octave(
+        *(tile_sums(a[_whole(a, plan.split)], plan.split) for a in (wrong, kernel))
+    )
 
 
 def _whole(fine, split):
@@ -198,7 +253,10 @@ def _finer(plan, wave, reach, nearer, fine):
     if plan.lattices:
         return next((f for f in FINER if f > fine), 0)
     wanted, tries = _wanted(plan.lens), ((reach, fine), *((nearer, f) for f in FINER))
-    now, *steps = (_sampling(plan.lens, wave, plan.pitch, r, STRETCHED, OWN_SAMPLES, f * wanted, plan.split)[0] for r, f in tries)
+    now, *steps = (
+        _sampling(plan.lens, wave, plan.pitch, r, STRETCHED, OWN_SAMPLES, f * wanted, plan.split)[0]
+        for r, f in tries
+    )
     return next((f for f, step in zip(FINER, steps) if step < FINEST * now), 0)
 
 
@@ -209,14 +267,29 @@ def ring(plan, reach, hole, centre, width, energy, fine=1):
     """
     grid = int(np.ceil(GRID * np.sqrt(fine)))
     finer = fine * _wanted(plan.lens)
-    rows = reach[0] + 1 if plan.lattices else 2 * reach[0] + 1  # without phase the rest is the mirror image
+    rows = (
+        reach[0] + 1 if plan.lattices else 2 * reach[0] + 1
+    )  # without phase the rest is the mirror image
     parts = 1 if plan.lattices else _parts(plan, centre, width)
     halves = [np.zeros((rows, 2 * reach[1] + 1), np.float32) for _ in range(2)]
     for part in range(parts):
         middle, span = centre + ((part + 0.5) / parts - 0.5) * width, width / parts
-        pair = [[(one, 1.0)] for one in plan.lattices] or plan.knots.around(plan, reach, middle, span, energy, finer)
+        pair = [[(one, 1.0)] for one in plan.lattices] or plan.knots.around(
+            plan, reach, middle, span, energy, finer
+        )
         for half, given in enumerate(pair):
-            _read(halves[half], half, given, pupils.scaled_nm(plan.lens, middle), span, plan.pitch, reach, grid, fine / parts, 1 / parts)
+            _read(
+                halves[half],
+                half,
+                given,
+                pupils.scaled_nm(plan.lens, middle),
+                span,
+                plan.pitch,
+                reach,
+                grid,
+                fine / parts,
+                1 / parts,
+            )
     both = [(halves[0] + halves[1]) / 2, (halves[0] - halves[1]) / 2]
     for k, half in enumerate(both if plan.lattices else ()):
         both[k] = np.concatenate([half, half[-2::-1, ::-1]])
@@ -248,8 +321,13 @@ def check_delay(delay_um: float, wavelength_nm, width_nm, beside: float = 0.0) -
 
 def _parts(plan, centre, width):
     """Return into how many parts of about the same phase to divide a band."""
-    known = pupils.phase_change(plan.lens, plan.flares, centre - width / 2, centre + width / 2) / PHASE_CHANGE
-    return int(np.clip(np.ceil(known), 1 if pupils.all_shapes(plan.flares) else UNKNOWN_PARTS, MOST_PARTS))
+    known = (
+        pupils.phase_change(plan.lens, plan.flares, centre - width / 2, centre + width / 2)
+        / PHASE_CHANGE
+    )
+    return int(
+        np.clip(np.ceil(known), 1 if pupils.all_shapes(plan.flares) else UNKNOWN_PARTS, MOST_PARTS)
+    )
 
 
 def _read(out, half, given, middle, span, pitch_um, reach, grid, often, weight):
@@ -267,14 +345,29 @@ def _read(out, half, given, middle, span, pitch_um, reach, grid, often, weight):
     draw = 1 / (1 - span / 2 / middle)
     border = [int(np.ceil(r * draw * grid)) + 1 for r in reach]
     last = int(np.ceil((out.shape[0] - 1 - reach[0]) * draw * grid)) + 1
-    means = _tile_means(given, middle, pitch_um, grid, np.arange(-border[0], last + 1), np.arange(-border[1], border[1] + 1))
+    means = _tile_means(
+        given,
+        middle,
+        pitch_um,
+        grid,
+        np.arange(-border[0], last + 1),
+        np.arange(-border[1], border[1] + 1),
+    )
     for y in _blocks(out.shape[0], ROWS):
         for x in _blocks(out.shape[1], COLUMNS):
             away = [np.arange(b.start, b.stop) - r for b, r in zip((y, x), reach)]
-            moved = np.hypot(*(np.abs(a).max() for a in away)) * span / weight / middle  # within the whole band
-            count = max(2, int(np.ceil(often * np.clip(np.ceil(READS * moved), LEAST_READS, MOST_READS))))
-            scales = middle / (middle + ((np.arange(half, 2 * count, 2) + 0.5) / (2 * count) - 0.5) * span)
-            columns = slice(*(int(np.rint(e * grid * s)) + border[1] for e, s in _outermost(away[1], scales)))
+            moved = (
+                np.hypot(*(np.abs(a).max() for a in away)) * span / weight / middle
+            )  # within the whole band
+            count = max(
+                2, int(np.ceil(often * np.clip(np.ceil(READS * moved), LEAST_READS, MOST_READS)))
+            )
+            scales = middle / (
+                middle + ((np.arange(half, 2 * count, 2) + 0.5) / (2 * count) - 0.5) * span
+            )
+            columns = slice(
+                *(int(np.rint(e * grid * s)) + border[1] for e, s in _outermost(away[1], scales))
+            )
             total = np.zeros((len(away[0]), len(away[1])), np.float32)
             for scale in scales:
                 rows, cols = (np.rint(a * (scale * grid)).astype(np.intp) for a in away)
@@ -287,7 +380,10 @@ def _read(out, half, given, middle, span, pitch_um, reach, grid, often, weight):
 def _outermost(away, scales):
     """Return (place, scale) of the first and of one past the last column that is read."""
     low, high = float(away[0]), float(away[-1])
-    return (low, scales.max() if low < 0 else scales.min()), (high + 1, scales.max() if high + 1 > 0 else scales.min())
+    return (low, scales.max() if low < 0 else scales.min()), (
+        high + 1,
+        scales.max() if high + 1 > 0 else scales.min(),
+    )
 
 
 def _blocks(count, size):
@@ -300,8 +396,12 @@ def _tile_means(given, wave, pitch_um, grid, rows, cols):
     for lattice, share in given:
         scale = wave / lattice.wavelength_nm
         down, across = (
-            _triangles(n * p / grid, p, p * np.sqrt(1 - 0.5 / grid**2), s * scale, o, m)  # the nearest place adds (p / grid)^2 / 12
-            for n, p, s, o, m in zip((rows, cols), pitch_um, lattice.step_um, lattice.offset, lattice.values.shape)
+            _triangles(
+                n * p / grid, p, p * np.sqrt(1 - 0.5 / grid**2), s * scale, o, m
+            )  # the nearest place adds (p / grid)^2 / 12
+            for n, p, s, o, m in zip(
+                (rows, cols), pitch_um, lattice.step_um, lattice.offset, lattice.values.shape
+            )
         )
         down *= np.float32(share)
         for block in _blocks(len(rows), 64):  # that stay in the processor's cache
@@ -318,4 +418,7 @@ def _triangles(at_um, pitch_um, half_um, step_um, offset, size):
     sample = first[:, None] + np.arange(taps)
     weight = np.maximum(0.0, 1 - np.abs(sample - at[:, None]) * (step_um / half_um))
     weight *= pitch_um / step_um / weight.sum(axis=1, keepdims=True)
-    return csr_array((weight.astype(np.float32).ravel(), sample.ravel(), np.arange(len(at) + 1) * taps), (len(at), size))
+    return csr_array(
+        (weight.astype(np.float32).ravel(), sample.ravel(), np.arange(len(at) + 1) * taps),
+        (len(at), size),
+    )

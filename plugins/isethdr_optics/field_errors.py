@@ -19,7 +19,9 @@ from .lateral_colour import READ, Course
 from .spread_errors import exact
 from .spread_errors import spread_errors as one_spread
 
-APART = 1 / 192  # of the frame's longer side, at least half a tile: images closer than that count as one (errors are known over twice as much)
+APART = (
+    1 / 192
+)  # of the frame's longer side, at least half a tile: images closer than that count as one (errors are known over twice as much)
 
 
 def spread_errors(mixed, given, weights) -> tuple[np.ndarray, np.ndarray]:
@@ -46,7 +48,10 @@ def spread_errors(mixed, given, weights) -> tuple[np.ndarray, np.ndarray]:
 def _together(scales, shape) -> list[list[int]]:
     """Return groups of bands; in each, images lie as near to the first as errors are known."""
     near, radius = max(0.5, APART * max(shape)), np.hypot(*shape) / 2
-    at = [(s.ratio if isinstance(s, Course) else s * np.ones(READ)) * np.linspace(0, radius, READ) for s in scales]
+    at = [
+        (s.ratio if isinstance(s, Course) else s * np.ones(READ)) * np.linspace(0, radius, READ)
+        for s in scales
+    ]
     groups: list[list[int]] = []
     for band, place in enumerate(at):
         home = next((g for g in groups if np.abs(at[g[0]] - place).max() <= near), None)
@@ -64,7 +69,9 @@ def _spread(mixed, given, weights):
     deviation, bound = one_spread(mixed.copy(data=beyond), replace(still, made=field.far), weights)
     elsewhere = np.ones(mixed.shape[1:])  # the share of other places than the axis
     elsewhere[field.shares[0][0]] -= field.shares[0][1]
-    unlike, _ = one_spread(mixed.copy(data=beyond * np.sqrt(elsewhere)), replace(still, made=field.unlike_far), weights)
+    unlike, _ = one_spread(
+        mixed.copy(data=beyond * np.sqrt(elsewhere)), replace(still, made=field.unlike_far), weights
+    )
     squares = deviation**2 + unlike**2
     for window, light, core in field.parts(mixed.values, 0.5):
         if exact(core):

@@ -25,7 +25,9 @@ class Place:
     count: int  # places on its ring
 
 
-def thinned(rings: int, radius: float, symmetric: bool, between, around, allowed: float) -> list[tuple[Place, tuple[float, float]]]:
+def thinned(
+    rings: int, radius: float, symmetric: bool, between, around, allowed: float
+) -> list[tuple[Place, tuple[float, float]]]:
     """Return the grid without the rings and the places around the axis that it can do without, and each place's `step` for `weight`.
 
     Parameters
@@ -36,9 +38,14 @@ def thinned(rings: int, radius: float, symmetric: bool, between, around, allowed
     known = [0.0, *_kept(between, 0, rings, radius / rings, allowed)]
     out = []
     for ring, at in enumerate(known):
-        step = at - known[ring - 1] if ring else known[1], known[ring + 1] - at if ring + 1 < len(known) else at - known[ring - 1]
+        step = (
+            at - known[ring - 1] if ring else known[1],
+            known[ring + 1] - at if ring + 1 < len(known) else at - known[ring - 1],
+        )
         most = 1 if symmetric or not ring else AROUND * max(1, round(at / radius * rings))
-        count = next((n for n in range(AROUND, most, AROUND) if around(at, 2 * np.pi / n) <= allowed), most)
+        count = next(
+            (n for n in range(AROUND, most, AROUND) if around(at, 2 * np.pi / n) <= allowed), most
+        )
         out += [(Place(ring, at, 2 * np.pi * k / count, count), step) for k in range(count)]
     return out
 
@@ -46,9 +53,16 @@ def thinned(rings: int, radius: float, symmetric: bool, between, around, allowed
 def _kept(between, first, last, step, allowed) -> list[float]:
     """Return the radii beyond ring `first` up to `last` whose rings are needed; halves are asked for where they are whole rings."""
     if (last - first) % 2 or between(first * step, last * step) <= allowed:
-        return [ring * step for ring in range(first + 1, last + 1)] if (last - first) % 2 else [last * step]
+        return (
+            [ring * step for ring in range(first + 1, last + 1)]
+            if (last - first) % 2
+            else [last * step]
+        )
     middle = (first + last) // 2
-    return [*_kept(between, first, middle, step, allowed), *_kept(between, middle, last, step, allowed)]
+    return [
+        *_kept(between, first, middle, step, allowed),
+        *_kept(between, middle, last, step, allowed),
+    ]
 
 
 def places(rings: int, radius: float, symmetric: bool) -> list[Place]:
@@ -56,7 +70,9 @@ def places(rings: int, radius: float, symmetric: bool) -> list[Place]:
     out = [Place(0, 0.0, 0.0, 1)]
     for ring in range(1, rings + 1):
         count = 1 if symmetric else AROUND * ring
-        out += [Place(ring, radius * ring / rings, 2 * np.pi * k / count, count) for k in range(count)]
+        out += [
+            Place(ring, radius * ring / rings, 2 * np.pi * k / count, count) for k in range(count)
+        ]
     return out
 
 
@@ -80,7 +96,9 @@ def first_quadrant(place: Place) -> tuple[Place, tuple[int, ...]]:
     """Return the place among those from +x to +y that mirrors into `place`, and the axes (0: y, 1: x) along which to mirror."""
     turn = place.azimuth_rad % (2 * np.pi)
     flips = ((0,) if turn > np.pi + 1e-9 else ()) + ((1,) if np.cos(turn) < -1e-9 else ())
-    return replace(place, azimuth_rad=float(np.arctan2(abs(np.sin(turn)), abs(np.cos(turn))).round(12))), flips
+    return replace(
+        place, azimuth_rad=float(np.arctan2(abs(np.sin(turn)), abs(np.cos(turn))).round(12))
+    ), flips
 
 
 def is_mirrored(wavefronts) -> bool:

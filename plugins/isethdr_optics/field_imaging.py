@@ -37,7 +37,9 @@ class FieldKernels:
 
     axis: kernels.Kernels
     half: tuple[int, int]  # (y, x) tiles from the middle to the border of a core
-    shares: list[tuple[tuple[slice, slice], np.ndarray]]  # per place, a window of the frame and there the share of the light
+    shares: list[
+        tuple[tuple[slice, slice], np.ndarray]
+    ]  # per place, a window of the frame and there the share of the light
     cores: list[kernels.Kernels]  # per place, that on the axis first
     unlike: np.ndarray  # per octave, how far kernels of places may be from that of the axis, as `kernel_errors.deviation`
 
@@ -47,7 +49,10 @@ class FieldKernels:
         What the core of the axis leaves is read from the first place, which is sampled as the others are: so little is left that it shows.
         """
         rows, columns = (n // 2 + 1 for n in self.axis.bands[band].shape)
-        out, left = np.zeros((rows, columns)), [1 - core.bands[band].sum(dtype=float) for core in self.cores]
+        out, left = (
+            np.zeros((rows, columns)),
+            [1 - core.bands[band].sum(dtype=float) for core in self.cores],
+        )
         for (window, share), beyond in zip(self.shares, left):
             out[window] += share * (beyond / left[0] if left[0] > 0 else 1.0)
         return out
@@ -60,15 +65,25 @@ class FieldKernels:
     @cached_property
     def unlike_far(self) -> kernels.Kernels | None:
         """The same as wrong as they are for the outermost place, that of the axis being right."""
-        return self._beyond(np.broadcast_to(self.unlike, (len(self.axis.bands), len(self.unlike))), wrap=1.0)  # that bound is not asked for
+        return self._beyond(
+            np.broadcast_to(self.unlike, (len(self.axis.bands), len(self.unlike))), wrap=1.0
+        )  # that bound is not asked for
 
     def _beyond(self, deviation, **more):
         if all(np.array_equal(self.half, [n // 2 for n in band.shape]) for band in self.axis.bands):
             return None
-        return replace(self.axis, core=np.full(len(self.axis.bands), float(min(self.half))), deviation=np.array(deviation), **more)
+        return replace(
+            self.axis,
+            core=np.full(len(self.axis.bands), float(min(self.half))),
+            deviation=np.array(deviation),
+            **more,
+        )
 
     def _middle(self, band):
-        return tuple(slice(n // 2 - h, n // 2 + h + 1) for n, h in zip(self.axis.bands[band].shape, self.half))
+        return tuple(
+            slice(n // 2 - h, n // 2 + h + 1)
+            for n, h in zip(self.axis.bands[band].shape, self.half)
+        )
 
     def spread(self, out, light, band: int, error_allowed: float = 0.0) -> Bound:
         """Write the image of one band's light, (y, x), into `out`; return the bound of its convolutions, right to `error_allowed`, relative."""
@@ -86,8 +101,13 @@ class FieldKernels:
         for (window, share), core in zip(self.shares, self.cores):
             part = share**power * light[(..., *window)]
             if part.any():
-                wide = tuple(slice(max(w.start - h, 0), min(w.stop + h, n)) for w, h, n in zip(window, self.half, light.shape[-2:]))
-                more = [(0, 0)] * (light.ndim - 2) + [(w.start - v.start, v.stop - w.stop) for w, v in zip(window, wide)]
+                wide = tuple(
+                    slice(max(w.start - h, 0), min(w.stop + h, n))
+                    for w, h, n in zip(window, self.half, light.shape[-2:])
+                )
+                more = [(0, 0)] * (light.ndim - 2) + [
+                    (w.start - v.start, v.stop - w.stop) for w, v in zip(window, wide)
+                ]
                 yield wide, np.pad(part, more), core
 
 
@@ -113,15 +133,34 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
 
     waves = mixed.wavelength.values.astype(float)
     along = [seen_from(r, 0.0) for r in np.linspace(0, radius, 9)]
-    known = [lens.wavefront_at(float(projections.angle_rad(r, 0.0, projection))) for r in np.linspace(0, radius, 9)]
+    known = [
+        lens.wavefront_at(float(projections.angle_rad(r, 0.0, projection)))
+        for r in np.linspace(0, radius, 9)
+    ]
     terms = [*known, *(dict(at.uneven) for at in along)]
-    symmetric = field_grid.is_symmetric(terms) and not any(at.rims or _stretched(at) for at in along)
+    symmetric = field_grid.is_symmetric(terms) and not any(
+        at.rims or _stretched(at) for at in along
+    )
     some = references_nm(along[-1], waves)
     exact, least = _half(along, some, pitch_um, mixed.shape[1:])
     ends = [(w - WIDTH_NM / 2, w + WIDTH_NM / 2) for w in {some[0], some[-1]}]
-    pairs = [zip(*(kernels.kernels(at, flares, pair, pitch_um, exact).bands for at in (along[0], along[-1]))) for pair in ends]
-    half, unlike, far_error = _reach([both for pair in pairs for both in pair], least, lens.speckle_error)
-    mirrors = field_grid.is_symmetric([lens.zernike_um or {}]) and field_grid.is_mirrored(known) and not _shaped(flares)
+    pairs = [
+        zip(
+            *(
+                kernels.kernels(at, flares, pair, pitch_um, exact).bands
+                for at in (along[0], along[-1])
+            )
+        )
+        for pair in ends
+    ]
+    half, unlike, far_error = _reach(
+        [both for pair in pairs for both in pair], least, lens.speckle_error
+    )
+    mirrors = (
+        field_grid.is_symmetric([lens.zernike_um or {}])
+        and field_grid.is_mirrored(known)
+        and not _shaped(flares)
+    )
 
     def turned(place, make):
         place, flips = field_grid.first_quadrant(place) if mirrors else (place, ())
@@ -129,25 +168,41 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
 
     @cache
     def core(radius, azimuth_rad, wave):
-        flips, kernel = turned(field_grid.Place(0, radius, azimuth_rad, 1), lambda at: place_cores.one(at, flares, wave, pitch_um, half))
+        flips, kernel = turned(
+            field_grid.Place(0, radius, azimuth_rad, 1),
+            lambda at: place_cores.one(at, flares, wave, pitch_um, half),
+        )
         return np.flip(kernel, flips)
 
     def cores(place):
-        flips, made = turned(place, lambda at: kernels.kernels(at, flares, waves, pitch_um, half, place_cores.made))
+        flips, made = turned(
+            place, lambda at: kernels.kernels(at, flares, waves, pitch_um, half, place_cores.made)
+        )
         return replace(made, bands=[np.flip(band, flips) for band in made.bands])
 
     with shown("how many places the field needs"):
         for rings in RINGS:
             error = 0.0
             for band in some:
-                error = max(error, _error(lambda p, band=band: core(p.radius, p.azimuth_rad, band), rings, radius, symmetric))
+                error = max(
+                    error,
+                    _error(
+                        lambda p, band=band: core(p.radius, p.azimuth_rad, band),
+                        rings,
+                        radius,
+                        symmetric,
+                    ),
+                )
                 if error > lens.error_allowed and rings < RINGS[-1]:
                     break
             if error <= lens.error_allowed:
                 break
     if rings == 0:
         ledger.left_out(
-            "point spreads off the axis", "they differ less than the error allowed", error + omissions.SHARED, "share of a point's light"
+            "point spreads off the axis",
+            "they differ less than the error allowed",
+            error + omissions.SHARED,
+            "share of a point's light",
         )
         return None
     chosen = [(place, radius / rings) for place in field_grid.places(rings, radius, symmetric)]
@@ -162,18 +217,41 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
             shares.append((window, share[window].astype(np.float32)))
     more = ", more than the error allowed" if error > lens.error_allowed else ""
     label = f"point spread between {len(grid)} places of the field, L1, worst of {', '.join(f'{w:g}' for w in some)} nm{more}"
-    ledger.add_error(ErrorNote(error, "share of a point's light", "measured", label, "field places", Quantity.IRRADIANCE))
+    ledger.add_error(
+        ErrorNote(
+            error,
+            "share of a point's light",
+            "measured",
+            label,
+            "field places",
+            Quantity.IRRADIANCE,
+        )
+    )
     with executor(min(cpus(), MOST_THREADS)) as pool:
-        made = FieldKernels(axis, half, shares, list(track(pool.map(cores, grid), "places of the field", len(grid))), unlike)
+        made = FieldKernels(
+            axis,
+            half,
+            shares,
+            list(track(pool.map(cores, grid), "places of the field", len(grid))),
+            unlike,
+        )
     band_phase.state(along[1:], waves)
     place_cores.state(along, flares, waves, half)
     if half != tuple(n - 1 for n in mixed.shape[1:]):
         label = f"kernel of the axis, taken for all places farther from a lamp than {half[1]} x {half[0]} tiles, where the field ends"
-        ledger.add_error(ErrorNote(far_error, "relative per tile", "measured", label, KERNELS, Quantity.IRRADIANCE))
+        ledger.add_error(
+            ErrorNote(
+                far_error, "relative per tile", "measured", label, KERNELS, Quantity.IRRADIANCE
+            )
+        )
     if any(one.speckle.any() for one in made.cores):
         speckle = max(float(one.speckle.max()) for one in made.cores)
         label = "speckle of the kernels of places of the field, where their blur is wider than an exact core"
-        ledger.add_error(ErrorNote(speckle, "relative per tile", "statistical", label, KERNELS, Quantity.IRRADIANCE))
+        ledger.add_error(
+            ErrorNote(
+                speckle, "relative per tile", "statistical", label, KERNELS, Quantity.IRRADIANCE
+            )
+        )
     return made
 
 
@@ -197,7 +275,10 @@ def _half(along, waves, pitch_um, shape):
     slope = max(pupils.steepest_um(at, w) for at in along for w in ends)
     geometrical = slope / pupils.radius_mm(lens) * pupils.distance_mm(lens)
     least = [min(n - 1, max(3, int(1.5 * geometrical / p) + 3)) for n, p in zip(shape, pitch_um)]
-    exact = [min(n - 1, int(kernels.CORE_SAMPLES / np.ceil(2 * p / blur))) for n, p in zip(shape, pitch_um)]
+    exact = [
+        min(n - 1, int(kernels.CORE_SAMPLES / np.ceil(2 * p / blur)))
+        for n, p in zip(shape, pitch_um)
+    ]
     return tuple(map(max, zip(exact, least))), tuple(least)
 
 
@@ -210,7 +291,10 @@ def _reach(pairs, least, allowed: float):
     allowed : relative per tile, mean of an octave.
     """
     wide = [n // 2 for n in pairs[0][1].shape]
-    reaches = [tuple(min(w, max(m, int(np.ceil(part * w)))) for w, m in zip(wide, least)) for part in (*PARTS, 1.0)]
+    reaches = [
+        tuple(min(w, max(m, int(np.ceil(part * w)))) for w, m in zip(wide, least))
+        for part in (*PARTS, 1.0)
+    ]
     last, *found = _unlike(pairs, wide, reaches[-1])
     allowed = max(allowed, min(NO_BETTER * last.max(), 2 * allowed))
     for half in reaches[:-1]:
@@ -224,9 +308,14 @@ def _unlike(pairs, wide, half):
     """Return the error per octave (L1), relative, of the axis's kernel in the outermost place's stead beyond `half`, and its deviation."""
     errors, deviations = [], []
     for axis, place in pairs:
-        axis = np.asarray(axis, float)[tuple(slice(n // 2 - w, n // 2 + w + 1) for n, w in zip(axis.shape, wide))]
+        axis = np.asarray(axis, float)[
+            tuple(slice(n // 2 - w, n // 2 + w + 1) for n, w in zip(axis.shape, wide))
+        ]
         # with the widest core kept, its outermost ring speaks for what lies beyond it
-        core = tuple(slice(w - min(h, int(OUTERMOST * w)), w + min(h, int(OUTERMOST * w)) + 1) for w, h in zip(wide, half))
+        core = tuple(
+            slice(w - min(h, int(OUTERMOST * w)), w + min(h, int(OUTERMOST * w)) + 1)
+            for w, h in zip(wide, half)
+        )
         wrong = place - axis * ((1 - place[core].sum(dtype=float)) / (1 - axis[core].sum()))
         wrong[core] = 0.0
         errors.append(kernel_errors.by_octave(wrong, axis))
@@ -245,7 +334,10 @@ def _error(core, rings, radius, symmetric) -> float:
     """
     if rings == 0:
         axis = core(field_grid.Place(0, 0.0, 0.0, 1))
-        return max(float(np.abs(core(field_grid.Place(1, r * radius, 0.0, 1)) - axis).sum(dtype=float)) for r in (0.5, 0.75, 1.0))
+        return max(
+            float(np.abs(core(field_grid.Place(1, r * radius, 0.0, 1)) - axis).sum(dtype=float))
+            for r in (0.5, 0.75, 1.0)
+        )
     step, worst = radius / rings, 0.0
     for ring in range(rings):
         inner, outer = (field_grid.Place(k, k * step, 0.0, 1) for k in (ring, ring + 1))
@@ -260,6 +352,7 @@ def _error(core, rings, radius, symmetric) -> float:
 
 def _thinned(core, rings, radius, symmetric, waves, allowed):
     """Return the places that are needed of a grid, each with its `step`, and the error between them."""
+
     def between(inner, outer):
         return max(_between(core, inner, outer, w) for w in waves)
 
@@ -269,18 +362,29 @@ def _thinned(core, rings, radius, symmetric, waves, allowed):
     chosen = field_grid.thinned(rings, radius, symmetric, between, around, allowed)
     counts = {place.radius: place.count for place, _ in chosen}
     radii = sorted(counts)
-    errors = [between(*pair) for pair in zip(radii, radii[1:])] + [around(r, 2 * np.pi / counts[r]) for r in radii[1:] if not symmetric]
+    errors = [between(*pair) for pair in zip(radii, radii[1:])] + [
+        around(r, 2 * np.pi / counts[r]) for r in radii[1:] if not symmetric
+    ]
     return chosen, max(errors)
 
 
 def _between(core, inner, outer, wave) -> float:
     """Return the error half way between two places on +x."""
-    return float(np.abs((core(inner, 0.0, wave) + core(outer, 0.0, wave)) / 2 - core((inner + outer) / 2, 0.0, wave)).sum())
+    return float(
+        np.abs(
+            (core(inner, 0.0, wave) + core(outer, 0.0, wave)) / 2
+            - core((inner + outer) / 2, 0.0, wave)
+        ).sum()
+    )
 
 
 def _around(core, radius, turn, wave) -> float:
     """Return the error half way between +x and a place `turn` further round."""
-    return float(np.abs((core(radius, 0.0, wave) + core(radius, turn, wave)) / 2 - core(radius, turn / 2, wave)).sum())
+    return float(
+        np.abs(
+            (core(radius, 0.0, wave) + core(radius, turn, wave)) / 2 - core(radius, turn / 2, wave)
+        ).sum()
+    )
 
 
 def _window(share):

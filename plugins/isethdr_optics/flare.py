@@ -59,10 +59,17 @@ class ApertureFlare:
     seed: Seed = 1  # which dirt
     radius_mm: PupilRadius = 0.0  # of the circle through the corners; 0: the stop of the lens (0.5 where no lens is known)
     dust_spread: LogSpread = 0.5  # sigma of the logarithm of the dust's radius
-    dust_opacity: tuple[Share, Share] = (0.5, 1.0)  # least and greatest share of the amplitude that a grain takes
-    dust_delay_um: Delay = 0.0  # optical path difference, (index - 1) x thickness, of light that passes a grain
+    dust_opacity: tuple[Share, Share] = (
+        0.5,
+        1.0,
+    )  # least and greatest share of the amplitude that a grain takes
+    dust_delay_um: Delay = (
+        0.0  # optical path difference, (index - 1) x thickness, of light that passes a grain
+    )
     scratch_opacity: tuple[Share, Share] = (0.3, 1.0)  # the same of a scratch
-    scratches_together: Together = 1  # parallel ones in a group, as a wiper leaves them; 1: each alone
+    scratches_together: Together = (
+        1  # parallel ones in a group, as a wiper leaves them; 1: each alone
+    )
     scratch_spacing_um: Micrometres = 30.0  # mean, between neighbours in a group
     scratch_direction_deg: Direction = 0.0  # where the range of directions begins, from x towards y
     scratch_range_deg: Direction = 180.0  # its width; 180: every direction
@@ -85,7 +92,9 @@ class ApertureFlare:
 
             from .far import check_delay
 
-            check_delay(self.dust_delay_um, demand.wavelength_nm, band_widths_nm(demand.wavelength_nm))
+            check_delay(
+                self.dust_delay_um, demand.wavelength_nm, band_widths_nm(demand.wavelength_nm)
+            )
         return demand
 
     def pupil(self, x_mm, y_mm, wavelength_nm):
@@ -95,7 +104,15 @@ class ApertureFlare:
         from isethdr_core.physics.pupil import transmission
 
         opening, dirt = self.pupil_shapes(0.5)
-        losses = [(d[0], 1 - (1 - d[1]) * np.exp(2j * np.pi * d[2] / (1e-3 * wavelength_nm)) if len(d) > 2 else d[1]) for d in dirt]
+        losses = [
+            (
+                d[0],
+                1 - (1 - d[1]) * np.exp(2j * np.pi * d[2] / (1e-3 * wavelength_nm))
+                if len(d) > 2
+                else d[1],
+            )
+            for d in dirt
+        ]
         return transmission(opening, losses, x_mm, y_mm)
 
     def pupil_shapes(self, radius_mm):
@@ -120,5 +137,8 @@ class ApertureFlare:
             direction_range_deg=self.scratch_range_deg,
         )
         if self.dust_delay_um:
-            drawn = [(shape, loss, self.dust_delay_um) if shape.discs else (shape, loss) for shape, loss in drawn]
+            drawn = [
+                (shape, loss, self.dust_delay_um) if shape.discs else (shape, loss)
+                for shape, loss in drawn
+            ]
         return blades(radius, self.blades, self.rotation_deg, self.rounding), drawn

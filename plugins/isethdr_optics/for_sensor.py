@@ -14,7 +14,9 @@ from .imaging import irradiance
 from .window import on_window, seen
 
 WORTH = 1.5e6  # tiles x bands: to find functionals takes as long as to convolve so many
-NOT_WORTH = 0.1  # of the error that there is anyway: to be more exact than that is not worth the seconds
+NOT_WORTH = (
+    0.1  # of the error that there is anyway: to be more exact than that is not worth the seconds
+)
 
 
 def photocurrent(lens, mixed, flares, response):
@@ -24,7 +26,14 @@ def photocurrent(lens, mixed, flares, response):
     flares, faint = seen_ghosts(lens, mixed, flares, given, response)
     taken = given.noise_share + getattr(given.made, "noise_share", 0.0) + faint
     allowed = response.noise_fraction_allowed
-    left = replace(response, noise_fraction_allowed=max(allowed - taken, LEFT * allowed, min(allowed, NOT_WORTH * taken)))
+    left = replace(
+        response,
+        noise_fraction_allowed=max(
+            allowed - taken, LEFT * allowed, min(allowed, NOT_WORTH * taken)
+        ),
+    )
     if mixed.size < WORTH or elsewhere.place():
-        return on_window(irradiance(lens, mixed, flares, given, CONVOLUTION * left.error_allowed), response)
+        return on_window(
+            irradiance(lens, mixed, flares, given, CONVOLUTION * left.error_allowed), response
+        )
     return on_window(way.photocurrent(lens, mixed, flares, left, given), response)

@@ -59,7 +59,9 @@ class GhostFlare:
         from .ghosts_trace import split
 
         wave = tuple(map(float, wavelength_nm))
-        ranked = _ranked(self.of_lens(lens), wave, float(largest_tangent), self.sensor_reflectance_percent / 100)
+        ranked = _ranked(
+            self.of_lens(lens), wave, float(largest_tangent), self.sensor_reflectance_percent / 100
+        )
         return split(ranked, self.error_allowed / 2)  # the other half: weak ghosts of weak lamps
 
 
@@ -122,7 +124,10 @@ def _irradiance(flare, lens, mixed):
                 limits, low, high = kept[tangents]
                 canvas.draw(*points(source, low, high, tangents, limits, iris))
     m_per_tangent = f * 1e-3
-    width, height = (mixed.attrs.get(k) or n for k, n in zip(("field_width", "field_height"), quantities.full_field(mixed)))
+    width, height = (
+        mixed.attrs.get(k) or n
+        for k, n in zip(("field_width", "field_height"), quantities.full_field(mixed))
+    )
     added = quantities.plane(
         canvas.irradiance() * 1e6,
         wave,
@@ -152,7 +157,9 @@ def _worth_drawing(found, traced, error_allowed):
     share = np.outer(light / light.sum(), [p.share for p in traced]).ravel()
     order = np.argsort(share, kind="stable")
     few = int(np.searchsorted(np.cumsum(share[order]), error_allowed, side="right"))
-    return [(found[k // len(traced)], traced[k % len(traced)]) for k in sorted(order[few:])], float(share[order[:few]].sum())
+    return [(found[k // len(traced)], traced[k % len(traced)]) for k in sorted(order[few:])], float(
+        share[order[:few]].sum()
+    )
 
 
 def _tangents(source, largest):
@@ -173,15 +180,31 @@ def _beams_of(real, powers, pair, intervals, iris) -> dict:
 
     from .ghosts_trace import beams, boxes
 
-    lens = (real, tuple(powers.wavelength_nm), powers.sensor_reflectance, pair.front, pair.back, iris)
+    lens = (
+        real,
+        tuple(powers.wavelength_nm),
+        powers.sensor_reflectance,
+        pair.front,
+        pair.back,
+        iris,
+    )
     new = [i for i in dict.fromkeys(intervals) if (lens, i) not in _beams]
     if new:
         limits = boxes(real, pair, new, float(np.median(powers.wavelength_nm)))
         _beams.update({(lens, i): None for i in new})
         lit = [(i, b) for i, b in zip(new, limits) if b is not None]
         if lit:
-            made = beams(real, powers, pair, [t for i, _ in lit for t in i], [b for _, b in lit for _ in range(2)], iris=iris)
-            _beams.update({(lens, i): (b, *made[2 * n : 2 * n + 2]) for n, (i, b) in enumerate(lit)})
+            made = beams(
+                real,
+                powers,
+                pair,
+                [t for i, _ in lit for t in i],
+                [b for _, b in lit for _ in range(2)],
+                iris=iris,
+            )
+            _beams.update(
+                {(lens, i): (b, *made[2 * n : 2 * n + 2]) for n, (i, b) in enumerate(lit)}
+            )
     out = {i: _beams[lens, i] for i in intervals}
     while len(_beams) > MOST_BEAMS:
         _beams.popitem(last=False)
@@ -192,7 +215,11 @@ def _state(ledger, traced, left, dim, in_blocks, added):
     from isethdr_core.error_terms import ErrorNote, Quantity
 
     label = "ghosts of lamps, 99 % of the tiles; the mean over tiles is 0.04, their flux is right to 0.006"
-    ledger.add_error(ErrorNote(DRAWING, "relative", "measured", label, "ghost drawing", Quantity.IRRADIANCE, PART))
+    ledger.add_error(
+        ErrorNote(
+            DRAWING, "relative", "measured", label, "ghost drawing", Quantity.IRRADIANCE, PART
+        )
+    )
     ledger.light_part(PART, added)
     ledger.error(
         in_blocks * sum(p.share for p in traced),
@@ -201,7 +228,9 @@ def _state(ledger, traced, left, dim, in_blocks, added):
         "ghosts of light that is summed in blocks of directions",
     )
     if left:
-        named = ", ".join(f"{p.front}-{p.back}" for p in left[-6:][::-1]) + (" ..." if len(left) > 6 else "")
+        named = ", ".join(f"{p.front}-{p.back}" for p in left[-6:][::-1]) + (
+            " ..." if len(left) > 6 else ""
+        )
         ledger.left_out(
             f"ghosts of {len(left)} of {len(left) + len(traced)} pairs of surfaces ({named})",
             "less light than the error allowed",
@@ -209,4 +238,9 @@ def _state(ledger, traced, left, dim, in_blocks, added):
             "share of the scene's light",
         )
     if dim:
-        ledger.left_out("weak ghosts of weak lamps", "less light than the error allowed", dim, "share of the scene's light")
+        ledger.left_out(
+            "weak ghosts of weak lamps",
+            "less light than the error allowed",
+            dim,
+            "share of the scene's light",
+        )

@@ -40,7 +40,10 @@ def sources(power, x, y, pitch) -> tuple[list[Source], float]:
     whole = float(total.sum())
     if whole <= 0:
         return [], 0.0
-    bins = [_bin_of(len(c), max(1, round(len(c) / FINE_BINS * (len(c) / max(len(x), len(y)))))) for c in (y, x)]
+    bins = [
+        _bin_of(len(c), max(1, round(len(c) / FINE_BINS * (len(c) / max(len(x), len(y))))))
+        for c in (y, x)
+    ]
     count = [b[-1] + 1 for b in bins]
     flat = bins[0][:, None] * count[1] + bins[1]
     light = np.bincount(flat.ravel(), total.ravel(), count[0] * count[1])
@@ -113,7 +116,10 @@ class Canvas:
         if not lit.any():
             return
         extent = max(np.ptp(x_mm[lit]) / self.pitch[1], np.ptp(y_mm[lit]) / self.pitch[0])
-        wanted = max(np.ceil(np.log2(max(extent / CELLS, 1.0))), np.rint(np.log2(max(blur_mm / min(self.pitch), 1.0))))
+        wanted = max(
+            np.ceil(np.log2(max(extent / CELLS, 1.0))),
+            np.rint(np.log2(max(blur_mm / min(self.pitch), 1.0))),
+        )
         level = int(np.clip(wanted, 0, np.ceil(np.log2(max(self.shape)))))
         grid, size = self._grid(level), 2.0**level
         # cell centres at integers; two cells lie outside the sensor, so that the inner one has its share from both sides
@@ -127,18 +133,26 @@ class Canvas:
         low_u, low_v = iu[inside].min(), iv[inside].min()
         width, height = iu[inside].max() - low_u + 2, iv[inside].max() - low_v + 2
         fu, fv, part = u - iu, v - iv, np.where(inside, flux, 0.0)
-        at = (np.arange(self.bands)[:, None] * height + np.where(inside, iv - low_v, 0)) * width + np.where(inside, iu - low_u, 0)
+        at = (
+            np.arange(self.bands)[:, None] * height + np.where(inside, iv - low_v, 0)
+        ) * width + np.where(inside, iu - low_u, 0)
         window = np.zeros(self.bands * height * width)
         for dv, wv in ((0, 1 - fv), (1, fv)):
             for du, wu in ((0, 1 - fu), (1, fu)):
-                window += np.bincount((at + dv * width + du).ravel(), (part * wu * wv).ravel(), window.size)
-        grid[:, low_v : low_v + height, low_u : low_u + width] += window.reshape(self.bands, height, width)
+                window += np.bincount(
+                    (at + dv * width + du).ravel(), (part * wu * wv).ravel(), window.size
+                )
+        grid[:, low_v : low_v + height, low_u : low_u + width] += window.reshape(
+            self.bands, height, width
+        )
 
     def irradiance(self) -> np.ndarray:
         """Return flux per mm2, (band, y, x); coarser grids linearly interpolated."""
         out = np.zeros((self.bands, *self.shape))
         for level, grid in self.grids.items():
-            rows, cols = (_interpolation(n, m, 2**level) for n, m in zip(self.shape, grid.shape[1:]))
+            rows, cols = (
+                _interpolation(n, m, 2**level) for n, m in zip(self.shape, grid.shape[1:])
+            )
             out += rows @ grid @ cols.T / (4.0**level * self.pitch[0] * self.pitch[1])
         return out
 
@@ -196,7 +210,9 @@ def points(source: Source, low, high, tangents, limits, iris: Iris | None = None
             u, v = (woven(a, b) for a, b in zip(first, last))
             margin = np.minimum(margin, iris.margin(u * along - v * across, u * across + v * along))
     area_m2 = (limits[1] - limits[0]) * (limits[3] - limits[2]) / POINTS**2 * 1e-6
-    through = (spread("valid") > 1 - 1e-6) & (margin > 0)  # float32 weights of a whole cell sum to 1 within 1e-7
+    through = (spread("valid") > 1 - 1e-6) & (
+        margin > 0
+    )  # float32 weights of a whole cell sum to 1 within 1e-7
     flux = np.where(through, np.maximum(weight, 0.0), 0.0) * (source.power[:, None] * area_m2)
     blur = np.hypot(source.half_x, source.half_y) / np.sqrt(2) * _scale_mm(low, high, tangents)
     return x * along - y * across, x * across + y * along, flux, blur

@@ -39,15 +39,31 @@ def seen_ghosts(lens, mixed, flares, given, response) -> tuple[tuple, float]:
     if not any(type(flare) is GhostFlare for flare in flares):
         return flares, 0.0
     wave, total, out = given.wavelength_nm, 0.0, []
-    centre = 1.0 if given.made is None else np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in given.made.bands], float)
-    light = tails.Light(np.asarray(mixed.values), 1.0 if given.relative is None else given.relative,
-                         electrons(response, wave) * given.gains, response)
-    unit = 2 * light.share(np.ones(len(wave)), centre, everywhere=True)  # ghosts as bright as the brightest tile
+    centre = (
+        1.0
+        if given.made is None
+        else np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in given.made.bands], float)
+    )
+    light = tails.Light(
+        np.asarray(mixed.values),
+        1.0 if given.relative is None else given.relative,
+        electrons(response, wave) * given.gains,
+        response,
+    )
+    unit = 2 * light.share(
+        np.ones(len(wave)), centre, everywhere=True
+    )  # ghosts as bright as the brightest tile
     for flare in flares:
         if type(flare) is GhostFlare:
-            faint, share = _faint(flare, lens, mixed, wave, PEAK * unit, SHARE * response.noise_fraction_allowed)
+            faint, share = _faint(
+                flare, lens, mixed, wave, PEAK * unit, SHARE * response.noise_fraction_allowed
+            )
             total += share
-            flare = SeenGhosts(**{f.name: getattr(flare, f.name) for f in fields(flare)}, faint=faint) if faint else flare
+            flare = (
+                SeenGhosts(**{f.name: getattr(flare, f.name) for f in fields(flare)}, faint=faint)
+                if faint
+                else flare
+            )
         out.append(flare)
     return tuple(out), total
 
@@ -56,12 +72,21 @@ def _faint(flare, lens, mixed, wave, unit, allowed):
     """Return the (front, back) of pairs whose ghosts together stay below what is `allowed`, and their bound."""
     x, y = (np.abs(mixed[d].values).max() for d in ("x", "y"))
     traced, _ = flare.pairs(lens, wave, float(np.hypot(x, y)))
-    ranked = sorted((p.share / p.magnification**2 if p.magnification else np.inf, p.front, p.back) for p in traced)
+    ranked = sorted(
+        (p.share / p.magnification**2 if p.magnification else np.inf, p.front, p.back)
+        for p in traced
+    )
     bounds = unit * np.cumsum([r[0] for r in ranked])
     count = int(np.searchsorted(bounds, allowed, side="right"))
     if not count:
         return (), 0.0
-    ledger.left_out(f"ghosts of {count} of {len(ranked)} pairs of surfaces", "no tile is so bright that the sensor could tell", bounds[count - 1],
-                    tails.UNIT)
-    ledger.error(bounds[count - 1], tails.UNIT, "bound", "ghosts of pairs of surfaces that were left out")
+    ledger.left_out(
+        f"ghosts of {count} of {len(ranked)} pairs of surfaces",
+        "no tile is so bright that the sensor could tell",
+        bounds[count - 1],
+        tails.UNIT,
+    )
+    ledger.error(
+        bounds[count - 1], tails.UNIT, "bound", "ghosts of pairs of surfaces that were left out"
+    )
     return tuple((front, back) for _, front, back in ranked[:count]), float(bounds[count - 1])

@@ -30,7 +30,9 @@ class Pair:
     share: float  # largest over bands and field: light of the ghost / light of the image
     radius_mm: float  # of the spot on the sensor, from a lamp far away on the axis
     focus_mm: float  # of the ghost, behind the sensor
-    magnification: float  # of positions: -1 is as far from the axis as the lamp's image, on the other side
+    magnification: (
+        float  # of positions: -1 is as far from the axis as the lamp's image, on the other side
+    )
 
 
 def rank(powers: Powers, largest_tangent: float) -> list[Pair]:
@@ -46,7 +48,9 @@ def rank(powers: Powers, largest_tangent: float) -> list[Pair]:
     wave = float(np.median(powers.wavelength_nm))
     indices, front_mm = lens.indices(wave), lens.surfaces[0].z_mm
     pupil_z, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
-    image = paraxial.matrices(lens.surfaces, indices, [(k, False) for k in range(count)], front_mm)[-1]
+    image = paraxial.matrices(lens.surfaces, indices, [(k, False) for k in range(count)], front_mm)[
+        -1
+    ]
     scale = float(image[0] @ [front_mm - pupil_z, 1.0])
     pairs = []
     for back in range(1, count):
@@ -88,7 +92,11 @@ def _beam(lens, path, steps, tangents):
 
 def _to_middle(lens, path, steps):
     """Return the height, per tangent, of the ray through the middle of the stop at its first crossing."""
-    at = next(m for (k, _), m in zip(path, steps) if lens.surfaces[k].is_stop or k == len(lens.surfaces) - 1)
+    at = next(
+        m
+        for (k, _), m in zip(path, steps)
+        if lens.surfaces[k].is_stop or k == len(lens.surfaces) - 1
+    )
     return -at[0, 1] / at[0, 0]
 
 
@@ -122,13 +130,20 @@ def boxes(lens, pair: Pair, intervals, wavelength_nm: float) -> list:
     x, y = np.meshgrid(across, across[SCAN // 2 :])  # the half y > 0: the other is its mirror image
     path = ghost_path(len(lens.surfaces), pair.back, pair.front)
     tangents = np.asarray(intervals, float).reshape(-1, 1, 1)
-    passed = follow(lens.surfaces, indices, path, *collimated(x, y, front_mm, tangents, 0.0)).margin > 0
+    passed = (
+        follow(lens.surfaces, indices, path, *collimated(x, y, front_mm, tangents, 0.0)).margin > 0
+    )
     out = []
     for either in passed.reshape(-1, 2, *x.shape).any(axis=1):
         columns, rows = np.flatnonzero(either.any(axis=0)), np.flatnonzero(either.any(axis=1))
         edge = 1.5 * step  # light between the scan's rays
         out.append(
-            (across[columns[0]] - edge, across[columns[-1]] + edge, -y[rows[-1], 0] - edge, y[rows[-1], 0] + edge)
+            (
+                across[columns[0]] - edge,
+                across[columns[-1]] + edge,
+                -y[rows[-1], 0] - edge,
+                y[rows[-1], 0] + edge,
+            )
             if len(columns)
             else None
         )
@@ -138,11 +153,15 @@ def boxes(lens, pair: Pair, intervals, wavelength_nm: float) -> list:
 def _front_half_mm(lens, indices):
     first = lens.surfaces[0]
     if np.isfinite(first.semi_diameter_mm):
-        return first.semi_diameter_mm * 1.15  # oblique light crosses the vertex plane displaced by tangent x sag
+        return (
+            first.semi_diameter_mm * 1.15
+        )  # oblique light crosses the vertex plane displaced by tangent x sag
     return 2 * paraxial.entrance_pupil(lens.surfaces[:-1], indices)[1]
 
 
-def beams(lens, powers: Powers, pair: Pair, tangents, limits, nodes: int = NODES, iris: bool = False) -> list[Beam]:
+def beams(
+    lens, powers: Powers, pair: Pair, tangents, limits, nodes: int = NODES, iris: bool = False
+) -> list[Beam]:
     """Trace a ghost in all bands of `powers` from field tangents (along x), each through a grid over its own box of `limits`.
 
     Rays are traced at up to `SPECTRAL` wavelengths; between them positions go linearly (dispersion is smooth), while the power
@@ -151,12 +170,19 @@ def beams(lens, powers: Powers, pair: Pair, tangents, limits, nodes: int = NODES
     With `iris`, beams say where they cross the stop.
     """
     if nodes % 2:
-        raise ValueError(f"{nodes} nodes; expected an even number, half of them on either side of the meridional plane")
+        raise ValueError(
+            f"{nodes} nodes; expected an even number, half of them on either side of the meridional plane"
+        )
     wave = powers.wavelength_nm
     traced = wave if len(wave) <= SPECTRAL else np.linspace(wave[0], wave[-1], SPECTRAL)
     between, nearest = _between(wave, traced), np.abs(wave[:, None] - traced).argmin(axis=1)
     x = np.stack([np.broadcast_to(np.linspace(*b[:2], nodes), (nodes // 2, nodes)) for b in limits])
-    y = np.stack([np.broadcast_to(np.linspace(*b[2:], nodes)[nodes // 2 :, None], (nodes // 2, nodes)) for b in limits])
+    y = np.stack(
+        [
+            np.broadcast_to(np.linspace(*b[2:], nodes)[nodes // 2 :, None], (nodes // 2, nodes))
+            for b in limits
+        ]
+    )
     found = {m: np.reshape(glass.index(m, traced), (-1, 1, 1, 1)) for m in set(lens.media)}
     weight = np.ones((len(wave), *x.shape))
 
@@ -168,7 +194,9 @@ def beams(lens, powers: Powers, pair: Pair, tangents, limits, nodes: int = NODES
     p, d = collimated(x, y, lens.surfaces[0].z_mm, np.reshape(tangents, (-1, 1, 1)), 0.0)
     p, d = (np.broadcast_to(v[:, None], (3, len(traced), *x.shape)) for v in (p, d))
     path = ghost_path(len(lens.surfaces), pair.back, pair.front)
-    rays = follow(lens.surfaces, [found[m] for m in lens.media], path, p, d, passed_on, keep_hits=iris)
+    rays = follow(
+        lens.surfaces, [found[m] for m in lens.media], path, p, d, passed_on, keep_hits=iris
+    )
     valid = np.isfinite(rays.margin)
 
     def whole(half, sign=1):
@@ -179,12 +207,19 @@ def beams(lens, powers: Powers, pair: Pair, tangents, limits, nodes: int = NODES
 
     parts = [banded(rays.position_mm[0]), banded(rays.position_mm[1], -1), whole(weight)]
     parts += [banded(rays.margin), banded(valid.astype(float))]
-    stops = [(banded(x), banded(y, -1)) for (k, _), (x, y) in zip(path, rays.hits_mm) if lens.surfaces[k].is_stop]
+    stops = [
+        (banded(x), banded(y, -1))
+        for (k, _), (x, y) in zip(path, rays.hits_mm)
+        if lens.surfaces[k].is_stop
+    ]
 
     def at(value, t):
         return np.ascontiguousarray(value[:, t], np.float32)
 
-    return [Beam(*(at(v, t) for v in parts), tuple((at(x, t), at(y, t)) for x, y in stops)) for t in range(len(limits))]
+    return [
+        Beam(*(at(v, t) for v in parts), tuple((at(x, t), at(y, t)) for x, y in stops))
+        for t in range(len(limits))
+    ]
 
 
 def _between(wave, traced):

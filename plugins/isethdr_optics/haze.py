@@ -29,7 +29,9 @@ class HazeFlare:
     scattered: Scattered = 0.01  # total integrated scatter, fraction of the light, at 550 nm
     shoulder_deg: Shoulder = 1.0  # angle where the function leaves its plateau, at 550 nm
     slope: Slope = 2.0  # of the fall beyond the shoulder, log to log
-    wavelength_exponent: Exponent = 2.0  # scatter grows as wavelength^-this; 2: surface roughness, 0: large particles
+    wavelength_exponent: Exponent = (
+        2.0  # scatter grows as wavelength^-this; 2: surface roughness, 0: large particles
+    )
     shoulder_exponent: Exponent = 1.0  # the shoulder grows as wavelength^this; 1: surface roughness
 
     def __post_init__(self):
@@ -53,10 +55,17 @@ class HazeFlare:
         sine = np.sin(np.asarray(angle_rad, float))
         if self.scattered == 0:
             return 0.0 * sine
-        shoulder = np.sin(np.radians(self.shoulder_deg)) * (wavelength_nm / REFERENCE_NM) ** self.shoulder_exponent
+        shoulder = (
+            np.sin(np.radians(self.shoulder_deg))
+            * (wavelength_nm / REFERENCE_NM) ** self.shoulder_exponent
+        )
         peak = self.total(wavelength_nm) / _hemisphere(self.form, float(shoulder), self.slope)
         # The cosine at 90 degrees rounds to 6e-17; beyond, nothing passes.
-        return peak * _relative(self.form, sine / shoulder, self.slope) * np.maximum(np.cos(angle_rad), 0.0)
+        return (
+            peak
+            * _relative(self.form, sine / shoulder, self.slope)
+            * np.maximum(np.cos(angle_rad), 0.0)
+        )
 
 
 def _relative(form, ratio, slope):
@@ -69,7 +78,9 @@ def _hemisphere(form: str, shoulder: float, slope: float) -> float:
     """Return 2 pi times the integral of the function over its peak, times b db, for b from 0 to 1."""
     import numpy as np
 
-    edges = np.concatenate([[0.0], np.geomspace(1e-6 * shoulder, 1.0, 200)])  # even in decades, as the function falls
+    edges = np.concatenate(
+        [[0.0], np.geomspace(1e-6 * shoulder, 1.0, 200)]
+    )  # even in decades, as the function falls
     node, weight = np.polynomial.legendre.leggauss(8)
     half = np.diff(edges)[:, None] / 2
     sine = edges[:-1, None] + half * (1 + node)

@@ -12,7 +12,9 @@ import numpy as np
 BORDER = 1e-9  # of the largest irradiance: what the padding holds
 
 
-def optical_image(lens, radiance, wavelength_nm, field_deg: float, um_per_degree: float) -> np.ndarray:
+def optical_image(
+    lens, radiance, wavelength_nm, field_deg: float, um_per_degree: float
+) -> np.ndarray:
     """Return the optical image of radiance, padding included.
 
     Parameters

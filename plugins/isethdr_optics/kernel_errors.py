@@ -19,7 +19,9 @@ LEAST_BLOCKS = 16  # of an octave, else its neighbours are not compared
 def octaves(shape) -> np.ndarray:
     """Return the octave (y, x), int8, of every tile of a kernel, the axis in its middle."""
     y, x = (np.arange(n) - n // 2 for n in shape)
-    return np.minimum(np.log2(np.maximum(np.hypot(y[:, None], x), 1.0)), OCTAVES - 1).astype(np.int8)
+    return np.minimum(np.log2(np.maximum(np.hypot(y[:, None], x), 1.0)), OCTAVES - 1).astype(
+        np.int8
+    )
 
 
 def core(wrong) -> int:
@@ -45,7 +47,10 @@ def deviation(wrong, kernel) -> np.ndarray:
     """
     octave, rows = octaves(kernel.shape), slice(None, None, max(1, len(kernel) // (2 * ROWS)))
     seen = wrong[rows] != 0
-    error, light = (np.bincount(octave[rows][seen], a[rows][seen].astype(float) ** 2, OCTAVES) for a in (wrong, kernel))
+    error, light = (
+        np.bincount(octave[rows][seen], a[rows][seen].astype(float) ** 2, OCTAVES)
+        for a in (wrong, kernel)
+    )
     return np.sqrt(_ratio(error, light) * _alike(wrong, octave))
 
 
@@ -53,8 +58,12 @@ def _alike(wrong, octave):
     """Return how many tiles err alike, per octave: variance of the sum over a block / sum of variances, the largest of all blocks."""
     ny, nx = wrong.shape
     y = np.arange(ny - ny // 2)  # from the axis on
-    y = y[(y < ROWS // 2) | (y // BLOCKS[-1] % max(1, ny // (2 * ROWS)) == 0)]  # of a large kernel, farther out stripes as high as a block
-    level = wrong[y + ny // 2] * np.hypot(y[:, None], np.arange(nx) - nx // 2) ** 3  # kernels fall as r^-3: all of an octave counts alike
+    y = y[
+        (y < ROWS // 2) | (y // BLOCKS[-1] % max(1, ny // (2 * ROWS)) == 0)
+    ]  # of a large kernel, farther out stripes as high as a block
+    level = (
+        wrong[y + ny // 2] * np.hypot(y[:, None], np.arange(nx) - nx // 2) ** 3
+    )  # kernels fall as r^-3: all of an octave counts alike
     octave, out = octave[y + ny // 2], np.ones(OCTAVES)
     for m in BLOCKS:
         rows, columns = (n // m for n in level.shape)
@@ -65,7 +74,9 @@ def _alike(wrong, octave):
             return a[: rows * m, : columns * m].reshape(rows, m, columns, m)
 
         first = blocks(octave)[:, 0, :, 0]
-        whole = (blocks(octave) == first[:, None, :, None]).all((1, 3)) & (blocks(level) != 0).all((1, 3))
+        whole = (blocks(octave) == first[:, None, :, None]).all((1, 3)) & (blocks(level) != 0).all(
+            (1, 3)
+        )
         of_sum, of_parts = blocks(level).sum((1, 3)) ** 2, (blocks(level) ** 2).sum((1, 3))
         enough = np.bincount(first[whole], minlength=OCTAVES) >= LEAST_BLOCKS
         alike = _ratio(*(np.bincount(first[whole], a[whole], OCTAVES) for a in (of_sum, of_parts)))

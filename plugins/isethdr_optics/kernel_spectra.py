@@ -13,7 +13,9 @@ from isethdr_core.physics.convolution_transform import sizes
 from . import kernel_store
 
 NEAR = 96  # tiles: what falls farther from a lamp is so little that single precision is enough
-WORTH_DIVIDING = 0.5  # size of the near part's transforms, of the full frame's; above it kernels stay whole
+WORTH_DIVIDING = (
+    0.5  # size of the near part's transforms, of the full frame's; above it kernels stay whole
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +24,9 @@ class Spectra:
 
     kernels: list[Kernel]
     profiles: list[tuple[np.ndarray, np.ndarray]]  # sums over x and over y of every band's kernel
-    blocks: np.ndarray  # (band, block, sy, columns): the transforms of all kernels, each of psf / its peak
+    blocks: (
+        np.ndarray
+    )  # (band, block, sy, columns): the transforms of all kernels, each of psf / its peak
 
     @property
     def held_bytes(self) -> int:
@@ -70,10 +74,18 @@ def spectra(bands, name: str | None) -> Spectra:
 
     def one(values):
         kernel = prepare(values, shape)
-        return [kernel.peak, kernel.norm, kernel.positive, *np.concatenate(profile(values))], kernel.spectrum
+        return [
+            kernel.peak,
+            kernel.norm,
+            kernel.positive,
+            *np.concatenate(profile(values)),
+        ], kernel.spectrum
 
     facts, blocks = _kept(f"{name}-spectra" if name else None, one, bands)
-    kernels = [Kernel(v, shape, size, s, *f[:2].tolist(), bool(f[2])) for v, s, f in zip(bands, blocks, facts.T)]
+    kernels = [
+        Kernel(v, shape, size, s, *f[:2].tolist(), bool(f[2]))
+        for v, s, f in zip(bands, blocks, facts.T)
+    ]
     return Spectra(kernels, _profiles(facts[3:], bands), blocks)
 
 
@@ -97,14 +109,18 @@ def divided(bands, name: str | None) -> Divided:
         rest = np.array(values)
         rest[cut] = 0.0
         kernel = prepare(rest, shape)
-        return [kernel.peak, kernel.norm], kernel.spectrum.astype(np.complex64 if np.iscomplexobj(kernel.spectrum) else np.float32)
+        return [kernel.peak, kernel.norm], kernel.spectrum.astype(
+            np.complex64 if np.iscomplexobj(kernel.spectrum) else np.float32
+        )
 
     def part(label, one, extent):
         facts, blocks = _kept(f"{name}-{label}" if name else None, one, bands)
         return Part(blocks, *facts[:2], sizes(shape, extent)), facts[2:]
 
     first, sums = part("near", near, bands[0][cut].shape)
-    return Divided(first, None if whole else part("far", far, bands[0].shape)[0], _profiles(sums, bands))
+    return Divided(
+        first, None if whole else part("far", far, bands[0].shape)[0], _profiles(sums, bands)
+    )
 
 
 def profile(values) -> tuple[np.ndarray, np.ndarray]:
@@ -130,7 +146,9 @@ def _kept(name, one, bands):
     if found is None and name:
         parts = arrays()
         first = next(parts)
-        kernel_store.save(name, (len(bands), *first.shape), first.dtype, chain([first], parts), known)
+        kernel_store.save(
+            name, (len(bands), *first.shape), first.dtype, chain([first], parts), known
+        )
         found = kernel_store.load(name)
     if found is None:
         made = np.stack(list(arrays()))

@@ -31,13 +31,25 @@ def name(lens, flares, wavelength_nm, pitch_um, reach, way: str | None = None) -
         return store.content_hash(
             {
                 "optics": [_named(c) for c in (lens, *flares)],
-                "sampling": [np.asarray(wavelength_nm, float), np.round(pitch_um, 9), list(reach), way],
-                "code": provenance.fingerprint(lens, *flares, core=("isethdr_core.physics", __package__)),
+                "sampling": [
+                    np.asarray(wavelength_nm, float),
+                    np.round(pitch_um, 9),
+                    list(reach),
+                    way,
+                ],
+                "code": provenance.fingerprint(
+                    lens, *flares, core=("isethdr_core.physics", __package__)
+                ),
                 "files": provenance.input_digests(lens, *flares),
                 "versions": [np.__version__, provenance.versions().get("scipy")],
             }
         )
-    except (TypeError, ValueError, ImportError, OSError):  # fields that are no values, or a class typed at a prompt
+    except (
+        TypeError,
+        ValueError,
+        ImportError,
+        OSError,
+    ):  # fields that are no values, or a class typed at a prompt
         return None
 
 
@@ -81,7 +93,9 @@ def save(key: str, shape, dtype, bands, facts) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with open(temporary, "wb") as file:
-            np.lib.format.write_array_header_1_0(file, {"descr": dtype.str, "fortran_order": False, "shape": tuple(shape)})
+            np.lib.format.write_array_header_1_0(
+                file, {"descr": dtype.str, "fortran_order": False, "shape": tuple(shape)}
+            )
             checks = []
             for band in bands:
                 band = np.ascontiguousarray(band, dtype)
@@ -119,7 +133,9 @@ def _remove_oldest(folder):
         if time.time() - path.stat().st_mtime > ABANDONED_S:
             path.unlink(missing_ok=True)
     total = 0
-    files = sorted(((p.stat(), p) for p in folder.glob("*.npy")), key=lambda f: f[0].st_mtime, reverse=True)
+    files = sorted(
+        ((p.stat(), p) for p in folder.glob("*.npy")), key=lambda f: f[0].st_mtime, reverse=True
+    )
     for stat, path in files:
         total += stat.st_size
         if total > LIMIT_BYTES:

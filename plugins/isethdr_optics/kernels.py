@@ -23,7 +23,17 @@ from isethdr_core.physics.diffraction import psf_from_pupil
 from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.progress import track
 
-from . import band_phase, far, kernel_errors, kernel_spectra, kernel_store, knots, memory, pupils, scatter
+from . import (
+    band_phase,
+    far,
+    kernel_errors,
+    kernel_spectra,
+    kernel_store,
+    knots,
+    memory,
+    pupils,
+    scatter,
+)
 from .exact_core import exact_core
 from .far import tile_sums
 from .threads import MOST_THREADS, cpus, executor
@@ -45,10 +55,16 @@ class Kernels:
     bands: list[np.ndarray]
     outside: np.ndarray  # fraction of the energy beyond the kernel, per band
     speckle: np.ndarray  # (band, octave of radius from 1 to 2 tiles on) relative L1 error per tile; 0 in the exact core
-    transmitted: np.ndarray  # light through the pupil / light through the clean round stop, per band
+    transmitted: (
+        np.ndarray
+    )  # light through the pupil / light through the clean round stop, per band
     wrap: float = 0.0  # relative, light wrapped into tiles near the kernel's border by the period of the far field
-    deviation: np.ndarray | None = None  # (band, octave) relative, of light of any pattern, as `kernel_errors.deviation`; None: exact
-    core: np.ndarray | None = None  # per band, tiles from the axis, along y and along x, within which it holds for nothing: exact
+    deviation: np.ndarray | None = (
+        None  # (band, octave) relative, of light of any pattern, as `kernel_errors.deviation`; None: exact
+    )
+    core: np.ndarray | None = (
+        None  # per band, tiles from the axis, along y and along x, within which it holds for nothing: exact
+    )
     keep: tuple = ()  # what the cache's key names: objects stay alive, so that an id is never used twice
 
     name: str | None = None  # under which they are kept on disk
@@ -56,7 +72,9 @@ class Kernels:
     @cached_property
     def profiles(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Sums over x and over y of every band's kernel."""
-        made = self.__dict__.get("spectra") or self.__dict__.get("divided")  # not made for their sake
+        made = self.__dict__.get("spectra") or self.__dict__.get(
+            "divided"
+        )  # not made for their sake
         return made.profiles if made else [kernel_spectra.profile(b) for b in self.bands]
 
     @cached_property
@@ -79,7 +97,11 @@ class Kernels:
 
     @cached_property
     def _fits(self) -> bool:
-        return bool(self.name) or 2 * len(self.bands) * self.bands[0].nbytes * (1 + (not _mirrored(self.bands[0]))) <= SPECTRA_BYTES
+        return (
+            bool(self.name)
+            or 2 * len(self.bands) * self.bands[0].nbytes * (1 + (not _mirrored(self.bands[0])))
+            <= SPECTRA_BYTES
+        )
 
     def ready(self, band: int) -> convolution.Kernel:
         """Return one band's kernel with its transform, for images of the full frame."""
@@ -91,7 +113,9 @@ class Kernels:
     def held_bytes(self) -> int:
         """Memory of this process that the kernels and their transforms take; mapped files take none."""
         made = [self.__dict__.get(n) for n in ("spectra", "divided")]
-        return sum(b.nbytes for b in self.bands if not isinstance(b, np.memmap)) + sum(m.held_bytes for m in made if m)
+        return sum(b.nbytes for b in self.bands if not isinstance(b, np.memmap)) + sum(
+            m.held_bytes for m in made if m
+        )
 
 
 _cache: OrderedDict[tuple, Kernels] = OrderedDict()
@@ -121,16 +145,37 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
             _cache.move_to_end(key)
             return _cache[key]
     described = all(map(_described, (lens, *flares)))
-    name = kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach, make and make.__module__) if described else None
+    name = (
+        kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach, make and make.__module__)
+        if described
+        else None
+    )
     made = _stored(name)
     if made is None:
         memory.check_kernels(lens, wavelength_nm, pitch_um, reach)
         band_phase.check(lens, flares, wavelength_nm)
         start = perf_counter()
-        made = make(lens, flares, wavelength_nm, pitch_um, reach) if make else _made(lens, flares, wavelength_nm, pitch_um, reach, name)
+        made = (
+            make(lens, flares, wavelength_nm, pitch_um, reach)
+            if make
+            else _made(lens, flares, wavelength_nm, pitch_um, reach, name)
+        )
         if name and (make or perf_counter() - start > WORTH_KEEPING_S):
-            facts = [made.outside, made.transmitted, np.full(len(made.bands), made.wrap), made.core, *made.speckle.T, *made.deviation.T]
-            kernel_store.save(name, (len(made.bands), *made.bands[0].shape), "<f4", made.bands, lambda: np.stack(facts))
+            facts = [
+                made.outside,
+                made.transmitted,
+                np.full(len(made.bands), made.wrap),
+                made.core,
+                *made.speckle.T,
+                *made.deviation.T,
+            ]
+            kernel_store.save(
+                name,
+                (len(made.bands), *made.bands[0].shape),
+                "<f4",
+                made.bands,
+                lambda: np.stack(facts),
+            )
             kernel_store.remove_parts(name)
             made = _stored(name) or made  # mapped, no longer this process's own
     with _lock:
@@ -146,7 +191,9 @@ def _stored(name):
         return None
     (outside, transmitted, wrap, core, *errors), bands = found
     speckle, deviation = np.split(np.stack(errors, axis=1), 2, axis=1)
-    return Kernels(list(bands), outside, speckle, transmitted, float(wrap[0]), deviation, core, name=name)
+    return Kernels(
+        list(bands), outside, speckle, transmitted, float(wrap[0]), deviation, core, name=name
+    )
 
 
 def _mirrored(kernel) -> bool:
@@ -156,9 +203,14 @@ def _mirrored(kernel) -> bool:
 def joined(first, some: Kernels, others: Kernels) -> Kernels:
     """Return kernels of all bands: `some` where the mask `first` is true, `others` elsewhere."""
     order = np.argsort(np.concatenate([np.flatnonzero(first), np.flatnonzero(~first)]))
-    arrays = {n: np.concatenate([getattr(some, n), getattr(others, n)])[order] for n in ("outside", "speckle", "transmitted", "deviation", "core")}
+    arrays = {
+        n: np.concatenate([getattr(some, n), getattr(others, n)])[order]
+        for n in ("outside", "speckle", "transmitted", "deviation", "core")
+    }
     bands = [*some.bands, *others.bands]
-    return Kernels([bands[k] for k in order], **arrays, wrap=max(some.wrap, others.wrap), keep=some.keep)
+    return Kernels(
+        [bands[k] for k in order], **arrays, wrap=max(some.wrap, others.wrap), keep=some.keep
+    )
 
 
 def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None) -> Kernels:
@@ -166,19 +218,32 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None
     lattices = _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach)
     mirrored, shared = not pupils.has_phase(lens, flares), knots.Knots()
 
-    def one(centre, width):  # knots are the same whatever the bands: one does not depend on which others there are
+    def one(
+        centre, width
+    ):  # knots are the same whatever the bands: one does not depend on which others there are
         split, fine, wide = fine_tiles(lens, centre - width / 2, pitch_um, reach)
-        kernel, wrong, energy = _Plan(lens, flares, centre, width, fine, wide, split, lattices, shared).band(centre, width)
-        kernel = np.asarray(scatter.mix(tile_sums(kernel, split), flares, centre, pitch_um, lens.focal_length_mm), np.float32)
+        kernel, wrong, energy = _Plan(
+            lens, flares, centre, width, fine, wide, split, lattices, shared
+        ).band(centre, width)
+        kernel = np.asarray(
+            scatter.mix(tile_sums(kernel, split), flares, centre, pitch_um, lens.focal_length_mm),
+            np.float32,
+        )
         if mirrored:  # but for rounding; then the transform is real
             kernel = (kernel + kernel[::-1, ::-1]) / 2
         errors = *np.zeros((2, kernel_errors.OCTAVES)), max(kernel.shape)
         if wrong is not None:
             wrong = tile_sums(wrong, split)
-            errors = kernel_errors.by_octave(wrong, kernel), kernel_errors.deviation(wrong, kernel), kernel_errors.core(wrong)
+            errors = (
+                kernel_errors.by_octave(wrong, kernel),
+                kernel_errors.deviation(wrong, kernel),
+                kernel_errors.core(wrong),
+            )
         return kernel, *errors, energy / pupils.stop_mm2(lens)
 
-    def kept(centre, width):  # band by band, so that what was done before a run was stopped is not done again
+    def kept(
+        centre, width
+    ):  # band by band, so that what was done before a run was stopped is not done again
         part = f"{name}{kernel_store.PART}{centre:.9g}"
         if name and (found := kernel_store.load(part)):
             (core, transmitted, *errors), [kernel] = found
@@ -186,15 +251,36 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None
         start = perf_counter()
         kernel, speckle, deviation, core, transmitted = made = one(centre, width)
         if name and perf_counter() - start > WORTH_KEEPING_S:
-            kernel_store.save(part, (1, *kernel.shape), "<f4", [kernel], lambda: np.array([core, transmitted, *speckle, *deviation])[:, None])
+            kernel_store.save(
+                part,
+                (1, *kernel.shape),
+                "<f4",
+                [kernel],
+                lambda: np.array([core, transmitted, *speckle, *deviation])[:, None],
+            )
         return made
 
     with executor(min(cpus(), len(wavelength_nm), MOST_THREADS)) as pool:
-        bands, speckle, deviation, core, transmitted = zip(*track(pool.map(kept, wavelength_nm, width_nm), "bands of the point spread", len(wavelength_nm)))
+        bands, speckle, deviation, core, transmitted = zip(
+            *track(
+                pool.map(kept, wavelength_nm, width_nm),
+                "bands of the point spread",
+                len(wavelength_nm),
+            )
+        )
     outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
     speckle, deviation = np.array(speckle), np.array(deviation)
     wrap = (far.WRAP_SHARED if lattices else far.WRAP) if speckle.max() > 0 else 0.0
-    return Kernels(list(bands), outside, speckle, np.array(transmitted), wrap, deviation, np.array(core, float), (lens, flares))
+    return Kernels(
+        list(bands),
+        outside,
+        speckle,
+        np.array(transmitted),
+        wrap,
+        deviation,
+        np.array(core, float),
+        (lens, flares),
+    )
 
 
 def _split(lens, shortest_nm, pitch_um, reach):
@@ -212,8 +298,12 @@ def core_half(lens, shortest_nm: float, pitch_um, reach) -> tuple[int, int]:
     and the frame is no wider than the core would be in such details, the core covers all of it, up to `CORE_TILES`.
     """
     blur = pupils.blur_um(lens, shortest_nm)
-    half = [min(r, max(3, int(CORE_SAMPLES / np.ceil(2 * p / blur)))) for r, p in zip(reach, pitch_um)]
-    within = all(2 * p * max(r, CORE_SAMPLES) <= CORE_SAMPLES * blur for r, p in zip(reach, pitch_um))
+    half = [
+        min(r, max(3, int(CORE_SAMPLES / np.ceil(2 * p / blur)))) for r, p in zip(reach, pitch_um)
+    ]
+    within = all(
+        2 * p * max(r, CORE_SAMPLES) <= CORE_SAMPLES * blur for r, p in zip(reach, pitch_um)
+    )
     if within and np.prod([2.0 * r + 1 for r in reach]) <= CORE_TILES:
         half = reach
     return tuple(half)
@@ -257,12 +347,21 @@ def _described(flare) -> bool:
 class _Plan:
     """One band: the pupil of the core, its energy, the grids of the rings."""
 
-    def __init__(self, lens, flares, centre_nm, width_nm, pitch_um, reach, split, lattices, shared=None):
+    def __init__(
+        self, lens, flares, centre_nm, width_nm, pitch_um, reach, split, lattices, shared=None
+    ):
         self.lens, self.flares, self.pitch, self.reach = lens, flares, tuple(pitch_um), tuple(reach)
-        self.distance, self.split, self.lattices, self.knots = pupils.distance_mm(lens), split, lattices, shared or knots.Knots()
+        self.distance, self.split, self.lattices, self.knots = (
+            pupils.distance_mm(lens),
+            split,
+            lattices,
+            shared or knots.Knots(),
+        )
         self.shortest, self.longest = centre_nm - width_nm / 2, centre_nm + width_nm / 2
         if self.shortest <= 0:
-            raise ConfigError(f"the band at {centre_nm:g} nm is {width_nm:g} nm wide: it reaches 0; expected closer wavelengths")
+            raise ConfigError(
+                f"the band at {centre_nm:g} nm is {width_nm:g} nm wide: it reaches 0; expected closer wavelengths"
+            )
         self.half = core_half(lens, self.shortest, pitch_um, reach)
         extent = max(2 * (h + 4) * p for h, p in zip(self.half, pitch_um))
         pitch = pupils.core_pitch_mm(lens, extent, self.shortest, pupils.FEWEST_SAMPLES)
@@ -274,13 +373,22 @@ class _Plan:
         """Return one band's kernel without scatter, how its halves differ (None: exact), and the energy of its pupil, mm2."""
         lens, flares = self.lens, self.flares
         energy = self.energy or pupils.open_energy_mm2(lens, flares, centre)
-        waves = self.wavelengths(centre, width, max(self.half) / self.split, 3 if self.split == 1 else 1)
+        waves = self.wavelengths(
+            centre, width, max(self.half) / self.split, 3 if self.split == 1 else 1
+        )
         core = exact_core(self, centre, width, waves, energy)
         kernel, wrong = core, None
         if self.half != self.reach:
             kernel, wrong = far.rings(self, centre, width, energy)
-            if straight := 0.0 if self.lattices else knots.error(self, centre, width):  # both halves go along the same lines
-                wrong *= np.float32(np.hypot(1, straight / max(kernel_errors.by_octave(wrong, kernel).max(), straight / 10)))
+            if (
+                straight := 0.0 if self.lattices else knots.error(self, centre, width)
+            ):  # both halves go along the same lines
+                wrong *= np.float32(
+                    np.hypot(
+                        1,
+                        straight / max(kernel_errors.by_octave(wrong, kernel).max(), straight / 10),
+                    )
+                )
             kernel[tuple(slice(r - h, r + h + 1) for r, h in zip(self.reach, self.half))] = core
         return kernel, wrong, energy
 
@@ -288,7 +396,10 @@ class _Plan:
         """Return midpoints of equal sub-bands of the core: from one to the next the pattern at `radius` tiles moves by a speckle at most."""
         pitch = max(self.pitch)
         count = radius * pitch * width / (centre * pupils.blur_um(self.lens, centre))
-        count = max(count, pupils.phase_change(self.lens, self.flares, centre - width / 2, centre + width / 2))  # a radian rms from one to the next
+        count = max(
+            count,
+            pupils.phase_change(self.lens, self.flares, centre - width / 2, centre + width / 2),
+        )  # a radian rms from one to the next
         count = int(np.clip(np.ceil(count), least if width > 1.5 else 1, MOST_WAVELENGTHS))
         return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
 

@@ -31,22 +31,37 @@ class Knots:
         self._made: OrderedDict[tuple, tuple] = OrderedDict()
         self._lock = Lock()
 
-    def around(self, plan, reach, middle: float, span: float, energy: float, fine: float) -> list[list]:
+    def around(
+        self, plan, reach, middle: float, span: float, energy: float, fine: float
+    ) -> list[list]:
         """Return for either half [(lattice, share), ...] of the pattern at wavelength `middle`, to be read over `span`, nm."""
         low, step = _cell(plan, middle, span)
         if not step:
-            return [[(one, 1.0)] for one in far.own(plan, reach, middle, 1 / (1 - span / 2 / middle), energy, fine)]
+            return [
+                [(one, 1.0)]
+                for one in far.own(plan, reach, middle, 1 / (1 - span / 2 / middle), energy, fine)
+            ]
         share = (middle - low) / step
-        ends = [(w, s, self._pair(plan, tuple(reach), w, w / (w - step - span / 2), energy, fine)) for w, s in ((low, 1 - share), (low + step, share)) if s]
+        ends = [
+            (w, s, self._pair(plan, tuple(reach), w, w / (w - step - span / 2), energy, fine))
+            for w, s in ((low, 1 - share), (low + step, share))
+            if s
+        ]
         return [[(pair[half], s) for _, s, pair in ends] for half in (0, 1)]
 
     def _pair(self, plan, reach, wave, stretch, energy, fine):
-        extent = tuple(round((r + 1) * p, 6) for r, p in zip(reach, plan.pitch))  # the same, into however many parts a band divides tiles
+        extent = tuple(
+            round((r + 1) * p, 6) for r, p in zip(reach, plan.pitch)
+        )  # the same, into however many parts a band divides tiles
         key = wave, extent, stretch, fine
         with self._lock:
             lock = self._made.setdefault(key, (Lock(), []))
             self._made.move_to_end(key)
-            while len(self._made) > 2 and sum(one.values.nbytes for _, pair in self._made.values() for one in pair) > HELD_BYTES:
+            while (
+                len(self._made) > 2
+                and sum(one.values.nbytes for _, pair in self._made.values() for one in pair)
+                > HELD_BYTES
+            ):
                 self._made.popitem(last=False)
         with lock[0]:
             if not lock[1]:
@@ -63,8 +78,17 @@ def error(plan, middle: float, span: float) -> float:
 def _change(plan, first_nm, last_nm):
     """Return the largest change of phase anywhere in the stop, radians, piston apart; dirt counts with all of its delay."""
     first, last = (pupils.coefficients_um(plan.lens, w) for w in (first_nm, last_nm))
-    waves = {j: 1e3 * (first.get(j, 0.0) / first_nm - last.get(j, 0.0) / last_nm) for j in {*first, *last} - {0}}
-    delayed = max((abs(1e3 * d * (1 / first_nm - 1 / last_nm)) for d in pupils.delays_um(plan.lens, plan.flares)), default=0.0)
+    waves = {
+        j: 1e3 * (first.get(j, 0.0) / first_nm - last.get(j, 0.0) / last_nm)
+        for j in {*first, *last} - {0}
+    }
+    delayed = max(
+        (
+            abs(1e3 * d * (1 / first_nm - 1 / last_nm))
+            for d in pupils.delays_um(plan.lens, plan.flares)
+        ),
+        default=0.0,
+    )
     return 2 * np.pi * (largest_um(waves) + delayed)
 
 

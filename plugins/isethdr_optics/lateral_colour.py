@@ -54,7 +54,9 @@ def magnifications(lens, wavelength_nm, bent, widest_rad: float, projection: str
         return [1.0] * len(wave)
     from scipy.interpolate import CubicSpline
 
-    radius = np.hypot(*bent.forward(np.tan(angle) if projection == "tangent" else angle, 0.0 * angle))
+    radius = np.hypot(
+        *bent.forward(np.tan(angle) if projection == "tangent" else angle, 0.0 * angle)
+    )
     fine = np.linspace(0.0, radius[-1], READ)
     # of an even function of the radius
     return [Course(fine, CubicSpline(radius**2, r)(fine**2), tuple(pitch)) for r in ratios]
@@ -74,7 +76,9 @@ def scales(lens, wavelength_nm) -> np.ndarray:
             f"lens.lateral_colour_percent is known from {known[0]:g} to {known[-1]:g} nm; expected {wave.min():g} to {wave.max():g} nm "
             "within it; add those wavelengths to the table"
         )
-    return 1 + np.interp(wave, known, [table[w] for w in known]) / 100 if known else np.ones(len(wave))
+    return (
+        1 + np.interp(wave, known, [table[w] for w in known]) / 100 if known else np.ones(len(wave))
+    )
 
 
 def coloured(lens, mixed, plane, bent):
@@ -86,24 +90,56 @@ def coloured(lens, mixed, plane, bent):
     wave, projection = mixed.wavelength.values.astype(float), geometry.projection_of(mixed)
     pitch = [quantities.tile_pitch(mixed, d) for d in ("x", "y")]
     half = [np.abs(mixed[d].values).max() + p / 2 for d, p in zip(("x", "y"), pitch)]
-    found = magnifications(lens, wave, bent, float(projections.angle_rad(*half, projection)), projection, pitch)
-    low, high = (np.array([f(m.ratio) if isinstance(m, Course) else m for m in found]) for f in (np.min, np.max))
+    found = magnifications(
+        lens, wave, bent, float(projections.angle_rad(*half, projection)), projection, pitch
+    )
+    low, high = (
+        np.array([f(m.ratio) if isinstance(m, Course) else m for m in found])
+        for f in (np.min, np.max)
+    )
     if (low == 1).all() and (high == 1).all():
         omissions.no_lateral_colour()
         return plane
     whole = len(plane.y), len(plane.x)
     y, x = (_wider(a, p, high.max()) for a, p in zip((plane.y, plane.x), pitch[::-1]))
-    field = tuple(min(w, n * p * low.min()) if n / 2 * (1 - low.min()) > UNCOVERED else w for w, n, p in zip(plane.field, whole[::-1], pitch))
+    field = tuple(
+        min(w, n * p * low.min()) if n / 2 * (1 - low.min()) > UNCOVERED else w
+        for w, n, p in zip(plane.field, whole[::-1], pitch)
+    )
     thinner = max(np.abs(s**-2.0 - 1).max() for s in (low, high))
     label = "uniform light of a band, spread over a larger or smaller image, from what the attributes say"
-    ledger.add_error(ErrorNote(thinner, "relative", "measured", label, "magnified light", Quantity.ATTRIBUTES))
+    ledger.add_error(
+        ErrorNote(thinner, "relative", "measured", label, "magnified light", Quantity.ATTRIBUTES)
+    )
     larger = max(np.abs(s - 1).max() for s in (low, high))
-    lacking = [n / 2 * (1 - low.min()) for n, w, p in zip(whole[::-1], field, pitch) if w > n * p * low.min() * (1 + CLOSE * UNCOVERED)]
+    lacking = [
+        n / 2 * (1 - low.min())
+        for n, w, p in zip(whole[::-1], field, pitch)
+        if w > n * p * low.min() * (1 + CLOSE * UNCOVERED)
+    ]
     radius = np.hypot(*(n / 2 for n in whole))
-    within = np.max([np.abs(np.gradient(s, wave)) for s in (low, high)], axis=0) * band_widths_nm(wave) if len(wave) > 1 else np.zeros(1)
-    ledger.left_out("change of magnification within a band", "each band has one", float(radius * within.max()), "tiles at the corner")
+    within = (
+        np.max([np.abs(np.gradient(s, wave)) for s in (low, high)], axis=0) * band_widths_nm(wave)
+        if len(wave) > 1
+        else np.zeros(1)
+    )
+    ledger.left_out(
+        "change of magnification within a band",
+        "each band has one",
+        float(radius * within.max()),
+        "tiles at the corner",
+    )
     stretched = (1 + plane.stretched) * (1 + larger) - 1
-    return replace(plane, x=x, y=y, field=field, scales=found, whole=whole, stretched=stretched, lacking=sum(lacking))
+    return replace(
+        plane,
+        x=x,
+        y=y,
+        field=field,
+        scales=found,
+        whole=whole,
+        stretched=stretched,
+        lacking=sum(lacking),
+    )
 
 
 def _wider(centres, pitch, scale):
@@ -132,9 +168,14 @@ def displaced(light, course: Course, shape) -> np.ndarray:
     rows = (np.arange(height) - (height - 1) / 2)[:, None]
     x = np.arange(width + 1) - width / 2
     wide = _along(np.asarray(light, float), x * course.at(x, rows), shape[1])
-    columns, edge = np.arange(shape[1]) - (shape[1] - 1) / 2, (np.arange(height + 1) - height / 2)[:, None]
+    columns, edge = (
+        np.arange(shape[1]) - (shape[1] - 1) / 2,
+        (np.arange(height + 1) - height / 2)[:, None],
+    )
     source, before = columns / course.at(columns, edge), columns
-    while np.abs(source - before).max() > CLOSE:  # shrinks by the course's slope, a percent or less, from step to step
+    while (
+        np.abs(source - before).max() > CLOSE
+    ):  # shrinks by the course's slope, a percent or less, from step to step
         source, before = columns / course.at(source, edge), source
     return _along(wide.T, (edge * course.at(source, edge)).T, shape[0]).T
 
@@ -166,7 +207,9 @@ def magnified(light, scale: float, shape) -> np.ndarray:
         first, weights = _shares(out.shape[axis], count, scale)
         last = out.shape[axis] - 1
         wide = (slice(None), None) if axis == 0 else (None, slice(None))
-        out = sum(out.take(np.clip(first + t, 0, last), axis) * w[wide] for t, w in enumerate(weights))
+        out = sum(
+            out.take(np.clip(first + t, 0, last), axis) * w[wide] for t, w in enumerate(weights)
+        )
     return out
 
 
@@ -177,4 +220,6 @@ def _shares(size, count, scale):
     number = first + np.arange(3)[:, None]
     left = np.maximum((number - size / 2) * scale, low)
     right = np.minimum((number + 1 - size / 2) * scale, low + 1)
-    return first, np.where((number >= 0) & (number < size), np.maximum(right - left, 0.0) / scale, 0.0)
+    return first, np.where(
+        (number >= 0) & (number < size), np.maximum(right - left, 0.0) / scale, 0.0
+    )

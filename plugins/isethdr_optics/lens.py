@@ -34,11 +34,17 @@ class IdealLens:
     f_number: FNumber = 4.0  # focal length / diameter of the stop
     focal_length_mm: FocalLength = 4.0  # sensor position = focal length x tangent
     transmittance: Transmittance = 1.0  # of the glass, all wavelengths
-    pupil: Literal["tangent", "aplanatic"] = "tangent"  # energy: pi / (1 + 4 N^2), or the sine condition's pi / (4 N^2)
+    pupil: Literal["tangent", "aplanatic"] = (
+        "tangent"  # energy: pi / (1 + 4 N^2), or the sine condition's pi / (4 N^2)
+    )
     # off the axis; or {field angle deg: relative illumination}
     falloff: Literal["cos4", "none"] | Falloff = "cos4"
-    object_distance_m: ObjectDistance = inf  # where the lens is focused: widens the working f-number
-    distortion: Literal["none"] | dict[str, Any] = "none"  # {model: brown_conrady | kannala_brandt | table, its numbers}
+    object_distance_m: ObjectDistance = (
+        inf  # where the lens is focused: widens the working f-number
+    )
+    distortion: Literal["none"] | dict[str, Any] = (
+        "none"  # {model: brown_conrady | kannala_brandt | table, its numbers}
+    )
     # {wavelength nm: image larger by}; lines between
     lateral_colour_percent: dict[Wavelength, LateralColour] = field(default_factory=dict)
 
@@ -61,7 +67,11 @@ class IdealLens:
 
         from .for_sensor import photocurrent
 
-        return self(mixed, flares, response.error_allowed) if DIM in mixed.dims else photocurrent(self, mixed, _sequence(flares), response)
+        return (
+            self(mixed, flares, response.error_allowed)
+            if DIM in mixed.dims
+            else photocurrent(self, mixed, _sequence(flares), response)
+        )
 
     @property
     def magnification(self) -> float:
@@ -90,14 +100,19 @@ class IdealLens:
         """Return cos4, none or {field angle deg: relative illumination on the sensor} of a field up to `angle_rad`."""
         return self.falloff
 
-    def image_size_m(self, width: float, height: float, projection: str = "tangent") -> tuple[float, float]:
+    def image_size_m(
+        self, width: float, height: float, projection: str = "tangent"
+    ) -> tuple[float, float]:
         """Return (width, height) in metres of the largest centred rectangle of the sensor plane that looks into a field.
 
         `width` and `height` are in the projection's unit: tangents of the field angle, or radians.
         """
         from .sensor_plane import image_size
 
-        return tuple(1e-3 * self.focal_length_mm * side for side in image_size(self, width, height, projection))
+        return tuple(
+            1e-3 * self.focal_length_mm * side
+            for side in image_size(self, width, height, projection)
+        )
 
     def narrow(self, demand):
         """Return the demand unchanged, and state what this lens spares whatever the light."""
@@ -133,7 +148,12 @@ class IdealLens:
 
     def keeps_light(self, flares) -> bool:
         """Return whether the light of every tile stays where the tile is: no blur, no flare, nothing moved."""
-        return not (flares or hasattr(self, "zernike_um") or self.distortion != "none" or self.lateral_colour_percent)
+        return not (
+            flares
+            or hasattr(self, "zernike_um")
+            or self.distortion != "none"
+            or self.lateral_colour_percent
+        )
 
     def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=()):
         """Return the point spread function (wavelength, y, x): all light on the sample at index size // 2."""
@@ -193,7 +213,9 @@ class DiffractionLimitedLens(IdealLens):
         from .kernels import point_spread
         from .place_lens import on_axis
 
-        return point_spread(on_axis(self), wavelength_nm, pitch_um, size, _sequence(flares), integrated)
+        return point_spread(
+            on_axis(self), wavelength_nm, pitch_um, size, _sequence(flares), integrated
+        )
 
 
 @dataclass(frozen=True)
@@ -231,10 +253,15 @@ class WavefrontLens(DiffractionLimitedLens):
 
         known, angle = list(self.field_zernike_um), float(np.degrees(angle_rad))
         if angle > known[-1] * (1 + 1e-9):
-            raise ConfigError(f"lens.field_zernike_um ends at {known[-1]:g} degrees, the field reaches {angle:.4g}; "
-                              "expected a longer table, or a smaller field")
+            raise ConfigError(
+                f"lens.field_zernike_um ends at {known[-1]:g} degrees, the field reaches {angle:.4g}; "
+                "expected a longer table, or a smaller field"
+            )
         table = self.field_zernike_um.values()
-        return {j: float(np.interp(angle, known, [row.get(j, 0.0) for row in table])) for j in sorted({j for row in table for j in row})}
+        return {
+            j: float(np.interp(angle, known, [row.get(j, 0.0) for row in table]))
+            for j in sorted({j for row in table for j in row})
+        }
 
 
 def _sequence(flares) -> tuple:
@@ -261,9 +288,13 @@ def _check_field(lens):
     from isethdr_core.errors import ConfigError
 
     angles = list(lens.field_zernike_um)
-    if angles and (len(angles) < 2 or angles[0] != 0 or any(a >= b for a, b in zip(angles, angles[1:]))):
-        raise ConfigError(f"lens.field_zernike_um has the field angles {angles}; expected degrees that rise from 0, at least two; "
-                          "type for example +lens.field_zernike_um={0:{},20:{8:0.2}}")
+    if angles and (
+        len(angles) < 2 or angles[0] != 0 or any(a >= b for a, b in zip(angles, angles[1:]))
+    ):
+        raise ConfigError(
+            f"lens.field_zernike_um has the field angles {angles}; expected degrees that rise from 0, at least two; "
+            "type for example +lens.field_zernike_um={0:{},20:{8:0.2}}"
+        )
 
 
 def _check_geometry(lens):

@@ -18,8 +18,14 @@ def check_psf(waves, pitch_um, size) -> None:
             f"{LEAST_NM:g} to {MOST_NM:g}; type wavelength_nm=[450,550,650]"
         )
     if not (np.isfinite(pitch_um) and pitch_um > 0) or size < 1:
-        raise ConfigError(f"psf has pitch_um={pitch_um!r}, size={size!r}; expected a pitch above 0 and one sample or more")
-    need = Need(f"a point spread function of {size} x {size} samples", 8 * waves.size * float(size) ** 2, "ask for a smaller size")
+        raise ConfigError(
+            f"psf has pitch_um={pitch_um!r}, size={size!r}; expected a pitch above 0 and one sample or more"
+        )
+    need = Need(
+        f"a point spread function of {size} x {size} samples",
+        8 * waves.size * float(size) ** 2,
+        "ask for a smaller size",
+    )
     check_fits([need])
 
 
@@ -46,7 +52,9 @@ def kernel_bytes(lens, flares, frame: Frame) -> float:
     reach = [int(part * (n - 1)) for n in (frame.rows, frame.columns)]
     pitch_um = [1e3 * lens.focal_length_mm * p for p in frame.pitch]
     if blurred and lens.zernike_um:
-        pupils.core_pitch_mm(lens, min(pitch_um), wave.min(), pupils.FEWEST_SAMPLES)  # refuses what no pupil can follow
+        pupils.core_pitch_mm(
+            lens, min(pitch_um), wave.min(), pupils.FEWEST_SAMPLES
+        )  # refuses what no pupil can follow
     return _kernel_bytes(lens, wave, pitch_um, reach)
 
 
@@ -56,8 +64,15 @@ def _kernel_bytes(lens, wavelength_nm, pitch_um, reach) -> float:
 
     held = float(FLOAT32_BYTES * len(wavelength_nm) * np.prod([2.0 * r + 1 for r in reach]))
     shortest = float(np.min(wavelength_nm - band_widths_nm(wavelength_nm) / 2))
-    if not hasattr(lens, "zernike_um") or lens.field_varies or lens.traced is not None or shortest <= 0:
+    if (
+        not hasattr(lens, "zernike_um")
+        or lens.field_varies
+        or lens.traced is not None
+        or shortest <= 0
+    ):
         return held
     if kernels.without_lattices(lens, shortest, pitch_um, reach):
         return held
-    return held + far.lattice_bytes(lens, shortest, kernels.fine_tiles(lens, shortest, pitch_um, reach))
+    return held + far.lattice_bytes(
+        lens, shortest, kernels.fine_tiles(lens, shortest, pitch_um, reach)
+    )

@@ -18,12 +18,16 @@ def no_distortion() -> None:
 
 def no_lateral_colour() -> None:
     """State that bands are not moved along a lateral colour."""
-    ledger.left_out("moving light along a lateral colour", "the lens has none", ROUNDING, "relative")
+    ledger.left_out(
+        "moving light along a lateral colour", "the lens has none", ROUNDING, "relative"
+    )
 
 
 def one_point_spread() -> None:
     """State that point spreads are not computed off the axis."""
-    ledger.left_out("point spreads off the axis", "the lens has the same everywhere", SHARED, "relative")
+    ledger.left_out(
+        "point spreads off the axis", "the lens has the same everywhere", SHARED, "relative"
+    )
 
 
 def planned(lens) -> None:

@@ -57,11 +57,16 @@ def _sums(parts, images, errors, shape):
 def _by_transform(light, kernel):
     """Return the convolution, never below 0, and a bound on a pixel's error: white rounding, 10 standard deviations."""
     size = [
-        sf.next_fast_len(n + min(k // 2, n - 1), real=True) for n, k in zip(light.shape, kernel.shape)
+        sf.next_fast_len(n + min(k // 2, n - 1), real=True)
+        for n, k in zip(light.shape, kernel.shape)
     ]  # only cropped pixels wrap
-    scale = float(light.max()) or 1.0  # all may be dark: a place of the field from which no light passes the lens
+    scale = (
+        float(light.max()) or 1.0
+    )  # all may be dark: a place of the field from which no light passes the lens
     centred = np.zeros(size)
-    cut = [slice(max(0, k // 2 - n + 1), k // 2 + n) for n, k in zip(light.shape, kernel.shape)]  # what can reach
+    cut = [
+        slice(max(0, k // 2 - n + 1), k // 2 + n) for n, k in zip(light.shape, kernel.shape)
+    ]  # what can reach
     used = kernel[tuple(cut)]
     centred[: used.shape[0], : used.shape[1]] = used
     centred = np.roll(centred, [-(k // 2 - c.start) for k, c in zip(kernel.shape, cut)], (0, 1))

@@ -37,12 +37,21 @@ def photocurrent(lens, mixed, flares, response, given: Parts | None = None):
         quantities.check_mixed(mixed)
         given = parts(lens, mixed, flares)
     light = _light(lens, mixed, flares, response, given)
-    return irradiance(lens, mixed, flares, given, CONVOLUTION * response.error_allowed) if light is None else light
+    return (
+        irradiance(lens, mixed, flares, given, CONVOLUTION * response.error_allowed)
+        if light is None
+        else light
+    )
 
 
 def _light(lens, mixed, flares, response, given: Parts):
     """Return the photocurrent, or None where irradiance is to be preferred."""
-    if given.made is None or given.field is not None or given.sensor.scales is not None or given.made.divided is None:
+    if (
+        given.made is None
+        or given.field is not None
+        or given.sensor.scales is not None
+        or given.made.divided is None
+    ):
         return None
     efficiency, names = _unlike(response.efficiency(given.wavelength_nm), response.channels)
     if 3 * len(efficiency) > mixed.sizes["wavelength"]:
@@ -54,9 +63,17 @@ def _light(lens, mixed, flares, response, given: Parts):
         fit = spectral_fit.fit(cube, given, weights, response, apply)
         if fit is None:
             return None
-        parts = zip((fit.near, fit.far), _planes(cube, given.relative, fit), (given.made.divided.near, given.made.divided.far))
-        rounding_e = response.area_exposure_m2_s * sum(_convolve(out, weights, *part, apply) for part in parts if part[0])
-        if rounding_e > TRANSFORMS * response.noise_fraction_allowed * max(response.read_noise_e, 1.0):
+        parts = zip(
+            (fit.near, fit.far),
+            _planes(cube, given.relative, fit),
+            (given.made.divided.near, given.made.divided.far),
+        )
+        rounding_e = response.area_exposure_m2_s * sum(
+            _convolve(out, weights, *part, apply) for part in parts if part[0]
+        )
+        if rounding_e > TRANSFORMS * response.noise_fraction_allowed * max(
+            response.read_noise_e, 1.0
+        ):
             return None
         bright_tiles.correct(out, cube, given.relative, weights, fit, given.made, apply)
     low = float(out.min())
@@ -70,9 +87,18 @@ def _light(lens, mixed, flares, response, given: Parts):
     retiling.state(given.sensor, out, moved, placed)
     light = placed(moved)
     state_kernels(given.made, mixed, lens, given)
-    ledger.error(fit.noise_share, "standard deviations of the sensor's noise", "measured",
-                 f"{_counted(fit)} functionals of the spectrum in place of {len(cube)} bands, largest of {fit.looked_at} values")
-    ledger.error(max(rounding_e, -low * response.area_exposure_m2_s), "electrons", "bound", "rounding of the transforms, and what was lifted to zero")
+    ledger.error(
+        fit.noise_share,
+        "standard deviations of the sensor's noise",
+        "measured",
+        f"{_counted(fit)} functionals of the spectrum in place of {len(cube)} bands, largest of {fit.looked_at} values",
+    )
+    ledger.error(
+        max(rounding_e, -low * response.area_exposure_m2_s),
+        "electrons",
+        "bound",
+        "rounding of the transforms, and what was lifted to zero",
+    )
     for added in added_light(lens, mixed, flares, given):
         light.values += np.tensordot(counting, added, 1)
     return light
@@ -84,7 +110,9 @@ def _planes(cube, relative, fit):
     The bands are read once: the near part is asked for all rows first, and what the far part will take of them is kept.
     """
     count = len(fit.near.project)
-    project = np.concatenate([fit.near.project, fit.far.project] if fit.far else [fit.near.project]).astype(cube.dtype)
+    project = np.concatenate(
+        [fit.near.project, fit.far.project] if fit.far else [fit.near.project]
+    ).astype(cube.dtype)
     kept = np.empty((len(project) - count, *cube.shape[1:]), cube.dtype)
     relative = None if relative is None else relative.astype(cube.dtype)
 
@@ -107,7 +135,11 @@ def _convolve(out, weights, basis, planes, part, apply) -> float:
 
 
 def _counted(fit) -> str:
-    return f"{len(fit.near.project)} (and {len(fit.far.project)} far from a lamp)" if fit.far else f"{len(fit.near.project)}"
+    return (
+        f"{len(fit.near.project)} (and {len(fit.far.project)} far from a lamp)"
+        if fit.far
+        else f"{len(fit.near.project)}"
+    )
 
 
 def _unlike(efficiency, names):

@@ -29,8 +29,15 @@ APART = 0.5  # radians rms from knot to knot at most
 STRAIGHT = 0.1  # share of a point's light, L1, for a radian: measured 0.02 to 0.08
 PER_BLUR, PER_TILE = 2.5, 5.0  # points per wavelength x f-number, and per tile, at least
 ALIASED = 0.006  # share of a point's light, L1, that these leave: the largest measured
-TURNS = 1 / 8  # of phase from one cell of the pupil to the next at most; a quarter of it where light is looked for to 0.3 %
-FEWEST, BORDER, USUAL, MOST = 256, 4.0, 768, 4096  # cells across the stop, as `pupils.core_pitch_mm`
+TURNS = (
+    1 / 8
+)  # of phase from one cell of the pupil to the next at most; a quarter of it where light is looked for to 0.3 %
+FEWEST, BORDER, USUAL, MOST = (
+    256,
+    4.0,
+    768,
+    4096,
+)  # cells across the stop, as `pupils.core_pitch_mm`
 WIDEST = 1024  # points from the axis: 512 wavelengths x f-number, beyond which lies 1e-3 of a point's light
 WORTH = 0.7  # of the transforms that all bands would take: fewer are worth lines
 FEWEST_READS = 2  # wavelengths of a band
@@ -46,15 +53,25 @@ def made(lens, flares, wavelength_nm, pitch_um, half) -> kernels.Kernels:
     wave = np.asarray(wavelength_nm, float)
     width, read = band_widths_nm(wave), _read(lens, flares, wave, half)
     drawn = _worth(read, width)
-    lines = _lines(lens, flares, wave[drawn], [r for r, d in zip(read, drawn) if d], pitch_um, half) if drawn.any() else None
-    rest = kernels._made(lens, flares, wave[~drawn], pitch_um, half, width_nm=width[~drawn]) if not drawn.all() else None
+    lines = (
+        _lines(lens, flares, wave[drawn], [r for r, d in zip(read, drawn) if d], pitch_um, half)
+        if drawn.any()
+        else None
+    )
+    rest = (
+        kernels._made(lens, flares, wave[~drawn], pitch_um, half, width_nm=width[~drawn])
+        if not drawn.all()
+        else None
+    )
     return (lines or rest) if lines is None or rest is None else kernels.joined(drawn, lines, rest)
 
 
 def one(lens, flares, wavelength_nm: float, pitch_um, half) -> np.ndarray:
     """Return the kernel of one wavelength, (y, x)."""
     pattern = _points(lens, *_light(lens, flares), wavelength_nm, wavelength_nm, pitch_um, half)
-    return scatter.mix(_tiles(pattern, 1.0, pitch_um, half), flares, wavelength_nm, pitch_um, lens.focal_length_mm)
+    return scatter.mix(
+        _tiles(pattern, 1.0, pitch_um, half), flares, wavelength_nm, pitch_um, lens.focal_length_mm
+    )
 
 
 def state(lenses, flares, wavelength_nm, half) -> None:
@@ -62,36 +79,75 @@ def state(lenses, flares, wavelength_nm, half) -> None:
     wave, found = np.asarray(wavelength_nm, float), []
     for lens in lenses:
         read = _read(lens, flares, wave, half)
-        cells = {tuple(knot for (knot, _), _ in ends) for band, drawn in zip(read, _worth(read, band_widths_nm(wave))) if drawn for _, ends in band}
+        cells = {
+            tuple(knot for (knot, _), _ in ends)
+            for band, drawn in zip(read, _worth(read, band_widths_nm(wave)))
+            if drawn
+            for _, ends in band
+        }
         found += [pupils.phase_change(lens, flares, c[0], c[-1]) for c in cells]
     if found:
         value = ALIASED + STRAIGHT * max(found) ** 2
         label = "point spreads of places, drawn between those of some wavelengths, L1"
-        ledger.add_error(ErrorNote(value, "share of a point's light", "measured", label, "place wavelengths", Quantity.IRRADIANCE))
+        ledger.add_error(
+            ErrorNote(
+                value,
+                "share of a point's light",
+                "measured",
+                label,
+                "place wavelengths",
+                Quantity.IRRADIANCE,
+            )
+        )
 
 
 def _lines(lens, flares, wave, read, pitch_um, half) -> kernels.Kernels:
     """Return the kernels of bands by lines between knots."""
     energy, stop = _light(lens, flares)
     scaled_nm = partial(pupils.scaled_nm, lens)
-    pattern = lru_cache(maxsize=2)(lambda w, step: _points(lens, energy, stop, w, w - step, pitch_um, half))
+    pattern = lru_cache(maxsize=2)(
+        lambda w, step: _points(lens, energy, stop, w, w - step, pitch_um, half)
+    )
     bands = []
     for centre, band in zip(wave, read):
-        read_at = [(knot, share, scaled_nm(knot[0]) / scaled_nm(one)) for one, ends in band for knot, share in ends]
-        kernel = sum(share * _tiles(pattern(*knot), scale, pitch_um, half) for knot, share, scale in read_at) / len(band)
-        bands.append(np.asarray(scatter.mix(kernel, flares, centre, pitch_um, lens.focal_length_mm), np.float32))
+        read_at = [
+            (knot, share, scaled_nm(knot[0]) / scaled_nm(one))
+            for one, ends in band
+            for knot, share in ends
+        ]
+        kernel = sum(
+            share * _tiles(pattern(*knot), scale, pitch_um, half) for knot, share, scale in read_at
+        ) / len(band)
+        bands.append(
+            np.asarray(
+                scatter.mix(kernel, flares, centre, pitch_um, lens.focal_length_mm), np.float32
+            )
+        )
     nothing = np.zeros((len(wave), kernel_errors.OCTAVES))
     outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
-    return kernels.Kernels(bands, outside, nothing, np.array([energy(w) for w in wave]) / pupils.stop_mm2(lens), 0.0, nothing,
-                           np.full(len(wave), float(max(bands[0].shape))), (lens, flares))
+    return kernels.Kernels(
+        bands,
+        outside,
+        nothing,
+        np.array([energy(w) for w in wave]) / pupils.stop_mm2(lens),
+        0.0,
+        nothing,
+        np.full(len(wave), float(max(bands[0].shape))),
+        (lens, flares),
+    )
 
 
 def _light(lens, flares):
     """Return functions: energy of the pupil (wavelength), mm2, and its amplitude (cells, wavelength); asked once where all wavelengths share it."""
     known = pupils.all_shapes(flares)
     fixed = known and not pupils.delays_um(lens, flares)
-    energy, stop = cache(partial(pupils.open_energy_mm2, lens, flares)), cache(partial(_stop, lens, flares))
-    return lambda w: energy(FIRST_NM if known else w), lambda cells, w: stop(cells, FIRST_NM if fixed else w)
+    energy, stop = (
+        cache(partial(pupils.open_energy_mm2, lens, flares)),
+        cache(partial(_stop, lens, flares)),
+    )
+    return lambda w: energy(FIRST_NM if known else w), lambda cells, w: stop(
+        cells, FIRST_NM if fixed else w
+    )
 
 
 def _worth(read, width_nm) -> np.ndarray:
@@ -103,19 +159,35 @@ def _worth(read, width_nm) -> np.ndarray:
     knots = {knot for band in read for _, ends in band for (knot, _), _ in ends}
     few = len(knots) > WORTH * sum(exact)
     steps = [min(step for _, ends in band for (_, step), _ in ends) for band in read]
-    return np.array([step > 0 and (w / step <= WORTH * e if w > 1.5 else not few) for w, step, e in zip(width_nm, steps, exact)], bool)
+    return np.array(
+        [
+            step > 0 and (w / step <= WORTH * e if w > 1.5 else not few)
+            for w, step, e in zip(width_nm, steps, exact)
+        ],
+        bool,
+    )
 
 
 def _read(lens, flares, wave, half):
     """Return per band ((wavelength that is read, (((knot, step), share), ...)), ...)."""
-    change = cache(partial(pupils.phase_change, lens, flares)) if pupils.all_shapes(flares) else None
-    return [[_ends(one, change) for one in _wavelengths(c, w, half, change)] for c, w in zip(wave, band_widths_nm(wave))]
+    change = (
+        cache(partial(pupils.phase_change, lens, flares)) if pupils.all_shapes(flares) else None
+    )
+    return [
+        [_ends(one, change) for one in _wavelengths(c, w, half, change)]
+        for c, w in zip(wave, band_widths_nm(wave))
+    ]
 
 
 def _wavelengths(centre, width, half, change):
     """Return wavelengths of a band: from one to the next no tile moves by more than itself, and the phase changes by half a radian at most."""
-    count = max(np.hypot(*half) * width / centre, change(centre - width / 2, centre + width / 2) / APART if change else 0.0)
-    count = max(FEWEST_READS if width > 1.5 else 1, int(np.ceil(min(count, kernels.MOST_WAVELENGTHS))))
+    count = max(
+        np.hypot(*half) * width / centre,
+        change(centre - width / 2, centre + width / 2) / APART if change else 0.0,
+    )
+    count = max(
+        FEWEST_READS if width > 1.5 else 1, int(np.ceil(min(count, kernels.MOST_WAVELENGTHS)))
+    )
     return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
 
 
@@ -129,7 +201,11 @@ def _ends(wave, change):
         try:
             if change(low, low + step) <= APART:
                 part = (wave - low) / step
-                return wave, tuple(((knot, step), share) for knot, share in ((low, 1 - part), (low + step, part)) if share)
+                return wave, tuple(
+                    ((knot, step), share)
+                    for knot, share in ((low, 1 - part), (low + step, part))
+                    if share
+                )
         except ConfigError:
             continue
     return wave, (((wave, 0.0), 1.0),)
@@ -143,12 +219,23 @@ def _points(lens, energy, stop, wave, shortest, pitch_um, half):
     shortest : wavelength that is read from it at least: the pattern reaches as far as that asks.
     """
     total = energy(wave)  # refuses a stop without light
-    blur, radius, extent = pupils.blur_um(lens, wave), pupils.radius_mm(lens), max((h + 1) * p for h, p in zip(half, pitch_um))
+    blur, radius, extent = (
+        pupils.blur_um(lens, wave),
+        pupils.radius_mm(lens),
+        max((h + 1) * p for h, p in zip(half, pitch_um)),
+    )
     across = 2 * extent / (blur * min(1.0, shortest / wave))
     steep = 2 * pupils.steepest_um(lens, wave) / (wave * 1e-3) / TURNS
-    cells = _rounded(min(max(FEWEST, min(USUAL, BORDER * across), min(2 * across, 2 * WIDEST / PER_BLUR), steep), MOST))
+    cells = _rounded(
+        min(
+            max(FEWEST, min(USUAL, BORDER * across), min(2 * across, 2 * WIDEST / PER_BLUR), steep),
+            MOST,
+        )
+    )
     stop, axis = stop(cells, wave), pupils.axis_mm(lens, 2 * radius / cells)
-    rows, columns = (slice(seen[0], seen[-1] + 1) for seen in (np.flatnonzero(stop.any(axis=a)) for a in (1, 0)))
+    rows, columns = (
+        slice(seen[0], seen[-1] + 1) for seen in (np.flatnonzero(stop.any(axis=a)) for a in (1, 0))
+    )
     field = pupils.with_wavefront(lens, stop[rows, columns], axis[columns], axis[rows], wave)
     size = sf.next_fast_len(int(np.ceil(cells * max(PER_BLUR, PER_TILE * blur / min(pitch_um)))))
     step = blur * cells / size
@@ -158,7 +245,9 @@ def _points(lens, energy, stop, wave, shortest, pitch_um, half):
         field = sf.fft(field, size, axis=a).take(kept, axis=a, mode="wrap")
     loss = np.sinc(kept / size) ** -2  # cells are means
     scale = (2 * radius / cells / size) ** 2 / total
-    return np.square(np.abs(field)) * (loss[:, None] * scale).astype(np.float32) * loss.astype(np.float32), step
+    return np.square(np.abs(field)) * (loss[:, None] * scale).astype(np.float32) * loss.astype(
+        np.float32
+    ), step
 
 
 def _rounded(cells):
@@ -181,8 +270,12 @@ def _stop(lens, flares, cells, wave):
 def _tiles(given, scale, pitch_um, half) -> np.ndarray:
     """Return the light from one tile to another, (y, x), of a pattern that is drawn to 1 / `scale`."""
     pattern, step = given
-    down, across = (_triangles(h, scale * p, step, pattern.shape[0]) for h, p in zip(half, pitch_um))
-    return np.maximum((across @ (down @ pattern).T).T, 0.0)  # the cubic's overshoot could be darker than dark; none was found
+    down, across = (
+        _triangles(h, scale * p, step, pattern.shape[0]) for h, p in zip(half, pitch_um)
+    )
+    return np.maximum(
+        (across @ (down @ pattern).T).T, 0.0
+    )  # the cubic's overshoot could be darker than dark; none was found
 
 
 def _triangles(half, pitch_um, step_um, size):
@@ -196,8 +289,19 @@ def _triangles(half, pitch_um, step_um, size):
     taps = int(2 * wide) + 5
     point = np.ceil(at - wide - 2).astype(np.intp)[:, None] + np.arange(taps)
     away = point - at[:, None]
-    weight = (_ramp(away + wide) - 2 * _ramp(away) + _ramp(away - wide)) / wide * ((point >= 0) & (point < size))
-    return csr_array((weight.ravel().astype(np.float32), point.clip(0, size - 1).ravel(), np.arange(len(at) + 1) * taps), (len(at), size))
+    weight = (
+        (_ramp(away + wide) - 2 * _ramp(away) + _ramp(away - wide))
+        / wide
+        * ((point >= 0) & (point < size))
+    )
+    return csr_array(
+        (
+            weight.ravel().astype(np.float32),
+            point.clip(0, size - 1).ravel(),
+            np.arange(len(at) + 1) * taps,
+        ),
+        (len(at), size),
+    )
 
 
 def _ramp(at):
@@ -208,7 +312,10 @@ def _ramp(at):
 
 def _ramps():
     """Return what Keys's cubic adds to a ramp within one point of its kink, and beyond: its second integrals from the outside in."""
-    inner, outer = np.polynomial.Polynomial([1, 0, -2.5, 1.5]), np.polynomial.Polynomial([2, -4, 2.5, -0.5])
+    inner, outer = (
+        np.polynomial.Polynomial([1, 0, -2.5, 1.5]),
+        np.polynomial.Polynomial([2, -4, 2.5, -0.5]),
+    )
     far = outer.integ(2, lbnd=2)
     slope, value = far.deriv()(1), far(1)
     near = inner.integ(lbnd=1) + slope

@@ -22,8 +22,12 @@ class PlaceLens(WavefrontLens):
     traced: Any = None  # lens whose colour it has, if that is traced
     angle_rad: float = 0.0  # of the place
     azimuth_rad: float = 0.0  # counter-clockwise from +x, y up
-    rims: tuple[tuple[float, float, float], ...] = ()  # discs (x, y, radius) in stop radii that cut the stop, y down
-    uneven: tuple[tuple[int, float], ...] = ()  # (OSA index, value) of the amplitude over the stop, its mean square 1; none: even
+    rims: tuple[
+        tuple[float, float, float], ...
+    ] = ()  # discs (x, y, radius) in stop radii that cut the stop, y down
+    uneven: tuple[
+        tuple[int, float], ...
+    ] = ()  # (OSA index, value) of the amplitude over the stop, its mean square 1; none: even
     # from a place in the stop to its direction cosines at the image, both in units of the stop that the f-number says; x right, y
     # down; rims, wavefront and amplitude are given over the stop. None: the same place
     pupil_matrix: Matrix | None = None
@@ -33,7 +37,9 @@ class PlaceLens(WavefrontLens):
         if self.traced is None:
             return {}
         if wavelength_nm not in self._colours:
-            self._colours[wavelength_nm] = rotated(self.traced.colour_at(self.angle_rad, wavelength_nm), self.azimuth_rad)
+            self._colours[wavelength_nm] = rotated(
+                self.traced.colour_at(self.angle_rad, wavelength_nm), self.azimuth_rad
+            )
         return self._colours[wavelength_nm]
 
     def pupil_scale(self, wavelength_nm: float) -> float:
@@ -41,7 +47,9 @@ class PlaceLens(WavefrontLens):
         if self.traced is None:
             return 1.0
         if wavelength_nm not in self._pupil_scales:
-            self._pupil_scales[wavelength_nm] = self.traced.pupil_scale_at(self.angle_rad, wavelength_nm)
+            self._pupil_scales[wavelength_nm] = self.traced.pupil_scale_at(
+                self.angle_rad, wavelength_nm
+            )
         return self._pupil_scales[wavelength_nm]
 
     def input_files(self):
@@ -59,7 +67,11 @@ class PlaceLens(WavefrontLens):
 
 def on_axis(lens):
     """Return the lens whose point spread is everywhere that on the axis of `lens`."""
-    return node_lens(lens, lens.wavefront_at(0.0), 0.0, 0.0) if getattr(lens, "field_varies", False) else lens
+    return (
+        node_lens(lens, lens.wavefront_at(0.0), 0.0, 0.0)
+        if getattr(lens, "field_varies", False)
+        else lens
+    )
 
 
 def node_lens(lens, more_um, azimuth_rad: float, angle_rad: float | None = None) -> PlaceLens:
@@ -75,11 +87,20 @@ def node_lens(lens, more_um, azimuth_rad: float, angle_rad: float | None = None)
     for j, value in rotated(more_um, azimuth_rad).items():
         zernike_um[j] = zernike_um.get(j, 0.0) + value
     shared = {f.name: getattr(lens, f.name) for f in fields(WavefrontLens) if hasattr(lens, f.name)}
-    one = {"zernike_um": zernike_um, "field_zernike_um": {}, "distortion": "none", "falloff": "none", "lateral_colour_percent": {},
-           "error_allowed": WavefrontLens.error_allowed}
+    one = {
+        "zernike_um": zernike_um,
+        "field_zernike_um": {},
+        "distortion": "none",
+        "falloff": "none",
+        "lateral_colour_percent": {},
+        "error_allowed": WavefrontLens.error_allowed,
+    }
     if angle_rad is None or not hasattr(lens, "colour_at"):
         return PlaceLens(**shared | one)
-    turned = tuple((x * cos(azimuth_rad), -x * sin(azimuth_rad), radius) for x, radius in lens.rims_at(angle_rad))
+    turned = tuple(
+        (x * cos(azimuth_rad), -x * sin(azimuth_rad), radius)
+        for x, radius in lens.rims_at(angle_rad)
+    )
     uneven = tuple(rotated(lens.amplitude_at(angle_rad), azimuth_rad).items())
     return PlaceLens(
         **shared | one,
@@ -103,5 +124,12 @@ def _turned_ellipse(meridional: float, sagittal: float, azimuth_rad: float) -> M
 
 def _colour_alone(lens):
     """Return the lens without what its colour does not depend on: kernels are kept under its name."""
-    return replace(lens, distortion="none", falloff="none", lateral_colour="none", lateral_colour_percent={}, transmittance=1.0,
-                   error_allowed=WavefrontLens.error_allowed)
+    return replace(
+        lens,
+        distortion="none",
+        falloff="none",
+        lateral_colour="none",
+        lateral_colour_percent={},
+        transmittance=1.0,
+        error_allowed=WavefrontLens.error_allowed,
+    )

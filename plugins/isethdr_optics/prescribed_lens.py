@@ -11,11 +11,16 @@ from isethdr_core.light_in_time import each_component
 from .lens import DiffractionLimitedLens
 from .limits import ErrorAllowed, Falloff
 
-FIRST_NM, STEP_NM = 380.0, 20.0  # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on others
+FIRST_NM, STEP_NM = (
+    380.0,
+    20.0,
+)  # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on others
 EVEN = 0.002  # rms of the amplitude over the stop: changes at most twice that share of a point's light (L1, Cauchy-Schwarz)
 BORDER_SHARE = 3.0  # of a point's light (L1) per radius by which the exit pupil is off its ellipse; measured 0.2 to 2.7
 BEYOND = 1.05  # times the field: as far as chief rays of the distortion go, for tiles that lateral colour adds around it
-FIELD_POINTS = 33  # of distortion and relative illumination, from the axis to the border of the field
+FIELD_POINTS = (
+    33  # of distortion and relative illumination, from the axis to the border of the field
+)
 
 
 @dataclass(frozen=True)
@@ -25,8 +30,12 @@ class PrescribedLens(DiffractionLimitedLens):
     prescription: str = "double_gauss"  # name, or path of a .yaml file; scaled to focal_length_mm, stopped to f_number
     falloff: Literal["traced", "cos4", "none"] | Falloff = "traced"  # off the axis
     distortion: Literal["traced", "none"] | dict[str, Any] = "traced"
-    lateral_colour: Literal["traced", "none"] = "traced"  # unless lateral_colour_percent says otherwise
-    wavefront: Literal["traced", "none"] = "traced"  # none: blur by diffraction alone, the same everywhere
+    lateral_colour: Literal["traced", "none"] = (
+        "traced"  # unless lateral_colour_percent says otherwise
+    )
+    wavefront: Literal["traced", "none"] = (
+        "traced"  # none: blur by diffraction alone, the same everywhere
+    )
     # share of a point's light that the grid of places in the field may put wrong
     error_allowed: ErrorAllowed = 0.05
 
@@ -57,10 +66,16 @@ class PrescribedLens(DiffractionLimitedLens):
         """
         if self.focal_shift_um:
             return {}
-        ends = [(share, found.terms_um) for share, found in self._traced_around(angle_rad, wavelength_nm)]
+        ends = [
+            (share, found.terms_um)
+            for share, found in self._traced_around(angle_rad, wavelength_nm)
+        ]
         middle = _traced_wavefront(self.real(), float(angle_rad)).terms_um
         terms = {j for _, found in ends for j in found} | set(middle)
-        return {j: sum(share * found.get(j, 0.0) for share, found in ends) - middle.get(j, 0.0) for j in sorted(terms)}
+        return {
+            j: sum(share * found.get(j, 0.0) for share, found in ends) - middle.get(j, 0.0)
+            for j in sorted(terms)
+        }
 
     def pupil_scale_at(self, angle_rad: float, wavelength_nm: float) -> float:
         """Return the size of the exit pupil at a wavelength over that at the reference wavelength; 1 beside `focal_shift_um`.
@@ -69,7 +84,10 @@ class PrescribedLens(DiffractionLimitedLens):
         """
         if self.focal_shift_um:
             return 1.0
-        return sum(share * found.pupil_scale for share, found in self._traced_around(angle_rad, wavelength_nm))
+        return sum(
+            share * found.pupil_scale
+            for share, found in self._traced_around(angle_rad, wavelength_nm)
+        )
 
     def _traced_around(self, angle_rad, wavelength_nm):
         """Return [(share, wavefront), ...] of the traced wavelengths on either side of one."""
@@ -77,7 +95,11 @@ class PrescribedLens(DiffractionLimitedLens):
         low, high = (FIRST_NM + STEP_NM * (step + k) for k in (0, 1))
         part = (low**-2 - wavelength_nm**-2) / (low**-2 - high**-2)
         ends = ((1 - part, low), (part, high))
-        return [(share, _traced_wavefront(self.real(), float(angle_rad), w)) for share, w in ends if share]
+        return [
+            (share, _traced_wavefront(self.real(), float(angle_rad), w))
+            for share, w in ends
+            if share
+        ]
 
     def magnification_at(self, tangent, wavelength_nm: float):
         """Return heights on the sensor of traced chief rays of a wavelength over those of the reference, at field tangents; 1: no lateral colour."""
@@ -85,7 +107,11 @@ class PrescribedLens(DiffractionLimitedLens):
 
         if self.lateral_colour != "traced":
             return np.ones(np.shape(tangent))
-        return np.asarray(_traced_magnification(self.real(), tuple(np.ravel(tangent).tolist()), float(wavelength_nm)))
+        return np.asarray(
+            _traced_magnification(
+                self.real(), tuple(np.ravel(tangent).tolist()), float(wavelength_nm)
+            )
+        )
 
     def rims_at(self, angle_rad: float) -> tuple[tuple[float, float], ...]:
         """Return the discs (x, radius), in stop radii, that cut the stop for light from an angle off the axis along +x."""
@@ -138,16 +164,29 @@ class PrescribedLens(DiffractionLimitedLens):
         """
         from isethdr_core.geometry import distortion_map
 
-        moved = 1.0 if self.falloff in ("cos4", "none") else float(distortion_map(self.distortion_to(0.0)).area_ratio(0.0, 0.0))
+        moved = (
+            1.0
+            if self.falloff in ("cos4", "none")
+            else float(distortion_map(self.distortion_to(0.0)).area_ratio(0.0, 0.0))
+        )
         [area] = _areas(self.real(), (0.0,))
-        return self.transmittance * area / (self.focal_length_mm * (1 + self.magnification)) ** 2 / moved
+        return (
+            self.transmittance
+            * area
+            / (self.focal_length_mm * (1 + self.magnification)) ** 2
+            / moved
+        )
 
     def gains_sr(self, wavelength_nm):
         """Return irradiance / radiance on the axis of bands, sr: colour makes the entrance pupil larger or smaller."""
         import numpy as np
 
         real = self.real()
-        return self.throughput_sr() / _areas(real, (0.0,))[0] * np.array([_areas(real, (0.0,), float(w))[0] for w in wavelength_nm])
+        return (
+            self.throughput_sr()
+            / _areas(real, (0.0,))[0]
+            * np.array([_areas(real, (0.0,), float(w))[0] for w in wavelength_nm])
+        )
 
     @property
     def field_varies(self) -> bool:
@@ -187,14 +226,20 @@ class PrescribedLens(DiffractionLimitedLens):
         for more in (BEYOND, 1.0):
             tangent = more * np.linspace(0, np.tan(angle_rad), FIELD_POINTS)
             try:
-                relative = self.relative_illumination(tangent) * drawn.area_ratio(0.0, 0.0) / drawn.area_ratio(tangent, 0.0)
+                relative = (
+                    self.relative_illumination(tangent)
+                    * drawn.area_ratio(0.0, 0.0)
+                    / drawn.area_ratio(tangent, 0.0)
+                )
                 break
             except (ValueError, ConfigError):  # the distortion, or the lens, ends with the field
                 if more == 1.0:
                     raise
         return dict(zip(np.degrees(np.arctan(tangent)), relative))
 
-    def image_size_m(self, width: float, height: float, projection: str = "tangent") -> tuple[float, float]:
+    def image_size_m(
+        self, width: float, height: float, projection: str = "tangent"
+    ) -> tuple[float, float]:
         """Return (width, height) in metres of the sensor plane that looks into a field; ConfigError where no light gets to its corners."""
         from .prescription_field import check
 
@@ -233,20 +278,34 @@ class PrescribedLens(DiffractionLimitedLens):
         from .prescription_rims import rims
 
         real = self.real()
-        widest = float(angle_rad(np.abs(mixed.x).max(), np.abs(mixed.y).max(), projection_of(mixed)))
+        widest = float(
+            angle_rad(np.abs(mixed.x).max(), np.abs(mixed.y).max(), projection_of(mixed))
+        )
         edge = min(float(np.tan(widest)), float(np.tan(np.radians(real.half_field_deg))))
         if "traced" == self.distortion == self.falloff:
             value = self._uneven(widest, mixed.wavelength.values.astype(float))
             label = "uniform light by rays counted from places of the sensor, first and last band, from what the attributes say"
-            note = ErrorNote(value, "of that on the axis", "measured", label, "traced illumination", Quantity.ATTRIBUTES)
+            note = ErrorNote(
+                value,
+                "of that on the axis",
+                "measured",
+                label,
+                "traced illumination",
+                Quantity.ATTRIBUTES,
+            )
             ledger.add_error(note)
         if self.distortion == "none" and edge > 0:
             bent = abs(float(distortion(real, edge)[0]))
-            ledger.left_out("distortion of the prescription", "the lens keeps the grid", bent, "of the position")
+            ledger.left_out(
+                "distortion of the prescription", "the lens keeps the grid", bent, "of the position"
+            )
         if not self.field_varies:
             spot = max(spot_radius_mm(real, t) for t in (0.0, 0.7 * edge, edge))
             ledger.left_out(
-                "geometric aberrations of the prescription", "its blur is diffraction alone", spot * 1e-3, "m (rms radius)"
+                "geometric aberrations of the prescription",
+                "its blur is diffraction alone",
+                spot * 1e-3,
+                "m (rms radius)",
             )
             return
         wave = mixed.wavelength.values
@@ -254,16 +313,37 @@ class PrescribedLens(DiffractionLimitedLens):
         between = max(_between_um(self, a, float(wave[0])) for a in (0.0, widest))
 
         def shape_error(value, unit, label, source):
-            ledger.add_error(ErrorNote(value, unit, "measured", label, source, Quantity.POINT_SPREAD))
+            ledger.add_error(
+                ErrorNote(value, unit, "measured", label, source, Quantity.POINT_SPREAD)
+            )
 
         shape_error(max(fitted), "um rms", "wavefront that its Zernike terms leave", "Zernike fit")
         shape_error(between, "um rms", "wavefront between traced wavelengths", "traced wavelengths")
-        even = [u for u in (_traced_amplitude(real, a)[1] for a in np.linspace(0.0, widest, 5)) if u <= EVEN]
+        even = [
+            u
+            for u in (_traced_amplitude(real, a)[1] for a in np.linspace(0.0, widest, 5))
+            if u <= EVEN
+        ]
         if even:
-            ledger.left_out("light uneven over the stop", "next to none", 2 * max(even), "share of a point's light")
-        border = max(exit_pupil(real, float(np.tan(a)), real.reference_nm).off_ellipse for a in np.linspace(0.0, widest, 5))
+            ledger.left_out(
+                "light uneven over the stop",
+                "next to none",
+                2 * max(even),
+                "share of a point's light",
+            )
+        border = max(
+            exit_pupil(real, float(np.tan(a)), real.reference_nm).off_ellipse
+            for a in np.linspace(0.0, widest, 5)
+        )
         label = "exit pupil off the axis, drawn as an ellipse, L1"
-        note = ErrorNote(BORDER_SHARE * border, "share of a point's light", "measured", label, "exit pupil", Quantity.IRRADIANCE)
+        note = ErrorNote(
+            BORDER_SHARE * border,
+            "share of a point's light",
+            "measured",
+            label,
+            "exit pupil",
+            Quantity.IRRADIANCE,
+        )
         ledger.add_error(note)
         label = "rims that cut the stop off the axis, drawn as arcs of circles"
         shape_error(rims(real, float(np.tan(widest)))[1], "radii of the stop", label, "rims")
@@ -276,10 +356,17 @@ class PrescribedLens(DiffractionLimitedLens):
 
         from .prescription_figures import chief_mm, seen_sr
 
-        real, falloff, tangents = self.real(), self.falloff_to(widest_rad), np.tan(widest_rad) * np.array([0.0, 0.5, 0.9])
+        real, falloff, tangents = (
+            self.real(),
+            self.falloff_to(widest_rad),
+            np.tan(widest_rad) * np.array([0.0, 0.5, 0.9]),
+        )
         table = {"angle_deg": list(falloff), "relative": list(falloff.values())}
         stated = table_values(table, np.degrees(np.arctan(tangents))) * self.throughput_sr()
-        found = [[seen_sr(real, x, w) for w in (waves[0], waves[-1])] for x in chief_mm(real, tangents, real.reference_nm)]
+        found = [
+            [seen_sr(real, x, w) for w in (waves[0], waves[-1])]
+            for x in chief_mm(real, tangents, real.reference_nm)
+        ]
         found = np.array(found) * self.transmittance / (1 + self.magnification) ** 2
         return float(np.abs(found - stated[:, None]).max() / stated[0])
 
@@ -288,8 +375,17 @@ def _between_um(lens, angle_rad, wavelength_nm):
     """Return how wrong the wavefront is half way between the traced wavelengths around one, um rms without tilt."""
     middle = FIRST_NM + STEP_NM * ((wavelength_nm - FIRST_NM) // STEP_NM + 0.5)
     real, own = lens.real(), lens.colour_at(angle_rad, middle)
-    exact, known = _traced_wavefront(real, angle_rad, middle)[0], _traced_wavefront(real, angle_rad)[0]
-    return sum((own.get(j, 0.0) + known.get(j, 0.0) - exact.get(j, 0.0)) ** 2 for j in {*own, *exact, *known} - {1, 2}) ** 0.5
+    exact, known = (
+        _traced_wavefront(real, angle_rad, middle)[0],
+        _traced_wavefront(real, angle_rad)[0],
+    )
+    return (
+        sum(
+            (own.get(j, 0.0) + known.get(j, 0.0) - exact.get(j, 0.0)) ** 2
+            for j in {*own, *exact, *known} - {1, 2}
+        )
+        ** 0.5
+    )
 
 
 @lru_cache(maxsize=16)
@@ -314,7 +410,11 @@ def _traced_distortion(real, angle_rad):
             if more == 1.0:
                 raise
     radius = height / real.focal_length_mm()  # a sensor beside the paraxial focus is another scale
-    return {"model": "table", "angle_deg": np.degrees(np.arctan(tangent)).tolist(), "radius_per_focal_length": radius.tolist()}
+    return {
+        "model": "table",
+        "angle_deg": np.degrees(np.arctan(tangent)).tolist(),
+        "radius_per_focal_length": radius.tolist(),
+    }
 
 
 @lru_cache(maxsize=256)

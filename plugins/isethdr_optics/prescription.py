@@ -27,7 +27,17 @@ from .prescription_coatings import COATINGS
 
 FOLDER = Path(__file__).parent / "prescriptions"
 ROLES = ("lens", "infrared_filter", "cover_glass")
-ROW = ("radius_mm", "thickness_mm", "glass", "conic", "aspheric", "semi_diameter_mm", "coating", "role", "stop")
+ROW = (
+    "radius_mm",
+    "thickness_mm",
+    "glass",
+    "conic",
+    "aspheric",
+    "semi_diameter_mm",
+    "coating",
+    "role",
+    "stop",
+)
 HEAD = ("name", "source", "f_number", "half_field_deg", "reference_nm", "surfaces")
 
 
@@ -59,7 +69,9 @@ class Prescription:
 
     def focal_length_mm(self, wavelength_nm: float | None = None) -> float:
         """Return the paraxial focal length."""
-        return paraxial.focal_length_mm(self.surfaces[:-1], self.indices(wavelength_nm or self.reference_nm))
+        return paraxial.focal_length_mm(
+            self.surfaces[:-1], self.indices(wavelength_nm or self.reference_nm)
+        )
 
     def scaled(self, focal_length_mm: float) -> Prescription:
         """Return the same lens, all lengths multiplied, with this focal length."""
@@ -72,7 +84,9 @@ class Prescription:
                     z_mm=t.z_mm * s,
                     curvature_per_mm=t.curvature_per_mm / s,
                     semi_diameter_mm=t.semi_diameter_mm * s,
-                    aspheric=tuple(a * s ** (1 - power) for power, a in zip(range(4, 99, 2), t.aspheric)),
+                    aspheric=tuple(
+                        a * s ** (1 - power) for power, a in zip(range(4, 99, 2), t.aspheric)
+                    ),
                 )
                 for t in self.surfaces
             ),
@@ -96,7 +110,9 @@ class Prescription:
     def with_coating(self, coating: str) -> Prescription:
         """Return the lens with one coating on every surface between glass and air, filters' infrared cut excepted."""
         check_coating(coating)
-        return replace(self, coatings=tuple(coating if c != "infrared_cut" else c for c in self.coatings))
+        return replace(
+            self, coatings=tuple(coating if c != "infrared_cut" else c for c in self.coatings)
+        )
 
 
 def check_coating(coating: str) -> None:
@@ -114,7 +130,9 @@ def load(name: str) -> Prescription:
     """Return a prescription by its name, or from a YAML file by its path."""
     path = Path(name) if str(name).endswith((".yaml", ".yml")) else FOLDER / f"{name}.yaml"
     if not path.is_file():
-        raise ConfigError(f"prescription {str(name)!r} is unknown{did_you_mean(name, names())}, or give the path of a .yaml file")
+        raise ConfigError(
+            f"prescription {str(name)!r} is unknown{did_you_mean(name, names())}, or give the path of a .yaml file"
+        )
     return _read(str(path), path.stat().st_mtime_ns)
 
 
@@ -141,8 +159,14 @@ def parse(data: dict) -> Prescription:
     ConfigError : for unknown keys, glasses, coatings; a negative thickness; no stop, two, or one behind the lens; an f-number
         below 0.5.
     """
-    if not isinstance(data, dict) or not isinstance(data.get("surfaces"), list) or not data["surfaces"]:
-        raise ConfigError(f"a prescription is a mapping with {', '.join(HEAD)}; expected at least one row in 'surfaces'")
+    if (
+        not isinstance(data, dict)
+        or not isinstance(data.get("surfaces"), list)
+        or not data["surfaces"]
+    ):
+        raise ConfigError(
+            f"a prescription is a mapping with {', '.join(HEAD)}; expected at least one row in 'surfaces'"
+        )
     for number, row in enumerate(data["surfaces"], 1):
         if not isinstance(row, dict):
             raise ConfigError(
@@ -172,10 +196,14 @@ def parse(data: dict) -> Prescription:
         reference,
     )
     if media[-1] != "air":
-        raise ConfigError(f"prescription {name!r} ends in {media[-1]}; expected air before the sensor: give the last surface")
+        raise ConfigError(
+            f"prescription {name!r} ends in {media[-1]}; expected air before the sensor: give the last surface"
+        )
     power = lens.focal_length_mm()
     if not 0 < power < np.inf:
-        raise ConfigError(f"prescription {name!r} has a focal length of {power:g} mm; expected a lens that makes an image")
+        raise ConfigError(
+            f"prescription {name!r} has a focal length of {power:g} mm; expected a lens that makes an image"
+        )
     if surfaces[lens.stop].z_mm < next(s.z_mm for s in surfaces if not s.is_stop) - power:
         raise ConfigError(
             f"prescription {name!r}: the stop lies outside the lens, more than a focal length ({power:g} mm) in front; "
@@ -184,7 +212,9 @@ def parse(data: dict) -> Prescription:
     if "thickness_mm" not in rows[-1]:
         back = paraxial.back_focus_mm(surfaces, lens.indices(reference))
         if not back > 0:
-            raise ConfigError(f"prescription {name!r} focuses {back:g} mm behind its last surface; expected a distance above 0")
+            raise ConfigError(
+                f"prescription {name!r} focuses {back:g} mm behind its last surface; expected a distance above 0"
+            )
         lens = replace(lens, surfaces=(*surfaces, Surface(z + back)))
     return lens
 
@@ -193,10 +223,14 @@ def _surface(where, row, z):
     _check_keys(where, row, ROW)
     radius = _number(where, row, "radius_mm", np.inf)
     if radius == 0 or np.isnan(radius):
-        raise ConfigError(f"{where}: radius_mm is {radius:g}; expected millimetres, .inf for a plane")
+        raise ConfigError(
+            f"{where}: radius_mm is {radius:g}; expected millimetres, .inf for a plane"
+        )
     semi = _number(where, row, "semi_diameter_mm", np.inf)
     if not semi > 0 or (row.get("stop") and semi == np.inf):
-        raise ConfigError(f"{where}: semi_diameter_mm is {semi:g}; expected above 0, and finite for the stop")
+        raise ConfigError(
+            f"{where}: semi_diameter_mm is {semi:g}; expected above 0, and finite for the stop"
+        )
     if row.get("role", "lens") not in ROLES:
         raise ConfigError(f"{where}: role {row['role']!r}{did_you_mean(row['role'], ROLES)}")
     return Surface(
@@ -220,16 +254,22 @@ def _number(where, row, key, default) -> float:
 def _thickness(where, row):
     thickness = _number(where, row, "thickness_mm", 0.0)
     if not 0 <= thickness < np.inf:
-        raise ConfigError(f"{where}: thickness_mm is {thickness:g}; expected 0 or more: light goes from front to back")
+        raise ConfigError(
+            f"{where}: thickness_mm is {thickness:g}; expected 0 or more: light goes from front to back"
+        )
     return thickness
 
 
 def _coating(where, row, media):
     coating = str(row.get("coating", "none"))
     if coating not in COATINGS:
-        raise ConfigError(f"{where}: coating {coating!r} is unknown{did_you_mean(coating, COATINGS)}")
+        raise ConfigError(
+            f"{where}: coating {coating!r} is unknown{did_you_mean(coating, COATINGS)}"
+        )
     if coating != "none" and "air" not in media[-2:]:
-        raise ConfigError(f"{where}: a coating between {media[-2]} and {media[-1]}; expected one between glass and air")
+        raise ConfigError(
+            f"{where}: a coating between {media[-2]} and {media[-1]}; expected one between glass and air"
+        )
     if media[-1] not in glass.SELLMEIER:
         try:
             glass.index(media[-1], 550.0)
@@ -241,10 +281,14 @@ def _coating(where, row, media):
 def _check_stop(name, surfaces, media):
     stops = [k for k, s in enumerate(surfaces) if s.is_stop]
     if len(stops) != 1:
-        raise ConfigError(f"prescription {name!r} has {len(stops)} stops; expected one row with stop: true")
+        raise ConfigError(
+            f"prescription {name!r} has {len(stops)} stops; expected one row with stop: true"
+        )
     [stop] = stops
     if media[stop] != "air":
-        raise ConfigError(f"prescription {name!r}: the stop is inside {media[stop]}; expected in air")
+        raise ConfigError(
+            f"prescription {name!r}: the stop is inside {media[stop]}; expected in air"
+        )
     if stop == len(surfaces) - 1:
         raise ConfigError(
             f"prescription {name!r}: the stop lies outside the lens, behind its last surface; expected between its surfaces "

@@ -25,7 +25,9 @@ LEAST = 1e-7  # coefficients below are rounding
 
 
 @lru_cache(maxsize=256)
-def amplitude(lens, tangent: float, wavelength_nm: float) -> tuple[tuple[tuple[int, float], ...], float]:
+def amplitude(
+    lens, tangent: float, wavelength_nm: float
+) -> tuple[tuple[tuple[int, float], ...], float]:
     """Return the amplitude of light from a field tangent along +x, ((OSA index, value), ...) over the exit pupil, and how uneven it is, rms.
 
     Parameters
@@ -42,12 +44,27 @@ def amplitude(lens, tangent: float, wavelength_nm: float) -> tuple[tuple[tuple[i
     """
     (_, _, within), pupil, *_ = pupil_rays(lens, tangent, wavelength_nm)
     position, direction = entering(lens, lens.indices(wavelength_nm), tangent)
-    passed = follow(lens.surfaces, lens.indices(wavelength_nm), sequential(len(lens.surfaces)), position, direction, _power(lens, wavelength_nm))
+    passed = follow(
+        lens.surfaces,
+        lens.indices(wavelength_nm),
+        sequential(len(lens.surfaces)),
+        position,
+        direction,
+        _power(lens, wavelength_nm),
+    )
     places = [s[within] for s in pupil]
-    even, odd = ([j for j in range((HIGHEST + 1) * (HIGHEST + 2) // 2) if (order(j)[1] >= 0) == kind] for kind in (True, False))
-    enters_x, enters_y = _fit(even, places, position[0][within]), _fit(odd, places, position[1][within])
+    even, odd = (
+        [j for j in range((HIGHEST + 1) * (HIGHEST + 2) // 2) if (order(j)[1] >= 0) == kind]
+        for kind in (True, False)
+    )
+    enters_x, enters_y = (
+        _fit(even, places, position[0][within]),
+        _fit(odd, places, position[1][within]),
+    )
     transmits = _fit(even, places, passed.weight[within])
-    radius, turn = np.meshgrid(np.sqrt((np.arange(RADII) + 0.5) / RADII), 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS)  # of equal areas
+    radius, turn = np.meshgrid(
+        np.sqrt((np.arange(RADII) + 0.5) / RADII), 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
+    )  # of equal areas
     x, y = (radius * np.cos(turn)).ravel(), (radius * np.sin(turn)).ravel()
     power = _area(enters_x, enters_y, x, y) * _at(transmits, x, y)
     found = np.sqrt(power / power.mean())
@@ -80,4 +97,7 @@ def _area(first, second, x, y):
 
 
 def _slopes(terms, x, y):
-    return ((_at(terms, x + a, y + b) - _at(terms, x - a, y - b)) / (2 * STEP) for a, b in ((STEP, 0.0), (0.0, STEP)))
+    return (
+        (_at(terms, x + a, y + b) - _at(terms, x - a, y - b)) / (2 * STEP)
+        for a, b in ((STEP, 0.0), (0.0, STEP))
+    )

@@ -24,7 +24,11 @@ def _mgf2(wavelength_nm):
 
 
 def _multilayer(wavelength_nm):
-    return [(1.38, quarter_wave_nm(1.38, 520.0)), (2.05, quarter_wave_nm(2.05, 520.0, 2.0)), (1.70, quarter_wave_nm(1.70, 520.0))]
+    return [
+        (1.38, quarter_wave_nm(1.38, 520.0)),
+        (2.05, quarter_wave_nm(2.05, 520.0, 2.0)),
+        (1.70, quarter_wave_nm(1.70, 520.0)),
+    ]
 
 
 def _broadband(wavelength_nm):
@@ -36,7 +40,13 @@ def _infrared_cut(wavelength_nm):
     return [half, high, half] * 9
 
 
-COATINGS = {"none": lambda wavelength_nm: [], "mgf2": _mgf2, "multilayer": _multilayer, "broadband": _broadband, "infrared_cut": _infrared_cut}
+COATINGS = {
+    "none": lambda wavelength_nm: [],
+    "mgf2": _mgf2,
+    "multilayer": _multilayer,
+    "broadband": _broadband,
+    "infrared_cut": _infrared_cut,
+}
 
 
 def layers(coating: str, wavelength_nm):
@@ -65,7 +75,9 @@ class Powers:
 
     def at_normal(self, k) -> np.ndarray:
         """Return the reflectance of a surface at normal incidence, (band,)."""
-        return np.broadcast_to(self(k, True, True, np.ones((len(self.wavelength_nm), 1))), (len(self.wavelength_nm), 1))[:, 0]
+        return np.broadcast_to(
+            self(k, True, True, np.ones((len(self.wavelength_nm), 1))), (len(self.wavelength_nm), 1)
+        )[:, 0]
 
     @staticmethod
     def _transmittance(_k, reflectance):
@@ -85,10 +97,19 @@ class Powers:
     def _table(self, k, forward):
         lens = self.prescription
         wave = self.wavelength_nm[:, None]
-        stack = [(np.reshape(n, (-1, 1)) if np.ndim(n) else n, d) for n, d in layers(lens.coatings[k], self.wavelength_nm)]
+        stack = [
+            (np.reshape(n, (-1, 1)) if np.ndim(n) else n, d)
+            for n, d in layers(lens.coatings[k], self.wavelength_nm)
+        ]
         if "air" not in lens.media[k : k + 2]:
             stack = []  # cemented
-        n_from, n_to = (self.indices[k], self.indices[k + 1]) if forward else (self.indices[k + 1], self.indices[k])
+        n_from, n_to = (
+            (self.indices[k], self.indices[k + 1])
+            if forward
+            else (self.indices[k + 1], self.indices[k])
+        )
         if (lens.media[k] if forward else lens.media[k + 1]) != "air":
             stack = stack[::-1]
-        return reflect_unpolarised(n_from[:, None], n_to[:, None], stack, np.linspace(0, 1, COSINES)[None], wave)[0]
+        return reflect_unpolarised(
+            n_from[:, None], n_to[:, None], stack, np.linspace(0, 1, COSINES)[None], wave
+        )[0]

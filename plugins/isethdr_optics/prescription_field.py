@@ -36,9 +36,13 @@ def state(lens, width: float, height: float, projection: str) -> None:
     """State in the ledger how much rims cut of the beam towards the corners of a field that is wider than the prescription is made for."""
     corner, made_for = _corner(width, height, projection), lens.real().half_field_deg
     if math.degrees(corner) > made_for * (1 + 1e-9):
-        ledger.left_out(f"light towards the corners of the camera's field, {math.degrees(corner):.1f} degrees off the axis",
-                        f"rims stop it: the prescription is made for {made_for:g} degrees, which scene.horizontal_field_deg="
-                        f"{_fits(lens, width, height, projection):g} stays within", max(0.0, 1 - _left(lens, corner)), "of the beam on the axis")
+        ledger.left_out(
+            f"light towards the corners of the camera's field, {math.degrees(corner):.1f} degrees off the axis",
+            f"rims stop it: the prescription is made for {made_for:g} degrees, which scene.horizontal_field_deg="
+            f"{_fits(lens, width, height, projection):g} stays within",
+            max(0.0, 1 - _left(lens, corner)),
+            "of the beam on the axis",
+        )
 
 
 def _corner(width, height, projection) -> float:

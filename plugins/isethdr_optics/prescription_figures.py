@@ -96,7 +96,9 @@ def working_f_number(lens, wavelength_nm: float | None = None) -> float:
     return float(1 / (2 * np.abs(rays.direction[0, 0])))
 
 
-def spot_radius_mm(lens, tangent: float, wavelength_nm: float | None = None, grid: int = 40) -> float:
+def spot_radius_mm(
+    lens, tangent: float, wavelength_nm: float | None = None, grid: int = 40
+) -> float:
     """Return the rms distance of rays of one field tangent from their centroid on the sensor, mm; 0 where none gets through."""
     wave = wavelength_nm or lens.reference_nm
     indices, front = lens.indices(wave), lens.surfaces[0].z_mm
@@ -109,7 +111,9 @@ def spot_radius_mm(lens, tangent: float, wavelength_nm: float | None = None, gri
     return float(np.sqrt(np.sum(np.var(spot, axis=1)))) if spot.size else 0.0
 
 
-def pupil_area_mm2(lens, tangent, wavelength_nm: float | None = None, grid: int = GRID) -> np.ndarray:
+def pupil_area_mm2(
+    lens, tangent, wavelength_nm: float | None = None, grid: int = GRID
+) -> np.ndarray:
     """Return, per field tangent, the area of the entrance beam that reaches the sensor, in a plane across the axis, mm2.
 
     Cells that the border of the beam crosses count by the part inside, to first order in the smallest margin along the ray.
@@ -124,7 +128,9 @@ def pupil_area_mm2(lens, tangent, wavelength_nm: float | None = None, grid: int 
     out = []
     for t in tangent:
         p, d = collimated(x + (front - pupil_z) * t, y, front, t, 0.0)
-        inside = _inside(follow(lens.surfaces, indices, sequential(len(lens.surfaces)), p, d).margin)
+        inside = _inside(
+            follow(lens.surfaces, indices, sequential(len(lens.surfaces)), p, d).margin
+        )
         out.append(float(np.sum(inside)) * (2 * half / grid) ** 2)
     return np.array(out)
 
@@ -136,17 +142,29 @@ def seen_sr(lens, height_mm: float, wavelength_nm: float, grid: int = GRID) -> f
     nor chief rays nor the size of an image, so that coma and borders of the beam that move with the field count as they do in a camera.
     """
     sensor = lens.surfaces[-1].z_mm
-    optics = [replace(s, z_mm=sensor - s.z_mm, curvature_per_mm=-s.curvature_per_mm, aspheric=tuple(-a for a in s.aspheric)) for s in lens.surfaces[-2::-1]]
+    optics = [
+        replace(
+            s,
+            z_mm=sensor - s.z_mm,
+            curvature_per_mm=-s.curvature_per_mm,
+            aspheric=tuple(-a for a in s.aspheric),
+        )
+        for s in lens.surfaces[-2::-1]
+    ]
     indices = lens.indices(wavelength_nm)[-2::-1]
     pupil_z, pupil_radius = paraxial.entrance_pupil(optics, indices)
     z = max(optics[0].z_mm, 1e-3 * pupil_radius)
     half = 1.5 * pupil_radius * abs(z / pupil_z)
     cells = ((np.arange(grid) + 0.5) / grid * 2 - 1) * half
-    x, y = np.meshgrid(cells - height_mm * z / pupil_z, cells)  # from the place on the sensor, towards the exit pupil
+    x, y = np.meshgrid(
+        cells - height_mm * z / pupil_z, cells
+    )  # from the place on the sensor, towards the exit pupil
     away = np.stack([x, y, np.full(x.shape, z)])
     distance = np.sqrt(np.sum(away**2, axis=0))
     start = np.stack([np.full(x.shape, height_mm), 0.0 * x, 0.0 * x])
-    inside = _inside(follow(optics, indices, sequential(len(optics)), start, away / distance).margin)
+    inside = _inside(
+        follow(optics, indices, sequential(len(optics)), start, away / distance).margin
+    )
     return float(np.sum(inside * (z / distance) ** 2 / distance**2)) * (2 * half / grid) ** 2
 
 

@@ -38,12 +38,21 @@ def rims(lens, tangent: float) -> tuple[tuple[tuple[float, float], ...], float]:
     """
     (rays, _, within), places, *_ = pupil_rays(lens, tangent, lens.reference_nm, BEYOND)
     u, v = (s[within] for s in places)
-    radius, turn = np.meshgrid((np.arange(RADII) + 1) / RADII, np.arange(AZIMUTHS) * 2 * np.pi / AZIMUTHS)
+    radius, turn = np.meshgrid(
+        (np.arange(RADII) + 1) / RADII, np.arange(AZIMUTHS) * 2 * np.pi / AZIMUTHS
+    )
     grid = radius * np.cos(turn), radius * np.sin(turn)
     basis = zernike_basis(range((HIGHEST + 1) * (HIGHEST + 2) // 2), u, v)
-    rimmed = [k for k, surface in enumerate(lens.surfaces[:-1]) if not surface.is_stop and np.isfinite(surface.semi_diameter_mm)]
+    rimmed = [
+        k
+        for k, surface in enumerate(lens.surfaces[:-1])
+        if not surface.is_stop and np.isfinite(surface.semi_diameter_mm)
+    ]
     cuts, discs, worst = [], [], 0.0
-    for height in _heights(basis, [[h[within] / lens.surfaces[k].semi_diameter_mm for h in rays.hits_mm[k]] for k in rimmed]):
+    for height in _heights(
+        basis,
+        [[h[within] / lens.surfaces[k].semi_diameter_mm for h in rays.hits_mm[k]] for k in rimmed],
+    ):
         here = height(*grid)
         if here.max() > 1 + TOUCHED:
             start = np.unravel_index(here.argmin(), here.shape)
@@ -76,7 +85,10 @@ def _heights(basis, hits) -> list:
     if not hits:
         return []
     even = np.array([order(j)[1] >= 0 for j in range(basis.shape[1])])
-    across = [(np.flatnonzero(used), fitted(basis[:, used], np.stack(hit, axis=1))) for hit, used in zip(zip(*hits), (even, ~even))]  # y is odd in y
+    across = [
+        (np.flatnonzero(used), fitted(basis[:, used], np.stack(hit, axis=1)))
+        for hit, used in zip(zip(*hits), (even, ~even))
+    ]  # y is odd in y
 
     def one(k):
         powers = [polynomial(dict(zip(terms, found[:, k]))) for terms, found in across]
@@ -102,8 +114,12 @@ def _crossings(height, x0, y0):
 
 def _circle(x, y):
     """Return the centre on the x axis and the radius of the circle nearest to points, and the distance of the farthest from it."""
-    if len(x) < 3:  # a sliver between two lines from the start: narrower than some degrees of the stop's border
+    if (
+        len(x) < 3
+    ):  # a sliver between two lines from the start: narrower than some degrees of the stop's border
         return 0.0, 1.0, 0.0
-    (twice, rest), *_ = np.linalg.lstsq(np.stack([2 * x, np.ones_like(x)], axis=1), x**2 + y**2, rcond=None)
+    (twice, rest), *_ = np.linalg.lstsq(
+        np.stack([2 * x, np.ones_like(x)], axis=1), x**2 + y**2, rcond=None
+    )
     radius = float(np.sqrt(rest + twice**2))
     return float(twice), radius, float(np.abs(np.hypot(x - twice, y) - radius).max())

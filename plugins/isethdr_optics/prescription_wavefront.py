@@ -53,7 +53,9 @@ def zernike_um(lens: Prescription, tangent: float, wavelength_nm: float) -> Wave
     basis = zernike_basis(terms, *(s[within] for s in places))
     found = fitted(basis, lag_um - lag_um.mean())
     left = float(np.std(lag_um - basis @ found))
-    return Wavefront({j: float(c) for j, c in zip(terms, found) if j and abs(c) > 1e-9}, left, scale)
+    return Wavefront(
+        {j: float(c) for j, c in zip(terms, found) if j and abs(c) > 1e-9}, left, scale
+    )
 
 
 def _paths_mm(lens, indices, start, rays, image):
@@ -64,6 +66,8 @@ def _paths_mm(lens, indices, start, rays, image):
         hit = rays.hits_mm[k]
         here = np.stack([hit[0], hit[1], surface.z_mm + sag_mm(surface, hit[0] ** 2 + hit[1] ** 2)])
         # a plane that stands in the hollow of the surface before it is reached backwards
-        total = total + indices[k] * np.copysign(np.sqrt(np.sum((here - position) ** 2, axis=0)), here[2] - position[2])
+        total = total + indices[k] * np.copysign(
+            np.sqrt(np.sum((here - position) ** 2, axis=0)), here[2] - position[2]
+        )
         position = here
     return total + indices[-1] * np.sum((image[:, None, None] - position) * rays.direction, axis=0)

@@ -18,13 +18,25 @@ from .pupil_map import over_pupil, stop_from_pupil
 from .wavefronts import coefficients_um, slopes, steepest_um
 
 CORE_SAMPLES = 768  # across the stop: kernel values to 1e-4 (L1), measured against 3072
-FEWEST_SAMPLES, BORDER = 256, 4.0  # across the stop for a narrow image, and per wavelength x f-number of its width
+FEWEST_SAMPLES, BORDER = (
+    256,
+    4.0,
+)  # across the stop for a narrow image, and per wavelength x f-number of its width
 MOST_SAMPLES = 8192
 ENERGY_SAMPLES = 2048  # across the stop, where its energy is not known from shapes
 DARK = 1e-6  # of the stop's light: less is the rounding of sums over shapes
 FINE_TURNS = 1 / 32  # of phase per cell at most, where amplitude and phase are multiplied
 CELLS = 4e-4  # of a point's light (L1) at most, that cells so fine put wrong: measured against cells a third as wide, orders 2 to 40
-PARTS = (1, 2, 3, 4, 6, 8, 12, 16)  # of a cell, per axis: half a turn per cell, the most that is not refused, takes 16
+PARTS = (
+    1,
+    2,
+    3,
+    4,
+    6,
+    8,
+    12,
+    16,
+)  # of a cell, per axis: half a turn per cell, the most that is not refused, takes 16
 BLOCK = 16  # cells, per axis, that are divided alike
 UNRESOLVED = 0.8  # of a pupil's energy is left in means over cells when its phase turns a quarter wave from cell to cell
 
@@ -36,7 +48,9 @@ def radius_mm(lens) -> float:
 
 def reach_mm(lens) -> float:
     """Return the distance from the axis, mm, beyond which the pupil is dark: the stop's radius, or more where its image is larger."""
-    return radius_mm(lens) * max(1.0, float(np.linalg.norm(lens.pupil_matrix, 2)) if lens.pupil_matrix else 1.0)
+    return radius_mm(lens) * max(
+        1.0, float(np.linalg.norm(lens.pupil_matrix, 2)) if lens.pupil_matrix else 1.0
+    )
 
 
 def stop_mm2(lens) -> float:
@@ -99,7 +113,11 @@ def _terms(opening, dirt, wavelength_nm, pupil_matrix):
 
 def _loss(loss, delay_um=0.0, *, wavelength_nm):
     """Return 1 - transmission of one shape of dirt; complex where it delays light."""
-    return 1 - (1 - loss) * cmath.exp(2j * cmath.pi * 1e3 * delay_um / wavelength_nm) if delay_um else loss
+    return (
+        1 - (1 - loss) * cmath.exp(2j * cmath.pi * 1e3 * delay_um / wavelength_nm)
+        if delay_um
+        else loss
+    )
 
 
 def delays_um(lens, flares) -> set[float]:
@@ -111,7 +129,9 @@ def _delays(dirt):
     return {d[2] for d in dirt if len(d) > 2 and d[2]}
 
 
-def amplitude(lens, flares, x_mm, y_mm, wavelength_nm: float, points: int = 3, strips: int = 2) -> np.ndarray:
+def amplitude(
+    lens, flares, x_mm, y_mm, wavelength_nm: float, points: int = 3, strips: int = 2
+) -> np.ndarray:
     """Return the mean amplitude transmission (y, x) of each cell, real or complex, without the wavefront.
 
     Parameters
@@ -141,23 +161,31 @@ def _sampled(flare, pupil_matrix, x_mm, y_mm, wavelength_nm, points):
             mean, energy = mean + point, energy + float(np.mean(np.abs(point) ** 2))
     mean = mean / points**2
     if not np.isfinite(mean).all() or np.abs(mean).max() > 1 + 1e-9:
-        raise ConfigError(f"flare {type(flare).__name__} has a pupil transmission that is not finite or above 1; "
-                          "expected amplitudes of at most 1 from pupil(x_mm, y_mm, wavelength_nm)")
+        raise ConfigError(
+            f"flare {type(flare).__name__} has a pupil transmission that is not finite or above 1; "
+            "expected amplitudes of at most 1 from pupil(x_mm, y_mm, wavelength_nm)"
+        )
     if float(np.mean(np.abs(mean) ** 2)) < UNRESOLVED * energy / points**2:
-        raise ConfigError(f"flare {type(flare).__name__} has a pupil that changes by more than about a quarter wave per cell of "
-                          f"{1e3 * max(step_x, step_y):.3g} um; expected a smoother phase, or a pupil written as shapes")
+        raise ConfigError(
+            f"flare {type(flare).__name__} has a pupil that changes by more than about a quarter wave per cell of "
+            f"{1e3 * max(step_x, step_y):.3g} um; expected a smoother phase, or a pupil written as shapes"
+        )
     return np.broadcast_to(mean, (len(y_mm), len(x_mm)))
 
 
 def has_phase(lens, flares) -> bool:
     """Return whether the pupil may be complex: without phase a point spread function equals its mirror image."""
-    return bool(lens.zernike_um or lens.focal_shift_um or lens.traced or delays_um(lens, flares)) or not all_shapes(flares)
+    return bool(
+        lens.zernike_um or lens.focal_shift_um or lens.traced or delays_um(lens, flares)
+    ) or not all_shapes(flares)
 
 
 def round_and_clean(lens, flares) -> bool:
     """Return whether the pupil is the round stop alone, without phase, rims, blades or dirt: its point spread has a closed form."""
     changed = lens.rims or lens.uneven or lens.pupil_matrix
-    return not (has_phase(lens, flares) or changed or any(hasattr(f, "pupil_shapes") for f in flares))
+    return not (
+        has_phase(lens, flares) or changed or any(hasattr(f, "pupil_shapes") for f in flares)
+    )
 
 
 def phase_change(lens, flares, first_nm: float, last_nm: float) -> float:
@@ -166,7 +194,10 @@ def phase_change(lens, flares, first_nm: float, last_nm: float) -> float:
     Dirt counts with all of its phase, wherever it lies: far from the axis its light is alone.
     """
     first, last = (coefficients_um(lens, w) for w in (first_nm, last_nm))
-    waves = [1e3 * (first.get(j, 0.0) / first_nm - last.get(j, 0.0) / last_nm) for j in {*first, *last} - {0}]
+    waves = [
+        1e3 * (first.get(j, 0.0) / first_nm - last.get(j, 0.0) / last_nm)
+        for j in {*first, *last} - {0}
+    ]
     waves += [1e3 * d * (1 / first_nm - 1 / last_nm) for d in delays_um(lens, flares)]
     return 2 * np.pi * float(np.sqrt(np.sum(np.square(waves))))
 
@@ -182,10 +213,14 @@ def with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
         return cells
     jump = _turns_per_cell(lens, max(x_mm[1] - x_mm[0], y_mm[1] - y_mm[0]), wavelength_nm)
     if jump >= 0.5:
-        raise ConfigError(f"the wavefront changes by {jump:.2f} wavelengths per pupil sample at {wavelength_nm:g} nm: its blur is wider than "
-                          "the image; expected smaller lens.zernike_um, or a wider field")
+        raise ConfigError(
+            f"the wavefront changes by {jump:.2f} wavelengths per pupil sample at {wavelength_nm:g} nm: its blur is wider than "
+            "the image; expected smaller lens.zernike_um, or a wider field"
+        )
     out = np.empty(cells.shape, np.complex64)
-    for start in range(0, len(y_mm), 64):  # in blocks that stay in the processor's cache: four times faster
+    for start in range(
+        0, len(y_mm), 64
+    ):  # in blocks that stay in the processor's cache: four times faster
         rows = slice(start, start + 64)
         out[rows] = _turned(lens, wavefront, cells[rows], x_mm, y_mm[rows], wavelength_nm)
     return out
@@ -203,7 +238,9 @@ def _turned(lens, wavefront, cells, x_mm, y_mm, wavelength_nm):
     y = np.concatenate([[y_mm[0] - tall], y_mm, [y_mm[-1] + tall]])
     turns = _opd_um(lens, wavefront, x / radius, -y / radius) / (wavelength_nm * 1e-3)
     steep = _turns_per_cell(lens, max(step, tall), wavelength_nm) > 1 / 128
-    mean = phase_mean(turns)[1:-1, 1:-1] if steep else np.float32(1.0)  # below that the mean leaves all but 1e-4
+    mean = (
+        phase_mean(turns)[1:-1, 1:-1] if steep else np.float32(1.0)
+    )  # below that the mean leaves all but 1e-4
     turns = turns[1:-1, 1:-1]
     turns -= np.rint(turns)  # whole turns dropped in float64: float32 then keeps 1e-7 of a turn
     angle = (2 * np.pi * turns).astype(np.float32)
@@ -267,9 +304,14 @@ def _finely(lens, flares, x_mm, y_mm, wavelength_nm):
         rows = slice(first, first + BLOCK)
         for columns, parts in _runs(lens, x_mm, y_mm[rows], wavelength_nm):
             part = [x_mm[columns], y_mm[rows]]
-            fine_x, fine_y = (((np.arange(parts) + 0.5) / parts - 0.5) * (a[1] - a[0]) + b[:, None] for a, b in zip((x_mm, y_mm), part))
+            fine_x, fine_y = (
+                ((np.arange(parts) + 0.5) / parts - 0.5) * (a[1] - a[0]) + b[:, None]
+                for a, b in zip((x_mm, y_mm), part)
+            )
             product = _product(lens, flares, fine_x.ravel(), fine_y.ravel(), wavelength_nm)
-            out[rows, columns] = product.reshape(len(fine_y), parts, len(fine_x), parts).mean((1, 3))
+            out[rows, columns] = product.reshape(len(fine_y), parts, len(fine_x), parts).mean(
+                (1, 3)
+            )
     return out
 
 
@@ -280,14 +322,21 @@ def _runs(lens, x_mm, y_mm, wavelength_nm):
     rho, slope_um = slopes(lens, wavelength_nm)
     turns = slope_um * max(step, tall) / radius / (wavelength_nm * 1e-3)
     matrix = np.eye(2) if lens.pupil_matrix is None else np.array(lens.pupil_matrix)
-    bounds = (1 / np.linalg.norm(matrix, 2), np.linalg.norm(np.linalg.inv(matrix), 2))  # from a distance to one in the stop
-    starts = np.arange(0, max(len(x_mm) - 1, 1), BLOCK)  # never a last block of one column: its width would not be known
+    bounds = (
+        1 / np.linalg.norm(matrix, 2),
+        np.linalg.norm(np.linalg.inv(matrix), 2),
+    )  # from a distance to one in the stop
+    starts = np.arange(
+        0, max(len(x_mm) - 1, 1), BLOCK
+    )  # never a last block of one column: its width would not be known
     ends = np.append(starts[1:], len(x_mm))
     along_y = _distances(y_mm[0] - tall / 2, y_mm[-1] + tall / 2)
     runs = []
     for start, end in zip(starts, ends):
         along_x = _distances(x_mm[start] - step / 2, x_mm[end - 1] + step / 2)
-        near, far = (np.hypot(*pair) / radius * more for pair, more in zip(zip(along_x, along_y), bounds))
+        near, far = (
+            np.hypot(*pair) / radius * more for pair, more in zip(zip(along_x, along_y), bounds)
+        )
         if near >= 1:
             continue
         within = slice(max(np.searchsorted(rho, near) - 1, 0), np.searchsorted(rho, far) + 1)
@@ -307,7 +356,11 @@ def _product(lens, flares, x_mm, y_mm, wavelength_nm):
     """Return amplitude times phase on a block of fine cells."""
     cells = amplitude(lens, flares, x_mm, y_mm, wavelength_nm, points=1)
     wavefront = coefficients_um(lens, wavelength_nm)
-    return _turned(lens, wavefront, cells, x_mm, y_mm, wavelength_nm) if wavefront or lens.uneven else cells
+    return (
+        _turned(lens, wavefront, cells, x_mm, y_mm, wavelength_nm)
+        if wavefront or lens.uneven
+        else cells
+    )
 
 
 def folded(lens, flares, wavelength_nm: float, cells_mm, period, offsets) -> list[np.ndarray]:
@@ -325,7 +378,11 @@ def folded(lens, flares, wavelength_nm: float, cells_mm, period, offsets) -> lis
             inside = slice(*np.searchsorted(x, (-reach, reach)))
             if inside.stop > inside.start + 1:
                 given = lens, flares, x[inside], rows, wavelength_nm
-                yield start, inside.start, _finely(*given) if fine and len(rows) > 1 else _product(*given)
+                yield (
+                    start,
+                    inside.start,
+                    _finely(*given) if fine and len(rows) > 1 else _product(*given),
+                )
 
     return lattices.fold_cells(blocks(), (len(y), len(x)), period, offsets)
 
@@ -339,8 +396,12 @@ def phase_mean(turns) -> np.ndarray | float:
     out = np.float32(1.0)
     for axis in (0, 1):
         if turns.shape[axis] > 2:
-            t = np.square(np.pi * np.gradient(turns, axis=axis), dtype=np.float32, casting="same_kind")
-            out = out * (1 - t / 6 * (1 - t / 20 * (1 - t / 42 * (1 - t / 72))))  # sinc to 1e-5 at the half wave allowed at most
+            t = np.square(
+                np.pi * np.gradient(turns, axis=axis), dtype=np.float32, casting="same_kind"
+            )
+            out = out * (
+                1 - t / 6 * (1 - t / 20 * (1 - t / 42 * (1 - t / 72)))
+            )  # sinc to 1e-5 at the half wave allowed at most
     return np.broadcast_to(out, turns.shape)
 
 
@@ -360,8 +421,10 @@ def core_pitch_mm(lens, extent_um: float, wavelength_nm: float, least: int = COR
     samples = max(least, min(CORE_SAMPLES, BORDER * across), 2.0 * across)
     samples = max(samples, phase_samples(lens, wavelength_nm))
     if samples > MOST_SAMPLES:
-        raise ConfigError(f"the pupil would need {samples:.0f} samples across at {wavelength_nm:g} nm; expected at most {MOST_SAMPLES}: "
-                          "ask for a smaller image, or smaller lens.zernike_um")
+        raise ConfigError(
+            f"the pupil would need {samples:.0f} samples across at {wavelength_nm:g} nm; expected at most {MOST_SAMPLES}: "
+            "ask for a smaller image, or smaller lens.zernike_um"
+        )
     return diameter / samples
 
 
@@ -374,7 +437,9 @@ def open_energy_mm2(lens, flares, wavelength_nm: float) -> float:
         terms(lens, flares, wavelength_nm)  # refuses more dirt than can be drawn
         opening, dirt = _shapes(lens, flares)
         dirt = tuple(d[:2] for d in dirt)  # a delay takes no light away
-        energy = _energy(opening, dirt) * (uneven.share(lens.uneven, opening, dirt, radius_mm(lens)) if lens.uneven else 1.0)
+        energy = _energy(opening, dirt) * (
+            uneven.share(lens.uneven, opening, dirt, radius_mm(lens)) if lens.uneven else 1.0
+        )
         energy *= stop_mm2(lens) / (np.pi * radius_mm(lens) ** 2)
     else:
         pitch = 2 * radius_mm(lens) / ENERGY_SAMPLES
@@ -383,8 +448,10 @@ def open_energy_mm2(lens, flares, wavelength_nm: float) -> float:
         cells = cells * _uneven_amplitude(lens, axis, axis) if lens.uneven else cells
         energy = energy_of(cells, pitch, cell_means=True)
     if not energy > DARK * stop_mm2(lens):
-        raise ConfigError("the flares let no light through the pupil; expected a transmission above 0 somewhere; type less dirt, as "
-                          "flare.NAME.dust_per_mm2=40")
+        raise ConfigError(
+            "the flares let no light through the pupil; expected a transmission above 0 somewhere; type less dirt, as "
+            "flare.NAME.dust_per_mm2=40"
+        )
     return energy
 
 

@@ -12,7 +12,11 @@ from isethdr_core.errors import ConfigError
 
 from .wavefronts import coefficients_um
 
-PARTS_NM = ((0.0, 380.0, (340.0, 370.0)), (380.0, 780.0, (400.0, 550.0, 700.0)), (780.0, np.inf, (800.0, 1000.0)))  # from, below, judged at
+PARTS_NM = (
+    (0.0, 380.0, (340.0, 370.0)),
+    (380.0, 780.0, (400.0, 550.0, 700.0)),
+    (780.0, np.inf, (800.0, 1000.0)),
+)  # from, below, judged at
 WIDTH_NM = 10.0
 
 
@@ -24,7 +28,14 @@ def references_nm(lens, wavelength_nm) -> list[float]:
     lens : as it is at a place of the field; with a table of `focal_shift_um` they lie within it.
     """
     wave = np.asarray(wavelength_nm, float)
-    found = np.array([w for first, last, some in PARTS_NM if np.any((wave >= first) & (wave < last)) for w in some])
+    found = np.array(
+        [
+            w
+            for first, last, some in PARTS_NM
+            if np.any((wave >= first) & (wave < last))
+            for w in some
+        ]
+    )
     if known := sorted(map(float, lens.focal_shift_um)):
         found = found.clip(known[0] + WIDTH_NM, known[-1] - WIDTH_NM)
     try:

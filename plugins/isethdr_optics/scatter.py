@@ -11,7 +11,10 @@ def active(flares, wavelength_nm) -> list:
     """Return the flares that scatter any light at `wavelength_nm` (one or more)."""
     angles = np.geomspace(1e-6, np.pi / 2, 64)
     return [
-        f for f in flares if hasattr(f, "scatter") and any(np.any(_values(f, w, angles)) for w in np.atleast_1d(wavelength_nm))
+        f
+        for f in flares
+        if hasattr(f, "scatter")
+        and any(np.any(_values(f, w, angles)) for w in np.atleast_1d(wavelength_nm))
     ]
 
 
@@ -23,7 +26,9 @@ def total(flare, wavelength_nm: float) -> float:
     node, weight = np.polynomial.legendre.leggauss(6)
     half = np.diff(edges)[:, None] / 2
     angle = edges[:-1, None] + half * (1 + node)
-    return float(np.sum(half * weight * 2 * np.pi * np.sin(angle) * _values(flare, wavelength_nm, angle)))
+    return float(
+        np.sum(half * weight * 2 * np.pi * np.sin(angle) * _values(flare, wavelength_nm, angle))
+    )
 
 
 def mix(kernel, flares, wavelength_nm: float, pitch_um, focal_length_mm: float) -> np.ndarray:
@@ -44,16 +49,25 @@ def _per_sample(flare, wavelength_nm, shape, pitch_um, focal_length_mm, part):
     f = focal_length_mm * 1e3
     x = (np.arange(shape[1]) - shape[1] // 2) * pitch_um[1] / f
     y = (np.arange(shape[0]) - shape[0] // 2) * pitch_um[0] / f
-    out = _density(flare, wavelength_nm, x[None, :], y[:, None]) * (pitch_um[0] * pitch_um[1] / f**2)
+    out = _density(flare, wavelength_nm, x[None, :], y[:, None]) * (
+        pitch_um[0] * pitch_um[1] / f**2
+    )
     near = 4  # samples from the axis within which each is divided finer
     cy, cx = shape[0] // 2, shape[1] // 2
-    rows, cols = (np.arange(max(0, c - near), min(n, c + near + 1)) for c, n in ((cy, shape[0]), (cx, shape[1])))
+    rows, cols = (
+        np.arange(max(0, c - near), min(n, c + near + 1))
+        for c, n in ((cy, shape[0]), (cx, shape[1]))
+    )
     fine = 32
     inner = (np.arange(fine) + 0.5) / fine - 0.5
     py, px = pitch_um[0] / f, pitch_um[1] / f
     ys = (y[rows][:, None] + inner * py).ravel()
     xs = (x[cols][:, None] + inner * px).ravel()
-    block = _density(flare, wavelength_nm, xs[None, :], ys[:, None]).reshape(len(rows), fine, len(cols), fine).sum((1, 3))
+    block = (
+        _density(flare, wavelength_nm, xs[None, :], ys[:, None])
+        .reshape(len(rows), fine, len(cols), fine)
+        .sum((1, 3))
+    )
     out[np.ix_(rows, cols)] = block * (px * py / fine**2)
     # The axis sample: what lies inside the largest disc in it by the radial integral, the corners by sums.
     r = min(px, py) / 2
@@ -61,7 +75,9 @@ def _per_sample(flare, wavelength_nm, shape, pitch_um, focal_length_mm, part):
     node, weight = np.polynomial.legendre.leggauss(6)
     half = np.diff(edges)[:, None] / 2
     angle = edges[:-1, None] + half * (1 + node)
-    disc = float(np.sum(half * weight * 2 * np.pi * np.sin(angle) * _values(flare, wavelength_nm, angle)))
+    disc = float(
+        np.sum(half * weight * 2 * np.pi * np.sin(angle) * _values(flare, wavelength_nm, angle))
+    )
     gx, gy = inner * px, inner[:, None] * py
     corners = _density(flare, wavelength_nm, gx[None, :], gy) * (np.hypot(gx[None, :], gy) > r)
     out[cy, cx] = disc + float(corners.sum()) * px * py / fine**2
@@ -76,7 +92,9 @@ def _density(flare, wavelength_nm, x, y):
 
 
 def _values(flare, wavelength_nm, angle):
-    values = np.broadcast_to(np.asarray(flare.scatter(wavelength_nm, angle), float), np.shape(angle))
+    values = np.broadcast_to(
+        np.asarray(flare.scatter(wavelength_nm, angle), float), np.shape(angle)
+    )
     if not np.isfinite(values).all() or values.min() < 0:
         raise ConfigError(
             f"flare {type(flare).__name__} scatters a negative or infinite amount at {wavelength_nm:g} nm; "

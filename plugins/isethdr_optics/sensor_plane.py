@@ -30,12 +30,18 @@ class SensorPlane:
     x: np.ndarray  # tile centres, focal lengths
     y: np.ndarray
     field: tuple[float, float]  # width and height of the camera's field, focal lengths
-    attrs: dict  # for irradiance: falloff, and distortion and projection where they are not the usual
+    attrs: (
+        dict  # for irradiance: falloff, and distortion and projection where they are not the usual
+    )
     areas: object = None  # (sensor tile, field tile) shared areas over the area of a tile; None where the grid is kept
-    scales: list | None = None  # magnification of every band over that of the reference, numbers or courses; None where all are 1
+    scales: list | None = (
+        None  # magnification of every band over that of the reference, numbers or courses; None where all are 1
+    )
     whole: tuple[int, int] | None = None  # (y, x) tiles before bands are magnified
     stretched: float = 0.0  # by how much images are drawn out at most, relative
-    lacking: float = 0.0  # share of a corner tile that the smallest band's image leaves dark, at most
+    lacking: float = (
+        0.0  # share of a corner tile that the smallest band's image leaves dark, at most
+    )
 
     def move(self, values) -> np.ndarray:
         """Return irradiance (..., y, x) on the sensor's tiles from that on the field's; the same array without distortion."""
@@ -51,7 +57,11 @@ class SensorPlane:
         shape = len(self.y), len(self.x)
         if self.areas is not None:
             values = (self.areas @ values.ravel().astype(float)).reshape(self.whole or shape)
-        return values if self.scales is None else lateral_colour.moved(values, self.scales[band], shape)
+        return (
+            values
+            if self.scales is None
+            else lateral_colour.moved(values, self.scales[band], shape)
+        )
 
     def covered(self, mixed):
         """Return `mixed`, dark tiles added all around where the sensor is larger: what flares add may fall there."""
@@ -61,7 +71,9 @@ class SensorPlane:
         grown = {}
         for d, m in zip(("y", "x"), more):
             c, p = mixed[d].values, quantities.tile_pitch(mixed, d)
-            grown[d] = np.concatenate([c[0] - p * np.arange(m, 0, -1), c, c[-1] + p * np.arange(1, m + 1)])
+            grown[d] = np.concatenate(
+                [c[0] - p * np.arange(m, 0, -1), c, c[-1] + p * np.arange(1, m + 1)]
+            )
         values = np.pad(mixed.values, ((0, 0), *((m, m) for m in more)))
         return quantities.plane(
             values,
@@ -109,10 +121,15 @@ def sensor_plane(lens, mixed) -> SensorPlane:
         attrs["distortion"] = distortion
         _check_field(bent, half)
     relative, falloff = _relative(lens, bent, x, y, projection, widest)
-    field = tuple(mixed.attrs.get(k) or n for k, n in zip(("field_width", "field_height"), quantities.full_field(mixed)))
+    field = tuple(
+        mixed.attrs.get(k) or n
+        for k, n in zip(("field_width", "field_height"), quantities.full_field(mixed))
+    )
     if kept:
         omissions.no_distortion()
-        return lateral_colour.coloured(lens, mixed, SensorPlane(relative, x, y, field, attrs | falloff), bent)
+        return lateral_colour.coloured(
+            lens, mixed, SensorPlane(relative, x, y, field, attrs | falloff), bent
+        )
     seen = _inscribed(bent, half)
     sensor = [_tiles(len(c), 2 * h * seen, p) for c, h, p in zip((x, y), half, pitch)]
     grids = [borders(c, p) for c, p in zip((x, y, *sensor), (*pitch, *pitch))]
@@ -120,20 +137,30 @@ def sensor_plane(lens, mixed) -> SensorPlane:
         areas = geometry.field_areas(bent, *grids) / (pitch[0] * pitch[1])
     except ValueError as err:
         raise ConfigError(f"lens.distortion does not fit the field: {err}") from None
-    stretched = _state(bent, areas @ np.broadcast_to(relative, (len(y), len(x))).ravel(), attrs | falloff, sensor, half)
+    stretched = _state(
+        bent,
+        areas @ np.broadcast_to(relative, (len(y), len(x))).ravel(),
+        attrs | falloff,
+        sensor,
+        half,
+    )
     inner = _inscribed(bent, [w / 2 for w in field])
     seen = tuple(min(w * inner, len(c) * p) for w, c, p in zip(field, sensor, pitch))
     plane = SensorPlane(relative, *sensor, seen, attrs | falloff, areas, stretched=stretched)
     return lateral_colour.coloured(lens, mixed, plane, bent)
 
 
-def image_size(lens, width: float, height: float, projection: str = "tangent") -> tuple[float, float]:
+def image_size(
+    lens, width: float, height: float, projection: str = "tangent"
+) -> tuple[float, float]:
     """Return (width, height) in focal lengths of the largest centred rectangle that looks into a field; at most 1e-6 too large.
 
     `sensor_plane` may find less, because it has whole tiles only.
     """
     half = width / 2, height / 2
-    bent = geometry.distortion_map(lens.distortion_to(float(projections.angle_rad(*half, projection))), projection)
+    bent = geometry.distortion_map(
+        lens.distortion_to(float(projections.angle_rad(*half, projection))), projection
+    )
     # 1e-6: a table over this field, without its margin, is not the last digits of the one over all of it
     seen = 1.0 if isinstance(bent, geometry.Identity) else _inscribed(bent, half) * (1 + 1e-6)
     return width * seen, height * seen
@@ -152,7 +179,10 @@ def _relative(lens, bent, x, y, projection, widest):
                 "set lens.falloff=none, or a table as lens.falloff={0:1,95:0.4}"
             )
         return projections.cos4(u, v, projection), {"falloff": "cos4"}
-    table = {"angle_deg": [float(a) for a in falloff], "relative": [float(v) for v in falloff.values()]}
+    table = {
+        "angle_deg": [float(a) for a in falloff],
+        "relative": [float(v) for v in falloff.values()],
+    }
     on_sensor = geometry.table_values(table, np.degrees(projections.angle_rad(u, v, projection)))
     return on_sensor * bent.area_ratio(u, v), {"falloff": "table", "falloff_table": table}
 
@@ -194,7 +224,9 @@ def _tiles(count, width, pitch):
     fits = int(np.floor(width / pitch * (1 + 1e-12)))
     fits -= (fits - count) % 2
     if fits < 1:
-        raise ConfigError("lens.distortion leaves no whole tile of the field on the sensor; expected a finer or wider field")
+        raise ConfigError(
+            "lens.distortion leaves no whole tile of the field on the sensor; expected a finer or wider field"
+        )
     return quantities.centres(fits, fits * pitch)
 
 
@@ -214,5 +246,7 @@ def _state(bent, uniform, attrs, sensor, half) -> float:
         np.stack(np.subtract(bent.forward(u + a, v + b), bent.forward(u - a, v - b))) / (2 * step)
         for a, b in ((step, 0.0), (0.0, step))
     )
-    stretched = np.linalg.svd(np.stack([across, down], axis=-1).transpose(1, 2, 0, 3), compute_uv=False)
+    stretched = np.linalg.svd(
+        np.stack([across, down], axis=-1).transpose(1, 2, 0, 3), compute_uv=False
+    )
     return float(np.abs(stretched - 1).max())

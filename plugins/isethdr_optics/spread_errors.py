@@ -21,7 +21,10 @@ from .counted import Counted, block_of, counted, sums
 from .exact_core import kept_cores
 from .far import tile_sums
 
-FINER = (0.5, 0.25)  # of the lens's own error: still finer lattices outgrow memory, and little is won
+FINER = (
+    0.5,
+    0.25,
+)  # of the lens's own error: still finer lattices outgrow memory, and little is won
 HALVED = 0.35  # what is left of the errors of kernels that are asked for half the error, measured
 STATED = 2.0  # over what is found, 1.5 to 3.7 (docs/budget.md): kernels that are stated to be so much too coarse may well be fine enough
 
@@ -50,7 +53,10 @@ def spread_errors(mixed, given, weights) -> tuple[np.ndarray, np.ndarray] | None
     gains = np.asarray(weights) * given.gains
     squares = np.tensordot((gains * share) ** 2, sums(mixed.values, block, 2), 1) * factor**2
     once = np.tensordot(gains, sums(mixed.values, block), 1) * factor
-    out = np.sqrt([_spread(c, variance) for c in squares]), np.array([_spread(c, wrapped) for c in once])
+    out = (
+        np.sqrt([_spread(c, variance) for c in squares]),
+        np.array([_spread(c, wrapped) for c in once]),
+    )
     return tuple(given.sensor.move(_tiles(a, block, (ny, nx))) for a in out)
 
 
@@ -75,9 +81,14 @@ def fine_enough(make, lens, mixed, relative, response):
         if exact(made):
             return made, 0.0, None
         seen = counted(lens, mixed, relative, response)
-        allowed, share = KERNELS * response.noise_fraction_allowed, noise_share(made, seen, response)
+        allowed, share = (
+            KERNELS * response.noise_fraction_allowed,
+            noise_share(made, seen, response),
+        )
         for finer in FINER if HALVED * share <= allowed else FINER[1:]:
-            if share <= allowed or HALVED**2 * share > STATED * allowed:  # the finest would cost several times as much, and still not be enough
+            if (
+                share <= allowed or HALVED**2 * share > STATED * allowed
+            ):  # the finest would cost several times as much, and still not be enough
                 break
             other = make(replace(lens, speckle_error=finer * lens.speckle_error))
             if other.speckle.max() < made.speckle.max():
@@ -90,10 +101,18 @@ def noise_share(made, seen: Counted, response) -> float:
     band_share, variance, wrapped, far = _kernels(made, seen.block, seen.frame)
     found = [0.0]
     for row, whole, least in zip(seen.weights, seen.sums, seen.least):
-        deviation, bound = _spread(np.tensordot((row * band_share) ** 2, seen.squares, 1), variance), _spread(whole, wrapped)
-        afar = np.maximum(convolution_transform.plain(whole, far.spectrum, far.size)[0] * far.peak, 0.0)
+        deviation, bound = (
+            _spread(np.tensordot((row * band_share) ** 2, seen.squares, 1), variance),
+            _spread(whole, wrapped),
+        )
+        afar = np.maximum(
+            convolution_transform.plain(whole, far.spectrum, far.size)[0] * far.peak, 0.0
+        )
         least = least + afar  # what comes from near is left out
-        noise, lit = np.sqrt(max(response.read_noise_e, 1.0) ** 2 + least), least < response.full_scale_e
+        noise, lit = (
+            np.sqrt(max(response.read_noise_e, 1.0) ** 2 + least),
+            least < response.full_scale_e,
+        )
         if lit.any():
             found.append(within((bound / noise)[lit], (np.sqrt(deviation) / noise)[lit]))
     return max(found)
@@ -106,15 +125,32 @@ def _kernels(made, block, frame):
         points, steps, first = made.sampled
         shape = made.bands[0].shape
         octave, away = kernel_errors.octaves(shape), [np.abs(np.arange(n) - n // 2) for n in shape]
-        cut, tiles = tuple(slice(f, None, s) for f, s in zip(first, steps)), np.maximum(away[0][:, None], away[1])
-        share = (points * np.moveaxis(made.deviation[:, octave[cut]], 0, -1) * (tiles[cut][..., None] > made.core)).sum((0, 1))
+        cut, tiles = (
+            tuple(slice(f, None, s) for f, s in zip(first, steps)),
+            np.maximum(away[0][:, None], away[1]),
+        )
+        share = (
+            points
+            * np.moveaxis(made.deviation[:, octave[cut]], 0, -1)
+            * (tiles[cut][..., None] > made.core)
+        ).sum((0, 1))
         worst = int(share.argmax())
-        kernel, beyond = np.asarray(made.bands[worst], float), made.deviation[worst][octave] * (tiles > made.core[worst])
-        edge = np.maximum(*np.meshgrid(*(a / max(n // 2, 1) for a, n in zip(away, shape)), indexing="ij", sparse=True))
+        kernel, beyond = (
+            np.asarray(made.bands[worst], float),
+            made.deviation[worst][octave] * (tiles > made.core[worst]),
+        )
+        edge = np.maximum(
+            *np.meshgrid(
+                *(a / max(n // 2, 1) for a, n in zip(away, shape)), indexing="ij", sparse=True
+            )
+        )
         light = kernel * (beyond > 0)
         parts = (kernel * beyond) ** 2, light * (made.wrap * edge**2), light
-        blocks = [-(-n // block) for n in frame]    # kernels may end before it does
-        known[block, frame] = share / share[worst], *(prepare(tile_sums(_padded(part, block), block) / block**2, blocks) for part in parts)
+        blocks = [-(-n // block) for n in frame]  # kernels may end before it does
+        known[block, frame] = (
+            share / share[worst],
+            *(prepare(tile_sums(_padded(part, block), block) / block**2, blocks) for part in parts),
+        )
     return known[block, frame]
 
 
@@ -124,7 +160,9 @@ def _spread(light, kernel):
     Rounding is some 1e-16 of the lamps' light everywhere: far less than the noise of any tile, and no tile need be summed directly.
     """
     out, norm = convolution_transform.plain(light, kernel.spectrum, kernel.size)
-    rounding = convolution_transform.error(norm * kernel.norm, float(np.linalg.norm(out)), kernel.size)
+    rounding = convolution_transform.error(
+        norm * kernel.norm, float(np.linalg.norm(out)), kernel.size
+    )
     return (np.maximum(out, 0.0) + rounding) * kernel.peak
 
 
@@ -135,4 +173,8 @@ def _padded(kernel, block):
 
 
 def _tiles(blocks, block, shape):
-    return blocks.repeat(block, axis=1).repeat(block, axis=2)[:, : shape[0], : shape[1]].astype(np.float32)
+    return (
+        blocks.repeat(block, axis=1)
+        .repeat(block, axis=2)[:, : shape[0], : shape[1]]
+        .astype(np.float32)
+    )

@@ -22,8 +22,12 @@ from .counted import electrons
 
 SHARE = 0.5  # of the error allowed of light
 WORTH = 0.5  # of the frame's reach: kernels of more take about as long as those of all of it
-EDGES = 0.5 * 0.9 * 2 / np.pi**2  # beyond a square of half width r: a round stop loses twice this x wavelength x f-number / r
-LOOKED_AT = 4096  # tiles, spread evenly, from which the least noise is guessed before all are looked at
+EDGES = (
+    0.5 * 0.9 * 2 / np.pi**2
+)  # beyond a square of half width r: a round stop loses twice this x wavelength x f-number / r
+LOOKED_AT = (
+    4096  # tiles, spread evenly, from which the least noise is guessed before all are looked at
+)
 UNIT = "standard deviations of the sensor's noise"
 
 
@@ -32,7 +36,9 @@ class NearKernels(kernels.Kernels):
     """Kernels that end before the frame does."""
 
     frame: tuple[int, int] = (1, 1)  # (y, x) tiles of the images
-    added: np.ndarray | None = None  # irradiance / gain, per band: the middle of what the tail can bring
+    added: np.ndarray | None = (
+        None  # irradiance / gain, per band: the middle of what the tail can bring
+    )
     noise_share: float = 0.0  # bound on what the tail can change
 
     @cached_property
@@ -44,7 +50,9 @@ class NearKernels(kernels.Kernels):
         made = [first, *(self._ready(b) for b in range(1, len(self.bands)))]
         blocks = np.stack([k.spectrum for k in made])
         profiles = [kernel_spectra.profile(b) for b in self.bands]
-        return kernel_spectra.Spectra([replace(k, spectrum=b) for k, b in zip(made, blocks)], profiles, blocks)
+        return kernel_spectra.Spectra(
+            [replace(k, spectrum=b) for k, b in zip(made, blocks)], profiles, blocks
+        )
 
     @cached_property
     def divided(self) -> kernel_spectra.Divided | None:
@@ -52,8 +60,14 @@ class NearKernels(kernels.Kernels):
         known = self.spectra
         if known is None:
             return None
-        peaks, norms = (np.array([getattr(k, name) for k in known.kernels]) for name in ("peak", "norm"))
-        return kernel_spectra.Divided(kernel_spectra.Part(known.blocks, peaks, norms, known.kernels[0].size), None, known.profiles)
+        peaks, norms = (
+            np.array([getattr(k, name) for k in known.kernels]) for name in ("peak", "norm")
+        )
+        return kernel_spectra.Divided(
+            kernel_spectra.Part(known.blocks, peaks, norms, known.kernels[0].size),
+            None,
+            known.profiles,
+        )
 
     def ready(self, band: int) -> Kernel:
         """Return one band's kernel with its transform, for images of the frame."""
@@ -72,19 +86,36 @@ def near_kernels(make, lens, flares, mixed, sensor, pitch_um, response) -> NearK
     sensor : `sensor_plane.SensorPlane`. `pitch_um` : (y, x) of a tile.
     response : `isethdr_core.demand.Response` of the sensors; None where all light is asked for.
     """
-    if response is None or not hasattr(lens, "zernike_um") or sensor.areas is not None or sensor.scales is not None:
+    if (
+        response is None
+        or not hasattr(lens, "zernike_um")
+        or sensor.areas is not None
+        or sensor.scales is not None
+    ):
         return None
     wave, shape = mixed.wavelength.values.astype(float), mixed.shape[1:]
     first, full = _core(lens, wave, pitch_um, shape), [n - 1 for n in shape]
     if any(r >= WORTH * n for r, n in zip(first, full)):
         return None
     allowed = SHARE * response.noise_fraction_allowed
-    light = Light(np.asarray(mixed.values), sensor.relative, lens.throughput_sr() * electrons(response, wave), response)
+    light = Light(
+        np.asarray(mixed.values),
+        sensor.relative,
+        lens.throughput_sr() * electrons(response, wave),
+        response,
+    )
     widest = min(WORTH * n * p for n, p in zip(full, pitch_um))
-    edges = EDGES * wave / wave[0] * pupils.blur_um(lens, wave[0]) / widest  # no stop is without them
-    if any(light.share(edges, most=most()) > allowed for most in (light.most_of_some, lambda: light.most)):  # a bright scene shows at once
+    edges = (
+        EDGES * wave / wave[0] * pupils.blur_um(lens, wave[0]) / widest
+    )  # no stop is without them
+    if any(
+        light.share(edges, most=most()) > allowed
+        for most in (light.most_of_some, lambda: light.most)
+    ):  # a bright scene shows at once
         return None
-    probe = kernels.kernels(lens, flares, wave[-1:], pitch_um, first)  # of one band, to know how far all have to reach
+    probe = kernels.kernels(
+        lens, flares, wave[-1:], pitch_um, first
+    )  # of one band, to know how far all have to reach
     ratio = light.share(probe.outside * wave / wave[-1]) / allowed
     reach = [int(np.ceil(r * max(1.0, 1.1 * ratio))) for r in first]
     if any(r > WORTH * n for r, n in zip(reach, full)):
@@ -95,16 +126,29 @@ def near_kernels(make, lens, flares, mixed, sensor, pitch_um, response) -> NearK
     share = light.share(outside * loss, centre * loss, everywhere=True)
     if share > allowed:
         return None
-    return NearKernels(**{k: v for k, v in vars(made).items() if k in kernels.Kernels.__dataclass_fields__}, frame=tuple(shape),
-                       added=outside * light.most / 2, noise_share=share)
+    return NearKernels(
+        **{k: v for k, v in vars(made).items() if k in kernels.Kernels.__dataclass_fields__},
+        frame=tuple(shape),
+        added=outside * light.most / 2,
+        noise_share=share,
+    )
 
 
 def state(made: NearKernels) -> None:
     """State what was left out, and its bound."""
     rows, columns = (n // 2 for n in made.bands[0].shape)
-    ledger.left_out(f"where light goes that is spread more than {columns} x {rows} tiles, {made.outside.max():.2g} of it at most",
-                    "no tile is so bright that the sensor could tell", made.noise_share, UNIT)
-    ledger.error(made.noise_share, UNIT, "bound", "far tail of the point spread, the same light added to every tile in its place")
+    ledger.left_out(
+        f"where light goes that is spread more than {columns} x {rows} tiles, {made.outside.max():.2g} of it at most",
+        "no tile is so bright that the sensor could tell",
+        made.noise_share,
+        UNIT,
+    )
+    ledger.error(
+        made.noise_share,
+        UNIT,
+        "bound",
+        "far tail of the point spread, the same light added to every tile in its place",
+    )
 
 
 class Light:
@@ -114,7 +158,9 @@ class Light:
         self.cube, self.relative, self.weights, self.response = cube, relative, weights, response
         step = max(1, int(np.sqrt(cube[0].size / LOOKED_AT)))
         self.some = cube[:, step // 2 :: step, step // 2 :: step]
-        self.factor = relative[step // 2 :: step, step // 2 :: step] if np.ndim(relative) else relative
+        self.factor = (
+            relative[step // 2 :: step, step // 2 :: step] if np.ndim(relative) else relative
+        )
 
     @cached_property
     def most(self):
@@ -145,11 +191,16 @@ class Light:
         """Return the least light of any tile, per channel."""
         if not everywhere:
             return (np.tensordot(weights, self.some, 1) * self.factor).min(axis=(1, 2))
-        planes = matrix_product(weights, self.cube.reshape(len(self.cube), -1)).reshape(-1, *self.cube.shape[1:])
+        planes = matrix_product(weights, self.cube.reshape(len(self.cube), -1)).reshape(
+            -1, *self.cube.shape[1:]
+        )
         return (planes * self.relative).min(axis=(1, 2))
 
 
 def _core(lens, wavelength_nm, pitch_um, shape) -> tuple[int, int]:
     """Return the (y, x) tiles within which kernels are exact: nearer nothing is to be had by ending them."""
     blur = pupils.blur_um(lens, float(wavelength_nm.min()))
-    return tuple(min(n - 1, max(3, int(kernels.CORE_SAMPLES / max(2.0, np.ceil(2 * p / blur))))) for n, p in zip(shape, pitch_um))
+    return tuple(
+        min(n - 1, max(3, int(kernels.CORE_SAMPLES / max(2.0, np.ceil(2 * p / blur)))))
+        for n, p in zip(shape, pitch_um)
+    )

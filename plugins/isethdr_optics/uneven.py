@@ -26,6 +26,8 @@ def share(terms, opening, dirt, radius_mm: float) -> float:
     opening : convex shape. `dirt` : ((shape, loss of amplitude), ...); mm.
     """
     at = (np.arange(SAMPLES) + 0.5) / SAMPLES * 2 - 1
-    drawn = shapes.weighted(shapes.overlaps(opening, tuple(d[0] for d in dirt)), [d[1] for d in dirt])
+    drawn = shapes.weighted(
+        shapes.overlaps(opening, tuple(d[0] for d in dirt)), [d[1] for d in dirt]
+    )
     even = np.abs(shapes.raster(drawn, at * radius_mm, at * radius_mm, 2)) ** 2
     return float((even * amplitude(terms, at, at) ** 2).sum(dtype=float) / even.sum(dtype=float))

@@ -21,7 +21,9 @@ def coefficients_um(lens, wavelength_nm: float) -> dict[int, float]:
         out[j] = out.get(j, 0.0) + value
     if lens.focal_shift_um:
         f_number = lens.f_number * (1 + lens.magnification)
-        out[4] = out.get(4, 0.0) + _focal_shift_um(lens, wavelength_nm) / (16 * np.sqrt(3) * f_number**2)
+        out[4] = out.get(4, 0.0) + _focal_shift_um(lens, wavelength_nm) / (
+            16 * np.sqrt(3) * f_number**2
+        )
     return out
 
 
@@ -50,7 +52,9 @@ def slopes(lens, wavelength_nm: float) -> Slopes:
     found = _slopes(tuple(coefficients_um(lens, wavelength_nm).items()))
     if lens.pupil_matrix is None:
         return found
-    return Slopes(found.rho, found.largest * float(np.linalg.norm(np.linalg.inv(lens.pupil_matrix), 2)))
+    return Slopes(
+        found.rho, found.largest * float(np.linalg.norm(np.linalg.inv(lens.pupil_matrix), 2))
+    )
 
 
 @lru_cache(maxsize=256)

@@ -26,7 +26,10 @@ from .tunnel import Tunnel
 def isethdr_components():
     """Return the scenes."""
     own = [("night_drive", NightDrive), ("tunnel", Tunnel)]
-    return [Component("scene", name, cls) for name, cls in (*own, *charts.COMPONENTS, *iset_exr.COMPONENTS)]
+    return [
+        Component("scene", name, cls)
+        for name, cls in (*own, *charts.COMPONENTS, *iset_exr.COMPONENTS)
+    ]
 
 
 @hookimpl

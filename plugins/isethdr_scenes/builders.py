@@ -7,7 +7,22 @@ from functools import lru_cache
 
 from isethdr_core.scene import Camera, Model, Placed, SceneDescription
 
-from .geometry import bus, car, car_shapes, cyclist, deer, headlamp, house, person, piece, plants, road, roadside, truck, tube
+from .geometry import (
+    bus,
+    car,
+    car_shapes,
+    cyclist,
+    deer,
+    headlamp,
+    house,
+    person,
+    piece,
+    plants,
+    road,
+    roadside,
+    truck,
+    tube,
+)
 from .lamp_spectra import sky_of, spectrum_of
 from .materials import used
 from .placement import Spot, eye
@@ -21,17 +36,28 @@ PLANTS = {
 
 
 def _grass(ground):
-    near = plants.grass(road.tufts(ground, 2, 22, ground.seed, 70, 5.0, 9.5), "near", 0.25, ground.seed)
-    far = plants.grass(road.tufts(ground, 20, 75, ground.seed + 1, 22, 5.0, 12), "far", 0.30, ground.seed + 1)
+    near = plants.grass(
+        road.tufts(ground, 2, 22, ground.seed, 70, 5.0, 9.5), "near", 0.25, ground.seed
+    )
+    far = plants.grass(
+        road.tufts(ground, 20, 75, ground.seed + 1, 22, 5.0, 12), "far", 0.30, ground.seed + 1
+    )
     return piece.Assembly("grass").add(*near.parts, *far.parts)
 
 
 def _deer(antlers, head_up):
-    return deer.deer(height=0.98 if antlers else 0.86, antlers=antlers, head_up=head_up, turn=0.5 if antlers else 0.0)
+    return deer.deer(
+        height=0.98 if antlers else 0.86,
+        antlers=antlers,
+        head_up=head_up,
+        turn=0.5 if antlers else 0.0,
+    )
 
 
 RECIPES = {
-    "car": lambda shape, paint, step=0.055: car.build(replace(car_shapes.CARS[shape], paint=paint, step=step)),
+    "car": lambda shape, paint, step=0.055: car.build(
+        replace(car_shapes.CARS[shape], paint=paint, step=step)
+    ),
     "truck": truck.truck,
     "bus": bus.bus,
     "person": lambda look, phase: person.pedestrian(person.LOOKS[look], phase, seed=look),
@@ -53,25 +79,50 @@ RECIPES = {
 IN_PLACE = ("road", "field", "grass", "guard_rail", "tunnel")  # built in world coordinates
 
 
-def describe(name: str, scene, ground, spots: list[Spot], target, light: dict[str, str]) -> SceneDescription:
+def describe(
+    name: str, scene, ground, spots: list[Spot], target, light: dict[str, str]
+) -> SceneDescription:
     """Return the description of a `scene` (a component with camera and sky fields) whose camera looks at `target`."""
     models, objects = place(spots, ground, light)
     position = eye(ground, scene.camera_height_m)
-    camera = Camera(tuple(position.tolist()), tuple(target.tolist()), scene.horizontal_field_deg, scene.aspect, scene.projection)
-    return SceneDescription(name, models, objects, used(models), camera, sky_of(scene.sky_luminance_cd_m2))
+    camera = Camera(
+        tuple(position.tolist()),
+        tuple(target.tolist()),
+        scene.horizontal_field_deg,
+        scene.aspect,
+        scene.projection,
+    )
+    return SceneDescription(
+        name, models, objects, used(models), camera, sky_of(scene.sky_luminance_cd_m2)
+    )
 
 
-def place(spots: list[Spot], ground, spectra: dict[str, str]) -> tuple[dict[str, Model], tuple[Placed, ...]]:
+def place(
+    spots: list[Spot], ground, spectra: dict[str, str]
+) -> tuple[dict[str, Model], tuple[Placed, ...]]:
     """Return the models and the placed objects of `spots`; `spectra` names a lamp spectrum per light group."""
     names, models, objects = {}, {}, []
     for spot in spots:
         key = (spot.recipe, spot.lamps)
         if key not in names:
             names[key] = f"{spot.recipe[0]}{len(names)}"
-            built = _built if spot.recipe[0] not in IN_PLACE else _built.__wrapped__  # what depends on the ground serves one scene only
-            models[names[key]] = _switched(replace(built(spot.recipe), name=names[key]), spot.lamps, spectra)
-        pose = ground.place(spot.s_m, spot.y_m, spot.turn_deg, spot.z_m) @ piece.pose(scale=(spot.scale,) * 3)
-        objects.append(Placed(spot.name, names[key], spot.category, piece.pose() if spot.recipe[0] in IN_PLACE else pose))
+            built = (
+                _built if spot.recipe[0] not in IN_PLACE else _built.__wrapped__
+            )  # what depends on the ground serves one scene only
+            models[names[key]] = _switched(
+                replace(built(spot.recipe), name=names[key]), spot.lamps, spectra
+            )
+        pose = ground.place(spot.s_m, spot.y_m, spot.turn_deg, spot.z_m) @ piece.pose(
+            scale=(spot.scale,) * 3
+        )
+        objects.append(
+            Placed(
+                spot.name,
+                names[key],
+                spot.category,
+                piece.pose() if spot.recipe[0] in IN_PLACE else pose,
+            )
+        )
     return models, tuple(objects)
 
 
@@ -88,6 +139,10 @@ def _switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str]) -> 
         lamp = part.lamp
         if lamp is None or lamp.kind not in lamps:
             return replace(part, lamp=None) if lamp else part
-        return replace(part, lamp=replace(lamp, spectrum=spectrum_of(spectra[lamp.group]))) if lamp.group in spectra else part
+        return (
+            replace(part, lamp=replace(lamp, spectrum=spectrum_of(spectra[lamp.group])))
+            if lamp.group in spectra
+            else part
+        )
 
     return Model(model.name, tuple(switch(p) for p in model.parts))

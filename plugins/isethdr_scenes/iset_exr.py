@@ -25,16 +25,21 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-FILES = {"sky": "skymap", "headlights": "headlights", "streetlights": "streetlights", "other": "otherlights"}
+FILES = {
+    "sky": "skymap",
+    "headlights": "headlights",
+    "streetlights": "streetlights",
+    "other": "otherlights",
+}
 
 
 @dataclass(frozen=True)
 class IsetExr:
     """A scene of the published ISETHDR deposit, read from its folder of EXR files."""
 
-    folder: str = "."                     # holds <scene_id>_skymap.exr, _headlights.exr, ..., <scene_id>.mat
-    scene_id: str = ""                    # month, day, hour, minute, second: 1112184733
-    horizontal_field_deg: FileField = 40.0    # full angle; the files do not carry it
+    folder: str = "."  # holds <scene_id>_skymap.exr, _headlights.exr, ..., <scene_id>.mat
+    scene_id: str = ""  # month, day, hour, minute, second: 1112184733
+    horizontal_field_deg: FileField = 40.0  # full angle; the files do not carry it
     # ISET's reading: each group rescaled to this mean (100); 0 keeps the absolute level
     normalise_cd_m2: Luminance = 0.0
 
@@ -115,24 +120,42 @@ class IsetExr:
         from . import iset_exr_files as files
 
         found = self._light_files()
-        for group in [g for g in FILES if g not in found]:  # the deposit leaves out groups without a lamp
+        for group in [
+            g for g in FILES if g not in found
+        ]:  # the deposit leaves out groups without a lamp
             missing = self._path(f"_{FILES[group]}.exr")
             ledger.left_out(f"group {group}", f"no file {missing.name}", 0.0, "cd/m2")
-        ledger.error(2.0**-24, "relative", "bound", "rounding to float32; how noisy the files are, they do not say")
+        ledger.error(
+            2.0**-24,
+            "relative",
+            "bound",
+            "rounding to float32; how noisy the files are, they do not say",
+        )
         bands, cube = None, None
         for k, path in enumerate(found.values()):
             nm, light = files.read_radiance(path)
             if cube is None:
                 bands, cube = nm, np.empty((len(found), *light.shape), np.float32)
             if light.shape != cube.shape[1:] or not np.array_equal(nm, bands):
-                raise UnitError(f"{path.name} has {light.shape[2]} x {light.shape[1]} tiles and {len(nm)} bands, the files before it "
-                                f"{cube.shape[3]} x {cube.shape[2]} and {len(bands)}; expected one grid; fetch the scene again")
+                raise UnitError(
+                    f"{path.name} has {light.shape[2]} x {light.shape[1]} tiles and {len(nm)} bands, the files before it "
+                    f"{cube.shape[3]} x {cube.shape[2]} and {len(bands)}; expected one grid; fetch the scene again"
+                )
             cube[k] = light * self._scale(light, nm) if self.normalise_cd_m2 else light
         height, width = cube.shape[2:]
         field = 2 * math.tan(math.radians(self.horizontal_field_deg) / 2)
-        ds = scene_radiance(cube, found, bands, centres(width, field), centres(height, field * height / width),
-                            (field, field * height / width), **self._labels((height, width)))
-        ds.attrs.update(scene_id=self.scene_id, objects=[])  # no `lamps`: the deposit does not say where they are
+        ds = scene_radiance(
+            cube,
+            found,
+            bands,
+            centres(width, field),
+            centres(height, field * height / width),
+            (field, field * height / width),
+            **self._labels((height, width)),
+        )
+        ds.attrs.update(
+            scene_id=self.scene_id, objects=[]
+        )  # no `lamps`: the deposit does not say where they are
         return ds
 
     def _scale(self, light, nm) -> float:
@@ -145,7 +168,10 @@ class IsetExr:
         from . import iset_exr_files as files
 
         labels = {}
-        for label, suffix, read in (("instance", "_instanceID.exr", files.read_instance), ("distance", ".mat", files.read_distance)):
+        for label, suffix, read in (
+            ("instance", "_instanceID.exr", files.read_instance),
+            ("distance", ".mat", files.read_distance),
+        ):
             path = self._path(suffix)
             if not files.there(path):
                 ledger.left_out(f"label {label}", f"no file {path.name}", 0.0, "cd/m2")
@@ -155,9 +181,13 @@ class IsetExr:
             except LookupError as err:
                 ledger.left_out(f"label {label}", f"{path.name} {err}", 0.0, "cd/m2")
                 continue
-            if values.shape != shape:  # ISET attaches full-size maps to cropped scenes; here that is an error
-                raise UnitError(f"{path.name} holds a {label} map of {values.shape[1]} x {values.shape[0]} tiles, the radiance has "
-                                f"{shape[1]} x {shape[0]}; expected the same; fetch the scene again, or move {path.name} away")
+            if (
+                values.shape != shape
+            ):  # ISET attaches full-size maps to cropped scenes; here that is an error
+                raise UnitError(
+                    f"{path.name} holds a {label} map of {values.shape[1]} x {values.shape[0]} tiles, the radiance has "
+                    f"{shape[1]} x {shape[0]}; expected the same; fetch the scene again, or move {path.name} away"
+                )
             labels[label] = values
         return labels
 
@@ -171,10 +201,16 @@ class IsetExr:
 
         folder = Path(self.folder).expanduser()
         if not folder.is_dir():
-            return CatalogError(f"{folder} is not a folder; type scene.folder=<folder with the deposit's files>")
-        known = {p.name.split("_")[0] for name in FILES.values() for p in folder.glob(f"*_{name}.exr")}
-        return CatalogError(f"{folder} has no EXR file of scene {self.scene_id!r}{did_you_mean(self.scene_id, known)}; "
-                            "type scene.scene_id=<id>")
+            return CatalogError(
+                f"{folder} is not a folder; type scene.folder=<folder with the deposit's files>"
+            )
+        known = {
+            p.name.split("_")[0] for name in FILES.values() for p in folder.glob(f"*_{name}.exr")
+        }
+        return CatalogError(
+            f"{folder} has no EXR file of scene {self.scene_id!r}{did_you_mean(self.scene_id, known)}; "
+            "type scene.scene_id=<id>"
+        )
 
 
 COMPONENTS = [("iset_exr", IsetExr)]

@@ -32,8 +32,10 @@ def read_radiance(path: Path) -> tuple[np.ndarray, np.ndarray]:
     for k, plane in zip(nm, cube):
         low, high = plane.min(), plane.max()  # NaN makes both NaN, and the comparison below false
         if not (low >= 0 and high < np.inf):
-            raise UnitError(f"{path} channel {bands[k]!r} holds values from {low:g} to {high:g}; expected finite light, never "
-                            "negative; fetch the file again")
+            raise UnitError(
+                f"{path} channel {bands[k]!r} holds values from {low:g} to {high:g}; expected finite light, never "
+                "negative; fetch the file again"
+            )
     return nm, cube
 
 
@@ -68,8 +70,10 @@ def _bands(names: Iterable[str], path: Path) -> dict[float, str]:
             bands[centre] = name
     missing = [nm for nm in range(FIRST_NM, LAST_NM + 1, STEP_NM) if nm not in bands]
     if missing:
-        raise CatalogError(f"{path} lacks channel 'S0.{missing[0]},000nm' ({len(missing)} of 31 bands are missing); "
-                           "expected radiance at 400-700 nm in steps of 10 nm; fetch the file again")
+        raise CatalogError(
+            f"{path} lacks channel 'S0.{missing[0]},000nm' ({len(missing)} of 31 bands are missing); "
+            "expected radiance at 400-700 nm in steps of 10 nm; fetch the file again"
+        )
     return bands
 
 
@@ -82,7 +86,13 @@ def read_instance(path: Path) -> np.ndarray:
     CatalogError : the file cannot be read.
     """
     channels = _channels(path)
-    name = "InstanceId" if "InstanceId" in channels else next(iter(channels)) if len(channels) == 1 else None
+    name = (
+        "InstanceId"
+        if "InstanceId" in channels
+        else next(iter(channels))
+        if len(channels) == 1
+        else None
+    )
     if name is None:
         raise LookupError(f"has no channel 'InstanceId', only {', '.join(sorted(channels))}")
     values = np.asarray(channels[name], np.float64)
@@ -103,9 +113,13 @@ def read_distance(path: Path) -> np.ndarray:
     try:
         content = loadmat(path, squeeze_me=True, struct_as_record=False)
     except NotImplementedError:
-        raise LookupError("is a version 7.3 MAT file, which is not read; save it in MATLAB with -v7") from None
+        raise LookupError(
+            "is a version 7.3 MAT file, which is not read; save it in MATLAB with -v7"
+        ) from None
     except Exception as err:  # noqa: BLE001 - scipy raises many kinds for a cut-off file
-        raise CatalogError(f"{path} is not a readable MAT file ({err}); fetch it again, or move it away") from None
+        raise CatalogError(
+            f"{path} is not a readable MAT file ({err}); fetch it again, or move it away"
+        ) from None
     depth = getattr(content.get("sceneMeta"), "depthMap", None)
     if depth is None or np.ndim(depth) not in (1, 2):
         raise LookupError("has no map sceneMeta.depthMap")
@@ -163,6 +177,4 @@ def _channels(path: Path) -> dict[str, np.ndarray]:
 
 
 def _unreadable(path: Path, err: Exception) -> CatalogError:
-    return CatalogError(
-        f"{path} is not a readable EXR file, or is cut off ({err}); fetch it again"
-    )
+    return CatalogError(f"{path} is not a readable EXR file, or is cut off ({err}); fetch it again")

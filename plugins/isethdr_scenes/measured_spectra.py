@@ -41,23 +41,37 @@ def _looked_up() -> dict[str, np.ndarray]:
     import colour
 
     tables = {name: getattr(colour, collection)[key] for name, (collection, key) in TABLES.items()}
-    return {name: np.interp(WAVELENGTH_NM, table.wavelengths, table.values) for name, table in tables.items()}
+    return {
+        name: np.interp(WAVELENGTH_NM, table.wavelengths, table.values)
+        for name, table in tables.items()
+    }
 
 
 def _read(path: Path) -> dict[str, np.ndarray] | None:
     """Return what a file holds: numbers as they were, to the last bit; None where it is missing, damaged or of other tables."""
     try:
         held = json.loads(path.read_text())
-        if held["tables"] != {name: list(where) for name, where in TABLES.items()} or held["wavelength_nm"] != WAVELENGTH_NM.tolist():
+        if (
+            held["tables"] != {name: list(where) for name, where in TABLES.items()}
+            or held["wavelength_nm"] != WAVELENGTH_NM.tolist()
+        ):
             return None
         found = {name: np.array(held["power"][name], float) for name in TABLES}
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return found if all(p.shape == WAVELENGTH_NM.shape and np.isfinite(p).all() for p in found.values()) else None
+    return (
+        found
+        if all(p.shape == WAVELENGTH_NM.shape and np.isfinite(p).all() for p in found.values())
+        else None
+    )
 
 
 def _keep(path: Path, power: dict[str, np.ndarray]) -> None:
-    held = {"tables": TABLES, "wavelength_nm": WAVELENGTH_NM.tolist(), "power": {name: values.tolist() for name, values in power.items()}}
+    held = {
+        "tables": TABLES,
+        "wavelength_nm": WAVELENGTH_NM.tolist(),
+        "power": {name: values.tolist() for name, values in power.items()},
+    }
     temporary = path.with_name(f".{path.name}.{os.getpid()}-{uuid.uuid4().hex[:6]}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -12,19 +12,42 @@ import numpy as np
 
 from .geometry.ground import EDGE_M, Ground
 
-OWN_LANE_M = -1.75                     # middle of the camera's lane
-OWN_LAMPS = (2.0, 0.65, 0.65)          # own headlamps: metres ahead of the camera, to either side, above the road
-CAR_LAMP = (2.25, 0.68, 0.70)          # headlamps of a car: ahead of its middle, to either side, above the road
+OWN_LANE_M = -1.75  # middle of the camera's lane
+OWN_LAMPS = (
+    2.0,
+    0.65,
+    0.65,
+)  # own headlamps: metres ahead of the camera, to either side, above the road
+CAR_LAMP = (
+    2.25,
+    0.68,
+    0.70,
+)  # headlamps of a car: ahead of its middle, to either side, above the road
 RAIL_Y_M, RAIL_M = 5.6, (26.0, 150.0)
 LAMP_POST_Y_M, LAMP_POST_FIRST_M, LAMP_POST_STEP_M = 6.4, 16.0, 30.0
 MARKER_POSTS_M = (22.0, 47.0, 97.0, 147.0)
 HOUSE = (96.0, -26.0)
-FAR_STEP_M = 0.09                      # coarser sections for vehicles beyond 40 m
-SIDE_WALK_Y_M = EDGE_M - 0.25          # pedestrians walk on the paved shoulder
+FAR_STEP_M = 0.09  # coarser sections for vehicles beyond 40 m
+SIDE_WALK_Y_M = EDGE_M - 0.25  # pedestrians walk on the paved shoulder
 
-DRIVING = ("low_beam", "low_beam_middle", "low_beam_shoulder", "low_beam_side", "low_beam_stray", "position", "tail", "marker", "sign")
+DRIVING = (
+    "low_beam",
+    "low_beam_middle",
+    "low_beam_shoulder",
+    "low_beam_side",
+    "low_beam_stray",
+    "position",
+    "tail",
+    "marker",
+    "sign",
+)
 PARKED = ("position", "tail", "marker", "indicator")
-PLANTS = {"oak": (0.20, 13.0), "birch": (0.12, 13.0), "spruce": (0.33, 15.0), "bush": (0.35, 10.5)}  # share, least |y| m
+PLANTS = {
+    "oak": (0.20, 13.0),
+    "birch": (0.12, 13.0),
+    "spruce": (0.33, 15.0),
+    "bush": (0.35, 10.5),
+}  # share, least |y| m
 
 
 @dataclass(frozen=True)
@@ -38,7 +61,7 @@ class Spot:
     y_m: float = 0.0
     turn_deg: float = 0.0
     scale: float = 1.0
-    z_m: float | None = None                # height over the datum; None: on the ground
+    z_m: float | None = None  # height over the datum; None: on the ground
     lamps: tuple[str, ...] = ()
 
 
@@ -64,7 +87,11 @@ def walk_beside(ground: Ground, y_m: float, bearing: float, seen_from) -> float:
     near, far = 6.0, 150.0
     for _ in range(40):
         middle = 0.5 * (near + far)
-        near, far = (middle, far) if bearing_deg(ground.on(middle, y_m), seen_from) > bearing else (near, middle)
+        near, far = (
+            (middle, far)
+            if bearing_deg(ground.on(middle, y_m), seen_from) > bearing
+            else (near, middle)
+        )
     return 0.5 * (near + far)
 
 
@@ -75,12 +102,50 @@ def traffic(drive, ground: Ground, s: dict, rng) -> list[Spot]:
     gaps = rng.uniform([18, 17, 17], [26, 24, 25])
     ahead = (*DRIVING, "brake") if drive.braking else DRIVING
     spots = [
-        Spot("car oncoming", ("car", "suv", str(paints[0])), "car", s["oncoming"], -OWN_LANE_M, 180, lamps=DRIVING),
-        Spot("car ahead", ("car", "sedan", str(paints[1])), "car", s["ahead"], OWN_LANE_M, lamps=ahead),
+        Spot(
+            "car oncoming",
+            ("car", "suv", str(paints[0])),
+            "car",
+            s["oncoming"],
+            -OWN_LANE_M,
+            180,
+            lamps=DRIVING,
+        ),
+        Spot(
+            "car ahead",
+            ("car", "sedan", str(paints[1])),
+            "car",
+            s["ahead"],
+            OWN_LANE_M,
+            lamps=ahead,
+        ),
         Spot("truck parked", ("truck",), "truck", s["truck"], -6.0, lamps=PARKED),
-        Spot("van oncoming", ("car", "van", "white", FAR_STEP_M), "car", s["oncoming"] + gaps[0], -OWN_LANE_M, 180, lamps=DRIVING),
-        Spot("car further ahead", ("car", "hatchback", str(paints[2]), FAR_STEP_M), "car", s["ahead"] + gaps[1], OWN_LANE_M, lamps=DRIVING),
-        Spot("bus oncoming", ("bus",), "bus", s["oncoming"] + gaps[0] + gaps[2] + 8, -OWN_LANE_M, 180, lamps=DRIVING),
+        Spot(
+            "van oncoming",
+            ("car", "van", "white", FAR_STEP_M),
+            "car",
+            s["oncoming"] + gaps[0],
+            -OWN_LANE_M,
+            180,
+            lamps=DRIVING,
+        ),
+        Spot(
+            "car further ahead",
+            ("car", "hatchback", str(paints[2]), FAR_STEP_M),
+            "car",
+            s["ahead"] + gaps[1],
+            OWN_LANE_M,
+            lamps=DRIVING,
+        ),
+        Spot(
+            "bus oncoming",
+            ("bus",),
+            "bus",
+            s["oncoming"] + gaps[0] + gaps[2] + 8,
+            -OWN_LANE_M,
+            180,
+            lamps=DRIVING,
+        ),
     ]
     return spots[:count]
 
@@ -93,11 +158,39 @@ def living(drive, ground: Ground, s: dict, rng) -> list[Spot]:
     look = int(rng.integers(0, 3))
     y = SIDE_WALK_Y_M
     spots = [
-        Spot("pedestrian", ("person", look, round(float(phase[0]), 2)), "person", s["pedestrian"], y, 180 + turn),
-        Spot("bicycle", ("bicycle",), "bicycle", s["cyclist"], -3.75, lamps=("bike_front", "bike_tail")),
+        Spot(
+            "pedestrian",
+            ("person", look, round(float(phase[0]), 2)),
+            "person",
+            s["pedestrian"],
+            y,
+            180 + turn,
+        ),
+        Spot(
+            "bicycle",
+            ("bicycle",),
+            "bicycle",
+            s["cyclist"],
+            -3.75,
+            lamps=("bike_front", "bike_tail"),
+        ),
         Spot("rider", ("rider",), "person", s["cyclist"], -3.75),
-        Spot("worker", ("person", 3, round(float(phase[1]), 2)), "person", s["truck"] - 9.5, -5.0, 160),
-        Spot("child", ("person", 4, round(float(phase[2]), 2)), "person", s["pedestrian"] + further, y, 180 - turn),
+        Spot(
+            "worker",
+            ("person", 3, round(float(phase[1]), 2)),
+            "person",
+            s["truck"] - 9.5,
+            -5.0,
+            160,
+        ),
+        Spot(
+            "child",
+            ("person", 4, round(float(phase[2]), 2)),
+            "person",
+            s["pedestrian"] + further,
+            y,
+            180 - turn,
+        ),
     ]
     deer = [
         Spot("stag", ("deer", True, 1.0), "deer", s["deer"], -8.8, 62 + turn),
@@ -117,7 +210,17 @@ def plants(drive, rng) -> list[Spot]:
             turn, scale = rng.uniform(0, 360), rng.uniform(0.75, 1.2)
             if y < 0 and abs(s - HOUSE[0]) < 16 and y > HOUSE[1] - 10:
                 y = -y
-            spots.append(Spot(f"{kind} {k}", ("plant", kind), "tree" if kind != "bush" else "vegetation", s, y, turn, scale))
+            spots.append(
+                Spot(
+                    f"{kind} {k}",
+                    ("plant", kind),
+                    "tree" if kind != "bush" else "vegetation",
+                    s,
+                    y,
+                    turn,
+                    scale,
+                )
+            )
     return spots
 
 
@@ -130,21 +233,48 @@ def furniture(drive, ground: Ground, rng) -> list[Spot]:
         Spot("field", ("field", ground), "vegetation"),
         Spot("grass", ("grass", ground), "vegetation"),
         Spot("guard rail", ("guard_rail", ground, *RAIL_M, RAIL_Y_M), "guard rail"),
-        Spot("own headlamps", ("own_headlamps", *OWN_LAMPS), "own vehicle", 0.0, OWN_LANE_M, lamps=DRIVING),
+        Spot(
+            "own headlamps",
+            ("own_headlamps", *OWN_LAMPS),
+            "own vehicle",
+            0.0,
+            OWN_LANE_M,
+            lamps=DRIVING,
+        ),
         Spot("house", ("house",), "building", *HOUSE, 180, lamps=("window",)),
-        *(Spot(f"street lamp {k}", ("street_lamp",), "street lamp", s, LAMP_POST_Y_M, 180, lamps=("street",))
-          for k, s in enumerate(posts)),
-        *(Spot(f"marker post {k}", ("marker_post",), "post", s, -5.1) for k, s in enumerate(MARKER_POSTS_M)),
+        *(
+            Spot(
+                f"street lamp {k}",
+                ("street_lamp",),
+                "street lamp",
+                s,
+                LAMP_POST_Y_M,
+                180,
+                lamps=("street",),
+            )
+            for k, s in enumerate(posts)
+        ),
+        *(
+            Spot(f"marker post {k}", ("marker_post",), "post", s, -5.1)
+            for k, s in enumerate(MARKER_POSTS_M)
+        ),
     ]
 
 
 def plan(drive) -> tuple[Ground, list[Spot]]:
     """Return the ground and the spots of all objects of a `night_drive`; the same seed, the same plan."""
     rng = np.random.default_rng(drive.seed)
-    s = {name: float(rng.uniform(*getattr(drive, f"{name}_m"))) for name in ("oncoming", "ahead", "cyclist", "deer", "truck")}
+    s = {
+        name: float(rng.uniform(*getattr(drive, f"{name}_m")))
+        for name in ("oncoming", "ahead", "cyclist", "deer", "truck")
+    }
     beside = float(rng.uniform(*drive.pedestrian_beside_deg))
-    ground = Ground(float(rng.uniform(*drive.curvature_per_m)), drive.seed, (s["truck"] - 14, s["truck"] + 12))
+    ground = Ground(
+        float(rng.uniform(*drive.curvature_per_m)), drive.seed, (s["truck"] - 14, s["truck"] + 12)
+    )
     seen_from = eye(ground, drive.camera_height_m)
     lamp_bearing = bearing_deg(oncoming_lamp(ground, s["oncoming"]), seen_from)
     s["pedestrian"] = walk_beside(ground, SIDE_WALK_Y_M, lamp_bearing + beside, seen_from)
-    return ground, traffic(drive, ground, s, rng) + living(drive, ground, s, rng) + furniture(drive, ground, rng) + plants(drive, rng)
+    return ground, traffic(drive, ground, s, rng) + living(drive, ground, s, rng) + furniture(
+        drive, ground, rng
+    ) + plants(drive, rng)

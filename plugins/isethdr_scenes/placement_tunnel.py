@@ -8,7 +8,7 @@ from .geometry.ground import Ground
 from .geometry.tube import LUMINAIRE_M, LUMINAIRE_Z_M, WALKWAY_M
 from .placement import DRIVING, OWN_LAMPS, OWN_LANE_M, PLANTS, Spot
 
-CLOSED_M = -80.0   # the dark end behind the camera
+CLOSED_M = -80.0  # the dark end behind the camera
 OUTSIDE_M = 220.0  # land beyond the exit
 WALKWAY_Y_M = 4.9
 
@@ -16,23 +16,63 @@ WALKWAY_Y_M = 4.9
 def plan(tunnel) -> tuple[Ground, list[Spot]]:
     """Return the ground and the spots of all objects of a `tunnel`; the same seed, the same plan."""
     rng = np.random.default_rng(tunnel.seed)
-    s = {name: float(rng.uniform(*getattr(tunnel, f"{name}_m"))) for name in ("exit", "ahead", "oncoming", "pedestrian")}
+    s = {
+        name: float(rng.uniform(*getattr(tunnel, f"{name}_m")))
+        for name in ("exit", "ahead", "oncoming", "pedestrian")
+    }
     paints = rng.permutation(["blue", "silver", "red", "green", "grey", "sand"])
     look, phase = int(rng.integers(0, 3)), round(float(rng.uniform(0, 1)), 2)
     ground = Ground(0.0, tunnel.seed)
     ahead = (*DRIVING, "brake") if tunnel.braking else DRIVING
     spots = [
-        Spot("car ahead", ("car", "hatchback", str(paints[0])), "car", s["ahead"], OWN_LANE_M, lamps=ahead),
-        Spot("car oncoming", ("car", "sedan", str(paints[1])), "car", s["oncoming"], -OWN_LANE_M, 180, lamps=DRIVING),
-        Spot("pedestrian", ("person", look, phase), "person", s["pedestrian"], -WALKWAY_Y_M, z_m=WALKWAY_M),
+        Spot(
+            "car ahead",
+            ("car", "hatchback", str(paints[0])),
+            "car",
+            s["ahead"],
+            OWN_LANE_M,
+            lamps=ahead,
+        ),
+        Spot(
+            "car oncoming",
+            ("car", "sedan", str(paints[1])),
+            "car",
+            s["oncoming"],
+            -OWN_LANE_M,
+            180,
+            lamps=DRIVING,
+        ),
+        Spot(
+            "pedestrian",
+            ("person", look, phase),
+            "person",
+            s["pedestrian"],
+            -WALKWAY_Y_M,
+            z_m=WALKWAY_M,
+        ),
         Spot("tunnel", ("tunnel", ground, CLOSED_M, s["exit"]), "tunnel"),
         Spot("road", ("road", ground, CLOSED_M, s["exit"] + OUTSIDE_M), "road"),
         Spot("field", ("field", ground, s["exit"], s["exit"] + OUTSIDE_M), "vegetation"),
-        Spot("own headlamps", ("own_headlamps", *OWN_LAMPS), "own vehicle", 0.0, OWN_LANE_M, lamps=DRIVING),
+        Spot(
+            "own headlamps",
+            ("own_headlamps", *OWN_LAMPS),
+            "own vehicle",
+            0.0,
+            OWN_LANE_M,
+            lamps=DRIVING,
+        ),
     ]
     places = np.arange(CLOSED_M / 4, s["exit"] - 2, tunnel.luminaire_spacing_m)
     spots += [
-        Spot(f"luminaire {k} {side}", ("luminaire",), "street lamp", float(p), y, z_m=LUMINAIRE_Z_M, lamps=("tunnel",))
+        Spot(
+            f"luminaire {k} {side}",
+            ("luminaire",),
+            "street lamp",
+            float(p),
+            y,
+            z_m=LUMINAIRE_Z_M,
+            lamps=("tunnel",),
+        )
         for k, p in enumerate(places)
         for side, y in (("left", LUMINAIRE_M), ("right", -LUMINAIRE_M))
     ]
@@ -44,7 +84,19 @@ def _trees(tunnel, exit_m: float, rng) -> list[Spot]:
     spots = []
     for k in range(int(rng.integers(tunnel.trees[0], tunnel.trees[1] + 1))):
         kind = str(rng.choice(kinds, p=np.array(shares) / sum(shares)))
-        s, y = exit_m + rng.uniform(15, OUTSIDE_M - 15), rng.choice([-1.0, 1.0]) * rng.uniform(10, 45)
-        spots.append(Spot(f"{kind} {k}", ("plant", kind), "tree" if kind != "bush" else "vegetation", s, y,
-                          rng.uniform(0, 360), rng.uniform(0.75, 1.2)))
+        s, y = (
+            exit_m + rng.uniform(15, OUTSIDE_M - 15),
+            rng.choice([-1.0, 1.0]) * rng.uniform(10, 45),
+        )
+        spots.append(
+            Spot(
+                f"{kind} {k}",
+                ("plant", kind),
+                "tree" if kind != "bush" else "vegetation",
+                s,
+                y,
+                rng.uniform(0, 360),
+                rng.uniform(0.75, 1.2),
+            )
+        )
     return spots

@@ -26,24 +26,28 @@ class Tunnel:
     on the right walkway against the tunnel's dim wall; the exit fills a few degrees of the picture.
     """
 
-    seed: Seed = 0                                                  # draws all that has a range
-    horizontal_field_deg: RoadField = 45.0                             # full field of the camera
-    aspect: Aspect = 16 / 9                                         # width / height of the field
-    projection: Literal["tangent", "equidistant"] = "tangent"      # of the grid of tiles; equidistant: angles, for wide lenses
+    seed: Seed = 0  # draws all that has a range
+    horizontal_field_deg: RoadField = 45.0  # full field of the camera
+    aspect: Aspect = 16 / 9  # width / height of the field
+    projection: Literal["tangent", "equidistant"] = (
+        "tangent"  # of the grid of tiles; equidistant: angles, for wide lenses
+    )
     # above the road, behind the windscreen
     camera_height_m: CameraHeight = 1.3
-    exit_m: tuple[Exit, Exit] = (75.0, 110.0)                    # distance of the exit
-    ahead_m: tuple[Ahead, Ahead] = (24.0, 36.0)                    # distance of the car ahead
+    exit_m: tuple[Exit, Exit] = (75.0, 110.0)  # distance of the exit
+    ahead_m: tuple[Ahead, Ahead] = (24.0, 36.0)  # distance of the car ahead
     # distance of the oncoming car
     oncoming_m: tuple[Oncoming, Oncoming] = (32.0, 50.0)
     # distance of the walker
     pedestrian_m: tuple[Pedestrian, Pedestrian] = (18.0, 26.0)
-    luminaire_spacing_m: Spacing = 12.0                              # of both rows of luminaires
-    trees: tuple[Trees, Trees] = (30, 50)                              # beyond the exit
-    tunnel_light: Literal["led_white", "sodium"] = "sodium"        # spectrum of the luminaires
-    headlamp_light: Literal["led_white", "halogen"] = "led_white"  # spectrum of all vehicle headlamps
-    braking: bool = True                                           # the car ahead brakes
-    sky_luminance_cd_m2: SkyLuminance = 4000.0                            # of the sky at weight 1
+    luminaire_spacing_m: Spacing = 12.0  # of both rows of luminaires
+    trees: tuple[Trees, Trees] = (30, 50)  # beyond the exit
+    tunnel_light: Literal["led_white", "sodium"] = "sodium"  # spectrum of the luminaires
+    headlamp_light: Literal["led_white", "halogen"] = (
+        "led_white"  # spectrum of all vehicle headlamps
+    )
+    braking: bool = True  # the car ahead brakes
+    sky_luminance_cd_m2: SkyLuminance = 4000.0  # of the sky at weight 1
 
     def __post_init__(self):
         check_ranges(self)
@@ -62,8 +66,14 @@ class Tunnel:
 
         ground, spots = self.plan()
         target = ground.points(40.0, OWN_LANE_M + 0.6, self.camera_height_m + 0.25)
-        return describe("tunnel", self, ground, spots, target,
-                        {"headlights": self.headlamp_light, "streetlights": self.tunnel_light})
+        return describe(
+            "tunnel",
+            self,
+            ground,
+            spots,
+            target,
+            {"headlights": self.headlamp_light, "streetlights": self.tunnel_light},
+        )
 
     def light_groups(self) -> tuple[str, ...]:
         """Return the light groups, from where things stand: no mesh is built."""

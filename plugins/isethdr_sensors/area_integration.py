@@ -31,12 +31,16 @@ def electrons_per_m2_s(irradiance, wavelength_nm, qe) -> np.ndarray:
     out = np.empty((weights.shape[0], height, width))
     rows = max(1, 16_000 // width)  # so many stay in the second-level cache
     for y in range(0, height, rows):
-        part = irradiance[:, y:y + rows]
-        out[:, y:y + rows] = (weights @ part.reshape(bands, -1).astype(np.float64)).reshape(-1, *part.shape[1:])
+        part = irradiance[:, y : y + rows]
+        out[:, y : y + rows] = (weights @ part.reshape(bands, -1).astype(np.float64)).reshape(
+            -1, *part.shape[1:]
+        )
     return out
 
 
-def electrons_per_s(channel_planes, x_m, y_m, grid: PixelGrid, filters, fill_factor: float) -> np.ndarray:
+def electrons_per_s(
+    channel_planes, x_m, y_m, grid: PixelGrid, filters, fill_factor: float
+) -> np.ndarray:
     """Return the (y, x) electrons per second that the photodiode of each pixel collects under its own filter.
 
     Parameters
@@ -48,7 +52,9 @@ def electrons_per_s(channel_planes, x_m, y_m, grid: PixelGrid, filters, fill_fac
     side = grid.pitch_m * np.sqrt(fill_factor)
     out = np.empty(filters.shape)
     for columns, rows, channel in lattices(filters):
-        out[rows, columns] = integrate_tiles(channel_planes[channel], x_m, y_m, grid.x_m[columns], grid.y_m[rows], side, side)
+        out[rows, columns] = integrate_tiles(
+            channel_planes[channel], x_m, y_m, grid.x_m[columns], grid.y_m[rows], side, side
+        )
     return np.maximum(out, 0.0, out=out)  # sums of differences may round just below 0
 
 
@@ -62,4 +68,7 @@ def lattices(filters):
 
 def _period(filters) -> int:
     """Return the smallest shift along the first axis that leaves the pattern as it is; all of it where there is none."""
-    return next((p for p in range(1, len(filters)) if np.array_equal(filters[p:], filters[:-p])), len(filters))
+    return next(
+        (p for p in range(1, len(filters)) if np.array_equal(filters[p:], filters[:-p])),
+        len(filters),
+    )

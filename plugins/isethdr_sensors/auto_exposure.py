@@ -21,19 +21,25 @@ from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.light_in_time import time_mean
 
 RULES = ("fixed", "centre", "histogram", "highlights")
-LOG_TOLERANCE = 1e-12   # of the natural logarithm of the exposure
+LOG_TOLERANCE = 1e-12  # of the natural logarithm of the exposure
 
 
 def check(sensor) -> None:
     """Refuse a rule, a target or limits that no exposure can meet."""
     if sensor.exposure_rule not in RULES:
-        raise ConfigError(f"sensor.exposure_rule is {sensor.exposure_rule!r}{did_you_mean(sensor.exposure_rule, RULES)}; expected one of {', '.join(RULES)}")
+        raise ConfigError(
+            f"sensor.exposure_rule is {sensor.exposure_rule!r}{did_you_mean(sensor.exposure_rule, RULES)}; expected one of {', '.join(RULES)}"
+        )
     if not 0 < sensor.exposure_target < 1:
-        raise ConfigError(f"sensor.exposure_target is {sensor.exposure_target!r}; expected a share of the full scale between 0 and 1; "
-                          "type sensor.exposure_target=0.5")
+        raise ConfigError(
+            f"sensor.exposure_target is {sensor.exposure_target!r}; expected a share of the full scale between 0 and 1; "
+            "type sensor.exposure_target=0.5"
+        )
     if not 0 < sensor.exposure_min_s <= sensor.exposure_max_s <= 3600:
-        raise ConfigError(f"sensor.exposure_min_s, exposure_max_s are {sensor.exposure_min_s!r}, {sensor.exposure_max_s!r}; expected seconds "
-                          "above 0, at most 3600, the smaller one first")
+        raise ConfigError(
+            f"sensor.exposure_min_s, exposure_max_s are {sensor.exposure_min_s!r}, {sensor.exposure_max_s!r}; expected seconds "
+            "above 0, at most 3600, the smaller one first"
+        )
 
 
 def exposed(sensor, light, generator):
@@ -51,11 +57,17 @@ def exposed_each(sensor, light, generator):
     then wider than the light.
     """
     first_s, iterations = solve(replace(sensor, exposure_each=False), light)
-    last_s, more = solve(replace(sensor, exposure_each=False, exposure_rule="highlights", exposure_ratios=(1.0,)), light)
+    last_s, more = solve(
+        replace(sensor, exposure_each=False, exposure_rule="highlights", exposure_ratios=(1.0,)),
+        light,
+    )
     fixed = replace(sensor, exposure_rule="fixed", exposure_s=first_s)
     count = len(sensor.exposure_ratios)
     if count > 1 and last_s < first_s:
-        fixed = replace(fixed, exposure_ratios=tuple(float(r) for r in np.geomspace(1.0, last_s / first_s, count)))
+        fixed = replace(
+            fixed,
+            exposure_ratios=tuple(float(r) for r in np.geomspace(1.0, last_s / first_s, count)),
+        )
     out = fixed(light, generator)
     out.attrs["exposure_iterations"] = iterations + more
     return out
@@ -70,7 +82,11 @@ def solve(sensor, light) -> tuple[float, int]:
     """
     from scipy.optimize import brentq
 
-    share_per_s = sensor.expected(time_mean(light)).values / np.reshape(sensor.full_scale_e(), (-1, 1, 1)) / sensor.exposure_s
+    share_per_s = (
+        sensor.expected(time_mean(light)).values
+        / np.reshape(sensor.full_scale_e(), (-1, 1, 1))
+        / sensor.exposure_s
+    )
     level = _meter(sensor.exposure_rule, share_per_s)
     shortest, longest, target = sensor.exposure_min_s, sensor.exposure_max_s, sensor.exposure_target
     iterations, exposure_s = 0, None
@@ -79,10 +95,21 @@ def solve(sensor, light) -> tuple[float, int]:
     elif level(shortest) >= target:
         exposure_s, limit = shortest, "exposure_min_s"
     if exposure_s is None:
-        log_s, run = brentq(lambda u: np.log(level(np.exp(u)) / target), np.log(shortest), np.log(longest), xtol=LOG_TOLERANCE, full_output=True)
+        log_s, run = brentq(
+            lambda u: np.log(level(np.exp(u)) / target),
+            np.log(shortest),
+            np.log(longest),
+            xtol=LOG_TOLERANCE,
+            full_output=True,
+        )
         exposure_s, iterations, limit = float(np.exp(log_s)), run.iterations, ""
     reached = f"at its limit {limit}" if limit else f"after {iterations} iterations"
-    ledger.error(abs(level(exposure_s) / target - 1), "relative", "measured", f"metered level, {sensor.exposure_rule}, against its target, {reached}")
+    ledger.error(
+        abs(level(exposure_s) / target - 1),
+        "relative",
+        "measured",
+        f"metered level, {sensor.exposure_rule}, against its target, {reached}",
+    )
     return exposure_s, iterations
 
 

@@ -27,10 +27,16 @@ def cell(pattern: str) -> tuple[str, ...]:
     rows = tuple(pattern.split("/"))
     if len(rows) == 1:  # without a / only a square is clear; stripes are "RGB/RGB"
         side = isqrt(len(pattern))
-        rows = tuple(pattern[k * side:(k + 1) * side] for k in range(side)) if side**2 == len(pattern) else ()
+        rows = (
+            tuple(pattern[k * side : (k + 1) * side] for k in range(side))
+            if side**2 == len(pattern)
+            else ()
+        )
     if not rows or not all(rows) or len({len(row) for row in rows}) > 1:
-        raise ConfigError(f"sensor.cfa={pattern!r} is no rectangle of letters; expected rows parted by /, e.g. RG/WB, "
-                          "or a square, e.g. RGGB")
+        raise ConfigError(
+            f"sensor.cfa={pattern!r} is no rectangle of letters; expected rows parted by /, e.g. RG/WB, "
+            "or a square, e.g. RGGB"
+        )
     return rows
 
 

@@ -16,14 +16,26 @@ def table(knees, top_code: float) -> tuple[np.ndarray, np.ndarray]:
     top_code : largest linear code; the last knee must reach it.
     """
     if any(len(knee) != 2 for knee in knees):
-        raise ConfigError(f"sensor.companding is {knees!r}; expected pairs [linear DN, companded DN]")
+        raise ConfigError(
+            f"sensor.companding is {knees!r}; expected pairs [linear DN, companded DN]"
+        )
     linear, companded = np.array([(0.0, 0.0), *knees], float).T
-    if not np.all(np.isfinite([linear, companded])) or np.any(np.diff(linear) <= 0) or np.any(np.diff(companded) <= 0):
-        raise ConfigError(f"sensor.companding is {knees!r}; expected both linear DN and companded DN to increase from knee to knee")
+    if (
+        not np.all(np.isfinite([linear, companded]))
+        or np.any(np.diff(linear) <= 0)
+        or np.any(np.diff(companded) <= 0)
+    ):
+        raise ConfigError(
+            f"sensor.companding is {knees!r}; expected both linear DN and companded DN to increase from knee to knee"
+        )
     if np.any(np.diff(companded) > np.diff(linear) * (1 + 1e-9)):
-        raise ConfigError(f"sensor.companding is {knees!r}; expected it to squeeze: no part may have more codes than it came with")
+        raise ConfigError(
+            f"sensor.companding is {knees!r}; expected it to squeeze: no part may have more codes than it came with"
+        )
     if linear[-1] < top_code:
-        raise ConfigError(f"sensor.companding ends at {linear[-1]:g} DN; expected its last knee at the top code {top_code:g} or above")
+        raise ConfigError(
+            f"sensor.companding ends at {linear[-1]:g} DN; expected its last knee at the top code {top_code:g} or above"
+        )
     return linear, companded
 
 

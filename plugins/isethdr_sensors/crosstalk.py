@@ -17,10 +17,12 @@ from isethdr_core.errors import ConfigError
 from .colour_filter_array import channels, filter_map
 from .sensor_model import SensorModel
 
-OPTICAL = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]]) / 4      # through the side walls: edge neighbours
-STATED_NM = 550.0     # wavelength at which the optical share is stated
-LARGEST_SHARE = 0.8   # with 4 neighbours, as much as leaves a pixel no more than each of them gets
-ELECTRICAL = np.array([[1, 4, 1], [4, 0, 4], [1, 4, 1]]) / 20  # diffusion: corners are sqrt(2) away (assumption)
+OPTICAL = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]]) / 4  # through the side walls: edge neighbours
+STATED_NM = 550.0  # wavelength at which the optical share is stated
+LARGEST_SHARE = 0.8  # with 4 neighbours, as much as leaves a pixel no more than each of them gets
+ELECTRICAL = (
+    np.array([[1, 4, 1], [4, 0, 4], [1, 4, 1]]) / 20
+)  # diffusion: corners are sqrt(2) away (assumption)
 
 
 def kernel(optical_percent: float, electrical_percent: float) -> np.ndarray:
@@ -29,18 +31,27 @@ def kernel(optical_percent: float, electrical_percent: float) -> np.ndarray:
 
     centre = np.zeros((3, 3))
     centre[1, 1] = 1.0
-    parts = [centre + share / 100 * (around - centre) for share, around in ((optical_percent, OPTICAL), (electrical_percent, ELECTRICAL))]
+    parts = [
+        centre + share / 100 * (around - centre)
+        for share, around in ((optical_percent, OPTICAL), (electrical_percent, ELECTRICAL))
+    ]
     return convolve2d(*parts)
 
 
 def stray_share(model: SensorModel, wavelength_nm) -> np.ndarray:
     """Return the share of a pixel's light that its neighbours collect, per wavelength; `optical_crosstalk_percent` holds at 550 nm."""
-    share = model.optical_crosstalk_percent / 100 * (np.asarray(wavelength_nm, float) / STATED_NM) ** model.optical_crosstalk_power
+    share = (
+        model.optical_crosstalk_percent
+        / 100
+        * (np.asarray(wavelength_nm, float) / STATED_NM) ** model.optical_crosstalk_power
+    )
     if np.any(share > LARGEST_SHARE):
-        raise ConfigError(f"sensor.optical_crosstalk_percent={model.optical_crosstalk_percent:g} and optical_crosstalk_power="
-                          f"{model.optical_crosstalk_power:g} send {100 * share.max():.3g} % of the light astray within "
-                          f"{np.min(wavelength_nm):g}..{np.max(wavelength_nm):g} nm; expected at most {100 * LARGEST_SHARE:g} %; "
-                          "type a smaller sensor.optical_crosstalk_percent")
+        raise ConfigError(
+            f"sensor.optical_crosstalk_percent={model.optical_crosstalk_percent:g} and optical_crosstalk_power="
+            f"{model.optical_crosstalk_power:g} send {100 * share.max():.3g} % of the light astray within "
+            f"{np.min(wavelength_nm):g}..{np.max(wavelength_nm):g} nm; expected at most {100 * LARGEST_SHARE:g} %; "
+            "type a smaller sensor.optical_crosstalk_percent"
+        )
     return share
 
 
@@ -60,9 +71,11 @@ def spread(parts_e, model: SensorModel) -> np.ndarray:
     out = np.zeros((height, width))
     for mean_e, around in zip(parts_e, _kernels(model)):
         wide = np.pad(mean_e, 2, mode="symmetric")
-        for dy, dx in np.ndindex(around.shape):  # a plain sum of positive terms: never negative, whatever lies beside a lamp
+        for dy, dx in np.ndindex(
+            around.shape
+        ):  # a plain sum of positive terms: never negative, whatever lies beside a lamp
             if around[dy, dx]:
-                out += around[dy, dx] * wide[dy:dy + height, dx:dx + width]
+                out += around[dy, dx] * wide[dy : dy + height, dx : dx + width]
     return out
 
 
@@ -73,7 +86,9 @@ def mixed_efficiency(qe, model: SensorModel, wavelength_nm) -> np.ndarray:
     """
     if not model.optical_crosstalk_percent and not model.electrical_crosstalk_percent:
         return qe
-    filters = filter_map(model.cfa, 40, 40)  # whole periods of 1, 2, 4, 5, 8, 10 pixels, far from the border in the middle
+    filters = filter_map(
+        model.cfa, 40, 40
+    )  # whole periods of 1, 2, 4, 5, 8, 10 pixels, far from the border in the middle
     out = np.zeros(np.shape(qe))
     for part, around in zip(parts(qe, model, wavelength_nm), _kernels(model)):
         share = np.zeros((len(channels(model.cfa)),) * 2)  # [channel, neighbour's channel]

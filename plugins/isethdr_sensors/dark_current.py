@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-REFERENCE_C = 60.0   # assumption: the temperature at which a sensor's dark_e_per_s is stated
-DOUBLING_K = 8.0     # assumption: common for pinned photodiodes near room temperature and above (5 to 10 K are reported)
+REFERENCE_C = 60.0  # assumption: the temperature at which a sensor's dark_e_per_s is stated
+DOUBLING_K = 8.0  # assumption: common for pinned photodiodes near room temperature and above (5 to 10 K are reported)
 
 
 def dark_electrons(dark_e_per_s: float, exposure_s: float, temperature_c: float) -> float:

@@ -28,28 +28,54 @@ class DualGainSensor(ImagingSensor):
     """Take two captures of one charge, at low and at high conversion gain: LCG, HCG (large photodiode of the OVT figures)."""
 
     pitch_um: Pitch = 2.8
-    cfa: str = "GRBG"               # repeated pattern of filters, rows parted by / where it is no square
+    cfa: str = "GRBG"  # repeated pattern of filters, rows parted by / where it is no square
     fill_factor: FillFactor = 1.0
     full_well_e: Capacity = 22000.0
-    dark_e_per_s: DarkCurrent = 25.6      # at 60 C (assumption)
-    dark_spread: DarkSpread = 0.2        # rms over pixels / mean (assumption)
-    prnu: ResponseSpread = 0.005             # rms over pixels / mean (assumption)
+    dark_e_per_s: DarkCurrent = 25.6  # at 60 C (assumption)
+    dark_spread: DarkSpread = 0.2  # rms over pixels / mean (assumption)
+    prnu: ResponseSpread = 0.005  # rms over pixels / mean (assumption)
 
     # --- readings: LCG, HCG ---
     conversion_gain_uv_per_e: tuple[ConversionGain, ConversionGain] = (49.0, 200.0)
-    analog_gain: tuple[Gain, Gain] = (1.0, 1.0)           # multipliers
-    swing_v: tuple[Swing, Swing] = (1.078, 1.078)           # full scale of the converter
-    read_noise_e: tuple[Noise, Noise] = (3.05, 0.83)        # rms
-    dsnu_e: tuple[Noise, Noise] = (0.0, 0.0)                # rms over pixels of the offset
+    analog_gain: tuple[Gain, Gain] = (1.0, 1.0)  # multipliers
+    swing_v: tuple[Swing, Swing] = (1.078, 1.078)  # full scale of the converter
+    read_noise_e: tuple[Noise, Noise] = (3.05, 0.83)  # rms
+    dsnu_e: tuple[Noise, Noise] = (0.0, 0.0)  # rms over pixels of the offset
     # rms over columns of the offset (assumption)
     column_e: tuple[Noise, Noise] = (0.1, 0.1)
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""
-        diode = Photodiode("pixel", self.fill_factor, self.full_well_e, self.dark_e_per_s, self.dark_spread, self.prnu,
-                           **self.diode_terms())
-        return self.assemble([diode], (
-            Reading(capture, 0, read, dsnu, column, **self.reading_terms(), **converter(conversion, gain, swing, self.bits, self.black_dn))
-            for capture, read, dsnu, column, conversion, gain, swing in zip(
-                CAPTURES, self.read_noise_e, self.dsnu_e, self.column_e, self.conversion_gain_uv_per_e, self.analog_gain, self.swing_v,
-                strict=True)))
+        diode = Photodiode(
+            "pixel",
+            self.fill_factor,
+            self.full_well_e,
+            self.dark_e_per_s,
+            self.dark_spread,
+            self.prnu,
+            **self.diode_terms(),
+        )
+        return self.assemble(
+            [diode],
+            (
+                Reading(
+                    capture,
+                    0,
+                    read,
+                    dsnu,
+                    column,
+                    **self.reading_terms(),
+                    **converter(conversion, gain, swing, self.bits, self.black_dn),
+                )
+                for capture, read, dsnu, column, conversion, gain, swing in zip(
+                    CAPTURES,
+                    self.read_noise_e,
+                    self.dsnu_e,
+                    self.column_e,
+                    self.conversion_gain_uv_per_e,
+                    self.analog_gain,
+                    self.swing_v,
+                    strict=True,
+                )
+            ),
+        )

@@ -29,7 +29,9 @@ def relative(model: SensorModel, diode: Photodiode, modulation, filters):
         return whole
     short_s = exposure_s * model.lower_case_dark
     lower = np.array([letter.islower() for letter in channels(model.cfa)])[filters]
-    return np.where(lower, relative_light(modulation, start_s + (exposure_s - short_s), short_s), whole)
+    return np.where(
+        lower, relative_light(modulation, start_s + (exposure_s - short_s), short_s), whole
+    )
 
 
 def together(model: SensorModel, parts, filters) -> list:
@@ -43,6 +45,9 @@ def together(model: SensorModel, parts, filters) -> list:
     out = None
     for modulation, means in parts:
         shares = [relative(model, diode, modulation, filters) for diode in model.photodiodes]
-        now = [mean if np.ndim(share) == 0 else mean * share for mean, share in zip(means, shares, strict=True)]
+        now = [
+            mean if np.ndim(share) == 0 else mean * share
+            for mean, share in zip(means, shares, strict=True)
+        ]
         out = now if out is None else [before + more for before, more in zip(out, now, strict=True)]
     return out

@@ -29,7 +29,9 @@ def factor(relative_rms: float, stream: tuple, rows: int, columns: int):
     """Return factors around 1, (y, x) float32 and never negative, or the number 1 where there is no spread."""
     if relative_rms == 0:
         return np.float32(1.0)
-    return np.maximum(1.0 + np.float32(relative_rms) * pixel_map(stream, rows, columns), np.float32(0.0))
+    return np.maximum(
+        1.0 + np.float32(relative_rms) * pixel_map(stream, rows, columns), np.float32(0.0)
+    )
 
 
 def chosen(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray:
@@ -53,14 +55,24 @@ def hot_dark(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray
     hot = chosen(share, stream, rows, columns)
     out = np.zeros((rows, columns), np.float32)
     for y in np.flatnonzero(hot.any(1)):
-        p, upper = random_words.tail(random_words.words((*stream, "depth"), y, y + 1, 0, columns)[0, hot[y]])
+        p, upper = random_words.tail(
+            random_words.words((*stream, "depth"), y, y + 1, 0, columns)[0, hot[y]]
+        )
         out[y, hot[y]] = -np.log(np.where(upper, p, 1.0 - p))
     out.flags.writeable = False
     return out
 
 
-def offset_e(dsnu_e: float, column_e: float, dsnu_stream: tuple, column_stream: tuple, rows: int, columns: int,
-             row_e: float = 0.0, row_stream: tuple = ()):
+def offset_e(
+    dsnu_e: float,
+    column_e: float,
+    dsnu_stream: tuple,
+    column_stream: tuple,
+    rows: int,
+    columns: int,
+    row_e: float = 0.0,
+    row_stream: tuple = (),
+):
     """Return the persistent offset of a reading, electrons: (y, x), (1, x) or the number 0."""
     out = np.float32(0.0)
     if dsnu_e:
@@ -68,5 +80,9 @@ def offset_e(dsnu_e: float, column_e: float, dsnu_stream: tuple, column_stream: 
     if column_e:
         out = out + np.float32(column_e) * pixel_map(column_stream, 1, columns)
     if row_e:  # a whole map: a single column would not tell itself from a single row
-        out = out + np.float32(row_e) * pixel_map(row_stream, rows, 1) + np.zeros((rows, columns), np.float32)
+        out = (
+            out
+            + np.float32(row_e) * pixel_map(row_stream, rows, 1)
+            + np.zeros((rows, columns), np.float32)
+        )
     return out

@@ -17,7 +17,9 @@ def limit_mean(mean_e, full_well_e: float) -> np.ndarray:
 
     A draw is never more than 9.2 standard deviations low; 12 sqrt(well) + 100 above the well, all of them spill.
     """
-    return np.minimum(mean_e, min(full_well_e + 12.0 * np.sqrt(full_well_e) + 100.0, LARGEST_MEAN_E))
+    return np.minimum(
+        mean_e, min(full_well_e + 12.0 * np.sqrt(full_well_e) + 100.0, LARGEST_MEAN_E)
+    )
 
 
 def full(charge_e, full_well_e: float) -> np.ndarray:

@@ -19,18 +19,20 @@ class IdealSensor:
     With cfa=W and curves=unit it counts photons.
     """
 
-    noise: ClassVar[bool] = False   # one shot is as good as many
+    noise: ClassVar[bool] = False  # one shot is as good as many
 
     exposure_s: Exposure = 0.016
     pitch_um: Pitch = 3.0
-    rows: Pixels = 0                   # 0: fill the camera's field; else a centred crop
+    rows: Pixels = 0  # 0: fill the camera's field; else a centred crop
     columns: Pixels = 0
-    fill_factor: FillFactor = 1.0        # photodiode area / pixel area
-    cfa: str = "RGGB"               # repeated pattern of filters, rows parted by / where it is no square
-    curves: Literal["ar0132at", "unit"] = "ar0132at"   # unit: one electron per photon at every wavelength
-    peak_qe: QuantumEfficiency = 1.0            # scale of the ar0132at curves, electrons per photon
-    infrared_cut: bool = True       # blocking filter; not applied to unit curves
-    qe_csv: str = ""                # own curves: wavelength_nm and one column per filter
+    fill_factor: FillFactor = 1.0  # photodiode area / pixel area
+    cfa: str = "RGGB"  # repeated pattern of filters, rows parted by / where it is no square
+    curves: Literal["ar0132at", "unit"] = (
+        "ar0132at"  # unit: one electron per photon at every wavelength
+    )
+    peak_qe: QuantumEfficiency = 1.0  # scale of the ar0132at curves, electrons per photon
+    infrared_cut: bool = True  # blocking filter; not applied to unit curves
+    qe_csv: str = ""  # own curves: wavelength_nm and one column per filter
 
     def input_files(self):
         """Return the user's own curves, if they are named: their content is part of a run's name."""
@@ -42,9 +44,20 @@ class IdealSensor:
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""
-        return SensorModel(self.exposure_s, self.pitch_um, self.rows, self.columns, self.cfa,
-                           (Photodiode("pixel", self.fill_factor),), (Reading("single"),), curves=self.curves, peak_qe=self.peak_qe,
-                           infrared_cut=self.infrared_cut, qe_csv=self.qe_csv, noise=False)
+        return SensorModel(
+            self.exposure_s,
+            self.pitch_um,
+            self.rows,
+            self.columns,
+            self.cfa,
+            (Photodiode("pixel", self.fill_factor),),
+            (Reading("single"),),
+            curves=self.curves,
+            peak_qe=self.peak_qe,
+            infrared_cut=self.infrared_cut,
+            qe_csv=self.qe_csv,
+            noise=False,
+        )
 
     def __call__(self, light, generator=None):
         """Return captures of one shot; `generator` is not used."""

@@ -16,5 +16,7 @@ def dark_map(model: SensorModel, rows: int, columns: int):
     """
     if model.lower_case_dark == 1.0:
         return 1.0
-    share = np.array([model.lower_case_dark if letter.islower() else 1.0 for letter in channels(model.cfa)])
+    share = np.array(
+        [model.lower_case_dark if letter.islower() else 1.0 for letter in channels(model.cfa)]
+    )
     return share[filter_map(model.cfa, rows, columns)]

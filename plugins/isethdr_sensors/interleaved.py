@@ -20,15 +20,23 @@ class InterleavedSensor(SingleSensor):
     the shorter exposure counts.
     """
 
-    cfa: str = "RGRG/GBGB/rgrg/gbgb"        # pairs of rows, long and short
+    cfa: str = "RGRG/GBGB/rgrg/gbgb"  # pairs of rows, long and short
     # light of a lower case pixel / that of an upper case one
     lower_case_percent: LowerCase = 6.25
-    varies: Literal["exposure", "sensitivity"] = "exposure"   # exposure: dark charge shrinks with the light
+    varies: Literal["exposure", "sensitivity"] = (
+        "exposure"  # exposure: dark charge shrinks with the light
+    )
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""
         letters = self.cfa.replace("/", "")
         if letters.isupper() or letters.islower():
-            raise ConfigError(f"sensor.cfa={self.cfa!r} has one case only; expected upper and lower case letters, e.g. RGRG/GBGB/rgrg/gbgb")
+            raise ConfigError(
+                f"sensor.cfa={self.cfa!r} has one case only; expected upper and lower case letters, e.g. RGRG/GBGB/rgrg/gbgb"
+            )
         share = self.lower_case_percent / 100
-        return replace(super().model(), lower_case_share=share, lower_case_dark=share if self.varies == "exposure" else 1.0)
+        return replace(
+            super().model(),
+            lower_case_share=share,
+            lower_case_dark=share if self.varies == "exposure" else 1.0,
+        )

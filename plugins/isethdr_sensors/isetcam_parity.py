@@ -11,7 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-NORMAL_FROM_E = 25.0    # mean electrons from which ISETCam draws a rounded normal instead of a Poisson count
+NORMAL_FROM_E = (
+    25.0  # mean electrons from which ISETCam draws a rounded normal instead of a Poisson count
+)
 
 
 class ClippedNoise(NamedTuple):
@@ -19,7 +21,7 @@ class ClippedNoise(NamedTuple):
 
     mean_v: float
     variance_v2: float
-    fourth_v4: float    # central: the standard error of a variance needs it
+    fourth_v4: float  # central: the standard error of a variance needs it
     at_zero: float
     at_swing: float
 
@@ -46,20 +48,30 @@ def pixel_rate(photons, spectral_qe, band_nm, sample_um, pixel_um, filters):
     kernel = np.exp(-0.5 * ((np.arange(taps) - (taps - 1) / 2) / (taps / 4)) ** 2)
     kernel /= kernel.sum()
     source = tuple(_centres(n, sample_um) for n in photons.shape[:2])
-    target = np.stack(np.meshgrid(*(_centres(n, pixel_um) for n in filters.shape), indexing="ij"), -1)
+    target = np.stack(
+        np.meshgrid(*(_centres(n, pixel_um) for n in filters.shape), indexing="ij"), -1
+    )
     out = np.zeros(filters.shape)
     for k in range(spectral_qe.shape[1]):
         plane = np.asarray(photons, float) @ (spectral_qe[:, k] * band_nm)
         for axis in (0, 1):
             plane = convolve1d(plane, kernel, axis, mode="constant")
         mask = filters == k
-        out[mask] = RegularGridInterpolator(source, plane, bounds_error=False, fill_value=0.0)(target[mask])
+        out[mask] = RegularGridInterpolator(source, plane, bounds_error=False, fill_value=0.0)(
+            target[mask]
+        )
     return out
 
 
-def volts(rate, exposure_s, photodiode_m2, conversion_gain_v_per_e, swing_v, analog_gain=1.0, offset_v=0.0):
+def volts(
+    rate, exposure_s, photodiode_m2, conversion_gain_v_per_e, swing_v, analog_gain=1.0, offset_v=0.0
+):
     """Return noise-free volts (sensorCompute, noise flag 0); `analog_gain` divides, as in ISETCam."""
-    return np.clip((rate * exposure_s * photodiode_m2 * conversion_gain_v_per_e + offset_v) / analog_gain, 0.0, swing_v)
+    return np.clip(
+        (rate * exposure_s * photodiode_m2 * conversion_gain_v_per_e + offset_v) / analog_gain,
+        0.0,
+        swing_v,
+    )
 
 
 def noise_mean_and_variance(electrons, dark_e, conversion_gain_v_per_e, read_noise_v, prnu, dsnu_v):
@@ -72,7 +84,9 @@ def noise_mean_and_variance(electrons, dark_e, conversion_gain_v_per_e, read_noi
     return mean, temporal * (1 + prnu**2) + (prnu * mean) ** 2 + dsnu_v**2
 
 
-def clipped_noise(electrons, dark_e, conversion_gain_v_per_e, read_noise_v, prnu, dsnu_v, swing_v) -> ClippedNoise:
+def clipped_noise(
+    electrons, dark_e, conversion_gain_v_per_e, read_noise_v, prnu, dsnu_v, swing_v
+) -> ClippedNoise:
     """Return what the clip to 0..swing leaves of `noise_mean_and_variance`'s volts (sensorCompute), numbers in and out.
 
     A sum over whole electron counts; given the count, volts are normal but for read noise times PRNU, 1e-2 of the read noise.
@@ -84,11 +98,18 @@ def clipped_noise(electrons, dark_e, conversion_gain_v_per_e, read_noise_v, prnu
     inside, low, high = _inside(middle, width, swing_v)
 
     def moment(order, about):
-        within = sum(comb(order, j) * (middle - about) ** (order - j) * width**j * inside[j] for j in range(order + 1))
-        return float(weight @ (within + low * (0.0 - about) ** order + high * (swing_v - about) ** order))
+        within = sum(
+            comb(order, j) * (middle - about) ** (order - j) * width**j * inside[j]
+            for j in range(order + 1)
+        )
+        return float(
+            weight @ (within + low * (0.0 - about) ** order + high * (swing_v - about) ** order)
+        )
 
     mean = moment(1, 0.0)
-    return ClippedNoise(mean, moment(2, mean), moment(4, mean), float(weight @ low), float(weight @ high))
+    return ClippedNoise(
+        mean, moment(2, mean), moment(4, mean), float(weight @ low), float(weight @ high)
+    )
 
 
 def _counts(mean_e):
@@ -114,7 +135,9 @@ def _inside(middle, width, swing):
     density_a, density_b = (np.exp(-0.5 * z * z) / np.sqrt(2 * np.pi) for z in (a, b))
     integrals = [ndtr(b) - ndtr(a), density_a - density_b]
     for j in range(2, 5):
-        integrals.append((j - 1) * integrals[j - 2] + a ** (j - 1) * density_a - b ** (j - 1) * density_b)
+        integrals.append(
+            (j - 1) * integrals[j - 2] + a ** (j - 1) * density_a - b ** (j - 1) * density_b
+        )
     return integrals, ndtr(a), ndtr(-b)
 
 

@@ -12,8 +12,10 @@ from .limits import Charge, ChargeRate
 from .one_reading import OneReadingSensor
 from .sensor_model import Photodiode, SensorModel
 
-BIAS = 4e-4     # largest of 13 levels, default fields (docs/charge_dynamics.md); below 1e-4 off the bend
-VARIANCE = 0.05     # of the same; below 0.01 off the bend
+BIAS = (
+    4e-4  # largest of 13 levels, default fields (docs/charge_dynamics.md); below 1e-4 off the bend
+)
+VARIANCE = 0.05  # of the same; below 0.01 off the bend
 
 
 @dataclass(frozen=True)
@@ -24,8 +26,8 @@ class LinLogSensor(OneReadingSensor):
     `response_e` and `response_variance_e2`, the electrons that have to arrive for every code, to read it beyond.
     """
 
-    knee_e: Charge = 20000.0         # charge at which the overflow is `knee_e_per_s` (assumption)
-    knee_e_per_s: ChargeRate = 1.25e6    # knee_e in 16 ms (assumption)
+    knee_e: Charge = 20000.0  # charge at which the overflow is `knee_e_per_s` (assumption)
+    knee_e_per_s: ChargeRate = 1.25e6  # knee_e in 16 ms (assumption)
     # for a factor e of the light, at 60 C: 1.5 kT / e at 110 uV/e (assumption): 99 mV a decade
     thermal_e: Charge = 391.0
 
@@ -48,10 +50,16 @@ class LinLogSensor(OneReadingSensor):
         straight_e = linear_limit_e(STRAIGHT_E, self.exposure_s, soft)
         if beyond_e := max(straight_e + soft.thermal_e - reading.swing_e, 0.0):
             lower = self.knee_e - beyond_e
-            raise ConfigError(f"sensor.knee_e is {self.knee_e!r}: without a converter (sensor.bits=0) the range ends at {reading.swing_e:.6g} e "
-                              f"(sensor.swing_v), and the response is a straight line up to {straight_e:.6g} e; expected a range of a further "
-                              f"{soft.thermal_e:.3g} e (sensor.thermal_e) at least; type "
-                              + (f"sensor.knee_e={int(lower)}, or sensor=bayer for a straight line" if lower >= 1 else "a larger sensor.swing_v"))
+            raise ConfigError(
+                f"sensor.knee_e is {self.knee_e!r}: without a converter (sensor.bits=0) the range ends at {reading.swing_e:.6g} e "
+                f"(sensor.swing_v), and the response is a straight line up to {straight_e:.6g} e; expected a range of a further "
+                f"{soft.thermal_e:.3g} e (sensor.thermal_e) at least; type "
+                + (
+                    f"sensor.knee_e={int(lower)}, or sensor=bayer for a straight line"
+                    if lower >= 1
+                    else "a larger sensor.swing_v"
+                )
+            )
 
     def well(self):
         """Return the pixel's soft knee."""
@@ -68,9 +76,24 @@ class LinLogSensor(OneReadingSensor):
 
         out = take_shot(self.model(), self.well(), (False,), light, generator)
         if self.noise:
-            ledger.error(BIAS, "relative", "measured", "bias of electrons read back where the response bends within a width of the noise")
-            ledger.error(VARIANCE, "relative", "measured", "variance that a reading states of itself there, mean over readings")
+            ledger.error(
+                BIAS,
+                "relative",
+                "measured",
+                "bias of electrons read back where the response bends within a width of the noise",
+            )
+            ledger.error(
+                VARIANCE,
+                "relative",
+                "measured",
+                "variance that a reading states of itself there, mean over readings",
+            )
         tables = response(self.model().readings[0], self.exposure_s, self.well(), self.noise)
-        for name, values, units in zip(("response_dn", "response_e", "response_variance_e2"), tables, ("DN", "e", "e2"), strict=True):
+        for name, values, units in zip(
+            ("response_dn", "response_e", "response_variance_e2"),
+            tables,
+            ("DN", "e", "e2"),
+            strict=True,
+        ):
             out[name] = ("capture", "response_entry"), values[None], {"units": units}
         return out

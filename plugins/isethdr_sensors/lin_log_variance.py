@@ -10,16 +10,18 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import nnls
 
-BENDS, LOGARITHMIC = 0.97, 0.002    # slopes of the response between which the table is solved for
-LEVELS = 160                        # of light across the bend, and parts of the table that rise alike, about
-NEAR = 0.01                         # weight of a change of one rise against a relative error of one level: keeps the table smooth
+BENDS, LOGARITHMIC = 0.97, 0.002  # slopes of the response between which the table is solved for
+LEVELS = 160  # of light across the bend, and parts of the table that rise alike, about
+NEAR = 0.01  # weight of a change of one rise against a relative error of one level: keeps the table smooth
 COUNTS, COUNT_SHARE = np.polynomial.hermite_e.hermegauss(21)
 NOISE = np.linspace(-5.0, 5.0, 81)  # even and close, as rounding makes steps
-SHARE = np.outer(COUNT_SHARE, np.exp(-NOISE**2 / 2))
+SHARE = np.outer(COUNT_SHARE, np.exp(-(NOISE**2) / 2))
 SHARE /= SHARE.sum()
 
 
-def scatter_of_readings(dn, electrons, width_dn, slopes, plain_e2, off_bend_e2, response, digital: bool) -> np.ndarray:
+def scatter_of_readings(
+    dn, electrons, width_dn, slopes, plain_e2, off_bend_e2, response, digital: bool
+) -> np.ndarray:
     """Return what the variance of a reading has beyond the electrons that it reads as, (entry,), e^2; it rises through the bend.
 
     Parameters
@@ -37,24 +39,38 @@ def scatter_of_readings(dn, electrons, width_dn, slopes, plain_e2, off_bend_e2, 
     Least squares of the relative error under rises of 0 or more (Lawson and Hanson 1974), drawn to the rises of `plain_e2` by ridge.
     """
     first, last = np.searchsorted(-slopes, (-BENDS, -LOGARITHMIC))
-    if last - first < 2 or not np.isfinite(off_bend_e2).all():  # no bend between two entries; light beyond all numbers
+    if (
+        last - first < 2 or not np.isfinite(off_bend_e2).all()
+    ):  # no bend between two entries; light beyond all numbers
         return off_bend_e2
-    lit = electrons[first:last + 1:every(last - first)]
+    lit = electrons[first : last + 1 : every(last - first)]
     at = readings(dn, lit[lit > 0], electrons, width_dn, response, digital)
     found, seen = np.interp(at, dn, electrons), shares_of_entries(dn, at)
     mean = np.sum(found * SHARE, axis=(1, 2))
     true_e2 = np.sum((found - mean[:, None, None]) ** 2 * SHARE, axis=(1, 2))
     bend = slice(first, last)
-    rises = np.maximum(np.diff(plain_e2[first - 1:last]) if first else np.diff(plain_e2[:last], prepend=0.0), 0.0)
+    rises = np.maximum(
+        np.diff(plain_e2[first - 1 : last]) if first else np.diff(plain_e2[:last], prepend=0.0), 0.0
+    )
     start = off_bend_e2[first - 1] if first else 0.0
-    rest = seen[:, :first] @ off_bend_e2[:first] + seen[:, last:] @ off_bend_e2[last:] + start * seen[:, bend].sum(1)
+    rest = (
+        seen[:, :first] @ off_bend_e2[:first]
+        + seen[:, last:] @ off_bend_e2[last:]
+        + start * seen[:, bend].sum(1)
+    )
     by_rise = np.cumsum(seen[:, bend][:, ::-1], axis=1)[:, ::-1] * rises / true_e2[:, None]
     part = np.arange(len(rises)) // every(len(rises))
     by_part = np.add.reduceat(by_rise, np.flatnonzero(np.diff(part, prepend=-1)), axis=1)
     wanted = (true_e2 - seen @ electrons - rest) / true_e2
-    known = np.isfinite(wanted) & np.isfinite(by_part).all(1)   # light whose readings all are one code says nothing of their variance
+    known = np.isfinite(wanted) & np.isfinite(by_part).all(
+        1
+    )  # light whose readings all are one code says nothing of their variance
     count = part[-1] + 1
-    factors, _ = nnls(np.vstack([by_part[known], NEAR * np.eye(count)]), np.append(wanted[known], np.full(count, NEAR)), maxiter=30 * count)
+    factors, _ = nnls(
+        np.vstack([by_part[known], NEAR * np.eye(count)]),
+        np.append(wanted[known], np.full(count, NEAR)),
+        maxiter=30 * count,
+    )
     out = off_bend_e2.copy()
     out[bend] = start + np.cumsum(factors[part] * rises)
     return out

@@ -35,38 +35,65 @@ class LoficSensor(ImagingSensor):
     """
 
     pitch_um: Pitch = 5.6
-    fill_factor: FillFactor = 1.0        # assumption: microlenses collect over the whole pixel
-    full_well_e: Capacity = 100000.0   # photodiode and overflow capacitor together (published)
+    fill_factor: FillFactor = 1.0  # assumption: microlenses collect over the whole pixel
+    full_well_e: Capacity = 100000.0  # photodiode and overflow capacitor together (published)
     # charge of the photodiode at which it spills `knee_e_per_s` (assumption)
     knee_e: Charge = 7000.0
     knee_e_per_s: ChargeRate = 440000.0  # knee_e in 16 ms (assumption)
     # for a factor e of the spill, at 60 C: 1.2 kT / e at 143 uV/e of the photodiode (assumption)
     thermal_e: Charge = 240.0
-    dark_e_per_s: DarkCurrent = 25.6      # at 60 C (assumption)
-    dark_spread: DarkSpread = 0.2        # rms over pixels / mean (assumption)
-    prnu: ResponseSpread = 0.005             # rms over pixels / mean (assumption)
+    dark_e_per_s: DarkCurrent = 25.6  # at 60 C (assumption)
+    dark_spread: DarkSpread = 0.2  # rms over pixels / mean (assumption)
+    prnu: ResponseSpread = 0.005  # rms over pixels / mean (assumption)
 
     # --- readings: LCG, HCG ---
     # LCG: 1 V at the full well
     conversion_gain_uv_per_e: tuple[ConversionGain, ConversionGain] = (10.0, 200.0)
-    analog_gain: tuple[Gain, Gain] = (1.0, 1.0)                   # multipliers
+    analog_gain: tuple[Gain, Gain] = (1.0, 1.0)  # multipliers
     # full scale of the converter (assumption)
     swing_v: tuple[Swing, Swing] = (1.0, 1.0)
     # rms; LCG: kT C of 16 fF at 60 C; HCG: assumption
     read_noise_e: tuple[Noise, Noise] = (54.0, 2.0)
-    dsnu_e: tuple[Noise, Noise] = (0.0, 0.0)                        # rms over pixels of the offset
+    dsnu_e: tuple[Noise, Noise] = (0.0, 0.0)  # rms over pixels of the offset
     # rms over columns of the offset (assumption)
     column_e: tuple[Noise, Noise] = (0.1, 0.1)
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""
         soft_knee.check(self)
-        diode = Photodiode("pixel", self.fill_factor, self.full_well_e, self.dark_e_per_s, self.dark_spread, self.prnu, **self.diode_terms())
-        return self.assemble([diode], (
-            Reading(capture, 0, read, dsnu, column, **self.reading_terms(), **converter(conversion, gain, swing, self.bits, self.black_dn))
-            for capture, read, dsnu, column, conversion, gain, swing in zip(
-                CAPTURES, self.read_noise_e, self.dsnu_e, self.column_e, self.conversion_gain_uv_per_e, self.analog_gain, self.swing_v,
-                strict=True)))
+        diode = Photodiode(
+            "pixel",
+            self.fill_factor,
+            self.full_well_e,
+            self.dark_e_per_s,
+            self.dark_spread,
+            self.prnu,
+            **self.diode_terms(),
+        )
+        return self.assemble(
+            [diode],
+            (
+                Reading(
+                    capture,
+                    0,
+                    read,
+                    dsnu,
+                    column,
+                    **self.reading_terms(),
+                    **converter(conversion, gain, swing, self.bits, self.black_dn),
+                )
+                for capture, read, dsnu, column, conversion, gain, swing in zip(
+                    CAPTURES,
+                    self.read_noise_e,
+                    self.dsnu_e,
+                    self.column_e,
+                    self.conversion_gain_uv_per_e,
+                    self.analog_gain,
+                    self.swing_v,
+                    strict=True,
+                )
+            ),
+        )
 
     def well(self):
         """Return the photodiode's soft knee."""

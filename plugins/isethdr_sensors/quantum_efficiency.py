@@ -14,9 +14,11 @@ from .colour_filter_array import channels
 from .pixel_grid import window_m
 from .sensor_model import SensorModel
 
-NEGLIGIBLE = 1e-6  # of the largest quantum efficiency: bands below it at both ends need not be rendered
-BLIND = 0.02       # of a curve's peak: a table may end here
-BEYOND_NM = 10.0   # so far light may reach beyond a table's end: the sub-bands of a last band do
+NEGLIGIBLE = (
+    1e-6  # of the largest quantum efficiency: bands below it at both ends need not be rendered
+)
+BLIND = 0.02  # of a curve's peak: a table may end here
+BEYOND_NM = 10.0  # so far light may reach beyond a table's end: the sub-bands of a last band do
 
 
 def quantum_efficiency(model: SensorModel, wavelength_nm) -> np.ndarray:
@@ -36,7 +38,9 @@ def quantum_efficiency(model: SensorModel, wavelength_nm) -> np.ndarray:
     at = band_integration.nodes(w, _breaks_nm(model))
     curves = spectral_curve(model, at.wavelength_nm)
     known = _known(model, at, w)
-    return _seen(model, np.stack([band_integration.photon_means(row, at, known) for row in curves]), w)
+    return _seen(
+        model, np.stack([band_integration.photon_means(row, at, known) for row in curves]), w
+    )
 
 
 def spectral_curve(model: SensorModel, wavelength_nm) -> np.ndarray:
@@ -46,7 +50,9 @@ def spectral_curve(model: SensorModel, wavelength_nm) -> np.ndarray:
     if model.infrared_cut and model.curves != "unit":
         qe = qe * spectral_curves.infrared_cut(w)
     if qe.max() > 1.0 + 1e-12:
-        raise ConfigError(f"sensor.peak_qe={model.peak_qe} makes {qe.max():.3g} electrons per photon; expected at most 1")
+        raise ConfigError(
+            f"sensor.peak_qe={model.peak_qe} makes {qe.max():.3g} electrons per photon; expected at most 1"
+        )
     return qe
 
 
@@ -88,7 +94,9 @@ def smooth_spectrum_error(model: SensorModel, wavelength_nm, spectrum=None) -> f
         return 0.0
     at = band_integration.nodes(w, _breaks_nm(model))
     curves = spectral_curve(model, at.wavelength_nm)
-    return band_integration.smooth_spectrum_error(quantum_efficiency(model, w), curves, at, w, spectrum)
+    return band_integration.smooth_spectrum_error(
+        quantum_efficiency(model, w), curves, at, w, spectrum
+    )
 
 
 def line_error(model: SensorModel, wavelength_nm) -> float:
@@ -101,11 +109,15 @@ def line_error(model: SensorModel, wavelength_nm) -> float:
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
         return 0.0
-    pieces, at = (make(w, _breaks_nm(model)) for make in (band_integration.pieces, band_integration.nodes))
+    pieces, at = (
+        make(w, _breaks_nm(model)) for make in (band_integration.pieces, band_integration.nodes)
+    )
     points_nm = np.concatenate([at.wavelength_nm, pieces.low_nm, pieces.high_nm])
     band = np.concatenate([at.band, pieces.band, pieces.band])
     mean = quantum_efficiency(model, w) * w
-    return float(np.max(np.abs(spectral_curve(model, points_nm) * points_nm - mean[:, band])) / np.max(mean))
+    return float(
+        np.max(np.abs(spectral_curve(model, points_nm) * points_nm - mean[:, band])) / np.max(mean)
+    )
 
 
 def narrow(model: SensorModel, demand):
@@ -117,11 +129,15 @@ def narrow(model: SensorModel, demand):
     seen = np.flatnonzero(strongest > NEGLIGIBLE * strongest.max())
     # inner bands stay, and always two: band widths come from the distances between centres
     first, last = seen[0], max(seen[-1], min(seen[0] + 1, len(strongest) - 1))
-    kept = demand.wavelength_nm[first:last + 1]
+    kept = demand.wavelength_nm[first : last + 1]
     dropped = [f"{w:g}" for w in demand.wavelength_nm if w not in kept]
     if dropped:
-        ledger.left_out(f"bands {', '.join(dropped)} nm", "quantum efficiency below 1e-6 of its peak", NEGLIGIBLE,
-                        "electrons per electron that the same photons make at the peak")
+        ledger.left_out(
+            f"bands {', '.join(dropped)} nm",
+            "quantum efficiency below 1e-6 of its peak",
+            NEGLIGIBLE,
+            "electrons per electron that the same photons make at the peak",
+        )
     return replace(demand, wavelength_nm=tuple(kept))
 
 
@@ -133,8 +149,12 @@ def _curve(model, letter, w):
         table = spectral_curves.read_csv(model.qe_csv)
         if letter not in table:
             known = [name for name in table if name != "wavelength_nm"]
-            raise ConfigError(f"sensor.qe_csv={model.qe_csv!r} has no column for filter {letter!r}{did_you_mean(letter, known)}")
-        seen = table[letter] * (spectral_curves.infrared_cut(table["wavelength_nm"]) if model.infrared_cut else 1.0)
+            raise ConfigError(
+                f"sensor.qe_csv={model.qe_csv!r} has no column for filter {letter!r}{did_you_mean(letter, known)}"
+            )
+        seen = table[letter] * (
+            spectral_curves.infrared_cut(table["wavelength_nm"]) if model.infrared_cut else 1.0
+        )
         _check_cover(model.qe_csv, letter, table["wavelength_nm"], seen, w)
         return np.interp(w, table["wavelength_nm"], table[letter], left=0.0, right=0.0)
     if model.curves == "unit":
@@ -144,8 +164,13 @@ def _curve(model, letter, w):
 
 def _check_cover(path, letter, table_nm, values, w):
     """Refuse a table that ends while the filter still sees and the light goes on."""
-    for end, beyond in ((0, w.min() < table_nm[0] - BEYOND_NM), (-1, w.max() > table_nm[-1] + BEYOND_NM)):
+    for end, beyond in (
+        (0, w.min() < table_nm[0] - BEYOND_NM),
+        (-1, w.max() > table_nm[-1] + BEYOND_NM),
+    ):
         if beyond and values[end] > BLIND * values.max():
-            raise ConfigError(f"sensor.qe_csv={path!r}: filter {letter} still has {values[end]:.3g} electrons per photon at "
-                              f"{table_nm[end]:g} nm, where the table ends; the light covers {w.min():g}..{w.max():g} nm; "
-                              "add rows, the last one 0 where it is blind")
+            raise ConfigError(
+                f"sensor.qe_csv={path!r}: filter {letter} still has {values[end]:.3g} electrons per photon at "
+                f"{table_nm[end]:g} nm, where the table ends; the light covers {w.min():g}..{w.max():g} nm; "
+                "add rows, the last one 0 where it is blind"
+            )

@@ -23,11 +23,15 @@ def read_noise(read_noise_e, stream: tuple, first_row: int, rows: int, columns: 
     ----------
     read_noise_e : a number, or the (y, x) map of `widths_e`'s same rows.
     """
-    return read_noise_e * noise.normal_float32(random_words.words(stream, first_row, first_row + rows, 0, columns))
+    return read_noise_e * noise.normal_float32(
+        random_words.words(stream, first_row, first_row + rows, 0, columns)
+    )
 
 
 @lru_cache(maxsize=8)
-def widths_e(read_noise_e: float, tail_percent: float, stream: tuple, rows: int, columns: int) -> np.ndarray:
+def widths_e(
+    read_noise_e: float, tail_percent: float, stream: tuple, rows: int, columns: int
+) -> np.ndarray:
     """Return the (y, x) float32 rms of every pixel's read noise; `stream` is the device's."""
     from .fixed_pattern import chosen
 

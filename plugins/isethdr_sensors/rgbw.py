@@ -11,4 +11,4 @@ from .single import SingleSensor
 class RgbwSensor(SingleSensor):
     """Take one capture with red, green, blue and clear filters (AR0132AT figures)."""
 
-    cfa: str = "RG/WB"              # rows parted by /
+    cfa: str = "RG/WB"  # rows parted by /

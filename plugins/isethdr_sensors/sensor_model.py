@@ -22,15 +22,21 @@ class Photodiode:
     name: str
     fill_factor: float = 1.0
     full_well_e: float = inf
-    dark_e_per_s: float = 0.0       # mean at the reference temperature
-    dark_spread: float = 0.0        # rms over pixels / mean, persistent
-    prnu: float = 0.0               # rms over pixels / mean, persistent
-    exposure_share: float = 1.0     # exposure / the model's exposure_s
-    start_share: float = 0.0        # start of the exposure / the model's exposure_s, after the row's first start
-    silicon: str = ""               # key of the persistent maps; "": the name. Exposures of one photodiode share it
-    blooming_percent: float = 0.0   # of the charge beyond the well that runs along the column
-    hot_percent: float = 0.0        # of the pixels, persistent
-    hot_dark_e_per_s: float = 0.0   # mean over the hot pixels of what they add at the reference temperature
+    dark_e_per_s: float = 0.0  # mean at the reference temperature
+    dark_spread: float = 0.0  # rms over pixels / mean, persistent
+    prnu: float = 0.0  # rms over pixels / mean, persistent
+    exposure_share: float = 1.0  # exposure / the model's exposure_s
+    start_share: float = (
+        0.0  # start of the exposure / the model's exposure_s, after the row's first start
+    )
+    silicon: str = (
+        ""  # key of the persistent maps; "": the name. Exposures of one photodiode share it
+    )
+    blooming_percent: float = 0.0  # of the charge beyond the well that runs along the column
+    hot_percent: float = 0.0  # of the pixels, persistent
+    hot_dark_e_per_s: float = (
+        0.0  # mean over the hot pixels of what they add at the reference temperature
+    )
 
 
 @dataclass(frozen=True)
@@ -40,17 +46,19 @@ class Reading:
     capture: str
     diode: int = 0
     read_noise_e: float = 0.0
-    dsnu_e: float = 0.0             # rms over pixels of the offset, persistent
-    column_e: float = 0.0           # rms over columns of the offset, persistent
+    dsnu_e: float = 0.0  # rms over pixels of the offset, persistent
+    column_e: float = 0.0  # rms over columns of the offset, persistent
     gain_dn_per_e: float = 1.0
     black_dn: float = 0.0
-    bits: int = 0                   # 0: converter off, raw is float32
-    swing_e: float = inf            # charge at which the amplifier or the converter ends
-    row_e: float = 0.0              # rms over rows of the offset, persistent
-    row_noise_e: float = 0.0        # rms over rows of the offset, new in every reading
+    bits: int = 0  # 0: converter off, raw is float32
+    swing_e: float = inf  # charge at which the amplifier or the converter ends
+    row_e: float = 0.0  # rms over rows of the offset, persistent
+    row_noise_e: float = 0.0  # rms over rows of the offset, new in every reading
     read_tail_percent: float = 0.0  # of the pixels with a wider read noise, persistent
-    inl_dn: float = 0.0             # largest distance of the converter from a straight line
-    companding: tuple[tuple[float, float], ...] = ()   # knees (linear DN, companded DN); none: linear
+    inl_dn: float = 0.0  # largest distance of the converter from a straight line
+    companding: tuple[
+        tuple[float, float], ...
+    ] = ()  # knees (linear DN, companded DN); none: linear
 
 
 @dataclass(frozen=True)
@@ -64,48 +72,106 @@ class SensorModel:
     cfa: str
     photodiodes: tuple[Photodiode, ...]
     readings: tuple[Reading, ...]
-    curves: str = "ar0132at"        # ar0132at, unit
+    curves: str = "ar0132at"  # ar0132at, unit
     peak_qe: float = 1.0
     infrared_cut: bool = True
     qe_csv: str = ""
     temperature_c: float = 60.0
     noise: bool = True
-    optical_crosstalk_percent: float = 0.0      # of a pixel's light at 550 nm that its neighbours collect
-    optical_crosstalk_power: float = 1.0        # that share grows as the wavelength to this power
-    electrical_crosstalk_percent: float = 0.0   # of a pixel's electrons that its neighbours collect
-    lower_case_share: float = 1.0               # sensitivity of pixels written in lower case in `cfa`
-    lower_case_dark: float = 1.0                # dark charge of these pixels / that of the others
-    line_time_s: float = 0.0                    # rolling shutter: from the start of a row to that of the next; 0: global shutter
+    optical_crosstalk_percent: float = (
+        0.0  # of a pixel's light at 550 nm that its neighbours collect
+    )
+    optical_crosstalk_power: float = 1.0  # that share grows as the wavelength to this power
+    electrical_crosstalk_percent: float = 0.0  # of a pixel's electrons that its neighbours collect
+    lower_case_share: float = 1.0  # sensitivity of pixels written in lower case in `cfa`
+    lower_case_dark: float = 1.0  # dark charge of these pixels / that of the others
+    line_time_s: float = (
+        0.0  # rolling shutter: from the start of a row to that of the next; 0: global shutter
+    )
 
     def __post_init__(self):
         for name in ("exposure_s", "pitch_um", "peak_qe"):
             _expect(getattr(self, name), name, lambda v: 0 < v < inf, "a finite number above 0")
-        _expect(self.exposure_s, "exposure_s", lambda v: v <= LONGEST_S, "at most 3600 s: dark charge alone fills a longer exposure")
-        _expect(self.line_time_s, "line_time_s", lambda v: 0 <= v <= 1, "seconds from row to row within 0..1; 0 is a global shutter")
+        _expect(
+            self.exposure_s,
+            "exposure_s",
+            lambda v: v <= LONGEST_S,
+            "at most 3600 s: dark charge alone fills a longer exposure",
+        )
+        _expect(
+            self.line_time_s,
+            "line_time_s",
+            lambda v: 0 <= v <= 1,
+            "seconds from row to row within 0..1; 0 is a global shutter",
+        )
         for name in ("rows", "columns"):
-            _expect(getattr(self, name), name, lambda v: v >= 0 and v == int(v), "a whole number; 0 fills the camera's field")
-        _expect(self.temperature_c, "temperature_c", lambda v: -100 <= v <= 200, "degrees Celsius within -100..200")
+            _expect(
+                getattr(self, name),
+                name,
+                lambda v: v >= 0 and v == int(v),
+                "a whole number; 0 fills the camera's field",
+            )
+        _expect(
+            self.temperature_c,
+            "temperature_c",
+            lambda v: -100 <= v <= 200,
+            "degrees Celsius within -100..200",
+        )
         for name in ("optical_crosstalk_percent", "electrical_crosstalk_percent"):
             _expect(getattr(self, name), name, lambda v: 0 <= v <= 80, "percent within 0..80")
-        _expect(self.optical_crosstalk_power, "optical_crosstalk_power", lambda v: -10 <= v <= 10, "an exponent within -10..10")
-        _expect(self.lower_case_share, "lower_case_percent", lambda v: 0 < v <= 1, "percent above 0, at most 100")
+        _expect(
+            self.optical_crosstalk_power,
+            "optical_crosstalk_power",
+            lambda v: -10 <= v <= 10,
+            "an exponent within -10..10",
+        )
+        _expect(
+            self.lower_case_share,
+            "lower_case_percent",
+            lambda v: 0 < v <= 1,
+            "percent above 0, at most 100",
+        )
         if self.qe_csv:
             read_csv(self.qe_csv)
         elif self.curves != "unit":
             check_letters(channels(self.cfa))
         for diode in self.photodiodes:
-            _expect(diode.fill_factor, "fill_factor", lambda v: 0 < v <= 1, "a share of the pixel's area above 0, at most 1")
+            _expect(
+                diode.fill_factor,
+                "fill_factor",
+                lambda v: 0 < v <= 1,
+                "a share of the pixel's area above 0, at most 1",
+            )
             _expect(diode.full_well_e, "full_well_e", lambda v: v > 0, "electrons, above 0")
-            _expect(diode.exposure_share, "exposure_ratios", lambda v: 0 < v <= 1, "shares of exposure_s above 0, at most 1")
+            _expect(
+                diode.exposure_share,
+                "exposure_ratios",
+                lambda v: 0 < v <= 1,
+                "shares of exposure_s above 0, at most 1",
+            )
             for name in ("blooming_percent", "hot_percent"):
-                _expect(getattr(diode, name), name, lambda v: 0 <= v <= 100, "percent within 0..100")
+                _expect(
+                    getattr(diode, name), name, lambda v: 0 <= v <= 100, "percent within 0..100"
+                )
             for name in ("dark_e_per_s", "dark_spread", "prnu", "hot_dark_e_per_s"):
-                _expect(getattr(diode, name), name, lambda v: 0 <= v < inf, "a finite number, 0 or above")
+                _expect(
+                    getattr(diode, name),
+                    name,
+                    lambda v: 0 <= v < inf,
+                    "a finite number, 0 or above",
+                )
         for reading in self.readings:
-            _expect(reading.read_tail_percent, "read_tail_percent", lambda v: 0 <= v <= 100, "percent within 0..100")
+            _expect(
+                reading.read_tail_percent,
+                "read_tail_percent",
+                lambda v: 0 <= v <= 100,
+                "percent within 0..100",
+            )
             _expect(reading.inl_dn, "inl_dn", lambda v: -inf < v < inf, "a finite number of DN")
             for name in ("read_noise_e", "dsnu_e", "column_e", "row_e", "row_noise_e"):
-                _expect(getattr(reading, name), name, lambda v: 0 <= v < inf, "electrons, 0 or above")
+                _expect(
+                    getattr(reading, name), name, lambda v: 0 <= v < inf, "electrons, 0 or above"
+                )
 
     def diode_of(self, reading: Reading) -> Photodiode:
         """Return the photodiode whose charge `reading` reads."""
@@ -118,4 +184,6 @@ class SensorModel:
 
 def _expect(value, name, allowed, expected):
     if not allowed(value):  # also refuses NaN, for which every comparison is false
-        raise ConfigError(f"sensor.{name} is {value!r}; expected {expected}; type sensor.{name}=<number>")
+        raise ConfigError(
+            f"sensor.{name} is {value!r}; expected {expected}; type sensor.{name}=<number>"
+        )

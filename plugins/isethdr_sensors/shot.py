@@ -64,7 +64,10 @@ def expected_electrons(model: SensorModel, light):
     It is affine in the light; in darkness it is `dark_e` of the captures.
     """
     grid, _, _, light_e = light_electrons(model, light)
-    mean_e = [light_e[reading.diode] + dark_charge_e(model, model.diode_of(reading)) for reading in model.readings]
+    mean_e = [
+        light_e[reading.diode] + dark_charge_e(model, model.diode_of(reading))
+        for reading in model.readings
+    ]
     return captures.electrons(model, grid, np.stack(mean_e))
 
 
@@ -74,9 +77,15 @@ def state_errors(model: SensorModel, light) -> None:
     if len(wavelength_nm) > 1:
         value = smooth_spectrum_error(model, wavelength_nm, _mean_spectrum(light))
         label = "light taken for even over each band: black bodies of 2000 to 20000 K, and the light's own mean spectrum"
-        ledger.add_error(ErrorNote(value, "relative", "measured", label, "spectral bands", Quantity.ELECTRONS))
-        ledger.left_out("where in its bands light lies", "it holds band means, counted as if even over each band",
-                        line_error(model, wavelength_nm), "of the electrons that the same energy makes in the filters' strongest band")
+        ledger.add_error(
+            ErrorNote(value, "relative", "measured", label, "spectral bands", Quantity.ELECTRONS)
+        )
+        ledger.left_out(
+            "where in its bands light lies",
+            "it holds band means, counted as if even over each band",
+            line_error(model, wavelength_nm),
+            "of the electrons that the same energy makes in the filters' strongest band",
+        )
     for reading in model.readings:
         converter.state_nonlinearity(reading)
         if model.noise:
@@ -87,7 +96,9 @@ def _mean_spectrum(light):
     """Return the (band,) mean irradiance of light; None of photocurrent, whose spectrum is not known any more."""
     if "wavelength" not in light.dims:
         return None
-    return light.values.mean(axis=tuple(k for k, d in enumerate(light.dims) if d != "wavelength"), dtype=float)
+    return light.values.mean(
+        axis=tuple(k for k, d in enumerate(light.dims) if d != "wavelength"), dtype=float
+    )
 
 
 def light_electrons(model: SensorModel, light):
@@ -109,18 +120,31 @@ def component_electrons(model: SensorModel, light):
     filters = filter_map(model.cfa, len(grid.y_m), len(grid.x_m))
     wavelength_nm = quantities.bands_nm(light)
     qe = quantum_efficiency(model, wavelength_nm)
-    return grid, filters, crosstalk.mixed_efficiency(qe, model, wavelength_nm), [
-        (m, _mean_electrons(model, one, grid, filters, qe)) for m, one in parts]
+    return (
+        grid,
+        filters,
+        crosstalk.mixed_efficiency(qe, model, wavelength_nm),
+        [(m, _mean_electrons(model, one, grid, filters, qe)) for m, one in parts],
+    )
 
 
 def _mean_electrons(model, light, grid, filters, qe):
     """Return per photodiode the mean light electrons (y, x) of the exposure to constant light."""
     x, y = light.x.values, light.y.values
     planes = response.channel_planes(model, light, qe)
-    per_fill = {fill: model.exposure_s * crosstalk.spread([area_integration.electrons_per_s(p, x, y, grid, filters, fill) for p in planes], model)
-                for fill in {diode.fill_factor for diode in model.photodiodes}}
-    return [per_fill[diode.fill_factor] if diode.exposure_share == 1 else per_fill[diode.fill_factor] * diode.exposure_share
-            for diode in model.photodiodes]
+    per_fill = {
+        fill: model.exposure_s
+        * crosstalk.spread(
+            [area_integration.electrons_per_s(p, x, y, grid, filters, fill) for p in planes], model
+        )
+        for fill in {diode.fill_factor for diode in model.photodiodes}
+    }
+    return [
+        per_fill[diode.fill_factor]
+        if diode.exposure_share == 1
+        else per_fill[diode.fill_factor] * diode.exposure_share
+        for diode in model.photodiodes
+    ]
 
 
 def readings(model: SensorModel, light_e, generator, block_rows: int | None = None):
@@ -147,14 +171,32 @@ def readings(model: SensorModel, light_e, generator, block_rows: int | None = No
         mean_e = light_e[k][rows] * part(prnu[k], rows) + part(dark[k], rows)
         return _charge(model, model.photodiodes[k], mean_e, generator, rows.start)
 
-    bloomed = {k: blooming.bloom(np.concatenate([charge(k, rows) for rows in blocks]), diode.full_well_e, diode.blooming_percent)
-               for k, diode in enumerate(model.photodiodes) if diode.blooming_percent}  # columns reach across blocks
+    bloomed = {
+        k: blooming.bloom(
+            np.concatenate([charge(k, rows) for rows in blocks]),
+            diode.full_well_e,
+            diode.blooming_percent,
+        )
+        for k, diode in enumerate(model.photodiodes)
+        if diode.blooming_percent
+    }  # columns reach across blocks
     for rows in blocks:
-        charges = [bloomed[k][rows] if k in bloomed else charge(k, rows) for k in range(len(model.photodiodes))]
+        charges = [
+            bloomed[k][rows] if k in bloomed else charge(k, rows)
+            for k in range(len(model.photodiodes))
+        ]
         for k, reading in enumerate(model.readings):
             electrons = charges[reading.diode]
             full = full_well.full(electrons, model.diode_of(reading).full_well_e)
-            dn = read_dn(model, reading, electrons, part(offsets[k], rows), part(widths[k], rows), generator, rows.start)
+            dn = read_dn(
+                model,
+                reading,
+                electrons,
+                part(offsets[k], rows),
+                part(widths[k], rows),
+                generator,
+                rows.start,
+            )
             saturated[k, rows] = full | (dn >= converter.top_code(reading))
             raw[k, rows] = converter.companded(dn, reading)
     return raw, saturated
@@ -167,7 +209,11 @@ def dark_charge_e(model: SensorModel, diode: Photodiode) -> float:
 
 def _charge(model, diode, mean_e, generator, first_row):
     if model.noise:
-        mean_e = np.minimum(mean_e, LARGEST_MEAN_E) if diode.blooming_percent else full_well.limit_mean(mean_e, diode.full_well_e)
+        mean_e = (
+            np.minimum(mean_e, LARGEST_MEAN_E)
+            if diode.blooming_percent
+            else full_well.limit_mean(mean_e, diode.full_well_e)
+        )
         mean_e = shot_noise.collect(mean_e, generator.stream(diode.name, "shot"), first_row)
     return mean_e if diode.blooming_percent else full_well.limit_charge(mean_e, diode.full_well_e)
 
@@ -184,9 +230,13 @@ def read_dn(model: SensorModel, reading, electrons, offset_e, width_e, generator
     if model.noise or np.ndim(offset_e):
         electrons = electrons + offset_e
     if model.noise and (np.ndim(width_e) or width_e):
-        electrons = electrons + read_noise.read_noise(width_e, generator.stream(reading.capture, "read"), first_row, *electrons.shape)
+        electrons = electrons + read_noise.read_noise(
+            width_e, generator.stream(reading.capture, "read"), first_row, *electrons.shape
+        )
     if model.noise and reading.row_noise_e:
-        electrons = electrons + row_noise.row_noise(reading.row_noise_e, generator.stream(reading.capture, "row"), first_row, len(electrons))
+        electrons = electrons + row_noise.row_noise(
+            reading.row_noise_e, generator.stream(reading.capture, "row"), first_row, len(electrons)
+        )
     return converter.digitise(electrons, reading)
 
 
@@ -200,17 +250,39 @@ def device_maps(model: SensorModel, generator, height: int, width: int):
         return [1.0] * len(dark), [mean * less for mean in dark], clamp, [0.0] * len(clamp)
     key = generator.device_stream
     silicon = [diode.silicon or diode.name for diode in model.photodiodes]
-    prnu = [fixed_pattern.factor(d.prnu, key(name, "prnu"), *size) for d, name in zip(model.photodiodes, silicon, strict=True)]
-    dark = [mean * fixed_pattern.factor(d.dark_spread, key(name, "dark"), *size) * less if mean else 0.0
-            for mean, d, name in zip(dark, model.photodiodes, silicon, strict=True)]
+    prnu = [
+        fixed_pattern.factor(d.prnu, key(name, "prnu"), *size)
+        for d, name in zip(model.photodiodes, silicon, strict=True)
+    ]
+    dark = [
+        mean * fixed_pattern.factor(d.dark_spread, key(name, "dark"), *size) * less if mean else 0.0
+        for mean, d, name in zip(dark, model.photodiodes, silicon, strict=True)
+    ]
     for k, d in enumerate(model.photodiodes):
         if d.hot_percent and d.hot_dark_e_per_s:
             extra = dark_electrons(d.hot_dark_e_per_s, model.exposure_of(d), model.temperature_c)
-            dark[k] = dark[k] + extra * less * fixed_pattern.hot_dark(d.hot_percent / 100, key(silicon[k], "hot"), *size)
-    offsets = [level + fixed_pattern.offset_e(r.dsnu_e, r.column_e, key(r.capture, "dsnu"), key(r.capture, "column"), *size,
-                                              r.row_e, key(r.capture, "rows")) for level, r in zip(clamp, model.readings, strict=True)]
-    widths = [read_noise.widths_e(r.read_noise_e, r.read_tail_percent, key(r.capture, "tail"), *size) if r.read_tail_percent
-              else r.read_noise_e for r in model.readings]
+            dark[k] = dark[k] + extra * less * fixed_pattern.hot_dark(
+                d.hot_percent / 100, key(silicon[k], "hot"), *size
+            )
+    offsets = [
+        level
+        + fixed_pattern.offset_e(
+            r.dsnu_e,
+            r.column_e,
+            key(r.capture, "dsnu"),
+            key(r.capture, "column"),
+            *size,
+            r.row_e,
+            key(r.capture, "rows"),
+        )
+        for level, r in zip(clamp, model.readings, strict=True)
+    ]
+    widths = [
+        read_noise.widths_e(r.read_noise_e, r.read_tail_percent, key(r.capture, "tail"), *size)
+        if r.read_tail_percent
+        else r.read_noise_e
+        for r in model.readings
+    ]
     return prnu, dark, offsets, widths
 
 

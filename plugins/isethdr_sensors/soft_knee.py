@@ -6,7 +6,7 @@ from math import inf
 
 from isethdr_core.errors import ConfigError
 
-REFERENCE_C, REFERENCE_K = 60.0, 333.15     # at which `thermal_e` is given
+REFERENCE_C, REFERENCE_K = 60.0, 333.15  # at which `thermal_e` is given
 
 
 def well(knee_e: float, thermal_e: float, knee_e_per_s: float, temperature_c: float):
@@ -21,7 +21,11 @@ def check(sensor) -> None:
     for name in ("knee_e", "thermal_e", "knee_e_per_s"):
         value = getattr(sensor, name)
         if not 0 < value < inf:
-            raise ConfigError(f"sensor.{name} is {value!r}; expected a finite number above 0; type sensor.{name}=<number>")
+            raise ConfigError(
+                f"sensor.{name} is {value!r}; expected a finite number above 0; type sensor.{name}=<number>"
+            )
     if sensor.blooming_percent:
-        raise ConfigError(f"sensor.blooming_percent is {sensor.blooming_percent!r}; charge beyond the knee leaves through the overflow path "
-                          "of this pixel; type sensor.blooming_percent=0, or use another sensor")
+        raise ConfigError(
+            f"sensor.blooming_percent is {sensor.blooming_percent!r}; charge beyond the knee leaves through the overflow path "
+            "of this pixel; type sensor.blooming_percent=0, or use another sensor"
+        )

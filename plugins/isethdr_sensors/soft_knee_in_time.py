@@ -23,14 +23,18 @@ def check(parts, exposure_s: float) -> None:
     modulations = [m for m, _ in parts]
     if count(modulations, exposure_s) > MOST_PIECES:
         fastest = max(m.frequency_hz for m in modulations)
-        raise ConfigError(f"a light of {fastest:g} Hz switches too often within {exposure_s:g} s: this pixel bends, so it is followed from "
-                          f"switch to switch; expected at most {MOST_PIECES} pieces in an exposure; type sensor=bayer, or make the light "
-                          "constant: that fast, only its mean counts")
+        raise ConfigError(
+            f"a light of {fastest:g} Hz switches too often within {exposure_s:g} s: this pixel bends, so it is followed from "
+            f"switch to switch; expected at most {MOST_PIECES} pieces in an exposure; type sensor=bayer, or make the light "
+            "constant: that fast, only its mean counts"
+        )
 
 
 def untouched_e(spilled_e: float, exposure_s: float, soft) -> float:
     """Return the arrived electrons up to which at most `spilled_e` spill whenever they arrive: as if all came at once, at the start."""
-    return max(0.0, soft.knee_e + soft.thermal_e * np.log(spilled_e / (exposure_s * soft.knee_e_per_s)))
+    return max(
+        0.0, soft.knee_e + soft.thermal_e * np.log(spilled_e / (exposure_s * soft.knee_e_per_s))
+    )
 
 
 def worst_spill(charge_e: float, exposure_s: float, soft) -> float:
@@ -38,7 +42,9 @@ def worst_spill(charge_e: float, exposure_s: float, soft) -> float:
     return min(1.0, exposure_s * float(soft.overflow_e_per_s(charge_e)) / charge_e)
 
 
-def stays(total_e, parts, start_s, exposure_s: float, soft, limit_e: float, generator, first_row: int) -> np.ndarray:
+def stays(
+    total_e, parts, start_s, exposure_s: float, soft, limit_e: float, generator, first_row: int
+) -> np.ndarray:
     """Return the charge that stays in the photodiode, (y, x) of a block of rows; the rest of `total_e` spilled.
 
     Parameters
@@ -60,20 +66,40 @@ def stays(total_e, parts, start_s, exposure_s: float, soft, limit_e: float, gene
     arrived, begins = charge[y, x], np.asarray(start_s, float).ravel()
     starts, durations = pieces([m for m, _ in parts], begins, exposure_s)
     mean = sum(part[y, x] * (light_s(m, begins, exposure_s) / exposure_s)[y] for m, part in parts)
-    currents = [(relative_in_pieces(m, starts, durations), part[y, x] / exposure_s * (arrived / mean)) for m, part in parts]
+    currents = [
+        (relative_in_pieces(m, starts, durations), part[y, x] / exposure_s * (arrived / mean))
+        for m, part in parts
+    ]
     moments = EMPTY
     for k in range(len(starts)):
-        moments = flow_moments(moments, sum(relative[k][y] * rate for relative, rate in currents), durations[k][y], soft)
+        moments = flow_moments(
+            moments,
+            sum(relative[k][y] * rate for relative, rate in currents),
+            durations[k][y],
+            soft,
+        )
     left = moments.charge_e
     if any(m.depth for m, _ in parts):  # a ripple is not quite even within a piece
         rows = np.unique(y)
         left = np.zeros(charge.shape)
-        left[rows] = _varying(charge[rows], [(m, part[rows]) for m, part in parts], begins[rows, None], exposure_s, soft)
+        left[rows] = _varying(
+            charge[rows],
+            [(m, part[rows]) for m, part in parts],
+            begins[rows, None],
+            exposure_s,
+            soft,
+        )
         left = left[y, x]
     if generator is not None:
         explained = (moments.charge_var_e2 + moments.covariance_e2) ** 2 / arrived
         variance = np.clip(moments.charge_var_e2 - explained, 0.0, np.maximum(arrived - left, 0.0))
-        word = words(generator.stream("pixel", "spill"), first_row, first_row + len(charge), 0, charge.shape[1])[y, x]
+        word = words(
+            generator.stream("pixel", "spill"),
+            first_row,
+            first_row + len(charge),
+            0,
+            charge.shape[1],
+        )[y, x]
         left = np.maximum(left + variance - poisson(variance, word), 0.0)
     charge[y, x] = left
     return charge
@@ -89,6 +115,8 @@ def _varying(total_e, parts, start_s, exposure_s, soft) -> np.ndarray:
         return sum(rate * light_s(m, begin_s, duration_s) for m, rate in rates)
 
     left = 0.0
-    for begin, duration in zip(*pieces([m for m, _ in parts], start_s, exposure_s, per_period=2), strict=True):
+    for begin, duration in zip(
+        *pieces([m for m, _ in parts], start_s, exposure_s, per_period=2), strict=True
+    ):
         left = flow_varying(left, arriving, begin, duration, soft)[0]
     return left

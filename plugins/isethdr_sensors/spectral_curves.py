@@ -18,10 +18,25 @@ from isethdr_core.errors import ConfigError, did_you_mean
 FITTED_NM = (380.0, 780.0)
 
 AR0132AT = {
-    "R": ((0.235, 350.0, 300.0, 49.2), (0.084, 542.6, 38.0, 23.2), (0.877, 596.9, 12.0, 53.7), (0.404, 709.0, 46.5, 300.0)),
-    "G": ((0.110, 350.0, 92.2, 34.7), (0.571, 534.4, 17.2, 31.2), (0.531, 577.1, 54.7, 27.3), (0.092, 714.3, 72.3, 13.7),
-          (0.248, 798.0, 52.7, 24.0)),
-    "B": ((0.438, 412.1, 22.9, 23.1), (0.762, 461.9, 26.8, 32.0), (0.111, 488.5, 14.0, 86.3), (0.061, 709.2, 46.3, 300.0)),
+    "R": (
+        (0.235, 350.0, 300.0, 49.2),
+        (0.084, 542.6, 38.0, 23.2),
+        (0.877, 596.9, 12.0, 53.7),
+        (0.404, 709.0, 46.5, 300.0),
+    ),
+    "G": (
+        (0.110, 350.0, 92.2, 34.7),
+        (0.571, 534.4, 17.2, 31.2),
+        (0.531, 577.1, 54.7, 27.3),
+        (0.092, 714.3, 72.3, 13.7),
+        (0.248, 798.0, 52.7, 24.0),
+    ),
+    "B": (
+        (0.438, 412.1, 22.9, 23.1),
+        (0.762, 461.9, 26.8, 32.0),
+        (0.111, 488.5, 14.0, 86.3),
+        (0.061, 709.2, 46.3, 300.0),
+    ),
     "W": ((0.632, 425.3, 58.4, 58.0), (0.347, 499.7, 40.7, 56.1), (0.894, 621.2, 73.6, 283.0)),
 }
 
@@ -35,8 +50,10 @@ def check_letters(letters) -> None:
     """Refuse letters that have no curve; a lower case letter is the same filter on a less sensitive pixel."""
     for letter in letters:
         if letter.upper() not in LETTERS:
-            raise ConfigError(f"no spectral curve for filter {letter!r} of sensor.cfa{did_you_mean(letter, LETTERS)}; "
-                              "give your own with sensor.qe_csv=<file>")
+            raise ConfigError(
+                f"no spectral curve for filter {letter!r} of sensor.cfa{did_you_mean(letter, LETTERS)}; "
+                "give your own with sensor.qe_csv=<file>"
+            )
 
 
 def filter_curve(letter: str, wavelength_nm) -> np.ndarray:
@@ -49,8 +66,10 @@ def filter_curve(letter: str, wavelength_nm) -> np.ndarray:
         return filter_curve("W", w) / (1.0 + np.exp((500.0 - w) / 7.0))
     if letter == "M":
         return filter_curve("W", w) * (1.0 - 0.9 * np.exp(-0.5 * ((w - 540.0) / 35.0) ** 2))
-    return sum(a * np.exp(-0.5 * ((w - centre) / np.where(w < centre, below, above)) ** 2)
-               for a, centre, below, above in AR0132AT[letter])
+    return sum(
+        a * np.exp(-0.5 * ((w - centre) / np.where(w < centre, below, above)) ** 2)
+        for a, centre, below, above in AR0132AT[letter]
+    )
 
 
 def infrared_cut(wavelength_nm) -> np.ndarray:
@@ -80,15 +99,25 @@ def read_csv(path: str) -> dict[str, np.ndarray]:
         table = np.array(lines, float)
         columns = dict(zip(header, table.T, strict=True))
     except OSError as problem:
-        raise ConfigError(f"sensor.qe_csv={path!r} cannot be read ({problem.strerror}); expected a CSV file") from problem
+        raise ConfigError(
+            f"sensor.qe_csv={path!r} cannot be read ({problem.strerror}); expected a CSV file"
+        ) from problem
     except ValueError as problem:
-        raise ConfigError(f"sensor.qe_csv={path!r} is no table of numbers under one header line ({problem})") from problem
+        raise ConfigError(
+            f"sensor.qe_csv={path!r} is no table of numbers under one header line ({problem})"
+        ) from problem
     if "wavelength_nm" not in columns or len(columns) < 2:
-        raise ConfigError(f"sensor.qe_csv={path!r} has columns {header}; expected wavelength_nm and one per filter, e.g. R,G,B")
+        raise ConfigError(
+            f"sensor.qe_csv={path!r} has columns {header}; expected wavelength_nm and one per filter, e.g. R,G,B"
+        )
     if len(table) < 2 or np.any(np.diff(columns["wavelength_nm"]) <= 0):
-        raise ConfigError(f"sensor.qe_csv={path!r}: wavelength_nm must hold at least two increasing values")
+        raise ConfigError(
+            f"sensor.qe_csv={path!r}: wavelength_nm must hold at least two increasing values"
+        )
     values = table[:, [k for k, name in enumerate(header) if name != "wavelength_nm"]]
     if not np.all((values >= 0) & (values <= 1)):
-        raise ConfigError(f"sensor.qe_csv={path!r} holds values {values.min():g}..{values.max():g}; "
-                          "expected electrons per photon within 0..1")
+        raise ConfigError(
+            f"sensor.qe_csv={path!r} holds values {values.min():g}..{values.max():g}; "
+            "expected electrons per photon within 0..1"
+        )
     return columns

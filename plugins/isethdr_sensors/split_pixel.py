@@ -35,12 +35,12 @@ class SplitPixelSensor(ImagingSensor):
     """Take three captures with a split-pixel sensor (OVT figures): LPLG, LPHG, SPLG; four with SPHG."""
 
     pitch_um: Pitch = 2.8
-    cfa: str = "GRBG"               # repeated pattern of filters, rows parted by / where it is no square
+    cfa: str = "GRBG"  # repeated pattern of filters, rows parted by / where it is no square
 
     # --- photodiodes: large, small ---
-    fill_factor: tuple[FillFactor, FillFactor] = (1.0, 0.01)          # photodiode area / pixel area
+    fill_factor: tuple[FillFactor, FillFactor] = (1.0, 0.01)  # photodiode area / pixel area
     full_well_e: tuple[Capacity, Capacity] = (22000.0, 7900.0)
-    dark_e_per_s: tuple[DarkCurrent, DarkCurrent] = (25.6, 4.2)         # at 60 C (assumption)
+    dark_e_per_s: tuple[DarkCurrent, DarkCurrent] = (25.6, 4.2)  # at 60 C (assumption)
     # rms over pixels / mean (assumption)
     dark_spread: tuple[DarkSpread, DarkSpread] = (0.2, 0.2)
     # rms over pixels / mean (assumption)
@@ -48,30 +48,58 @@ class SplitPixelSensor(ImagingSensor):
 
     # --- readings: LPLG, LPHG, SPLG, and SPHG where a fourth number is given ---
     conversion_gain_uv_per_e: tuple[ConversionGain, ...] = (49.0, 49.0, 49.0)
-    analog_gain: tuple[Gain, ...] = (1.0, 200 / 49, 1.0)      # multipliers; LPHG ends at 5390 e
-    swing_v: tuple[Swing, ...] = (1.078, 1.078, 0.3871)        # full scale of the converter
-    read_noise_e: tuple[Noise, ...] = (3.05, 0.83, 0.83)       # rms
-    dsnu_e: tuple[Noise, ...] = (0.0, 0.0, 0.0)                # rms over pixels of the offset
+    analog_gain: tuple[Gain, ...] = (1.0, 200 / 49, 1.0)  # multipliers; LPHG ends at 5390 e
+    swing_v: tuple[Swing, ...] = (1.078, 1.078, 0.3871)  # full scale of the converter
+    read_noise_e: tuple[Noise, ...] = (3.05, 0.83, 0.83)  # rms
+    dsnu_e: tuple[Noise, ...] = (0.0, 0.0, 0.0)  # rms over pixels of the offset
     # rms over columns of the offset (assumption)
     column_e: tuple[Noise, ...] = (0.1, 0.1, 0.1)
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""
-        per_reading = ("read_noise_e", "dsnu_e", "column_e", "conversion_gain_uv_per_e", "analog_gain", "swing_v")
+        per_reading = (
+            "read_noise_e",
+            "dsnu_e",
+            "column_e",
+            "conversion_gain_uv_per_e",
+            "analog_gain",
+            "swing_v",
+        )
         counts = {name: len(getattr(self, name)) for name in per_reading}
         if set(counts.values()) not in ({3}, {4}):
-            raise ConfigError(f"sensor has numbers for {counts} readings; expected 3 (LPLG, LPHG, SPLG) or 4 (and SPHG) in all of them")
+            raise ConfigError(
+                f"sensor has numbers for {counts} readings; expected 3 (LPLG, LPHG, SPLG) or 4 (and SPHG) in all of them"
+            )
         if sum(self.fill_factor) > LARGEST_FILL:
             raise ConfigError(
                 f"sensor.fill_factor is {list(self.fill_factor)}, together {sum(self.fill_factor):g}; "
                 f"expected at most {LARGEST_FILL}: both photodiodes share the pixel; "
                 "type sensor.fill_factor=[0.9,0.1]"
             )
-        diodes = [Photodiode(*values, **self.diode_terms()) for values in zip(
-            ("large", "small"), self.fill_factor, self.full_well_e, self.dark_e_per_s, self.dark_spread, self.prnu, strict=True)]
+        diodes = [
+            Photodiode(*values, **self.diode_terms())
+            for values in zip(
+                ("large", "small"),
+                self.fill_factor,
+                self.full_well_e,
+                self.dark_e_per_s,
+                self.dark_spread,
+                self.prnu,
+                strict=True,
+            )
+        ]
         readings = [
-            Reading(capture, diode, read, dsnu, column, **self.reading_terms(),
-                    **converter(conversion, gain, swing, self.bits, self.black_dn))
+            Reading(
+                capture,
+                diode,
+                read,
+                dsnu,
+                column,
+                **self.reading_terms(),
+                **converter(conversion, gain, swing, self.bits, self.black_dn),
+            )
             for capture, diode, read, dsnu, column, conversion, gain, swing in zip(
-                CAPTURES, DIODES, *(getattr(self, name) for name in per_reading))]  # the fourth reading is optional
+                CAPTURES, DIODES, *(getattr(self, name) for name in per_reading)
+            )
+        ]  # the fourth reading is optional
         return self.assemble(diodes, readings)

@@ -20,10 +20,10 @@ class StaggeredSensor(SingleSensor):
     Each exposure of a row starts when the one before it ends.
     """
 
-    cfa: str = "RGGB"               # repeated pattern of filters, rows parted by / where it is no square
+    cfa: str = "RGGB"  # repeated pattern of filters, rows parted by / where it is no square
     # shares of exposure_s, the first is 1
     exposure_ratios: tuple[Ratio, ...] = (1.0, 1 / 16, 1 / 256)
-    exposure_each: bool = False     # where a rule solves T1, the last exposure is solved for the brightest pixel, those between by equal steps
+    exposure_each: bool = False  # where a rule solves T1, the last exposure is solved for the brightest pixel, those between by equal steps
 
     def __call__(self, light, generator):
         """Return captures of one shot, at exposures solved for this light unless they are fixed."""
@@ -35,10 +35,24 @@ class StaggeredSensor(SingleSensor):
         """Return what the sensor is made of."""
         ratios = self.exposure_ratios
         if not ratios or ratios[0] != 1 or any(b >= a for a, b in pairwise(ratios)):
-            raise ConfigError(f"sensor.exposure_ratios is {ratios!r}; expected shares of exposure_s from 1 downwards, e.g. [1, 0.0625]")
+            raise ConfigError(
+                f"sensor.exposure_ratios is {ratios!r}; expected shares of exposure_s from 1 downwards, e.g. [1, 0.0625]"
+            )
         one = super().model()
         names = [f"T{k}" for k in range(1, len(ratios) + 1)]
         return replace(
-            one, photodiodes=tuple(replace(one.photodiodes[0], name=name, silicon="pixel", exposure_share=share, start_share=sum(ratios[:k]))
-                                   for k, (name, share) in enumerate(zip(names, ratios, strict=True))),
-            readings=tuple(replace(one.readings[0], capture=name, diode=k) for k, name in enumerate(names)))
+            one,
+            photodiodes=tuple(
+                replace(
+                    one.photodiodes[0],
+                    name=name,
+                    silicon="pixel",
+                    exposure_share=share,
+                    start_share=sum(ratios[:k]),
+                )
+                for k, (name, share) in enumerate(zip(names, ratios, strict=True))
+            ),
+            readings=tuple(
+                replace(one.readings[0], capture=name, diode=k) for k, name in enumerate(names)
+            ),
+        )

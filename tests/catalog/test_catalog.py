@@ -16,25 +16,67 @@ from isethdr_core.errors import CatalogError
 def put(folder, name, **attrs):
     path = folder / ("runs" if attrs["kind"] == "run" else "scenes") / f"{name}.zarr"
     path.mkdir(parents=True)
-    (path / "zarr.json").write_text(json.dumps({"zarr_format": 3, "node_type": "group",
-                                                "attributes": {"format": 1, "complete": True, **attrs}}))
+    (path / "zarr.json").write_text(
+        json.dumps(
+            {
+                "zarr_format": 3,
+                "node_type": "group",
+                "attributes": {"format": 1, "complete": True, **attrs},
+            }
+        )
+    )
     return path
 
 
 def person(distance_m):
-    return {"instance": 1, "category": "person", "name": "p1", "box": [1, 2, 3, 4], "visible_fraction": 0.5, "distance_m": distance_m}
+    return {
+        "instance": 1,
+        "category": "person",
+        "name": "p1",
+        "box": [1, 2, 3, 4],
+        "visible_fraction": 0.5,
+        "distance_m": distance_m,
+    }
 
 
 @pytest.fixture
 def folder(tmp_path):
-    put(tmp_path, "near", kind="scene", recipe="near", scene={"seed": 1}, objects=[person(60.0), person(12.0)])
+    put(
+        tmp_path,
+        "near",
+        kind="scene",
+        recipe="near",
+        scene={"seed": 1},
+        objects=[person(60.0), person(12.0)],
+    )
     put(tmp_path, "far", kind="scene", recipe="far", scene={"seed": 2}, objects=[person(80.0)])
     put(tmp_path, "empty", kind="scene", recipe="empty", scene={"seed": 3}, objects=[])
-    for i, (scene, light, rgbw, bayer) in enumerate([("near", "night", 0.7, 0.9), ("far", "night", 0.9, 0.1), ("empty", "day", 0.8, "NaN")]):
-        put(tmp_path, f"run{i}", kind="run", scene_id=scene, lighting=light, cameras=["rgbw", "bayer"], created=f"2026-01-0{i + 1}",
-            config={"cameras": {"rgbw": {"name": "rgbw"}, "bayer": {"name": "bayer"}}, "seed": i}, objects=[],
-            scores=[{"camera": c, "metric": "ssim", "object": "", "value": v, "unit": "", "low": "NaN", "high": "NaN"}
-                    for c, v in (("rgbw", rgbw), ("bayer", bayer))])
+    for i, (scene, light, rgbw, bayer) in enumerate(
+        [("near", "night", 0.7, 0.9), ("far", "night", 0.9, 0.1), ("empty", "day", 0.8, "NaN")]
+    ):
+        put(
+            tmp_path,
+            f"run{i}",
+            kind="run",
+            scene_id=scene,
+            lighting=light,
+            cameras=["rgbw", "bayer"],
+            created=f"2026-01-0{i + 1}",
+            config={"cameras": {"rgbw": {"name": "rgbw"}, "bayer": {"name": "bayer"}}, "seed": i},
+            objects=[],
+            scores=[
+                {
+                    "camera": c,
+                    "metric": "ssim",
+                    "object": "",
+                    "value": v,
+                    "unit": "",
+                    "low": "NaN",
+                    "high": "NaN",
+                }
+                for c, v in (("rgbw", rgbw), ("bayer", bayer))
+            ],
+        )
     return tmp_path
 
 
@@ -44,18 +86,35 @@ def ids(rows):
 
 def test_night_scenes_with_a_pedestrian_within_30_m(folder):
     rows = find(folder, kind="scene", lighting="night", person__distance_m__le=30)
-    assert ids(rows) == ["near"] and rows[0]["person.distance_m"] == 12.0   # the nearer of two
+    assert ids(rows) == ["near"] and rows[0]["person.distance_m"] == 12.0  # the nearer of two
 
 
 def test_runs_of_one_sensor_ordered_by_a_score(folder):
     assert ids(find(folder, kind="run", sensor="rgbw", order_by="ssim")) == ["run0", "run2", "run1"]
-    assert ids(find(folder, kind="run", sensor="rgbw", order_by="-ssim")) == ["run1", "run2", "run0"]
-    assert ids(find(folder, kind="run", sensor="bayer", order_by="-ssim")) == ["run0", "run1", "run2"]    # NaN last
+    assert ids(find(folder, kind="run", sensor="rgbw", order_by="-ssim")) == [
+        "run1",
+        "run2",
+        "run0",
+    ]
+    assert ids(find(folder, kind="run", sensor="bayer", order_by="-ssim")) == [
+        "run0",
+        "run1",
+        "run2",
+    ]  # NaN last
 
 
 def test_runs_are_found_by_their_warnings(folder):
     found = [{"key": "saturated_frame", "camera": "rgbw", "value": 0.4, "limit": 0.05, "unit": ""}]
-    put(folder, "bright", kind="run", cameras=["rgbw", "bayer"], config={}, objects=[], scores=[], warnings=found)
+    put(
+        folder,
+        "bright",
+        kind="run",
+        cameras=["rgbw", "bayer"],
+        config={},
+        objects=[],
+        scores=[],
+        warnings=found,
+    )
     rows = find(folder, warnings="saturated_frame")
     assert [(row["id"], row["camera"]) for row in rows] == [("bright", "rgbw")]
 
@@ -66,11 +125,34 @@ def test_scores_stand_beside_their_share_of_valid_pixels(folder, monkeypatch, ca
     monkeypatch.setenv("ISETHDR_HOME", str(folder))
     monkeypatch.setenv("COLUMNS", "200")
     for name, share in (("all", 1.0), ("most", 0.97), ("some", 0.4)):
-        scores = [{"camera": "rgbw", "metric": m, "object": "", "value": v, "unit": "", "low": "NaN", "high": "NaN"}
-                  for m, v in (("ssim", 0.6), ("valid_share", share))]
-        put(folder, name, kind="run", lighting="dusk", cameras=["rgbw"], config={}, objects=[], scores=scores)
+        scores = [
+            {
+                "camera": "rgbw",
+                "metric": m,
+                "object": "",
+                "value": v,
+                "unit": "",
+                "low": "NaN",
+                "high": "NaN",
+            }
+            for m, v in (("ssim", 0.6), ("valid_share", share))
+        ]
+        put(
+            folder,
+            name,
+            kind="run",
+            lighting="dusk",
+            cameras=["rgbw"],
+            config={},
+            objects=[],
+            scores=scores,
+        )
     rows = find(folder, lighting="dusk", order_by="ssim")
-    assert {row["id"]: row["valid_share"] for row in rows} == {"all": 1.0, "most": 0.97, "some": 0.4}
+    assert {row["id"]: row["valid_share"] for row in rows} == {
+        "all": 1.0,
+        "most": 0.97,
+        "some": 0.4,
+    }
     assert "valid_share" not in find(folder, lighting="dusk")[0]  # no score is shown
     command(["lighting=dusk"], order_by="ssim", limit=50)
     assert "from 0.40 to 1.00, more than 0.05 apart" in capsys.readouterr().out
@@ -78,11 +160,19 @@ def test_scores_stand_beside_their_share_of_valid_pixels(folder, monkeypatch, ca
     assert "apart" not in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("conditions, expected", [
-    ({"scene.seed": 2}, {"far"}), ({"scene__seed__ge": 2}, {"far", "empty"}), ({"scene__seed__gt": 2}, {"empty"}),
-    ({"scene__seed__lt": 2}, {"near"}), ({"scene__seed__in": [1, 3]}, {"near", "empty"}), ({"scene.seed__in": "1,3"}, {"near", "empty"}),
-    ({"kind": "scene", "scene__seed__ne": 1}, {"far", "empty"}), ({"created__ge": "2026-01-03"}, {"run2"}),
-])
+@pytest.mark.parametrize(
+    "conditions, expected",
+    [
+        ({"scene.seed": 2}, {"far"}),
+        ({"scene__seed__ge": 2}, {"far", "empty"}),
+        ({"scene__seed__gt": 2}, {"empty"}),
+        ({"scene__seed__lt": 2}, {"near"}),
+        ({"scene__seed__in": [1, 3]}, {"near", "empty"}),
+        ({"scene.seed__in": "1,3"}, {"near", "empty"}),
+        ({"kind": "scene", "scene__seed__ne": 1}, {"far", "empty"}),
+        ({"created__ge": "2026-01-03"}, {"run2"}),
+    ],
+)
 def test_operators(folder, conditions, expected):
     assert set(ids(find(folder, **conditions))) == expected
 
@@ -97,9 +187,16 @@ def test_a_value_is_data_and_never_sql(folder):
 
 
 def test_sql_views(folder):
-    assert sql(folder, "SELECT camera, max(value) FROM scores WHERE sensor='rgbw' GROUP BY 1")[1] == [("rgbw", 0.9)]
-    assert sql(folder, "SELECT count(*), min(distance_m) FROM objects WHERE category='person'")[1] == [(3, 12.0)]
-    assert sql(folder, "SELECT kind, count(*) FROM stores GROUP BY 1 ORDER BY 1")[1] == [("run", 3), ("scene", 3)]
+    assert sql(folder, "SELECT camera, max(value) FROM scores WHERE sensor='rgbw' GROUP BY 1")[
+        1
+    ] == [("rgbw", 0.9)]
+    assert sql(folder, "SELECT count(*), min(distance_m) FROM objects WHERE category='person'")[
+        1
+    ] == [(3, 12.0)]
+    assert sql(folder, "SELECT kind, count(*) FROM stores GROUP BY 1 ORDER BY 1")[1] == [
+        ("run", 3),
+        ("scene", 3),
+    ]
     with pytest.raises(CatalogError, match="views: stores"):
         sql(folder, "SELECT nonsense FROM nowhere")
 
@@ -131,7 +228,9 @@ def test_two_hundred_records_are_indexed_fast(tmp_path):
         put(tmp_path, f"s{i:03d}", kind="scene", scene={"seed": i}, objects=[person(float(i))] * 20)
     start = time.perf_counter()
     assert refresh(tmp_path).records == 200
-    assert time.perf_counter() - start < 3     # measured well below 1 s; the rest is room for a loaded machine
+    assert (
+        time.perf_counter() - start < 3
+    )  # measured well below 1 s; the rest is room for a loaded machine
 
 
 def test_show_takes_the_first_digits(folder):

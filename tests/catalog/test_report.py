@@ -11,7 +11,13 @@ from isethdr_catalog.report import page, pictures, plots, tables, write_report
 import isethdr_core as hdr
 from isethdr_core import ledger, view
 
-SMALL = ["experiment=five_lights", "lens=ideal", "~flare@flare.dirt", "scene.width=64", "scene.height=36"]
+SMALL = [
+    "experiment=five_lights",
+    "lens=ideal",
+    "~flare@flare.dirt",
+    "scene.width=64",
+    "scene.height=36",
+]
 
 
 @pytest.fixture(scope="module")
@@ -28,8 +34,16 @@ def result(home, monkeypatch):
 
 def test_a_run_writes_its_report_beside_its_store(result):
     html = result.path.with_suffix(".html").read_text()
-    for title in ("The scene", "Through the cameras", "Line through the brightest light", "Labels", "Scores", "Ledger",
-                  "What was left out", "Config and versions"):
+    for title in (
+        "The scene",
+        "Through the cameras",
+        "Line through the brightest light",
+        "Labels",
+        "Scores",
+        "Ledger",
+        "What was left out",
+        "Config and versions",
+    ):
         assert f"<h2>{title}" in html
     for camera in ("bayer", "split_pixel", "rgbw"):
         assert f"<b>{camera}</b>" in html
@@ -54,16 +68,22 @@ def test_a_missing_report_is_made_again_and_an_old_one_stays(result):
     stamp = report.stat().st_mtime_ns
     hdr.run(hdr.compose(SMALL))
     assert report.stat().st_mtime_ns == stamp
-    left = report.parent / f".{report.name}.{socket.gethostname()}-999999999-abcdef.tmp"     # no process has this number
+    left = (
+        report.parent / f".{report.name}.{socket.gethostname()}-999999999-abcdef.tmp"
+    )  # no process has this number
     left.touch()
-    assert write_report(again) == report and not left.exists(), "what a killed writer left is removed"
+    assert write_report(again) == report and not left.exists(), (
+        "what a killed writer left is removed"
+    )
 
 
 def test_intervals_and_missing_numbers_are_shown_as_such(result):
     assert tables.number(float("nan")) == tables.number(None) == "–"
     assert tables.number(12345.6) == "12,346" and tables.number(0.0012345) == "0.001234"
     html = tables.scores(result, of_objects=False)
-    assert ">nan" not in html and "nan " not in html and " to inf" not in html and "inf to" not in html
+    assert (
+        ">nan" not in html and "nan " not in html and " to inf" not in html and "inf to" not in html
+    )
 
 
 HOSTILE = "<script>alert(1)</script>\"'&{{ 7 * 7 }}{% raw %} $\\frac{$ --> ]]> _"
@@ -88,7 +108,9 @@ class Renamed:
             named = {"camera": camera, "metric": "valid_share", "value": share}
             a["scores"] += [score | bounds | named | {"object": o} for o in ("", HOSTILE)]
         limits = {"value": 0.4, "limit": 0.05, "unit": HOSTILE}
-        a["warnings"] = [{"key": key, "camera": self.camera} | limits for key in (HOSTILE, "saturated_frame")]
+        a["warnings"] = [
+            {"key": key, "camera": self.camera} | limits for key in (HOSTILE, "saturated_frame")
+        ]
         a["weights"] = {HOSTILE: 1.0}
         a["lighting"] = a["lens"] = a["created"] = a["key"] = HOSTILE
         targets = {HOSTILE: {"wanted": 1.0, "reached": 2.0}}
@@ -112,7 +134,9 @@ def test_names_are_text_and_never_markup(result):
     assert html.count("&lt;script&gt;alert(1)&lt;/script&gt;") >= 30, "shown wherever a name is"
     assert "{{ 7 * 7 }}{% raw %}" in html, "a name is no template"
     svg_names = re.findall(r"<text[^>]*>([^<]*alert[^<]*)</text>", html)
-    assert svg_names and all("\\frac{$" in name for name in svg_names), "in plots, `$` is no formula"
+    assert svg_names and all("\\frac{$" in name for name in svg_names), (
+        "in plots, `$` is no formula"
+    )
 
 
 def test_warnings_and_unlike_shares_are_told(result):
@@ -125,28 +149,51 @@ def test_warnings_and_unlike_shares_are_told(result):
 def test_compression_brings_the_median_to_a_middle_grey():
     day = np.full((8, 8), 600.0)
     a = pictures.compression(day, 4000.0)
-    assert view.tone(0.15, a) == pytest.approx(pictures.MIDDLE, abs=1e-6)   # 40 halvings of 100: 1e-10 in a
-    assert pictures.compression(day * 1e-5, 4000.0) == pytest.approx(view.COMPRESSION)   # too dark to reach: the default
+    assert view.tone(0.15, a) == pytest.approx(
+        pictures.MIDDLE, abs=1e-6
+    )  # 40 halvings of 100: 1e-10 in a
+    assert pictures.compression(day * 1e-5, 4000.0) == pytest.approx(
+        view.COMPRESSION
+    )  # too dark to reach: the default
 
 
 def test_snr_of_a_constant_variance_is_level_over_noise(result):
     picture, truth = result.open("picture/bayer").load(), result.open("truth/bayer").load()
     picture["variance"][:] = 1.0
-    picture["fixed_pattern_variance"] = 3.0 + 0 * picture["variance"]  # both are noise of a pixel: 4 (cd/m2)^2 together
+    picture["fixed_pattern_variance"] = (
+        3.0 + 0 * picture["variance"]
+    )  # both are noise of a pixel: 4 (cd/m2)^2 together
     luminance, snr = plots.snr_curve(picture, truth, least=1)
-    np.testing.assert_allclose(snr, 20 * np.log10(luminance / 2.0), atol=1e-9)   # rounding of a logarithm
+    np.testing.assert_allclose(
+        snr, 20 * np.log10(luminance / 2.0), atol=1e-9
+    )  # rounding of a logarithm
 
 
-@pytest.mark.parametrize("attrs, angle_deg, place", [
-    ({}, 30.0, np.tan(np.radians(30))),
-    ({"distortion": {"model": "brown_conrady", "k1": -0.2}}, 30.0, np.tan(np.radians(30)) * (1 - 0.2 / 3)),
-    ({"projection": "equidistant"}, 100.0, np.radians(100)),
-    ({"projection": "equidistant", "distortion": {"model": "kannala_brandt", "k1": -0.02}}, 80.0, np.radians(80) - 0.02 * np.radians(80) ** 3),
-])
+@pytest.mark.parametrize(
+    "attrs, angle_deg, place",
+    [
+        ({}, 30.0, np.tan(np.radians(30))),
+        (
+            {"distortion": {"model": "brown_conrady", "k1": -0.2}},
+            30.0,
+            np.tan(np.radians(30)) * (1 - 0.2 / 3),
+        ),
+        ({"projection": "equidistant"}, 100.0, np.radians(100)),
+        (
+            {"projection": "equidistant", "distortion": {"model": "kannala_brandt", "k1": -0.02}},
+            80.0,
+            np.radians(80) - 0.02 * np.radians(80) ** 3,
+        ),
+    ],
+)
 def test_the_profile_is_drawn_over_the_angle_at_which_a_pixel_looks(attrs, angle_deg, place):
     """On the row through the axis the angle is the field angle, by the formula of the lens; above it, tangents keep columns together."""
     x, y = np.array([-place, 0.0, place]) * 4e-3, np.array([0.0, 1e-3])
     picture = xr.Dataset(coords={"y": y, "x": x}, attrs={"focal_length_mm": 4.0, **attrs})
-    np.testing.assert_allclose(page._angles_deg(picture, 0), [-angle_deg, 0.0, angle_deg], atol=1e-9)
+    np.testing.assert_allclose(
+        page._angles_deg(picture, 0), [-angle_deg, 0.0, angle_deg], atol=1e-9
+    )
     if not attrs:
-        np.testing.assert_allclose(page._angles_deg(picture, 1), page._angles_deg(picture, 0), atol=1e-9)
+        np.testing.assert_allclose(
+            page._angles_deg(picture, 1), page._angles_deg(picture, 0), atol=1e-9
+        )

@@ -10,15 +10,32 @@ from pathlib import Path
 EXAMPLE = Path(__file__).parents[1] / "example_plugin"
 
 
-def isethdr(*arguments: str, plugins=(), code: str | None = None, **variables: str) -> subprocess.CompletedProcess:
+def isethdr(
+    *arguments: str, plugins=(), code: str | None = None, **variables: str
+) -> subprocess.CompletedProcess:
     """Return the finished command `isethdr <arguments>`, or `python -c code`, with the folders `plugins` on its path."""
     paths = [*map(str, plugins), os.environ.get("PYTHONPATH", "")]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths)), "COLUMNS": "200", "NO_COLOR": "1", **variables}
-    command = [sys.executable, "-c", code or "from isethdr_core.cli import main; main()", *arguments]
-    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join(filter(None, paths)),
+        "COLUMNS": "200",
+        "NO_COLOR": "1",
+        **variables,
+    }
+    command = [
+        sys.executable,
+        "-c",
+        code or "from isethdr_core.cli import main; main()",
+        *arguments,
+    ]
+    return subprocess.run(
+        command, env=environment, capture_output=True, text=True, timeout=120, check=False
+    )
 
 
-def write_plugin(folder: Path, package: str, source: str, entry_point: str = "", **modules: str) -> Path:
+def write_plugin(
+    folder: Path, package: str, source: str, entry_point: str = "", **modules: str
+) -> Path:
     """Write an installed package of one module, with its entry point, into `folder`, and return the folder."""
     (folder / f"{package}.py").write_text(source)
     for name, text in modules.items():

@@ -16,7 +16,18 @@ WIDE = tuple(np.arange(400.0, 1101.0, 10.0).tolist())
 
 def chain(sensor, **more):
     lens = build("lens", "diffraction_limited", falloff="none", focal_length_mm=0.5)
-    return Chain(build("scene", "uniform", last_nm=1100.0), None, build("lighting", "ideal"), {}, lens, {}, {"one": sensor}, None, {}, **more)
+    return Chain(
+        build("scene", "uniform", last_nm=1100.0),
+        None,
+        build("lighting", "ideal"),
+        {},
+        lens,
+        {},
+        {"one": sensor},
+        None,
+        {},
+        **more,
+    )
 
 
 def test_the_truth_keeps_the_bands_that_the_eye_sees_and_a_sensor_its_own():
@@ -27,8 +38,14 @@ def test_the_truth_keeps_the_bands_that_the_eye_sees_and_a_sensor_its_own():
     whole, part = (xyz_weights(w).sum(1) for w in (WIDE, kept))
     # a flat spectrum; every dropped band adds at most the bound times the largest weight
     assert np.abs(whole / part - 1).max() < left.bound * (len(WIDE) - len(kept))
-    assert plan(chain(build("sensor", "bayer", infrared_cut=False)), ledger.Ledger()).wavelength_nm is None
-    assert plan(chain(build("sensor", "bayer"), leave_out=False), ledger.Ledger()).wavelength_nm is None
+    assert (
+        plan(chain(build("sensor", "bayer", infrared_cut=False)), ledger.Ledger()).wavelength_nm
+        is None
+    )
+    assert (
+        plan(chain(build("sensor", "bayer"), leave_out=False), ledger.Ledger()).wavelength_nm
+        is None
+    )
 
 
 def test_inner_bands_and_two_at_least_stay():
@@ -58,10 +75,29 @@ def test_bands_without_light_go_through_no_lens_and_the_light_is_the_same():
 def test_photocurrent_of_fewer_bands_is_read_as_that_of_all(names, monkeypatch):
     monkeypatch.setattr("isethdr_optics.for_sensor.WORTH", 0)  # however small the frame
     sensors = {n: build("sensor", n, pitch_um=1.0) for n in names}
-    parts = Chain(None, None, None, {}, build("lens", "diffraction_limited", focal_length_mm=0.5), {}, sensors, None, {})
-    demand, rows, mixed = plan(chain(sensors["bayer"]), ledger.Ledger()), ledger.Ledger(), some_light()
+    parts = Chain(
+        None,
+        None,
+        None,
+        {},
+        build("lens", "diffraction_limited", focal_length_mm=0.5),
+        {},
+        sensors,
+        None,
+        {},
+    )
+    demand, rows, mixed = (
+        plan(chain(sensors["bayer"]), ledger.Ledger()),
+        ledger.Ledger(),
+        some_light(),
+    )
     if len(names) > 1:
-        demand = Demand(response=sum((s.narrow(Demand()).response for s in list(sensors.values())[1:]), sensors["bayer"].narrow(Demand()).response))
+        demand = Demand(
+            response=sum(
+                (s.narrow(Demand()).response for s in list(sensors.values())[1:]),
+                sensors["bayer"].narrow(Demand()).response,
+            )
+        )
     with ledger.stage(rows, "lens"):
         light = on_sensor(parts, mixed, demand)
     assert light.attrs["units"] == PHOTOCURRENT and list(light.attrs["wavelength_nm"]) == list(WIDE)

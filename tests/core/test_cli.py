@@ -20,22 +20,42 @@ class Copy:
 def {hook}():
     return [Component("sensor", "{name}", Copy)]
 '''
-SMALL = ["scene=uniform", "scene.width=24", "scene.height=16", "scene.horizontal_field_deg=2", "~renderer", "lighting=ideal",
-         "~versions", "lens=ideal", "~flare.dirt", "isp=linear", "~metric.contrast"]
+SMALL = [
+    "scene=uniform",
+    "scene.width=24",
+    "scene.height=16",
+    "scene.horizontal_field_deg=2",
+    "~renderer",
+    "lighting=ideal",
+    "~versions",
+    "lens=ideal",
+    "~flare.dirt",
+    "isp=linear",
+    "~metric.contrast",
+]
 
 
 def test_help_is_there_and_names_the_commands():
     shown = isethdr("--help")
     assert shown.returncode == 0 and not shown.stderr
-    assert all(re.search(rf"^\s+{name}\b", shown.stdout, re.MULTILINE) for name in ("run", "plan", "plugins", "doctor"))
+    assert all(
+        re.search(rf"^\s+{name}\b", shown.stdout, re.MULTILINE)
+        for name in ("run", "plan", "plugins", "doctor")
+    )
 
 
 def test_plugins_lists_kinds_fields_and_packages():
     shown = isethdr("plugins", "sensor")
     assert shown.returncode == 0
-    assert "exposure_s=0.016" in shown.stdout and "(isethdr_sensors)" in shown.stdout and "lens" not in shown.stdout.split("\n")[0]
+    assert (
+        "exposure_s=0.016" in shown.stdout
+        and "(isethdr_sensors)" in shown.stdout
+        and "lens" not in shown.stdout.split("\n")[0]
+    )
     unknown = isethdr("plugins", "sensr")
-    assert unknown.returncode == 2 and unknown.stderr.startswith("error: no kind 'sensr'; did you mean 'sensor'")
+    assert unknown.returncode == 2 and unknown.stderr.startswith(
+        "error: no kind 'sensr'; did you mean 'sensor'"
+    )
 
 
 def test_a_mistake_is_one_line():
@@ -47,11 +67,19 @@ def test_a_mistake_is_one_line():
 
 
 def test_run_and_plan(isethdr_home, capsys):
-    quick = {"ISETHDR_PLUGINS": "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows"}  # without the report, whose plots take as long as all else
-    print_plan([*SMALL, "sensor=bayer"])  # what the command does: tests/workflows/test_command_and_python.py
+    quick = {
+        "ISETHDR_PLUGINS": "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows"
+    }  # without the report, whose plots take as long as all else
+    print_plan(
+        [*SMALL, "sensor=bayer"]
+    )  # what the command does: tests/workflows/test_command_and_python.py
     assert "light groups" in capsys.readouterr().out and not (isethdr_home / "runs").exists()
     first = isethdr("run", *SMALL, "sensor=bayer", **quick)
-    assert first.returncode == 0 and "sensor bayer" in first.stdout and "log_luminance_error" in first.stdout
+    assert (
+        first.returncode == 0
+        and "sensor bayer" in first.stdout
+        and "log_luminance_error" in first.stdout
+    )
     [stored] = (isethdr_home / "runs").glob("*.zarr")
     assert str(stored) in first.stdout
     print_plan([*SMALL, "sensor=bayer"])
@@ -70,13 +98,25 @@ def test_a_broken_plugin_is_one_loud_line_and_not_a_crash(tmp_path):
 
 
 def test_a_plugin_whose_components_break_is_skipped_too(tmp_path):
-    folder = write_plugin(tmp_path, "broken_acme", SENSOR.format(hook="isethdr_components", name="acme").replace("frozen=True", "frozen=False"))
+    folder = write_plugin(
+        tmp_path,
+        "broken_acme",
+        SENSOR.format(hook="isethdr_components", name="acme").replace(
+            "frozen=True", "frozen=False"
+        ),
+    )
     shown = isethdr("plugins", "sensor", plugins=[folder])
-    assert shown.returncode == 0 and "bayer" in shown.stdout and "must be a frozen dataclass" in shown.stdout
+    assert (
+        shown.returncode == 0
+        and "bayer" in shown.stdout
+        and "must be a frozen dataclass" in shown.stdout
+    )
 
 
 def test_two_plugins_of_the_same_name_are_both_named(tmp_path):
-    folder = write_plugin(tmp_path, "copycat", SENSOR.format(hook="isethdr_components", name="bayer"))
+    folder = write_plugin(
+        tmp_path, "copycat", SENSOR.format(hook="isethdr_components", name="bayer")
+    )
     shown = isethdr("plugins", plugins=[folder])
     assert shown.returncode == 2
     assert shown.stderr.strip().splitlines()[-1].startswith("error: two plugins offer sensor/bayer")

@@ -20,13 +20,26 @@ def presets():
     packages = {"isethdr_core.conf"}
     for impl in plugin_manager().hook.isethdr_config_paths.get_hookimpls():
         packages |= {path.removeprefix("pkg://") for path in impl.function()}
-    return sorted({(folder.name, file.name.removesuffix(".yaml")) for package in packages for folder in files(package).iterdir()
-                   if folder.is_dir() for file in folder.iterdir() if file.name.endswith(".yaml")})
+    return sorted(
+        {
+            (folder.name, file.name.removesuffix(".yaml"))
+            for package in packages
+            for folder in files(package).iterdir()
+            if folder.is_dir()
+            for file in folder.iterdir()
+            if file.name.endswith(".yaml")
+        }
+    )
 
 
 def test_the_main_job_composes_and_builds():
     parts = chain(compose())
-    assert list(parts.cameras) == ["bayer", "split_pixel", "rgbw"] and parts.flares and parts.metrics and parts.renderer is not None
+    assert (
+        list(parts.cameras) == ["bayer", "split_pixel", "rgbw"]
+        and parts.flares
+        and parts.metrics
+        and parts.renderer is not None
+    )
 
 
 def turns():
@@ -36,7 +49,9 @@ def turns():
     for kind, name in presets():
         of_kind.setdefault(kind, []).append(f"{group.get(kind, kind)}={name}")
     of_kind.pop("hydra", None)
-    return [[e] for e in of_kind.pop("experiment")] + [[o for o in turn if o] for turn in zip_longest(*of_kind.values())]
+    return [[e] for e in of_kind.pop("experiment")] + [
+        [o for o in turn if o] for turn in zip_longest(*of_kind.values())
+    ]
 
 
 @pytest.mark.parametrize("overrides", turns(), ids=" ".join)
@@ -58,7 +73,9 @@ def test_a_member_can_be_added_and_removed():
 
 def test_every_component_is_a_config_group_entry_with_its_name():
     by_kind = {kind: [n for k, n in components() if k == kind] for kind in KINDS}
-    for turn in range(max(map(len, by_kind.values()))):     # one of each kind at a time: composing takes a tenth of a second
+    for turn in range(
+        max(map(len, by_kind.values()))
+    ):  # one of each kind at a time: composing takes a tenth of a second
         names = {kind: members[turn % len(members)] for kind, members in by_kind.items()}
         group = {"flare": "+flare@flare.new", "metric": "+metric@metric.new"}
         config = compose([f"{group.get(kind, kind)}={name}" for kind, name in names.items()])
@@ -67,15 +84,21 @@ def test_every_component_is_a_config_group_entry_with_its_name():
             assert node["name"] == name
 
 
-@pytest.mark.parametrize(("overrides", "message"), [
-    (["sensor=rgwb"], "sensor 'rgwb' is not installed; did you mean 'rgbw'"),
-    (["experiment=night_drve"], "'night_drve' is not installed; did you mean 'night_drive'"),
-    (["sensor=rgbw", "sensor.exposure=1"], "no key 'sensor.exposure'; did you mean 'exposure_s'"),
-    (["sensr=rgbw"], "no key 'sensr'; did you mean 'sensor'"),
-    (["sensor=rgbw", "sensor.exposure_s=long"], "sensor.exposure_s=long.*Float"),
-    (["renderer=null"], "type ~<kind>, for example ~renderer"),
-    (["seed=many"], "seed is 'many'; expected a whole number"),
-])
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        (["sensor=rgwb"], "sensor 'rgwb' is not installed; did you mean 'rgbw'"),
+        (["experiment=night_drve"], "'night_drve' is not installed; did you mean 'night_drive'"),
+        (
+            ["sensor=rgbw", "sensor.exposure=1"],
+            "no key 'sensor.exposure'; did you mean 'exposure_s'",
+        ),
+        (["sensr=rgbw"], "no key 'sensr'; did you mean 'sensor'"),
+        (["sensor=rgbw", "sensor.exposure_s=long"], "sensor.exposure_s=long.*Float"),
+        (["renderer=null"], "type ~<kind>, for example ~renderer"),
+        (["seed=many"], "seed is 'many'; expected a whole number"),
+    ],
+)
 def test_mistakes_are_named_when_the_config_is_composed_or_built(overrides, message):
     with pytest.raises(ConfigError, match=message):
         chain(compose(overrides))

@@ -18,12 +18,20 @@ QUICK = {
     ("scene", "point_lights"): {"width": 64, "height": 36},
     ("scene", "macbeth"): {"width": 64, "height": 36},
 }
-DEAR = {("lens", "prescription")}   # what it promises of light, bands and places has tests of its own
+DEAR = {
+    ("lens", "prescription")
+}  # what it promises of light, bands and places has tests of its own
 NEEDS = {("renderer", "mitsuba"): "mitsuba"}
-NOT_HERE = {("scene", "iset_exr"): "reads a folder of EXR files, of which none is part of this project"}
+NOT_HERE = {
+    ("scene", "iset_exr"): "reads a folder of EXR files, of which none is part of this project"
+}
 
 
-@pytest.mark.parametrize(("kind", "name"), [pytest.param(*c, marks=[pytest.mark.slow] * (c in DEAR)) for c in sorted(components())], ids=lambda part: part)
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [pytest.param(*c, marks=[pytest.mark.slow] * (c in DEAR)) for c in sorted(components())],
+    ids=lambda part: part,
+)
 def test_component_keeps_its_promises(kind, name):
     if (kind, name) in NOT_HERE:
         pytest.skip(NOT_HERE[kind, name])
@@ -42,4 +50,11 @@ def test_tables_above_name_components_that_exist():
 
 def test_every_kind_has_an_ideal_member_or_needs_none():
     have = {kind for kind, name in components() if name == "ideal"}
-    assert have >= {"lighting", "lens", "flare", "sensor", "isp", "metric"}  # a scene and a renderer have no effects to switch off
+    assert have >= {
+        "lighting",
+        "lens",
+        "flare",
+        "sensor",
+        "isp",
+        "metric",
+    }  # a scene and a renderer have no effects to switch off

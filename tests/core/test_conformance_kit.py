@@ -15,7 +15,7 @@ from isethdr_core.registry import build, components
 from isethdr_core.testing import check
 from isethdr_core.testing.inputs import THROUGHPUT_SR
 
-COUNTER = itertools.count()     # hidden state, as a careless component has it
+COUNTER = itertools.count()  # hidden state, as a careless component has it
 
 
 def wrapped(kind, name, change):
@@ -53,19 +53,36 @@ def keep(data, values):
 
 LENS_FAULTS = {
     "light from nothing": (lambda out, *_: keep(out, out.values + 1e-9), "linear|no light"),
-    "hidden state": (lambda out, *_: keep(out, out.values * (1 + 1e-3 * (next(COUNTER) % 3))), "twice gives the same bits"),
+    "hidden state": (
+        lambda out, *_: keep(out, out.values * (1 + 1e-3 * (next(COUNTER) % 3))),
+        "twice gives the same bits",
+    ),
     "normalised": (lambda out, *_: keep(out, out.values / max(out.values.max(), 1e-30)), "linear"),
     "mirrored": (lambda out, *_: keep(out, out.values[:, :, ::-1]), "lands at"),
     "upside down": (lambda out, *_: keep(out, out.values[:, ::-1]), "lands at"),
     "10 % too bright": (lambda out, *_: keep(out, out.values * 1.1), "throughput"),
-    "brighter towards the border than it states": (lambda out, *_: keep(out, out.values * (1 + 1e5 * (out.x.values**2 + out.y.values[:, None] ** 2))),
-                                                   "relative illumination it states"),
-    "one tile too bright": (lambda out, *_: keep(out, out.values * (1 + 0.1 * ((np.arange(32) == 20) & (np.arange(24)[:, None] == 4)))),
-                            "nowhere more light"),
+    "brighter towards the border than it states": (
+        lambda out, *_: keep(
+            out, out.values * (1 + 1e5 * (out.x.values**2 + out.y.values[:, None] ** 2))
+        ),
+        "relative illumination it states",
+    ),
+    "one tile too bright": (
+        lambda out, *_: keep(
+            out, out.values * (1 + 0.1 * ((np.arange(32) == 20) & (np.arange(24)[:, None] == 4)))
+        ),
+        "nowhere more light",
+    ),
     "bands mixed": (lambda out, *_: keep(out, out.values * 0.5 + out.values.mean(0) * 0.5), "band"),
-    "focal length misstated": (lambda out, *_: out.assign_attrs(focal_length_mm=2 * out.attrs["focal_length_mm"]), "where focal length and distortion"),
+    "focal length misstated": (
+        lambda out, *_: out.assign_attrs(focal_length_mm=2 * out.attrs["focal_length_mm"]),
+        "where focal length and distortion",
+    ),
     "other units": (lambda out, *_: out.assign_attrs(units="lx"), "returns irradiance"),
-    "throughput missing": (lambda out, *_: (out.attrs.pop("throughput_sr"), out)[1], "returns irradiance"),
+    "throughput missing": (
+        lambda out, *_: (out.attrs.pop("throughput_sr"), out)[1],
+        "returns irradiance",
+    ),
 }
 
 
@@ -78,7 +95,9 @@ def test_lens_faults(fault, offer):
 def test_a_lens_whose_photocurrent_is_not_its_irradiance(offer):
     faulty = wrapped("lens", "ideal", lambda out, *_: out)
     base = components()["lens", "ideal"].cls
-    faulty.photocurrent = lambda self, mixed, flares, response: base.photocurrent(self, mixed, flares, response) * np.float32(1.1)
+    faulty.photocurrent = lambda self, mixed, flares, response: (
+        base.photocurrent(self, mixed, flares, response) * np.float32(1.1)
+    )
     caught(offer, "lens", faulty, "photocurrent makes the electrons that its irradiance makes")
 
 
@@ -112,17 +131,50 @@ def _without_cfa(shot):
 
 
 SENSOR_FAULTS = {
-    "noise by order of calls": (lambda shot, *_: shot.assign(raw=shot["raw"] + next(COUNTER) % 5), "twice gives the same bits"),
-    "gain misstated": (lambda shot, *_: shot.assign(gain_dn_per_e=shot["gain_dn_per_e"] * 1.2), "agrees with expected"),
-    "black level misstated": (lambda shot, *_: shot.assign(black_dn=shot["black_dn"] - 20), "agrees with expected"),
-    "auto exposure": (lambda shot, *_: shot.assign(raw=shot["raw"] * 0 + shot["raw"] - shot["raw"].mean()), "elsewhere in the frame"),
-    "no filter curves": (lambda shot, *_: shot.drop_vars("quantum_efficiency"), "quantum_efficiency"),
-    "saturation hidden": (lambda shot, *_: shot.assign(saturated=shot["saturated"] & False), "blinding light"),
-    "read noise stated twice too large": (lambda shot, *_: shot.assign(read_noise_e=2 * shot["read_noise_e"]), "scatter by the shot noise"),
-    "filter map one pixel off": (lambda shot, *_: shot.assign(filter=shot["filter"].roll(x=1)), "the pattern of the attribute 'cfa'"),
-    "filter map one pixel off, no cfa": (lambda shot, *_: _without_cfa(shot.assign(filter=shot["filter"].roll(x=1))), "expected electrons are"),
-    "another lens": (lambda shot, *_: shot.assign_attrs(throughput_sr=0.1), "'throughput_sr' of the light unchanged"),
-    "150 % efficiency": (lambda shot, *_: shot.assign(quantum_efficiency=shot["quantum_efficiency"] * 0 + 1.5), "0..1"),
+    "noise by order of calls": (
+        lambda shot, *_: shot.assign(raw=shot["raw"] + next(COUNTER) % 5),
+        "twice gives the same bits",
+    ),
+    "gain misstated": (
+        lambda shot, *_: shot.assign(gain_dn_per_e=shot["gain_dn_per_e"] * 1.2),
+        "agrees with expected",
+    ),
+    "black level misstated": (
+        lambda shot, *_: shot.assign(black_dn=shot["black_dn"] - 20),
+        "agrees with expected",
+    ),
+    "auto exposure": (
+        lambda shot, *_: shot.assign(raw=shot["raw"] * 0 + shot["raw"] - shot["raw"].mean()),
+        "elsewhere in the frame",
+    ),
+    "no filter curves": (
+        lambda shot, *_: shot.drop_vars("quantum_efficiency"),
+        "quantum_efficiency",
+    ),
+    "saturation hidden": (
+        lambda shot, *_: shot.assign(saturated=shot["saturated"] & False),
+        "blinding light",
+    ),
+    "read noise stated twice too large": (
+        lambda shot, *_: shot.assign(read_noise_e=2 * shot["read_noise_e"]),
+        "scatter by the shot noise",
+    ),
+    "filter map one pixel off": (
+        lambda shot, *_: shot.assign(filter=shot["filter"].roll(x=1)),
+        "the pattern of the attribute 'cfa'",
+    ),
+    "filter map one pixel off, no cfa": (
+        lambda shot, *_: _without_cfa(shot.assign(filter=shot["filter"].roll(x=1))),
+        "expected electrons are",
+    ),
+    "another lens": (
+        lambda shot, *_: shot.assign_attrs(throughput_sr=0.1),
+        "'throughput_sr' of the light unchanged",
+    ),
+    "150 % efficiency": (
+        lambda shot, *_: shot.assign(quantum_efficiency=shot["quantum_efficiency"] * 0 + 1.5),
+        "0..1",
+    ),
 }
 
 
@@ -156,20 +208,35 @@ def same_read_noise():
             noise_e = np.random.default_rng(0).normal(0, self.read_noise_e, shot["raw"].shape)
             raw = shot["raw"].values + np.rint(noise_e * float(shot["gain_dn_per_e"][0]))
             raw = np.clip(raw, 0, float(shot["top_dn"].max())).astype(shot["raw"].dtype)
-            return shot.assign(raw=shot["raw"].copy(data=raw), read_noise_e=shot["read_noise_e"] * 0 + self.read_noise_e)
+            return shot.assign(
+                raw=shot["raw"].copy(data=raw),
+                read_noise_e=shot["read_noise_e"] * 0 + self.read_noise_e,
+            )
 
     def replace_read_noise(sensor):
-        return base(**{f: getattr(sensor, f) for f in base.__dataclass_fields__} | {"read_noise_e": 0.0})
+        return base(
+            **{f: getattr(sensor, f) for f in base.__dataclass_fields__} | {"read_noise_e": 0.0}
+        )
 
     return Faulty
 
 
 def test_a_sensor_that_counts_ten_percent_too_many_electrons(offer):
-    caught(offer, "sensor", more_light(0.1), "expected electrons are irradiance x photons per joule x quantum_efficiency")
+    caught(
+        offer,
+        "sensor",
+        more_light(0.1),
+        "expected electrons are irradiance x photons per joule x quantum_efficiency",
+    )
 
 
 def test_a_sensor_whose_read_noise_ignores_the_key(offer):
-    caught(offer, "sensor", same_read_noise(), "scatter by the shot noise, read_noise_e and quantisation_e")
+    caught(
+        offer,
+        "sensor",
+        same_read_noise(),
+        "scatter by the shot noise, read_noise_e and quantisation_e",
+    )
 
 
 def test_a_sensor_whose_expected_electrons_are_labelled_dn(offer):
@@ -191,11 +258,23 @@ def clipped(picture, *_):
 
 ISP_FAULTS = {
     "clips estimates": (clipped, "not clipped"),
-    "relative luminance": (lambda p, *_: p.assign(xyz=(p["xyz"] / 50).assign_attrs(p["xyz"].attrs)), "comes back as 100"),
+    "relative luminance": (
+        lambda p, *_: p.assign(xyz=(p["xyz"] / 50).assign_attrs(p["xyz"].attrs)),
+        "comes back as 100",
+    ),
     "all valid": (lambda p, *_: p.assign(valid=p["valid"] | True), "saturated pixels"),
-    "a quarter of the variance": (lambda p, *_: p.assign(variance=(p["variance"] / 4).assign_attrs(p["variance"].attrs)), "within a factor of 3"),
-    "X and Z exchanged": (lambda p, *_: p.assign(xyz=p["xyz"].copy(data=p["xyz"].values[..., ::-1])), "has its X and Z beside Y"),
-    "mirrored": (lambda p, *_: p.assign(xyz=p["xyz"].copy(data=p["xyz"].values[:, ::-1])), "light up and to the right"),
+    "a quarter of the variance": (
+        lambda p, *_: p.assign(variance=(p["variance"] / 4).assign_attrs(p["variance"].attrs)),
+        "within a factor of 3",
+    ),
+    "X and Z exchanged": (
+        lambda p, *_: p.assign(xyz=p["xyz"].copy(data=p["xyz"].values[..., ::-1])),
+        "has its X and Z beside Y",
+    ),
+    "mirrored": (
+        lambda p, *_: p.assign(xyz=p["xyz"].copy(data=p["xyz"].values[:, ::-1])),
+        "light up and to the right",
+    ),
     "no variance": (lambda p, *_: p.assign(variance=p["variance"] * 0), "variance above 0"),
 }
 
@@ -211,13 +290,22 @@ def deaf_to(name, value):
         def __call__(self, captures):
             if name in captures.attrs:
                 return base.__call__(self, captures.assign_attrs({name: value}))
-            return base.__call__(self, captures.assign({name: captures[name] * 0 + value}) if name in captures else captures)
+            return base.__call__(
+                self,
+                captures.assign({name: captures[name] * 0 + value})
+                if name in captures
+                else captures,
+            )
 
     return Faulty
 
 
 def test_an_isp_that_knows_one_sensor_only(offer):
-    for name, value in (("throughput_sr", THROUGHPUT_SR), ("gain_dn_per_e", 0.5), ("area_m2", 9e-12)):
+    for name, value in (
+        ("throughput_sr", THROUGHPUT_SR),
+        ("gain_dn_per_e", 0.5),
+        ("area_m2", 9e-12),
+    ):
         caught(offer, "isp", deaf_to(name, value), f"reads '{name}' from the captures")
 
 
@@ -228,10 +316,18 @@ def test_isp_faults(fault, offer):
 
 
 METRIC_FAULTS = {
-    "the truth compared with itself": (lambda scores, picture, truth, *_: components()["metric", "ideal"].cls()(truth, truth, None), "depend on the picture"),
+    "the truth compared with itself": (
+        lambda scores, picture, truth, *_: components()["metric", "ideal"].cls()(
+            truth, truth, None
+        ),
+        "depend on the picture",
+    ),
     "a number, no list": (lambda scores, *_: 0.5, "list of Score"),
     "NaN": (lambda scores, *_: [replace(scores[0], value=float("nan"))], "is a number"),
-    "interval elsewhere": (lambda scores, *_: [replace(scores[0], low=1e9, high=2e9)], "low <= value <= high"),
+    "interval elsewhere": (
+        lambda scores, *_: [replace(scores[0], low=1e9, high=2e9)],
+        "low <= value <= high",
+    ),
     "the same row twice": (lambda scores, *_: scores * 2, "one row per"),
 }
 
@@ -251,7 +347,10 @@ def test_a_metric_that_reads_labels_it_never_asked_for(offer):
 
 
 LIGHTING_FAULTS = {
-    "weights misstated": (lambda m, *_: m.assign_attrs(weights={g: 2.0 * w for g, w in m.attrs["weights"].items()}), "sum of weight"),
+    "weights misstated": (
+        lambda m, *_: m.assign_attrs(weights={g: 2.0 * w for g, w in m.attrs["weights"].items()}),
+        "sum of weight",
+    ),
     "weights missing": (lambda m, *_: (m.attrs.pop("weights"), m)[1], "states the weight"),
     "normalised": (lambda m, *_: keep(m, m.values / m.values.max()), "sum of weight"),
 }
@@ -264,7 +363,16 @@ def test_lighting_faults(fault, offer):
 
 
 def test_a_scene_with_hidden_state(offer):
-    caught(offer, "scene", wrapped("scene", "uniform", lambda ds, *_: ds.assign(radiance=ds["radiance"] * (1 + next(COUNTER)))), "valid|seed")
+    caught(
+        offer,
+        "scene",
+        wrapped(
+            "scene",
+            "uniform",
+            lambda ds, *_: ds.assign(radiance=ds["radiance"] * (1 + next(COUNTER))),
+        ),
+        "valid|seed",
+    )
 
 
 def test_flares_that_amplify(offer):
@@ -309,6 +417,7 @@ def test_a_metric_and_an_isp_that_read_before_they_look(offer):
             for name in {"raw", "xyz"} & set(data):
                 np.sum(data[name].values)
             return of(self, data, *others)
+
         return call
 
     for kind, base in (("metric", "ideal"), ("isp", "linear")):
@@ -341,21 +450,40 @@ def test_an_error_that_does_not_say_what_was_expected(offer):
 
 
 def test_a_lens_that_states_no_error(offer):
-    caught(offer, "lens", wrapped("lens", "ideal", lambda out, *_: (ledger._row.get() and ledger._row.get().errors.clear(), out)[1]), "states its error")
+    caught(
+        offer,
+        "lens",
+        wrapped(
+            "lens",
+            "ideal",
+            lambda out, *_: (ledger._row.get() and ledger._row.get().errors.clear(), out)[1],
+        ),
+        "states its error",
+    )
 
 
 def test_narrow_that_drops_what_is_needed(offer):
     sensor = wrapped("sensor", "bayer", lambda shot, *_: shot)
-    sensor.narrow = lambda self, demand: replace(demand, wavelength_nm=demand.wavelength_nm and demand.wavelength_nm[:len(demand.wavelength_nm) // 2])
+    sensor.narrow = lambda self, demand: replace(
+        demand,
+        wavelength_nm=demand.wavelength_nm
+        and demand.wavelength_nm[: len(demand.wavelength_nm) // 2],
+    )
     caught(offer, "sensor", sensor, "needs no band that its narrow drops")
     lighting = wrapped("lighting", "ideal", lambda mixed, *_: mixed)
-    lighting.narrow = lambda self, demand: demand.with_groups(demand.groups[:1]) if demand.groups else demand
+    lighting.narrow = lambda self, demand: (
+        demand.with_groups(demand.groups[:1]) if demand.groups else demand
+    )
     caught(offer, "lighting", lighting, "needs no light group that its narrow drops")
     metric = wrapped("metric", "ideal", lambda scores, *_: scores)
-    metric.narrow = lambda self, demand: demand.with_groups(demand.groups[:1]) if demand.groups else demand
+    metric.narrow = lambda self, demand: (
+        demand.with_groups(demand.groups[:1]) if demand.groups else demand
+    )
     caught(offer, "metric", metric, "narrow drops no light group")
     lens = wrapped("lens", "ideal", lambda light, *_: light)
-    lens.narrow = lambda self, demand: replace(demand, wavelength_nm=demand.wavelength_nm and demand.wavelength_nm[1:])
+    lens.narrow = lambda self, demand: replace(
+        demand, wavelength_nm=demand.wavelength_nm and demand.wavelength_nm[1:]
+    )
     caught(offer, "lens", lens, "passes no light in a band that its narrow drops")
 
 

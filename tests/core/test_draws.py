@@ -24,7 +24,9 @@ def test_the_interval_holds_the_true_mean_as_often_as_it_says():
     for _ in range(2000):
         (score,) = over_draws([[Score("m", float(v), "dB")] for v in rng.normal(3.0, 0.5, 4)])
         inside += score.low <= 3.0 <= score.high
-    assert abs(inside / 2000 - 0.95) < 4 * math.sqrt(0.95 * 0.05 / 2000)  # four standard errors of a share
+    assert abs(inside / 2000 - 0.95) < 4 * math.sqrt(
+        0.95 * 0.05 / 2000
+    )  # four standard errors of a share
 
 
 def test_scores_that_cannot_be_averaged_keep_their_first_value_and_have_no_interval():
@@ -52,18 +54,36 @@ def test_renderer_noise_widens_the_interval_of_its_own_score_alone():
 
 def test_a_run_takes_draws_that_differ_in_noise_alone(tmp_path, monkeypatch):
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
-    chart = ["experiment=five_lights", "scene=macbeth", "scene.width=48", "scene.height=32", "~flare.dirt", "lens=ideal",
-             "sensor=bayer", "sensor.rows=24", "sensor.columns=36", "lens.focal_length_mm=0.25"]
+    chart = [
+        "experiment=five_lights",
+        "scene=macbeth",
+        "scene.width=48",
+        "scene.height=32",
+        "~flare.dirt",
+        "lens=ideal",
+        "sensor=bayer",
+        "sensor.rows=24",
+        "sensor.columns=36",
+        "lens.focal_length_mm=0.25",
+    ]
     one, four = (hdr.run(hdr.compose([*chart, f"draws={n}"])) for n in (1, 4))
-    first, mean = ({(s["metric"], s["object"], s["unit"]): s for s in r.scores} for r in (one, four))
+    first, mean = (
+        {(s["metric"], s["object"], s["unit"]): s for s in r.scores} for r in (one, four)
+    )
     assert first.keys() == mean.keys()
     key = ("ciede2000", "", next(k[2] for k in first if k[0] == "ciede2000"))
     assert mean[key]["low"] < mean[key]["value"] < mean[key]["high"]
     assert mean[key]["value"] != first[key]["value"]
-    np.testing.assert_array_equal(one.open("captures/bayer").raw, four.open("captures/bayer").raw)  # the shot that is kept is the first
-    assert "draws bayer" in [row.stage for row in four.ledger] and "draws bayer" not in [row.stage for row in one.ledger]
+    np.testing.assert_array_equal(
+        one.open("captures/bayer").raw, four.open("captures/bayer").raw
+    )  # the shot that is kept is the first
+    assert "draws bayer" in [row.stage for row in four.ledger] and "draws bayer" not in [
+        row.stage for row in one.ledger
+    ]
     assert first[key]["low"] in (None, "NaN") or math.isnan(first[key]["low"])
-    assert [left.what for row in one.ledger for left in row.left_out if "scores" in left.what] == ["intervals of scores"]
+    assert [left.what for row in one.ledger for left in row.left_out if "scores" in left.what] == [
+        "intervals of scores"
+    ]
     # a chart has no renderer noise: nothing is missing in the interval of four shots
     assert "scores bayer" not in [row.stage for row in four.ledger]
 
@@ -71,7 +91,14 @@ def test_a_run_takes_draws_that_differ_in_noise_alone(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_the_intervals_of_a_rendered_scene_hold_the_noise_of_its_renderer():
     """A chart whose half buffers differ by 30 % in every tile, against the same chart without noise."""
-    chart = ["scene=macbeth", "scene.width=48", "scene.height=32", "~flare.dirt", "~renderer", "lens=ideal"]
+    chart = [
+        "scene=macbeth",
+        "scene.width=48",
+        "scene.height=32",
+        "~flare.dirt",
+        "~renderer",
+        "lens=ideal",
+    ]
     camera = ["sensor=bayer", "sensor.rows=24", "sensor.columns=36", "lens.focal_length_mm=0.25"]
     config = hdr.compose(["experiment=five_lights", *chart, *camera, "report=false"])
     parts = chain(config)
@@ -80,10 +107,14 @@ def test_the_intervals_of_a_rendered_scene_hold_the_noise_of_its_renderer():
     mixed = parts.lighting(scene)
     light = on_sensor(parts, mixed, demand)
     halves = np.zeros((scene.sizes["light_group"], *mixed.shape[1:]))
-    halves[0] = 0.3 * luminance_cd_m2(mixed) / mixed.attrs["weights"][str(scene.light_group.values[0])]
+    halves[0] = (
+        0.3 * luminance_cd_m2(mixed) / mixed.attrs["weights"][str(scene.light_group.values[0])]
+    )
     found, rows = {}, {}
     for name, noise in (("exact", 0.0 * halves), ("noisy", halves), ("unknown", np.nan * halves)):
-        stored = scene.assign({HALVES: (("light_group", "y", "x"), noise)}).assign_attrs(rendered_s=1.0)
+        stored = scene.assign({HALVES: (("light_group", "y", "x"), noise)}).assign_attrs(
+            rendered_s=1.0
+        )
         random = hdr.generator(seed=0, device="A", scene="chart")
         rows[name] = Ledger()
         seen = through_camera(parts, rows[name], "bayer", light, mixed, stored, random, demand)
@@ -91,8 +122,13 @@ def test_the_intervals_of_a_rendered_scene_hold_the_noise_of_its_renderer():
     width = {name: s["ciede2000", ""].high - s["ciede2000", ""].low for name, s in found.items()}
     assert width["noisy"] > 2 * width["exact"] > 0
     assert width["unknown"] == pytest.approx(width["exact"])
-    assert {name: s["ciede2000", ""].value for name, s in found.items()} == dict.fromkeys(found, found["exact"]["ciede2000", ""].value)
-    said = {name: [left.what for row in ledger for left in row.left_out if "scores" in left.what] for name, ledger in rows.items()}
+    assert {name: s["ciede2000", ""].value for name, s in found.items()} == dict.fromkeys(
+        found, found["exact"]["ciede2000", ""].value
+    )
+    said = {
+        name: [left.what for row in ledger for left in row.left_out if "scores" in left.what]
+        for name, ledger in rows.items()
+    }
     assert said == {"exact": [], "noisy": [], "unknown": ["renderer noise in scores"]}
 
 

@@ -28,7 +28,10 @@ TARGETS = ["lighting=targets", "lighting.median_cd_m2=1"]
 @pytest.mark.parametrize(
     ("overrides", "said"),
     [
-        (["isp=linear", "isp.capture=longg"], "isp.capture is 'longg'; expected the name of .*; type isp"),
+        (
+            ["isp=linear", "isp.capture=longg"],
+            "isp.capture is 'longg'; expected the name of .*; type isp",
+        ),
         (
             [*TARGETS, "+lighting.targets.ambient={statistic: max, cd_m2: 1}"],
             "no light group 'ambient'.*type ~lighting.targets.ambient",

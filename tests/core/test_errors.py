@@ -15,6 +15,10 @@ def test_the_nearest_name_comes_first():
 
 
 def test_every_error_of_ours_is_an_isethdr_error_and_in_the_guide():
-    ours = [cls for _, cls in inspect.getmembers(errors, inspect.isclass) if issubclass(cls, Exception) and cls is not IsetHdrError]
+    ours = [
+        cls
+        for _, cls in inspect.getmembers(errors, inspect.isclass)
+        if issubclass(cls, Exception) and cls is not IsetHdrError
+    ]
     assert ours and all(issubclass(cls, IsetHdrError) for cls in ours)
     assert all(f"`{cls.__name__}`" in errors.__doc__ for cls in ours)

@@ -15,11 +15,19 @@ from .command_line import EXAMPLE, isethdr
 @pytest.fixture(scope="module")
 def acme(tmp_path_factory):
     """Build the wheel as its pyproject.toml says and unpack it into a folder of its own, as an installer does; needs no network."""
-    pytest.importorskip("hatchling", reason="the example plugin is built with hatchling; pip install isethdr[test]")
+    pytest.importorskip(
+        "hatchling", reason="the example plugin is built with hatchling; pip install isethdr[test]"
+    )
     folder = tmp_path_factory.mktemp("acme")
     source, target = shutil.copytree(EXAMPLE, folder / "source"), folder / "site"
     code = "import sys, hatchling.build; print(hatchling.build.build_wheel(sys.argv[1]))"
-    built = subprocess.run([sys.executable, "-c", code, str(folder)], cwd=source, capture_output=True, text=True, check=True)
+    built = subprocess.run(
+        [sys.executable, "-c", code, str(folder)],
+        cwd=source,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     with zipfile.ZipFile(folder / built.stdout.split()[-1]) as wheel:
         wheel.extractall(target)
     return target
@@ -28,7 +36,10 @@ def acme(tmp_path_factory):
 def test_it_is_listed_with_its_package(acme):
     shown = isethdr("plugins", plugins=[acme])
     assert shown.returncode == 0 and not shown.stderr
-    assert "acme_nano  Small sensor with shot and read noise" in shown.stdout and "(acme_camera)" in shown.stdout
+    assert (
+        "acme_nano  Small sensor with shot and read noise" in shown.stdout
+        and "(acme_camera)" in shown.stdout
+    )
     assert "acme_plastic" in shown.stdout and "converter='ramp'" in shown.stdout
 
 
@@ -72,8 +83,14 @@ print("kept")
 
 @pytest.mark.slow
 def test_a_sweep_over_it_runs(acme, isethdr_home):
-    shown = isethdr("run", "-m", "experiment=acme_night", "sensor=acme_nano,bayer", plugins=[acme],
-                    ISETHDR_PLUGINS="core,scenes,optics,sensors,isp,metrics,acme")  # without the report, whose plots take as long as all else
+    shown = isethdr(
+        "run",
+        "-m",
+        "experiment=acme_night",
+        "sensor=acme_nano,bayer",
+        plugins=[acme],
+        ISETHDR_PLUGINS="core,scenes,optics,sensors,isp,metrics,acme",
+    )  # without the report, whose plots take as long as all else
     assert shown.returncode == 0, shown.stderr
     assert len(list((isethdr_home / "runs").glob("*.zarr"))) == 2
     assert "acme_nano" in shown.stdout and "bayer" in shown.stdout

@@ -13,10 +13,32 @@ from isethdr_core.errors import IsetHdrError
 from isethdr_core.registry import components, plugin_manager
 
 # 24 x 16 tiles within 2 degrees: a run takes a tenth of a second
-SMALL = ["scene=uniform", "scene.width=24", "scene.height=16", "scene.horizontal_field_deg=2", "~renderer", "lighting=ideal",
-         "~versions", "lens=ideal", "~flare.dirt", "isp=linear", "+metric@metric.mean=ideal",
-         *(f"~metric.{name}" for name in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance",
-                                            "contrast", "detection"))]
+SMALL = [
+    "scene=uniform",
+    "scene.width=24",
+    "scene.height=16",
+    "scene.horizontal_field_deg=2",
+    "~renderer",
+    "lighting=ideal",
+    "~versions",
+    "lens=ideal",
+    "~flare.dirt",
+    "isp=linear",
+    "+metric@metric.mean=ideal",
+    *(
+        f"~metric.{name}"
+        for name in (
+            "shares",
+            "dynamic_range",
+            "snr",
+            "colour",
+            "ssim",
+            "log_luminance",
+            "contrast",
+            "detection",
+        )
+    ),
+]
 
 
 class Recorder:
@@ -54,8 +76,17 @@ def plugged_in(plugin):
 def test_isethdr_before_stage_and_isethdr_after_stage_surround_every_stage():
     with plugged_in(Recorder()) as seen:
         result = run(compose([*SMALL, "sensor=bayer"]))
-    chain = [("scene", "uniform"), ("lighting", "ideal"), ("lens", "ideal"), ("sensor", "bayer"), ("isp", "bayer"), ("metric", "mean bayer")]
-    assert seen.calls == [(when, *stage) for stage in chain for when in ("before", "after")] + [("after", "run", result.key)]
+    chain = [
+        ("scene", "uniform"),
+        ("lighting", "ideal"),
+        ("lens", "ideal"),
+        ("sensor", "bayer"),
+        ("isp", "bayer"),
+        ("metric", "mean bayer"),
+    ]
+    assert seen.calls == [(when, *stage) for stage in chain for when in ("before", "after")] + [
+        ("after", "run", result.key)
+    ]
     assert [s.row.stage for s in seen.stages[:-1]] == [f"{kind} {name}" for kind, name in chain]
     assert {row.stage for row in result.ledger} >= {f"{kind} {name}" for kind, name in chain}
 
@@ -64,7 +95,9 @@ def test_a_stored_run_calls_no_stage():
     run(compose([*SMALL, "sensor=bayer"]))
     with plugged_in(Recorder()) as seen:
         assert not run(compose([*SMALL, "sensor=bayer"])).computed
-    assert [call[:2] for call in seen.calls] == [("after", "run")], "only the whole run is announced, so that a missing report is made"
+    assert [call[:2] for call in seen.calls] == [("after", "run")], (
+        "only the whole run is announced, so that a missing report is made"
+    )
 
 
 def test_isethdr_on_stage_error_is_called_and_the_error_goes_on(monkeypatch):
@@ -88,7 +121,7 @@ def test_a_stage_may_be_given_more_attributes_later():
             assert {"kind", "name", "component"} <= set(vars(stage))
 
         @hookimpl
-        def isethdr_after_stage(self):      # pluggy lets a plugin leave arguments out
+        def isethdr_after_stage(self):  # pluggy lets a plugin leave arguments out
             pass
 
     with plugged_in(Old()):
@@ -109,7 +142,9 @@ def test_isethdr_commands_adds_to_the_command_line():
 
     app = typer.Typer()
     with plugged_in(Shouter()) as plugin:
-        plugin_manager().subset_hook_caller("isethdr_commands", [p for p in plugin_manager().get_plugins() if p is not plugin])(app=app)
+        plugin_manager().subset_hook_caller(
+            "isethdr_commands", [p for p in plugin_manager().get_plugins() if p is not plugin]
+        )(app=app)
     result = CliRunner().invoke(app, ["shout", "hello"])
     assert result.exit_code == 0 and "HELLO" in result.output
 
@@ -132,4 +167,7 @@ def test_a_hook_that_raises_stops_the_run_and_stores_nothing(isethdr_home):
 
     with plugged_in(Strict()), pytest.raises(IsetHdrError, match="not today"):
         run(compose([*SMALL, "sensor=bayer"]))
-    assert not list((isethdr_home / "runs").glob("*")) and len(list((isethdr_home / "failed").glob("*.txt"))) == 1
+    assert (
+        not list((isethdr_home / "runs").glob("*"))
+        and len(list((isethdr_home / "failed").glob("*.txt"))) == 1
+    )

@@ -27,14 +27,18 @@ def left(result) -> list[str]:
 
 def same_readings(first, second) -> bool:
     [camera] = first.cameras
-    return all(np.array_equal(*(r.open(f"{group}/{camera}")[name].values for r in (first, second)))
-               for group, name in (("captures", "raw"), ("picture", "xyz"), ("truth", "xyz")))
+    return all(
+        np.array_equal(*(r.open(f"{group}/{camera}")[name].values for r in (first, second)))
+        for group, name in (("captures", "raw"), ("picture", "xyz"), ("truth", "xyz"))
+    )
 
 
 def test_draws_of_a_noise_that_is_not_there_are_left_out():
     for sensor in (["sensor=ideal"], ["sensor=bayer", "sensor.noise=false"]):
         few, every = (run(compose([*DRAWS, *sensor, *more])) for more in ([], ["leave_out=false"]))
-        assert "2 more draws of the noise" in left(few) and "2 more draws of the noise" not in left(every)
+        assert "2 more draws of the noise" in left(few) and "2 more draws of the noise" not in left(
+            every
+        )
         assert same_readings(few, every) and few.scores == every.scores
 
 
@@ -77,7 +81,9 @@ def test_lightings_that_only_a_report_shows_are_left_out_without_one():
     shown, unseen = chain(compose(base)), chain(compose([*base, "report=false"]))
     assert set(plan(shown, Ledger()).groups) == {"sky", "headlights"}
     assert plan(unseen, rows).groups == ("headlights",)
-    assert "lighting day, and light groups that it alone needs" in [o.what for o in rows[0].left_out]
+    assert "lighting day, and light groups that it alone needs" in [
+        o.what for o in rows[0].left_out
+    ]
     assert chain(compose([*base, "report=false", "leave_out=false"])).versions
     path = run(compose([*SMALL, "sensor=ideal", "report=false"])).path
     with pytest.raises(Exception, match="versions"):
@@ -86,13 +92,24 @@ def test_lightings_that_only_a_report_shows_are_left_out_without_one():
 
 def test_everything_is_asked_for_where_nothing_may_be_left_out():
     demand = plan(chain(compose([*SMALL, "sensor=bayer", "leave_out=false"])), Ledger())
-    assert demand.labels == set(LABELS) and demand.groups is demand.wavelength_nm is demand.response is None
+    assert (
+        demand.labels == set(LABELS)
+        and demand.groups is demand.wavelength_nm is demand.response is None
+    )
 
 
 def test_light_is_stored_as_finely_whatever_is_left_out():
-    for sensor in ("bayer", "ideal"):   # one asks for 13 bits of the mantissa, the other for no more than usual
-        few, every = (plan(chain(compose([*SMALL, f"sensor={sensor}", *more])), Ledger()) for more in ([], ["leave_out=false"]))
-        assert stored_error(few) == stored_error(every) and (stored_error(few) > 0) == (sensor == "bayer")
+    for sensor in (
+        "bayer",
+        "ideal",
+    ):  # one asks for 13 bits of the mantissa, the other for no more than usual
+        few, every = (
+            plan(chain(compose([*SMALL, f"sensor={sensor}", *more])), Ledger())
+            for more in ([], ["leave_out=false"])
+        )
+        assert stored_error(few) == stored_error(every) and (stored_error(few) > 0) == (
+            sensor == "bayer"
+        )
 
 
 def test_every_label_can_be_kept_with_a_run():
@@ -108,5 +125,8 @@ def test_every_label_can_be_kept_with_a_run():
 
 @pytest.mark.parametrize("name", ["leave_out", "report"])
 def test_switches_are_true_or_false(name):
-    with pytest.raises(ConfigError, match=f"{name} is 'some'; expected true or false; type for example {name}=false"):
+    with pytest.raises(
+        ConfigError,
+        match=f"{name} is 'some'; expected true or false; type for example {name}=false",
+    ):
         run(compose([f"{name}=some"]))

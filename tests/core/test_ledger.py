@@ -30,7 +30,12 @@ def test_outside_a_run_nothing_is_recorded_and_nothing_fails():
     rows = Ledger()
     with ledger.stage(rows, "scene"):
         pass
-    assert rows[0].errors == [] and rows[0].left_out == [] and rows[0].error is None and rows[0].error_unit == ""
+    assert (
+        rows[0].errors == []
+        and rows[0].left_out == []
+        and rows[0].error is None
+        and rows[0].error_unit == ""
+    )
 
 
 def test_inner_stages_do_not_write_into_outer_rows():
@@ -47,7 +52,7 @@ def test_a_stage_that_raises_still_has_its_row():
     with pytest.raises(ZeroDivisionError), ledger.stage(rows, "isp"):
         raise ZeroDivisionError
     assert rows[0].stage == "isp"
-    ledger.error(1.0, "e", "measured")      # the row is closed: this goes nowhere
+    ledger.error(1.0, "e", "measured")  # the row is closed: this goes nowhere
     assert rows[0].errors == []
 
 
@@ -60,7 +65,7 @@ def test_peak_memory_is_seen():
         with mmap.mmap(-1, 160_000_000, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS) as block:
             for _ in range(160):
                 block.write(bytes(1_000_000))
-            time.sleep(0.06)    # three samples of 20 ms
+            time.sleep(0.06)  # three samples of 20 ms
     assert rows[1].peak_bytes - rows[0].peak_bytes > 150e6 or rows[0].peak_bytes == 0
 
 

@@ -17,17 +17,49 @@ from isethdr_core.scores import Score, half_interval, state_errors
 from isethdr_core.store_encoding import KEEPBITS, rounding
 from isethdr_core.testing.renderer import world
 
-CHART = ["scene=point_lights", "scene.width=48", "scene.height=27", "~renderer", "lighting=ideal", "~versions", "~flare.dirt",
-         "lens=ideal", "sensor=bayer", "sensor.rows=64", "sensor.columns=96"]
-USED = {"pixel_shares", "dynamic_range", "snr_curve", "ciede2000", "ssim", "log_luminance_error",
-        "object_contrast", "contrast_detection"}
-KINDS_OF_ROW = {"plan", "scene", "lighting", "lens", "sensor", "isp", "truth", "metric", "draws", "picture"}
+CHART = [
+    "scene=point_lights",
+    "scene.width=48",
+    "scene.height=27",
+    "~renderer",
+    "lighting=ideal",
+    "~versions",
+    "~flare.dirt",
+    "lens=ideal",
+    "sensor=bayer",
+    "sensor.rows=64",
+    "sensor.columns=96",
+]
+USED = {
+    "pixel_shares",
+    "dynamic_range",
+    "snr_curve",
+    "ciede2000",
+    "ssim",
+    "log_luminance_error",
+    "object_contrast",
+    "contrast_detection",
+}
+KINDS_OF_ROW = {
+    "plan",
+    "scene",
+    "lighting",
+    "lens",
+    "sensor",
+    "isp",
+    "truth",
+    "metric",
+    "draws",
+    "picture",
+}
 
 
 def check_rows(rows):
     for row in rows:
         unknown = any(omission.bound == math.inf for omission in row.left_out)
-        assert row.errors or unknown, f"row {row.stage!r} states no error, and not that it is unknown"
+        assert row.errors or unknown, (
+            f"row {row.stage!r} states no error, and not that it is unknown"
+        )
         for note in row.errors:
             assert 0 <= note.value < math.inf, (row.stage, note)
             assert note.unit and note.what and note.how in get_args(ledger.How), (row.stage, note)
@@ -60,28 +92,53 @@ class Flat:
         """Return 12 x 8 tiles of 1e-5 W m-2 sr-1 nm-1."""
         ledger.error(0.03, "relative", "statistical", "noise")
         groups = demand.groups or description.light_groups()
-        return scene_radiance(np.full((len(groups), 7, 8, 12), 1e-5), groups, np.linspace(400, 700, 7), centres(12, 0.6), centres(8, 0.4),
-                              instance=np.zeros((8, 12), np.uint32))
+        return scene_radiance(
+            np.full((len(groups), 7, 8, 12), 1e-5),
+            groups,
+            np.linspace(400, 700, 7),
+            centres(12, 0.6),
+            centres(8, 0.4),
+            instance=np.zeros((8, 12), np.uint32),
+        )
 
 
 def test_every_row_of_a_rendered_run_states_an_error_and_a_later_run_restates_the_rendering(offer):
     offer("scene", "world", World)
     offer("renderer", "flat", Flat)
-    config = compose(["scene=uniform", "lens=ideal", "lighting=ideal", "~versions", "~flare.dirt", "sensor=bayer", "sensor.rows=16",
-                      "sensor.columns=24", "~metric.contrast", "~metric.detection"])
+    config = compose(
+        [
+            "scene=uniform",
+            "lens=ideal",
+            "lighting=ideal",
+            "~versions",
+            "~flare.dirt",
+            "sensor=bayer",
+            "sensor.rows=16",
+            "sensor.columns=24",
+            "~metric.contrast",
+            "~metric.detection",
+        ]
+    )
     with open_dict(config):
         config.scene, config.renderer = {"name": "world"}, {"name": "flat"}
     rows = {row.stage: row for row in run(config).ledger}
     check_rows(rows.values())
     rounded = rows["radiance"].error
-    assert rows["renderer flat"].error == 0.03 and rows["store scene"].error == rounded <= rounding(KEEPBITS)
+    assert rows["renderer flat"].error == 0.03 and rows["store scene"].error == rounded <= rounding(
+        KEEPBITS
+    )
     allowed = next(e.value for e in rows["plan"].errors if "allowed of light" in e.what)
-    assert rounded <= STORE * allowed < 2 * rounded  # the fewest bits that are within the store's share
+    assert (
+        rounded <= STORE * allowed < 2 * rounded
+    )  # the fewest bits that are within the store's share
     assert len(rows["radiance"].errors) == 1
     config.seed = 1
     again = {row.stage: row for row in run(config).ledger}
     check_rows(again.values())
-    assert "renderer flat" not in again and [e.value for e in again["radiance"].errors] == [rounded, 0.03]
+    assert "renderer flat" not in again and [e.value for e in again["radiance"].errors] == [
+        rounded,
+        0.03,
+    ]
 
 
 def stated(scores):
@@ -92,10 +149,19 @@ def stated(scores):
 
 
 def test_a_metric_is_as_wrong_as_half_its_widest_interval():
-    whole = [Score("a", 1.0, "dB", "", 0.5, 2.0), Score("a_10", 1.0, "dB", "", 0.9, 1.1), Score("b", 3.0, "", "", 2.0, float("nan"))]
-    assert stated([*whole, Score("a", 1.0, "dB", "car", 0.0, 9.0)]) == [(1.0, "dB", "statistical"), (1.0, "1", "statistical")]
+    whole = [
+        Score("a", 1.0, "dB", "", 0.5, 2.0),
+        Score("a_10", 1.0, "dB", "", 0.9, 1.1),
+        Score("b", 3.0, "", "", 2.0, float("nan")),
+    ]
+    assert stated([*whole, Score("a", 1.0, "dB", "car", 0.0, 9.0)]) == [
+        (1.0, "dB", "statistical"),
+        (1.0, "1", "statistical"),
+    ]
     assert stated([Score("a", 1.0, "dB", "car", 0.0, 3.0)]) == [(2.0, "dB", "statistical")]
-    assert stated([Score("a", 1.0, "dB")]) == [(math.inf, "dB", "bound")] and stated([]) == [(0.0, "1", "bound")]
+    assert stated([Score("a", 1.0, "dB")]) == [(math.inf, "dB", "bound")] and stated([]) == [
+        (0.0, "1", "bound")
+    ]
     assert math.isnan(half_interval(Score("a", 1.0, "dB")))
 
 

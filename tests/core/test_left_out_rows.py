@@ -16,8 +16,17 @@ from isethdr_core.quantities import LABELS
 
 def planned(**parts):
     nothing, rows = SimpleNamespace(), Ledger()
-    known = {"scene": nothing, "renderer": SimpleNamespace(), "lighting": nothing, "versions": {}, "lens": nothing, "flares": {},
-             "cameras": {"a": nothing}, "isp": nothing, "metrics": {}}
+    known = {
+        "scene": nothing,
+        "renderer": SimpleNamespace(),
+        "lighting": nothing,
+        "versions": {},
+        "lens": nothing,
+        "flares": {},
+        "cameras": {"a": nothing},
+        "isp": nothing,
+        "metrics": {},
+    }
     return plan(Chain(**known | parts), rows), {o.what: (o.why, o.bound) for o in rows[0].left_out}
 
 
@@ -29,12 +38,17 @@ def test_labels_that_no_metric_reads():
     assert demand.labels == {"instance", "depth"}
     assert left["labels distance, category, normal"] == ("no metric reads them", 0.0)
     assert not any("labels" in what for what in planned(metrics={"a": reads(*LABELS)})[1])
-    assert not any("labels" in what for what in planned(renderer=None)[1]), "a scene that knows its light makes its labels anyway"
+    assert not any("labels" in what for what in planned(renderer=None)[1]), (
+        "a scene that knows its light makes its labels anyway"
+    )
     assert not any("labels" in what for what in planned(leave_out=False)[1])
 
 
 def test_the_display_view_that_nobody_looks_at():
-    assert planned(looked_at=False)[1]["display view of the scene"] == ("no report is asked for, and only it shows it", 0.0)
+    assert planned(looked_at=False)[1]["display view of the scene"] == (
+        "no report is asked for, and only it shows it",
+        0.0,
+    )
     assert "display view of the scene" not in planned()[1]
     assert chain(compose(["sensor=bayer", "report=false"])).looked_at is False
 
@@ -46,4 +60,6 @@ def test_chunks_of_bands_that_nobody_asks_for_are_not_read():
         assert of_demand(scene, Demand()) is scene
     [left] = rows[0].left_out
     assert left.what == "chunks of 28 of 31 bands of the scene's light" and left.bound == 0.0
-    np.testing.assert_array_equal(part["radiance"].values, scene["radiance"].sel(wavelength=[500.0, 510.0, 520.0]).values)
+    np.testing.assert_array_equal(
+        part["radiance"].values, scene["radiance"].sel(wavelength=[500.0, 510.0, 520.0]).values
+    )

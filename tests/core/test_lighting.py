@@ -24,7 +24,9 @@ def scene(groups, seed=0, height=9, width=12, margin=0):
     """Random scene radiance over many decades; `groups` {name: scale}."""
     rng = np.random.default_rng(seed)
     x, y = quantities.centres(width, 0.6), quantities.centres(height, 0.45)
-    cube = np.stack([scale * 10 ** rng.uniform(-4, 0, (len(BANDS), height, width)) for scale in groups.values()])
+    cube = np.stack(
+        [scale * 10 ** rng.uniform(-4, 0, (len(BANDS), height, width)) for scale in groups.values()]
+    )
     field = (0.6 * (width - 2 * margin) / width, 0.45 * (height - 2 * margin) / height)
     return quantities.scene_radiance(cube, groups, BANDS, x, y, field)
 
@@ -36,10 +38,15 @@ def test_mixing_is_the_weighted_sum_over_fifteen_decades_of_weight():
     ds = scene(FOUR)
     weights = {"sky": 1e-9, "headlights": 1e-3, "streetlights": 1e6, "other": 1.0}
     mixed = WeightsLighting(weights)(ds)
-    exact = sum(w * ds.radiance.sel(light_group=g).values.astype(np.longdouble) for g, w in weights.items())
+    exact = sum(
+        w * ds.radiance.sel(light_group=g).values.astype(np.longdouble) for g, w in weights.items()
+    )
     assert np.abs(mixed.values / exact - 1).max() < FLOAT32
     assert mixed.dtype == np.float32 and mixed.attrs["weights"] == weights
-    assert mixed.attrs["field_width"] == pytest.approx(0.6) and mixed.attrs["units"] == quantities.RADIANCE
+    assert (
+        mixed.attrs["field_width"] == pytest.approx(0.6)
+        and mixed.attrs["units"] == quantities.RADIANCE
+    )
     quantities.check_mixed(mixed)
 
 
@@ -68,14 +75,24 @@ class FailingArray(xr.backends.BackendArray):
     """A lazy cube that fails when light of `forbidden` groups, or of more than one group, is read."""
 
     def __init__(self, values, forbidden):
-        self.values, self.forbidden, self.shape, self.dtype = values, forbidden, values.shape, values.dtype
+        self.values, self.forbidden, self.shape, self.dtype = (
+            values,
+            forbidden,
+            values.shape,
+            values.dtype,
+        )
 
     def __getitem__(self, key):
         def read(key):
-            assert isinstance(key[0], (int, np.integer)), f"several groups were read at once: {key[0]}"
+            assert isinstance(key[0], (int, np.integer)), (
+                f"several groups were read at once: {key[0]}"
+            )
             assert key[0] not in self.forbidden, f"group {key[0]} was read"
             return self.values[key]
-        return xr.core.indexing.explicit_indexing_adapter(key, self.shape, xr.core.indexing.IndexingSupport.BASIC, read)
+
+        return xr.core.indexing.explicit_indexing_adapter(
+            key, self.shape, xr.core.indexing.IndexingSupport.BASIC, read
+        )
 
 
 def lazy(ds, forbidden=()):
@@ -111,7 +128,9 @@ def test_narrow_asks_for_no_dark_group():
 
 def test_missing_group_negative_weight_and_bad_light_are_errors():
     ds = scene(FOUR)
-    with pytest.raises(ConfigError, match="no light group 'headlight'; did you mean 'headlights'.*sky"):
+    with pytest.raises(
+        ConfigError, match="no light group 'headlight'; did you mean 'headlights'.*sky"
+    ):
         WeightsLighting({"headlight": 1.0})(ds)
     for bad in (-1.0, float("nan"), float("inf")):
         with pytest.raises(ConfigError, match="'sky'.* in it; expected 0 to"):
@@ -131,7 +150,9 @@ def test_missing_group_negative_weight_and_bad_light_are_errors():
 def test_black_scene_stays_black():
     ds = scene(dict.fromkeys(FOUR, 0.0))
     assert not IdealLighting()(ds).values.any()
-    assert not WeightsLighting(dict.fromkeys(FOUR, 1.0), relative_to_mean_cd_m2=100.0)(ds).values.any()
+    assert not WeightsLighting(dict.fromkeys(FOUR, 1.0), relative_to_mean_cd_m2=100.0)(
+        ds
+    ).values.any()
 
 
 def test_relative_weights_bring_each_group_to_the_mean_within_the_field():
@@ -151,7 +172,9 @@ def reference():
     cube = np.moveaxis(data["groups"].astype(float), (3, 2), (0, 1))
     energy = energy_from_photons(cube, data["wave"], axis=1) * (6.626176e-34 / 6.62607015e-34)
     names = ("headlights", "streetlights", "other", "sky")
-    ds = quantities.scene_radiance(energy, names, data["wave"], quantities.centres(48, 0.6), quantities.centres(32, 0.4))
+    ds = quantities.scene_radiance(
+        energy, names, data["wave"], quantities.centres(48, 0.6), quantities.centres(32, 0.4)
+    )
     return data, ds
 
 
@@ -161,10 +184,19 @@ def test_iset_weights_agree_with_the_papers_script(reference):
         low = None if np.isnan(data["case_low"][k]) else float(data["case_low"][k])
         light = IsetLighting(float(data["case_DR"][k]), low, tuple(data["case_draws"][k]))
         mixed = light(ds)
-        found = [mixed.attrs["iset_weights"][g] for g in ("headlights", "streetlights", "other", "sky")]
-        np.testing.assert_allclose(found, data["weights"][k], rtol=1e-6)  # both hold light in float32: 2e-7 seen
+        found = [
+            mixed.attrs["iset_weights"][g] for g in ("headlights", "streetlights", "other", "sky")
+        ]
+        np.testing.assert_allclose(
+            found, data["weights"][k], rtol=1e-6
+        )  # both hold light in float32: 2e-7 seen
         own = luminance(mixed.values, data["wave"])
-        for name, function in (("min", np.min), ("median", np.median), ("mean", np.mean), ("max", np.max)):
+        for name, function in (
+            ("min", np.min),
+            ("median", np.median),
+            ("mean", np.mean),
+            ("max", np.max),
+        ):
             np.testing.assert_allclose(function(own), data[f"lum_{name}"][k], rtol=1e-6)
 
 
@@ -174,4 +206,11 @@ def test_iset_is_seeded_and_refuses_a_dark_group(reference):
     np.testing.assert_array_equal(one, two)
     assert IsetLighting(seed=4)(ds).attrs["weights"] != one.attrs["weights"]
     with pytest.raises(ConfigError, match="'streetlights' is dark"):
-        IsetLighting()(ds.assign(radiance=ds.radiance.where(ds.light_group != "streetlights", 0, ).assign_attrs(ds.radiance.attrs)))
+        IsetLighting()(
+            ds.assign(
+                radiance=ds.radiance.where(
+                    ds.light_group != "streetlights",
+                    0,
+                ).assign_attrs(ds.radiance.attrs)
+            )
+        )

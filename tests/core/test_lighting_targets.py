@@ -28,9 +28,17 @@ def light_from(maps):
     for k, y in enumerate(maps.values()):
         spectrum = np.exp(-(((BANDS - 450 - 60 * k) / 80) ** 2))
         cubes.append((spectrum / luminance(spectrum, BANDS))[:, None, None] * y)
-    ds = quantities.scene_radiance(np.stack(cubes), maps, BANDS, quantities.centres(WIDTH, 0.8), quantities.centres(HEIGHT, 0.6))
-    ds.attrs["lamps"] = [{"object": 1, "kind": "low_beam", "group": "headlights", "luminance_cd_m2": 2e6},
-                         {"object": 2, "kind": "tail", "group": "other", "luminance_cd_m2": 500.0}]
+    ds = quantities.scene_radiance(
+        np.stack(cubes),
+        maps,
+        BANDS,
+        quantities.centres(WIDTH, 0.8),
+        quantities.centres(HEIGHT, 0.6),
+    )
+    ds.attrs["lamps"] = [
+        {"object": 1, "kind": "low_beam", "group": "headlights", "luminance_cd_m2": 2e6},
+        {"object": 2, "kind": "tail", "group": "other", "luminance_cd_m2": 500.0},
+    ]
     return ds
 
 
@@ -52,21 +60,36 @@ def found(mixed):
 
 
 def test_per_group_targets_are_reached(night):
-    light = TargetsLighting({"headlights": {"statistic": "max", "cd_m2": 3e4}, "streetlights": {"statistic": "mean", "cd_m2": 2.0},
-                             "sky": {"statistic": "percentile", "percentile": 30, "cd_m2": 0.5}})
+    light = TargetsLighting(
+        {
+            "headlights": {"statistic": "max", "cd_m2": 3e4},
+            "streetlights": {"statistic": "mean", "cd_m2": 2.0},
+            "sky": {"statistic": "percentile", "percentile": 30, "cd_m2": 0.5},
+        }
+    )
     mixed = light(night)
     assert mixed.attrs["infeasible"] == ""
-    alone = {g: found(TargetsLighting(weights={g: mixed.attrs["weights"][g]}, others=0.0)(night)) for g in mixed.attrs["weights"]}
+    alone = {
+        g: found(TargetsLighting(weights={g: mixed.attrs["weights"][g]}, others=0.0)(night))
+        for g in mixed.attrs["weights"]
+    }
     assert alone["headlights"].max() == pytest.approx(3e4, rel=REACHED)
     assert alone["streetlights"].mean() == pytest.approx(2.0, rel=REACHED)
     assert np.percentile(alone["sky"], 30, method="hazen") == pytest.approx(0.5, rel=REACHED)
 
 
 def test_lamp_axis_reads_no_light_and_knows_the_kind(night):
-    light = TargetsLighting({"headlights": {"statistic": "lamp_axis", "cd_m2": 5e5}}, weights={"sky": 1e-4})
+    light = TargetsLighting(
+        {"headlights": {"statistic": "lamp_axis", "cd_m2": 5e5}}, weights={"sky": 1e-4}
+    )
     assert light(night).attrs["weights"] == {"sky": 1e-4, "headlights": 0.25, "streetlights": 1.0}
-    absent = TargetsLighting({"headlights": {"statistic": "lamp_axis", "lamp_kind": "xenon", "cd_m2": 5e5}})(night)
-    assert absent.attrs["weights"]["headlights"] == 1.0 and "headlights: wanted 500000, reached 0" in absent.attrs["infeasible"]
+    absent = TargetsLighting(
+        {"headlights": {"statistic": "lamp_axis", "lamp_kind": "xenon", "cd_m2": 5e5}}
+    )(night)
+    assert (
+        absent.attrs["weights"]["headlights"] == 1.0
+        and "headlights: wanted 500000, reached 0" in absent.attrs["infeasible"]
+    )
     bare = night.copy()
     del bare.attrs["lamps"]
     with pytest.raises(ConfigError, match="lists no lamps.*statistic=max"):
@@ -93,21 +116,32 @@ def test_level_of_the_picture(night, name, level):
     assert statistic(y) == pytest.approx(level, rel=REACHED)
     low, high = np.percentile(y, [1, 100], method="hazen")
     assert high / low == pytest.approx(1e5, rel=REACHED)
-    assert with_range.attrs["infeasible"] == ""  # lamps have no target of their own, so all may move
+    assert (
+        with_range.attrs["infeasible"] == ""
+    )  # lamps have no target of their own, so all may move
 
 
 def test_the_impossible_is_said_and_bounded(night):
     book = ledger.Ledger()
     with ledger.stage(book, "lighting"):
         mixed = TargetsLighting(mean_cd_m2=1.0)(night)  # the lamps alone have a mean of 1900
-    assert mixed.attrs["weights"]["sky"] == 0 and "mean_cd_m2: wanted 1, reached" in mixed.attrs["infeasible"]
+    assert (
+        mixed.attrs["weights"]["sky"] == 0
+        and "mean_cd_m2: wanted 1, reached" in mixed.attrs["infeasible"]
+    )
     assert book[0].error > 1000 and any("mean_cd_m2" in row.what for row in book[0].left_out)
     too_much = TargetsLighting(dynamic_range=1e15, low_percentile=90.0)(night)
-    assert "dynamic_range" in too_much.attrs["infeasible"] and too_much.attrs["weights"]["sky"] < 1e-6
+    assert (
+        "dynamic_range" in too_much.attrs["infeasible"] and too_much.attrs["weights"]["sky"] < 1e-6
+    )
     too_little = TargetsLighting(dynamic_range=1.5)(night)
     assert "dynamic_range" in too_little.attrs["infeasible"]
-    both = TargetsLighting({"headlights": {"statistic": "max", "cd_m2": 1e5}}, dynamic_range=1e5, median_cd_m2=30.0)(night)
-    assert "headlights: wanted 100000" in both.attrs["infeasible"]  # the scale to the median took the lamp along
+    both = TargetsLighting(
+        {"headlights": {"statistic": "max", "cd_m2": 1e5}}, dynamic_range=1e5, median_cd_m2=30.0
+    )(night)
+    assert (
+        "headlights: wanted 100000" in both.attrs["infeasible"]
+    )  # the scale to the median took the lamp along
 
 
 def test_identical_collinear_dark_and_absent_groups():
@@ -117,16 +151,26 @@ def test_identical_collinear_dark_and_absent_groups():
     mixed = light(twins)
     assert np.isfinite(list(mixed.attrs["weights"].values())).all()
     assert np.median(found(mixed)) == pytest.approx(500.0, rel=REACHED)
-    assert "dynamic_range" in TargetsLighting(dynamic_range=1e6)(twins).attrs["infeasible"]  # one shape: one ratio
+    assert (
+        "dynamic_range" in TargetsLighting(dynamic_range=1e6)(twins).attrs["infeasible"]
+    )  # one shape: one ratio
     dark = TargetsLighting({"other": {"statistic": "max", "cd_m2": 10.0}})(twins)
-    assert dark.attrs["weights"]["other"] == 1.0 and "other: wanted 10, reached 0" in dark.attrs["infeasible"]
+    assert (
+        dark.attrs["weights"]["other"] == 1.0
+        and "other: wanted 10, reached 0" in dark.attrs["infeasible"]
+    )
     for bad, said in (
         ({"targets": {"head": {"cd_m2": 1.0}}}, "no light group 'head'"),
-        ({"ambient": "moon", "median_cd_m2": 1.0}, "lighting.ambient is 'moon'; expected a light group"),
+        (
+            {"ambient": "moon", "median_cd_m2": 1.0},
+            "lighting.ambient is 'moon'; expected a light group",
+        ),
     ):
         with pytest.raises(ConfigError, match=said):
             TargetsLighting(**bad)(twins)
-    black = TargetsLighting(dynamic_range=1e6, median_cd_m2=1.0)(light_from({"sky": 0 * y, "headlights": 0 * y}))
+    black = TargetsLighting(dynamic_range=1e6, median_cd_m2=1.0)(
+        light_from({"sky": 0 * y, "headlights": 0 * y})
+    )
     assert not black.values.any() and "median_cd_m2" in black.attrs["infeasible"]
 
 
@@ -140,13 +184,19 @@ def test_searches_work_over_thirty_decades():
     lamps[0] = 1.0
     for wanted in (10.0, 1e6, 1e15):
         w = solve.weight_for_dynamic_range(lamps, ambient, wanted, 1.0, 100.0)
-        assert solve.dynamic_range(lamps + w * ambient, 1.0, 100.0) == pytest.approx(wanted, rel=1e-9)
+        assert solve.dynamic_range(lamps + w * ambient, 1.0, 100.0) == pytest.approx(
+            wanted, rel=1e-9
+        )
 
 
 def test_seeded_ranges_are_reproducible_and_do_not_depend_on_other_groups():
     one = target.parse({"headlights": {"statistic": "max", "cd_m2": [2e4, 9e4]}})
-    more = target.parse({"other": {"statistic": "max", "relative_to": "headlights", "ratio": [4e-4, 1e-2]},
-                         "headlights": {"statistic": "max", "cd_m2": [2e4, 9e4]}})
+    more = target.parse(
+        {
+            "other": {"statistic": "max", "relative_to": "headlights", "ratio": [4e-4, 1e-2]},
+            "headlights": {"statistic": "max", "cd_m2": [2e4, 9e4]},
+        }
+    )
     draws = [target.draw(one, seed)["headlights"] for seed in range(400)]
     assert draws == [target.draw(more, seed)["headlights"] for seed in range(400)]
     assert min(draws) >= 2e4 and max(draws) <= 9e4
@@ -160,21 +210,24 @@ def test_seeded_ranges_are_reproducible_and_do_not_depend_on_other_groups():
     assert abs(np.corrcoef(np.transpose(pairs))[0, 1]) < 0.2
 
 
-@pytest.mark.parametrize(("fields", "match"), [
-    ({"targets": {"sky": {"statistic": "medium", "cd_m2": 1}}}, "statistic is 'medium'"),
-    ({"targets": {"sky": {"cdm2": 1}}}, "no key 'cdm2'; did you mean 'cd_m2'"),
-    ({"targets": {"sky": {"cd_m2": [3, 1]}}}, "low <= high"),
-    ({"targets": {"sky": {"cd_m2": "bright"}}}, "number or a range"),
-    ({"targets": {"sky": {"cd_m2": -1}}}, "0 <= low"),
-    ({"targets": {"sky": {"statistic": "max"}}}, "needs either"),
-    ({"targets": {"other": {"relative_to": "head", "ratio": 0.1}}}, "relative to 'head'"),
-    ({"targets": {"sky": {"cd_m2": 1}}, "weights": {"sky": 1.0}}, "both a target and a weight"),
-    ({"weights": {"sky": -1.0}}, "with -1.0 in it; expected 0 to"),
-    ({"dynamic_range": 0.5}, "expected 1.0001 to"),
-    ({"median_cd_m2": 0.0}, "expected 1e-09 to"),
-    ({"median_cd_m2": 1.0, "mean_cd_m2": 1.0}, "both median_cd_m2 and mean_cd_m2"),
-    ({"low_percentile": 99.0, "high_percentile": 1.0}, "low < high"),
-])
+@pytest.mark.parametrize(
+    ("fields", "match"),
+    [
+        ({"targets": {"sky": {"statistic": "medium", "cd_m2": 1}}}, "statistic is 'medium'"),
+        ({"targets": {"sky": {"cdm2": 1}}}, "no key 'cdm2'; did you mean 'cd_m2'"),
+        ({"targets": {"sky": {"cd_m2": [3, 1]}}}, "low <= high"),
+        ({"targets": {"sky": {"cd_m2": "bright"}}}, "number or a range"),
+        ({"targets": {"sky": {"cd_m2": -1}}}, "0 <= low"),
+        ({"targets": {"sky": {"statistic": "max"}}}, "needs either"),
+        ({"targets": {"other": {"relative_to": "head", "ratio": 0.1}}}, "relative to 'head'"),
+        ({"targets": {"sky": {"cd_m2": 1}}, "weights": {"sky": 1.0}}, "both a target and a weight"),
+        ({"weights": {"sky": -1.0}}, "with -1.0 in it; expected 0 to"),
+        ({"dynamic_range": 0.5}, "expected 1.0001 to"),
+        ({"median_cd_m2": 0.0}, "expected 1e-09 to"),
+        ({"median_cd_m2": 1.0, "mean_cd_m2": 1.0}, "both median_cd_m2 and mean_cd_m2"),
+        ({"low_percentile": 99.0, "high_percentile": 1.0}, "low < high"),
+    ],
+)
 def test_impossible_fields_are_config_errors(fields, match):
     with pytest.raises(ConfigError, match=match):
         TargetsLighting(**fields)
@@ -184,12 +237,30 @@ def test_narrow_drops_only_what_is_known_to_be_dark():
     light = TargetsLighting({"sky": {"cd_m2": 1.0}}, weights={"streetlights": 0.0})
     assert light.narrow(Demand()).groups is None
     assert light.narrow(Demand(groups=("sky", "streetlights", "other"))).groups == ("sky", "other")
-    assert TargetsLighting(weights={"sky": 0.0}, others=0.0, dynamic_range=10.0).narrow(Demand()).groups == ("sky",)
+    assert TargetsLighting(weights={"sky": 0.0}, others=0.0, dynamic_range=10.0).narrow(
+        Demand()
+    ).groups == ("sky",)
 
 
-@pytest.mark.parametrize("name", ["night", "dusk", "day", "tunnel", "iset_halogen_night", "iset_xenon_night", "iset_led_night",
-                                  "iset_laser_night", "iset_1112184733_night", "iset_1112184733_day", "iset_1114031438_night",
-                                  "iset_1114091636_night", "iset_1114091636_day", "iset_1112201236"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "night",
+        "dusk",
+        "day",
+        "tunnel",
+        "iset_halogen_night",
+        "iset_xenon_night",
+        "iset_led_night",
+        "iset_laser_night",
+        "iset_1112184733_night",
+        "iset_1112184733_day",
+        "iset_1114031438_night",
+        "iset_1114091636_night",
+        "iset_1114091636_day",
+        "iset_1112201236",
+    ],
+)
 def test_presets_light_a_scene_of_four_groups(night, name):
     y = np.random.default_rng(4).uniform(0.1, 100, (HEIGHT, WIDTH))
     ds = light_from({"sky": 100 * y, "headlights": y, "streetlights": y[::-1], "other": y[:, ::-1]})
@@ -197,20 +268,36 @@ def test_presets_light_a_scene_of_four_groups(night, name):
     quantities.check_mixed(mixed)
     assert mixed.attrs.get("infeasible", "") == "" and mixed.values.max() > 0
     if name == "night":
-        alone = mixed.attrs["weights"]["sky"] * luminance(ds.radiance.sel(light_group="sky").values.astype(float), BANDS)
+        alone = mixed.attrs["weights"]["sky"] * luminance(
+            ds.radiance.sel(light_group="sky").values.astype(float), BANDS
+        )
         assert alone.mean() == pytest.approx(0.02, rel=STORED)
 
 
 def test_dynamic_range_override_works_on_the_night_preset(night):
-    light = build_from_config("lighting", compose(["+lighting=night", "lighting.dynamic_range=1e5"], None).lighting)
+    light = build_from_config(
+        "lighting", compose(["+lighting=night", "lighting.dynamic_range=1e5"], None).lighting
+    )
     mixed = light(night)
     assert mixed.attrs["targets"].keys() == {"dynamic_range"} and mixed.attrs["infeasible"] == ""
 
 
-@pytest.mark.parametrize(("name", "fields"), [
-    ("ideal", {}), ("weights", {"weights": {"sky": 1e-6, "headlights": 2.0}, "others": 0.5}),
-    ("weights", {"others": 1.0, "relative_to_mean_cd_m2": 100.0}), ("iset", {}),
-    ("targets", {"targets": {"sky": {"statistic": "mean", "cd_m2": 0.02}}, "dynamic_range": 1e4, "median_cd_m2": 1.0}),
-])
+@pytest.mark.parametrize(
+    ("name", "fields"),
+    [
+        ("ideal", {}),
+        ("weights", {"weights": {"sky": 1e-6, "headlights": 2.0}, "others": 0.5}),
+        ("weights", {"others": 1.0, "relative_to_mean_cd_m2": 100.0}),
+        ("iset", {}),
+        (
+            "targets",
+            {
+                "targets": {"sky": {"statistic": "mean", "cd_m2": 0.02}},
+                "dynamic_range": 1e4,
+                "median_cd_m2": 1.0,
+            },
+        ),
+    ],
+)
 def test_members_keep_the_promises_of_their_kind(name, fields):
     check("lighting", name, **fields)

@@ -22,7 +22,9 @@ def test_pyramids_come_back_whole():
     rng = np.random.default_rng(0)
     for shape in ((64, 64), (65, 43), (7, 200), (1, 1), (3, 2)):
         image = rng.standard_normal(shape)
-        np.testing.assert_allclose(_collapsed(_laplacian(image)), image, atol=1e-12)     # rounding of sums
+        np.testing.assert_allclose(
+            _collapsed(_laplacian(image)), image, atol=1e-12
+        )  # rounding of sums
 
 
 @pytest.mark.parametrize("operator", ["global", *OPERATORS])
@@ -32,8 +34,12 @@ def test_exposures_are_comparable(operator):
     xyz = t[..., None] * D65_XYZ
     same = view.display(xyz * 300.0, 300.0, operator=operator)
     np.testing.assert_array_equal(same, view.display(xyz, 1.0, operator=operator))
-    shown = [view.display(k * xyz, 1.0, operator=operator)[..., 1].astype(int) for k in (0.25, 0.5, 1.0)]
-    assert all((b - a).min() >= -1 and b.mean() > a.mean() + 3 for a, b in zip(shown, shown[1:]))     # 1: rounding to codes
+    shown = [
+        view.display(k * xyz, 1.0, operator=operator)[..., 1].astype(int) for k in (0.25, 0.5, 1.0)
+    ]
+    assert all(
+        (b - a).min() >= -1 and b.mean() > a.mean() + 3 for a, b in zip(shown, shown[1:])
+    )  # 1: rounding to codes
 
 
 @BOTH
@@ -81,7 +87,12 @@ def test_the_dark_is_lifted_and_its_texture_shows(operator):
 def test_small_dark_and_negative_pictures_stay_finite(operator, shape):
     for value in (-1.0, 0.0, 1e-30, 1e30):
         shown = OPERATORS[operator](np.full(shape, value))
-        assert shown.shape == shape and np.all(np.isfinite(shown)) and shown.min() >= 0 and shown.max() <= 1
+        assert (
+            shown.shape == shape
+            and np.all(np.isfinite(shown))
+            and shown.min() >= 0
+            and shown.max() <= 1
+        )
         assert np.all(shown < 0.05) if value <= 0 else True
 
 

@@ -30,22 +30,43 @@ def test_only_a_lens_that_spreads_nothing_needs_no_margin():
         assert wanted(build("lens", "ideal"), flares=(build("flare", "haze"),))
         assert wanted(build("lens", "ideal", lateral_colour_percent={450.0: 0.1, 650.0: 0.0}))
         assert wanted(build("lens", "ideal", distortion={"model": "brown_conrady", "k1": -0.1}))
-        assert wanted(build("lens", "ideal"), renderer=SimpleNamespace(margin=0.0)) and wanted(build("lens", "ideal"), renderer=None)
+        assert wanted(build("lens", "ideal"), renderer=SimpleNamespace(margin=0.0)) and wanted(
+            build("lens", "ideal"), renderer=None
+        )
     assert not rows[1].left_out
 
 
 def test_a_lens_or_lighting_that_says_nothing_keeps_the_margin():
-    assert wanted(SimpleNamespace()) and wanted(build("lens", "ideal"), lightings=(WEIGHTS, SimpleNamespace()))
+    assert wanted(SimpleNamespace()) and wanted(
+        build("lens", "ideal"), lightings=(WEIGHTS, SimpleNamespace())
+    )
 
 
 def test_one_camera_that_needs_the_margin_is_enough():
-    assert union([Demand(margin=False), Demand()]).margin and not union([Demand(margin=False), Demand(margin=False)]).margin
+    assert (
+        union([Demand(margin=False), Demand()]).margin
+        and not union([Demand(margin=False), Demand(margin=False)]).margin
+    )
 
 
-@pytest.mark.parametrize(("stored", "asked", "held"), [(True, True, 1), (True, False, 1), (False, True, 0), (False, False, 1)])
-def test_radiance_with_a_margin_serves_whoever_needs_none_and_not_the_other_way(monkeypatch, tmp_path, stored, asked, held):
-    attributes = {"id": "a", "labels": [], "effort": {}, "groups": ["sky"], "all_groups": ["sky"], "absent_groups": [], "bands_asked": None,
-                  "wavelength_nm": [500.0], "margin": stored}
+@pytest.mark.parametrize(
+    ("stored", "asked", "held"),
+    [(True, True, 1), (True, False, 1), (False, True, 0), (False, False, 1)],
+)
+def test_radiance_with_a_margin_serves_whoever_needs_none_and_not_the_other_way(
+    monkeypatch, tmp_path, stored, asked, held
+):
+    attributes = {
+        "id": "a",
+        "labels": [],
+        "effort": {},
+        "groups": ["sky"],
+        "all_groups": ["sky"],
+        "absent_groups": [],
+        "bands_asked": None,
+        "wavelength_nm": [500.0],
+        "margin": stored,
+    }
     monkeypatch.setattr(recipes, "stored", lambda folder, recipe: [attributes])
     monkeypatch.setattr(recipes, "recipe_hash", lambda parts: "r")
     monkeypatch.setattr(store, "home", lambda: tmp_path)
@@ -55,4 +76,6 @@ def test_radiance_with_a_margin_serves_whoever_needs_none_and_not_the_other_way(
     if missing:
         assert missing.margin is asked
     # what is missing beside radiance with a margin is rendered with one: all stores of a run are of one grid
-    assert recipes.held_and_missing(parts, Demand(groups=("sky", "lamps"), margin=asked))[1].margin is (asked or stored)
+    assert recipes.held_and_missing(parts, Demand(groups=("sky", "lamps"), margin=asked))[
+        1
+    ].margin is (asked or stored)

@@ -23,11 +23,20 @@ def noisy(relative, level=100.0):
     size = {"width": TILES[1], "height": TILES[0], "horizontal_field_deg": 1.0}
     scene = build("scene", "uniform", luminance_cd_m2=level, **size)().load()
     groups = [str(g) for g in scene.light_group.values]
-    xyz = quantities.tristimulus(build("lighting", "ideal")(scene)).xyz.values  # of the one group at weight 1
-    scene[NOISE] = ("light_group", "xyz_channel", "y", "x"), np.stack([relative * np.moveaxis(xyz, -1, 0)] * len(groups))
+    xyz = quantities.tristimulus(
+        build("lighting", "ideal")(scene)
+    ).xyz.values  # of the one group at weight 1
+    scene[NOISE] = (
+        ("light_group", "xyz_channel", "y", "x"),
+        np.stack([relative * np.moveaxis(xyz, -1, 0)] * len(groups)),
+    )
     mixed = build("lighting", "weights", weights={groups[0]: 1.0})(scene)
     focal_mm = 3e-3 * TILES[1] / mixed.attrs["field_width"]
-    return scene, mixed, build("lens", "ideal", f_number=2.0, focal_length_mm=focal_mm, falloff="none")(mixed)
+    return (
+        scene,
+        mixed,
+        build("lens", "ideal", f_number=2.0, focal_length_mm=focal_mm, falloff="none")(mixed),
+    )
 
 
 def shots_of(scene, mixed, light, **fields):
@@ -40,17 +49,23 @@ def test_a_tile_per_pixel_has_its_tile_s_noise():
     scene, mixed, light = noisy(0.02)
     (shot,), captures, sensor = shots_of(scene, mixed, light, pitch_um=3.0, exposure_s=0.004)
     mean_e = sensor.expected(light).values[0] - float(captures.dark_e[0])
-    np.testing.assert_allclose(shot.total, mean_e, rtol=1e-6)  # float32 light, another way to sum it
+    np.testing.assert_allclose(
+        shot.total, mean_e, rtol=1e-6
+    )  # float32 light, another way to sum it
     np.testing.assert_allclose(shot.direct, mean_e, rtol=1e-6)  # no blur
     np.testing.assert_allclose(shot.renderer, 0.02 * mean_e, rtol=1e-5)
     read2 = float(captures.read_noise_e[0]) ** 2 + float(captures.quantisation_e[0]) ** 2 / 12
-    np.testing.assert_allclose(shot.sigma, np.sqrt(mean_e + float(captures.dark_e[0]) + read2), rtol=1e-6)
+    np.testing.assert_allclose(
+        shot.sigma, np.sqrt(mean_e + float(captures.dark_e[0]) + read2), rtol=1e-6
+    )
 
 
 def test_four_tiles_per_pixel_halve_it():
     (fine,), *_ = shots_of(*noisy(0.02), pitch_um=3.0, exposure_s=0.002)
     (coarse,), *_ = shots_of(*noisy(0.02), pitch_um=6.0, exposure_s=0.002)
-    assert np.median(coarse.renderer / coarse.total) == pytest.approx(0.5 * np.median(fine.renderer / fine.total), rel=1e-5)
+    assert np.median(coarse.renderer / coarse.total) == pytest.approx(
+        0.5 * np.median(fine.renderer / fine.total), rel=1e-5
+    )
 
 
 @pytest.mark.parametrize("pitch_um", [2.0, 3.0, 4.4])
@@ -59,7 +74,9 @@ def test_variance_of_a_mean_as_a_repeat_finds_it(pitch_um):
     captures = build("sensor", "bayer", pitch_um=pitch_um)(light, hdr.generator(seed=0))
     rng = np.random.default_rng(3)
     sd = rng.uniform(0, 1, TILES)
-    found = np.var([seen(sd * rng.standard_normal(TILES), mixed, captures) for _ in range(1000)], axis=0)
+    found = np.var(
+        [seen(sd * rng.standard_normal(TILES), mixed, captures) for _ in range(1000)], axis=0
+    )
     # a variance of 1000 draws is known to 4.5 %: five of these
     np.testing.assert_allclose(found, pixel_variance(sd**2, mixed, captures), rtol=0.23)
 
@@ -67,8 +84,13 @@ def test_variance_of_a_mean_as_a_repeat_finds_it(pitch_um):
 def test_bounds_add_up_and_statistics_add_up_in_squares():
     ones = np.ones((2, 2))
     shot = Electrons("a", 1000 * ones, 900 * ones, 40 * ones, 3 * ones, ones > 0, 2.0)
-    notes = [ErrorNote(1e-3, "relative", "bound"), ErrorNote(0.5, "electrons", "bound"), ErrorNote(0.25, quantities.IRRADIANCE, "measured"),
-             ErrorNote(0.03, "relative per tile", "statistical"), ErrorNote(0.1, UNIT, "statistical")]
+    notes = [
+        ErrorNote(1e-3, "relative", "bound"),
+        ErrorNote(0.5, "electrons", "bound"),
+        ErrorNote(0.25, quantities.IRRADIANCE, "measured"),
+        ErrorNote(0.03, "relative per tile", "statistical"),
+        ErrorNote(0.1, UNIT, "statistical"),
+    ]
     # 1 + 0.5 + 0.25 x 2 of all; 3 % of the hundred that were spread, and a tenth of the noise
     for found, want in zip(noise_units.after(shot, notes), (2.0, np.hypot(3.0, 4.0))):
         np.testing.assert_allclose(found, want, rtol=1e-14)
@@ -76,7 +98,9 @@ def test_bounds_add_up_and_statistics_add_up_in_squares():
 
 def test_what_a_lens_knows_of_its_kernels_takes_the_place_of_what_it_stated():
     ones = np.ones((2, 2))
-    shot = Electrons("a", 1000 * ones, 900 * ones, 40 * ones, 3 * ones, ones > 0, 2.0, (5 * ones, 0.25 * ones))
+    shot = Electrons(
+        "a", 1000 * ones, 900 * ones, 40 * ones, 3 * ones, ones > 0, 2.0, (5 * ones, 0.25 * ones)
+    )
     notes = [
         ErrorNote(0.02, "relative per tile", "statistical", "speckle", KERNELS),
         ErrorNote(1e-3, "relative", "bound"),
@@ -86,7 +110,9 @@ def test_what_a_lens_knows_of_its_kernels_takes_the_place_of_what_it_stated():
     rows = [Row("lens l", errors=notes)]
     notes, _ = noise_units.notes_after(rows, kernels=False)
     bound, deviation = noise_units.after(shot, notes)
-    np.testing.assert_allclose(bound, 0.25 + 1.0 + 1.0, rtol=1e-14)  # of its own, of all light, of spread light
+    np.testing.assert_allclose(
+        bound, 0.25 + 1.0 + 1.0, rtol=1e-14
+    )  # of its own, of all light, of spread light
     np.testing.assert_allclose(deviation, 5.0, rtol=1e-14)
     said = _said([shot], rows, 0.01)
     assert "where 0.01 is allowed" in said and "by: kernels beyond their exact core" in said
@@ -106,20 +132,44 @@ def test_a_share_of_all_errors_is_within():
     # the share of 60000 that are below is known to 0.04 %: five of these
     assert np.mean(wrong <= noise_units.within(bound, deviation)) == pytest.approx(0.99, abs=0.002)
     assert noise_units.within(np.full(9, 0.3), np.zeros(9)) == pytest.approx(0.3, rel=2e-4)
-    assert noise_units.within(np.zeros(9), np.ones(9)) == pytest.approx(2.5758, rel=2e-4)  # of a normal deviate
+    assert noise_units.within(np.zeros(9), np.ones(9)) == pytest.approx(
+        2.5758, rel=2e-4
+    )  # of a normal deviate
 
 
 def test_what_the_renderer_and_targets_say_is_not_counted_twice():
-    rows = [Row("renderer mitsuba", errors=[ErrorNote(0.1, "relative", "statistical", "light group sky")]),
-            Row("radiance", errors=[ErrorNote(5e-4, "relative", "bound", "rounded", STORE_ROUNDING),
-                                    ErrorNote(0.1, "relative", "statistical", "group")]),
-            Row("lighting night", errors=[ErrorNote(1e-7, "relative", "bound"),
-                                          ErrorNote(0.3, "relative", "measured", "targets", quantity=Quantity.TARGET)]),
-            Row("lens l", errors=[ErrorNote(0.01, "relative per tile", "statistical", "2 to 4", KERNELS),
-                                  ErrorNote(0.03, "relative per tile", "statistical", "4 to 8", KERNELS),
-                                  ErrorNote(0.2, "fraction of energy", "measured", "light beyond")])]
+    rows = [
+        Row(
+            "renderer mitsuba",
+            errors=[ErrorNote(0.1, "relative", "statistical", "light group sky")],
+        ),
+        Row(
+            "radiance",
+            errors=[
+                ErrorNote(5e-4, "relative", "bound", "rounded", STORE_ROUNDING),
+                ErrorNote(0.1, "relative", "statistical", "group"),
+            ],
+        ),
+        Row(
+            "lighting night",
+            errors=[
+                ErrorNote(1e-7, "relative", "bound"),
+                ErrorNote(0.3, "relative", "measured", "targets", quantity=Quantity.TARGET),
+            ],
+        ),
+        Row(
+            "lens l",
+            errors=[
+                ErrorNote(0.01, "relative per tile", "statistical", "2 to 4", KERNELS),
+                ErrorNote(0.03, "relative per tile", "statistical", "4 to 8", KERNELS),
+                ErrorNote(0.2, "fraction of energy", "measured", "light beyond"),
+            ],
+        ),
+    ]
     kept, without = noise_units.notes_after(rows)
-    assert sorted(n.value for n in kept) == [1e-7, 5e-4, 0.03] and [n.what for n in without] == ["light beyond"]
+    assert sorted(n.value for n in kept) == [1e-7, 5e-4, 0.03] and [n.what for n in without] == [
+        "light beyond"
+    ]
 
 
 def test_a_sensor_s_channel_takes_the_noise_of_its_colour():
@@ -129,10 +179,33 @@ def test_a_sensor_s_channel_takes_the_noise_of_its_colour():
 
 
 def test_a_run_ends_with_how_wrong_its_picture_is():
-    config = hdr.compose(["scene=macbeth", "scene.width=24", "scene.height=16", "~renderer", "lighting=ideal", "~versions", "lens=ideal",
-                          "~flare.dirt", "isp=linear", "sensor=bayer",
-                          *(f"~metric.{m}" for m in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance",
-                                                                                                 "contrast", "detection"))])
+    config = hdr.compose(
+        [
+            "scene=macbeth",
+            "scene.width=24",
+            "scene.height=16",
+            "~renderer",
+            "lighting=ideal",
+            "~versions",
+            "lens=ideal",
+            "~flare.dirt",
+            "isp=linear",
+            "sensor=bayer",
+            *(
+                f"~metric.{m}"
+                for m in (
+                    "shares",
+                    "dynamic_range",
+                    "snr",
+                    "colour",
+                    "ssim",
+                    "log_luminance",
+                    "contrast",
+                    "detection",
+                )
+            ),
+        ]
+    )
     row = hdr.run(config).ledger[-1]
     assert row.stage == "picture bayer" and row.error_unit == UNIT and 0 < row.error < 0.1
     assert "renderer 0, 0 s" in row.errors[0].what and "0.1 is allowed" in row.errors[0].what
@@ -140,44 +213,100 @@ def test_a_run_ends_with_how_wrong_its_picture_is():
 
 def test_a_run_with_lamps_and_dust_keeps_what_is_allowed():
     """Five discs up to 1e6 cd/m2 through dust, on tiles so coarse that most of the frame lies beyond the exact core of the kernels."""
-    config = ["scene=point_lights", "scene.width=32", "scene.height=18", "scene.step_nm=50", "~renderer", "lighting=ideal", "~versions",
-              "lens.focal_length_mm=0.3", "isp=linear", "sensor=bayer", "draws=1", "report=false",
-              *(f"~metric.{m}" for m in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance",
-                                            "contrast", "detection"))]
+    config = [
+        "scene=point_lights",
+        "scene.width=32",
+        "scene.height=18",
+        "scene.step_nm=50",
+        "~renderer",
+        "lighting=ideal",
+        "~versions",
+        "lens.focal_length_mm=0.3",
+        "isp=linear",
+        "sensor=bayer",
+        "draws=1",
+        "report=false",
+        *(
+            f"~metric.{m}"
+            for m in (
+                "shares",
+                "dynamic_range",
+                "snr",
+                "colour",
+                "ssim",
+                "log_luminance",
+                "contrast",
+                "detection",
+            )
+        ),
+    ]
     ledger_of = {row.stage: row for row in hdr.run(hdr.compose(config)).ledger}
     first, *others = ledger_of["picture bayer"].errors
     reached = next(e.value for e in others if e.source == noise_units.AFTER_RENDERER)
-    assert any("speckle" in e.what for e in ledger_of["lens diffraction_limited"].errors)  # kernels are not exact
-    assert 0 < reached < 0.1 and f"all after it {reached:.3g} where 0.1 is allowed" in first.what and "more than" not in first.what
+    assert any(
+        "speckle" in e.what for e in ledger_of["lens diffraction_limited"].errors
+    )  # kernels are not exact
+    assert (
+        0 < reached < 0.1
+        and f"all after it {reached:.3g} where 0.1 is allowed" in first.what
+        and "more than" not in first.what
+    )
 
 
 def test_noise_stated_as_one_number_is_taken_for_all_direct_light():
     scene, mixed, light = noisy(0.02)
     del scene[NOISE]
-    captures = build("sensor", "bayer", pitch_um=3.0, exposure_s=0.004)(light, hdr.generator(seed=0))
-    whole = noise_units.stated_noise([Row("radiance", errors=[ErrorNote(0.03, "relative", "statistical"), ErrorNote(0.9, "relative", "bound")])])
+    captures = build("sensor", "bayer", pitch_um=3.0, exposure_s=0.004)(
+        light, hdr.generator(seed=0)
+    )
+    whole = noise_units.stated_noise(
+        [
+            Row(
+                "radiance",
+                errors=[
+                    ErrorNote(0.03, "relative", "statistical"),
+                    ErrorNote(0.9, "relative", "bound"),
+                ],
+            )
+        ]
+    )
     (shot,) = noise_units.electrons(captures, light, mixed, scene, whole)
     np.testing.assert_allclose(shot.renderer, 0.03 * shot.direct, rtol=1e-12)
 
 
 def test_some_pixels_stand_for_all():
     y, x = np.meshgrid(np.linspace(-1, 1, 1050), np.linspace(-1, 1, 1402), indexing="ij")
-    wrong = np.exp(-20 * ((x - 0.3) ** 2 + (y + 0.2) ** 2)) + 0.3 * x * y    # two slopes, and a peak that takes some per cent of the frame
+    wrong = (
+        np.exp(-20 * ((x - 0.3) ** 2 + (y + 0.2) ** 2)) + 0.3 * x * y
+    )  # two slopes, and a peak that takes some per cent of the frame
     colour = np.add.outer(2 * (np.arange(1050) % 2), np.arange(1402) % 2)
     captures = xr.Dataset({"wrong": (("y", "x"), wrong), "filter": (("y", "x"), colour)})
     with ledger.stage(rows := ledger.Ledger(), "picture"):
         few = noise_units.some_of(captures)
     [left], looked_at = rows[0].left_out, few["wrong"].size
-    assert noise_units.ENOUGH <= looked_at < 2 * noise_units.ENOUGH and left.what == f"errors of {1050 * 1402 - looked_at} of {1050 * 1402} pixels"
+    assert (
+        noise_units.ENOUGH <= looked_at < 2 * noise_units.ENOUGH
+        and left.what == f"errors of {1050 * 1402 - looked_at} of {1050 * 1402} pixels"
+    )
     below = np.mean(wrong <= np.quantile(few["wrong"], noise_units.SHARE))
-    assert left.bound == pytest.approx(3 * np.sqrt(0.99 * 0.01 / looked_at), rel=1e-12) and abs(below - noise_units.SHARE) <= left.bound
-    np.testing.assert_allclose(np.bincount(few["filter"].values.ravel()) / looked_at, 0.25, atol=0.01)  # all colours: an even step loses some
+    assert (
+        left.bound == pytest.approx(3 * np.sqrt(0.99 * 0.01 / looked_at), rel=1e-12)
+        and abs(below - noise_units.SHARE) <= left.bound
+    )
+    np.testing.assert_allclose(
+        np.bincount(few["filter"].values.ravel()) / looked_at, 0.25, atol=0.01
+    )  # all colours: an even step loses some
 
 
 def test_some_pixels_hold_what_they_hold_among_all():
     scene, mixed, light = noisy(0.02)
-    captures = build("sensor", "bayer", pitch_um=0.05, rows=600, columns=800)(light, hdr.generator(seed=0))
-    (few,), (every,) = (noise_units.electrons(c, light, mixed, scene) for c in (noise_units.some_of(captures), captures))
+    captures = build("sensor", "bayer", pitch_um=0.05, rows=600, columns=800)(
+        light, hdr.generator(seed=0)
+    )
+    (few,), (every,) = (
+        noise_units.electrons(c, light, mixed, scene)
+        for c in (noise_units.some_of(captures), captures)
+    )
     for name in ("total", "direct", "renderer", "sigma", "unsaturated"):
         np.testing.assert_array_equal(getattr(few, name), getattr(every, name)[1::3, 1::3])
 
@@ -185,7 +314,10 @@ def test_some_pixels_hold_what_they_hold_among_all():
 def test_small_pictures_and_those_of_lenses_that_distort_are_looked_at_whole():
     captures = xr.Dataset({"a": (("y", "x"), np.zeros((600, 800)))})
     bent = captures.assign_attrs(distortion={"model": "brown_conrady", "k1": -0.1})
-    assert noise_units.some_of(bent) is bent and noise_units.some_of(small := captures.isel(x=slice(0, 400))) is small
+    assert (
+        noise_units.some_of(bent) is bent
+        and noise_units.some_of(small := captures.isel(x=slice(0, 400))) is small
+    )
     line = xr.Dataset({"a": (("y", "x"), np.zeros((1, 600_000)))})
     assert dict(noise_units.some_of(line).sizes) == {"y": 1, "x": 200_000}
 

@@ -16,10 +16,34 @@ from isethdr_core.pipeline import chain, plan
 
 from .command_line import EXAMPLE
 
-JOB = ["scene=macbeth", "scene.width=24", "scene.height=16", "scene.horizontal_field_deg=4", "scene.last_nm=1000", "~renderer", "lighting=ideal", "~versions",
-       "~flare.dirt", "sensor=bayer", "lens=ideal", "isp=linear", "draws=2", "report=false",
-       *(f"~metric.{name}" for name in ("shares", "dynamic_range", "snr", "ssim", "log_luminance",
-                                            "contrast", "detection"))]
+JOB = [
+    "scene=macbeth",
+    "scene.width=24",
+    "scene.height=16",
+    "scene.horizontal_field_deg=4",
+    "scene.last_nm=1000",
+    "~renderer",
+    "lighting=ideal",
+    "~versions",
+    "~flare.dirt",
+    "sensor=bayer",
+    "lens=ideal",
+    "isp=linear",
+    "draws=2",
+    "report=false",
+    *(
+        f"~metric.{name}"
+        for name in (
+            "shares",
+            "dynamic_range",
+            "snr",
+            "ssim",
+            "log_luminance",
+            "contrast",
+            "detection",
+        )
+    ),
+]
 NEGLIGIBLE = 1e-6
 
 
@@ -56,7 +80,11 @@ def raw(result):
 
 
 def test_it_gets_all_there_is_and_makes_the_same_bits_as_where_nothing_may_be_left_out(acme):
-    assert not any(hasattr(part, method) for part in acme for method in ("narrow", "photocurrent", "keeps_light"))
+    assert not any(
+        hasattr(part, method)
+        for part in acme
+        for method in ("narrow", "photocurrent", "keeps_light")
+    )
     rows = Ledger()
     demand = plan(chain(job()), rows)
     assert demand.wavelength_nm is None and demand.response is None and demand.margin
@@ -76,14 +104,27 @@ def test_taught_to_narrow_it_is_given_less_and_sees_the_same(acme, offer):
         def narrow(self, demand):
             """Return the demand without the bands in which all filters are blind."""
             nm = np.array(demand.wavelength_nm)
-            seen = np.max([np.exp(-0.5 * ((nm - peak) / 45.0) ** 2) for peak in (600.0, 540.0, 460.0)], axis=0) > NEGLIGIBLE
-            ledger.left_out("bands that no filter passes", "quantum efficiency below 1e-6 of its peak", NEGLIGIBLE, "relative")
+            seen = (
+                np.max(
+                    [np.exp(-0.5 * ((nm - peak) / 45.0) ** 2) for peak in (600.0, 540.0, 460.0)],
+                    axis=0,
+                )
+                > NEGLIGIBLE
+            )
+            ledger.left_out(
+                "bands that no filter passes",
+                "quantum efficiency below 1e-6 of its peak",
+                NEGLIGIBLE,
+                "relative",
+            )
             return replace(demand, wavelength_nm=tuple(nm[seen].tolist()))
 
     offer("sensor", "acme_nano", Narrowing)
     rows = Ledger()
     demand = plan(chain(job()), rows)
-    assert demand.wavelength_nm[-1] == 830.0, "45 nm x sqrt(2 ln 1e6) = 237 nm beyond the reddest peak"
+    assert demand.wavelength_nm[-1] == 830.0, (
+        "45 nm x sqrt(2 ln 1e6) = 237 nm beyond the reddest peak"
+    )
     [left] = [o for o in rows[0].left_out if "neither a sensor" in o.why]
     assert left.bound == NEGLIGIBLE and "17 of 61 bands" in left.what
     fast = run(job())

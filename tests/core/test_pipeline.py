@@ -13,23 +13,57 @@ from isethdr_core.runs import run_key
 from isethdr_core.scores import Score
 from isethdr_core.testing.renderer import world
 
-SMALL = ["scene=uniform", "scene.width=24", "scene.height=16", "scene.horizontal_field_deg=2", "~renderer", "lighting=ideal",
-         "~versions", "lens=ideal", "~flare.dirt", "isp=linear", "+metric@metric.mean=ideal",
-         *(f"~metric.{name}" for name in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance",
-                                            "contrast", "detection"))]
+SMALL = [
+    "scene=uniform",
+    "scene.width=24",
+    "scene.height=16",
+    "scene.horizontal_field_deg=2",
+    "~renderer",
+    "lighting=ideal",
+    "~versions",
+    "lens=ideal",
+    "~flare.dirt",
+    "isp=linear",
+    "+metric@metric.mean=ideal",
+    *(
+        f"~metric.{name}"
+        for name in (
+            "shares",
+            "dynamic_range",
+            "snr",
+            "colour",
+            "ssim",
+            "log_luminance",
+            "contrast",
+            "detection",
+        )
+    ),
+]
 
 
 def test_a_run_is_computed_once():
     config = compose([*SMALL, "sensor=ideal"])
     first, second = run(config), run(config)
-    assert first.computed and not second.computed and first.key == second.key and first.path == second.path
+    assert (
+        first.computed
+        and not second.computed
+        and first.key == second.key
+        and first.path == second.path
+    )
     assert second.scores == first.scores and second.ledger == first.ledger
 
 
 def test_all_that_can_change_the_result_names_the_run():
-    configs = [compose([*SMALL, *more]) for more in (
-        ["sensor=ideal"], ["sensor=ideal", "seed=1"], ["sensor=ideal", "sensor.exposure_s=0.01"], ["sensor=ideal", "device=B"],
-        ["sensor=ideal", "scene.luminance_cd_m2=50"])]
+    configs = [
+        compose([*SMALL, *more])
+        for more in (
+            ["sensor=ideal"],
+            ["sensor=ideal", "seed=1"],
+            ["sensor=ideal", "sensor.exposure_s=0.01"],
+            ["sensor=ideal", "device=B"],
+            ["sensor=ideal", "scene.luminance_cd_m2=50"],
+        )
+    ]
     keys = [run_key(config, chain(config)) for config in configs]
     assert len(set(keys)) == 5 and run(configs[0]).key == keys[0]
 
@@ -39,10 +73,15 @@ def test_the_store_holds_captures_picture_truth_and_the_config():
     assert result.cameras == ["bayer", "split_pixel"]
     for camera in result.cameras:
         picture, truth = result.open(f"picture/{camera}"), result.open(f"truth/{camera}")
-        assert picture["xyz"].shape == truth["xyz"].shape and {"raw", "saturated"} <= set(result.open(f"captures/{camera}"))
+        assert picture["xyz"].shape == truth["xyz"].shape and {"raw", "saturated"} <= set(
+            result.open(f"captures/{camera}")
+        )
         # a uniform field of 100 cd/m2: the truth is exact but for float32 radiance
         assert truth["xyz"].values[..., 1] == pytest.approx(100.0, rel=1e-5)
-    assert result.attributes["config"]["lens"]["name"] == "ideal" and result.attributes["versions"]["numpy"]
+    assert (
+        result.attributes["config"]["lens"]["name"] == "ideal"
+        and result.attributes["versions"]["numpy"]
+    )
 
 
 def test_cameras_look_at_the_same_light_and_draw_their_own_noise():
@@ -56,7 +95,9 @@ def test_the_order_of_two_flares_does_not_matter():
     two = ["lens=diffraction_limited", "+flare@flare.a=aperture", "+flare@flare.b=ideal"]
     swapped = ["lens=diffraction_limited", "+flare@flare.b=ideal", "+flare@flare.a=aperture"]
     base = [*(o for o in SMALL if o != "lens=ideal"), "sensor=ideal"]
-    first, second = (run(compose([*base, *more])).open("picture/ideal")["xyz"].values for more in (two, swapped))
+    first, second = (
+        run(compose([*base, *more])).open("picture/ideal")["xyz"].values for more in (two, swapped)
+    )
     # rounding of float32 products in another order
     assert np.allclose(first, second, rtol=1e-5)
 
@@ -80,8 +121,12 @@ def test_mistakes_are_found_before_any_work(monkeypatch):
         raise AssertionError("work has begun")
 
     monkeypatch.setattr(components()["scene", "uniform"].cls, "__call__", work)
-    for wrong in (["sensor=ideal", "sensor.curves=guess"], ["sensor=ideal", "seed=x"], ["sensor=ideal", "sensor.pitch_um=-1"],
-                  ["sensor=ideal", "scene.luminance_cd_m2=-1"]):
+    for wrong in (
+        ["sensor=ideal", "sensor.curves=guess"],
+        ["sensor=ideal", "seed=x"],
+        ["sensor=ideal", "sensor.pitch_um=-1"],
+        ["sensor=ideal", "scene.luminance_cd_m2=-1"],
+    ):
         with pytest.raises(ConfigError):
             run(compose([*SMALL, *wrong]))
 

@@ -46,7 +46,10 @@ def test_a_module_of_one_file_has_a_digest_of_its_own(tmp_path, monkeypatch):
 
 def test_a_part_of_the_core_does_not_answer_for_the_rest():
     assert set(fingerprint(core=("isethdr_core.scene",))) == {"isethdr_core.scene"}
-    assert fingerprint(core=("isethdr_core.scene",))["isethdr_core.scene"] != fingerprint()["isethdr_core"]
+    assert (
+        fingerprint(core=("isethdr_core.scene",))["isethdr_core.scene"]
+        != fingerprint()["isethdr_core"]
+    )
     assert "numpy" in versions()
 
 

@@ -7,7 +7,9 @@ import isethdr_core as hdr
 
 
 def test_the_chain_by_hand():
-    scene = hdr.build("scene", "point_lights", width=48, height=27, step_nm=60.0, horizontal_field_deg=10.0)()
+    scene = hdr.build(
+        "scene", "point_lights", width=48, height=27, step_nm=60.0, horizontal_field_deg=10.0
+    )()
     mixed = hdr.build("lighting", "weights", weights={"sky": 1e-3, "headlights": 1.0})(scene)
     assert mixed.dims == ("wavelength", "y", "x")
     lens = hdr.build("lens", "wavefront", f_number=4.0, focal_length_mm=4.0, zernike_um={4: 0.1})
@@ -25,8 +27,18 @@ def test_the_chain_by_hand():
 
 def test_a_run_from_python_has_the_ledger_of_the_command_line(monkeypatch, tmp_path):
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
-    result = hdr.run(hdr.compose(["experiment=five_lights", "sensor=rgbw", "lens=ideal", "~flare@flare.dirt", "scene.width=48",
-                                  "scene.height=27"]))
+    result = hdr.run(
+        hdr.compose(
+            [
+                "experiment=five_lights",
+                "sensor=rgbw",
+                "lens=ideal",
+                "~flare@flare.dirt",
+                "scene.width=48",
+                "scene.height=27",
+            ]
+        )
+    )
     rows = {row.stage: row for row in result.ledger}
     assert {"scene point_lights", "lens ideal", "sensor rgbw", "isp rgbw"} <= set(rows)
     for row in result.ledger:

@@ -25,12 +25,25 @@ BORDERS = {
     "mixed radiance": (check_mixed, inputs.mixed(), inputs.damaged_planes),
     "irradiance": (check_irradiance, LIGHT, inputs.damaged_planes),
 }
-CASES = [(border, what) for border, (_, good, damage) in BORDERS.items() for what, _ in damage(good)]
-EXPECTED = {"NaN light": "NaN", "infinite light": "infinite", "negative light": "negative", "unsorted wavelengths": "sortby",
-            "wavelengths in micrometres": "expected nanometres", "wavelengths in metres": "expected nanometres",
-            "missing wavelengths": "no coordinate 'wavelength'", "other dims": "expected \\(", "a missing dim": "expected \\(",
-            "other units": "has units 'W m-2'", "missing units": "has units None", "no bands": "empty", "no tiles": "empty",
-            "no variable radiance": "needs a variable 'radiance'"}
+CASES = [
+    (border, what) for border, (_, good, damage) in BORDERS.items() for what, _ in damage(good)
+]
+EXPECTED = {
+    "NaN light": "NaN",
+    "infinite light": "infinite",
+    "negative light": "negative",
+    "unsorted wavelengths": "sortby",
+    "wavelengths in micrometres": "expected nanometres",
+    "wavelengths in metres": "expected nanometres",
+    "missing wavelengths": "no coordinate 'wavelength'",
+    "other dims": "expected \\(",
+    "a missing dim": "expected \\(",
+    "other units": "has units 'W m-2'",
+    "missing units": "has units None",
+    "no bands": "empty",
+    "no tiles": "empty",
+    "no variable radiance": "needs a variable 'radiance'",
+}
 
 
 @pytest.mark.parametrize("border", BORDERS)
@@ -48,11 +61,24 @@ def test_damaged_data_is_refused(border, what):
 
 
 @pytest.mark.parametrize("dtype", ["<f4", ">f4", "<f8", "f2"])
-@pytest.mark.parametrize(("value", "good"), [(-0.0, True), (6e4, True), (6e-8, True), (-6e-8, False), (np.inf, False), (-np.inf, False), (np.nan, False),
-                                             (-np.nan, False)])
+@pytest.mark.parametrize(
+    ("value", "good"),
+    [
+        (-0.0, True),
+        (6e4, True),
+        (6e-8, True),
+        (-6e-8, False),
+        (np.inf, False),
+        (-np.inf, False),
+        (np.nan, False),
+        (-np.nan, False),
+    ],
+)
 def test_light_is_judged_alike_whatever_its_bits(dtype, value, good):
     mixed = inputs.mixed().astype(dtype)
-    mixed.values[1, 2, 3] = value  # zero with a sign, the smallest and the largest of half precision
+    mixed.values[1, 2, 3] = (
+        value  # zero with a sign, the smallest and the largest of half precision
+    )
     if good:
         check_mixed(mixed)
     else:
@@ -82,7 +108,9 @@ def test_uneven_or_falling_tiles_are_refused(dim):
             check_mixed(bad)
 
 
-@pytest.mark.parametrize("attribute", ["f_number", "focal_length_mm", "throughput_sr", "field_width", "field_height"])
+@pytest.mark.parametrize(
+    "attribute", ["f_number", "focal_length_mm", "throughput_sr", "field_width", "field_height"]
+)
 def test_irradiance_needs_its_attributes(attribute):
     bad = LIGHT.copy()
     del bad.attrs[attribute]
@@ -104,12 +132,16 @@ def test_form_check_reads_no_light():
 def test_grids_wider_than_150_degrees_are_refused():
     half = np.tan(np.radians(76))
     with pytest.raises(UnitError, match="76.*equidistant|equidistant"):
-        scene_radiance(np.ones((1, 1, 2, 3)), ["sky"], [550.0], centres(3, 3 * half), centres(2, 0.2))
+        scene_radiance(
+            np.ones((1, 1, 2, 3)), ["sky"], [550.0], centres(3, 3 * half), centres(2, 0.2)
+        )
 
 
 def test_unknown_labels_are_refused():
     with pytest.raises(UnitError, match="'deph' is unknown"):
-        scene_radiance(np.ones((1, 1, 2, 2)), ["sky"], [550.0], [-1, 1], [-1, 1], deph=np.zeros((2, 2)))
+        scene_radiance(
+            np.ones((1, 1, 2, 2)), ["sky"], [550.0], [-1, 1], [-1, 1], deph=np.zeros((2, 2))
+        )
 
 
 def test_centres_pitch_and_field_fit_together():
@@ -117,7 +149,11 @@ def test_centres_pitch_and_field_fit_together():
     assert x.sum() == pytest.approx(0, abs=1e-15) and np.diff(x) == pytest.approx(0.4)
     ds = inputs.scene(height=16, width=24, pitch=0.01)
     assert (tile_pitch(ds, "x"), tile_pitch(ds, "y")) == pytest.approx((0.01, 0.01))
-    assert full_field(ds) == pytest.approx((0.24, 0.16)) == (ds.attrs["field_width"], ds.attrs["field_height"])
+    assert (
+        full_field(ds)
+        == pytest.approx((0.24, 0.16))
+        == (ds.attrs["field_width"], ds.attrs["field_height"])
+    )
 
 
 def test_tristimulus_of_one_watt_at_555_nm():

@@ -12,7 +12,13 @@ BLUE, GREEN, RED = 450.0, 550.0, 650.0
 
 def stored(groups, bands, asked=(), absent=()):
     """Return attributes of a store: `asked` None where it was rendered at all of the renderer's bands."""
-    return {"groups": groups, "absent_groups": absent, "all_groups": ["sky", "lamps"], "wavelength_nm": bands, "bands_asked": asked}
+    return {
+        "groups": groups,
+        "absent_groups": absent,
+        "all_groups": ["sky", "lamps"],
+        "wavelength_nm": bands,
+        "bands_asked": asked,
+    }
 
 
 def test_nothing_stored_lacks_everything():
@@ -33,7 +39,11 @@ def test_groups_and_bands_are_lacking_one_by_one():
 @pytest.mark.parametrize("asked", [None, (BLUE,)])
 def test_a_demand_for_all_bands_takes_no_store_of_a_few(asked):
     lacking = what_is_missing([stored(["sky", "lamps"], [BLUE], asked)], Demand())
-    assert lacking is None if asked is None else (lacking.groups, lacking.wavelength_nm) == (("sky", "lamps"), None)
+    assert (
+        lacking is None
+        if asked is None
+        else (lacking.groups, lacking.wavelength_nm) == (("sky", "lamps"), None)
+    )
 
 
 def test_a_group_without_a_lamp_is_not_lacking():

@@ -44,14 +44,17 @@ def test_lists_become_tuples():
     hash(made)
 
 
-@pytest.mark.parametrize(("fields", "message"), [
-    ({"read_noise": 1.0}, "no field 'read_noise'; did you mean 'read_noise_e'"),
-    ({"read_noise_e": "loud"}, "read_noise_e is 'loud'; expected a valid number"),
-    ({"adc": "flash"}, "adc is 'flash'; expected 'ramp' or 'sar'"),
-    ({"rows": 1.5}, "rows is 1.5; expected a valid integer"),
-    ({"dead_pixels": [[1, 2, 3]]}, "dead_pixels"),
-    ({"fill_factor": [1.0]}, "fill_factor"),
-])
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"read_noise": 1.0}, "no field 'read_noise'; did you mean 'read_noise_e'"),
+        ({"read_noise_e": "loud"}, "read_noise_e is 'loud'; expected a valid number"),
+        ({"adc": "flash"}, "adc is 'flash'; expected 'ramp' or 'sar'"),
+        ({"rows": 1.5}, "rows is 1.5; expected a valid integer"),
+        ({"dead_pixels": [[1, 2, 3]]}, "dead_pixels"),
+        ({"fill_factor": [1.0]}, "fill_factor"),
+    ],
+)
 def test_wrong_fields_are_named(fields, message):
     with pytest.raises(ConfigError, match=message):
         build("sensor", "nano", **fields)
@@ -78,18 +81,35 @@ def test_what_a_component_must_be():
 
         rows: int
 
-    for comp, message in ((Component("sensor", "x", Thawed), "must be a frozen dataclass"),
-                          (Component("sensor", "x", int), "must be a frozen dataclass"),
-                          (Component("sensor", "x", NoDefault), "'rows' has no default"),
-                          (Component("sensr", "x", Nano), "unknown kind; did you mean 'sensor'"),
-                          ("nano", "expected isethdr_core.Component")):
+    for comp, message in (
+        (Component("sensor", "x", Thawed), "must be a frozen dataclass"),
+        (Component("sensor", "x", int), "must be a frozen dataclass"),
+        (Component("sensor", "x", NoDefault), "'rows' has no default"),
+        (Component("sensr", "x", Nano), "unknown kind; did you mean 'sensor'"),
+        ("nano", "expected isethdr_core.Component"),
+    ):
         with pytest.raises(PluginError, match=message):
             _check(comp)
 
 
 def test_built_ins_come_through_the_same_entry_points():
-    assert {name for name, _ in plugin_manager().list_name_plugin()} >= {"core", "scenes", "mitsuba", "optics", "sensors", "isp", "metrics"}
+    assert {name for name, _ in plugin_manager().list_name_plugin()} >= {
+        "core",
+        "scenes",
+        "mitsuba",
+        "optics",
+        "sensors",
+        "isp",
+        "metrics",
+    }
     assert broken_plugins() == ()
     assert {kind for kind, _ in components()} == set(KINDS)
     assert {package_of_component(c) for (_, name), c in components().items() if name != "nano"} == {
-        "isethdr_core", "isethdr_scenes", "isethdr_mitsuba", "isethdr_optics", "isethdr_sensors", "isethdr_isp", "isethdr_metrics"}
+        "isethdr_core",
+        "isethdr_scenes",
+        "isethdr_mitsuba",
+        "isethdr_optics",
+        "isethdr_sensors",
+        "isethdr_isp",
+        "isethdr_metrics",
+    }

@@ -15,7 +15,11 @@ from isethdr_core.physics.random_words import words
 
 def test_streams_are_named_by_all_that_they_are_for():
     a = generator(seed=1, device="A", scene="s1")
-    others = [generator(seed=2, device="A", scene="s1"), generator(seed=1, device="B", scene="s1"), a.child("s2")]
+    others = [
+        generator(seed=2, device="A", scene="s1"),
+        generator(seed=1, device="B", scene="s1"),
+        a.child("s2"),
+    ]
     assert len({g.stream("LPHG", "read") for g in [a, *others]}) == 4
     assert a.stream("LPHG", "read") != a.stream("LPHG", "shot") != a.stream("SPLG", "shot")
     assert a.stream("read") == generator(1, "A", "s1").stream("read")
@@ -23,8 +27,12 @@ def test_streams_are_named_by_all_that_they_are_for():
 
 def test_fixed_pattern_belongs_to_the_device_alone():
     a = generator(seed=1, device="A", scene="s1")
-    assert a.device_stream("prnu") == generator(seed=9, device="A", scene="s7").device_stream("prnu")
-    assert a.device_stream("prnu") != generator(seed=1, device="B", scene="s1").device_stream("prnu")
+    assert a.device_stream("prnu") == generator(seed=9, device="A", scene="s7").device_stream(
+        "prnu"
+    )
+    assert a.device_stream("prnu") != generator(seed=1, device="B", scene="s1").device_stream(
+        "prnu"
+    )
     assert a.device_stream("prnu") != a.stream("prnu")
 
 
@@ -43,6 +51,8 @@ def test_words_do_not_depend_on_what_was_drawn_before():
 
 @pytest.mark.parametrize("seed", [-1, 1.7, True, "7", 2**63, float("nan"), None])
 def test_a_seed_is_a_whole_number_of_64_bits(seed):
-    with pytest.raises(ConfigError, match="seed is .*; expected a whole number from 0 to 2\\^63 - 1"):
+    with pytest.raises(
+        ConfigError, match="seed is .*; expected a whole number from 0 to 2\\^63 - 1"
+    ):
         generator(seed=seed)
     assert generator(seed=np.int64(7)).seed == 7

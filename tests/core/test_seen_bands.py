@@ -13,14 +13,22 @@ BANDS = np.arange(400.0, 1001.0, 50.0)
 
 
 def chain(sensor):
-    return Chain(None, None, None, {}, build("lens", "ideal", falloff="none"), {}, {"one": sensor}, None, {})
+    return Chain(
+        None, None, None, {}, build("lens", "ideal", falloff="none"), {}, {"one": sensor}, None, {}
+    )
 
 
 def test_blind_bands_are_not_transformed_and_nothing_is_lost(monkeypatch):
     from isethdr_optics import imaging
 
     seen, image = [], imaging.image
-    monkeypatch.setattr(imaging, "image", lambda lens, mixed, *rest: seen.append(mixed.wavelength.values) or image(lens, mixed, *rest))
+    monkeypatch.setattr(
+        imaging,
+        "image",
+        lambda lens, mixed, *rest: (
+            seen.append(mixed.wavelength.values) or image(lens, mixed, *rest)
+        ),
+    )
     values = np.random.default_rng(1).random((len(BANDS), 24, 32)).astype(np.float32)
     mixed = plane(values, BANDS, centres(32, 0.032), centres(24, 0.024), RADIANCE)
     sensor = build("sensor", "bayer")
@@ -30,7 +38,9 @@ def test_blind_bands_are_not_transformed_and_nothing_is_lost(monkeypatch):
     assert max(seen[0]) < 1000.0 and min(seen[0]) == 400.0
     [left] = [o for o in rows[0].left_out if "bands" in o.what]
     forced = chain(sensor).lens(mixed)
-    assert list(light.wavelength.values) == list(BANDS) and light.attrs.keys() == forced.attrs.keys()
+    assert (
+        list(light.wavelength.values) == list(BANDS) and light.attrs.keys() == forced.attrs.keys()
+    )
     few, all_ = (sensor.expected(v).values for v in (light, forced))
     assert not np.array_equal(light.values, forced.values)
     # the bound, of electrons at the peak per band; 1e-6 more: bands are rounded to float32
@@ -38,6 +48,14 @@ def test_blind_bands_are_not_transformed_and_nothing_is_lost(monkeypatch):
 
 
 def test_a_sensor_that_sees_all_gets_all():
-    mixed = plane(np.ones((3, 8, 8), np.float32), [500.0, 550.0, 600.0], centres(8, 0.02), centres(8, 0.02), RADIANCE)
+    mixed = plane(
+        np.ones((3, 8, 8), np.float32),
+        [500.0, 550.0, 600.0],
+        centres(8, 0.02),
+        centres(8, 0.02),
+        RADIANCE,
+    )
     parts = chain(replace(build("sensor", "bayer")))
-    np.testing.assert_array_equal(on_sensor(parts, mixed, Demand()).values, parts.lens(mixed).values)
+    np.testing.assert_array_equal(
+        on_sensor(parts, mixed, Demand()).values, parts.lens(mixed).values
+    )

@@ -16,8 +16,15 @@ W = np.array([450.0, 550.0, 650.0])
 def blank(ny=6, nx=8, pitch=PITCH_UM):
     zeros = np.zeros((ny, nx, 3))
     step = pitch * 1e-6
-    return make_picture(zeros, zeros, np.ones((ny, nx)), q.centres(nx, nx * step), q.centres(ny, ny * step),
-                        focal_length_mm=FOCAL_MM, pitch_um=pitch)
+    return make_picture(
+        zeros,
+        zeros,
+        np.ones((ny, nx)),
+        q.centres(nx, nx * step),
+        q.centres(ny, ny * step),
+        focal_length_mm=FOCAL_MM,
+        pitch_um=pitch,
+    )
 
 
 def cube(values, pixels_per_tile=1.0):
@@ -47,10 +54,12 @@ def test_light_is_conserved_on_any_grid():
     tiles = cube(radiance, 7.3)
     grid = blank(ny=int(11 * 7.3), nx=int(7 * 7.3))
     inside = truth(tiles, grid).xyz.values[..., 1]
+
     # integral over the pixels, tile by tile in one dimension at a time, with the same overlap done by hand
     def share(count, pixels):
         edges = (np.arange(count + 1) - count / 2) * 7.3
         return np.clip(np.diff(np.clip(edges, -pixels / 2, pixels / 2)), 0, None)
+
     expected = share(11, inside.shape[0]) @ xyz(radiance, W)[..., 1] @ share(7, inside.shape[1])
     assert inside.sum() == pytest.approx(expected, rel=1e-12)
 
@@ -67,8 +76,14 @@ def test_twelve_decades_side_by_side_do_not_touch():
 def scene(instance, objects):
     ny, nx = instance.shape
     tile = 0.5 * PITCH_UM * 1e-3 / FOCAL_MM
-    ds = q.scene_radiance(np.ones((1, 3, ny, nx)), ["other"], W, q.centres(nx, nx * tile), q.centres(ny, ny * tile),
-                          instance=instance.astype(np.uint32))
+    ds = q.scene_radiance(
+        np.ones((1, 3, ny, nx)),
+        ["other"],
+        W,
+        q.centres(nx, nx * tile),
+        q.centres(ny, ny * tile),
+        instance=instance.astype(np.uint32),
+    )
     ds.attrs["objects"], ds.attrs["lamps"] = objects, [{"object": "lamp"}]
     return ds
 
@@ -85,8 +100,11 @@ def test_labels_come_from_the_tile_under_the_pixel_centre():
 
 
 def test_boxes_are_in_pixels_of_the_picture():
-    boxes = [{"instance": 1, "name": "all", "box": [0, 0, 16, 12]}, {"instance": 2, "name": "corner", "box": [-4, 2, 8, 4]},
-             {"instance": 3, "name": "outside", "box": [40, 0, 2, 2]}]
+    boxes = [
+        {"instance": 1, "name": "all", "box": [0, 0, 16, 12]},
+        {"instance": 2, "name": "corner", "box": [-4, 2, 8, 4]},
+        {"instance": 3, "name": "outside", "box": [40, 0, 2, 2]},
+    ]
     found = objects_on(scene(np.ones((12, 16)), boxes), blank())
     assert [o["name"] for o in found] == ["all", "corner"]
     np.testing.assert_allclose(found[0]["box"], [0, 0, 8, 6], atol=1e-9)
@@ -100,7 +118,9 @@ def test_bad_input_is_named():
     with pytest.raises(UnitError, match="widen the camera"):
         labels_on(scene(np.ones((4, 4)), []), blank(ny=20, nx=20))
     with pytest.raises(UnitError, match="focal_length_mm"):
-        make_picture(np.zeros((1, 1, 3)), np.zeros((1, 1, 3)), np.ones((1, 1)), [0.0], [0.0], pitch_um=3.0)
+        make_picture(
+            np.zeros((1, 1, 3)), np.zeros((1, 1, 3)), np.ones((1, 1)), [0.0], [0.0], pitch_um=3.0
+        )
     with pytest.raises(UnitError, match="'variance'"):
         check_picture(blank().drop_vars("variance"))
     with pytest.raises(UnitError, match="no variable"):

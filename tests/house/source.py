@@ -7,11 +7,27 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = {path.name: path for path in (ROOT / "isethdr_core", *sorted(ROOT.glob("plugins/isethdr_*")),
-                                         *sorted(ROOT.glob("catalog/isethdr_*")), *sorted(ROOT.glob("workflows/isethdr_*")))}
+PACKAGES = {
+    path.name: path
+    for path in (
+        ROOT / "isethdr_core",
+        *sorted(ROOT.glob("plugins/isethdr_*")),
+        *sorted(ROOT.glob("catalog/isethdr_*")),
+        *sorted(ROOT.glob("workflows/isethdr_*")),
+    )
+}
 PLUGINS = {path.name for path in ROOT.glob("plugins/isethdr_*")}
 PRODUCT = sorted(file for folder in PACKAGES.values() for file in folder.rglob("*.py"))
-ALL = sorted({*PRODUCT, *(file for folder in ("tests", "benchmarks", "scripts") for file in (ROOT / folder).rglob("*.py"))})
+ALL = sorted(
+    {
+        *PRODUCT,
+        *(
+            file
+            for folder in ("tests", "benchmarks", "scripts")
+            for file in (ROOT / folder).rglob("*.py")
+        ),
+    }
+)
 
 
 def name_of(file: Path) -> str:
@@ -33,7 +49,11 @@ def imports(file: Path, top_level_only: bool = False) -> set[str]:
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            base = package[:len(package) - node.level + (file.name == "__init__.py")] if node.level else []
+            base = (
+                package[: len(package) - node.level + (file.name == "__init__.py")]
+                if node.level
+                else []
+            )
             module = ".".join([*base, *filter(None, [node.module])])
             found |= {f"{module}.{alias.name}" for alias in node.names}
     return found

@@ -38,7 +38,9 @@ def test_no_hook_is_documented_that_does_not_exist():
 @pytest.mark.parametrize("name", HOOKS)
 def test_every_hook_has_a_test(name):
     tests = re.findall(r"def (test_\w+)", (ROOT / "tests" / "core" / "test_hooks.py").read_text())
-    assert any(name in test for test in tests), f"tests/core/test_hooks.py needs a test with {name} in its name"
+    assert any(name in test for test in tests), (
+        f"tests/core/test_hooks.py needs a test with {name} in its name"
+    )
 
 
 def blocks(language):
@@ -50,22 +52,28 @@ def tutorial(number):
     whole = [b for b in blocks("python") if "class " in b and "isethdr_components" in b]
     scope = {"__name__": __name__}
     exec(compile(whole[number], "docs/plugins.md", "exec", dont_inherit=True), scope)  # noqa: S102 - the tutorial is what is tested
-    globals()["Darkest"] = scope["Darkest"]     # where pickle looks for it
+    globals()["Darkest"] = scope["Darkest"]  # where pickle looks for it
     [comp] = scope["isethdr_components"]()
     return comp
 
 
 def test_the_ten_lines_work_and_the_kit_says_what_they_lack(offer):
     comp = tutorial(0)
-    code = [line for line in blocks("python")[0].splitlines() if line.strip() and not line.strip().startswith('"""')]
+    code = [
+        line
+        for line in blocks("python")[0].splitlines()
+        if line.strip() and not line.strip().startswith('"""')
+    ]
     assert len(code) == 10
     offer(comp.kind, comp.name, comp.cls)
-    said = re.search(r"metric 'darkest' breaks the promise '[^']+': raised KeyError", PLUGINS).group(0)
+    said = re.search(
+        r"metric 'darkest' breaks the promise '[^']+': raised KeyError", PLUGINS
+    ).group(0)
     with pytest.raises(AssertionError, match=re.escape(said)):
         check(comp.kind, comp.name)
 
 
-@pytest.mark.filterwarnings("error::RuntimeWarning")     # such as a quantile of no pixels
+@pytest.mark.filterwarnings("error::RuntimeWarning")  # such as a quantile of no pixels
 def test_the_tutorials_second_version_keeps_every_promise(offer):
     comp = tutorial(1)
     offer(comp.kind, comp.name, comp.cls)
@@ -85,7 +93,18 @@ def test_the_contracts_name_every_kind():
 
 def test_every_kind_and_border_is_in_the_glossary():
     words = set(re.findall(r"^\| ([\w -]+?) \|", GLOSSARY, re.MULTILINE))
-    assert words >= {*KINDS, "scene radiance", "mixed radiance", "irradiance", "captures", "picture", "truth", "score", "demand", "ledger"}
+    assert words >= {
+        *KINDS,
+        "scene radiance",
+        "mixed radiance",
+        "irradiance",
+        "captures",
+        "picture",
+        "truth",
+        "score",
+        "demand",
+        "ledger",
+    }
 
 
 def test_no_word_is_explained_twice():

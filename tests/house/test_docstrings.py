@@ -12,19 +12,72 @@ from isethdr_core.registry import components
 
 from .source import PRODUCT, name_of, tree
 
-UNITS = ("nm", "um", "mm", "m", "m2", "s", "e", "v", "uv", "uv_per_e", "e_per_s", "dn", "deg", "rad", "sr", "c", "k", "db", "hz",
-         "cd", "cd_m2", "lux", "um_per_mm", "per_mm", "per_s", "kmh", "m_s", "per_m", "percent", "mm2", "lines_per_mm")
+UNITS = (
+    "nm",
+    "um",
+    "mm",
+    "m",
+    "m2",
+    "s",
+    "e",
+    "v",
+    "uv",
+    "uv_per_e",
+    "e_per_s",
+    "dn",
+    "deg",
+    "rad",
+    "sr",
+    "c",
+    "k",
+    "db",
+    "hz",
+    "cd",
+    "cd_m2",
+    "lux",
+    "um_per_mm",
+    "per_mm",
+    "per_s",
+    "kmh",
+    "m_s",
+    "per_m",
+    "percent",
+    "mm2",
+    "lines_per_mm",
+)
 # numbers without a unit, and numbers whose unit is part of what they are
 DIMENSIONLESS = {
     "exposure_target": "metered level over full scale",
-    "f_number": "focal length / diameter", "transmittance": "share of the light", "fill_factor": "share of the pixel's area",
-    "peak_qe": "electrons per photon", "analog_gain": "multiplier", "dark_spread": "rms / mean", "prnu": "rms / mean",
-    "design_snr": "signal / noise", "ring": "share of the object's size", "margin": "share of the field", "others": "weight",
-    "rounding": "0 straight .. 1 circle", "dynamic_range": "ratio", "low_percentile": "percent", "high_percentile": "percent",
-    "darkest_share": "share of the pixels", "compression": "of a tone curve", "decades": "powers of ten", "gap": "share of the spacing",
-    "aspect": "width / height", "step": "ratio of luminances", "contrast_ratio": "bright / dark",
-    "error_allowed": "share of the light", "speckle_error": "relative", "dust_spread": "sigma of a logarithm", "optical_crosstalk_power": "exponent", "scattered": "share of the light",
-    "slope": "of a power law", "wavelength_exponent": "of a power law", "shoulder_exponent": "of a power law",
+    "f_number": "focal length / diameter",
+    "transmittance": "share of the light",
+    "fill_factor": "share of the pixel's area",
+    "peak_qe": "electrons per photon",
+    "analog_gain": "multiplier",
+    "dark_spread": "rms / mean",
+    "prnu": "rms / mean",
+    "design_snr": "signal / noise",
+    "ring": "share of the object's size",
+    "margin": "share of the field",
+    "others": "weight",
+    "rounding": "0 straight .. 1 circle",
+    "dynamic_range": "ratio",
+    "low_percentile": "percent",
+    "high_percentile": "percent",
+    "darkest_share": "share of the pixels",
+    "compression": "of a tone curve",
+    "decades": "powers of ten",
+    "gap": "share of the spacing",
+    "aspect": "width / height",
+    "step": "ratio of luminances",
+    "contrast_ratio": "bright / dark",
+    "error_allowed": "share of the light",
+    "speckle_error": "relative",
+    "dust_spread": "sigma of a logarithm",
+    "optical_crosstalk_power": "exponent",
+    "scattered": "share of the light",
+    "slope": "of a power law",
+    "wavelength_exponent": "of a power law",
+    "shoulder_exponent": "of a power law",
 }
 
 
@@ -43,8 +96,12 @@ def is_hook(node) -> bool:
 
 def test_public_functions_and_classes_have_docstrings():
     # a plugin's implementation of a hook does what the hook's own documentation says
-    missing = [f"{name_of(file)}: {name}" for file in PRODUCT for name, node in public(tree(file))
-               if not ast.get_docstring(node) and not is_hook(node)]
+    missing = [
+        f"{name_of(file)}: {name}"
+        for file in PRODUCT
+        for name, node in public(tree(file))
+        if not ast.get_docstring(node) and not is_hook(node)
+    ]
     assert not missing, "no docstring on\n" + "\n".join(missing)
 
 
@@ -53,7 +110,9 @@ def test_the_first_line_of_a_component_says_what_it_is(kind, name):
     text = components()[kind, name].cls.__doc__ or ""
     first = text.strip().split("\n")[0]
     assert 10 <= len(first) <= 130 and first.endswith((".", ";", ":")), f"{kind}/{name}: {first!r}"
-    assert not text.startswith(f"{components()[kind, name].cls.__name__}("), f"{kind}/{name} has only the docstring that dataclass makes"
+    assert not text.startswith(f"{components()[kind, name].cls.__name__}("), (
+        f"{kind}/{name} has only the docstring that dataclass makes"
+    )
 
 
 @pytest.mark.parametrize(("kind", "name"), sorted(components()), ids=lambda part: part)
@@ -63,7 +122,8 @@ def test_numbers_that_users_type_carry_their_unit(kind, name):
     for field in dataclasses.fields(cls):
         if hints[field.name] is float and field.name not in DIMENSIONLESS:
             assert any(field.name.endswith(f"_{unit}") for unit in UNITS), (
-                f"{kind}/{name}: {field.name} names no unit; end it with one ({field.name}_m, ...) or list it in DIMENSIONLESS with what it is")
+                f"{kind}/{name}: {field.name} names no unit; end it with one ({field.name}_m, ...) or list it in DIMENSIONLESS with what it is"
+            )
 
 
 def test_the_list_of_dimensionless_fields_is_not_out_of_date():

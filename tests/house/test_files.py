@@ -35,9 +35,15 @@ def test_no_module_is_called_utils():
 
 
 def test_every_module_says_what_it_holds():
-    first = {name_of(f): (ast.get_docstring(tree(f)) or "").split("\n")[0] for f in ALL if f.read_text().strip() and f.name != "conftest.py"}
+    first = {
+        name_of(f): (ast.get_docstring(tree(f)) or "").split("\n")[0]
+        for f in ALL
+        if f.read_text().strip() and f.name != "conftest.py"
+    }
     assert not [name for name, line in first.items() if not line], "these have no docstring"
-    assert not [name for name, line in first.items() if len(line) > 130], "the first line of these is too long"
+    assert not [name for name, line in first.items() if len(line) > 130], (
+        "the first line of these is too long"
+    )
 
 
 @pytest.mark.parametrize("folder", sorted({f.parent for f in PRODUCT}), ids=name_of)
@@ -47,39 +53,66 @@ def test_packages_open_with_a_table_of_contents(folder):
         return
     assert init.exists(), f"{name_of(folder)} has no __init__.py"
     text = ast.get_docstring(tree(init)) or ""
-    modules = {f.stem for f in folder.glob("*.py")} | {f.parent.name for f in folder.glob("*/__init__.py")}
+    modules = {f.stem for f in folder.glob("*.py")} | {
+        f.parent.name for f in folder.glob("*/__init__.py")
+    }
     missing = sorted(m for m in modules - {"__init__", "conf"} if not re.search(rf"\b{m}\b", text))
     assert not missing, f"the table of contents of {name_of(init)} leaves out {missing}"
 
 
 def tracked():
     """Return the project's text files: those that git tracks or would track."""
-    listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT,
-                            capture_output=True, text=True, check=False)
+    listed = subprocess.run(
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     if listed.returncode:
         pytest.skip("not a git checkout")
     kinds = {".py", ".md", ".yaml", ".yml", ".toml", ".txt", ".sh", ".html", ".js", ".css", ""}
-    return [f for f in (ROOT / name for name in listed.stdout.splitlines()) if f.is_file() and f.suffix in kinds]
+    return [
+        f
+        for f in (ROOT / name for name in listed.stdout.splitlines())
+        if f.is_file() and f.suffix in kinds
+    ]
 
 
 def test_no_file_names_a_path_of_one_machine():
-    found = [f"{name_of(f)}:{number}: {line.strip()[:80]}" for f in tracked() if name_of(f) not in MAY_NAME_PATHS
-             for number, line in enumerate(f.read_text(errors="ignore").splitlines(), 1) if PATHS.search(line)]
+    found = [
+        f"{name_of(f)}:{number}: {line.strip()[:80]}"
+        for f in tracked()
+        if name_of(f) not in MAY_NAME_PATHS
+        for number, line in enumerate(f.read_text(errors="ignore").splitlines(), 1)
+        if PATHS.search(line)
+    ]
     assert not found, "\n".join(found)
 
 
 def test_nothing_is_left_to_do_in_comments():
-    found = [f"{name_of(f)}:{number}" for f in ALL if name_of(f) not in MAY_NAME_PATHS
-             for number, line in enumerate(f.read_text().splitlines(), 1) if LEFTOVERS.search(line)]
+    found = [
+        f"{name_of(f)}:{number}"
+        for f in ALL
+        if name_of(f) not in MAY_NAME_PATHS
+        for number, line in enumerate(f.read_text().splitlines(), 1)
+        if LEFTOVERS.search(line)
+    ]
     assert not found, "\n".join(found)
 
 
 def test_the_pattern_for_paths_finds_them():
     assert PATHS.search("open('/" + "home/me/data')") and PATHS.search("see /" + "tmp/x.txt")
-    assert not PATHS.search("ISETHDR_HOME=/path") and not PATHS.search("runs/" + "tmp/x") and not PATHS.search("docs/" + "home/x")
+    assert (
+        not PATHS.search("ISETHDR_HOME=/path")
+        and not PATHS.search("runs/" + "tmp/x")
+        and not PATHS.search("docs/" + "home/x")
+    )
 
 
 def test_every_package_is_shipped():
     text = (ROOT / "pyproject.toml").read_text()
     for name, folder in PACKAGES.items():
-        assert f'"{name_of(folder)}"' in text, f"{name} is not in [tool.hatch.build.targets.wheel] of pyproject.toml"
+        assert f'"{name_of(folder)}"' in text, (
+            f"{name} is not in [tool.hatch.build.targets.wheel] of pyproject.toml"
+        )

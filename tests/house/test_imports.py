@@ -9,7 +9,18 @@ import sys
 from .source import PACKAGES, PLUGINS, PRODUCT, imports, name_of
 
 STANDARD = set(sys.stdlib_module_names)
-SLOW = ("xarray", "scipy", "colour", "mitsuba", "drjit", "zarr", "matplotlib", "skimage", "pandas", "duckdb")
+SLOW = (
+    "xarray",
+    "scipy",
+    "colour",
+    "mitsuba",
+    "drjit",
+    "zarr",
+    "matplotlib",
+    "skimage",
+    "pandas",
+    "duckdb",
+)
 
 
 def roots(file, **options):
@@ -28,9 +39,18 @@ def test_layers():
     wrong = []
     for file in PRODUCT:
         own = next(name for name, folder in PACKAGES.items() if folder in file.parents)
-        allowed = {"core": {"isethdr_core"}, "physics": {"isethdr_core"}, "plugin": {own, "isethdr_core"},
-                   "catalog": {own, "isethdr_core"}, "workflows": set(PACKAGES)}[layer(file)]
-        wrong += [f"{name_of(file)} ({layer(file)}) imports {name}" for name in roots(file) if name.startswith("isethdr_") and name not in allowed]
+        allowed = {
+            "core": {"isethdr_core"},
+            "physics": {"isethdr_core"},
+            "plugin": {own, "isethdr_core"},
+            "catalog": {own, "isethdr_core"},
+            "workflows": set(PACKAGES),
+        }[layer(file)]
+        wrong += [
+            f"{name_of(file)} ({layer(file)}) imports {name}"
+            for name in roots(file)
+            if name.startswith("isethdr_") and name not in allowed
+        ]
     assert not wrong, "\n".join(wrong)
 
 
@@ -39,25 +59,37 @@ def test_physics_imports_libraries_of_numbers_only():
     assert len(files) > 5
     wrong = []
     for file in files:
-        wrong += [f"{name_of(file)} imports {name}" for name in roots(file) - STANDARD - {"numpy", "scipy", "array_api_compat", "ducc0", "isethdr_core"}]
-        wrong += [f"{name_of(file)} imports {name}; physics knows no stage" for name in imports(file)
-                  if name.startswith("isethdr_core") and not name.startswith("isethdr_core.physics")]
+        wrong += [
+            f"{name_of(file)} imports {name}"
+            for name in roots(file)
+            - STANDARD
+            - {"numpy", "scipy", "array_api_compat", "ducc0", "isethdr_core"}
+        ]
+        wrong += [
+            f"{name_of(file)} imports {name}; physics knows no stage"
+            for name in imports(file)
+            if name.startswith("isethdr_core") and not name.startswith("isethdr_core.physics")
+        ]
     assert not wrong, "\n".join(wrong)
 
 
 def test_what_a_plugin_author_imports_is_light():
     """`isethdr --help`, and every plugin's hooks, run without the libraries that take seconds to import."""
-    code = ("import json, sys\n"
-            "from isethdr_core.registry import components; components()\n"
-            "sys.argv = ['isethdr', '--help']\n"
-            "from isethdr_core.cli import main\n"
-            "try:\n    main()\n"
-            "except SystemExit as end:\n    print(json.dumps([end.code, sorted({m.split('.')[0] for m in sys.modules})]))")
+    code = (
+        "import json, sys\n"
+        "from isethdr_core.registry import components; components()\n"
+        "sys.argv = ['isethdr', '--help']\n"
+        "from isethdr_core.cli import main\n"
+        "try:\n    main()\n"
+        "except SystemExit as end:\n    print(json.dumps([end.code, sorted({m.split('.')[0] for m in sys.modules})]))"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     exit_code, modules = json.loads(done.stdout.splitlines()[-1])
     assert exit_code == 0
-    assert not set(SLOW) & set(modules), f"imported before they are needed: {sorted(set(SLOW) & set(modules))}"
+    assert not set(SLOW) & set(modules), (
+        f"imported before they are needed: {sorted(set(SLOW) & set(modules))}"
+    )
 
 
 def test_the_layer_rule_sees_what_it_must():

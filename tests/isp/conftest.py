@@ -11,7 +11,9 @@ import pytest
 @pytest.fixture(scope="session")
 def bench():
     """Return the module that makes captures from known radiance."""
-    spec = importlib.util.spec_from_file_location("make_captures", Path(__file__).with_name("make_captures.py"))
+    spec = importlib.util.spec_from_file_location(
+        "make_captures", Path(__file__).with_name("make_captures.py")
+    )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

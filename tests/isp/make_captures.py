@@ -11,21 +11,46 @@ from isethdr_core.quantities import centres, names
 WAVELENGTH = np.arange(400.0, 701.0, 10.0)
 BAYER = np.array([[0, 1], [1, 2]])
 RGBW = np.array([[0, 1], [3, 2]])
-QE = np.stack([0.6 * np.exp(-(((WAVELENGTH - c) / s) ** 2) / 2) for c, s in ((605, 32), (540, 36), (460, 28))])
+QE = np.stack(
+    [0.6 * np.exp(-(((WAVELENGTH - c) / s) ** 2) / 2) for c, s in ((605, 32), (540, 36), (460, 28))]
+)
 QE_W = np.concatenate([QE, 0.75 * np.ones((1, len(WAVELENGTH)))])
 # three captures of the split pixel: large diode at two gains (one charge) and a small one of 1/100 of its area
-SPLIT = [{"name": "LPLG", "charge": 0, "top_e": 22000.0, "read": 3.05}, {"name": "LPHG", "charge": 0, "top_e": 5390.0, "read": 0.83},
-         {"name": "SPLG", "charge": 1, "top_e": 7900.0, "read": 0.83, "area": 0.01}]
+SPLIT = [
+    {"name": "LPLG", "charge": 0, "top_e": 22000.0, "read": 3.05},
+    {"name": "LPHG", "charge": 0, "top_e": 5390.0, "read": 0.83},
+    {"name": "SPLG", "charge": 1, "top_e": 7900.0, "read": 0.83, "area": 0.01},
+]
 ONE = [{"name": "A", "charge": 0, "top_e": 1e9, "read": 2.0}]
 
 
-def electrons_per_radiance(spec=ONE[0], qe=QE, exposure_s=0.016, pitch_um=3.0, throughput_sr=np.pi / 65):
+def electrons_per_radiance(
+    spec=ONE[0], qe=QE, exposure_s=0.016, pitch_um=3.0, throughput_sr=np.pi / 65
+):
     """Return (channel, wavelength) electrons per band mean radiance on the axis, computed apart from the isp."""
     area = (pitch_um * 1e-6) ** 2 * spec.get("area", 1.0)
-    return np.asarray(spec.get("qe", qe)) * band_widths_nm(WAVELENGTH) / photon_energy_j(WAVELENGTH) * exposure_s * area * throughput_sr
+    return (
+        np.asarray(spec.get("qe", qe))
+        * band_widths_nm(WAVELENGTH)
+        / photon_energy_j(WAVELENGTH)
+        * exposure_s
+        * area
+        * throughput_sr
+    )
 
 
-def make(mean_e, specs=ONE, pattern=BAYER, qe=QE, rng=None, step_e=0.0, black=64.0, dark=0.0, falloff="none", focal=4.0):
+def make(
+    mean_e,
+    specs=ONE,
+    pattern=BAYER,
+    qe=QE,
+    rng=None,
+    step_e=0.0,
+    black=64.0,
+    dark=0.0,
+    falloff="none",
+    focal=4.0,
+):
     """Return captures of the charge `mean_e` (y, x) e of a full-area capture, dark charge not included; no noise without `rng`."""
     ny, nx = np.shape(mean_e)
     filters = np.tile(pattern, (ny // pattern.shape[0] + 1, nx // pattern.shape[1] + 1))[:ny, :nx]
@@ -46,23 +71,49 @@ def make(mean_e, specs=ONE, pattern=BAYER, qe=QE, rng=None, step_e=0.0, black=64
     column = lambda value: ("capture", np.broadcast_to(np.asarray(value, float), (n,)).copy())
     pitch = 3.0
     area = [(pitch * 1e-6) ** 2 * s.get("area", 1.0) for s in specs]
-    return xr.Dataset({
-        "raw": (("capture", "y", "x"), np.array(raw)), "saturated": (("capture", "y", "x"), np.array(saturated)),
-        "filter": (("y", "x"), filters.astype(np.uint8)),
-        "exposure_s": column(0.016), "gain_dn_per_e": column(gains), "black_dn": column(black),
-        "top_dn": column([black + s["top_e"] * g for s, g in zip(specs, gains)]), "read_noise_e": column([s["read"] for s in specs]),
-        "dark_e": column(dark), "quantisation_e": column(step_e), "area_m2": column(area),
-        "charge": ("capture", np.array([s["charge"] for s in specs])),
-        "quantum_efficiency": (("capture", "channel", "wavelength"), np.array([s.get("qe", qe) for s in specs]))},
-        coords={"capture": names(s["name"] for s in specs), "channel": names("RGBW"[:len(qe)]), "wavelength": WAVELENGTH,
-                "x": centres(nx, nx * pitch * 1e-6), "y": centres(ny, ny * pitch * 1e-6)},
-        attrs={"pitch_um": pitch, "cfa": "test", "f_number": 4.0, "focal_length_mm": focal, "throughput_sr": np.pi / 65, "falloff": falloff})
+    return xr.Dataset(
+        {
+            "raw": (("capture", "y", "x"), np.array(raw)),
+            "saturated": (("capture", "y", "x"), np.array(saturated)),
+            "filter": (("y", "x"), filters.astype(np.uint8)),
+            "exposure_s": column(0.016),
+            "gain_dn_per_e": column(gains),
+            "black_dn": column(black),
+            "top_dn": column([black + s["top_e"] * g for s, g in zip(specs, gains)]),
+            "read_noise_e": column([s["read"] for s in specs]),
+            "dark_e": column(dark),
+            "quantisation_e": column(step_e),
+            "area_m2": column(area),
+            "charge": ("capture", np.array([s["charge"] for s in specs])),
+            "quantum_efficiency": (
+                ("capture", "channel", "wavelength"),
+                np.array([s.get("qe", qe) for s in specs]),
+            ),
+        },
+        coords={
+            "capture": names(s["name"] for s in specs),
+            "channel": names("RGBW"[: len(qe)]),
+            "wavelength": WAVELENGTH,
+            "x": centres(nx, nx * pitch * 1e-6),
+            "y": centres(ny, ny * pitch * 1e-6),
+        },
+        attrs={
+            "pitch_um": pitch,
+            "cfa": "test",
+            "f_number": 4.0,
+            "focal_length_mm": focal,
+            "throughput_sr": np.pi / 65,
+            "falloff": falloff,
+        },
+    )
 
 
 def mosaic_of(radiance, shape, pattern=BAYER, qe=QE, falloff=None, focal=4.0):
     """Return the noise-free electrons (y, x) of one spectrum, W m-2 sr-1 nm-1, seen by every pixel."""
     per_channel = electrons_per_radiance(qe=qe) @ radiance
-    tiles = np.tile(pattern, (shape[0] // pattern.shape[0] + 1, shape[1] // pattern.shape[1] + 1))[:shape[0], :shape[1]]
+    tiles = np.tile(pattern, (shape[0] // pattern.shape[0] + 1, shape[1] // pattern.shape[1] + 1))[
+        : shape[0], : shape[1]
+    ]
     out = per_channel[tiles]
     if falloff == "cos4":
         x, y = (centres(n, n * 3e-6) for n in shape[::-1])

@@ -9,8 +9,18 @@ from isethdr_core.errors import UnitError
 from isethdr_core.truth import variance_known
 
 MONO = np.array([[0]])
-EVERY = pytest.mark.parametrize("isp", [IdealIsp(), LinearIsp(), MergeIsp(), LinearIsp(demosaic="guided"), LinearIsp(demosaic="learned"),
-                                        MergeIsp(demosaic="learned", denoise="nl_means")], ids=str)
+EVERY = pytest.mark.parametrize(
+    "isp",
+    [
+        IdealIsp(),
+        LinearIsp(),
+        MergeIsp(),
+        LinearIsp(demosaic="guided"),
+        LinearIsp(demosaic="learned"),
+        MergeIsp(demosaic="learned", denoise="nl_means"),
+    ],
+    ids=str,
+)
 
 
 def replaced(captures, name, value):
@@ -23,12 +33,25 @@ def replaced(captures, name, value):
 
 
 @EVERY
-@pytest.mark.parametrize("name, value, said", [
-    ("gain_dn_per_e", 0.0, "gain_dn_per_e"), ("gain_dn_per_e", -1.0, "gain_dn_per_e"), ("gain_dn_per_e", np.nan, "gain_dn_per_e"),
-    ("gain_dn_per_e", np.inf, "gain_dn_per_e"), ("exposure_s", np.inf, "exposure_s"), ("area_m2", 0.0, "area_m2"),
-    ("black_dn", np.nan, "top above the black level"), ("black_dn", -np.inf, "finite"), ("top_dn", 1.0, "top above the black level"),
-    ("read_noise_e", -1.0, "read_noise_e"), ("quantum_efficiency", np.nan, "quantum_efficiency"),
-    ("quantum_efficiency", -0.1, "quantum_efficiency"), ("quantum_efficiency", np.inf, "quantum_efficiency"), ("raw", np.inf, "finite DN")])
+@pytest.mark.parametrize(
+    "name, value, said",
+    [
+        ("gain_dn_per_e", 0.0, "gain_dn_per_e"),
+        ("gain_dn_per_e", -1.0, "gain_dn_per_e"),
+        ("gain_dn_per_e", np.nan, "gain_dn_per_e"),
+        ("gain_dn_per_e", np.inf, "gain_dn_per_e"),
+        ("exposure_s", np.inf, "exposure_s"),
+        ("area_m2", 0.0, "area_m2"),
+        ("black_dn", np.nan, "top above the black level"),
+        ("black_dn", -np.inf, "finite"),
+        ("top_dn", 1.0, "top above the black level"),
+        ("read_noise_e", -1.0, "read_noise_e"),
+        ("quantum_efficiency", np.nan, "quantum_efficiency"),
+        ("quantum_efficiency", -0.1, "quantum_efficiency"),
+        ("quantum_efficiency", np.inf, "quantum_efficiency"),
+        ("raw", np.inf, "finite DN"),
+    ],
+)
 def test_figures_that_cannot_be_are_named(bench, isp, name, value, said):
     with pytest.raises(UnitError, match=said):
         isp(replaced(bench.make(np.full((16, 16), 50.0)), name, value))
@@ -71,8 +94,14 @@ def test_a_single_pixel_is_an_error_under_a_filter_array_that_says_so(bench, isp
 @pytest.mark.parametrize("shape", [(1, 1), (1, 5), (3, 1)])
 def test_a_single_pixel_without_a_filter_array_is_right(bench, isp, shape):
     grey = 7 * light("daylight", bench.WAVELENGTH)
-    picture = isp(bench.make(bench.mosaic_of(grey, shape, MONO, bench.QE_W[3:]), pattern=MONO, qe=bench.QE_W[3:]))
-    np.testing.assert_allclose(picture.xyz.values[..., 1], 7.0, rtol=1e-9)      # one channel: exact for a grey in the balance light
+    picture = isp(
+        bench.make(
+            bench.mosaic_of(grey, shape, MONO, bench.QE_W[3:]), pattern=MONO, qe=bench.QE_W[3:]
+        )
+    )
+    np.testing.assert_allclose(
+        picture.xyz.values[..., 1], 7.0, rtol=1e-9
+    )  # one channel: exact for a grey in the balance light
     assert picture.xyz.shape == (*shape, 3) and picture.valid.values.all()
     assert not variance_known(picture) or picture.variance.values.min() > 0
 
@@ -93,7 +122,11 @@ def test_all_dark_has_the_mean_0_and_is_valid(bench, isp):
     # 2304 pixels, of which learned and denoised ones leave some 20 to 60 independent: 4 standard errors
     assert abs(y.mean()) < 4 * y.std() / np.sqrt(20) and y.min() < 0 and picture.valid.values.all()
     assert not variance_known(picture) or variance.min() > 0
-    exact = isp(bench.make(np.zeros((24, 24)), [{"name": "A", "charge": 0, "top_e": 1e9, "read": 0.0}]))
+    exact = isp(
+        bench.make(np.zeros((24, 24)), [{"name": "A", "charge": 0, "top_e": 1e9, "read": 0.0}])
+    )
     np.testing.assert_array_equal(exact.xyz.values, 0.0)
     if variance_known(exact):
-        np.testing.assert_allclose(exact.variance.values, 0.0, atol=1e-12)      # a noiseless read has 1e-12 e2 for division
+        np.testing.assert_allclose(
+            exact.variance.values, 0.0, atol=1e-12
+        )  # a noiseless read has 1e-12 e2 for division

@@ -18,16 +18,34 @@ SIZE = 120
 def irradiance(level):
     """Return the irradiance of a uniform daylight grey of `level` cd/m2, one tile a pixel."""
     place = centres(SIZE, SIZE * 3.75e-6)
-    values = np.broadcast_to(level * THROUGHPUT * white("daylight", W)[:, None, None], (len(W), SIZE, SIZE))
-    return plane(values.copy(), W, place, place, IRRADIANCE, f_number=4.0, focal_length_mm=4.0, throughput_sr=THROUGHPUT, falloff="none",
-                 field_width=SIZE * 3.75e-6, field_height=SIZE * 3.75e-6)
+    values = np.broadcast_to(
+        level * THROUGHPUT * white("daylight", W)[:, None, None], (len(W), SIZE, SIZE)
+    )
+    return plane(
+        values.copy(),
+        W,
+        place,
+        place,
+        IRRADIANCE,
+        f_number=4.0,
+        focal_length_mm=4.0,
+        throughput_sr=THROUGHPUT,
+        falloff="none",
+        field_width=SIZE * 3.75e-6,
+        field_height=SIZE * 3.75e-6,
+    )
 
 
 def shot(electrons, **fields):
     """Return (captures, cd/m2) of a grey that gives `electrons` per pixel."""
-    per_cd = readouts(hdr.build("sensor", "lin_log", noise=False, **EXACT)(irradiance(1.0), None), white("daylight", W))[0].sensitivity[0]
+    per_cd = readouts(
+        hdr.build("sensor", "lin_log", noise=False, **EXACT)(irradiance(1.0), None),
+        white("daylight", W),
+    )[0].sensitivity[0]
     level = electrons / per_cd
-    return hdr.build("sensor", "lin_log", **EXACT, **fields)(irradiance(level), hdr.generator(seed=5)), level
+    return hdr.build("sensor", "lin_log", **EXACT, **fields)(
+        irradiance(level), hdr.generator(seed=5)
+    ), level
 
 
 @pytest.mark.parametrize("isp", ["linear", "merge", "ideal"])
@@ -39,7 +57,9 @@ def test_level_and_variance_of_draws(isp, electrons):
     assert picture.valid.values.all()
     # the table is without bias but for 0.04 % where it bends within a width of the noise; there readings state their variance to 5 %
     bend, bent = 2.03e4 < electrons < 2.4e4, electrons > 1.8e4
-    assert abs(y.mean() / level - 1) < 4 * y.std() / level / SIZE + (4e-4 if bend else 1e-4 if bent else 0.0)
+    assert abs(y.mean() / level - 1) < 4 * y.std() / level / SIZE + (
+        4e-4 if bend else 1e-4 if bent else 0.0
+    )
     # 4 errors of a variance of 14 400 pixels, 1.2 % each; at the bend, where its tail is long, 3 % each
     assert variance.mean() / y.var() == pytest.approx(1, abs=0.05 + 0.09 if bend else 0.05)
 
@@ -48,13 +68,18 @@ def test_without_noise_it_is_exact_to_half_a_code():
     for electrons in (1.0, 1e3, 1e5, 1e8):
         captures, level = shot(electrons, noise=False)
         found = hdr.build("isp", "linear")(captures).xyz.values[..., 1].mean() / level
-        half_e = 0.5 * 25455 / 4031   # a code of charge; beyond the knee 391 of them are a factor e of the light
+        half_e = (
+            0.5 * 25455 / 4031
+        )  # a code of charge; beyond the knee 391 of them are a factor e of the light
         assert abs(found - 1) < 1.02 * (half_e / electrons if electrons < 1.8e4 else half_e / 391)
 
 
 def test_linear_part_reads_as_the_bayer_sensor_does():
     light = irradiance(30.0)
-    ours, bayer = (hdr.build("sensor", name, **EXACT)(light, hdr.generator(seed=5)) for name in ("lin_log", "bayer"))
+    ours, bayer = (
+        hdr.build("sensor", name, **EXACT)(light, hdr.generator(seed=5))
+        for name in ("lin_log", "bayer")
+    )
     ours, bayer = (readouts(c, white("daylight", W))[0] for c in (ours, bayer))
     # rounding of the interpolation, of some 1e4 e
     np.testing.assert_allclose(ours.charge_e, bayer.charge_e, atol=1e-9)
@@ -63,7 +88,9 @@ def test_linear_part_reads_as_the_bayer_sensor_does():
 
 def test_saturated_only_where_the_table_ends():
     captures, _ = shot(1e8)
-    assert captures.saturated.values.all() and hdr.build("isp", "merge")(captures).valid.values.all()
+    assert (
+        captures.saturated.values.all() and hdr.build("isp", "merge")(captures).valid.values.all()
+    )
     captures, _ = shot(1e14)
     assert not hdr.build("isp", "merge")(captures).valid.values.any()
 
@@ -85,7 +112,9 @@ def test_merge_folds_a_bent_capture_with_a_longer_linear_one():
 
     for electrons in (1e3, 1e5, 1e7):
         bent, level = shot(electrons)
-        linear = hdr.build("sensor", "single", exposure_s=0.16, **EXACT)(irradiance(level), hdr.generator(seed=6))
+        linear = hdr.build("sensor", "single", exposure_s=0.16, **EXACT)(
+            irradiance(level), hdr.generator(seed=6)
+        )
         names = ("response_dn", "response_e", "response_variance_e2")
         padding = {name: (bent[name].dims, np.full(bent[name].shape, np.nan)) for name in names}
         linear = linear.assign(padding).assign_coords(capture=["long"])
@@ -95,6 +124,8 @@ def test_merge_folds_a_bent_capture_with_a_longer_linear_one():
         y = picture.xyz.values[..., 1]
         assert picture.valid.values.all()
         # 4 standard errors and the curvature of the table
-        assert abs(y.mean() / level - 1) < 4 * y.std() / level / SIZE + (2e-3 if electrons > 1e4 else 0.0)
+        assert abs(y.mean() / level - 1) < 4 * y.std() / level / SIZE + (
+            2e-3 if electrons > 1e4 else 0.0
+        )
         assert picture.variance.values[..., 1].mean() / y.var() == pytest.approx(1.0, abs=0.05)
         assert np.all(picture.source.values == (0 if electrons < 1e4 else 1))

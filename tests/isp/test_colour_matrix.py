@@ -11,7 +11,11 @@ from isethdr_core.physics.photometry import xyz_weights
 def setup(bench, filters="rgbw"):
     """Return the response, electrons and XYZ of the surfaces, and the white in electrons and XYZ."""
     response = bench.electrons_per_radiance(qe=bench.QE_W if filters == "rgbw" else bench.QE)
-    samples, weights, white = radiances(bench.WAVELENGTH), xyz_weights(bench.WAVELENGTH), light("daylight", bench.WAVELENGTH)
+    samples, weights, white = (
+        radiances(bench.WAVELENGTH),
+        xyz_weights(bench.WAVELENGTH),
+        light("daylight", bench.WAVELENGTH),
+    )
     return response, samples @ response.T, samples @ weights.T, response @ white, weights @ white
 
 
@@ -41,9 +45,11 @@ def test_with_noise_no_other_matrix_that_keeps_the_white_errs_less(bench, snr, d
     rng, least = np.random.default_rng(0), expected_error(matrix)
     for _ in range(50):
         step = rng.standard_normal(matrix.shape) * np.abs(matrix).mean()
-        step -= np.outer(step @ white_e, white_e) / (white_e @ white_e)      # keeps the white
+        step -= np.outer(step @ white_e, white_e) / (white_e @ white_e)  # keeps the white
         # a quadratic has one minimum: every step away costs, small or large
-        assert expected_error(matrix + step) > least and expected_error(matrix - 1e-3 * step) > least
+        assert (
+            expected_error(matrix + step) > least and expected_error(matrix - 1e-3 * step) > least
+        )
 
 
 @pytest.mark.parametrize("dark_var", [0.0, 4.0, 1e4])
@@ -56,8 +62,12 @@ def test_the_stated_light_level_has_the_stated_ratio(dark_var):
 def test_read_noise_counts_beside_shot_noise(bench):
     """At an SNR of 1 a noisy reader needs more light, where noise no longer follows the channels: W helps more than it would."""
     response, *_ = setup(bench)
-    quiet, noisy = (solve_matrix(response, bench.WAVELENGTH, "daylight", 1.0, v) for v in (0.0, 400.0))
-    gain = [np.trace(m @ m.T) for m in (quiet, noisy)]      # variance of XYZ for the same noise in every channel
+    quiet, noisy = (
+        solve_matrix(response, bench.WAVELENGTH, "daylight", 1.0, v) for v in (0.0, 400.0)
+    )
+    gain = [
+        np.trace(m @ m.T) for m in (quiet, noisy)
+    ]  # variance of XYZ for the same noise in every channel
     assert gain[1] < gain[0]
 
 
@@ -66,4 +76,6 @@ def test_the_picture_says_the_level_the_matrix_is_made_for(bench):
 
     response, electrons, *_ = setup(bench, "bayer")
     picture = LinearIsp(design_snr=10.0)(bench.make(np.full((12, 16), 50.0)))
-    assert picture.attrs["design_cd_m2"] == pytest.approx(design_luminance(electrons.mean(), 10.0, 4.0), rel=1e-6)
+    assert picture.attrs["design_cd_m2"] == pytest.approx(
+        design_luminance(electrons.mean(), 10.0, 4.0), rel=1e-6
+    )

@@ -7,7 +7,11 @@ from isethdr_isp.demosaic import demosaic
 from isethdr_core.errors import UnitError
 
 PATTERNS = {
-    "mono": [[0]], "bayer": [[0, 1], [1, 2]], "rccb": [[0, 1], [1, 2]], "rgbw": [[0, 1], [3, 2]], "rccc": [[0, 1], [1, 1]],
+    "mono": [[0]],
+    "bayer": [[0, 1], [1, 2]],
+    "rccb": [[0, 1], [1, 2]],
+    "rgbw": [[0, 1], [3, 2]],
+    "rccc": [[0, 1], [1, 1]],
     "quad": [[0, 0, 1, 1], [0, 0, 1, 1], [1, 1, 2, 2], [1, 1, 2, 2]],
     "rgbw 4x4": [[3, 1, 3, 0], [1, 3, 0, 3], [3, 2, 3, 1], [2, 3, 1, 3]],
     "one row of two": [[0, 1]],
@@ -16,7 +20,9 @@ PATTERNS = {
 
 def tiled(pattern, shape=(20, 26)):
     p = np.array(pattern)
-    return np.tile(p, (shape[0] // p.shape[0] + 1, shape[1] // p.shape[1] + 1))[:shape[0], :shape[1]]
+    return np.tile(p, (shape[0] // p.shape[0] + 1, shape[1] // p.shape[1] + 1))[
+        : shape[0], : shape[1]
+    ]
 
 
 @pytest.mark.parametrize("name", PATTERNS)
@@ -27,8 +33,15 @@ def test_constant_and_linear_ramp_come_back_exactly(name):
     ramp = 5 + 0.7 * x - 0.3 * y
     planes, _, _ = demosaic(ramp, filters, channels)
     # 8 pixels from the border no mirrored sample enters; 1e-12: rounding of values around 20
-    np.testing.assert_allclose(planes[:, 8:-8, 8:-8], np.broadcast_to(ramp, planes.shape)[:, 8:-8, 8:-8], rtol=0, atol=1e-12)
-    flat, _, _ = demosaic(np.full(filters.shape, -3.5), filters, channels)  # negative electrons stay
+    np.testing.assert_allclose(
+        planes[:, 8:-8, 8:-8],
+        np.broadcast_to(ramp, planes.shape)[:, 8:-8, 8:-8],
+        rtol=0,
+        atol=1e-12,
+    )
+    flat, _, _ = demosaic(
+        np.full(filters.shape, -3.5), filters, channels
+    )  # negative electrons stay
     np.testing.assert_allclose(flat, -3.5, rtol=1e-12)
 
 
@@ -68,7 +81,9 @@ def test_bayer_equals_isetcams_bilinear(reference):
     filters = np.tile(data["cfa_pattern"].astype(int) - 1, (36, 54))
     planes, _, _ = demosaic(data["volts"], filters, 3)
     theirs = data["sensorspace_bilinear_none"]
-    assert np.abs(np.moveaxis(planes, 0, -1) - theirs).max() / theirs.max() < 1e-7  # stored as float32
+    assert (
+        np.abs(np.moveaxis(planes, 0, -1) - theirs).max() / theirs.max() < 1e-7
+    )  # stored as float32
 
 
 def test_refuses_arrays_it_cannot_serve():

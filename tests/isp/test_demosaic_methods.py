@@ -19,12 +19,14 @@ SHAPE = (64, 72)
 
 
 def tiled(pattern, shape=SHAPE):
-    return np.tile(pattern, (shape[0] // len(pattern) + 1, shape[1] // len(pattern) + 1))[:shape[0], :shape[1]]
+    return np.tile(pattern, (shape[0] // len(pattern) + 1, shape[1] // len(pattern) + 1))[
+        : shape[0], : shape[1]
+    ]
 
 
 def textured(channels):
     """Return planes (channel, y, x), electrons: fine stripes and edges seen alike by all channels, as in most of a scene."""
-    y, x = np.mgrid[:SHAPE[0], :SHAPE[1]]
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
     shape = 1000 + 500 * np.sin(0.9 * x + 0.4 * y) + 600 * (x + 2 * y > 110)
     return np.array([0.6, 1.0, 0.7, 2.0])[:channels, None, None] * shape
 
@@ -34,7 +36,14 @@ def run(method, planes, pattern, names, noise=0.0, rng=None):
     mosaic = np.take_along_axis(planes, filters[None], 0)[0]
     if rng is not None:
         mosaic = mosaic + noise * rng.standard_normal(mosaic.shape)
-    return interpolate(method, mosaic, filters, list(names), np.full(mosaic.shape, noise**2), np.zeros(mosaic.shape, bool))
+    return interpolate(
+        method,
+        mosaic,
+        filters,
+        list(names),
+        np.full(mosaic.shape, noise**2),
+        np.zeros(mosaic.shape, bool),
+    )
 
 
 def rms(seen, planes):
@@ -43,7 +52,10 @@ def rms(seen, planes):
 
 def needs_package(method):
     if method in ("malvar", "menon"):
-        pytest.importorskip("colour_demosaicing", reason="colour-demosaicing is not installed: pip install 'isethdr[demosaic]'")
+        pytest.importorskip(
+            "colour_demosaicing",
+            reason="colour-demosaicing is not installed: pip install 'isethdr[demosaic]'",
+        )
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -59,12 +71,16 @@ def test_constants_of_any_sign_come_back_exactly(method):
 def test_published_and_guided_methods_beat_bilinear_on_bayer(method):
     needs_package(method)
     planes = textured(3)
-    assert rms(run(method, planes, BAYER, "RGB", 1.0)[0], planes) < 0.9 * rms(run("bilinear", planes, BAYER, "RGB", 1.0)[0], planes)
+    assert rms(run(method, planes, BAYER, "RGB", 1.0)[0], planes) < 0.9 * rms(
+        run("bilinear", planes, BAYER, "RGB", 1.0)[0], planes
+    )
 
 
 def test_guide_of_clear_pixels_halves_the_error_of_rgbw():
     planes = textured(4)
-    plain, guided = (rms(run(m, planes, RGBW_4X4, "RGBW", 1.0)[0], planes) for m in ("bilinear", "guided"))
+    plain, guided = (
+        rms(run(m, planes, RGBW_4X4, "RGBW", 1.0)[0], planes) for m in ("bilinear", "guided")
+    )
     assert guided < 0.5 * plain
 
 
@@ -72,7 +88,9 @@ def test_without_a_denser_channel_there_is_no_guide_and_the_ledger_says_so():
     book = ledger.Ledger()
     with ledger.stage(book, "isp") as row:
         seen = run("guided", textured(4), np.array([[0, 1], [3, 2]]), "RGBW", 1.0)[0]
-    np.testing.assert_array_equal(seen, run("bilinear", textured(4), np.array([[0, 1], [3, 2]]), "RGBW", 1.0)[0])
+    np.testing.assert_array_equal(
+        seen, run("bilinear", textured(4), np.array([[0, 1], [3, 2]]), "RGBW", 1.0)[0]
+    )
     assert "no channel is sampled more" in row.left_out[0].why
 
 
@@ -83,16 +101,22 @@ def test_guided_keeps_own_samples_and_costs_little_in_noise():
     args = mosaic, filters, list("RGBW"), np.full(SHAPE, 25.0), np.zeros(SHAPE, bool)
     plain, guided = interpolate("bilinear", *args)[0], interpolate("guided", *args)[0]
     np.testing.assert_allclose(np.take_along_axis(guided, filters[None], 0)[0], mosaic, rtol=1e-12)
-    assert rms(guided, planes) < 1.1 * rms(plain, planes)   # the slope is shrunk by the noise
+    assert rms(guided, planes) < 1.1 * rms(plain, planes)  # the slope is shrunk by the noise
 
 
 def test_malvars_variance_is_that_of_the_noise():
     needs_package("malvar")
     planes, rng = np.full((3, *SHAPE), 50.0), np.random.default_rng(1)
-    draws = np.stack([run("malvar", planes, BAYER, "RGB", 2.0, rng)[0] for _ in range(150)])[..., 8:-8, 8:-8]
-    reported = run("malvar", planes, BAYER, "RGB", 2.0).noise_map.variance(np.eye(3), independent(np.full(SHAPE, 4.0)))
+    draws = np.stack([run("malvar", planes, BAYER, "RGB", 2.0, rng)[0] for _ in range(150)])[
+        ..., 8:-8, 8:-8
+    ]
+    reported = run("malvar", planes, BAYER, "RGB", 2.0).noise_map.variance(
+        np.eye(3), independent(np.full(SHAPE, 4.0))
+    )
     # 150 draws of some 300 independent pixels: 0.7 %
-    np.testing.assert_allclose(draws.var(0).mean((1, 2)), reported[:, 8:-8, 8:-8].mean((1, 2)), rtol=0.03)
+    np.testing.assert_allclose(
+        draws.var(0).mean((1, 2)), reported[:, 8:-8, 8:-8].mean((1, 2)), rtol=0.03
+    )
 
 
 @pytest.mark.parametrize("method", ["guided", "menon", "learned"])
@@ -120,7 +144,9 @@ def test_errors_name_the_way_out(bench, monkeypatch):
     with pytest.raises(ConfigError, match="demosaic is 'malvr'; expected .*'malvar'"):
         LinearIsp(demosaic="malvr")(captures)
     with pytest.raises(UnitError, match="for Bayer arrays.*guided"):
-        LinearIsp(demosaic="menon")(bench.make(np.full((24, 32), 50.0), pattern=bench.RGBW, qe=bench.QE_W))
+        LinearIsp(demosaic="menon")(
+            bench.make(np.full((24, 32), 50.0), pattern=bench.RGBW, qe=bench.QE_W)
+        )
     monkeypatch.setitem(sys.modules, "colour_demosaicing", None)
     with pytest.raises(ConfigError, match=r"pip install 'isethdr\[demosaic\]'"):
         LinearIsp(demosaic="malvar")(captures)

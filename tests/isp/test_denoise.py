@@ -17,7 +17,12 @@ SHAPE = (128, 128)
 
 def noisy(mean, rng):
     x = rng.poisson(mean) + READ * rng.standard_normal(mean.shape)
-    return Merged(x, np.maximum(x + READ**2, 0.1 * READ**2), np.ones(x.shape, bool), np.zeros(x.shape, np.uint8))
+    return Merged(
+        x,
+        np.maximum(x + READ**2, 0.1 * READ**2),
+        np.ones(x.shape, bool),
+        np.zeros(x.shape, np.uint8),
+    )
 
 
 @pytest.mark.parametrize("cell, gain", [((2, 2), 60), ((4, 4), 15)])
@@ -40,7 +45,9 @@ def test_edges_stay_where_they_are():
     one = noisy(mean, np.random.default_rng(5))
     out = denoised(one, (2, 2))
     raw, left = (np.sqrt(np.mean((v.signal_e - mean) ** 2, 0)) for v in (one, out))
-    assert np.all(left < raw) and left[60:62].max() < 0.9 * np.sqrt(404)       # at the edge itself too, per column
+    assert np.all(left < raw) and left[60:62].max() < 0.9 * np.sqrt(
+        404
+    )  # at the edge itself too, per column
     steepest = np.argmax(np.diff(out.signal_e.mean(0)))
     assert steepest == 60 and np.diff(out.signal_e.mean(0))[60] > 0.95 * 360
 
@@ -54,7 +61,7 @@ def test_a_line_of_one_pixel_is_not_taken_for_noise():
 
 def test_without_noise_nothing_changes_but_what_is_alike():
     rng = np.random.default_rng(7)
-    x = rng.uniform(1e5, 2e5, SHAPE)      # no two pixels alike to 300 e of noise
+    x = rng.uniform(1e5, 2e5, SHAPE)  # no two pixels alike to 300 e of noise
     out = denoised(Merged(x, x, np.ones(SHAPE, bool), np.zeros(SHAPE, np.uint8)), (2, 2))
     np.testing.assert_allclose(out.signal_e, x, rtol=1e-9)
 
@@ -69,7 +76,9 @@ def test_stabilised_values_are_anscombes_for_one_capture_and_have_a_noise_of_one
     for level in (3.0, 30.0, 3000.0):
         one = noisy(np.full(SHAPE, level), rng)
         # 16 384 draws: 1 %; at 3 e the transformation is only nearly stable
-        assert stabilised(one.signal_e, one.variance_e2, one.valid).std() == pytest.approx(1, abs=0.12 if level < 10 else 0.04)
+        assert stabilised(one.signal_e, one.variance_e2, one.valid).std() == pytest.approx(
+            1, abs=0.12 if level < 10 else 0.04
+        )
 
 
 def test_saturated_samples_neither_give_nor_take():
@@ -102,7 +111,12 @@ def test_the_darkest_flat_fields_keep_their_mean(level, read):
     rng, change = np.random.default_rng(14), []
     for _ in range(8):
         x = rng.poisson(level, (64, 64)) + read * rng.standard_normal((64, 64))
-        one = Merged(x, np.maximum(x + read**2, 0.1 * read**2), np.ones(x.shape, bool), np.zeros(x.shape, np.uint8))
+        one = Merged(
+            x,
+            np.maximum(x + read**2, 0.1 * read**2),
+            np.ones(x.shape, bool),
+            np.zeros(x.shape, np.uint8),
+        )
         change.append(denoised(one, (4, 4)).signal_e.mean() - x.mean())
     # the change scatters by 0.002 of the noise from field to field
     assert abs(np.mean(change)) < 0.005 * np.sqrt(level + read**2)
@@ -117,7 +131,11 @@ def test_through_the_isp_the_level_stays_and_no_variance_is_stated(bench, isp):
         plain, out = (isp(denoise=d)(captures) for d in ("none", "nl_means"))
     y, rough = (p.xyz.values[6:-6, 6:-6, 1] for p in (out, plain))
     assert y.mean() == pytest.approx(rough.mean(), rel=0.003) and y.var() < 0.05 * rough.var()
-    assert variance_known(plain) and not variance_known(out) and np.isnan(total_variance(out).values).all()
+    assert (
+        variance_known(plain)
+        and not variance_known(out)
+        and np.isnan(total_variance(out).values).all()
+    )
     assert any("variance of the denoised picture" in left.what for left in row.left_out)
 
 

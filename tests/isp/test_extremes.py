@@ -11,14 +11,29 @@ W = np.arange(400.0, 701.0, 10.0)
 
 
 @pytest.mark.parametrize("exposure", ["fixed", "centre", "histogram", "highlights"])
-@pytest.mark.parametrize("name", ["bayer", "split_pixel", "dual_gain", "staggered", "lofic", "lin_log"])
+@pytest.mark.parametrize(
+    "name", ["bayer", "split_pixel", "dual_gain", "staggered", "lofic", "lin_log"]
+)
 @pytest.mark.parametrize("level", [0.0, 1e18])
 def test_dark_and_full_pictures_are_finite(name, level, exposure):
     place = centres(24, 24 * 6e-6)
     values = np.broadcast_to(level * white("daylight", W)[:, None, None], (len(W), 24, 24)).copy()
-    light = plane(values, W, place, place, IRRADIANCE, f_number=4.0, focal_length_mm=4.0, throughput_sr=1.0, falloff="none",
-                  field_width=24 * 6e-6, field_height=24 * 6e-6)
+    light = plane(
+        values,
+        W,
+        place,
+        place,
+        IRRADIANCE,
+        f_number=4.0,
+        focal_length_mm=4.0,
+        throughput_sr=1.0,
+        falloff="none",
+        field_width=24 * 6e-6,
+        field_height=24 * 6e-6,
+    )
     captures = hdr.build("sensor", name, exposure_rule=exposure)(light, hdr.generator(seed=1))
     picture = hdr.build("isp", "merge")(captures)
     assert np.isfinite(picture.xyz.values).all() and np.isfinite(picture.variance.values).all()
-    assert captures.saturated.values.all() == (level > 0) and picture.valid.values.all() == (level == 0)
+    assert captures.saturated.values.all() == (level > 0) and picture.valid.values.all() == (
+        level == 0
+    )

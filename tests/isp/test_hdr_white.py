@@ -25,7 +25,10 @@ def test_one_full_pixel_spreads_as_the_smoothed_weight():
     np.testing.assert_allclose(hdr_white(shown, filled)[..., 0], 0.5 + 0.5 * weight, rtol=1e-12)
 
 
-@pytest.mark.parametrize(("wrong", "said"), [({"start": 1.0}, "start is 1.0"), ({"filled": np.zeros((4, 5))}, "one mosaic")])
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [({"start": 1.0}, "start is 1.0"), ({"filled": np.zeros((4, 5))}, "one mosaic")],
+)
 def test_bad_input(wrong, said):
     with pytest.raises(ConfigError, match=said):
         hdr_white(**{"displayed": np.zeros((4, 4, 3)), "filled": np.zeros((4, 4)), **wrong})

@@ -17,17 +17,32 @@ THROUGHPUT, PITCH_M = np.pi / 65, 3e-6
 def irradiance(luminance):
     """Return the irradiance of daylight greys of `luminance` (y, x), cd/m2, one tile per pixel."""
     ny, nx = luminance.shape
-    return plane(THROUGHPUT * white("daylight", W)[:, None, None] * luminance, W, centres(nx, nx * PITCH_M), centres(ny, ny * PITCH_M),
-                 IRRADIANCE, f_number=4.0, focal_length_mm=4.0, throughput_sr=THROUGHPUT, falloff="none", field_width=nx * PITCH_M,
-                 field_height=ny * PITCH_M)
+    return plane(
+        THROUGHPUT * white("daylight", W)[:, None, None] * luminance,
+        W,
+        centres(nx, nx * PITCH_M),
+        centres(ny, ny * PITCH_M),
+        IRRADIANCE,
+        f_number=4.0,
+        focal_length_mm=4.0,
+        throughput_sr=THROUGHPUT,
+        falloff="none",
+        field_width=nx * PITCH_M,
+        field_height=ny * PITCH_M,
+    )
 
 
 def shot(luminance, seed=1, **fields):
-    sensor = hdr.build("sensor", "interleaved", pitch_um=3.0, prnu=0.0, dark_spread=0.0, column_e=0.0, **fields)
+    sensor = hdr.build(
+        "sensor", "interleaved", pitch_um=3.0, prnu=0.0, dark_spread=0.0, column_e=0.0, **fields
+    )
     return sensor(irradiance(luminance), hdr.generator(seed=seed))
 
 
-@pytest.mark.parametrize("varies, cfa", [("exposure", "RGRG/GBGB/rgrg/gbgb"), ("sensitivity", "RGrg/GBgb"), ("exposure", "RGB/rgb")])
+@pytest.mark.parametrize(
+    "varies, cfa",
+    [("exposure", "RGRG/GBGB/rgrg/gbgb"), ("sensitivity", "RGrg/GBgb"), ("exposure", "RGB/rgb")],
+)
 def test_a_ramp_over_the_whole_range_comes_back(varies, cfa):
     ramp = np.linspace(5.0, 23000.0, 240)
     picture = MergeIsp()(shot(np.broadcast_to(ramp, (40, 240)), varies=varies, cfa=cfa))
@@ -52,18 +67,22 @@ def test_short_samples_are_worth_little_in_the_dark_and_all_in_the_light(bench):
     for level, share in ((100.0, 16 / 17), (20000.0, 0.0)):
         captures = shot(np.full((32, 32), level), cfa="RGrg/GBgb")
         merged = merge_interleaved(captures, "daylight")
-        long = captures["filter"].values == 1                      # upper case green
+        long = captures["filter"].values == 1  # upper case green
         assert merged.valid.all()
         electrons = merged.planes[1][long][100:].mean()
-        if share:   # own sample: share^2 of its own shot noise and the rest of the interpolated short one's, read noise aside
+        if share:  # own sample: share^2 of its own shot noise and the rest of the interpolated short one's, read noise aside
             assert merged.variances[1][long][100:].mean() < 1.1 * electrons
-        else:       # 1/16 of the light, interpolated from two or more samples
+        else:  # 1/16 of the light, interpolated from two or more samples
             assert merged.variances[1][long][100:].mean() > 3 * electrons
 
 
 def test_beyond_the_short_pixels_nothing_is_valid_and_all_is_finite():
     picture = MergeIsp()(shot(np.full((16, 16), 1e7)))
-    assert not picture.valid.values.any() and np.isfinite(picture.xyz.values).all() and np.isfinite(picture.variance.values).all()
+    assert (
+        not picture.valid.values.any()
+        and np.isfinite(picture.xyz.values).all()
+        and np.isfinite(picture.variance.values).all()
+    )
 
 
 def test_what_cannot_be_merged_is_said():

@@ -18,7 +18,15 @@ SIDE = 500  # 250 000 draws
 
 def merged(bench, level, rng, specs=None, dark=0.0, step_e=0.0, side=SIDE):
     """Return (signal, variance, valid) of `side`^2 pixels at `level` electrons, straight from the merge."""
-    captures = bench.make(np.full((side, side), float(level)), specs or bench.SPLIT, MONO, bench.QE[:1], rng, dark=dark, step_e=step_e)
+    captures = bench.make(
+        np.full((side, side), float(level)),
+        specs or bench.SPLIT,
+        MONO,
+        bench.QE[:1],
+        rng,
+        dark=dark,
+        step_e=step_e,
+    )
     out = RULES["inverse_variance"](*charges(captures, "daylight"))
     return out.signal_e, out.variance_e2, out.valid
 
@@ -34,12 +42,19 @@ def test_no_bias_and_right_variance_across_the_whole_range(bench, level):
     assert valid.all()
 
 
-@pytest.mark.parametrize("mean, dark, top", [(3.0, 0.0, 1e4), (3.0, 20.0, 1e4), (60.0, 0.0, 70.0), (60.0, 15.0, 70.0)])
+@pytest.mark.parametrize(
+    "mean, dark, top", [(3.0, 0.0, 1e4), (3.0, 20.0, 1e4), (60.0, 0.0, 70.0), (60.0, 15.0, 70.0)]
+)
 def test_expected_value_is_exact_by_quadrature(mean, dark, top):
     """No random numbers: E[x] over Poisson counts and normal read noise is the signal, with unlike captures of like size."""
-    read, ratio = 5.0, 2.0  # a long capture of twice the light and much read noise, so that every term of the rule counts
+    read, ratio = (
+        5.0,
+        2.0,
+    )  # a long capture of twice the light and much read noise, so that every term of the rule counts
     count = np.arange(0, 260)
-    poisson = np.exp(count * np.log(mean + dark) - (mean + dark) - np.cumsum(np.log(np.maximum(count, 1))))
+    poisson = np.exp(
+        count * np.log(mean + dark) - (mean + dark) - np.cumsum(np.log(np.maximum(count, 1)))
+    )
     nodes = np.linspace(-8, 8, 4001)
     normal = np.exp(-(nodes**2) / 2)
     normal /= normal.sum()
@@ -56,7 +71,10 @@ def test_weighting_by_inverse_variance_without_correction_is_biased(bench):
     """The law that makes the correction necessary: without it the same test fails by far."""
     rng = np.random.default_rng(9)
     n, read = rng.poisson(1.0, 400_000), 0.6
-    t, z = n + read * rng.standard_normal(n.size), (rng.poisson(0.01, n.size) + 0.83 * rng.standard_normal(n.size)) / 0.01
+    t, z = (
+        n + read * rng.standard_normal(n.size),
+        (rng.poisson(0.01, n.size) + 0.83 * rng.standard_normal(n.size)) / 0.01,
+    )
     weights = 1 / (np.maximum(t, 0) + read**2), 1 / (np.maximum(z, 0) / 0.01 + (0.83 / 0.01) ** 2)
     assert (weights[0] * t + weights[1] * z).mean() / sum(weights).mean() < 0.9
 
@@ -71,30 +89,48 @@ def test_dark_charge_and_quantisation_leave_no_bias(bench):
 def test_reads_of_one_charge_share_their_shot_noise(bench):
     """Two gains of one charge at 2000 e: SNR is sqrt(N), not the sqrt(2 N) of two charges."""
     x, variance, _ = merged(bench, 2000, np.random.default_rng(5))
-    assert x.var() == pytest.approx(2000, rel=0.02)  # 250 000 draws: 0.3 %; read noise 0.64, small diode -1 %
+    assert x.var() == pytest.approx(
+        2000, rel=0.02
+    )  # 250 000 draws: 0.3 %; read noise 0.64, small diode -1 %
     assert variance.mean() == pytest.approx(2000, rel=0.02)
     apart = [dict(s, charge=k) for k, s in enumerate(bench.SPLIT)]
     x, variance, _ = merged(bench, 2000, np.random.default_rng(6), apart)
-    assert x.var() == pytest.approx(1000, rel=0.02) and variance.mean() == pytest.approx(1000, rel=0.02)
+    assert x.var() == pytest.approx(1000, rel=0.02) and variance.mean() == pytest.approx(
+        1000, rel=0.02
+    )
 
 
 def test_four_captures_fold(bench):
-    specs = [*bench.SPLIT, {"name": "TINY", "charge": 2, "top_e": 7900.0, "read": 0.83, "area": 1e-4}]
+    specs = [
+        *bench.SPLIT,
+        {"name": "TINY", "charge": 2, "top_e": 7900.0, "read": 0.83, "area": 1e-4},
+    ]
     for level in (50, 21800, 7.5e5, 3e6, 5e7):
         x, variance, valid = merged(bench, level, np.random.default_rng(7), specs, side=300)
         assert abs(x.mean() - level) < max(1e-3 * level, 4 * x.std() / 300) and valid.all()
-        assert variance.mean() / x.var() == pytest.approx(1, abs=0.08)  # 90 000 draws: 0.5 %; 780 000 e is the second ramp
+        assert variance.mean() / x.var() == pytest.approx(
+            1, abs=0.08
+        )  # 90 000 draws: 0.5 %; 780 000 e is the second ramp
 
 
 def test_one_capture_is_exactly_linear(bench):
-    captures = bench.make(np.random.default_rng(8).uniform(0, 2e4, (12, 14)), bench.SPLIT[:1], rng=np.random.default_rng(1), step_e=5.0)
+    captures = bench.make(
+        np.random.default_rng(8).uniform(0, 2e4, (12, 14)),
+        bench.SPLIT[:1],
+        rng=np.random.default_rng(1),
+        step_e=5.0,
+    )
     one, same = LinearIsp()(captures), MergeIsp()(captures)
     for name in ("xyz", "variance", "valid"):
         np.testing.assert_array_equal(one[name].values, same[name].values)
 
 
 def test_order_of_captures_does_not_matter(bench):
-    captures = bench.make(np.random.default_rng(8).uniform(0, 1e5, (12, 14)), bench.SPLIT, rng=np.random.default_rng(1))
+    captures = bench.make(
+        np.random.default_rng(8).uniform(0, 1e5, (12, 14)),
+        bench.SPLIT,
+        rng=np.random.default_rng(1),
+    )
     a, b = MergeIsp()(captures), MergeIsp()(captures.isel(capture=[2, 0, 1]))
     np.testing.assert_allclose(a.xyz.values, b.xyz.values, rtol=1e-12)
 
@@ -103,7 +139,9 @@ def test_order_of_captures_does_not_matter(bench):
 def test_all_saturated_is_not_valid_and_the_rest_is_absolute(bench, rule):
     grey = light("daylight", bench.WAVELENGTH)
     per_cd = bench.mosaic_of(grey, (12, 24)).max()
-    level = np.where(np.arange(24) < 12, 2e5, 5e6) / per_cd  # electrons of the large diode: in range, beyond the small one
+    level = (
+        np.where(np.arange(24) < 12, 2e5, 5e6) / per_cd
+    )  # electrons of the large diode: in range, beyond the small one
     picture = MergeIsp(rule=rule)(bench.make(bench.mosaic_of(grey, (12, 24)) * level, bench.SPLIT))
     valid = picture.valid.values
     assert valid[:, :11].all() and not valid[:, 12:].any()
@@ -113,7 +151,9 @@ def test_all_saturated_is_not_valid_and_the_rest_is_absolute(bench, rule):
 
 
 def test_captures_with_unlike_filters_agree_on_the_balance_light_and_say_how_far_they_differ(bench):
-    qe = np.stack([0.9 * bench.QE[0], bench.QE[1] * np.linspace(1.3, 0.7, len(bench.WAVELENGTH)), bench.QE[2]])
+    qe = np.stack(
+        [0.9 * bench.QE[0], bench.QE[1] * np.linspace(1.3, 0.7, len(bench.WAVELENGTH)), bench.QE[2]]
+    )
     specs = [*bench.SPLIT[:2], dict(bench.SPLIT[2], qe=qe)]
     grey = 20000 * light("daylight", bench.WAVELENGTH)  # both the large diode's range and beyond
     captures = bench.make(bench.mosaic_of(grey, (8, 8)), specs)
@@ -128,18 +168,42 @@ def test_captures_with_unlike_filters_agree_on_the_balance_light_and_say_how_far
 
 def test_isetcams_rule_agrees_with_its_own_numbers(reference):
     data = reference("f_splitpixel_combine_noise0")
-    areas, tops = data["pd_area_m2"], data["voltage_swing"] * data["analog_gain"] / data["conversion_gain"]
-    reads = [Readout(data["electrons"][..., k], data["saturated_mask"][..., k] > 0, 1.0, 0.0, tops[k], tops[k], None, None) for k in range(3)]
+    areas, tops = (
+        data["pd_area_m2"],
+        data["voltage_swing"] * data["analog_gain"] / data["conversion_gain"],
+    )
+    reads = [
+        Readout(
+            data["electrons"][..., k],
+            data["saturated_mask"][..., k] > 0,
+            1.0,
+            0.0,
+            tops[k],
+            tops[k],
+            None,
+            None,
+        )
+        for k in range(3)
+    ]
     per_light = [np.full(reads[0].charge_e.shape, areas[k]) for k in (2, 0)]
     signal = RULES["isetcam"]([[reads[2]], reads[:2]], per_light).signal_e
-    np.testing.assert_allclose(signal / (areas[0] * 1e12), data["combined_saturated_density"], rtol=1e-12)
+    np.testing.assert_allclose(
+        signal / (areas[0] * 1e12), data["combined_saturated_density"], rtol=1e-12
+    )
 
 
 def test_wide_or_noiseless_sensors_stay_finite(bench):
-    specs = [{"name": "A", "charge": 0, "top_e": np.inf, "read": 0.0}, {"name": "B", "charge": 1, "top_e": 1e18, "read": 0.0, "area": 0.01}]
+    specs = [
+        {"name": "A", "charge": 0, "top_e": np.inf, "read": 0.0},
+        {"name": "B", "charge": 1, "top_e": 1e18, "read": 0.0, "area": 0.01},
+    ]
     captures = bench.make(np.array([[0.0, 1e-6, 1.0, 1e12]] * 4), specs, MONO, bench.QE[:1])
     picture = MergeIsp()(captures)
-    assert np.isfinite(picture.xyz.values).all() and np.isfinite(picture.variance.values).all() and picture.valid.values.all()
+    assert (
+        np.isfinite(picture.xyz.values).all()
+        and np.isfinite(picture.variance.values).all()
+        and picture.valid.values.all()
+    )
     assert (picture.xyz.values[:, 0] == 0).all()
 
 
@@ -149,6 +213,9 @@ def test_unknown_rule_is_named(bench):
 
 
 def test_captures_of_different_colours_are_refused(bench):
-    specs = [{"name": c, "charge": k, "top_e": 1e9, "read": 1.0, "qe": bench.QE[k:k + 1]} for k, c in enumerate("RGB")]
+    specs = [
+        {"name": c, "charge": k, "top_e": 1e9, "read": 1.0, "qe": bench.QE[k : k + 1]}
+        for k, c in enumerate("RGB")
+    ]
     with pytest.raises(UnitError, match="different colours.*isp=ideal"):
         MergeIsp()(bench.make(np.ones((8, 8)), specs, MONO, bench.QE[:1]))

@@ -19,10 +19,14 @@ def test_uniform_grey_keeps_its_absolute_luminance(bench, balance, isp, filters)
     pattern, qe = (bench.BAYER, bench.QE) if filters == "bayer" else (bench.RGBW, bench.QE_W)
     for level in (1e-3, 1e4):
         grey = level * light(balance, bench.WAVELENGTH)
-        picture = isp(balance=balance)(bench.make(bench.mosaic_of(grey, SHAPE, pattern, qe), pattern=pattern, qe=qe))
+        picture = isp(balance=balance)(
+            bench.make(bench.mosaic_of(grey, SHAPE, pattern, qe), pattern=pattern, qe=qe)
+        )
         expected = xyz(grey, bench.WAVELENGTH)
         # the matrix is exact for this grey; what is left is rounding of DN with a black level of 64 at 1e-2 DN
-        np.testing.assert_allclose(picture.xyz.values, np.broadcast_to(expected, (*SHAPE, 3)), rtol=1e-9)
+        np.testing.assert_allclose(
+            picture.xyz.values, np.broadcast_to(expected, (*SHAPE, 3)), rtol=1e-9
+        )
         assert picture.valid.values.all()
 
 
@@ -40,7 +44,9 @@ def test_linear_in_the_light(bench):
     rng = np.random.default_rng(0)
     a, b = rng.uniform(0, 1e4, (2, *SHAPE))
     one, two, both = (LinearIsp()(bench.make(m)).xyz.values for m in (a, b, 2 * a + 3 * b))
-    np.testing.assert_allclose(2 * one + 3 * two, both, rtol=0, atol=1e-9 * np.abs(both).max())  # rounding of the sum
+    np.testing.assert_allclose(
+        2 * one + 3 * two, both, rtol=0, atol=1e-9 * np.abs(both).max()
+    )  # rounding of the sum
 
 
 def test_negative_electrons_stay_negative(bench):
@@ -61,7 +67,9 @@ def test_a_saturated_sample_spoils_the_pixels_it_is_interpolated_into(bench, isp
 
 def test_dark_charge_is_subtracted_and_its_noise_kept(bench):
     # without regard to noise, which the dark charge adds to, the colour matrix is one and the same
-    dark, plain = (LinearIsp(design_snr=np.inf)(bench.make(np.full(SHAPE, 50.0), dark=d)) for d in (400.0, 0.0))
+    dark, plain = (
+        LinearIsp(design_snr=np.inf)(bench.make(np.full(SHAPE, 50.0), dark=d)) for d in (400.0, 0.0)
+    )
     np.testing.assert_allclose(dark.xyz.values, plain.xyz.values, rtol=1e-9)
     # variance per sample: 50 + 400 + 2^2 against 50 + 2^2; the colour matrix is the same
     np.testing.assert_allclose(dark.variance.values / plain.variance.values, 454 / 54, rtol=1e-9)
@@ -80,11 +88,17 @@ def test_reported_variance_is_the_measured_one(bench):
 def test_lens_falloff_is_undone_and_noise_grows_with_it(bench):
     grey = 100 * light("daylight", bench.WAVELENGTH)
     short = 0.02  # mm: a field of 50 degrees on this small chip
-    picture = LinearIsp()(bench.make(bench.mosaic_of(grey, SHAPE, falloff="cos4", focal=short), falloff="cos4", focal=short))
+    picture = LinearIsp()(
+        bench.make(
+            bench.mosaic_of(grey, SHAPE, falloff="cos4", focal=short), falloff="cos4", focal=short
+        )
+    )
     own = picture.xyz.values[..., 1]
     fall = bench.cos4_falloff(picture.x.values[None], picture.y.values[:, None], short * 1e-3)
     assert fall.min() < 0.2
-    np.testing.assert_allclose(own, 100.0, rtol=1e-9)  # the falloff is undone before the demosaic, so only rounding is left
+    np.testing.assert_allclose(
+        own, 100.0, rtol=1e-9
+    )  # the falloff is undone before the demosaic, so only rounding is left
     sd = np.sqrt(picture.variance.values[..., 1]) / own
     assert sd[0, 0] > 1.5 * sd[6, 8]
 
@@ -100,14 +114,21 @@ def test_mono_needs_no_other_channel(bench):
 def test_ideal_isp_is_exact_with_colour_matching_channels(bench):
     # three captures, one per colour matching function, every pixel sees all: nothing is left to estimate
     per_photon = xyz_bar(bench.WAVELENGTH) / bench.WAVELENGTH * 200
-    specs = [{"name": c, "charge": k, "top_e": 1e12, "read": 0.0, "qe": per_photon[k:k + 1]} for k, c in enumerate("XYZ")]
+    specs = [
+        {"name": c, "charge": k, "top_e": 1e12, "read": 0.0, "qe": per_photon[k : k + 1]}
+        for k, c in enumerate("XYZ")
+    ]
     for radiance in radiances(bench.WAVELENGTH)[::17]:
         captures = bench.make(np.ones(SHAPE), specs, pattern=np.array([[0]]), qe=per_photon[:1])
         for k, s in enumerate(specs):
             e = float((bench.electrons_per_radiance(s) @ radiance)[0])
-            captures["raw"][k] = captures["black_dn"].values[k] + captures["gain_dn_per_e"].values[k] * e
+            captures["raw"][k] = (
+                captures["black_dn"].values[k] + captures["gain_dn_per_e"].values[k] * e
+            )
         picture = IdealIsp()(captures)
-        np.testing.assert_allclose(picture.xyz.values[3, 3], xyz(radiance, bench.WAVELENGTH), rtol=1e-7)
+        np.testing.assert_allclose(
+            picture.xyz.values[3, 3], xyz(radiance, bench.WAVELENGTH), rtol=1e-7
+        )
 
 
 def test_linear_and_merge_reduce_to_ideal_without_noise(bench):
@@ -115,16 +136,24 @@ def test_linear_and_merge_reduce_to_ideal_without_noise(bench):
     captures = bench.make(mosaic, [{"name": "A", "charge": 0, "top_e": 1e9, "read": 0.0}])
     expected = IdealIsp()(captures)
     for isp in (LinearIsp(design_snr=float("inf")), MergeIsp(design_snr=float("inf"))):
-        np.testing.assert_allclose(isp(captures).xyz.values, expected.xyz.values, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(
+            isp(captures).xyz.values, expected.xyz.values, rtol=1e-9, atol=1e-9
+        )
 
 
 def test_white_pixels_are_used_and_lower_the_noise(bench):
     """Through the same optics an RGBW sensor must have less noise in Y at low light than one that ignores W."""
     grey = 0.05 * light("daylight", bench.WAVELENGTH)
-    rgbw = LinearIsp(design_snr=5.0)(bench.make(bench.mosaic_of(grey, SHAPE, bench.RGBW, bench.QE_W), pattern=bench.RGBW, qe=bench.QE_W))
+    rgbw = LinearIsp(design_snr=5.0)(
+        bench.make(
+            bench.mosaic_of(grey, SHAPE, bench.RGBW, bench.QE_W), pattern=bench.RGBW, qe=bench.QE_W
+        )
+    )
     blind = bench.QE_W.copy()
     blind[3] *= 1e-9
-    rgb = LinearIsp(design_snr=5.0)(bench.make(bench.mosaic_of(grey, SHAPE, bench.RGBW, blind), pattern=bench.RGBW, qe=blind))
+    rgb = LinearIsp(design_snr=5.0)(
+        bench.make(bench.mosaic_of(grey, SHAPE, bench.RGBW, blind), pattern=bench.RGBW, qe=blind)
+    )
     assert rgbw.variance.values[..., 1].mean() < 0.85 * rgb.variance.values[..., 1].mean()
 
 

@@ -26,40 +26,69 @@ def tiff(path):
     for k in range(struct.unpack_from("<H", data, start)[0]):
         tag, kind, count, _ = struct.unpack_from("<HHI4s", data, start + 2 + 12 * k)
         form = f"<{count}s" if kind == 2 else "<" + TYPES[kind] * count
-        at = start + 10 + 12 * k if struct.calcsize(form) <= 4 else struct.unpack_from("<I", data, start + 10 + 12 * k)[0]
+        at = (
+            start + 10 + 12 * k
+            if struct.calcsize(form) <= 4
+            else struct.unpack_from("<I", data, start + 10 + 12 * k)[0]
+        )
         values = struct.unpack_from(form, data, at)
         if kind in (5, 10):
             values = tuple(a / b for a, b in zip(values[::2], values[1::2]))
         found[tag] = values[0].rstrip(b"\0").decode() if kind == 2 else values
-    samples = b"".join(data[o:o + n] for o, n in zip(found[273], found[279]))
+    samples = b"".join(data[o : o + n] for o, n in zip(found[273], found[279]))
     return found, np.frombuffer(samples, "<u2").reshape(found[257][0], found[256][0])
 
 
 def shot(name="bayer", level=300.0, size=(16, 24), **fields):
     rows, columns = size
     place = centres(columns, columns * 3e-6), centres(rows, rows * 3e-6)
-    values = np.broadcast_to(level * 0.05 * light("daylight", W)[:, None, None], (len(W), *size)).copy()
-    scene = plane(values, W, *place, IRRADIANCE, f_number=4.0, focal_length_mm=4.0, throughput_sr=0.05, falloff="none",
-                  field_width=columns * 3e-6, field_height=rows * 3e-6)
+    values = np.broadcast_to(
+        level * 0.05 * light("daylight", W)[:, None, None], (len(W), *size)
+    ).copy()
+    scene = plane(
+        values,
+        W,
+        *place,
+        IRRADIANCE,
+        f_number=4.0,
+        focal_length_mm=4.0,
+        throughput_sr=0.05,
+        falloff="none",
+        field_width=columns * 3e-6,
+        field_height=rows * 3e-6,
+    )
     return hdr.build("sensor", name, pitch_um=3.0, **fields)(scene, hdr.generator(seed=1))
 
 
 @pytest.mark.parametrize("name, codes", [("bayer", (0, 1, 1, 2)), ("rgbw", (0, 1, 6, 2))])
 def test_samples_and_tags_come_back(tmp_path, name, codes):
-    captures = shot(name)   # channels come in the order of the planes
+    captures = shot(name)  # channels come in the order of the planes
     found, samples = tiff(write_dng(captures, tmp_path / "a.dng"))
     np.testing.assert_array_equal(samples, captures["raw"].values[0])
     assert found[262] == (32803,) and found[50706] == (1, 4, 0, 0)
-    assert found[33421] == (2, 2) and found[33422] == codes and found[50710] == tuple(sorted(codes if name == "rgbw" else (0, 1, 2)))
-    assert found[50714] == (float(captures["black_dn"][0]),) and found[50717] == (int(captures["top_dn"][0]),)
-    assert found[33434][0] == pytest.approx(float(captures["exposure_s"][0]), rel=1e-6) and found[33437] == (4.0,)
+    assert (
+        found[33421] == (2, 2)
+        and found[33422] == codes
+        and found[50710] == tuple(sorted(codes if name == "rgbw" else (0, 1, 2)))
+    )
+    assert found[50714] == (float(captures["black_dn"][0]),) and found[50717] == (
+        int(captures["top_dn"][0]),
+    )
+    assert found[33434][0] == pytest.approx(float(captures["exposure_s"][0]), rel=1e-6) and found[
+        33437
+    ] == (4.0,)
     said = json.loads(found[270])
-    assert said["gain_dn_per_e"] == float(captures["gain_dn_per_e"][0]) and said["throughput_sr"] == 0.05
+    assert (
+        said["gain_dn_per_e"] == float(captures["gain_dn_per_e"][0])
+        and said["throughput_sr"] == 0.05
+    )
     # a white divided by its own neutral is neutral
     neutral = np.array(found[50728])
     channel = captures["filter"].values
     mean = np.array([(samples[channel == k] - found[50714][0]).mean() for k in range(len(neutral))])
-    np.testing.assert_allclose(mean / mean.max(), neutral, rtol=0.03)      # 96 noisy pixels of 1000 e: 0.3 %, fixed pattern 0.5 %
+    np.testing.assert_allclose(
+        mean / mean.max(), neutral, rtol=0.03
+    )  # 96 noisy pixels of 1000 e: 0.3 %, fixed pattern 0.5 %
 
 
 def test_the_noise_tag_is_the_noise(tmp_path):
@@ -68,7 +97,9 @@ def test_the_noise_tag_is_the_noise(tmp_path):
     slope, offset = found[51041][:2]
     green = samples[captures["filter"].values == 1].astype(float)
     x = (green - found[50714][0]) / (found[50717][0] - found[50714][0])
-    assert x.var() == pytest.approx(slope * x.mean() + offset, rel=0.45)     # 192 pixels: 10 %, 4 standard errors
+    assert x.var() == pytest.approx(
+        slope * x.mean() + offset, rel=0.45
+    )  # 192 pixels: 10 %, 4 standard errors
 
 
 def test_the_colour_matrix_leads_from_xyz_to_the_camera(tmp_path):
@@ -76,29 +107,58 @@ def test_the_colour_matrix_leads_from_xyz_to_the_camera(tmp_path):
     found, _ = tiff(write_dng(captures, tmp_path / "a.dng"))
     matrix = np.array(found[50721]).reshape(3, 3)
     white = xyz_weights(W) @ light("daylight", W)
-    np.testing.assert_allclose(matrix @ white, found[50728], rtol=1e-5)      # six digits of the fractions
+    np.testing.assert_allclose(
+        matrix @ white, found[50728], rtol=1e-5
+    )  # six digits of the fractions
     assert camera_matrix(np.ones((1, len(W))), W).shape == (1, 3)
 
 
-@pytest.mark.parametrize("cfa, planes", [
-    ("RGGB", "RGB"), ("GRBG", "RGB"), ("RCCB", "RCB"), ("RWWB", "RWB"), ("RYYB", "RYB"), ("RGWB", "RGBW")])
+@pytest.mark.parametrize(
+    "cfa, planes",
+    [
+        ("RGGB", "RGB"),
+        ("GRBG", "RGB"),
+        ("RCCB", "RCB"),
+        ("RWWB", "RWB"),
+        ("RYYB", "RYB"),
+        ("RGWB", "RGBW"),
+    ],
+)
 def test_an_independent_developer_reads_it(tmp_path, cfa, planes):
     """LibRaw finds every sample, its filter by the file's own planes, and a neutral grey."""
-    rawpy = pytest.importorskip("rawpy", reason="rawpy is not installed: no LibRaw to read the file with")
-    captures = shot(cfa=cfa, size=(24, 32))     # LibRaw refuses fewer than 22 rows or columns
+    rawpy = pytest.importorskip(
+        "rawpy", reason="rawpy is not installed: no LibRaw to read the file with"
+    )
+    captures = shot(cfa=cfa, size=(24, 32))  # LibRaw refuses fewer than 22 rows or columns
     path = write_dng(captures, tmp_path / "a.dng")
-    codes = {"R": 0, "G": 1, "B": 2, "Y": 5, "W": 6, "C": 6}    # TIFF/EP, CFAPattern; 6 is white, as C is clear
+    codes = {
+        "R": 0,
+        "G": 1,
+        "B": 2,
+        "Y": 5,
+        "W": 6,
+        "C": 6,
+    }  # TIFF/EP, CFAPattern; 6 is white, as C is clear
     found = tiff(path)[0]
-    assert found[50710] == tuple(codes[name] for name in planes) and found[33422] == tuple(codes[name] for name in cfa)
+    assert found[50710] == tuple(codes[name] for name in planes) and found[33422] == tuple(
+        codes[name] for name in cfa
+    )
     with rawpy.imread(str(path)) as raw:
         np.testing.assert_array_equal(raw.raw_image_visible, captures["raw"].values[0])
-        assert raw.black_level_per_channel[:3] == [64, 64, 64] and raw.white_level == int(captures["top_dn"][0])
+        assert raw.black_level_per_channel[:3] == [64, 64, 64] and raw.white_level == int(
+            captures["top_dn"][0]
+        )
         seen = raw.raw_colors_visible
-        if len(planes) == 3:    # LibRaw calls every second sample of the plane that a cell holds twice 3
+        if (
+            len(planes) == 3
+        ):  # LibRaw calls every second sample of the plane that a cell holds twice 3
             seen = np.where(seen == 3, 1, seen)
-        np.testing.assert_array_equal(np.array(list(planes))[seen], np.array(captures["channel"].values.tolist())[captures["filter"].values])
+        np.testing.assert_array_equal(
+            np.array(list(planes))[seen],
+            np.array(captures["channel"].values.tolist())[captures["filter"].values],
+        )
         grey = raw.postprocess(use_camera_wb=True, no_auto_bright=True, output_bps=16).mean((0, 1))
-    assert np.ptp(grey) < 0.02 * grey.mean()      # a daylight grey is neutral, whoever develops it
+    assert np.ptp(grey) < 0.02 * grey.mean()  # a daylight grey is neutral, whoever develops it
 
 
 def test_companding_becomes_the_linearisation_table(tmp_path):
@@ -113,14 +173,25 @@ def test_one_capture_of_many_and_one_channel(tmp_path):
     for name in ("LPHG", "SPLG"):
         found, samples = tiff(write_dng(captures, tmp_path / f"{name}.dng", name))
         np.testing.assert_array_equal(samples, captures["raw"].sel(capture=name).values)
-        assert found[262] == (34892,) and 33422 not in found and json.loads(found[270])["capture"] == name
+        assert (
+            found[262] == (34892,)
+            and 33422 not in found
+            and json.loads(found[270])["capture"] == name
+        )
 
 
 def test_what_a_dng_cannot_hold_is_said(tmp_path):
-    for captures, why in ((shot("ideal"), "whole DN of 16 bits"), (shot("interleaved", cfa="RGRG/GBGB/rgrg/gbgb"), "no name for filter"),
-                          (shot("lin_log"), "response of a pixel that bends"), (shot("bayer", bits=20), "whole DN of 16 bits"),
-                          (shot(cfa="RCCC"), "2 x 2 pixels and holds R, C; raw developers read .* three or four kinds of filters"),
-                          (shot(cfa="WGWR/GWRW/WBWG/BWGW"), "repeats after 4 x 4 pixels")):
+    for captures, why in (
+        (shot("ideal"), "whole DN of 16 bits"),
+        (shot("interleaved", cfa="RGRG/GBGB/rgrg/gbgb"), "no name for filter"),
+        (shot("lin_log"), "response of a pixel that bends"),
+        (shot("bayer", bits=20), "whole DN of 16 bits"),
+        (
+            shot(cfa="RCCC"),
+            "2 x 2 pixels and holds R, C; raw developers read .* three or four kinds of filters",
+        ),
+        (shot(cfa="WGWR/GWRW/WBWG/BWGW"), "repeats after 4 x 4 pixels"),
+    ):
         with pytest.raises(UnitError, match=why):
             write_dng(captures, tmp_path / "a.dng")
     with pytest.raises(UnitError, match="capture 'LPHQ' is not in this shot"):

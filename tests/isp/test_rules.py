@@ -14,7 +14,14 @@ MONO = np.array([[0]])
 
 
 def merged(bench, rule, level, seed=0, side=200):
-    captures = bench.make(np.full((side, side), float(level)), bench.SPLIT, MONO, bench.QE[:1], np.random.default_rng(seed), dark=5.0)
+    captures = bench.make(
+        np.full((side, side), float(level)),
+        bench.SPLIT,
+        MONO,
+        bench.QE[:1],
+        np.random.default_rng(seed),
+        dark=5.0,
+    )
     return RULES[rule](*charges(captures, "daylight"))
 
 
@@ -43,16 +50,24 @@ def test_source_is_the_capture_that_weighs_most(bench, rule):
     picture = MergeIsp(rule=rule)(bench.make(mean, bench.SPLIT))
     source = picture["source"].values
     assert source.dtype == np.uint8 and picture["source"].dims == ("y", "x")
-    dark = 0 if rule == "isetcam" else 1   # ISETCam's rule never uses the higher gain
-    assert (source[:, :8] == dark).all() and (source[:, 8:16] == 0).all() and (source[:, 16:] == 2).all()
-    turned = MergeIsp(rule=rule)(bench.make(mean, [bench.SPLIT[k] for k in (2, 0, 1)]))["source"].values
-    np.testing.assert_array_equal(np.array([1, 2, 0])[source], turned)   # numbers follow the captures' order
+    dark = 0 if rule == "isetcam" else 1  # ISETCam's rule never uses the higher gain
+    assert (
+        (source[:, :8] == dark).all()
+        and (source[:, 8:16] == 0).all()
+        and (source[:, 16:] == 2).all()
+    )
+    turned = MergeIsp(rule=rule)(bench.make(mean, [bench.SPLIT[k] for k in (2, 0, 1)]))[
+        "source"
+    ].values
+    np.testing.assert_array_equal(
+        np.array([1, 2, 0])[source], turned
+    )  # numbers follow the captures' order
 
 
 def companded(captures, knees):
     """Return captures whose raw is squeezed along `knees` (linear, code) and rounded."""
     linear, code = (np.array(v, float) for v in zip(*knees))
-    pad = np.full(1, np.nan)   # tables of unlike length end in NaN
+    pad = np.full(1, np.nan)  # tables of unlike length end in NaN
     out = captures.copy()
     out["raw"] = captures["raw"].dims, np.rint(np.interp(captures["raw"].values, linear, code))
     n = captures.sizes["capture"]
@@ -67,13 +82,19 @@ def test_companded_captures_keep_level_and_variance(bench):
     for level in (50, 1000, 40000):
         mean = np.full((300, 300), float(level))
         # linear steps of 1 e; companded ones of 1, 8 and 19.6 e
-        captures = bench.make(mean, spec, MONO, bench.QE[:1], np.random.default_rng(level), step_e=1.0)
+        captures = bench.make(
+            mean, spec, MONO, bench.QE[:1], np.random.default_rng(level), step_e=1.0
+        )
         out = RULES["inverse_variance"](*charges(companded(captures, knees), "daylight"))
         assert abs(out.signal_e.mean() - level) < 4 * out.signal_e.std() / 300 + 0.02
-        assert out.variance_e2.mean() / out.signal_e.var() == pytest.approx(1, abs=0.03)  # 90 000 draws: 0.5 %
+        assert out.variance_e2.mean() / out.signal_e.var() == pytest.approx(
+            1, abs=0.03
+        )  # 90 000 draws: 0.5 %
     # where steps are wide against shot noise, they have to be in the variance
     coarse = [(0, 0), (65536, 400)]
-    out = RULES["inverse_variance"](*charges(companded(captures.assign(raw=captures["raw"] * 0 + 164.0), coarse), "daylight"))
+    out = RULES["inverse_variance"](
+        *charges(companded(captures.assign(raw=captures["raw"] * 0 + 164.0), coarse), "daylight")
+    )
     assert out.variance_e2.mean() == pytest.approx(100 + 4 + 163.84**2 / 12, rel=0.15)
 
 
@@ -87,14 +108,19 @@ def test_companding_tables_that_cannot_be_inverted_are_refused(bench):
         LinearIsp()(bad)
 
 
-@pytest.mark.parametrize("isp", [LinearIsp(), MergeIsp(), *(MergeIsp(rule=r) for r in RULES), MergeIsp(demosaic="guided")])
+@pytest.mark.parametrize(
+    "isp",
+    [LinearIsp(), MergeIsp(), *(MergeIsp(rule=r) for r in RULES), MergeIsp(demosaic="guided")],
+)
 def test_all_saturated_and_all_dark_are_finite_and_told_apart(bench, isp):
     white = isp(bench.make(np.full((12, 16), 1e12), bench.SPLIT))
     assert not white.valid.values.any() and np.isfinite(white.xyz.values).all()
     if variance_known(white):
         assert np.isfinite(total_variance(white).values).all()
     dark = isp(bench.make(np.zeros((12, 16)), bench.SPLIT, rng=np.random.default_rng(0)))
-    assert dark.valid.values.all() and (not variance_known(dark) or (dark.variance.values > 0).all())
+    assert dark.valid.values.all() and (
+        not variance_known(dark) or (dark.variance.values > 0).all()
+    )
     y = dark.xyz.values[..., 1]
     assert y.min() < 0 and abs(y.mean()) < 4 * y.std() / np.sqrt(y.size / 9)
 
@@ -109,9 +135,17 @@ def test_a_single_pixel_without_filters_is_a_picture_and_with_them_an_error(benc
         isp(bench.make(np.ones((1, 1))))
 
 
-@pytest.mark.parametrize(("name", "value", "said"), [
-    ("gain_dn_per_e", 0.0, "gain_dn_per_e"), ("gain_dn_per_e", np.nan, "gain_dn_per_e"), ("exposure_s", -1.0, "exposure_s"),
-    ("read_noise_e", -2.0, "read_noise_e"), ("quantisation_e", np.nan, "quantisation_e"), ("top_dn", 3.0, "above the black level")])
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("gain_dn_per_e", 0.0, "gain_dn_per_e"),
+        ("gain_dn_per_e", np.nan, "gain_dn_per_e"),
+        ("exposure_s", -1.0, "exposure_s"),
+        ("read_noise_e", -2.0, "read_noise_e"),
+        ("quantisation_e", np.nan, "quantisation_e"),
+        ("top_dn", 3.0, "above the black level"),
+    ],
+)
 def test_values_that_no_sensor_has_are_refused(bench, name, value, said):
     bad = bench.make(np.full((8, 8), 50.0)).copy(deep=True)
     bad[name][0] = value

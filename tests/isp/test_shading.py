@@ -9,18 +9,25 @@ from isethdr_isp.spectra import light
 from isethdr_core.errors import ConfigError, UnitError
 
 SHAPE = (60, 80)
-FOCAL_MM = 0.25         # a field of 31 degrees to the corner of this small chip
+FOCAL_MM = 0.25  # a field of 31 degrees to the corner of this small chip
 
 
 def flat(bench, level=1000.0, rng=None, stated="cos4"):
     grey = level * light("daylight", bench.WAVELENGTH)
-    return bench.make(bench.mosaic_of(grey, SHAPE, falloff="cos4", focal=FOCAL_MM), falloff=stated, focal=FOCAL_MM, rng=rng)
+    return bench.make(
+        bench.mosaic_of(grey, SHAPE, falloff="cos4", focal=FOCAL_MM),
+        falloff=stated,
+        focal=FOCAL_MM,
+        rng=rng,
+    )
 
 
 def test_a_measured_table_is_the_lens_law(bench):
     radius, relative, error = measured_shading(flat(bench, stated="none"))
     cos4 = (1 + (radius / FOCAL_MM) ** 2) ** -2
-    assert relative[0] == 1 and radius[-1] == pytest.approx(1e3 * np.hypot(*(3e-6 * (n - 1) / 2 for n in SHAPE)), rel=1e-6)
+    assert relative[0] == 1 and radius[-1] == pytest.approx(
+        1e3 * np.hypot(*(3e-6 * (n - 1) / 2 for n in SHAPE)), rel=1e-6
+    )
     # four even powers follow cos^4 of 31 degrees to 1e-4
     np.testing.assert_allclose(relative, cos4, atol=1e-3)
 
@@ -36,7 +43,9 @@ def test_noise_scatters_it_by_the_stated_error(bench):
     assert np.all(np.abs(curves.mean(0) - exact)[1:] < 4 * error[1:] / np.sqrt(60))
 
 
-def test_a_picture_made_with_the_table_is_flat_and_its_variance_grows_with_the_correction(bench, tmp_path):
+def test_a_picture_made_with_the_table_is_flat_and_its_variance_grows_with_the_correction(
+    bench, tmp_path
+):
     path = tmp_path / "shading.csv"
     write_shading(path, *measured_shading(flat(bench, stated="none"))[:2])
     by_table = LinearIsp(shading_csv=str(path))(flat(bench, stated="none"))
@@ -54,13 +63,23 @@ def test_tables_come_back_and_bad_ones_are_named(bench, tmp_path):
     path = tmp_path / "a.csv"
     write_shading(path, [0.0, 0.1], [1.0, 0.5])
     np.testing.assert_array_equal(read_shading(path), [[0.0, 0.1], [1.0, 0.5]])
-    assert LinearIsp(shading_csv=str(path)).input_files() == (str(path),) and LinearIsp().input_files() == ()
+    assert (
+        LinearIsp(shading_csv=str(path)).input_files() == (str(path),)
+        and LinearIsp().input_files() == ()
+    )
     with pytest.raises(UnitError, match="ends at 0.1 mm; expected up to 0.14"):
         LinearIsp(shading_csv=str(path))(flat(bench))
-    for text in ("radius_mm,relative_illumination\n0,1\n0,2\n", "radius_mm,relative_illumination\n0,1\n1,-2\n", "x,y\n0,1\n1,1\n",
-                 "radius_mm,relative_illumination\n0,one\n", ""):
+    for text in (
+        "radius_mm,relative_illumination\n0,1\n0,2\n",
+        "radius_mm,relative_illumination\n0,1\n1,-2\n",
+        "x,y\n0,1\n1,1\n",
+        "radius_mm,relative_illumination\n0,one\n",
+        "",
+    ):
         path.write_text(text)
-        with pytest.raises(ConfigError, match="expected the columns radius_mm, relative_illumination"):
+        with pytest.raises(
+            ConfigError, match="expected the columns radius_mm, relative_illumination"
+        ):
             read_shading(path)
     with pytest.raises(ConfigError, match="cannot be read"):
         read_shading(tmp_path / "none.csv")

@@ -12,34 +12,55 @@ from isethdr_core.demand import Demand
 from isethdr_core.quantities import RADIANCE, centres, plane
 
 W = np.arange(400.0, 701.0, 100.0)
-COLUMNS, ROWS, TILE = 60, 44, 0.012     # a field of 20 degrees to the side, 24 to the corner
+COLUMNS, ROWS, TILE = 60, 44, 0.012  # a field of 20 degrees to the side, 24 to the corner
 BARREL, FISHEYE = {"model": "brown_conrady", "k1": -0.2}, {"model": "kannala_brandt", "k1": 0.02}
 TABLE = {0: 1.0, 10: 0.9, 20: 0.6, 40: 0.3}
 LENSES = {
-    "none": ("ideal", {"falloff": "none"}), "cos4": ("ideal", {}), "cos4, barrel": ("ideal", {"distortion": BARREL}),
-    "cos4, fisheye": ("ideal", {"distortion": FISHEYE}), "table": ("ideal", {"falloff": TABLE}),
+    "none": ("ideal", {"falloff": "none"}),
+    "cos4": ("ideal", {}),
+    "cos4, barrel": ("ideal", {"distortion": BARREL}),
+    "cos4, fisheye": ("ideal", {"distortion": FISHEYE}),
+    "table": ("ideal", {"falloff": TABLE}),
     "table, barrel": ("ideal", {"falloff": TABLE, "distortion": BARREL}),
     "traced": ("prescription", {"wavefront": "none", "lateral_colour": "none"}),
     "traced, lateral colour": ("prescription", {"wavefront": "none"}),
-    "prescription, table": ("prescription", {"wavefront": "none", "lateral_colour": "none", "falloff": TABLE})}
+    "prescription, table": (
+        "prescription",
+        {"wavefront": "none", "lateral_colour": "none", "falloff": TABLE},
+    ),
+}
 # float32; with distortion tiles that straddle the curve, as the lens states; diffraction towards the dark beyond the scene, 0.1 % eight
 # tiles from it; magnification that differs from colour to colour, as the ledger states
-WORST = {"none": 1e-6, "cos4": 1e-6, "table": 1e-6, "traced": 2.5e-3, "traced, lateral colour": 4e-3, "prescription, table": 2.5e-3}
+WORST = {
+    "none": 1e-6,
+    "cos4": 1e-6,
+    "table": 1e-6,
+    "traced": 2.5e-3,
+    "traced, lateral colour": 4e-3,
+    "prescription, table": 2.5e-3,
+}
 INNER = slice(8, -8)
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n.startswith("traced") else n for n in LENSES])  # one more is traced
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow) if n.startswith("traced") else n for n in LENSES],
+)  # one more is traced
 def test_a_uniform_scene_comes_back_flat(name):
     kind, fields = LENSES[name]
     lens = hdr.build("lens", kind, focal_length_mm=4.0, f_number=4.0, **fields)
-    level = np.broadcast_to(100 * white("daylight", W)[:, None, None], (len(W), ROWS, COLUMNS)).copy()
+    level = np.broadcast_to(
+        100 * white("daylight", W)[:, None, None], (len(W), ROWS, COLUMNS)
+    ).copy()
     mixed = plane(level, W, centres(COLUMNS, COLUMNS * TILE), centres(ROWS, ROWS * TILE), RADIANCE)
     sensor = hdr.build("sensor", "ideal", pitch_um=4000 * TILE, cfa="RGGB")
     shot = sensor(lens(mixed), hdr.generator(seed=1))
     corrected = falloff(shot)
     seen = hdr.build("isp", "ideal")(shot).xyz.values[INNER, INNER, 1]
     assert seen == pytest.approx(100, rel=WORST.get(name, 1e-3))
-    if name != "none":      # there was something to correct, and without the correction it would be seen
+    if (
+        name != "none"
+    ):  # there was something to correct, and without the correction it would be seen
         assert corrected[INNER, INNER].min() < 0.95
         shot.attrs["falloff"] = "none"
         shot.attrs.pop("distortion", None)
@@ -47,10 +68,19 @@ def test_a_uniform_scene_comes_back_flat(name):
 
 
 def test_photocurrent_is_corrected_like_irradiance():
-    mixed = plane(np.broadcast_to(100 * white("daylight", W)[:, None, None], (len(W), ROWS, COLUMNS)).copy(), W,
-                  centres(COLUMNS, COLUMNS * TILE), centres(ROWS, ROWS * TILE), RADIANCE)
-    sensor = hdr.build("sensor", "bayer", pitch_um=4000 * TILE, bits=0, full_well_e=1e9, swing_v=1e9)
-    light = hdr.build("lens", "ideal", falloff=TABLE, distortion=BARREL).photocurrent(mixed, (), sensor.narrow(Demand()).response)
+    mixed = plane(
+        np.broadcast_to(100 * white("daylight", W)[:, None, None], (len(W), ROWS, COLUMNS)).copy(),
+        W,
+        centres(COLUMNS, COLUMNS * TILE),
+        centres(ROWS, ROWS * TILE),
+        RADIANCE,
+    )
+    sensor = hdr.build(
+        "sensor", "bayer", pitch_um=4000 * TILE, bits=0, full_well_e=1e9, swing_v=1e9
+    )
+    light = hdr.build("lens", "ideal", falloff=TABLE, distortion=BARREL).photocurrent(
+        mixed, (), sensor.narrow(Demand()).response
+    )
     shot = replace(sensor, noise=False)(light, hdr.generator(seed=1))
     seen = hdr.build("isp", "linear", design_snr=np.inf)(shot).xyz.values[INNER, INNER, 1]
     np.testing.assert_allclose(seen, 100, rtol=1e-3)

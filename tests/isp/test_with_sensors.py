@@ -18,9 +18,19 @@ def irradiance(level, shape=(40, 40), tile_um=1.0, pitch_um=3.0):
     ny, nx = (round(n * pitch_um / tile_um) for n in shape)
     x, y = centres(nx, nx * tile_um * 1e-6), centres(ny, ny * tile_um * 1e-6)
     fall = cos4_falloff(x[None], y[:, None], FOCAL_MM * 1e-3)
-    return plane(level * THROUGHPUT * white("daylight", W)[:, None, None] * fall, W, x, y, IRRADIANCE, f_number=4.0,
-                 focal_length_mm=FOCAL_MM, throughput_sr=THROUGHPUT, falloff="cos4", field_width=nx * tile_um * 1e-6,
-                 field_height=ny * tile_um * 1e-6)
+    return plane(
+        level * THROUGHPUT * white("daylight", W)[:, None, None] * fall,
+        W,
+        x,
+        y,
+        IRRADIANCE,
+        f_number=4.0,
+        focal_length_mm=FOCAL_MM,
+        throughput_sr=THROUGHPUT,
+        falloff="cos4",
+        field_width=nx * tile_um * 1e-6,
+        field_height=ny * tile_um * 1e-6,
+    )
 
 
 @pytest.mark.parametrize("isp", ["ideal", "linear", "merge"])
@@ -36,8 +46,17 @@ def test_ideal_sensor_gives_the_level_back_exactly(isp, cfa, level):
 
 @pytest.mark.parametrize("level", [0.1, 10.0, 1000.0, 3e4])
 def test_split_pixel_is_unbiased_and_its_variance_is_right(level):
-    sensor = hdr.build("sensor", "split_pixel", pitch_um=3.0, prnu=(0.0, 0.0), dark_spread=(0.0, 0.0), column_e=(0.0, 0.0, 0.0))
-    picture = hdr.build("isp", "merge")(sensor(irradiance(level, (120, 120)), hdr.generator(seed=3)))
+    sensor = hdr.build(
+        "sensor",
+        "split_pixel",
+        pitch_um=3.0,
+        prnu=(0.0, 0.0),
+        dark_spread=(0.0, 0.0),
+        column_e=(0.0, 0.0, 0.0),
+    )
+    picture = hdr.build("isp", "merge")(
+        sensor(irradiance(level, (120, 120)), hdr.generator(seed=3))
+    )
     y, variance = picture.xyz.values[2:-2, 2:-2, 1], picture.variance.values[2:-2, 2:-2, 1]
     assert picture.valid.values.all()
     # 13 456 pixels, neighbours alike: one standard error is 2.7 times that of independent pixels; 4 of them
@@ -57,16 +76,32 @@ def test_beyond_the_small_photodiode_is_not_valid():
 def test_companded_sensor_comes_back_in_level_and_variance(level):
     """16 bit squeezed into 12: codes of 14 and 48 linear DN above the first knee."""
     knees = ((2048, 2048), (16384, 3072), (65535, 4095))
-    sensor = hdr.build("sensor", "bayer", pitch_um=3.0, prnu=0.0, dark_spread=0.0, column_e=0.0, bits=16, companding=knees)
+    sensor = hdr.build(
+        "sensor",
+        "bayer",
+        pitch_um=3.0,
+        prnu=0.0,
+        dark_spread=0.0,
+        column_e=0.0,
+        bits=16,
+        companding=knees,
+    )
     shot = sensor(irradiance(level, (100, 100)), hdr.generator(seed=3))
     assert shot.raw.values.max() < 4096
     picture = hdr.build("isp", "linear")(shot)
     y, variance = picture.xyz.values[2:-2, 2:-2, 1], picture.variance.values[2:-2, 2:-2, 1]
-    assert abs(y.mean() - level) < 4 * 2.7 * y.std() / np.sqrt(y.size) + 1e-3 * level   # as for the split pixel above
+    assert (
+        abs(y.mean() - level) < 4 * 2.7 * y.std() / np.sqrt(y.size) + 1e-3 * level
+    )  # as for the split pixel above
     assert variance.mean() == pytest.approx(y.var(), rel=0.1)
 
 
 def test_merge_of_the_split_pixel_says_where_each_pixel_comes_from():
     sensor = hdr.build("sensor", "split_pixel", pitch_um=3.0, cfa="W")
-    captures = {level: hdr.build("isp", "merge")(sensor(irradiance(level), hdr.generator(seed=1))) for level in (1.0, 3e4)}
-    assert (captures[1.0]["source"].values == 1).all() and (captures[3e4]["source"].values == 2).all()   # LPHG, SPLG
+    captures = {
+        level: hdr.build("isp", "merge")(sensor(irradiance(level), hdr.generator(seed=1)))
+        for level in (1.0, 3e4)
+    }
+    assert (captures[1.0]["source"].values == 1).all() and (
+        captures[3e4]["source"].values == 2
+    ).all()  # LPHG, SPLG

@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 import xarray as xr
-from isethdr_metrics.contrast_detection import ContrastDetection, both_positive, draw_pairs, pair_probability
+from isethdr_metrics.contrast_detection import (
+    ContrastDetection,
+    both_positive,
+    draw_pairs,
+    pair_probability,
+)
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.colour import D65_XYZ
@@ -14,14 +19,24 @@ from isethdr_core.truth import make_picture
 def picture(y, variance=0.0, valid=True):
     xyz = np.asarray(y, float)[..., None] * D65_XYZ
     ny, nx = np.shape(y)
-    return make_picture(xyz, np.broadcast_to(variance, (ny, nx))[..., None] * np.ones(3), np.broadcast_to(valid, (ny, nx)),
-                        centres(nx, nx * 3e-6), centres(ny, ny * 3e-6), focal_length_mm=4.0, pitch_um=3.0)
+    return make_picture(
+        xyz,
+        np.broadcast_to(variance, (ny, nx))[..., None] * np.ones(3),
+        np.broadcast_to(valid, (ny, nx)),
+        centres(nx, nx * 3e-6),
+        centres(ny, ny * 3e-6),
+        focal_length_mm=4.0,
+        pitch_um=3.0,
+    )
 
 
 def counted(bright, vb, dark, vd, contrast, seed, n=1500):
     """Count over all pairs of n x n draws, as the standard does over the pixels of two patches."""
     rng = np.random.default_rng(seed)
-    b, d = bright + np.sqrt(vb) * rng.standard_normal((n, 1)), dark + np.sqrt(vd) * rng.standard_normal((1, n))
+    b, d = (
+        bright + np.sqrt(vb) * rng.standard_normal((n, 1)),
+        dark + np.sqrt(vd) * rng.standard_normal((1, n)),
+    )
     with np.errstate(divide="ignore", invalid="ignore"):
         k = (b - d) / (b + d)
     return np.mean((b + d > 0) & (k >= contrast / 2) & (k <= 1.5 * contrast))
@@ -36,7 +51,9 @@ def test_normal_noise_agrees_with_counting(electrons, contrast):
     b, d = (m + np.sqrt(m + 0.64) * rng.standard_normal(400_000) for m in means)
     k = (b - d) / (b + d)
     seen = np.mean((b + d > 0) & (k >= contrast / 2) & (k <= 1.5 * contrast))
-    found = pair_probability(means[0], means[0] + 0.64, means[1], means[1] + 0.64, contrast, step=0.0)
+    found = pair_probability(
+        means[0], means[0] + 0.64, means[1], means[1] + 0.64, contrast, step=0.0
+    )
     assert found == pytest.approx(seen, abs=0.0035)
 
 
@@ -44,19 +61,25 @@ def test_counting_over_all_pairs_of_two_patches_as_the_standard_does():
     values = 12.0, 12.6, 8.0, 8.6
     found = pair_probability(*values, 0.2, step=0.0)
     many = np.mean([counted(*values, 0.2, seed) for seed in range(8)])
-    assert found == pytest.approx(many, abs=0.01)  # 8 times 1500 x 1500 crossed pairs: standard error 0.003
+    assert found == pytest.approx(
+        many, abs=0.01
+    )  # 8 times 1500 x 1500 crossed pairs: standard error 0.003
 
 
 def test_quadrant_of_correlated_normals_at_the_origin_is_the_arcsine_law():
     rho = np.array([-0.999, -0.5, 0.0, 0.7])
-    np.testing.assert_allclose(both_positive(np.zeros(4), np.zeros(4), rho), 0.25 + np.arcsin(rho) / (2 * np.pi), atol=1e-9)
+    np.testing.assert_allclose(
+        both_positive(np.zeros(4), np.zeros(4), rho), 0.25 + np.arcsin(rho) / (2 * np.pi), atol=1e-9
+    )
 
 
 def test_without_noise_a_contrast_is_seen_or_not():
     one = np.ones(1)
     assert pair_probability(2 * one, 0 * one, one, 0 * one, one / 3)[0] == 1
-    assert pair_probability(2 * one + 10, 0 * one, one + 10, 0 * one, one / 3)[0] == 0   # a veil of ten times the scene
-    assert pair_probability(one, 0 * one, 2 * one, 0 * one, one / 3)[0] == 0             # the order is wrong
+    assert (
+        pair_probability(2 * one + 10, 0 * one, one + 10, 0 * one, one / 3)[0] == 0
+    )  # a veil of ten times the scene
+    assert pair_probability(one, 0 * one, 2 * one, 0 * one, one / 3)[0] == 0  # the order is wrong
 
 
 def scene():
@@ -70,12 +93,16 @@ def scene():
 
 def test_a_veil_takes_the_pedestrian_beside_the_headlight_away():
     y, labels = scene()
-    veil = 20 * np.exp(-((np.arange(90) - 15) / 12.0) ** 2)[None]   # the glare of a lamp left of the first
+    veil = (
+        20 * np.exp(-(((np.arange(90) - 15) / 12.0) ** 2))[None]
+    )  # the glare of a lamp left of the first
     noise = 0.05**2
     rng = np.random.default_rng(3)
     noisy = y + veil + 0.05 * rng.standard_normal(y.shape)
     clean = {s.object: s.value for s in ContrastDetection()(picture(y, noise), picture(y), labels)}
-    glare = {s.object: s.value for s in ContrastDetection()(picture(noisy, noise), picture(y), labels)}
+    glare = {
+        s.object: s.value for s in ContrastDetection()(picture(noisy, noise), picture(y), labels)
+    }
     assert clean["beside the lamp"] > 0.98 and clean["far"] > 0.98
     assert glare["beside the lamp"] < 0.05 and glare["far"] > 0.98
 
@@ -84,17 +111,25 @@ def test_noise_lowers_the_number_as_the_closed_form_says():
     y, labels = scene()
     for sd in (0.1, 0.3, 1.0):
         noisy = y + sd * np.random.default_rng(4).standard_normal(y.shape)
-        [found] = [s.value for s in ContrastDetection()(picture(noisy, sd**2), picture(y), labels) if s.object == "far"]
+        [found] = [
+            s.value
+            for s in ContrastDetection()(picture(noisy, sd**2), picture(y), labels)
+            if s.object == "far"
+        ]
         one = np.ones(1)
         # 0.03: the mean of 7 x 7 pixels still carries a seventh of the noise
-        assert found == pytest.approx(pair_probability(2 * one, sd**2 * one, one, sd**2 * one, one / 3)[0], abs=0.03)
+        assert found == pytest.approx(
+            pair_probability(2 * one, sd**2 * one, one, sd**2 * one, one / 3)[0], abs=0.03
+        )
 
 
 def test_pixels_that_are_not_valid_show_nothing():
     y, labels = scene()
     valid = np.ones_like(y, bool)
     valid[:, :45] = False
-    found = {s.object: s.value for s in ContrastDetection()(picture(y, 1e-4, valid), picture(y), labels)}
+    found = {
+        s.object: s.value for s in ContrastDetection()(picture(y, 1e-4, valid), picture(y), labels)
+    }
     assert found["beside the lamp"] == 0 and found["far"] > 0.98
 
 

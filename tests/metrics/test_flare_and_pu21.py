@@ -15,8 +15,15 @@ from isethdr_core.truth import make_picture
 def picture(y, variance=0.0, valid=True):
     xyz = np.asarray(y, float)[..., None] * D65_XYZ
     ny, nx = np.shape(y)
-    return make_picture(xyz, np.broadcast_to(variance, (ny, nx))[..., None] * np.ones(3), np.broadcast_to(valid, (ny, nx)),
-                        centres(nx, nx * 3e-6), centres(ny, ny * 3e-6), focal_length_mm=4.0, pitch_um=3.0)
+    return make_picture(
+        xyz,
+        np.broadcast_to(variance, (ny, nx))[..., None] * np.ones(3),
+        np.broadcast_to(valid, (ny, nx)),
+        centres(nx, nx * 3e-6),
+        centres(ny, ny * 3e-6),
+        focal_length_mm=4.0,
+        pitch_um=3.0,
+    )
 
 
 def lamp():
@@ -71,10 +78,15 @@ def test_ssim_on_pu21_sees_absolute_level_and_states_what_it_clamps():
     same = by_name(SsimPu21()(picture(y), picture(y)))
     assert same["ssim_pu21"].value == pytest.approx(1) and same["ssim_pu21_clamped"].value == 0
     noise = 0.5 * rng.standard_normal(y.shape)
-    bright, dim = (by_name(SsimPu21()(picture(k * (y + noise)), picture(k * y)))["ssim_pu21"].value for k in (1, 1e-2))
-    assert bright < dim < 1      # the same relative noise is less visible at a hundredth of the light
+    bright, dim = (
+        by_name(SsimPu21()(picture(k * (y + noise)), picture(k * y)))["ssim_pu21"].value
+        for k in (1, 1e-2)
+    )
+    assert bright < dim < 1  # the same relative noise is less visible at a hundredth of the light
     y[0, :30] = 1e5
-    assert by_name(SsimPu21()(picture(y), picture(y)))["ssim_pu21_clamped"].value == pytest.approx(30 / y.size)
+    assert by_name(SsimPu21()(picture(y), picture(y)))["ssim_pu21_clamped"].value == pytest.approx(
+        30 / y.size
+    )
 
 
 def test_three_definitions_of_dynamic_range_in_closed_form():
@@ -86,18 +98,30 @@ def test_three_definitions_of_dynamic_range_in_closed_form():
     for name, snr2 in (("", 1.0), ("_snr_10db", 10.0)):
         bottom = found[f"dynamic_range{name}_bottom"].value
         assert bottom**2 / (a + b * bottom) == pytest.approx(snr2, rel=1e-6)
-        assert found[f"dynamic_range{name}"].value == pytest.approx(20 * np.log10(top / bottom), rel=1e-9)
-    assert found["dynamic_range_dark_noise"].value == pytest.approx(20 * np.log10(top / np.sqrt(a)), abs=1e-4)
-    assert found["dynamic_range_dark_noise"].value > found["dynamic_range"].value > found["dynamic_range_snr_10db"].value
+        assert found[f"dynamic_range{name}"].value == pytest.approx(
+            20 * np.log10(top / bottom), rel=1e-9
+        )
+    assert found["dynamic_range_dark_noise"].value == pytest.approx(
+        20 * np.log10(top / np.sqrt(a)), abs=1e-4
+    )
+    assert (
+        found["dynamic_range_dark_noise"].value
+        > found["dynamic_range"].value
+        > found["dynamic_range_snr_10db"].value
+    )
 
 
 def test_the_noise_line_is_read_between_points_and_not_beyond_the_dark():
     """Most pixels so dark that shot noise does not show, and variances 20 % uncertain: a line through those alone has no slope to speak of."""
     rng = np.random.default_rng(0)
-    true = np.concatenate([rng.uniform(1e-4, 1e-2, 40_000), np.geomspace(1e-2, 50, 10_000)]).reshape(200, 250)
+    true = np.concatenate(
+        [rng.uniform(1e-4, 1e-2, 40_000), np.geomspace(1e-2, 50, 10_000)]
+    ).reshape(200, 250)
     a, b = 0.17, 0.064
     seen = (a + b * true) * np.exp(0.2 * rng.standard_normal(true.shape))
     found = by_name(DynamicRange()(picture(true, seen, true < 40), picture(true)))
     for name, s in (("", 1.0), ("_snr_10db", np.sqrt(10))):
         # SNR = s; medians of hundreds of variances are known to 1 or 2 %, their roots to half of that
-        assert found[f"dynamic_range{name}_bottom"].value == pytest.approx((s**2 * b + np.sqrt(s**4 * b**2 + 4 * s**2 * a)) / 2, rel=0.02)
+        assert found[f"dynamic_range{name}_bottom"].value == pytest.approx(
+            (s**2 * b + np.sqrt(s**4 * b**2 + 4 * s**2 * a)) / 2, rel=0.02
+        )

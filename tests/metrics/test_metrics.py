@@ -34,13 +34,22 @@ def picture(y, variance=0.0, valid=True):
     y = np.asarray(y, float)
     xyz = y[..., None] * D65_XYZ
     ny, nx = y.shape
-    return make_picture(xyz, np.broadcast_to(variance, y.shape)[..., None] * D65_XYZ**2, np.broadcast_to(valid, y.shape),
-                        centres(nx, nx * 3e-6), centres(ny, ny * 3e-6), focal_length_mm=4.0, pitch_um=3.0)
+    return make_picture(
+        xyz,
+        np.broadcast_to(variance, y.shape)[..., None] * D65_XYZ**2,
+        np.broadcast_to(valid, y.shape),
+        centres(nx, nx * 3e-6),
+        centres(ny, ny * 3e-6),
+        focal_length_mm=4.0,
+        pitch_um=3.0,
+    )
 
 
 def labels(instance, names=("road", "person", "cyclist")):
     objects = [{"instance": k + 1, "name": n, "category": n} for k, n in enumerate(names)]
-    return xr.Dataset({"instance": (("y", "x"), instance.astype(np.uint32))}, attrs={"objects": objects})
+    return xr.Dataset(
+        {"instance": (("y", "x"), instance.astype(np.uint32))}, attrs={"objects": objects}
+    )
 
 
 def scene():
@@ -58,7 +67,9 @@ def by_name(scores):
     return {(s.metric, s.object): s for s in scores}
 
 
-@pytest.mark.parametrize("metric", [Ciede2000(), Cie94(), Cie76(), Ssim(), LogLuminanceError(), LineProfile()])
+@pytest.mark.parametrize(
+    "metric", [Ciede2000(), Cie94(), Cie76(), Ssim(), LogLuminanceError(), LineProfile()]
+)
 def test_identical_pictures_are_perfect(metric):
     y, table = scene()
     for s in metric(picture(y), picture(y), table):
@@ -73,8 +84,12 @@ def test_log_error_of_a_constant_factor_is_its_logarithm():
     for s in found.values():
         assert s.value == pytest.approx(np.log10(2), rel=1e-12)
     whole = found["log_luminance_error", ""]
-    assert whole.low == pytest.approx(whole.value) and whole.high == pytest.approx(whole.value)  # all blocks alike
-    dark = LogLuminanceError(floor_cd_m2=0.1)(picture(-y), picture(np.full_like(y, 10.0)))  # negative estimates count as the floor
+    assert whole.low == pytest.approx(whole.value) and whole.high == pytest.approx(
+        whole.value
+    )  # all blocks alike
+    dark = LogLuminanceError(floor_cd_m2=0.1)(
+        picture(-y), picture(np.full_like(y, 10.0))
+    )  # negative estimates count as the floor
     assert dark[0].value == pytest.approx(2.0)
 
 
@@ -84,13 +99,19 @@ def test_a_saturated_pixel_counts_as_what_the_picture_shows():
     valid = np.ones_like(y, bool)
     valid[:, : NX // 4] = False
     clipped = picture(np.where(valid, y, 2.0), valid=valid)
-    assert LogLuminanceError()(clipped, picture(y))[0].value == pytest.approx(np.log10(5) * np.sqrt(0.25), rel=1e-12)
+    assert LogLuminanceError()(clipped, picture(y))[0].value == pytest.approx(
+        np.log10(5) * np.sqrt(0.25), rel=1e-12
+    )
     metric = Ciede2000(white_cd_m2=40.0)
     to_white = metric(picture(np.full_like(y, 40.0)), picture(y))[0].value
     assert metric(clipped, picture(y))[0].value == pytest.approx(0.25 * to_white, rel=1e-9)
     missing = clipped.copy(deep=True)
-    missing["xyz"][:, : NX // 4] = np.nan  # an isp may leave no number there: it counts as the floor
-    assert LogLuminanceError()(missing, picture(y))[0].value == pytest.approx(4 * np.sqrt(0.25), rel=1e-12)
+    missing["xyz"][:, : NX // 4] = (
+        np.nan
+    )  # an isp may leave no number there: it counts as the floor
+    assert LogLuminanceError()(missing, picture(y))[0].value == pytest.approx(
+        4 * np.sqrt(0.25), rel=1e-12
+    )
 
 
 def test_a_saturated_pixel_is_similar_only_where_the_truth_is_shown_as_white_too():
@@ -100,7 +121,9 @@ def test_a_saturated_pixel_is_similar_only_where_the_truth_is_shown_as_white_too
     valid[: NY // 2] = False
     found = Ssim(white_cd_m2=40.0)(picture(y, valid=valid), picture(y))[0].value
     dark_and_saturated = np.mean(~valid & (y < 40))
-    assert 1 - dark_and_saturated - 0.05 < found <= 1 - dark_and_saturated  # 0.05: windows across the seams
+    assert (
+        1 - dark_and_saturated - 0.05 < found <= 1 - dark_and_saturated
+    )  # 0.05: windows across the seams
     everywhere = Ssim(white_cd_m2=40.0)(picture(y, valid=False), picture(y))[0].value
     assert everywhere < 0.5
 
@@ -111,13 +134,26 @@ def test_shares_of_valid_and_saturated_pixels_are_counted_per_region():
     valid[:15] = False
     shot = picture(y, valid=valid)
     person = by_name(PixelShares()(shot, picture(y), table))
-    assert person["valid_share", ""].value == pytest.approx(33 / 48) and person["saturated_share", ""].value == pytest.approx(15 / 48)
+    assert person["valid_share", ""].value == pytest.approx(33 / 48) and person[
+        "saturated_share", ""
+    ].value == pytest.approx(15 / 48)
     assert person["valid_share", "person"].value == 0.75 == person["valid_share", "person"].low
     # one capture of two holds the upper rows: only five are saturated in both, the demosaic lost the others
-    captures = xr.Dataset({"saturated": (("capture", "y", "x"), np.stack([~valid, np.arange(NY)[:, None] < np.full(NX, 5)]))})
+    captures = xr.Dataset(
+        {
+            "saturated": (
+                ("capture", "y", "x"),
+                np.stack([~valid, np.arange(NY)[:, None] < np.full(NX, 5)]),
+            )
+        }
+    )
     marked = by_name(PixelShares()(with_saturation(shot, captures), picture(y), table))
-    assert marked["saturated_share", ""].value == pytest.approx(5 / 48) and marked["valid_share", ""].value == pytest.approx(33 / 48)
-    assert "saturated" not in with_saturation(shot, captures.isel(x=slice(10)))  # another grid: nothing is known
+    assert marked["saturated_share", ""].value == pytest.approx(5 / 48) and marked[
+        "valid_share", ""
+    ].value == pytest.approx(33 / 48)
+    assert "saturated" not in with_saturation(
+        shot, captures.isel(x=slice(10))
+    )  # another grid: nothing is known
 
 
 def test_colour_difference_of_a_grey_step_is_the_closed_form():
@@ -125,11 +161,18 @@ def test_colour_difference_of_a_grey_step_is_the_closed_form():
     l1, l2 = 50.0, 52.0
     y1, y2 = (100 * ((v + 16) / 116) ** 3 for v in (l1, l2))
     s_l = 1 + 0.015 * (51 - 50) ** 2 / np.sqrt(20 + (51 - 50) ** 2)
-    scores = Ciede2000(white_cd_m2=100.0)(picture(np.full((NY, NX), y2)), picture(np.full((NY, NX), y1)))
+    scores = Ciede2000(white_cd_m2=100.0)(
+        picture(np.full((NY, NX), y2)), picture(np.full((NY, NX), y1))
+    )
     assert scores[0].value == pytest.approx(2 / s_l, rel=1e-9)
     assert by_name(scores)["ciede2000_white", ""].value == 100.0
-    for elder in (Cie94(white_cd_m2=100.0), Cie76(white_cd_m2=100.0)):  # between greys both are the step of lightness
-        assert elder(picture(np.full((NY, NX), y2)), picture(np.full((NY, NX), y1)))[0].value == pytest.approx(2.0, rel=1e-9)
+    for elder in (
+        Cie94(white_cd_m2=100.0),
+        Cie76(white_cd_m2=100.0),
+    ):  # between greys both are the step of lightness
+        assert elder(picture(np.full((NY, NX), y2)), picture(np.full((NY, NX), y1)))[
+            0
+        ].value == pytest.approx(2.0, rel=1e-9)
 
 
 def test_lamps_neither_set_the_white_nor_count_as_colour():
@@ -138,14 +181,21 @@ def test_lamps_neither_set_the_white_nor_count_as_colour():
     with ledger.stage(book, "metric") as row:
         lit = by_name(Ciede2000()(picture(y), picture(y)))["ciede2000_white", ""].value
     brighter = np.where(y > 1e4, 1e9, y)
-    assert by_name(Ciede2000()(picture(brighter), picture(brighter)))["ciede2000_white", ""].value == lit < 3
+    assert (
+        by_name(Ciede2000()(picture(brighter), picture(brighter)))["ciede2000_white", ""].value
+        == lit
+        < 3
+    )
     assert row.left_out[0].bound < 0.05
 
 
 def test_ssim_falls_with_noise_and_uses_one_white():
     y, _ = scene()
     rng = np.random.default_rng(1)
-    values = [Ssim()(picture(y * np.exp(sd * rng.normal(size=y.shape))), picture(y))[0].value for sd in (0.01, 0.1, 0.5)]
+    values = [
+        Ssim()(picture(y * np.exp(sd * rng.normal(size=y.shape))), picture(y))[0].value
+        for sd in (0.01, 0.1, 0.5)
+    ]
     assert 1 > values[0] > values[1] > values[2] > -1
     # a picture at half the level is not the same picture: the white comes from the truth, never from the picture
     assert Ssim()(picture(y / 2), picture(y))[0].value < 0.995
@@ -166,13 +216,23 @@ def test_snr_of_pure_shot_noise_is_the_root_of_the_count():
     # about 3300 pixels a bin: a standard deviation is known to 1.2 %, 0.1 dB; 30 bins, so 4 of them
     np.testing.assert_allclose(table["snr_measured_db"], expected, atol=0.45)
     scores = by_name(metric(picture(y, truth / c), picture(truth)))
-    assert set(scores) == {("snr_at_1", ""), ("snr_at_10", ""), ("snr_at_1000", "")}  # 1e7 is not in the scene
+    assert set(scores) == {
+        ("snr_at_1", ""),
+        ("snr_at_10", ""),
+        ("snr_at_1000", ""),
+    }  # 1e7 is not in the scene
     for level in (1, 10, 1000):
-        assert scores[f"snr_at_{level}", ""].value == pytest.approx(10 * np.log10(c * level), abs=1e-9)
+        assert scores[f"snr_at_{level}", ""].value == pytest.approx(
+            10 * np.log10(c * level), abs=1e-9
+        )
     assert table["pixels"].sum() == truth.size
-    flat = by_name(metric(picture(truth, 0.25), picture(truth)))  # read noise alone: 20 dB per decade, not 10
+    flat = by_name(
+        metric(picture(truth, 0.25), picture(truth))
+    )  # read noise alone: 20 dB per decade, not 10
     for level in (1, 10, 1000):
-        assert flat[f"snr_at_{level}", ""].value == pytest.approx(20 * np.log10(level / 0.5), abs=1e-9)
+        assert flat[f"snr_at_{level}", ""].value == pytest.approx(
+            20 * np.log10(level / 0.5), abs=1e-9
+        )
     with pytest.raises(ConfigError, match="bins_per_decade"):
         SnrCurve(bins_per_decade=0)(picture(y), picture(truth))
 
@@ -228,7 +288,9 @@ def test_dynamic_range_of_read_and_shot_noise_is_the_closed_form():
     assert total.value == pytest.approx(20 * np.log10(top / bottom), abs=1e-5)
     # the line is exact, so what is left is the noise of the brightest pixel: 1.96 deviations of it in dB, and rounding of the fit
     half = 1.96 * 20 / np.log(10) * np.sqrt(a + b * top) / top
-    assert total.high - total.value == pytest.approx(half, rel=1e-3) and total.value - total.low == pytest.approx(half, rel=1e-3)
+    assert total.high - total.value == pytest.approx(
+        half, rel=1e-3
+    ) and total.value - total.low == pytest.approx(half, rel=1e-3)
     unsaturated = DynamicRange()(picture(truth, a + b * truth), picture(truth))[0]
     assert np.isnan(unsaturated.high) and unsaturated.low < unsaturated.value  # a lower bound only
     assert DynamicRange()(picture(truth, 1.0, False), picture(truth)) == []  # no pixel is valid
@@ -240,7 +302,9 @@ def test_profile_runs_through_the_brightest_lamp():
     line = metric.profile(picture(y * 10, 0.01), picture(y))
     assert line["row"] == 20
     np.testing.assert_allclose(line["log10_picture"] - line["log10_truth"], 1, atol=1e-12)
-    assert (line["log10_low"] < line["log10_picture"]).all() and (line["log10_high"] > line["log10_picture"]).all()
+    assert (line["log10_low"] < line["log10_picture"]).all() and (
+        line["log10_high"] > line["log10_picture"]
+    ).all()
     assert metric(picture(y * 10), picture(y))[0].value == pytest.approx(1)
     assert LineProfile(row=3).profile(picture(y), picture(y))["row"] == 3
     with pytest.raises(ConfigError, match="row is 99"):
@@ -271,15 +335,21 @@ def test_intervals_hold_the_true_mean_as_often_as_they_say():
         y = 10 + sd * rng.normal(size=(NY, NX))
         [s] = MeanLuminance()(picture(y, sd**2), picture(y))
         hits += s.low <= 10 <= s.high
-    assert hits == n  # three times too wide for pixels without demosaic, on purpose: 5.9 standard deviations
+    assert (
+        hits == n
+    )  # three times too wide for pixels without demosaic, on purpose: 5.9 standard deviations
     from isethdr_metrics.regions import mean_interval
+
     found = [mean_interval(rng.normal(size=(NY, NX)), np.ones((NY, NX), bool)) for _ in range(n)]
     inside = np.mean([low <= 0 <= high for _, low, high in found])
-    assert 0.88 <= inside <= 0.99  # 95 % less 1 % for 144 blocks; the standard error of 200 trials is 1.5 %
+    assert (
+        0.88 <= inside <= 0.99
+    )  # 95 % less 1 % for 144 blocks; the standard error of 200 trials is 1.5 %
 
 
 def test_small_regions_have_no_resampled_interval():
     from isethdr_metrics.regions import mean_interval
+
     mask = np.zeros((NY, NX), bool)
     mask[3:5, 3:5] = True
     mean, low, high = mean_interval(np.ones((NY, NX)), mask)
@@ -299,31 +369,48 @@ def test_every_metric_takes_any_picture_with_truth_and_refuses_others(cls):
     with pytest.raises(UnitError, match="no variable 'variance'"):
         cls()(noisy.drop_vars("variance"), picture(y), table)
     dark = picture(np.zeros((NY, NX)), 1.0)
-    assert all(not np.isinf(s.value) for s in cls()(dark, dark, table))  # an empty scene gives numbers or NaN, no error
+    assert all(
+        not np.isinf(s.value) for s in cls()(dark, dark, table)
+    )  # an empty scene gives numbers or NaN, no error
 
 
 @pytest.mark.parametrize("cls", ALL)
 def test_metrics_ask_for_the_labels_they_read_and_no_more(cls):
     narrowed = cls().narrow(Demand()) if hasattr(cls, "narrow") else Demand()
-    assert narrowed.labels == (frozenset() if cls in (SnrCurve, DynamicRange, LineProfile, NormalizedFlare, SlantedEdgeResponse) else {"instance"})
+    assert narrowed.labels == (
+        frozenset()
+        if cls in (SnrCurve, DynamicRange, LineProfile, NormalizedFlare, SlantedEdgeResponse)
+        else {"instance"}
+    )
 
 
-@pytest.mark.parametrize("metric", [ContrastDetection(), DynamicRange(), SnrCurve(), MeanLuminance(), ObjectContrast()])
+@pytest.mark.parametrize(
+    "metric", [ContrastDetection(), DynamicRange(), SnrCurve(), MeanLuminance(), ObjectContrast()]
+)
 def test_fixed_pattern_counts_like_temporal_noise(metric):
     """Half of the variance in either part gives the scores of all of it in one; of shot noise there is none here."""
     y, table = scene()
     both = picture(y, 0.02)
     both["variance"] *= 0.5
     both["fixed_pattern_variance"] = both["variance"].copy()
-    whole, parts, less = (by_name(metric(shot, picture(y), table)) for shot in (picture(y, 0.02), both, picture(y, 0.01)))
+    whole, parts, less = (
+        by_name(metric(shot, picture(y), table))
+        for shot in (picture(y, 0.02), both, picture(y, 0.01))
+    )
     assert whole.keys() == parts.keys()
     for key, score in whole.items():
-        assert (parts[key].value, parts[key].low) == pytest.approx((score.value, score.low), rel=1e-9, nan_ok=True)
-    assert any((less[key].value, less[key].low) != (score.value, score.low) for key, score in whole.items())
+        assert (parts[key].value, parts[key].low) == pytest.approx(
+            (score.value, score.low), rel=1e-9, nan_ok=True
+        )
+    assert any(
+        (less[key].value, less[key].low) != (score.value, score.low) for key, score in whole.items()
+    )
 
 
 def test_two_objects_of_one_name_stay_apart():
     y, table = scene()
     table.attrs["objects"][2]["name"] = "person"
     found = by_name(MeanLuminance()(picture(y), picture(y), table))
-    assert found["luminance", "person"].value == pytest.approx(2) and found["luminance", "person 3"].value == pytest.approx(0.25)
+    assert found["luminance", "person"].value == pytest.approx(2) and found[
+        "luminance", "person 3"
+    ].value == pytest.approx(0.25)

@@ -18,12 +18,22 @@ def test_similarity_is_that_of_another_programme():
     from skimage.metrics import structural_similarity
 
     pair = planes()
-    _, expected = structural_similarity(*pair, full=True, gaussian_weights=True, sigma=1.5, use_sample_covariance=False, data_range=255)
+    _, expected = structural_similarity(
+        *pair,
+        full=True,
+        gaussian_weights=True,
+        sigma=1.5,
+        use_sample_covariance=False,
+        data_range=255,
+    )
     assert np.ptp(expected) > 0.3
     # float64: rounding of squares of 255 over the smallest constant, 6.5, a few dozen times
     assert np.abs(similarity(*pair, 255.0) - expected).max() < 1e-11
     # float32: squares of half the range, each of ten sums rounded by 2^-24 of them at most, twice over the constant 58.5
-    assert np.abs(similarity(*(p.astype(np.float32) for p in pair), 255.0) - expected).max() < 2 * 10 * 2 * 127.5**2 * 2**-24 / 58.5
+    assert (
+        np.abs(similarity(*(p.astype(np.float32) for p in pair), 255.0) - expected).max()
+        < 2 * 10 * 2 * 127.5**2 * 2**-24 / 58.5
+    )
 
 
 def test_similarity_of_one_with_itself_is_one_and_knows_no_order():
@@ -35,29 +45,45 @@ def test_similarity_of_one_with_itself_is_one_and_knows_no_order():
 
 def test_a_window_keeps_what_is_even_or_rises_evenly():
     rows, columns = np.indices((40, 30)).astype(float)
-    rising = 3 + 2 * rows - 5 * columns         # weights add up to 1 and are the same to both sides: the mean is the middle
+    rising = (
+        3 + 2 * rows - 5 * columns
+    )  # weights add up to 1 and are the same to both sides: the mean is the middle
     assert np.abs(windowed(rising) - rising[5:-5, 5:-5]).max() < 1e-12
 
 
-@pytest.mark.parametrize("shape, mask", [
-    ((50, 70), np.s_[:, :]), ((50, 70), np.s_[20:47, 3:9]), ((50, 70), np.s_[45:, 60:]), ((5, 200), np.s_[1:, ::3]), ((300, 7), np.s_[::2])])
+@pytest.mark.parametrize(
+    "shape, mask",
+    [
+        ((50, 70), np.s_[:, :]),
+        ((50, 70), np.s_[20:47, 3:9]),
+        ((50, 70), np.s_[45:, 60:]),
+        ((5, 200), np.s_[1:, ::3]),
+        ((300, 7), np.s_[::2]),
+    ],
+)
 def test_means_over_blocks_are_those_of_one_pixel_after_the_other(shape, mask):
     values, held = np.random.default_rng(1).normal(size=shape), np.zeros(shape, bool)
     held[mask] = True
     held &= np.random.default_rng(2).random(shape) < 0.9
-    values[~held] = np.nan                       # what is not asked for may be anything
+    values[~held] = np.nan  # what is not asked for may be anything
     sums = {}
     for (y, x), value in np.ndenumerate(values):
         if held[y, x]:
-            sums.setdefault((y * regions.BLOCKS // shape[0], x * regions.BLOCKS // shape[1]), []).append(value)
+            sums.setdefault(
+                (y * regions.BLOCKS // shape[0], x * regions.BLOCKS // shape[1]), []
+            ).append(value)
     mean, low, high = regions.mean_interval(values, held)
     assert mean == pytest.approx(values[held].mean(), abs=1e-13)
     assert np.isnan(low) == (len(sums) < regions.FEWEST_BLOCKS)
     if np.isfinite(low):
         blocks = [sums[key] for key in sorted(sums)]
         count, total = (np.array([f(b) for b in blocks], float) for f in (len, sum))
-        picks = np.random.default_rng(0).multinomial(len(count), np.full(len(count), 1 / len(count)), regions.RESAMPLES)
-        assert (low, high) == pytest.approx(np.percentile(picks @ total / (picks @ count), [2.5, 97.5]), abs=1e-13)
+        picks = np.random.default_rng(0).multinomial(
+            len(count), np.full(len(count), 1 / len(count)), regions.RESAMPLES
+        )
+        assert (low, high) == pytest.approx(
+            np.percentile(picks @ total / (picks @ count), [2.5, 97.5]), abs=1e-13
+        )
     assert np.isnan(regions.mean_interval(values, np.zeros(shape, bool))).all()
 
 
@@ -67,10 +93,16 @@ def test_pairs_with_contrast_are_all_that_have_it(shape, step):
     metric, (dy, dx) = ContrastDetection(), step
     true = np.random.default_rng(5).uniform(0.9, 1.1, shape)
     true[3:5] = 0.0
-    true[6, : shape[1] // 2] = 1.05 / 0.95       # exactly the lowest contrast with 1
+    true[6, : shape[1] // 2] = 1.05 / 0.95  # exactly the lowest contrast with 1
     true[:, ::7] = 1.0
-    expected = [y * shape[1] + x for y in range(shape[0] - dy) for x in range(shape[1]) if 0 <= x + dx < shape[1]
-                and abs(true[y, x] - true[y + dy, x + dx]) > 0.05 * (1 - 1e-9) * (true[y, x] + true[y + dy, x + dx])]
+    expected = [
+        y * shape[1] + x
+        for y in range(shape[0] - dy)
+        for x in range(shape[1])
+        if 0 <= x + dx < shape[1]
+        and abs(true[y, x] - true[y + dy, x + dx])
+        > 0.05 * (1 - 1e-9) * (true[y, x] + true[y + dy, x + dx])
+    ]
     found = metric._with_contrast(true, dy, dx)
     assert found.tolist() == expected
     assert bool(expected) == (shape[0] > dy and shape[1] > abs(dx))

@@ -17,10 +17,21 @@ def chain(lens="ideal", f_number=4.0, rows=48, columns=72, margin=30):
     """Return (picture, truth) of the slanted edge in a narrow band around 550 nm, through a sensor without filters."""
     width, height = (n * TILES + 2 * margin * TILES for n in (columns, rows))
     field = 2 * math.degrees(math.atan(width / TILES * PITCH_UM * 1e-3 / FOCAL_MM / 2))
-    scene = hdr.build("scene", "slanted_edge", width=width, height=height, horizontal_field_deg=field, first_nm=540.0, last_nm=560.0,
-                      step_nm=10.0, angle_deg=ANGLE)()
+    scene = hdr.build(
+        "scene",
+        "slanted_edge",
+        width=width,
+        height=height,
+        horizontal_field_deg=field,
+        first_nm=540.0,
+        last_nm=560.0,
+        step_nm=10.0,
+        angle_deg=ANGLE,
+    )()
     mixed = hdr.build("lighting", "weights", weights={"sky": 1.0})(scene)
-    light = hdr.build("lens", lens, f_number=f_number, focal_length_mm=FOCAL_MM, falloff="none")(mixed)
+    light = hdr.build("lens", lens, f_number=f_number, focal_length_mm=FOCAL_MM, falloff="none")(
+        mixed
+    )
     taken = hdr.build("sensor", "ideal", pitch_um=PITCH_UM, cfa="W", rows=rows, columns=columns)
     picture = hdr.build("isp", "linear")(taken(light, hdr.generator()))
     return picture, truth(mixed, picture)
@@ -53,13 +64,17 @@ def test_diffraction_times_aperture_is_the_closed_form():
     # 0.012: beyond 32 pixels 1 % of the line spread is left, which the window cuts off
     np.testing.assert_allclose(found["response"], aperture(f) * diffraction(f, 8.0), atol=0.012)
     beyond = f > 0.1
-    np.testing.assert_allclose(found["response"][beyond], (aperture(f) * diffraction(f, 8.0))[beyond], atol=0.008)
+    np.testing.assert_allclose(
+        found["response"][beyond], (aperture(f) * diffraction(f, 8.0))[beyond], atol=0.008
+    )
 
 
 def test_both_orientations_agree():
     picture, true = chain()
     turned = [p.rename(x="y", y="x").transpose("y", "x", "xyz_channel") for p in (picture, true)]
-    upright, lying = (SlantedEdgeResponse().curve(*pair)["response"] for pair in ((picture, true), turned))
+    upright, lying = (
+        SlantedEdgeResponse().curve(*pair)["response"] for pair in ((picture, true), turned)
+    )
     np.testing.assert_allclose(upright, lying, atol=1e-9)
 
 
@@ -68,7 +83,9 @@ def test_interval_covers_the_noise_free_value_as_often_as_it_says():
     clean = [s.value for s in SlantedEdgeResponse()(picture, true)]
     inside, noisy, rng = [], picture.copy(deep=True), np.random.default_rng(0)
     for _ in range(60):
-        noisy["xyz"][:] = picture["xyz"].values + 4.0 * rng.standard_normal((96, 72, 1))   # 4 % of the bright side
+        noisy["xyz"][:] = picture["xyz"].values + 4.0 * rng.standard_normal(
+            (96, 72, 1)
+        )  # 4 % of the bright side
         scores = SlantedEdgeResponse()(noisy, true)
         inside.append([s.low <= value <= s.high for s, value in zip(scores[:2], clean)])
     # 60 trials: standard error 3 % of 95 %; MTF50 is biased by its noise, so it may miss more often

@@ -17,16 +17,27 @@ from isethdr_core.errors import ConfigError
 
 def test_a_variant_that_aborts_is_found_out_in_a_child(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(doctor, "PROBE", "import os, sys\nif 'llvm' in sys.argv[1]: os.abort()\nif 'cuda' in sys.argv[1]: sys.exit('no card')")
+    monkeypatch.setattr(
+        doctor,
+        "PROBE",
+        "import os, sys\nif 'llvm' in sys.argv[1]: os.abort()\nif 'cuda' in sys.argv[1]: sys.exit('no card')",
+    )
     doctor.doctor.cache_clear()
     try:
         found = doctor.doctor()
-        assert found["scalar"] == "works" and found["llvm"].startswith("exit status -6") and "no card" in found["cuda"]
+        assert (
+            found["scalar"] == "works"
+            and found["llvm"].startswith("exit status -6")
+            and "no card" in found["cuda"]
+        )
         assert doctor.choose_variant("auto") == "scalar_spectral"
         with pytest.raises(ConfigError, match="libllvm19"):
             doctor.choose_variant("llvm")
         # kept, so that the next process need not try again
-        assert json.loads((tmp_path / "isethdr" / "mitsuba_variants.json").read_text())["found"] == found
+        assert (
+            json.loads((tmp_path / "isethdr" / "mitsuba_variants.json").read_text())["found"]
+            == found
+        )
     finally:
         doctor.doctor.cache_clear()
 
@@ -38,8 +49,14 @@ def test_doctor_says_what_works(capsys):
 
 def test_mistakes_are_answered_with_what_to_type(make):
     scene = make.describe([], sky=make.flat(1.0))
-    for settings, demand, message in (({"width": 0}, None, "width"), ({"margin": -0.1}, None, "margin"), ({"step_nm": 0.0}, None, "step_nm"),
-                                      ({"samples": 0}, None, "samples"), ({"error_allowed": 1.5}, None, "error_allowed"), ({}, Demand(groups=("streetlight",)), "no light group")):
+    for settings, demand, message in (
+        ({"width": 0}, None, "width"),
+        ({"margin": -0.1}, None, "margin"),
+        ({"step_nm": 0.0}, None, "step_nm"),
+        ({"samples": 0}, None, "samples"),
+        ({"error_allowed": 1.5}, None, "error_allowed"),
+        ({}, Demand(groups=("streetlight",)), "no light group"),
+    ):
         with pytest.raises(ConfigError, match=message):
             MitsubaRenderer(**settings)(scene, demand)
     with pytest.raises(ConfigError, match="no light"):

@@ -21,6 +21,7 @@ SHAPE, BANDS = (24, 32), np.array([500.0, 550.0, 600.0])
 
 def made_up(spreads, asked):
     """A pass of known light and noise: per path and tile, light 1 with relative standard deviation `spreads[group]`."""
+
     def one_pass(seed, samples, wanted):
         asked.append((samples, tuple(wanted)))
         for g in wanted:
@@ -30,6 +31,7 @@ def made_up(spreads, asked):
             level = rng.gamma(shape, 1 / shape, SHAPE[0] * SHAPE[1])
             for band in range(len(BANDS)):
                 yield g, band, level
+
     return one_pass
 
 
@@ -39,7 +41,9 @@ def test_each_group_goes_on_until_its_noise_is_allowed():
     found = estimate(made_up(spreads, asked), settings, ("sky", "near", "far"), BANDS, SHAPE)
     assert (found.noise <= 0.1).all() and found.samples[0] == 32
     # paths needed: (spread / 0.1)^2 = 225 and 1600; a last step may overshoot by a tenth, and four passes know their noise to as much
-    assert found.samples[1] == pytest.approx(225, rel=0.35) and found.samples[2] == pytest.approx(1600, rel=0.35)
+    assert found.samples[1] == pytest.approx(225, rel=0.35) and found.samples[2] == pytest.approx(
+        1600, rel=0.35
+    )
     error = np.abs(found.radiance[:, 1] - 1).reshape(3, -1)
     assert (np.median(error, 1) < 0.1).all()
     # standard errors are told apart from what they estimate: the median deviation of a normal is 0.6745 of one
@@ -53,7 +57,13 @@ def test_light_that_few_paths_meet_has_its_noise_stated(spread, samples):
     """Four passes meet much of such light in few tiles: the spread of each tile's own would say 1.24 to 1.32 times too little."""
     off, stated = [], []
     for seed in range(8):
-        found = estimate(made_up((spread,), []), SimpleNamespace(samples=samples, error_allowed=None, most_samples=10_000, seed=seed), ("far",), BANDS, SHAPE)
+        found = estimate(
+            made_up((spread,), []),
+            SimpleNamespace(samples=samples, error_allowed=None, most_samples=10_000, seed=seed),
+            ("far",),
+            BANDS,
+            SHAPE,
+        )
         off.append(np.median(np.abs(found.radiance[0, 1] - 1)) / 0.6745)
         stated.append(found.noise[0])
     # medians of 768 tiles, eight times: each known to 2 %; measured 0.89 to 0.97, as halves are more skew than the whole
@@ -68,12 +78,23 @@ def test_without_an_error_allowed_it_is_the_paths_asked_for():
 
 
 def test_nothing_said_is_a_tenth_and_paths_that_are_said_are_taken_as_they_are():
-    said = lambda **fields: (lambda r: (r.samples, r.error_allowed))(MitsubaRenderer(**fields).decided())
+    said = lambda **fields: (lambda r: (r.samples, r.error_allowed))(
+        MitsubaRenderer(**fields).decided()
+    )
     assert said() == (16, 0.1) and said(error_allowed=0.3) == (16, 0.3)
     assert said(samples=40) == (40, None) and said(samples=40, error_allowed=0.3) == (40, 0.3)
-    assert MitsubaRenderer().enough(16, 0.1) and not MitsubaRenderer().enough(96, 0.11) and MitsubaRenderer(samples=96).enough(96, 0.5)
+    assert (
+        MitsubaRenderer().enough(16, 0.1)
+        and not MitsubaRenderer().enough(96, 0.11)
+        and MitsubaRenderer(samples=96).enough(96, 0.5)
+    )
     expected = MitsubaRenderer().expected_paths
-    assert [expected(96, noise) for noise in (0.2, 0.01, None, 9.9)] == [384, 16, 16, 4096] and MitsubaRenderer(samples=8).expected_paths(96, 0.5) == 8
+    assert [expected(96, noise) for noise in (0.2, 0.01, None, 9.9)] == [
+        384,
+        16,
+        16,
+        4096,
+    ] and MitsubaRenderer(samples=8).expected_paths(96, 0.5) == 8
 
 
 def test_the_ladder_of_paths_climbs_and_is_one_for_all():
@@ -82,26 +103,43 @@ def test_the_ladder_of_paths_climbs_and_is_one_for_all():
         rungs.append(paths)
         paths = next_rung(paths)
     assert rungs == [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 80, 96, 112, 128, 160, 192, 224, 256]
-    assert [next_rung(n) for n in (17, 63, 65, 79, 100, 300)] == [24, 64, 80, 80, 112, 320]     # from wherever paths began
+    assert [next_rung(n) for n in (17, 63, 65, 79, 100, 300)] == [
+        24,
+        64,
+        80,
+        80,
+        112,
+        320,
+    ]  # from wherever paths began
 
 
 def test_a_group_has_the_same_paths_whichever_others_there_are_and_however_much_lies_beyond_the_field():
     """Made-up passes whose tiles beyond the field are three times as noisy as those of it."""
-    settings, inside = SimpleNamespace(samples=16, error_allowed=0.1, most_samples=10_000, seed=4), np.zeros(SHAPE, bool)
+    settings, inside = (
+        SimpleNamespace(samples=16, error_allowed=0.1, most_samples=10_000, seed=4),
+        np.zeros(SHAPE, bool),
+    )
     field = slice(3, SHAPE[0] - 3), slice(4, SHAPE[1] - 4)
     inside[field] = True
 
     def one_pass(seed, samples, wanted):
         for g in wanted:
             for band in range(len(BANDS)):
-                rng, spread = np.random.default_rng([seed, g]), np.where(inside, 1.0, 3.0) * (1.0, 2.0)[g]
+                rng, spread = (
+                    np.random.default_rng([seed, g]),
+                    np.where(inside, 1.0, 3.0) * (1.0, 2.0)[g],
+                )
                 yield g, band, rng.gamma(samples / spread**2, spread**2 / samples)[cut].ravel()
 
     cut = ...
     both = estimate(one_pass, settings, ("near", "far"), BANDS, SHAPE, judged=field)
     alone = estimate(one_pass, settings, ("near",), BANDS, SHAPE, judged=field)
-    assert both.samples[0] == alone.samples[0] < both.samples[1] and np.array_equal(both.radiance[0], alone.radiance[0])
-    assert estimate(one_pass, settings, ("near",), BANDS, SHAPE).samples[0] > 2 * alone.samples[0], "tiles beyond the field would have decided"
+    assert both.samples[0] == alone.samples[0] < both.samples[1] and np.array_equal(
+        both.radiance[0], alone.radiance[0]
+    )
+    assert (
+        estimate(one_pass, settings, ("near",), BANDS, SHAPE).samples[0] > 2 * alone.samples[0]
+    ), "tiles beyond the field would have decided"
     cut, small = field, tuple(n - m for n, m in zip(SHAPE, (6, 8)))
     without = estimate(one_pass, settings, ("near", "far"), BANDS, small, whole=SHAPE)
     assert list(without.samples) == list(both.samples) and np.array_equal(without.noise, both.noise)
@@ -110,7 +148,15 @@ def test_a_group_has_the_same_paths_whichever_others_there_are_and_however_much_
 def test_a_group_that_cannot_get_there_is_given_up_and_said_so(make, capsys):
     rows = ledger.Ledger()
     with ledger.stage(rows, "renderer") as row:
-        ds = MitsubaRenderer(width=16, height=9, margin=0.0, step_nm=100.0, samples=4, error_allowed=1e-3, most_samples=12)(make.street(2))
+        ds = MitsubaRenderer(
+            width=16,
+            height=9,
+            margin=0.0,
+            step_nm=100.0,
+            samples=4,
+            error_allowed=1e-3,
+            most_samples=12,
+        )(make.street(2))
     said = capsys.readouterr().err
     assert "light group headlights has a noise of" in said and "type renderer.most_samples=" in said
     noise = {e.what.split()[-1]: e.value for e in row.errors if "light group" in e.what}
@@ -123,17 +169,23 @@ def test_known_paths_are_not_followed_again_and_count(make):
     spreads, asked = (0.1, 1.5, 4.0), []
     settings = SimpleNamespace(samples=32, error_allowed=0.1, most_samples=10_000, seed=1)
     known = {"near": Known(200, 1.5 / np.sqrt(200), 200), "far": Known(800, 4 / np.sqrt(800), 1000)}
-    found = estimate(made_up(spreads, asked), settings, ("sky", "near", "far"), BANDS, SHAPE, known=known)
+    found = estimate(
+        made_up(spreads, asked), settings, ("sky", "near", "far"), BANDS, SHAPE, known=known
+    )
     assert list(found.first) == [0, 200, 1000] and found.samples[0] == 32
     # 25 and 800 more; the last step may overshoot by a tenth, and few passes know their noise to as much
     assert found.samples[1] < 80 and found.samples[2] == pytest.approx(800, rel=0.35)
     assert (found.whole_noise <= 0.1).all()
     own = spreads[2] / np.sqrt(found.samples[2])
-    assert found.noise[2] == pytest.approx(own, rel=0.2) and found.whole_noise[2] == pytest.approx(4 / np.sqrt(800 + found.samples[2]), rel=0.1)
+    assert found.noise[2] == pytest.approx(own, rel=0.2) and found.whole_noise[2] == pytest.approx(
+        4 / np.sqrt(800 + found.samples[2]), rel=0.1
+    )
     # groups that are at other paths are in no pass together
     assert all(len(wanted) == 1 for _, wanted in asked)
     few = SimpleNamespace(samples=201, error_allowed=None, most_samples=10_000, seed=1)
-    assert estimate(made_up(spreads, []), few, ("near",), BANDS, SHAPE, known=known).samples[0] == 4, "enough passes to know their noise"
+    assert (
+        estimate(made_up(spreads, []), few, ("near",), BANDS, SHAPE, known=known).samples[0] == 4
+    ), "enough passes to know their noise"
 
 
 def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
@@ -148,10 +200,20 @@ def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
             return make.street(2)
 
     def stored(**effort):
-        rows, renderer = ledger.Ledger(), MitsubaRenderer(width=24, height=14, margin=0.0, step_nm=100.0, max_depth=3, seed=1, **effort)
+        rows, renderer = (
+            ledger.Ledger(),
+            MitsubaRenderer(
+                width=24, height=14, margin=0.0, step_nm=100.0, max_depth=3, seed=1, **effort
+            ),
+        )
         parts = Chain(Street(), renderer, None, {}, None, {}, {}, None, {})
         name = SimpleNamespace(name="street")
-        scene, ids = scene_radiance(parts, Demand(groups=("streetlights",)), rows, SimpleNamespace(scene=name, renderer=name))
+        scene, ids = scene_radiance(
+            parts,
+            Demand(groups=("streetlights",)),
+            rows,
+            SimpleNamespace(scene=name, renderer=name),
+        )
         return scene, ids, [o.what for row in rows for o in row.left_out if "paths" in o.what]
 
     coarse, ids, reused = stored(samples=8, error_allowed=0.3)
@@ -159,18 +221,28 @@ def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
     first = coarse.attrs["paths"]["streetlights"]
     fine, ids, reused = stored(samples=8, error_allowed=0.08)
     both = fine.attrs["paths"]["streetlights"]
-    assert len(ids) == 2 and reused == [f"{first} of {both} paths a tile of light group streetlights"]
+    assert len(ids) == 2 and reused == [
+        f"{first} of {both} paths a tile of light group streetlights"
+    ]
     assert fine.attrs["noise"]["streetlights"] <= 0.08 < coarse.attrs["noise"]["streetlights"]
     # the second store holds the other paths alone, and both make the mean
     more = open_store(isethdr_home / "scenes" / f"{ids[1]}.zarr")
     assert more.attrs["path_span"] == {"streetlights": [first, both]}
-    want = (first * coarse.radiance.values.astype(float) + (both - first) * more.radiance.values) / both
+    want = (
+        first * coarse.radiance.values.astype(float) + (both - first) * more.radiance.values
+    ) / both
     np.testing.assert_allclose(fine.radiance.values, want, rtol=1e-7)
     assert not np.array_equal(coarse.radiance.values, more.radiance.values)
     again, ids, reused = stored(samples=4, error_allowed=0.1)
-    assert len(ids) == 2 and len(list((isethdr_home / "scenes").glob("*.zarr"))) == 2 and np.array_equal(again.radiance.values, fine.radiance.values)
+    assert (
+        len(ids) == 2
+        and len(list((isethdr_home / "scenes").glob("*.zarr"))) == 2
+        and np.array_equal(again.radiance.values, fine.radiance.values)
+    )
     # as a rendering of as many paths all at once: the median of tiles, 1.25 / sqrt(tiles) of their noise
-    once = MitsubaRenderer(width=24, height=14, margin=0.0, step_nm=100.0, max_depth=3, seed=2, samples=4 * both)(make.street(2), Demand(groups=("streetlights",)))
+    once = MitsubaRenderer(
+        width=24, height=14, margin=0.0, step_nm=100.0, max_depth=3, seed=2, samples=4 * both
+    )(make.street(2), Demand(groups=("streetlights",)))
     lit = once.radiance.values[0].mean(0) > 0.01 * once.radiance.values.mean()
     ratio = fine.radiance.values[0].mean(0)[lit] / once.radiance.values[0].mean(0)[lit]
     assert np.median(ratio) == pytest.approx(1, abs=4 * 1.25 * 0.09 / np.sqrt(lit.sum()))
@@ -184,32 +256,48 @@ def test_the_true_error_is_below_the_allowed_one(make):
     long = MitsubaRenderer(**settings, samples=1536, seed=2)(scene)
     assert set(ds.attrs["noise"]) == set(scene.light_groups())
     for group, noise in ds.attrs["noise"].items():
-        a, b = (luminance(d.radiance.sel(light_group=group).values.astype(float), d.wavelength.values) for d in (ds, long))
-        b = np.where(b < np.quantile(b, 0.99), b, 0)                     # lamps seen directly have no noise, and drown the rest
+        a, b = (
+            luminance(d.radiance.sel(light_group=group).values.astype(float), d.wavelength.values)
+            for d in (ds, long)
+        )
+        b = np.where(
+            b < np.quantile(b, 0.99), b, 0
+        )  # lamps seen directly have no noise, and drown the rest
         used = b > 0.01 * b.mean()
         error = weighted_median(np.abs(a[used] / b[used] - 1), b[used])
-        print(group, "allowed 0.05, stated", noise, "true", error, "long", long.attrs["noise"][group])
+        print(
+            group, "allowed 0.05, stated", noise, "true", error, "long", long.attrs["noise"][group]
+        )
         assert noise <= 0.05 and error <= 0.05
         # nor is it far below for no use: two thirds of a standard error, within a factor of three
         assert group == "sky" or error > 0.6745 * noise / 3
 
 
-@pytest.mark.parametrize("samples", [40, 43, 7])  # halves of one size, of nearly one, and passes of two paths and of one
+@pytest.mark.parametrize(
+    "samples", [40, 43, 7]
+)  # halves of one size, of nearly one, and passes of two paths and of one
 def test_halves_of_the_paths_differ_as_the_mean_differs_from_the_truth(samples):
-    settings, spread = SimpleNamespace(samples=samples, error_allowed=None, most_samples=10_000, seed=1), 0.7
+    settings, spread = (
+        SimpleNamespace(samples=samples, error_allowed=None, most_samples=10_000, seed=1),
+        0.7,
+    )
     found = estimate(made_up((spread,), []), settings, ("sky",), BANDS, SHAPE)
     mean = luminance(found.radiance[0], BANDS).ravel()
     half, true = found.half_difference[0].ravel(), luminance(np.ones(len(BANDS)), BANDS)
     # 768 tiles know a variance of skew light to 8 % and a correlation to 4 %: three of these
     assert np.mean(half**2) == pytest.approx((spread * true) ** 2 / samples, rel=0.24)
-    assert abs(np.corrcoef(half, mean)[0, 1]) < 0.12 and abs(half.mean()) < 3 * half.std() / np.sqrt(half.size)
+    assert abs(np.corrcoef(half, mean)[0, 1]) < 0.12 and abs(
+        half.mean()
+    ) < 3 * half.std() / np.sqrt(half.size)
     if samples == 40:
         assert (np.abs(half) <= mean * (1 + 1e-12)).all()
 
 
 def test_one_pass_alone_has_no_halves():
     settings = SimpleNamespace(samples=1, error_allowed=None, most_samples=10_000, seed=1)
-    assert np.isnan(estimate(made_up((0.7,), []), settings, ("sky",), BANDS, SHAPE).half_difference).all()
+    assert np.isnan(
+        estimate(made_up((0.7,), []), settings, ("sky",), BANDS, SHAPE).half_difference
+    ).all()
 
 
 def test_tiles_that_look_into_the_sky_say_nothing_of_those_that_it_lights():
@@ -225,6 +313,10 @@ def test_tiles_that_look_into_the_sky_say_nothing_of_those_that_it_lights():
     for one_pass in (half_seen, noisy):
         alone.append(float(estimate(one_pass, settings, ("sky",), BANDS, SHAPE).noise[0]))
     # 384 and 768 tiles, three splits of them: a median known to 6 and 4 %, three of both
-    assert alone[0] == pytest.approx(0.7 / 8, rel=0.2) and alone[0] == pytest.approx(alone[1], rel=0.2)
-    flat = lambda seed, samples, wanted: ((g, band, np.ones(lit.size)) for g in wanted for band in range(len(BANDS)))
+    assert alone[0] == pytest.approx(0.7 / 8, rel=0.2) and alone[0] == pytest.approx(
+        alone[1], rel=0.2
+    )
+    flat = lambda seed, samples, wanted: (
+        (g, band, np.ones(lit.size)) for g in wanted for band in range(len(BANDS))
+    )
     assert estimate(flat, settings, ("sky",), BANDS, SHAPE).noise[0] == 0.0

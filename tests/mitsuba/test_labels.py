@@ -18,15 +18,20 @@ ALL = Demand(labels=frozenset(LABELS))
 def boxes(make):
     """Two unit boxes 10 m and 20 m ahead, the nearer one left of the axis and in front of half of the farther one."""
     parts = (make.part(make.cube),)
-    scene = make.describe([("near", "car", parts, make.pose(11, 1)), ("far", "person", parts, make.pose(21, 0))], sky=make.flat(1e-3),
-                          camera=make.camera((0, 0, 0), (1, 0, 0), 40.0, 2.0))
+    scene = make.describe(
+        [("near", "car", parts, make.pose(11, 1)), ("far", "person", parts, make.pose(21, 0))],
+        sky=make.flat(1e-3),
+        camera=make.camera((0, 0, 0), (1, 0, 0), 40.0, 2.0),
+    )
     return MitsubaRenderer(width=200, height=100, samples=1, margin=0.1)(scene, ALL)
 
 
 def test_the_grid_is_the_camera_field_with_its_margin(boxes):
     full = 2 * np.tan(np.radians(20))
     assert boxes.sizes["x"] == 240 and boxes.sizes["y"] == 120
-    assert boxes.attrs["field_width"] == pytest.approx(full) and boxes.attrs["field_height"] == pytest.approx(full / 2)
+    assert boxes.attrs["field_width"] == pytest.approx(full) and boxes.attrs[
+        "field_height"
+    ] == pytest.approx(full / 2)
     np.testing.assert_allclose(boxes.x, (np.arange(240) - 119.5) * full / 200, rtol=1e-12)
     np.testing.assert_allclose(boxes.y, (np.arange(120) - 59.5) * full / 200, rtol=1e-12)
 
@@ -49,28 +54,60 @@ def test_depth_is_along_the_axis_and_distance_along_the_ray(boxes):
     # float32: 1e-6 of 20 m
     np.testing.assert_allclose(depth[instance == 1], 10, rtol=2e-6)
     np.testing.assert_allclose(depth[instance == 2], 20, rtol=2e-6)
-    np.testing.assert_allclose(distance[instance > 0], (depth * np.sqrt(1 + x**2 + y**2))[instance > 0], rtol=2e-6)
+    np.testing.assert_allclose(
+        distance[instance > 0], (depth * np.sqrt(1 + x**2 + y**2))[instance > 0], rtol=2e-6
+    )
     assert np.isinf(depth[instance == 0]).all() and np.isinf(distance[instance == 0]).all()
     # the boxes show their -x sides to the camera
-    np.testing.assert_allclose(boxes.normal.values[instance > 0], np.broadcast_to([-1, 0, 0], ((instance > 0).sum(), 3)), atol=1e-6)
+    np.testing.assert_allclose(
+        boxes.normal.values[instance > 0],
+        np.broadcast_to([-1, 0, 0], ((instance > 0).sum(), 3)),
+        atol=1e-6,
+    )
 
 
 def test_object_table(boxes):
     near, far = boxes.attrs["objects"]
-    assert (near["name"], near["instance"], near["category"], near["visible_fraction"]) == ("near", 1, "car", 1.0)
+    assert (near["name"], near["instance"], near["category"], near["visible_fraction"]) == (
+        "near",
+        1,
+        "car",
+        1.0,
+    )
     rows, columns = np.nonzero(boxes.instance.values == 2)
     assert far["box"] == [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
     # the near box hides the left half of the far one
     assert far["visible_fraction"] == pytest.approx(0.5, abs=1e-12)
-    assert far["distance_m"] == pytest.approx(20, rel=1e-3) and far["position_m"] == [21.0, 0.0, 0.0]
+    assert far["distance_m"] == pytest.approx(20, rel=1e-3) and far["position_m"] == [
+        21.0,
+        0.0,
+        0.0,
+    ]
 
 
 def test_a_model_placed_twice_is_labelled_apart(make):
     from isethdr_core.scene import Model, Placed, SceneDescription
 
-    one = Model("one", (make.part(make.cube), make.part(make.quad(0.1, 0.1, 1.01), lamp=make.lamp("tail", "other", 1.0, make.flat(1)))))
-    scene = SceneDescription("twice", {"one": one}, tuple(Placed(f"o{i}", "one", "car", make.pose(12, y, turn_deg=180 * i)) for i, y in enumerate((2, -2))),
-                             {"grey": make.material("grey")}, make.camera((0, 0, 0), (1, 0, 0), 40.0, 2.0), make.flat(1e-3))
+    one = Model(
+        "one",
+        (
+            make.part(make.cube),
+            make.part(
+                make.quad(0.1, 0.1, 1.01), lamp=make.lamp("tail", "other", 1.0, make.flat(1))
+            ),
+        ),
+    )
+    scene = SceneDescription(
+        "twice",
+        {"one": one},
+        tuple(
+            Placed(f"o{i}", "one", "car", make.pose(12, y, turn_deg=180 * i))
+            for i, y in enumerate((2, -2))
+        ),
+        {"grey": make.material("grey")},
+        make.camera((0, 0, 0), (1, 0, 0), 40.0, 2.0),
+        make.flat(1e-3),
+    )
     ds = MitsubaRenderer(width=100, height=50, samples=1, margin=0.0)(scene, ALL)
     left, right = (set(np.unique(h)) for h in np.array_split(ds.instance.values, 2, 1))
     assert (left, right) == ({0, 1}, {0, 2})
@@ -78,7 +115,9 @@ def test_a_model_placed_twice_is_labelled_apart(make):
 
 
 def test_labels_not_asked_for_are_absent(make):
-    ds = MitsubaRenderer(width=4, height=4, samples=1)(make.describe([], sky=make.flat(1)), Demand(labels=frozenset({"depth"})))
+    ds = MitsubaRenderer(width=4, height=4, samples=1)(
+        make.describe([], sky=make.flat(1)), Demand(labels=frozenset({"depth"}))
+    )
     assert "depth" in ds and "instance" not in ds and "objects" not in ds.attrs
     ds = MitsubaRenderer(width=4, height=4, samples=1)(make.describe([], sky=make.flat(1)))
     assert not set(LABELS) & set(ds.data_vars)

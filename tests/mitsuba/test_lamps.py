@@ -16,9 +16,28 @@ RENDER = {"first_nm": 360.0, "last_nm": 830.0, "margin": 0.0, "samples": 1, "max
 
 
 def one_lamp(make, mesh, camera, pose=None, **fields):
-    values = {"intensity_cd": 800.0, "axis": (-1.0, 0, 0), "inner_deg": 90.0, "outer_deg": 90.0, "lambertian_share": 0.0, **fields}
-    lamp = make.lamp("drl", "headlights", values["intensity_cd"], make.flat(1.0), values["axis"], values["inner_deg"], values["outer_deg"], values["lambertian_share"])
-    return make.describe([("lamp", "car", (make.part(mesh, "black", lamp),), make.pose() if pose is None else pose)], camera=camera)
+    values = {
+        "intensity_cd": 800.0,
+        "axis": (-1.0, 0, 0),
+        "inner_deg": 90.0,
+        "outer_deg": 90.0,
+        "lambertian_share": 0.0,
+        **fields,
+    }
+    lamp = make.lamp(
+        "drl",
+        "headlights",
+        values["intensity_cd"],
+        make.flat(1.0),
+        values["axis"],
+        values["inner_deg"],
+        values["outer_deg"],
+        values["lambertian_share"],
+    )
+    return make.describe(
+        [("lamp", "car", (make.part(mesh, "black", lamp),), make.pose() if pose is None else pose)],
+        camera=camera,
+    )
 
 
 def facing(make, half_y, half_z, x=0.0):
@@ -29,20 +48,36 @@ def facing(make, half_y, half_z, x=0.0):
 
 def flux(ds):
     """Sum of luminance x tile area in tangents, cd/m2."""
-    return luminance(ds.radiance.values[0], ds.wavelength.values).sum() * ds.attrs["pitch_x"] * ds.attrs["pitch_y"]
+    return (
+        luminance(ds.radiance.values[0], ds.wavelength.values).sum()
+        * ds.attrs["pitch_x"]
+        * ds.attrs["pitch_y"]
+    )
 
 
 @pytest.mark.parametrize("half_m", [1e-4, 0.01, 0.1, 0.7])
 def test_a_lamp_of_any_size_keeps_its_flux(make, half_m):
     """A facing square at depth d covers (2 h / d)^2 in tangents, from a millionth of a tile to many tiles."""
-    scene = one_lamp(make, facing(make, half_m, half_m, 20.0), make.camera((0, 0, 0), (1, 0.013, -0.007), 20.0, 1.0))
+    scene = one_lamp(
+        make,
+        facing(make, half_m, half_m, 20.0),
+        make.camera((0, 0, 0), (1, 0.013, -0.007), 20.0, 1.0),
+    )
     ds = MitsubaRenderer(width=32, height=32, **RENDER)(scene)
     # the camera looks 0.8 degrees past the lamp: solid angle by tangents is that of the square seen on the tilted plane
-    corner = np.array([[20.0, y, z] for y, z in ((-half_m, -half_m), (half_m, -half_m), (half_m, half_m), (-half_m, half_m))])
+    corner = np.array(
+        [
+            [20.0, y, z]
+            for y, z in ((-half_m, -half_m), (half_m, -half_m), (half_m, half_m), (-half_m, half_m))
+        ]
+    )
     forward = np.array([1, 0.013, -0.007]) / np.linalg.norm([1, 0.013, -0.007])
     right = np.cross(forward, [0, 0, 1])
     right /= np.linalg.norm(right)
-    px, py = corner @ right / (corner @ forward), corner @ np.cross(forward, right) / (corner @ forward)
+    px, py = (
+        corner @ right / (corner @ forward),
+        corner @ np.cross(forward, right) / (corner @ forward),
+    )
     area = abs(np.dot(px, np.roll(py, 1)) - np.dot(py, np.roll(px, 1))) / 2
     # the cube is stored in float32, and the bands see V with 10 nm steps where the lamp is weighed with 1 nm ones: 1e-4
     assert flux(ds) == pytest.approx(800 / (2 * half_m) ** 2 * area, rel=3e-4)
@@ -50,32 +85,50 @@ def test_a_lamp_of_any_size_keeps_its_flux(make, half_m):
 
 def test_the_footprint_on_tiles_is_the_polygon_itself(make):
     """A tile's luminance is that of the lamp times the part of the tile which the square covers."""
-    scene = one_lamp(make, facing(make, 0.3, 0.2, 10.0), make.camera((0, 0, 0), (1, 0, 0), 20.0, 1.0))
+    scene = one_lamp(
+        make, facing(make, 0.3, 0.2, 10.0), make.camera((0, 0, 0), (1, 0, 0), 20.0, 1.0)
+    )
     ds = MitsubaRenderer(width=31, height=31, **RENDER)(scene)
-    got = luminance(ds.radiance.values[0], ds.wavelength.values) / ds.attrs["lamps"][0]["luminance_cd_m2"]
-    part = lambda c, pitch, half: np.clip((np.minimum(c + pitch / 2, half) - np.maximum(c - pitch / 2, -half)) / pitch, 0, 1)
-    truth = np.outer(part(ds.y.values, ds.attrs["pitch_y"], 0.02), part(ds.x.values, ds.attrs["pitch_x"], 0.03))
+    got = (
+        luminance(ds.radiance.values[0], ds.wavelength.values)
+        / ds.attrs["lamps"][0]["luminance_cd_m2"]
+    )
+    part = lambda c, pitch, half: np.clip(
+        (np.minimum(c + pitch / 2, half) - np.maximum(c - pitch / 2, -half)) / pitch, 0, 1
+    )
+    truth = np.outer(
+        part(ds.y.values, ds.attrs["pitch_y"], 0.02), part(ds.x.values, ds.attrs["pitch_x"], 0.03)
+    )
     np.testing.assert_allclose(got, truth, atol=3e-4)
 
 
 def test_a_half_hidden_lamp_sends_half_and_says_how_well_that_is_known(make):
     camera = make.camera((0, 0, 0), (1, 0, 0), 20.0, 1.0)
     whole = one_lamp(make, facing(make, 0.01, 0.01, 20.0), camera)
-    wall = make.describe([("wall", "post", (make.part(facing(make, 1.0, 1.0)),), make.pose(10.0, 1.0))])     # covers y > 0
+    wall = make.describe(
+        [("wall", "post", (make.part(facing(make, 1.0, 1.0)),), make.pose(10.0, 1.0))]
+    )  # covers y > 0
     from dataclasses import replace
 
-    half = replace(whole, models={**whole.models, **wall.models}, objects=whole.objects + wall.objects)
+    half = replace(
+        whole, models={**whole.models, **wall.models}, objects=whole.objects + wall.objects
+    )
     rows = ledger.Ledger()
     with ledger.stage(rows, "renderer") as row:
         ds = MitsubaRenderer(width=9, height=9, **RENDER)(half)
     bound = [e for e in row.errors if e.how == "bound"]
     assert len(bound) == 1 and bound[0].value == pytest.approx(1 / 64)
-    assert flux(ds) / flux(MitsubaRenderer(width=9, height=9, **RENDER)(whole)) == pytest.approx(0.5, abs=bound[0].value)
+    assert flux(ds) / flux(MitsubaRenderer(width=9, height=9, **RENDER)(whole)) == pytest.approx(
+        0.5, abs=bound[0].value
+    )
 
 
 def test_a_lamp_that_faces_away_or_stands_behind_is_not_seen(make):
     camera = make.camera((0, 0, 0), (1, 0, 0), 60.0, 1.0)
-    for scene in (one_lamp(make, make.quad(0.3, 0.3, 10.0), camera, axis=(1.0, 0, 0)), one_lamp(make, make.quad(0.3, 0.3, -5.0), camera, axis=(1.0, 0, 0))):
+    for scene in (
+        one_lamp(make, make.quad(0.3, 0.3, 10.0), camera, axis=(1.0, 0, 0)),
+        one_lamp(make, make.quad(0.3, 0.3, -5.0), camera, axis=(1.0, 0, 0)),
+    ):
         assert not MitsubaRenderer(width=8, height=8, **RENDER)(scene).radiance.values.any()
 
 
@@ -83,25 +136,45 @@ def test_a_lamp_that_faces_away_or_stands_behind_is_not_seen(make):
 def test_beam_pattern_against_its_formula(make, angle_deg):
     """Luminance of a lamp seen at an angle from its axis: smoothstep of the cosine plus the Lambertian floor."""
     fields = {"inner_deg": 10.0, "outer_deg": 30.0, "lambertian_share": 0.02}
-    scene = one_lamp(make, facing(make, 0.05, 0.05), make.camera((0, 0, 0), (1, 0, 0), 4.0, 1.0), make.pose(20.0, turn_deg=angle_deg), **fields)
+    scene = one_lamp(
+        make,
+        facing(make, 0.05, 0.05),
+        make.camera((0, 0, 0), (1, 0, 0), 4.0, 1.0),
+        make.pose(20.0, turn_deg=angle_deg),
+        **fields,
+    )
     ds = MitsubaRenderer(width=9, height=9, **RENDER)(scene)
     c, ci, co = np.cos(np.radians([angle_deg, 10.0, 30.0]))
     t = np.clip((c - co) / (ci - co), 0, 1)
     d = ci - co
     floor = 0.02 / 0.98 * 2 * ((1 - ci**2) / 2 + d * (co / 2 + 0.35 * d))
-    wanted = 800.0 * c / 20.0**2 * (t * t * (3 - 2 * t) + floor) / (1 + floor)       # candela x foreshortening / d^2
+    wanted = (
+        800.0 * c / 20.0**2 * (t * t * (3 - 2 * t) + floor) / (1 + floor)
+    )  # candela x foreshortening / d^2
     # 10 cm at 20 m spans 0.3 degrees, over which the pattern bends: 1e-3 of the axis value
-    assert flux(ds) == pytest.approx(wanted, rel=1e-3, abs=1e-3 * 800 / 20**2 * (28 < angle_deg < 32))
+    assert flux(ds) == pytest.approx(
+        wanted, rel=1e-3, abs=1e-3 * 800 / 20**2 * (28 < angle_deg < 32)
+    )
 
 
 @pytest.mark.parametrize("normalise", ["intensity", "flux"])
 def test_flux_against_numerical_integration(make, normalise):
     camera = make.camera((0, 0, 0), (1, 0, 0), 4.0, 1.0)
-    placed, = placed_lamps(one_lamp(make, facing(make, 0.05, 0.05), camera, inner_deg=10.0, outer_deg=30.0, lambertian_share=0.02), normalise)
+    (placed,) = placed_lamps(
+        one_lamp(
+            make,
+            facing(make, 0.05, 0.05),
+            camera,
+            inner_deg=10.0,
+            outer_deg=30.0,
+            lambertian_share=0.02,
+        ),
+        normalise,
+    )
     c = (np.arange(200_000) + 0.5) / 200_000
     beam = 2 * np.pi * np.mean(placed.pattern(c) * c) * placed.peak_cd_m2 * placed.area_m2
     floor = np.pi * placed.floor / (1 + placed.floor) * placed.peak_cd_m2 * placed.area_m2
-    assert floor / beam == pytest.approx(0.02, rel=1e-5)                    # midpoint rule on a smooth function: 1e-9
+    assert floor / beam == pytest.approx(0.02, rel=1e-5)  # midpoint rule on a smooth function: 1e-9
     if normalise == "flux":
         assert beam == pytest.approx(np.pi * 800.0, rel=1e-5)
     else:
@@ -110,14 +183,38 @@ def test_flux_against_numerical_integration(make, normalise):
 
 def test_flux_of_a_curved_lamp_needs_no_flat_face(make):
     """Two rectangles tilted by +-20 degrees: quadrature over directions against a dense sum."""
-    v = np.array([[0, 0, 0], [0.1 * np.sin(0.35), 0.1 * np.cos(0.35), 0], [0.1 * np.sin(0.35), 0.1 * np.cos(0.35), 0.1], [0, 0, 0.1],
-                  [0.1 * np.sin(0.35), -0.1 * np.cos(0.35), 0], [0.1 * np.sin(0.35), -0.1 * np.cos(0.35), 0.1]])
+    v = np.array(
+        [
+            [0, 0, 0],
+            [0.1 * np.sin(0.35), 0.1 * np.cos(0.35), 0],
+            [0.1 * np.sin(0.35), 0.1 * np.cos(0.35), 0.1],
+            [0, 0, 0.1],
+            [0.1 * np.sin(0.35), -0.1 * np.cos(0.35), 0],
+            [0.1 * np.sin(0.35), -0.1 * np.cos(0.35), 0.1],
+        ]
+    )
     f = np.array([[0, 2, 1], [0, 3, 2], [0, 4, 5], [0, 5, 3]])
-    placed, = placed_lamps(one_lamp(make, (v, f), make.camera((-5, 0, 0), (0, 0, 0)), inner_deg=15.0, outer_deg=45.0, lambertian_share=0.1), "flux")
+    (placed,) = placed_lamps(
+        one_lamp(
+            make,
+            (v, f),
+            make.camera((-5, 0, 0), (0, 0, 0)),
+            inner_deg=15.0,
+            outer_deg=45.0,
+            lambertian_share=0.1,
+        ),
+        "flux",
+    )
     k = np.arange(400_000) + 0.5
-    z, phi = 1 - 2 * k / len(k), k * np.pi * (3 - 5**0.5)                   # Fibonacci sphere
+    z, phi = 1 - 2 * k / len(k), k * np.pi * (3 - 5**0.5)  # Fibonacci sphere
     direction = np.stack([z, np.sqrt(1 - z * z) * np.cos(phi), np.sqrt(1 - z * z) * np.sin(phi)], 1)
-    area = np.cross(placed.triangles[:, 1] - placed.triangles[:, 0], placed.triangles[:, 2] - placed.triangles[:, 0]) / 2
+    area = (
+        np.cross(
+            placed.triangles[:, 1] - placed.triangles[:, 0],
+            placed.triangles[:, 2] - placed.triangles[:, 0],
+        )
+        / 2
+    )
     seen = np.maximum(direction @ area.T, 0).sum(1)
     total = 4 * np.pi * np.mean(placed.pattern(direction @ placed.axis) * seen) * placed.peak_cd_m2
     projected = np.maximum(area @ placed.axis, 0).sum()
@@ -134,7 +231,11 @@ def test_lamp_spectra_are_scaled_to_candela(make):
 
 def test_a_lamp_turned_inside_out_is_refused(make):
     with pytest.raises(ConfigError, match="no face towards its axis"):
-        MitsubaRenderer(width=4, height=4)(one_lamp(make, facing(make, 0.1, 0.1), make.camera((0, 0, 0), (1, 0, 0)), axis=(1.0, 0, 0)))
+        MitsubaRenderer(width=4, height=4)(
+            one_lamp(
+                make, facing(make, 0.1, 0.1), make.camera((0, 0, 0), (1, 0, 0)), axis=(1.0, 0, 0)
+            )
+        )
 
 
 @pytest.mark.parametrize("count", [1, 2, 7, 1000])
@@ -150,4 +251,6 @@ def test_a_triangle_is_drawn_as_often_as_its_chance_says(count):
     threshold, other = alias_table(chance)
     assert (threshold >= 0).all() and (threshold <= 1).all()
     drawn = (threshold + np.bincount(other, 1 - threshold, count)) / count
-    np.testing.assert_allclose(drawn, chance / chance.sum(), rtol=1e-12, atol=1e-15)      # sums of up to a thousand float64 of order 1
+    np.testing.assert_allclose(
+        drawn, chance / chance.sum(), rtol=1e-12, atol=1e-15
+    )  # sums of up to a thousand float64 of order 1

@@ -29,12 +29,19 @@ def picture(one_pass, groups, bands, seed, samples, wanted=None):
 @pytest.mark.parametrize("samples", [1, 7, 130, 259, 1000])
 def test_every_path_counts_once(make, samples):
     """A white ball below an even sky looks like the sky, path by path: no path may be lost or counted twice, however they share rays and lanes."""
-    sky, white = make.spectrum((390.0, 740.0), (1.0, 1.0)), make.material("white", reflectance=make.flat(1.0))
+    sky, white = (
+        make.spectrum((390.0, 740.0), (1.0, 1.0)),
+        make.material("white", reflectance=make.flat(1.0)),
+    )
     mesh = sphere(12, False)
     ball = make.part((mesh[0] * 0.5 + [4.0, 0, 0], mesh[1]), "white")
-    one_pass = compiled(make.describe([("ball", "chart", (ball,), make.pose())], sky=sky, materials=[white]), MitsubaRenderer(width=7, height=5, step_nm=100.0), ["sky"])
+    one_pass = compiled(
+        make.describe([("ball", "chart", (ball,), make.pose())], sky=sky, materials=[white]),
+        MitsubaRenderer(width=7, height=5, step_nm=100.0),
+        ["sky"],
+    )
     for _, _, values in one_pass(3, samples, None):
-        np.testing.assert_allclose(values, 1.0, rtol=2e-5)      # float32 sums of up to a thousand
+        np.testing.assert_allclose(values, 1.0, rtol=2e-5)  # float32 sums of up to a thousand
 
 
 def test_a_coloured_ball_below_a_coloured_sky(make):
@@ -43,13 +50,23 @@ def test_a_coloured_ball_below_a_coloured_sky(make):
     colour = make.spectrum((345.0, 400.0, 500.0, 610.0, 745.0), (0.9, 0.1, 0.8, 0.2, 1.0))
     mesh = sphere(12, False)
     ball = make.part((mesh[0] * 2 + [7.0, 0, 0], mesh[1]), "coloured")
-    settings = MitsubaRenderer(width=6, height=6, first_nm=420.0, last_nm=720.0, step_nm=100.0)      # tables begin at 360 nm
-    scene = make.describe([("ball", "chart", (ball,), make.pose())], sky=sky, materials=[make.material("coloured", reflectance=colour)])
+    settings = MitsubaRenderer(
+        width=6, height=6, first_nm=420.0, last_nm=720.0, step_nm=100.0
+    )  # tables begin at 360 nm
+    scene = make.describe(
+        [("ball", "chart", (ball,), make.pose())],
+        sky=sky,
+        materials=[make.material("coloured", reflectance=colour)],
+    )
     one_pass, passes = compiled(scene, settings, ["sky"]), 6
     found = np.mean([[v for _, _, v in one_pass(k, 1000, None)] for k in range(passes)], 0)
     fine = np.linspace(-50, 50, 40_001)
-    truth = np.array([np.mean(sky.at(nm + fine) * colour.at(nm + fine)) for nm in settings.bands_nm()])
-    apart = np.array([np.mean(sky.at(nm + fine)) * np.mean(colour.at(nm + fine)) for nm in settings.bands_nm()])
+    truth = np.array(
+        [np.mean(sky.at(nm + fine) * colour.at(nm + fine)) for nm in settings.bands_nm()]
+    )
+    apart = np.array(
+        [np.mean(sky.at(nm + fine)) * np.mean(colour.at(nm + fine)) for nm in settings.bands_nm()]
+    )
     # 200 places a band, each visited 30 +- 1 times a tile; light of 36 tiles. The middle of the ball fills the picture
     np.testing.assert_allclose(found.mean(1), truth, rtol=2e-4)
     assert np.abs(apart / truth - 1).max() > 0.05
@@ -59,17 +76,30 @@ def test_lanes_and_shared_rays_give_the_light_of_paths_alone(make, monkeypatch):
     """Sixteen lanes a tile and four paths a camera ray, against one path after the other, each on a ray of its own."""
     from isethdr_mitsuba import integrator
 
-    scene, settings, repeats = make.street(8), MitsubaRenderer(width=24, height=14, step_nm=100.0, max_depth=3), 8
+    scene, settings, repeats = (
+        make.street(8),
+        MitsubaRenderer(width=24, height=14, step_nm=100.0, max_depth=3),
+        8,
+    )
     one_pass, piles = compiled(scene, settings, scene.light_groups()), []
     assert integrator.lanes_and_shares(512) == (16, 4)
     for way in (integrator.lanes_and_shares, lambda samples: (1, 1)):
         monkeypatch.setattr(integrator, "lanes_and_shares", way)
-        pile = np.stack([np.stack([v for _, _, v in one_pass(len(piles) * 100 + k, 512)]) for k in range(repeats)])
-        piles.append(pile.reshape(repeats, 4, 4, 2, 7, 6, 4).mean((2, 4, 6)).reshape(repeats, 4, 12))      # light of blocks of 7 x 4 tiles
+        pile = np.stack(
+            [
+                np.stack([v for _, _, v in one_pass(len(piles) * 100 + k, 512)])
+                for k in range(repeats)
+            ]
+        )
+        piles.append(
+            pile.reshape(repeats, 4, 4, 2, 7, 6, 4).mean((2, 4, 6)).reshape(repeats, 4, 12)
+        )  # light of blocks of 7 x 4 tiles
     a, b = piles
     error = np.sqrt((a.var(0, ddof=1) + b.var(0, ddof=1)) / repeats)
     lit = a.mean(0) > 0.01 * a.mean((0, 2))[:, None]
-    z = (a.mean(0) - b.mean(0))[lit] / np.maximum(error, 1e-5 * a.mean(0))[lit]      # 1e-5: float32 sums
+    z = (a.mean(0) - b.mean(0))[lit] / np.maximum(error, 1e-5 * a.mean(0))[
+        lit
+    ]  # 1e-5: float32 sums
     # Student's t with 14 degrees of freedom, 1.08 wide, of 35 blocks: no block beyond 5, and no bias of all of them
     assert lit.sum() > 30 and np.abs(z).max() < 5 and abs(z.mean()) < 4 / np.sqrt(len(z))
 
@@ -93,10 +123,18 @@ def test_first_directions_are_spread_evenly(make, samples):
     behind = lambda mesh: (mesh[0], mesh[1][:, ::-1])
     wall, black = make.part(behind(make.quad(9.0, 9.0, 5.0))), make.quad(1e4, 1e4)
     side = make.part((black[0][:, [1, 0, 2]] + [5.0 - 1e4, -6.0, 0], black[1]), "black")
-    scene = make.describe([("wall", "wall", (wall,), make.pose()), ("side", "wall", (side,), make.pose())], sky=make.flat(1.0))
-    one_pass, passes = compiled(scene, MitsubaRenderer(width=8, height=8, step_nm=300.0, last_nm=400.0), ["sky"]), 12
+    scene = make.describe(
+        [("wall", "wall", (wall,), make.pose()), ("side", "wall", (side,), make.pose())],
+        sky=make.flat(1.0),
+    )
+    one_pass, passes = (
+        compiled(scene, MitsubaRenderer(width=8, height=8, step_nm=300.0, last_nm=400.0), ["sky"]),
+        12,
+    )
     found = np.stack([next(v for _, _, v in one_pass(k, samples, None)) for k in range(passes)])
-    coins = 0.25 / np.sqrt(samples)      # of 0.5 x 0.5, all or nothing with even chances: a standard deviation as large as the mean
+    coins = 0.25 / np.sqrt(
+        samples
+    )  # of 0.5 x 0.5, all or nothing with even chances: a standard deviation as large as the mean
     assert found.mean() == pytest.approx(0.25, abs=5 * coins / np.sqrt(found.size))
     # 768 numbers know a variance to 5 %; measured are 0.03 and 0.005 of that of coins
     assert found.var() < 0.1 * coins**2
@@ -107,14 +145,33 @@ def test_all_places_together_are_the_mean_of_a_band():
     from isethdr_mitsuba.spectra import SPECTRUM_NM, BandTable
 
     rows = np.random.default_rng(1).random((3, len(SPECTRUM_NM)))
-    for step, centres in ((10.0, [400.0, 550.0, 700.0, 820.0, 365.0]), (5.0, [502.5, 640.0]), (1.0, [555.0]), (150.0, [475.0])):
-        fine = np.linspace(-step / 2, step / 2, int(4 * step) + 1)      # knots at quarters: exact for what is linear between halves
-        truth = np.stack([[np.trapezoid(np.interp(nm + fine, SPECTRUM_NM, row), fine) / step for nm in centres] for row in rows])
+    for step, centres in (
+        (10.0, [400.0, 550.0, 700.0, 820.0, 365.0]),
+        (5.0, [502.5, 640.0]),
+        (1.0, [555.0]),
+        (150.0, [475.0]),
+    ):
+        fine = np.linspace(
+            -step / 2, step / 2, int(4 * step) + 1
+        )  # knots at quarters: exact for what is linear between halves
+        truth = np.stack(
+            [
+                [
+                    np.trapezoid(np.interp(nm + fine, SPECTRUM_NM, row), fine) / step
+                    for nm in centres
+                ]
+                for row in rows
+            ]
+        )
         for u in (0.0, 0.37, 0.92):
             found = BandTable(rows, centres, step).at(u)
-            np.testing.assert_allclose(found.mean(0)[:3, :len(centres)], truth, rtol=1e-12)
-            np.testing.assert_allclose(found[:, 3], found[:, 2].mean(0)[None].repeat(len(found), 0), rtol=1e-15)
-            assert found.shape[2] % 4 == 0 and np.array_equal(found[..., len(centres) - 1:].min(-1), found[..., len(centres) - 1:].max(-1))
+            np.testing.assert_allclose(found.mean(0)[:3, : len(centres)], truth, rtol=1e-12)
+            np.testing.assert_allclose(
+                found[:, 3], found[:, 2].mean(0)[None].repeat(len(found), 0), rtol=1e-15
+            )
+            assert found.shape[2] % 4 == 0 and np.array_equal(
+                found[..., len(centres) - 1 :].min(-1), found[..., len(centres) - 1 :].max(-1)
+            )
 
 
 def test_bands_that_begin_anywhere_are_right_on_average():
@@ -133,9 +190,19 @@ def test_tiles_have_offsets_of_their_own():
     from isethdr_mitsuba.camera_rays import offsets
 
     tiles, passes = 512, 400
-    seed, tile = np.meshgrid(np.random.default_rng(4).integers(2**32, size=passes, dtype=np.uint32), np.arange(tiles, dtype=np.uint32), indexing="ij")
+    seed, tile = np.meshgrid(
+        np.random.default_rng(4).integers(2**32, size=passes, dtype=np.uint32),
+        np.arange(tiles, dtype=np.uint32),
+        indexing="ij",
+    )
     point, along, way = offsets(mi.UInt32(seed.ravel()), mi.UInt32(tile.ravel()))
-    means = np.stack([np.array(v, float).reshape(passes, tiles).mean(1) / 2.0**32 for v in (point.x, point.y, along, way.x, way.y)], 1)
+    means = np.stack(
+        [
+            np.array(v, float).reshape(passes, tiles).mean(1) / 2.0**32
+            for v in (point.x, point.y, along, way.x, way.y)
+        ],
+        1,
+    )
     # even numbers vary by 1 / 12; a variance of 400 means is known to 7 %, 5 times that is allowed; the mean of all, to 5 standard errors
     np.testing.assert_allclose(means.var(0, ddof=1) * 12 * tiles, 1, atol=0.35)
     np.testing.assert_allclose(means.mean(0), 0.5, atol=5 / np.sqrt(12 * tiles * passes))

@@ -18,8 +18,21 @@ from isethdr_core.pipeline import chain
 
 
 def one_lamp(make, mesh, **fields):
-    values = {"intensity_cd": 800.0, "axis": (1.0, 0, 0), "inner_deg": 10.0, "outer_deg": 30.0, "lambertian_share": 0.05, **fields}
-    lamp = make.lamp("drl", "headlights", values["intensity_cd"], make.flat(1.0), *(values[k] for k in ("axis", "inner_deg", "outer_deg", "lambertian_share")))
+    values = {
+        "intensity_cd": 800.0,
+        "axis": (1.0, 0, 0),
+        "inner_deg": 10.0,
+        "outer_deg": 30.0,
+        "lambertian_share": 0.05,
+        **fields,
+    }
+    lamp = make.lamp(
+        "drl",
+        "headlights",
+        values["intensity_cd"],
+        make.flat(1.0),
+        *(values[k] for k in ("axis", "inner_deg", "outer_deg", "lambertian_share")),
+    )
     return make.describe([("lamp", "car", (make.part(mesh, "black", lamp),), make.pose())])
 
 
@@ -31,11 +44,25 @@ def towards(angle_deg):
 @pytest.mark.parametrize(("inner", "outer"), [(0.9, 1.6), (10.0, 30.0), (55.0, 80.0), (90.0, 90.0)])
 def test_spots_have_the_candela_of_the_lamp(make, inner, outer):
     """A flat lamp has candela I cos (beam + floor) / (1 + floor) at every angle from its axis, spots or not."""
-    placed, = lamps = placed_lamps(one_lamp(make, make.quad(0.4, 0.25), inner_deg=inner, outer_deg=outer))
-    angle = np.r_[0.0, inner * np.array([0.5, 0.9]), inner + (outer - inner) * np.array([0.2, 0.5, 0.8]), 60.0, 85.0, 95.0]
+    (placed,) = lamps = placed_lamps(
+        one_lamp(make, make.quad(0.4, 0.25), inner_deg=inner, outer_deg=outer)
+    )
+    angle = np.r_[
+        0.0,
+        inner * np.array([0.5, 0.9]),
+        inner + (outer - inner) * np.array([0.2, 0.5, 0.8]),
+        60.0,
+        85.0,
+        95.0,
+    ]
     found = sum(s.candela(towards(angle)) for s in spots(lamps))
     cosine = np.cos(np.radians(angle))
-    wanted = 800.0 * (beam(cosine, placed.cos_inner, placed.cos_outer) + placed.floor) / (1 + placed.floor) * np.maximum(cosine, 0)
+    wanted = (
+        800.0
+        * (beam(cosine, placed.cos_inner, placed.cos_outer) + placed.floor)
+        / (1 + placed.floor)
+        * np.maximum(cosine, 0)
+    )
     # the nearest of 128 texels across: the beam may fall by 1.5 / 14 from one texel to the next where it is steepest
     np.testing.assert_allclose(found, wanted, rtol=0.02, atol=0.06 * 800 if outer < 90 else 1e-9)
     # and the flux, which texels cannot shift: solid angle x candela on rings
@@ -43,22 +70,46 @@ def test_spots_have_the_candela_of_the_lamp(make, inner, outer):
     ring = 2 * np.pi * np.sin(np.radians(rings)) * np.radians(90 / 20000)
     flux = sum(s.candela(towards(rings)) for s in spots(lamps)) @ ring
     c = np.cos(np.radians(rings))
-    truth = 800.0 * (beam(c, placed.cos_inner, placed.cos_outer) + placed.floor) / (1 + placed.floor) * c @ ring
+    truth = (
+        800.0
+        * (beam(c, placed.cos_inner, placed.cos_outer) + placed.floor)
+        / (1 + placed.floor)
+        * c
+        @ ring
+    )
     # one azimuth over square texels: 1 %; 0.12 % of a Lambertian lamp lies beyond the widest spot
     assert flux == pytest.approx(truth, rel=0.012)
 
 
 def test_spots_of_a_curved_lamp_add_up_to_its_faces(make):
     """Two rectangles tilted by 20 degrees: candela is the sum of the faces seen."""
-    v = np.array([[0, 0, 0], [-0.1 * np.sin(0.35), 0.1 * np.cos(0.35), 0], [-0.1 * np.sin(0.35), 0.1 * np.cos(0.35), 0.1], [0, 0, 0.1],
-                  [-0.1 * np.sin(0.35), -0.1 * np.cos(0.35), 0], [-0.1 * np.sin(0.35), -0.1 * np.cos(0.35), 0.1]])
+    v = np.array(
+        [
+            [0, 0, 0],
+            [-0.1 * np.sin(0.35), 0.1 * np.cos(0.35), 0],
+            [-0.1 * np.sin(0.35), 0.1 * np.cos(0.35), 0.1],
+            [0, 0, 0.1],
+            [-0.1 * np.sin(0.35), -0.1 * np.cos(0.35), 0],
+            [-0.1 * np.sin(0.35), -0.1 * np.cos(0.35), 0.1],
+        ]
+    )
     f = np.array([[0, 1, 2], [0, 2, 3], [0, 5, 4], [0, 3, 5]])
-    lamps = placed_lamps(one_lamp(make, (v, f), inner_deg=60.0, outer_deg=85.0, lambertian_share=0.0))
+    lamps = placed_lamps(
+        one_lamp(make, (v, f), inner_deg=60.0, outer_deg=85.0, lambertian_share=0.0)
+    )
     angle = np.array([0.0, 20.0, 40.0, 58.0])
-    area = np.cross(lamps[0].triangles[:, 1] - lamps[0].triangles[:, 0], lamps[0].triangles[:, 2] - lamps[0].triangles[:, 0]) / 2
+    area = (
+        np.cross(
+            lamps[0].triangles[:, 1] - lamps[0].triangles[:, 0],
+            lamps[0].triangles[:, 2] - lamps[0].triangles[:, 0],
+        )
+        / 2
+    )
     wanted = lamps[0].peak_cd_m2 * np.maximum(towards(angle) @ area.T, 0).sum(1)
     # texels of 0.18 in tangents, at 40 degrees 6 degrees wide, over which the candela fall by 9 %: half of that
-    np.testing.assert_allclose(sum(s.candela(towards(angle)) for s in spots(lamps)), wanted, rtol=0.05)
+    np.testing.assert_allclose(
+        sum(s.candela(towards(angle)) for s in spots(lamps)), wanted, rtol=0.05
+    )
 
 
 @pytest.mark.parametrize("angle_deg", [15.0, 60.0])
@@ -66,12 +117,38 @@ def test_a_wall_is_lit_by_the_candela(make, angle_deg):
     """Rendered: the luminance of a wall 20 m away, as by the compiled way, whose inverse square law has its own test."""
     lamp = make.lamp("drl", "headlights", 500.0, make.flat(1.0), (1, 0, 0), 10.0, 30.0, 0.02)
     # the lamp turns, the wall and the camera stand
-    scene = make.describe([("lamp", "car", (make.part(make.quad(0.05, 0.05), "black", lamp),), make.pose(-20.0, turn_deg=angle_deg)),
-                           ("wall", "chart", (make.part((make.quad(1.0, 1.0)[0], make.quad(1.0, 1.0)[1][:, ::-1])),), make.pose())],
-                          camera=make.camera((-1.0, 0.0, 0.3), (0, 0, 0), 1.0, 1.0))
-    settings = {"width": 4, "height": 4, "margin": 0.0, "samples": 256, "max_depth": 2, "step_nm": 100.0}
-    slow = luminance(MitsubaRenderer(**settings, variant="scalar")(scene).radiance.values[0], np.arange(400.0, 701, 100)).mean()
-    fast = luminance(MitsubaRenderer(**settings)(scene).radiance.values[0], np.arange(400.0, 701, 100)).mean()
+    scene = make.describe(
+        [
+            (
+                "lamp",
+                "car",
+                (make.part(make.quad(0.05, 0.05), "black", lamp),),
+                make.pose(-20.0, turn_deg=angle_deg),
+            ),
+            (
+                "wall",
+                "chart",
+                (make.part((make.quad(1.0, 1.0)[0], make.quad(1.0, 1.0)[1][:, ::-1])),),
+                make.pose(),
+            ),
+        ],
+        camera=make.camera((-1.0, 0.0, 0.3), (0, 0, 0), 1.0, 1.0),
+    )
+    settings = {
+        "width": 4,
+        "height": 4,
+        "margin": 0.0,
+        "samples": 256,
+        "max_depth": 2,
+        "step_nm": 100.0,
+    }
+    slow = luminance(
+        MitsubaRenderer(**settings, variant="scalar")(scene).radiance.values[0],
+        np.arange(400.0, 701, 100),
+    ).mean()
+    fast = luminance(
+        MitsubaRenderer(**settings)(scene).radiance.values[0], np.arange(400.0, 701, 100)
+    ).mean()
     # beam and floor are two spots, one of which is looked for at a time: 4096 paths know their sum to 0.5 %; texels 0.5 %
     assert fast > 0 and slow == pytest.approx(fast, rel=0.02)
 
@@ -81,11 +158,25 @@ def test_a_mirror_shows_the_lamp_itself(make):
     lamp = make.lamp("drl", "headlights", 500.0, make.flat(1.0), (1, 0, 0), 40.0, 60.0, 0.02)
     wall = make.quad(3.0, 3.0)[0], make.quad(3.0, 3.0)[1][:, ::-1]
     # the camera looks along +x at a mirror that faces it; the lamp behind the camera shines towards the mirror
-    scene = make.describe([("mirror", "chart", (make.part(wall, "mirror"),), make.pose(4.0)),
-                           ("lamp", "car", (make.part(make.quad(0.5, 0.5), "black", lamp),), make.pose(-2.0))],
-                          camera=make.camera((0, 0, 0), (1, 0, 0), 30.0, 1.0), materials=[make.material("mirror", "conductor", make.flat(0.8), 0.0)])
-    settings = {"width": 8, "height": 8, "margin": 0.0, "samples": 4096, "max_depth": 3, "step_nm": 100.0}
-    slow, fast = (MitsubaRenderer(**settings, variant=v)(scene).radiance.values for v in ("scalar", "auto"))
+    scene = make.describe(
+        [
+            ("mirror", "chart", (make.part(wall, "mirror"),), make.pose(4.0)),
+            ("lamp", "car", (make.part(make.quad(0.5, 0.5), "black", lamp),), make.pose(-2.0)),
+        ],
+        camera=make.camera((0, 0, 0), (1, 0, 0), 30.0, 1.0),
+        materials=[make.material("mirror", "conductor", make.flat(0.8), 0.0)],
+    )
+    settings = {
+        "width": 8,
+        "height": 8,
+        "margin": 0.0,
+        "samples": 4096,
+        "max_depth": 3,
+        "step_nm": 100.0,
+    }
+    slow, fast = (
+        MitsubaRenderer(**settings, variant=v)(scene).radiance.values for v in ("scalar", "auto")
+    )
     assert fast.max() > 0
     # the image covers 3.5 % of the field, so that 9000 of the paths meet it: 1 % each
     assert slow.mean() == pytest.approx(fast.mean(), rel=0.05)
@@ -94,11 +185,21 @@ def test_a_mirror_shows_the_lamp_itself(make):
 def test_the_scalar_way_renders_the_same_scene(make):
     """Sky and lamps, labels and footprint, without LLVM."""
     scene = make.street(2)
-    settings = {"width": 16, "height": 9, "margin": 0.0, "max_depth": 3, "first_nm": 450.0, "last_nm": 650.0, "step_nm": 40.0}
+    settings = {
+        "width": 16,
+        "height": 9,
+        "margin": 0.0,
+        "max_depth": 3,
+        "first_nm": 450.0,
+        "last_nm": 650.0,
+        "step_nm": 40.0,
+    }
     demand = Demand(groups=("sky", "streetlights"), labels=frozenset({"instance", "distance"}))
     slow = MitsubaRenderer(**settings, variant="scalar", samples=256)(scene, demand)
     fast = MitsubaRenderer(**settings, samples=1024)(scene, demand)
-    assert slow.radiance.dims == fast.radiance.dims and np.array_equal(slow.wavelength, fast.wavelength)
+    assert slow.radiance.dims == fast.radiance.dims and np.array_equal(
+        slow.wavelength, fast.wavelength
+    )
     # rays of different compilers may fall on either side of an edge: one tile of 144
     assert (slow.instance.values != fast.instance.values).sum() <= 1
     for group, tolerance in (("sky", 0.02), ("streetlights", 0.05)):
@@ -110,11 +211,15 @@ def test_the_scalar_way_renders_the_same_scene(make):
 
 
 def test_light_of_a_group_does_not_depend_on_which_others_are_asked_for(make):
-    renderer = MitsubaRenderer(width=16, height=9, margin=0.0, samples=8, step_nm=100.0, max_depth=3, variant="scalar")
+    renderer = MitsubaRenderer(
+        width=16, height=9, margin=0.0, samples=8, step_nm=100.0, max_depth=3, variant="scalar"
+    )
     whole = renderer(make.street(2), Demand(groups=("sky", "headlights", "streetlights"))).radiance
     for group in ("headlights", "streetlights"):
         alone = renderer(make.street(2), Demand(groups=(group,))).radiance
-        assert alone.values.any() and np.array_equal(alone.sel(light_group=group).values, whole.sel(light_group=group).values)
+        assert alone.values.any() and np.array_equal(
+            alone.sel(light_group=group).values, whole.sel(light_group=group).values
+        )
 
 
 def test_the_scalar_way_needs_square_tiles(make):
@@ -122,10 +227,12 @@ def test_the_scalar_way_needs_square_tiles(make):
         MitsubaRenderer(width=16, height=16, variant="scalar")(make.street(1))
 
 
-@pytest.mark.parametrize(("width", "aspect"), [(100, 16 / 9), (101, 1.6), (640, 2.0), (7, 1.234), (1, 4.0)])
+@pytest.mark.parametrize(
+    ("width", "aspect"), [(100, 16 / 9), (101, 1.6), (640, 2.0), (7, 1.234), (1, 4.0)]
+)
 def test_the_advice_on_square_tiles_is_taken(width, aspect):
     good = nearest_square(width, aspect)
-    check_square(*good, aspect)     # what the message says to type is accepted
+    check_square(*good, aspect)  # what the message says to type is accepted
     assert abs(good[0] - width) <= 64
     with pytest.raises(ConfigError, match="type renderer.width="):
         check_square(width, round(width / aspect) + 1, aspect)
@@ -140,8 +247,10 @@ def test_tiles_that_are_not_square_are_refused_when_planned():
 def test_the_ledger_says_what_the_lamps_extent_costs(make):
     rows = ledger.Ledger()
     with ledger.stage(rows, "renderer") as row:
-        MitsubaRenderer(width=16, height=9, margin=0.0, samples=8, step_nm=100.0, variant="scalar")(make.street(2), Demand(groups=("streetlights",)))
-    note, = (e for e in row.errors if e.how == "bound" and "points" in e.what)
+        MitsubaRenderer(width=16, height=9, margin=0.0, samples=8, step_nm=100.0, variant="scalar")(
+            make.street(2), Demand(groups=("streetlights",))
+        )
+    (note,) = (e for e in row.errors if e.how == "bound" and "points" in e.what)
     # boards of 0.8 x 0.4 m in pieces of at most 0.3 m, 7 m above the road: (0.2 / 7)^2
     assert 1e-5 < note.value < 1e-2
 
@@ -150,9 +259,36 @@ def test_the_ledger_says_what_the_lamps_extent_costs(make):
 @pytest.mark.parametrize("group", ["headlights", "streetlights", "other"])
 def test_agrees_with_the_compiled_way(make, group):
     """Sums of 8 independent pictures each, group by group."""
-    settings = {"width": 48, "height": 27, "margin": 0.0, "samples": 128, "step_nm": 100.0, "max_depth": 4}
-    sums = {v: np.array([light(MitsubaRenderer(**settings, variant=v, seed=k)(make.street(12), Demand(groups=(group,)))) for k in range(8)]) for v in ("scalar", "llvm")}
-    blocks = {v: np.stack([[b.sum() for r in np.array_split(p, 3, 0) for b in np.array_split(r, 4, 1)] for p in pile]) for v, pile in sums.items()}
+    settings = {
+        "width": 48,
+        "height": 27,
+        "margin": 0.0,
+        "samples": 128,
+        "step_nm": 100.0,
+        "max_depth": 4,
+    }
+    sums = {
+        v: np.array(
+            [
+                light(
+                    MitsubaRenderer(**settings, variant=v, seed=k)(
+                        make.street(12), Demand(groups=(group,))
+                    )
+                )
+                for k in range(8)
+            ]
+        )
+        for v in ("scalar", "llvm")
+    }
+    blocks = {
+        v: np.stack(
+            [
+                [b.sum() for r in np.array_split(p, 3, 0) for b in np.array_split(r, 4, 1)]
+                for p in pile
+            ]
+        )
+        for v, pile in sums.items()
+    }
     a, b = blocks["scalar"], blocks["llvm"]
     lit = b.mean(0) > 1e-3 * b.mean()
     z = (a.mean(0) - b.mean(0))[lit] / np.sqrt((a.var(0, ddof=1) + b.var(0, ddof=1))[lit] / 8)

@@ -25,9 +25,15 @@ def test_electrons_are_as_far_off_as_one_rendering_says(make, pitch_um):
     """64 x 36 tiles, half a tile and more than a tile per pixel: sodium and white lamps, red tail lamps."""
     description, expected, said = make.street(8), [], []
     for seed in range(SEEDS):
-        scene = MitsubaRenderer(width=64, height=36, samples=16, step_nm=30.0, seed=seed)(description)
-        mixed = build("lighting", "weights", weights=dict.fromkeys(map(str, scene.light_group.values), 1.0))(scene)
-        light = build("lens", "ideal", f_number=2.0, focal_length_mm=6e-3 * 64 / mixed.attrs["field_width"])(mixed)
+        scene = MitsubaRenderer(width=64, height=36, samples=16, step_nm=30.0, seed=seed)(
+            description
+        )
+        mixed = build(
+            "lighting", "weights", weights=dict.fromkeys(map(str, scene.light_group.values), 1.0)
+        )(scene)
+        light = build(
+            "lens", "ideal", f_number=2.0, focal_length_mm=6e-3 * 64 / mixed.attrs["field_width"]
+        )(mixed)
         sensor = build("sensor", "bayer", pitch_um=pitch_um)
         (shot,) = noise_units.electrons(sensor(light, hdr.generator(seed=0)), light, mixed, scene)
         expected.append(sensor.expected(light).values[0])
@@ -37,7 +43,10 @@ def test_electrons_are_as_far_off_as_one_rendering_says(make, pitch_um):
     kept = np.isfinite(said).all(axis=0)
     assert kept.mean() > 0.9
     for one in (said[0], said[-1]):  # what a single run states
-        for figure in (lambda e: np.sqrt(np.mean(e[kept] ** 2)), lambda e: np.quantile(e[kept], 0.99)):
+        for figure in (
+            lambda e: np.sqrt(np.mean(e[kept] ** 2)),
+            lambda e: np.quantile(e[kept], 0.99),
+        ):
             print(pitch_um, "true", figure(true), "stated", figure(one))
             assert 1 / 1.5 < figure(one) / figure(true) < 1.5
 
@@ -46,15 +55,36 @@ def test_electrons_are_as_far_off_as_one_rendering_says(make, pitch_um):
 def test_scores_are_as_far_off_as_one_rendering_says(make):
     """24 renderings of 48 x 27 tiles with 96 paths against one of 4096: what each states of its scores, and by how much they are off."""
     description, scores, said = make.street(8), {}, {}
-    metrics = [build("metric", name) for name in ("ideal", "dynamic_range", "ciede2000", "ssim", "log_luminance_error", "contrast_detection")]
+    metrics = [
+        build("metric", name)
+        for name in (
+            "ideal",
+            "dynamic_range",
+            "ciede2000",
+            "ssim",
+            "log_luminance_error",
+            "contrast_detection",
+        )
+    ]
     # three bins around 2 cd/m2 have twice the pixels that a score needs: no change of the scene loses one
     metrics.append(build("metric", "snr_curve", luminances_cd_m2=(2.0,)))
     sensor, isp = build("sensor", "bayer", pitch_um=3.0), build("isp", "linear")
     again = lambda changed: isp(sensor(changed, hdr.generator(seed=0)))
     for seed in (*range(24), 99):
-        scene = MitsubaRenderer(width=48, height=27, margin=0.0, samples=4096 if seed == 99 else 96, step_nm=50.0, seed=seed)(description)
-        mixed = build("lighting", "weights", weights=dict.fromkeys(map(str, scene.light_group.values), 1.0))(scene)
-        light = build("lens", "ideal", f_number=2.0, focal_length_mm=3e-3 * 48 / mixed.attrs["field_width"])(mixed)
+        scene = MitsubaRenderer(
+            width=48,
+            height=27,
+            margin=0.0,
+            samples=4096 if seed == 99 else 96,
+            step_nm=50.0,
+            seed=seed,
+        )(description)
+        mixed = build(
+            "lighting", "weights", weights=dict.fromkeys(map(str, scene.light_group.values), 1.0)
+        )(scene)
+        light = build(
+            "lens", "ideal", f_number=2.0, focal_length_mm=3e-3 * 48 / mixed.attrs["field_width"]
+        )(mixed)
         picture = again(light)
         camera = Camera(None, picture, truth(mixed, picture), None)
         with ledger.stage(ledger.Ledger(), "metrics"):
@@ -65,7 +95,16 @@ def test_scores_are_as_far_off_as_one_rendering_says(make):
             scores.setdefault(s.metric, []).append(s.value)
         for note in row.errors:
             said.setdefault(note.what.split(":")[0].removeprefix("score "), []).append(note.value)
-    for name in ("luminance", "snr_at_2", "dynamic_range_bottom", "dynamic_range_top", "ciede2000", "ssim", "log_luminance_error", "contrast_detection"):
+    for name in (
+        "luminance",
+        "snr_at_2",
+        "dynamic_range_bottom",
+        "dynamic_range_top",
+        "ciede2000",
+        "ssim",
+        "log_luminance_error",
+        "contrast_detection",
+    ):
         off = np.sqrt(np.mean((np.array(scores[name][:-1]) - scores[name][-1]) ** 2))
         stated = np.sqrt(np.mean(np.square(said[name][:-1])))
         print(name, "off", off, "stated", stated, stated / off)
@@ -74,9 +113,13 @@ def test_scores_are_as_far_off_as_one_rendering_says(make):
 
 
 def test_every_group_states_its_noise_and_darkness_none(make):
-    scene = MitsubaRenderer(width=16, height=9, margin=0.0, step_nm=100.0, samples=8)(make.street(2))
+    scene = MitsubaRenderer(width=16, height=9, margin=0.0, step_nm=100.0, samples=8)(
+        make.street(2)
+    )
     noise = scene["xyz_noise"]
-    assert noise.dims == ("light_group", "xyz_channel", "y", "x") and noise.attrs["units"] == "cd m-2"
+    assert (
+        noise.dims == ("light_group", "xyz_channel", "y", "x") and noise.attrs["units"] == "cd m-2"
+    )
     assert np.isfinite(noise.values).all() and (noise.values >= 0).all()
     assert (noise.values[:, 1].max((1, 2)) > 0).any()
     dark = scene["radiance"].values.max(1) == 0
@@ -92,10 +135,22 @@ def test_a_tile_that_met_no_rare_light_is_not_taken_for_quiet():
 
     def one_pass(seed, samples, wanted):
         rng = np.random.default_rng(seed)
-        few, many = rng.poisson(met * samples, shape) / samples, rng.gamma(samples, 1 / samples, shape)
+        few, many = (
+            rng.poisson(met * samples, shape) / samples,
+            rng.gamma(samples, 1 / samples, shape),
+        )
         yield 0, 0, (level * (many + 30 * few)).ravel()
 
-    found = [estimate(one_pass, SimpleNamespace(samples=16, error_allowed=None, seed=k), ("lamps",), bands, shape) for k in range(40)]
+    found = [
+        estimate(
+            one_pass,
+            SimpleNamespace(samples=16, error_allowed=None, seed=k),
+            ("lamps",),
+            bands,
+            shape,
+        )
+        for k in range(40)
+    ]
     stated = np.array([e.xyz_noise[0, 1] for e in found]) / xyz_weights(bands)[1, 0]
     true = level * np.sqrt((1 + 30**2 * met) / 16)
     # 25 tiles of 16 paths meet it 7 times: a variance known to 40 %, its root to 20 %; light of nine tiles, to as much
@@ -106,5 +161,7 @@ def test_a_tile_that_met_no_rare_light_is_not_taken_for_quiet():
 
 
 def test_one_pass_knows_no_noise_and_the_scores_say_so(make):
-    scene = MitsubaRenderer(width=16, height=9, margin=0.0, step_nm=100.0, samples=1)(make.street(2))
+    scene = MitsubaRenderer(width=16, height=9, margin=0.0, step_nm=100.0, samples=1)(
+        make.street(2)
+    )
     assert np.isnan(scene["xyz_noise"].values).all()

@@ -39,18 +39,34 @@ def disc(direction, distance_m, radius_m, corners=24):
     if np.dot(np.cross(*side), direction) > 0:
         side = side[::-1]
     phi = np.arange(corners) * 2 * np.pi / corners
-    v = direction * distance_m + radius_m * (np.cos(phi)[:, None] * side[0] + np.sin(phi)[:, None] * side[1])
+    v = direction * distance_m + radius_m * (
+        np.cos(phi)[:, None] * side[0] + np.sin(phi)[:, None] * side[1]
+    )
     return v, np.array([[0, k, k + 1] for k in range(1, corners - 1)])
 
 
 def lamp_at(make, direction, camera, distance_m=20.0, radius_m=0.05):
     lamp = make.lamp("drl", "headlights", 800.0, make.flat(1.0), tuple(-direction), 90.0, 90.0, 0.0)
-    return make.describe([("lamp", "car", (make.part(disc(direction, distance_m, radius_m), "black", lamp),), make.pose())], camera=camera)
+    return make.describe(
+        [
+            (
+                "lamp",
+                "car",
+                (make.part(disc(direction, distance_m, radius_m), "black", lamp),),
+                make.pose(),
+            )
+        ],
+        camera=camera,
+    )
 
 
 def test_a_uniform_sky_is_uniform_at_every_angle(make):
-    ds = MitsubaRenderer(width=32, height=18, margin=0.1, samples=64, step_nm=50.0)(make.describe([], camera=wide(make), sky=make.flat(2e-3)))
-    assert ds.attrs["projection"] == "equidistant" and ds.attrs["field_width"] == pytest.approx(np.radians(190))
+    ds = MitsubaRenderer(width=32, height=18, margin=0.1, samples=64, step_nm=50.0)(
+        make.describe([], camera=wide(make), sky=make.flat(2e-3))
+    )
+    assert ds.attrs["projection"] == "equidistant" and ds.attrs["field_width"] == pytest.approx(
+        np.radians(190)
+    )
     # a spectrum without slope has no noise: float32 sums of 64 paths
     np.testing.assert_allclose(ds.radiance.values, 2e-3, rtol=1e-5)
 
@@ -59,18 +75,28 @@ def test_a_uniform_sky_is_uniform_at_every_angle(make):
 @pytest.mark.parametrize("turn_deg", [0.0, 160.0])
 def test_a_lamp_lands_on_the_tile_of_its_angle_and_keeps_its_flux(make, angle_deg, turn_deg):
     direction = towards(angle_deg, turn_deg)
-    ds = MitsubaRenderer(width=96, height=54, **QUICK, max_depth=1)(lamp_at(make, direction, wide(make)))
+    ds = MitsubaRenderer(width=96, height=54, **QUICK, max_depth=1)(
+        lamp_at(make, direction, wide(make))
+    )
     light = luminance(ds.radiance.values[0].astype(float), ds.wavelength.values)
     row, column = np.unravel_index(light.argmax(), light.shape)
-    at = np.radians(angle_deg) * np.array([np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))])
+    at = np.radians(angle_deg) * np.array(
+        [np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))]
+    )
     # half a tile, by the law of the projection
-    assert abs(ds.x.values[column] - at[0]) <= ds.attrs["pitch_x"] / 2 and abs(ds.y.values[row] - at[1]) <= ds.attrs["pitch_y"] / 2
+    assert (
+        abs(ds.x.values[column] - at[0]) <= ds.attrs["pitch_x"] / 2
+        and abs(ds.y.values[row] - at[1]) <= ds.attrs["pitch_y"] / 2
+    )
     # luminance x solid angle: what the tiles cover at their angle is sin(angle) / angle of what they cover on the grid
     angle = np.linalg.norm(at)
     seen = light.sum() * ds.attrs["pitch_x"] * ds.attrs["pitch_y"] * np.sin(angle) / angle
-    area = 12 * 0.05**2 * np.sin(2 * np.pi / 24)      # of the polygon of 24 corners
+    area = 12 * 0.05**2 * np.sin(2 * np.pi / 24)  # of the polygon of 24 corners
     whole = ds.attrs["lamps"][0]["luminance_cd_m2"] * area / 20.0**2
-    share = luminance(np.ones((len(ds.wavelength), 1)), ds.wavelength.values)[0] / luminance(np.ones((471, 1)), np.arange(360.0, 831))[0]
+    share = (
+        luminance(np.ones((len(ds.wavelength), 1)), ds.wavelength.values)[0]
+        / luminance(np.ones((471, 1)), np.arange(360.0, 831))[0]
+    )
     # the grid's sin / angle bends by 1e-3 over the 5 mrad of the lamp at most; chords for arcs 1e-3
     assert seen == pytest.approx(whole * share, rel=2e-3)
 
@@ -81,16 +107,22 @@ def test_a_large_lamp_beside_the_camera_covers_its_solid_angle(make):
     scene = lamp_at(make, direction, wide(make, 220.0, 1.5), distance_m=1.0, radius_m=np.tan(half))
     ds = MitsubaRenderer(width=48, height=32, **QUICK, max_depth=1)(scene)
     light = luminance(ds.radiance.values[0].astype(float), ds.wavelength.values)
-    light /= np.median(light[light > 0.5 * light.max()])      # those wholly covered
+    light /= np.median(light[light > 0.5 * light.max()])  # those wholly covered
     ray = projections.direction(*np.meshgrid(ds.x, ds.y), "equidistant")
     world = np.stack([ray[2], -ray[0], -ray[1]])
     angle = np.arccos(np.einsum("k,kyx->yx", direction, world))
-    solid = projections.solid_angle_per_area(*np.meshgrid(ds.x, ds.y), "equidistant") * ds.attrs["pitch_x"] * ds.attrs["pitch_y"]
+    solid = (
+        projections.solid_angle_per_area(*np.meshgrid(ds.x, ds.y), "equidistant")
+        * ds.attrs["pitch_x"]
+        * ds.attrs["pitch_y"]
+    )
     # the solid angle of a regular polygon, as a sum of spherical triangles (Van Oosterom and Strackee 1983)
     v, f = disc(direction, 1.0, np.tan(half))
     a, b, c = (v[f[:, k]] / np.linalg.norm(v[f[:, k]], axis=1, keepdims=True) for k in range(3))
     dot = lambda p, q: np.einsum("nk,nk->n", p, q)
-    truth = np.abs(2 * np.arctan2(dot(a, np.cross(b, c)), 1 + dot(a, b) + dot(b, c) + dot(c, a))).sum()
+    truth = np.abs(
+        2 * np.arctan2(dot(a, np.cross(b, c)), 1 + dot(a, b) + dot(b, c) + dot(c, a))
+    ).sum()
     # sin(angle) / angle at the middles of tiles of 4.6 degrees 1e-3, chords 2e-3
     assert (light * solid).sum() == pytest.approx(truth, rel=3e-3)
     inner, outer = angle < half - np.radians(4.5), angle > half + np.radians(4.5)
@@ -103,14 +135,22 @@ def test_labels_look_along_the_same_rays(make):
     """Cubes ahead, beside and behind the camera: labels against the box that each ray meets, by slabs."""
     parts = (make.part(make.cube),)
     places = {"ahead": (11.0, 1.0, 0.0), "beside": (0.5, -6.0, 0.3), "behind": (-5.0, -4.0, 1.0)}
-    scene = make.describe([(name, "car", parts, make.pose(*at)) for name, at in places.items()], camera=wide(make, 300.0, 2.0), sky=make.flat(1e-3))
-    ds = MitsubaRenderer(width=150, height=75, margin=0.0, samples=1, step_nm=300.0)(scene, Demand(labels=frozenset(LABELS)))
+    scene = make.describe(
+        [(name, "car", parts, make.pose(*at)) for name, at in places.items()],
+        camera=wide(make, 300.0, 2.0),
+        sky=make.flat(1e-3),
+    )
+    ds = MitsubaRenderer(width=150, height=75, margin=0.0, samples=1, step_nm=300.0)(
+        scene, Demand(labels=frozenset(LABELS))
+    )
     ray = projections.direction(*np.meshgrid(ds.x, ds.y), "equidistant")
     world = np.stack([ray[2], -ray[0], -ray[1]], -1)
     wanted, distance = np.zeros(ds.instance.shape, int), np.full(ds.instance.shape, np.inf)
     for number, at in enumerate(places.values(), 1):
         with np.errstate(divide="ignore", invalid="ignore"):
-            sides = np.sort((np.array(at)[None, None, None] + np.array([-1, 1])[:, None, None, None]) / world, 0)
+            sides = np.sort(
+                (np.array(at)[None, None, None] + np.array([-1, 1])[:, None, None, None]) / world, 0
+            )
         enter, leave = sides[0].max(-1), sides[1].min(-1)
         met = (enter < leave) & (enter > 0) & (enter < distance)
         wanted[met], distance[met] = number, enter[met]
@@ -120,7 +160,9 @@ def test_labels_look_along_the_same_rays(make):
     same = (ds.instance.values == wanted) & (wanted > 0)
     np.testing.assert_allclose(ds.distance.values[same], distance[same], rtol=1e-4)
     # depth is along the axis, and below 0 behind the camera
-    np.testing.assert_allclose(ds.depth.values[same], (distance * world[..., 0])[same], rtol=1e-3, atol=1e-3)
+    np.testing.assert_allclose(
+        ds.depth.values[same], (distance * world[..., 0])[same], rtol=1e-3, atol=1e-3
+    )
     assert ds.depth.values[wanted == 3].max() < 0
     # nothing stands in front of anything: what is filled is what is seen, to the grazing rays
     for entry in ds.attrs["objects"]:
@@ -142,7 +184,9 @@ def test_chords_stand_for_arcs(make):
         assert np.linalg.norm(side, axis=-1).max() < 0.2
         share = rng.random((5, 1, 1, 1))
         arc = view.coordinates(parts + share * (np.roll(parts, -1, 1) - parts)) - flat
-        found = np.abs(arc[..., 0] * side[..., 1] - arc[..., 1] * side[..., 0]) / np.linalg.norm(side, axis=-1)
+        found = np.abs(arc[..., 0] * side[..., 1] - arc[..., 1] * side[..., 0]) / np.linalg.norm(
+            side, axis=-1
+        )
         # asked of the middle: an arc is farthest from its chord there, but for the arc's own change of bend
         assert off / 4 < found.max() <= 1.5 * off
         # nothing is covered twice, and those wholly on the grid lose nothing
@@ -156,17 +200,33 @@ def test_the_same_scene_on_tangents_and_on_angles(make):
 
     scene, at, repeats = make.street(0), ((0, 0, 1.4), (18, 0, 1.2)), 6
     some = Demand(groups=("sky", "headlights"))
-    lens = geometry.distortion_map({"model": "kannala_brandt"}, "tangent")       # radius = angle
+    lens = geometry.distortion_map({"model": "kannala_brandt"}, "tangent")  # radius = angle
 
     def pictures(camera, tiles):
         for seed in range(repeats):
-            ds = MitsubaRenderer(width=tiles, height=tiles, margin=0.0, step_nm=150.0, samples=8, seed=seed, max_depth=3)(replace(scene, camera=camera), some)
-            yield ds, luminance(np.moveaxis(ds.radiance.values.astype(float), 1, 0), ds.wavelength.values)
+            ds = MitsubaRenderer(
+                width=tiles,
+                height=tiles,
+                margin=0.0,
+                step_nm=150.0,
+                samples=8,
+                seed=seed,
+                max_depth=3,
+            )(replace(scene, camera=camera), some)
+            yield (
+                ds,
+                luminance(
+                    np.moveaxis(ds.radiance.values.astype(float), 1, 0), ds.wavelength.values
+                ),
+            )
 
     bent = list(pictures(make.camera(*at, 120.0, 1.0, "equidistant"), 40))
-    middle = slice(10, 30)                         # 30 degrees around the axis: inside both
+    middle = slice(10, 30)  # 30 degrees around the axis: inside both
     x, y = (bent[0][0][d].values[middle] for d in "xy")
-    flat = [geometry.mean_seen(one, ds, lens, x, y, x[1] - x[0]) for ds, one in pictures(make.camera(*at, 100.0, 1.0), 60)]
+    flat = [
+        geometry.mean_seen(one, ds, lens, x, y, x[1] - x[0])
+        for ds, one in pictures(make.camera(*at, 100.0, 1.0), 60)
+    ]
     # blocks of 4 x 3 tiles of the road below the lamps, where light varies little inside a tile
     blocks = lambda pile: np.stack(pile)[..., 14:, :].reshape(repeats, -1, 2, 3, 5, 4).mean((3, 5))
     a, b = blocks(flat), blocks([one[..., middle, middle] for _, one in bent])
@@ -182,14 +242,26 @@ def test_a_fisheye_camera_from_the_street_to_the_picture(make):
     from dataclasses import replace
 
     scene = replace(make.street(8), camera=wide(make, 190.0, 16 / 9, (18, 0, 1.2), (0, 0, 1.4)))
-    radiance = MitsubaRenderer(width=96, height=54, margin=0.05, step_nm=50.0, samples=8)(scene, Demand(labels=frozenset({"instance", "depth"})))
+    radiance = MitsubaRenderer(width=96, height=54, margin=0.05, step_nm=50.0, samples=8)(
+        scene, Demand(labels=frozenset({"instance", "depth"}))
+    )
     mixed = hdr.build("lighting", "weights", weights={"sky": 1e5, "streetlights": 1.0})(radiance)
-    lens = hdr.build("lens", "ideal", f_number=2.0, focal_length_mm=1.5, distortion={"model": "kannala_brandt", "k1": -0.02}, falloff="none")
+    lens = hdr.build(
+        "lens",
+        "ideal",
+        f_number=2.0,
+        focal_length_mm=1.5,
+        distortion={"model": "kannala_brandt", "k1": -0.02},
+        falloff="none",
+    )
     light = lens(mixed)
     shot = hdr.build("sensor", "ideal", pitch_um=60.0)(light, hdr.generator(seed=0))
     picture = hdr.build("isp", "ideal")(shot)
     true, labels = truth(mixed, picture), labels_on(radiance, picture)
-    assert picture.attrs["projection"] == "equidistant" and picture.attrs["distortion"]["model"] == "kannala_brandt"
+    assert (
+        picture.attrs["projection"] == "equidistant"
+        and picture.attrs["distortion"]["model"] == "kannala_brandt"
+    )
     seen, wanted = picture["xyz"].values[..., 1], true["xyz"].values[..., 1]
     # pixels of a tile and a quarter, moved by exact areas twice: half a per cent in the middle of even surfaces, more at edges
     assert np.median(np.abs(seen / wanted - 1)) < 0.01
@@ -198,34 +270,59 @@ def test_a_fisheye_camera_from_the_street_to_the_picture(make):
     at, _ = lens_map.inverse(picture.x.values / 1.5e-3, np.zeros(picture.sizes["x"]))
     assert np.degrees(np.abs(at).max()) > 85
     beside = np.degrees(np.abs(at)) > 76
-    assert set(labels["instance"].values[-4:, beside].ravel()) == {1} and (seen[-4:, beside] > 0).all()      # the road goes on there
+    assert (
+        set(labels["instance"].values[-4:, beside].ravel()) == {1} and (seen[-4:, beside] > 0).all()
+    )  # the road goes on there
 
 
 def test_the_scalar_way_has_angles_too(make):
     """Without LLVM, tiles that are not square: every tile sees what it sees with it."""
     scene = make.street(4)
-    scene = replace(scene, camera=replace(scene.camera, projection="equidistant", horizontal_field_deg=150.0))
-    settings, demand = {**QUICK, "width": 16, "height": 8}, Demand(groups=("sky", "streetlights"), labels=frozenset({"instance"}))
-    slow, fast = (MitsubaRenderer(**settings | {"variant": v, "samples": n})(scene, demand) for v, n in (("scalar", 128), ("auto", 1024)))
-    assert (slow.instance.values != fast.instance.values).sum() <= 1      # a ray that grazes an edge
+    scene = replace(
+        scene, camera=replace(scene.camera, projection="equidistant", horizontal_field_deg=150.0)
+    )
+    settings, demand = (
+        {**QUICK, "width": 16, "height": 8},
+        Demand(groups=("sky", "streetlights"), labels=frozenset({"instance"})),
+    )
+    slow, fast = (
+        MitsubaRenderer(**settings | {"variant": v, "samples": n})(scene, demand)
+        for v, n in (("scalar", 128), ("auto", 1024))
+    )
+    assert (slow.instance.values != fast.instance.values).sum() <= 1  # a ray that grazes an edge
     sky, lit = (np.stack([ds.radiance.values[k].mean(0) for ds in (slow, fast)]) for k in (0, 1))
     # sky and road in one tile: 128 paths know their shares to 1 / sqrt(4 x 128) = 0.044 at worst, of 128 tiles the worst is within 4 of these
     np.testing.assert_allclose(sky[0], sky[1], atol=4 * 0.045 * sky[1].max())
     assert sky[0].mean() == pytest.approx(sky[1].mean(), rel=0.01)
     some = lit[1] > 0.01 * np.median(lit[1])
-    assert some.sum() > 30 and np.median(lit[0][some] / lit[1][some]) == pytest.approx(1, abs=0.1)     # skew noise of 0.5 a tile, its median of 30
+    assert some.sum() > 30 and np.median(lit[0][some] / lit[1][some]) == pytest.approx(
+        1, abs=0.1
+    )  # skew noise of 0.5 a tile, its median of 30
     upside_down = np.abs(sky[0][::-1] - sky[1]).max()
     assert upside_down > 0.5 * sky[1].max(), "the test would see a camera on its head"
 
 
 def test_fields_that_a_grid_cannot_show_are_refused_with_what_to_type(make):
     sky = {"sky": make.flat(1.0)}
-    for camera, margin, message in ((make.camera((0, 0, 0), (1, 0, 0), 170.0, 1.0), 0.0, "scene.projection=equidistant"),
-                                    (make.camera((0, 0, 0), (1, 0, 0), 145.0, 1.0), 0.25, "renderer.margin=0"),
-                                    (wide(make, 300.0, 1.0), 0.0, "scene.horizontal_field_deg=254"),
-                                    (make.camera((0, 0, 0), (1, 0, 0), 90.0, 1.0, "equidistent"), 0.0, "did you mean 'equidistant'")):
+    for camera, margin, message in (
+        (make.camera((0, 0, 0), (1, 0, 0), 170.0, 1.0), 0.0, "scene.projection=equidistant"),
+        (make.camera((0, 0, 0), (1, 0, 0), 145.0, 1.0), 0.25, "renderer.margin=0"),
+        (wide(make, 300.0, 1.0), 0.0, "scene.horizontal_field_deg=254"),
+        (
+            make.camera((0, 0, 0), (1, 0, 0), 90.0, 1.0, "equidistent"),
+            0.0,
+            "did you mean 'equidistant'",
+        ),
+    ):
         with pytest.raises(ConfigError, match=message):
-            MitsubaRenderer(width=8, height=8, margin=margin)(make.describe([], camera=camera, **sky))
+            MitsubaRenderer(width=8, height=8, margin=margin)(
+                make.describe([], camera=camera, **sky)
+            )
     with pytest.raises(ConfigError, match="or scene.projection=equidistant for up to 200 degrees"):
         hdr.build("scene", "night_drive", horizontal_field_deg=170.0).plan()
-    assert hdr.build("scene", "tunnel", horizontal_field_deg=170.0, projection="equidistant").camera_field()[2] == "equidistant"
+    assert (
+        hdr.build(
+            "scene", "tunnel", horizontal_field_deg=170.0, projection="equidistant"
+        ).camera_field()[2]
+        == "equidistant"
+    )

@@ -24,4 +24,8 @@ def lamp(n, pitch, row, column, bands=(550.0,)):
 
 def flux(light):
     """Return the flux on the sensor, W/nm per band."""
-    return light.values.sum(axis=(1, 2)) * quantities.tile_pitch(light, "x") * quantities.tile_pitch(light, "y")
+    return (
+        light.values.sum(axis=(1, 2))
+        * quantities.tile_pitch(light, "x")
+        * quantities.tile_pitch(light, "y")
+    )

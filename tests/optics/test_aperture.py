@@ -10,8 +10,17 @@ from isethdr_core.physics.diffraction import psf_from_pupil
 
 LENS = DiffractionLimitedLens(falloff="none")
 CLEAN = {"dust_per_mm2": 0.0, "scratches_per_mm2": 0.0}
-WIPER = dict(blades=0, dust_per_mm2=0.0, scratches_per_mm2=40.0, scratch_width_um=3.0, scratch_length_um=1500.0,
-             scratches_together=8, scratch_spacing_um=25.0, scratch_direction_deg=90.0, scratch_range_deg=0.0)
+WIPER = dict(
+    blades=0,
+    dust_per_mm2=0.0,
+    scratches_per_mm2=40.0,
+    scratch_width_um=3.0,
+    scratch_length_um=1500.0,
+    scratches_together=8,
+    scratch_spacing_um=25.0,
+    scratch_direction_deg=90.0,
+    scratch_range_deg=0.0,
+)
 
 
 def pattern(flare, samples, size=129):
@@ -19,22 +28,36 @@ def pattern(flare, samples, size=129):
     pitch = 1.0 / samples
     axis = axis_mm(LENS, pitch)
     cells = amplitude(LENS, [flare], axis, axis, 550.0)
-    return psf_from_pupil(cells, None, 550.0, pitch, distance_mm(LENS), 1.0, size, open_energy_mm2(LENS, [flare], 550.0),
-                          cell_means=True, integrated=False)
+    return psf_from_pupil(
+        cells,
+        None,
+        550.0,
+        pitch,
+        distance_mm(LENS),
+        1.0,
+        size,
+        open_energy_mm2(LENS, [flare], 550.0),
+        cell_means=True,
+        integrated=False,
+    )
 
 
 @pytest.mark.parametrize("flare", [ApertureFlare(), ApertureFlare(**WIPER)])
 def test_halving_the_grid_spacing_converges(flare):
     fine = pattern(flare, 1536)
     errors = [np.abs(pattern(flare, n) - fine).sum() / fine.sum() for n in (192, 384, 768)]
-    assert errors[0] > 1.7 * errors[1] > 1.7**2 * errors[2]  # first order at least: edges cross cells
+    assert (
+        errors[0] > 1.7 * errors[1] > 1.7**2 * errors[2]
+    )  # first order at least: edges cross cells
     assert errors[2] < 2e-3
 
 
 @pytest.mark.parametrize("blades", [4, 5, 6, 8])
 def test_spikes_per_blade(blades):
     """A blade's edge makes a spike both ways: as many as blades where even, twice as many where odd."""
-    psf = LENS.psf([550], 1.0, 301, [ApertureFlare(blades=blades, rotation_deg=7.0, **CLEAN)]).values[0]
+    psf = LENS.psf(
+        [550], 1.0, 301, [ApertureFlare(blades=blades, rotation_deg=7.0, **CLEAN)]
+    ).values[0]
     y, x = np.indices(psf.shape) - 150
     ring = (np.hypot(x, y) > 70) & (np.hypot(x, y) < 145)
     angle = np.arctan2(y, x)[ring]
@@ -44,12 +67,17 @@ def test_spikes_per_blade(blades):
     phase = np.angle(np.sum(psf[ring] * np.exp(1j * spikes * angle))) / spikes
     # Spikes stand across the edges: half a corner's angle on from the corner at 7 degrees.
     want = np.radians(7.0 + 180.0 / blades)
-    assert np.degrees(abs((phase - want + np.pi / spikes) % (2 * np.pi / spikes) - np.pi / spikes)) < 1.0
+    assert (
+        np.degrees(abs((phase - want + np.pi / spikes) % (2 * np.pi / spikes) - np.pi / spikes))
+        < 1.0
+    )
 
 
 def test_rounding_takes_spikes_away():
     def contrast(rounding):
-        psf = LENS.psf([550], 1.0, 201, [ApertureFlare(blades=6, rounding=rounding, **CLEAN)]).values[0]
+        psf = LENS.psf(
+            [550], 1.0, 201, [ApertureFlare(blades=6, rounding=rounding, **CLEAN)]
+        ).values[0]
         y, x = np.indices(psf.shape) - 100
         ring = (np.hypot(x, y) > 50) & (np.hypot(x, y) < 95)
         return abs(np.sum(psf[ring] * np.exp(6j * np.arctan2(y, x)[ring]))) / psf[ring].sum()
@@ -59,24 +87,38 @@ def test_rounding_takes_spikes_away():
 
 
 def test_parallel_scratches_make_one_streak():
-    psf = LENS.psf([550], 1.0, 201, [ApertureFlare(**WIPER)]).values[0]  # scratches along y: the streak lies along x
+    psf = LENS.psf([550], 1.0, 201, [ApertureFlare(**WIPER)]).values[
+        0
+    ]  # scratches along y: the streak lies along x
     along, across = psf[95:106, 130:].sum(), psf[130:, 95:106].sum()
     assert along > 10 * across
-    turned = LENS.psf([550], 1.0, 201, [ApertureFlare(**{**WIPER, "scratch_direction_deg": 0.0})]).values[0]
+    turned = LENS.psf(
+        [550], 1.0, 201, [ApertureFlare(**{**WIPER, "scratch_direction_deg": 0.0})]
+    ).values[0]
     assert turned[130:, 95:106].sum() > 10 * turned[95:106, 130:].sum()
 
 
 def test_densities_are_per_area():
-    counts = [len(ApertureFlare(dust_per_mm2=40.0, scratches_per_mm2=24.0, scratches_together=4, seed=s).pupil_shapes(1.0)[1])
-              for s in range(200)]
+    counts = [
+        len(
+            ApertureFlare(
+                dust_per_mm2=40.0, scratches_per_mm2=24.0, scratches_together=4, seed=s
+            ).pupil_shapes(1.0)[1]
+        )
+        for s in range(200)
+    ]
     # 4 mm2: Poisson of mean 160 grains and 24 groups of 4; the mean of 200 seeds within 4 standard errors.
     assert np.mean(counts) == pytest.approx(160 + 96, abs=4 * np.sqrt((160 + 24 * 16) / 200))
 
 
 def test_dirt_is_all_of_one_loss_where_asked():
-    shapes = ApertureFlare(dust_opacity=(0.7, 0.7), dust_spread=0.0, scratches_per_mm2=0.0).pupil_shapes(0.5)[1]
+    shapes = ApertureFlare(
+        dust_opacity=(0.7, 0.7), dust_spread=0.0, scratches_per_mm2=0.0
+    ).pupil_shapes(0.5)[1]
     assert {loss for _, loss in shapes} == {0.7}
-    assert np.ptp([s.discs[0][2] for s, _ in shapes]) == 0.0 and shapes[0][0].discs[0][2] == pytest.approx(9e-3)
+    assert np.ptp([s.discs[0][2] for s, _ in shapes]) == 0.0 and shapes[0][0].discs[0][
+        2
+    ] == pytest.approx(9e-3)
 
 
 @pytest.mark.slow  # the kit sees the flare itself among all components
@@ -88,14 +130,24 @@ def test_presets(preset):
 
     from isethdr_core.testing import check
 
-    given = yaml.safe_load(files("isethdr_optics.conf").joinpath("flare", f"aperture_{preset}.yaml").read_text())
+    given = yaml.safe_load(
+        files("isethdr_optics.conf").joinpath("flare", f"aperture_{preset}.yaml").read_text()
+    )
     given.pop("defaults")
     check("flare", "aperture", **given)
     assert 0.3 < open_energy_mm2(LENS, [ApertureFlare(**given)], 550.0) / (np.pi / 4) < 1.0
 
 
-@pytest.mark.parametrize("bad", [{"dust_opacity": (0.5, 1.2)}, {"scratch_opacity": (0.6, 0.4)}, {"dust_per_mm2": -1.0},
-                                 {"scratches_together": 0}, {"rounding": 2.0}])
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"dust_opacity": (0.5, 1.2)},
+        {"scratch_opacity": (0.6, 0.4)},
+        {"dust_per_mm2": -1.0},
+        {"scratches_together": 0},
+        {"rounding": 2.0},
+    ],
+)
 def test_mistakes_are_told(bad):
     with pytest.raises(ConfigError, match=f"type .*{next(iter(bad))}="):
         ApertureFlare(**bad)

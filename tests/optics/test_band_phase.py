@@ -8,7 +8,9 @@ from isethdr_optics.kernels import _Plan
 from isethdr_core import ledger, quantities
 from isethdr_core.errors import ConfigError
 
-COMA = WavefrontLens(zernike_um={8: 2.0, 4: 1.0})  # 7.0 rad rms within 100 nm about 450 nm: 24 parts
+COMA = WavefrontLens(
+    zernike_um={8: 2.0, 4: 1.0}
+)  # 7.0 rad rms within 100 nm about 450 nm: 24 parts
 WAVE, WIDTH = 450.0, 100.0
 
 
@@ -47,17 +49,23 @@ def test_what_parts_follow_is_not_stated_and_what_no_parts_follow_is_refused():
     [(error, what)] = stated(COMA, wide)
     assert 0 < error < 0.1 and "24 parts of the band at 450 nm" in what
     strong = WavefrontLens(zernike_um={8: 20.0})
-    with pytest.raises(ConfigError, match=r"450 nm, 100 nm wide.*take bands of (\d+) nm or less") as refused:
+    with pytest.raises(
+        ConfigError, match=r"450 nm, 100 nm wide.*take bands of (\d+) nm or less"
+    ) as refused:
         kernels.kernels(strong, (), wide, (3.0, 3.0), (8, 8))
     narrower = float(str(refused.value).split("take bands of ")[1].split(" nm")[0])
     assert 50 < narrower < 100
-    band_phase.check(strong, (), np.array([450.0, 450.0 + narrower]))  # what it says to type is accepted
+    band_phase.check(
+        strong, (), np.array([450.0, 450.0 + narrower])
+    )  # what it says to type is accepted
 
 
 def test_a_lens_states_it_in_its_ledger(monkeypatch):
     monkeypatch.setattr(far, "MOST_PARTS", 1)
     x, y = quantities.centres(4, 0.01), quantities.centres(3, 0.008)
-    scene = quantities.plane(np.ones((2, 3, 4), np.float32), [450.0, 490.0], x, y, quantities.RADIANCE)
+    scene = quantities.plane(
+        np.ones((2, 3, 4), np.float32), [450.0, 490.0], x, y, quantities.RADIANCE
+    )
     rows = ledger.Ledger()
     with ledger.stage(rows, "lens"):
         WavefrontLens(zernike_um={8: 0.3})(scene)

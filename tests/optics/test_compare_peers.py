@@ -19,7 +19,9 @@ def circle(samples, obscured=0.0):
     return raster(opening(disc(0, 0, 0.5), losses), axis, axis).astype(float), axis
 
 
-@pytest.mark.parametrize("zernike_um, obscured", [({}, 0.0), ({}, 0.4), (ABERRATED, 0.0), (ABERRATED, 0.4)])
+@pytest.mark.parametrize(
+    "zernike_um, obscured", [({}, 0.0), ({}, 0.4), (ABERRATED, 0.0), (ABERRATED, 0.4)]
+)
 def test_prysm_of_the_same_pupil(zernike_um, obscured):
     """Both transform the same samples; the wavefront is prysm's own, from its polynomials."""
     polynomials = pytest.importorskip("prysm.polynomials", reason=WHY)
@@ -29,12 +31,30 @@ def test_prysm_of_the_same_pupil(zernike_um, obscured):
 
     cells, axis = circle(300, obscured)
     x, y = np.meshgrid(axis / 0.5, axis / 0.5)
-    opd = sum((c * polynomials.zernike_nm(*order(j), np.hypot(x, y), np.arctan2(y, x), norm=True) for j, c in zernike_um.items()), 0 * x)
+    opd = sum(
+        (
+            c * polynomials.zernike_nm(*order(j), np.hypot(x, y), np.arctan2(y, x), norm=True)
+            for j, c in zernike_um.items()
+        ),
+        0 * x,
+    )
     pitch_um, size = 0.5, 128
-    ours = psf_from_pupil(cells, wavefront_um(zernike_um, axis / 0.5, axis / 0.5), 550.0, axis[1] - axis[0], 4.0, pitch_um, size)
-    field = focus_fixed_sampling(cells * np.exp(-2j * np.pi / 0.55 * opd), axis[1] - axis[0], 4.0, 0.55, pitch_um, size)
+    ours = psf_from_pupil(
+        cells,
+        wavefront_um(zernike_um, axis / 0.5, axis / 0.5),
+        550.0,
+        axis[1] - axis[0],
+        4.0,
+        pitch_um,
+        size,
+    )
+    field = focus_fixed_sampling(
+        cells * np.exp(-2j * np.pi / 0.55 * opd), axis[1] - axis[0], 4.0, 0.55, pitch_um, size
+    )
     theirs = np.abs(field) ** 2
-    theirs = np.roll(theirs[::-1, ::-1], 1, axis=(0, 1))  # their phase has the other sign: the image is turned about the axis
+    theirs = np.roll(
+        theirs[::-1, ::-1], 1, axis=(0, 1)
+    )  # their phase has the other sign: the image is turned about the axis
     # The border row and column have no partner after the turn. Both are sums of the same products: rounding alone.
     ours, theirs = (p[1:, 1:] / p[1:, 1:].sum() for p in (ours, theirs))
     assert np.abs(ours - theirs).sum() < 1e-9
@@ -52,7 +72,14 @@ def test_prysm_from_its_own_mask():
     x, y = np.meshgrid(axis, axis)
     r, t = np.hypot(x, y), np.arctan2(y, x)
     opd = sum(c * zernike_nm(*order(j), r / 0.5, t, norm=True) for j, c in ABERRATED.items())
-    field = focus_fixed_sampling(geometry.circle(0.5, r) * np.exp(2j * np.pi / 0.55 * opd), axis[1] - axis[0], 4.0, 0.55, 0.5, 65)
+    field = focus_fixed_sampling(
+        geometry.circle(0.5, r) * np.exp(2j * np.pi / 0.55 * opd),
+        axis[1] - axis[0],
+        4.0,
+        0.55,
+        0.5,
+        65,
+    )
     theirs = np.abs(field[::-1]) ** 2  # the standard's y points up, our rows down
     ours = WavefrontLens(zernike_um=ABERRATED).psf(550.0, 0.5, 65, integrated=False).values[0]
     forms = [np.abs(ours / ours.sum() - p / p.sum()).sum() for p in (theirs, theirs[::-1, ::-1])]
@@ -60,7 +87,9 @@ def test_prysm_from_its_own_mask():
 
 
 @pytest.mark.parametrize("obscured", [0.0, 0.3])
-@pytest.mark.filterwarnings("ignore:Input pupil_plane_scale")  # 4 times the stop in the pupil plane is the sampling of its transform
+@pytest.mark.filterwarnings(
+    "ignore:Input pupil_plane_scale"
+)  # 4 times the stop in the pupil plane is the sampling of its transform
 def test_galsim_of_the_same_pupil(obscured):
     """GalSim's OpticalPSF, its own annulus of black and white cells, its own Zernike polynomials and transform."""
     galsim = pytest.importorskip("galsim", reason=WHY)
@@ -68,18 +97,33 @@ def test_galsim_of_the_same_pupil(obscured):
     waves = np.zeros(12)
     for j, c in ABERRATED.items():
         waves[noll[j]] = c / 0.55
-    aperture = galsim.Aperture(diam=1.0, lam=550.0, obscuration=obscured, pupil_plane_scale=1 / 512, pupil_plane_size=4.0)
+    aperture = galsim.Aperture(
+        diam=1.0, lam=550.0, obscuration=obscured, pupil_plane_scale=1 / 512, pupil_plane_size=4.0
+    )
     pitch_um, size = 0.5, 65
     # Its stop is 1 m wide: 550e-9 of its radians are 2.2 um here. Its image is interpolated between samples of wavelength x f-number / 4: Lanczos of 31 keeps that below the tolerance.
-    profile = galsim.OpticalPSF(lam=550.0, diam=1.0, aper=aperture, aberrations=waves, obscuration=obscured, scale_unit=galsim.radians,
-                                interpolant=galsim.Lanczos(31), suppress_warning=True)
-    theirs = profile.drawImage(nx=size, ny=size, scale=pitch_um / 2.2 * 550e-9, method="no_pixel", dtype=float).array[::-1, ::-1]
+    profile = galsim.OpticalPSF(
+        lam=550.0,
+        diam=1.0,
+        aper=aperture,
+        aberrations=waves,
+        obscuration=obscured,
+        scale_unit=galsim.radians,
+        interpolant=galsim.Lanczos(31),
+        suppress_warning=True,
+    )
+    theirs = profile.drawImage(
+        nx=size, ny=size, scale=pitch_um / 2.2 * 550e-9, method="no_pixel", dtype=float
+    ).array[::-1, ::-1]
     axis = np.unique(aperture.u_illuminated.round(9))
     step = np.diff(axis).min()
     low, high = axis[0], axis[-1]
     whole = np.arange(round((high - low) / step) + 1) * step + low
     cells = np.zeros((len(whole), len(whole)))
-    cells[np.rint((aperture.v_illuminated - low) / step).astype(int), np.rint((aperture.u_illuminated - low) / step).astype(int)] = 1.0
+    cells[
+        np.rint((aperture.v_illuminated - low) / step).astype(int),
+        np.rint((aperture.u_illuminated - low) / step).astype(int),
+    ] = 1.0
     opd = wavefront_um(ABERRATED, whole / 0.5, whole / 0.5)
     # Their axis lies on a sample, ours between two: a tilt of half a sample moves no light, phases of the whole field apart.
     ours = psf_from_pupil(cells, opd, 550.0, step, 4.0, pitch_um, size)

@@ -17,7 +17,10 @@ def radial(radius_um, f_number, wavelength_nm):
     at, weight = np.polynomial.legendre.leggauss(int(3 * turns) + 60)
     rho, weight = (at + 1) / 2, weight / 2
     pupil = 2 * rho * weight * np.exp(2j * np.pi * WAVES * CENTRE / wavelength_nm * rho**2)
-    out = [np.abs(j0(np.pi / blur * np.outer(r, rho)) @ pupil) ** 2 for r in np.array_split(radius_um, 1 + len(radius_um) * len(rho) // 10**6)]
+    out = [
+        np.abs(j0(np.pi / blur * np.outer(r, rho)) @ pupil) ** 2
+        for r in np.array_split(radius_um, 1 + len(radius_um) * len(rho) // 10**6)
+    ]
     return np.pi / (4 * blur**2) * np.concatenate(out)
 
 
@@ -37,9 +40,13 @@ def quadrant(f_number, pitch_um, reach, bands=5):
 
 def errors(f_number, pitch_um):
     """Return (stated, measured) relative L1 errors per octave of radius beyond the core, and that of the core."""
-    half = max(3, int(CORE_SAMPLES / np.ceil(2 * pitch_um / (1e-3 * (CENTRE - WIDTH / 2) * f_number))))
+    half = max(
+        3, int(CORE_SAMPLES / np.ceil(2 * pitch_um / (1e-3 * (CENTRE - WIDTH / 2) * f_number)))
+    )
     reach = half + BEYOND
-    lens = WavefrontLens(f_number=f_number, zernike_um={4: WAVES * CENTRE * 1e-3 / (2 * np.sqrt(3))})
+    lens = WavefrontLens(
+        f_number=f_number, zernike_um={4: WAVES * CENTRE * 1e-3 / (2 * np.sqrt(3))}
+    )
     made = _made(lens, (), np.array([CENTRE, CENTRE + WIDTH]), (pitch_um, pitch_um), (reach, reach))
     want, got = quadrant(f_number, pitch_um, reach), made.bands[0][reach:, reach:]
     y, x = np.indices(want.shape)
@@ -47,14 +54,23 @@ def errors(f_number, pitch_um):
     octave = np.log2(np.maximum(np.hypot(y, x), 1)).astype(int)
     octaves = [k for k in range(kernel_errors.OCTAVES) if made.speckle[0][k] > 0]
     seen = [(octave == k) & ~core for k in octaves]
-    return made.speckle[0][octaves], np.array([wrong[s].sum() / want[s].sum() for s in seen]), wrong[core].sum() / want[core].sum()
+    return (
+        made.speckle[0][octaves],
+        np.array([wrong[s].sum() / want[s].sum() for s in seen]),
+        wrong[core].sum() / want[core].sum(),
+    )
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("f_number, pitch_um", [(1.4, 0.7), (1.4, 2.0), (1.4, 6.0), (2.8, 2.0), (5.6, 6.0), (11, 2.0), (22, 6.0)])
+@pytest.mark.parametrize(
+    "f_number, pitch_um",
+    [(1.4, 0.7), (1.4, 2.0), (1.4, 6.0), (2.8, 2.0), (5.6, 6.0), (11, 2.0), (22, 6.0)],
+)
 def test_twenty_waves_of_defocus_are_as_wrong_as_the_ledger_says(f_number, pitch_um):
     stated, measured, core = errors(f_number, pitch_um)
     assert stated.max() <= 0.03
-    assert (measured <= stated + far.WRAP).all()  # the ledger's two rows: speckle, and what the period leaves
+    assert (
+        measured <= stated + far.WRAP
+    ).all()  # the ledger's two rows: speckle, and what the period leaves
     assert measured.max() < 0.01  # what it is: 0.6 % at most
     assert core < 5e-3

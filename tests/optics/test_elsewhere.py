@@ -56,7 +56,10 @@ def test_a_sensor_gets_irradiance_from_there(library):
     assert LENS.photocurrent(street(), DIRT, response).dims == quantities.MIXED_DIMS
 
 
-@pytest.mark.parametrize(("name", "what"), [("no_such_library", "No module named"), ("array_api_strict:device9", "device9")])
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [("no_such_library", "No module named"), ("array_api_strict:device9", "device9")],
+)
 def test_what_is_not_there_is_refused_when_a_lens_is_built(monkeypatch, name, what):
     pytest.importorskip("array_api_strict")
     monkeypatch.setenv("ISETHDR_ARRAYS", name)

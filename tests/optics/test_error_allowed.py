@@ -32,8 +32,14 @@ def test_irradiance_is_within_what_is_allowed(allowed):
 
 def test_a_lens_that_varies_over_the_field_is_told_too(monkeypatch):
     told = []
-    monkeypatch.setattr(field_imaging, "overlaid", lambda parts, shape, allowed: told.append(allowed) or overlaid(parts, shape, allowed))
-    lens = WavefrontLens(focal_length_mm=6.0, field_zernike_um={0: {}, 8: {4: 0.06}}, error_allowed=0.5)
+    monkeypatch.setattr(
+        field_imaging,
+        "overlaid",
+        lambda parts, shape, allowed: told.append(allowed) or overlaid(parts, shape, allowed),
+    )
+    lens = WavefrontLens(
+        focal_length_mm=6.0, field_zernike_um={0: {}, 8: {4: 0.06}}, error_allowed=0.5
+    )
     monkeypatch.setattr(field_imaging, "RINGS", (1,))
     scene = night().isel(wavelength=slice(0, 16, 8))
     exact, light = lens(scene).values, lens(scene, error_allowed=1e-3).values
@@ -49,8 +55,13 @@ def test_a_lens_that_varies_over_the_field_is_told_too(monkeypatch):
 def test_photocurrent_is_within_its_share_of_the_noise(fraction):
     sensor = build("sensor", "bayer", pitch_um=3.0)
     response = replace(sensor.narrow(Demand()).response, noise_fraction_allowed=fraction)
-    found, exact = (sensor.expected(light).values for light in (LENS.photocurrent(night(), (), response), LENS(night())))
+    found, exact = (
+        sensor.expected(light).values
+        for light in (LENS.photocurrent(night(), (), response), LENS(night()))
+    )
     dark = exact < response.full_scale_e
     noise = np.sqrt(exact + response.read_noise_e**2)
     assert dark.any() and (np.abs(found - exact) / noise)[dark].max() < fraction
-    np.testing.assert_allclose(found[~dark], exact[~dark], rtol=2 * fraction / np.sqrt(response.full_scale_e))
+    np.testing.assert_allclose(
+        found[~dark], exact[~dark], rtol=2 * fraction / np.sqrt(response.full_scale_e)
+    )

@@ -2,7 +2,14 @@
 
 import numpy as np
 import pytest
-from isethdr_optics import DiffractionLimitedLens, PrescribedLens, WavefrontLens, field_grid, field_imaging, pupils
+from isethdr_optics import (
+    DiffractionLimitedLens,
+    PrescribedLens,
+    WavefrontLens,
+    field_grid,
+    field_imaging,
+    pupils,
+)
 from isethdr_optics.field_imaging import node_lens
 from isethdr_optics.prescription import load
 from isethdr_optics.prescription_wavefront import zernike_um
@@ -43,7 +50,9 @@ def test_turned_coefficients_are_the_turned_wavefront():
     x, y = np.random.default_rng(1).uniform(-0.7, 0.7, (2, 100))
     given, angle = {1: 0.3, 2: 0.1, 3: -0.2, 5: 0.4, 7: 0.1, 8: 0.2, 12: 0.5, 13: -0.3}, 0.7
     c, s = np.cos(angle), np.sin(angle)
-    np.testing.assert_allclose(wave(rotated(given, angle), x, y), wave(given, c * x + s * y, c * y - s * x), atol=1e-13)
+    np.testing.assert_allclose(
+        wave(rotated(given, angle), x, y), wave(given, c * x + s * y, c * y - s * x), atol=1e-13
+    )
     assert rotated({4: 0.2, 12: 0.1}, 1.1) == {4: 0.2, 12: 0.1}
 
 
@@ -52,16 +61,23 @@ def test_shares_are_a_partition_of_unity(symmetric):
     x, y = quantities.centres(40, 0.6), quantities.centres(30, 0.45)
     radius = float(np.hypot(x.max(), y.max()))
     for rings in (1, 2, 3):
-        shares = [field_grid.weight(p, radius / rings, x, y) for p in field_grid.places(rings, radius, symmetric)]
+        shares = [
+            field_grid.weight(p, radius / rings, x, y)
+            for p in field_grid.places(rings, radius, symmetric)
+        ]
         assert min(s.min() for s in shares) >= 0
         np.testing.assert_allclose(sum(shares), 1.0, atol=1e-12)
 
 
 def test_a_wavefront_that_does_not_vary_gives_the_one_point_spread(monkeypatch):
-    monkeypatch.setattr(pupils, "FEWEST_SAMPLES", pupils.CORE_SAMPLES)  # small cores are sampled as the frame's is
+    monkeypatch.setattr(
+        pupils, "FEWEST_SAMPLES", pupils.CORE_SAMPLES
+    )  # small cores are sampled as the frame's is
     scene = field([(5, 90), (36, 48), (60, 10)])
     one, row = noted(lambda: WavefrontLens(zernike_um={4: 0.05, 12: 0.02}, **KEEP)(scene))
-    constant = WavefrontLens(field_zernike_um={0: {4: 0.05, 12: 0.02}, 30: {4: 0.05, 12: 0.02}}, **KEEP)
+    constant = WavefrontLens(
+        field_zernike_um={0: {4: 0.05, 12: 0.02}, 30: {4: 0.05, 12: 0.02}}, **KEEP
+    )
     same, row_of_constant = noted(lambda: constant(scene))
     np.testing.assert_array_equal(same.values, one.values)
     for left in (row, row_of_constant):
@@ -92,7 +108,9 @@ def test_a_lamp_at_a_place_has_the_point_spread_of_that_place():
     light, row = noted(lambda: lens(scene))
     angle = float(np.arctan(scene.x[95]))
     own = node_lens(lens, lens.wavefront_at(angle), 0.0)(scene)
-    assert np.abs(light.values - own.values).sum() < 1.5 * grid_error(row) * own.values.sum()  # the middle band's; L1
+    assert (
+        np.abs(light.values - own.values).sum() < 1.5 * grid_error(row) * own.values.sum()
+    )  # the middle band's; L1
     wrong = node_lens(lens, lens.wavefront_at(0.0), 0.0)(scene)
     assert np.abs(light.values - wrong.values).sum() > 5 * np.abs(light.values - own.values).sum()
 
@@ -105,9 +123,13 @@ def test_the_error_between_places_is_what_the_ledger_says_and_finer_grids_are_be
     for allowed in (0.1, 0.02):
         lens = WavefrontLens(field_zernike_um=COMA, error_allowed=allowed, **KEEP)
         light, row = noted(lambda lens=lens: lens(scene))
-        own = node_lens(lens, lens.wavefront_at(np.arctan(np.hypot(u, v))), float(np.arctan2(-v, u)))(scene)
+        own = node_lens(
+            lens, lens.wavefront_at(np.arctan(np.hypot(u, v))), float(np.arctan2(-v, u))
+        )(scene)
         errors.append(np.abs(light.values - own.values).sum() / own.values.sum())
-        assert errors[-1] < 2 * grid_error(row) <= 2 * allowed  # half way in radius and around at once: the sum of both
+        assert (
+            errors[-1] < 2 * grid_error(row) <= 2 * allowed
+        )  # half way in radius and around at once: the sum of both
     assert errors[1] < 0.5 * errors[0]
 
 
@@ -119,7 +141,9 @@ def test_the_stated_error_is_that_of_the_worst_band():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(field_imaging, "RINGS", (1,))
         for bands in ((550.0,), (450.0, 550.0, 650.0)):
-            patch.setattr(field_imaging, "references_nm", lambda lens, waves, bands=bands: list(bands))
+            patch.setattr(
+                field_imaging, "references_nm", lambda lens, waves, bands=bands: list(bands)
+            )
             stated[bands] = grid_error(noted(lambda: lens(field([(36, 48)])))[1])
     assert stated[450.0, 550.0, 650.0] > 1.1 * stated[550.0,]
 
@@ -129,7 +153,9 @@ def test_light_is_kept_never_negative_and_linear():
     images = [lens(field([lamp])).values for lamp in lamps]
     sums = [i.sum() for i in images]
     # what leaves the frame differs from place to place by a few 1e-4
-    np.testing.assert_allclose(sums, WavefrontLens(**KEEP)(field(lamps[:1])).values.sum(), rtol=1e-3)
+    np.testing.assert_allclose(
+        sums, WavefrontLens(**KEEP)(field(lamps[:1])).values.sum(), rtol=1e-3
+    )
     assert min(i.min() for i in images) > 0
     np.testing.assert_allclose(lens(field(lamps)).values, sum(images), rtol=1e-5)
 
@@ -147,7 +173,10 @@ def test_turning_the_field_turns_the_image():
 
 @pytest.mark.slow
 def test_mirrored_places_are_those_computed_one_by_one(monkeypatch):
-    lens, scene = WavefrontLens(field_zernike_um=COMA, error_allowed=0.2, **KEEP), field([(10, 15), (50, 20), (60, 80)])
+    lens, scene = (
+        WavefrontLens(field_zernike_um=COMA, error_allowed=0.2, **KEEP),
+        field([(10, 15), (50, 20), (60, 80)]),
+    )
     mirrored = lens(scene).values
     monkeypatch.setattr(field_grid, "is_mirrored", lambda wavefronts: False)
     np.testing.assert_allclose(mirrored, lens(scene).values, rtol=1e-5)
@@ -167,10 +196,16 @@ def gradients(coefficients, count=20000):
     rng, h = np.random.default_rng(0), 1e-5
     r, turn = np.sqrt(rng.random(count)), 2 * np.pi * rng.random(count)
     x, y = r * np.cos(turn), r * np.sin(turn)
-    return ((wave(coefficients, x + a, y + b) - wave(coefficients, x - a, y - b)) / (2 * h) for a, b in ((h, 0), (0, h)))
+    return (
+        (wave(coefficients, x + a, y + b) - wave(coefficients, x - a, y - b)) / (2 * h)
+        for a, b in ((h, 0), (0, h))
+    )
 
 
-@pytest.mark.parametrize(("name", "f_number", "nm"), [("singlet", 8.0, 450.0), ("double_gauss", 4.0, 587.56), ("cooke_triplet", 5.6, 587.56)])
+@pytest.mark.parametrize(
+    ("name", "f_number", "nm"),
+    [("singlet", 8.0, 450.0), ("double_gauss", 4.0, 587.56), ("cooke_triplet", 5.6, 587.56)],
+)
 def test_slopes_of_a_traced_wavefront_land_where_the_rays_do(name, f_number, nm):
     """Transverse aberration = dW / d(direction cosine): spot and centroid of rays that the wavefront never saw."""
     from isethdr_optics.prescription_exit_pupil import exit_pupil
@@ -180,7 +215,10 @@ def test_slopes_of_a_traced_wavefront_land_where_the_rays_do(name, f_number, nm)
     from isethdr_core.physics.ray_trace import collimated, follow, sequential
 
     lens = load(name).stopped(f_number).scaled(8.0)
-    indices, (pupil_z, radius) = lens.indices(nm), paraxial.entrance_pupil(lens.surfaces[:-1], lens.indices(nm))
+    indices, (pupil_z, radius) = (
+        lens.indices(nm),
+        paraxial.entrance_pupil(lens.surfaces[:-1], lens.indices(nm)),
+    )
     front = lens.surfaces[0].z_mm
     for tangent in (0.0, 0.1, 0.2):
         found, left, scale = zernike_um(lens, tangent, nm)
@@ -197,7 +235,10 @@ def test_slopes_of_a_traced_wavefront_land_where_the_rays_do(name, f_number, nm)
         inside = np.hypot(*rays.hits_mm[lens.stop]) <= lens.surfaces[lens.stop].semi_diameter_mm
         inside &= np.isfinite(rays.position_mm[0])
         spot = 1e3 * rays.position_mm[:2, inside]
-        sx, sy = (-g / (scale * radius) for g, radius in zip(gradients(found), (pupil.meridional, pupil.sagittal)))
+        sx, sy = (
+            -g / (scale * radius)
+            for g, radius in zip(gradients(found), (pupil.meridional, pupil.sagittal))
+        )
         # 2 %: points even over the exit pupil here, over the entrance pupil there
         assert np.hypot(sx.std(), sy.std()) == pytest.approx(np.hypot(*spot.std(axis=1)), rel=0.02)
         centroid = float(spot[0].mean() - 1e3 * chief_mm(lens, tangent, nm)[0])
@@ -207,7 +248,9 @@ def test_slopes_of_a_traced_wavefront_land_where_the_rays_do(name, f_number, nm)
 
 @pytest.mark.slow
 def test_the_lens_of_a_prescription_images_with_its_own_wavefronts():
-    same = dict(f_number=4.0, focal_length_mm=8.0, distortion="none", falloff="none", lateral_colour="none")
+    same = dict(
+        f_number=4.0, focal_length_mm=8.0, distortion="none", falloff="none", lateral_colour="none"
+    )
     lens, flat = PrescribedLens(error_allowed=0.2, **same), PrescribedLens(wavefront="none", **same)
     scene = field([(36, 48)], (73, 97))
     (own, row), perfect = noted(lambda: lens(scene)), flat(scene)
@@ -218,7 +261,9 @@ def test_the_lens_of_a_prescription_images_with_its_own_wavefronts():
     np.testing.assert_allclose(own.values, axis.values * ratio, rtol=1e-4)
     assert any("between traced wavelengths" in e.what for e in row.errors)
     traced_f_number = 4.0 / lens.exit_pupil_at(0.0)[0]
-    reference = WavefrontLens(f_number=traced_f_number, focal_length_mm=8.0, zernike_um=lens.wavefront_at(0.0))
+    reference = WavefrontLens(
+        f_number=traced_f_number, focal_length_mm=8.0, zernike_um=lens.wavefront_at(0.0)
+    )
     sharp, want = (one.psf(587.56, size=32).values for one in (lens, reference))
     np.testing.assert_allclose(sharp, want, atol=1e-3 * want.max())  # lines between wavelengths
 

@@ -4,7 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealFlare, IdealLens, WavefrontLens
+from isethdr_optics import (
+    ApertureFlare,
+    DiffractionLimitedLens,
+    IdealFlare,
+    IdealLens,
+    WavefrontLens,
+)
 from isethdr_optics.pupils import amplitude, open_energy_mm2
 
 from isethdr_core import quantities
@@ -55,7 +61,13 @@ class Ghost:
 
     def irradiance(self, lens, mixed):
         f = 1e-3 * lens.focal_length_mm
-        return quantities.plane(np.full(mixed.shape, 7.0), mixed.wavelength, mixed.x * f, mixed.y * f, quantities.IRRADIANCE)
+        return quantities.plane(
+            np.full(mixed.shape, 7.0),
+            mixed.wavelength,
+            mixed.x * f,
+            mixed.y * f,
+            quantities.IRRADIANCE,
+        )
 
 
 def test_ideal_flare_changes_nothing():
@@ -65,7 +77,9 @@ def test_ideal_flare_changes_nothing():
 
 def test_round_clean_aperture_is_the_bare_lens():
     flare = ApertureFlare(blades=0, dust_per_mm2=0.0, scratches_per_mm2=0.0)
-    np.testing.assert_allclose(LENS.psf([550], 1.0, 64, [flare]), LENS.psf([550], 1.0, 64), rtol=2e-5)  # extrapolated energy
+    np.testing.assert_allclose(
+        LENS.psf([550], 1.0, 64, [flare]), LENS.psf([550], 1.0, 64), rtol=2e-5
+    )  # extrapolated energy
 
 
 def test_hexagon_takes_light_and_makes_six_spikes():
@@ -80,7 +94,9 @@ def test_hexagon_takes_light_and_makes_six_spikes():
     psf = LENS.psf([550], 1.0, 301, [flare]).values[0]
     y, x = np.indices(psf.shape) - 150
     ring = (np.hypot(x, y) > 60) & (np.hypot(x, y) < 140)
-    light = np.histogram(np.degrees(np.arctan2(y, x))[ring] % 60, bins=12, range=(0, 60), weights=psf[ring])[0]
+    light = np.histogram(
+        np.degrees(np.arctan2(y, x))[ring] % 60, bins=12, range=(0, 60), weights=psf[ring]
+    )[0]
     # Blades face 30 degrees from the corners; spikes stand perpendicular to blades: at 30 degrees modulo 60.
     assert light[5:7].sum() > 5 * light[[0, 1, -1, -2]].sum()
     np.testing.assert_allclose(psf, psf[::-1, ::-1], rtol=1e-6, atol=1e-12)  # a pupil without phase
@@ -88,7 +104,10 @@ def test_hexagon_takes_light_and_makes_six_spikes():
 
 def test_spikes_scale_with_wavelength():
     flare = ApertureFlare(dust_per_mm2=0, scratches_per_mm2=0)
-    a, b = LENS.psf([450], 0.9, 128, [flare]).values[0], LENS.psf([600], 1.2, 128, [flare]).values[0]
+    a, b = (
+        LENS.psf([450], 0.9, 128, [flare]).values[0],
+        LENS.psf([600], 1.2, 128, [flare]).values[0],
+    )
     np.testing.assert_allclose(a, b, atol=1e-6 * a.max())  # the same grid in units of wavelength
 
 
@@ -103,17 +122,25 @@ def test_dust_and_seed():
 
 def test_order_of_flares_does_not_matter_and_dictionaries_do():
     one, two = ApertureFlare(dust_per_mm2=0), HalfTone()
-    np.testing.assert_allclose(LENS.psf([550], 1.0, 64, [one, two]), LENS.psf([550], 1.0, 64, {"b": two, "a": one}), rtol=1e-5)
+    np.testing.assert_allclose(
+        LENS.psf([550], 1.0, 64, [one, two]),
+        LENS.psf([550], 1.0, 64, {"b": two, "a": one}),
+        rtol=1e-5,
+    )
 
 
 def test_third_party_pupils():
     grey = LENS(scene(), [HalfTone()])
     assert grey.attrs["throughput_sr"] == pytest.approx(0.64 * LENS.throughput_sr(), rel=1e-4)
-    np.testing.assert_allclose(grey, 0.64 * LENS(scene()), rtol=3e-3)  # cells of a pupil against the closed form of the clean stop: 2e-3
+    np.testing.assert_allclose(
+        grey, 0.64 * LENS(scene()), rtol=3e-3
+    )  # cells of a pupil against the closed form of the clean stop: 2e-3
     psf = LENS.psf([550], 1.0, 65, [Wedge()]).values[0]
     assert np.unravel_index(psf.argmax(), psf.shape) == (32, 40)  # complex: no mirror image
     tilted = WavefrontLens(zernike_um={2: 0.5}).psf([550], 1.0, 65).values[0]
-    np.testing.assert_allclose(psf, tilted, atol=2e-4 * psf.max())  # 4 N c = 8 um; phase averaged over a cell
+    np.testing.assert_allclose(
+        psf, tilted, atol=2e-4 * psf.max()
+    )  # 4 N c = 8 um; phase averaged over a cell
 
 
 def test_lens_image_of_a_complex_pupil_moves_the_right_way():
@@ -123,7 +150,9 @@ def test_lens_image_of_a_complex_pupil_moves_the_right_way():
 
 def test_scatter_conserves_energy():
     clean, hazy = (LENS.psf([550], 2.0, 401, f) for f in ((), [Haze()]))
-    assert float(hazy.values[0, 200, 200]) == pytest.approx(0.95 * float(clean.values[0, 200, 200]), rel=1e-3)
+    assert float(hazy.values[0, 200, 200]) == pytest.approx(
+        0.95 * float(clean.values[0, 200, 200]), rel=1e-3
+    )
     # Within 400 um = 0.1 rad, ten times the decay angle, nearly all of the haze.
     assert float(hazy.sum()) == pytest.approx(0.95 * float(clean.sum()) + 0.05, abs=5e-5)
     light = IdealLens(falloff="none")(scene(101, 4.0, 1e6), [Haze()])

@@ -18,7 +18,19 @@ CHART = [
     "scene.height=120",
     "scene.step_nm=50",
     "lens=ideal",
-    *(f"~metric.{m}" for m in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance", "contrast", "detection")),
+    *(
+        f"~metric.{m}"
+        for m in (
+            "shares",
+            "dynamic_range",
+            "snr",
+            "colour",
+            "ssim",
+            "log_luminance",
+            "contrast",
+            "detection",
+        )
+    ),
 ]
 FISHEYE = [
     "scene.projection=equidistant",
@@ -28,7 +40,10 @@ FISHEYE = [
 ]
 LENSES = {
     "barrel": ["lens.distortion={model:brown_conrady,k1:-0.25,p1:0.002}"],
-    "pincushion and a table": ["lens.distortion={model:brown_conrady,k1:0.15}", "lens.falloff={0:1,15:0.9,30:0.6}"],
+    "pincushion and a table": [
+        "lens.distortion={model:brown_conrady,k1:0.15}",
+        "lens.falloff={0:1,15:0.9,30:0.6}",
+    ],
     "fisheye": [*FISHEYE, "lens.falloff={0:1,60:0.8,120:0.4}"],
 }
 
@@ -41,12 +56,20 @@ def finished(*more):
 
 @pytest.mark.parametrize(
     "lens",
-    ["barrel", pytest.param("pincushion and a table", marks=pytest.mark.slow), pytest.param("fisheye", marks=pytest.mark.slow)],
+    [
+        "barrel",
+        pytest.param("pincushion and a table", marks=pytest.mark.slow),
+        pytest.param("fisheye", marks=pytest.mark.slow),
+    ],
 )
 def test_truth_and_labels_lie_on_the_picture(lens, isethdr_home):
     result, picture, truth = finished(*LENSES[lens])
     assert picture.attrs["distortion"] == truth.attrs["distortion"]
-    seen, true, labels = picture["xyz"].values[..., 1], truth["xyz"].values[..., 1], truth["instance"].values
+    seen, true, labels = (
+        picture["xyz"].values[..., 1],
+        truth["xyz"].values[..., 1],
+        truth["instance"].values,
+    )
     scale = true.max()
     # 1 % of white: the stated relative illumination is that of pixel middles; borders of patches are shared by tiles and pixels
     assert np.median(np.abs(seen - true)) < 0.01 * scale
@@ -57,7 +80,10 @@ def test_truth_and_labels_lie_on_the_picture(lens, isethdr_home):
     assert len(patches) >= 12
     for number in patches:
         inside = labels == number
-        assert np.std(true[inside]) / scale < 0.2 and abs(np.median(seen[inside]) - np.median(true[inside])) < 0.02 * scale
+        assert (
+            np.std(true[inside]) / scale < 0.2
+            and abs(np.median(seen[inside]) - np.median(true[inside])) < 0.02 * scale
+        )
     boxes = {o["instance"]: o["box"] for o in truth.attrs["objects"] if o["in_frame"] == 1.0}
     for number in set(patches) & boxes.keys():
         rows, columns = np.nonzero(labels == number)

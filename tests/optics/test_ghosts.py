@@ -40,11 +40,22 @@ def monte_carlo(lens, tangent, count, seed=1):
             to = pos[here] - centre
             b = (to * way[here]).sum(1)
             root = np.sqrt(b**2 - (to**2).sum(1) + s.curvature_per_mm**-2)
-            both = pos[here][:, None] + np.stack([-b - root, -b + root], 1)[..., None] * way[here][:, None]
+            both = (
+                pos[here][:, None]
+                + np.stack([-b - root, -b + root], 1)[..., None] * way[here][:, None]
+            )
             out[here] = both[np.arange(here.sum()), np.abs(both[..., 2] - s.z_mm).argmin(1)]
-        pos, alive = out, np.hypot(out[:, 0], out[:, 1]) < 14.0 * lens.focal_length_mm() / parse(SINGLET).focal_length_mm()
+        pos, alive = (
+            out,
+            np.hypot(out[:, 0], out[:, 1])
+            < 14.0 * lens.focal_length_mm() / parse(SINGLET).focal_length_mm(),
+        )
         pos, way, inside, bounced, target = (v[alive] for v in (pos, way, inside, bounced, target))
-        centre_z = np.where(target == 0, first.z_mm + 1 / first.curvature_per_mm, second.z_mm + 1 / second.curvature_per_mm)
+        centre_z = np.where(
+            target == 0,
+            first.z_mm + 1 / first.curvature_per_mm,
+            second.z_mm + 1 / second.curvature_per_mm,
+        )
         normal = pos - np.stack([0 * centre_z, 0 * centre_z, centre_z], 1)
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         cosine = (way * normal).sum(1)
@@ -52,7 +63,10 @@ def monte_carlo(lens, tangent, count, seed=1):
         n1, n2 = np.where(inside, 1.9, 1.0), np.where(inside, 1.0, 1.9)
         a1 = np.arccos(np.minimum(cosine, 1 - 1e-14))
         a2 = np.arcsin(np.minimum(n1 / n2 * np.sin(a1), 1))
-        reflectance = (np.sin(a1 - a2) ** 2 / np.sin(a1 + a2) ** 2 + np.tan(a1 - a2) ** 2 / np.tan(a1 + a2) ** 2) / 2
+        reflectance = (
+            np.sin(a1 - a2) ** 2 / np.sin(a1 + a2) ** 2
+            + np.tan(a1 - a2) ** 2 / np.tan(a1 + a2) ** 2
+        ) / 2
         back = rng.random(len(pos)) < reflectance
         tangential = way - cosine[:, None] * normal
         through = tangential * (n1 / n2)[:, None] + np.cos(a2)[:, None] * normal
@@ -84,7 +98,9 @@ def test_flux_and_shape_against_an_independent_monte_carlo_trace(bare, column):
     spots, area_mm2 = monte_carlo(flare.of_lens(lens), tangent, 800_000)
     power = 1e3 * 0.008**2 * (1 + tangent**2) ** -2 * area_mm2 * 1e-6
     error = 1 / np.sqrt(len(spots))  # about 1.3 %
-    assert flux(light)[0] == pytest.approx(power * len(spots) / 800_000, rel=3 * error + 0.004)  # + borders of the pupil grid
+    assert flux(light)[0] == pytest.approx(
+        power * len(spots) / 800_000, rel=3 * error + 0.004
+    )  # + borders of the pupil grid
     weight = light.values[0] / light.values[0].sum()
     x_mm, y_mm = light.x.values * 1e3, light.y.values * 1e3
     mean = weight.sum(0) @ x_mm
@@ -104,7 +120,9 @@ def test_flux_of_a_slow_singlet_by_hand(bare):
     light = flare.irradiance(lens, lamp(31, 0.005, 15, 15))
     r = (0.9 / 2.9) ** 2
     want = 1e3 * 0.005**2 * np.pi * (100 / 80) ** 2 * 1e-6 * r**2 * (1 - r) ** 2
-    assert flux(light)[0] / want == pytest.approx(1.0, abs=5e-3)  # border of the stop on a grid of 48 points
+    assert flux(light)[0] / want == pytest.approx(
+        1.0, abs=5e-3
+    )  # border of the stop on a grid of 48 points
 
 
 def test_the_matrices_tell_size_place_and_light(bare):
@@ -115,9 +133,14 @@ def test_the_matrices_tell_size_place_and_light(bare):
     path = ghost_path(4, 2, 1)
     edge = real.surfaces[0].semi_diameter_mm
     rays = follow(
-        real.surfaces, real.indices(550.0), path, *collimated(np.array([edge, 0.0]), np.zeros(2), 0.0, np.array([0.0, 0.01]), 0.0)
+        real.surfaces,
+        real.indices(550.0),
+        path,
+        *collimated(np.array([edge, 0.0]), np.zeros(2), 0.0, np.array([0.0, 0.01]), 0.0),
     )
-    assert abs(rays.position_mm[0, 0]) == pytest.approx(pair.radius_mm, rel=0.02)  # third-order aberration at f/20
+    assert abs(rays.position_mm[0, 0]) == pytest.approx(
+        pair.radius_mm, rel=0.02
+    )  # third-order aberration at f/20
     image = follow(
         real.surfaces,
         real.indices(550.0),
@@ -130,7 +153,9 @@ def test_the_matrices_tell_size_place_and_light(bare):
 def test_ghosts_of_a_night_lamp_lie_where_the_matrices_say_and_have_the_coatings_colour():
     lens, wave = IdealLens(f_number=4.0, focal_length_mm=4.0), np.array([430.0, 600.0, 680.0])
     flare = GhostFlare("double_gauss", error_allowed=1e-7, sensor_reflectance_percent=0.0)
-    scene = lamp(96, 0.005, slice(47, 49), 60, wave)  # 3.6 degrees to the right; 96 tiles divide into coarse cells evenly
+    scene = lamp(
+        96, 0.005, slice(47, 49), 60, wave
+    )  # 3.6 degrees to the right; 96 tiles divide into coarse cells evenly
     light = flare.irradiance(lens, scene)
     share = flux(light) / (flux(lens(scene)))
     assert np.all(share < 1e-4 * len(flare.pairs(lens, wave, 0.3)[0])) and np.all(share > 0)
@@ -138,15 +163,26 @@ def test_ghosts_of_a_night_lamp_lie_where_the_matrices_say_and_have_the_coatings
     assert share[1] < 0.5 * share[0] and share[1] < 0.5 * share[2]
     left = light.values[:, :, :48].sum()
     assert left > 0.1 * light.values.sum()
-    np.testing.assert_allclose(light.values, light.values[:, ::-1], rtol=1e-5)  # a mirror image: beams are kept in float32
+    np.testing.assert_allclose(
+        light.values, light.values[:, ::-1], rtol=1e-5
+    )  # a mirror image: beams are kept in float32
 
 
 def test_turning_the_lamp_turns_the_ghosts(bare):
-    lens, flare = IdealLens(f_number=5.0, focal_length_mm=100.0), GhostFlare(bare, error_allowed=0.0)
+    lens, flare = (
+        IdealLens(f_number=5.0, focal_length_mm=100.0),
+        GhostFlare(bare, error_allowed=0.0),
+    )
     right, down = (flare.irradiance(lens, lamp(61, 0.016, *at)) for at in ((30, 45), (45, 30)))
-    np.testing.assert_allclose(flux(right), flux(down), rtol=1e-3)  # the even points are not the same turned by 90 degrees
+    np.testing.assert_allclose(
+        flux(right), flux(down), rtol=1e-3
+    )  # the even points are not the same turned by 90 degrees
     where = [
-        [float((g.values[0].sum(axis=a) @ c.values) / g.values.sum()) for a, c in ((0, g.x), (1, g.y))] for g in (right, down)
+        [
+            float((g.values[0].sum(axis=a) @ c.values) / g.values.sum())
+            for a, c in ((0, g.x), (1, g.y))
+        ]
+        for g in (right, down)
     ]
     assert where[0][0] == pytest.approx(where[1][1], rel=1e-2)
     assert abs(where[0][1]) < 0.01 * abs(where[0][0])
@@ -157,7 +193,10 @@ def test_light_is_linear_and_zero_stays_zero(bare):
     one, two = lamp(31, 0.02, 10, 20), lamp(31, 0.02, 25, 4)
     both = one.copy(data=one.values + two.values)
     np.testing.assert_allclose(
-        flare.irradiance(lens, both), flare.irradiance(lens, one) + flare.irradiance(lens, two), rtol=1e-6, atol=1e-20
+        flare.irradiance(lens, both),
+        flare.irradiance(lens, one) + flare.irradiance(lens, two),
+        rtol=1e-6,
+        atol=1e-20,
     )
     assert float(flare.irradiance(lens, one.copy(data=0 * one.values)).max()) == 0.0
 
@@ -190,7 +229,9 @@ def test_rays_between_wavelengths_are_those_of_their_own_wavelength():
     lit = (one.margin[0] > 0) & (many.margin[5] > 0)
     spread = np.ptp(one.x_mm[0][lit])
     assert np.abs(many.x_mm[5] - one.x_mm[0])[lit].max() < 3e-3 * spread
-    np.testing.assert_allclose(many.weight[5][lit], one.weight[0][lit], rtol=0.05)  # angles of the nearest traced wavelength
+    np.testing.assert_allclose(
+        many.weight[5][lit], one.weight[0][lit], rtol=0.05
+    )  # angles of the nearest traced wavelength
 
 
 def test_the_canvas_keeps_energy_at_every_level():
@@ -203,7 +244,9 @@ def test_the_canvas_keeps_energy_at_every_level():
         light = canvas.irradiance()
         np.testing.assert_allclose(light.sum(axis=(1, 2)) * 0.01 + canvas.outside, 1.0, rtol=1e-6)
         assert light.min() >= 0
-        np.testing.assert_allclose(light[0].sum(axis=0) @ axis * 0.01, x[0].mean(), atol=1e-6)  # linear shares keep the centroid
+        np.testing.assert_allclose(
+            light[0].sum(axis=0) @ axis * 0.01, x[0].mean(), atol=1e-6
+        )  # linear shares keep the centroid
 
 
 @pytest.mark.parametrize("tiles", [64, 75])
@@ -214,7 +257,9 @@ def test_even_light_is_even_up_to_the_border(tiles):
     fine = (np.arange(480) + 0.5) / 480 * 24 - 12
     x, y = (v.reshape(1, -1) for v in np.meshgrid(fine, fine))
     canvas.draw(x, y, np.full(x.shape, 0.05**2))
-    np.testing.assert_allclose(canvas.irradiance(), 1.0, rtol=1e-9)  # whole numbers of points per cell
+    np.testing.assert_allclose(
+        canvas.irradiance(), 1.0, rtol=1e-9
+    )  # whole numbers of points per cell
 
 
 def test_sources_hold_all_light_and_find_lamps():
@@ -233,7 +278,15 @@ def test_the_smallest_scenes_work(bare):
     lens, flare = IdealLens(f_number=5.0, focal_length_mm=100.0), GhostFlare(bare)
     for height, width in ((1, 1), (1, 9), (7, 1)):
         x, y = quantities.centres(width, 0.01 * width), quantities.centres(height, 0.01 * height)
-        scene = quantities.plane(np.ones((1, height, width)), [550.0], x, y, quantities.RADIANCE, pitch_x=0.01, pitch_y=0.01)
+        scene = quantities.plane(
+            np.ones((1, height, width)),
+            [550.0],
+            x,
+            y,
+            quantities.RADIANCE,
+            pitch_x=0.01,
+            pitch_y=0.01,
+        )
         light = lens(scene, [flare])
         assert np.isfinite(light.values).all() and float(light.sum()) > float(lens(scene).sum())
 
@@ -269,22 +322,32 @@ def test_blades_take_their_share_of_the_stop_and_shape_the_ghost(bare):
     whole = flare.irradiance(lens, scene)
     for blades in (5, 6):
         cut = replace(flare, blades=blades, rotation_deg=20.0).irradiance(lens, scene)
-        share = blades / (2 * np.pi) * np.sin(2 * np.pi / blades)  # of the circle through the corners
-        assert flux(cut)[0] / flux(whole)[0] == pytest.approx(share, rel=0.015)  # 48 points across, cut hard
+        share = (
+            blades / (2 * np.pi) * np.sin(2 * np.pi / blades)
+        )  # of the circle through the corners
+        assert flux(cut)[0] / flux(whole)[0] == pytest.approx(
+            share, rel=0.015
+        )  # 48 points across, cut hard
         assert np.all(cut.values <= whole.values * (1 + 1e-6) + 1e-12 * whole.values.max())
     # near the border light is left in the directions of the six corners, not between them; a mirrored iris would have them at 40
     x, y = np.meshgrid(cut.x.values, cut.y.values)
     radius = np.hypot(x, y)[whole.values[0] > 0.2 * whole.values.max()].max()
     turn = np.degrees(np.arctan2(y, x)) % 60
     near = np.abs(np.hypot(x, y) / radius - 0.93) < 0.04
-    corners, middles = (cut.values[0][near & (np.abs((turn - at + 30) % 60 - 30) < 6)].mean() for at in (20, 50))
+    corners, middles = (
+        cut.values[0][near & (np.abs((turn - at + 30) % 60 - 30) < 6)].mean() for at in (20, 50)
+    )
     assert corners > 5 * middles
 
 
 def test_blades_stand_still_while_the_lamp_turns(bare):
     lens = IdealLens(f_number=5.0, focal_length_mm=100.0)
-    flare = GhostFlare(bare, error_allowed=0.0, sensor_reflectance_percent=0.0, blades=4, rotation_deg=0.0)
-    right, down = (flare.irradiance(lens, lamp(61, 0.016, *at)).values[0] for at in ((30, 45), (45, 30)))
+    flare = GhostFlare(
+        bare, error_allowed=0.0, sensor_reflectance_percent=0.0, blades=4, rotation_deg=0.0
+    )
+    right, down = (
+        flare.irradiance(lens, lamp(61, 0.016, *at)).values[0] for at in ((30, 45), (45, 30))
+    )
     # a square turned by a quarter is the same square
     np.testing.assert_allclose(right.sum(), down.sum(), rtol=1e-2)
     diagonal = replace(flare, rotation_deg=45.0).irradiance(lens, lamp(61, 0.016, 30, 45)).values[0]

@@ -15,15 +15,23 @@ from isethdr_core.physics.thin_film import reflect_unpolarised
 from .lamp_ghosts import flux, lamp
 
 
-def airy_reflectance(cosine, n_from, n_to, layer=1.38233, thickness_nm=550.0 / 4 / 1.37851, wavelength_nm=430.0):
+def airy_reflectance(
+    cosine, n_from, n_to, layer=1.38233, thickness_nm=550.0 / 4 / 1.37851, wavelength_nm=430.0
+):
     """Return the unpolarised reflectance of one layer by Airy's sum over its two borders, at incidence of `cosine`."""
     sine = n_from * np.sqrt(1 - cosine**2)  # n sin is the same everywhere
     c1, c2, c3 = (np.sqrt(1 - (sine / n) ** 2) for n in (n_from, layer, n_to))
     turn = np.exp(4j * np.pi * layer * thickness_nm * c2 / wavelength_nm)
     total = 0.0
     for first, second in (
-        ((n_from * c1 - layer * c2) / (n_from * c1 + layer * c2), (layer * c2 - n_to * c3) / (layer * c2 + n_to * c3)),
-        ((layer * c1 - n_from * c2) / (layer * c1 + n_from * c2), (n_to * c2 - layer * c3) / (n_to * c2 + layer * c3)),
+        (
+            (n_from * c1 - layer * c2) / (n_from * c1 + layer * c2),
+            (layer * c2 - n_to * c3) / (layer * c2 + n_to * c3),
+        ),
+        (
+            (layer * c1 - n_from * c2) / (layer * c1 + n_from * c2),
+            (n_to * c2 - layer * c3) / (n_to * c2 + layer * c3),
+        ),
     ):
         total = total + np.abs((first + second * turn) / (1 + first * second * turn)) ** 2 / 2
     return total
@@ -59,7 +67,9 @@ def weighted_monte_carlo(lens, tangent, count, seed=2):
         if reflects:
             way = way - 2 * cosine[:, None] * normal
         else:
-            way = (way - cosine[:, None] * normal) * (n1 / n2) + np.sqrt(1 - (n1 / n2) ** 2 * (1 - cosine**2))[:, None] * normal
+            way = (way - cosine[:, None] * normal) * (n1 / n2) + np.sqrt(
+                1 - (n1 / n2) ** 2 * (1 - cosine**2)
+            )[:, None] * normal
     pos = pos + ((sensor.z_mm - pos[:, 2]) / way[:, 2])[:, None] * way
     return pos[:, :2], weight, np.pi * r**2
 
@@ -81,10 +91,17 @@ def test_coated_surfaces_against_an_independent_monte_carlo_trace(bare, column):
     x_mm = light.x.values * 1e3
     mean = weight @ spots[:, 0] / weight.sum()
     size = np.sqrt(weight @ (spots[:, 0] - mean) ** 2 / weight.sum())
-    assert share.sum(0) @ x_mm == pytest.approx(mean, abs=0.025 * size)  # rays go linearly over a radial bin of the field
+    assert share.sum(0) @ x_mm == pytest.approx(
+        mean, abs=0.025 * size
+    )  # rays go linearly over a radial bin of the field
     assert (
         flux(light)[0]
-        < 0.5 * flux(GhostFlare(bare, error_allowed=0.0, sensor_reflectance_percent=0.0).irradiance(lens, scene))[0]
+        < 0.5
+        * flux(
+            GhostFlare(bare, error_allowed=0.0, sensor_reflectance_percent=0.0).irradiance(
+                lens, scene
+            )
+        )[0]
     )
 
 
@@ -99,7 +116,9 @@ def pairs(name, f_number, half_field_deg, coating):
     found = []
     for pair in rank(powers, float(np.tan(np.radians(half_field_deg)))):
         product = powers.at_normal(pair.front) * powers.at_normal(pair.back)
-        largest = powers.at_normal(pair.front).max() * powers.at_normal(pair.back).max()  # the rank takes each surface at its worst
+        largest = (
+            powers.at_normal(pair.front).max() * powers.at_normal(pair.back).max()
+        )  # the rank takes each surface at its worst
         found.append(pair.share * product / largest)
     return found
 
@@ -108,10 +127,15 @@ def pairs(name, f_number, half_field_deg, coating):
 @pytest.mark.parametrize("lens", LENSES, ids=lambda lens: lens[0])
 def test_three_layers_keep_a_headlamp_s_flux_in_any_pair_below_a_ten_thousandth(lens, lamp_light):
     light = spectrum_of(lamp_light).at(VISIBLE)
-    shares = {c: max(float(p @ light) / light.sum() for p in pairs(*lens, c)) for c in ("none", "mgf2", "multilayer", "broadband")}
+    shares = {
+        c: max(float(p @ light) / light.sum() for p in pairs(*lens, c))
+        for c in ("none", "mgf2", "multilayer", "broadband")
+    }
     assert shares["multilayer"] < 1e-4 and shares["broadband"] < 5e-5
     assert shares["none"] > 3e-3 and shares["mgf2"] > 3 * shares["multilayer"]
-    assert max(p.max() for p in pairs(*lens, "multilayer")) > 1e-4  # not so at 400 nm, where a headlamp has next to no light
+    assert (
+        max(p.max() for p in pairs(*lens, "multilayer")) > 1e-4
+    )  # not so at 400 nm, where a headlamp has next to no light
 
 
 @pytest.mark.parametrize("lens", LENSES, ids=lambda lens: lens[0])
@@ -125,7 +149,9 @@ def test_the_broadband_coating_keeps_every_pair_below_a_ten_thousandth_in_every_
 @pytest.mark.parametrize("index", [1.5, 1.52, 1.58, 1.63])
 def test_the_broadband_coating_reflects_what_it_says(index):
     for wave in np.arange(400.0, 701.0, 5.0):
-        found = reflect_unpolarised(1.0, index, layers("broadband", wave), np.cos(np.radians([0.0, 10.0, 20.0])), wave)[0]
+        found = reflect_unpolarised(
+            1.0, index, layers("broadband", wave), np.cos(np.radians([0.0, 10.0, 20.0])), wave
+        )[0]
         assert found.max() < 0.0055
 
 
@@ -141,10 +167,15 @@ class StrongestPair(GhostFlare):
 
 def test_rays_agree_that_the_strongest_pair_takes_less_than_a_ten_thousandth():
     """All light of the ghost, wherever it lands: a frame far wider than the camera's field."""
-    lens, wave = IdealLens(f_number=4.0, falloff="none", focal_length_mm=4.0), np.arange(400.0, 701.0, 25.0)
+    lens, wave = (
+        IdealLens(f_number=4.0, falloff="none", focal_length_mm=4.0),
+        np.arange(400.0, 701.0, 25.0),
+    )
     light = spectrum_of("led_white").at(wave)
     for coating, worst in (("multilayer", 1e-3), ("broadband", 1e-4)):
-        flare = StrongestPair("double_gauss", coating=coating, error_allowed=0.0, sensor_reflectance_percent=0.0)
+        flare = StrongestPair(
+            "double_gauss", coating=coating, error_allowed=0.0, sensor_reflectance_percent=0.0
+        )
         scene = lamp(95, 0.02, 47, 47, wave)
         share = flux(flare.irradiance(lens, scene)) / flux(lens(scene))
         assert 0 < share.max() < worst and float(share @ light) / light.sum() < 1e-4

@@ -26,7 +26,6 @@ def seen(mixed):
     return ghosts_seen.seen_ghosts(LENS, mixed, (GHOSTS,), parts(LENS, mixed, (GHOSTS,)), RESPONSE)
 
 
-
 def test_what_is_left_out_is_below_the_bound_and_the_bound_below_what_is_allowed():
     mixed, book = scene(), ledger.Ledger()
     with ledger.stage(book, "lens"):
@@ -36,7 +35,10 @@ def test_what_is_left_out_is_below_the_bound_and_the_bound_below_what_is_allowed
     [left] = [o for o in book[0].left_out if o.unit == tails.UNIT]
     assert left.bound == share and f"{len(flare.faint)} of" in left.what
     rate = tails.electrons(RESPONSE, BANDS) * RESPONSE.area_exposure_m2_s
-    every, few, image = (np.tensordot(rate, light.values, 1) for light in (GHOSTS.irradiance(LENS, mixed), flare.irradiance(LENS, mixed), LENS(mixed)))
+    every, few, image = (
+        np.tensordot(rate, light.values, 1)
+        for light in (GHOSTS.irradiance(LENS, mixed), flare.irradiance(LENS, mixed), LENS(mixed))
+    )
     change = np.abs(every - few) / np.sqrt(image + RESPONSE.read_noise_e**2)
     assert 0 < change.max() <= share and every.max() > 10 * np.abs(every - few).max()
 
@@ -56,7 +58,9 @@ def test_other_flares_and_ghosts_of_others_are_left_as_they_are():
     assert ghosts_seen.seen_ghosts(LENS, scene(), (haze,), None, RESPONSE) == ((haze,), 0.0)
 
 
-@pytest.mark.parametrize(("prescription", "coating"), [("double_gauss", ""), ("double_gauss_camera", "multilayer")])
+@pytest.mark.parametrize(
+    ("prescription", "coating"), [("double_gauss", ""), ("double_gauss_camera", "multilayer")]
+)
 def test_uniform_light_piles_up_no_more_than_the_factor_says(prescription, coating):
     """The pairs that come nearest to it, on tiles three times finer than those it was measured on."""
     n = np.array([54, 96])
@@ -66,8 +70,16 @@ def test_uniform_light_piles_up_no_more_than_the_factor_says(prescription, coati
     traced, _ = flare.pairs(LENS, BANDS, float(np.hypot(x.max(), y.max())))
     peaks = []
     for pair in (p for p in traced if (p.front, p.back) in ((0, 4), (1, 11), (12, 13), (14, 15))):
-        alone = ghosts_seen.SeenGhosts(prescription=prescription, coating=coating, faint=tuple((p.front, p.back) for p in traced if p is not pair))
-        peaks.append(alone.irradiance(LENS, mixed).values.max() / LENS.throughput_sr() / (pair.share / pair.magnification**2))
+        alone = ghosts_seen.SeenGhosts(
+            prescription=prescription,
+            coating=coating,
+            faint=tuple((p.front, p.back) for p in traced if p is not pair),
+        )
+        peaks.append(
+            alone.irradiance(LENS, mixed).values.max()
+            / LENS.throughput_sr()
+            / (pair.share / pair.magnification**2)
+        )
     assert 2 < max(peaks) < ghosts_seen.PEAK
 
 
@@ -75,8 +87,14 @@ def test_what_is_left_for_the_rest_of_the_way_is_less(monkeypatch):
     from isethdr_optics import for_sensor, photocurrent
 
     asked = []
-    monkeypatch.setattr(photocurrent, "photocurrent", lambda lens, mixed, flares, response, given: asked.append((flares, response)))
+    monkeypatch.setattr(
+        photocurrent,
+        "photocurrent",
+        lambda lens, mixed, flares, response, given: asked.append((flares, response)),
+    )
     for_sensor.photocurrent(LENS, scene(), (GHOSTS,), RESPONSE)
     [(flares, left)] = asked
     share = seen(scene())[1]
-    assert flares[0].faint and left.noise_fraction_allowed == pytest.approx(replace(RESPONSE).noise_fraction_allowed - share)
+    assert flares[0].faint and left.noise_fraction_allowed == pytest.approx(
+        replace(RESPONSE).noise_fraction_allowed - share
+    )

@@ -7,13 +7,24 @@ import sys
 
 import numpy as np
 import pytest
-from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens, kernel_store, kernels
+from isethdr_optics import (
+    ApertureFlare,
+    DiffractionLimitedLens,
+    WavefrontLens,
+    kernel_store,
+    kernels,
+)
 
 BANDS = np.array([500.0, 600.0])
 SAMPLING = (BANDS, (3.0, 3.0), (30, 40))
 LENS, FLARES = DiffractionLimitedLens(), (ApertureFlare(),)
-OTHER = {float: lambda v: v * 0.9 + 0.01, int: lambda v: v + 1, bool: lambda v: not v, dict: lambda v: {4: 0.01},
-         tuple: lambda v: (v[0] * 0.9, *v[1:])}
+OTHER = {
+    float: lambda v: v * 0.9 + 0.01,
+    int: lambda v: v + 1,
+    bool: lambda v: not v,
+    dict: lambda v: {4: 0.01},
+    tuple: lambda v: (v[0] * 0.9, *v[1:]),
+}
 SCRIPT = """
 from isethdr_optics import kernels
 from test_kernel_store import FLARES, LENS, SAMPLING
@@ -44,7 +55,12 @@ def files(home):
 
 def started(refuse):
     folder = os.path.dirname(__file__)
-    return subprocess.Popen([sys.executable, "-c", SCRIPT.format(refuse=refuse)], stdout=subprocess.PIPE, text=True, cwd=folder)
+    return subprocess.Popen(
+        [sys.executable, "-c", SCRIPT.format(refuse=refuse)],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=folder,
+    )
 
 
 def test_two_processes_at_once_and_a_third_share_one_file(isethdr_home):
@@ -56,7 +72,9 @@ def test_two_processes_at_once_and_a_third_share_one_file(isethdr_home):
     assert third.returncode == 0
 
 
-def test_bands_that_were_made_before_a_run_was_stopped_are_not_made_again(monkeypatch, isethdr_home):
+def test_bands_that_were_made_before_a_run_was_stopped_are_not_made_again(
+    monkeypatch, isethdr_home
+):
     band, done = kernels._Plan.band, []
 
     def one(plan, centre, width):
@@ -71,7 +89,11 @@ def test_bands_that_were_made_before_a_run_was_stopped_are_not_made_again(monkey
     with pytest.raises(KeyboardInterrupt):
         made()
     assert done == [500.0] and len(files(isethdr_home)) == 1
-    monkeypatch.setattr(kernels._Plan, "band", lambda plan, centre, width: done.append(centre) or band(plan, centre, width))
+    monkeypatch.setattr(
+        kernels._Plan,
+        "band",
+        lambda plan, centre, width: done.append(centre) or band(plan, centre, width),
+    )
     found = made()
     assert done == [500.0, 600.0]  # the second alone
     [file] = files(isethdr_home)  # of both: what was kept of one is removed
@@ -111,7 +133,9 @@ def test_a_damaged_file_is_computed_again(isethdr_home, where):
     assert kernel_store.load(path.stem) is not None  # replaced by a good one
 
 
-@pytest.mark.parametrize("component", [WavefrontLens(), ApertureFlare()], ids=lambda c: type(c).__name__)
+@pytest.mark.parametrize(
+    "component", [WavefrontLens(), ApertureFlare()], ids=lambda c: type(c).__name__
+)
 def test_the_name_changes_with_any_field(component):
     def name(c):
         lens, flares = (c, FLARES) if isinstance(c, WavefrontLens) else (LENS, (c,))
@@ -121,7 +145,11 @@ def test_the_name_changes_with_any_field(component):
     for field in dataclasses.fields(component):
         value = getattr(component, field.name)
         if isinstance(value, str):
-            new = {"tangent": "aplanatic", "cos4": "none", "none": {"model": "brown_conrady", "k1": 0.1}}[value]
+            new = {
+                "tangent": "aplanatic",
+                "cos4": "none",
+                "none": {"model": "brown_conrady", "k1": 0.1},
+            }[value]
         elif value == float("inf"):
             new = 2.0
         elif field.name == "field_zernike_um":
@@ -139,10 +167,18 @@ def test_the_name_changes_with_sampling_class_and_code(monkeypatch):
     def name(lens=LENS, flares=FLARES, sampling=SAMPLING):
         return kernel_store.name(lens, flares, *sampling)
 
-    names = {name(), name(lens=WavefrontLens()), name(flares=()), name(sampling=(BANDS + 1, *SAMPLING[1:])),
-             name(sampling=(BANDS, (3.0, 3.1), (30, 40))), name(sampling=(BANDS, (3.0, 3.0), (30, 41)))}
+    names = {
+        name(),
+        name(lens=WavefrontLens()),
+        name(flares=()),
+        name(sampling=(BANDS + 1, *SAMPLING[1:])),
+        name(sampling=(BANDS, (3.0, 3.1), (30, 40))),
+        name(sampling=(BANDS, (3.0, 3.0), (30, 41))),
+    }
     assert len(names) == 6
-    monkeypatch.setattr(kernel_store.provenance, "fingerprint", lambda *a, **k: {"isethdr_optics": "other code"})
+    monkeypatch.setattr(
+        kernel_store.provenance, "fingerprint", lambda *a, **k: {"isethdr_optics": "other code"}
+    )
     assert name() not in names
 
 

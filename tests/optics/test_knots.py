@@ -4,7 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens, far, kernel_errors, knots, pupils
+from isethdr_optics import (
+    ApertureFlare,
+    DiffractionLimitedLens,
+    WavefrontLens,
+    far,
+    kernel_errors,
+    knots,
+    pupils,
+)
 from isethdr_optics.kernels import _made, _Plan
 
 DIRT = ApertureFlare()
@@ -26,7 +34,9 @@ def plan(lens, flares=(DIRT,), wave=455.0, width=10.0):
 
 def ring(lens, flares, wave, width=10.0):
     given = plan(lens, flares, wave, width)
-    return far.ring(given, given.reach, given.half, wave, width, pupils.open_energy_mm2(lens, flares, wave))
+    return far.ring(
+        given, given.reach, given.half, wave, width, pupils.open_energy_mm2(lens, flares, wave)
+    )
 
 
 @pytest.mark.parametrize("wave", [440.0, 475.0])
@@ -39,22 +49,33 @@ def test_between_knots_kernels_are_those_of_lattices_of_their_own(monkeypatch, w
     seen = own_wrong != 0
     found = np.abs(kernel - own)[seen].sum() / own[seen].sum()
     # the lattices of two wavelengths have other points: that is part of what both halves differ by
-    assert 0 < found < straight + 0.3 * kernel_errors.by_octave(own_wrong, own).max() and straight < 0.007
+    assert (
+        0 < found < straight + 0.3 * kernel_errors.by_octave(own_wrong, own).max()
+        and straight < 0.007
+    )
 
 
 def test_a_few_lattices_serve_many_bands_and_a_band_does_not_depend_on_the_others(monkeypatch):
     made, own = [], far.own
-    monkeypatch.setattr(far, "own", lambda plan, reach, wave, *rest: made.append(wave) or own(plan, reach, wave, *rest))
+    monkeypatch.setattr(
+        far,
+        "own",
+        lambda plan, reach, wave, *rest: made.append(wave) or own(plan, reach, wave, *rest),
+    )
     bands = np.arange(600.0, 651.0, 10.0)
     together = _made(LENS, (), bands, *AT)
-    assert set(made) <= {540.0, 620.0, 700.0} and len(made) <= 3 * 3  # at most once for each fineness that bands ask for
+    assert (
+        set(made) <= {540.0, 620.0, 700.0} and len(made) <= 3 * 3
+    )  # at most once for each fineness that bands ask for
     alone = _made(LENS, (), bands[2:5], *AT)
     np.testing.assert_array_equal(alone.bands[1], together.bands[3])
 
 
 def test_what_is_not_known_at_knots_or_changes_too_fast_has_its_own():
     assert knots._cell(plan(LENS), 455.0, 10.0)[1] in knots.STEPS_NM
-    assert knots._cell(plan(WavefrontLens(zernike_um={8: 2.0})), 455.0, 10.0)[1] == 0  # 20 nm change it by more than a line follows
+    assert (
+        knots._cell(plan(WavefrontLens(zernike_um={8: 2.0})), 455.0, 10.0)[1] == 0
+    )  # 20 nm change it by more than a line follows
     assert knots._cell(plan(LENS, width=50.0), 455.0, 50.0)[1] == 0  # two lattices in place of one
     assert knots._cell(plan(LENS, (Unknown(),)), 455.0, 10.0)[1] == 0
     assert knots._cell(plan(LENS, (ApertureFlare(dust_delay_um=5.0),)), 455.0, 10.0)[1] == 0

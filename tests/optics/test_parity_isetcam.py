@@ -36,7 +36,9 @@ def test_irradiance_of_a_uniform_scene():
             falloff="none",
         )
         light = lens(uniform(d["radiance_photons"], d["wave"]))
-        np.testing.assert_allclose(light[:, 2, 2], d["irr_before_otf"][:, case], rtol=1e-6)  # stored from float32
+        np.testing.assert_allclose(
+            light[:, 2, 2], d["irr_before_otf"][:, case], rtol=1e-6
+        )  # stored from float32
 
 
 def test_cos4():
@@ -65,8 +67,12 @@ def test_diffraction_psf_to_transfer_function():
     pitch, lens = 1e3 * float(d["psf_dx_mm"]), DiffractionLimitedLens()
     for i, wave in enumerate(d["wavelength_nm"]):
         psf = lens.psf([float(wave)], pitch_um=pitch, size=1024).values[0]
-        got = np.abs(np.fft.fft2(psf))[::8, ::8]  # 1024 samples: every eighth frequency is one of theirs
-        assert np.abs(got - d["otf_dc_at_11"][..., i]).max() < 6e-3  # light beyond 128 um: 0.3 % to 0.5 %
+        got = np.abs(np.fft.fft2(psf))[
+            ::8, ::8
+        ]  # 1024 samples: every eighth frequency is one of theirs
+        assert (
+            np.abs(got - d["otf_dc_at_11"][..., i]).max() < 6e-3
+        )  # light beyond 128 um: 0.3 % to 0.5 %
 
 
 @pytest.mark.parametrize("domain", ["psf", "pupil"])
@@ -74,11 +80,16 @@ def test_zernike_point_spread(domain):
     d = reference("d_wvf_zernike")
     for w, wave in enumerate(d["wave_nm"]):
         for z in range(3):
-            amplitude, opd = d[f"pupil_amp_{domain}"][:, :, w, z], d[f"wavefront_um_{domain}"][:, :, w, z]
+            amplitude, opd = (
+                d[f"pupil_amp_{domain}"][:, :, w, z],
+                d[f"wavefront_um_{domain}"][:, :, w, z],
+            )
             plane_mm = float(d[f"pupil_plane_mm_{domain}"][w, z])
             # Their transform has 201 samples: the pitch is wavelength f / plane.
             pitch_um = float(wave) * 1e-3 * 8.0 / plane_mm
-            got = psf_from_pupil(amplitude.astype(float), opd, float(wave), plane_mm / 201, 8.0, pitch_um, 129)
+            got = psf_from_pupil(
+                amplitude.astype(float), opd, float(wave), plane_mm / 201, 8.0, pitch_um, 129
+            )
             want = d[f"psf_{domain}"][:, :, w, z]
             assert np.abs(got - want).max() < 1e-6 * want.max(), (domain, w, z)
 
@@ -91,10 +102,19 @@ def test_zernike_wavefront(domain):
             inside = d[f"pupil_amp_{domain}"][:, :, w, z] > 0
             if not inside.any() or not d["zcoeffs"][:, z].any():
                 continue
-            axis = (np.arange(201) - 100) * float(d[f"pupil_plane_mm_{domain}"][w, z]) / 201 / (float(d["pupil_diameter_mm"]) / 2)
-            got = wavefront_um({j: c for j, c in enumerate(d["zcoeffs"][:, z]) if c}, axis, -axis)  # OSA's y points up
+            axis = (
+                (np.arange(201) - 100)
+                * float(d[f"pupil_plane_mm_{domain}"][w, z])
+                / 201
+                / (float(d["pupil_diameter_mm"]) / 2)
+            )
+            got = wavefront_um(
+                {j: c for j, c in enumerate(d["zcoeffs"][:, z]) if c}, axis, -axis
+            )  # OSA's y points up
             want = d[f"wavefront_um_{domain}"][:, :, w, z]
-            assert np.abs(got - want)[inside].max() < 2e-6 * np.abs(want).max()  # float32; their pi of 3.1416 in one domain
+            assert (
+                np.abs(got - want)[inside].max() < 2e-6 * np.abs(want).max()
+            )  # float32; their pi of 3.1416 in one domain
 
 
 def test_optical_image_of_points():
@@ -105,8 +125,13 @@ def test_optical_image_of_points():
         object_distance_m=float(d["scene_distance_m"]),
         falloff="none",
     )
-    wave, radiance, want = d["wave"].astype(float), *(d[k].astype(float).transpose(2, 0, 1) for k in ("scene_photons", "oi_photons"))
-    got = optical_image(lens, radiance, wave, float(d["oi_hfov_deg"]), 1e6 * float(d["dist_per_deg_m"]))
+    wave, radiance, want = (
+        d["wave"].astype(float),
+        *(d[k].astype(float).transpose(2, 0, 1) for k in ("scene_photons", "oi_photons")),
+    )
+    got = optical_image(
+        lens, radiance, wave, float(d["oi_hfov_deg"]), 1e6 * float(d["dist_per_deg_m"])
+    )
     assert np.abs(got - want).max() < 3e-7 * want.max()  # float32 in and out
     # Ours is linear and averages over tiles twice; theirs with that averaging is the same but for light from round the border.
     pitch_um = float(d["oi_sample_um"][0])
@@ -116,4 +141,6 @@ def test_optical_image_of_points():
     theirs = np.fft.ifft2(np.fft.fft2(want) * tile[:, None] * tile).real[:, 8:-8, 8:-8]
     inside = (slice(None), slice(16, -16), slice(16, -16))
     difference = np.abs(ours - theirs)[inside]
-    assert difference.max() < 2e-3 * theirs.max() and difference.sum() < 0.02 * theirs[inside].sum()  # measured 8e-4, 0.011
+    assert (
+        difference.max() < 2e-3 * theirs.max() and difference.sum() < 0.02 * theirs[inside].sum()
+    )  # measured 8e-4, 0.011

@@ -35,13 +35,33 @@ def bump(centre, width):
 def night(level=1e6, seed=0, lamps=("sodium", "led"), noise=0.005, dtype=np.float32, shape=SHAPE):
     """Return mixed radiance: four materials under daylight and lamplight, lamps of `level` times the road, 0.5 % of render noise."""
     rng = np.random.default_rng(seed)
-    light = {"sodium": 0.05 + bump(589, 6) + 0.5 * bump(568, 5), "led": bump(450, 9) + 0.7 * bump(560, 55), "day": 1.5 - BANDS / 700,
-             "mercury": bump(436, 3) + bump(546, 3) + 0.6 * bump(578, 3)}
-    materials = np.stack([0.1 + 0 * BANDS, 0.05 + 0.5 * bump(550, 30), 0.05 + 0.5 * (BANDS > 600), 0.05 + 0.4 * bump(460, 30)])
-    kind = rng.integers(0, 4, (-(-shape[0] // 8), -(-shape[1] // 8))).repeat(8, 0).repeat(8, 1)[: shape[0], : shape[1]]
-    cube = sum(materials[kind].transpose(2, 0, 1) * light[n][:, None, None] * rng.uniform(0.2, 2, shape) for n in ("day", *lamps[:1]))
+    light = {
+        "sodium": 0.05 + bump(589, 6) + 0.5 * bump(568, 5),
+        "led": bump(450, 9) + 0.7 * bump(560, 55),
+        "day": 1.5 - BANDS / 700,
+        "mercury": bump(436, 3) + bump(546, 3) + 0.6 * bump(578, 3),
+    }
+    materials = np.stack(
+        [
+            0.1 + 0 * BANDS,
+            0.05 + 0.5 * bump(550, 30),
+            0.05 + 0.5 * (BANDS > 600),
+            0.05 + 0.4 * bump(460, 30),
+        ]
+    )
+    kind = (
+        rng.integers(0, 4, (-(-shape[0] // 8), -(-shape[1] // 8)))
+        .repeat(8, 0)
+        .repeat(8, 1)[: shape[0], : shape[1]]
+    )
+    cube = sum(
+        materials[kind].transpose(2, 0, 1) * light[n][:, None, None] * rng.uniform(0.2, 2, shape)
+        for n in ("day", *lamps[:1])
+    )
     for i, name in enumerate(lamps):
-        cube[:, 10 + 12 * i : 13 + 12 * i, 15 + 20 * i : 18 + 20 * i] += level * light[name][:, None, None]
+        cube[:, 10 + 12 * i : 13 + 12 * i, 15 + 20 * i : 18 + 20 * i] += (
+            level * light[name][:, None, None]
+        )
         cube[:, 40, 5 + 9 * i] += 0.1 * level * light[name]
     cube = cube * (1 + noise * rng.standard_normal(cube.shape)) * 4e-6
     y, x = (quantities.centres(n, FIELD * n / SHAPE[1]) for n in shape)
@@ -70,9 +90,13 @@ def test_far_below_the_noise_for_every_sensor(name):
     share, electrons, row = compare(sensor, night())
     dark = electrons < 1e5
     assert dark.any() and not dark.all()
-    assert share[dark].max() < 0.1 and share.max() < 0.2  # what is promised: a tenth below full well, a fifth above it
+    assert (
+        share[dark].max() < 0.1 and share.max() < 0.2
+    )  # what is promised: a tenth below full well, a fifth above it
     (note,) = [e for e in row.errors if "functionals" in e.what]
-    assert share[dark].max() < 1.5 * note.value + 1e-3  # the ledger's figure is of a sample: the worst of all may lie above it
+    assert (
+        share[dark].max() < 1.5 * note.value + 1e-3
+    )  # the ledger's figure is of a sample: the worst of all may lie above it
 
 
 @pytest.mark.parametrize("lamps", [("mercury", "led"), ("sodium", "mercury"), ("mercury",)])
@@ -82,10 +106,23 @@ def test_any_lamp_is_told_well_enough(lamps, level):
     assert share[electrons < 1e5].max(initial=0.0) < 0.1 and share.max() < 0.2
 
 
-@pytest.mark.parametrize("lens", [
-    pytest.param(WavefrontLens(focal_length_mm=6.0, zernike_um={7: 0.1}), id="aberrated", marks=pytest.mark.slow),
-    pytest.param(DiffractionLimitedLens(focal_length_mm=6.0, falloff="none"), id="no falloff"),
-    pytest.param(DiffractionLimitedLens(focal_length_mm=6.0, distortion={"model": "brown_conrady", "k1": -20.0}), id="distorted")])
+@pytest.mark.parametrize(
+    "lens",
+    [
+        pytest.param(
+            WavefrontLens(focal_length_mm=6.0, zernike_um={7: 0.1}),
+            id="aberrated",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(DiffractionLimitedLens(focal_length_mm=6.0, falloff="none"), id="no falloff"),
+        pytest.param(
+            DiffractionLimitedLens(
+                focal_length_mm=6.0, distortion={"model": "brown_conrady", "k1": -20.0}
+            ),
+            id="distorted",
+        ),
+    ],
+)
 def test_every_lens_that_can(lens):
     share, electrons, _ = compare(build("sensor", "bayer", pitch_um=3.0), night(), lens)
     assert share[electrons < 1e5].max() < 0.1
@@ -100,7 +137,9 @@ def large(monkeypatch, mirrored=True, shape=(150, 180)):
     bands = []
     for wave in BANDS / 550:
         r = np.hypot(y[:, None], x)
-        k = (1 + r / wave) ** -3.0 * (1 + 0.9 * np.cos(8 * np.arctan2(y[:, None], x) + r / wave / 3))
+        k = (1 + r / wave) ** -3.0 * (
+            1 + 0.9 * np.cos(8 * np.arctan2(y[:, None], x) + r / wave / 3)
+        )
         k *= 1.0 if mirrored else 1 + 0.2 * np.tanh(x / 20)
         bands.append((0.99 * k / k.sum()).astype(np.float32))
         if mirrored:
@@ -129,18 +168,29 @@ def test_near_and_far_are_the_kernel(monkeypatch):
     bands = made.bands[:2]
     divided, whole = kernel_spectra.divided(bands, None), kernel_spectra.spectra(bands, None)
     image = np.random.default_rng(0).uniform(0.5, 1.5, (150, 180))
-    for band, (kernel, near, far) in enumerate(zip(whole.kernels, divided.near.peaks, divided.far.peaks)):
-        seen = [transform.plain(image, part.blocks[band], part.size)[0] * peak for part, peak in ((divided.near, near), (divided.far, far))]
-        np.testing.assert_allclose(seen[0] + seen[1], convolve(image, kernel), rtol=1e-6)  # single precision of the far part, a few per cent
+    for band, (kernel, near, far) in enumerate(
+        zip(whole.kernels, divided.near.peaks, divided.far.peaks)
+    ):
+        seen = [
+            transform.plain(image, part.blocks[band], part.size)[0] * peak
+            for part, peak in ((divided.near, near), (divided.far, far))
+        ]
+        np.testing.assert_allclose(
+            seen[0] + seen[1], convolve(image, kernel), rtol=1e-6
+        )  # single precision of the far part, a few per cent
     np.testing.assert_array_equal(divided.profiles[1][0], whole.profiles[1][0])
 
 
 def test_bad_functionals_are_seen_to_be_bad(monkeypatch):
     best, found = spectral_fit.directions, []
     monkeypatch.setattr(spectral_fit, "TOLERATED", 1e9)  # the first number tried is taken
-    monkeypatch.setattr(bright_tiles, "correct", lambda *a: None)  # what is missing around lamps reaches over so small a frame
+    monkeypatch.setattr(
+        bright_tiles, "correct", lambda *a: None
+    )  # what is missing around lamps reaches over so small a frame
     for order in (range(len(BANDS)), [0, 1, 2, *range(len(BANDS) - 1, 2, -1)]):
-        monkeypatch.setattr(spectral_fit, "directions", lambda known, *m, o=list(order): best(known[:3], *m)[o])
+        monkeypatch.setattr(
+            spectral_fit, "directions", lambda known, *m, o=list(order): best(known[:3], *m)[o]
+        )
         share, _, row = compare(build("sensor", "bayer", pitch_um=3.0), night(1e8))
         (note,) = [e.value for e in row.errors if "functionals" in e.what]
         found.append((note, share.max()))
@@ -152,7 +202,9 @@ def test_light_that_no_few_functionals_tell_goes_band_by_band(monkeypatch):
     monkeypatch.setattr(spectral_fit, "MOST", 4)
     rng = np.random.default_rng(1)
     mixed = night()
-    mixed.values[:, 20:28, 20:28] = rng.uniform(0, 1, (len(BANDS), 8, 8)) * 1e3  # every tile a spectrum of its own
+    mixed.values[:, 20:28, 20:28] = (
+        rng.uniform(0, 1, (len(BANDS), 8, 8)) * 1e3
+    )  # every tile a spectrum of its own
     sensor = build("sensor", "bayer", pitch_um=3.0)
     light = LENS.photocurrent(mixed, FLARES, response(sensor))
     assert light.dims == quantities.MIXED_DIMS
@@ -161,19 +213,27 @@ def test_light_that_no_few_functionals_tell_goes_band_by_band(monkeypatch):
 
 def test_a_frame_too_small_for_functionals_goes_band_by_band(monkeypatch):
     monkeypatch.setattr(for_sensor, "WORTH", night().size + 1)
-    assert LENS.photocurrent(night(), FLARES, response(build("sensor", "bayer", pitch_um=3.0))).dims == quantities.MIXED_DIMS
+    assert (
+        LENS.photocurrent(night(), FLARES, response(build("sensor", "bayer", pitch_um=3.0))).dims
+        == quantities.MIXED_DIMS
+    )
 
 
 def test_no_blur_is_no_detour():
     sensor = build("sensor", "bayer", pitch_um=3.0)
-    assert IdealLens(focal_length_mm=6.0).photocurrent(night(), (), response(sensor)).dims == quantities.MIXED_DIMS
+    assert (
+        IdealLens(focal_length_mm=6.0).photocurrent(night(), (), response(sensor)).dims
+        == quantities.MIXED_DIMS
+    )
 
 
 def test_empty_scene_and_one_bright_tile():
     sensor = build("sensor", "bayer", pitch_um=3.0)
     mixed = night()
     mixed.values[:] = 0
-    assert float(sensor.expected(LENS.photocurrent(mixed, FLARES, response(sensor))).max()) == float(sensor.expected(LENS(mixed, FLARES)).max())
+    assert float(
+        sensor.expected(LENS.photocurrent(mixed, FLARES, response(sensor))).max()
+    ) == float(sensor.expected(LENS(mixed, FLARES)).max())
     mixed.values[:, 20, 30] = bump(550, 40) * 1e6
     share, _, _ = compare(sensor, mixed)
     assert share.max() < 0.2
@@ -186,20 +246,32 @@ def test_light_that_flares_add_is_counted(monkeypatch):
     class Veil:
         def irradiance(self, lens, mixed):
             f_m = 1e-3 * lens.focal_length_mm
-            return quantities.plane(np.full(mixed.shape, 1e-3), BANDS, mixed.x.values * f_m, mixed.y.values * f_m, quantities.IRRADIANCE)
+            return quantities.plane(
+                np.full(mixed.shape, 1e-3),
+                BANDS,
+                mixed.x.values * f_m,
+                mixed.y.values * f_m,
+                quantities.IRRADIANCE,
+            )
 
-    monkeypatch.setattr(kernels, "kernels", lambda lens, flares, *how: made(lens, FLARES, *how))  # made before: saves time
+    monkeypatch.setattr(
+        kernels, "kernels", lambda lens, flares, *how: made(lens, FLARES, *how)
+    )  # made before: saves time
     share, electrons, _ = compare(build("sensor", "bayer", pitch_um=3.0), night(), flares=(Veil(),))
     assert share[electrons < 1e5].max() < 0.1
 
 
 def test_photocurrent_of_another_sensor_is_refused():
-    first, second = (build("sensor", "bayer", pitch_um=3.0, peak_qe=qe, dark_e_per_s=0.0) for qe in (0.65, 0.3))
+    first, second = (
+        build("sensor", "bayer", pitch_um=3.0, peak_qe=qe, dark_e_per_s=0.0) for qe in (0.65, 0.3)
+    )
     light = LENS.photocurrent(night(), FLARES, response(first))
     with pytest.raises(UnitError, match="another sensor"):
         second.expected(light)
     both = LENS.photocurrent(night(), FLARES, response(first) + response(second))
-    np.testing.assert_allclose(first.expected(both).values / second.expected(both).values, 0.65 / 0.3, rtol=1e-6)  # float32
+    np.testing.assert_allclose(
+        first.expected(both).values / second.expected(both).values, 0.65 / 0.3, rtol=1e-6
+    )  # float32
 
 
 def test_same_light_whatever_the_number_of_threads(monkeypatch):

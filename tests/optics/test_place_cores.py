@@ -25,14 +25,22 @@ def stated(lens, half, flares=DIRT, waves=BANDS):
     return [e.value for e in rows[0].errors]
 
 
-@pytest.mark.parametrize("lens, pitch_um, half", [
-    (place("double_gauss", 4.0, 22.0), 5.2, 12),  # rims cut half of its stop
-    pytest.param(place("double_gauss", 3.2, 10.0, focal_length_mm=6.0), 3.0, 12, marks=pytest.mark.slow),
-    (place("cooke_triplet", 5.6, 18.0), 2.0, 12),  # light uneven over its stop
-    (place("singlet", 8.0, 10.0), 40.0, 3),  # tiles far wider than the point spread
-])
+@pytest.mark.parametrize(
+    "lens, pitch_um, half",
+    [
+        (place("double_gauss", 4.0, 22.0), 5.2, 12),  # rims cut half of its stop
+        pytest.param(
+            place("double_gauss", 3.2, 10.0, focal_length_mm=6.0), 3.0, 12, marks=pytest.mark.slow
+        ),
+        (place("cooke_triplet", 5.6, 18.0), 2.0, 12),  # light uneven over its stop
+        (place("singlet", 8.0, 10.0), 40.0, 3),  # tiles far wider than the point spread
+    ],
+)
 def test_kernels_between_knots_are_the_exact_ones_to_what_is_stated(lens, pitch_um, half):
-    found, [error] = place_cores.made(lens, DIRT, BANDS, (pitch_um,) * 2, (half, half)), stated(lens, (half, half))
+    found, [error] = (
+        place_cores.made(lens, DIRT, BANDS, (pitch_um,) * 2, (half, half)),
+        stated(lens, (half, half)),
+    )
     assert 0.006 < error < 0.032  # a knot is at most half a radian away from the next
     worst = []
     for k in (0, 4, 14):  # 400 nm lies on a knot, 440 half way between two that are 40 nm apart
@@ -47,7 +55,9 @@ def test_kernels_between_knots_are_the_exact_ones_to_what_is_stated(lens, pitch_
 def test_few_bands_are_made_exactly():
     lens = place("double_gauss", 4.0, 8.0)
     for waves in ([550.0], [450.0, 451.0]):
-        found, exact = (way(lens, (), np.array(waves), (5.0, 5.0), (6, 6)) for way in (place_cores.made, _made))
+        found, exact = (
+            way(lens, (), np.array(waves), (5.0, 5.0), (6, 6)) for way in (place_cores.made, _made)
+        )
         np.testing.assert_array_equal(found.bands[0], exact.bands[0])
         assert not stated(lens, (6, 6), (), waves)
 
@@ -67,7 +77,10 @@ def test_a_ramp_over_keys_cubic_is_a_ramp_but_near_its_kink():
     """Against sums of the cubic's values over fine steps, and the integrals' known limits."""
     at = np.linspace(-2.5, 2.5, 11)
     t = np.arange(-2, 2, 1e-4) + 5e-5
-    near, far = (np.polynomial.polynomial.polyval(np.abs(t), c) for c in ([1, 0, -2.5, 1.5], [2, -4, 2.5, -0.5]))
+    near, far = (
+        np.polynomial.polynomial.polyval(np.abs(t), c)
+        for c in ([1, 0, -2.5, 1.5], [2, -4, 2.5, -0.5])
+    )
     cubic = np.where(np.abs(t) < 1, near, far)
     want = [(np.maximum(a - t, 0) * cubic).sum() * 1e-4 for a in at]
     np.testing.assert_allclose(place_cores._ramp(at), want, atol=1e-7)
@@ -83,10 +96,13 @@ def test_the_weights_of_all_tiles_sum_to_one_at_every_point():
 
 def test_a_thinned_grid_is_a_partition_of_unity_where_it_has_places():
     """Point spreads that change beyond half of the field alone: rings stay there, and places around it on the outermost one."""
+
     def between(inner, outer):
         return max(outer - max(inner, 0.5), 0.0)
 
-    grid = field_grid.thinned(8, 1.0, False, between, lambda r, turn: 0.0 if r < 0.9 else turn, 0.25)
+    grid = field_grid.thinned(
+        8, 1.0, False, between, lambda r, turn: 0.0 if r < 0.9 else turn, 0.25
+    )
     radii = sorted({p.radius for p, _ in grid})
     np.testing.assert_allclose(radii, [0.0, 0.5, 0.75, 1.0])
     counts = {p.radius: p.count for p, _ in grid}
@@ -103,7 +119,9 @@ def test_a_thinned_grid_is_a_partition_of_unity_where_it_has_places():
 def test_a_lens_that_changes_at_the_border_has_its_places_there():
     from isethdr_core import quantities
 
-    lens = WavefrontLens(field_zernike_um={0: {}, 3: {}, 6.5: {8: 0.12}}, falloff="none", error_allowed=0.1)
+    lens = WavefrontLens(
+        field_zernike_um={0: {}, 3: {}, 6.5: {8: 0.12}}, falloff="none", error_allowed=0.1
+    )
     values = np.zeros((1, 48, 64), np.float32)
     values[:, 20, 60] = 1.0
     x, y = (quantities.centres(n, n * 0.0028) for n in (64, 48))
@@ -113,5 +131,9 @@ def test_a_lens_that_changes_at_the_border_has_its_places_there():
     [note] = [e for e in rows[0].errors if "places of the field" in e.what]
     assert 0 < note.value <= 0.1
     angle, turn = float(np.arctan(np.hypot(x[60], y[20]))), float(np.arctan2(-y[20], x[60]))
-    own = node_lens(lens, lens.wavefront_at(angle), turn)(quantities.plane(values, [550.0], x, y, quantities.RADIANCE))
-    assert np.abs(light.values - own.values).sum() < 2 * note.value * own.values.sum()  # half way along and around: the sum of both
+    own = node_lens(lens, lens.wavefront_at(angle), turn)(
+        quantities.plane(values, [550.0], x, y, quantities.RADIANCE)
+    )
+    assert (
+        np.abs(light.values - own.values).sum() < 2 * note.value * own.values.sum()
+    )  # half way along and around: the sum of both

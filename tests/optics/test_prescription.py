@@ -58,7 +58,9 @@ def test_singlet_by_hand():
     lens = parse(GOOD)
     power = 0.5 * (1 / 50 + 1 / 80 - 0.5 * 4 / (1.5 * 50 * 80))
     assert lens.focal_length_mm() == pytest.approx(1 / power, rel=1e-12)
-    assert lens.surfaces[-1].z_mm - lens.surfaces[-2].z_mm == pytest.approx((1 - 0.5 * 4 / (1.5 * 50)) / power, rel=1e-12)
+    assert lens.surfaces[-1].z_mm - lens.surfaces[-2].z_mm == pytest.approx(
+        (1 - 0.5 * 4 / (1.5 * 50)) / power, rel=1e-12
+    )
 
 
 def test_scaling_keeps_angles():
@@ -66,7 +68,11 @@ def test_scaling_keeps_angles():
     small = lens.scaled(4.0)
     assert small.focal_length_mm() == pytest.approx(4.0, rel=1e-12)
     t = np.array([0.05, 0.2])
-    np.testing.assert_allclose(chief_mm(small, t, 550.0) * lens.focal_length_mm() / 4.0, chief_mm(lens, t, 550.0), rtol=1e-9)
+    np.testing.assert_allclose(
+        chief_mm(small, t, 550.0) * lens.focal_length_mm() / 4.0,
+        chief_mm(lens, t, 550.0),
+        rtol=1e-9,
+    )
     assert working_f_number(small) == pytest.approx(working_f_number(lens), rel=1e-9)
     aspheric = copy.deepcopy(GOOD)
     aspheric["surfaces"][1] |= {"aspheric": [-1e-5, 2e-8], "conic": -0.5}
@@ -89,8 +95,14 @@ def test_a_stop_in_front_gives_cos4_over_the_jacobian():
     stop = np.pi * lens.surfaces[lens.stop].semi_diameter_mm ** 2
     np.testing.assert_allclose(area, stop, rtol=2e-4)  # 160 cells across
     d, step = distortion(lens, t), 1e-4
-    around, wide = 1 + d, (t + step) * (1 + distortion(lens, t + step)) - (t - step) * (1 + distortion(lens, t - step))
-    np.testing.assert_allclose(relative_illumination(lens, t), (1 + t**2) ** -2 / (around * wide / (2 * step)), rtol=5e-4)
+    around, wide = (
+        1 + d,
+        (t + step) * (1 + distortion(lens, t + step))
+        - (t - step) * (1 + distortion(lens, t - step)),
+    )
+    np.testing.assert_allclose(
+        relative_illumination(lens, t), (1 + t**2) ** -2 / (around * wide / (2 * step)), rtol=5e-4
+    )
 
 
 def test_apertures_vignette_by_the_area_of_their_overlap():
@@ -112,9 +124,13 @@ def test_tables_of_coatings_follow_the_matrices():
     powers, cosine = Powers(lens, wave), np.array([0.95, 0.723, 0.5])
     got = powers(0, True, True, np.broadcast_to(cosine, (2, 3)))
     for band, w in enumerate(wave):
-        want = reflect_unpolarised(1.0, powers.indices[1][band], layers("multilayer", w), cosine, w)[0]
+        want = reflect_unpolarised(
+            1.0, powers.indices[1][band], layers("multilayer", w), cosine, w
+        )[0]
         np.testing.assert_allclose(got[band], want, atol=1e-5)
-    assert powers(lens.stop, True, True, cosine) == 0 and powers(lens.stop, False, True, cosine) == 1
+    assert (
+        powers(lens.stop, True, True, cosine) == 0 and powers(lens.stop, False, True, cosine) == 1
+    )
     filtered = Powers(lens, [550.0, 850.0]).at_normal(11)
     assert filtered[0] < 0.15 and filtered[1] > 0.99
 

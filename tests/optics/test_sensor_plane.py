@@ -12,14 +12,20 @@ from isethdr_core.truth import labels_on, make_picture, truth
 BARREL = {"model": "brown_conrady", "k1": -0.2}
 PINCUSHION = {"model": "brown_conrady", "k1": 0.1, "p1": 1e-3}
 FISHEYE = {"model": "kannala_brandt", "k1": -0.02}
-TABLE = {"model": "table", "angle_deg": [10, 20, 30, 45], "radius_per_focal_length": [0.1745, 0.347, 0.517, 0.765]}
+TABLE = {
+    "model": "table",
+    "angle_deg": [10, 20, 30, 45],
+    "radius_per_focal_length": [0.1745, 0.347, 0.517, 0.765],
+}
 
 
 def field(values=None, width=64, height=48, pitch=0.015, bands=(500.0, 600.0), **attrs):
     shape = (len(bands), height, width)
     values = np.ones(shape) if values is None else np.broadcast_to(values, shape)
     x, y = quantities.centres(width, width * pitch), quantities.centres(height, height * pitch)
-    return quantities.plane(values.astype(np.float32), list(bands), x, y, quantities.RADIANCE, **attrs)
+    return quantities.plane(
+        values.astype(np.float32), list(bands), x, y, quantities.RADIANCE, **attrs
+    )
 
 
 def noise(seed=1, **attrs):
@@ -34,10 +40,16 @@ def noted(call):
 
 
 def flux(light):
-    return light.values.sum(axis=(1, 2), dtype=float) * quantities.tile_pitch(light, "x") * quantities.tile_pitch(light, "y")
+    return (
+        light.values.sum(axis=(1, 2), dtype=float)
+        * quantities.tile_pitch(light, "x")
+        * quantities.tile_pitch(light, "y")
+    )
 
 
-@pytest.mark.parametrize("zero", ["none", {"model": "brown_conrady"}, {"model": "brown_conrady", "k1": 0.0}])
+@pytest.mark.parametrize(
+    "zero", ["none", {"model": "brown_conrady"}, {"model": "brown_conrady", "k1": 0.0}]
+)
 def test_without_distortion_nothing_is_resampled(zero, monkeypatch):
     plain = IdealLens()(noise())
     monkeypatch.setattr(geometry, "overlap_areas", None)  # calling it would fail
@@ -56,13 +68,17 @@ def test_forcing_the_resampling_in_changes_nothing_beyond_its_bound(monkeypatch)
     np.testing.assert_allclose(forced.values, plain.values, rtol=2e-7)  # one rounding to float32
 
 
-@pytest.mark.parametrize("distortion", [BARREL, PINCUSHION, FISHEYE, TABLE], ids=lambda d: d["model"])
+@pytest.mark.parametrize(
+    "distortion", [BARREL, PINCUSHION, FISHEYE, TABLE], ids=lambda d: d["model"]
+)
 def test_the_light_of_a_lamp_is_kept_and_lands_on_its_image(distortion):
     values = np.zeros((48, 64))
     values[33, 45] = 7.0
     lens = IdealLens(distortion=distortion, falloff="none")
     light, scene = lens(field(values)), field(values)
-    np.testing.assert_allclose(flux(light), flux(IdealLens(falloff="none")(scene)), rtol=1e-6)  # float32
+    np.testing.assert_allclose(
+        flux(light), flux(IdealLens(falloff="none")(scene)), rtol=1e-6
+    )  # float32
     assert light.values.min() >= 0
     x, y = geometry.map_of(light).forward(float(scene.x[45]), float(scene.y[33]))
     f_m, total = 4e-3, light.values[0].sum()
@@ -71,7 +87,9 @@ def test_the_light_of_a_lamp_is_kept_and_lands_on_its_image(distortion):
     assert abs(light.values[0].sum(axis=1) @ light.y.values / total / f_m - y) < 0.25 * 0.015
 
 
-@pytest.mark.parametrize("distortion", [BARREL, PINCUSHION, FISHEYE, TABLE], ids=lambda d: d["model"])
+@pytest.mark.parametrize(
+    "distortion", [BARREL, PINCUSHION, FISHEYE, TABLE], ids=lambda d: d["model"]
+)
 @pytest.mark.parametrize("falloff", ["cos4", "none", {0: 1.0, 20: 0.8, 45: 0.4}], ids=str)
 def test_uniform_light_follows_the_relative_illumination_that_is_stated(distortion, falloff):
     light, row = noted(lambda: IdealLens(distortion=distortion, falloff=falloff)(field(2.0)))
@@ -84,7 +102,9 @@ def test_uniform_light_follows_the_relative_illumination_that_is_stated(distorti
     assert error < 3e-3
     if isinstance(falloff, dict):  # the table is what is on the sensor, distortion or not
         u, v = geometry.map_of(light).inverse(*np.meshgrid(x, y))
-        wanted = geometry.table_values(light.attrs["falloff_table"], np.degrees(np.arctan(np.hypot(u, v))))
+        wanted = geometry.table_values(
+            light.attrs["falloff_table"], np.degrees(np.arctan(np.hypot(u, v)))
+        )
         np.testing.assert_allclose(measured, wanted, rtol=3e-3)
 
 
@@ -93,7 +113,9 @@ def test_a_tables_values_are_those_typed():
     at = np.degrees(np.arctan(np.hypot(light.x.values[None], light.y.values[:, None]) / 4e-3))
     near = np.abs(at - 10) < 0.2
     assert near.any()
-    np.testing.assert_allclose((light.values[0] / light.attrs["throughput_sr"])[near], 0.9, atol=0.005)  # slope 0.015 per degree
+    np.testing.assert_allclose(
+        (light.values[0] / light.attrs["throughput_sr"])[near], 0.9, atol=0.005
+    )  # slope 0.015 per degree
 
 
 def test_only_known_light_is_looked_at():
@@ -104,7 +126,9 @@ def test_only_known_light_is_looked_at():
         x, y = (np.abs(light[d].values).max() / 4e-3 + 0.0075 for d in ("x", "y"))
         u, v = lens.inverse(np.array([x, x, 0.0]), np.array([y, 0.0, y]))
         assert np.abs(u).max() <= half_x * (1 + 1e-9) and np.abs(v).max() <= half_y * (1 + 1e-9)
-        assert np.abs(u).max() > half_x - 3 * 0.015 or np.abs(v).max() > half_y - 3 * 0.015  # and no smaller than needed
+        assert (
+            np.abs(u).max() > half_x - 3 * 0.015 or np.abs(v).max() > half_y - 3 * 0.015
+        )  # and no smaller than needed
         w, h = light.attrs["field_width"] / 4e-3 / 2, light.attrs["field_height"] / 4e-3 / 2
         u, v = lens.inverse(np.array([w, w, 0.0]), np.array([h, 0.0, h]))
         assert np.abs(u).max() <= 0.4 * (1 + 1e-6) and np.abs(v).max() <= 0.3 * (1 + 1e-6)
@@ -112,15 +136,27 @@ def test_only_known_light_is_looked_at():
 
 def pictured(light, pitch_um=30.0):
     """Return an empty picture over the field of `light`, with the attributes that sensor and isp hand on."""
-    rows, columns = (int(light.attrs[k] / (pitch_um * 1e-6)) for k in ("field_height", "field_width"))
+    rows, columns = (
+        int(light.attrs[k] / (pitch_um * 1e-6)) for k in ("field_height", "field_width")
+    )
     x, y = (quantities.centres(n, n * pitch_um * 1e-6) for n in (columns, rows))
     zero = np.zeros((rows, columns, 3))
     places = {k: light.attrs[k] for k in geometry.PLACES if k in light.attrs}
-    return make_picture(zero, zero, np.ones((rows, columns), bool), x, y, focal_length_mm=4.0, pitch_um=pitch_um, **places)
+    return make_picture(
+        zero,
+        zero,
+        np.ones((rows, columns), bool),
+        x,
+        y,
+        focal_length_mm=4.0,
+        pitch_um=pitch_um,
+        **places,
+    )
 
 
 @pytest.mark.parametrize(
-    ("distortion", "projection"), [(BARREL, "tangent"), (FISHEYE, "tangent"), (FISHEYE, "equidistant"), (TABLE, "equidistant")]
+    ("distortion", "projection"),
+    [(BARREL, "tangent"), (FISHEYE, "tangent"), (FISHEYE, "equidistant"), (TABLE, "equidistant")],
 )
 def test_truth_and_labels_lie_where_the_light_is(distortion, projection):
     from scipy.ndimage import binary_dilation, binary_erosion
@@ -132,16 +168,25 @@ def test_truth_and_labels_lie_where_the_light_is(distortion, projection):
     ids[20:50, 130:170], ids[90:130, 20:60] = 1, 2
     cube = np.where(ids > 0, ids * 3.0, 0.5)[None, None] * np.ones((1, 3, 1, 1))
     x, y = quantities.centres(width, width * pitch), quantities.centres(height, height * pitch)
-    scene = quantities.scene_radiance(cube, ["sky"], [500.0, 550.0, 600.0], x, y, projection=projection, instance=ids)
-    scene.attrs["objects"] = [{"instance": 1, "box": [130, 20, 40, 30]}, {"instance": 2, "box": [20, 90, 40, 40]}]
+    scene = quantities.scene_radiance(
+        cube, ["sky"], [500.0, 550.0, 600.0], x, y, projection=projection, instance=ids
+    )
+    scene.attrs["objects"] = [
+        {"instance": 1, "box": [130, 20, 40, 30]},
+        {"instance": 2, "box": [20, 90, 40, 40]},
+    ]
     more = {"projection": projection} if projection != "tangent" else {}
-    mixed = quantities.plane(cube[0].astype(np.float32), [500.0, 550.0, 600.0], x, y, quantities.RADIANCE, **more)
+    mixed = quantities.plane(
+        cube[0].astype(np.float32), [500.0, 550.0, 600.0], x, y, quantities.RADIANCE, **more
+    )
     light = IdealLens(distortion=distortion, falloff="none")(mixed)
     picture = pictured(light, 20.0)
     true, labels = truth(mixed, picture), labels_on(scene, picture)
     found = labels["instance"].values
     assert (
-        true.attrs["distortion"] == light.attrs["distortion"] and found.dtype == np.uint32 and set(np.unique(found)) == {0, 1, 2}
+        true.attrs["distortion"] == light.attrs["distortion"]
+        and found.dtype == np.uint32
+        and set(np.unique(found)) == {0, 1, 2}
     )
     # truth is radiance: inside the objects and the ground it is theirs, whatever the distortion
     y_of = quantities.tristimulus(mixed)["xyz"].values[..., 1]
@@ -151,14 +196,28 @@ def test_truth_and_labels_lie_where_the_light_is(distortion, projection):
         np.testing.assert_allclose(true["xyz"].values[inside][:, 1], want, rtol=1e-6)
     # the picture that a noiseless camera takes, freed of the stated relative illumination, is the truth
     f_m = 4e-3
-    seen = resample_mean(light.values[:1], light.x.values, light.y.values, picture.x.values, picture.y.values, 20e-6, 20e-6)[0]
-    flat = geometry.relative_illumination(light.attrs, picture.x.values[None, :] / f_m, picture.y.values[:, None] / f_m)
+    seen = resample_mean(
+        light.values[:1],
+        light.x.values,
+        light.y.values,
+        picture.x.values,
+        picture.y.values,
+        20e-6,
+        20e-6,
+    )[0]
+    flat = geometry.relative_illumination(
+        light.attrs, picture.x.values[None, :] / f_m, picture.y.values[:, None] / f_m
+    )
     radiance = seen / (flat * light.attrs["throughput_sr"])
     share = true["xyz"].values[..., 1] / y_of[ids == 1][0] * 3.0
     assert (
-        np.median(np.abs(radiance - share)) < 1e-4 and np.mean(np.abs(radiance - share) > 0.3) < 0.05
+        np.median(np.abs(radiance - share)) < 1e-4
+        and np.mean(np.abs(radiance - share) > 0.3) < 0.05
     )  # tiles and pixels blur borders
-    for number in (1, 2):  # a quarter of a pixel: centroids of 1000 pixels, of which those on the border may go either way
+    for number in (
+        1,
+        2,
+    ):  # a quarter of a pixel: centroids of 1000 pixels, of which those on the border may go either way
         lit = binary_dilation(found == number, iterations=8) & (radiance > (0.5 + 3.0 * number) / 2)
         there, said = (np.mean(np.nonzero(mask), axis=1) for mask in (lit, found == number))
         assert np.abs(there - said).max() < 0.25
@@ -182,7 +241,9 @@ def test_an_equidistant_field_beyond_90_degrees():
     np.testing.assert_allclose(light.values, 3.0 * light.attrs["throughput_sr"], rtol=1e-6)
     assert light.attrs["projection"] == "equidistant"
     assert light.x.values[-1] == pytest.approx(4e-3 * np.radians(90) * 119 / 120)
-    bent = IdealLens(falloff={0: 1, 115: 0.5}, distortion={"model": "kannala_brandt", "k1": -0.01})(scene)
+    bent = IdealLens(falloff={0: 1, 115: 0.5}, distortion={"model": "kannala_brandt", "k1": -0.01})(
+        scene
+    )
     assert bent.values.min() > 0
     with pytest.raises(ConfigError, match="falloff"):
         IdealLens()(scene)
@@ -198,7 +259,9 @@ def test_tangents_and_angles_give_the_same_picture():
     a, b = (v.values[0][v.sizes["y"] // 2] for v in (by_tangent, by_angle))
     n = min(len(a), len(b))
     a, b = (v[(len(v) - n) // 2 : (len(v) - n) // 2 + n] for v in (a, b))
-    np.testing.assert_allclose(a, b, rtol=2.5e-3)  # cos4 and the map are taken in the middles of tiles of 0.01
+    np.testing.assert_allclose(
+        a, b, rtol=2.5e-3
+    )  # cos4 and the map are taken in the middles of tiles of 0.01
 
 
 def test_the_prescriptions_distortion_and_illumination_are_those_of_its_rays():
@@ -211,12 +274,18 @@ def test_the_prescriptions_distortion_and_illumination_are_those_of_its_rays():
     bent = geometry.distortion_map(plane.attrs["distortion"])
     real = lens.real()
     # 1e-7: cubic spline over 33 points of a smooth curve
-    np.testing.assert_allclose(bent.forward(tangent, 0.0)[0], chief_mm(real, tangent, real.reference_nm) / 4.0, rtol=1e-5)
+    np.testing.assert_allclose(
+        bent.forward(tangent, 0.0)[0], chief_mm(real, tangent, real.reference_nm) / 4.0, rtol=1e-5
+    )
     angle = np.degrees(np.arctan(tangent))
     stated = geometry.table_values(plane.attrs["falloff_table"], angle)
-    np.testing.assert_allclose(stated, relative_illumination(real, tangent), rtol=2e-3)  # 160 cells across the beam
+    np.testing.assert_allclose(
+        stated, relative_illumination(real, tangent), rtol=2e-3
+    )  # 160 cells across the beam
     light = IdealLens(falloff="none")(scene)
-    assert plane.attrs["falloff"] == "table" and plane.whole[1] < light.sizes["x"]  # before bands are magnified
+    assert (
+        plane.attrs["falloff"] == "table" and plane.whole[1] < light.sizes["x"]
+    )  # before bands are magnified
 
 
 def test_added_light_falls_on_the_sensors_own_tiles():
@@ -232,7 +301,9 @@ def test_added_light_falls_on_the_sensors_own_tiles():
         dark = field(0.0)
         light = lens(dark, flares=[Veil()])
         np.testing.assert_allclose(light.values[0, 5], light.x.values + 1.0, rtol=1e-6)
-    assert light.sizes["x"] > 64  # pincushion: the sensor is larger than the field's image without distortion
+    assert (
+        light.sizes["x"] > 64
+    )  # pincushion: the sensor is larger than the field's image without distortion
 
 
 @pytest.mark.parametrize(
@@ -242,7 +313,16 @@ def test_added_light_falls_on_the_sensors_own_tiles():
         ({"distortion": {"k1": 0.1}}, "has model None"),
         ({"distortion": {"model": "brown_conrady", "k4": 0.1}}, "no key 'k4'"),
         ({"distortion": {"model": "brown_conrady", "k1": "much"}}, "brown_conrady"),
-        ({"distortion": {"model": "table", "angle_deg": [5, 10], "radius_per_focal_length": [0.1, 0.05]}}, "rising"),
+        (
+            {
+                "distortion": {
+                    "model": "table",
+                    "angle_deg": [5, 10],
+                    "radius_per_focal_length": [0.1, 0.05],
+                }
+            },
+            "rising",
+        ),
         ({"falloff": {0: 1.0}}, "rise from 0"),
         ({"falloff": {5: 1.0, 10: 0.5}}, "rise from 0"),
         ({"falloff": {0: 1.0, 10: -0.1}}, "0 to 10"),
@@ -258,7 +338,13 @@ def test_bad_fields_are_refused(fields, said):
     [
         ({"distortion": {"model": "brown_conrady", "k1": -1.2}}, "folds"),
         (
-            {"distortion": {"model": "table", "angle_deg": [5, 10], "radius_per_focal_length": [0.0875, 0.175]}},
+            {
+                "distortion": {
+                    "model": "table",
+                    "angle_deg": [5, 10],
+                    "radius_per_focal_length": [0.0875, 0.175],
+                }
+            },
             "beyond the distortion table",
         ),
         ({"falloff": {0: 1.0, 10: 0.9}}, "ends at 10 degrees"),

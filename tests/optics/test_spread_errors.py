@@ -4,7 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealLens, counted, exact_core, kernel_errors, spread_errors
+from isethdr_optics import (
+    ApertureFlare,
+    DiffractionLimitedLens,
+    IdealLens,
+    counted,
+    exact_core,
+    kernel_errors,
+    spread_errors,
+)
 from isethdr_optics.imaging import parts
 from isethdr_optics.kernels import _made
 from isethdr_optics.kernels import kernels as made_kernels
@@ -25,7 +33,9 @@ def street(shape=(34, 50), pitch_um=10.0, lamp=1e6):
     light = np.random.default_rng(2).uniform(0.5, 1.5, (2, *shape))
     light[:, 8:10, 12:15] = lamp
     y, x = (quantities.centres(n, n * pitch_um * 1e-3 / lens.focal_length_mm) for n in shape)
-    return lens, quantities.plane((1e-6 * light).astype(np.float32), BANDS, x, y, quantities.RADIANCE)
+    return lens, quantities.plane(
+        (1e-6 * light).astype(np.float32), BANDS, x, y, quantities.RADIANCE
+    )
 
 
 def test_the_deviation_of_light_is_that_of_a_repeat():
@@ -39,7 +49,11 @@ def test_the_deviation_of_light_is_that_of_a_repeat():
     for alike in (1, 2):  # tiles along either axis that share their noise
 
         def wrong(alike=alike):
-            noise = rng.standard_normal((shape[0] // alike + 1, shape[1] // alike + 1)).repeat(alike, 0).repeat(alike, 1)
+            noise = (
+                rng.standard_normal((shape[0] // alike + 1, shape[1] // alike + 1))
+                .repeat(alike, 0)
+                .repeat(alike, 1)
+            )
             return np.where(beyond, 0.03 * kernel * noise[: shape[0], : shape[1]], 0.0)
 
         stated = kernel_errors.deviation(wrong(), kernel)
@@ -58,7 +72,10 @@ def test_kernels_differ_from_finer_ones_as_stated():
     given, weights = parts(lens, mixed, DIRT), np.eye(2)
     deviation, bound = spread_errors.spread_errors(mixed, given, weights)
     light = lens(mixed, DIRT).values
-    wrong, lit = np.abs(light - finer(mixed, DIRT).values), deviation > 1e-5 * light  # less is near the rounding of float32
+    wrong, lit = (
+        np.abs(light - finer(mixed, DIRT).values),
+        deviation > 1e-5 * light,
+    )  # less is near the rounding of float32
     share = (wrong / (deviation + bound))[lit]
     # of normal deviates half are below 0.67, 1 in 100 beyond 2.6; more is stated, as neighbours are taken to err alike
     assert lit.mean() > 0.2 and 0.1 < np.median(share) < 0.8 and np.quantile(share, 0.99) < 3.0
@@ -71,7 +88,12 @@ def test_blocks_state_what_tiles_do(monkeypatch):
     monkeypatch.setattr(counted, "MOST_BLOCKS", 20)
     coarse = spread_errors.spread_errors(mixed, given, np.eye(2))[0]
     assert coarse.shape == fine.shape
-    far = np.hypot(*(np.arange(n)[s] - c for n, c, s in ((34, 9, np.s_[:, None]), (50, 13, np.s_[None])))) > 20
+    far = (
+        np.hypot(
+            *(np.arange(n)[s] - c for n, c, s in ((34, 9, np.s_[:, None]), (50, 13, np.s_[None])))
+        )
+        > 20
+    )
     # blocks of 3 tiles widen the narrow spikes of a hexagon; the light in them is kept
     assert np.median(coarse[:, far] / fine[:, far]) == pytest.approx(1.0, abs=0.25)
     assert (coarse[:, far] ** 2).sum() == pytest.approx((fine[:, far] ** 2).sum(), rel=0.25)
@@ -94,14 +116,27 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
 
         def make(one):
             asked.append(one.speckle_error / lens.speckle_error)
-            return replace(usual, speckle=asked[-1] * usual.speckle, deviation=HALF[asked[-1]] * usual.deviation)
+            return replace(
+                usual,
+                speckle=asked[-1] * usual.speckle,
+                deviation=HALF[asked[-1]] * usual.deviation,
+            )
 
         _, share, _ = spread_errors.fine_enough(make, lens, mixed, 1.0, response)
-        assert response is None or share <= accuracy.KERNELS * response.noise_fraction_allowed or asked in ([1.0], [1.0, 0.25])
+        assert (
+            response is None
+            or share <= accuracy.KERNELS * response.noise_fraction_allowed
+            or asked in ([1.0], [1.0, 0.25])
+        )
         return asked
 
     assert asked_for(1e2, response) == [1.0]
-    share = spread_errors.noise_share(usual, counted.counted(*street(lamp=1e9), 1.0, response), response) / accuracy.KERNELS
+    share = (
+        spread_errors.noise_share(
+            usual, counted.counted(*street(lamp=1e9), 1.0, response), response
+        )
+        / accuracy.KERNELS
+    )
     # half is enough; a quarter at once, where half is not; no kernel that can be made is fine enough, and none is made in vain
     for allowed, asked in ((share / 2, [1.0, 0.5]), (share / 5, [1.0, 0.25]), (share / 30, [1.0])):
         assert asked_for(1e9, replace(response, noise_fraction_allowed=allowed)) == asked
@@ -112,7 +147,11 @@ def test_cores_are_kept_while_kernels_are_made_again():
     lens, at = street()[0], (BANDS[:1], (10.0, 10.0), (27, 30))
     apart = [_made(replace(lens, speckle_error=e), DIRT, *at).bands[0] for e in (0.03, 0.003)]
     with exact_core.kept_cores():
-        together = [_made(replace(lens, speckle_error=e), DIRT, *at).bands[0] for e in (0.03, 0.003)]
+        together = [
+            _made(replace(lens, speckle_error=e), DIRT, *at).bands[0] for e in (0.03, 0.003)
+        ]
         assert len(exact_core._kept) == 1
     assert exact_core._kept is None
-    assert all(np.array_equal(a, b) for a, b in zip(apart, together)) and not np.array_equal(*together)
+    assert all(np.array_equal(a, b) for a, b in zip(apart, together)) and not np.array_equal(
+        *together
+    )

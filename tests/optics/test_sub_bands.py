@@ -9,7 +9,10 @@ from isethdr_optics import kernels
 from isethdr_core import build
 
 LENS = build("lens", "diffraction_limited", f_number=4.0, focal_length_mm=4.0)
-BAND, PARTS = [500.0, 550.0, 600.0], np.arange(527.5, 573.0, 5.0)  # one band from 525 to 575 nm, and the ten that it is made of
+BAND, PARTS = (
+    [500.0, 550.0, 600.0],
+    np.arange(527.5, 573.0, 5.0),
+)  # one band from 525 to 575 nm, and the ten that it is made of
 
 
 @pytest.fixture
@@ -23,12 +26,17 @@ def used(monkeypatch):
 
     monkeypatch.setattr(kernels, "exact_core", core)
     monkeypatch.setattr(kernels, "_cache", type(kernels._cache)())
-    monkeypatch.setattr(kernels, "_stored", lambda name: None)   # a slow machine writes kernels to disk
+    monkeypatch.setattr(
+        kernels, "_stored", lambda name: None
+    )  # a slow machine writes kernels to disk
     return found
 
 
 def tiles(wavelength_nm, reach):
-    return [np.asarray(band, float) for band in kernels.kernels(LENS, (), wavelength_nm, (1.0, 1.0), (reach, reach)).bands]
+    return [
+        np.asarray(band, float)
+        for band in kernels.kernels(LENS, (), wavelength_nm, (1.0, 1.0), (reach, reach)).bands
+    ]
 
 
 @pytest.mark.parametrize("reach", [12, 60])
@@ -41,7 +49,9 @@ def test_a_band_is_the_mean_of_its_parts(used, reach, monkeypatch):
     assert left < 0.0015 and few.sum() == pytest.approx(parts.sum(), rel=1e-4)
     monkeypatch.setattr(kernels._Plan, "wavelengths", lambda plan, centre, *_: np.array([centre]))
     kernels._cache.clear()
-    assert np.abs(tiles(BAND, reach)[1] - parts).sum() > 8 * left, "one wavelength alone would not do: rings do not wash out"
+    assert np.abs(tiles(BAND, reach)[1] - parts).sum() > 8 * left, (
+        "one wavelength alone would not do: rings do not wash out"
+    )
 
 
 def test_there_are_as_many_as_the_pattern_moves_by_speckles(used):

@@ -20,34 +20,56 @@ def test_the_traced_focus_of_a_wavelength_is_that_of_the_matrices():
     lens = PrescribedLens(**SINGLET)
     real = lens.real()
     for wave in (440.0, 467.0, 560.0, 655.0):
-        focus = 1e3 * (back_focus_mm(real.surfaces[:-1], real.indices(wave)) - back_focus_mm(real.surfaces[:-1], real.indices(real.reference_nm)))
-        f_number = 16.0 / lens.pupil_scale_at(0.0, wave)  # of this colour: its focal length is another
+        focus = 1e3 * (
+            back_focus_mm(real.surfaces[:-1], real.indices(wave))
+            - back_focus_mm(real.surfaces[:-1], real.indices(real.reference_nm))
+        )
+        f_number = 16.0 / lens.pupil_scale_at(
+            0.0, wave
+        )  # of this colour: its focal length is another
         shift = lens.colour_at(0.0, wave)[4] * 16 * 3**0.5 * f_number**2
         # a shift is a parabola to its own share of the focal length, here up to 2.6 %; blue light focuses in front
-        assert shift == pytest.approx(focus, rel=0.01 + abs(focus) / 20e3, abs=0.5) and (shift < 0) == (wave < real.reference_nm)
+        assert shift == pytest.approx(focus, rel=0.01 + abs(focus) / 20e3, abs=0.5) and (
+            shift < 0
+        ) == (wave < real.reference_nm)
     given = PrescribedLens(focal_shift_um={400.0: 0.0, 700.0: 1.0}, **SINGLET)
     assert given.colour_at(0.0, 450.0) == {}
-    assert PrescribedLens(wavefront="none").psf(450.0, 2.0, 32).sum() == pytest.approx(float(WavefrontLens().psf(450.0, 2.0, 32).sum()))
+    assert PrescribedLens(wavefront="none").psf(450.0, 2.0, 32).sum() == pytest.approx(
+        float(WavefrontLens().psf(450.0, 2.0, 32).sum())
+    )
 
 
 def test_every_wavelength_has_its_own_wavefront_off_the_axis_too():
     lens, angle = PrescribedLens(f_number=4.0), np.radians(11.0)
     place = node_lens(lens, lens.wavefront_at(angle), 0.0, angle)
     for wave in (430.0, 500.0, 650.0):
-        own, exact = pupils.coefficients_um(place, wave), zernike_um(lens.real(), float(np.tan(angle)), wave)[0]
+        own, exact = (
+            pupils.coefficients_um(place, wave),
+            zernike_um(lens.real(), float(np.tan(angle)), wave)[0],
+        )
         off = sum((own.get(j, 0.0) - exact.get(j, 0.0)) ** 2 for j in {*own, *exact}) ** 0.5
         assert off < 1e-3  # um rms, half way between traced wavelengths: a five hundredth of a wave
     reference = pupils.coefficients_um(place, 587.56)
     lost = [pupils.coefficients_um(place, w)[4] - reference[4] for w in (430.0, 650.0)]
     axis = node_lens(lens, lens.wavefront_at(0.0), 0.0, 0.0)
-    kept = [pupils.coefficients_um(axis, w)[4] - pupils.coefficients_um(axis, 587.56)[4] for w in (430.0, 650.0)]
-    assert min(map(abs, lost)) > 5e-3 and max(abs(a - b) for a, b in zip(lost, kept)) > 1e-3  # there is colour, and not that of the axis
+    kept = [
+        pupils.coefficients_um(axis, w)[4] - pupils.coefficients_um(axis, 587.56)[4]
+        for w in (430.0, 650.0)
+    ]
+    assert (
+        min(map(abs, lost)) > 5e-3 and max(abs(a - b) for a, b in zip(lost, kept)) > 1e-3
+    )  # there is colour, and not that of the axis
 
 
 def test_colour_turns_with_the_place():
     lens, angle = PrescribedLens(prescription="singlet", f_number=8.0), np.radians(12.0)
-    right, up = (node_lens(lens, lens.wavefront_at(angle), turn, angle).psf(450.0, 1.0, 65).values[0] for turn in (0.0, np.pi / 2))
-    np.testing.assert_allclose(np.rot90(right), up, atol=1e-5 * up.max())  # cells of the pupil are the same turned by a quarter
+    right, up = (
+        node_lens(lens, lens.wavefront_at(angle), turn, angle).psf(450.0, 1.0, 65).values[0]
+        for turn in (0.0, np.pi / 2)
+    )
+    np.testing.assert_allclose(
+        np.rot90(right), up, atol=1e-5 * up.max()
+    )  # cells of the pupil are the same turned by a quarter
 
 
 def scene(tangent, pitch, bands, rows=8, more=24):
@@ -90,7 +112,11 @@ def own_ray_um(real, tangent, wavelength_nm):
     a, b = starts[cross : cross + 2]
     for _ in range(60):
         middle = (a + b) / 2
-        a, b = (middle, b) if np.sign(through(middle, real.stop)) == np.sign(through(a, real.stop)) else (a, middle)
+        a, b = (
+            (middle, b)
+            if np.sign(through(middle, real.stop)) == np.sign(through(a, real.stop))
+            else (a, middle)
+        )
     return 1e3 * through((a + b) / 2, len(real.surfaces) - 1)
 
 
@@ -98,7 +124,9 @@ def centroids_um(plane, values):
     return [1e6 * 4e-3 * float(v.sum(axis=0) @ plane.x / v.sum()) for v in plane.move(values)]
 
 
-@pytest.mark.parametrize(("name", "f_number"), [("double_gauss", 4.0), ("cooke_triplet", 5.6), ("singlet", 8.0)])
+@pytest.mark.parametrize(
+    ("name", "f_number"), [("double_gauss", 4.0), ("cooke_triplet", 5.6), ("singlet", 8.0)]
+)
 def test_blue_and_red_images_at_70_percent_of_the_field_lie_where_their_rays_do(name, f_number):
     bands = (450.0, 587.56, 650.0)
     lens = PrescribedLens(prescription=name, f_number=f_number, wavefront="none", falloff="none")
@@ -110,28 +138,46 @@ def test_blue_and_red_images_at_70_percent_of_the_field_lie_where_their_rays_do(
     assert abs(want[0] - want[2]) > (0.005 if name == "cooke_triplet" else 0.2)
     # a tile of 1.6 um, drawn out by up to 2 % and shared by area, has its centroid off by 1 % of itself
     np.testing.assert_allclose(found, want, atol=0.02)
-    np.testing.assert_allclose(np.diff(found), np.diff(want), atol=2e-3)  # its stretch hardly differs between bands
+    np.testing.assert_allclose(
+        np.diff(found), np.diff(want), atol=2e-3
+    )  # its stretch hardly differs between bands
     kept = plane.move(light.values).sum(axis=(1, 2))
     np.testing.assert_allclose(kept, light.values.sum(axis=(1, 2)), rtol=1e-9)
 
 
 def test_the_whole_lens_moves_its_bands():
-    same, light = dict(f_number=4.0, wavefront="none", falloff="none", distortion="none"), scene(0.15, 0.012, (450.0, 650.0), rows=2, more=3)
+    same, light = (
+        dict(f_number=4.0, wavefront="none", falloff="none", distortion="none"),
+        scene(0.15, 0.012, (450.0, 650.0), rows=2, more=3),
+    )
     image, plain = (PrescribedLens(lateral_colour=c, **same)(light) for c in ("traced", "none"))
-    at, before = ([1e6 * float(v.sum(axis=0) @ i.x.values / v.sum()) for v in i.values.astype(float)] for i in (image, plain))
-    tangent, real = float(light.x[np.flatnonzero(light.values[0].any(axis=0))[0]]), PrescribedLens(**same).real()
+    at, before = (
+        [1e6 * float(v.sum(axis=0) @ i.x.values / v.sum()) for v in i.values.astype(float)]
+        for i in (image, plain)
+    )
+    tangent, real = (
+        float(light.x[np.flatnonzero(light.values[0].any(axis=0))[0]]),
+        PrescribedLens(**same).real(),
+    )
     blue, reference, red = (own_ray_um(real, tangent, w) for w in (450.0, real.reference_nm, 650.0))
     want = (blue - red) / reference * 4e3 * tangent
     assert (at[0] - before[0]) - (at[1] - before[1]) == pytest.approx(want, rel=0.05) and want > 0.1
     assert image.values.min() >= 0
-    np.testing.assert_allclose(image.values.sum(axis=(1, 2)), plain.values.sum(axis=(1, 2)), rtol=1e-3)  # the skirt's border
+    np.testing.assert_allclose(
+        image.values.sum(axis=(1, 2)), plain.values.sum(axis=(1, 2)), rtol=1e-3
+    )  # the skirt's border
 
 
 def test_a_course_without_course_is_a_magnification_and_light_is_kept():
     values = np.random.default_rng(4).random((31, 45))
     for scale in (0.97, 0.999, 1.0, 1.0007, 1.03):
         course = Course(np.array([0.0, 9.0]), np.array([scale, scale]), (0.1, 0.1))
-        np.testing.assert_allclose(displaced(values, course, (29, 43)), magnified(values, scale, (29, 43)), rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(
+            displaced(values, course, (29, 43)),
+            magnified(values, scale, (29, 43)),
+            rtol=1e-9,
+            atol=1e-12,
+        )
     inner = np.zeros((31, 45))
     inner[5:26, 6:39] = 10 ** np.random.default_rng(5).uniform(-12, 0, (21, 33))
     bent = Course(np.linspace(0, 3, 50), 1 + 0.002 * np.linspace(0, 1, 50) ** 2, (0.1, 0.1))
@@ -149,7 +195,9 @@ def test_uniform_light_thins_by_the_area_ratio_of_a_bent_course():
     for _ in range(20):
         source = from_r / (1 + k * source**2)
     want = 1 / ((1 + k * source**2) * (1 + 3 * k * source**2))
-    np.testing.assert_allclose(out, want, rtol=2e-4)  # a tile's light is even between its borders, where the course thins by 0.8 % from tile to tile
+    np.testing.assert_allclose(
+        out, want, rtol=2e-4
+    )  # a tile's light is even between its borders, where the course thins by 0.8 % from tile to tile
 
 
 def test_dark_tiles_beside_a_lamp_keep_their_digits():
@@ -157,14 +205,18 @@ def test_dark_tiles_beside_a_lamp_keep_their_digits():
     values[4, 15] = 1.0
     course = Course(np.array([0.0, 9.0]), np.array([1.0, 1.0004]), (0.1, 0.1))
     out = displaced(values, course, (9, 31))
-    np.testing.assert_allclose(out[:, :12], 1e-12, rtol=2e-3)  # the border's own dilution; a lamp of 1e12 leaves no rounding
+    np.testing.assert_allclose(
+        out[:, :12], 1e-12, rtol=2e-3
+    )  # the border's own dilution; a lamp of 1e12 leaves no rounding
 
 
 def test_the_ledger_and_bad_use():
     rows, lens = ledger.Ledger(), PrescribedLens(wavefront="none", distortion="none")
     with ledger.stage(rows, "lens"):
         sensor_plane(lens, scene(0.05, 0.002, (450.0, 550.0, 650.0), 4))
-    assert any("within a band" in o.what for o in rows[0].left_out) and any("larger or smaller image" in e.what for e in rows[0].errors)
+    assert any("within a band" in o.what for o in rows[0].left_out) and any(
+        "larger or smaller image" in e.what for e in rows[0].errors
+    )
     with pytest.raises(ConfigError, match="miss a surface"):
         sensor_plane(lens, scene(3.0, 0.1, (450.0,), 4))
     with pytest.raises(ConfigError, match="undefined"):

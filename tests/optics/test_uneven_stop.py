@@ -24,11 +24,25 @@ def counted(name, f_number, angle_deg, count=800):
     pupil_z, radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
     across = ((np.arange(count) + 0.5) / count * 2.4 - 1.2) * radius
     x, y = np.meshgrid(across + (lens.surfaces[0].z_mm - pupil_z) * tangent, across)
-    x, y = (a + (np.random.default_rng(n).random(a.shape) - 0.5) * 2.4 / count * radius for n, a in enumerate((x, y)))
-    rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), *collimated(x, y, lens.surfaces[0].z_mm, tangent, 0.0), keep_hits=True)
+    x, y = (
+        a + (np.random.default_rng(n).random(a.shape) - 0.5) * 2.4 / count * radius
+        for n, a in enumerate((x, y))
+    )
+    rays = follow(
+        lens.surfaces,
+        indices,
+        sequential(len(lens.surfaces)),
+        *collimated(x, y, lens.surfaces[0].z_mm, tangent, 0.0),
+        keep_hits=True,
+    )
     stop = np.stack(rays.hits_mm[lens.stop]) / lens.surfaces[lens.stop].semi_diameter_mm
     inside = np.isfinite(rays.position_mm[0]) & (np.hypot(*stop) <= 1)
-    return lens, tangent, stop[:, inside], seen_from_image(lens, tangent, rays.position_mm[:, inside], rays.direction[:, inside])
+    return (
+        lens,
+        tangent,
+        stop[:, inside],
+        seen_from_image(lens, tangent, rays.position_mm[:, inside], rays.direction[:, inside]),
+    )
 
 
 def seen_from_image(lens, tangent, position, direction):
@@ -41,7 +55,9 @@ def seen_from_image(lens, tangent, position, direction):
     return -(away + back * direction)[:2] / radius
 
 
-@pytest.mark.parametrize(("name", "f_number", "angle_deg"), [("cooke_triplet", 5.6, 20.0), ("singlet", 4.0, 0.0)])
+@pytest.mark.parametrize(
+    ("name", "f_number", "angle_deg"), [("cooke_triplet", 5.6, 20.0), ("singlet", 4.0, 0.0)]
+)
 def test_the_power_is_that_of_rays_counted_by_direction(name, f_number, angle_deg):
     lens, tangent, stop, leaves = counted(name, f_number, angle_deg)
     terms, rms = amplitude(lens, tangent, lens.reference_nm)
@@ -49,7 +65,9 @@ def test_the_power_is_that_of_rays_counted_by_direction(name, f_number, angle_de
     pupil = exit_pupil(lens, tangent, lens.reference_nm)
     places = np.stack([(leaves[0] - pupil.centre) / pupil.meridional, leaves[1] / pupil.sagittal])
     cell = np.minimum(np.floor((leaves - low[:, None]) / (high - low)[:, None] * 9).astype(int), 8)
-    inner = [(i, j) for i in range(9) for j in range(9) if np.hypot(i - 4, j - 4) < 3.3]  # whole cells, off the rim
+    inner = [
+        (i, j) for i in range(9) for j in range(9) if np.hypot(i - 4, j - 4) < 3.3
+    ]  # whole cells, off the rim
     count, modelled = [], []
     for i, j in inner:
         seen = (cell[0] == i) & (cell[1] == j)
@@ -58,7 +76,9 @@ def test_the_power_is_that_of_rays_counted_by_direction(name, f_number, angle_de
     count, modelled = (np.array(a) / np.mean(a) for a in (count, modelled))
     # some 4000 squares in a cell, 240 of them across its border, whose rays fall to either side: 0.2 %; surfaces take 0.2 % more at the rim
     np.testing.assert_allclose(modelled, count, atol=6e-3)
-    assert np.ptp(count) > 0.015 and np.corrcoef(count, modelled)[0, 1] > 0.95 and 0.003 < rms < 0.012
+    assert (
+        np.ptp(count) > 0.015 and np.corrcoef(count, modelled)[0, 1] > 0.95 and 0.003 < rms < 0.012
+    )
 
 
 def test_a_lens_that_keeps_the_sine_condition_is_even_however_its_stop_is_filled():
@@ -67,18 +87,28 @@ def test_a_lens_that_keeps_the_sine_condition_is_even_however_its_stop_is_filled
     assert abs(right - 0.5) > 0.01  # its beam is squeezed to one side of the stop
     assert amplitude(lens, tangent, lens.reference_nm)[1] < 0.0015
     whole = PrescribedLens(f_number=4.0, focal_length_mm=8.0)
-    assert whole.amplitude_at(np.radians(14.0)) == {} and node_lens(whole, {}, 0.0, np.radians(14.0)).uneven == ()
+    assert (
+        whole.amplitude_at(np.radians(14.0)) == {}
+        and node_lens(whole, {}, 0.0, np.radians(14.0)).uneven == ()
+    )
 
 
 def test_even_light_changes_nothing_and_uneven_light_keeps_its_energy():
-    lens, angle = PrescribedLens(prescription="cooke_triplet", f_number=5.6, focal_length_mm=6.0), np.radians(20.0)
+    lens, angle = (
+        PrescribedLens(prescription="cooke_triplet", f_number=5.6, focal_length_mm=6.0),
+        np.radians(20.0),
+    )
     place = node_lens(lens, lens.wavefront_at(angle), 0.4, angle)
     even = replace(place, uneven=())
     assert np.abs(place.psf(550.0, 1.0, 64) - even.psf(550.0, 1.0, 64)).sum() > 1e-3
-    np.testing.assert_allclose(replace(place, uneven=((0, 1.0),)).psf(550.0, 1.0, 32), even.psf(550.0, 1.0, 32), rtol=1e-5)
+    np.testing.assert_allclose(
+        replace(place, uneven=((0, 1.0),)).psf(550.0, 1.0, 32), even.psf(550.0, 1.0, 32), rtol=1e-5
+    )
     for flares in ((), [ApertureFlare(blades=6, dust_per_mm2=300.0)]):
         sums = [float(one.psf(550.0, 1.0, 128, flares).sum()) for one in (place, even)]
         # the same light, and the same skirt but for the rim, a hundredth of which is brighter here and darker there
         assert sums[0] == pytest.approx(sums[1], abs=3e-4) and sums[0] < 1
     whole = pupils._shapes(replace(even, rims=()), ())[0]
-    assert uneven.share(place.uneven, whole, (), pupils.radius_mm(place)) == pytest.approx(1.0, abs=1e-4)
+    assert uneven.share(place.uneven, whole, (), pupils.radius_mm(place)) == pytest.approx(
+        1.0, abs=1e-4
+    )

@@ -18,14 +18,19 @@ def counted_sr(real, height_mm, wavelength_nm, side=200, times=5):
 
     Every time one ray in each cell of a square around the last surface; it counts where it gets out in front.
     """
-    found = [_once(real, height_mm, wavelength_nm, side, np.random.default_rng(k)) for k in range(times)]
+    found = [
+        _once(real, height_mm, wavelength_nm, side, np.random.default_rng(k)) for k in range(times)
+    ]
     return float(np.mean(found)), float(np.std(found, ddof=1) / np.sqrt(times))
 
 
 def _once(real, height_mm, wavelength_nm, side, draw):
     surfaces, indices = real.surfaces, real.indices(wavelength_nm)
     half = 1.1 * surfaces[-2].semi_diameter_mm
-    x, y = ((g + draw.random(g.shape)).ravel() * 2 * half / side - half for g in np.meshgrid(np.arange(side), np.arange(side)))
+    x, y = (
+        (g + draw.random(g.shape)).ravel() * 2 * half / side - half
+        for g in np.meshgrid(np.arange(side), np.arange(side))
+    )
     at = np.stack([np.full(x.shape, height_mm), 0 * x, np.full(x.shape, surfaces[-1].z_mm)])
     way = np.stack([x, y, np.full(x.shape, surfaces[-2].z_mm)]) - at
     distance = np.sqrt((way**2).sum(0))
@@ -35,31 +40,48 @@ def _once(real, height_mm, wavelength_nm, side, draw):
         surface = surfaces[k]
         with np.errstate(invalid="ignore"):
             if surface.curvature_per_mm == 0:
-                at, normal = at + way * ((surface.z_mm - at[2]) / way[2]), np.array([[0.0], [0.0], [1.0]])
+                at, normal = (
+                    at + way * ((surface.z_mm - at[2]) / way[2]),
+                    np.array([[0.0], [0.0], [1.0]]),
+                )
             else:
                 radius = 1 / surface.curvature_per_mm
                 centre = np.array([[0.0], [0.0], [surface.z_mm + radius]])
                 foot = ((centre - at) * way).sum(0)
                 chord = np.sqrt(radius**2 - ((centre - at) ** 2).sum(0) + foot**2)
-                at = at + way * (foot + np.sign(radius) * chord)  # backwards, the vertex of R > 0 is where a ray leaves the sphere
+                at = at + way * (
+                    foot + np.sign(radius) * chord
+                )  # backwards, the vertex of R > 0 is where a ray leaves the sphere
                 normal = (centre - at) / radius  # towards the sensor
             alive &= np.hypot(at[0], at[1]) <= surface.semi_diameter_mm
             comes = np.arccos(np.clip(-(normal * way).sum(0), -1, 1))
             leaves = np.arcsin(indices[k + 1] / indices[k] * np.sin(comes))
             along = way + np.cos(comes) * normal
-            way = np.sin(leaves) * along / np.maximum(np.sqrt((along**2).sum(0)), 1e-300) - np.cos(leaves) * normal
+            way = (
+                np.sin(leaves) * along / np.maximum(np.sqrt((along**2).sum(0)), 1e-300)
+                - np.cos(leaves) * normal
+            )
     return float((share * (alive & np.isfinite(way[0]))).sum())
 
 
 @pytest.mark.parametrize(("name", "f_number", "close"), LENSES)
 def test_uniform_light_is_what_rays_counted_from_the_sensor_say(name, f_number, close):
     """On the axis, half way and at 0.9 of the field: throughput, relative illumination, distortion, lateral colour and pupils of two bands."""
-    lens, waves = PrescribedLens(prescription=name, f_number=f_number, wavefront="none"), (450.0, 650.0)
+    lens, waves = (
+        PrescribedLens(prescription=name, f_number=f_number, wavefront="none"),
+        (450.0, 650.0),
+    )
     real = lens.real()
-    x, y = quantities.centres(1201, 2 * np.tan(np.radians(real.half_field_deg))), quantities.centres(5, 1e-3)
+    x, y = (
+        quantities.centres(1201, 2 * np.tan(np.radians(real.half_field_deg))),
+        quantities.centres(5, 1e-3),
+    )
     light = quantities.plane(np.ones((2, 5, 1201)), waves, x, y, quantities.RADIANCE)
     plane, rows = sensor_plane(lens, light), ledger.Ledger()
-    found = plane.move(np.broadcast_to(plane.relative, light.shape)) * lens.gains_sr(waves)[:, None, None]
+    found = (
+        plane.move(np.broadcast_to(plane.relative, light.shape))
+        * lens.gains_sr(waves)[:, None, None]
+    )
     with ledger.stage(rows, "lens"):
         lens._state(light, ledger)
     [allowed] = [e.value for e in rows[0].errors if "counted" in e.what]
@@ -69,9 +91,13 @@ def test_uniform_light_is_what_rays_counted_from_the_sensor_say(name, f_number, 
             height = 4.0 * plane.x[at]
             want, off = counted_sr(real, height, wave)
             assert off < 1.2e-3 * want
-            assert seen_sr(real, height, wave) == pytest.approx(want, abs=4 * off + 3e-4 * want)  # 160 cells across the beam
+            assert seen_sr(real, height, wave) == pytest.approx(
+                want, abs=4 * off + 3e-4 * want
+            )  # 160 cells across the beam
             assert found[band, 2, at] == pytest.approx(want, abs=4 * off + close * want)
-            attributes = lens.throughput_sr() * table_values(plane.attrs["falloff_table"], np.degrees(np.arctan(plane_tangent(plane, at))))
+            attributes = lens.throughput_sr() * table_values(
+                plane.attrs["falloff_table"], np.degrees(np.arctan(plane_tangent(plane, at)))
+            )
             assert abs(attributes - want) < allowed * lens.throughput_sr() + 4 * off + 3e-4 * want
 
 

@@ -45,7 +45,11 @@ def test_a_rim_behind_a_stop_is_a_disc_moved_against_the_light():
     for t in (0.05, 0.1, 0.2):
         [(x, radius)], off = rims(parse(TUBE), t)
         # 1 %: the lens bulges by r^2 / 2R = 0.2 mm towards the stop, where rays meet it; the rest: its coma shifts the exit pupil
-        assert x == pytest.approx(-20 * t / 5, rel=0.035) and radius == pytest.approx(1.0, rel=0.02) and off < 2e-3
+        assert (
+            x == pytest.approx(-20 * t / 5, rel=0.035)
+            and radius == pytest.approx(1.0, rel=0.02)
+            and off < 2e-3
+        )
     assert rims(parse(TUBE), 0.0) == ((), 0.0)
     counted = pupil_area_mm2(parse(TUBE), [0.47], grid=320)[0] / (25 * np.pi)
     found = light(parse(TUBE), 0.47, rims(parse(TUBE), 0.47)[0])
@@ -66,7 +70,12 @@ def test_the_pupil_s_area_is_the_relative_illumination_without_cos4():
 def test_the_pupil_s_area_is_what_rims_leave_of_the_beam(name, f_number):
     """Against rays counted in front of the lens, with rims over without."""
     lens = load(name).stopped(f_number)
-    bare = replace(lens, surfaces=tuple(s if s.is_stop else replace(s, semi_diameter_mm=np.inf) for s in lens.surfaces))
+    bare = replace(
+        lens,
+        surfaces=tuple(
+            s if s.is_stop else replace(s, semi_diameter_mm=np.inf) for s in lens.surfaces
+        ),
+    )
     for part in (0.8, 1.0):
         t = part * np.tan(np.radians(lens.half_field_deg))
         left, whole = (float(pupil_area_mm2(one, [t], grid=320)[0]) for one in (lens, bare))
@@ -79,11 +88,21 @@ def test_a_place_s_pupil_is_open_where_its_rays_get_through():
     lens = PrescribedLens(prescription="cooke_triplet", f_number=5.0, focal_length_mm=50.0)
     real, angle, azimuth = lens.real(), np.radians(19.0), 0.8
     place = node_lens(lens, lens.wavefront_at(angle), azimuth, angle)
-    indices, tx, ty = real.indices(real.reference_nm), np.tan(angle) * np.cos(azimuth), -np.tan(angle) * np.sin(azimuth)  # y down
+    indices, tx, ty = (
+        real.indices(real.reference_nm),
+        np.tan(angle) * np.cos(azimuth),
+        -np.tan(angle) * np.sin(azimuth),
+    )  # y down
     pupil_z, radius = paraxial.entrance_pupil(real.surfaces[:-1], indices)
     front, across = real.surfaces[0].z_mm, np.linspace(-1.3, 1.3, 120) * radius
     x, y = np.meshgrid(across + (front - pupil_z) * tx, across + (front - pupil_z) * ty)
-    rays = follow(real.surfaces, indices, sequential(len(real.surfaces)), *collimated(x, y, front, tx, ty), keep_hits=True)
+    rays = follow(
+        real.surfaces,
+        indices,
+        sequential(len(real.surfaces)),
+        *collimated(x, y, front, tx, ty),
+        keep_hits=True,
+    )
     u, v = (h / real.surfaces[real.stop].semi_diameter_mm for h in rays.hits_mm[real.stop])
     inside = np.isfinite(rays.position_mm[0]) & (np.hypot(u, v) < 0.98)
     axis = pupils.axis_mm(place, 0.02 * pupils.radius_mm(place))
@@ -91,21 +110,32 @@ def test_a_place_s_pupil_is_open_where_its_rays_get_through():
     centre = exit_pupil(real, float(np.tan(angle)), real.reference_nm).centre
     middle = (centre * np.cos(azimuth), -centre * np.sin(azimuth))
     crossed = [-lens.focal_length_mm * (d[inside] - c) for d, c in zip(rays.direction, middle)]
-    at = [np.clip(np.rint((h - axis[0]) / (axis[1] - axis[0])).astype(int), 0, len(axis) - 1) for h in crossed]
+    at = [
+        np.clip(np.rint((h - axis[0]) / (axis[1] - axis[0])).astype(int), 0, len(axis) - 1)
+        for h in crossed
+    ]
     lit, seen = rays.margin[inside] > 0, cells[at[1], at[0]]
     assert 0.1 < np.mean(~lit) < 0.4
     clear = (seen < 1e-3) | (seen > 1 - 1e-3)
-    assert clear.mean() > 0.9 and np.mean((seen > 0.5)[clear] != lit[clear]) < 5e-3  # cells of a hundredth of the stop beside the rim
+    assert (
+        clear.mean() > 0.9 and np.mean((seen > 0.5)[clear] != lit[clear]) < 5e-3
+    )  # cells of a hundredth of the stop beside the rim
     mirrored = cells[::-1]
-    assert np.mean((mirrored[at[1], at[0]] > 0.5) != lit) > 0.02  # the test sees on which side the rims are
+    assert (
+        np.mean((mirrored[at[1], at[0]] > 0.5) != lit) > 0.02
+    )  # the test sees on which side the rims are
 
 
 def test_energy_of_a_cut_pupil_is_its_area_and_its_point_spread_keeps_it():
     whole = WavefrontLens()
     cut = replace(node_lens(whole, {}, 0.0), rims=((-0.5, 1.0, 1.0),))
-    assert pupils.open_energy_mm2(cut, (), 550.0) == pytest.approx(np.pi * 0.25 * energy(disc(0, 0, 1.0) & disc(-0.5, 1.0, 1.0), []) / np.pi)
+    assert pupils.open_energy_mm2(cut, (), 550.0) == pytest.approx(
+        np.pi * 0.25 * energy(disc(0, 0, 1.0) & disc(-0.5, 1.0, 1.0), []) / np.pi
+    )
     sharp, wide = (lens.psf(550.0, 2.0, 129).values[0] for lens in (whole, cut))
-    assert wide.sum() == pytest.approx(sharp.sum(), abs=6e-3) and wide.max() < 0.6 * sharp.max()  # a smaller pupil, more of it far away
+    assert (
+        wide.sum() == pytest.approx(sharp.sum(), abs=6e-3) and wide.max() < 0.6 * sharp.max()
+    )  # a smaller pupil, more of it far away
     # the narrow direction of the pupil is the wide one of its point spread
     y, x = np.indices(wide.shape) - 64
     near = np.hypot(y, x) < 8
@@ -121,16 +151,27 @@ def test_a_stop_that_nothing_cuts_is_unchanged_to_the_bit(monkeypatch):
     place = node_lens(lens, lens.wavefront_at(angle), 0.3, angle)
     found = place.psf([450.0, 600.0], 1.0, 64).values
     monkeypatch.setattr(PrescribedLens, "rims_at", lambda self, angle_rad: ())
-    np.testing.assert_array_equal(node_lens(lens, lens.wavefront_at(angle), 0.3, angle).psf([450.0, 600.0], 1.0, 64).values, found)
+    np.testing.assert_array_equal(
+        node_lens(lens, lens.wavefront_at(angle), 0.3, angle).psf([450.0, 600.0], 1.0, 64).values,
+        found,
+    )
 
 
 def test_a_vignetted_kernel_keeps_its_light_and_the_ledger_says_how_well_rims_are_known():
     """At f/3 the double Gauss is cut beyond 10 degrees; relative illumination takes the light, the point spread keeps what is left."""
     lens = PrescribedLens(f_number=3.0)
     cut = node_lens(lens, lens.wavefront_at(0.24), 0.4, 0.24)
-    sums = [kernels.kernels(one, (), np.array([550.0]), (6.0, 6.0), (12, 12)).bands[0].sum() for one in (cut, replace(cut, rims=()))]
+    sums = [
+        kernels.kernels(one, (), np.array([550.0]), (6.0, 6.0), (12, 12)).bands[0].sum()
+        for one in (cut, replace(cut, rims=()))
+    ]
     assert cut.rims and sums[0] == pytest.approx(sums[1], abs=5e-3) and 0.9 < sums[0] < 1
     x, rows = quantities.centres(9, 0.5), ledger.Ledger()
     with ledger.stage(rows, "lens"):
-        lens._state(quantities.plane(np.ones((1, 9, 1)), [587.56], x[4:5], x, quantities.RADIANCE, pitch_x=0.05), ledger)
+        lens._state(
+            quantities.plane(
+                np.ones((1, 9, 1)), [587.56], x[4:5], x, quantities.RADIANCE, pitch_x=0.05
+            ),
+            ledger,
+        )
     assert any("rims" in e.what and 0 < e.value < 1e-3 for e in rows[0].errors)

@@ -40,7 +40,9 @@ def test_constant_light_agrees_with_sixty_digits(thermal_e):
             charge, spilled = cd.flow(q0, rates, t, well)
             for rate, q, s in zip(rates, charge, spilled):
                 want_q, want_s = reference(q0, [rate], [t], well)
-                assert abs(q - want_q) <= 1e-12 * abs(want_q) + mp.mpf("1e-50")  # 1e-50: what 60 digits leave of the knee
+                assert abs(q - want_q) <= 1e-12 * abs(want_q) + mp.mpf(
+                    "1e-50"
+                )  # 1e-50: what 60 digits leave of the knee
                 if want_s > 1e-290:  # smaller numbers are not representable with full precision
                     assert abs(s - want_s) <= 1e-12 * want_s
 
@@ -81,8 +83,14 @@ def test_steady_states():
         assert long == pytest.approx(float(cd.steady_charge(current, WELL)), rel=1e-13)
         for leak in (1e-3, 1.0, 1e3, 1e8):
             q = mp.mpf(float(cd.steady_charge(current, WELL, leak)))
-            balance = mp.mpf(current) - mp.mpf(leak) * q - mp.mpf(WELL.knee_e_per_s) * mp.exp((q - WELL.knee_e) / WELL.thermal_e)
-            slope = mp.mpf(leak) + mp.mpf(WELL.knee_e_per_s) / WELL.thermal_e * mp.exp((q - WELL.knee_e) / WELL.thermal_e)
+            balance = (
+                mp.mpf(current)
+                - mp.mpf(leak) * q
+                - mp.mpf(WELL.knee_e_per_s) * mp.exp((q - WELL.knee_e) / WELL.thermal_e)
+            )
+            slope = mp.mpf(leak) + mp.mpf(WELL.knee_e_per_s) / WELL.thermal_e * mp.exp(
+                (q - WELL.knee_e) / WELL.thermal_e
+            )
             assert abs(balance / slope) < 1e-13 * abs(q) + 1e-12  # the root's own error, electrons
 
 
@@ -90,18 +98,24 @@ def test_inverse_gives_back_what_arrived():
     arrived = np.concatenate([[0.0, 1.0], np.logspace(2, 14, 61)])
     charge, _ = cd.flow(0.0, arrived / T, T, WELL)
     # one rounding of 30 000 e is 4e-12 / 530 of what arrived; an empty well leaks 1e-15 e
-    np.testing.assert_allclose(cd.arrived_from_charge(charge, T, WELL), arrived, rtol=1e-13, atol=1e-14)
+    np.testing.assert_allclose(
+        cd.arrived_from_charge(charge, T, WELL), arrived, rtol=1e-13, atol=1e-14
+    )
     assert cd.arrived_from_charge(-4.0, T, WELL) == -4.0
 
 
 def test_slope_is_the_derivative():
     for n in (10.0, 1e3, 18000.0, 19500.0, 21000.0, 1e5, 1e9):
-        assert float(cd.slope(n, T, WELL)) == pytest.approx(float(mp.diff(_exact, mp.mpf(n))), rel=1e-12)
+        assert float(cd.slope(n, T, WELL)) == pytest.approx(
+            float(mp.diff(_exact, mp.mpf(n))), rel=1e-12
+        )
 
 
 def _exact(arrived):
     x = arrived / WELL.thermal_e
-    u = mp.exp(mp.mpf(WELL.knee_e) / WELL.thermal_e - x) + mp.mpf(WELL.knee_e_per_s) / WELL.thermal_e * T * (-mp.expm1(-x) / x)
+    u = mp.exp(mp.mpf(WELL.knee_e) / WELL.thermal_e - x) + mp.mpf(
+        WELL.knee_e_per_s
+    ) / WELL.thermal_e * T * (-mp.expm1(-x) / x)
     return WELL.knee_e - WELL.thermal_e * mp.log(u)
 
 
@@ -121,15 +135,25 @@ def test_varying_light_agrees_with_high_precision_quadrature(times_saturation):
     charge, spilled = cd.flow_varying(0.0, rippled(np.array([level])), 0.0, T, WELL)
     a, f = mp.mpf(level) / WELL.thermal_e, 2 * mp.pi * 100
 
-    def to_come(left):  # a times the integral of 1 + cos(2 pi (100 t + 3/4)) / 2 over the last `left` seconds
+    def to_come(
+        left,
+    ):  # a times the integral of 1 + cos(2 pi (100 t + 3/4)) / 2 over the last `left` seconds
         end = mp.mpf(T)
-        return a * (left + (mp.sin(f * end + 3 * mp.pi / 2) - mp.sin(f * (end - left) + 3 * mp.pi / 2)) / (2 * f))
+        return a * (
+            left
+            + (mp.sin(f * end + 3 * mp.pi / 2) - mp.sin(f * (end - left) + 3 * mp.pi / 2)) / (2 * f)
+        )
 
     cuts = [0] + [mp.mpf(T) * mp.mpf(2) ** -k for k in range(40, -1, -1)]
     with mp.workdps(25):
         memory = mp.quad(lambda left: mp.exp(-to_come(left)), cuts)
         total = to_come(mp.mpf(T))
-        gone = mp.mpf(WELL.knee_e_per_s) / WELL.thermal_e * memory * mp.exp(total - mp.mpf(WELL.knee_e) / WELL.thermal_e)
+        gone = (
+            mp.mpf(WELL.knee_e_per_s)
+            / WELL.thermal_e
+            * memory
+            * mp.exp(total - mp.mpf(WELL.knee_e) / WELL.thermal_e)
+        )
         want_s = WELL.thermal_e * mp.log1p(gone)
         want_q = WELL.thermal_e * total - want_s
     assert abs(charge[0] - want_q) <= 1e-12 * want_q
@@ -138,7 +162,11 @@ def test_varying_light_agrees_with_high_precision_quadrature(times_saturation):
 
 def test_varying_light_reduces_to_constant_light_and_serves_a_rolling_shutter():
     rates = np.array([[1e3, 1e6, 1e9, 1e12]])
-    np.testing.assert_allclose(cd.flow_varying(0.0, lambda s, d: rates * d, 0.0, T, WELL), cd.flow(0.0, rates, T, WELL), rtol=1e-13)
+    np.testing.assert_allclose(
+        cd.flow_varying(0.0, lambda s, d: rates * d, 0.0, T, WELL),
+        cd.flow(0.0, rates, T, WELL),
+        rtol=1e-13,
+    )
     starts = modulation.row_starts_s(5, 1e-3)
     rows, _ = cd.flow_varying(0.0, rippled(rates), starts, T, WELL)
     for i, start in enumerate(starts[:, 0]):
@@ -154,7 +182,10 @@ def test_pulse_width_modulation_through_pieces_is_exact_per_row():
     np.testing.assert_allclose(charge + spilled, arrived, rtol=1e-13)
     for i in range(6):
         want_q, want_s = reference(0.0, 40.0 + 5e7 * on[:, i, 0], durations[:, i, 0], WELL)
-        assert abs(charge[i, 0] - want_q) <= 1e-12 * want_q and abs(spilled[i, 0] - want_s) <= 1e-12 * want_s
+        assert (
+            abs(charge[i, 0] - want_q) <= 1e-12 * want_q
+            and abs(spilled[i, 0] - want_s) <= 1e-12 * want_s
+        )
 
 
 def test_steps_converge_to_the_exact_charge():
@@ -167,7 +198,10 @@ def test_steps_converge_to_the_exact_charge():
     # measured 4.5e-7 .. 6e-6 with 1024 graded steps; twice that
     got = steps.exponential_steps(0.0, light, steps.graded(T, 1024), WELL)
     np.testing.assert_allclose(got, exact, rtol=1.2e-5)
-    coarse, fine = (np.abs(steps.implicit_steps(0.0, light, np.linspace(0, T, n + 1), WELL) / exact - 1).max() for n in (64, 512))
+    coarse, fine = (
+        np.abs(steps.implicit_steps(0.0, light, np.linspace(0, T, n + 1), WELL) / exact - 1).max()
+        for n in (64, 512)
+    )
     assert fine < coarse / 6  # first order: 8 times fewer
 
 
@@ -175,7 +209,9 @@ def test_implicit_steps_with_a_leak_reach_the_steady_state_at_any_step():
     current = np.array([1e2, 1e6, 1e12, 1e14])
     for leak in (0.0, 10.0):
         got = steps.implicit_steps(0.0, lambda t: current, np.linspace(0.0, 1e6, 4), WELL, leak)
-        np.testing.assert_allclose(got, cd.steady_charge(current, WELL, leak), rtol=1e-3 if leak == 0 else 1e-9)
+        np.testing.assert_allclose(
+            got, cd.steady_charge(current, WELL, leak), rtol=1e-3 if leak == 0 else 1e-9
+        )
 
 
 def test_explicit_steps_would_fail_where_ours_do_not():
@@ -185,7 +221,9 @@ def test_explicit_steps_would_fail_where_ours_do_not():
         for _ in range(3):
             q = q + h * (1e12 - WELL.overflow_e_per_s(q))
     assert not abs(q) < 1e6
-    assert steps.implicit_steps(0.0, lambda t: 1e12, np.arange(4) * h, WELL) == pytest.approx(cd.flow(0.0, 1e12, 3 * h, WELL)[0], rel=1e-3)
+    assert steps.implicit_steps(0.0, lambda t: 1e12, np.arange(4) * h, WELL) == pytest.approx(
+        cd.flow(0.0, 1e12, 3 * h, WELL)[0], rel=1e-3
+    )
 
 
 def test_a_well_without_a_slope_is_refused():

@@ -12,7 +12,9 @@ from isethdr_core.physics.random_words import words
 
 T = 0.016
 WELL = cd.Well(knee_e=20000.0, thermal_e=530.0)
-SMALL = cd.Well(knee_e=600.0, thermal_e=25.0, knee_e_per_s=2e4)   # few enough electrons to follow one by one
+SMALL = cd.Well(
+    knee_e=600.0, thermal_e=25.0, knee_e_per_s=2e4
+)  # few enough electrons to follow one by one
 
 
 def master_equation(rates, times, well, states=1100):
@@ -48,24 +50,45 @@ def test_closed_moments_solve_their_differential_equations(rates):
         q, v, _, _, c = y
         out = WELL.overflow_e_per_s(q)
         pull = out / WELL.thermal_e
-        return [current - out, -2 * pull * v + current + out, out, out + 2 * pull * c, pull * v - pull * c - out]
+        return [
+            current - out,
+            -2 * pull * v + current + out,
+            out,
+            out + 2 * pull * c,
+            pull * v - pull * c - out,
+        ]
 
     got, y = noise.EMPTY, [0.0] * 5
     for rate in rates:
         got = noise.flow_moments(got, rate, T / len(rates), WELL)
-        with np.errstate(over="ignore", invalid="ignore"):  # the solver tries steps that leave the well, and rejects them
-            y = solve_ivp(slopes, (0, T / len(rates)), y, args=(rate,), method="Radau", rtol=1e-10, atol=1e-7).y[:, -1]
+        with np.errstate(
+            over="ignore", invalid="ignore"
+        ):  # the solver tries steps that leave the well, and rejects them
+            y = solve_ivp(
+                slopes, (0, T / len(rates)), y, args=(rate,), method="Radau", rtol=1e-10, atol=1e-7
+            ).y[:, -1]
     # 1e-6: the solver's own error, in differences of large numbers; 1e-7 its atol
-    np.testing.assert_allclose([got.charge_e, got.charge_var_e2, got.spilled_e, got.spilled_var_e2], y[:4], rtol=1e-6, atol=1e-7)
+    np.testing.assert_allclose(
+        [got.charge_e, got.charge_var_e2, got.spilled_e, got.spilled_var_e2],
+        y[:4],
+        rtol=1e-6,
+        atol=1e-7,
+    )
     assert float(got.covariance_e2) == pytest.approx(y[4], rel=1e-6, abs=1e-6 * y[1])
 
 
 def test_charge_plus_spill_is_poisson_and_the_well_forgets():
     got = noise.flow_moments(noise.EMPTY, np.logspace(2, 13, 45), T, WELL)
     arrived = np.logspace(2, 13, 45) * T
-    np.testing.assert_allclose(got.charge_var_e2 + got.spilled_var_e2 + 2 * got.covariance_e2, arrived, rtol=1e-12)
-    np.testing.assert_allclose(got.charge_var_e2[:10], arrived[:10], rtol=1e-12)         # no spill: Poisson
-    assert float(got.charge_var_e2[-1]) == pytest.approx(WELL.thermal_e, rel=1e-6)       # full: kT C noise
+    np.testing.assert_allclose(
+        got.charge_var_e2 + got.spilled_var_e2 + 2 * got.covariance_e2, arrived, rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        got.charge_var_e2[:10], arrived[:10], rtol=1e-12
+    )  # no spill: Poisson
+    assert float(got.charge_var_e2[-1]) == pytest.approx(
+        WELL.thermal_e, rel=1e-6
+    )  # full: kT C noise
     assert np.all(got.charge_var_e2 >= 0) and np.all(got.spilled_var_e2 >= 0)
 
 
@@ -100,7 +123,9 @@ def test_moments_agree_with_electrons_followed_one_by_one():
         assert found == pytest.approx(float(want), rel=5 * np.sqrt(2 / pixels) + 0.04)
     covariance = np.cov(q, spilled)[0, 1]
     scale = np.sqrt(q.var() * spilled.var())
-    assert covariance == pytest.approx(float(got.covariance_e2), abs=(5 / np.sqrt(pixels) + 0.04) * scale)
+    assert covariance == pytest.approx(
+        float(got.covariance_e2), abs=(5 / np.sqrt(pixels) + 0.04) * scale
+    )
     assert q.var() < 0.1 * (q + spilled).mean()  # far from Poisson
 
 
@@ -112,7 +137,9 @@ def test_draws_have_these_moments(rate):
     want = noise.flow_moments(noise.EMPTY, rate, T, WELL)
     n = charge.size
     # 5 standard errors; 0.01 e: the curvature of the knee, which the closed moments leave out
-    assert charge.mean() == pytest.approx(float(want.charge_e), abs=5 * np.sqrt(charge.var() / n) + 0.01)
+    assert charge.mean() == pytest.approx(
+        float(want.charge_e), abs=5 * np.sqrt(charge.var() / n) + 0.01
+    )
     assert charge.var() == pytest.approx(float(want.charge_var_e2), rel=5 * np.sqrt(2 / n))
     assert np.all(arrived - charge >= 0)
 
@@ -133,4 +160,6 @@ def test_draws_without_spill_are_the_arrived_electrons():
     arrived = np.arange(0.0, 12000.0, 100.0)[None, :]
     word = words(("test", "spill"), 0, 1, 0, arrived.size)
     # 12 000 e lie exp(-15) below the knee's overflow
-    np.testing.assert_allclose(noise.draw_charge(arrived, word, T, WELL), arrived, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(
+        noise.draw_charge(arrived, word, T, WELL), arrived, rtol=0, atol=1e-6
+    )

@@ -41,11 +41,15 @@ def gaussian(n, sd):
 @pytest.mark.parametrize("lamps", [1, 60])
 @pytest.mark.parametrize("few", [0, 1e8])
 def test_dark_pixels_beside_lamps(ratio, kernel, lamps, few, monkeypatch):
-    monkeypatch.setattr(convolution_direct, "FEW_PRODUCTS", few)  # both ways out: sources summed, pixels summed
+    monkeypatch.setattr(
+        convolution_direct, "FEW_PRODUCTS", few
+    )  # both ways out: sources summed, pixels summed
     rng = np.random.default_rng(3)
     image = rng.uniform(0.5, 1.5, (60, 80))
     image[20 : 20 + max(1, lamps // 6), 30 : 30 + min(6, lamps)] = ratio
-    psf = {"skirt": skirt(119, 159), "gaussian": gaussian(41, 2.5), "point": np.pad([[1.0]], 3)}[kernel]
+    psf = {"skirt": skirt(119, 159), "gaussian": gaussian(41, 2.5), "point": np.pad([[1.0]], 3)}[
+        kernel
+    ]
     got = convolve(image, psf)
     pixels = [(20, 40), (21, 29), (0, 0), (59, 79), (40, 30), *rng.integers(0, 60, (40, 2))]
     want = direct(image, psf, pixels)
@@ -73,7 +77,9 @@ def test_any_size_odd_or_even_is_linear_not_circular(shape):
     image, psf = rng.uniform(0, 1, (17, 23)), rng.uniform(0, 1, shape)
     got = convolve(image, psf)
     pixels = [(i, j) for i in (0, 3, 8, 16) for j in (0, 5, 22)]
-    np.testing.assert_allclose([got[p] for p in pixels], direct(image, psf, pixels).astype(float), rtol=1e-12)  # float64 rounding
+    np.testing.assert_allclose(
+        [got[p] for p in pixels], direct(image, psf, pixels).astype(float), rtol=1e-12
+    )  # float64 rounding
 
 
 def test_centre_is_at_half_the_size():
@@ -92,14 +98,20 @@ def test_centre_is_at_half_the_size():
 def test_energy_is_kept_where_the_kernel_stays_inside():
     image = np.zeros((90, 100))
     image[40:50, 45:55] = 10.0 ** np.random.default_rng(4).uniform(0, 12, (10, 10))
-    assert convolve(image, gaussian(61, 4.0)).sum() == pytest.approx(image.sum(), rel=1e-13)  # float64 sums
+    assert convolve(image, gaussian(61, 4.0)).sum() == pytest.approx(
+        image.sum(), rel=1e-13
+    )  # float64 sums
 
 
 def test_linear_and_scale_free():
     rng = np.random.default_rng(5)
     a, b, psf = rng.uniform(0, 1, (30, 40)), rng.uniform(0, 1e6, (30, 40)), skirt(59, 79)
-    np.testing.assert_allclose(convolve(2 * a + b, psf), 2 * convolve(a, psf) + convolve(b, psf), rtol=1e-8)  # as stated
-    np.testing.assert_allclose(convolve(a * 1e-200, psf * 1e150), convolve(a, psf) * 1e-50, rtol=1e-12)
+    np.testing.assert_allclose(
+        convolve(2 * a + b, psf), 2 * convolve(a, psf) + convolve(b, psf), rtol=1e-8
+    )  # as stated
+    np.testing.assert_allclose(
+        convolve(a * 1e-200, psf * 1e150), convolve(a, psf) * 1e-50, rtol=1e-12
+    )
 
 
 @pytest.mark.parametrize("products", [4e10, 0])
@@ -118,20 +130,27 @@ def test_bound_says_what_was_kept(monkeypatch, products):
     error = np.abs(np.array([got[p] for p in pixels]) - want)
     assert np.all(error <= bound.relative * want + bound.absolute)
     if products == 0:
-        assert error.max() / bound.absolute > 1e-3 or (error / want).max() > 1e-8  # the fallback is not free
+        assert (
+            error.max() / bound.absolute > 1e-3 or (error / want).max() > 1e-8
+        )  # the fallback is not free
 
 
 @pytest.mark.parametrize("mirror", [True, False])
 def test_a_prepared_kernel_and_float32_lose_nothing(mirror):
     rng = np.random.default_rng(9)
-    image, psf = rng.uniform(0, 1, (40, 50)).astype(np.float32), rng.uniform(0, 1, (79, 99)).astype(np.float32)
+    image, psf = (
+        rng.uniform(0, 1, (40, 50)).astype(np.float32),
+        rng.uniform(0, 1, (79, 99)).astype(np.float32),
+    )
     if mirror:
         psf = psf + psf[::-1, ::-1]
     kernel = convolution.prepare(psf, image.shape)
     assert np.isrealobj(kernel.spectrum) == mirror  # half the memory where nothing is lost
     pixels = [(i, j) for i in (0, 20, 39) for j in (0, 25, 49)]
     want = direct(image, psf, pixels).astype(float)
-    np.testing.assert_allclose([convolve(image, kernel)[p] for p in pixels], want, rtol=1e-12)  # float64 rounding, not float32's 6e-8
+    np.testing.assert_allclose(
+        [convolve(image, kernel)[p] for p in pixels], want, rtol=1e-12
+    )  # float64 rounding, not float32's 6e-8
     with pytest.raises(ValueError, match="prepare"):
         convolve(image[1:], kernel)
 
@@ -139,7 +158,9 @@ def test_a_prepared_kernel_and_float32_lose_nothing(mirror):
 def test_signed_input_is_allowed():
     image = np.random.default_rng(6).normal(size=(20, 20))
     psf = np.random.default_rng(7).normal(size=(7, 7))
-    np.testing.assert_allclose(convolve(image, psf)[10, 10], float(direct(image, psf, [(10, 10)])[0]), atol=1e-13)
+    np.testing.assert_allclose(
+        convolve(image, psf)[10, 10], float(direct(image, psf, [(10, 10)])[0]), atol=1e-13
+    )
 
 
 def test_bad_input_is_refused():

@@ -28,13 +28,26 @@ def prepared(request):
 def test_right_everywhere_beside_a_lamp(prepared, ratio, lamp):
     rng = np.random.default_rng(0)
     image = rng.uniform(0.5, 1.5, SHAPE)
-    image[100 : 100 + (30 if lamp == "area" else 1), 200 : 200 + (40 if lamp == "area" else 1)] = ratio
+    image[100 : 100 + (30 if lamp == "area" else 1), 200 : 200 + (40 if lamp == "area" else 1)] = (
+        ratio
+    )
     got = convolve(image, prepared)
     assert got.min() > 0
     darkest = np.unravel_index(int(np.argmin(got)), SHAPE)
     wide, flipped = image.astype(np.longdouble), prepared.psf[::-1, ::-1]
-    for i, j in [darkest, (100, 201), (99, 199), (1079, 1919), *zip(rng.integers(0, SHAPE[0], 8), rng.integers(0, SHAPE[1], 8))]:
-        want = np.sum(wide * flipped[SHAPE[0] - 1 - i : 2 * SHAPE[0] - 1 - i, SHAPE[1] - 1 - j : 2 * SHAPE[1] - 1 - j])
+    for i, j in [
+        darkest,
+        (100, 201),
+        (99, 199),
+        (1079, 1919),
+        *zip(rng.integers(0, SHAPE[0], 8), rng.integers(0, SHAPE[1], 8)),
+    ]:
+        want = np.sum(
+            wide
+            * flipped[
+                SHAPE[0] - 1 - i : 2 * SHAPE[0] - 1 - i, SHAPE[1] - 1 - j : 2 * SHAPE[1] - 1 - j
+            ]
+        )
         assert abs(got[i, j] / want - 1) < 1e-7  # stated accuracy
 
 
@@ -48,5 +61,12 @@ def test_no_light_is_lost_or_made(prepared):
     total[1:, 1:] = prepared.psf.cumsum(0).cumsum(1)
     i, j = np.nonzero(image)
     top, left = ny - 1 - i, nx - 1 - j
-    stays = total[top + ny, left + nx] - total[top, left + nx] - total[top + ny, left] + total[top, left]
-    assert convolve(image, prepared).sum() == pytest.approx(float(np.sum(image[i, j] * stays)), rel=1e-9)  # sums of 2e6 float64 values
+    stays = (
+        total[top + ny, left + nx]
+        - total[top, left + nx]
+        - total[top + ny, left]
+        + total[top, left]
+    )
+    assert convolve(image, prepared).sum() == pytest.approx(
+        float(np.sum(image[i, j] * stays)), rel=1e-9
+    )  # sums of 2e6 float64 values

@@ -7,7 +7,12 @@ import pytest
 
 from isethdr_core.physics.convolution import convolve, prepare
 from isethdr_core.physics.convolution_spectral import channels, matrix_product
-from isethdr_core.physics.spectral_basis import directions, kernel_moments, predictor, shot_noise_moments
+from isethdr_core.physics.spectral_basis import (
+    directions,
+    kernel_moments,
+    predictor,
+    shot_noise_moments,
+)
 
 BANDS, SHAPE = 9, (40, 53)
 rng = np.random.default_rng(0)
@@ -17,7 +22,9 @@ WEIGHTS = np.stack([np.exp(-(((WAVE - c) / 0.25) ** 2)) for c in (0.2, 0.5, 0.8)
 
 def psf(band, mirrored=True):
     y, x = np.arange(1 - SHAPE[0], SHAPE[0]), np.arange(1 - SHAPE[1], SHAPE[1])
-    k = (1 + np.hypot(y[:, None], x)) ** -(2.5 + WAVE[band]) * (1 + 0.9 * np.cos((1 + WAVE[band]) * (y[:, None] + 2 * x)))
+    k = (1 + np.hypot(y[:, None], x)) ** -(2.5 + WAVE[band]) * (
+        1 + 0.9 * np.cos((1 + WAVE[band]) * (y[:, None] + 2 * x))
+    )
     if not mirrored:
         k = k * (1 + 0.1 * np.tanh(x))
     return k / k.sum()
@@ -41,7 +48,14 @@ def given(cube, kernels, project, predict, factor=1.0, **more):
     out = np.zeros((len(WEIGHTS), *SHAPE))
     combine = WEIGHTS[:, None, :] * predict.T * [k.peak for k in ready]
     planes = np.tensordot(project, cube, 1) * factor
-    channels(out, lambda rows: planes[:, rows], combine, np.stack([k.spectrum for k in ready]), ready[0].size, **more)
+    channels(
+        out,
+        lambda rows: planes[:, rows],
+        combine,
+        np.stack([k.spectrum for k in ready]),
+        ready[0].size,
+        **more,
+    )
     return out
 
 
@@ -75,7 +89,9 @@ def test_what_the_channels_see_is_exact_where_the_blur_is_the_same_in_every_band
     cube, kernels = night(6), [psf(0)] * BANDS
     rows = directions(WEIGHTS, np.eye(BANDS), np.eye(BANDS))[:3]
     out = given(cube, kernels, rows, predictor(rows, np.eye(BANDS)))
-    np.testing.assert_allclose(out, by_bands(cube, kernels), rtol=1e-9)  # the residual spectrum makes no electrons
+    np.testing.assert_allclose(
+        out, by_bands(cube, kernels), rtol=1e-9
+    )  # the residual spectrum makes no electrons
 
 
 def test_directions_begin_with_the_channels_and_are_independent():
@@ -84,9 +100,13 @@ def test_directions_begin_with_the_channels_and_are_independent():
     assert np.linalg.matrix_rank(np.concatenate([rows[:3], WEIGHTS]), tol=1e-9) == 3
     assert np.linalg.matrix_rank(rows, tol=1e-6) == BANDS
     alike = directions(np.concatenate([WEIGHTS, 2 * WEIGHTS]), np.eye(BANDS), np.eye(BANDS))
-    assert np.linalg.matrix_rank(np.concatenate([alike[:3], WEIGHTS]), tol=1e-9) == 3  # channels that see alike count once
+    assert (
+        np.linalg.matrix_rank(np.concatenate([alike[:3], WEIGHTS]), tol=1e-9) == 3
+    )  # channels that see alike count once
 
 
 def test_matrix_product_is_the_matrix_product():
     weights, values = rng.normal(size=(5, BANDS)), rng.normal(size=(BANDS, 60, 1100))
-    np.testing.assert_allclose(matrix_product(weights, values), np.einsum("kb,byx->kyx", weights, values), atol=1e-12)
+    np.testing.assert_allclose(
+        matrix_product(weights, values), np.einsum("kb,byx->kyx", weights, values), atol=1e-12
+    )

@@ -28,7 +28,18 @@ def pupil(n=N, obscured=0.0):
 
 def psf(wavelength, pitch_um, size, obscured=0.0, opd=None, **kw):
     a, pitch, _ = pupil(obscured=obscured)
-    return psf_from_pupil(a, opd, wavelength, pitch, FOCAL, pitch_um, size, np.pi * RADIUS**2 * (1 - obscured**2), True, **kw)
+    return psf_from_pupil(
+        a,
+        opd,
+        wavelength,
+        pitch,
+        FOCAL,
+        pitch_um,
+        size,
+        np.pi * RADIUS**2 * (1 - obscured**2),
+        True,
+        **kw,
+    )
 
 
 def encircled(values, pitch_um, radius_um):
@@ -47,7 +58,9 @@ def test_airy_profile_absolute():
     p = psf(550, 0.25, 65)
     r = np.abs(np.arange(65) - 32) * 0.25
     v = np.pi * r / (0.55 * 4) + 1e-12
-    want = (2 * j1(v) / v) ** 2 * np.pi / 4 * (0.25 / (0.55 * 4)) ** 2  # peak: area of the pupil / (wavelength f)^2
+    want = (
+        (2 * j1(v) / v) ** 2 * np.pi / 4 * (0.25 / (0.55 * 4)) ** 2
+    )  # peak: area of the pupil / (wavelength f)^2
     np.testing.assert_allclose(p[32], want, atol=2e-4 * want.max())  # 400 pupil samples
 
 
@@ -61,7 +74,9 @@ def test_annulus():
 
 
 FIRST_DARK = brentq(lambda v: j1(v) - 0.5 * j1(0.5 * v), 2.5, 3.6)  # of an annulus half obscured
-ENCIRCLED = quad(lambda v: (2 * j1(v) / v - j1(0.5 * v) / v) ** 2 * v, 1e-9, FIRST_DARK)[0] / (2 * 0.75)
+ENCIRCLED = quad(lambda v: (2 * j1(v) / v - j1(0.5 * v) / v) ** 2 * v, 1e-9, FIRST_DARK)[0] / (
+    2 * 0.75
+)
 
 
 @pytest.mark.parametrize("n", [200, 400, 401])
@@ -69,7 +84,14 @@ def test_encircled_energy_of_an_annulus_whose_energy_nobody_gives(n):
     """Grey cells at both borders lack 3e-3 of the energy at 400 cells across; told that they are means, all but 2e-4 of it is found."""
     assert ENCIRCLED == pytest.approx(0.4786, abs=1e-4)  # Mahajan 1991
     a, pitch, _ = pupil(n, 0.5)
-    found = [encircled(psf_from_pupil(a, None, 550, pitch, FOCAL, 0.05, 256, cell_means=m), 0.05, FIRST_DARK / np.pi * 2.2) for m in (True, False)]
+    found = [
+        encircled(
+            psf_from_pupil(a, None, 550, pitch, FOCAL, 0.05, 256, cell_means=m),
+            0.05,
+            FIRST_DARK / np.pi * 2.2,
+        )
+        for m in (True, False)
+    ]
     assert found[0] == pytest.approx(ENCIRCLED, abs=3e-4)
     assert found[1] > ENCIRCLED + 1e-3  # taken for samples they count as a dimmer pupil
 
@@ -80,7 +102,10 @@ def test_energy_of_means_over_cells_of_any_transmission():
     for n in (300, 301, 900):
         pitch = 1.0 / n
         x = (np.arange(n + 2) - (n + 1) / 2) * pitch
-        shapes = opening(disc(0, 0, RADIUS), [(disc(0.1, 0.05, 0.2), 0.4), (disc(-0.2, -0.1, 0.1), 1 - 0.7 * np.exp(0.8j))])
+        shapes = opening(
+            disc(0, 0, RADIUS),
+            [(disc(0.1, 0.05, 0.2), 0.4), (disc(-0.2, -0.1, 0.1), 1 - 0.7 * np.exp(0.8j))],
+        )
         rows.append(energy_of(raster(shapes, x, x), pitch, True))
     want = np.pi * (0.25 - 0.04 * (1 - 0.6**2) - 0.01 * (1 - 0.7**2))
     np.testing.assert_allclose(rows, want, rtol=5e-4)
@@ -123,9 +148,15 @@ def test_array_of_wavelengths_and_centre_of_even_and_odd_sizes():
 def test_integrated_is_the_fine_sum_and_splits_consistently():
     fine = psf(550, 0.1, 455)  # Nyquist is 1.1 um: sums of an 11 x 11 midpoint rule
     centre = 227
-    want = fine[centre - 192 : centre + 193, centre - 192 : centre + 193].reshape(35, 11, 35, 11).sum((1, 3))
+    want = (
+        fine[centre - 192 : centre + 193, centre - 192 : centre + 193]
+        .reshape(35, 11, 35, 11)
+        .sum((1, 3))
+    )
     got = psf(550, 1.1, 35, integrated=True)
-    np.testing.assert_allclose(got, want, atol=2e-3 * want.max())  # a midpoint rule of 11 points errs by 1e-3
+    np.testing.assert_allclose(
+        got, want, atol=2e-3 * want.max()
+    )  # a midpoint rule of 11 points errs by 1e-3
     assert got.min() >= 0
 
 
@@ -153,8 +184,16 @@ def test_the_closed_form_of_the_round_stop_is_what_finer_and_finer_cells_come_to
     exact = integrated_airy(RADIUS, 550.0, *grid, boxes)
     for cells in (400, 1600):
         a, pitch, _ = pupil(cells)
-        off.append(np.abs(integrated_psf(a, 550.0, (pitch, pitch), *grid, np.pi * RADIUS**2, True, boxes) - exact).max() / exact.max())
-    assert off[1] < 3e-7 and off[1] < off[0] / 4, off  # cells miss the rim by their own width to the power 1.5 or more
+        off.append(
+            np.abs(
+                integrated_psf(a, 550.0, (pitch, pitch), *grid, np.pi * RADIUS**2, True, boxes)
+                - exact
+            ).max()
+            / exact.max()
+        )
+    assert off[1] < 3e-7 and off[1] < off[0] / 4, (
+        off
+    )  # cells miss the rim by their own width to the power 1.5 or more
 
 
 def test_the_closed_form_of_the_round_stop_by_quadrature():
@@ -164,7 +203,17 @@ def test_the_closed_form_of_the_round_stop_by_quadrature():
     for row, column in ((20, 25), (21, 25), (20, 28), (3, 40), (40, 1)):
         y, x = ((k - n) * p + at * p / 2 for k, n, p in zip((row, column), (20, 25), pitch))
         v = np.pi * np.hypot(y[:, None], x) / (0.55 * 4) + 1e-12
-        want = weight @ ((2 * j1(v) / v) ** 2) @ weight * pitch[0] * pitch[1] / 4 * np.pi / 4 / (0.55 * 4) ** 2
+        want = (
+            weight
+            @ ((2 * j1(v) / v) ** 2)
+            @ weight
+            * pitch[0]
+            * pitch[1]
+            / 4
+            * np.pi
+            / 4
+            / (0.55 * 4) ** 2
+        )
         # the border of what is summed is circular: 1e-9 of the peak, next to it
         assert found[row, column] == pytest.approx(want, rel=1e-6, abs=2e-9 * found.max())
 
@@ -174,6 +223,8 @@ def test_coarse_pupils_are_refused():
     with pytest.raises(ValueError, match="wider than"):
         psf_from_pupil(a, None, 550, pitch, FOCAL, 1.0, 512)
     with pytest.raises(ValueError, match="wavefront changes"):
-        psf_from_pupil(a, wavefront_um({4: 2.0}, x / RADIUS, x / RADIUS), 550, pitch, FOCAL, 0.5, 64)
+        psf_from_pupil(
+            a, wavefront_um({4: 2.0}, x / RADIUS, x / RADIUS), 550, pitch, FOCAL, 0.5, 64
+        )
     with pytest.raises(ValueError, match="no light"):
         psf_from_pupil(0 * a, None, 550, pitch, FOCAL, 0.5, 64)

@@ -23,7 +23,9 @@ def test_inverse_and_forward_undo_each_other(which, projection):
     x[0] = y[0] = 0.0
     there = lens.forward(x, y)
     back = lens.inverse(*there)
-    assert np.abs(np.array(back) - [x, y]).max() < 1e-11 * limit  # a hundred times better than 1e-9 of the field
+    assert (
+        np.abs(np.array(back) - [x, y]).max() < 1e-11 * limit
+    )  # a hundred times better than 1e-9 of the field
     assert there[0][0] == there[1][0] == 0
 
 
@@ -32,16 +34,26 @@ def test_inverse_and_forward_undo_each_other(which, projection):
 def test_area_ratio_is_the_determinant_of_the_differences(which, projection):
     lens, h = on_projection(MAPS[which], projection), 1e-5
     x, y = np.random.default_rng(2).uniform(-0.5, 0.5, (2, 50))
-    across, down = (np.subtract(lens.forward(x + a, y + b), lens.forward(x - a, y - b)) / (2 * h) for a, b in ((h, 0), (0, h)))
+    across, down = (
+        np.subtract(lens.forward(x + a, y + b), lens.forward(x - a, y - b)) / (2 * h)
+        for a, b in ((h, 0), (0, h))
+    )
     # 1e-9: second differences of h^2, rounding / h
-    np.testing.assert_allclose(lens.area_ratio(x, y), across[0] * down[1] - across[1] * down[0], rtol=1e-8)
-    assert float(lens.area_ratio(0.0, 0.0)) == pytest.approx(float(lens.forward(1e-6, 0.0)[0] / 1e-6) ** 2, rel=1e-6)
+    np.testing.assert_allclose(
+        lens.area_ratio(x, y), across[0] * down[1] - across[1] * down[0], rtol=1e-8
+    )
+    assert float(lens.area_ratio(0.0, 0.0)) == pytest.approx(
+        float(lens.forward(1e-6, 0.0)[0] / 1e-6) ** 2, rel=1e-6
+    )
 
 
 def test_the_projection_of_the_field_does_not_matter():
     angle = np.radians([3.0, 20.0, 45.0])
     for lens in MAPS:
-        by_tangent, by_angle = lens.forward(np.tan(angle), 0.0)[0], on_projection(lens, "equidistant").forward(angle, 0.0)[0]
+        by_tangent, by_angle = (
+            lens.forward(np.tan(angle), 0.0)[0],
+            on_projection(lens, "equidistant").forward(angle, 0.0)[0],
+        )
         np.testing.assert_allclose(by_tangent, by_angle, rtol=1e-12)
 
 
@@ -51,7 +63,9 @@ def test_closed_forms():
     assert y == pytest.approx(0.4 * 0.975 + 0.01 * (0.25 + 0.32) + 2 * 0.02 * 0.12, rel=1e-14)
     x, _ = KannalaBrandt().forward(1.0, 0.0)
     assert x == pytest.approx(np.pi / 4, rel=1e-12)  # equidistant
-    assert float(KannalaBrandt(0.05).angle_rad(2.0 + 0.05 * 8)) == pytest.approx(2.0, rel=1e-13)  # beyond 90 degrees
+    assert float(KannalaBrandt(0.05).angle_rad(2.0 + 0.05 * 8)) == pytest.approx(
+        2.0, rel=1e-13
+    )  # beyond 90 degrees
     at = TABLE.forward(np.tan(np.radians(TABLE.angle_deg)), 0.0)[0]
     np.testing.assert_allclose(at, TABLE.radius_per_focal_length, rtol=1e-12)
 

@@ -37,9 +37,13 @@ def test_every_glass_disperses_normally_in_the_visible():
 
 def test_model_glass_has_its_two_numbers_and_follows_the_real_one():
     nd, nf, nc = (float(index("1.5168/64.17", w)) for w in (587.56, 486.13, 656.27))
-    assert nd == pytest.approx(1.5168, abs=1e-12) and (nd - 1) / (nf - nc) == pytest.approx(64.17, rel=1e-9)
+    assert nd == pytest.approx(1.5168, abs=1e-12) and (nd - 1) / (nf - nc) == pytest.approx(
+        64.17, rel=1e-9
+    )
     wave = np.linspace(400, 700, 31)
-    assert np.abs(index("1.5168/64.17", wave) - index("N-BK7", wave)).max() < 1e-3  # two numbers cannot hold more
+    assert (
+        np.abs(index("1.5168/64.17", wave) - index("N-BK7", wave)).max() < 1e-3
+    )  # two numbers cannot hold more
 
 
 def test_numbers_and_air():

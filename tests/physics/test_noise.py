@@ -51,7 +51,12 @@ def test_poisson_chi_square(mean):
     found = np.histogram(count, edges + 0.5)[0]
     keep = expected > 5
     # fixed words: 1e-3 fails only when the distribution is wrong
-    assert stats.chisquare(found[keep], expected[keep] / expected[keep].sum() * found[keep].sum()).pvalue > 1e-3
+    assert (
+        stats.chisquare(
+            found[keep], expected[keep] / expected[keep].sum() * found[keep].sum()
+        ).pvalue
+        > 1e-3
+    )
 
 
 @pytest.mark.parametrize("mean", [0.05, 2.0, 40.0, 1e3, 1e7, 1e12])
@@ -68,7 +73,9 @@ def test_poisson_is_the_exact_quantile_into_both_tails(mean):
     p, upper = tail(word)
     k = noise.poisson(np.full(word.size, mean), word)
     # P(count >= k) = gammainc(k, mean); the quantile lies at or beyond step k and before step k + 1
-    reached = np.where(upper, p < gammainc(np.maximum(k, 1), mean), p > gammaincc(np.maximum(k, 1), mean)) | (k == 0)
+    reached = np.where(
+        upper, p < gammainc(np.maximum(k, 1), mean), p > gammaincc(np.maximum(k, 1), mean)
+    ) | (k == 0)
     beyond = np.where(upper, p < gammainc(k + 1, mean), p > gammaincc(k + 1, mean))
     assert np.all(reached) and not np.any(beyond)
 
@@ -100,12 +107,18 @@ def test_large_means_follow_the_normal_limit(mean):
 
 def test_any_cut_or_order_gives_the_same_counts():
     # levels of every branch, mixed: a block must not choose its neighbours' precision
-    mean = np.geomspace(1e-3, 1e12, N).reshape(400, 500)[:, np.random.default_rng(0).permutation(500)]
+    mean = np.geomspace(1e-3, 1e12, N).reshape(400, 500)[
+        :, np.random.default_rng(0).permutation(500)
+    ]
     whole = noise.poisson_image(mean, ("s",))
-    assert_array_equal(noise.poisson_image(mean[33:77, 51:202], ("s",), 33, 51), whole[33:77, 51:202])
+    assert_array_equal(
+        noise.poisson_image(mean[33:77, 51:202], ("s",), 33, 51), whole[33:77, 51:202]
+    )
     order = np.random.default_rng(1).permutation(N)
-    assert_array_equal(noise.poisson(mean.ravel()[order], WORDS[order]), noise.poisson(mean.ravel(), WORDS)[order])
-    parts = [noise.poisson(mean.ravel()[i:i + 777], WORDS[i:i + 777]) for i in range(0, N, 777)]
+    assert_array_equal(
+        noise.poisson(mean.ravel()[order], WORDS[order]), noise.poisson(mean.ravel(), WORDS)[order]
+    )
+    parts = [noise.poisson(mean.ravel()[i : i + 777], WORDS[i : i + 777]) for i in range(0, N, 777)]
     assert_array_equal(np.concatenate(parts), noise.poisson(mean.ravel(), WORDS))
 
 

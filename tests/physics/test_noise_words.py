@@ -33,14 +33,23 @@ def test_words_agree_with_philox_computed_by_hand():
 
 def test_every_part_of_the_key_matters():
     g = generator(7, "A", "s1")
-    streams = [g.stream("LPHG", "read"), g.stream("LPLG", "read"), g.stream("LPHG", "shot"), generator(8, "A", "s1").stream("LPHG", "read"),
-               generator(7, "B", "s1").stream("LPHG", "read"), g.child("s2").stream("LPHG", "read"), g.device_stream("LPHG", "read")]
+    streams = [
+        g.stream("LPHG", "read"),
+        g.stream("LPLG", "read"),
+        g.stream("LPHG", "shot"),
+        generator(8, "A", "s1").stream("LPHG", "read"),
+        generator(7, "B", "s1").stream("LPHG", "read"),
+        g.child("s2").stream("LPHG", "read"),
+        g.device_stream("LPHG", "read"),
+    ]
     assert len({words(s, 0, 1, 0, 1)[0, 0] for s in streams}) == len(streams)
 
 
 def test_device_streams_do_not_depend_on_the_shot():
     a, b = generator(1, "A", "s1"), generator(2, "A", "s2")
-    assert_array_equal(words(a.device_stream("prnu"), 0, 2, 0, 9), words(b.device_stream("prnu"), 0, 2, 0, 9))
+    assert_array_equal(
+        words(a.device_stream("prnu"), 0, 2, 0, 9), words(b.device_stream("prnu"), 0, 2, 0, 9)
+    )
 
 
 def test_tail_is_never_0_and_keeps_both_ends_apart():

@@ -23,13 +23,18 @@ class Same:
 
 
 def grids(n_in=60, n_out=48):
-    return tuple(borders(centres(n, w), w / n) for n, w in ((n_in, 1.2), (n_in, 1.2), (n_out, 0.7), (n_out, 0.7)))
+    return tuple(
+        borders(centres(n, w), w / n)
+        for n, w in ((n_in, 1.2), (n_in, 1.2), (n_out, 0.7), (n_out, 0.7))
+    )
 
 
 def moved(light, lens, x_in, y_in, x_out, y_out):
     """Return irradiance on the output tiles."""
     areas = overlap_areas(x_in, y_in, lens, x_out, y_out)
-    return (areas @ light.ravel()).reshape(len(y_out) - 1, len(x_out) - 1) / ((x_out[1] - x_out[0]) * (y_out[1] - y_out[0]))
+    return (areas @ light.ravel()).reshape(len(y_out) - 1, len(x_out) - 1) / (
+        (x_out[1] - x_out[0]) * (y_out[1] - y_out[0])
+    )
 
 
 @pytest.mark.parametrize("lens", MAPS, ids=lambda m: type(m).__name__)
@@ -40,7 +45,9 @@ def test_energy_is_kept(lens):
     light[22:38, 22:38] = 10 ** np.random.default_rng(2).uniform(0, 9, (16, 16))
     out = moved(light, lens, x_in, y_in, x_out, y_out)
     # 1e-9: slivers below 1e-11 of a tile are dropped
-    assert out.sum() * (x_out[1] - x_out[0]) ** 2 == pytest.approx(light.sum() * (x_in[1] - x_in[0]) ** 2, rel=1e-9)
+    assert out.sum() * (x_out[1] - x_out[0]) ** 2 == pytest.approx(
+        light.sum() * (x_in[1] - x_in[0]) ** 2, rel=1e-9
+    )
     assert out.min() >= 0
 
 
@@ -51,7 +58,9 @@ def test_a_region_keeps_its_energy_where_the_map_sends_it():
     light = np.zeros((60, 300))
     light[25:35, 60:240] = np.random.default_rng(3).random((10, 180))
     edge = float(lens.forward(x_in[180], 0.0)[0])
-    x_out = edge + edge / 50 * np.arange(-200, 80)  # one border on the image of the line (straight enough over 10 rows)
+    x_out = edge + edge / 50 * np.arange(
+        -200, 80
+    )  # one border on the image of the line (straight enough over 10 rows)
     y_out = borders(centres(40, 0.2), 0.005)
     areas = overlap_areas(x_in, y_in, lens, x_out, y_out)
     out = (areas @ light.ravel()).reshape(40, -1)
@@ -68,7 +77,9 @@ def test_uniform_light_becomes_the_inverse_area_ratio():
     middle = (x_out[1:] + x_out[:-1]) / 2
     u, v = lens.inverse(*np.meshgrid(middle, middle))
     r2 = u**2 + v**2
-    np.testing.assert_allclose(out, 1 / ((1 - 0.2 * r2) * (1 - 0.6 * r2)), rtol=2e-4)  # straight sides, tiles of 0.007
+    np.testing.assert_allclose(
+        out, 1 / ((1 - 0.2 * r2) * (1 - 0.6 * r2)), rtol=2e-4
+    )  # straight sides, tiles of 0.007
     assert out[0, 0] > out[48, 48] > 0.999
 
 
@@ -76,19 +87,25 @@ def test_without_distortion_nothing_changes_and_halves_are_halved():
     x = np.linspace(-0.6, 0.6, 13)
     light = np.random.default_rng(4).random((12, 12))
     np.testing.assert_allclose(moved(light, Same(), x, x, x, x), light, rtol=1e-9)
-    np.testing.assert_allclose(moved(light, Same(), x, x, x[:-1] + 0.05, x), (light[:, :-1] + light[:, 1:]) / 2, rtol=1e-9)
+    np.testing.assert_allclose(
+        moved(light, Same(), x, x, x[:-1] + 0.05, x), (light[:, :-1] + light[:, 1:]) / 2, rtol=1e-9
+    )
 
 
 def test_overlaps_match_counted_points():
     x_in, y_in, x_out, y_out = grids(20, 9)
     matrix = overlap_areas(x_in, y_in, MAPS[1], x_out, y_out).toarray()
     fine = centres(9 * 200, 0.7)
-    u, v = MAPS[1].inverse(*np.meshgrid(fine[1000:1200], fine[600:800]))  # one output tile: column 5, row 3
+    u, v = MAPS[1].inverse(
+        *np.meshgrid(fine[1000:1200], fine[600:800])
+    )  # one output tile: column 5, row 3
     pitch = x_in[1] - x_in[0]
     column, row = (np.floor((w - x_in[0]) / pitch).astype(int) for w in (u, v))
     one = matrix[3 * 9 + 5]
     counted = np.bincount((row * 20 + column).ravel(), minlength=400) * (one.sum() / u.size)
-    np.testing.assert_allclose(one, counted, atol=0.01 * one.sum())  # 200 x 200 points of even weight
+    np.testing.assert_allclose(
+        one, counted, atol=0.01 * one.sum()
+    )  # 200 x 200 points of even weight
 
 
 def test_strips_of_rows_join():

@@ -30,7 +30,9 @@ def test_table_equals_colour_science():
 def test_one_watt_at_555_nm_is_683_lumen():
     w = np.arange(550.0, 561.0, 1.0)
     line = np.where(w == 555, 1.0, 0.0)  # 1 W/nm over a band of 1 nm
-    assert photometry.luminance(line, w) == pytest.approx(683.0, rel=1e-4)  # y-bar is 1.0000 at 555 nm in four digits
+    assert photometry.luminance(line, w) == pytest.approx(
+        683.0, rel=1e-4
+    )  # y-bar is 1.0000 at 555 nm in four digits
 
 
 def test_luminance_is_y_and_linear_and_axis_is_free():
@@ -38,7 +40,9 @@ def test_luminance_is_y_and_linear_and_axis_is_free():
     cube = np.random.default_rng(0).uniform(0, 1, (len(w), 3, 4))
     y = photometry.luminance(cube, w)
     np.testing.assert_allclose(photometry.xyz(cube, w)[..., 1], y, rtol=1e-14)
-    np.testing.assert_allclose(photometry.luminance(np.moveaxis(cube, 0, -1), w, axis=-1), y, rtol=1e-14)
+    np.testing.assert_allclose(
+        photometry.luminance(np.moveaxis(cube, 0, -1), w, axis=-1), y, rtol=1e-14
+    )
     np.testing.assert_allclose(photometry.luminance(3 * cube, w), 3 * y, rtol=1e-14)
 
 
@@ -57,12 +61,24 @@ def test_agrees_with_isetcam(isetcam):
     w, w5 = isetcam["wave"], isetcam["wave5"]
     seen = w5 <= LAST_NM_OF_ISETCAM
     np.testing.assert_allclose(photometry.xyz_bar(w).T, isetcam["xyz_cmf"], atol=1e-14)
-    np.testing.assert_allclose(photometry.xyz_bar(w5[seen]).T, isetcam["xyz_cmf5"][seen], atol=1e-14)
+    np.testing.assert_allclose(
+        photometry.xyz_bar(w5[seen]).T, isetcam["xyz_cmf5"][seen], atol=1e-14
+    )
     np.testing.assert_allclose(photometry.xyz(isetcam["d65"], w), isetcam["xyz_d65"], rtol=1e-14)
-    np.testing.assert_allclose(photometry.luminance(isetcam["d65_w5"], w5), isetcam["lum_d65_w5"], rtol=5e-5)  # their cut at 730 nm: 3.7e-5
-    np.testing.assert_allclose(photometry.xyz(isetcam["bb_energy"], w), isetcam["xyz_bb"], rtol=1e-14)
+    np.testing.assert_allclose(
+        photometry.luminance(isetcam["d65_w5"], w5), isetcam["lum_d65_w5"], rtol=5e-5
+    )  # their cut at 730 nm: 3.7e-5
+    np.testing.assert_allclose(
+        photometry.xyz(isetcam["bb_energy"], w), isetcam["xyz_bb"], rtol=1e-14
+    )
     # stored as float32: 2e-7 in luminance, a little more where X or Z is small
-    np.testing.assert_allclose(photometry.xyz(isetcam["patch_energy"], w, axis=2), isetcam["patch_xyz"], rtol=1e-6)
-    np.testing.assert_allclose(photometry.luminance(isetcam["patch_energy"], w, axis=2), isetcam["patch_lum"], rtol=5e-7)
+    np.testing.assert_allclose(
+        photometry.xyz(isetcam["patch_energy"], w, axis=2), isetcam["patch_xyz"], rtol=1e-6
+    )
+    np.testing.assert_allclose(
+        photometry.luminance(isetcam["patch_energy"], w, axis=2), isetcam["patch_lum"], rtol=5e-7
+    )
     # their Planck constant is 1.6e-5 above CODATA
-    np.testing.assert_allclose(radiometry.photons_from_energy(isetcam["d65"], w), isetcam["d65_photons"], rtol=2e-5)
+    np.testing.assert_allclose(
+        radiometry.photons_from_energy(isetcam["d65"], w), isetcam["d65_photons"], rtol=2e-5
+    )

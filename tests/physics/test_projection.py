@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from isethdr_core.physics.projection import angle_rad, cos4, depth_m, direction, solid_angle_per_area
+from isethdr_core.physics.projection import (
+    angle_rad,
+    cos4,
+    depth_m,
+    direction,
+    solid_angle_per_area,
+)
 
 
 def test_the_same_direction_has_the_same_angle():
@@ -12,7 +18,9 @@ def test_the_same_direction_has_the_same_angle():
     angles = direction(theta * np.cos(phi), theta * np.sin(phi), "equidistant")
     np.testing.assert_allclose(tangent, angles, atol=1e-15)
     np.testing.assert_allclose(np.linalg.norm(direction(2.0, 1.5, "equidistant")), 1.0, rtol=1e-15)
-    assert angle_rad(3.0, 0.0, "equidistant") == 3.0 and angle_rad(1.0, 0.0) == pytest.approx(np.pi / 4)
+    assert angle_rad(3.0, 0.0, "equidistant") == 3.0 and angle_rad(1.0, 0.0) == pytest.approx(
+        np.pi / 4
+    )
 
 
 @pytest.mark.parametrize("projection", ["tangent", "equidistant"])
@@ -23,13 +31,18 @@ def test_solid_angle_is_that_of_the_tile_on_the_sphere(projection):
         down = direction(x, y + h, projection) - direction(x, y - h, projection)
         area = np.linalg.norm(np.cross(across, down)) / (4 * h**2)
         assert solid_angle_per_area(x, y, projection) == pytest.approx(area, rel=1e-6)  # h^2
-        assert cos4(x, y, projection) == pytest.approx(area * direction(x, y, projection)[2], rel=1e-6)
+        assert cos4(x, y, projection) == pytest.approx(
+            area * direction(x, y, projection)[2], rel=1e-6
+        )
 
 
 def test_the_whole_sphere_is_four_pi():
     x = (np.arange(800) + 0.5) / 800 * 2 * np.pi - np.pi
     r = np.hypot(x[:, None], x)
-    total = np.where(r < np.pi, solid_angle_per_area(x[:, None], x, "equidistant"), 0.0).sum() * (x[1] - x[0]) ** 2
+    total = (
+        np.where(r < np.pi, solid_angle_per_area(x[:, None], x, "equidistant"), 0.0).sum()
+        * (x[1] - x[0]) ** 2
+    )
     assert total == pytest.approx(4 * np.pi, rel=1e-4)  # 800 x 800 midpoints
 
 

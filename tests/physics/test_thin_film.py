@@ -22,12 +22,16 @@ def test_no_layer_is_fresnel():
         r_s, r_p, t_s, t_p = reflect(n1, n2, [], COS, 550.0)
         want = fresnel(n1, n2, COS)
         np.testing.assert_allclose(r_s, want[0], rtol=1e-10)
-        np.testing.assert_allclose(r_p, want[1], rtol=1e-8, atol=1e-14)  # cancellation near Brewster's angle
+        np.testing.assert_allclose(
+            r_p, want[1], rtol=1e-8, atol=1e-14
+        )  # cancellation near Brewster's angle
         np.testing.assert_allclose([r_s + t_s, r_p + t_p], 1.0, rtol=1e-12)
 
 
 def test_hand_values_at_normal_incidence():
-    assert reflect(1.0, 1.52, [], 1.0, 550.0)[0] == pytest.approx((0.52 / 2.52) ** 2, rel=1e-12)  # 4.26 %
+    assert reflect(1.0, 1.52, [], 1.0, 550.0)[0] == pytest.approx(
+        (0.52 / 2.52) ** 2, rel=1e-12
+    )  # 4.26 %
     layer = [(1.38, quarter_wave_nm(1.38, 550.0))]
     # a quarter wave: ((n0 ns - n1^2) / (n0 ns + n1^2))^2
     want = ((1.52 - 1.38**2) / (1.52 + 1.38**2)) ** 2
@@ -64,7 +68,9 @@ def test_total_and_frustrated_total_reflection():
     np.testing.assert_allclose([r_s, r_p], 1.0, rtol=1e-12)
     assert t_s == t_p == 0
     # an air gap between two glasses: all through where it is closed, nothing where it is wide, monotonic between
-    gaps = [reflect(1.52, 1.52, [(1.0, d)], beyond, 550.0)[2] for d in (0.0, 50.0, 150.0, 500.0, 5000.0)]
+    gaps = [
+        reflect(1.52, 1.52, [(1.0, d)], beyond, 550.0)[2] for d in (0.0, 50.0, 150.0, 500.0, 5000.0)
+    ]
     assert gaps[0] == pytest.approx(1, rel=1e-12) and np.all(np.diff(gaps) < 0) and gaps[-1] < 1e-9
 
 
@@ -80,7 +86,9 @@ def test_absorbing_layers_lose_and_never_gain():
 def test_a_coating_shifts_to_the_blue_with_angle():
     wave = np.arange(400.0, 800.0, 1.0)
     layer = [(1.38, quarter_wave_nm(1.38, 600.0))]
-    lowest = [wave[np.argmin(reflect(1.0, 1.52, layer, np.cos(np.radians(a)), wave)[0])] for a in (0, 45)]
+    lowest = [
+        wave[np.argmin(reflect(1.0, 1.52, layer, np.cos(np.radians(a)), wave)[0])] for a in (0, 45)
+    ]
     # the phase thickness is n d cos(angle inside)
     assert lowest[1] / lowest[0] == pytest.approx(np.sqrt(1 - 0.5 / 1.38**2), abs=0.01)
 

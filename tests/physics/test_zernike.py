@@ -20,7 +20,12 @@ from isethdr_core.physics.zernike import (
     zernike_basis,
 )
 
-RATIONAL = ((Fraction(1), Fraction(0)), (Fraction(3, 5), Fraction(-4, 5)), (Fraction(-12, 25), Fraction(9, 25)), (Fraction(1, 50), Fraction(1, 70)))
+RATIONAL = (
+    (Fraction(1), Fraction(0)),
+    (Fraction(3, 5), Fraction(-4, 5)),
+    (Fraction(-12, 25), Fraction(9, 25)),
+    (Fraction(1, 50), Fraction(1, 70)),
+)
 
 
 def disk(rings=24, spokes=64):
@@ -42,7 +47,16 @@ def test_orthonormal_over_the_disk():
 
 
 def test_osa_index():
-    assert [order(j) for j in (0, 1, 2, 3, 4, 5, 8, 12)] == [(0, 0), (1, -1), (1, 1), (2, -2), (2, 0), (2, 2), (3, 1), (4, 0)]
+    assert [order(j) for j in (0, 1, 2, 3, 4, 5, 8, 12)] == [
+        (0, 0),
+        (1, -1),
+        (1, 1),
+        (2, -2),
+        (2, 0),
+        (2, 2),
+        (3, 1),
+        (4, 0),
+    ]
     with pytest.raises(ValueError, match="OSA"):
         order(-1)
 
@@ -68,7 +82,9 @@ def test_grid_equals_sum_of_terms_and_slope_is_that_of_defocus():
     c = {2: 0.3, 4: -0.2, 13: 0.05}
     want = sum(v * zernike(j, x[None, :], y[:, None]) for j, v in c.items())
     np.testing.assert_allclose(wavefront_um(c, x, y), want, atol=1e-14)
-    assert steepest_slope_um({4: 0.1}) == pytest.approx(0.1 * 4 * 3**0.5, rel=1e-3)  # d/dr sqrt3 (2 r^2 - 1) at the rim; sampled
+    assert steepest_slope_um({4: 0.1}) == pytest.approx(
+        0.1 * 4 * 3**0.5, rel=1e-3
+    )  # d/dr sqrt3 (2 r^2 - 1) at the rim; sampled
     assert np.all(wavefront_um({}, x, y) == 0)
 
 
@@ -77,14 +93,18 @@ def exact(j: int, x: Fraction, y: Fraction) -> float:
     n, m = order(j)
     a, squared = abs(m), x * x + y * y
     radial = sum(
-        (-1) ** s * factorial(n - s) * squared ** ((n - a) // 2 - s)
+        (-1) ** s
+        * factorial(n - s)
+        * squared ** ((n - a) // 2 - s)
         / Fraction(factorial(s) * factorial((n + a) // 2 - s) * factorial((n - a) // 2 - s))
         for s in range((n - a) // 2 + 1)
     )
     real, imaginary = Fraction(1), Fraction(0)
     for _ in range(a):
         real, imaginary = real * x - imaginary * y, real * y + imaginary * x
-    return float(radial * (real if m >= 0 else imaginary)) * (n + 1 if m == 0 else 2 * (n + 1)) ** 0.5
+    return (
+        float(radial * (real if m >= 0 else imaginary)) * (n + 1 if m == 0 else 2 * (n + 1)) ** 0.5
+    )
 
 
 @pytest.mark.parametrize("j", [0, 13, 60, 71, 84, 100, 230, 600, 745, 820, 838, 840, 860])
@@ -99,14 +119,18 @@ def test_every_order_is_exact(j):
 def test_every_index_is_exact():
     x, y = np.array(RATIONAL, float).T
     want = np.array([[exact(j, *place) for place in RATIONAL] for j in range(LAST_INDEX + 1)])
-    np.testing.assert_allclose([zernike(j, x, y) for j in range(LAST_INDEX + 1)], want, rtol=0, atol=2e-12)
+    np.testing.assert_allclose(
+        [zernike(j, x, y) for j in range(LAST_INDEX + 1)], want, rtol=0, atol=2e-12
+    )
 
 
 def test_grid_of_low_and_high_orders_is_their_sum():
     x, y = np.linspace(-0.7, 0.7, 6), np.linspace(-0.6, 0.7, 5)
     c = {4: 0.2, (POWERS_ORDER + 1) * (POWERS_ORDER + 2) // 2 - 1: 0.1, 700: -0.3}
     want = sum(v * zernike(j, x[None, :], y[:, None]) for j, v in c.items())
-    np.testing.assert_allclose(wavefront_um(c, x, y), want, rtol=0, atol=1e-11)  # powers of order 12 keep 3e-12
+    np.testing.assert_allclose(
+        wavefront_um(c, x, y), want, rtol=0, atol=1e-11
+    )  # powers of order 12 keep 3e-12
 
 
 @pytest.mark.parametrize("j", [12, 71, 820, 840, 860])
@@ -114,7 +138,9 @@ def test_largest_slope_and_value_of_any_order(j):
     n, m = order(j)
     norm = (n + 1 if m == 0 else 2 * (n + 1)) ** 0.5
     # both at the rim, where R = 1 and dR / d rho = (n (n + 2) - m^2) / 2; eight samples per oscillation miss 1 - cos(pi / 8) at most
-    assert steepest_slope_um({j: 1.0}) == pytest.approx(norm * max((n * (n + 2) - m * m) / 2, abs(m)), rel=0.08)
+    assert steepest_slope_um({j: 1.0}) == pytest.approx(
+        norm * max((n * (n + 2) - m * m) / 2, abs(m)), rel=0.08
+    )
     assert largest_um({j: 1.0}) == pytest.approx(norm, rel=0.08)
 
 
@@ -128,7 +154,9 @@ def test_many_terms_at_once_are_the_single_terms():
     x, y = np.random.default_rng(0).uniform(-0.7, 0.7, (2, 40))
     terms = [44, 0, 5, 17, 3]
     wanted = np.stack([zernike(j, x, y) for j in terms], axis=1)
-    np.testing.assert_allclose(zernike_basis(terms, x, y), wanted, atol=1e-12)  # rounding of powers to the eighth
+    np.testing.assert_allclose(
+        zernike_basis(terms, x, y), wanted, atol=1e-12
+    )  # rounding of powers to the eighth
 
 
 def test_a_mapped_wavefront_has_its_values_at_the_images_of_points():
@@ -141,5 +169,7 @@ def test_a_mapped_wavefront_has_its_values_at_the_images_of_points():
         return np.polynomial.polynomial.polyval2d(x, y, polynomial(terms))
 
     # rounding of a least-squares solution for 45 terms
-    np.testing.assert_allclose(at(mapped(given, matrix), *(matrix @ points)), at(given, *points), atol=1e-9)
+    np.testing.assert_allclose(
+        at(mapped(given, matrix), *(matrix @ points)), at(given, *points), atol=1e-9
+    )
     assert mapped({}, matrix) == {}

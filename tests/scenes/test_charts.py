@@ -49,7 +49,10 @@ def test_uniform_has_its_luminance_whatever_the_bands(spectrum, bands):
     np.testing.assert_allclose(seen(ds), 1234.5, rtol=FLOAT32)
 
 
-@pytest.mark.parametrize(("spectrum", "x", "y"), [("D65", 0.31272, 0.32903), ("A", 0.44757, 0.40745), ("E", 1 / 3, 1 / 3)])
+@pytest.mark.parametrize(
+    ("spectrum", "x", "y"),
+    [("D65", 0.31272, 0.32903), ("A", 0.44757, 0.40745), ("E", 1 / 3, 1 / 3)],
+)
 def test_illuminants_have_their_chromaticity(spectrum, x, y):
     """CIE 15: chromaticities of the 1931 observer; 2e-4 for sums at 5 nm from 380 to 780 nm."""
     ds = Uniform(1, 1, first_nm=380.0, last_nm=780.0, step_nm=5.0, spectrum=spectrum)()
@@ -70,7 +73,7 @@ def test_half_plane_agrees_with_counting_points(angle):
     cover = coverage.half_plane(x, y, pitch, angle)
     fine = (np.arange(400) + 0.5) / 400 - 0.5
     px, py = (x[:, None] + fine).ravel(), (y[:, None] + fine).ravel()
-    counted = (np.cos(np.radians(angle)) * px[None] + np.sin(np.radians(angle)) * py[:, None] > 0)
+    counted = np.cos(np.radians(angle)) * px[None] + np.sin(np.radians(angle)) * py[:, None] > 0
     counted = counted.reshape(5, 400, 7, 400).mean((1, 3))
     # 400 points to a side: a line misjudges fewer than one point per row, 1/400, half of it on average
     assert np.abs(cover - counted).max() < 2.5e-3
@@ -80,18 +83,28 @@ def test_half_plane_agrees_with_counting_points(angle):
 
 @pytest.mark.parametrize("angle", [0.0, 5.0, 30.0])
 def test_slanted_edge_mean_sides_and_slope(angle):
-    ds = SlantedEdge(width=60, height=40, angle_deg=angle, contrast_ratio=20.0, luminance_cd_m2=200.0)()
+    ds = SlantedEdge(
+        width=60, height=40, angle_deg=angle, contrast_ratio=20.0, luminance_cd_m2=200.0
+    )()
     y = seen(ds)
     assert y.mean() == pytest.approx((200 + 10) / 2, rel=FLOAT32)
     assert y.max() == pytest.approx(200, rel=FLOAT32) and y.min() == pytest.approx(10, rel=FLOAT32)
     if angle == 5.0:  # the edge's position in each row: dark tiles counted with their share
         edge = ((200 - y) / 190).sum(1)
-        np.testing.assert_allclose(np.diff(edge), -np.tan(np.radians(5.0)), rtol=1e-5)  # clockwise: to the left going down
+        np.testing.assert_allclose(
+            np.diff(edge), -np.tan(np.radians(5.0)), rtol=1e-5
+        )  # clockwise: to the left going down
 
 
 def test_disc_area_whatever_its_size_and_place():
     x, y, pitch = quantities.centres(11, 1.1), quantities.centres(9, 0.9), 0.1
-    for radius, cx, cy in ((0.3, 0.0, 0.0), (0.31, 0.017, -0.023), (0.02, 0.05, 0.05), (1e-5, 0.2, 0.1), (0.05, 0.0, 0.0)):
+    for radius, cx, cy in (
+        (0.3, 0.0, 0.0),
+        (0.31, 0.017, -0.023),
+        (0.02, 0.05, 0.05),
+        (1e-5, 0.2, 0.1),
+        (0.05, 0.0, 0.0),
+    ):
         cover = coverage.disc(x, y, pitch, cx, cy, radius)
         assert cover.sum() * pitch**2 == pytest.approx(np.pi * radius**2, rel=1e-10)
         assert cover.min() >= 0 and cover.max() <= 1
@@ -99,10 +112,14 @@ def test_disc_area_whatever_its_size_and_place():
     assert coverage.disc(x, y, pitch, 0.0, 0.0, 5.0).min() == pytest.approx(1.0, abs=1e-12)
     # a disc centred on a corner of four tiles gives a quarter to each
     four = coverage.disc(x, y, pitch, 0.05, 0.05, 0.02)
-    np.testing.assert_allclose(four[four > 0], np.full(4, np.pi * 0.02**2 / 4 / pitch**2), rtol=1e-12)
+    np.testing.assert_allclose(
+        four[four > 0], np.full(4, np.pi * 0.02**2 / 4 / pitch**2), rtol=1e-12
+    )
     # against counting points
     fine = (np.arange(200) + 0.5) / 200 * pitch - pitch / 2
-    inside = ((x[:, None] + fine).ravel() - 0.017) ** 2 + ((y[:, None] + fine).ravel()[:, None] + 0.023) ** 2 < 0.31**2
+    inside = ((x[:, None] + fine).ravel() - 0.017) ** 2 + (
+        (y[:, None] + fine).ravel()[:, None] + 0.023
+    ) ** 2 < 0.31**2
     counted = inside.reshape(9, 200, 11, 200).mean((1, 3))
     # the circle crosses a tile in at most two arcs; each row of 200 points is misjudged by less than one
     assert np.abs(coverage.disc(x, y, pitch, 0.017, -0.023, 0.31) - counted).max() < 5e-3
@@ -113,13 +130,19 @@ def test_point_lights_hold_their_energy(diameter_deg):
     chart = PointLights(width=200, height=60, disc_diameter_deg=diameter_deg, luminance_cd_m2=1e6)
     ds = chart()
     pitch = quantities.tile_pitch(ds, "x")
-    lamps = luminance(ds.radiance.sel(light_group="headlights").values.astype(float), ds.wavelength.values)
+    lamps = luminance(
+        ds.radiance.sel(light_group="headlights").values.astype(float), ds.wavelength.values
+    )
     area = np.pi * np.tan(np.radians(diameter_deg / 2)) ** 2
     energy = lamps.reshape(60, 5, 40).sum((0, 2)) * pitch**2  # each disc owns a fifth of the width
-    np.testing.assert_allclose(energy, [area * 10.0 ** (6 - k) for k in range(5)], rtol=1e-6)  # float32 tiles
+    np.testing.assert_allclose(
+        energy, [area * 10.0 ** (6 - k) for k in range(5)], rtol=1e-6
+    )  # float32 tiles
     sky = luminance(ds.radiance.sel(light_group="sky").values.astype(float), ds.wavelength.values)
     assert sky.sum() * pitch**2 == pytest.approx(0.1 * (200 * 60 * pitch**2 - 5 * area), rel=1e-6)
-    assert [lamp["luminance_cd_m2"] for lamp in ds.attrs["lamps"]] == pytest.approx([1e6, 1e5, 1e4, 1e3, 1e2])
+    assert [lamp["luminance_cd_m2"] for lamp in ds.attrs["lamps"]] == pytest.approx(
+        [1e6, 1e5, 1e4, 1e3, 1e2]
+    )
     if diameter_deg == 2.0:  # full tiles inside show exactly the disc
         assert lamps.max() == pytest.approx(1e6, rel=FLOAT32)
 
@@ -128,14 +151,21 @@ def test_macbeth_patches_reflect_what_they_should():
     chart = Macbeth(width=60, height=40, luminance_cd_m2=500.0)
     ds = chart()
     names, reflectance = chart.reflectances()
-    assert len(names) == 24 and reflectance.shape == (24, 31) and reflectance.min() > 0 and reflectance.max() < 1
+    assert (
+        len(names) == 24
+        and reflectance.shape == (24, 31)
+        and reflectance.min() > 0
+        and reflectance.max() < 1
+    )
     white = Uniform(1, 1, luminance_cd_m2=500.0)().radiance.values[0, :, 0, 0]
     for k in range(24):
         middle = ds.radiance.values[0, :, 5 + 10 * (k // 6), 5 + 10 * (k % 6)]
         np.testing.assert_allclose(middle, white * reflectance[k], rtol=3 * FLOAT32)
         assert ds.instance.values[5 + 10 * (k // 6), 5 + 10 * (k % 6)] == k + 1
     # the grey row is sold by its density: 0.05 (white), 0.23, 0.44, 0.70, 1.05, 1.50; printed to 10 %
-    np.testing.assert_allclose(seen(ds)[35, 5::10] / 500, 10.0 ** -np.array([0.05, 0.23, 0.44, 0.70, 1.05, 1.50]), rtol=0.1)
+    np.testing.assert_allclose(
+        seen(ds)[35, 5::10] / 500, 10.0 ** -np.array([0.05, 0.23, 0.44, 0.70, 1.05, 1.50]), rtol=0.1
+    )
 
 
 def test_uniform_d65_agrees_with_isetcam():
@@ -145,22 +175,32 @@ def test_uniform_d65_agrees_with_isetcam():
     data = np.load(Path(folder) / "isetcam" / "a_photometry.npz")
     ours = Uniform(1, 1)().radiance.values[0, :, 0, 0].astype(float)
     fine = data["d65_w5"][np.searchsorted(data["wave5"], np.arange(395, 706, 5))]
-    theirs = (fine[:-2:2] + 2 * fine[1:-1:2] + fine[2::2]) / 4  # mean over 10 nm of lines between values at 5 nm
+    theirs = (
+        fine[:-2:2] + 2 * fine[1:-1:2] + fine[2::2]
+    ) / 4  # mean over 10 nm of lines between values at 5 nm
     # ISETCam's D65 is tilted against the CIE table by 1.3e-3 from 380 to 780 nm; values at the centres would differ by 4 %
     np.testing.assert_allclose(ours / ours.mean(), theirs / theirs.mean(), rtol=1e-3)
 
 
-@pytest.mark.parametrize(("cls", "fields", "match"), [
-    (Uniform, {"luminance_cd_m2": -1.0}, "expected 0 to 1e"), (Uniform, {"luminance_cd_m2": float("nan")}, "is nan"),
-    (Uniform, {"width": 0}, "expected 1 to"), (Uniform, {"horizontal_field_deg": 180.0}, "at most 150"),
-    (Uniform, {"step_nm": 0.0}, "step_nm is 0.0; expected 0.1"), (Uniform, {"first_nm": 700.0, "last_nm": 400.0}, "not a grid"),
-    (SlantedEdge, {"contrast_ratio": 0.5}, "expected 1 to"), (PointLights, {"disc_diameter_deg": 20.0}, "do not fit"),
-    (PointLights, {"background_cd_m2": -1.0}, "expected 0 to"), (LuminanceRamp, {"decades": 0.0}, "expected 0.001 to"),
-    (Macbeth, {"gap": 1.0}, "expected 0 to 0.99"),
-    # micrometres and metres, taken for nanometres
-    (Uniform, {"first_nm": 0.4, "last_nm": 0.7}, "first_nm is 0.4; expected 100 to 3000"),
-    (Uniform, {"last_nm": 7e-7}, "last_nm is 7e-07; expected 100 to 3000"),
-])
+@pytest.mark.parametrize(
+    ("cls", "fields", "match"),
+    [
+        (Uniform, {"luminance_cd_m2": -1.0}, "expected 0 to 1e"),
+        (Uniform, {"luminance_cd_m2": float("nan")}, "is nan"),
+        (Uniform, {"width": 0}, "expected 1 to"),
+        (Uniform, {"horizontal_field_deg": 180.0}, "at most 150"),
+        (Uniform, {"step_nm": 0.0}, "step_nm is 0.0; expected 0.1"),
+        (Uniform, {"first_nm": 700.0, "last_nm": 400.0}, "not a grid"),
+        (SlantedEdge, {"contrast_ratio": 0.5}, "expected 1 to"),
+        (PointLights, {"disc_diameter_deg": 20.0}, "do not fit"),
+        (PointLights, {"background_cd_m2": -1.0}, "expected 0 to"),
+        (LuminanceRamp, {"decades": 0.0}, "expected 0.001 to"),
+        (Macbeth, {"gap": 1.0}, "expected 0 to 0.99"),
+        # micrometres and metres, taken for nanometres
+        (Uniform, {"first_nm": 0.4, "last_nm": 0.7}, "first_nm is 0.4; expected 100 to 3000"),
+        (Uniform, {"last_nm": 7e-7}, "last_nm is 7e-07; expected 100 to 3000"),
+    ],
+)
 def test_impossible_charts_are_config_errors(cls, fields, match):
     with pytest.raises(ConfigError, match=match):
         cls(**fields)

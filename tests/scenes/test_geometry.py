@@ -44,7 +44,9 @@ def test_ball_and_implicit_ball_converge_to_a_sphere():
     # the inscribed polyhedron of n steps misses about (pi/n)^2 / 4 of each of two angles
     assert volume(ball(radii=(0.5,) * 3, n=40)) == pytest.approx(exact, rel=5e-3)
     sphere = skin_of(cone((0, 0, 0), (0, 0, 0), 0.5, 0.5), 0.025, "sphere", "skin")
-    assert volume(sphere) == pytest.approx(exact, rel=5e-3)  # step / radius is 1/20: sagitta (1/20)^2
+    assert volume(sphere) == pytest.approx(
+        exact, rel=5e-3
+    )  # step / radius is 1/20: sagitta (1/20)^2
     # normals are central differences of the field over e = 0.7 steps: off by (e / r)^2 / 6 = 2e-4
     assert np.abs(sphere.normals - unit(sphere.vertices)).max() < 5e-4
     assert open_edge(sphere) < ROUNDING
@@ -100,7 +102,9 @@ def test_subdivision_keeps_the_surface():
 
 def test_moving_scales_volume_and_mirroring_keeps_faces_outward():
     piece = box((0.5, 0.2, 0.1), (0.4, 0.3, 0.2), r=0.02)
-    assert volume(piece.moved(pose(3, 1, 0, 30, (2, 1, 1)))) == pytest.approx(2 * volume(piece), rel=ROUNDING)
+    assert volume(piece.moved(pose(3, 1, 0, 30, (2, 1, 1)))) == pytest.approx(
+        2 * volume(piece), rel=ROUNDING
+    )
     other = mirrored(piece)
     assert volume(other) == pytest.approx(volume(piece), rel=ROUNDING)
     centre = other.vertices.mean(0)
@@ -115,7 +119,15 @@ def test_stretched_normals_stay_across_the_surface():
 
 
 def test_shell_is_closed_outward_and_symmetric():
-    skin = loft(Shell(4.6, 1.8, ((0, 0.7), (1.3, 0.95), (2.1, 1.4), (3.3, 1.4), (4.6, 1.0)), ((0, 0.6), (4.6, 0.95))), (0.9, 3.6))
+    skin = loft(
+        Shell(
+            4.6,
+            1.8,
+            ((0, 0.7), (1.3, 0.95), (2.1, 1.4), (3.3, 1.4), (4.6, 1.0)),
+            ((0, 0.6), (4.6, 0.95)),
+        ),
+        (0.9, 3.6),
+    )
     assert open_edge(skin) < 1e-6  # the two poles of the end caps are collapsed rings
     assert 4.0 < volume(skin) < 4.6 * 1.8 * 1.4  # inside its box
     assert skin.vertices[:, 1].min() == pytest.approx(-skin.vertices[:, 1].max(), abs=1e-12)
@@ -124,7 +136,11 @@ def test_shell_is_closed_outward_and_symmetric():
 def test_a_model_joins_parts_by_material_but_keeps_lamps_apart():
     model = own_headlamps(2.0, 0.65, 0.65).model()
     assert len(model.parts) == 14 and all(p.lamp for p in model.parts)
-    many = Assembly("many").add(*(box((k, 0, 0), (1, 1, 1), f"b{k}", "steel") for k in range(5))).model()
+    many = (
+        Assembly("many")
+        .add(*(box((k, 0, 0), (1, 1, 1), f"b{k}", "steel") for k in range(5)))
+        .model()
+    )
     assert [p.name for p in many.parts] == ["steel"]
     assert len(many.parts[0].faces) == 60
 
@@ -132,7 +148,9 @@ def test_a_model_joins_parts_by_material_but_keeps_lamps_apart():
 def test_own_headlamps_stand_where_they_are_asked_to_and_look_ahead():
     for part in own_headlamps(2.0, 0.65, 0.66).model().parts:
         side = 1 if part.name.endswith("left") else -1
-        assert np.allclose(part.vertices.mean(0), (2.0, side * 0.65, 0.66), atol=0.05)  # the lens' radius
+        assert np.allclose(
+            part.vertices.mean(0), (2.0, side * 0.65, 0.66), atol=0.05
+        )  # the lens' radius
         assert (unit(face_areas(part))[:, 0] > 0.99).all()
 
 

@@ -14,14 +14,21 @@ from isethdr_core.physics.photometry import luminance
 from isethdr_core.summary import print_plan
 
 BANDS = range(400, 701, 10)
-NAMES = {"sky": "skymap", "headlights": "headlights", "streetlights": "streetlights", "other": "otherlights"}
+NAMES = {
+    "sky": "skymap",
+    "headlights": "headlights",
+    "streetlights": "streetlights",
+    "other": "otherlights",
+}
 SHAPE = (18, 32)
 
 
 def write(path, channels):
     import OpenEXR
 
-    with OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, dict(channels)) as file:
+    with OpenEXR.File(
+        {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, dict(channels)
+    ) as file:
         file.write(str(path))
 
 
@@ -31,10 +38,16 @@ def deposit(tmp_path):
     rng = np.random.default_rng(5)
     light = {g: 10 ** rng.uniform(-6, 5, (31, *SHAPE)).astype(np.float32) for g in NAMES}
     for group, name in NAMES.items():
-        write(tmp_path / f"1112184733_{name}.exr", {f"S0.{nm},000nm": light[group][k] for k, nm in enumerate(BANDS)})
+        write(
+            tmp_path / f"1112184733_{name}.exr",
+            {f"S0.{nm},000nm": light[group][k] for k, nm in enumerate(BANDS)},
+        )
     instance = np.arange(np.prod(SHAPE), dtype=np.float32).reshape(SHAPE)
     write(tmp_path / "1112184733_instanceID.exr", {"InstanceId": instance})
-    savemat(tmp_path / "1112184733.mat", {"sceneMeta": {"depthMap": 5.0 + instance.astype(float), "datasetFolder": "x"}})
+    savemat(
+        tmp_path / "1112184733.mat",
+        {"sceneMeta": {"depthMap": 5.0 + instance.astype(float), "datasetFolder": "x"}},
+    )
     return tmp_path, light
 
 
@@ -46,7 +59,9 @@ def test_radiance_comes_back_bit_for_bit_with_labels(deposit):
     assert list(ds.wavelength.values) == list(BANDS)
     assert ds.attrs["field_width"] == pytest.approx(2 * np.tan(np.radians(20)), rel=1e-12)
     assert ds.attrs["field_height"] == pytest.approx(ds.attrs["field_width"] * 18 / 32, rel=1e-12)
-    assert quantities.tile_pitch(ds, "x") == pytest.approx(quantities.tile_pitch(ds, "y"), rel=1e-12)
+    assert quantities.tile_pitch(ds, "x") == pytest.approx(
+        quantities.tile_pitch(ds, "y"), rel=1e-12
+    )
     assert ds.instance.dtype == np.uint32 and ds.instance.values[1, 0] == SHAPE[1]
     np.testing.assert_array_equal(ds.distance, 5.0 + ds.instance.values)
 
@@ -64,7 +79,9 @@ def test_missing_groups_and_labels_are_dropped_and_said(deposit):
     (folder / "1112184733_streetlights.exr").unlink()
     (folder / "1112184733_instanceID.exr").unlink()
     # the first bytes of a version 7.3 MAT file: a text, then version 0x0200
-    (folder / "1112184733.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(400))
+    (folder / "1112184733.mat").write_bytes(
+        b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(400)
+    )
     book = ledger.Ledger()
     with ledger.stage(book, "scene"):
         ds = IsetExr(str(folder), "1112184733")()
@@ -105,7 +122,10 @@ def test_files_that_do_not_fit_together_are_an_error(deposit):
     savemat(folder / "1112184733.mat", {"sceneMeta": {"depthMap": np.ones((4, 5))}})
     with pytest.raises(UnitError, match="1112184733.mat holds a distance map of 5 x 4"):
         IsetExr(str(folder), "1112184733")()
-    write(folder / "1112184733_otherlights.exr", {f"S0.{nm},000nm": light["sky"][k, :9] for k, nm in enumerate(BANDS)})
+    write(
+        folder / "1112184733_otherlights.exr",
+        {f"S0.{nm},000nm": light["sky"][k, :9] for k, nm in enumerate(BANDS)},
+    )
     with pytest.raises(UnitError, match="otherlights.exr has 32 x 9"):
         IsetExr(str(folder), "1112184733")()
 
@@ -142,10 +162,15 @@ def cells():
     return found
 
 
-@pytest.mark.parametrize(("depth", "said"), [
-    (cells(), "object values"), (np.full(SHAPE, 5 + 1j), "complex128 values"),
-    (np.full(SHAPE, np.nan), "no finite value"), (np.full(SHAPE, -5.0), "holds -5"),
-])
+@pytest.mark.parametrize(
+    ("depth", "said"),
+    [
+        (cells(), "object values"),
+        (np.full(SHAPE, 5 + 1j), "complex128 values"),
+        (np.full(SHAPE, np.nan), "no finite value"),
+        (np.full(SHAPE, -5.0), "holds -5"),
+    ],
+)
 def test_a_map_without_distances_is_refused(deposit, depth, said):
     folder, _ = deposit
     savemat(folder / "1112184733.mat", {"sceneMeta": {"depthMap": depth}})

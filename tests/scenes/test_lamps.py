@@ -7,7 +7,12 @@ import pytest
 from isethdr_scenes.lamps import KINDS, LOW_BEAM, lamp, low_beam
 
 LIMITS_CD = {  # least and most on the reference axis
-    "position": (4, 140), "tail": (4, 17), "brake": (60, 260), "indicator": (175, 1200), "marker": (0.6, 25), "reverse": (80, 600),
+    "position": (4, 140),
+    "tail": (4, 17),
+    "brake": (60, 260),
+    "indicator": (175, 1200),
+    "marker": (0.6, 25),
+    "reverse": (80, 600),
 }
 
 
@@ -17,7 +22,10 @@ def intensity_cd(lamps, left_deg, up_deg):
     direction = np.array([np.cos(a) * np.cos(b), np.cos(a) * np.sin(b), np.sin(a)])
     total = 0.0
     for one in lamps:
-        cosine, inner, outer = direction @ np.array(one.axis), *np.cos(np.radians([one.inner_deg, one.outer_deg]))
+        cosine, inner, outer = (
+            direction @ np.array(one.axis),
+            *np.cos(np.radians([one.inner_deg, one.outer_deg])),
+        )
         t = np.clip((cosine - outer) / (inner - outer), 0, 1)
         total += one.intensity_cd * t * t * (3 - 2 * t)
     return total
@@ -26,18 +34,21 @@ def intensity_cd(lamps, left_deg, up_deg):
 BEAM = [low_beam(m) for m in LOW_BEAM]
 
 
-@pytest.mark.parametrize("name, left, up, least, most", [
-    ("B50L", 3.43, 0.57, 0, 350),          # oncoming eyes at 50 m
-    ("75R", -1.15, -0.57, 10_100, 44_100),
-    ("50R", -1.72, -0.86, 10_100, 44_100),
-    ("50V", 0.0, -0.86, 5_100, 44_100),
-    ("50L", 3.43, -0.86, 0, 13_200),
-    ("75L", 3.43, -0.57, 0, 10_600),
-    ("25L", 9.0, -1.72, 1_700, 44_100),
-    ("25R", -9.0, -1.72, 1_700, 44_100),
-    ("zone III, left", 8.0, 2.0, 0, 625),
-    ("zone III, ahead", 0.0, 1.5, 0, 625),
-])
+@pytest.mark.parametrize(
+    "name, left, up, least, most",
+    [
+        ("B50L", 3.43, 0.57, 0, 350),  # oncoming eyes at 50 m
+        ("75R", -1.15, -0.57, 10_100, 44_100),
+        ("50R", -1.72, -0.86, 10_100, 44_100),
+        ("50V", 0.0, -0.86, 5_100, 44_100),
+        ("50L", 3.43, -0.86, 0, 13_200),
+        ("75L", 3.43, -0.57, 0, 10_600),
+        ("25L", 9.0, -1.72, 1_700, 44_100),
+        ("25R", -9.0, -1.72, 1_700, 44_100),
+        ("zone III, left", 8.0, 2.0, 0, 625),
+        ("zone III, ahead", 0.0, 1.5, 0, 625),
+    ],
+)
 def test_dipped_beam_meets_the_points_of_r112_class_b(name, left, up, least, most):
     assert least <= intensity_cd(BEAM, left, up) <= most
 
@@ -60,8 +71,16 @@ def test_dipped_beam_has_the_flux_of_a_headlamp():
         cosine = np.stack([k, s * np.cos(p), s * np.sin(p)], -1) @ np.array(one.axis)
         inner, outer = np.cos(np.radians([one.inner_deg, one.outer_deg]))
         t = np.clip((cosine - outer) / (inner - outer), 0, 1)
-        total += one.intensity_cd * (t * t * (3 - 2 * t)).mean() * 2 * np.pi * (1 - np.cos(np.radians(60)))
-    assert 400 < total < 1200  # lm: an H7 low beam projects some 700 lm onto the road, LED units up to 1000
+        total += (
+            one.intensity_cd
+            * (t * t * (3 - 2 * t)).mean()
+            * 2
+            * np.pi
+            * (1 - np.cos(np.radians(60)))
+        )
+    assert (
+        400 < total < 1200
+    )  # lm: an H7 low beam projects some 700 lm onto the road, LED units up to 1000
 
 
 @pytest.mark.parametrize("kind", sorted(LIMITS_CD))

@@ -28,7 +28,7 @@ def test_materials_have_the_features_a_camera_sees():
 
     for plant in ("leaf", "grass", "meadow", "needle"):
         assert at(plant, 550) > 1.5 * at(plant, 680)  # green peak over the chlorophyll band
-        assert at(plant, 760) > 5 * at(plant, 680)    # red edge
+        assert at(plant, 760) > 5 * at(plant, 680)  # red edge
     assert at("skin", 650) > 1.5 * at("skin", 550)
     assert at("cloth_red", 640) > 10 * at("cloth_red", 540)
     assert at("asphalt", 550) < 0.1 and at("road_paint", 550) > 0.4
@@ -67,5 +67,7 @@ def test_sky_has_its_luminance_by_the_photometry_of_colour_science():
     colour = pytest.importorskip("colour")
     sky = sky_of(4000.0)
     sd = colour.SpectralDistribution(sky.at(NM), NM)
-    assert colour.luminous_flux(sd) == pytest.approx(4000.0, rel=5e-3)  # 1924 V(lambda) and other integration rules
+    assert colour.luminous_flux(sd) == pytest.approx(
+        4000.0, rel=5e-3
+    )  # 1924 V(lambda) and other integration rules
     assert min(sky.value) > 0

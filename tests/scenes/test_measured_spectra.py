@@ -33,14 +33,25 @@ def test_the_second_time_is_read_and_the_same_to_the_last_bit(tmp_path, looked_u
     assert len(calls) == 1 and kept(tmp_path).suffix == ".json"
 
 
-@pytest.mark.parametrize("damage", [
-    lambda held: "not a file of ours",
-    lambda held: json.dumps({**held, "power": {**held["power"], "sodium": held["power"]["sodium"][:-1]}}),
-    lambda held: json.dumps({**held, "power": {k: v for k, v in held["power"].items() if k != "led_warm"}}),
-    lambda held: json.dumps({**held, "tables": {**held["tables"], "sodium": ["SDS_ILLUMINANTS", "HP1"]}}),
-    lambda held: json.dumps({**held, "wavelength_nm": (WAVELENGTH_NM + 1).tolist()}),
-    lambda held: json.dumps({**held, "power": {**held["power"], "daylight": [float("nan")] * len(WAVELENGTH_NM)}}),
-])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda held: "not a file of ours",
+        lambda held: json.dumps(
+            {**held, "power": {**held["power"], "sodium": held["power"]["sodium"][:-1]}}
+        ),
+        lambda held: json.dumps(
+            {**held, "power": {k: v for k, v in held["power"].items() if k != "led_warm"}}
+        ),
+        lambda held: json.dumps(
+            {**held, "tables": {**held["tables"], "sodium": ["SDS_ILLUMINANTS", "HP1"]}}
+        ),
+        lambda held: json.dumps({**held, "wavelength_nm": (WAVELENGTH_NM + 1).tolist()}),
+        lambda held: json.dumps(
+            {**held, "power": {**held["power"], "daylight": [float("nan")] * len(WAVELENGTH_NM)}}
+        ),
+    ],
+)
 def test_a_damaged_file_is_replaced(tmp_path, looked_up, damage):
     calls, found = looked_up
     measured("sodium")

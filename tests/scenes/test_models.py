@@ -4,7 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_scenes.geometry import bus, car, car_shapes, cyclist, deer, house, person, plants, roadside, truck, tube
+from isethdr_scenes.geometry import (
+    bus,
+    car,
+    car_shapes,
+    cyclist,
+    deer,
+    house,
+    person,
+    plants,
+    roadside,
+    truck,
+    tube,
+)
 from isethdr_scenes.geometry.ground import Ground
 from isethdr_scenes.geometry.piece import face_areas
 from isethdr_scenes.geometry.road import field, road
@@ -12,22 +24,39 @@ from isethdr_scenes.materials import MATERIALS
 
 MAKERS = {
     **{name: (lambda shape=shape: car.build(shape)) for name, shape in car_shapes.CARS.items()},
-    "truck": truck.truck, "bus": bus.bus, "bicycle": lambda: cyclist.bicycle()[0], "rider": cyclist.rider,
-    "pedestrian": person.pedestrian, "worker": lambda: person.pedestrian(person.LOOKS[3], 0.62),
-    "child": lambda: person.pedestrian(person.LOOKS[4], 0.3), "stag": deer.deer,
-    "hind": lambda: deer.deer(antlers=False, head_up=0.05), "street lamp": roadside.street_lamp,
-    "marker post": roadside.marker_post, "luminaire": tube.luminaire, "house": house.house,
-    "bush": plants.bush, "road": lambda: road(Ground(), 0, 60), "field": lambda: field(Ground(), 0, 60),
-    "guard rail": lambda: roadside.guard_rail(Ground(), 0, 30, 5.6), "tunnel": lambda: tube.tunnel(Ground(0.0), -20, 40),
+    "truck": truck.truck,
+    "bus": bus.bus,
+    "bicycle": lambda: cyclist.bicycle()[0],
+    "rider": cyclist.rider,
+    "pedestrian": person.pedestrian,
+    "worker": lambda: person.pedestrian(person.LOOKS[3], 0.62),
+    "child": lambda: person.pedestrian(person.LOOKS[4], 0.3),
+    "stag": deer.deer,
+    "hind": lambda: deer.deer(antlers=False, head_up=0.05),
+    "street lamp": roadside.street_lamp,
+    "marker post": roadside.marker_post,
+    "luminaire": tube.luminaire,
+    "house": house.house,
+    "bush": plants.bush,
+    "road": lambda: road(Ground(), 0, 60),
+    "field": lambda: field(Ground(), 0, 60),
+    "guard rail": lambda: roadside.guard_rail(Ground(), 0, 30, 5.6),
+    "tunnel": lambda: tube.tunnel(Ground(0.0), -20, 40),
 }
 # least and most length (x), width (y), height (z), m
 SIZES = {
-    "sedan": ((4.4, 4.9), (1.8, 2.2), (1.3, 1.65)), "hatchback": ((3.9, 4.3), (1.75, 2.2), (1.4, 1.65)),
-    "suv": ((4.4, 4.8), (1.85, 2.3), (1.6, 1.8)), "van": ((4.8, 5.2), (1.9, 2.4), (1.85, 2.1)),
-    "truck": ((8, 9.5), (2.45, 3.1), (3.2, 4.0)), "bus": ((11, 12.5), (2.5, 3.1), (2.9, 3.4)),
-    "bicycle": ((1.6, 1.9), (0.5, 0.8), (0.95, 1.15)), "pedestrian": ((0.4, 1.1), (0.4, 0.8), (1.7, 1.85)),
-    "worker": ((0.4, 1.1), (0.4, 0.8), (1.65, 1.82)), "child": ((0.25, 0.8), (0.25, 0.6), (1.22, 1.4)),
-    "stag": ((1.4, 2.2), (0.3, 1.2), (1.4, 2.0)), "street lamp": ((0.1, 0.4), (2.0, 3.2), (8.0, 8.5)),
+    "sedan": ((4.4, 4.9), (1.8, 2.2), (1.3, 1.65)),
+    "hatchback": ((3.9, 4.3), (1.75, 2.2), (1.4, 1.65)),
+    "suv": ((4.4, 4.8), (1.85, 2.3), (1.6, 1.8)),
+    "van": ((4.8, 5.2), (1.9, 2.4), (1.85, 2.1)),
+    "truck": ((8, 9.5), (2.45, 3.1), (3.2, 4.0)),
+    "bus": ((11, 12.5), (2.5, 3.1), (2.9, 3.4)),
+    "bicycle": ((1.6, 1.9), (0.5, 0.8), (0.95, 1.15)),
+    "pedestrian": ((0.4, 1.1), (0.4, 0.8), (1.7, 1.85)),
+    "worker": ((0.4, 1.1), (0.4, 0.8), (1.65, 1.82)),
+    "child": ((0.25, 0.8), (0.25, 0.6), (1.22, 1.4)),
+    "stag": ((1.4, 2.2), (0.3, 1.2), (1.4, 2.0)),
+    "street lamp": ((0.1, 0.4), (2.0, 3.2), (8.0, 8.5)),
     "house": ((9, 11), (7, 9), (7.5, 9.5)),
 }
 
@@ -49,8 +78,23 @@ def test_size_is_plausible(models, name):
         assert least <= high[k] - low[k] <= most, "xyz"[k]
 
 
-@pytest.mark.parametrize("name", ["sedan", "hatchback", "suv", "van", "truck", "bus", "bicycle", "pedestrian", "worker", "child",
-                                  "stag", "hind"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "sedan",
+        "hatchback",
+        "suv",
+        "van",
+        "truck",
+        "bus",
+        "bicycle",
+        "pedestrian",
+        "worker",
+        "child",
+        "stag",
+        "hind",
+    ],
+)
 def test_stands_on_the_ground(models, name):
     # 4 cm: hooves and treads are rounded, and marching cubes has steps of some mm
     assert corners(models[name])[0][2] == pytest.approx(0, abs=0.04)
@@ -73,7 +117,10 @@ def test_parts_are_sound(models, name):
 def test_lamps_face_their_axis(models, name):
     for part in (p for p in models[name].parts if p.lamp):
         vector = face_areas(part).sum(0)
-        projected, whole = vector @ np.array(part.lamp.axis), np.linalg.norm(face_areas(part), axis=1).sum()
+        projected, whole = (
+            vector @ np.array(part.lamp.axis),
+            np.linalg.norm(face_areas(part), axis=1).sum(),
+        )
         assert np.linalg.norm(part.lamp.axis) == pytest.approx(1, abs=1e-12)
         # faces within 60 degrees of the axis emit; a lamp that looks away cannot have its intensity
         assert projected > 0.5 * whole > 0, part.name
@@ -84,7 +131,15 @@ def test_vehicle_has_glass_wheels_plates_and_a_lamp_of_each_kind_on_both_sides(m
     model = models[name]
     assert {"glass", "tyre", "plate_white", "interior"} <= {p.material for p in model.parts}
     kinds = {p.lamp.kind for p in model.parts if p.lamp}
-    assert {"low_beam", "low_beam_stray", "position", "tail", "brake", "indicator", "reverse"} <= kinds
+    assert {
+        "low_beam",
+        "low_beam_stray",
+        "position",
+        "tail",
+        "brake",
+        "indicator",
+        "reverse",
+    } <= kinds
     for kind in ("low_beam", "low_beam_stray", "low_beam_middle", "position", "tail"):
         y = [p.vertices[:, 1].mean() for p in model.parts if p.lamp and p.lamp.kind == kind]
         assert len(y) == 2 and sum(y) == pytest.approx(0, abs=0.03) and max(y) > 0.45, kind
@@ -108,7 +163,9 @@ def test_rider_reaches_pedals_and_grips(models):
 
 def test_tunnel_is_open_at_its_exit_and_closed_behind(models):
     parts = {p.name: p for p in models["tunnel"].parts}
-    corner = np.concatenate([p.vertices[p.faces] for p in models["tunnel"].parts])  # (faces, 3, xyz)
+    corner = np.concatenate(
+        [p.vertices[p.faces] for p in models["tunnel"].parts]
+    )  # (faces, 3, xyz)
     assert _hits(corner, (0, 0, 1.5), (1, 0, 0)) == 0
     assert _hits(corner, (0, 0, 1.5), (-1, 0, 0)) % 2 == 1
     for direction in ((0, 1, 0), (0, -1, 0), (0, 0.1, 1)):

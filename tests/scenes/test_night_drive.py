@@ -44,12 +44,21 @@ def test_ranges_are_respected(seed):
     drive = NightDrive(seed=seed)
     _, spots = drive.plan()
     by_name = {s.name: s for s in spots}
-    for field, name in (("oncoming_m", "car oncoming"), ("ahead_m", "car ahead"), ("truck_m", "truck parked"),
-                        ("cyclist_m", "bicycle"), ("deer_m", "stag")):
+    for field, name in (
+        ("oncoming_m", "car oncoming"),
+        ("ahead_m", "car ahead"),
+        ("truck_m", "truck parked"),
+        ("cyclist_m", "bicycle"),
+        ("deer_m", "stag"),
+    ):
         low, high = getattr(drive, field)
         assert low <= by_name[name].s_m <= high
-    for field, categories in (("vehicles", ("car", "truck", "bus")), ("people", ("person",)), ("animals", ("deer",)),
-                              ("street_lamps", ("street lamp",))):
+    for field, categories in (
+        ("vehicles", ("car", "truck", "bus")),
+        ("people", ("person",)),
+        ("animals", ("deer",)),
+        ("street_lamps", ("street lamp",)),
+    ):
         low, high = getattr(drive, field)
         assert low <= sum(s.category in categories for s in spots) <= high
     low, high = drive.trees
@@ -67,7 +76,9 @@ def test_pedestrian_walks_close_beside_the_oncoming_headlamp_and_is_not_hidden(s
     lamp = oncoming_lamp(ground, car.s_m)
     apart = angle_deg(ground.on(person.s_m, person.y_m, 0.7), lamp, seen_from)
     low, high = drive.pedestrian_beside_deg
-    assert low - 0.05 <= apart <= high + 0.4  # the range is the horizontal angle; heights differ by half a degree
+    assert (
+        low - 0.05 <= apart <= high + 0.4
+    )  # the range is the horizontal angle; heights differ by half a degree
     corner = ground.on(car.s_m - 2.2, car.y_m + 0.94)  # outer front corner of the car
     shoulder = ground.on(person.s_m, person.y_m - 0.25)
     bearing = [np.degrees(np.arctan2(*(p - seen_from)[1::-1])) for p in (shoulder, corner)]
@@ -78,10 +89,16 @@ def test_pedestrian_walks_close_beside_the_oncoming_headlamp_and_is_not_hidden(s
 @pytest.mark.parametrize("seed", range(10))
 def test_vehicles_and_people_do_not_overlap(cls, seed):
     _, spots = cls(seed=seed).plan()
-    half = {"car": (2.5, 1.0), "truck": (4.7, 1.3), "bus": (6.2, 1.3), "person": (0.4, 0.35), "deer": (0.9, 0.6)}
+    half = {
+        "car": (2.5, 1.0),
+        "truck": (4.7, 1.3),
+        "bus": (6.2, 1.3),
+        "person": (0.4, 0.35),
+        "deer": (0.9, 0.6),
+    }
     boxes = [(s.name, s.s_m, s.y_m, *half[s.category]) for s in spots if s.category in half]
     for k, (a, sa, ya, la, wa) in enumerate(boxes):
-        for b, sb, yb, lb, wb in boxes[k + 1:]:
+        for b, sb, yb, lb, wb in boxes[k + 1 :]:
             assert abs(sa - sb) > la + lb or abs(ya - yb) > wa + wb, (a, b)
 
 
@@ -97,10 +114,25 @@ def test_description_is_complete(built, cls):
     assert faces < 1.3e6  # what a renderer must hold; a limit on growth
 
 
-@pytest.mark.parametrize("cls, wanted", [
-    (NightDrive, ("car oncoming", "car ahead", "truck parked", "pedestrian", "bicycle", "rider", "stag", "street lamp 1")),
-    (Tunnel, ("car ahead", "car oncoming", "pedestrian", "luminaire 4 left")),
-])
+@pytest.mark.parametrize(
+    "cls, wanted",
+    [
+        (
+            NightDrive,
+            (
+                "car oncoming",
+                "car ahead",
+                "truck parked",
+                "pedestrian",
+                "bicycle",
+                "rider",
+                "stag",
+                "street lamp 1",
+            ),
+        ),
+        (Tunnel, ("car ahead", "car oncoming", "pedestrian", "luminaire 4 left")),
+    ],
+)
 def test_camera_sees_what_the_scene_is_about(built, cls, wanted):
     scene = built[cls]
     half = np.tan(np.radians(scene.camera.horizontal_field_deg / 2))
@@ -117,7 +149,10 @@ def test_camera_sees_what_the_scene_is_about(built, cls, wanted):
 def test_own_headlamps_are_out_of_the_picture_and_its_margin(built, cls):
     scene = built[cls]
     own = next(o for o in scene.objects if o.category == "own vehicle")
-    v = np.concatenate([p.vertices for p in scene.models[own.model].parts]) @ own.pose[:3, :3].T + own.pose[:3, 3]
+    v = (
+        np.concatenate([p.vertices for p in scene.models[own.model].parts]) @ own.pose[:3, :3].T
+        + own.pose[:3, 3]
+    )
     _, y, depth = tangents(scene.camera, v)
     top = np.tan(np.radians(scene.camera.horizontal_field_deg / 2)) / scene.camera.aspect
     assert depth == pytest.approx(OWN_LAMPS[0], abs=0.1)
@@ -125,22 +160,46 @@ def test_own_headlamps_are_out_of_the_picture_and_its_margin(built, cls):
 
 
 def test_same_seed_same_arrays_and_another_seed_another_plan():
-    small = {"vehicles": (1, 1), "people": (1, 1), "animals": (0, 0), "trees": (0, 6), "street_lamps": (0, 2)}
+    small = {
+        "vehicles": (1, 1),
+        "people": (1, 1),
+        "animals": (0, 0),
+        "trees": (0, 6),
+        "street_lamps": (0, 2),
+    }
     a, b = NightDrive(seed=3, **small)(), NightDrive(seed=3, **small)()
     for x, y in zip(a.objects, b.objects, strict=True):
-        assert (x.name, x.model, x.category) == (y.name, y.model, y.category) and np.array_equal(x.pose, y.pose)
+        assert (x.name, x.model, x.category) == (y.name, y.model, y.category) and np.array_equal(
+            x.pose, y.pose
+        )
     for name, model in a.models.items():
         for p, q in zip(model.parts, b.models[name].parts, strict=True):
-            assert np.array_equal(p.vertices, q.vertices) and np.array_equal(p.faces, q.faces) and p.lamp == q.lamp
+            assert (
+                np.array_equal(p.vertices, q.vertices)
+                and np.array_equal(p.faces, q.faces)
+                and p.lamp == q.lamp
+            )
     plans = [NightDrive(seed=k).plan()[1][0].s_m for k in range(5)]
     assert len(set(plans)) == 5
 
 
 def test_lights_are_switched_and_coloured_as_asked(built):
     kinds = {p.lamp.kind for m in built[NightDrive].models.values() for p in m.parts if p.lamp}
-    assert "brake" not in kinds and "reverse" not in kinds and {"indicator", "tail", "low_beam"} <= kinds
-    halogen = NightDrive(vehicles=(2, 2), people=(1, 1), animals=(0, 0), trees=(0, 0), street_lamps=(1, 1), braking=True,
-                         headlamp_light="halogen", street_light="led_white")()
+    assert (
+        "brake" not in kinds
+        and "reverse" not in kinds
+        and {"indicator", "tail", "low_beam"} <= kinds
+    )
+    halogen = NightDrive(
+        vehicles=(2, 2),
+        people=(1, 1),
+        animals=(0, 0),
+        trees=(0, 0),
+        street_lamps=(1, 1),
+        braking=True,
+        headlamp_light="halogen",
+        street_light="led_white",
+    )()
     lamps = {p.lamp.kind: p.lamp for m in halogen.models.values() for p in m.parts if p.lamp}
     assert "brake" in lamps
 
@@ -153,7 +212,9 @@ def test_lights_are_switched_and_coloured_as_asked(built):
 @pytest.mark.parametrize("cls", CLASSES)
 def test_sky_at_weight_one_has_the_stated_luminance(built, cls):
     nm = np.arange(360.0, 831.0)
-    assert luminance(built[cls].sky.at(nm), nm) == pytest.approx(cls().sky_luminance_cd_m2, rel=1e-9)
+    assert luminance(built[cls].sky.at(nm), nm) == pytest.approx(
+        cls().sky_luminance_cd_m2, rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -171,11 +232,17 @@ def test_tunnel_exit_is_ahead_and_nothing_stands_in_the_walls(seed):
             assert s.s_m < end and abs(s.y_m) < 5.1
 
 
-@pytest.mark.parametrize("change, words", [
-    ({"vehicles": (0, 2)}, "vehicles="), ({"people": (3, 2)}, "scene.people"), ({"trees": (0, 9999)}, "trees="),
-    ({"oncoming_m": (3.0, 9.0)}, "oncoming_m="), ({"horizontal_field_deg": 170.0}, "scene.horizontal_field_deg=45"),
-    ({"camera_height_m": 9.0}, "camera_height_m="),
-])
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        ({"vehicles": (0, 2)}, "vehicles="),
+        ({"people": (3, 2)}, "scene.people"),
+        ({"trees": (0, 9999)}, "trees="),
+        ({"oncoming_m": (3.0, 9.0)}, "oncoming_m="),
+        ({"horizontal_field_deg": 170.0}, "scene.horizontal_field_deg=45"),
+        ({"camera_height_m": 9.0}, "camera_height_m="),
+    ],
+)
 def test_impossible_fields_of_the_road_say_what_to_type(change, words):
     with pytest.raises(ConfigError, match="expected .* type for example") as caught:
         replace(NightDrive(), **change).plan()
@@ -191,7 +258,23 @@ def test_what_two_scenes_share_is_built_once():
     """Another scene of the same seed shares its meshes but for what lies on its own ground; names, poses and lamps are its own."""
     few = {"vehicles": (1, 1), "people": (1, 1), "animals": (0, 0), "trees": (0, 0)}
     first, again = NightDrive(**few)(), NightDrive(**few, headlamp_light="halogen")()
-    shared = [name for name in first.models if first.models[name].parts[0].vertices is again.models[name].parts[0].vertices]
-    assert {name.rstrip("0123456789") for name in set(first.models) - set(shared)} == {"road", "field", "grass", "guard_rail"}
-    lamps = [{p.lamp.spectrum.value for p in d.models["car0"].parts if p.lamp and p.lamp.group == "headlights"} for d in (first, again)]
+    shared = [
+        name
+        for name in first.models
+        if first.models[name].parts[0].vertices is again.models[name].parts[0].vertices
+    ]
+    assert {name.rstrip("0123456789") for name in set(first.models) - set(shared)} == {
+        "road",
+        "field",
+        "grass",
+        "guard_rail",
+    }
+    lamps = [
+        {
+            p.lamp.spectrum.value
+            for p in d.models["car0"].parts
+            if p.lamp and p.lamp.group == "headlights"
+        }
+        for d in (first, again)
+    ]
     assert lamps[0] != lamps[1]  # switched after they are built

@@ -22,7 +22,11 @@ from isethdr_core.registry import build
 from isethdr_core.seeds import generator
 from isethdr_core.testing import check
 
-PRESETS = sorted(f.name.removesuffix(".yaml") for f in files("isethdr_sensors.conf").joinpath("sensor").iterdir() if f.name.endswith(".yaml"))
+PRESETS = sorted(
+    f.name.removesuffix(".yaml")
+    for f in files("isethdr_sensors.conf").joinpath("sensor").iterdir()
+    if f.name.endswith(".yaml")
+)
 SIZE = (100, 128)
 N = SIZE[0] * SIZE[1]
 CLEAN = dict(prnu=0.0, dark_spread=0.0, dark_e_per_s=0.0)
@@ -30,7 +34,9 @@ CLEAN = dict(prnu=0.0, dark_spread=0.0, dark_e_per_s=0.0)
 
 def preset(name):
     """Return the sensor that `sensor=name` chooses, read from its file."""
-    fields = OmegaConf.to_container(OmegaConf.create(files("isethdr_sensors.conf").joinpath(f"sensor/{name}.yaml").read_text()))
+    fields = OmegaConf.to_container(
+        OmegaConf.create(files("isethdr_sensors.conf").joinpath(f"sensor/{name}.yaml").read_text())
+    )
     (base,) = fields.pop("defaults")
     return base, fields
 
@@ -41,24 +47,48 @@ def test_every_preset_is_a_sensor_of_its_own(name):
     assert build("sensor", base, **fields) != build("sensor", base)
 
 
-@pytest.mark.parametrize("name, fields", [("single", {}), ("dual_gain", {}), ("staggered", {}), ("interleaved", {}),
-                                          ("interleaved", {"varies": "sensitivity", "cfa": "RG/gb"}),
-                                          ("single", {"cfa": "WGWR/GWRW/WBWG/BWGW"}), ("single", {"optical_crosstalk_percent": 5.0, "blooming_percent": 5.0})])
+@pytest.mark.parametrize(
+    "name, fields",
+    [
+        ("single", {}),
+        ("dual_gain", {}),
+        ("staggered", {}),
+        ("interleaved", {}),
+        ("interleaved", {"varies": "sensitivity", "cfa": "RG/gb"}),
+        ("single", {"cfa": "WGWR/GWRW/WBWG/BWGW"}),
+        ("single", {"optical_crosstalk_percent": 5.0, "blooming_percent": 5.0}),
+    ],
+)
 def test_keeps_the_promises_of_a_sensor(name, fields):
     check("sensor", name, **fields)
 
 
-@pytest.mark.parametrize("name", [n for n in PRESETS if n not in ("ideal_photon_counter", "split_pixel_isethdr", "bayer_imx363")])
+@pytest.mark.parametrize(
+    "name",
+    [
+        n
+        for n in PRESETS
+        if n not in ("ideal_photon_counter", "split_pixel_isethdr", "bayer_imx363")
+    ],
+)
 def test_presets_keep_the_promises_of_a_sensor(name):
     base, fields = preset(name)
-    check("sensor", base, **{**fields, "inl_dn": 0.0})  # a bent converter is not its mean, by design
+    check(
+        "sensor", base, **{**fields, "inl_dn": 0.0}
+    )  # a bent converter is not its mean, by design
 
 
 def electrons(sensor, mean_e, key=None):
     model = sensor.model()
-    light = [np.full(SIZE, mean_e * d.fill_factor * d.exposure_share / model.photodiodes[0].fill_factor) for d in model.photodiodes]
+    light = [
+        np.full(SIZE, mean_e * d.fill_factor * d.exposure_share / model.photodiodes[0].fill_factor)
+        for d in model.photodiodes
+    ]
     raw, saturated = readings(model, light, key or generator(1))
-    gain, black = (np.array([getattr(r, name) for r in model.readings])[:, None, None] for name in ("gain_dn_per_e", "black_dn"))
+    gain, black = (
+        np.array([getattr(r, name) for r in model.readings])[:, None, None]
+        for name in ("gain_dn_per_e", "black_dn")
+    )
     return (raw - black) / gain, saturated
 
 
@@ -76,7 +106,9 @@ def test_exposures_share_silicon_and_no_shot_noise():
     correlation = np.corrcoef(found.reshape(3, -1))
     assert np.abs(correlation[np.triu_indices(3, 1)]).max() < 5 / np.sqrt(N)
     # PRNU is that of one photodiode: 5 % of 4000 e against 63 e of shot noise
-    found, _ = electrons(StaggeredSensor(**{**CLEAN, "prnu": 0.05}, exposure_ratios=(1.0, 0.5)), 8000.0)
+    found, _ = electrons(
+        StaggeredSensor(**{**CLEAN, "prnu": 0.05}, exposure_ratios=(1.0, 0.5)), 8000.0
+    )
     assert np.corrcoef(found.reshape(2, -1))[0, 1] > 0.9
 
 
@@ -93,19 +125,38 @@ def test_exposures_reach_captures(flat):
 
 def test_four_captures_of_two_photodiodes():
     base, fields = preset("split_pixel_imx490")
-    sensor = build("sensor", base, **{**fields, "prnu": (0.0, 0.0), "dark_spread": (0.0, 0.0), "dark_e_per_s": (0.0, 0.0)})
+    sensor = build(
+        "sensor",
+        base,
+        **{**fields, "prnu": (0.0, 0.0), "dark_spread": (0.0, 0.0), "dark_e_per_s": (0.0, 0.0)},
+    )
     found, _ = electrons(sensor, 20000.0)
     assert [r.capture for r in sensor.model().readings] == ["LPLG", "LPHG", "SPLG", "SPHG"]
-    assert_allclose(found.mean((1, 2)), [20000, 20000, 20000 / 9, 20000 / 9], rtol=0.002)  # 5 standard errors, step of 29 e
+    assert_allclose(
+        found.mean((1, 2)), [20000, 20000, 20000 / 9, 20000 / 9], rtol=0.002
+    )  # 5 standard errors, step of 29 e
     correlation = np.corrcoef(found.reshape(4, -1))
-    assert correlation[0, 1] > 0.98 and correlation[2, 3] > 0.9 and abs(correlation[0, 2]) < 5 / np.sqrt(N)
+    assert (
+        correlation[0, 1] > 0.98
+        and correlation[2, 3] > 0.9
+        and abs(correlation[0, 2]) < 5 / np.sqrt(N)
+    )
     with pytest.raises(ConfigError, match=r"expected 3 \(LPLG, LPHG, SPLG\) or 4"):
         SplitPixelSensor(read_noise_e=(1.0, 1.0, 1.0, 1.0))
 
 
 @pytest.mark.parametrize("varies, dark", [("exposure", 0.0625), ("sensitivity", 1.0)])
 def test_lower_case_pixels_collect_less(flat, varies, dark):
-    fields = dict(cfa="RGRG/GBGB/rgrg/gbgb", varies=varies, dark_e_per_s=1e5, dark_spread=0.0, prnu=0.0, read_noise_e=0.0, column_e=0.0, pitch_um=3.0)
+    fields = dict(
+        cfa="RGRG/GBGB/rgrg/gbgb",
+        varies=varies,
+        dark_e_per_s=1e5,
+        dark_spread=0.0,
+        prnu=0.0,
+        read_noise_e=0.0,
+        column_e=0.0,
+        pitch_um=3.0,
+    )
     sensor = InterleavedSensor(**fields, bits=0)
     light = flat(1e-2, *SIZE)
     shot = sensor(light, generator(1))
@@ -120,7 +171,9 @@ def test_lower_case_pixels_collect_less(flat, varies, dark):
     night = sensor(flat(0.0, *SIZE), generator(1)).raw.values[0]
     short = filters >= 3
     assert_allclose([night[short].mean(), night[~short].mean()], 1600, atol=5 * 40 / np.sqrt(N / 2))
-    assert_allclose([night[short].var(), night[~short].var()], [1600 * dark, 1600], rtol=5 * np.sqrt(4 / N))
+    assert_allclose(
+        [night[short].var(), night[~short].var()], [1600 * dark, 1600], rtol=5 * np.sqrt(4 / N)
+    )
 
 
 def test_interleaved_needs_both_cases():
@@ -128,7 +181,9 @@ def test_interleaved_needs_both_cases():
         InterleavedSensor(cfa="RGGB")
 
 
-@pytest.mark.parametrize("ratios", [(), (0.5, 0.25), (1.0, 1.0), (1.0, 2.0), (1.0, 0.0), (1.0, float("nan"))])
+@pytest.mark.parametrize(
+    "ratios", [(), (0.5, 0.25), (1.0, 1.0), (1.0, 2.0), (1.0, 0.0), (1.0, float("nan"))]
+)
 def test_bad_exposure_ratios_are_refused(ratios):
     with pytest.raises(ConfigError, match="exposure_ratios"):
         StaggeredSensor(exposure_ratios=ratios)
@@ -136,7 +191,14 @@ def test_bad_exposure_ratios_are_refused(ratios):
 
 @pytest.mark.parametrize("exposure_s", [0.0, -1.0, float("inf"), float("nan"), 365.25 * 86400])
 def test_exposures_of_nothing_and_of_a_year_are_refused(exposure_s):
-    for sensor in (SingleSensor, DualGainSensor, SplitPixelSensor, StaggeredSensor, InterleavedSensor, IdealSensor):
+    for sensor in (
+        SingleSensor,
+        DualGainSensor,
+        SplitPixelSensor,
+        StaggeredSensor,
+        InterleavedSensor,
+        IdealSensor,
+    ):
         with pytest.raises(ConfigError, match="exposure_s is"):
             sensor(exposure_s=exposure_s)
 
@@ -156,11 +218,30 @@ def test_a_curve_must_cover_the_light(tmp_path, flat):
 
 def test_a_single_pixel_is_a_picture(flat):
     for sensor in (SingleSensor, DualGainSensor, StaggeredSensor, SplitPixelSensor):
-        shot = sensor(pitch_um=6.0, optical_crosstalk_percent=5.0, blooming_percent=5.0, row_noise_e=1.0, hot_percent=1.0)(flat(1e-3, 2, 2), generator(1))
+        shot = sensor(
+            pitch_um=6.0,
+            optical_crosstalk_percent=5.0,
+            blooming_percent=5.0,
+            row_noise_e=1.0,
+            hot_percent=1.0,
+        )(flat(1e-3, 2, 2), generator(1))
         assert shot.raw.shape[1:] == (1, 1) and np.isfinite(shot.raw.values).all()
 
 
-@pytest.mark.parametrize("name", ["single", "bayer", "rgbw", "interleaved", "staggered", "dual_gain", "split_pixel", "lofic", "lin_log"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "single",
+        "bayer",
+        "rgbw",
+        "interleaved",
+        "staggered",
+        "dual_gain",
+        "split_pixel",
+        "lofic",
+        "lin_log",
+    ],
+)
 @pytest.mark.parametrize("level, saturated", [(0.0, False), (1e12, True)])
 def test_all_dark_and_all_saturated(name, level, saturated, flat):
     sensor = build("sensor", name)
@@ -168,8 +249,14 @@ def test_all_dark_and_all_saturated(name, level, saturated, flat):
     assert (shot.saturated.values == saturated).all()
     codes = shot.raw.values.astype(float)
     black, top = (shot[name].values[:, None, None] for name in ("black_dn", "top_dn"))
-    spread = 10 * shot.gain_dn_per_e.values[:, None, None] * (shot.read_noise_e.values[:, None, None] + 1)   # 10 widths of the noise
-    assert np.all(np.abs(codes - (top if saturated else black)) <= spread) or name == "lin_log"   # which goes on beyond its knee
+    spread = (
+        10
+        * shot.gain_dn_per_e.values[:, None, None]
+        * (shot.read_noise_e.values[:, None, None] + 1)
+    )  # 10 widths of the noise
+    assert (
+        np.all(np.abs(codes - (top if saturated else black)) <= spread) or name == "lin_log"
+    )  # which goes on beyond its knee
 
 
 def test_more_charge_than_can_be_counted_is_saturated():
@@ -182,6 +269,10 @@ def test_more_charge_than_can_be_counted_is_saturated():
 def test_without_effects_they_are_the_ideal_sensor(base, kind, make_light):
     light = make_light(np.random.default_rng(0).lognormal(-7, 3, (31, 20, 20)), 4.0)
     fields = dict(noise=False, bits=0, dark_e_per_s=0.0, full_well_e=np.inf)
-    sensor = DualGainSensor(**fields, swing_v=(1e12, 1e12)) if kind == "dual" else StaggeredSensor(**fields, swing_v=1e12)
+    sensor = (
+        DualGainSensor(**fields, swing_v=(1e12, 1e12))
+        if kind == "dual"
+        else StaggeredSensor(**fields, swing_v=1e12)
+    )
     ideal = IdealSensor(peak_qe=0.65, pitch_um=sensor.pitch_um, cfa=sensor.cfa)(light)
     assert_array_equal(sensor(light, None).raw.values[0], ideal.raw.values[0])

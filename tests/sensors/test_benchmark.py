@@ -11,6 +11,10 @@ import pytest
 @pytest.mark.slow
 def test_shot_keeps_to_its_memory_and_its_bits():
     script = Path(__file__).parents[2] / "benchmarks" / "shot.py"
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, check=False
+    )
     peak = re.search(r"peak (\d+) MB with the input \(target (\d+)\)", done.stdout)
-    assert peak and int(peak[1]) <= int(peak[2]) and "the same bits" in done.stdout, done.stdout + done.stderr
+    assert peak and int(peak[1]) <= int(peak[2]) and "the same bits" in done.stdout, (
+        done.stdout + done.stderr
+    )

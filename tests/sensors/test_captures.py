@@ -15,27 +15,63 @@ from isethdr_core.seeds import generator
 from isethdr_core.testing import check
 
 
-@pytest.mark.parametrize("name, fields", [
-    ("ideal", {}), ("ideal", {"cfa": "W", "curves": "unit"}), ("bayer", {}), ("rgbw", {}), ("split_pixel", {}),
-    ("bayer", {"rows": 20, "columns": 24, "bits": 16}), ("split_pixel", {"bits": 0}), ("bayer", {"noise": False}),
-    # the preset bayer_imx363
-    ("bayer", {"pitch_um": 1.4, "peak_qe": 0.62, "full_well_e": 6000.0, "conversion_gain_uv_per_e": 76.5, "swing_v": 0.45907, "bits": 10,
-               "read_noise_e": 5.0}),
-])
+@pytest.mark.parametrize(
+    "name, fields",
+    [
+        ("ideal", {}),
+        ("ideal", {"cfa": "W", "curves": "unit"}),
+        ("bayer", {}),
+        ("rgbw", {}),
+        ("split_pixel", {}),
+        ("bayer", {"rows": 20, "columns": 24, "bits": 16}),
+        ("split_pixel", {"bits": 0}),
+        ("bayer", {"noise": False}),
+        # the preset bayer_imx363
+        (
+            "bayer",
+            {
+                "pitch_um": 1.4,
+                "peak_qe": 0.62,
+                "full_well_e": 6000.0,
+                "conversion_gain_uv_per_e": 76.5,
+                "swing_v": 0.45907,
+                "bits": 10,
+                "read_noise_e": 5.0,
+            },
+        ),
+    ],
+)
 def test_keeps_the_promises_of_a_sensor(name, fields):
     check("sensor", name, **fields)
 
 
 def test_captures_tell_how_to_read_numbers_back(flat):
     shot = SplitPixelSensor()(flat(1e-3), generator(1))
-    assert list(shot.capture.values) == ["LPLG", "LPHG", "SPLG"] and list(shot.channel.values) == ["R", "G", "B"]
-    assert shot.raw.dtype == np.uint16 and shot["filter"].dtype == np.uint8 and shot.charge.dtype.kind == "i"
+    assert list(shot.capture.values) == ["LPLG", "LPHG", "SPLG"] and list(shot.channel.values) == [
+        "R",
+        "G",
+        "B",
+    ]
+    assert (
+        shot.raw.dtype == np.uint16
+        and shot["filter"].dtype == np.uint8
+        and shot.charge.dtype.kind == "i"
+    )
     assert_array_equal(shot.charge, [0, 0, 1])
     assert_allclose(shot.area_m2, [2.8e-6**2, 2.8e-6**2, 2.8e-6**2 / 100])
-    assert_allclose((shot.top_dn - shot.black_dn) / shot.gain_dn_per_e, [22000, 5390, 7900], rtol=1e-9)
+    assert_allclose(
+        (shot.top_dn - shot.black_dn) / shot.gain_dn_per_e, [22000, 5390, 7900], rtol=1e-9
+    )
     assert_allclose(shot.quantisation_e * shot.gain_dn_per_e, 1)
     assert_allclose(shot.dark_e, [25.6 * 0.016, 25.6 * 0.016, 4.2 * 0.016])
-    assert shot.attrs == {"pitch_um": 2.8, "cfa": "GRBG", "f_number": 4.0, "focal_length_mm": 4.0, "throughput_sr": np.pi / 65, "falloff": "none"}
+    assert shot.attrs == {
+        "pitch_um": 2.8,
+        "cfa": "GRBG",
+        "f_number": 4.0,
+        "focal_length_mm": 4.0,
+        "throughput_sr": np.pi / 65,
+        "falloff": "none",
+    }
 
 
 def test_converter_off_leaves_float_electrons(flat):
@@ -77,14 +113,23 @@ def test_presets_name_only_fields_that_exist(preset):
 
     from isethdr_core.registry import build
 
-    fields = OmegaConf.to_container(OmegaConf.create(files("isethdr_sensors.conf").joinpath(f"sensor/{preset}.yaml").read_text()))
+    fields = OmegaConf.to_container(
+        OmegaConf.create(
+            files("isethdr_sensors.conf").joinpath(f"sensor/{preset}.yaml").read_text()
+        )
+    )
     (base,) = fields.pop("defaults")
     assert build("sensor", base, **fields) != build("sensor", base)
 
 
 def test_import_is_light():
     code = "import sys, isethdr_sensors; print([m for m in ('xarray', 'scipy', 'colour', 'mitsuba') if m in sys.modules])"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
+    assert (
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        ).stdout.strip()
+        == "[]"
+    )
 
 
 @pytest.mark.slow

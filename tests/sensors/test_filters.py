@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 from isethdr_sensors import BayerSensor, IdealSensor, RgbwSensor
 from isethdr_sensors.colour_filter_array import cell, channels, filter_map
-from isethdr_sensors.quantum_efficiency import line_error, quantum_efficiency, smooth_spectrum_error, spectral_curve
+from isethdr_sensors.quantum_efficiency import (
+    line_error,
+    quantum_efficiency,
+    smooth_spectrum_error,
+    spectral_curve,
+)
 from isethdr_sensors.spectral_curves import filter_curve, infrared_cut
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -20,8 +25,20 @@ from isethdr_core.physics.photometry import luminance
 from isethdr_core.physics.radiometry import photons_from_energy, planck_radiance
 
 
-@pytest.mark.parametrize("pattern, rows", [("RGGB", ("RG", "GB")), ("RG/WB", ("RG", "WB")), ("W", ("W",)), ("RGB", None),
-                                           ("RGB/RGB", ("RGB", "RGB")), ("RG", None), ("RG/W", None), ("", None), ("R//B", None)])
+@pytest.mark.parametrize(
+    "pattern, rows",
+    [
+        ("RGGB", ("RG", "GB")),
+        ("RG/WB", ("RG", "WB")),
+        ("W", ("W",)),
+        ("RGB", None),
+        ("RGB/RGB", ("RGB", "RGB")),
+        ("RG", None),
+        ("RG/W", None),
+        ("", None),
+        ("R//B", None),
+    ],
+)
 def test_pattern_text(pattern, rows):
     if rows is None:
         with pytest.raises(ConfigError, match="rows parted by /"):
@@ -31,8 +48,14 @@ def test_pattern_text(pattern, rows):
 
 
 def test_pattern_repeats_from_the_upper_left():
-    assert channels("GRBG") == ("R", "G", "B") and channels("RG/WB") == ("R", "G", "B", "W") and channels("RCCC") == ("R", "C")
-    assert_array_equal(filter_map("GRBG", 3, 5), [[1, 0, 1, 0, 1], [2, 1, 2, 1, 2], [1, 0, 1, 0, 1]])
+    assert (
+        channels("GRBG") == ("R", "G", "B")
+        and channels("RG/WB") == ("R", "G", "B", "W")
+        and channels("RCCC") == ("R", "C")
+    )
+    assert_array_equal(
+        filter_map("GRBG", 3, 5), [[1, 0, 1, 0, 1], [2, 1, 2, 1, 2], [1, 0, 1, 0, 1]]
+    )
     assert_array_equal(filter_map("RG/WB", 2, 2), [[0, 1], [3, 2]])
 
 
@@ -43,11 +66,16 @@ def reference(name):
     return np.load(Path(folder) / "spectra" / name)
 
 
-@pytest.mark.parametrize("letter, rms, largest", [("R", 0.008, 0.024), ("G", 0.006, 0.015), ("B", 0.007, 0.040), ("W", 0.006, 0.018)])
+@pytest.mark.parametrize(
+    "letter, rms, largest",
+    [("R", 0.008, 0.024), ("G", 0.006, 0.015), ("B", 0.007, 0.040), ("W", 0.006, 0.018)],
+)
 def test_fit_residual_is_as_stated(letter, rms, largest):
     # the bounds are the residuals stated in spectral_curves, rounded up
     data = reference("sensor_qe.npz")
-    error = filter_curve(letter, data["wavelength_nm"]) - data["ar0132at_rgbw"][:, "RGBW".index(letter)]
+    error = (
+        filter_curve(letter, data["wavelength_nm"]) - data["ar0132at_rgbw"][:, "RGBW".index(letter)]
+    )
     assert np.sqrt(np.mean(error**2)) < rms and np.abs(error).max() < largest
 
 
@@ -59,7 +87,9 @@ def test_infrared_cut_residual_is_as_stated():
 
 def test_imx363_curves_are_the_same_shapes_times_062():
     data = reference("sensor_qe.npz")
-    assert_allclose(data["imx363_public"], 0.62 * data["ar0132at_rgb"], atol=0.017)  # one was resampled from a coarser grid
+    assert_allclose(
+        data["imx363_public"], 0.62 * data["ar0132at_rgb"], atol=0.017
+    )  # one was resampled from a coarser grid
 
 
 def test_responsivity_of_the_data_sheet():
@@ -69,7 +99,9 @@ def test_responsivity_of_the_data_sheet():
     photons = photons_from_energy(light, w) * 5 / luminance(light, w)
     qe = quantum_efficiency(BayerSensor(infrared_cut=False).model(), w)[1]
     volts = (photons * qe).sum() * 3.75e-6**2 * 110e-6
-    assert_allclose(volts, 5.48, rtol=0.03)  # peak_qe is stated to two digits, the fit is good to 1 %
+    assert_allclose(
+        volts, 5.48, rtol=0.03
+    )  # peak_qe is stated to two digits, the fit is good to 1 %
 
 
 def test_curves_are_physical_everywhere():
@@ -79,7 +111,11 @@ def test_curves_are_physical_everywhere():
     assert np.all((infrared_cut(w) >= 0) & (infrared_cut(w) <= 1))
     assert infrared_cut(850.0) < 1e-10
     # filters: red longest, blue shortest centroid
-    centroid = [np.sum(w * filter_curve(k, w) * infrared_cut(w)) / np.sum(filter_curve(k, w) * infrared_cut(w)) for k in "BGR"]
+    centroid = [
+        np.sum(w * filter_curve(k, w) * infrared_cut(w))
+        / np.sum(filter_curve(k, w) * infrared_cut(w))
+        for k in "BGR"
+    ]
     assert centroid[0] < 480 < 520 < centroid[1] < 560 < 590 < centroid[2]
 
 
@@ -92,15 +128,24 @@ def test_own_curves(tmp_path, flat):
     path = tmp_path / "qe.csv"
     path.write_text("wavelength_nm,R,G,B\n400,0,0,1\n500,0,1,0\n600,1,0,0\n601,0,0,0\n")
     sensor = IdealSensor(qe_csv=str(path), infrared_cut=False)
-    assert_allclose(spectral_curve(sensor.model(), [450.0, 500.0, 700.0]), [[0, 0, 0], [0.5, 1, 0], [0.5, 0, 0]])  # the table may end where the filter is blind
+    assert_allclose(
+        spectral_curve(sensor.model(), [450.0, 500.0, 700.0]), [[0, 0, 0], [0.5, 1, 0], [0.5, 0, 0]]
+    )  # the table may end where the filter is blind
     assert float(sensor.expected(flat(1e-3)).min()) > 0
     with pytest.raises(ConfigError, match="no column for filter 'W'"):
         RgbwSensor(qe_csv=str(path)).expected(flat(1e-3))
 
 
-@pytest.mark.parametrize("text, message", [("R,G\n1,2\n", "expected wavelength_nm"), ("wavelength_nm,R\n400,0.1\n300,0.1\n", "increasing"),
-                                           ("wavelength_nm,R\n400,0.1\n500,60\n", "within 0..1"), ("wavelength_nm,R\n400,x\n", "no table"),
-                                           (None, "cannot be read")])
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("R,G\n1,2\n", "expected wavelength_nm"),
+        ("wavelength_nm,R\n400,0.1\n300,0.1\n", "increasing"),
+        ("wavelength_nm,R\n400,0.1\n500,60\n", "within 0..1"),
+        ("wavelength_nm,R\n400,x\n", "no table"),
+        (None, "cannot be read"),
+    ],
+)
 def test_bad_curves_are_refused(tmp_path, flat, text, message):
     path = tmp_path / "bad.csv"
     if text is not None:
@@ -132,8 +177,12 @@ def test_narrow_drops_only_bands_that_cannot_matter(make_light):
 
 def test_a_smooth_spectrum_s_error_shrinks_with_the_square_of_the_band():
     model = BayerSensor().model()
-    wide, middle, narrow = (smooth_spectrum_error(model, np.arange(380.0, 781, step)) for step in (20, 10, 5))
-    assert narrow < 1e-3 and 2.5 < wide / middle < 6 and 2.5 < middle / narrow < 6  # 4 where the curves have no edges
+    wide, middle, narrow = (
+        smooth_spectrum_error(model, np.arange(380.0, 781, step)) for step in (20, 10, 5)
+    )
+    assert (
+        narrow < 1e-3 and 2.5 < wide / middle < 6 and 2.5 < middle / narrow < 6
+    )  # 4 where the curves have no edges
 
 
 def triangle(tmp_path, centre_nm, half_nm):
@@ -144,7 +193,9 @@ def triangle(tmp_path, centre_nm, half_nm):
     return IdealSensor(qe_csv=str(path), infrared_cut=False)
 
 
-@pytest.mark.parametrize("centre_nm", [552.0, 554.97, 555.0, 560.0])  # between band centres, across a border, at a centre
+@pytest.mark.parametrize(
+    "centre_nm", [552.0, 554.97, 555.0, 560.0]
+)  # between band centres, across a border, at a centre
 def test_a_line_narrower_than_a_band_counts_as_it_is(tmp_path, make_light, centre_nm):
     """0.1 nm wide, in bands of 10 nm: the integral in closed form, and black bodies within the stated error."""
     sensor, bands = triangle(tmp_path, centre_nm, 0.05), np.arange(400.0, 701.0, 10.0)
@@ -170,16 +221,29 @@ def test_a_curve_that_no_band_holds_is_refused(tmp_path, make_light):
             sensor(make_light(np.full((len(bands), 4, 4), 1e-3), 3.75, bands), None)
 
 
-def test_band_means_are_exact_for_straight_curves_and_keep_a_table_that_ends_at_the_last_centre(tmp_path):
+def test_band_means_are_exact_for_straight_curves_and_keep_a_table_that_ends_at_the_last_centre(
+    tmp_path,
+):
     path = tmp_path / "straight.csv"
     path.write_text("wavelength_nm,R,G,B\n400,0.2,0.9,0.5\n700,0.8,0.3,0.5\n")
-    model, bands = IdealSensor(qe_csv=str(path), infrared_cut=False).model(), np.arange(400.0, 701.0, 10.0)
+    model, bands = (
+        IdealSensor(qe_csv=str(path), infrared_cut=False).model(),
+        np.arange(400.0, 701.0, 10.0),
+    )
     means = quantum_efficiency(model, bands)
     slope = (spectral_curve(model, bands[1:-1] + 1) - spectral_curve(model, bands[1:-1] - 1)) / 2
     # q = q0 + b (w - c): its photon mean over a band of width h is q0 + b h^2 / (12 c)
-    assert_allclose(means[:, 1:-1], spectral_curve(model, bands[1:-1]) + slope * 100 / (12 * bands[1:-1]), rtol=1e-12)
+    assert_allclose(
+        means[:, 1:-1],
+        spectral_curve(model, bands[1:-1]) + slope * 100 / (12 * bands[1:-1]),
+        rtol=1e-12,
+    )
     assert_allclose(means[:, [0, -1]], spectral_curve(model, np.array([402.5, 697.5])), rtol=1e-4)
-    assert_allclose(quantum_efficiency(IdealSensor(curves="unit").model(), np.array([400.0, 430.0, 500.0])), 1.0, rtol=1e-15)
+    assert_allclose(
+        quantum_efficiency(IdealSensor(curves="unit").model(), np.array([400.0, 430.0, 500.0])),
+        1.0,
+        rtol=1e-15,
+    )
 
 
 def test_filters_made_of_the_clear_one():
@@ -187,8 +251,12 @@ def test_filters_made_of_the_clear_one():
     clear, yellow, magenta = (filter_curve(letter, w) for letter in "CYM")
     assert_array_equal(clear, filter_curve("W", w))
     assert np.all(yellow < clear) and np.all(magenta < clear)
-    assert_allclose(np.interp([450, 500, 600], w, yellow / clear), [0, 0.5, 1], atol=1e-3)  # blocks blue
-    assert_allclose(np.interp([450, 540, 650], w, magenta / clear), [1, 0.1, 1], atol=0.05)  # blocks green
+    assert_allclose(
+        np.interp([450, 500, 600], w, yellow / clear), [0, 0.5, 1], atol=1e-3
+    )  # blocks blue
+    assert_allclose(
+        np.interp([450, 540, 650], w, magenta / clear), [1, 0.1, 1], atol=0.05
+    )  # blocks green
 
 
 def test_lower_case_letters_stand_after_their_filters():
@@ -204,7 +272,11 @@ def test_any_spectrum_within_its_bands_stays_within_the_stated_bound(cfa):
     for _ in range(200):
         lines_nm = rng.uniform(395.0, 705.0, rng.integers(1, 5))
         true = (spectral_curve(model, lines_nm) * lines_nm).mean(1)
-        counted = response[:, np.clip(np.rint((lines_nm - 400.0) / 10.0).astype(int), 0, 30)].mean(1)
+        counted = response[:, np.clip(np.rint((lines_nm - 400.0) / 10.0).astype(int), 0, 30)].mean(
+            1
+        )
         worst = max(worst, float(np.abs(counted - true).max() / response.max()))
     assert bound / 3 < worst <= bound
-    assert line_error(model, np.arange(400.0, 701.0, 1.0)) < 0.15 * bound   # a tenth of the width, a tenth of the error, and a little for edges
+    assert (
+        line_error(model, np.arange(400.0, 701.0, 1.0)) < 0.15 * bound
+    )  # a tenth of the width, a tenth of the error, and a little for edges

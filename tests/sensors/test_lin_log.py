@@ -19,7 +19,9 @@ SIZE = (60, 80)
 
 def shot(sensor, mean_e):
     light = np.broadcast_to(np.asarray(mean_e, float), SIZE)
-    raw, saturated = soft_knee_shot.readings(sensor.model(), sensor.well(), (False,), light, generator(3))
+    raw, saturated = soft_knee_shot.readings(
+        sensor.model(), sensor.well(), (False,), light, generator(3)
+    )
     return raw[0], saturated[0]
 
 
@@ -27,7 +29,7 @@ def table(sensor):
     return response(sensor.model().readings[0], sensor.exposure_s, sensor.well(), sensor.noise)
 
 
-def test_keeps_the_promises_of_a_sensor():   # as it is by default: tests/core/test_conformance.py
+def test_keeps_the_promises_of_a_sensor():  # as it is by default: tests/core/test_conformance.py
     check("sensor", "lin_log", bits=0)
 
 
@@ -57,43 +59,81 @@ def test_the_table_reads_six_decades_back_within_its_codes():
         raw, saturated = shot(sensor, mean)
         found = np.interp(float(raw[0, 0]), dn, electrons)
         # half a code of charge, divided by the slope there
-        assert abs(found - mean) <= 0.51 * step_e / cd.slope(max(mean, 1.0), sensor.exposure_s, sensor.well()), mean
+        assert abs(found - mean) <= 0.51 * step_e / cd.slope(
+            max(mean, 1.0), sensor.exposure_s, sensor.well()
+        ), mean
         assert saturated[0, 0] == (mean > 17900)  # 2 e of them spilled
 
 
-@pytest.mark.parametrize("mean", [5000.0, 17000.0, 20500.0, 21000.0, 21300.0, 22000.0, 1e5, 1e7, 2e10])
+@pytest.mark.parametrize(
+    "mean", [5000.0, 17000.0, 20500.0, 21000.0, 21300.0, 22000.0, 1e5, 1e7, 2e10]
+)
 def test_the_table_reads_noisy_pixels_back_without_bias(mean):
     sensor = LinLogSensor(prnu=0.0, dark_spread=0.0, dark_e_per_s=0.0, column_e=0.0)
     dn, electrons, variance = table(sensor)
     assert np.all(np.diff(electrons) > 0)
-    raw = np.concatenate([soft_knee_shot.readings(sensor.model(), sensor.well(), (False,), np.full((300, 400), mean), generator(k))[0] for k in (1, 2, 3, 4)])
+    raw = np.concatenate(
+        [
+            soft_knee_shot.readings(
+                sensor.model(), sensor.well(), (False,), np.full((300, 400), mean), generator(k)
+            )[0]
+            for k in (1, 2, 3, 4)
+        ]
+    )
     found = np.interp(raw.astype(float), dn, electrons)
     # 5 standard errors; where the response bends within a width of the noise 0.04 % stays (docs/charge_dynamics.md)
-    assert found.mean() / mean == pytest.approx(1.0, abs=5 * found.std() / mean / np.sqrt(raw.size) + (4e-4 if 2.05e4 < mean < 2.4e4 else 0.0))
+    assert found.mean() / mean == pytest.approx(
+        1.0,
+        abs=5 * found.std() / mean / np.sqrt(raw.size) + (4e-4 if 2.05e4 < mean < 2.4e4 else 0.0),
+    )
     # what readings say of their own variance, on average: 0.96 to 1.04 where it jumps twentyfold, +- 0.5 %
     ratio = np.interp(raw, dn, variance).mean() / found.var()
     assert abs(ratio - 1) < (0.06 if 2e4 < mean < 2.5e4 else 0.015)
     if mean > 5e4:  # 5.6 %: s / 391 with s = sqrt(391 + 9.1^2 + step^2 / 12), whatever the light
-        assert found.std() / mean == pytest.approx(np.sqrt(391 + 9.1**2 + 6.3**2 / 12) / 391, rel=0.01)
+        assert found.std() / mean == pytest.approx(
+            np.sqrt(391 + 9.1**2 + 6.3**2 / 12) / 391, rel=0.01
+        )
 
 
 def test_a_bend_beyond_the_range_is_refused_in_the_plan_where_no_converter_has_codes():
-    for fields in ({"knee_e": 1e5}, {"knee_e": 33500.0}, {"swing_v": 0.05}):    # beyond 25 454 e, just before, and 455 e with one at 20 000 e
-        with pytest.raises(ConfigError, match=r"sensor.knee_e is .*sensor.bits=0.* the range ends at .*; type (sensor.knee_e=\d+|a larger sensor.swing_v)") as err:
+    for fields in (
+        {"knee_e": 1e5},
+        {"knee_e": 33500.0},
+        {"swing_v": 0.05},
+    ):  # beyond 25 454 e, just before, and 455 e with one at 20 000 e
+        with pytest.raises(
+            ConfigError,
+            match=r"sensor.knee_e is .*sensor.bits=0.* the range ends at .*; type (sensor.knee_e=\d+|a larger sensor.swing_v)",
+        ) as err:
             LinLogSensor(bits=0, **fields).narrow(Demand())
         if typed := re.search(r"knee_e=(\d+)", str(err.value)):
-            assert np.all(np.diff(table(LinLogSensor(**{**fields, "bits": 0, "knee_e": float(typed[1])}))[1]) > 0), "what it says to type works"
-    assert len(table(LinLogSensor(knee_e=1e5))[0]) == 3, "with codes it is a straight line with one code beyond"
+            assert np.all(
+                np.diff(table(LinLogSensor(**{**fields, "bits": 0, "knee_e": float(typed[1])}))[1])
+                > 0
+            ), "what it says to type works"
+    assert len(table(LinLogSensor(knee_e=1e5))[0]) == 3, (
+        "with codes it is a straight line with one code beyond"
+    )
 
 
-@pytest.mark.parametrize("fields, worst", [({"thermal_e": 100.0}, 0.09), ({"read_noise_e": 40.0}, 0.06), ({"bits": 0}, 0.09), ({"bits": 10}, 0.16)])
+@pytest.mark.parametrize(
+    "fields, worst",
+    [
+        ({"thermal_e": 100.0}, 0.09),
+        ({"read_noise_e": 40.0}, 0.06),
+        ({"bits": 0}, 0.09),
+        ({"bits": 10}, 0.16),
+    ],
+)
 def test_readings_state_their_variance_for_other_bends_too(fields, worst):
     """A sharper bend, more noise, no steps, and steps as wide as the noise; without knowing of the bend it was 1.09 to 2.3 times too large."""
     sensor = LinLogSensor(prnu=0.0, dark_spread=0.0, dark_e_per_s=0.0, column_e=0.0, **fields)
     dn, electrons, variance = table(sensor)
-    assert np.all(np.diff(variance[2:]) > 0)    # a brighter reading never claims to be known better
+    assert np.all(np.diff(variance[2:]) > 0)  # a brighter reading never claims to be known better
     for mean in (20400.0, 20800.0, 21200.0, 22400.0, 26000.0):
-        [raw], _ = soft_knee_shot.readings(sensor.model(), sensor.well(), (False,), np.full((250, 300), mean), generator(5))
+        [raw], _ = soft_knee_shot.readings(
+            sensor.model(), sensor.well(), (False,), np.full((250, 300), mean), generator(5)
+        )
         ratio = np.interp(raw, dn, variance).mean() / np.interp(raw, dn, electrons).var()
         # measured with 900 000 draws: 0.06, 0.01, 0.044, 0.135 at most; 75 000 know a ratio to 0.5 to 1.4 %
         assert abs(ratio - 1) < worst, mean
@@ -102,15 +142,26 @@ def test_readings_state_their_variance_for_other_bends_too(fields, worst):
 def test_the_plain_inverse_is_too_bright():
     """Noise on an exponential: exp(s^2 / 2 / 391^2) = 1.0016; at the bend 0.9 %."""
     sensor = LinLogSensor(prnu=0.0, dark_spread=0.0, dark_e_per_s=0.0, column_e=0.0)
-    dn, electrons, _ = response(sensor.model().readings[0], sensor.exposure_s, sensor.well(), noise=False)
+    dn, electrons, _ = response(
+        sensor.model().readings[0], sensor.exposure_s, sensor.well(), noise=False
+    )
     for mean, bias in ((1e7, 0.0016), (22000.0, 0.009)):
-        raw, _ = soft_knee_shot.readings(sensor.model(), sensor.well(), (False,), np.full((300, 400), mean), generator(1))
-        assert np.interp(raw[0].astype(float), dn, electrons).mean() / mean - 1 == pytest.approx(bias, abs=5 * 0.056 / np.sqrt(raw.size) + 2e-4)
+        raw, _ = soft_knee_shot.readings(
+            sensor.model(), sensor.well(), (False,), np.full((300, 400), mean), generator(1)
+        )
+        assert np.interp(raw[0].astype(float), dn, electrons).mean() / mean - 1 == pytest.approx(
+            bias, abs=5 * 0.056 / np.sqrt(raw.size) + 2e-4
+        )
 
 
 def test_captures_carry_the_table(flat):
     out = LinLogSensor()(flat(1e-4, pitch_um=3.75), generator(1))
-    assert out.response_dn.dims == out.response_e.dims == out.response_variance_e2.dims == ("capture", "response_entry")
+    assert (
+        out.response_dn.dims
+        == out.response_e.dims
+        == out.response_variance_e2.dims
+        == ("capture", "response_entry")
+    )
     assert out.response_e.attrs["units"] == "e" and float(out.response_dn[0, -1]) == 4095.0
     assert np.interp(64.0, out.response_dn.values[0], out.response_e.values[0]) == 0.0
 

@@ -14,23 +14,34 @@ from isethdr_core.seeds import generator
 from isethdr_core.testing import check
 
 SIZE = (150, 200)
-CLEAN = {"prnu": 0.0, "dark_spread": 0.0, "dark_e_per_s": 0.0, "bits": 0, "read_noise_e": (0.0, 0.0), "column_e": (0.0, 0.0),
-         "swing_v": (1e9, 1e9)}
+CLEAN = {
+    "prnu": 0.0,
+    "dark_spread": 0.0,
+    "dark_e_per_s": 0.0,
+    "bits": 0,
+    "read_noise_e": (0.0, 0.0),
+    "column_e": (0.0, 0.0),
+    "swing_v": (1e9, 1e9),
+}
 
 
 def electrons(sensor, mean_e, collects=(True, False), **kw):
     """Return (capture, y, x) electrons of a field of `mean_e` light electrons, and what is saturated."""
     light = np.broadcast_to(np.asarray(mean_e, float), SIZE)
-    return soft_knee_shot.readings(sensor.model(), sensor.well(), collects, light, generator(3), **kw)
+    return soft_knee_shot.readings(
+        sensor.model(), sensor.well(), collects, light, generator(3), **kw
+    )
 
 
-def test_keeps_the_promises_of_a_sensor():   # as it is by default: tests/core/test_conformance.py
+def test_keeps_the_promises_of_a_sensor():  # as it is by default: tests/core/test_conformance.py
     check("sensor", "lofic", bits=0)
 
 
 def test_below_the_knee_it_is_a_linear_sensor_bit_for_bit():
     sensor = LoficSensor()
-    light = np.linspace(0.0, 1800.0, SIZE[0] * SIZE[1]).reshape(SIZE)  # from 2200 e on, 1e-6 e and more spill
+    light = np.linspace(0.0, 1800.0, SIZE[0] * SIZE[1]).reshape(
+        SIZE
+    )  # from 2200 e on, 1e-6 e and more spill
     raw, saturated = electrons(sensor, light)
     want, want_saturated = linear_readings(sensor.model(), [light], generator(3))
     np.testing.assert_array_equal(raw, want)
@@ -42,7 +53,9 @@ def test_low_gain_counts_every_electron_on_both_sides_of_the_knee():
     for mean in (100.0, 7000.0, 9000.0, 60000.0):
         (total, charge), _ = electrons(sensor, mean)
         n = total.size
-        assert np.array_equal(total, np.round(total)) and np.all(total - charge >= -1e-3)  # float32 raw: 60 000 e to 0.004 e
+        assert np.array_equal(total, np.round(total)) and np.all(
+            total - charge >= -1e-3
+        )  # float32 raw: 60 000 e to 0.004 e
         # 5 standard errors: charge plus spill is Poisson
         assert total.mean() == pytest.approx(mean, abs=5 * np.sqrt(mean / n))
         assert total.var() == pytest.approx(mean, rel=5 * np.sqrt(2 / n))
@@ -56,7 +69,9 @@ def test_the_photodiode_has_the_noise_of_its_dynamics(mean):
     charge, total = charge.astype(float), total.astype(float)
     n = charge.size
     # 5 standard errors; the mean's 3 e: curvature of the knee over the shot noise, which the moments leave out
-    assert charge.mean() == pytest.approx(float(want.charge_e), abs=5 * np.sqrt(charge.var() / n) + 3.0)
+    assert charge.mean() == pytest.approx(
+        float(want.charge_e), abs=5 * np.sqrt(charge.var() / n) + 3.0
+    )
     assert charge.var() == pytest.approx(float(want.charge_var_e2), rel=5 * np.sqrt(2 / n) + 0.05)
     if mean > 8000:
         assert charge.var() < 0.1 * mean
@@ -64,16 +79,21 @@ def test_the_photodiode_has_the_noise_of_its_dynamics(mean):
 
 
 def test_the_high_gain_says_where_it_stops_being_linear():
-    sensor = LoficSensor(swing_v=(1.0, 3.0), bits=14)   # a high gain that reaches past the knee
+    sensor = LoficSensor(swing_v=(1.0, 3.0), bits=14)  # a high gain that reaches past the knee
     light = np.linspace(0.0, 15000.0, SIZE[0] * SIZE[1]).reshape(SIZE)
     model = sensor.model()
     top = soft_knee_shot.tops(model, sensor.well(), (True, False))
     _, high = model.readings
     limit = (top[1] - high.black_dn) / high.gain_dn_per_e
     assert top[0] == 2**14 - 1 and top[1] < 2**14 - 1
-    assert cd.flow(0.0, limit / 0.016, 0.016, sensor.well())[1] <= soft_knee_shot.LINEAR_WITHIN * sensor.knee_e
+    assert (
+        cd.flow(0.0, limit / 0.016, 0.016, sensor.well())[1]
+        <= soft_knee_shot.LINEAR_WITHIN * sensor.knee_e
+    )
     _, saturated = electrons(sensor, light)
-    assert not saturated[1][light < limit - 600].any() and saturated[1][light > limit + 600].all()  # 6 shot noises
+    assert (
+        not saturated[1][light < limit - 600].any() and saturated[1][light > limit + 600].all()
+    )  # 6 shot noises
     assert not saturated[0].any()
     # the default's converter ends before the knee
     model = LoficSensor().model()
@@ -115,7 +135,10 @@ def test_the_merge_joins_both_readings_without_bias(make_light):
         assert bool(picture.valid.values[4:-4, 4:-4].all())
         found.append(float(picture.xyz.values[4:-4, 4:-4, 1].mean()) / level_e)
     # 5 standard errors of 1600 pixels, shot noise of the level and of the last
-    assert np.all(np.abs(np.array(found) / found[-1] - 1) <= 5 * np.sqrt((1 / levels + 1 / levels[-1]) / 1600) + 5e-4)
+    assert np.all(
+        np.abs(np.array(found) / found[-1] - 1)
+        <= 5 * np.sqrt((1 / levels + 1 / levels[-1]) / 1600) + 5e-4
+    )
 
 
 def test_the_preset_has_the_published_figures_and_closed_forms_for_the_rest():
@@ -126,9 +149,15 @@ def test_the_preset_has_the_published_figures_and_closed_forms_for_the_rest():
 
     fields = OmegaConf.to_container(compose(["sensor=lofic_miyauchi2019"]).sensor, resolve=True)
     sensor = build("sensor", fields.pop("name"), **fields)
-    assert (sensor.pitch_um, sensor.full_well_e, sensor.conversion_gain_uv_per_e[1]) == (2.8, 120000.0, 160.0)
+    assert (sensor.pitch_um, sensor.full_well_e, sensor.conversion_gain_uv_per_e[1]) == (
+        2.8,
+        120000.0,
+        160.0,
+    )
     low, high = sensor.model().readings
-    assert low.swing_e == pytest.approx(120000.0, rel=1e-6) and high.swing_e == pytest.approx(1 / 160e-6)
+    assert low.swing_e == pytest.approx(120000.0, rel=1e-6) and high.swing_e == pytest.approx(
+        1 / 160e-6
+    )
     thermal_v = Boltzmann * 333.15 / elementary_charge
     # sqrt(k T C) / e of the capacitor C = 120 000 e / 1 V
     assert sensor.read_noise_e[0] == pytest.approx(np.sqrt(thermal_v * 120000.0), rel=2e-3)
@@ -137,7 +166,15 @@ def test_the_preset_has_the_published_figures_and_closed_forms_for_the_rest():
     assert soft_knee_shot.tops(sensor.model(), sensor.well(), (True, False))[1] == 4095.0
 
 
-@pytest.mark.parametrize("field, value", [("knee_e", 0.0), ("thermal_e", -1.0), ("knee_e_per_s", float("nan")), ("blooming_percent", 3.0)])
+@pytest.mark.parametrize(
+    "field, value",
+    [
+        ("knee_e", 0.0),
+        ("thermal_e", -1.0),
+        ("knee_e_per_s", float("nan")),
+        ("blooming_percent", 3.0),
+    ],
+)
 def test_bad_fields_are_refused_by_name(field, value):
     with pytest.raises(ConfigError, match=field):
         LoficSensor(**{field: value})

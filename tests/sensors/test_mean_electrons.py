@@ -16,16 +16,25 @@ COUNTER = dict(cfa="W", curves="unit")
 def test_28_photons_of_1_cd_m2(make_light):
     # 1 cd/m2 at 555 nm is 1/683 W m-2 sr-1; f/4 makes pi / (1 + 4 16) of it; one 3 um pixel, 16 ms
     irradiance = np.pi / 65 / 683
-    light = make_light(np.array([0, irradiance / 10, 0])[:, None, None] * np.ones((1, 8, 8)), wavelength_nm=[545.0, 555.0, 565.0])
+    light = make_light(
+        np.array([0, irradiance / 10, 0])[:, None, None] * np.ones((1, 8, 8)),
+        wavelength_nm=[545.0, 555.0, 565.0],
+    )
     electrons = IdealSensor(exposure_s=0.016, pitch_um=3.0, **COUNTER).expected(light).values
-    assert_allclose(electrons, irradiance * 555e-9 / (h * c) * 9e-12 * 0.016, rtol=1e-12)  # rounding only
+    assert_allclose(
+        electrons, irradiance * 555e-9 / (h * c) * 9e-12 * 0.016, rtol=1e-12
+    )  # rounding only
     assert 28 < electrons[0, 0, 0] < 29
 
 
 def test_all_photons_are_counted_whatever_the_pixel_size(make_light):
     values = np.random.default_rng(0).lognormal(0, 3, (5, 24, 36))
     light = make_light(values, pitch_um=3.0, wavelength_nm=[450, 500, 550, 600, 650])
-    total = (values * 50 * (np.array([450, 500, 550, 600, 650]) * 1e-9 / (h * c))[:, None, None]).sum() * 9e-12 * 0.016
+    total = (
+        (values * 50 * (np.array([450, 500, 550, 600, 650]) * 1e-9 / (h * c))[:, None, None]).sum()
+        * 9e-12
+        * 0.016
+    )
     for pitch in (1.0, 1.5, 3.0, 4.5, 12.0):  # all of them divide the field
         found = IdealSensor(pitch_um=pitch, **COUNTER).expected(light).sum()
         assert_allclose(found, total, rtol=1e-12)  # rounding only
@@ -51,16 +60,24 @@ def test_electrons_by_independent_sum(make_light):
     qe = quantum_efficiency(sensor.model(), wavelength)
     found = sensor.expected(light).values[0]
     for y, x, channel in ((0, 0, 0), (0, 1, 1), (1, 0, 1), (1, 1, 2), (3, 2, 1)):
-        want = sum(light.values[k, y, x] * 20 * wavelength[k] * 1e-9 / (h * c) * qe[channel, k] for k in range(16))
+        want = sum(
+            light.values[k, y, x] * 20 * wavelength[k] * 1e-9 / (h * c) * qe[channel, k]
+            for k in range(16)
+        )
         assert_allclose(found[y, x], want * 3.75e-6**2 * 0.016, rtol=1e-12)  # rounding only
 
 
 @pytest.mark.parametrize("sensor", [IdealSensor(), BayerSensor(), RgbwSensor(), SplitPixelSensor()])
 def test_affine_in_the_light(sensor, make_light):
-    a, b = (make_light(np.random.default_rng(k).random((5, 8, 8)) * 10.0 ** (9 * k), pitch_um=6.0) for k in (0, 1))
+    a, b = (
+        make_light(np.random.default_rng(k).random((5, 8, 8)) * 10.0 ** (9 * k), pitch_um=6.0)
+        for k in (0, 1)
+    )
     dark = sensor.expected(a * 0 + make_light(np.zeros((5, 8, 8)), 6.0)).values
     both = sensor.expected(a.copy(data=a.values + 2 * b.values)).values - dark
-    assert_allclose(both, (sensor.expected(a).values - dark) + 2 * (sensor.expected(b).values - dark), rtol=1e-9)  # float64 sums
+    assert_allclose(
+        both, (sensor.expected(a).values - dark) + 2 * (sensor.expected(b).values - dark), rtol=1e-9
+    )  # float64 sums
 
 
 def test_dark_charge_doubles_every_8_kelvin(flat):
@@ -70,7 +87,12 @@ def test_dark_charge_doubles_every_8_kelvin(flat):
 
 
 def test_small_photodiode_collects_its_share(flat):
-    large, small = SplitPixelSensor(dark_e_per_s=(0, 0)).expected(flat(1e-3)).sel(capture=["LPLG", "SPLG"]).values
+    large, small = (
+        SplitPixelSensor(dark_e_per_s=(0, 0))
+        .expected(flat(1e-3))
+        .sel(capture=["LPLG", "SPLG"])
+        .values
+    )
     assert_allclose(small, 0.01 * large, rtol=1e-9)
 
 
@@ -104,23 +126,42 @@ def test_light_that_does_not_cover_the_field_is_refused(make_light):
         IdealSensor().expected(light)
 
 
-@pytest.mark.parametrize("damage, message", [
-    (lambda e: e.assign_attrs(units="W m-2"), "units"),
-    (lambda e: e.copy(data=np.where(np.arange(64) == 3, -1.0, e.values)), "negative"),
-    (lambda e: e.copy(data=np.where(np.arange(64) == 3, np.nan, e.values)), "NaN"),
-    (lambda e: e.isel(x=[0], y=[0]), "expected at least 2 x 2"),
-    (lambda e: e.drop_attrs(deep=False).assign_attrs(units=e.attrs["units"]), "f_number"),
-])
+@pytest.mark.parametrize(
+    "damage, message",
+    [
+        (lambda e: e.assign_attrs(units="W m-2"), "units"),
+        (lambda e: e.copy(data=np.where(np.arange(64) == 3, -1.0, e.values)), "negative"),
+        (lambda e: e.copy(data=np.where(np.arange(64) == 3, np.nan, e.values)), "NaN"),
+        (lambda e: e.isel(x=[0], y=[0]), "expected at least 2 x 2"),
+        (lambda e: e.drop_attrs(deep=False).assign_attrs(units=e.attrs["units"]), "f_number"),
+    ],
+)
 @pytest.mark.parametrize("sensor", [IdealSensor(), SplitPixelSensor()])
 def test_bad_light_is_refused(sensor, flat, damage, message):
     with pytest.raises(UnitError, match=message):
         sensor.expected(damage(flat(1e-3)))
 
 
-@pytest.mark.parametrize("field, value", [("exposure_s", 0.0), ("exposure_s", float("nan")), ("pitch_um", -1.0), ("fill_factor", 1.5),
-                                          ("rows", -1), ("prnu", -0.1), ("read_noise_e", float("nan")), ("bits", 99),
-                                          ("black_dn", 5000.0), ("swing_v", 0.0), ("temperature_c", 1e4),
-                                          ("prnu", 5.0), ("prnu", 1e30), ("dark_spread", 1e30), ("inl_dn", -1.0)])
+@pytest.mark.parametrize(
+    "field, value",
+    [
+        ("exposure_s", 0.0),
+        ("exposure_s", float("nan")),
+        ("pitch_um", -1.0),
+        ("fill_factor", 1.5),
+        ("rows", -1),
+        ("prnu", -0.1),
+        ("read_noise_e", float("nan")),
+        ("bits", 99),
+        ("black_dn", 5000.0),
+        ("swing_v", 0.0),
+        ("temperature_c", 1e4),
+        ("prnu", 5.0),
+        ("prnu", 1e30),
+        ("dark_spread", 1e30),
+        ("inl_dn", -1.0),
+    ],
+)
 def test_impossible_fields_are_refused_with_the_field_and_a_hint(field, value):
     with pytest.raises(ConfigError, match=f"{field} is"):
         BayerSensor(**{field: value})
@@ -137,7 +178,7 @@ def test_a_full_well_of_less_than_one_code_is_refused(fields):
         BayerSensor(**fields)
 
 
-@pytest.mark.parametrize("name", ["bayer", "lofic"])    # one of each kind of shot
+@pytest.mark.parametrize("name", ["bayer", "lofic"])  # one of each kind of shot
 def test_noise_without_a_generator_is_refused(name, flat):
     with pytest.raises(ConfigError, match="no generator; expected hdr.generator"):
         build("sensor", name, pitch_um=3.0)(flat(1e-3), None)

@@ -13,15 +13,23 @@ KEY = generator(3, "A", "s1")
 SIZE = (200, 256)
 N = SIZE[0] * SIZE[1]
 CLEAN = dict(prnu=0.0, dark_spread=0.0, column_e=0.0, dark_e_per_s=0.0)
-CLEAN_SPLIT = dict(prnu=(0.0, 0.0), dark_spread=(0.0, 0.0), column_e=(0.0,) * 3, dark_e_per_s=(0.0, 0.0))
+CLEAN_SPLIT = dict(
+    prnu=(0.0, 0.0), dark_spread=(0.0, 0.0), column_e=(0.0,) * 3, dark_e_per_s=(0.0, 0.0)
+)
 
 
 def electrons_read(sensor, mean_e, key=KEY, size=SIZE):
     """Return (capture, y, x) electrons read back from the numbers of a shot of uniform charge, and `saturated`."""
     model = sensor.model()
-    light = [np.full(size, float(mean_e) * diode.fill_factor / model.photodiodes[0].fill_factor) for diode in model.photodiodes]
+    light = [
+        np.full(size, float(mean_e) * diode.fill_factor / model.photodiodes[0].fill_factor)
+        for diode in model.photodiodes
+    ]
     raw, saturated = readings(model, light, key)
-    gain, black = (np.array([getattr(r, name) for r in model.readings])[:, None, None] for name in ("gain_dn_per_e", "black_dn"))
+    gain, black = (
+        np.array([getattr(r, name) for r in model.readings])[:, None, None]
+        for name in ("gain_dn_per_e", "black_dn")
+    )
     return (raw.astype(float) - black) / gain, saturated
 
 
@@ -43,7 +51,9 @@ def test_photon_transfer_slope_is_the_gain():
     levels = np.array([500.0, 2000.0, 5000.0, 10000.0, 20000.0])
     shots = [electrons_read(sensor, level)[0] * gain for level in levels]
     slope = np.polyfit([s.mean() for s in shots], [s.var() for s in shots], 1)[0]
-    assert_allclose(slope, gain, rtol=0.03)  # 5 standard errors; all levels share their words, so errors do not average
+    assert_allclose(
+        slope, gain, rtol=0.03
+    )  # 5 standard errors; all levels share their words, so errors do not average
 
 
 def test_readings_of_one_charge_share_its_shot_noise():
@@ -60,7 +70,9 @@ def test_readings_of_one_charge_share_its_shot_noise():
 def test_read_noise_below_black_survives():
     found, _ = electrons_read(SplitPixelSensor(**CLEAN_SPLIT), 0.0)
     assert np.all(found.min((1, 2)) < 0)
-    assert_allclose(found.mean((1, 2)), 0, atol=5 * 4 / np.sqrt(N))  # no bias by clipping; rms is below 4 e
+    assert_allclose(
+        found.mean((1, 2)), 0, atol=5 * 4 / np.sqrt(N)
+    )  # no bias by clipping; rms is below 4 e
     assert not electrons_read(SplitPixelSensor(bits=0), 0.0)[0].min() >= 0
 
 
@@ -79,7 +91,9 @@ def test_full_well_and_top_code():
     for mean_e in (2.2e4 * 1.1, 1e6, 1e12, 1e30):
         found, saturated = electrons_read(sensor, mean_e, size=(40, 50))
         assert saturated[:2].all()
-        assert found[0].max() <= 22000.0 + 1e-6 and found[1].max() <= 5390.0 + 1e-6  # 1.078 V at 49 uV/e and at 200 uV/e
+        assert (
+            found[0].max() <= 22000.0 + 1e-6 and found[1].max() <= 5390.0 + 1e-6
+        )  # 1.078 V at 49 uV/e and at 200 uV/e
     assert saturated.all() and found[2].max() <= 7900 + 1e-6
     found, saturated = electrons_read(sensor, 20000.0)
     assert not saturated[0].any() and saturated[1].all() and not saturated[2].any()
@@ -95,20 +109,35 @@ def test_charge_at_full_well_is_saturated_even_where_noise_hides_it():
 
 def test_fixed_pattern_persists_from_shot_to_shot_and_differs_between_devices():
     sensor = BayerSensor(prnu=0.05, dsnu_e=20.0, column_e=10.0)
-    first, second, other = (electrons_read(sensor, 5000.0, key)[0][0] for key in
-                            (generator(1, "A", "s1"), generator(2, "A", "s2"), generator(1, "B", "s1")))
+    first, second, other = (
+        electrons_read(sensor, 5000.0, key)[0][0]
+        for key in (generator(1, "A", "s1"), generator(2, "A", "s2"), generator(1, "B", "s1"))
+    )
     pattern = (0.05 * 5000) ** 2 + 20**2 + 10**2
     temporal = 5000 + 9.1**2 + 0.2
     shared = np.corrcoef(first.ravel(), second.ravel())[0, 1]
-    assert_allclose(shared, pattern / (pattern + temporal), atol=0.02)  # 5 standard errors; only 256 columns
+    assert_allclose(
+        shared, pattern / (pattern + temporal), atol=0.02
+    )  # 5 standard errors; only 256 columns
     assert abs(np.corrcoef(first.ravel(), other.ravel())[0, 1]) < 0.02
     assert_allclose((first - second).var() / 2, temporal, rtol=5 * np.sqrt(2 / N))
 
 
 def test_fixed_pattern_amplitudes():
-    for field, want in (({"prnu": 0.01}, 100.0), ({"dsnu_e": 30.0}, 30.0), ({"column_e": 30.0}, 30.0)):
-        average = np.mean([electrons_read(BayerSensor(**{**CLEAN, "read_noise_e": 0.0, **field}), 10000.0, generator(k))[0][0]
-                           for k in range(16)], axis=0)
+    for field, want in (
+        ({"prnu": 0.01}, 100.0),
+        ({"dsnu_e": 30.0}, 30.0),
+        ({"column_e": 30.0}, 30.0),
+    ):
+        average = np.mean(
+            [
+                electrons_read(
+                    BayerSensor(**{**CLEAN, "read_noise_e": 0.0, **field}), 10000.0, generator(k)
+                )[0][0]
+                for k in range(16)
+            ],
+            axis=0,
+        )
         left = 10000 / 16  # temporal variance that 16 shots leave
         if "column_e" in field:
             average, left = average.mean(0), left / SIZE[0]
@@ -116,7 +145,9 @@ def test_fixed_pattern_amplitudes():
 
 
 def test_dark_spread_scales_with_the_dark_charge():
-    sensor = BayerSensor(**{**CLEAN, "dark_e_per_s": 9.1e5, "dark_spread": 0.2, "read_noise_e": 0.0})
+    sensor = BayerSensor(
+        **{**CLEAN, "dark_e_per_s": 9.1e5, "dark_spread": 0.2, "read_noise_e": 0.0}
+    )
     found, _ = electrons_read(sensor, 0.0)
     mean = 9.1e5 * 0.016
     assert_allclose(found.mean(), mean, rtol=5 * 0.2 / np.sqrt(N))
@@ -136,9 +167,13 @@ def test_rounding_error_of_the_converter():
     assert_allclose(error.std(), 1 / gain / np.sqrt(12), rtol=0.01)  # 3000 codes, 16 samples each
 
 
-@pytest.mark.parametrize("sensor", [BayerSensor(), RgbwSensor(prnu=0.02), SplitPixelSensor(dsnu_e=(1, 1, 1))])
+@pytest.mark.parametrize(
+    "sensor", [BayerSensor(), RgbwSensor(prnu=0.02), SplitPixelSensor(dsnu_e=(1, 1, 1))]
+)
 def test_any_block_gives_the_same_bits(sensor):
-    mean = np.geomspace(1e-3, 1e6, 60 * 70).reshape(60, 70)[:, np.random.default_rng(0).permutation(70)]
+    mean = np.geomspace(1e-3, 1e6, 60 * 70).reshape(60, 70)[
+        :, np.random.default_rng(0).permutation(70)
+    ]
     light = [mean * d.fill_factor for d in sensor.model().photodiodes]
     whole = readings(sensor.model(), light, KEY)
     for rows in (1, 7, 60):
@@ -156,12 +191,34 @@ def test_light_elsewhere_changes_no_pixel():
     assert_array_equal(changed, [[5, 6]])
 
 
-@pytest.mark.parametrize("make, ideal", [
-    (lambda: BayerSensor(noise=False, bits=0, dark_e_per_s=0.0, full_well_e=np.inf, swing_v=1e12), dict(pitch_um=3.75)),
-    (lambda: RgbwSensor(noise=False, bits=0, dark_e_per_s=0.0, full_well_e=np.inf, swing_v=1e12), dict(pitch_um=3.75, cfa="RG/WB")),
-    (lambda: SplitPixelSensor(noise=False, bits=0, dark_e_per_s=(0, 0), full_well_e=(np.inf,) * 2, swing_v=(1e12,) * 3,
-                              fill_factor=(0.5, 0.5)), dict(pitch_um=2.8, cfa="GRBG", fill_factor=0.5)),
-])
+@pytest.mark.parametrize(
+    "make, ideal",
+    [
+        (
+            lambda: BayerSensor(
+                noise=False, bits=0, dark_e_per_s=0.0, full_well_e=np.inf, swing_v=1e12
+            ),
+            dict(pitch_um=3.75),
+        ),
+        (
+            lambda: RgbwSensor(
+                noise=False, bits=0, dark_e_per_s=0.0, full_well_e=np.inf, swing_v=1e12
+            ),
+            dict(pitch_um=3.75, cfa="RG/WB"),
+        ),
+        (
+            lambda: SplitPixelSensor(
+                noise=False,
+                bits=0,
+                dark_e_per_s=(0, 0),
+                full_well_e=(np.inf,) * 2,
+                swing_v=(1e12,) * 3,
+                fill_factor=(0.5, 0.5),
+            ),
+            dict(pitch_um=2.8, cfa="GRBG", fill_factor=0.5),
+        ),
+    ],
+)
 def test_every_sensor_reduces_to_the_ideal_one(make, ideal, make_light):
     light = make_light(np.random.default_rng(0).lognormal(-7, 3, (31, 20, 20)), 4.0)
     want = IdealSensor(peak_qe=0.65, **ideal)(light)
@@ -169,7 +226,9 @@ def test_every_sensor_reduces_to_the_ideal_one(make, ideal, make_light):
     for capture in range(got.sizes["capture"]):
         assert_array_equal(got.raw.values[capture], want.raw.values[0])
         assert not got.saturated.values.any()
-    assert_allclose(want.raw.values, IdealSensor(peak_qe=0.65, **ideal).expected(light), rtol=1e-7)  # float32
+    assert_allclose(
+        want.raw.values, IdealSensor(peak_qe=0.65, **ideal).expected(light), rtol=1e-7
+    )  # float32
     assert_array_equal(got["filter"], want["filter"])
 
 
@@ -179,7 +238,7 @@ def test_mean_of_many_shots_is_expected(make_light):
     shots = np.array([sensor(light, generator(k)).raw.values for k in range(300)])
     expected = sensor.expected(light).values
     read = np.array([3.05, 0.83, 0.83])[:, None, None]
-    free = (expected < np.array([20000, 5000, 7000])[:, None, None])
+    free = expected < np.array([20000, 5000, 7000])[:, None, None]
     z = (shots.mean(0) - expected) / np.sqrt((expected + read**2) / 300)
     assert free.mean() > 0.5 and np.abs(z[free]).max() < 5.5  # 1000 pixels; chance 4e-5
     assert abs(z[free].std() - 1) < 0.1

@@ -13,7 +13,9 @@ from numpy.testing import assert_allclose
 from isethdr_core.seeds import generator
 
 FOLDER = Path(os.environ.get("ISETHDR_REFERENCE", "")) / "isetcam"
-pytestmark = pytest.mark.skipif("ISETHDR_REFERENCE" not in os.environ, reason="ISETHDR_REFERENCE is not set")
+pytestmark = pytest.mark.skipif(
+    "ISETHDR_REFERENCE" not in os.environ, reason="ISETHDR_REFERENCE is not set"
+)
 
 
 def load(name):
@@ -28,9 +30,23 @@ def test_noise_free_volts(name):
     data, light = load(f"e_nf_{name}.npz"), load("e_input_irradiance.npz")
     rows, columns = data["size"].astype(int)
     filters = np.tile(data["cfa_pattern"].astype(int) - 1, (rows // 2, columns // 2))
-    rate = pixel_rate(light["oi_photons"], data["spectral_qe"], 10.0, light["oi_sample_um"][0], data["pixel_size_m"][0] * 1e6, filters)
-    found = volts(rate, float(data["exp_time_s"]), float(data["pd_area_m2"]), float(data["conversion_gain_v_per_e"]),
-                  float(data["voltage_swing"]), float(data["analog_gain"]), float(data["analog_offset"]))
+    rate = pixel_rate(
+        light["oi_photons"],
+        data["spectral_qe"],
+        10.0,
+        light["oi_sample_um"][0],
+        data["pixel_size_m"][0] * 1e6,
+        filters,
+    )
+    found = volts(
+        rate,
+        float(data["exp_time_s"]),
+        float(data["pd_area_m2"]),
+        float(data["conversion_gain_v_per_e"]),
+        float(data["voltage_swing"]),
+        float(data["analog_gain"]),
+        float(data["analog_offset"]),
+    )
     # ISETCam stores the irradiance and the volts as float32
     assert_allclose(found, data["volts"], rtol=0, atol=3e-7 * data["volts"].max())
 
@@ -41,9 +57,17 @@ def cells(data, flag):
     dark_e = flag_2 * float(data["dark_voltage_v_per_s"] * data["exp_time_s"]) / gain
     noise = (flag_2 * float(data["read_noise_v"]), flag_2 * 0.01, flag_2 * float(data["dsnu_v"]))
     for level, k in np.ndindex(6, 3):
-        found = {name: float(data[name][k, level, flag]) for name in ("mean_volts", "var_volts", "frac_at_zero", "frac_at_swing", "n")}
-        electrons = float(data["mean_volts"][k, level, 0]) / gain   # flag 0 clips nowhere
-        yield level, k, found, clipped_noise(electrons, dark_e, gain, *noise, float(data["voltage_swing"]))
+        found = {
+            name: float(data[name][k, level, flag])
+            for name in ("mean_volts", "var_volts", "frac_at_zero", "frac_at_swing", "n")
+        }
+        electrons = float(data["mean_volts"][k, level, 0]) / gain  # flag 0 clips nowhere
+        yield (
+            level,
+            k,
+            found,
+            clipped_noise(electrons, dark_e, gain, *noise, float(data["voltage_swing"])),
+        )
 
 
 def errors_of(want, n):
@@ -54,7 +78,9 @@ def errors_of(want, n):
 def test_noise_free_means_of_uniform_fields():
     data = load("e_noise_default.npz")
     scale = data["exp_time_s"] * data["pd_area_m2"] * data["conversion_gain_v_per_e"]
-    want = np.minimum(10.0 * data["spectral_qe"].T @ data["irradiance"] * scale, data["voltage_swing"])
+    want = np.minimum(
+        10.0 * data["spectral_qe"].T @ data["irradiance"] * scale, data["voltage_swing"]
+    )
     assert_allclose(data["mean_volts"][..., 0], want, rtol=1e-6)  # float32
 
 
@@ -70,7 +96,12 @@ def test_noise_statistics_of_all_cells(flag):
         assert_allclose(found["var_volts"], want.variance_v2, rtol=0, atol=5 * of_variance)
         for name, share in (("frac_at_zero", want.at_zero), ("frac_at_swing", want.at_swing)):
             # 5 binomial standard errors, and one draw where none is expected
-            assert_allclose(found[name], share, rtol=0, atol=5 * np.sqrt(share * (1 - share) / found["n"]) + 1 / found["n"])
+            assert_allclose(
+                found[name],
+                share,
+                rtol=0,
+                atol=5 * np.sqrt(share * (1 - share) / found["n"]) + 1 / found["n"],
+            )
         clipped += max(found["frac_at_zero"], found["frac_at_swing"]) > 1e-6
     assert clipped >= 9
 
@@ -80,20 +111,41 @@ def test_clipping_is_left_alone_where_it_does_not_reach():
     found = clipped_noise(1000.0, 2.0, 1e-4, 1e-3, 0.01, 1e-3, 1.0)
     # 1e-4: rounding the normal count adds 1/12 of an electron squared to 1000
     assert_allclose([found.mean_v, found.variance_v2], [mean, variance], rtol=1.2e-4)
-    assert found.at_zero < 1e-12 and found.at_swing == 0 and abs(found.fourth_v4 / variance**2 - 3) < 1e-2
+    assert (
+        found.at_zero < 1e-12
+        and found.at_swing == 0
+        and abs(found.fourth_v4 / variance**2 - 3) < 1e-2
+    )
 
 
 def test_our_sensor_has_the_same_statistics():
     """Ours, clipped as theirs are: all 18 cells, where its exact Poisson and PRNU of the light alone agree within both samples' errors."""
     data = load("e_noise_default.npz")
     gain, n_ours = float(data["conversion_gain_v_per_e"]), 65536
-    sensor = BayerSensor(exposure_s=float(data["exp_time_s"]), bits=0, full_well_e=1e9, swing_v=1e9, conversion_gain_uv_per_e=gain * 1e6,
-                         read_noise_e=float(data["read_noise_v"]) / gain, dsnu_e=float(data["dsnu_v"]) / gain, prnu=0.01, column_e=0.0,
-                         dark_e_per_s=float(data["dark_voltage_v_per_s"]) / gain, dark_spread=0.0)
+    sensor = BayerSensor(
+        exposure_s=float(data["exp_time_s"]),
+        bits=0,
+        full_well_e=1e9,
+        swing_v=1e9,
+        conversion_gain_uv_per_e=gain * 1e6,
+        read_noise_e=float(data["read_noise_v"]) / gain,
+        dsnu_e=float(data["dsnu_v"]) / gain,
+        prnu=0.01,
+        column_e=0.0,
+        dark_e_per_s=float(data["dark_voltage_v_per_s"]) / gain,
+        dark_spread=0.0,
+    )
     for level, k, theirs, want in cells(data, 2):
         clean = float(data["mean_volts"][k, level, 0])
-        ours = np.clip(readings(sensor.model(), [np.full((256, 256), clean / gain)], generator(level))[0] * gain, 0, float(data["voltage_swing"]))
+        ours = np.clip(
+            readings(sensor.model(), [np.full((256, 256), clean / gain)], generator(level))[0]
+            * gain,
+            0,
+            float(data["voltage_swing"]),
+        )
         of_mean, of_variance = errors_of(want, 1 / (1 / theirs["n"] + 1 / n_ours))
-        assert_allclose(ours.mean(dtype=float), theirs["mean_volts"], rtol=0, atol=5 * of_mean + 3e-8)
+        assert_allclose(
+            ours.mean(dtype=float), theirs["mean_volts"], rtol=0, atol=5 * of_mean + 3e-8
+        )
         # 2e-4: ISETCam's PRNU multiplies noise too; 1e-3 below 25 e to 1e-4 above it: its normal is rounded
         assert_allclose(ours.var(dtype=float), theirs["var_volts"], rtol=2e-4, atol=5 * of_variance)

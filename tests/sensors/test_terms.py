@@ -2,7 +2,14 @@
 
 import numpy as np
 import pytest
-from isethdr_sensors import BayerSensor, DualGainSensor, InterleavedSensor, SingleSensor, SplitPixelSensor, StaggeredSensor
+from isethdr_sensors import (
+    BayerSensor,
+    DualGainSensor,
+    InterleavedSensor,
+    SingleSensor,
+    SplitPixelSensor,
+    StaggeredSensor,
+)
 from isethdr_sensors.blooming import bloom
 from isethdr_sensors.companding import compand, decompand, table
 from isethdr_sensors.crosstalk import kernel, mixed_efficiency, spread
@@ -18,30 +25,52 @@ SIZE = (200, 256)
 N = SIZE[0] * SIZE[1]
 CLEAN = dict(prnu=0.0, dark_spread=0.0, column_e=0.0, dark_e_per_s=0.0, read_noise_e=0.0, bits=0)
 KNEES = ((512.0, 512.0), (1536.0, 768.0), (4095.0, 1023.0))
-ALL = dict(optical_crosstalk_percent=2.0, electrical_crosstalk_percent=3.0, blooming_percent=10.0, hot_percent=0.5, row_e=0.5,
-           row_noise_e=1.0, dsnu_e=1.0, read_tail_percent=1.0, inl_dn=2.0, companding=KNEES)
+ALL = dict(
+    optical_crosstalk_percent=2.0,
+    electrical_crosstalk_percent=3.0,
+    blooming_percent=10.0,
+    hot_percent=0.5,
+    row_e=0.5,
+    row_noise_e=1.0,
+    dsnu_e=1.0,
+    read_tail_percent=1.0,
+    inl_dn=2.0,
+    companding=KNEES,
+)
 
 
 def read(mean_e, seed=1, sensor=SingleSensor, device="A", **fields):
     """Return the (y, x) numbers of a shot of uniform charge, float electrons where the converter is off."""
     model = sensor(**{**CLEAN, **fields}).model()
-    return readings(model, [np.full(SIZE, float(mean_e)) for _ in model.photodiodes], generator(seed, device))[0][0].astype(float)
+    return readings(
+        model, [np.full(SIZE, float(mean_e)) for _ in model.photodiodes], generator(seed, device)
+    )[0][0].astype(float)
 
 
 @pytest.mark.parametrize("optical, electrical", [(0, 0), (5, 0), (0, 8), (20, 30)])
 def test_crosstalk_conserves_electrons(optical, electrical):
     around = kernel(optical, electrical)
     assert_allclose(around.sum(), 1, rtol=1e-14)
-    assert_allclose(around[2, 2], (1 - optical / 100) * (1 - electrical / 100) + optical * electrical / 1e4 / 5, rtol=1e-12)
+    assert_allclose(
+        around[2, 2],
+        (1 - optical / 100) * (1 - electrical / 100) + optical * electrical / 1e4 / 5,
+        rtol=1e-12,
+    )
     assert_allclose(around, around[::-1], atol=1e-16)
     assert_allclose(around, around.T, atol=1e-16)
-    model = SingleSensor(optical_crosstalk_percent=optical, electrical_crosstalk_percent=electrical).model()
-    mean = np.random.default_rng(0).lognormal(0, 8, (7, 9))  # lamps beside darkness, up to the border
+    model = SingleSensor(
+        optical_crosstalk_percent=optical, electrical_crosstalk_percent=electrical
+    ).model()
+    mean = np.random.default_rng(0).lognormal(
+        0, 8, (7, 9)
+    )  # lamps beside darkness, up to the border
     astray = mean * np.random.default_rng(1).random((7, 9))
     both = [mean - astray, astray] if optical else [mean]
     assert_allclose(spread(both, model).sum(), mean.sum(), rtol=1e-13)
     assert spread(both, model).min() >= 0
-    assert_allclose(spread([part[:1, :1] for part in both], model), mean[:1, :1], rtol=1e-14)  # a single pixel keeps all
+    assert_allclose(
+        spread([part[:1, :1] for part in both], model), mean[:1, :1], rtol=1e-14
+    )  # a single pixel keeps all
 
 
 @pytest.mark.parametrize("power", [0.0, 1.0, 2.5, -1.0])
@@ -51,23 +80,32 @@ def test_light_goes_astray_as_a_power_of_its_wavelength(make_light, power):
         values = np.zeros((3, 9, 9))
         values[1, 4, 4] = 1.0
         light = make_light(values, 3.0, [nm - 10, nm, nm + 10])
-        sensor = SingleSensor(pitch_um=3.0, dark_e_per_s=0.0, optical_crosstalk_percent=4.0, optical_crosstalk_power=power)
+        sensor = SingleSensor(
+            pitch_um=3.0,
+            dark_e_per_s=0.0,
+            optical_crosstalk_percent=4.0,
+            optical_crosstalk_power=power,
+        )
         found = sensor.expected(light).values[0]
         share = 0.04 * (nm / 550) ** power
         assert_allclose(1 - found[4, 4] / found.sum(), share, rtol=1e-9)
         assert_allclose(found[[3, 5, 4, 4], [4, 4, 3, 5]] / found.sum(), share / 4, rtol=1e-12)
         clean = SingleSensor(pitch_um=3.0, dark_e_per_s=0.0).expected(light).values[0]
-        assert_allclose(found.sum(), clean.sum(), rtol=1e-12)   # nothing is lost
+        assert_allclose(found.sum(), clean.sum(), rtol=1e-12)  # nothing is lost
 
 
 def test_more_light_astray_than_there_is_is_refused(flat):
     with pytest.raises(ConfigError, match="send 83.6 % of the light astray within 400..700 nm"):
-        SingleSensor(pitch_um=3.0, optical_crosstalk_percent=40.0, optical_crosstalk_power=3.055).expected(flat(1e-3))
+        SingleSensor(
+            pitch_um=3.0, optical_crosstalk_percent=40.0, optical_crosstalk_power=3.055
+        ).expected(flat(1e-3))
 
 
 def test_crosstalk_leaves_poisson_noise_without_correlation(flat):
     # a charge that each electron leaves on its own is thinned: variance = mean, neighbours independent
-    sensor = SingleSensor(**CLEAN, swing_v=1e6, full_well_e=1e9, pitch_um=3.0, optical_crosstalk_percent=30.0)
+    sensor = SingleSensor(
+        **CLEAN, swing_v=1e6, full_well_e=1e9, pitch_um=3.0, optical_crosstalk_percent=30.0
+    )
     light = flat(0.1, *SIZE)
     found = sensor(light, generator(1)).raw.values[0].astype(float)
     mean = float(sensor.expected(light).mean())
@@ -80,15 +118,30 @@ def test_efficiency_of_the_captures_includes_crosstalk(make_light):
     w = np.arange(400.0, 701, 10)
     light = make_light(np.random.default_rng(0).random((31, 1, 1)) * np.ones((1, 40, 40)), 3.75, w)
     for cfa in ("RGGB", "RG/WB", "RCCC", "RRGG/RRGG/GGBB/GGBB"):
-        clean, mixed = (BayerSensor(cfa=cfa, dark_e_per_s=0.0, optical_crosstalk_percent=a, electrical_crosstalk_percent=b) for a, b in ((0, 0), (5, 8)))
-        qe, blurred = quantum_efficiency(clean.model(), w), mixed_efficiency(quantum_efficiency(clean.model(), w), mixed.model(), w)
+        clean, mixed = (
+            BayerSensor(
+                cfa=cfa,
+                dark_e_per_s=0.0,
+                optical_crosstalk_percent=a,
+                electrical_crosstalk_percent=b,
+            )
+            for a, b in ((0, 0), (5, 8))
+        )
+        qe, blurred = (
+            quantum_efficiency(clean.model(), w),
+            mixed_efficiency(quantum_efficiency(clean.model(), w), mixed.model(), w),
+        )
         assert np.abs(blurred / qe - 1).max() > 0.05
         filters = clean(light, generator())["filter"].values[8:-8, 8:-8]
         before, after = (s.expected(light).values[0][8:-8, 8:-8] for s in (clean, mixed))
         weights = light.values[:, 0, 0] * w  # electrons per photon times photons, up to a constant
         for channel in range(len(qe)):
             want = (blurred[channel] @ weights) / (qe[channel] @ weights)
-            assert_allclose(after[filters == channel].mean() / before[filters == channel].mean(), want, rtol=1e-12)
+            assert_allclose(
+                after[filters == channel].mean() / before[filters == channel].mean(),
+                want,
+                rtol=1e-12,
+            )
 
 
 def test_blooming_conserves_charge_that_finds_room():
@@ -98,9 +151,13 @@ def test_blooming_conserves_charge_that_finds_room():
     assert_allclose(out.sum(), charge.sum(), rtol=1e-14)
     assert out.max() <= 1000.0
     assert_array_equal(out[:, [0, 2]], 100.0)  # along the column only
-    assert_allclose(out[20 - 3:21 + 3, 1], 1000.0)  # 3000 e each way fill 900 e wells: three whole and a third
+    assert_allclose(
+        out[20 - 3 : 21 + 3, 1], 1000.0
+    )  # 3000 e each way fill 900 e wells: three whole and a third
     assert_allclose(out[[16, 24], 1], 400.0, rtol=1e-12)
-    assert_allclose(bloom(charge, 1000.0, 40.0).sum(), charge.sum() - 0.6 * 6000, rtol=1e-14)  # the rest is drained
+    assert_allclose(
+        bloom(charge, 1000.0, 40.0).sum(), charge.sum() - 0.6 * 6000, rtol=1e-14
+    )  # the rest is drained
     assert_array_equal(bloom(charge, 1000.0, 0.0), np.minimum(charge, 1000.0))
 
 
@@ -131,9 +188,15 @@ def test_row_noise_is_new_in_every_shot_and_rows_of_the_device_stay():
     assert abs(np.corrcoef(*temporal)[0, 1]) < 5 / np.sqrt(SIZE[0])
     persistent = [read(100.0, seed, row_e=30.0).mean(1) - 100 for seed in (1, 2)]
     assert np.corrcoef(*persistent)[0, 1] > 0.99
-    assert abs(np.corrcoef(persistent[0], read(100.0, 1, row_e=30.0, device="B").mean(1))[0, 1]) < 5 / np.sqrt(SIZE[0])
+    assert abs(
+        np.corrcoef(persistent[0], read(100.0, 1, row_e=30.0, device="B").mean(1))[0, 1]
+    ) < 5 / np.sqrt(SIZE[0])
     inside = read(100.0, 1, row_noise_e=30.0)
-    assert_allclose((inside - inside.mean(1, keepdims=True)).var(), 100 * (1 - 1 / SIZE[1]), rtol=5 * np.sqrt(2 / N))
+    assert_allclose(
+        (inside - inside.mean(1, keepdims=True)).var(),
+        100 * (1 - 1 / SIZE[1]),
+        rtol=5 * np.sqrt(2 / N),
+    )
 
 
 def test_captures_state_the_row_noise_of_their_pixels(make_light):
@@ -142,20 +205,33 @@ def test_captures_state_the_row_noise_of_their_pixels(make_light):
     sensor = BayerSensor(read_noise_e=5.0, row_noise_e=12.0, rows=40, columns=40)
     one, two = (sensor(light, generator(seed)) for seed in (1, 2))
     apart = (one.raw.values.astype(float) - two.raw.values) / float(one.gain_dn_per_e[0])
-    stated = float(one.read_noise_e[0]) ** 2 + float(one.quantisation_e[0]) ** 2 / 12 + float(one.dark_e[0])
+    stated = (
+        float(one.read_noise_e[0]) ** 2
+        + float(one.quantisation_e[0]) ** 2 / 12
+        + float(one.dark_e[0])
+    )
     # 40 rows of shared noise: a variance known to a factor 1 +- sqrt(2 / 40), five of these
-    assert 0.5 * apart.var() == pytest.approx(stated, rel=5 * np.sqrt(2 / 40)) and one.read_noise_e[0] == 13.0
+    assert (
+        0.5 * apart.var() == pytest.approx(stated, rel=5 * np.sqrt(2 / 40))
+        and one.read_noise_e[0] == 13.0
+    )
 
 
 def test_hot_pixels():
     one, two = (read(0.0, seed, hot_percent=2.0, hot_dark_e_per_s=1e5) for seed in (1, 2))
     count = 0.02 * N
-    assert_allclose((one > 0).sum(), count, atol=5 * np.sqrt(count) + 0.01 * count)  # 1 in 1600 of them is below 1 e
-    assert_allclose(one[one > 0].mean(), 1600, rtol=5 / np.sqrt(count))  # 1e5 e/s in 16 ms, exponential: rms = mean
+    assert_allclose(
+        (one > 0).sum(), count, atol=5 * np.sqrt(count) + 0.01 * count
+    )  # 1 in 1600 of them is below 1 e
+    assert_allclose(
+        one[one > 0].mean(), 1600, rtol=5 / np.sqrt(count)
+    )  # 1e5 e/s in 16 ms, exponential: rms = mean
     assert_allclose(one[one > 0].std(), 1600, rtol=5 * 2 / np.sqrt(count))
     assert ((one > 50) == (two > 50)).mean() > 0.9995  # the same pixels
     warm = read(0.0, 1, hot_percent=2.0, hot_dark_e_per_s=1e5, temperature_c=68.0)
-    assert_allclose(warm[one > 50].mean() / one[one > 50].mean(), 2, rtol=0.01)  # thermal: doubles in 8 K
+    assert_allclose(
+        warm[one > 50].mean() / one[one > 50].mean(), 2, rtol=0.01
+    )  # thermal: doubles in 8 K
 
 
 def test_read_noise_tail_keeps_the_rms():
@@ -196,9 +272,16 @@ def test_companding_is_undone_by_its_table():
     assert_array_equal(decompand(codes[:513], KNEES, 4095.0), linear[:513])
 
 
-@pytest.mark.parametrize("knees, message", [
-    (((512.0, 512.0), (400.0, 600.0), (4095.0, 1023.0)), "increase from knee to knee"), (((512.0, 512.0), (4095.0, 400.0)), "increase"),
-    (((512.0, 600.0), (4095.0, 1023.0)), "squeeze"), (((2000.0, 1023.0),), "top code 4095"), (((1.0, float("nan")),), "with nan in it")])
+@pytest.mark.parametrize(
+    "knees, message",
+    [
+        (((512.0, 512.0), (400.0, 600.0), (4095.0, 1023.0)), "increase from knee to knee"),
+        (((512.0, 512.0), (4095.0, 400.0)), "increase"),
+        (((512.0, 600.0), (4095.0, 1023.0)), "squeeze"),
+        (((2000.0, 1023.0),), "top code 4095"),
+        (((1.0, float("nan")),), "with nan in it"),
+    ],
+)
 def test_bad_companding_tables_are_refused(knees, message):
     with pytest.raises(ConfigError, match=message):
         BayerSensor(companding=knees)
@@ -207,25 +290,47 @@ def test_bad_companding_tables_are_refused(knees, message):
 def test_captures_carry_the_table(flat):
     shot = BayerSensor(companding=KNEES, pitch_um=3.0)(flat(1e-2), generator(1))
     plain = BayerSensor(pitch_um=3.0)(flat(1e-2), generator(1))
-    assert shot.raw.dtype == np.uint16 and int(shot.raw.max()) <= 1023 and "companding_dn" not in plain
-    linear = np.interp(shot.raw.values[0], shot.companding_dn.values[0], shot.companding_linear_dn.values[0])
-    assert np.abs(linear - plain.raw.values[0]).max() <= 5.1 and plain.raw.values.max() > 600  # half of the widest step
+    assert (
+        shot.raw.dtype == np.uint16 and int(shot.raw.max()) <= 1023 and "companding_dn" not in plain
+    )
+    linear = np.interp(
+        shot.raw.values[0], shot.companding_dn.values[0], shot.companding_linear_dn.values[0]
+    )
+    assert (
+        np.abs(linear - plain.raw.values[0]).max() <= 5.1 and plain.raw.values.max() > 600
+    )  # half of the widest step
     assert_array_equal(shot.saturated, plain.saturated)
     assert table(KNEES, 4095)[0][-1] == shot.companding_linear_dn.values[0][-1]
 
 
 def test_sixteen_bits_do_not_overflow(flat):
-    for fields, top in (({"bits": 16}, 65535), ({"bits": 20}, 2**20 - 1), ({"bits": 20, "companding": ((2.0**20 - 1, 60000.0),)}, 60000)):
+    for fields, top in (
+        ({"bits": 16}, 65535),
+        ({"bits": 20}, 2**20 - 1),
+        ({"bits": 20, "companding": ((2.0**20 - 1, 60000.0),)}, 60000),
+    ):
         shot = BayerSensor(pitch_um=3.0, noise=False, **fields)(flat(1e6), None)
         assert int(shot.raw.max()) == int(shot.raw.min()) == top and shot.saturated.values.all()
 
 
-@pytest.mark.parametrize("sensor", [BayerSensor(**ALL), SplitPixelSensor(**{**ALL, "dsnu_e": (1, 1, 1)}), StaggeredSensor(**ALL),
-                                    DualGainSensor(**{**ALL, "dsnu_e": (1, 1)}), InterleavedSensor(**ALL)])
+@pytest.mark.parametrize(
+    "sensor",
+    [
+        BayerSensor(**ALL),
+        SplitPixelSensor(**{**ALL, "dsnu_e": (1, 1, 1)}),
+        StaggeredSensor(**ALL),
+        DualGainSensor(**{**ALL, "dsnu_e": (1, 1)}),
+        InterleavedSensor(**ALL),
+    ],
+)
 def test_any_block_gives_the_same_bits_with_every_term(sensor):
-    mean = np.geomspace(1e-3, 1e6, 60 * 70).reshape(60, 70)[:, np.random.default_rng(0).permutation(70)]
+    mean = np.geomspace(1e-3, 1e6, 60 * 70).reshape(60, 70)[
+        :, np.random.default_rng(0).permutation(70)
+    ]
     light = [mean * d.fill_factor * d.exposure_share for d in sensor.model().photodiodes]
     whole = readings(sensor.model(), light, generator(3))
     for rows in (1, 7, 60):
-        for a, b in zip(whole, readings(sensor.model(), light, generator(3), block_rows=rows), strict=True):
+        for a, b in zip(
+            whole, readings(sensor.model(), light, generator(3), block_rows=rows), strict=True
+        ):
             assert_array_equal(a, b)

@@ -15,23 +15,48 @@ import pytest
 
 from isethdr_core.cli import main
 
-FAST = ["scene.width=48", "scene.height=27", "draws=1", "~renderer", "~versions", "lens=ideal", "~flare@flare.dirt", "isp=linear",
-        *(f"~metric.{name}" for name in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance"))]
-WITHOUT_REPORT = "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows,acme"     # pages with plots take as long as all else
-LIGHTS = ["scene=point_lights", *FAST]      # two light groups: sky and headlights
+FAST = [
+    "scene.width=48",
+    "scene.height=27",
+    "draws=1",
+    "~renderer",
+    "~versions",
+    "lens=ideal",
+    "~flare@flare.dirt",
+    "isp=linear",
+    *(
+        f"~metric.{name}"
+        for name in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance")
+    ),
+]
+WITHOUT_REPORT = "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows,acme"  # pages with plots take as long as all else
+LIGHTS = ["scene=point_lights", *FAST]  # two light groups: sky and headlights
 
 
 def environment(plugins, variables) -> dict[str, str]:
     """Return the environment of a command, with the folders `plugins` on its path."""
     paths = [*map(str, plugins), os.environ.get("PYTHONPATH", "")]
-    return {**os.environ, "ISETHDR_PLUGINS": WITHOUT_REPORT, "PYTHONPATH": os.pathsep.join(filter(None, paths)), "COLUMNS": "200", "NO_COLOR": "1", **variables}
+    return {
+        **os.environ,
+        "ISETHDR_PLUGINS": WITHOUT_REPORT,
+        "PYTHONPATH": os.pathsep.join(filter(None, paths)),
+        "COLUMNS": "200",
+        "NO_COLOR": "1",
+        **variables,
+    }
 
 
 def start(*arguments: str, plugins=(), **variables: str) -> subprocess.Popen:
     """Return the started command, in a process group of its own, so that Ctrl-C reaches it alone."""
-    return subprocess.Popen([sys.executable, "-c", "from isethdr_core.cli import main; main()", *arguments], env=environment(plugins, variables),
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
-                            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))    # a shell ignores it for what it starts behind itself
+    return subprocess.Popen(
+        [sys.executable, "-c", "from isethdr_core.cli import main; main()", *arguments],
+        env=environment(plugins, variables),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # a shell ignores it for what it starts behind itself
 
 
 def isethdr(*arguments: str, plugins=(), **variables: str) -> subprocess.CompletedProcess:
@@ -59,8 +84,13 @@ print(json.dumps(ends))
 
 def one_by_one(*commands: list[str], plugins=(), **variables: str) -> list[tuple[int, str]]:
     """Return (exit code, standard error) of each command, all in one process: start-up takes a second."""
-    done = subprocess.run([sys.executable, "-c", ONE_BY_ONE, json.dumps(commands)], capture_output=True, text=True, check=False,
-                          env=environment(plugins, variables))
+    done = subprocess.run(
+        [sys.executable, "-c", ONE_BY_ONE, json.dumps(commands)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=environment(plugins, variables),
+    )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
 
@@ -68,7 +98,7 @@ def one_by_one(*commands: list[str], plugins=(), **variables: str) -> list[tuple
 def here(monkeypatch, capsys, *arguments: str) -> tuple[int, str]:
     """Return (exit code, standard error) of a command in the test's own process, where nothing depends on its having one."""
     monkeypatch.setattr(sys, "argv", ["isethdr", *arguments])
-    monkeypatch.setattr(signal, "signal", lambda *_: None)      # Ctrl-C stays with the tests
+    monkeypatch.setattr(signal, "signal", lambda *_: None)  # Ctrl-C stays with the tests
     with pytest.raises(SystemExit) as end:
         main()
     return end.value.code, capsys.readouterr().err
@@ -95,7 +125,11 @@ def wait_for(path: Path, process: subprocess.Popen) -> None:
 
 def stores(home: Path) -> dict[str, int]:
     """Return the time at which each store of a home was written, by its name."""
-    return {p.name: (p / "zarr.json").stat().st_mtime_ns for kind in ("runs", "scenes") for p in (home / kind).glob("*.zarr")}
+    return {
+        p.name: (p / "zarr.json").stat().st_mtime_ns
+        for kind in ("runs", "scenes")
+        for p in (home / kind).glob("*.zarr")
+    }
 
 
 def leftovers(home: Path) -> list[str]:

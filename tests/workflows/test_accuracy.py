@@ -19,16 +19,30 @@ def once(monkeypatch):
 
 
 def test_a_front_keeps_what_no_other_setting_beats():
-    points = [Point("slow", 1e-3, 4.0), Point("right", 1e-6, 5.0), Point("worse", 1e-2, 4.5), Point("quick", 1.0, 1.0), Point("broken", np.nan, 0.5)]
+    points = [
+        Point("slow", 1e-3, 4.0),
+        Point("right", 1e-6, 5.0),
+        Point("worse", 1e-2, 4.5),
+        Point("quick", 1.0, 1.0),
+        Point("broken", np.nan, 0.5),
+    ]
     assert [p.setting for p in front(points)] == ["quick", "slow", "right"]
-    assert [r["front"] for r in as_rows(Work("s", "e", "r", 0.0, points))] == [True, True, False, True, False]
+    assert [r["front"] for r in as_rows(Work("s", "e", "r", 0.0, points))] == [
+        True,
+        True,
+        False,
+        True,
+        False,
+    ]
 
 
 def test_bits_kept_halve_the_error_each(monkeypatch):
     monkeypatch.setattr(stored, "SIZE", (64, 36))
     (work,) = stored.measured()
     for bits, each in zip(stored.BITS[:-1], work.points):
-        assert 0.4 < each.error / 2.0 ** -(bits + 1) <= 1.0 + 1e-6  # rounded to nearest: at most half a step, and some value comes close
+        assert (
+            0.4 < each.error / 2.0 ** -(bits + 1) <= 1.0 + 1e-6
+        )  # rounded to nearest: at most half a step, and some value comes close
     assert work.points[-1].error == 0
     assert [p.mark for p in work.points].count("default") == 1
 
@@ -38,7 +52,9 @@ def test_the_closed_form_of_a_pixel_beats_every_integrator(monkeypatch):
     (work,) = dynamics.measured()
     ours = next(p for p in work.points if p.mark == "default")
     assert ours.error < 1e-14  # a few roundings of float64; the reference has 60 digits
-    assert all(p.error > 1e-3 for p in work.points if p.mark == "peer")  # explicit, up to 1024 steps: stiff
+    assert all(
+        p.error > 1e-3 for p in work.points if p.mark == "peer"
+    )  # explicit, up to 1024 steps: stiff
     assert min(p.error for p in work.points if p.setting.startswith("implicit")) < 1e-6
 
 
@@ -48,12 +64,18 @@ def test_a_stage_without_knobs_says_so():
 
 
 def test_a_reference_that_does_not_fit_is_refused_with_the_nearest_that_does():
-    with pytest.raises(ConfigError, match=r"2000 points take 4 GB, 1 GB are free; the largest that fits is 1000: type reference=1000"):
+    with pytest.raises(
+        ConfigError,
+        match=r"2000 points take 4 GB, 1 GB are free; the largest that fits is 1000: type reference=1000",
+    ):
         refuse_what_does_not_fit("points", 2000, lambda n: n**2 * 1000, free_bytes=10**9)
     refuse_what_does_not_fit("points", 1000, lambda n: n**2 * 1000, free_bytes=10**9)
     with pytest.raises(ConfigError, match="none fits"):
         refuse_what_does_not_fit("points", 2, lambda n: n * 10**9, free_bytes=1)
-    with pytest.raises(ConfigError, match=r"points per tile of the psf reference take .* GB are free; the largest that fits is \d+"):
+    with pytest.raises(
+        ConfigError,
+        match=r"points per tile of the psf reference take .* GB are free; the largest that fits is \d+",
+    ):
         accuracy.accuracy(stage="psf", reference=10**6)
     with pytest.raises(ConfigError, match="expected a whole number above 0"):
         accuracy.accuracy(stage="psf", reference=-1)
@@ -66,10 +88,16 @@ def test_the_point_spread_is_airy_s(monkeypatch):
     monkeypatch.setattr(psf, "WAVES", 24)
     bands, support = psf.measured()
     one, four, chosen = bands.points
-    assert four.error < one.error / 3  # sub-bands are midpoints: a quarter of the step, a sixteenth of the error, down to other causes
+    assert (
+        four.error < one.error / 3
+    )  # sub-bands are midpoints: a quarter of the step, a sixteenth of the error, down to other causes
     assert chosen.error < 1e-4 and support.reference_error < 2e-5  # of the light, L1
-    assert [p.error for p in support.points] == sorted((p.error for p in support.points), reverse=True)
-    assert support.points[0].error > 0.01  # three tiles: light that diffraction takes farther is missing
+    assert [p.error for p in support.points] == sorted(
+        (p.error for p in support.points), reverse=True
+    )
+    assert (
+        support.points[0].error > 0.01
+    )  # three tiles: light that diffraction takes farther is missing
 
 
 def test_functionals_are_within_the_noise_allowed(monkeypatch):
@@ -79,14 +107,19 @@ def test_functionals_are_within_the_noise_allowed(monkeypatch):
     for each in work.points:
         assert each.error < 0.1
     assert any("functionals" in p.setting for p in work.points)  # else nothing was tried
-    assert next(p for p in work.points if p.mark == "peer").error < 1e-4  # float32 light of 1e4 electrons: 6e-8 x 1e4 / 1e2, and sums
+    assert (
+        next(p for p in work.points if p.mark == "peer").error < 1e-4
+    )  # float32 light of 1e4 electrons: 6e-8 x 1e4 / 1e2, and sums
 
 
 def test_rows_of_a_study_are_kept_and_found(tmp_path, monkeypatch):
     from isethdr_catalog.query import find
 
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
-    rows = [{"stage": "a", "error": 0.5, "front": True}, {"stage": "b", "error": 0.25, "front": False}]
+    rows = [
+        {"stage": "a", "error": 0.5, "front": True},
+        {"stage": "b", "error": 0.25, "front": False},
+    ]
     path = study_command.keep("accuracy", ["stage=a"], rows)
     back = store.open_store(path, "")
     assert list(back["stage"].values) == ["a", "b"] and list(back["error"].values) == [0.5, 0.25]

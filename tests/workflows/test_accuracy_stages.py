@@ -5,7 +5,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from isethdr_workflows import accuracy
-from isethdr_workflows.accuracy import aberrated, basis, denoise, diagram, field, ghosts, ghosts_by_chance, point
+from isethdr_workflows.accuracy import (
+    aberrated,
+    basis,
+    denoise,
+    diagram,
+    field,
+    ghosts,
+    ghosts_by_chance,
+    point,
+)
 from isethdr_workflows.accuracy.point import Point, Work
 
 from isethdr_core.physics.surfaces import Surface
@@ -29,7 +38,9 @@ def test_more_places_of_the_field_are_better_and_shares_are_better_than_patches(
     monkeypatch.setattr(field, "PATCHES", (2,))
     (work,) = field.measured()
     none, one, two, patches, default = work.points
-    assert none.error > 3 * one.error and one.error > 1.5 * two.error  # straight lines between places err by the square of the distance
+    assert (
+        none.error > 3 * one.error and one.error > 1.5 * two.error
+    )  # straight lines between places err by the square of the distance
     assert patches.error > 1.5 * two.error  # the same places
     assert default.mark == "default" and default.error < 0.05  # what the lens allows itself
     assert none.mark == patches.mark == "peer"
@@ -37,25 +48,40 @@ def test_more_places_of_the_field_are_better_and_shares_are_better_than_patches(
 
 def test_fresnel_s_laws():
     straight, bent = ghosts_by_chance.fresnel(np.array([1.0]), 1.0, 1.5)
-    assert straight[0] == pytest.approx(0.04, rel=1e-6) and bent[0] == pytest.approx(1.0)  # ((n - 1) / (n + 1))^2
-    brewster = np.cos(np.arctan(1.5))  # light along the plane is not reflected: half of ((n^2 - 1) / (n^2 + 1))^2 is left
-    assert ghosts_by_chance.fresnel(np.array([brewster]), 1.0, 1.5)[0][0] == pytest.approx(0.5 * (1.25 / 3.25) ** 2, rel=1e-9)
+    assert straight[0] == pytest.approx(0.04, rel=1e-6) and bent[0] == pytest.approx(
+        1.0
+    )  # ((n - 1) / (n + 1))^2
+    brewster = np.cos(
+        np.arctan(1.5)
+    )  # light along the plane is not reflected: half of ((n^2 - 1) / (n^2 + 1))^2 is left
+    assert ghosts_by_chance.fresnel(np.array([brewster]), 1.0, 1.5)[0][0] == pytest.approx(
+        0.5 * (1.25 / 3.25) ** 2, rel=1e-9
+    )
     beyond, nowhere = ghosts_by_chance.fresnel(np.array([0.5]), 1.5, 1.0)
     assert beyond[0] == 1.0 and nowhere[0] == 0.0
 
 
 def slow_singlet(indices):
     """Return a lens of two weak surfaces behind a narrow stop, and a sensor."""
-    surfaces = [Surface(0.0, semi_diameter_mm=1.0, is_stop=True), Surface(1.0, 1 / 400.0), Surface(5.0, -1 / 500.0), Surface(150.0)]
+    surfaces = [
+        Surface(0.0, semi_diameter_mm=1.0, is_stop=True),
+        Surface(1.0, 1 / 400.0),
+        Surface(5.0, -1 / 500.0),
+        Surface(150.0),
+    ]
     return SimpleNamespace(surfaces=surfaces, indices=lambda nm: indices)
 
 
 def test_light_of_a_ghost_by_hand():
     """Nearly straight on: T1 R2 R1 T2 of the stop's area, on one block; the start disc is larger than the stop by its margin."""
     edges = np.array([-50.0, 50.0])
-    mean, error = ghosts_by_chance.flux_by_chance(slow_singlet([1.0, 1.0, 1.9, 1.0, 1.0]), 0.0, 550.0, edges, 4096, 6)
+    mean, error = ghosts_by_chance.flux_by_chance(
+        slow_singlet([1.0, 1.0, 1.9, 1.0, 1.0]), 0.0, 550.0, edges, 4096, 6
+    )
     r = (0.9 / 2.9) ** 2
-    assert mean[0, 0] == pytest.approx(np.pi * r**2 * (1 - r) ** 2, rel=2e-3)  # border of the stop among evenly scattered points
+    assert mean[0, 0] == pytest.approx(
+        np.pi * r**2 * (1 - r) ** 2, rel=2e-3
+    )  # border of the stop among evenly scattered points
     assert 0 < error[0, 0] < 2e-3 * mean[0, 0]
     none, _ = ghosts_by_chance.flux_by_chance(slow_singlet([1.0] * 5), 0.0, 550.0, edges, 64, 2)
     assert none[0, 0] == 0.0
@@ -64,7 +90,9 @@ def test_light_of_a_ghost_by_hand():
 def test_the_error_of_photons_is_what_other_photons_find():
     edges = np.linspace(-6, 6, 7)
     lens = slow_singlet([1.0, 1.0, 1.9, 1.0, 1.0])
-    found = [ghosts_by_chance.flux_by_chance(lens, 0.01, 550.0, edges, 256, 4, seed=s) for s in range(24)]
+    found = [
+        ghosts_by_chance.flux_by_chance(lens, 0.01, 550.0, edges, 256, 4, seed=s) for s in range(24)
+    ]
     scatter = np.std([m for m, _ in found], axis=0, ddof=1)
     stated = np.sqrt(np.mean([e**2 for _, e in found], axis=0))
     lit = scatter > 0.05 * scatter.max()
@@ -81,7 +109,9 @@ def test_more_pairs_and_rays_are_better_down_to_the_reference(monkeypatch):
     pairs, rays = ghosts.measured()
     none, some, all_pairs, discs = pairs.points
     assert none.error > 2 * some.error and some.error > 2 * all_pairs.error
-    assert 0.01 < none.error < 0.05  # bare glass: a few pairs of 15 at (4 to 6 %)^2, and what of it falls on the frame
+    assert (
+        0.01 < none.error < 0.05
+    )  # bare glass: a few pairs of 15 at (4 to 6 %)^2, and what of it falls on the frame
     assert discs.mark == "peer" and discs.error > 5 * all_pairs.error
     # ghosts of all pairs: 4 % of a tile's light is stated, blocks of tiles average; and what the photons do not know
     assert all_pairs.error < 0.05 * none.error + 2 * pairs.reference_error
@@ -95,31 +125,59 @@ def test_functionals_through_an_aberrated_pupil_are_within_the_noise_allowed(mon
     monkeypatch.setattr(basis, "ALLOWED", (0.1,))
     (work,) = aberrated.measured()
     assert "functionals" in marked(work, "default").setting  # else nothing was tried
-    assert marked(work, "default").error < 0.1 and marked(work, "peer").error < 1e-4  # as in the stage `basis`
+    assert (
+        marked(work, "default").error < 0.1 and marked(work, "peer").error < 1e-4
+    )  # as in the stage `basis`
 
 
 def test_denoised_paths_are_told_as_paths():
     plain = [(6, 0.4, 1.0, 0.0), (24, 0.2, 2.0, 0.0), (96, 0.1, 4.0, 0.0)]
-    assert denoise.as_paths(0.2, plain) == "24" and denoise.as_paths(0.2 / np.sqrt(2), plain) == "48"
-    assert denoise.as_paths(0.05, plain) == "more than 96" and denoise.as_paths(0.9, plain) == "6"  # no word beyond what was measured
-    assert denoise.as_paths(0.15, [(6, 0.1, 1.0, 0.0), (24, 0.2, 2.0, 0.0)]) == "14"  # errors by chance the wrong way round
-    given = denoise.points([*plain, (None, 0.11, 3.5, 0.0)], [(6, 0.2, 1.5, 0.0)], [(6, 0.3, 1.2, 0.0)])
-    assert [p.setting for p in given] == ["6 paths", "24 paths", "96 paths", "to a noise of 0.1", "6 paths, denoised: as 24", "6 paths, common rule"]
+    assert (
+        denoise.as_paths(0.2, plain) == "24" and denoise.as_paths(0.2 / np.sqrt(2), plain) == "48"
+    )
+    assert (
+        denoise.as_paths(0.05, plain) == "more than 96" and denoise.as_paths(0.9, plain) == "6"
+    )  # no word beyond what was measured
+    assert (
+        denoise.as_paths(0.15, [(6, 0.1, 1.0, 0.0), (24, 0.2, 2.0, 0.0)]) == "14"
+    )  # errors by chance the wrong way round
+    given = denoise.points(
+        [*plain, (None, 0.11, 3.5, 0.0)], [(6, 0.2, 1.5, 0.0)], [(6, 0.3, 1.2, 0.0)]
+    )
+    assert [p.setting for p in given] == [
+        "6 paths",
+        "24 paths",
+        "96 paths",
+        "to a noise of 0.1",
+        "6 paths, denoised: as 24",
+        "6 paths, common rule",
+    ]
     assert [p.mark for p in given] == ["", "", "", "default", "view", "peer"]
 
 
 def test_dots_that_lie_together_share_a_text_and_others_do_not():
     pixels = np.array([[100.0, 50], [104, 52], [400, 50], [112, 55], [100, 300]])
     assert sorted(map(sorted, diagram.together(pixels))) == [[0, 1, 3], [2], [4]]
-    assert diagram.overlap((0, 0, 2, 2), (1, 1, 3, 3)) == 1 and diagram.overlap((0, 0, 1, 1), (2, 0, 3, 1)) == 0
+    assert (
+        diagram.overlap((0, 0, 2, 2), (1, 1, 3, 3)) == 1
+        and diagram.overlap((0, 0, 1, 1), (2, 0, 3, 1)) == 0
+    )
     assert diagram.outside((0, 0, 2, 1), (1, 0, 5, 5)) == 1
 
 
 def test_a_stage_with_several_diagrams_is_one_picture(tmp_path, monkeypatch):
     from PIL import Image
 
-    points = [Point("good", 1e-3, 2.0, mark="default"), Point("peer", 0.1, 1.0, mark="peer"), Point("exact", 0.0, 9.0), Point("fails", np.inf, 0.5)]
-    works = [Work(f"part {k}", "relative error", "closed form", error, points) for k, error in enumerate((1e-2, 1e-16, np.nan))]
+    points = [
+        Point("good", 1e-3, 2.0, mark="default"),
+        Point("peer", 0.1, 1.0, mark="peer"),
+        Point("exact", 0.0, 9.0),
+        Point("fails", np.inf, 0.5),
+    ]
+    works = [
+        Work(f"part {k}", "relative error", "closed form", error, points)
+        for k, error in enumerate((1e-2, 1e-16, np.nan))
+    ]
     monkeypatch.setattr("isethdr_workflows.accuracy.dynamics.measured", lambda: works)
     rows = accuracy.accuracy(stage="dynamics", pictures=str(tmp_path))
     assert len(rows) == 12

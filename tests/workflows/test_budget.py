@@ -29,7 +29,9 @@ def test_what_is_allowed_is_kept_and_more_is_stated_than_is_wrong(monkeypatch):
     assert [r["allowed"] for r in rows] == [0.03, 0.3] and rows[0]["bits"] > rows[1]["bits"]
     for row in rows:
         assert row["within"] >= 0.99
-        assert row["error_99"] <= row["stated_99"] + row["truth_error"]  # the truth's own error adds to what is found
+        assert (
+            row["error_99"] <= row["stated_99"] + row["truth_error"]
+        )  # the truth's own error adds to what is found
         assert row["cold_cpu_s"] >= row["warm_cpu_s"] > 0
 
 
@@ -37,7 +39,9 @@ def test_what_is_allowed_is_kept_and_more_is_stated_than_is_wrong(monkeypatch):
 def test_scenes_are_of_the_light_they_say(name, brightest):
     made = scenes.scene(name, 32, 6.0)
     check_scene(made)
-    luminance = tristimulus(build("lighting", "weights", weights={"ambient": 1.0, "lamps": 1.0})(made)).xyz.values[..., 1]
+    luminance = tristimulus(
+        build("lighting", "weights", weights={"ambient": 1.0, "lamps": 1.0})(made)
+    ).xyz.values[..., 1]
     assert luminance.max() == pytest.approx(brightest, rel=0.05)  # what lights it besides
     assert luminance.max() > 700 * np.median(luminance) and made.sizes["x"] == 38
 

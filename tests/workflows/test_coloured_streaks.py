@@ -10,4 +10,6 @@ def test_whole_bands_are_right_and_single_wavelengths_are_not(tmp_path):
     far = rows[-1]
     assert far["radius_tiles"] == "64-70"
     assert far["integrated"] < far["stated"] <= 0.03 < far["one_wavelength"]
-    assert [r["one_wavelength"] for r in rows] == sorted(r["one_wavelength"] for r in rows)  # speckles are drawn out more, farther out
+    assert [r["one_wavelength"] for r in rows] == sorted(
+        r["one_wavelength"] for r in rows
+    )  # speckles are drawn out more, farther out

@@ -5,7 +5,10 @@ from isethdr_workflows.demosaic_methods import ARRAYS, CHARTS, demosaic_methods
 
 
 def test_guided_and_published_methods_are_ahead_where_they_claim_it():
-    pytest.importorskip("colour_demosaicing", reason="colour-demosaicing is not installed: pip install 'isethdr[demosaic]'")
+    pytest.importorskip(
+        "colour_demosaicing",
+        reason="colour-demosaicing is not installed: pip install 'isethdr[demosaic]'",
+    )
     rows = demosaic_methods(rows=48, columns=64, luminances="100")
     assert len(rows) == len(CHARTS) * sum(map(len, ARRAYS.values()))
     psnr = {(r["chart"], r["cfa"], r["demosaic"]): r["psnr_db"] for r in rows}

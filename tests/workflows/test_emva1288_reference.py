@@ -14,7 +14,9 @@ STACK = 16
 def reference(monkeypatch):
     """Return (data class, results class, function that sums pictures) of the package; it calls a name that numpy 2 no longer has."""
     monkeypatch.setattr(np, "asfarray", lambda a: np.asarray(a, float), raising=False)
-    pytest.importorskip("emva1288", reason="the reference implementation of EMVA 1288 is not installed")
+    pytest.importorskip(
+        "emva1288", reason="the reference implementation of EMVA 1288 is not installed"
+    )
     from emva1288.process import routines
     from emva1288.process.data import Data1288
     from emva1288.process.results import Results1288
@@ -36,26 +38,53 @@ def test_gain_quantum_efficiency_noise_and_patterns_agree(reference):
     pairs = {level: pictures(bench, level, 2) for level in levels}
     stacks = {level: pictures(bench, level, STACK) for level in (0.0, 0.5 * top)}
 
-    temporal = {level: {k: np.sum(v) if k != "dmean" else v for k, v in summed(images).items()} for level, images in pairs.items()}
+    temporal = {
+        level: {k: np.sum(v) if k != "dmean" else v for k, v in summed(images).items()}
+        for level, images in pairs.items()
+    }
     spatial = {level: summed(images) for level, images in stacks.items()}
-    theirs = results_of(data_of({"width": SIDE, "height": SIDE, "temporal": {0.016: temporal}, "spatial": {0.016: spatial}}).data)
+    theirs = results_of(
+        data_of(
+            {
+                "width": SIDE,
+                "height": SIDE,
+                "temporal": {0.016: temporal},
+                "spatial": {0.016: spatial},
+            }
+        ).data
+    )
 
-    ours = [Pair(level, float(np.mean(a + b) / 2), float(np.var(a - b, ddof=1) / 2), 0.0, SIDE**2) for level, (a, b) in pairs.items()]
+    ours = [
+        Pair(level, float(np.mean(a + b) / 2), float(np.var(a - b, ddof=1) / 2), 0.0, SIDE**2)
+        for level, (a, b) in pairs.items()
+    ]
     dark, unlit, half = ours[0], *(stack_of(images) for images in stacks.values())
     gain, responsivity = find.gain_and_responsivity(ours[1:], dark, True)
     efficiency = find.quantum_efficiency(gain, responsivity)
     noise, prnu = find.dark_noise_e(dark, gain, True), find.prnu_percent(half, unlit)
 
     # theirs weighs all levels alike, so its line is a little less certain than ours: 6 of our standard errors, 2 %
-    for found, true in ((theirs.K, 4031 / 25455), (theirs.QE / 100, bench.efficiency()), (theirs.sigma_d, np.hypot(9.1, np.sqrt(9.1 * 0.016)))):
+    for found, true in (
+        (theirs.K, 4031 / 25455),
+        (theirs.QE / 100, bench.efficiency()),
+        (theirs.sigma_d, np.hypot(9.1, np.sqrt(9.1 * 0.016))),
+    ):
         assert found == pytest.approx(true, rel=0.02)
-    assert theirs.K == pytest.approx(gain.value, abs=6 * gain.error) and theirs.QE / 100 == pytest.approx(efficiency.value, abs=6 * efficiency.error)
-    assert theirs.sigma_d * theirs.K == pytest.approx(noise.value * gain.value, rel=1e-3)   # mean of squares, variance: 1 / pixels apart
-    assert theirs.PRNU1288 == pytest.approx(prnu.value, rel=1e-9)    # the same formula on the same pictures
+    assert theirs.K == pytest.approx(
+        gain.value, abs=6 * gain.error
+    ) and theirs.QE / 100 == pytest.approx(efficiency.value, abs=6 * efficiency.error)
+    assert theirs.sigma_d * theirs.K == pytest.approx(
+        noise.value * gain.value, rel=1e-3
+    )  # mean of squares, variance: 1 / pixels apart
+    assert theirs.PRNU1288 == pytest.approx(
+        prnu.value, rel=1e-9
+    )  # the same formula on the same pictures
     assert theirs.s_2_y_dark == pytest.approx(find.spatial(unlit).value, abs=1e-9)
 
 
 def stack_of(images) -> Stack:
     """Return the stack of these pictures, as `emva1288_camera.stack` makes it."""
     temporal = float(np.mean(np.var(images, axis=0, ddof=1)))
-    return Stack(np.mean(images, axis=0).ravel(), temporal / len(images), images[0].size, len(images))
+    return Stack(
+        np.mean(images, axis=0).ravel(), temporal / len(images), images[0].size, len(images)
+    )

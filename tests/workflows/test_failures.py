@@ -13,22 +13,44 @@ import pytest
 from isethdr_core import compose, run
 from isethdr_core.errors import ConfigError
 
-from .command import FAST, LIGHTS, here, installed_trouble, isethdr, leftovers, one_by_one, start, stores, wait_for
+from .command import (
+    FAST,
+    LIGHTS,
+    here,
+    installed_trouble,
+    isethdr,
+    leftovers,
+    one_by_one,
+    start,
+    stores,
+    wait_for,
+)
 
 ONE = ["run", *LIGHTS, "lighting=ideal", "sensor=ideal"]
 
 
 def test_an_interrupted_run_leaves_nothing_half_written(tmp_path):
     plugins, started = [installed_trouble(tmp_path / "plugins")], []
-    for where, number, code in (("metric", signal.SIGINT, 130), ("store", signal.SIGTERM, 143)):   # Ctrl-C while writing: tests/core/test_store.py
+    for where, number, code in (
+        ("metric", signal.SIGINT, 130),
+        ("store", signal.SIGTERM, 143),
+    ):  # Ctrl-C while writing: tests/core/test_store.py
         home = tmp_path / f"{where}-{number}"
         home.mkdir()
-        process = start(*ONE, "+metric@metric.acme=acme", plugins=plugins, ISETHDR_HOME=str(home),
-                        ACME_WAIT=where, ACME_MARK=str(home / "mark"))
+        process = start(
+            *ONE,
+            "+metric@metric.acme=acme",
+            plugins=plugins,
+            ISETHDR_HOME=str(home),
+            ACME_WAIT=where,
+            ACME_MARK=str(home / "mark"),
+        )
         started.append((where, number, code, home, process))
     for where, number, code, home, process in started:
         wait_for(home / "mark", process)
-        assert (where == "store") == bool(leftovers(home)), "what is being written has a temporary name"
+        assert (where == "store") == bool(leftovers(home)), (
+            "what is being written has a temporary name"
+        )
         os.killpg(process.pid, number)
         _, said = process.communicate(timeout=60)
         assert process.returncode == code
@@ -41,18 +63,34 @@ def test_a_plugin_that_raises(isethdr_home, tmp_path):
     plugins, errors = [installed_trouble(tmp_path / "plugins")], tmp_path / "errors"
     one = [*ONE, "+metric@metric.acme=acme"]
     sweep = ["run", "-m", *ONE[1:], "+metric@metric.acme=acme,ideal"]
-    (code, said), (beside, said_beside) = one_by_one(one, sweep, plugins=plugins, ACME_RAISE="1", ACME_ERRORS=str(errors))
+    (code, said), (beside, said_beside) = one_by_one(
+        one, sweep, plugins=plugins, ACME_RAISE="1", ACME_ERRORS=str(errors)
+    )
     [failed] = (isethdr_home / "failed").glob("*.txt")
     assert code == 1
-    assert said == f"error: RuntimeError: glass broke in two; in stage metric acme ideal; traceback in {failed}\n"
-    assert errors.read_text().splitlines() == 2 * ["metric acme ideal RuntimeError", f"run {failed.stem} RuntimeError"]
+    assert (
+        said
+        == f"error: RuntimeError: glass broke in two; in stage metric acme ideal; traceback in {failed}\n"
+    )
+    assert errors.read_text().splitlines() == 2 * [
+        "metric acme ideal RuntimeError",
+        f"run {failed.stem} RuntimeError",
+    ]
     assert "Traceback" in failed.read_text() and "acme_trouble.py" in failed.read_text()
 
     # in a sweep the jobs beside it are not affected; then the same run succeeds and its note goes
     assert beside == 1 and len(stores(isethdr_home)) == 1 and leftovers(isethdr_home) == []
-    assert "error: job " in said_beside and "glass broke" in said_beside and "Traceback" not in said_beside
+    assert (
+        "error: job " in said_beside
+        and "glass broke" in said_beside
+        and "Traceback" not in said_beside
+    )
     healed = isethdr(*one, plugins=plugins)
-    assert healed.returncode == 0 and f"{failed.stem}.zarr" in stores(isethdr_home) and not failed.exists()
+    assert (
+        healed.returncode == 0
+        and f"{failed.stem}.zarr" in stores(isethdr_home)
+        and not failed.exists()
+    )
 
 
 MISTAKES = [
@@ -61,14 +99,35 @@ MISTAKES = [
     ([*LIGHTS, "sensor=ideal", "lihgting=night"], "did you mean 'lighting'"),
     ([*LIGHTS, "sensor=ideal", "sensor.pitch_um=-1"], "pitch_um is -1"),
     ([*LIGHTS, "sensor.exposure_s=1"], "type sensor=<name>"),
-    ([*LIGHTS, "sensor=ideal", "lighting=weights", "lighting.weights.sky=1"], r"type \+lighting.weights.sky=1"),
-    ([*LIGHTS, "sensor=ideal", "lighting=weights", "+lighting.weights.sky=-1"], "with -1.0 in it; expected 0 to .*weights={sky:0}"),
-    ([*LIGHTS, "sensor=ideal", "lighting=weights", "+lighting.weights.skyy=1"], "did you mean 'sky'"),
-    ([*LIGHTS, "sensor=ideal", "sensor.columns=9999", "lighting=ideal"], r"type sensor.columns=\d+"),
-    (["scene=uniform", *FAST, "scene.width=0", "sensor=ideal"], "expected 1 to .* type .*scene.width=320"),
-    ([*LIGHTS, "sensor=ideal", "sensor.pitch_um=${nope}"], r"sensor.pitch_um cannot be resolved.*type for example"),
+    (
+        [*LIGHTS, "sensor=ideal", "lighting=weights", "lighting.weights.sky=1"],
+        r"type \+lighting.weights.sky=1",
+    ),
+    (
+        [*LIGHTS, "sensor=ideal", "lighting=weights", "+lighting.weights.sky=-1"],
+        "with -1.0 in it; expected 0 to .*weights={sky:0}",
+    ),
+    (
+        [*LIGHTS, "sensor=ideal", "lighting=weights", "+lighting.weights.skyy=1"],
+        "did you mean 'sky'",
+    ),
+    (
+        [*LIGHTS, "sensor=ideal", "sensor.columns=9999", "lighting=ideal"],
+        r"type sensor.columns=\d+",
+    ),
+    (
+        ["scene=uniform", *FAST, "scene.width=0", "sensor=ideal"],
+        "expected 1 to .* type .*scene.width=320",
+    ),
+    (
+        [*LIGHTS, "sensor=ideal", "sensor.pitch_um=${nope}"],
+        r"sensor.pitch_um cannot be resolved.*type for example",
+    ),
     ([*LIGHTS, "sensor=ideal", "sensor.pitch_um=${oc.env:NO_SUCH_VARIABLE}"], "NO_SUCH_VARIABLE"),
-    ([*LIGHTS, "sensor=ideal", "sensor.pitch_um=${no_resolver:1}"], "no_resolver.*type for example"),
+    (
+        [*LIGHTS, "sensor=ideal", "sensor.pitch_um=${no_resolver:1}"],
+        "no_resolver.*type for example",
+    ),
     ([*LIGHTS, "sensor=ideal", "seed=${seed}"], "seed"),
     ([*LIGHTS, "sensor=ideal", "hydra.run.dir=${nope}"], "nope"),
     ([*LIGHTS, "sensor=ideal", "isp=${oc.create:{}}"], "expected key=value"),
@@ -79,14 +138,26 @@ MISTAKES = [
     ([*LIGHTS, "sensor=ideal", "${x}=3"], "cannot be read; expected key=value"),
     ([*LIGHTS, "sensor=ideal", "+lighting=${seed}"], "lighting"),
     ([*LIGHTS, "~cameras", "+cameras=3"], "cameras is 3; expected entries by name"),
-    (["scene=iset_exr", "scene.folder=", "scene.scene_id='1112184733'", *FAST[2:], "sensor=ideal", "lighting=ideal"], "EXR file, or is cut off"),
+    (
+        [
+            "scene=iset_exr",
+            "scene.folder=",
+            "scene.scene_id='1112184733'",
+            *FAST[2:],
+            "sensor=ideal",
+            "lighting=ideal",
+        ],
+        "EXR file, or is cut off",
+    ),
 ]
 
 
 def test_bad_input_is_one_line_and_stores_nothing(isethdr_home, tmp_path):
     (tmp_path / "1112184733_skymap.exr").write_bytes(b"\x76\x2f\x31\x01\x02cut off")
     MISTAKES[-1][0][1] = f"scene.folder={tmp_path}"
-    for (_, message), (code, said) in zip(MISTAKES, one_by_one(*(["run", *overrides] for overrides, _ in MISTAKES)), strict=True):
+    for (_, message), (code, said) in zip(
+        MISTAKES, one_by_one(*(["run", *overrides] for overrides, _ in MISTAKES)), strict=True
+    ):
         [line] = said.splitlines()
         assert code == 2 and line.startswith("error: ") and re.search(message, line), line
     assert stores(isethdr_home) == {} and leftovers(isethdr_home) == []
@@ -98,7 +169,9 @@ def test_a_home_that_cannot_be_written_is_found_before_any_work(tmp_path, monkey
     monkeypatch.setenv("ISETHDR_HOME", str(home))
     code, said = here(monkeypatch, capsys, *ONE)
     [line] = said.splitlines()
-    assert code == 2 and line.startswith("error: cannot write stores into") and "ISETHDR_HOME=" in line
+    assert (
+        code == 2 and line.startswith("error: cannot write stores into") and "ISETHDR_HOME=" in line
+    )
     assert home.read_text() == "a file where the folder should be"
 
 
@@ -122,7 +195,9 @@ def test_a_damaged_store_is_named_and_kept(isethdr_home, monkeypatch, capsys):
     (path / "zarr.json").write_text("{")
     code, said = here(monkeypatch, capsys, *ONE)
     [line] = said.splitlines()
-    assert code == 2 and str(path) in line and "damaged" in line and "isethdr catalog verify" in line
+    assert (
+        code == 2 and str(path) in line and "damaged" in line and "isethdr catalog verify" in line
+    )
     assert (path / "zarr.json").read_text() == "{", "what cannot be read may still be saved by hand"
 
 
@@ -132,7 +207,14 @@ def tiny_disk(tmp_path):
     folder = tmp_path / "disk"
     folder.mkdir()
     mount = shutil.which("mount")
-    if mount is None or subprocess.run([mount, "-t", "tmpfs", "-o", "size=64k", "tmpfs", folder], capture_output=True, check=False).returncode:
+    if (
+        mount is None
+        or subprocess.run(
+            [mount, "-t", "tmpfs", "-o", "size=64k", "tmpfs", folder],
+            capture_output=True,
+            check=False,
+        ).returncode
+    ):
         pytest.skip("no tmpfs can be mounted here; tests/core/test_store.py simulates a full disk")
     yield folder
     subprocess.run(["umount", folder], check=True)

@@ -17,18 +17,26 @@ def test_light_is_seen_better_until_the_well_is_full():
     # shot noise alone is 10 dB a decade, read noise alone 20; where neither stands for itself it lies between
     steps = np.diff(snr[:full])
     assert np.all(steps > 8) and np.all(steps < 21)
-    assert seen[0] < 0.2 and seen[full - 1] > 0.99 and np.all(seen[full:] == 0)  # what is saturated shows no contrast
+    assert (
+        seen[0] < 0.2 and seen[full - 1] > 0.99 and np.all(seen[full:] == 0)
+    )  # what is saturated shows no contrast
 
 
 def test_three_captures_reach_further_and_dip_where_one_takes_over():
     one, three = (level_curves(sensor=name, per_decade=2) for name in ("bayer", "split_pixel"))
-    lasts = [max(r["luminance_cd_m2"] for r in rows if r["detection"] > 0.9) for rows in (one, three)]
+    lasts = [
+        max(r["luminance_cd_m2"] for r in rows if r["detection"] > 0.9) for rows in (one, three)
+    ]
     assert lasts[1] > 10 * lasts[0]
     snr = np.array([r["snr_db"] for r in three if r["valid_percent"] > 99])
-    assert np.any(np.diff(snr) < -3)  # the small photodiode starts with a hundredth of the electrons
+    assert np.any(
+        np.diff(snr) < -3
+    )  # the small photodiode starts with a hundredth of the electrons
 
 
-@pytest.mark.parametrize("wrong", [{"contrast_percent": 0}, {"contrast_percent": 100.0}, {"per_decade": 0}])
+@pytest.mark.parametrize(
+    "wrong", [{"contrast_percent": 0}, {"contrast_percent": 100.0}, {"per_decade": 0}]
+)
 def test_bad_settings_are_refused(wrong):
     with pytest.raises(ConfigError, match=f"{next(iter(wrong))} is .*expected.*type"):
         level_curves(**wrong)

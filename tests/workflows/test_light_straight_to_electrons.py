@@ -9,8 +9,15 @@ from isethdr_core import store
 
 from .command import FAST
 
-CHART = ["scene=point_lights", *(o for o in FAST if o != "lens=ideal"), "lens=diffraction_limited", "sensor=bayer", "~cameras",
-         "scene.width=32", "scene.height=20"]
+CHART = [
+    "scene=point_lights",
+    *(o for o in FAST if o != "lens=ideal"),
+    "lens=diffraction_limited",
+    "sensor=bayer",
+    "~cameras",
+    "scene.width=32",
+    "scene.height=20",
+]
 
 
 def run(*overrides):
@@ -31,7 +38,9 @@ def every_kernel_is_kept(monkeypatch):
 
 
 @pytest.mark.slow  # three runs with diffraction
-def test_another_exposure_reads_the_kernels_from_disk_and_gives_what_irradiance_gives(monkeypatch, isethdr_home):
+def test_another_exposure_reads_the_kernels_from_disk_and_gives_what_irradiance_gives(
+    monkeypatch, isethdr_home
+):
     first = run()
     assert len(functionals(first)) == 1
     assert len(list((isethdr_home / "kernels").glob("*.npy"))) == 2  # kernels, and their transforms
@@ -39,11 +48,15 @@ def test_another_exposure_reads_the_kernels_from_disk_and_gives_what_irradiance_
     monkeypatch.setattr(kernels, "_made", None)  # calling it would fail
     second = run("sensor.exposure_s=0.008")
     assert second.key != first.key and len(functionals(second)) == 1
-    monkeypatch.setattr("isethdr_sensors.imaging_sensor.ImagingSensor.narrow", lambda self, demand: demand)  # asks for no response
+    monkeypatch.setattr(
+        "isethdr_sensors.imaging_sensor.ImagingSensor.narrow", lambda self, demand: demand
+    )  # asks for no response
     (isethdr_home / "runs").rename(isethdr_home / "kept")  # else the stored run is returned
     long = run("sensor.exposure_s=0.008")
     assert not functionals(long)
     raw = np.asarray(long.open("captures/bayer").raw.values, int)
-    kept = np.asarray(store.open_store(isethdr_home / "kept" / second.path.name, "captures/bayer").raw.values, int)
+    kept = np.asarray(
+        store.open_store(isethdr_home / "kept" / second.path.name, "captures/bayer").raw.values, int
+    )
     # the same random numbers on means a hundredth of a noise apart: a count in a hundred may step by one
     assert np.abs(raw - kept).max() <= 2 and np.mean(raw != kept) < 0.05

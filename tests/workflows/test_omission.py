@@ -17,10 +17,28 @@ def test_there_are_ten_cases():
 
 
 def test_a_case_without_noise_agrees_bit_for_bit():
-    row = compared("tiny", Case(("scene=uniform", *CHART, *SHARP, "sensor=ideal", "sensor.rows=16", "sensor.columns=24", *only("snr"))), turns=1)
+    row = compared(
+        "tiny",
+        Case(
+            (
+                "scene=uniform",
+                *CHART,
+                *SHARP,
+                "sensor=ideal",
+                "sensor.rows=16",
+                "sensor.columns=24",
+                *only("snr"),
+            )
+        ),
+        turns=1,
+    )
     assert row["agree"] and row["difference_e"] == row["bound_e"] == 0.0
-    assert row["left out"].split("; ") == ["display view of the scene", "99.9 % of the camera's field through the lens",
-                                           "1532 of 1536 tiles of the field, beyond the middle 2 x 2", "3 more draws of the noise"]
+    assert row["left out"].split("; ") == [
+        "display view of the scene",
+        "99.9 % of the camera's field through the lens",
+        "1532 of 1536 tiles of the field, beyond the middle 2 x 2",
+        "3 more draws of the noise",
+    ]
     assert row["cpu_s"] > 0
 
 
@@ -42,29 +60,52 @@ def test_every_chart_agrees_with_the_run_that_computes_everything(name):
 @pytest.mark.parametrize("name", [name for name, case in CASES.items() if case.rendered])
 def test_every_rendered_case_agrees_on_few_paths(name):
     """Fewer groups, bands and tiles are the same bits of light, and as finely stored; through lenses without blur the same readings."""
-    few = Case((*(o for o in CASES[name].overrides if o not in TILES), "renderer.width=64", "renderer.height=36"), rendered=True)
+    few = Case(
+        (
+            *(o for o in CASES[name].overrides if o not in TILES),
+            "renderer.width=64",
+            "renderer.height=36",
+        ),
+        rendered=True,
+    )
     row = compared(name, few, turns=1)
     assert row["agree"] and (row["bound_e"] == 0.0 or "lens=ideal" not in few.overrides), row
 
 
 def readings(electrons, rows=()):
     electrons = np.array([[electrons]], float)
-    return {"electrons": electrons, "noise_e": np.full(electrons.shape, 10.0), "step_e": np.full((1, 1, 1), 2.0), "noisy": True, "ledger": rows}
+    return {
+        "electrons": electrons,
+        "noise_e": np.full(electrons.shape, 10.0),
+        "step_e": np.full((1, 1, 1), 2.0),
+        "noisy": True,
+        "ledger": rows,
+    }
 
 
 def test_what_may_differ_is_what_the_ledger_bounds():
     lens = Row("lens l", errors=[ErrorNote(0.1, NOISE_SD, "measured")])
     # twice 0.1 of 10 e, one electron, one code of 2 e
-    assert largest(readings([100.0, 104.0], [lens]), readings([100.0, 100.0]))[1] == pytest.approx(2 * 1.0 + 1 + 2, rel=1e-3)
+    assert largest(readings([100.0, 104.0], [lens]), readings([100.0, 100.0]))[1] == pytest.approx(
+        2 * 1.0 + 1 + 2, rel=1e-3
+    )
     difference, bound = largest(readings([100.0, 109.0], [lens]), readings([100.0, 100.0]))
     assert difference == 9.0 > bound
-    blind = Row("plan", left_out=[LeftOut("3 of 5 bands", "neither a sensor nor the truth sees them", 1e-6, "e")])
+    blind = Row(
+        "plan",
+        left_out=[LeftOut("3 of 5 bands", "neither a sensor nor the truth sees them", 1e-6, "e")],
+    )
     assert largest(readings([100.0], [blind]), readings([100.0]))[1] == pytest.approx(3.0, rel=1e-3)
-    assert largest(readings([100.0, 100.5]), readings([100.0, 100.0])) == (0.5, 0.0), "nothing that could differ was left out"
+    assert largest(readings([100.0, 100.5]), readings([100.0, 100.0])) == (0.5, 0.0), (
+        "nothing that could differ was left out"
+    )
 
 
 def test_reasons_that_are_no_omission_are_not_counted():
-    unknown = Row("sensor s", left_out=[LeftOut("where in its bands light lies", "it holds band means", 0.5, "e")])
+    unknown = Row(
+        "sensor s",
+        left_out=[LeftOut("where in its bands light lies", "it holds band means", 0.5, "e")],
+    )
     assert largest(readings([1.0], [unknown]), readings([1.0])) == (0.0, 0.0)
 
 

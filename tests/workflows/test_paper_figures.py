@@ -10,12 +10,21 @@ from isethdr_core.composition import compose
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline import chain
 
-SMALL = ["experiment=five_lights", "scene.width=96", "scene.height=54", "scene.horizontal_field_deg=8", "lens.focal_length_mm=4", "~flare.dirt"]
+SMALL = [
+    "experiment=five_lights",
+    "scene.width=96",
+    "scene.height=54",
+    "scene.horizontal_field_deg=8",
+    "lens.focal_length_mm=4",
+    "~flare.dirt",
+]
 
 
 def five_lights(*overrides):
     """Return what `rendered` returns, of a chart."""
-    parts = chain(compose([*SMALL, *(o for o in overrides if not o.startswith(("experiment", "lighting")))]))
+    parts = chain(
+        compose([*SMALL, *(o for o in overrides if not o.startswith(("experiment", "lighting")))])
+    )
     return parts, parts.scene()
 
 
@@ -27,13 +36,17 @@ def chart(monkeypatch):
 
 def test_rendered_reads_what_a_chart_knows():
     parts, scene = paper_scene.rendered(*SMALL)
-    assert {"headlights", "sky"} <= set(map(str, scene.light_group.values)) and parts.renderer is None
+    assert {"headlights", "sky"} <= set(
+        map(str, scene.light_group.values)
+    ) and parts.renderer is None
 
 
 @pytest.mark.slow
 def test_day_lifts_the_dark_and_not_the_headlight(tmp_path):
     night, day = paper_fig3.paper_fig3(picture=str(tmp_path / "a.png"))
-    assert day["lux_headlight"] == pytest.approx(night["lux_headlight"], rel=0.2)  # the lamp's own light is the same in both
+    assert day["lux_headlight"] == pytest.approx(
+        night["lux_headlight"], rel=0.2
+    )  # the lamp's own light is the same in both
     assert (tmp_path / "a.png").stat().st_size > 5000
 
 

@@ -18,7 +18,9 @@ def rendering(labels):
     light = 1 + 0.3 * np.random.default_rng(0).standard_normal((2, 1, *SHAPE)).clip(-2, 2)
     light = np.broadcast_to(light * np.reshape([1.0, 0.1], (2, 1, 1, 1)), (2, 3, *SHAPE))
     y, x = (quantities.centres(n, 0.01 * n) for n in SHAPE)
-    scene = quantities.scene_radiance(light, GROUPS, [450.0, 550.0, 650.0], x, y, instance=np.ones(SHAPE, np.uint32))
+    scene = quantities.scene_radiance(
+        light, GROUPS, [450.0, 550.0, 650.0], x, y, instance=np.ones(SHAPE, np.uint32)
+    )
     scene["xyz_noise"] = ("light_group", "xyz_channel", "y", "x"), 0.3 * tristimulus(scene)
     scene.attrs["noise"] = dict.fromkeys(GROUPS, 0.3)
     assert labels == module.LABELS
@@ -28,9 +30,14 @@ def rendering(labels):
 @pytest.fixture
 def chain(monkeypatch):
     asked = []
-    parts = SimpleNamespace(scene=lambda: None, renderer=lambda description, demand: rendering(demand.labels),
-                            lighting=build("lighting", "weights", weights={"sky": 1e-3, "lamps": 2.0}))
-    monkeypatch.setattr("isethdr_core.composition.compose", lambda overrides: asked.extend(overrides))
+    parts = SimpleNamespace(
+        scene=lambda: None,
+        renderer=lambda description, demand: rendering(demand.labels),
+        lighting=build("lighting", "weights", weights={"sky": 1e-3, "lamps": 2.0}),
+    )
+    monkeypatch.setattr(
+        "isethdr_core.composition.compose", lambda overrides: asked.extend(overrides)
+    )
     monkeypatch.setattr("isethdr_core.pipeline.chain", lambda config: parts)
     return asked
 
@@ -41,8 +48,12 @@ def test_a_picture_and_a_row_per_group(chain, tmp_path):
     rows = module.preview(samples=8, width=32, picture=str(tmp_path / "look.png"))
     assert {"renderer.samples=8", "renderer.width=32", "renderer.height=18"} <= set(chain)
     assert {r["light_group"]: r["weight"] for r in rows} == {"sky": 1e-3, "lamps": 2.0}
-    assert all(0.05 < r["moved"] < 0.5 and r["noise"] == 0.3 for r in rows)  # as far as the noise is: half of it is below 0.67 x 0.3
-    assert all(abs(r["light_kept"] - 1) < 0.03 for r in rows)  # 576 tiles of 30 % noise: their mean is known to 1.3 %
+    assert all(
+        0.05 < r["moved"] < 0.5 and r["noise"] == 0.3 for r in rows
+    )  # as far as the noise is: half of it is below 0.67 x 0.3
+    assert all(
+        abs(r["light_kept"] - 1) < 0.03 for r in rows
+    )  # 576 tiles of 30 % noise: their mean is known to 1.3 %
     clean = np.asarray(Image.open(tmp_path / "look.png"), float)
     plain_rows = module.preview(denoise=0, picture=str(tmp_path / "noisy.png"))
     assert [r["moved"] for r in plain_rows] == [0.0, 0.0]

@@ -26,13 +26,15 @@ def on_a_terminal(code: str) -> str:
     """Return what a process writes to standard error when that is a terminal."""
     ours, theirs = pty.openpty()
     environment = {**os.environ, "COLUMNS": "100", "TERM": "xterm"}
-    process = subprocess.Popen([sys.executable, "-c", code], stderr=theirs, stdout=subprocess.DEVNULL, env=environment)
+    process = subprocess.Popen(
+        [sys.executable, "-c", code], stderr=theirs, stdout=subprocess.DEVNULL, env=environment
+    )
     os.close(theirs)
     said = b""
     while True:
         try:
             said += os.read(ours, 4096)
-        except OSError:     # Linux's end of file of a terminal
+        except OSError:  # Linux's end of file of a terminal
             break
         if not said or said[-1:] == b"":
             break
@@ -48,7 +50,12 @@ def test_long_stages_show_on_a_terminal():
 
 
 def test_nothing_is_said_elsewhere():
-    done = subprocess.run([sys.executable, "-c", CODE + "import sys; print('rich' in sys.modules)"], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", CODE + "import sys; print('rich' in sys.modules)"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert done.stdout.split() == ["table", "False"] and done.stderr == ""
 
 

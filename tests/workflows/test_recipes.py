@@ -49,8 +49,14 @@ class Recorder:
         CALLS.append((tuple(groups), self.samples))
         levels = np.array([{"sky": 1e-3, "headlights": 1e-2}[g] for g in groups])
         labels = {"instance": np.zeros((8, 12), np.uint32)} if "instance" in demand.labels else {}
-        return scene_radiance(np.broadcast_to(levels[:, None, None, None], (len(groups), 7, 8, 12)), groups,
-                              np.linspace(400, 700, 7), centres(12, 0.6), centres(8, 0.4), **labels)
+        return scene_radiance(
+            np.broadcast_to(levels[:, None, None, None], (len(groups), 7, 8, 12)),
+            groups,
+            np.linspace(400, 700, 7),
+            centres(12, 0.6),
+            centres(8, 0.4),
+            **labels,
+        )
 
 
 @dataclass(frozen=True)
@@ -70,7 +76,11 @@ class GoesOn(Recorder):
         groups = description.light_groups() if demand.groups is None else demand.groups
         spans = {}
         for group in groups:
-            least = self.samples if self.error_allowed is None else max(self.samples, round(self.error_allowed**-2))
+            least = (
+                self.samples
+                if self.error_allowed is None
+                else max(self.samples, round(self.error_allowed**-2))
+            )
             spans[group] = [known[group].next, known[group].next + least - known[group].paths]
         ds = super().__call__(description, demand)
         CALLS[-1] = (tuple(groups), spans[groups[0]])
@@ -107,11 +117,22 @@ def config(offer):
     CALLS.clear()
 
     def make(weights, name="recorder", **renderer):
-        made = compose(["scene=uniform", *FAST, "~metric.contrast", "sensor=ideal", "sensor.rows=4", "sensor.columns=4", "lighting=weights"])
+        made = compose(
+            [
+                "scene=uniform",
+                *FAST,
+                "~metric.contrast",
+                "sensor=ideal",
+                "sensor.rows=4",
+                "sensor.columns=4",
+                "lighting=weights",
+            ]
+        )
         with open_dict(made):
             made.scene, made.renderer = {"name": "world"}, {"name": name, **renderer}
             made.lighting.weights = weights
         return made
+
     return make
 
 
@@ -151,7 +172,9 @@ def test_more_effort_renders_again_and_less_takes_what_is_there(isethdr_home, co
     assert len(CALLS) == 3, "a field that changes the answer is no effort"
 
 
-def test_of_two_that_want_the_same_scene_one_renders_and_the_other_waits(isethdr_home, config, capsys):
+def test_of_two_that_want_the_same_scene_one_renders_and_the_other_waits(
+    isethdr_home, config, capsys
+):
     """Two lightings of one scene; threads stand for processes, which test_claims has."""
     both = [config({"sky": 1.0, "headlights": w}, "slow") for w in (1.0, 2.0)]
     with ThreadPoolExecutor() as pool:
@@ -203,19 +226,36 @@ def radiance(config):
 
 def test_more_paths_are_pooled_with_those_that_are_stored(isethdr_home, config):
     sky = {"weights": {"sky": 1.0}, "name": "goes_on"}
-    rounded = {"rel": 1e-3}     # each store keeps 12 mantissa bits
+    rounded = {"rel": 1e-3}  # each store keeps 12 mantissa bits
     _, level, reused, _ = radiance(config(**sky, samples=8))
-    assert CALLS == [(("sky",), [0, 8])] and reused == [] and level == pytest.approx(LEVELS[:8].mean(), **rounded)
+    assert (
+        CALLS == [(("sky",), [0, 8])]
+        and reused == []
+        and level == pytest.approx(LEVELS[:8].mean(), **rounded)
+    )
     _, level, reused, _ = radiance(config(**sky, samples=32))
     assert CALLS[1:] == [(("sky",), [8, 32])], "none of the first paths is followed again"
-    assert reused == ["8 of 32 paths a tile of light group sky"] and level == pytest.approx(LEVELS[:32].mean(), **rounded)
+    assert reused == ["8 of 32 paths a tile of light group sky"] and level == pytest.approx(
+        LEVELS[:32].mean(), **rounded
+    )
     # what is known well enough is not rendered again, however it is asked for
     _, same, reused, _ = radiance(config(**sky, samples=4, error_allowed=0.2))
-    assert len(CALLS) == 2 and reused == ["32 of 32 paths a tile of light group sky"] and same == level
+    assert (
+        len(CALLS) == 2 and reused == ["32 of 32 paths a tile of light group sky"] and same == level
+    )
     scene, level, reused, rows = radiance(config(**sky, samples=4, error_allowed=0.1))
-    assert CALLS[2:] == [(("sky",), [32, 100])] and reused == ["32 of 100 paths a tile of light group sky"]
-    assert level == pytest.approx(LEVELS[:100].mean(), **rounded) and scene.attrs["paths"] == {"sky": 100}
-    stated = [e for row in rows for e in row.errors if row.stage == "radiance" and "light group sky" in e.what]
+    assert CALLS[2:] == [(("sky",), [32, 100])] and reused == [
+        "32 of 100 paths a tile of light group sky"
+    ]
+    assert level == pytest.approx(LEVELS[:100].mean(), **rounded) and scene.attrs["paths"] == {
+        "sky": 100
+    }
+    stated = [
+        e
+        for row in rows
+        for e in row.errors
+        if row.stage == "radiance" and "light group sky" in e.what
+    ]
     # three renderings of 1 / sqrt(paths) each: that of all their paths
     assert [e.value for e in stated] == [pytest.approx(0.1)] and "100 paths" in stated[0].what
 

@@ -19,12 +19,16 @@ def test_much_defocus_is_right():
     assert len(rows) == 3 and {r["verdict"] for r in rows} == {"right"}
 
 
-@pytest.mark.parametrize("stage", [pytest.param(s, marks=[pytest.mark.slow] * (s == "lens")) for s in STAGES])
+@pytest.mark.parametrize(
+    "stage", [pytest.param(s, marks=[pytest.mark.slow] * (s == "lens")) for s in STAGES]
+)
 def test_no_stage_is_wrong_but_where_it_is_known(stage, monkeypatch):
     monkeypatch.setattr(lens, "DEFOCUS", lens.DEFOCUS[:2])
     rows = stability(stage)
     wrong = {(r["stage"], r["case"]) for r in rows if r["verdict"] == "WRONG"}
-    assert wrong == {k for k in KNOWN if k[0] == stage}, [r for r in rows if r["verdict"] == "WRONG"]
+    assert wrong == {k for k in KNOWN if k[0] == stage}, [
+        r for r in rows if r["verdict"] == "WRONG"
+    ]
     assert len({r["case"] for r in rows}) == len(rows)
     assert {r["verdict"] for r in rows} <= {"right", "refused"}
 
@@ -32,28 +36,32 @@ def test_no_stage_is_wrong_but_where_it_is_known(stage, monkeypatch):
 def fails(error):
     def measure():
         raise error
+
     return measure
 
 
 NEGATIVE = UnitError("light is negative; expected light, which never is")
 
 
-@pytest.mark.parametrize(("measure", "refused_with", "verdict"), [
-    (lambda: Measured(1.0, 1.0, ""), None, "right"),
-    (lambda: Measured(1.1, 1.0, ""), None, "WRONG"),
-    (lambda: Measured(float("nan"), 1.0, ""), None, "WRONG"),
-    # numpy warned on the way
-    (lambda: Measured(float((np.zeros(1) / np.zeros(1)).size - 1), 1.0, ""), None, "WRONG"),
-    (fails(NEGATIVE), UnitError, "refused"),
-    (fails(NEGATIVE), IsetHdrError, "refused"),
-    (fails(NEGATIVE), ConfigError, "WRONG"),                    # another error than expected
-    (fails(NEGATIVE), None, "WRONG"),                           # it should have been right
-    (lambda: Measured(0.0, 1.0, ""), UnitError, "WRONG"),       # it should have been refused
-    (fails(UnitError("no")), UnitError, "WRONG"),               # says nothing
-    (fails(ValueError("a plain error of 25 characters or more")), UnitError, "WRONG"),
-    (fails(ValueError("a plain error of 25 characters or more")), None, "WRONG"),
-    (fails(ZeroDivisionError("division by zero, a long message")), None, "WRONG"),
-])
+@pytest.mark.parametrize(
+    ("measure", "refused_with", "verdict"),
+    [
+        (lambda: Measured(1.0, 1.0, ""), None, "right"),
+        (lambda: Measured(1.1, 1.0, ""), None, "WRONG"),
+        (lambda: Measured(float("nan"), 1.0, ""), None, "WRONG"),
+        # numpy warned on the way
+        (lambda: Measured(float((np.zeros(1) / np.zeros(1)).size - 1), 1.0, ""), None, "WRONG"),
+        (fails(NEGATIVE), UnitError, "refused"),
+        (fails(NEGATIVE), IsetHdrError, "refused"),
+        (fails(NEGATIVE), ConfigError, "WRONG"),  # another error than expected
+        (fails(NEGATIVE), None, "WRONG"),  # it should have been right
+        (lambda: Measured(0.0, 1.0, ""), UnitError, "WRONG"),  # it should have been refused
+        (fails(UnitError("no")), UnitError, "WRONG"),  # says nothing
+        (fails(ValueError("a plain error of 25 characters or more")), UnitError, "WRONG"),
+        (fails(ValueError("a plain error of 25 characters or more")), None, "WRONG"),
+        (fails(ZeroDivisionError("division by zero, a long message")), None, "WRONG"),
+    ],
+)
 def test_verdicts(measure, refused_with, verdict):
     assert judged("stage", Case("case", measure, refused_with))["verdict"] == verdict
 
@@ -64,9 +72,11 @@ def test_relative_wants_exact_darkness():
 
 
 def test_the_closed_form_of_a_well_agrees_with_its_limits():
-    little, lost = exact(1.0, 1.0, 7000.0, 240.0, 4.4e5)        # far below the knee all stays
-    assert float(little) == pytest.approx(1.0, rel=1e-6) and float(little + lost) == pytest.approx(1.0, rel=1e-15)
-    full, _ = exact(1e12, 1.0, 7000.0, 240.0, 4.4e5)            # far beyond it, overflow equals current
+    little, lost = exact(1.0, 1.0, 7000.0, 240.0, 4.4e5)  # far below the knee all stays
+    assert float(little) == pytest.approx(1.0, rel=1e-6) and float(little + lost) == pytest.approx(
+        1.0, rel=1e-15
+    )
+    full, _ = exact(1e12, 1.0, 7000.0, 240.0, 4.4e5)  # far beyond it, overflow equals current
     assert float(full) == pytest.approx(7000 + 240 * np.log(1e12 / 4.4e5), rel=1e-12)
 
 

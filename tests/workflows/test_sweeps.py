@@ -12,19 +12,36 @@ from pathlib import Path
 
 import pytest
 
-from .command import LIGHTS, error_lines, here, installed_trouble, isethdr, leftovers, start, stores, wait_for
+from .command import (
+    LIGHTS,
+    error_lines,
+    here,
+    installed_trouble,
+    isethdr,
+    leftovers,
+    start,
+    stores,
+    wait_for,
+)
 
 SWEEP = ["run", "-m", *LIGHTS, "lighting=ideal", "sensor=bayer,rgbw", "seed=1,2"]
 
 
 def attributes(home):
     """Return the root attributes of every stored run."""
-    return [json.loads((p / "zarr.json").read_text())["attributes"] for p in (home / "runs").glob("*.zarr")]
+    return [
+        json.loads((p / "zarr.json").read_text())["attributes"]
+        for p in (home / "runs").glob("*.zarr")
+    ]
 
 
-def test_a_sweep_stores_every_combination_once_and_the_same_from_every_launcher(isethdr_home, tmp_path):
+def test_a_sweep_stores_every_combination_once_and_the_same_from_every_launcher(
+    isethdr_home, tmp_path
+):
     other, few = tmp_path / "joblib", [*SWEEP[:-1], "seed=1"]
-    parallel = start(*few, "hydra/launcher=joblib", "hydra.launcher.n_jobs=2", ISETHDR_HOME=str(other))
+    parallel = start(
+        *few, "hydra/launcher=joblib", "hydra.launcher.n_jobs=2", ISETHDR_HOME=str(other)
+    )
     basic = isethdr(*SWEEP)
     assert basic.returncode == 0, basic.stderr
     made = stores(isethdr_home)
@@ -35,7 +52,10 @@ def test_a_sweep_stores_every_combination_once_and_the_same_from_every_launcher(
     there = stores(other)
     assert len(there) == 2 and there.keys() < made.keys()
     for name in there:
-        one, two = (json.loads((h / "runs" / name / "zarr.json").read_text())["attributes"]["scores"] for h in (isethdr_home, other))
+        one, two = (
+            json.loads((h / "runs" / name / "zarr.json").read_text())["attributes"]["scores"]
+            for h in (isethdr_home, other)
+        )
         assert one == two, "processes must not change a result"
 
 
@@ -48,12 +68,16 @@ def test_a_killed_sweep_goes_on_where_it_stopped(isethdr_home, tmp_path):
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
     first = stores(isethdr_home)
-    assert len(first) == 1 and len(leftovers(isethdr_home)) == 1, "killed while the second store was written"
+    assert len(first) == 1 and len(leftovers(isethdr_home)) == 1, (
+        "killed while the second store was written"
+    )
 
     again = isethdr(*sweep, plugins=plugins)
     assert again.returncode == 0, again.stderr
     then = stores(isethdr_home)
-    assert len(then) == 2 and first.items() <= then.items(), "the first store is neither lost nor written again"
+    assert len(then) == 2 and first.items() <= then.items(), (
+        "the first store is neither lost nor written again"
+    )
     assert again.stdout.count("already computed") == 1 and leftovers(isethdr_home) == []
 
 
@@ -63,14 +87,22 @@ def test_workers_of_a_killed_sweep_end_and_leave_nothing(isethdr_home, tmp_path)
     """Only the command itself is killed, not its process group."""
     plugins = [installed_trouble(tmp_path / "plugins")]
     mark = tmp_path / "mark"
-    sweep = ["run", "-m", *LIGHTS, "lighting=ideal", "sensor=ideal", "seed=1,2", "+metric@metric.acme=acme"]
+    sweep = [
+        "run",
+        "-m",
+        *LIGHTS,
+        "lighting=ideal",
+        "sensor=ideal",
+        "seed=1,2",
+        "+metric@metric.acme=acme",
+    ]
     launcher = ["hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
     process = start(*sweep, *launcher, plugins=plugins, ACME_WAIT="store", ACME_MARK=str(mark))
     wait_for(mark, process)
     workers = children(process.pid)
     process.kill()
     assert workers
-    end = time.monotonic() + 30     # the jobs wait for 60 s
+    end = time.monotonic() + 30  # the jobs wait for 60 s
     while any(map(alive, workers)) and time.monotonic() < end:
         time.sleep(0.1)
     process.communicate()
@@ -82,7 +114,7 @@ def children(parent: int) -> list[int]:
     """Return the processes that `parent` started."""
     found = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
-        with suppress(OSError):     # ended in this moment
+        with suppress(OSError):  # ended in this moment
             if int(stat.read_text().rpartition(")")[2].split()[1]) == parent:
                 found.append(int(stat.parent.name))
     return found
@@ -96,7 +128,9 @@ def alive(pid: int) -> bool:
         return False
 
 
-def test_a_mistake_anywhere_in_a_sweep_is_found_before_its_first_job(isethdr_home, monkeypatch, capsys):
+def test_a_mistake_anywhere_in_a_sweep_is_found_before_its_first_job(
+    isethdr_home, monkeypatch, capsys
+):
     mistakes = {
         "error: job sensor=rgwb: .*did you mean 'rgbw'": ["sensor=bayer,rgwb"],
         "error: job sensor.pitch_um=-1 seed=1: .*pitch_um is -1": [
@@ -107,9 +141,7 @@ def test_a_mistake_anywhere_in_a_sweep_is_found_before_its_first_job(isethdr_hom
         "error: sensor 'rgwb' is not installed": ["sensor=rgwb"],
     }
     for message, overrides in mistakes.items():
-        code, said = here(
-            monkeypatch, capsys, "run", "-m", *LIGHTS, "lighting=ideal", *overrides
-        )
+        code, said = here(monkeypatch, capsys, "run", "-m", *LIGHTS, "lighting=ideal", *overrides)
         [line] = said.splitlines()
         assert code == 2 and re.match(message, line), line
     assert not isethdr_home.exists()
@@ -118,11 +150,23 @@ def test_a_mistake_anywhere_in_a_sweep_is_found_before_its_first_job(isethdr_hom
 @pytest.mark.slow
 def test_a_field_of_a_swept_kind_and_a_job_that_fails(isethdr_home):
     """Both sensors take the field; the job that cannot work does not stop the others."""
-    done = isethdr("run", "-m", *LIGHTS, "lighting=ideal", "sensor=ideal,bayer", "sensor.exposure_s=0.01", "sensor.columns=20",
-                   "sensor.rows=20", "+metric@metric.line=line_profile", "metric.line.row=-1,60000")
+    done = isethdr(
+        "run",
+        "-m",
+        *LIGHTS,
+        "lighting=ideal",
+        "sensor=ideal,bayer",
+        "sensor.exposure_s=0.01",
+        "sensor.columns=20",
+        "sensor.rows=20",
+        "+metric@metric.line=line_profile",
+        "metric.line.row=-1,60000",
+    )
     assert done.returncode == 1
     said = [line for line in error_lines(done) if line.startswith("error: job ")]
     assert len(said) == 2 and all("metric.line.row=60000" in line for line in said)
     assert "Traceback" not in done.stderr
-    assert {(a["choices"]["sensor"], a["config"]["sensor"]["exposure_s"]) for a in attributes(isethdr_home)} == {
-        ("ideal", 0.01), ("bayer", 0.01)}
+    assert {
+        (a["choices"]["sensor"], a["config"]["sensor"]["exposure_s"])
+        for a in attributes(isethdr_home)
+    } == {("ideal", 0.01), ("bayer", 0.01)}

@@ -30,7 +30,10 @@ def coloured_streaks(picture: str = "", tiles: int = 200, error: float = 0.03) -
     from isethdr_core.registry import build
 
     flare = build("flare", "aperture", **DUST)
-    usual, fine = (build("lens", "diffraction_limited", f_number=F_NUMBER, speckle_error=e) for e in (error, FINE))
+    usual, fine = (
+        build("lens", "diffraction_limited", f_number=F_NUMBER, speckle_error=e)
+        for e in (error, FINE)
+    )
     if picture:
         write_picture(picture, usual, flare, tiles)
     first, last, step = BANDS_NM
@@ -38,9 +41,13 @@ def coloured_streaks(picture: str = "", tiles: int = 200, error: float = 0.03) -
     measured = {wave: compared(usual, fine, flare, wave, step, tiles) for wave in CHECKED_NM}
     for octave in range(3, int(np.log2(tiles)) + 1):
         figures = np.array([m[octave] for m in measured.values()]).max(axis=0)
-        rows.append({"radius_tiles": f"{2**octave}-{min(2 ** (octave + 1), tiles)}",
-                     **dict(zip(("one_wavelength", "integrated", "stated"), map(float, figures))),
-                     "sub_bands": 1.5 * 2**octave * PITCH_UM * step / (550.0 * 0.55 * F_NUMBER)})
+        rows.append(
+            {
+                "radius_tiles": f"{2**octave}-{min(2 ** (octave + 1), tiles)}",
+                **dict(zip(("one_wavelength", "integrated", "stated"), map(float, figures))),
+                "sub_bands": 1.5 * 2**octave * PITCH_UM * step / (550.0 * 0.55 * F_NUMBER),
+            }
+        )
     return rows
 
 
@@ -48,8 +55,14 @@ def compared(usual, fine, flare, wave: float, step: float, tiles: int) -> dict:
     """Return {octave of radius: (error of one wavelength, error of the band's kernel, error it states)}."""
     from isethdr_optics.kernels import kernels
 
-    pitch, reach, waves = (PITCH_UM, PITCH_UM), (tiles, tiles), wave + step * np.array([-1.0, 0.0, 1.0])
-    single = kernels(fine, (flare,), np.array([wave]), pitch, reach).bands[0]  # one wavelength: a band of 1 nm
+    pitch, reach, waves = (
+        (PITCH_UM, PITCH_UM),
+        (tiles, tiles),
+        wave + step * np.array([-1.0, 0.0, 1.0]),
+    )
+    single = kernels(fine, (flare,), np.array([wave]), pitch, reach).bands[
+        0
+    ]  # one wavelength: a band of 1 nm
     made, truth = (kernels(lens, (flare,), waves, pitch, reach) for lens in (usual, fine))
     y, x = np.indices(single.shape) - tiles
     octave = np.log2(np.maximum(np.hypot(y, x), 1)).astype(int)
@@ -57,7 +70,13 @@ def compared(usual, fine, flare, wave: float, step: float, tiles: int) -> dict:
     for k in range(3, int(np.log2(tiles)) + 1):
         ring = (octave == k) & (np.hypot(y, x) < tiles)
         light = truth.bands[1][ring].sum()
-        errors[k] = (*(np.abs(v[ring] - truth.bands[1][ring]).sum() / light for v in (single, made.bands[1])), made.speckle[1, k])
+        errors[k] = (
+            *(
+                np.abs(v[ring] - truth.bands[1][ring]).sum() / light
+                for v in (single, made.bands[1])
+            ),
+            made.speckle[1, k],
+        )
     return errors
 
 
@@ -67,8 +86,14 @@ def write_picture(path: str, lens, flare, tiles: int) -> None:
     from PIL import Image
 
     first, last, step = BANDS_NM
-    waves, pitch, reach = np.arange(first, last + step / 2, step), (PITCH_UM, PITCH_UM), (tiles, tiles)
-    single = np.stack([kernels(lens, (flare,), np.array([w]), pitch, reach).bands[0] for w in waves])
+    waves, pitch, reach = (
+        np.arange(first, last + step / 2, step),
+        (PITCH_UM, PITCH_UM),
+        (tiles, tiles),
+    )
+    single = np.stack(
+        [kernels(lens, (flare,), np.array([w]), pitch, reach).bands[0] for w in waves]
+    )
     whole = np.stack(kernels(lens, (flare,), waves, pitch, reach).bands)
     both = [shown(cube, waves) for cube in (single, whole)]
     gap = np.full((both[0].shape[0], GAP, 3), 255, np.uint8)

@@ -38,8 +38,15 @@ def convolution_methods(rows: int = 270, columns: int = 480) -> list[dict]:
             if truth is None:
                 pixels, truth = direct(image, psf, result)
             error = float(np.max(np.abs(result[pixels] / truth - 1)))
-            out.append({"lamp_to_background": ratio, "method": method, "largest_error": error,
-                        "negative_pixels": int(np.sum(result < 0)), "cpu_s": seconds})
+            out.append(
+                {
+                    "lamp_to_background": ratio,
+                    "method": method,
+                    "largest_error": error,
+                    "negative_pixels": int(np.sum(result < 0)),
+                    "cpu_s": seconds,
+                }
+            )
     return out
 
 
@@ -58,7 +65,13 @@ def prepare(psf, shape) -> dict:
 
     kernel = ready(psf, shape)
     spectrum = whole(kernel.spectrum, kernel.size) * kernel.peak
-    return {"product": kernel, "size": kernel.size, np.float64: spectrum, np.float32: spectrum.astype(np.float32), "psf": psf}
+    return {
+        "product": kernel,
+        "size": kernel.size,
+        np.float64: spectrum,
+        np.float32: spectrum.astype(np.float32),
+        "psf": psf,
+    }
 
 
 def product(image, prepared):
@@ -94,13 +107,19 @@ def summed(image, prepared):
     rest, lamps = lamps_of(image)
     (ny, nx), out = image.shape, transform(rest, prepared, np.float64)
     for i, j in np.argwhere(lamps):
-        out += lamps[i, j] * prepared["psf"][ny - 1 - i : 2 * ny - 1 - i, nx - 1 - j : 2 * nx - 1 - j]
+        out += (
+            lamps[i, j] * prepared["psf"][ny - 1 - i : 2 * ny - 1 - i, nx - 1 - j : 2 * nx - 1 - j]
+        )
     return out
 
 
-METHODS = {"float64, doubtful pixels summed (product)": product, "float64": lambda i, p: transform(i, p, np.float64),
-           "float32": lambda i, p: transform(i, p, np.float32), "lamps float64, rest float32": split,
-           "lamps summed, rest float64": summed}
+METHODS = {
+    "float64, doubtful pixels summed (product)": product,
+    "float64": lambda i, p: transform(i, p, np.float64),
+    "float32": lambda i, p: transform(i, p, np.float32),
+    "lamps float64, rest float32": split,
+    "lamps summed, rest float64": summed,
+}
 
 
 def direct(image, psf, result):
@@ -109,5 +128,8 @@ def direct(image, psf, result):
     darkest = np.unravel_index(int(np.argmin(result)), result.shape)
     pixels = tuple(np.append(rng.integers(0, n, SAMPLED), d) for n, d in zip((ny, nx), darkest))
     wide, flipped = image.astype(np.longdouble), psf[::-1, ::-1]
-    sums = [np.sum(wide * flipped[ny - 1 - i : 2 * ny - 1 - i, nx - 1 - j : 2 * nx - 1 - j]) for i, j in zip(*pixels)]
+    sums = [
+        np.sum(wide * flipped[ny - 1 - i : 2 * ny - 1 - i, nx - 1 - j : 2 * nx - 1 - j])
+        for i, j in zip(*pixels)
+    ]
     return pixels, np.array(sums)

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-FINE = 4                 # samples per pixel, each way
+FINE = 4  # samples per pixel, each way
 SHAPES_PER_PIXEL = 0.06
 RADII_PX = (1.2, 50.0)
-DARKEST = 0.02           # of the brightest leaf
-STRIPED = 0.35           # share of the shapes
-FINEST = 0.48            # cycles per pixel
+DARKEST = 0.02  # of the brightest leaf
+STRIPED = 0.35  # share of the shapes
+FINEST = 0.48  # cycles per pixel
 
 
 def dead_leaves(rows: int, columns: int, colours, rng) -> np.ndarray:
@@ -32,15 +32,29 @@ def dead_leaves(rows: int, columns: int, colours, rng) -> np.ndarray:
         # density of radii r^-3: as many small leaves as large ones are seen
         radius = FINE / np.sqrt(rng.uniform(RADII_PX[1] ** -2, RADII_PX[0] ** -2))
         cy, cx = rng.uniform(0, height), rng.uniform(0, width)
-        y0, y1, x0, x1 = (int(v) for v in (max(cy - radius, 0), min(cy + radius + 1, height), max(cx - radius, 0), min(cx + radius + 1, width)))
+        y0, y1, x0, x1 = (
+            int(v)
+            for v in (
+                max(cy - radius, 0),
+                min(cy + radius + 1, height),
+                max(cx - radius, 0),
+                min(cx + radius + 1, width),
+            )
+        )
         y, x = np.mgrid[y0:y1, x0:x1] - np.array([cy, cx])[:, None, None]
         inside = _inside(x, y, radius, rng)
-        leaf = (colours[rng.integers(len(colours))] * DARKEST ** rng.uniform(0, 1)).astype(np.float32)
-        value = leaf[:, None, None] * _stripes(x, y, rng) if rng.uniform() < STRIPED else leaf[:, None, None]
+        leaf = (colours[rng.integers(len(colours))] * DARKEST ** rng.uniform(0, 1)).astype(
+            np.float32
+        )
+        value = (
+            leaf[:, None, None] * _stripes(x, y, rng)
+            if rng.uniform() < STRIPED
+            else leaf[:, None, None]
+        )
         out[:, y0:y1, x0:x1] = np.where(inside, value, out[:, y0:y1, x0:x1])
     from scipy.ndimage import gaussian_filter
 
-    blur = FINE * rng.uniform(0.0, 0.5)      # pixels: lenses from perfect to soft
+    blur = FINE * rng.uniform(0.0, 0.5)  # pixels: lenses from perfect to soft
     out = gaussian_filter(out, (0, blur, blur), mode="mirror")
     planes = out.reshape(len(out), rows, FINE, columns, FINE).mean((2, 4), dtype=float)
     return planes / planes.mean((1, 2)).max()

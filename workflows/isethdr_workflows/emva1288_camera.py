@@ -10,9 +10,9 @@ from isethdr_core.physics.radiometry import photon_energy_j
 from isethdr_core.seeds import generator
 
 BAND_NM = 10.0
-BORDER = 2      # pixels left out all round: crosstalk finds other filters mirrored there
-DARK = 0.0      # photons
-STACK = 100     # number of the first picture of a stack
+BORDER = 2  # pixels left out all round: crosstalk finds other filters mirrored there
+DARK = 0.0  # photons
+STACK = 100  # number of the first picture of a stack
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class Bench:
     capture: int
     channel: int
     wavelength_nm: float
-    size: int           # pixels a side, of all channels
+    size: int  # pixels a side, of all channels
     seed: int
 
     def shot(self, photons: float, number: int):
@@ -34,8 +34,15 @@ class Bench:
         photons : mean photons per pixel, counted over the whole pixel area, during the longest exposure.
         """
         captures = self.sensor(self.light(photons), picture_key(self, photons, number))
-        y, x = np.nonzero(captures["filter"].values[BORDER:-BORDER, BORDER:-BORDER] == self.channel) + np.int64(BORDER)
-        return captures["raw"].values[self.capture][y, x].astype(float), y, x, captures["saturated"].values[self.capture][y, x]
+        y, x = np.nonzero(
+            captures["filter"].values[BORDER:-BORDER, BORDER:-BORDER] == self.channel
+        ) + np.int64(BORDER)
+        return (
+            captures["raw"].values[self.capture][y, x].astype(float),
+            y,
+            x,
+            captures["saturated"].values[self.capture][y, x],
+        )
 
     def efficiency(self) -> float:
         """Return the electrons per photon of the channel, fill factor and share of the exposure included."""
@@ -43,19 +50,38 @@ class Bench:
         shot = self.sensor(self.light(0.0), generator(0, "bench", ""))
         diode = model.diode_of(model.readings[self.capture])
         curve = shot.quantum_efficiency.values[self.capture, self.channel]
-        return float(np.interp(self.wavelength_nm, shot.wavelength.values, curve)) * diode.fill_factor * diode.exposure_share
+        return (
+            float(np.interp(self.wavelength_nm, shot.wavelength.values, curve))
+            * diode.fill_factor
+            * diode.exposure_share
+        )
 
     def light(self, photons: float):
         """Return even irradiance of `photons` per pixel and exposure at the wavelength."""
         from isethdr_core.quantities import IRRADIANCE, centres, plane
 
         pitch = self.sensor.pitch_um * 1e-6
-        level = photons * photon_energy_j(self.wavelength_nm) / (pitch**2 * self.sensor.exposure_s * BAND_NM)
+        level = (
+            photons
+            * photon_energy_j(self.wavelength_nm)
+            / (pitch**2 * self.sensor.exposure_s * BAND_NM)
+        )
         side = self.size * pitch
         values = level * np.array([0.0, 1.0, 0.0])[:, None, None] * np.ones((1, 2, 2))
         wavelengths = self.wavelength_nm + np.array([-BAND_NM, 0.0, BAND_NM])
-        return plane(values, wavelengths, centres(2, side), centres(2, side), IRRADIANCE, f_number=8.0, focal_length_mm=16.0,
-                     throughput_sr=1.0, falloff="none", field_width=side, field_height=side)
+        return plane(
+            values,
+            wavelengths,
+            centres(2, side),
+            centres(2, side),
+            IRRADIANCE,
+            f_number=8.0,
+            focal_length_mm=16.0,
+            throughput_sr=1.0,
+            falloff="none",
+            field_width=side,
+            field_height=side,
+        )
 
 
 def picture_key(bench: Bench, photons: float, number: int):
@@ -78,15 +104,20 @@ def pair(bench: Bench, photons: float) -> Pair:
     """Return mean and temporal variance from the difference of two pictures (EMVA 1288 release 4.0, section 6.6)."""
     first, second = (bench.shot(photons, k) for k in (0, 1))
     difference = first[0] - second[0]
-    return Pair(photons, float(np.mean((first[0] + second[0]) / 2)), float(np.var(difference, ddof=1) / 2),
-                float(np.mean(first[3] | second[3])), len(difference))
+    return Pair(
+        photons,
+        float(np.mean((first[0] + second[0]) / 2)),
+        float(np.var(difference, ddof=1) / 2),
+        float(np.mean(first[3] | second[3])),
+        len(difference),
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class Stack:
     """The mean of several pictures, and the temporal variance that is left in that mean."""
 
-    mean_dn: np.ndarray     # (pixel,)
+    mean_dn: np.ndarray  # (pixel,)
     left_dn2: float
     pixels: int
     pictures: int

@@ -13,7 +13,9 @@ import numpy as np
 
 from .emva1288_camera import BORDER, DARK, STACK, Bench, Stack, picture_key
 
-SHARE = 1 / 3       # standard error of the pattern's variance over that variance: 4 standard errors of the DSNU are 0.7 of it
+SHARE = (
+    1 / 3
+)  # standard error of the pattern's variance over that variance: 4 standard errors of the DSNU are 0.7 of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,13 +24,18 @@ class DarkSeries:
 
     mean_dn: np.ndarray
     temporal_dn2: np.ndarray
-    filters: np.ndarray     # (y, x)
+    filters: np.ndarray  # (y, x)
     pictures: int
 
     def stack(self, capture: int, channel: int) -> Stack:
         """Return the stack of one capture's pixels of one channel."""
         here = self.filters == channel
-        return Stack(self.mean_dn[capture][here], float(np.mean(self.temporal_dn2[capture][here])) / self.pictures, int(here.sum()), self.pictures)
+        return Stack(
+            self.mean_dn[capture][here],
+            float(np.mean(self.temporal_dn2[capture][here])) / self.pictures,
+            int(here.sum()),
+            self.pictures,
+        )
 
 
 def dark_series(bench: Bench, pictures: int) -> DarkSeries:
@@ -47,7 +54,12 @@ def dark_series(bench: Bench, pictures: int) -> DarkSeries:
         values = raw[:, middle, middle] - black_dn(model)
         total, squares = total + values, squares + values**2
     mean = total / pictures
-    return DarkSeries(mean + black_dn(model), (squares / pictures - mean**2) * (pictures / (pictures - 1)), filters[middle, middle], pictures)
+    return DarkSeries(
+        mean + black_dn(model),
+        (squares / pictures - mean**2) * (pictures / (pictures - 1)),
+        filters[middle, middle],
+        pictures,
+    )
 
 
 def black_dn(model) -> np.ndarray:

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-COATINGS = {"none": 1.0, "mgf2": 0.05, "multilayer": 0.002}  # and the white of its ghosts alone, cd/m2
+COATINGS = {
+    "none": 1.0,
+    "mgf2": 0.05,
+    "multilayer": 0.002,
+}  # and the white of its ghosts alone, cd/m2
 LENS = {"f_number": 4.0, "focal_length_mm": 4.0}
 PRESCRIPTION = "double_gauss"
 WHITE_CD_M2 = 20.0
 
 
-def ghosts_night(picture: str = "", experiment: str = "night_drive", renderer: str = "mitsuba_quick") -> list[dict]:
+def ghosts_night(
+    picture: str = "", experiment: str = "night_drive", renderer: str = "mitsuba_quick"
+) -> list[dict]:
     """Return how much light the ghosts of a night scene add, by coating.
 
     Parameters
@@ -39,12 +45,29 @@ def study(mixed, picture: str = "") -> list[dict]:
     clean = lens(mixed)
     rows, sheet, names = [], [[], []], [[], []]
     for coating, white in COATINGS.items():
-        flare = build("flare", "ghosts", prescription=PRESCRIPTION, coating=coating, blades=6, sensor_reflectance_percent=0.0)
+        flare = build(
+            "flare",
+            "ghosts",
+            prescription=PRESCRIPTION,
+            coating=coating,
+            blades=6,
+            sensor_reflectance_percent=0.0,
+        )
         added = flare.irradiance(lens, mixed)
-        rows.append({"coating": coating, **figures(clean, added, *flare.pairs(lens, mixed.wavelength.values, 0.5))})
+        rows.append(
+            {
+                "coating": coating,
+                **figures(clean, added, *flare.pairs(lens, mixed.wavelength.values, 0.5)),
+            }
+        )
         word = coating if coating != "none" else "bare glass"
         for row, light, top, name in (
-            (0, clean + added, WHITE_CD_M2, f"{word}: ghosts add {100 * rows[-1]['added']:.2g} % of the light"),
+            (
+                0,
+                clean + added,
+                WHITE_CD_M2,
+                f"{word}: ghosts add {100 * rows[-1]['added']:.2g} % of the light",
+            ),
             (1, added, white, f"ghosts alone, white {white:g} cd/m2"),
         ):
             sheet[row].append(seen(light, lens, top))
@@ -63,7 +86,10 @@ def figures(clean, added, traced, left) -> dict:
     ghosts = added.values.sum(axis=0, dtype=float)
     across = np.sign(added.x.values)[None, :] * np.sign(clean.x.values[column]) < 0
     third = max(1, len(clean.wavelength) // 3)
-    red_blue = [light.values[-third:].sum(dtype=float) / light.values[:third].sum(dtype=float) for light in (added, clean)]
+    red_blue = [
+        light.values[-third:].sum(dtype=float) / light.values[:third].sum(dtype=float)
+        for light in (added, clean)
+    ]
     return {
         "pairs": len(traced),
         "pairs_left_out": len(left),

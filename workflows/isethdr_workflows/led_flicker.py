@@ -38,12 +38,27 @@ def led_flicker(folder: str = "", phases: int = 400) -> list[dict]:
             diode = model.diode_of(reading)
             level = lamp_levels(electrons(captures, k), electrons(steady, k), captures)
             level[lamp_levels(captures.saturated.values[k] * 1.0, None, captures) > 0.5] = np.nan
-            rows.append({"sensor": name, "capture": reading.capture, "exposure_ms": 1e3 * model.exposure_of(diode),
-                         "starts_ms": 1e3 * model.exposure_s * diode.start_share,
-                         "never_lit_percent": never_lit_percent(model, diode, phases), **_judged(level)})
+            rows.append(
+                {
+                    "sensor": name,
+                    "capture": reading.capture,
+                    "exposure_ms": 1e3 * model.exposure_of(diode),
+                    "starts_ms": 1e3 * model.exposure_s * diode.start_share,
+                    "never_lit_percent": never_lit_percent(model, diode, phases),
+                    **_judged(level),
+                }
+            )
         merged, true = (p.xyz.sel(xyz_channel="Y").values for p in (picture, truth))
-        rows.append({"sensor": name, "capture": "merged picture", "exposure_ms": float("nan"), "starts_ms": float("nan"),
-                     "never_lit_percent": float("nan"), **_judged(lamp_levels(merged, true, picture))})
+        rows.append(
+            {
+                "sensor": name,
+                "capture": "merged picture",
+                "exposure_ms": float("nan"),
+                "starts_ms": float("nan"),
+                "never_lit_percent": float("nan"),
+                **_judged(lamp_levels(merged, true, picture)),
+            }
+        )
     if folder:
         from .led_flicker_figures import draw_bands, draw_lamps
 
@@ -73,16 +88,34 @@ def lamps():
 
     from isethdr_core.registry import build
 
-    chart = build("scene", "point_lights", width=320, height=64, horizontal_field_deg=16.0, luminance_cd_m2=LAMP_CD_M2, step=1.0,
-                  background_cd_m2=GROUND_CD_M2, disc_diameter_deg=1.2)()
+    chart = build(
+        "scene",
+        "point_lights",
+        width=320,
+        height=64,
+        horizontal_field_deg=16.0,
+        luminance_cd_m2=LAMP_CD_M2,
+        step=1.0,
+        background_cd_m2=GROUND_CD_M2,
+        disc_diameter_deg=1.2,
+    )()
     lit = chart.radiance.sel(light_group="headlights")
     place = np.floor((np.arange(320) + 0.5) / 320 * LAMPS).astype(int)
-    groups = {"sky": chart.radiance.sel(light_group="sky")} | {f"lamp {k}": lit * xr.DataArray(place == k, dims="x") for k in range(LAMPS)}
-    cube = xr.concat([g.drop_vars("light_group") for g in groups.values()], "light_group").transpose(*chart.radiance.dims)
-    scene = chart.drop_vars(["radiance", "light_group"]).assign_coords(light_group=np.array(list(groups), object))
+    groups = {"sky": chart.radiance.sel(light_group="sky")} | {
+        f"lamp {k}": lit * xr.DataArray(place == k, dims="x") for k in range(LAMPS)
+    }
+    cube = xr.concat(
+        [g.drop_vars("light_group") for g in groups.values()], "light_group"
+    ).transpose(*chart.radiance.dims)
+    scene = chart.drop_vars(["radiance", "light_group"]).assign_coords(
+        light_group=np.array(list(groups), object)
+    )
     scene["radiance"] = cube.astype("float32").assign_attrs(chart.radiance.attrs)
     scene.attrs = chart.attrs
-    flashing = {f"lamp {k}": {"frequency_hz": FREQUENCY_HZ, "duty": DUTY, "phase": phase} for k, phase in enumerate(PHASES)}
+    flashing = {
+        f"lamp {k}": {"frequency_hz": FREQUENCY_HZ, "duty": DUTY, "phase": phase}
+        for k, phase in enumerate(PHASES)
+    }
     return build("lighting", "weights", others=1.0, modulation=flashing)(scene)
 
 
@@ -90,15 +123,26 @@ def electrons(data, k: int) -> np.ndarray:
     """Return electrons (y, x) of capture `k`, dark charge included, of captures or of expected electrons."""
     if not hasattr(data, "data_vars"):
         return data.values[k]
-    return (data.raw.values[k].astype(float) - float(data.black_dn[k])) / float(data.gain_dn_per_e[k])
+    return (data.raw.values[k].astype(float) - float(data.black_dn[k])) / float(
+        data.gain_dn_per_e[k]
+    )
 
 
 def lamp_levels(found, steady, grid) -> np.ndarray:
     """Return the mean over each lamp's middle of `found`, over that of `steady` unless it is None."""
     height, width = grid.sizes["y"], grid.sizes["x"]
     half = max(2, width // 60)
-    means = np.array([[values[height // 2 - half:height // 2 + half, x - half:x + half].mean() if values is not None else 1.0
-                       for x in (int((k + 0.5) * width / LAMPS) for k in range(LAMPS))] for values in (found, steady)])
+    means = np.array(
+        [
+            [
+                values[height // 2 - half : height // 2 + half, x - half : x + half].mean()
+                if values is not None
+                else 1.0
+                for x in (int((k + 0.5) * width / LAMPS) for k in range(LAMPS))
+            ]
+            for values in (found, steady)
+        ]
+    )
     return means[0] / means[1]
 
 
@@ -107,11 +151,17 @@ def never_lit_percent(model, diode, phases: int) -> float:
     from isethdr_core.physics.modulation import Modulation, relative_light
 
     turns = (np.arange(phases) + 0.5) / phases
-    lit = [relative_light(Modulation(FREQUENCY_HZ, DUTY, 0.0, turn), 0.0, model.exposure_of(diode)) > 0 for turn in turns]
+    lit = [
+        relative_light(Modulation(FREQUENCY_HZ, DUTY, 0.0, turn), 0.0, model.exposure_of(diode)) > 0
+        for turn in turns
+    ]
     return 100 * (1 - float(np.mean(lit)))
 
 
 def _judged(level) -> dict:
     measured = level[np.isfinite(level)]
-    return {"lamps_seen": int(np.sum(~(level < MISSED))), "darkest": float(min(measured, default=np.nan)),
-            "brightest": float(max(measured, default=np.nan))}
+    return {
+        "lamps_seen": int(np.sum(~(level < MISSED))),
+        "darkest": float(min(measured, default=np.nan)),
+        "brightest": float(max(measured, default=np.nan)),
+    }

@@ -8,7 +8,12 @@ DECADES = (1e-3, 1e5)  # cd/m2
 F_NUMBER = 4.0
 
 
-def level_curves(sensor: str = "split_pixel", contrast_percent: float = 20.0, per_decade: int = 4, picture: str = "") -> list[dict]:
+def level_curves(
+    sensor: str = "split_pixel",
+    contrast_percent: float = 20.0,
+    per_decade: int = 4,
+    picture: str = "",
+) -> list[dict]:
     """Return SNR and contrast detection probability of flat patches from 0.001 to 100 000 cd/m2.
 
     Parameters
@@ -30,9 +35,13 @@ def level_curves(sensor: str = "split_pixel", contrast_percent: float = 20.0, pe
     from isethdr_core.errors import ConfigError
 
     if not 0 < contrast_percent < 100:
-        raise ConfigError(f"contrast_percent is {contrast_percent!r}; expected percent above 0 and below 100; type contrast_percent=20")
+        raise ConfigError(
+            f"contrast_percent is {contrast_percent!r}; expected percent above 0 and below 100; type contrast_percent=20"
+        )
     if per_decade < 1:
-        raise ConfigError(f"per_decade is {per_decade!r}; expected at least 1 level; type per_decade=4")
+        raise ConfigError(
+            f"per_decade is {per_decade!r}; expected at least 1 level; type per_decade=4"
+        )
     c = contrast_percent / 100
     levels = np.geomspace(*DECADES, round(np.log10(DECADES[1] / DECADES[0])) * per_decade + 1)
     see, rows = viewer(sensor), []
@@ -43,8 +52,14 @@ def level_curves(sensor: str = "split_pixel", contrast_percent: float = 20.0, pe
         measured = (bright - dark) / np.where(total > 0, total, np.inf)
         seen = (np.abs(measured - c) <= 0.5 * c) & valid & valid_dark & (total > 0)
         rms = np.sqrt(np.mean((bright - true) ** 2))
-        rows.append({"luminance_cd_m2": float(level), "snr_db": float(20 * np.log10(true / rms)), "detection": float(seen.mean()),
-                     "valid_percent": float(100 * valid.mean())})
+        rows.append(
+            {
+                "luminance_cd_m2": float(level),
+                "snr_db": float(20 * np.log10(true / rms)),
+                "detection": float(seen.mean()),
+                "valid_percent": float(100 * valid.mean()),
+            }
+        )
     if picture:
         draw(picture, rows, sensor, contrast_percent)
     return rows
@@ -55,15 +70,23 @@ def viewer(sensor: str):
     from isethdr_core import generator
     from isethdr_core.registry import build
 
-    mixed = build("lighting", "weights", weights={"sky": 1.0})(build("scene", "uniform", width=80, height=80, luminance_cd_m2=1.0)())
+    mixed = build("lighting", "weights", weights={"sky": 1.0})(
+        build("scene", "uniform", width=80, height=80, luminance_cd_m2=1.0)()
+    )
     camera, isp = build("sensor", sensor), build("isp", "merge")
     focal_mm = camera.pitch_um * 1e-3 * 80 / mixed.attrs["field_width"]
-    light = build("lens", "ideal", f_number=F_NUMBER, focal_length_mm=focal_mm, falloff="none")(mixed)
+    light = build("lens", "ideal", f_number=F_NUMBER, focal_length_mm=focal_mm, falloff="none")(
+        mixed
+    )
 
     def see(level: float, seed: int):
         seen = isp(camera(light.copy(data=light.values * np.float32(level)), generator(seed=seed)))
         inner = (slice(8, -8), slice(8, -8))
-        return seen["xyz"].values[..., 1][inner].ravel(), level, np.asarray(seen["valid"].values, bool)[inner].ravel()
+        return (
+            seen["xyz"].values[..., 1][inner].ravel(),
+            level,
+            np.asarray(seen["valid"].values, bool)[inner].ravel(),
+        )
 
     return see
 
@@ -80,7 +103,11 @@ def draw(path: str, rows: list[dict], sensor: str, contrast_percent: float) -> N
     axes[0].semilogx(luminance, [r["snr_db"] for r in rows], "-o", ms=3, color="#2c6fad")
     axes[0].set(ylabel="SNR, dB", title=f"{sensor}: flat patches in daylight, f/{F_NUMBER:g}")
     axes[1].semilogx(luminance, [r["detection"] for r in rows], "-o", ms=3, color="#c0392b")
-    axes[1].set(ylabel=f"detection of {contrast_percent:g} % contrast", xlabel="luminance, cd/m2", ylim=(-0.03, 1.03))
+    axes[1].set(
+        ylabel=f"detection of {contrast_percent:g} % contrast",
+        xlabel="luminance, cd/m2",
+        ylim=(-0.03, 1.03),
+    )
     for ax in axes:
         ax.grid(True, color="#eee")
     fig.savefig(path, dpi=100)

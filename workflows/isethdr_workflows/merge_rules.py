@@ -9,9 +9,21 @@ from __future__ import annotations
 
 import numpy as np
 
-TOPS_SD = (-8, -5, -4, -3, -2, -1, 0, 1, 2, 3, 5)  # standard deviations around the end of each capture
+TOPS_SD = (
+    -8,
+    -5,
+    -4,
+    -3,
+    -2,
+    -1,
+    0,
+    1,
+    2,
+    3,
+    5,
+)  # standard deviations around the end of each capture
 DEFAULT = "inverse_variance"
-UNBIASED = 1e-3                                       # of the level
+UNBIASED = 1e-3  # of the level
 
 
 def merge_rules(draws: int = 100000, seed: int = 1, levels: str = "") -> list[dict]:
@@ -38,7 +50,15 @@ def merge_rules(draws: int = 100000, seed: int = 1, levels: str = "") -> list[di
         groups, per_light, controls = shot(model, level, draws, rng)
         for name, rule in rules().items():
             merged = rule(groups, per_light)
-            rows.append({"level_e": level, "rule": name, **judged(merged, controls, level), "near_top": near_top(model, level), "asked": ""})
+            rows.append(
+                {
+                    "level_e": level,
+                    "rule": name,
+                    **judged(merged, controls, level),
+                    "near_top": near_top(model, level),
+                    "asked": "",
+                }
+            )
     return rows + asked(rows, model)
 
 
@@ -57,12 +77,20 @@ def own_noise(groups, per_light):
     for reads, light in zip(groups, per_light):
         ratio = light / per_light[-1]
         for r in reads:
-            w = np.where(r.charge_e < 0.95 * r.top_e, ratio**2 / (np.maximum(r.charge_e, 0) + r.read_var_e2), 0.0)
+            w = np.where(
+                r.charge_e < 0.95 * r.top_e,
+                ratio**2 / (np.maximum(r.charge_e, 0) + r.read_var_e2),
+                0.0,
+            )
             total, weight = total + w * (r.charge_e - r.dark_e) / ratio, weight + w
     short, ratio = max(groups[0], key=lambda r: r.top_e), per_light[0] / per_light[-1]
     some, safe = weight > 0, np.where(weight > 0, weight, 1.0)
-    return Merged(np.where(some, total / safe, (short.charge_e - short.dark_e) / ratio),
-                  np.where(some, 1 / safe, short.variance_e2() / ratio**2), some, np.zeros(safe.shape, np.uint8))
+    return Merged(
+        np.where(some, total / safe, (short.charge_e - short.dark_e) / ratio),
+        np.where(some, 1 / safe, short.variance_e2() / ratio**2),
+        some,
+        np.zeros(safe.shape, np.uint8),
+    )
 
 
 def hard_switch(groups, per_light):
@@ -99,12 +127,19 @@ def shot(model, level_e: float, draws: int, rng):
         highest = 2.0**r.bits - 1 if r.bits else np.inf
         code = r.black_dn + r.gain_dn_per_e * np.minimum(charge[r.diode] + noise, r.swing_e)
         code = np.clip(np.rint(code), 0, highest) if r.bits else code
-        top = min((highest - r.black_dn) / r.gain_dn_per_e, r.swing_e, model.photodiodes[r.diode].full_well_e)
+        top = min(
+            (highest - r.black_dn) / r.gain_dn_per_e,
+            r.swing_e,
+            model.photodiodes[r.diode].full_well_e,
+        )
         var = r.read_noise_e**2 + (r.gain_dn_per_e**-2 / 12 if r.bits else 0.0)
         e = (code - r.black_dn) / r.gain_dn_per_e
         ends = e >= top - 0.5 / r.gain_dn_per_e
         groups.setdefault(r.diode, []).append(
-            Readout(e, ends, var, dark[r.diode], top, top - MARGIN * np.sqrt(var), None, None, place))
+            Readout(
+                e, ends, var, dark[r.diode], top, top - MARGIN * np.sqrt(var), None, None, place
+            )
+        )
     order = sorted(groups, key=lambda k: model.photodiodes[k].fill_factor)
     light = [np.full((1, draws), model.photodiodes[k].fill_factor) for k in order]
     return [groups[k] for k in order], light, np.stack(controls, 1)
@@ -118,21 +153,32 @@ def judged(merged, controls, level_e: float) -> dict:
     fit = np.linalg.pinv(a.T @ a, hermitian=True) @ (a.T @ x)
     rest = x - a @ fit
     rms, variance = np.sqrt(np.mean((x - level_e) ** 2)), x.var()
-    return {"snr_db": float(20 * np.log10(level_e / rms)), "bias_percent": float(100 * (fit[0] / level_e - 1)),
-            "bias_error_percent": float(100 * rest.std() / np.sqrt(len(x)) / level_e),
-            "reported_over_true": float(merged.variance_e2.mean() / variance) if variance > 0 else float("nan")}
+    return {
+        "snr_db": float(20 * np.log10(level_e / rms)),
+        "bias_percent": float(100 * (fit[0] / level_e - 1)),
+        "bias_error_percent": float(100 * rest.std() / np.sqrt(len(x)) / level_e),
+        "reported_over_true": float(merged.variance_e2.mean() / variance)
+        if variance > 0
+        else float("nan"),
+    }
 
 
 def ends_e(model) -> list[float]:
     """Return where each capture ends, in electrons of the large photodiode."""
     largest = max(d.fill_factor for d in model.photodiodes)
-    return [min(r.swing_e, model.diode_of(r).full_well_e) * largest / model.diode_of(r).fill_factor for r in model.readings]
+    return [
+        min(r.swing_e, model.diode_of(r).full_well_e) * largest / model.diode_of(r).fill_factor
+        for r in model.readings
+    ]
 
 
 def ends_sd(model) -> list[float]:
     """Return the shot noise of each capture at its end, in electrons of the large photodiode."""
     largest = max(d.fill_factor for d in model.photodiodes)
-    return [np.sqrt(e * largest / model.diode_of(r).fill_factor) for e, r in zip(ends_e(model), model.readings)]
+    return [
+        np.sqrt(e * largest / model.diode_of(r).fill_factor)
+        for e, r in zip(ends_e(model), model.readings)
+    ]
 
 
 def near_top(model, level_e: float) -> bool:
@@ -165,14 +211,35 @@ def asked(rows, model) -> list[dict]:
 
     worst = max(ours.values(), key=_bias)
     odd = max(ours.values(), key=lambda r: abs(np.log(r["reported_over_true"])))
-    out = [{**worst, "asked": f"worst bias beyond 2 standard errors: {100 * _bias(worst):.3f} %; asked: below 0.1 %"},
-           {**odd, "asked": f"worst reported variance: {100 * (odd['reported_over_true'] - 1):+.1f} %; asked: within 5 %"}]
+    out = [
+        {
+            **worst,
+            "asked": f"worst bias beyond 2 standard errors: {100 * _bias(worst):.3f} %; asked: below 0.1 %",
+        },
+        {
+            **odd,
+            "asked": f"worst reported variance: {100 * (odd['reported_over_true'] - 1):+.1f} %; asked: within 5 %",
+        },
+    ]
     none = {key: float("nan") for key in worst} | {"rule": "none", "near_top": False}
-    for what, rivals in ((f"of {len(fair)} other rules unbiased at every level", [r for r in others if r["rule"] in fair]),
-                         ("of all rules where they are unbiased, not near a top", [r for r in others if _bias(r) < UNBIASED and not r["near_top"]])):
+    for what, rivals in (
+        (
+            f"of {len(fair)} other rules unbiased at every level",
+            [r for r in others if r["rule"] in fair],
+        ),
+        (
+            "of all rules where they are unbiased, not near a top",
+            [r for r in others if _bias(r) < UNBIASED and not r["near_top"]],
+        ),
+    ):
         best = max(rivals, key=ahead, default=None)
         beaten = "nobody" if best is None else f"{ahead(best):+.3f} dB"
-        out.append({**(best or none), "asked": f"most ahead of the default, {what}: {beaten}; asked: at most 0.1 dB"})
+        out.append(
+            {
+                **(best or none),
+                "asked": f"most ahead of the default, {what}: {beaten}; asked: at most 0.1 dB",
+            }
+        )
     return out
 
 
@@ -180,8 +247,12 @@ def verdict(rows, model) -> dict:
     """Return the worst figures of the default rule, as numbers: those of `asked`."""
     bias, variance, fair, beaten = asked(rows, model)
     ours = next(r for r in rows if r["rule"] == DEFAULT and r["level_e"] == beaten["level_e"])
-    return {"worst_bias_percent": 100 * _bias(bias), "worst_variance": variance["reported_over_true"],
-            "most_beaten_db": beaten["snr_db"] - ours["snr_db"], "unbiased": fair["rule"]}
+    return {
+        "worst_bias_percent": 100 * _bias(bias),
+        "worst_variance": variance["reported_over_true"],
+        "most_beaten_db": beaten["snr_db"] - ours["snr_db"],
+        "unbiased": fair["rule"],
+    }
 
 
 def _bias(row) -> float:

@@ -23,20 +23,37 @@ def paper_fig3(picture: str = "", scene: str = "night_drive") -> list[dict]:
     from isethdr_core.pipeline import chain
 
     parts, radiance = rendered(f"experiment={scene}")
-    lightings = {"night": parts.lighting, "day": chain(compose([f"experiment={scene}", "lighting=day", "lighting.others=1.0"])).lighting}
-    light = {name: lux_of(through(parts, radiance, lighting)[1]) for name, lighting in lightings.items()}
+    lightings = {
+        "night": parts.lighting,
+        "day": chain(
+            compose([f"experiment={scene}", "lighting=day", "lighting.others=1.0"])
+        ).lighting,
+    }
+    light = {
+        name: lux_of(through(parts, radiance, lighting)[1]) for name, lighting in lightings.items()
+    }
     row, column = np.unravel_index(np.argmax(light["night"]), light["night"].shape)
     if picture:
         write(picture, light, row)
-    return [{"version": name, "lux_headlight": float(lux[row, column]), "lux_median": float(np.median(lux)),
-             "decades": float(np.log10(lux[row, column] / np.median(lux)))} for name, lux in light.items()]
+    return [
+        {
+            "version": name,
+            "lux_headlight": float(lux[row, column]),
+            "lux_median": float(np.median(lux)),
+            "decades": float(np.log10(lux[row, column] / np.median(lux))),
+        }
+        for name, lux in light.items()
+    ]
 
 
 def write(path: str, light: dict, row: int) -> None:
     """Write the views in false colour on one scale, with the line, and its profile."""
     from isethdr_core.view import false_colour
 
-    low, high = min(float(np.percentile(v, 1)) for v in light.values()), max(float(v.max()) for v in light.values())
+    low, high = (
+        min(float(np.percentile(v, 1)) for v in light.values()),
+        max(float(v.max()) for v in light.values()),
+    )
     views = {name: false_colour(lux, low, high)[0] for name, lux in light.items()}
     for view in views.values():
         view[row, ::8] = 255
@@ -44,8 +61,17 @@ def write(path: str, light: dict, row: int) -> None:
     def profile(axes):
         for name, lux in light.items():
             axes.semilogy(np.arange(lux.shape[1]) - lux.shape[1] / 2, lux[row], label=name, lw=1)
-        axes.set(xlabel="tiles from the axis", ylabel="illuminance on the sensor, lux", xlim=(-light["night"].shape[1] / 2, light["night"].shape[1] / 2))
+        axes.set(
+            xlabel="tiles from the axis",
+            ylabel="illuminance on the sensor, lux",
+            xlim=(-light["night"].shape[1] / 2, light["night"].shape[1] / 2),
+        )
         axes.grid(True, color="#eee")
         axes.legend()
 
-    write_sheet(path, [list(views.values())], [[f"{n}: illuminance {low:.1g} to {high:.1g} lux" for n in views]], profile)
+    write_sheet(
+        path,
+        [list(views.values())],
+        [[f"{n}: illuminance {low:.1g} to {high:.1g} lux" for n in views]],
+        profile,
+    )

@@ -34,16 +34,28 @@ def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[d
     from isethdr_core.registry import build
 
     mixed = lights(width, height)
-    lens = build("lens", "diffraction_limited", f_number=F_NUMBER, focal_length_mm=FOCAL_MM, falloff="none")
+    lens = build(
+        "lens", "diffraction_limited", f_number=F_NUMBER, focal_length_mm=FOCAL_MM, falloff="none"
+    )
     rows, cells = [], []
     for dirt, (dust, scratches) in DIRT.items():
         for blades in BLADES:
-            flare = build("flare", "aperture", blades=blades, dust_per_mm2=dust, scratches_per_mm2=scratches)
+            flare = build(
+                "flare", "aperture", blades=blades, dust_per_mm2=dust, scratches_per_mm2=scratches
+            )
             light = lens(mixed, flares=(flare,))
             lux = luminance(light.values.astype(float), light.wavelength.values)
             cells.append(lux)
-            rows.append({"dirt": dirt, "blades": str(blades or "circle"), "dust_per_mm2": dust, "scratches_per_mm2": scratches,
-                         "transmitted": float(light.attrs["throughput_sr"]) / lens.throughput_sr(), **figures(lux)})
+            rows.append(
+                {
+                    "dirt": dirt,
+                    "blades": str(blades or "circle"),
+                    "dust_per_mm2": dust,
+                    "scratches_per_mm2": scratches,
+                    "transmitted": float(light.attrs["throughput_sr"]) / lens.throughput_sr(),
+                    **figures(lux),
+                }
+            )
     if picture:
         write_sheet(picture, cells)
     return rows
@@ -54,8 +66,16 @@ def lights(width: int, height: int):
     from isethdr_core.registry import build
 
     field = np.degrees(2 * np.arctan(width * PITCH_UM * 1e-3 / FOCAL_MM / 2))
-    scene = build("scene", "point_lights", width=width, height=height, horizontal_field_deg=float(field), background_cd_m2=1e-3,
-                  disc_diameter_deg=0.4, **BANDS)()
+    scene = build(
+        "scene",
+        "point_lights",
+        width=width,
+        height=height,
+        horizontal_field_deg=float(field),
+        background_cd_m2=1e-3,
+        disc_diameter_deg=0.4,
+        **BANDS,
+    )()
     return build("lighting", "weights", weights={"headlights": 1.0, "sky": 1.0})(scene)
 
 
@@ -66,10 +86,17 @@ def figures(lux) -> dict:
     for k in range(5):
         x = int((k + 0.5) * width / 5)
         disc = lux[height // 2 - 1 : height // 2 + 2, x - 1 : x + 2].mean()
-        ring = np.concatenate([lux[height // 2 - 8 : height // 2 + 8, x + d].ravel() for d in (-8, 8)])
+        ring = np.concatenate(
+            [lux[height // 2 - 8 : height // 2 + 8, x + d].ravel() for d in (-8, 8)]
+        )
         seen += bool(disc > 2 * np.median(ring))
     peak, dark = float(lux.max()), float(np.median(lux))
-    return {"lux_peak": peak, "lux_median": dark, "decades": float(np.log10(peak / dark)), "discs_seen": seen}
+    return {
+        "lux_peak": peak,
+        "lux_median": dark,
+        "decades": float(np.log10(peak / dark)),
+        "discs_seen": seen,
+    }
 
 
 def write_sheet(path: str, cells: list) -> None:

@@ -41,16 +41,32 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
     for k, name in enumerate(NAMES):
         pictures[name] = build("isp", "merge")(shot.isel(capture=[k]))
     pictures["combined"] = combined
-    saturated = [*(100 * shot["saturated"].mean(dim=("y", "x")).values), 100 * float(np.mean(~combined["valid"].values.astype(bool)))]
-    rows = [{"capture": name, "saturated_percent": float(s), **kept(seen, true)} for (name, seen), s in zip(pictures.items(), saturated)]
+    saturated = [
+        *(100 * shot["saturated"].mean(dim=("y", "x")).values),
+        100 * float(np.mean(~combined["valid"].values.astype(bool))),
+    ]
+    rows = [
+        {"capture": name, "saturated_percent": float(s), **kept(seen, true)}
+        for (name, seen), s in zip(pictures.items(), saturated)
+    ]
     if picture:
-        write(picture, pictures, true, white_cd_m2(true), int(np.argmax(shot["saturated"].values[0].sum(axis=1))))
+        write(
+            picture,
+            pictures,
+            true,
+            white_cd_m2(true),
+            int(np.argmax(shot["saturated"].values[0].sum(axis=1))),
+        )
     return rows
 
 
 def kept(seen, true) -> dict:
     """Return how many decades of luminance a picture holds and how far it is from the truth."""
-    y, sd, want = seen["xyz"].values[..., 1], np.sqrt(seen["variance"].values[..., 1]), true["xyz"].values[..., 1]
+    y, sd, want = (
+        seen["xyz"].values[..., 1],
+        np.sqrt(seen["variance"].values[..., 1]),
+        true["xyz"].values[..., 1],
+    )
     valid = np.asarray(seen["valid"].values, bool)
     good = valid & (y > sd) & (want > 0)
     decades = float(np.log10(y[good].max() / np.percentile(y[good], 0.1))) if good.any() else 0.0
@@ -63,10 +79,24 @@ def write(path: str, pictures: dict, true, white: float, row: int) -> None:
     views = [shown(p, white) for p in pictures.values()]
 
     def profile(axes):
-        axes.semilogy(true["xyz"].values[row, :, 1], color="#bbb", lw=2.5, label="truth, without flare")
-        for name, colour, width in (("large, low gain", "#e59a8f", 2.2), ("combined", "#2c6fad", 0.9)):
-            y = np.where(np.asarray(pictures[name]["valid"].values[row], bool), pictures[name]["xyz"].values[row, :, 1], np.nan)
-            axes.semilogy(np.where(y > 0, y, np.nan), color=colour, lw=width, label=name + " (gaps: saturated)" * ("large" in name))
+        axes.semilogy(
+            true["xyz"].values[row, :, 1], color="#bbb", lw=2.5, label="truth, without flare"
+        )
+        for name, colour, width in (
+            ("large, low gain", "#e59a8f", 2.2),
+            ("combined", "#2c6fad", 0.9),
+        ):
+            y = np.where(
+                np.asarray(pictures[name]["valid"].values[row], bool),
+                pictures[name]["xyz"].values[row, :, 1],
+                np.nan,
+            )
+            axes.semilogy(
+                np.where(y > 0, y, np.nan),
+                color=colour,
+                lw=width,
+                label=name + " (gaps: saturated)" * ("large" in name),
+            )
         axes.set(xlabel=f"pixel of row {row}", ylabel="luminance, cd/m2", xlim=(0, true.sizes["x"]))
         axes.grid(True, color="#eee")
         axes.legend(fontsize=8)

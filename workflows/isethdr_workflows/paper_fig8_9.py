@@ -13,7 +13,9 @@ DESIGN_SNR = (0.5, 40.0)  # of the colour matrix; beyond it noise is everything,
 LENS = {"f_number": 4.0}
 
 
-def paper_fig8_9_classical(picture: str = "", scene: str = "night_drive", levels: int = 10, draws: int = 3) -> list[dict]:
+def paper_fig8_9_classical(
+    picture: str = "", scene: str = "night_drive", levels: int = 10, draws: int = 3
+) -> list[dict]:
     """Return SSIM of a driving scene by daylight and CIEDE2000 of a colour chart, against mean illuminance on the sensor.
 
     Parameters
@@ -39,14 +41,31 @@ def paper_fig8_9_classical(picture: str = "", scene: str = "night_drive", levels
                 suited = at_noise(isp, sensor, *chart, lux)
                 ssim = scored(build("metric", "ssim"), sensor, suited, *street, lux, draws)
                 colour = scored(build("metric", "ciede2000"), sensor, suited, *chart, lux, draws)
-                rows.append({"filters": filters, "demosaic": demosaic, "mean_lux": float(lux), "ssim": ssim[0], "ssim_se": ssim[1],
-                             "ciede2000": colour[0], "ciede2000_se": colour[1]})
+                rows.append(
+                    {
+                        "filters": filters,
+                        "demosaic": demosaic,
+                        "mean_lux": float(lux),
+                        "ssim": ssim[0],
+                        "ssim_se": ssim[1],
+                        "ciede2000": colour[0],
+                        "ciede2000_se": colour[1],
+                    }
+                )
             if picture:
-                pictures = [one(sensor, at_noise(isp, sensor, *chart, lux), *street, lux) for lux in SHOWN_LUX]
+                pictures = [
+                    one(sensor, at_noise(isp, sensor, *chart, lux), *street, lux)
+                    for lux in SHOWN_LUX
+                ]
                 views.append(pictures)
                 names.append([f"{filters}, {demosaic}, {lux:g} lux" for lux in SHOWN_LUX])
     if picture:
-        write_sheet(picture, [sum(views[:2], []), sum(views[2:], [])], [sum(names[:2], []), sum(names[2:], [])], lambda axes: curves(axes, rows))
+        write_sheet(
+            picture,
+            [sum(views[:2], []), sum(views[2:], [])],
+            [sum(names[:2], []), sum(names[2:], [])],
+            lambda axes: curves(axes, rows),
+        )
     return rows
 
 
@@ -65,7 +84,13 @@ def colour_chart():
 
     scene = build("scene", "macbeth", width=240, height=160)()
     mixed = build("lighting", "weights", weights={"sky": 1.0})(scene)
-    light = build("lens", "diffraction_limited", focal_length_mm=3.75e-3 * 240 / mixed.attrs["field_width"], falloff="none", **LENS)(mixed)
+    light = build(
+        "lens",
+        "diffraction_limited",
+        focal_length_mm=3.75e-3 * 240 / mixed.attrs["field_width"],
+        falloff="none",
+        **LENS,
+    )(mixed)
     return mixed, light, scene
 
 
@@ -90,7 +115,9 @@ def scored(metric, sensor, isp, mixed, light, scene, lux: float, draws: int) -> 
     for seed in range(draws):
         _, seen, true, labels = seen_by(sensor, isp, *at_level(mixed, light, lux), scene, seed)
         values.append(metric(seen, true, labels)[0].value)
-    return float(np.mean(values)), float(np.std(values, ddof=1) / np.sqrt(draws)) if draws > 1 else np.nan
+    return float(np.mean(values)), float(
+        np.std(values, ddof=1) / np.sqrt(draws)
+    ) if draws > 1 else np.nan
 
 
 def one(sensor, isp, mixed, light, scene, lux: float):
@@ -108,8 +135,18 @@ def curves(axes, rows: list[dict]) -> None:
         for demosaic, style in zip(DEMOSAICS, ("--", "-")):
             of = [r for r in rows if r["filters"] == filters and r["demosaic"] == demosaic]
             lux = [r["mean_lux"] for r in of]
-            axes.semilogx(lux, [r["ssim"] for r in of], style, color=colour, marker="o", ms=3, label=f"SSIM {filters}, {demosaic}")
-            right.semilogx(lux, [r["ciede2000"] for r in of], style, color=colour, alpha=0.35, marker="s", ms=3)
+            axes.semilogx(
+                lux,
+                [r["ssim"] for r in of],
+                style,
+                color=colour,
+                marker="o",
+                ms=3,
+                label=f"SSIM {filters}, {demosaic}",
+            )
+            right.semilogx(
+                lux, [r["ciede2000"] for r in of], style, color=colour, alpha=0.35, marker="s", ms=3
+            )
     axes.set(xlabel="mean illuminance on the sensor, lux", ylabel="SSIM, driving scene (strong)")
     right.set(ylabel="CIEDE2000, colour chart (faint)")
     axes.grid(True, color="#eee")

@@ -42,8 +42,18 @@ def write_sheet(path: str, rows: list[list], names: list[list[str]], plot=None) 
 
     columns = max(map(len, rows))
     high, wide = rows[0][0].shape[:2]
-    fig = plt.figure(figsize=(4.2 * columns, 4.2 * high / wide * len(rows) + 0.3 * len(rows) + (3.2 if plot else 0)), layout="constrained")
-    grid = fig.add_gridspec(len(rows) + bool(plot), columns, height_ratios=[high / wide * 4.2 + 0.3] * len(rows) + [3.2] * bool(plot))
+    fig = plt.figure(
+        figsize=(
+            4.2 * columns,
+            4.2 * high / wide * len(rows) + 0.3 * len(rows) + (3.2 if plot else 0),
+        ),
+        layout="constrained",
+    )
+    grid = fig.add_gridspec(
+        len(rows) + bool(plot),
+        columns,
+        height_ratios=[high / wide * 4.2 + 0.3] * len(rows) + [3.2] * bool(plot),
+    )
     for r, (pictures, texts) in enumerate(zip(rows, names)):
         for c, (picture, text) in enumerate(zip(pictures, texts)):
             axes = fig.add_subplot(grid[r, c])
@@ -52,7 +62,11 @@ def write_sheet(path: str, rows: list[list], names: list[list[str]], plot=None) 
             axes.axis("off")
     if plot:
         plot(fig.add_subplot(grid[-1, :]))
-    fig.savefig(path, dpi=100, **({"pil_kwargs": {"quality": 85}} if str(path).endswith((".jpg", ".jpeg")) else {}))
+    fig.savefig(
+        path,
+        dpi=100,
+        **({"pil_kwargs": {"quality": 85}} if str(path).endswith((".jpg", ".jpeg")) else {}),
+    )
     plt.close(fig)
 
 

@@ -5,7 +5,13 @@ from __future__ import annotations
 LABELS = frozenset({"instance", "normal", "distance"})
 
 
-def preview(experiment: str = "night_drive", samples: int = 8, width: int = 320, denoise: int = 1, picture: str = "preview.png") -> list[dict]:
+def preview(
+    experiment: str = "night_drive",
+    samples: int = 8,
+    width: int = 320,
+    denoise: int = 1,
+    picture: str = "preview.png",
+) -> list[dict]:
     """Render a scene with few paths and write what it looks like under the experiment's lighting; noise and seconds of each group.
 
     Parameters
@@ -38,9 +44,19 @@ def preview(experiment: str = "night_drive", samples: int = 8, width: int = 320,
     from isethdr_core.view import display, white_cd_m2
 
     if denoise not in (0, 1):
-        raise ConfigError(f"study preview: denoise is {denoise}; expected 1, or 0 to see the noise; type denoise=1")
-    parts = chain(compose([f"experiment={experiment}", f"renderer.samples={samples}", f"renderer.width={width}",
-                           f"renderer.height={round(width * 9 / 16)}"]))
+        raise ConfigError(
+            f"study preview: denoise is {denoise}; expected 1, or 0 to see the noise; type denoise=1"
+        )
+    parts = chain(
+        compose(
+            [
+                f"experiment={experiment}",
+                f"renderer.samples={samples}",
+                f"renderer.width={width}",
+                f"renderer.height={round(width * 9 / 16)}",
+            ]
+        )
+    )
     scene = parts.renderer(parts.scene(), Demand(labels=LABELS))
     weights = {str(g): float(w) for g, w in parts.lighting(scene).attrs["weights"].items()}
     start = time.process_time()
@@ -51,8 +67,16 @@ def preview(experiment: str = "night_drive", samples: int = 8, width: int = 320,
     rows = []
     for (group, weight), look, before in zip(weights.items(), looks, tristimulus(scene)):
         kept = float(look[1].sum() / before[1].sum()) if before[1].any() else 1.0
-        rows.append({"light_group": group, "weight": weight, "noise": scene.attrs["noise"].get(group, float("nan")),
-                     "moved": moved(look[1], before[1]), "light_kept": kept, "cpu_s": spent / len(weights)})
+        rows.append(
+            {
+                "light_group": group,
+                "weight": weight,
+                "noise": scene.attrs["noise"].get(group, float("nan")),
+                "moved": moved(look[1], before[1]),
+                "light_kept": kept,
+                "cpu_s": spent / len(weights),
+            }
+        )
     return rows
 
 

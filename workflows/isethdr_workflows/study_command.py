@@ -15,9 +15,13 @@ from isethdr_core.errors import ConfigError, did_you_mean
 NUMBERS = {"int": int, "float": float}
 
 
-def study(name: Annotated[str, typer.Argument(help="name of a study; none lists them")] = "",
-          settings: Annotated[list[str] | None, typer.Argument(help="key=value, as the study's function takes them")] = None,
-          csv_file: Annotated[str, typer.Option("--csv", help="also write the rows to this file")] = "") -> None:
+def study(
+    name: Annotated[str, typer.Argument(help="name of a study; none lists them")] = "",
+    settings: Annotated[
+        list[str] | None, typer.Argument(help="key=value, as the study's function takes them")
+    ] = None,
+    csv_file: Annotated[str, typer.Option("--csv", help="also write the rows to this file")] = "",
+) -> None:
     """Run a study: a table of results that needs no scene. Without a name: list the studies."""
     from isethdr_core.terminal import print_path
 
@@ -59,11 +63,15 @@ def run_study(name: str, settings: list[str]) -> list[dict]:
     for text in settings:
         key, equals, value = text.partition("=")
         if not equals or key not in known:
-            raise ConfigError(f"study {name} has no setting {text!r}{did_you_mean(key, known)}; type key=value")
+            raise ConfigError(
+                f"study {name} has no setting {text!r}{did_you_mean(key, known)}; type key=value"
+            )
         try:
             values[key] = NUMBERS.get(known[key].annotation, str)(value)
         except ValueError:
-            raise ConfigError(f"study {name}: {key}={value!r} is no number; type for example {key}={known[key].default}") from None
+            raise ConfigError(
+                f"study {name}: {key}={value!r} is no number; type for example {key}={known[key].default}"
+            ) from None
     return function(**values)
 
 
@@ -78,11 +86,32 @@ def keep(name: str, settings: list[str], rows: list[dict]):
 
     columns = {key: ("row", [row.get(key) for row in rows]) for key in (rows[0] if rows else ())}
     created = datetime.now(UTC).isoformat(timespec="seconds")
-    attributes = {"kind": "study", "name": name, "settings": settings, "rows": len(rows), "versions": versions(), "created": created}
-    table = xr.Dataset({key: (dim, values if all(isinstance(v, (int, float, bool)) for v in values) else [str(v) for v in values])
-                        for key, (dim, values) in columns.items()})
+    attributes = {
+        "kind": "study",
+        "name": name,
+        "settings": settings,
+        "rows": len(rows),
+        "versions": versions(),
+        "created": created,
+    }
+    table = xr.Dataset(
+        {
+            key: (
+                dim,
+                values
+                if all(isinstance(v, (int, float, bool)) for v in values)
+                else [str(v) for v in values],
+            )
+            for key, (dim, values) in columns.items()
+        }
+    )
     # seconds differ from one time to the next: each time is a result of its own
-    return store.write_store(store.home() / "studies", f"{name}-{store.content_hash([name, settings, created])[:8]}", {"": table}, attributes)
+    return store.write_store(
+        store.home() / "studies",
+        f"{name}-{store.content_hash([name, settings, created])[:8]}",
+        {"": table},
+        attributes,
+    )
 
 
 def show(rows: list[dict], title: str) -> None:

@@ -13,13 +13,23 @@ from pathlib import Path
 import numpy as np
 
 ARRAYS = ("RG/GB", "RG/WB", "WGWR/GWRW/WBWG/BWGW")
-RECIPE = {"pictures": 80, "side_px": 160, "seed": 2017, "peak_e": [3.0, 30000.0], "read_noise_e": [0.5, 10.0], "ridge": 3e-4,
-          "weight": "1 / (local variance + 1e-3 local mean^2)",
-          "scene": "dead leaves, 73 smooth reflectances in daylight, halogen, LED and sodium light, shapes and stripes by formula",
-          "sensor": "filter curves of sensor=bayer with the array in place", "version": 1}
+RECIPE = {
+    "pictures": 80,
+    "side_px": 160,
+    "seed": 2017,
+    "peak_e": [3.0, 30000.0],
+    "read_noise_e": [0.5, 10.0],
+    "ridge": 3e-4,
+    "weight": "1 / (local variance + 1e-3 local mean^2)",
+    "scene": "dead leaves, 73 smooth reflectances in daylight, halogen, LED and sodium light, shapes and stripes by formula",
+    "sensor": "filter curves of sensor=bayer with the array in place",
+    "version": 1,
+}
 
 
-def train_demosaic(path: str = "", pictures: int = RECIPE["pictures"], arrays: str = ",".join(ARRAYS)) -> list[dict]:
+def train_demosaic(
+    path: str = "", pictures: int = RECIPE["pictures"], arrays: str = ",".join(ARRAYS)
+) -> list[dict]:
     """Train the filters of every array, write them, and return one row per array.
 
     Parameters
@@ -40,12 +50,23 @@ def train_demosaic(path: str = "", pictures: int = RECIPE["pictures"], arrays: s
     tables = {cell: trained(cell, recipe) for cell in names}
     stored = {cell: table.astype(np.float16) for cell, table in tables.items()}
     path = Path(path) if path else TABLE
-    np.savez_compressed(path, provenance=json.dumps({"recipe": recipe, "sha256": recipe_hash(recipe)}), **stored)
+    np.savez_compressed(
+        path, provenance=json.dumps({"recipe": recipe, "sha256": recipe_hash(recipe)}), **stored
+    )
     rows = []
     for cell in names:
         plain, ours = held_out({cell: exact(stored[cell].astype(float), cell)}, cell, recipe)
-        rows.append({"cfa": cell, "filters": int(np.prod(stored[cell].shape[:4])), "samples": pictures * recipe["side_px"] ** 2,
-                     "bilinear_error": plain, "learned_error": ours, "recipe": recipe_hash(recipe)[:8], "bytes": path.stat().st_size})
+        rows.append(
+            {
+                "cfa": cell,
+                "filters": int(np.prod(stored[cell].shape[:4])),
+                "samples": pictures * recipe["side_px"] ** 2,
+                "bilinear_error": plain,
+                "learned_error": ours,
+                "recipe": recipe_hash(recipe)[:8],
+                "bytes": path.stat().st_size,
+            }
+        )
     return rows
 
 
@@ -69,8 +90,11 @@ def trained(cell: str, recipe: dict) -> np.ndarray:
         # errors count in units of the noise around, and where there is little of it in units of the signal around
         weight = 1 / (local_mean(variance) + 1e-3 * local_mean(mosaic) ** 2)
         for y, x in np.ndindex(tile.shape):
-            at = np.s_[y::tile.shape[0], x::tile.shape[1]]
-            samples, target = near[at].reshape(-1, size), planes[(slice(None), *at)].reshape(len(channels), -1).T
+            at = np.s_[y :: tile.shape[0], x :: tile.shape[1]]
+            samples, target = (
+                near[at].reshape(-1, size),
+                planes[(slice(None), *at)].reshape(len(channels), -1).T,
+            )
             kind, w = kinds[at].ravel(), weight[at].ravel()
             for k in np.unique(kind):
                 some = samples[kind == k]
@@ -87,7 +111,9 @@ def solved(gram, cross, taps, base, ridge: float) -> np.ndarray:
     """
     out = np.empty((*gram.shape[:3], *base.shape[2:]))
     for y, x in np.ndindex(gram.shape[:2]):
-        free = np.linalg.svd(taps[y, x].astype(float))[2][len(taps[y, x]):].T            # every step along it keeps all sums
+        free = np.linalg.svd(taps[y, x].astype(float))[2][
+            len(taps[y, x]) :
+        ].T  # every step along it keeps all sums
         for k in range(gram.shape[2]):
             g = free.T @ gram[y, x, k] @ free
             g += (ridge * np.trace(g) / len(g) + 1e-9) * np.eye(len(g))
@@ -134,8 +160,8 @@ def colours(cell: str, rng) -> np.ndarray:
     response = curves(cell)
     lit = reflectances(WAVELENGTH_NM) * light(LIGHTS[rng.integers(len(LIGHTS))], WAVELENGTH_NM)
     seen = lit @ response.T
-    grey = seen[:1]                                       # the first reflectance is a grey
-    pale = rng.uniform(0.0, 1.0, (len(seen), 1)) ** 2     # most things are nearly grey
+    grey = seen[:1]  # the first reflectance is a grey
+    pale = rng.uniform(0.0, 1.0, (len(seen), 1)) ** 2  # most things are nearly grey
     return pale * seen + (1 - pale) * grey * (seen.mean(1, keepdims=True) / grey.mean())
 
 
@@ -148,7 +174,10 @@ def curves(cell: str) -> np.ndarray:
 
     from isethdr_core.registry import build
 
-    return quantum_efficiency(build("sensor", "bayer", cfa=cell).model(), WAVELENGTH_NM) * WAVELENGTH_NM
+    return (
+        quantum_efficiency(build("sensor", "bayer", cfa=cell).model(), WAVELENGTH_NM)
+        * WAVELENGTH_NM
+    )
 
 
 def held_out(table: dict, cell: str, recipe: dict, pictures: int = 6) -> tuple[float, float]:
@@ -158,7 +187,9 @@ def held_out(table: dict, cell: str, recipe: dict, pictures: int = 6) -> tuple[f
 
     channels, errors = channels_of(cell), []
     for number in range(pictures):
-        planes, mosaic, filters, variance = example(cell, {**recipe, "seed": recipe["seed"] + 1}, number)
+        planes, mosaic, filters, variance = example(
+            cell, {**recipe, "seed": recipe["seed"] + 1}, number
+        )
         plain = demosaic(mosaic, filters, len(channels))[0]
         for seen in (plain, learned(mosaic, filters, channels, variance, table)):
             errors.append(np.mean(((seen - planes) / planes.mean((1, 2), keepdims=True)) ** 2))

@@ -115,7 +115,9 @@ def _inside(version):
 def _cameras(seen, main, white: float, scale: tuple[float, float] | None) -> list[Figure]:
     """Return each camera's picture with the truth's white, then the luminance of each."""
     compressed = pictures.compression(main, white)
-    figures = [pictures.shown(picture, white, name, compressed) for name, (picture, _) in seen.items()]
+    figures = [
+        pictures.shown(picture, white, name, compressed) for name, (picture, _) in seen.items()
+    ]
     if scale:
         for name, (picture, _) in seen.items():
             figures.append(pictures.false_colour(picture, *scale, f"{name}, luminance"))

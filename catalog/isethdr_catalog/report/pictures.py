@@ -40,7 +40,7 @@ def embedded(rgb: np.ndarray, quality: int = 90) -> str:
     return f"data:image/jpeg;base64,{base64.b64encode(buffer.getvalue()).decode()}"
 
 
-MIDDLE = 0.4    # displayed value, before the sRGB curve, of a scene's median: a middle grey
+MIDDLE = 0.4  # displayed value, before the sRGB curve, of a scene's median: a middle grey
 
 
 def compression(scene, white_cd_m2: float) -> float:
@@ -50,7 +50,7 @@ def compression(scene, white_cd_m2: float) -> float:
     """
     median = np.median(view.luminance(scene)) / white_cd_m2
     low, high = 0.0, view.COMPRESSION
-    for _ in range(40):     # the curve rises with its compression
+    for _ in range(40):  # the curve rises with its compression
         middle = (low + high) / 2
         low, high = (low, middle) if view.tone(median, middle) > MIDDLE else (middle, high)
     return high
@@ -89,8 +89,22 @@ def power(exponent: float) -> tuple[str, int | None]:
 def largest_objects(objects: list[dict], instance, count: int = 14) -> list[dict]:
     """Return the labelled things with a box, largest first, leaving out what spans the whole picture."""
     area = np.prod(instance.shape)
-    ground = {"road", "vegetation", "guard rail", "tunnel", "tree", "post", "own vehicle", "chart", "building"}
-    seen = [o for o in objects if o.get("box") and o["category"] not in ground and o["box"][2] * o["box"][3] < 0.5 * area]
+    ground = {
+        "road",
+        "vegetation",
+        "guard rail",
+        "tunnel",
+        "tree",
+        "post",
+        "own vehicle",
+        "chart",
+        "building",
+    }
+    seen = [
+        o
+        for o in objects
+        if o.get("box") and o["category"] not in ground and o["box"][2] * o["box"][3] < 0.5 * area
+    ]
     return sorted(seen, key=lambda o: -o["box"][2] * o["box"][3])[:count]
 
 

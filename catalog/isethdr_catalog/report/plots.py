@@ -19,14 +19,26 @@ def _svg(draw, width: float = 7.0, height: float = 3.4) -> Markup:
     matplotlib.use("Agg", force=False)
     from matplotlib import pyplot as plt
 
-    with plt.rc_context({"svg.fonttype": "none", "svg.hashsalt": "isethdr", "font.size": 9, "font.family": "sans-serif",
-                         "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25}):
+    with plt.rc_context(
+        {
+            "svg.fonttype": "none",
+            "svg.hashsalt": "isethdr",
+            "font.size": 9,
+            "font.family": "sans-serif",
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            "axes.grid": True,
+            "grid.alpha": 0.25,
+        }
+    ):
         fig, ax = plt.subplots(figsize=(width, height), layout="constrained")
         draw(ax)
         buffer = io.StringIO()
         fig.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
         plt.close(fig)
-    return Markup(buffer.getvalue()[buffer.getvalue().index("<svg"):])  # matplotlib escapes its texts
+    return Markup(
+        buffer.getvalue()[buffer.getvalue().index("<svg") :]
+    )  # matplotlib escapes its texts
 
 
 def legible(name: str) -> str:
@@ -42,12 +54,26 @@ def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: floa
 
     Estimates at or below `floor` cd/m2, negative ones among them, are drawn at the floor.
     """
+
     def draw(ax):
         for i, (name, (x, y)) in enumerate((k, v) for k, v in profiles.items() if k != "truth"):
-            ax.semilogy(x, np.maximum(y, floor), lw=0.8, color=CYCLE[i % len(CYCLE)], label=legible(name), alpha=0.85)
+            ax.semilogy(
+                x,
+                np.maximum(y, floor),
+                lw=0.8,
+                color=CYCLE[i % len(CYCLE)],
+                label=legible(name),
+                alpha=0.85,
+            )
         if "truth" in profiles:
             x, y = profiles["truth"]
-            ax.semilogy(x, np.maximum(y, floor), lw=1.3, color=COLOURS["truth"], label="truth, without flare and noise")
+            ax.semilogy(
+                x,
+                np.maximum(y, floor),
+                lw=1.3,
+                color=COLOURS["truth"],
+                label="truth, without flare and noise",
+            )
         ax.set_xlabel("field angle, degrees (right positive)")
         ax.set_ylabel("luminance, cd/m²")
         ax.legend(frameon=False, ncols=2, fontsize=8)
@@ -57,9 +83,12 @@ def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: floa
 
 def snr_against_luminance(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> Markup:
     """Return signal-to-noise ratio in dB against luminance: {camera: (cd/m2, dB)}."""
+
     def draw(ax):
         for i, (name, (luminance, snr)) in enumerate(curves.items()):
-            ax.semilogx(luminance, snr, ".-", ms=3, lw=1.0, color=CYCLE[i % len(CYCLE)], label=legible(name))
+            ax.semilogx(
+                luminance, snr, ".-", ms=3, lw=1.0, color=CYCLE[i % len(CYCLE)], label=legible(name)
+            )
         ax.axhline(0, color="#888", lw=0.8)
         ax.set_xlabel("luminance, cd/m²")
         ax.set_ylabel("SNR, dB")
@@ -70,6 +99,7 @@ def snr_against_luminance(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> M
 
 def seconds(rows) -> Markup:
     """Return seconds per stage as bars, longest first, the shortest together."""
+
     def draw(ax):
         ranked = sorted(rows, key=lambda r: -r.seconds)
         shown, rest = ranked[:9], ranked[9:]
@@ -82,7 +112,9 @@ def seconds(rows) -> Markup:
     return _svg(draw, height=2.8)
 
 
-def snr_curve(picture, truth, bins_per_decade: int = 6, least: int = 20) -> tuple[np.ndarray, np.ndarray]:
+def snr_curve(
+    picture, truth, bins_per_decade: int = 6, least: int = 20
+) -> tuple[np.ndarray, np.ndarray]:
     """Return (cd/m2, dB): true luminance over the sd that the picture itself states, for the median pixel of each bin.
 
     Bins are of true luminance: binned by the noisy estimate, dark bins would hold mostly noise.
@@ -94,5 +126,7 @@ def snr_curve(picture, truth, bins_per_decade: int = 6, least: int = 20) -> tupl
         return np.zeros(0), np.zeros(0)
     index = np.floor(np.log10(y) * bins_per_decade).astype(int)
     kept = [index == i for i in np.unique(index) if (index == i).sum() >= least]
-    return (np.array([np.median(y[k]) for k in kept]),
-            np.array([20 * np.log10(np.median(y[k]) / np.sqrt(np.median(variance[k]))) for k in kept]))
+    return (
+        np.array([np.median(y[k]) for k in kept]),
+        np.array([20 * np.log10(np.median(y[k]) / np.sqrt(np.median(variance[k]))) for k in kept]),
+    )

@@ -45,7 +45,10 @@ def scores(result: Result, of_objects: bool) -> Markup:
         row = cells.setdefault((*first, score["metric"], score["unit"]), {})
         row[score["camera"]] = _value(score)
     titles = ["object", "metric", "unit"] if of_objects else ["metric", "unit"]
-    rows = [[*names, *(row.get(c, number(None)) for c in result.cameras)] for names, row in cells.items()]
+    rows = [
+        [*names, *(row.get(c, number(None)) for c in result.cameras)]
+        for names, row in cells.items()
+    ]
     numeric = tuple(range(len(titles), len(titles) + len(result.cameras)))
     return table([*titles, *result.cameras], rows, numeric)
 
@@ -67,7 +70,9 @@ def ledger(rows: Ledger) -> Markup:
             errors.append(Part(number(error.value), strong=True))
             errors.append(Part(f" {error.unit}"))
             acts_on = [text for text in (error.quantity, error.part) if text]
-            errors.append(Part(f"{error.how}, of {', '.join(acts_on)}" if acts_on else error.how, small=True))
+            errors.append(
+                Part(f"{error.how}, of {', '.join(acts_on)}" if acts_on else error.how, small=True)
+            )
         cells: list[Cell] = [row.stage, f"{row.seconds:.2f}", f"{row.peak_bytes / 1e6:,.0f}"]
         body.append([*cells, errors or number(None)])
     seconds = sum(row.seconds for row in rows)

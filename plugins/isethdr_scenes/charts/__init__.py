@@ -20,5 +20,11 @@ from .point_lights import PointLights
 from .slanted_edge import SlantedEdge
 from .uniform import Uniform
 
-COMPONENTS = [("uniform", Uniform), ("ideal", Uniform), ("macbeth", Macbeth), ("slanted_edge", SlantedEdge),
-              ("point_lights", PointLights), ("luminance_ramp", LuminanceRamp)]
+COMPONENTS = [
+    ("uniform", Uniform),
+    ("ideal", Uniform),
+    ("macbeth", Macbeth),
+    ("slanted_edge", SlantedEdge),
+    ("point_lights", PointLights),
+    ("luminance_ramp", LuminanceRamp),
+]

@@ -20,15 +20,17 @@ STEPS = 20  # of the midpoint rule in a band: 2e-6 for tungsten light in bands o
 class Chart:
     """Grid, wavelengths and illuminant of a chart; tiles are square."""
 
-    width: Tiles = 320                    # tiles
-    height: Tiles = 180                   # tiles
+    width: Tiles = 320  # tiles
+    height: Tiles = 180  # tiles
     horizontal_field_deg: Field = 40.0  # full angle
-    luminance_cd_m2: Luminance = 100.0      # of the brightest part, or of a perfect white
-    first_nm: Wavelength = 400.0             # centre of the first band
-    last_nm: Wavelength = 700.0              # centre of the last band
+    luminance_cd_m2: Luminance = 100.0  # of the brightest part, or of a perfect white
+    first_nm: Wavelength = 400.0  # centre of the first band
+    last_nm: Wavelength = 700.0  # centre of the last band
     step_nm: BandStep = 10.0
     spectrum: Literal["D65", "A", "E"] = "D65"  # daylight, tungsten, equal energy
-    projection: Literal["tangent", "equidistant"] = "tangent"  # equidistant: for lenses wider than 150 degrees
+    projection: Literal["tangent", "equidistant"] = (
+        "tangent"  # equidistant: for lenses wider than 150 degrees
+    )
 
     def __post_init__(self):
         check_ranges(self)
@@ -36,7 +38,9 @@ class Chart:
         if self.horizontal_field_deg > widest:
             raise ConfigError(
                 f"horizontal_field_deg is {self.horizontal_field_deg:g}; "
-                f"expected more than 0, at most {widest}" + "; type scene.projection=equidistant for more" * (widest == 150)
+                f"expected more than 0, at most {widest}"
+                + "; type scene.projection=equidistant for more"
+                * (widest == 150)
             )
         if self.first_nm > self.last_nm:
             raise ConfigError(
@@ -81,7 +85,9 @@ class Chart:
         relative = band_means(_illuminant(self.spectrum), bands)
         unit = float(luminance(relative, bands))
         if not unit > 0:
-            raise ConfigError(f"bands {bands[0]:g}-{bands[-1]:g} nm hold no visible light, so no luminance; type scene.first_nm=400")
+            raise ConfigError(
+                f"bands {bands[0]:g}-{bands[-1]:g} nm hold no visible light, so no luminance; type scene.first_nm=400"
+            )
         return np.asarray(relative / unit)
 
     def tiles(self):
@@ -100,13 +106,33 @@ class Chart:
         from isethdr_core import ledger
         from isethdr_core.quantities import scene_radiance
 
-        coarse, fine = (band_means(_illuminant(self.spectrum), self.bands_nm(), steps) for steps in (STEPS, 8 * STEPS))
-        ledger.error(max(float(np.max(np.abs(coarse / fine - 1))), 2.0**-24), "relative", "measured",
-                     "spectrum of the light, averaged over each band, rounded to float32; tiles are covered exactly")
+        coarse, fine = (
+            band_means(_illuminant(self.spectrum), self.bands_nm(), steps)
+            for steps in (STEPS, 8 * STEPS)
+        )
+        ledger.error(
+            max(float(np.max(np.abs(coarse / fine - 1))), 2.0**-24),
+            "relative",
+            "measured",
+            "spectrum of the light, averaged over each band, rounded to float32; tiles are covered exactly",
+        )
         x, y, pitch = self.tiles()
         field = (pitch * self.width, pitch * self.height)
-        ds = scene_radiance(np.stack([np.broadcast_to(cube, (len(self.bands_nm()), self.height, self.width))
-                                      for cube in groups.values()]), groups, self.bands_nm(), x, y, field, self.projection, **labels)
+        ds = scene_radiance(
+            np.stack(
+                [
+                    np.broadcast_to(cube, (len(self.bands_nm()), self.height, self.width))
+                    for cube in groups.values()
+                ]
+            ),
+            groups,
+            self.bands_nm(),
+            x,
+            y,
+            field,
+            self.projection,
+            **labels,
+        )
         ds.attrs.update(objects=[], lamps=[], pitch_x=pitch, pitch_y=pitch)
         return ds
 
@@ -131,10 +157,19 @@ def table(distribution):
     return lambda nm: np.interp(nm, distribution.wavelengths, distribution.values)
 
 
-def chart_object(instance: int, name: str, left: float, top: float, width: float, height: float) -> dict:
+def chart_object(
+    instance: int, name: str, left: float, top: float, width: float, height: float
+) -> dict:
     """Return a row of the objects table for a part of a chart; the box in tiles."""
-    return {"instance": instance, "category": "chart", "name": name, "box": [left, top, width, height],
-            "visible_fraction": 1.0, "distance_m": math.inf, "position_m": None}
+    return {
+        "instance": instance,
+        "category": "chart",
+        "name": name,
+        "box": [left, top, width, height],
+        "visible_fraction": 1.0,
+        "distance_m": math.inf,
+        "position_m": None,
+    }
 
 
 def category_of(instance):
@@ -150,7 +185,9 @@ def _illuminant(name: str):
     if name == "E":
         return lambda nm: np.ones_like(nm)
     if name == "A":  # CIE 15:2018, eq. 4.1 (relative; 1 at 560 nm)
-        return lambda nm: (560 / nm) ** 5 * np.expm1(1.435e7 / (2848 * 560)) / np.expm1(1.435e7 / (2848 * nm))
+        return lambda nm: (
+            (560 / nm) ** 5 * np.expm1(1.435e7 / (2848 * 560)) / np.expm1(1.435e7 / (2848 * nm))
+        )
     if name in DAYLIGHT_K:
         return daylight(DAYLIGHT_K[name])
     import colour  # more than a second

@@ -6,7 +6,10 @@ import csv
 from functools import cache
 from importlib.resources import files
 
-DAYLIGHT_K = {name: kelvin * 1.4388 / 1.4380 for name, kelvin in {"D50": 5000, "D55": 5500, "D65": 6500, "D75": 7500}.items()}
+DAYLIGHT_K = {
+    name: kelvin * 1.4388 / 1.4380
+    for name, kelvin in {"D50": 5000, "D55": 5500, "D65": 6500, "D75": 7500}.items()
+}
 
 
 def daylight(temperature_k: float):
@@ -25,7 +28,10 @@ def daylight(temperature_k: float):
         x = 0.237040 + 0.24748 * k + 1.9018 * k**2 - 2.0064 * k**3
     y = -3.0 * x**2 + 2.870 * x - 0.275
     m = 0.0241 + 0.2562 * x - 0.7341 * y
-    m1, m2 = round((-1.3515 - 1.7703 * x + 5.9114 * y) / m, 3), round((0.0300 - 31.4424 * x + 30.0717 * y) / m, 3)
+    m1, m2 = (
+        round((-1.3515 - 1.7703 * x + 5.9114 * y) / m, 3),
+        round((0.0300 - 31.4424 * x + 30.0717 * y) / m, 3),
+    )
     values = s0 + m1 * s1 + m2 * s2
     return lambda wavelength_nm: np.interp(wavelength_nm, nm, values)
 
@@ -37,4 +43,6 @@ def _components():
 
     with files(__package__).joinpath("cie_daylight.csv").open() as file:
         rows = list(csv.DictReader(file))
-    return [np.array([float(r[name]) for r in rows]) for name in ("wavelength_nm", "s0", "s1", "s2")]
+    return [
+        np.array([float(r[name]) for r in rows]) for name in ("wavelength_nm", "s0", "s1", "s2")
+    ]

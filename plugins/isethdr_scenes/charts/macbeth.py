@@ -15,7 +15,7 @@ FRAME_REFLECTANCE = 0.03  # of the black cardboard between the patches
 class Macbeth(Chart):
     """Colour checker of 24 patches under a daylight; luminance is that of a perfect white."""
 
-    gap: Gap = 0.1   # width of the black frame between two patches, as a fraction of their spacing
+    gap: Gap = 0.1  # width of the black frame between two patches, as a fraction of their spacing
 
     def reflectances(self):
         """Return the names and the band means of the reflectance, (24, wavelength), left to right, top to bottom.
@@ -37,15 +37,28 @@ class Macbeth(Chart):
         # in tiles: (6, width) and (4, height), the fraction of each tile that a column or row of patches covers
         across = _bars(self.width, COLUMNS, self.gap)
         down = _bars(self.height, ROWS, self.gap)
-        cover = np.einsum("ry,cx->rcyx", down, across).reshape(ROWS * COLUMNS, self.height, self.width)
+        cover = np.einsum("ry,cx->rcyx", down, across).reshape(
+            ROWS * COLUMNS, self.height, self.width
+        )
         mean = np.einsum("pw,pyx->wyx", reflectance - FRAME_REFLECTANCE, cover) + FRAME_REFLECTANCE
         instance = np.where(cover.max(0) >= 0.5, cover.argmax(0) + 1, 0).astype(np.uint32)
-        ds = self.dataset({"sky": self.luminance_cd_m2 * self.white()[:, None, None] * mean},
-                          instance=instance, category=category_of(instance))
+        ds = self.dataset(
+            {"sky": self.luminance_cd_m2 * self.white()[:, None, None] * mean},
+            instance=instance,
+            category=category_of(instance),
+        )
         wide, high = self.width / COLUMNS, self.height / ROWS
         ds.attrs["objects"] = [
-            chart_object(k + 1, name, (k % COLUMNS + self.gap / 2) * wide, (k // COLUMNS + self.gap / 2) * high,
-                         (1 - self.gap) * wide, (1 - self.gap) * high) for k, name in enumerate(names)]
+            chart_object(
+                k + 1,
+                name,
+                (k % COLUMNS + self.gap / 2) * wide,
+                (k // COLUMNS + self.gap / 2) * high,
+                (1 - self.gap) * wide,
+                (1 - self.gap) * high,
+            )
+            for k, name in enumerate(names)
+        ]
         return ds
 
 

@@ -14,17 +14,22 @@ from .chart import Chart, category_of, chart_object
 class PointLights(Chart):
     """Five discs in a row, each ten times dimmer than the last, on a dark ground: flare and dynamic range."""
 
-    luminance_cd_m2: Luminance = 1e6    # of the first disc, on the left
+    luminance_cd_m2: Luminance = 1e6  # of the first disc, on the left
     background_cd_m2: Luminance = 0.1
     disc_diameter_deg: Diameter = 0.5
     discs: Discs = 5
-    step: Step = 10.0              # luminance of a disc / luminance of the next
+    step: Step = 10.0  # luminance of a disc / luminance of the next
 
     def __post_init__(self):
         super().__post_init__()
-        if self.discs * self._radius() * 2 > self._row_width() or 2 * self._radius() > self.tiles()[2] * self.height:
-            raise ConfigError(f"{self.discs} discs of {self.disc_diameter_deg:g} degrees do not fit side by side into the field; "
-                              "type scene.disc_diameter_deg=0.5")
+        if (
+            self.discs * self._radius() * 2 > self._row_width()
+            or 2 * self._radius() > self.tiles()[2] * self.height
+        ):
+            raise ConfigError(
+                f"{self.discs} discs of {self.disc_diameter_deg:g} degrees do not fit side by side into the field; "
+                "type scene.disc_diameter_deg=0.5"
+            )
 
     def light_groups(self) -> tuple[str, ...]:
         """Return the light groups: the background and the lights."""
@@ -42,7 +47,9 @@ class PointLights(Chart):
 
         x, y, pitch = self.tiles()
         radius = self._radius()
-        positions = (np.arange(self.discs) - (self.discs - 1) / 2) * (self._row_width() / self.discs)
+        positions = (np.arange(self.discs) - (self.discs - 1) / 2) * (
+            self._row_width() / self.discs
+        )
         lit, covered = np.zeros((self.height, self.width)), np.zeros((self.height, self.width))
         instance = np.zeros((self.height, self.width), np.uint32)
         objects, lamps = [], []
@@ -50,13 +57,27 @@ class PointLights(Chart):
             area = disc(x, y, pitch, centre, 0.0, radius)
             lit += level * area
             covered += area
-            instance[(area > 0) & (area >= area.max() / 2)] = number  # a disc below a tile still has a label
+            instance[(area > 0) & (area >= area.max() / 2)] = (
+                number  # a disc below a tile still has a label
+            )
             left, top = (centre - radius) / pitch + self.width / 2, self.height / 2 - radius / pitch
-            objects.append(chart_object(number, f"disc {number}", left, top, 2 * radius / pitch, 2 * radius / pitch))
-            lamps.append({"object": number, "kind": "disc", "group": "headlights", "luminance_cd_m2": level})
+            objects.append(
+                chart_object(
+                    number, f"disc {number}", left, top, 2 * radius / pitch, 2 * radius / pitch
+                )
+            )
+            lamps.append(
+                {"object": number, "kind": "disc", "group": "headlights", "luminance_cd_m2": level}
+            )
         white = self.white()[:, None, None]
-        ds = self.dataset({"sky": white * self.background_cd_m2 * np.clip(1 - covered, 0, 1), "headlights": white * lit},
-                          instance=instance, category=category_of(instance))
+        ds = self.dataset(
+            {
+                "sky": white * self.background_cd_m2 * np.clip(1 - covered, 0, 1),
+                "headlights": white * lit,
+            },
+            instance=instance,
+            category=category_of(instance),
+        )
         ds.attrs.update(objects=objects, lamps=lamps)
         return ds
 

@@ -12,8 +12,8 @@ from .chart import Chart
 class SlantedEdge(Chart):
     """Slanted edge through the centre, bright on the right, exact area coverage in every tile."""
 
-    angle_deg: Angle = 5.0         # of the edge, clockwise from upright
-    contrast_ratio: Contrast = 10.0   # bright / dark
+    angle_deg: Angle = 5.0  # of the edge, clockwise from upright
+    contrast_ratio: Contrast = 10.0  # bright / dark
 
     def __call__(self):
         """Return scene radiance with the single group `sky`; the bright side has `luminance_cd_m2`."""
@@ -21,4 +21,10 @@ class SlantedEdge(Chart):
 
         bright = half_plane(*self.tiles(), self.angle_deg)
         dark = 1 / self.contrast_ratio
-        return self.dataset({"sky": self.luminance_cd_m2 * self.white()[:, None, None] * (dark + (1 - dark) * bright)})
+        return self.dataset(
+            {
+                "sky": self.luminance_cd_m2
+                * self.white()[:, None, None]
+                * (dark + (1 - dark) * bright)
+            }
+        )

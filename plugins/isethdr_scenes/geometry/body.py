@@ -28,7 +28,9 @@ class Body:
 
     def top_at(self, u, y):
         """Return the height of the outer skin above (u, y), m."""
-        v = np.concatenate([self.paint.vertices] + [p.vertices for p in self.parts if len(p.vertices)])
+        v = np.concatenate(
+            [self.paint.vertices] + [p.vertices for p in self.parts if len(p.vertices)]
+        )
         d = np.hypot(v[:, 0] - self.shell.length / 2 + u, v[:, 1] - y)
         return v[d < 0.06, 2].max() if (d < 0.06).any() else float(self.upper(u))
 
@@ -65,11 +67,16 @@ class Body:
             r = self.tyre + gap
             u, ay, z, _ = self.at()
             _, self.paint, seam = cut(
-                self.paint, np.maximum(np.hypot(u - a, z - self.tyre - 0.01) - r, 0.5 * self.shell.width - 0.36 - ay)
+                self.paint,
+                np.maximum(
+                    np.hypot(u - a, z - self.tyre - 0.01) - r, 0.5 * self.shell.width - 0.36 - ay
+                ),
             )
             side = np.sign(seam[:, :, 0, 1].mean(1))
             for sgn in (1, -1):
-                self.parts.append(hem(seam[side == sgn], np.array([0, -sgn * 0.035, 0]), "arch", "plastic_black"))
+                self.parts.append(
+                    hem(seam[side == sgn], np.array([0, -sgn * 0.035, 0]), "arch", "plastic_black")
+                )
             x = self.shell.length / 2 - a
             for sgn in (1, -1):
                 ys = sgn * (self.shell.width / 2 - np.array([0.02, depth, depth]))
@@ -81,4 +88,10 @@ class Body:
         """Return the dark inner skin of the cabin above `z_min`: what is still paint, 3 cm inwards, facing inwards."""
         _, keep, _ = cut(self.paint, self.paint.vertices[:, 2] - z_min)
         inner = keep.offset(-0.03)
-        return replace(inner, name="lining", material=material, faces=inner.faces[:, ::-1], normals=-inner.normals)
+        return replace(
+            inner,
+            name="lining",
+            material=material,
+            faces=inner.faces[:, ::-1],
+            normals=-inner.normals,
+        )

@@ -45,8 +45,21 @@ def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0
     )
     axles = (2.65, length - 3.3)
     b = Body(shell, axles, tyre)
-    region(b, "windscreen", "glass", [(0, 1.22), (1.10, 1.22), (1.08, 2.45), (0, 2.47)], front=True, trim="gloss_black")
-    sign = region(b, "sign.front", "gloss_black", [(0, 2.56), (0.95, 2.56), (0.93, 2.80), (0, 2.80)], front=True)
+    region(
+        b,
+        "windscreen",
+        "glass",
+        [(0, 1.22), (1.10, 1.22), (1.08, 2.45), (0, 2.47)],
+        front=True,
+        trim="gloss_black",
+    )
+    sign = region(
+        b,
+        "sign.front",
+        "gloss_black",
+        [(0, 2.56), (0.95, 2.56), (0.93, 2.80), (0, 2.80)],
+        front=True,
+    )
     for k, y in enumerate(np.linspace(-0.72, 0.72, 9)):
         u, ay, z, yy = b.at(sign)
         if k % 4 != 1:
@@ -99,8 +112,20 @@ def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0
         side=1,
         trim="gloss_black",
     )
-    region(b, "rear_window", "glass_tinted", [(0, 1.62), (0.98, 1.62), (0.95, 2.45), (0, 2.45)], trim="gloss_black")
-    region(b, "engine_grille", "gap", [(0, 0.62), (0.60, 0.62), (0.60, 1.02), (0, 1.02)], trim="plastic_black")
+    region(
+        b,
+        "rear_window",
+        "glass_tinted",
+        [(0, 1.62), (0.98, 1.62), (0.95, 2.45), (0, 2.45)],
+        trim="gloss_black",
+    )
+    region(
+        b,
+        "engine_grille",
+        "gap",
+        [(0, 0.62), (0.60, 0.62), (0.60, 1.02), (0, 1.02)],
+        trim="plastic_black",
+    )
     for s, tag in ((1, "left"), (-1, "right")):
         for kind, y0, z0, r, mat in (
             ("low_beam", 0.93, 0.70, 0.085, "lamp_white"),
@@ -138,7 +163,9 @@ def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0
     x0 = length / 2
     for k, a in enumerate(axles):
         for s in (1, -1):
-            m.add(*wheel(x0 - a, s * (half - 0.18), tyre, 0.29, 0.58, name=f"wheel{k}", style="steel"))
+            m.add(
+                *wheel(x0 - a, s * (half - 0.18), tyre, 0.29, 0.58, name=f"wheel{k}", style="steel")
+            )
     m.add(
         box((0, 0, 0.50), (length - 0.8, 2.3, 0.06), "floor", "underbody"),
         *plate(x0 + 0.04, 0.48, 1),
@@ -155,6 +182,14 @@ def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0
     m.add(box((x0 - 0.75, 0, 1.08), (0.45, 2.1, 0.2), "dashboard", "interior", 0.05))
     mirrors(m, x0 - 0.05, half - 0.12, 2.1, (0.10, 0.20, 0.36))
     for y in (-0.25, 0.35):
-        m.add(tube([(x0 - 0.0, y, 1.25), (x0 - 0.03, y - 0.45, 1.62)], 0.01, "wiper", "plastic_black", 6))
+        m.add(
+            tube(
+                [(x0 - 0.0, y, 1.25), (x0 - 0.03, y - 0.45, 1.62)],
+                0.01,
+                "wiper",
+                "plastic_black",
+                6,
+            )
+        )
     m.add(box((-1.5, 0, h + 0.10), (3.2, 1.7, 0.26), "roof_unit", "paint_white", 0.08))
     return m

@@ -20,7 +20,9 @@ TRACK_INSET_M, TYRE_WIDTH_M = 0.125, 0.215
 def build(car: Car, name: str = "car", seed: int = 0) -> Assembly:
     """Return all parts of a car; `seed` draws the licence plates."""
     axles = (car.overhang, car.overhang + car.wheelbase)
-    shell = Shell(car.length, car.width, car.roof, car.belt, car.clearance, car.lean, car.crown, step=car.step)
+    shell = Shell(
+        car.length, car.width, car.roof, car.belt, car.clearance, car.lean, car.crown, step=car.step
+    )
     body = Body(shell, axles, car.tyre)
     _screens(body, car)
     _side_windows(body, car)
@@ -30,11 +32,22 @@ def build(car: Car, name: str = "car", seed: int = 0) -> Assembly:
     _lid_gaps(body, car)
     _sills(body, car, axles)
     body.arches()
-    model = Assembly(name).add(body.paint.named("body", f"paint_{car.paint}"), *body.parts, body.lining(0.55))
+    model = Assembly(name).add(
+        body.paint.named("body", f"paint_{car.paint}"), *body.parts, body.lining(0.55)
+    )
     for end, u in zip(("front", "rear"), axles):
         for side, tag in ((1, "left"), (-1, "right")):
             y = side * (car.width / 2 - TRACK_INSET_M)
-            model.add(*wheel(car.length / 2 - u, y, car.tyre, TYRE_WIDTH_M, spokes=car.spokes, name=f"wheel.{end}_{tag}"))
+            model.add(
+                *wheel(
+                    car.length / 2 - u,
+                    y,
+                    car.tyre,
+                    TYRE_WIDTH_M,
+                    spokes=car.spokes,
+                    name=f"wheel.{end}_{tag}",
+                )
+            )
     fittings(model, body, car)
     interior(model, body, car)
     return model
@@ -43,11 +56,24 @@ def build(car: Car, name: str = "car", seed: int = 0) -> Assembly:
 def _screens(b: Body, c: Car):
     """Windscreen and rear window; a panel van has two panes at the rear, apart by 12 to 16 cm."""
     cowl, top, back, base = (c.roof[k] for k in (2, 3, 5, 6))
-    _screen(b, c, "windscreen", "glass", (cowl[1] + 0.045, top[1] - 0.01), 0.135, (cowl[0] - 0.25, top[0] + 0.10), 0.0)
+    _screen(
+        b,
+        c,
+        "windscreen",
+        "glass",
+        (cowl[1] + 0.045, top[1] - 0.01),
+        0.135,
+        (cowl[0] - 0.25, top[0] + 0.10),
+        0.0,
+    )
     if c.panel:
         z, u, margin = (1.16, back[1] - 0.22), (back[0], c.length + 0.2), 0.17
     else:
-        z, u, margin = (max(base[1], c.tail_lamp[2][1]) + 0.03, back[1] - 0.04), (back[0] + 0.03, c.length + 0.1), 0.13
+        z, u, margin = (
+            (max(base[1], c.tail_lamp[2][1]) + 0.03, back[1] - 0.04),
+            (back[0] + 0.03, c.length + 0.1),
+            0.13,
+        )
     _screen(b, c, "rear_window", "glass_tinted", z, margin, u, 0.08 if c.panel else 0.0)
 
 
@@ -71,14 +97,23 @@ def _side_windows(b: Body, c: Car):
     """Windows under the roof line and above the belt, posts between them; tinted behind the middle post."""
     cowl, top, back = c.roof[2], c.roof[3], c.roof[5]
     u = np.linspace(cowl[0] + 0.12, c.glass_end, 60)
-    frame = np.interp(u, [cowl[0], top[0], back[0], c.glass_end + 0.01], [0.105, 0.115, 0.115, 0.12])
+    frame = np.interp(
+        u, [cowl[0], top[0], back[0], c.glass_end + 0.01], [0.105, 0.115, 0.115, 0.12]
+    )
     high, low = b.upper(u) - frame, b.belt(u) + 0.035
     open_ = high > low + 0.03
     u, high, low = u[open_], high[open_], low[open_]
-    high = np.minimum(high, low + np.maximum(0, (c.glass_end - u) * 1.9) + 0.015)  # slants down at the rear end
+    high = np.minimum(
+        high, low + np.maximum(0, (c.glass_end - u) * 1.9) + 0.015
+    )  # slants down at the rear end
     outline = polygon(np.concatenate([np.stack([u, high], 1), np.stack([u, low], 1)[::-1]]), 0.012)
     u, ay, z, _ = b.at()
-    trim = b.take("window.trim", "gloss_black", np.maximum(outline(u, z) - 0.022, 0.4 * c.width / 2 - ay), sunk=0.006)
+    trim = b.take(
+        "window.trim",
+        "gloss_black",
+        np.maximum(outline(u, z) - 0.022, 0.4 * c.width / 2 - ay),
+        sunk=0.006,
+    )
     u, ay, z, _ = b.at(trim)
     posts = 0.045 - np.abs(u - c.doors[1])
     if not c.panel:
@@ -96,7 +131,9 @@ def _door_gaps(b: Body, c: Car):
 
     for k, door in enumerate(c.doors[:2] if c.panel else c.doors):
         slant = 0.22 if k == 2 else 0.0
-        b.line(lambda p, d=door, k=slant: b.at(p)[0] - d + k * (b.belt(d) - b.at(p)[2]), off_the_door)
+        b.line(
+            lambda p, d=door, k=slant: b.at(p)[0] - d + k * (b.belt(d) - b.at(p)[2]), off_the_door
+        )
     ends = (c.doors[0], c.doors[1] if c.panel else c.doors[2] - 0.1)
 
     def beyond_the_doors(p):
@@ -119,8 +156,14 @@ def _lid_gaps(b: Body, c: Car):
         b.line(lambda p: b.at(p)[3], lambda p: c.length - 0.35 - b.at(p)[0])
         return
     low = 0.62 * (c.tail_lamp[0][1] - 0.02) + 0.2
-    b.line(lambda p: b.at(p)[2] - low, lambda p: np.maximum(c.length - 0.3 - b.at(p)[0], b.at(p)[1] - half * 0.72))
-    b.line(lambda p: b.at(p)[1] - half * 0.72, lambda p: np.maximum(base[0] - b.at(p)[0], low - b.at(p)[2]))
+    b.line(
+        lambda p: b.at(p)[2] - low,
+        lambda p: np.maximum(c.length - 0.3 - b.at(p)[0], b.at(p)[1] - half * 0.72),
+    )
+    b.line(
+        lambda p: b.at(p)[1] - half * 0.72,
+        lambda p: np.maximum(base[0] - b.at(p)[0], low - b.at(p)[2]),
+    )
 
 
 def _sills(b: Body, c: Car, axles):

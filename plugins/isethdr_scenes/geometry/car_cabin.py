@@ -19,14 +19,27 @@ def fittings(model: Assembly, b: Body, c: Car):
     for s in (1, -1):
         yb = s * half
         model.add(
-            box((x0 - um, yb + s * 0.06, zm), (0.14, 0.21, 0.14), "mirror", f"paint_{c.paint}", 0.062, 5),
+            box(
+                (x0 - um, yb + s * 0.06, zm),
+                (0.14, 0.21, 0.14),
+                "mirror",
+                f"paint_{c.paint}",
+                0.062,
+                5,
+            ),
             tube(
                 [(x0 - um + 0.01, yb - s * 0.10, zm - 0.085), (x0 - um, yb + s * 0.02, zm - 0.045)],
                 0.022,
                 "mirror.arm",
                 "plastic_black",
             ),
-            box((x0 - um - 0.069, yb + s * 0.06, zm), (0.006, 0.15, 0.09), "mirror.glass", "chrome", 0.002),
+            box(
+                (x0 - um - 0.069, yb + s * 0.06, zm),
+                (0.006, 0.15, 0.09),
+                "mirror.glass",
+                "chrome",
+                0.002,
+            ),
         )
         for d in (c.doors[1] - 0.16, c.doors[2] - 0.14)[: 1 if c.panel else 2]:
             model.add(
@@ -47,7 +60,11 @@ def fittings(model: Assembly, b: Body, c: Car):
             model.add(
                 tube(
                     [
-                        (x0 - k, s * half * 0.66, b.top_at(k, s * half * 0.66) + (0.028 if 0 < i < 11 else -0.02))
+                        (
+                            x0 - k,
+                            s * half * 0.66,
+                            b.top_at(k, s * half * 0.66) + (0.028 if 0 < i < 11 else -0.02),
+                        )
                         for i, k in enumerate(u)
                     ],
                     0.016,
@@ -90,7 +107,13 @@ def interior(model: Assembly, b: Body, c: Car):
     belt = float(b.belt(top[0]))
     rows = [top[0] + 0.42] if c.panel else [top[0] + 0.36, top[0] + 1.22]
     model.add(
-        box((x0 - cowl[0] - 0.22, 0, belt - 0.05), (0.5, c.width * 0.82, 0.16), "dashboard", "interior", 0.06),
+        box(
+            (x0 - cowl[0] - 0.22, 0, belt - 0.05),
+            (0.5, c.width * 0.82, 0.16),
+            "dashboard",
+            "interior",
+            0.06,
+        ),
         lathe(
             [(0.175, 0.012), (0.19, 0), (0.175, -0.012), (0.16, 0), (0.175, 0.012)],
             "steering_wheel",
@@ -105,9 +128,22 @@ def interior(model: Assembly, b: Body, c: Car):
                 continue
             model.add(
                 box((x0 - u - 0.14, y, belt - 0.12), (0.16, 0.48, 0.62), "seat.back", "seat", 0.07),
-                box((x0 - u + 0.12, y, belt - 0.42), (0.52, 0.50, 0.16), "seat.cushion", "seat", 0.06),
-                box((x0 - u - 0.17, y, belt + 0.27), (0.10, 0.25, 0.17), "seat.head", "seat", 0.045),
+                box(
+                    (x0 - u + 0.12, y, belt - 0.42),
+                    (0.52, 0.50, 0.16),
+                    "seat.cushion",
+                    "seat",
+                    0.06,
+                ),
+                box(
+                    (x0 - u - 0.17, y, belt + 0.27), (0.10, 0.25, 0.17), "seat.head", "seat", 0.045
+                ),
             )
     model.add(
-        box((x0 - c.length * 0.52, 0, c.clearance + 0.10), (c.length * 0.72, c.width * 0.8, 0.05), "floor", "underbody")
+        box(
+            (x0 - c.length * 0.52, 0, c.clearance + 0.10),
+            (c.length * 0.72, c.width * 0.8, 0.05),
+            "floor",
+            "underbody",
+        )
     )

@@ -49,7 +49,11 @@ def front(b: Body, c: Car):
     )
     u, ay, z, y = b.at()
     house = b.take(
-        "headlamp.housing", "lamp_dark", np.maximum(outline(ay, z), ahead(u, 0.46)), sunk=0.008, rim="gloss_black"
+        "headlamp.housing",
+        "lamp_dark",
+        np.maximum(outline(ay, z), ahead(u, 0.46)),
+        sunk=0.008,
+        rim="gloss_black",
     )
     mid = 0.5 * (z0 + z1) + 0.005
     for s, tag in ((1, "left"), (-1, "right")):
@@ -65,7 +69,12 @@ def front(b: Body, c: Car):
             f"position.{tag}",
             "lamp_white",
             np.max(
-                [np.abs(z - z0 - 0.028 - 0.20 * np.maximum(ay - 0.72, 0)) - 0.008, 0.52 - ay, ay - half + 0.07, -s * y],
+                [
+                    np.abs(z - z0 - 0.028 - 0.20 * np.maximum(ay - 0.72, 0)) - 0.008,
+                    0.52 - ay,
+                    ay - half + 0.07,
+                    -s * y,
+                ],
                 0,
             ),
             lamp("position", (1.0, 0.0, 0.0)),
@@ -75,7 +84,9 @@ def front(b: Body, c: Car):
     intake = polygon([(0, low), (0.52, low), (0.60, low + 0.10), (0, low + 0.12)], 0.015)
     b.take("intake", "gap", np.maximum(intake(ay, z), ahead(u)), sunk=0.02, rim="plastic_black")
     u, ay, z, _ = b.at()
-    fog = polygon([(0.66, low + 0.03), (0.80, low + 0.05), (0.80, low + 0.14), (0.68, low + 0.11)], 0.015)
+    fog = polygon(
+        [(0.66, low + 0.03), (0.80, low + 0.05), (0.80, low + 0.14), (0.68, low + 0.11)], 0.015
+    )
     b.take("fog_bezel", "plastic_black", np.maximum(fog(ay, z), ahead(u)), sunk=0.012)
     zp = z0 - 0.125
     b.parts += plate(c.length / 2 + 0.034, zp, 1)

@@ -18,9 +18,15 @@ def rear(b: Body, c: Car):
     u, ay, z, _ = b.at()
     shape = polygon(c.tail_lamp, 0.012)
     lens = b.take(
-        "tail_lamp", "lamp_red", np.maximum(shape(ay, z), c.length - 0.30 - u), sunk=-0.006, rim="gloss_black"
+        "tail_lamp",
+        "lamp_red",
+        np.maximum(shape(ay, z), c.length - 0.30 - u),
+        sunk=-0.006,
+        rim="gloss_black",
     )
-    (y0, y1), (z0, z1) = ((min(p[k] for p in c.tail_lamp), max(p[k] for p in c.tail_lamp)) for k in (0, 1))
+    (y0, y1), (z0, z1) = (
+        (min(p[k] for p in c.tail_lamp), max(p[k] for p in c.tail_lamp)) for k in (0, 1)
+    )
     tall = z1 - z0 > y1 - y0
     for s, tag in ((1, "left"), (-1, "right")):
         for kind, material, f0, f1 in (
@@ -32,12 +38,19 @@ def rear(b: Body, c: Car):
             u, ay, z, y = b.at(lens)
             t = (z1 - z) / (z1 - z0) if tall else (y1 - ay) / (y1 - y0)
             glow, lens = b.carve(
-                lens, f"{kind}.{tag}", material, np.max([f0 - t, t - f1, shape(ay, z) + 0.014, -s * y], 0)
+                lens,
+                f"{kind}.{tag}",
+                material,
+                np.max([f0 - t, t - f1, shape(ay, z) + 0.014, -s * y], 0),
             )
-            b.parts = [p for p in b.parts if p is not glow] + lit(glow, kind, back)  # the wrapped side stays dark
+            b.parts = [p for p in b.parts if p is not glow] + lit(
+                glow, kind, back
+            )  # the wrapped side stays dark
     u, ay, z, _ = b.at()
     low = c.clearance + 0.06
-    diffuser = polygon([(0, low), (half * 0.72, low), (half * 0.66, low + 0.13), (0, low + 0.13)], 0.02)
+    diffuser = polygon(
+        [(0, low), (half * 0.72, low), (half * 0.66, low + 0.13), (0, low + 0.13)], 0.02
+    )
     b.take("diffuser", "plastic_black", np.maximum(diffuser(ay, z), c.length - 0.5 - u), sunk=0.01)
     for s in (1, -1):
         b.parts.append(
@@ -51,7 +64,10 @@ def rear(b: Body, c: Car):
         )
         b.parts.append(
             tube(
-                [(-c.length / 2 + 0.12, s * 0.52, low - 0.01), (-c.length / 2 - 0.015, s * 0.52, low - 0.01)],
+                [
+                    (-c.length / 2 + 0.12, s * 0.52, low - 0.01),
+                    (-c.length / 2 - 0.015, s * 0.52, low - 0.01),
+                ],
                 0.032,
                 "exhaust",
                 "steel",

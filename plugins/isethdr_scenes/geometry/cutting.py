@@ -31,7 +31,10 @@ def cut(part, value):
     (vab, nab), (vac, nac) = crossing(a, b), crossing(a, c)
     base = len(v)
     ab, ac = base + row, base + len(t) + row
-    tip, quad = np.stack([a, ab, ac], 1), np.concatenate([np.stack([ab, b, c], 1), np.stack([ab, c, ac], 1)])
+    tip, quad = (
+        np.stack([a, ab, ac], 1),
+        np.concatenate([np.stack([ab, b, c], 1), np.stack([ab, c, ac], 1)]),
+    )
     tip_neg = count[mixed] == 1
     allv, alln = np.concatenate([v, vab, vac]), np.concatenate([n, nab, nac])
     two = np.concatenate([tip_neg, tip_neg])
@@ -53,7 +56,9 @@ def hem(seam, shift, name: str, material: str) -> Piece:
     v = np.stack([p[:, 0], p[:, 1], q[:, 1], q[:, 0]], 1).reshape(-1, 3)
     k = 4 * np.arange(len(p))[:, None]
     strip = Piece(name, v, np.concatenate([k + [0, 1, 2], k + [0, 2, 3]]), material)
-    solid = np.linalg.norm(face_areas(strip), axis=1) > 1e-12  # a segment along `shift` sweeps nothing
+    solid = (
+        np.linalg.norm(face_areas(strip), axis=1) > 1e-12
+    )  # a segment along `shift` sweeps nothing
     return flat(replace(strip, faces=strip.faces[solid]))
 
 
@@ -98,6 +103,12 @@ def subdivide(piece):
     ids = ids.reshape(-1, 3) + len(v)
     a, b, c = f.T
     ab, bc, ca = ids.T
-    faces = np.concatenate([np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
-    return replace(piece, faces=faces, vertices=np.concatenate([v, v[pairs].mean(1)]),
-                   normals=np.concatenate([n, unit(n[pairs].mean(1))]))
+    faces = np.concatenate(
+        [np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+    )
+    return replace(
+        piece,
+        faces=faces,
+        vertices=np.concatenate([v, v[pairs].mean(1)]),
+        normals=np.concatenate([n, unit(n[pairs].mean(1))]),
+    )

@@ -14,8 +14,17 @@ from .primitives import ball, box, lathe, tube
 def bicycle(colour="paint_blue", crank=35.0):
     """Return (bicycle, pedals, grips, saddle) with the wheels on y = 0; `crank` in degrees; the last three are points (3,)."""
     m = Assembly("bicycle")
-    r, rear, front, bb = 0.335, np.array([-0.45, 0, 0.335]), np.array([0.58, 0, 0.335]), np.array([-0.02, 0, 0.285])
-    seat, head, low = np.array([-0.185, 0, 0.78]), np.array([0.385, 0, 0.86]), np.array([0.425, 0, 0.72])
+    r, rear, front, bb = (
+        0.335,
+        np.array([-0.45, 0, 0.335]),
+        np.array([0.58, 0, 0.335]),
+        np.array([-0.02, 0, 0.285]),
+    )
+    seat, head, low = (
+        np.array([-0.185, 0, 0.78]),
+        np.array([0.385, 0, 0.86]),
+        np.array([0.425, 0, 0.72]),
+    )
     for c in (rear, front):
         a = np.linspace(0, 2 * np.pi, 49)
         ring = lambda q, h, c=c, a=a: c + np.stack([q * np.cos(a), h + 0 * a, q * np.sin(a)], 1)
@@ -26,10 +35,15 @@ def bicycle(colour="paint_blue", crank=35.0):
         )
         for k in range(28):
             t = 2 * np.pi * k / 28
-            o = 0.022 * np.array([np.cos(t + (1.3 if k % 2 else -1.3)), 0, np.sin(t + (1.3 if k % 2 else -1.3))])
+            o = 0.022 * np.array(
+                [np.cos(t + (1.3 if k % 2 else -1.3)), 0, np.sin(t + (1.3 if k % 2 else -1.3))]
+            )
             m.add(
                 tube(
-                    [c + o + [0, 0.03 * (-1) ** (k // 2), 0], c + (r - 0.045) * np.array([np.cos(t), 0, np.sin(t)])],
+                    [
+                        c + o + [0, 0.03 * (-1) ** (k // 2), 0],
+                        c + (r - 0.045) * np.array([np.cos(t), 0, np.sin(t)]),
+                    ],
                     0.0014,
                     "spoke",
                     "steel",
@@ -64,13 +78,21 @@ def bicycle(colour="paint_blue", crank=35.0):
     for s in (1, -1):
         m.add(
             tube(
-                [low + [0.01, s * 0.045, -0.04], low + [0.05, s * 0.05, -0.12], front + [0, s * 0.055, 0]],
+                [
+                    low + [0.01, s * 0.045, -0.04],
+                    low + [0.05, s * 0.05, -0.12],
+                    front + [0, s * 0.055, 0],
+                ],
                 0.012,
                 "fork",
                 colour,
             )
         )
-    m.add(tube([low + [0.005, -0.045, -0.04], low + [0.005, 0.045, -0.04]], 0.015, "fork.crown", colour))
+    m.add(
+        tube(
+            [low + [0.005, -0.045, -0.04], low + [0.005, 0.045, -0.04]], 0.015, "fork.crown", colour
+        )
+    )
     m.add(tube([head, head + [-0.03, 0, 0.13]], 0.013, "stem", "plastic_black"))
     grips = [np.array([0.29, s * 0.29, 1.02]) for s in (1, -1)]
     m.add(
@@ -81,16 +103,21 @@ def bicycle(colour="paint_blue", crank=35.0):
             "alloy",
         )
     )
-    m.add(*[tube([g, g + [0.07, -s * 0.09, 0.0]], 0.017, "grip", "plastic_black") for g, s in zip(grips, (1, -1))])
+    m.add(
+        *[
+            tube([g, g + [0.07, -s * 0.09, 0.0]], 0.017, "grip", "plastic_black")
+            for g, s in zip(grips, (1, -1))
+        ]
+    )
     saddle = seat + [-0.045, 0, 0.15]
     m.add(
         ball(saddle + [-0.07, 0, 0], (0.10, 0.085, 0.032), "saddle", "leather", 8),
         ball(saddle + [0.06, 0, 0.0], (0.13, 0.032, 0.025), "saddle", "leather", 8),
     )
     m.add(
-        lathe([(0.09, 0.045), (0.095, 0.048), (0.095, 0.052), (0.06, 0.052)], "chainring", "steel", 28).moved(
-            shift(*bb)
-        )
+        lathe(
+            [(0.09, 0.045), (0.095, 0.048), (0.095, 0.052), (0.06, 0.052)], "chainring", "steel", 28
+        ).moved(shift(*bb))
     )
     pedals = []
     for s, k in ((1, 0), (-1, np.pi)):
@@ -102,9 +129,17 @@ def bicycle(colour="paint_blue", crank=35.0):
             box(e + [0, s * 0.055, 0], (0.09, 0.085, 0.022), "pedal", "plastic_black", 0.006),
         )
     for z in (0.05, -0.05):
-        m.add(tube([bb + [0, -0.05, z * 1.8], rear + [0, -0.05, z * 0.7]], 0.005, "chain", "steel", 5))
+        m.add(
+            tube([bb + [0, -0.05, z * 1.8], rear + [0, -0.05, z * 0.7]], 0.005, "chain", "steel", 5)
+        )
     m.add(
-        tube([head + [0.05, 0, 0.03], head + [0.11, 0, 0.03]], 0.032, "lamp.body", "plastic_black", 12),
+        tube(
+            [head + [0.05, 0, 0.03], head + [0.11, 0, 0.03]],
+            0.032,
+            "lamp.body",
+            "plastic_black",
+            12,
+        ),
         lathe([(0.028, 0), (0.001, 0.003)], "bike_front", "lamp_white", 14, "x")
         .moved(shift(*head + [0.113, 0, 0.03]))
         .named("bike_front", lamp=lamp("bike_front", (1.0, 0.0, 0.0))),

@@ -15,8 +15,22 @@ LANE_M, SHOULDER_M = 3.5, 0.9
 EDGE_M = LANE_M + SHOULDER_M
 CROWN = 0.025  # fall of the carriageway from its middle to its edges, m per m
 # cross-section beside the road: |y|, height above the middle of the road: shoulder, ditch, field, hills
-PROFILE = ((0, 0), (EDGE_M, -CROWN * EDGE_M), (EDGE_M + 0.6, -0.17), (7.2, -0.62), (8.6, -0.68), (11, -0.15), (60, 0.5), (400, 7.0))
-WAVES = ((0.05, 0.25), (0.16, 0.10), (0.5, 0.035), (1.7, 0.012))  # unevenness of the land: radians per m, amplitude m
+PROFILE = (
+    (0, 0),
+    (EDGE_M, -CROWN * EDGE_M),
+    (EDGE_M + 0.6, -0.17),
+    (7.2, -0.62),
+    (8.6, -0.68),
+    (11, -0.15),
+    (60, 0.5),
+    (400, 7.0),
+)
+WAVES = (
+    (0.05, 0.25),
+    (0.16, 0.10),
+    (0.5, 0.035),
+    (1.7, 0.012),
+)  # unevenness of the land: radians per m, amplitude m
 
 
 @dataclass(frozen=True)
@@ -25,7 +39,9 @@ class Ground:
 
     curvature_per_m: float = 0.0016
     seed: int = 0
-    lay_by_m: tuple[float, float] | None = None  # s range of a paved stretch on the right, for a parked vehicle
+    lay_by_m: tuple[float, float] | None = (
+        None  # s range of a paved stretch on the right, for a parked vehicle
+    )
 
     def points(self, s, y=0.0, z=0.0) -> np.ndarray:
         """Return world points (..., 3) at `s`, `y` and height `z` over the datum."""
@@ -48,7 +64,9 @@ class Ground:
         """Return world points (..., 3) on the ground."""
         return self.points(s, y, self.height(s, y) + above)
 
-    def place(self, s: float, y: float, turn_deg: float = 0.0, z: float | None = None) -> np.ndarray:
+    def place(
+        self, s: float, y: float, turn_deg: float = 0.0, z: float | None = None
+    ) -> np.ndarray:
         """Return the (4, 4) pose of a model that stands at (s, y), turned from the road's direction."""
         z = float(self.height(s, y)) if z is None else z
         return pose(*self.points(s, y, z), yaw=np.degrees(self.curvature_per_m * s) + turn_deg)

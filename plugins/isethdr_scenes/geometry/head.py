@@ -21,7 +21,10 @@ def head(m, c, neck, look):
         cone(at(0.092, 0, 0.01), at(0.108, 0, -0.022), 0.009, 0.014),
         cone(neck - [0.0, 0, 0.05], at(-0.005, 0, -0.05), 0.058, 0.056),
     ]
-    skull += [cone(at(-0.005, s * 0.076, 0.005), at(-0.012, s * 0.086, -0.02), 0.018, 0.012) for s in (1, -1)]
+    skull += [
+        cone(at(-0.005, s * 0.076, 0.005), at(-0.012, s * 0.086, -0.02), 0.018, 0.012)
+        for s in (1, -1)
+    ]
     m.add(skin_of(blend(skull, 0.025), 0.0065, "head", look.skin))
     for s in (1, -1):
         m.add(
@@ -31,12 +34,16 @@ def head(m, c, neck, look):
     m.add(ball(at(0.084, 0, -0.052), (0.010, 0.022, 0.006), "mouth", "cloth_red", 6))
     if look.helmet:
         shell = blend([cone(at(-0.05, 0, 0.052), at(0.035, 0, 0.058), 0.108, 0.098)], 0.01)
-        cap = lambda p: np.maximum(shell(p), (at(0, 0, 0.035)[2] - p[:, 2]) + 0.12 * (p[:, 0] - c[0]))
+        cap = lambda p: np.maximum(
+            shell(p), (at(0, 0, 0.035)[2] - p[:, 2]) + 0.12 * (p[:, 0] - c[0])
+        )
         cap.lo, cap.hi = shell.lo, shell.hi
         part = skin_of(cap, 0.009, "helmet", look.helmet)
         v = part.vertices - c
         vent, part, _ = cut(
-            part, np.minimum(np.abs(v[:, 1]) - 0.010, np.abs(np.abs(v[:, 1]) - 0.045) - 0.010) + 99 * (v[:, 2] < 0.09)
+            part,
+            np.minimum(np.abs(v[:, 1]) - 0.010, np.abs(np.abs(v[:, 1]) - 0.045) - 0.010)
+            + 99 * (v[:, 2] < 0.09),
         )
         m.add(part, vent.named("helmet.vent", "gap"))
         return
@@ -49,7 +56,11 @@ def head(m, c, neck, look):
         ]
     full = blend(hair, 0.03, 0.006, 5)
     face = lambda p: np.minimum((p[:, 0] - c[0] - 0.045) + 0.9 * (c[2] + 0.075 - p[:, 2]), 9) * 0.7
-    low = (lambda p: -(p[:, 2] - c[2] + 0.20)) if look.long_hair else (lambda p: -(p[:, 2] - c[2] + 0.035))
+    low = (
+        (lambda p: -(p[:, 2] - c[2] + 0.20))
+        if look.long_hair
+        else (lambda p: -(p[:, 2] - c[2] + 0.035))
+    )
     cap = lambda p: np.max([full(p), face(p), low(p)], 0)
     cap.lo, cap.hi = full.lo, full.hi
     m.add(skin_of(cap, 0.007, "hair", look.hair))

@@ -32,7 +32,11 @@ def blend(fields, k: float = 0.03, folds: float = 0.0, seed: int = 0):
     The union is the quadratic smooth minimum. `folds` adds cloth-like waves of that height, m, drawn from `seed`.
     """
     rng = np.random.default_rng(seed)
-    waves = rng.normal(size=(5, 3)) * [18, 18, 30]  # radians per metre: folds hang down, so they are closer vertically
+    waves = rng.normal(size=(5, 3)) * [
+        18,
+        18,
+        30,
+    ]  # radians per metre: folds hang down, so they are closer vertically
     phase = rng.uniform(0, 2 * np.pi, 5)
 
     def distance(p):
@@ -60,7 +64,9 @@ def skin_of(field, step: float, name: str, material: str) -> Piece:
     margin = 2.5 * step
     axes = [np.arange(a - margin, b + margin + step, step) for a, b in zip(field.lo, field.hi)]
     values = _sampled(field, axes, step)
-    vertices, faces, _, _ = marching_cubes(values, 0.0, spacing=(step,) * 3, gradient_direction="descent")
+    vertices, faces, _, _ = marching_cubes(
+        values, 0.0, spacing=(step,) * 3, gradient_direction="descent"
+    )
     vertices = vertices + np.array([a[0] for a in axes])
     ends = 0.7 * step * np.eye(3)
     slope = np.stack([field(vertices + e) - field(vertices - e) for e in ends], -1)

@@ -10,7 +10,9 @@ from .primitives import box, tube
 FRONT, BACK = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)
 
 
-def region(b, name, material, outline, front=None, side=None, sunk=0.0, lamp=None, trim=None, margin=0.02):
+def region(
+    b, name, material, outline, front=None, side=None, sunk=0.0, lamp=None, trim=None, margin=0.02
+):
     """Cut a region out of a flat face of the body and return it.
 
     Parameters
@@ -26,7 +28,9 @@ def region(b, name, material, outline, front=None, side=None, sunk=0.0, lamp=Non
         u, ay, z, y = b.at(part)
         half = b.shell.width / 2
         if side is not None:
-            return np.maximum(shape(u, z) - grow, (0.8 * half - ay) if side == 0 else 0.8 * half - side * y)
+            return np.maximum(
+                shape(u, z) - grow, (0.8 * half - ay) if side == 0 else 0.8 * half - side * y
+            )
         return np.maximum(shape(ay, z) - grow, u - 0.55 if front else b.shell.length - 0.45 - u)
 
     if trim:

@@ -36,9 +36,22 @@ class Person:
 LOOKS = (
     Person(),
     Person(
-        height=1.66, build=0.92, top="cloth_navy", legs="cloth_dark", hair="hair_fair", long_hair=True, coat_length=0.22
+        height=1.66,
+        build=0.92,
+        top="cloth_navy",
+        legs="cloth_dark",
+        hair="hair_fair",
+        long_hair=True,
+        coat_length=0.22,
     ),
-    Person(height=1.83, build=1.1, top="cloth_olive", legs="cloth_grey", skin="skin_dark", backpack="cloth_dark"),
+    Person(
+        height=1.83,
+        build=1.1,
+        top="cloth_olive",
+        legs="cloth_grey",
+        skin="skin_dark",
+        backpack="cloth_dark",
+    ),
     Person(height=1.72, top="cloth_vest", legs="cloth_navy", bands=True),
     Person(height=1.30, build=0.85, top="cloth_white", legs="denim"),
 )
@@ -51,7 +64,14 @@ def figure(j, look=Person(), name="person", seed=0):
     fwd = unit(np.array([1, 0, 0]) - up * up[0])
     side = np.array([0, 1.0, 0])
     m = Assembly(name)
-    legs = [cone(j["pelvis"] + side * 0.055 + up * 0.04, j["pelvis"] - side * 0.055 + up * 0.04, 0.105 * g, 0.105 * g)]
+    legs = [
+        cone(
+            j["pelvis"] + side * 0.055 + up * 0.04,
+            j["pelvis"] - side * 0.055 + up * 0.04,
+            0.105 * g,
+            0.105 * g,
+        )
+    ]
     for s in "lr":
         legs += [
             cone(j[f"hip_{s}"], j[f"knee_{s}"], 0.098 * g, 0.072 * g),
@@ -60,11 +80,23 @@ def figure(j, look=Person(), name="person", seed=0):
     m.add(skin_of(blend(legs, 0.03, 0.007, seed), h, "trousers", look.legs))
     hem_at = j["pelvis"] - up * (0.02 + look.coat_length)
     top = [
-        cone(j["chest"] + side * 0.075 + up * 0.02, j["pelvis"] + side * 0.06 + up * 0.08, 0.112 * g, 0.098 * g),
-        cone(j["chest"] - side * 0.075 + up * 0.02, j["pelvis"] - side * 0.06 + up * 0.08, 0.112 * g, 0.098 * g),
+        cone(
+            j["chest"] + side * 0.075 + up * 0.02,
+            j["pelvis"] + side * 0.06 + up * 0.08,
+            0.112 * g,
+            0.098 * g,
+        ),
+        cone(
+            j["chest"] - side * 0.075 + up * 0.02,
+            j["pelvis"] - side * 0.06 + up * 0.08,
+            0.112 * g,
+            0.098 * g,
+        ),
         cone(j["neck"] - up * 0.05, j["neck"] + up * 0.012, 0.078, 0.060),
     ]
-    top += [cone(j["neck"] - up * 0.045, j[f"shoulder_{s}"] - up * 0.012, 0.078, 0.060) for s in "lr"]
+    top += [
+        cone(j["neck"] - up * 0.045, j[f"shoulder_{s}"] - up * 0.012, 0.078, 0.060) for s in "lr"
+    ]
     top += [
         cone(
             j["pelvis"] + side * 0.05 * q + up * 0.05,
@@ -108,7 +140,11 @@ def figure(j, look=Person(), name="person", seed=0):
         ]
         m.add(skin_of(blend(hand, 0.02), 0.007, f"hand_{s}", look.skin))
         a, t = j[f"ankle_{s}"], j[f"toe_{s}"]
-        f = unit(t - a - [0, 0, (t - a)[2] + 0.0]) if abs((t - a)[2]) < 0.08 else unit(t - a + [0, 0, 0.045])
+        f = (
+            unit(t - a - [0, 0, (t - a)[2] + 0.0])
+            if abs((t - a)[2]) < 0.08
+            else unit(t - a + [0, 0, 0.045])
+        )
         n = unit(np.cross(f, np.cross([0, 0, 1.0], f)))
         heel = a - f * 0.05 - n * 0.045
         shoe = [

@@ -28,7 +28,9 @@ class Piece(Part):
         # normals follow the inverse transpose, so that a stretched ball keeps normals across its surface
         normals = None if self.normals is None else unit(self.normals @ np.linalg.inv(turn))
         faces = self.faces if np.linalg.det(turn) > 0 else self.faces[:, ::-1]
-        lit = self.lamp and replace(self.lamp, axis=tuple(map(float, unit(turn @ np.array(self.lamp.axis)))))
+        lit = self.lamp and replace(
+            self.lamp, axis=tuple(map(float, unit(turn @ np.array(self.lamp.axis))))
+        )
         return replace(self, vertices=vertices, faces=faces, normals=normals, lamp=lit)
 
     def named(self, name: str, material: str | None = None, lamp=None) -> Piece:
@@ -66,7 +68,10 @@ class Assembly:
         for p in self.parts:
             key = (f"{p.name} {p.lamp.axis}", p.material) if p.lamp else (None, p.material)
             groups.setdefault((*key, p.normals is None), []).append(p)
-        parts = [join(pieces, pieces[0].name if name else material) for (name, material, _), pieces in groups.items()]
+        parts = [
+            join(pieces, pieces[0].name if name else material)
+            for (name, material, _), pieces in groups.items()
+        ]
         return Model(name or self.name, tuple(parts))
 
 
@@ -93,7 +98,9 @@ def shift(x, y, z) -> np.ndarray:
 
 def mirrored(piece: Piece, name: str | None = None) -> Piece:
     """Return a copy on the other side of the plane y = 0."""
-    return replace(piece.moved(pose(scale=(1, -1, 1))), name=name or piece.name.replace("left", "right"))
+    return replace(
+        piece.moved(pose(scale=(1, -1, 1))), name=name or piece.name.replace("left", "right")
+    )
 
 
 def join(pieces, name: str) -> Piece:
@@ -120,8 +127,16 @@ def vertex_normals(vertices, faces) -> np.ndarray:
     face, place = _cross(vertices, faces), np.round(vertices * 1e5).astype(np.int64)
     order = np.lexsort(place.T)
     ids = np.empty(len(place), np.intp)
-    ids[order] = np.cumsum(np.append(False, (place[order[1:]] != place[order[:-1]]).any(1)))  # places counted, however far apart
-    total = np.stack([np.bincount(ids[faces].ravel(), np.repeat(face[:, c], 3), ids.max() + 1) for c in range(3)], 1)
+    ids[order] = np.cumsum(
+        np.append(False, (place[order[1:]] != place[order[:-1]]).any(1))
+    )  # places counted, however far apart
+    total = np.stack(
+        [
+            np.bincount(ids[faces].ravel(), np.repeat(face[:, c], 3), ids.max() + 1)
+            for c in range(3)
+        ],
+        1,
+    )
     return unit(total[ids])
 
 
@@ -136,7 +151,9 @@ def flat(piece: Piece) -> Piece:
     """Return the piece with unshared vertices, so that each face is shaded flat."""
     vertices = piece.vertices[piece.faces].reshape(-1, 3)
     faces = np.arange(len(vertices)).reshape(-1, 3)
-    return replace(piece, vertices=vertices, faces=faces, normals=np.repeat(unit(face_areas(piece)), 3, 0))
+    return replace(
+        piece, vertices=vertices, faces=faces, normals=np.repeat(unit(face_areas(piece)), 3, 0)
+    )
 
 
 def compact(piece: Piece) -> Piece:
@@ -144,7 +161,12 @@ def compact(piece: Piece) -> Piece:
     held = np.zeros(len(piece.vertices), bool)
     held[piece.faces] = True
     normals = None if piece.normals is None else piece.normals[held]
-    return replace(piece, vertices=piece.vertices[held], faces=(np.cumsum(held) - 1)[piece.faces], normals=normals)
+    return replace(
+        piece,
+        vertices=piece.vertices[held],
+        faces=(np.cumsum(held) - 1)[piece.faces],
+        normals=normals,
+    )
 
 
 def lit(piece: Piece, kind: str, axis) -> list[Piece]:

@@ -24,7 +24,13 @@ def cards(centres, normals, along, length, width, name, material, bend=0.25):
         1,
     ).reshape(-1, 3)
     k = 4 * np.arange(n)[:, None]
-    return Piece(name, v, np.concatenate([k + [0, 2, 1], k + [0, 3, 2]]), material, np.repeat(unit(normals), 4, 0))
+    return Piece(
+        name,
+        v,
+        np.concatenate([k + [0, 2, 1], k + [0, 3, 2]]),
+        material,
+        np.repeat(unit(normals), 4, 0),
+    )
 
 
 def _bough(rng, start, heading, length, radius, wander, lift, steps=6):
@@ -68,12 +74,22 @@ def broadleaf(name="tree", height=9.0, leaves=26000, seed=0, bark="bark"):
     pts = np.concatenate(twigs)
     pick = rng.integers(0, len(pts), leaves)
     c = pts[pick] + rng.normal(size=(leaves, 3)) * 0.035 * height
-    normal = unit(rng.normal(size=(leaves, 3)) * 0.8 + [0, 0, 0.7] + 0.5 * unit(c - [0, 0, height * 0.6]))
+    normal = unit(
+        rng.normal(size=(leaves, 3)) * 0.8 + [0, 0, 0.7] + 0.5 * unit(c - [0, 0, height * 0.6])
+    )
     size = rng.uniform(0.10, 0.19, leaves)
     light = rng.random(leaves) < 0.35
-    args = lambda m: (c[m], normal[m], rng.normal(size=(m.sum(), 3)) - [0, 0, 0.4], size[m], size[m] * 0.7)
+    args = lambda m: (
+        c[m],
+        normal[m],
+        rng.normal(size=(m.sum(), 3)) - [0, 0, 0.4],
+        size[m],
+        size[m] * 0.7,
+    )
     return Assembly(name).add(
-        join(wood, "wood"), cards(*args(~light), "leaves", "leaf"), cards(*args(light), "leaves.light", "leaf_light")
+        join(wood, "wood"),
+        cards(*args(~light), "leaves", "leaf"),
+        cards(*args(light), "leaves.light", "leaf_light"),
     )
 
 
@@ -109,7 +125,9 @@ def conifer(name="conifer", height=11.0, needles=30000, seed=0):
             wood.append(tube(path, 0.012 * height * k * 0.25 + 0.006, "wood", "bark", 4, False))
             m = int(max(8, 40 * l))
             u = np.sqrt(rng.uniform(0.02, 1, m))
-            side = np.cross(out, [0, 0, 1]) * (rng.uniform(-1, 1, m) * 0.34 * l * (1.1 - u))[:, None]
+            side = (
+                np.cross(out, [0, 0, 1]) * (rng.uniform(-1, 1, m) * 0.34 * l * (1.1 - u))[:, None]
+            )
             at = np.stack([np.interp(u, t[:, 0], path[:, i]) for i in range(3)], 1)
             pts.append(at + side + rng.normal(size=(m, 3)) * [0.02, 0.02, 0.03] * l)
             dirs.append(out + 1.2 * side / l + rng.normal(size=(m, 3)) * 0.35 - [0, 0, 0.15])
@@ -137,7 +155,11 @@ def bush(name="bush", size=1.3, leaves=5000, seed=0):
     rng = np.random.default_rng(seed)
     d = unit(rng.normal(size=(leaves, 3)))
     lumps = np.array([unit(rng.normal(size=3)) for _ in range(7)])
-    r = size * (0.42 + 0.16 * np.maximum(0, (d @ lumps.T) ** 3).max(1)) * rng.uniform(0.7, 1.0, leaves)
+    r = (
+        size
+        * (0.42 + 0.16 * np.maximum(0, (d @ lumps.T) ** 3).max(1))
+        * rng.uniform(0.7, 1.0, leaves)
+    )
     c = d * r[:, None] * [1, 1, 0.8]
     c[:, 2] = np.abs(c[:, 2]) + 0.05
     n = unit(d + rng.normal(size=d.shape) * 0.6)
@@ -156,7 +178,8 @@ def bush(name="bush", size=1.3, leaves=5000, seed=0):
         for p in lumps[:5]
     ]
     return Assembly(name).add(
-        cards(c, n, rng.normal(size=d.shape), 0.09, 0.06, "leaves", "leaf_light"), join(stems, "stem")
+        cards(c, n, rng.normal(size=d.shape), 0.09, 0.06, "leaves", "leaf_light"),
+        join(stems, "stem"),
     )
 
 
@@ -169,7 +192,16 @@ def grass(points, name="grass", height=0.28, seed=0, dry=0.25):
     side = np.stack([-np.sin(a), np.cos(a), 0 * a], 1) * rng.uniform(0.003, 0.007, n)[:, None]
     up = np.stack([0 * h, 0 * h, h], 1)
     mid = points + up * 0.6 + lean * 0.35
-    v = np.stack([points - side, points + side, mid + side * 0.7, mid - side * 0.7, points + up * 0.95 + lean], 1)
+    v = np.stack(
+        [
+            points - side,
+            points + side,
+            mid + side * 0.7,
+            mid - side * 0.7,
+            points + up * 0.95 + lean,
+        ],
+        1,
+    )
     nrm = unit(unit(np.cross(side, up)) + [0, 0, 0.8])
     k = 5 * np.arange(n)[:, None]
     f = np.stack([k + [0, 1, 2], k + [0, 2, 3], k + [3, 2, 4]], 1)

@@ -24,7 +24,13 @@ def walk(phase=0.12, stride=26.0, arms=24.0):
         shin = th - flex
         ankle = knee + 0.415 * np.array([np.sin(shin), 0.0, -np.cos(shin)])
         toe = unit(
-            np.array([np.cos(shin * 0.55), s * 0.12, np.sin(shin * 0.55) * 0.9 if shin < 0 else 0.18 * np.sin(shin)])
+            np.array(
+                [
+                    np.cos(shin * 0.55),
+                    s * 0.12,
+                    np.sin(shin * 0.55) * 0.9 if shin < 0 else 0.18 * np.sin(shin),
+                ]
+            )
         )
         if shin < 0:
             toe[2] = -abs(toe[2])

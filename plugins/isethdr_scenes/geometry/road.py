@@ -25,8 +25,10 @@ def road(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assemb
     m.add(_strip(ground, s, np.linspace(-EDGE_M, EDGE_M, 25), "carriageway", "asphalt"))
     for side in (1, -1):
         shoulder, line = np.array([0, 0.25, 0.6]) + EDGE_M, np.array([-half, half]) + LANE_M
-        m.add(_strip(ground, s, np.sort(side * shoulder), "shoulder", "gravel", 0.004),
-              _strip(ground, s, np.sort(side * line), "edge_line", "road_paint", 0.004))
+        m.add(
+            _strip(ground, s, np.sort(side * shoulder), "shoulder", "gravel", 0.004),
+            _strip(ground, s, np.sort(side * line), "edge_line", "road_paint", 0.004),
+        )
     for first in np.arange(start_m, end_m - 4, DASH_PERIOD_M):
         dash = np.arange(first, first + DASH_M + 0.01, 0.5)
         m.add(_strip(ground, dash, np.array([-half, half]), "centre_line", "road_paint", 0.004))
@@ -46,8 +48,12 @@ def road(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assemb
 def field(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assembly:
     """Return the land on both sides, 400 m wide, finer near the road."""
     s = np.arange(start_m, end_m + 0.1, 2.0)
-    y = np.concatenate([np.linspace(EDGE_M + 0.6, 14, 34), np.linspace(14.6, 60, 50), np.geomspace(62, 400, 18)])
-    return Assembly("field").add(*(_strip(ground, s, np.sort(side * y), "field", "meadow") for side in (1, -1)))
+    y = np.concatenate(
+        [np.linspace(EDGE_M + 0.6, 14, 34), np.linspace(14.6, 60, 50), np.geomspace(62, 400, 18)]
+    )
+    return Assembly("field").add(
+        *(_strip(ground, s, np.sort(side * y), "field", "meadow") for side in (1, -1))
+    )
 
 
 def tufts(ground: Ground, start_m, end_m, seed, per_m2, near_m=5.1, far_m=11.0) -> np.ndarray:

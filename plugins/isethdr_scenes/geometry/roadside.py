@@ -8,8 +8,18 @@ from .ground import Ground
 from .piece import Assembly, lit, pose
 from .primitives import box, grid, tube
 
-W_BEAM = ((0, -.155), (.03, -.15), (.08, -.115), (.08, -.075), (.015, -.03), (.015, .03), (.08, .075), (.08, .115), (.03, .15),
-          (0, .155))  # profile: towards the road, up
+W_BEAM = (
+    (0, -0.155),
+    (0.03, -0.15),
+    (0.08, -0.115),
+    (0.08, -0.075),
+    (0.015, -0.03),
+    (0.015, 0.03),
+    (0.08, 0.075),
+    (0.08, 0.115),
+    (0.03, 0.15),
+    (0, 0.155),
+)  # profile: towards the road, up
 
 
 def guard_rail(ground: Ground, start_m: float, end_m: float, y: float) -> Assembly:
@@ -21,7 +31,13 @@ def guard_rail(ground: Ground, start_m: float, end_m: float, y: float) -> Assemb
     ramp = np.clip(np.minimum(s - start_m, end_m - s) / 6, 0, 1)
     middle = ground.height(s, np.full_like(s, y)) + 0.15 + 0.45 * ramp
     along, out = np.meshgrid(s, profile[:, 0], indexing="ij")
-    m.add(grid(ground.points(along, y + face * out, middle[:, None] + profile[None, :, 1]), "beam", "galvanised"))
+    m.add(
+        grid(
+            ground.points(along, y + face * out, middle[:, None] + profile[None, :, 1]),
+            "beam",
+            "galvanised",
+        )
+    )
     for k, q in enumerate(np.arange(start_m + 2, end_m, 2.0)):
         z = float(np.interp(q, s, middle))
         post = box((0, 0, 0), (0.10, 0.055, 1.0), "post", "galvanised")

@@ -25,7 +25,11 @@ class Shell:
     clearance: float = 0.17
     lean: float = 0.36  # inward lean of the cabin, per metre of height
     crown: float = 3.2  # exponent of the cabin section; high is boxy
-    front_round: tuple = (0.34, 0.14, 0.78)  # plan radius, profile radius, flat share of the end face
+    front_round: tuple = (
+        0.34,
+        0.14,
+        0.78,
+    )  # plan radius, profile radius, flat share of the end face
     rear_round: tuple = (0.28, 0.12, 0.82)
     sweep: tuple = (0.10, 0.06)  # plan curvature of front and rear, 1/m
     soft: float = 0.035  # rounding of the profile corners
@@ -67,7 +71,16 @@ def loft(shell: Shell, axles=(), tyre: float = 0.33) -> Piece:
         zt, zs, zb = mid + (zt - mid) * e, mid + (zs - mid) * e, mid + (zb - mid) * e
     q = np.linspace(0, 1, 24)
     side = curve(
-        [(0, 0.86), (0.05, 0.935), (0.14, 0.968), (0.3, 0.985), (0.5, 1.0), (0.72, 0.998), (0.86, 0.982), (1, 0.945)],
+        [
+            (0, 0.86),
+            (0.05, 0.935),
+            (0.14, 0.968),
+            (0.3, 0.985),
+            (0.5, 1.0),
+            (0.72, 0.998),
+            (0.86, 0.982),
+            (1, 0.945),
+        ],
         0.03,
     )(q)
     y1, z1 = w[:, None] * side, zb[:, None] + (zs - zb)[:, None] * q
@@ -87,7 +100,9 @@ def loft(shell: Shell, axles=(), tyre: float = 0.33) -> Piece:
     full[..., 1] += np.sign(full[..., 1]) * _bulge(s, full, axles, tyre)
     t = full[..., 0] / s.length
     blend = lambda k: k * k * (3 - 2 * k)
-    bend = s.sweep[0] * blend(np.clip(1 - 2 * t, 0, 1)) - s.sweep[1] * blend(np.clip(2 * t - 1, 0, 1))
+    bend = s.sweep[0] * blend(np.clip(1 - 2 * t, 0, 1)) - s.sweep[1] * blend(
+        np.clip(2 * t - 1, 0, 1)
+    )
     full[..., 0] += bend * full[..., 1] ** 2
     full[..., 0] = s.length / 2 - full[..., 0]
     return grid(full, "body", "paint", close_v=True)

@@ -42,7 +42,14 @@ def truck(
     )
     b = Body(shell, (1.38,), tyre)
     half = width / 2
-    region(b, "windscreen", "glass", [(0, 1.70), (1.03, 1.70), (0.97, 2.58), (0, 2.60)], front=True, trim="gloss_black")
+    region(
+        b,
+        "windscreen",
+        "glass",
+        [(0, 1.70), (1.03, 1.70), (0.97, 2.58), (0, 2.60)],
+        front=True,
+        trim="gloss_black",
+    )
     region(
         b,
         "side_window",
@@ -53,19 +60,30 @@ def truck(
         sunk=0.006,
     )
     region(
-        b, "grille", "gap", [(0, 0.98), (0.72, 0.98), (0.78, 1.46), (0, 1.46)], front=True, trim="chrome", margin=0.02
+        b,
+        "grille",
+        "gap",
+        [(0, 0.98), (0.72, 0.98), (0.78, 1.46), (0, 1.46)],
+        front=True,
+        trim="chrome",
+        margin=0.02,
     )
     for k in range(5):
         b.parts.append(
             tube(
-                [(cab_len / 2 + 0.016 - 0.05 * y * y, y, 1.02 + 0.10 * k) for y in np.linspace(-0.74, 0.74, 9)],
+                [
+                    (cab_len / 2 + 0.016 - 0.05 * y * y, y, 1.02 + 0.10 * k)
+                    for y in np.linspace(-0.74, 0.74, 9)
+                ],
                 0.016,
                 "grille.bar",
                 "plastic_black",
                 6,
             )
         )
-    bumper = region(b, "bumper", "plastic_black", [(0, 0.40), (1.3, 0.40), (1.3, 0.84), (0, 0.84)], front=True)
+    bumper = region(
+        b, "bumper", "plastic_black", [(0, 0.40), (1.3, 0.40), (1.3, 0.84), (0, 0.84)], front=True
+    )
     for s, tag in ((1, "left"), (-1, "right")):
         for kind, y0, r, mat, z0 in (
             ("low_beam", 0.86, 0.075, "lamp_white", 0.64),
@@ -73,7 +91,9 @@ def truck(
             ("indicator", 1.12, 0.036, "lamp_amber", 0.74),
         ):
             bumper = round_lamp(b, bumper, kind, tag, (s * y0, z0), r, 0.02, mat)
-    side = lambda p: np.max([0.8 * half - b.at(p)[1], p.vertices[:, 2] - 2.55, 0.62 - p.vertices[:, 2]], 0)
+    side = lambda p: np.max(
+        [0.8 * half - b.at(p)[1], p.vertices[:, 2] - 2.55, 0.62 - p.vertices[:, 2]], 0
+    )
     for d in (0.40, 1.62):
         b.line(lambda p, d=d: b.at(p)[0] - d, side)
     b.arches(0.07, 0.55)
@@ -100,11 +120,24 @@ def truck(
     for s in (1, -1):
         cab.add(
             *[
-                box((cab_len / 2 - 1.0 - 0.0, s * (half - 0.05), 0.52 - 0.16 * k), (0.5, 0.16, 0.03), "step", "steel")
+                box(
+                    (cab_len / 2 - 1.0 - 0.0, s * (half - 0.05), 0.52 - 0.16 * k),
+                    (0.5, 0.16, 0.03),
+                    "step",
+                    "steel",
+                )
                 for k in (0,)
             ]
         )
-        cab.add(box((-0.52, s * (half + 0.012), 1.45), (0.16, 0.02, 0.03), "handle", "plastic_black", 0.008))
+        cab.add(
+            box(
+                (-0.52, s * (half + 0.012), 1.45),
+                (0.16, 0.02, 0.03),
+                "handle",
+                "plastic_black",
+                0.008,
+            )
+        )
     m.add(*cab.moved(pose(x_cab)).parts)
     x0, x1, z0 = total / 2 - cab_len - 0.22, -total / 2, 1.02
     z1, mid = z0 + box_height, (total / 2 - cab_len - 0.22 - total / 2) / 2
@@ -115,22 +148,40 @@ def truck(
     )
     for s in (1, -1):
         for x in np.linspace(x1 + 0.06, x0 - 0.06, 9):
-            m.add(box((x, s * 1.253, (z0 + z1) / 2), (0.035, 0.014, box_height - 0.1), "rib", box_paint, 0.005))
+            m.add(
+                box(
+                    (x, s * 1.253, (z0 + z1) / 2),
+                    (0.035, 0.014, box_height - 0.1),
+                    "rib",
+                    box_paint,
+                    0.005,
+                )
+            )
         for z in (z0 + 0.04, z1 - 0.03):
             m.add(box((mid, s * 1.245, z), (length + 0.01, 0.05, 0.08), "rail", "alloy", 0.01))
         for x in (x0 - 0.02, x1 + 0.02):
-            m.add(box((x, s * 1.235, (z0 + z1) / 2), (0.07, 0.07, box_height), "post", "alloy", 0.012))
+            m.add(
+                box((x, s * 1.235, (z0 + z1) / 2), (0.07, 0.07, box_height), "post", "alloy", 0.012)
+            )
         for k, x in enumerate(np.linspace(x1 + 0.5, x0 - 0.5, 4)):
             m.add(
                 *lit(
-                    box((x, s * 1.262, z0 - 0.02), (0.10, 0.02, 0.05), f"marker.{'left' if s > 0 else 'right'}{k}", "lamp_amber", 0.008),
+                    box(
+                        (x, s * 1.262, z0 - 0.02),
+                        (0.10, 0.02, 0.05),
+                        f"marker.{'left' if s > 0 else 'right'}{k}",
+                        "lamp_amber",
+                        0.008,
+                    ),
                     "marker",
                     (0.0, float(s), 0.0),
                 )
             )
         m.add(box((mid + 0.3, s * 0.40, 0.84), (length + 1.2, 0.09, 0.22), "chassis", "underbody"))
         for z in (0.55, 0.82):
-            m.add(box((mid + 0.35, s * 1.19, z), (1.9, 0.03, 0.11), "side_guard", "galvanised", 0.01))
+            m.add(
+                box((mid + 0.35, s * 1.19, z), (1.9, 0.03, 0.11), "side_guard", "galvanised", 0.01)
+            )
         m.add(
             box(
                 (x1 - 0.012, s * 0.62, z0 + box_height / 2),
@@ -141,9 +192,21 @@ def truck(
             )
         )
         for y in (0.22, 0.95):
-            m.add(tube([(x1 - 0.045, s * y, z0 + 0.1), (x1 - 0.045, s * y, z1 - 0.1)], 0.017, "door_bar", "steel"))
+            m.add(
+                tube(
+                    [(x1 - 0.045, s * y, z0 + 0.1), (x1 - 0.045, s * y, z1 - 0.1)],
+                    0.017,
+                    "door_bar",
+                    "steel",
+                )
+            )
         for k, (kind, mat) in enumerate(
-            (("indicator", "lamp_amber"), ("brake", "lamp_red"), ("tail", "lamp_red"), ("reverse", "lamp_white"))
+            (
+                ("indicator", "lamp_amber"),
+                ("brake", "lamp_red"),
+                ("tail", "lamp_red"),
+                ("reverse", "lamp_white"),
+            )
         ):
             m.add(
                 *lit(
@@ -158,9 +221,19 @@ def truck(
                     BACK,
                 )
             )
-        m.add(box((x1 + 0.015, s * 0.92, 0.84), (0.05, 0.58, 0.17), "lamp_bar", "plastic_black", 0.01))
+        m.add(
+            box((x1 + 0.015, s * 0.92, 0.84), (0.05, 0.58, 0.17), "lamp_bar", "plastic_black", 0.01)
+        )
         m.add(box((x1 + 1.0, s * 1.0, 0.52), (0.015, 0.48, 0.5), "mudflap", "plastic_black"))
-        m.add(box((x1 - 0.02, s * 0.75, z0 + 0.10), (0.012, 0.9, 0.07), "contour", "reflector_red", 0.003))
+        m.add(
+            box(
+                (x1 - 0.02, s * 0.75, z0 + 0.10),
+                (0.012, 0.9, 0.07),
+                "contour",
+                "reflector_red",
+                0.003,
+            )
+        )
     m.add(
         tube([(mid + 0.9, 1.0, 0.74), (mid + 1.75, 1.0, 0.74)], 0.27, "tank", "alloy", 24),
         box((x1 + 0.06, 0, 0.58), (0.10, 2.3, 0.14), "underrun", "galvanised", 0.02),
@@ -178,5 +251,11 @@ def truck(
         )
         a = np.linspace(0.2, np.pi - 0.2, 14)
         guard = np.stack([ax_r + 0.60 * np.cos(a), 0 * a, tyre + 0.60 * np.sin(a)], 1)
-        m.add(grid(np.stack([guard + [0, s * 0.65, 0], guard + [0, s * 1.24, 0]], 1), "mudguard", "plastic_black"))
+        m.add(
+            grid(
+                np.stack([guard + [0, s * 0.65, 0], guard + [0, s * 1.24, 0]], 1),
+                "mudguard",
+                "plastic_black",
+            )
+        )
     return m

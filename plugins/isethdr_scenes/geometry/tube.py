@@ -8,10 +8,14 @@ from .ground import EDGE_M, Ground
 from .piece import Assembly, Piece, flat, lit
 from .primitives import box, grid
 
-HALF_WIDTH_M, SPRING_M, TOP_M = 5.4, 2.6, 5.6  # half the clear width; where the vault springs; its crown
-WALKWAY_M = 0.15                               # height of the walkways along both walls
-PORTAL_M = 9.0                                 # the portal wall reaches this far out and up
-LUMINAIRE_M, LUMINAIRE_Z_M = 2.2, 4.75         # to either side of the middle, above the datum
+HALF_WIDTH_M, SPRING_M, TOP_M = (
+    5.4,
+    2.6,
+    5.6,
+)  # half the clear width; where the vault springs; its crown
+WALKWAY_M = 0.15  # height of the walkways along both walls
+PORTAL_M = 9.0  # the portal wall reaches this far out and up
+LUMINAIRE_M, LUMINAIRE_Z_M = 2.2, 4.75  # to either side of the middle, above the datum
 
 
 def section(n: int = 24) -> np.ndarray:
@@ -33,8 +37,11 @@ def tunnel(ground: Ground, start_m: float, end_m: float) -> Assembly:
         return grid(ground.points(along, outline[k, 0], outline[k, 1]), name, material)
 
     last = len(outline) - 1
-    m = Assembly("tunnel").add(sheet(0, 1, "wall", "tunnel_tile"), sheet(1, last - 1, "vault", "tunnel_lining"),
-                               sheet(last - 1, last, "wall", "tunnel_tile"))
+    m = Assembly("tunnel").add(
+        sheet(0, 1, "wall", "tunnel_tile"),
+        sheet(1, last - 1, "vault", "tunnel_lining"),
+        sheet(last - 1, last, "wall", "tunnel_tile"),
+    )
     for side in (1, -1):
         y = side * np.array([EDGE_M - 0.02, EDGE_M, EDGE_M + 0.02, HALF_WIDTH_M])
         z = np.array([-0.3, WALKWAY_M - 0.02, WALKWAY_M, WALKWAY_M])
@@ -53,7 +60,10 @@ def _end_wall(ground, s, outline) -> Piece:
 def _portal(ground, s, outline) -> Piece:
     """Wall around the mouth, seen from outside; it keeps the sky off the back of the lining."""
     direction = outline - [0, SPRING_M / 2]
-    outer = direction * (PORTAL_M / np.linalg.norm(direction, axis=1, keepdims=True)) + [0, SPRING_M / 2]
+    outer = direction * (PORTAL_M / np.linalg.norm(direction, axis=1, keepdims=True)) + [
+        0,
+        SPRING_M / 2,
+    ]
     ring = np.stack([outline, outer], 0)
     return grid(ground.points(s, ring[..., 0], ring[..., 1]), "portal", "concrete")
 
@@ -62,5 +72,7 @@ def luminaire() -> Assembly:
     """Return one luminaire at the origin that emits downwards."""
     return Assembly("luminaire").add(
         box((0, 0, 0.07), (1.3, 0.26, 0.12), "housing", "galvanised", 0.03),
-        *lit(box((0, 0, 0), (1.2, 0.20, 0.012), "tunnel", "lamp_white"), "tunnel", (0.0, 0.0, -1.0)),
+        *lit(
+            box((0, 0, 0), (1.2, 0.20, 0.012), "tunnel", "lamp_white"), "tunnel", (0.0, 0.0, -1.0)
+        ),
     )

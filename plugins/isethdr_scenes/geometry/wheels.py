@@ -26,7 +26,13 @@ def wheel(x, y, radius, width, rim=0.66, spokes=5, name="wheel", style="alloy"):
     parts = [
         lathe(tyre, "tyre", "tyre", 40),
         lathe(
-            [(d, w * 0.82), (d * 1.0, w * 0.92), (d * 0.93, w * 0.88), (d * 0.9, w * 0.2), (d * 0.88, -w * 0.8)],
+            [
+                (d, w * 0.82),
+                (d * 1.0, w * 0.92),
+                (d * 0.93, w * 0.88),
+                (d * 0.9, w * 0.2),
+                (d * 0.88, -w * 0.8),
+            ],
             "barrel",
             "alloy",
             40,
@@ -65,13 +71,20 @@ def wheel(x, y, radius, width, rim=0.66, spokes=5, name="wheel", style="alloy"):
                 s = np.linspace(0.12, 0.95, 6)
                 ang = a + fork * s * 1.3
                 c = np.stack([np.sin(ang) * s * d, w * (0.62 + 0.22 * s), np.cos(ang) * s * d], -1)
-                t = np.stack([np.cos(ang), 0 * ang, -np.sin(ang)], -1) * (0.055 + 0.02 * s)[:, None] * d
+                t = (
+                    np.stack([np.cos(ang), 0 * ang, -np.sin(ang)], -1)
+                    * (0.055 + 0.02 * s)[:, None]
+                    * d
+                )
                 low = np.array([0, -0.28 * w, 0])
                 ring = np.stack([c - t + low, c - t * 0.75, c + t * 0.75, c + t + low], 1)
                 parts.append(grid(ring, "spoke", "alloy", close_v=True, smooth=False))
         parts.append(
             lathe(
-                [(d * 0.24, w * 0.5), (d * 0.22, w * 0.72), (d * 0.16, w * 0.78), (0.001, w * 0.8)], "hub", "alloy", 20
+                [(d * 0.24, w * 0.5), (d * 0.22, w * 0.72), (d * 0.16, w * 0.78), (0.001, w * 0.8)],
+                "hub",
+                "alloy",
+                20,
             )
         )
     m = np.eye(4)

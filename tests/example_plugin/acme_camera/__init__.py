@@ -15,7 +15,10 @@ from .sensor import AcmeNano
 @hookimpl
 def isethdr_components():
     """Return what Acme offers."""
-    return [Component("lens", "acme_plastic", AcmePlastic), Component("sensor", "acme_nano", AcmeNano)]
+    return [
+        Component("lens", "acme_plastic", AcmePlastic),
+        Component("sensor", "acme_nano", AcmeNano),
+    ]
 
 
 @hookimpl

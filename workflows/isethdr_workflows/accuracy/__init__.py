@@ -26,8 +26,22 @@ from __future__ import annotations
 
 from isethdr_core.errors import ConfigError, did_you_mean
 
-STAGES = ("transport", "bands", "denoise", "stored", "psf", "field", "ghosts", "basis", "aberrated", "convolve", "dynamics", "demosaic",
-          "merge", "metrics")
+STAGES = (
+    "transport",
+    "bands",
+    "denoise",
+    "stored",
+    "psf",
+    "field",
+    "ghosts",
+    "basis",
+    "aberrated",
+    "convolve",
+    "dynamics",
+    "demosaic",
+    "merge",
+    "metrics",
+)
 
 
 def accuracy(stage: str = "", pictures: str = "", reference: int = 0) -> list[dict]:
@@ -57,9 +71,13 @@ def accuracy(stage: str = "", pictures: str = "", reference: int = 0) -> list[di
     from .point import as_rows
 
     if stage and stage not in STAGES:
-        raise ConfigError(f"study accuracy has no stage {stage!r}{did_you_mean(stage, STAGES)}; a stage without knobs has no diagram")
+        raise ConfigError(
+            f"study accuracy has no stage {stage!r}{did_you_mean(stage, STAGES)}; a stage without knobs has no diagram"
+        )
     if reference and stage != "psf":
-        raise ConfigError("study accuracy has a reference of a size to choose for the stage psf alone; type stage=psf")
+        raise ConfigError(
+            "study accuracy has a reference of a size to choose for the stage psf alone; type stage=psf"
+        )
     rows = []
     for name in track([stage] if stage else list(STAGES), "stages"):
         works = import_module(f".{name}", __package__).measured(*([reference] if reference else []))

@@ -5,7 +5,10 @@ from __future__ import annotations
 from .basis import against_bands
 from .point import Work
 
-SHAPE, F_NUMBER = (135, 240), 16.0  # tiles; so slow that the exact core of a kernel reaches over all of them
+SHAPE, F_NUMBER = (
+    (135, 240),
+    16.0,
+)  # tiles; so slow that the exact core of a kernel reaches over all of them
 ZERNIKE_UM = {4: 0.05, 5: 0.03, 8: 0.03, 12: 0.03}  # as the preset wavefront_automotive
 
 

@@ -19,23 +19,45 @@ def measured() -> list[Work]:
 
     scene = build("scene", "night_drive")()
     default = build("renderer", "mitsuba").step_nm
-    render = {step: build("renderer", "mitsuba", **SIZE, samples=SAMPLES, step_nm=step) for step in (*STEPS_NM, FINE_NM)}
+    render = {
+        step: build("renderer", "mitsuba", **SIZE, samples=SAMPLES, step_nm=step)
+        for step in (*STEPS_NM, FINE_NM)
+    }
     truth, points = electrons(render[FINE_NM](scene)), []
     for step in STEPS_NM:
         [(found, cpu_s, peak_mb)] = of_paths(render[step], scene)
         mine = electrons(found)
         lit = truth > 1e-3 * truth.max()
-        points.append(Point(f"{step:g} nm", float(np.median(np.abs(mine[lit] / truth[lit] - 1))), cpu_s, peak_mb,
-                            "default" if step == default else ""))
-    own_error = points[0].error * (FINE_NM / STEPS_NM[0]) ** 2  # smooth spectra: as the square of the width
-    return [Work("bands", "median relative error of a pixel's electrons", f"bands of {FINE_NM:g} nm, same paths", own_error, points)]
+        points.append(
+            Point(
+                f"{step:g} nm",
+                float(np.median(np.abs(mine[lit] / truth[lit] - 1))),
+                cpu_s,
+                peak_mb,
+                "default" if step == default else "",
+            )
+        )
+    own_error = (
+        points[0].error * (FINE_NM / STEPS_NM[0]) ** 2
+    )  # smooth spectra: as the square of the width
+    return [
+        Work(
+            "bands",
+            "median relative error of a pixel's electrons",
+            f"bands of {FINE_NM:g} nm, same paths",
+            own_error,
+            points,
+        )
+    ]
 
 
 def electrons(scene):
     """Return mean electrons of a camera whose lens neither blurs nor vignettes, all groups with weight 1."""
     from isethdr_core.registry import build
 
-    mixed = build("lighting", "weights", weights=dict.fromkeys(map(str, scene.light_group.values), 1.0))(scene)
+    mixed = build(
+        "lighting", "weights", weights=dict.fromkeys(map(str, scene.light_group.values), 1.0)
+    )(scene)
     focal_mm = 3e-3 * SIZE["width"] / mixed.attrs["field_width"]
     light = build("lens", "ideal", f_number=2.0, focal_length_mm=focal_mm, falloff="none")(mixed)
     sensor = build("sensor", "bayer", pitch_um=3.0, rows=SIZE["height"], columns=SIZE["width"])

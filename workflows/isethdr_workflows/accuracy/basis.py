@@ -19,7 +19,14 @@ def measured() -> list[Work]:
     """Return one diagram: largest error of a tile's electrons in standard deviations of the noise, against the noise allowed."""
     from isethdr_core.registry import build
 
-    return [against_bands("basis", build("lens", "diffraction_limited", focal_length_mm=6.0), (build("flare", "aperture"),), SHAPE)]
+    return [
+        against_bands(
+            "basis",
+            build("lens", "diffraction_limited", focal_length_mm=6.0),
+            (build("flare", "aperture"),),
+            SHAPE,
+        )
+    ]
 
 
 def against_bands(stage: str, lens, flares, shape) -> Work:
@@ -33,25 +40,43 @@ def against_bands(stage: str, lens, flares, shape) -> Work:
 
     mixed = night(shape)
     response = build("sensor", "bayer", pitch_um=3.0).narrow(Demand()).response
-    rows, columns, truth = direct(mixed, lens, flares, response)  # also makes the kernels, which every setting shares
+    rows, columns, truth = direct(
+        mixed, lens, flares, response
+    )  # also makes the kernels, which every setting shares
     noise = np.sqrt(np.maximum(truth, 0) + response.read_noise_e**2)
     points = []
 
     def point(name, make, mark=""):
         light, cpu_s, peak_mb = timed(make)
-        points.append(Point(name, worst(light, rows, columns, truth, noise, response), cpu_s, peak_mb, mark))
+        points.append(
+            Point(name, worst(light, rows, columns, truth, noise, response), cpu_s, peak_mb, mark)
+        )
 
     for allowed in ALLOWED:
         asked = replace(response, noise_fraction_allowed=allowed)
         with ledger.stage(ledger.Ledger(), "lens") as row:
             photocurrent(lens, mixed, flares, asked)
-        name = next((e.what.split(" ")[0] + " functionals" for e in row.errors if "functionals" in e.what), "band by band")
-        point(f"{allowed:g} allowed: {name}", lambda asked=asked: photocurrent(lens, mixed, flares, asked),
-              "default" if allowed == Allowed.noise_fraction else "")
+        name = next(
+            (e.what.split(" ")[0] + " functionals" for e in row.errors if "functionals" in e.what),
+            "band by band",
+        )
+        point(
+            f"{allowed:g} allowed: {name}",
+            lambda asked=asked: photocurrent(lens, mixed, flares, asked),
+            "default" if allowed == Allowed.noise_fraction else "",
+        )
     point("band by band, exact", lambda: lens(mixed, flares), "peer")
     relative = response.error_allowed
-    point(f"band by band, {relative:.2g} allowed", lambda: lens(mixed, flares, error_allowed=relative))
-    return Work(stage, "largest error of a tile's electrons, standard deviations of the noise", f"long double sums at {PIXELS} tiles", 1e-7, points)
+    point(
+        f"band by band, {relative:.2g} allowed", lambda: lens(mixed, flares, error_allowed=relative)
+    )
+    return Work(
+        stage,
+        "largest error of a tile's electrons, standard deviations of the noise",
+        f"long double sums at {PIXELS} tiles",
+        1e-7,
+        points,
+    )
 
 
 def night(shape):
@@ -73,7 +98,9 @@ def counting(response):
     """Return electrons (channel, band) per W m-2 nm-1 in one exposure of the most sensitive photodiode."""
     from isethdr_core.physics.radiometry import photons_per_energy
 
-    return response.efficiency(BANDS_NM) * photons_per_energy(BANDS_NM) * response.area_exposure_m2_s
+    return (
+        response.efficiency(BANDS_NM) * photons_per_energy(BANDS_NM) * response.area_exposure_m2_s
+    )
 
 
 def direct(mixed, lens, flares, response):
@@ -89,7 +116,9 @@ def direct(mixed, lens, flares, response):
         flipped = kernel[::-1, ::-1].astype(np.longdouble)
         for k, (y, x) in enumerate(zip(rows, columns)):
             top, left = kernel.shape[0] // 2 - y, kernel.shape[1] // 2 - x
-            out[b, k] = (flipped[top : top + height, left : left + width] * light[b]).sum() * given.gains[b]
+            out[b, k] = (
+                flipped[top : top + height, left : left + width] * light[b]
+            ).sum() * given.gains[b]
     return rows, columns, (counting(response) @ out).astype(float)
 
 

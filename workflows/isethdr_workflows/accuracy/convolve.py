@@ -8,7 +8,11 @@ from ..convolution_methods import METHODS, direct, frame, prepare
 from .point import Point, Work, timed
 
 SHAPE = (270, 480)
-ALLOWED = (1e-5, 6e-4, 6e-3)  # relative: from far below to what 0.1 and 1 of the noise of 25 000 electrons are
+ALLOWED = (
+    1e-5,
+    6e-4,
+    6e-3,
+)  # relative: from far below to what 0.1 and 1 of the noise of 25 000 electrons are
 RATIO = 1e8  # lamp over background: a headlight beside a dark road
 
 
@@ -18,16 +22,41 @@ def measured() -> list[Work]:
 
     psf = skirt(SHAPE)
     prepared, image = prepare(psf, SHAPE), frame(*SHAPE, RATIO)
-    pixels, truth = direct(image, psf, METHODS["float64, doubtful pixels summed (product)"](image, prepared))
-    ways = METHODS | {"float32, circular": circular(psf, np.float32), "float64, circular": circular(psf, np.float64)}
-    ways |= {f"float64, {allowed:g} allowed": lambda image, prepared, allowed=allowed: convolve(image, prepared["product"], allowed) for allowed in ALLOWED}
+    pixels, truth = direct(
+        image, psf, METHODS["float64, doubtful pixels summed (product)"](image, prepared)
+    )
+    ways = METHODS | {
+        "float32, circular": circular(psf, np.float32),
+        "float64, circular": circular(psf, np.float64),
+    }
+    ways |= {
+        f"float64, {allowed:g} allowed": lambda image, prepared, allowed=allowed: convolve(
+            image, prepared["product"], allowed
+        )
+        for allowed in ALLOWED
+    }
     points = []
     for name, way in ways.items():
         result, cpu_s, peak_mb = timed(lambda way=way: way(image, prepared), repeat=3)
         mark = "default" if "product" in name else "peer" if "circular" in name else ""
-        points.append(Point(name.removesuffix(" (product)"), float(np.max(np.abs(result[pixels] / truth - 1))), cpu_s, peak_mb, mark))
-    return [Work("convolution", "largest relative error of a pixel, lamps 1e8 times the background", "long double sums at sampled pixels",
-                 1e-15, points)]
+        points.append(
+            Point(
+                name.removesuffix(" (product)"),
+                float(np.max(np.abs(result[pixels] / truth - 1))),
+                cpu_s,
+                peak_mb,
+                mark,
+            )
+        )
+    return [
+        Work(
+            "convolution",
+            "largest relative error of a pixel, lamps 1e8 times the background",
+            "long double sums at sampled pixels",
+            1e-15,
+            points,
+        )
+    ]
 
 
 def skirt(shape):

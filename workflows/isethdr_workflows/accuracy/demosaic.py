@@ -26,7 +26,9 @@ def array(cfa: str, methods) -> Work:
     mixed = radiance("stripes", 100.0, rows, columns)
     focal_mm = PITCH_UM * 1e-3 / (mixed.attrs["field_width"] / (columns + 8))
     light = build("lens", "ideal", f_number=2.0, focal_length_mm=focal_mm, falloff="none")(mixed)
-    shot = build("sensor", "bayer", pitch_um=PITCH_UM, cfa=cfa, rows=rows, columns=columns)(light, generator(seed=1))
+    shot = build("sensor", "bayer", pitch_um=PITCH_UM, cfa=cfa, rows=rows, columns=columns)(
+        light, generator(seed=1)
+    )
     default = build("isp", "linear").demosaic
     points, inner = [], (slice(BORDER, -BORDER), slice(BORDER, -BORDER), 1)
     for method in methods:
@@ -34,5 +36,13 @@ def array(cfa: str, methods) -> Work:
         picture, cpu_s, peak_mb = timed(lambda isp=isp: isp(shot))
         true = truth(mixed, picture)["xyz"].values[inner]
         error = np.sqrt(np.mean((picture["xyz"].values[inner] - true) ** 2)) / true.mean()
-        points.append(Point(method, float(error), cpu_s, peak_mb, "default" if method == default else ""))
-    return Work(f"demosaic {cfa.replace('/', '-')}", "rms error of luminance over its mean", "noise-free truth on the same pixels", 1e-7, points)
+        points.append(
+            Point(method, float(error), cpu_s, peak_mb, "default" if method == default else "")
+        )
+    return Work(
+        f"demosaic {cfa.replace('/', '-')}",
+        "rms error of luminance over its mean",
+        "noise-free truth on the same pixels",
+        1e-7,
+        points,
+    )

@@ -20,15 +20,33 @@ def measured() -> list[Work]:
             looks, more_s, more_mb = timed(lambda found=found, way=way: way(found))
             more_s = 0.0 if name == "plain" else more_s  # that is what every view takes
             for group, look, true, source in zip(own_errors, looks, truth, long.source_seen.values):
-                kept[name].setdefault(group, []).append((samples, median_error(look[1], true, ~source), cpu_s * found.took[group] + more_s, max(peak_mb, more_mb)))
-    return [Work(f"denoise {group}", ERROR_OF, f"{LONG} paths per tile, other random numbers", own_error, points(*(kept[n][group] for n in ways)))
-            for group, own_error in own_errors.items()]
+                kept[name].setdefault(group, []).append(
+                    (
+                        samples,
+                        median_error(look[1], true, ~source),
+                        cpu_s * found.took[group] + more_s,
+                        max(peak_mb, more_mb),
+                    )
+                )
+    return [
+        Work(
+            f"denoise {group}",
+            ERROR_OF,
+            f"{LONG} paths per tile, other random numbers",
+            own_error,
+            points(*(kept[n][group] for n in ways)),
+        )
+        for group, own_error in own_errors.items()
+    ]
 
 
 def points(plain, clean, peers) -> list[Point]:
     """Return the points of one group; those with denoising say as how many paths without it they are; None is no number of paths."""
     out = [Point(setting(n), *rest, "" if n else "default", f"{n or ''}") for n, *rest in plain]
-    out += [Point(f"{n} paths, denoised: as {as_paths(error, plain)}", error, *rest, "view", f"{n}") for n, error, *rest in clean]
+    out += [
+        Point(f"{n} paths, denoised: as {as_paths(error, plain)}", error, *rest, "view", f"{n}")
+        for n, error, *rest in clean
+    ]
     return out + [Point(f"{n} paths, common rule", *rest, "peer", f"{n}") for n, *rest in peers]
 
 
@@ -51,7 +69,15 @@ def common_rule(scene) -> np.ndarray:
     for xyz in tristimulus(scene):
         black = max(float(xyz[1].mean()), 1e-30) * 1e-3
         log = np.moveaxis(np.log(xyz + black), 0, -1)
-        sigma = float(np.median(np.abs(np.diff(log, axis=1)))) * 1.4826 / np.sqrt(2)  # of neighbours, were there nothing but noise
-        soft = denoise_nl_means(log, patch_size=3, patch_distance=8, h=0.8 * sigma, sigma=sigma, channel_axis=-1) if sigma > 0 else log
+        sigma = (
+            float(np.median(np.abs(np.diff(log, axis=1)))) * 1.4826 / np.sqrt(2)
+        )  # of neighbours, were there nothing but noise
+        soft = (
+            denoise_nl_means(
+                log, patch_size=3, patch_distance=8, h=0.8 * sigma, sigma=sigma, channel_axis=-1
+            )
+            if sigma > 0
+            else log
+        )
         out.append(np.maximum(np.exp(np.moveaxis(soft, -1, 0)) - black, 0))
     return np.stack(out)

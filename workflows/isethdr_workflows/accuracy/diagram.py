@@ -11,15 +11,34 @@ from .point import Work, front
 
 COLOURS = {"default": "#c0392b", "peer": "#7f8c8d", "view": "#2e8b57", "": "#2c6fad"}
 SHAPES = {"default": "D", "peer": "X", "view": "^", "": "o"}
-NAMES = {"default": "default", "peer": "rule of other simulators", "view": "denoised", "": "setting"}
+NAMES = {
+    "default": "default",
+    "peer": "rule of other simulators",
+    "view": "denoised",
+    "": "setting",
+}
 ORDER = {"": 2, "peer": 3, "view": 3, "default": 4}  # on top of others
 FAILS = 100.0  # an error of so much is drawn there, whatever it is
-WIDTH_IN, DPI = 7.0, 130  # 910 pixels: letters of 8 points are 11 pixels high where the picture is shown 700 wide
+WIDTH_IN, DPI = (
+    7.0,
+    130,
+)  # 910 pixels: letters of 8 points are 11 pixels high where the picture is shown 700 wide
 TOGETHER = 18  # pixels between dots whose texts could not be told apart
 PANEL_IN = 2.9  # height of one panel, and of a picture of a single one 1.3 times that
-PLACES = ((5, 4, "left", "bottom"), (5, -4, "left", "top"), (-5, 4, "right", "bottom"), (-5, -4, "right", "top"),
-          (0, 7, "center", "bottom"), (0, -7, "center", "top"), (5, 14, "left", "bottom"), (5, -14, "left", "top"),
-          (-5, 14, "right", "bottom"), (-5, -14, "right", "top"), (8, 24, "left", "bottom"), (8, -24, "left", "top"))
+PLACES = (
+    (5, 4, "left", "bottom"),
+    (5, -4, "left", "top"),
+    (-5, 4, "right", "bottom"),
+    (-5, -4, "right", "top"),
+    (0, 7, "center", "bottom"),
+    (0, -7, "center", "top"),
+    (5, 14, "left", "bottom"),
+    (5, -14, "left", "top"),
+    (-5, 14, "right", "bottom"),
+    (-5, -14, "right", "top"),
+    (8, 24, "left", "bottom"),
+    (8, -24, "left", "top"),
+)
 
 
 def draw(works: list[Work], path) -> None:
@@ -32,14 +51,30 @@ def draw(works: list[Work], path) -> None:
     columns = min(2, len(works))
     rows = -(-len(works) // columns)
     height = PANEL_IN * rows * (1.3 if columns == 1 else 1.0)
-    with plt.rc_context({"font.size": 8, "axes.titlesize": 9, "xtick.labelsize": 8, "ytick.labelsize": 8}):
-        fig, axes = plt.subplots(rows, columns, figsize=(WIDTH_IN, height), dpi=DPI, layout="constrained", squeeze=False)
-        for ax in axes.flat[len(works):]:
+    with plt.rc_context(
+        {"font.size": 8, "axes.titlesize": 9, "xtick.labelsize": 8, "ytick.labelsize": 8}
+    ):
+        fig, axes = plt.subplots(
+            rows, columns, figsize=(WIDTH_IN, height), dpi=DPI, layout="constrained", squeeze=False
+        )
+        for ax in axes.flat[len(works) :]:
             ax.axis("off")
         placed = [(ax, *panel(ax, work, wide=columns == 1)) for ax, work in zip(axes.flat, works)]
-        handles = {label: handle for ax in axes.flat for handle, label in zip(*ax.get_legend_handles_labels())}
-        fig.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=len(handles), fontsize=8, frameon=False,
-                   columnspacing=1.4, handletextpad=0.4)
+        handles = {
+            label: handle
+            for ax in axes.flat
+            for handle, label in zip(*ax.get_legend_handles_labels())
+        }
+        fig.legend(
+            handles.values(),
+            handles.keys(),
+            loc="outside lower center",
+            ncols=len(handles),
+            fontsize=8,
+            frameon=False,
+            columnspacing=1.4,
+            handletextpad=0.4,
+        )
         fig.canvas.draw()  # axes have their places from here on
         fig.set_layout_engine("none")
         for ax, texts, dots in placed:
@@ -70,21 +105,46 @@ def panel(ax, work: Work, wide: bool):
         return min(max(point.error, floor), FAILS)
 
     best = front(shown)
-    ax.plot([p.cpu_s for p in best], [height(p) for p in best], "-", color="#b8c7d6", zorder=1, label="front")
+    ax.plot(
+        [p.cpu_s for p in best],
+        [height(p) for p in best],
+        "-",
+        color="#b8c7d6",
+        zorder=1,
+        label="front",
+    )
     for mark, shape in SHAPES.items():
         of = [p for p in shown if p.mark == mark]
         if of:
-            ax.plot([p.cpu_s for p in of], [height(p) for p in of], shape, color=COLOURS[mark], label=NAMES[mark], ms=5, zorder=ORDER[mark])
+            ax.plot(
+                [p.cpu_s for p in of],
+                [height(p) for p in of],
+                shape,
+                color=COLOURS[mark],
+                label=NAMES[mark],
+                ms=5,
+                zorder=ORDER[mark],
+            )
     near = work.reference_error >= floor  # else far below all points, and said in words
     if near:
         ax.axhline(work.reference_error, ls=":", color="#555", lw=1, label="reference's own error")
     lines = textwrap.wrap(work.error_of, 60 if wide else 34)
     ax.set(xscale="log", yscale="log", xlabel="CPU seconds", ylabel="\n".join(lines))
     right = f"(reference right to {work.reference_error:.1g})" if work.reference_error >= 0 else ""
-    ax.set_title(f"{work.stage}{' ' if wide or len(work.stage + right) < 48 else chr(10)}{right}".strip())
-    limits(ax, [p.cpu_s for p in shown], [height(p) for p in shown] + ([work.reference_error] if near else []))
+    ax.set_title(
+        f"{work.stage}{' ' if wide or len(work.stage + right) < 48 else chr(10)}{right}".strip()
+    )
+    limits(
+        ax,
+        [p.cpu_s for p in shown],
+        [height(p) for p in shown] + ([work.reference_error] if near else []),
+    )
     ax.grid(True, which="major", color="#eee")
-    texts = [(p.label or p.setting) + (" (fails)" if p.error >= FAILS else " (exact)" if p.error == 0 else "") for p in shown]
+    texts = [
+        (p.label or p.setting)
+        + (" (fails)" if p.error >= FAILS else " (exact)" if p.error == 0 else "")
+        for p in shown
+    ]
     dots = [(p.cpu_s, height(p)) for p in shown]
     return list(zip(texts, *zip(*dots))), dots
 
@@ -93,7 +153,10 @@ def limits(ax, x, y) -> None:
     """Set the axes around the points: most of a decade at least, with room for what is written beside them, and numbers where they fit."""
     from matplotlib.ticker import FuncFormatter, LogLocator
 
-    for values, axis, turn, room, least in ((x, ax.xaxis, ax.set_xlim, 0.5, 0.5), (y, ax.yaxis, ax.set_ylim, 0.15, 1.0)):
+    for values, axis, turn, room, least in (
+        (x, ax.xaxis, ax.set_xlim, 0.5, 0.5),
+        (y, ax.yaxis, ax.set_ylim, 0.15, 1.0),
+    ):
         low, high = np.log10(min(values)), np.log10(max(values))
         middle, half = (low + high) / 2, max(high - low, least) / 2
         low, high = middle - half * (1 + 2 * room), middle + half * (1 + 2 * room)
@@ -113,9 +176,24 @@ def label(fig, ax, texts, dots) -> None:
         text, (x, y) = "\n".join(dict.fromkeys(texts[m][0] for m in members)), dots[members[-1]]
         tried = []
         for dx, dy, side, edge in PLACES:
-            note = ax.annotate(text, (x, y), xytext=(dx, dy), textcoords="offset points", fontsize=7.5, ha=side, va=edge)
+            note = ax.annotate(
+                text,
+                (x, y),
+                xytext=(dx, dy),
+                textcoords="offset points",
+                fontsize=7.5,
+                ha=side,
+                va=edge,
+            )
             box = note.get_window_extent(render).extents
-            tried.append((sum(overlap(box, other) for other in taken) + 10 * outside(box, frame), len(tried), note, box))
+            tried.append(
+                (
+                    sum(overlap(box, other) for other in taken) + 10 * outside(box, frame),
+                    len(tried),
+                    note,
+                    box,
+                )
+            )
             if tried[-1][0] == 0:
                 break
         best = min(tried, key=lambda t: t[:2])
@@ -139,7 +217,9 @@ def together(pixels) -> list[list[int]]:
 
 def overlap(one, other) -> float:
     """Return the area that two boxes (left, bottom, right, top) share, pixels."""
-    return max(0.0, min(one[2], other[2]) - max(one[0], other[0])) * max(0.0, min(one[3], other[3]) - max(one[1], other[1]))
+    return max(0.0, min(one[2], other[2]) - max(one[0], other[0])) * max(
+        0.0, min(one[3], other[3]) - max(one[1], other[1])
+    )
 
 
 def outside(box, frame) -> float:

@@ -28,15 +28,46 @@ def measured() -> list[Work]:
         _, cpu_s, peak_mb = timed(lambda: integrate(frame), repeat=3)
         return Point(name, float(error) if np.isfinite(error) else np.inf, cpu_s, peak_mb, mark)
 
-    points = [point("closed form", lambda light: flow(np.zeros(light.size), light, T_S, well)[0], "default")]
+    points = [
+        point(
+            "closed form", lambda light: flow(np.zeros(light.size), light, T_S, well)[0], "default"
+        )
+    ]
     for steps in (16, 128, 1024):
         even, finer = np.linspace(0, T_S, steps + 1), graded(T_S, steps)
         with np.errstate(all="ignore"):
-            points.append(point(f"Runge-Kutta 4, {steps}", lambda light, times=even: runge_kutta_steps(light, times, well), "peer"))
-        points.append(point(f"implicit Euler, {steps}", lambda light, times=even: implicit_steps(np.zeros(light.size), lambda t: light, times, well)))
-        points.append(point(f"exponential, {steps}", lambda light, times=finer: exponential_steps(
-            np.zeros(light.size), lambda t: light, times, well)))
-    return [Work("pixel dynamics", "largest relative error of the charge", "closed form in 60 digits (mpmath)", 1e-16, points)]
+            points.append(
+                point(
+                    f"Runge-Kutta 4, {steps}",
+                    lambda light, times=even: runge_kutta_steps(light, times, well),
+                    "peer",
+                )
+            )
+        points.append(
+            point(
+                f"implicit Euler, {steps}",
+                lambda light, times=even: implicit_steps(
+                    np.zeros(light.size), lambda t: light, times, well
+                ),
+            )
+        )
+        points.append(
+            point(
+                f"exponential, {steps}",
+                lambda light, times=finer: exponential_steps(
+                    np.zeros(light.size), lambda t: light, times, well
+                ),
+            )
+        )
+    return [
+        Work(
+            "pixel dynamics",
+            "largest relative error of the charge",
+            "closed form in 60 digits (mpmath)",
+            1e-16,
+            points,
+        )
+    ]
 
 
 def charge_e(level_e_per_s: float, well) -> float:
@@ -45,7 +76,12 @@ def charge_e(level_e_per_s: float, well) -> float:
 
     with mp.workdps(60):
         a, end = mp.mpf(level_e_per_s) / well.thermal_e, mp.mpf(T_S)
-        gone = mp.mpf(well.knee_e_per_s) / well.thermal_e * (-mp.expm1(-a * end) / a) * mp.exp(a * end - mp.mpf(well.knee_e) / well.thermal_e)
+        gone = (
+            mp.mpf(well.knee_e_per_s)
+            / well.thermal_e
+            * (-mp.expm1(-a * end) / a)
+            * mp.exp(a * end - mp.mpf(well.knee_e) / well.thermal_e)
+        )
         return float(well.thermal_e * (a * end - mp.log1p(gone)))
 
 

@@ -10,7 +10,10 @@ from .point import Point, Work, timed
 SHAPE = (21, 29)  # tiles; so few that the exact core of a kernel reaches over all of them
 PITCH = 0.0015  # tangents: 6 um of a 4 mm lens
 BAND_NM = 550.0
-FIELD_ZERNIKE_UM = {0: {}, 2: {8: 0.16, 5: 0.08}}  # coma and astigmatism that grow with the field angle, degrees
+FIELD_ZERNIKE_UM = {
+    0: {},
+    2: {8: 0.16, 5: 0.08},
+}  # coma and astigmatism that grow with the field angle, degrees
 RINGS = (0, 1, 2, 3, 4, 6)
 PATCHES = (2, 4)  # rings of places whose point spreads are each taken for a patch around
 DECADES = 3.0  # of light, evenly spread, so that every part of the field counts
@@ -26,15 +29,31 @@ def measured() -> list[Work]:
     def point(name, rings, share=field_grid.weight, mark=""):
         with changed(field_imaging, RINGS=rings), changed(field_grid, weight=share):
             light, cpu_s, peak_mb = timed(lambda: anew(lens, mixed), repeat=1)
-        points.append(Point(name, float(np.abs(light - truth).sum() / truth.sum()), cpu_s, peak_mb, mark))
+        points.append(
+            Point(name, float(np.abs(light - truth).sum() / truth.sum()), cpu_s, peak_mb, mark)
+        )
 
     for rings in RINGS:
         count = len(field_grid.places(rings, 1.0, False))
-        point(f"{rings} rings, {count} places" if rings else "one for all", (rings,), mark="" if rings else "peer")
+        point(
+            f"{rings} rings, {count} places" if rings else "one for all",
+            (rings,),
+            mark="" if rings else "peer",
+        )
     for rings in PATCHES:
         point(f"{rings} rings, nearest place", (rings,), nearest, "peer")
-    point(f"chosen by the lens, {lens.error_allowed:g} allowed", field_imaging.RINGS, mark="default")
-    return [Work("field", "error of the image, L1, over its light", "one point spread per tile, direct sums", 1e-7, points)]
+    point(
+        f"chosen by the lens, {lens.error_allowed:g} allowed", field_imaging.RINGS, mark="default"
+    )
+    return [
+        Work(
+            "field",
+            "error of the image, L1, over its light",
+            "one point spread per tile, direct sums",
+            1e-7,
+            points,
+        )
+    ]
 
 
 def night():
@@ -55,11 +74,17 @@ def one_per_tile(lens, mixed) -> np.ndarray:
     pitch_um, reach = (1e3 * lens.focal_length_mm * PITCH,) * 2, tuple(n - 1 for n in SHAPE)
     known, out = {}, np.zeros(SHAPE)
     for row, column in np.ndindex(*SHAPE):
-        own = field_grid.Place(0, float(np.hypot(x[column], y[row])), float(np.arctan2(-y[row], x[column])), 1)
-        place, flips = field_grid.first_quadrant(own)  # the lens is its own mirror image: a quarter of the tiles is enough
+        own = field_grid.Place(
+            0, float(np.hypot(x[column], y[row])), float(np.arctan2(-y[row], x[column])), 1
+        )
+        place, flips = field_grid.first_quadrant(
+            own
+        )  # the lens is its own mirror image: a quarter of the tiles is enough
         key = abs(2 * row - SHAPE[0] + 1), abs(2 * column - SHAPE[1] + 1)
         if key not in known:
-            at = node_lens(lens, lens.wavefront_at(float(np.arctan(place.radius))), place.azimuth_rad)
+            at = node_lens(
+                lens, lens.wavefront_at(float(np.arctan(place.radius))), place.azimuth_rad
+            )
             kernels._cache.clear()
             known[key] = kernels.kernels(at, (), [BAND_NM], pitch_um, reach).bands[0].astype(float)
         kernel = np.flip(known[key], flips)
@@ -83,4 +108,6 @@ def nearest(place, step: float, x, y) -> np.ndarray:
     if place.count == 1:
         return ring.astype(float)
     sector = np.rint(np.arctan2(-v, u) / (2 * np.pi) * place.count) % place.count
-    return (ring & (sector == round(place.azimuth_rad / (2 * np.pi) * place.count) % place.count)).astype(float)
+    return (
+        ring & (sector == round(place.azimuth_rad / (2 * np.pi) * place.count) % place.count)
+    ).astype(float)

@@ -11,8 +11,17 @@ from .changed import changed
 from .ghosts_by_chance import flux_by_chance
 from .point import Point, Work, timed
 
-PRESCRIPTION, F_NUMBER, FOCAL_MM, COATING = "cooke_triplet", 6.0, 50.0, "none"  # bare glass: ghosts at their worst
-TILES, PITCH, COLUMN = 96, 0.008, 61  # of the frame, tangents, and where its lamp is: 6.2 degrees off the axis
+PRESCRIPTION, F_NUMBER, FOCAL_MM, COATING = (
+    "cooke_triplet",
+    6.0,
+    50.0,
+    "none",
+)  # bare glass: ghosts at their worst
+TILES, PITCH, COLUMN = (
+    96,
+    0.008,
+    61,
+)  # of the frame, tangents, and where its lamp is: 6.2 degrees off the axis
 BLOCK = 8  # tiles: light of so many by so many is compared
 BAND_NM, RADIANCE = 550.0, 1e3
 ALLOWED = (0.1, 0.03, 0.01, 0.001)  # share of the scene's light that pairs left out may sum to
@@ -31,21 +40,38 @@ def measured() -> list[Work]:
 
     def point(name, make, mark=""):
         light, cpu_s, peak_mb = timed(make)
-        return Point(name, float(np.abs(blocks(light) - truth).sum() / image_w), cpu_s, peak_mb, mark)
+        return Point(
+            name, float(np.abs(blocks(light) - truth).sum() / image_w), cpu_s, peak_mb, mark
+        )
 
     pairs, rays = [], []
     for allowed in (*ALLOWED, flare.error_allowed):
         one = replace(flare, error_allowed=allowed)
         kept = len(one.pairs(lens, [BAND_NM], largest(mixed))[0])
-        pairs.append(point(f"{kept} pairs, {allowed:g} allowed", lambda one=one: anew(one, lens, mixed), "default" if one == flare else ""))
+        pairs.append(
+            point(
+                f"{kept} pairs, {allowed:g} allowed",
+                lambda one=one: anew(one, lens, mixed),
+                "default" if one == flare else "",
+            )
+        )
     pairs.append(point("discs by matrices", lambda: discs(flare, lens, mixed, image_w), "peer"))
     for nodes in NODES:
         with changed(ghosts_trace, beams=partial(ghosts_trace.beams, nodes=nodes)):
-            rays.append(point(f"{nodes} x {nodes} rays", lambda: anew(flare, lens, mixed), "default" if nodes == ghosts_trace.NODES else ""))
+            rays.append(
+                point(
+                    f"{nodes} x {nodes} rays",
+                    lambda: anew(flare, lens, mixed),
+                    "default" if nodes == ghosts_trace.NODES else "",
+                )
+            )
     what = f"light of ghosts put wrong, L1 in blocks of {BLOCK} tiles, over the light of the lamp's image"
     said = f"photons of chance, {BATCHES} x {PHOTONS} a pair, spheres by their centres"
     own = float(error.sum() / image_w * np.sqrt(2 / np.pi))  # mean of the size of a Gaussian error
-    return [Work("ghosts pairs", what, said, own, pairs), Work("ghosts rays", what, said, own, rays)]
+    return [
+        Work("ghosts pairs", what, said, own, pairs),
+        Work("ghosts rays", what, said, own, rays),
+    ]
 
 
 def lamp():
@@ -83,8 +109,14 @@ def by_chance(flare, lens, mixed):
     per_m2 = RADIANCE * PITCH**2 * (1 + x**2 + y**2) ** -2  # through a plane across the axis
     edges = np.arange(-TILES // 2, TILES // 2 + 1, BLOCK) * PITCH * FOCAL_MM
     # the lamp's row is half a tile off the middle, 0.3 % of the frame: turned by that little about the axis
-    mean, error = flux_by_chance(flare.of_lens(lens), float(np.hypot(x, y)), BAND_NM, edges, PHOTONS, BATCHES)
-    return per_m2 * np.pi * (FOCAL_MM / F_NUMBER / 2 * 1e-3) ** 2, mean * per_m2 * 1e-6, error * per_m2 * 1e-6
+    mean, error = flux_by_chance(
+        flare.of_lens(lens), float(np.hypot(x, y)), BAND_NM, edges, PHOTONS, BATCHES
+    )
+    return (
+        per_m2 * np.pi * (FOCAL_MM / F_NUMBER / 2 * 1e-3) ** 2,
+        mean * per_m2 * 1e-6,
+        error * per_m2 * 1e-6,
+    )
 
 
 def discs(flare, lens, mixed, image_w: float):
@@ -97,7 +129,9 @@ def discs(flare, lens, mixed, image_w: float):
     radius, turn = np.sqrt((k + 0.5) / DOTS), k * np.pi * (3 - np.sqrt(5))  # a sunflower's seeds
     edges, out = np.arange(-TILES // 2, TILES // 2 + 1) * PITCH * FOCAL_MM, np.zeros((TILES, TILES))
     for pair in traced:
-        middle = [pair.magnification * FOCAL_MM * float(v) for v in (mixed.y[TILES // 2], mixed.x[COLUMN])]
+        middle = [
+            pair.magnification * FOCAL_MM * float(v) for v in (mixed.y[TILES // 2], mixed.x[COLUMN])
+        ]
         at = (m + pair.radius_mm * radius * f(turn) for m, f in zip(middle, (np.sin, np.cos)))
         out += np.histogram2d(*at, (edges, edges))[0] * pair.share * image_w / DOTS
     return out / (PITCH * FOCAL_MM * 1e-3) ** 2

@@ -11,7 +11,9 @@ import numpy as np
 MORE = 1.15  # start disc over the first surface: oblique light crosses its plane displaced
 
 
-def flux_by_chance(lens, tangent: float, wavelength_nm: float, edges_mm, photons: int, batches: int, seed: int = 0):
+def flux_by_chance(
+    lens, tangent: float, wavelength_nm: float, edges_mm, photons: int, batches: int, seed: int = 0
+):
     """Return the light of all ghosts per area of a plane across the axis, and its standard error.
 
     Parameters
@@ -27,8 +29,12 @@ def flux_by_chance(lens, tangent: float, wavelength_nm: float, edges_mm, photons
     """
     n = [float(v) for v in lens.indices(wavelength_nm)]
     radius = MORE * lens.surfaces[0].semi_diameter_mm
-    pairs = [(front, back) for back in range(1, len(lens.surfaces) - 1) for front in range(back)
-             if n[front] != n[front + 1] and n[back] != n[back + 1]]
+    pairs = [
+        (front, back)
+        for back in range(1, len(lens.surfaces) - 1)
+        for front in range(back)
+        if n[front] != n[front + 1] and n[back] != n[back + 1]
+    ]
     sums = np.zeros((batches, len(edges_mm) - 1, len(edges_mm) - 1))
     for batch in range(batches):
         for front, back in pairs:
@@ -44,7 +50,9 @@ def scattered(count: int, radius: float, seed):
     from scipy.stats import qmc
 
     first, second = qmc.Sobol(2, rng=np.random.default_rng(seed)).random(count).T
-    return radius * np.sqrt(first) * np.array([np.cos(2 * np.pi * second), np.sin(2 * np.pi * second)])
+    return (
+        radius * np.sqrt(first) * np.array([np.cos(2 * np.pi * second), np.sin(2 * np.pi * second)])
+    )
 
 
 def landed(lens, n, start, tangent: float, front: int, back: int):
@@ -55,11 +63,15 @@ def landed(lens, n, start, tangent: float, front: int, back: int):
     weight = np.ones(len(at))
     forth, back_again, on = range(back + 1), range(back - 1, front - 1, -1), range(front + 1, last)
     for leg, steps in enumerate((forth, back_again, on)):
-        n_before = 0 if leg != 1 else 1  # the medium that light comes from: before the surface, or behind it
+        n_before = (
+            0 if leg != 1 else 1
+        )  # the medium that light comes from: before the surface, or behind it
         for k in steps:
             surface, turns = surfaces[k], k == (back, front, -1)[leg]
             at, normal = met(surface, at, way)
-            kept = np.hypot(at[:, 0], at[:, 1]) <= surface.semi_diameter_mm  # a ray that misses is NaN, and not kept
+            kept = (
+                np.hypot(at[:, 0], at[:, 1]) <= surface.semi_diameter_mm
+            )  # a ray that misses is NaN, and not kept
             at, way, normal, weight = at[kept], way[kept], normal[kept], weight[kept]
             cosine = (way * normal).sum(axis=1)
             normal, cosine = normal * np.sign(cosine)[:, None], np.minimum(np.abs(cosine), 1.0)
@@ -89,7 +101,9 @@ def met(surface, at, way):
     with np.errstate(invalid="ignore"):
         root = np.sqrt(along**2 - (to**2).sum(axis=1) + surface.curvature_per_mm**-2)
     near, far = (at + (sign * root - along)[:, None] * way for sign in (-1, 1))
-    first = np.abs(near[:, 2] - surface.z_mm) < np.abs(far[:, 2] - surface.z_mm)  # of the two, that on the vertex's side
+    first = np.abs(near[:, 2] - surface.z_mm) < np.abs(
+        far[:, 2] - surface.z_mm
+    )  # of the two, that on the vertex's side
     out = np.where(first[:, None], near, far)
     return out, (out - centre) * surface.curvature_per_mm
 
@@ -99,5 +113,10 @@ def fresnel(cosine, n_from: float, n_to: float):
     first = np.arccos(np.minimum(cosine, 1 - 1e-14))  # straight on, sines are 0 / 0
     sine = n_from / n_to * np.sin(first)
     second = np.arcsin(np.minimum(sine, 1.0))
-    across, along = np.sin(first - second) / np.sin(first + second), np.tan(first - second) / np.tan(first + second)
-    return np.where(sine < 1, (across**2 + along**2) / 2, 1.0), np.where(sine < 1, np.cos(second), 0.0)
+    across, along = (
+        np.sin(first - second) / np.sin(first + second),
+        np.tan(first - second) / np.tan(first + second),
+    )
+    return np.where(sine < 1, (across**2 + along**2) / 2, 1.0), np.where(
+        sine < 1, np.cos(second), 0.0
+    )

@@ -21,10 +21,28 @@ def measured() -> list[Work]:
     shots = [(level, *shot(model, level, DRAWS, rng)) for level in levels]
     seen, cost = {}, {}
     for name, rule in rules().items():
-        merged, cpu_s, peak_mb = timed(lambda rule=rule: [rule(groups, per_light) for _, groups, per_light, _ in shots])
-        seen[name] = np.array([judged(m, controls, level)["snr_db"] for m, (level, _, _, controls) in zip(merged, shots)])
+        merged, cpu_s, peak_mb = timed(
+            lambda rule=rule: [rule(groups, per_light) for _, groups, per_light, _ in shots]
+        )
+        seen[name] = np.array(
+            [
+                judged(m, controls, level)["snr_db"]
+                for m, (level, _, _, controls) in zip(merged, shots)
+            ]
+        )
         cost[name] = cpu_s, peak_mb
     best = np.max(list(seen.values()), axis=0)
     mark = {default: "default", "average": "peer", "isetcam": "peer"}
-    points = [Point(name, float(np.mean(10 ** ((best - snr) / 20) - 1)), *cost[name], mark.get(name, "")) for name, snr in seen.items()]
-    return [Work("merge", "rms error above the best rule's, mean over levels", "the best of all rules at each level", 1 / np.sqrt(2 * DRAWS), points)]
+    points = [
+        Point(name, float(np.mean(10 ** ((best - snr) / 20) - 1)), *cost[name], mark.get(name, ""))
+        for name, snr in seen.items()
+    ]
+    return [
+        Work(
+            "merge",
+            "rms error above the best rule's, mean over levels",
+            "the best of all rules at each level",
+            1 / np.sqrt(2 * DRAWS),
+            points,
+        )
+    ]

@@ -26,13 +26,35 @@ def measured() -> list[Work]:
         scatter, points = float(known.std(ddof=1)), []
         for draws in DRAWS:
             # CPU seconds are those of one group; its error is averaged over all groups of so many draws
-            _, cpu_s, peak_mb = timed(lambda draws=draws, metric=metric: [metric(*one(seed))[0].value for seed in range(draws)], repeat=1)
+            _, cpu_s, peak_mb = timed(
+                lambda draws=draws, metric=metric: [
+                    metric(*one(seed))[0].value for seed in range(draws)
+                ],
+                repeat=1,
+            )
             groups = known[: MANY // draws * draws].reshape(-1, draws).mean(axis=1)
-            rest = (known.sum() - groups * draws) / (MANY - draws)  # of the draws that are not in the group
+            rest = (known.sum() - groups * draws) / (
+                MANY - draws
+            )  # of the draws that are not in the group
             error = np.sqrt(np.mean((groups - rest) ** 2)) / scatter if scatter > 0 else 0.0
-            points.append(Point(f"{draws} draws", float(error), cpu_s, peak_mb, "default" if draws == default else "peer" if draws == 1 else ""))
-        out.append(Work(f"metric {name}", "rms difference in standard deviations of one draw", f"the mean of the other {MANY} draws",
-                        1 / np.sqrt(MANY), points))
+            points.append(
+                Point(
+                    f"{draws} draws",
+                    float(error),
+                    cpu_s,
+                    peak_mb,
+                    "default" if draws == default else "peer" if draws == 1 else "",
+                )
+            )
+        out.append(
+            Work(
+                f"metric {name}",
+                "rms difference in standard deviations of one draw",
+                f"the mean of the other {MANY} draws",
+                1 / np.sqrt(MANY),
+                points,
+            )
+        )
     return out
 
 
@@ -42,8 +64,16 @@ def shooter():
     from isethdr_core.registry import build
     from isethdr_core.truth import truth
 
-    mixed = build("lighting", "weights", weights={"sky": 1.0})(build("scene", "macbeth", width=160, height=120, luminance_cd_m2=5.0)())
-    light = build("lens", "ideal", f_number=2.0, focal_length_mm=3e-3 * 160 / mixed.attrs["field_width"], falloff="none")(mixed)
+    mixed = build("lighting", "weights", weights={"sky": 1.0})(
+        build("scene", "macbeth", width=160, height=120, luminance_cd_m2=5.0)()
+    )
+    light = build(
+        "lens",
+        "ideal",
+        f_number=2.0,
+        focal_length_mm=3e-3 * 160 / mixed.attrs["field_width"],
+        falloff="none",
+    )(mixed)
     sensor, isp = build("sensor", "bayer", pitch_um=3.0), build("isp", "linear")
 
     def one(seed):

@@ -19,7 +19,9 @@ class Point:
     error: float
     cpu_s: float
     peak_mb: float = 0.0
-    mark: str = ""  # default: what runs use; peer: what other simulators do; view: denoised for eyes
+    mark: str = (
+        ""  # default: what runs use; peer: what other simulators do; view: denoised for eyes
+    )
     label: str = ""  # in the diagram, where the setting is too long
 
 
@@ -52,7 +54,9 @@ def timed(call, repeat: int = 2):
     return result, best, most
 
 
-def refuse_what_does_not_fit(what: str, count: int, needed_bytes, free_bytes: int | None = None) -> None:
+def refuse_what_does_not_fit(
+    what: str, count: int, needed_bytes, free_bytes: int | None = None
+) -> None:
     """Raise ConfigError where a reference needs more memory than is free: with its size, and the largest count that fits.
 
     `needed_bytes` : function(count), rising.
@@ -66,15 +70,23 @@ def refuse_what_does_not_fit(what: str, count: int, needed_bytes, free_bytes: in
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (middle, high) if needed_bytes(middle) <= free else (low, middle)
-    nearest = f"the largest that fits is {low}: type reference={low}" if low else "none fits: free memory first"
-    raise ConfigError(f"{count} {what} take {needed_bytes(count) / 1e9:.3g} GB, {free / 1e9:.3g} GB are free; {nearest}")
+    nearest = (
+        f"the largest that fits is {low}: type reference={low}"
+        if low
+        else "none fits: free memory first"
+    )
+    raise ConfigError(
+        f"{count} {what} take {needed_bytes(count) / 1e9:.3g} GB, {free / 1e9:.3g} GB are free; {nearest}"
+    )
 
 
 def free_memory() -> int:
     """Return the bytes of memory that may be taken without swapping (Linux); plenty where that is not known."""
     try:
         with open("/proc/meminfo") as lines:
-            return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable:"))
+            return next(
+                int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable:")
+            )
     except (OSError, StopIteration):
         return 1 << 62
 
@@ -91,6 +103,18 @@ def front(points: list[Point]) -> list[Point]:
 def as_rows(work: Work) -> list[dict]:
     """Return one row per setting."""
     best = front(work.points)
-    return [{"stage": work.stage, "setting": p.setting, "error": p.error, "error_of": work.error_of, "cpu_s": p.cpu_s,
-             "peak_mb": p.peak_mb, "mark": p.mark, "front": p in best, "reference": work.reference,
-             "reference_error": work.reference_error} for p in work.points]
+    return [
+        {
+            "stage": work.stage,
+            "setting": p.setting,
+            "error": p.error,
+            "error_of": work.error_of,
+            "cpu_s": p.cpu_s,
+            "peak_mb": p.peak_mb,
+            "mark": p.mark,
+            "front": p in best,
+            "reference": work.reference,
+            "reference_error": work.reference_error,
+        }
+        for p in work.points
+    ]

@@ -21,23 +21,42 @@ def measured(reference: int = 0) -> list[Work]:
     `reference` : points per tile and axis of the reference; 0 takes `POINTS`.
     """
     points = reference or POINTS
-    refuse_what_does_not_fit("points per tile of the psf reference", points, lambda n: 8 * ARRAYS * ((2 * TILES + 2) * n) ** 2)
+    refuse_what_does_not_fit(
+        "points per tile of the psf reference",
+        points,
+        lambda n: 8 * ARRAYS * ((2 * TILES + 2) * n) ** 2,
+    )
     full, half, quarter = (airy(max(1, points // n)) for n in (1, 2, 4))
-    truth, before = (4 * full - half) / 3, (4 * half - quarter) / 3  # the midpoint rule errs as the step squared (Richardson 1911)
-    own_error = float(np.abs(truth - before).sum()) / 15  # that of `before`; half the step is a sixteenth of it
+    truth, before = (
+        (4 * full - half) / 3,
+        (4 * half - quarter) / 3,
+    )  # the midpoint rule errs as the step squared (Richardson 1911)
+    own_error = (
+        float(np.abs(truth - before).sum()) / 15
+    )  # that of `before`; half the step is a sixteenth of it
     bands, support = [], []
     for count in (*SUB_BANDS, 0):
         kernel, cpu_s, peak_mb = timed(lambda count=count: core(count))
-        bands.append(Point(f"{count} sub-bands" if count else "chosen by the lens", float(np.abs(kernel - truth).sum()), cpu_s, peak_mb,
-                           {0: "default", 1: "peer"}.get(count, ""), f"{count}" if count else ""))
+        bands.append(
+            Point(
+                f"{count} sub-bands" if count else "chosen by the lens",
+                float(np.abs(kernel - truth).sum()),
+                cpu_s,
+                peak_mb,
+                {0: "default", 1: "peer"}.get(count, ""),
+                f"{count}" if count else "",
+            )
+        )
     for tiles in SUPPORT:
         kernel, cpu_s, peak_mb = timed(lambda tiles=tiles: core(0, tiles))
         wide = np.pad(kernel, TILES - tiles)
         support.append(Point(f"{tiles} tiles", float(np.abs(wide - truth).sum()), cpu_s, peak_mb))
     support.append(bands[-1])
     said = f"Airy's formula, {points} x {points} points a tile, {WAVES} wavelengths"
-    return [Work("psf sub-bands", "share of a point's light put wrong, L1", said, own_error, bands),
-            Work("psf support", "share of a point's light put wrong, L1", said, own_error, support)]
+    return [
+        Work("psf sub-bands", "share of a point's light put wrong, L1", said, own_error, bands),
+        Work("psf support", "share of a point's light put wrong, L1", said, own_error, support),
+    ]
 
 
 def core(count: int, tiles: int = TILES) -> np.ndarray:
@@ -48,7 +67,9 @@ def core(count: int, tiles: int = TILES) -> np.ndarray:
     lens = DiffractionLimitedLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
     plan = _Plan(lens, (), BAND_NM, WIDTH_NM, (TILE_UM, TILE_UM), (tiles, tiles), 1, [])
     if count:
-        plan.wavelengths = lambda centre, width, *_: centre + ((np.arange(count) + 0.5) / count - 0.5) * width
+        plan.wavelengths = lambda centre, width, *_: (
+            centre + ((np.arange(count) + 0.5) / count - 0.5) * width
+        )
     return plan.band(BAND_NM, WIDTH_NM)[0]
 
 
@@ -59,7 +80,9 @@ def airy(points: int) -> np.ndarray:
     from scipy.special import j1
 
     lens = DiffractionLimitedLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
-    sine = radius_mm(lens) / distance_mm(lens)  # v = 2 pi / wavelength x radius x this, as Fraunhofer's integral has it
+    sine = radius_mm(lens) / distance_mm(
+        lens
+    )  # v = 2 pi / wavelength x radius x this, as Fraunhofer's integral has it
     at = (np.arange((2 * TILES + 2) * points) + 0.5) / points - TILES - 1  # in tiles
     r_um = np.hypot(at[:, None], at) * TILE_UM
     total = np.zeros_like(r_um)
@@ -67,5 +90,7 @@ def airy(points: int) -> np.ndarray:
         scale = 2 * np.pi / (wave * 1e-3) * sine
         total += (2 * j1(scale * r_um) / (scale * r_um)) ** 2 * scale**2 / (4 * np.pi)
     density = total / WAVES * (TILE_UM / points) ** 2
-    weight = np.maximum(1 - np.abs(at[None, :] - np.arange(-TILES, TILES + 1)[:, None]), 0.0)  # mean over the source tile
+    weight = np.maximum(
+        1 - np.abs(at[None, :] - np.arange(-TILES, TILES + 1)[:, None]), 0.0
+    )  # mean over the source tile
     return weight @ density @ weight.T

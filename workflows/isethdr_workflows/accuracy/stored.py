@@ -23,15 +23,37 @@ def measured() -> list[Work]:
     exact, points = scene.radiance.values.astype(float), []
     with tempfile.TemporaryDirectory() as folder:
         for bits in BITS:
+
             def there_and_back(bits=bits):
-                path = store.write_store(folder, f"bits-{bits}-{np.random.default_rng().integers(1 << 60)}", {"": scene}, {}, keepbits=bits)
+                path = store.write_store(
+                    folder,
+                    f"bits-{bits}-{np.random.default_rng().integers(1 << 60)}",
+                    {"": scene},
+                    {},
+                    keepbits=bits,
+                )
                 return path, store.open_store(path, "").radiance.values
 
             (path, back), cpu_s, peak_mb = timed(there_and_back)
             size = sum(f.stat().st_size for f in Path(path).rglob("*") if f.is_file()) / 1e6
-            points.append(Point(f"{bits or 23} bits, {size:.1f} MB", float(np.max(np.abs(back / exact - 1))), cpu_s, peak_mb,
-                                "default" if bits == KEEPBITS else ""))
-    return [Work("store", "largest relative error of a radiance", "the radiance before it was stored", 0.0, points)]
+            points.append(
+                Point(
+                    f"{bits or 23} bits, {size:.1f} MB",
+                    float(np.max(np.abs(back / exact - 1))),
+                    cpu_s,
+                    peak_mb,
+                    "default" if bits == KEEPBITS else "",
+                )
+            )
+    return [
+        Work(
+            "store",
+            "largest relative error of a radiance",
+            "the radiance before it was stored",
+            0.0,
+            points,
+        )
+    ]
 
 
 def radiance():
@@ -40,5 +62,9 @@ def radiance():
 
     scene = build("scene", "macbeth", width=SIZE[0], height=SIZE[1])().load()
     rng = np.random.default_rng(3)
-    grain = rng.normal(1, 0.02, scene.radiance.shape) * 10 ** rng.uniform(-6, 0, scene.radiance.shape[-2:])
-    return scene.assign(radiance=(scene.radiance * grain.astype(np.float32)).assign_attrs(scene.radiance.attrs))
+    grain = rng.normal(1, 0.02, scene.radiance.shape) * 10 ** rng.uniform(
+        -6, 0, scene.radiance.shape[-2:]
+    )
+    return scene.assign(
+        radiance=(scene.radiance * grain.astype(np.float32)).assign_attrs(scene.radiance.attrs)
+    )

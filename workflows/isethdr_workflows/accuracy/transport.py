@@ -28,9 +28,25 @@ def measured() -> list[Work]:
     for samples, (found, cpu_s, peak_mb) in short.items():
         for k, (group, light) in enumerate(luminance_of(found).items()):
             error = median_error(light, truth[group], ~long.source_seen.values[k])
-            points.setdefault(group, []).append(Point(setting(samples), error, cpu_s * found.took[group], peak_mb, "" if samples else "default"))
-    return [Work(f"renderer {group}", ERROR_OF, f"{LONG} paths per tile, other random numbers", own_errors[group], of)
-            for group, of in points.items()]
+            points.setdefault(group, []).append(
+                Point(
+                    setting(samples),
+                    error,
+                    cpu_s * found.took[group],
+                    peak_mb,
+                    "" if samples else "default",
+                )
+            )
+    return [
+        Work(
+            f"renderer {group}",
+            ERROR_OF,
+            f"{LONG} paths per tile, other random numbers",
+            own_errors[group],
+            of,
+        )
+        for group, of in points.items()
+    ]
 
 
 def setting(samples) -> str:
@@ -45,7 +61,13 @@ def rendered():
 
     asked = (*SAMPLES, None)
     runs = [{"samples": LONG, "seed": 97}, *({"samples": n, "seed": 1} for n in asked)]
-    (long, _, _), *short = of_paths(build("renderer", "mitsuba", **SIZE), build("scene", "night_drive")(), runs, LABELS, repeat=1)
+    (long, _, _), *short = of_paths(
+        build("renderer", "mitsuba", **SIZE),
+        build("scene", "night_drive")(),
+        runs,
+        LABELS,
+        repeat=1,
+    )
     return long, own_errors(long), dict(zip(asked, short))
 
 
@@ -53,8 +75,12 @@ def own_errors(scene) -> dict:
     """Return {group: `median_error` that the noise stated tile by tile makes, were it normal}."""
     normal = 0.6745  # half of all normal deviates are below
     stated = normal * scene.xyz_noise.isel(xyz_channel=1).values  # of Y
-    return {group: median_error(light + noise, light, ~seen)
-            for (group, light), noise, seen in zip(luminance_of(scene).items(), stated, scene.source_seen.values)}
+    return {
+        group: median_error(light + noise, light, ~seen)
+        for (group, light), noise, seen in zip(
+            luminance_of(scene).items(), stated, scene.source_seen.values
+        )
+    }
 
 
 def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
@@ -70,13 +96,21 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
     plain, kept = frame.estimate, []
 
     def estimate(one_pass, settings, *given, **named):
-        kept.extend(timed(lambda run=run: plain(one_pass, replace(render, **run).decided(), *given, **named), repeat) for run in runs)
+        kept.extend(
+            timed(
+                lambda run=run: plain(one_pass, replace(render, **run).decided(), *given, **named),
+                repeat,
+            )
+            for run in runs
+        )
         return replace(kept[-1][0], radiance=kept[-1][0].radiance.copy())  # lamps are added to it
 
     with changed(frame, estimate=estimate):
         found = render(scene, Demand(labels=labels))
     lamps = found.radiance.values - kept[-1][0].radiance
-    lamps[lamps < 1e-6 * found.radiance.values] = 0.0  # the rounding of what is stored, which is no lamp
+    lamps[lamps < 1e-6 * found.radiance.values] = (
+        0.0  # the rounding of what is stored, which is no lamp
+    )
     return [(with_paths(found, paths, lamps), cpu_s, peak_mb) for paths, cpu_s, peak_mb in kept]
 
 
@@ -86,13 +120,17 @@ def with_paths(found, paths, lamps):
     seen = lamp > 0.01 * light.sum(axis=1)
     if "distance" in found:
         seen |= ~np.isfinite(found.distance.values)
-    out = found.assign(radiance=found.radiance.copy(data=light.astype(np.float32)),
-                       xyz_noise=found.xyz_noise.copy(data=paths.xyz_noise.astype(np.float32)),
-                       source_seen=(("light_group", "y", "x"), seen))
+    out = found.assign(
+        radiance=found.radiance.copy(data=light.astype(np.float32)),
+        xyz_noise=found.xyz_noise.copy(data=paths.xyz_noise.astype(np.float32)),
+        source_seen=(("light_group", "y", "x"), seen),
+    )
     groups = [str(g) for g in found.light_group.values]
     noise = {g: float(n) for g, n in zip(groups, paths.noise) if np.isfinite(n)}
     took = {g: float(s) for g, s in zip(groups, paths.seconds / paths.seconds.max())}
-    return out.assign_attrs(noise=noise, took=took)     # by share of the seconds: those of the passes that a group was part of
+    return out.assign_attrs(
+        noise=noise, took=took
+    )  # by share of the seconds: those of the passes that a group was part of
 
 
 def luminance_of(scene) -> dict:
@@ -100,7 +138,10 @@ def luminance_of(scene) -> dict:
     from isethdr_core.physics.photometry import luminance
 
     nm = scene.wavelength.values
-    return {str(g): luminance(scene.radiance.sel(light_group=g).values.astype(float), nm) for g in scene.light_group.values}
+    return {
+        str(g): luminance(scene.radiance.sel(light_group=g).values.astype(float), nm)
+        for g in scene.light_group.values
+    }
 
 
 def median_error(found, truth, of=True) -> float:

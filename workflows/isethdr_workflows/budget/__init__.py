@@ -40,12 +40,21 @@ def budget(width: int = 96) -> list[dict]:
     from .scenes import CAMERAS, scene
 
     if width < LEAST_WIDTH:
-        raise ConfigError(f"study budget has width={width}; expected at least {LEAST_WIDTH} tiles; type width=96")
+        raise ConfigError(
+            f"study budget has width={width}; expected at least {LEAST_WIDTH} tiles; type width=96"
+        )
     lens = build("lens", "diffraction_limited", focal_length_mm=6.0)
-    cases = {name: (parts_of(camera, lens), scene(name, width, lens.focal_length_mm)) for name, camera in CAMERAS.items()}
+    cases = {
+        name: (parts_of(camera, lens), scene(name, width, lens.focal_length_mm))
+        for name, camera in CAMERAS.items()
+    }
     truths = _truths(cases)
     hand = _by_hand(cases, truths)
-    return [_row(name, *cases[name], fraction, truths[name], hand[name]) for name in track(list(cases), "scenes") for fraction in FRACTIONS]
+    return [
+        _row(name, *cases[name], fraction, truths[name], hand[name])
+        for name in track(list(cases), "scenes")
+        for fraction in FRACTIONS
+    ]
 
 
 def _truths(cases) -> dict:
@@ -68,9 +77,13 @@ def _by_hand(cases, truths) -> dict:
         with empty_home() as folder:
             making_s = None  # kernels are the same for all scenes: the first run takes the time of making them
             for name, (bits, way) in product(cases, product(BITS, WAYS)):
-                done = by_hand(*cases[name], setting := Setting(bits, kernels, way), folder, truths[name])
+                done = by_hand(
+                    *cases[name], setting := Setting(bits, kernels, way), folder, truths[name]
+                )
                 making_s = done.making_s if making_s is None else making_s
-                hand[name].append((setting, errors(done, truths[name]), done.warm_s, done.warm_s + making_s))
+                hand[name].append(
+                    (setting, errors(done, truths[name]), done.warm_s, done.warm_s + making_s)
+                )
     return hand
 
 
@@ -84,11 +97,34 @@ def _row(name, parts, scene, fraction, truth, hand) -> dict:
     best, best_warm = (min(kept, key=lambda h, k=k: h[k])[0] if kept else None for k in (3, 2))
     with empty_home() as folder:
         done = planned(parts, scene, fraction, folder, truth)
-        pairs = [(planned(parts, scene, fraction, folder, truth), best_warm and by_hand(parts, scene, best_warm, folder, truth)) for _ in range(AGAIN)]
+        pairs = [
+            (
+                planned(parts, scene, fraction, folder, truth),
+                best_warm and by_hand(parts, scene, best_warm, folder, truth),
+            )
+            for _ in range(AGAIN)
+        ]
     wrong = errors(done, truth)
-    ours, theirs = (min((p[k].warm_s for p in pairs if p[k]), default=float("nan")) for k in (0, 1))  # in turns: the machine is as busy for both
-    cold_s, cold = ours + done.making_s, theirs + min((h[3] - h[2] for h in kept if h[0] == best), default=float("nan"))
-    return {"scene": name, "camera": next(iter(parts.cameras)), "allowed": fraction, "within": float(np.mean(wrong <= fraction)),
-            "error_99": float(np.quantile(wrong, SHARE)), "stated_99": done.stated, "truth_error": truth[-1], "bits": done.bits,
-            "cold_cpu_s": cold_s, "cold_over_best": cold_s / cold, "warm_cpu_s": ours, "warm_over_best": ours / theirs,
-            "best_by_hand": str(best), "best_warm": str(best_warm)}
+    ours, theirs = (
+        min((p[k].warm_s for p in pairs if p[k]), default=float("nan")) for k in (0, 1)
+    )  # in turns: the machine is as busy for both
+    cold_s, cold = (
+        ours + done.making_s,
+        theirs + min((h[3] - h[2] for h in kept if h[0] == best), default=float("nan")),
+    )
+    return {
+        "scene": name,
+        "camera": next(iter(parts.cameras)),
+        "allowed": fraction,
+        "within": float(np.mean(wrong <= fraction)),
+        "error_99": float(np.quantile(wrong, SHARE)),
+        "stated_99": done.stated,
+        "truth_error": truth[-1],
+        "bits": done.bits,
+        "cold_cpu_s": cold_s,
+        "cold_over_best": cold_s / cold,
+        "warm_cpu_s": ours,
+        "warm_over_best": ours / theirs,
+        "best_by_hand": str(best),
+        "best_warm": str(best_warm),
+    }

@@ -46,33 +46,59 @@ class Done:
 
 def parts_of(camera: str, lens) -> Chain:
     """Return a chain of a camera, a lens and its dirt."""
-    return Chain(None, None, build("lighting", "weights", weights={"ambient": 1.0, "lamps": 1.0}), {}, lens, {"dirt": build("flare", "aperture")},
-                 {camera: build("sensor", camera)}, None, {})
+    return Chain(
+        None,
+        None,
+        build("lighting", "weights", weights={"ambient": 1.0, "lamps": 1.0}),
+        {},
+        lens,
+        {"dirt": build("flare", "aperture")},
+        {camera: build("sensor", camera)},
+        None,
+        {},
+    )
 
 
 def planned(parts: Chain, scene, fraction: float, folder, truth: list) -> Done:
     """Return what a run makes of stored radiance when so large a fraction of the noise is allowed."""
     (sensor,) = parts.cameras.values()
-    demand = accuracy.budgeted(narrowed(sensor, Demand(wavelength_nm=tuple(scene.wavelength.values.tolist()))), accuracy.Allowed(fraction))
+    demand = accuracy.budgeted(
+        narrowed(sensor, Demand(wavelength_nm=tuple(scene.wavelength.values.tolist()))),
+        accuracy.Allowed(fraction),
+    )
     bits = bits_for(accuracy.stored_error(demand))
-    done = _measured(parts, scene, lambda mixed: on_sensor(parts, mixed, demand), bits, folder, truth)
+    done = _measured(
+        parts, scene, lambda mixed: on_sensor(parts, mixed, demand), bits, folder, truth
+    )
     rows, mixed = Ledger(), parts.lighting(scene)
     with ledger.stage(rows, "lens"):
         light = on_sensor(parts, mixed, demand)
-    note = ErrorNote(rounding(bits), "relative", "bound", "radiance as stored", STORE_ROUNDING, Quantity.RADIANCE)
+    note = ErrorNote(
+        rounding(bits), "relative", "bound", "radiance as stored", STORE_ROUNDING, Quantity.RADIANCE
+    )
     rows.append(Row("radiance", errors=[note]))
     return replace(done, stated=_stated(parts, demand, rows, mixed, light, scene, truth, fraction))
 
 
 def by_hand(parts: Chain, scene, setting: Setting, folder, truth: list) -> Done:
     """Return what settings by hand make of it: nobody looks at the light to choose more."""
-    from isethdr_optics.photocurrent import photocurrent  # the way alone: `lens.photocurrent` looks at the light first
+    from isethdr_optics.photocurrent import (
+        photocurrent,
+    )  # the way alone: `lens.photocurrent` looks at the light first
 
     (sensor,) = parts.cameras.values()
-    lens, flares, response = replace(parts.lens, speckle_error=setting.kernel_error), tuple(parts.flares.values()), narrowed(sensor, Demand()).response
+    lens, flares, response = (
+        replace(parts.lens, speckle_error=setting.kernel_error),
+        tuple(parts.flares.values()),
+        narrowed(sensor, Demand()).response,
+    )
 
     def way(mixed):
-        return photocurrent(lens, mixed, flares, response) if setting.way == "photocurrent" else lens(mixed, flares, response.error_allowed)
+        return (
+            photocurrent(lens, mixed, flares, response)
+            if setting.way == "photocurrent"
+            else lens(mixed, flares, response.error_allowed)
+        )
 
     return _measured(parts, scene, way, setting.bits, folder, truth)
 
@@ -81,7 +107,11 @@ def _measured(parts, scene, way, bits, folder, truth) -> Done:
     taken = []
     for again in range(1 + WARM):
         start = time.process_time()
-        back = store.open_store(store.write_store(folder, f"b{time.monotonic_ns()}-{again}", {"": scene}, {}, keepbits=bits)).load()
+        back = store.open_store(
+            store.write_store(
+                folder, f"b{time.monotonic_ns()}-{again}", {"": scene}, {}, keepbits=bits
+            )
+        ).load()
         mixed = parts.lighting(back)
         light = way(mixed)
         rates = _electrons(light, mixed, back, truth)
@@ -91,9 +121,16 @@ def _measured(parts, scene, way, bits, folder, truth) -> Done:
 
 def _stated(parts, demand, rows, mixed, light, scene, truth, fraction) -> float:
     """Return what the last line of a run's ledger says of everything after the renderer, the worst capture's."""
-    asked = lens_errors.asked_of(parts.lens, tuple(parts.flares.values()), parts.cameras.values(), demand, mixed)
+    asked = lens_errors.asked_of(
+        parts.lens, tuple(parts.flares.values()), parts.cameras.values(), demand, mixed
+    )
     with ledger.stage(Ledger(), "picture") as row:
-        noise_units.state(noise_units.electrons(truth[0], light, mixed, scene, 0.0, asked), rows, fraction, (0.0, 0.0))
+        noise_units.state(
+            noise_units.electrons(truth[0], light, mixed, scene, 0.0, asked),
+            rows,
+            fraction,
+            (0.0, 0.0),
+        )
     return max(e.value for e in row.errors if e.source == noise_units.AFTER_RENDERER)
 
 
@@ -114,18 +151,53 @@ def exact(parts: Chain, scene) -> list:
     with ledger.stage(Ledger(), "truth"):
         given, light = optics(lens, mixed, flares), lens(mixed, flares=flares)
     factor = 1.0 if given.relative is None else given.relative
-    cube = np.stack([gain * fftconvolve(band * factor, np.asarray(kernel, float))[tuple(slice(k // 2, k // 2 + n) for k, n in zip(kernel.shape, band.shape))]
-                     for gain, band, kernel in zip(given.gains, mixed.values.astype(float), given.made.bands)])
-    light = quantities.plane(np.maximum(cube, 0.0), light.wavelength.values, light.x.values, light.y.values, **light.attrs)
+    cube = np.stack(
+        [
+            gain
+            * fftconvolve(band * factor, np.asarray(kernel, float))[
+                tuple(slice(k // 2, k // 2 + n) for k, n in zip(kernel.shape, band.shape))
+            ]
+            for gain, band, kernel in zip(given.gains, mixed.values.astype(float), given.made.bands)
+        ]
+    )
+    light = quantities.plane(
+        np.maximum(cube, 0.0),
+        light.wavelength.values,
+        light.x.values,
+        light.y.values,
+        **light.attrs,
+    )
     (sensor,) = parts.cameras.values()
     captures = sensor(light, generator(seed=0))
     with ledger.stage(Ledger(), "truth"):
-        shots = noise_units.electrons(captures, light, mixed, scene, 0.0, lambda mean, weights: lens.spread_errors(mean, flares, weights))
-    own = max(float(np.quantile((s.spread[0] / s.sigma)[s.unsaturated], noise_units.SHARE)) for s in shots if s.unsaturated.any())
-    return [captures, [s.total for s in shots], [s.sigma for s in shots], [s.unsaturated for s in shots], own]
+        shots = noise_units.electrons(
+            captures,
+            light,
+            mixed,
+            scene,
+            0.0,
+            lambda mean, weights: lens.spread_errors(mean, flares, weights),
+        )
+    own = max(
+        float(np.quantile((s.spread[0] / s.sigma)[s.unsaturated], noise_units.SHARE))
+        for s in shots
+        if s.unsaturated.any()
+    )
+    return [
+        captures,
+        [s.total for s in shots],
+        [s.sigma for s in shots],
+        [s.unsaturated for s in shots],
+        own,
+    ]
 
 
 def errors(done: Done, truth: list) -> np.ndarray:
     """Return the errors of all unsaturated pixels of all captures, in standard deviations of the noise."""
     _, electrons, sigma, unsaturated, _ = truth
-    return np.concatenate([(np.abs(a - b) / s)[u] for a, b, s, u in zip(done.electrons, electrons, sigma, unsaturated)])
+    return np.concatenate(
+        [
+            (np.abs(a - b) / s)[u]
+            for a, b, s, u in zip(done.electrons, electrons, sigma, unsaturated)
+        ]
+    )

@@ -18,10 +18,20 @@ def scene(name: str, width: int, focal_length_mm: float):
     field = [n * TILE_UM * 1e-3 / focal_length_mm for n in (width, width * 9 // 16)]
     nx, ny = (2 * round(n * MARGIN / 2) for n in (width, width * 9 // 16))
     pitch = field[0] / width
-    y, x = np.meshgrid(quantities.centres(ny, 2 * ny / nx), quantities.centres(nx, 2.0), indexing="ij")  # -1 to 1 across
-    radiance = {"tunnel": _tunnel, "street": _street, "noon": _noon}[name](x, y, np.random.default_rng(len(name) + 40))
-    return quantities.scene_radiance(radiance, ["ambient", "lamps"], BANDS_NM, quantities.centres(nx, nx * pitch), quantities.centres(ny, ny * pitch),
-                                     tuple(field))
+    y, x = np.meshgrid(
+        quantities.centres(ny, 2 * ny / nx), quantities.centres(nx, 2.0), indexing="ij"
+    )  # -1 to 1 across
+    radiance = {"tunnel": _tunnel, "street": _street, "noon": _noon}[name](
+        x, y, np.random.default_rng(len(name) + 40)
+    )
+    return quantities.scene_radiance(
+        radiance,
+        ["ambient", "lamps"],
+        BANDS_NM,
+        quantities.centres(nx, nx * pitch),
+        quantities.centres(ny, ny * pitch),
+        tuple(field),
+    )
 
 
 def _light(luminance_cd_m2, spectrum):
@@ -37,8 +47,16 @@ def _band(centre_nm, width_nm):
 def _paint(shape, rng, patch: int):
     """Return reflectances (band, y, x) of patches, each of one paint, with a grain of 10 %."""
     rows, columns = (-(-n // patch) for n in shape)
-    centre = rng.uniform(420, 680, (rows, columns)).repeat(patch, 0).repeat(patch, 1)[: shape[0], : shape[1]]
-    grey = rng.uniform(0.05, 0.5, (rows, columns)).repeat(patch, 0).repeat(patch, 1)[: shape[0], : shape[1]]
+    centre = (
+        rng.uniform(420, 680, (rows, columns))
+        .repeat(patch, 0)
+        .repeat(patch, 1)[: shape[0], : shape[1]]
+    )
+    grey = (
+        rng.uniform(0.05, 0.5, (rows, columns))
+        .repeat(patch, 0)
+        .repeat(patch, 1)[: shape[0], : shape[1]]
+    )
     colour = np.exp(-0.5 * ((BANDS_NM[:, None, None] - centre) / 60) ** 2)
     return grey * (0.4 + colour) * rng.normal(1, 0.1, shape).clip(0.5, 1.5)
 
@@ -52,7 +70,9 @@ def _tunnel(x, y, rng):
     """Walls at 3 cd/m2 that brighten towards the mouth, a mouth of 8000 cd/m2, two tail lamps."""
     walls = _paint(x.shape, rng, 6)
     radius = np.hypot(x - 0.2, y + 0.05)
-    ambient = _light(np.where(radius < 0.17, 8e3, 3 / (0.3 + radius)), DAYLIGHT) * np.where(radius < 0.17, 1.0, walls)
+    ambient = _light(np.where(radius < 0.17, 8e3, 3 / (0.3 + radius)), DAYLIGHT) * np.where(
+        radius < 0.17, 1.0, walls
+    )
     lamps = _light(3.0 * (np.hypot(x, y) < 9), SODIUM) * walls
     for at in (-0.35, -0.2):
         lamps += _light(5e3 * (np.hypot(x - at, y - 0.25) < 0.02), _band(630, 12))

@@ -8,11 +8,27 @@ import numpy as np
 
 from ..empty_home import empty_home
 
-FLOAT32 = 2.0**-22      # relative: irradiance and what is made of it, each rounded to float32
-NEEDLESS = ("weight 0", "not demanded", "wavelengths not demanded", "neither a sensor", "quantum efficiency below", "no light in them",
-            "no report", "others stand for them", "the sensor has none", "nothing spills in them", "no metric reads", "no sensor sees",
-            "the lens spreads no light", "no tile is so bright")      # how the reasons begin
-TURNS = {True: 2, False: 5}     # of both runs, rendered or not: the first grows the process's memory, and short ones scatter by a fifth
+FLOAT32 = 2.0**-22  # relative: irradiance and what is made of it, each rounded to float32
+NEEDLESS = (
+    "weight 0",
+    "not demanded",
+    "wavelengths not demanded",
+    "neither a sensor",
+    "quantum efficiency below",
+    "no light in them",
+    "no report",
+    "others stand for them",
+    "the sensor has none",
+    "nothing spills in them",
+    "no metric reads",
+    "no sensor sees",
+    "the lens spreads no light",
+    "no tile is so bright",
+)  # how the reasons begin
+TURNS = {
+    True: 2,
+    False: 5,
+}  # of both runs, rendered or not: the first grows the process's memory, and short ones scatter by a fifth
 NOISE_SD = "standard deviations of the sensor's noise"
 
 
@@ -27,9 +43,21 @@ def compared(name: str, case, turns: int | None = None) -> dict:
     few_s, every_s = (min(spent[way][1] for spent in both) for way in (0, 1))
     (few, _), (every, _) = both[0]
     difference, bound = largest(few, every)
-    return {"case": name, "left out": "; ".join(dict.fromkeys(o.what for row in (*asked, *few["ledger"]) for o in row.left_out if needless(o))),
-            "cpu_s": few_s, "everything_cpu_s": every_s, "ratio": every_s / few_s, "plan_percent": 100 * plan_s / every_s,
-            "difference_e": difference, "bound_e": bound, "agree": difference <= bound}
+    return {
+        "case": name,
+        "left out": "; ".join(
+            dict.fromkeys(
+                o.what for row in (*asked, *few["ledger"]) for o in row.left_out if needless(o)
+            )
+        ),
+        "cpu_s": few_s,
+        "everything_cpu_s": every_s,
+        "ratio": every_s / few_s,
+        "plan_percent": 100 * plan_s / every_s,
+        "difference_e": difference,
+        "bound_e": bound,
+        "agree": difference <= bound,
+    }
 
 
 def fresh(config) -> tuple[dict, float]:
@@ -69,8 +97,14 @@ def readings_of(done) -> dict:
     electrons = (shot["raw"].values.astype(float) - black) / gain
     whole = np.issubdtype(shot["raw"].dtype, np.integer)
     noise_e = np.sqrt(shot["read_noise_e"].values[:, None, None] ** 2 + np.maximum(electrons, 0.0))
-    return {"electrons": electrons, "noise_e": noise_e, "step_e": whole / gain, "ledger": done.ledger,
-            "scores": [(s["metric"], s["object"], s["value"]) for s in done.scores], "noisy": bool(shot["read_noise_e"].values.any())}
+    return {
+        "electrons": electrons,
+        "noise_e": noise_e,
+        "step_e": whole / gain,
+        "ledger": done.ledger,
+        "scores": [(s["metric"], s["object"], s["value"]) for s in done.scores],
+        "noisy": bool(shot["read_noise_e"].values.any()),
+    }
 
 
 def largest(few: dict, every: dict) -> tuple[float, float]:
@@ -81,9 +115,19 @@ def largest(few: dict, every: dict) -> tuple[float, float]:
     electron and one code more, because counts and codes are whole.
     """
     apart = np.abs(few["electrons"] - every["electrons"])
-    sd = sum(error.value for row in few["ledger"] for error in row.errors if row.stage.startswith("lens") and error.unit == NOISE_SD)
-    bands = sum(o.bound for row in few["ledger"] for o in row.left_out if needless(o) and "bands" in o.what)
-    light = sd * every["noise_e"] + (bands + FLOAT32 * bool(bands or sd)) * np.abs(every["electrons"]).max()
+    sd = sum(
+        error.value
+        for row in few["ledger"]
+        for error in row.errors
+        if row.stage.startswith("lens") and error.unit == NOISE_SD
+    )
+    bands = sum(
+        o.bound for row in few["ledger"] for o in row.left_out if needless(o) and "bands" in o.what
+    )
+    light = (
+        sd * every["noise_e"]
+        + (bands + FLOAT32 * bool(bands or sd)) * np.abs(every["electrons"]).max()
+    )
     bound = 2 * light + (light > 0) * (every["step_e"] + every["noisy"])
     worst = np.unravel_index(np.argmax(apart - bound), apart.shape)
     return float(apart[worst]), float(bound[worst])
@@ -104,9 +148,31 @@ def warmed(rendered=()) -> None:
     from .cases import CHART, CLEAN, SHARP, TILES
 
     with empty_home():
-        run(compose(["scene=macbeth", *CHART, *CLEAN, "sensor=lofic", "scene.width=24", "scene.height=16"]))
+        run(
+            compose(
+                [
+                    "scene=macbeth",
+                    *CHART,
+                    *CLEAN,
+                    "sensor=lofic",
+                    "scene.width=24",
+                    "scene.height=16",
+                ]
+            )
+        )
     for case in rendered:
         own = [o for o in case.overrides if o not in (*SHARP, *TILES)]
         for more in ([], ["leave_out=false"]):
             with empty_home():
-                run(compose([*own, *SHARP, "renderer.width=64", "renderer.height=36", "renderer.samples=2", *more]))
+                run(
+                    compose(
+                        [
+                            *own,
+                            *SHARP,
+                            "renderer.width=64",
+                            "renderer.height=36",
+                            "renderer.samples=2",
+                            *more,
+                        ]
+                    )
+                )

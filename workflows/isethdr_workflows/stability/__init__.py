@@ -20,8 +20,18 @@ from __future__ import annotations
 
 from isethdr_core.errors import ConfigError, did_you_mean
 
-STAGES = ("convolve", "lens", "spectra", "lighting", "dynamics", "poisson", "sensor", "isp", "chain",
-          "bad_input")
+STAGES = (
+    "convolve",
+    "lens",
+    "spectra",
+    "lighting",
+    "dynamics",
+    "poisson",
+    "sensor",
+    "isp",
+    "chain",
+    "bad_input",
+)
 
 
 def stability(stage: str = "", slow: int = 0) -> list[dict]:
@@ -47,5 +57,8 @@ def stability(stage: str = "", slow: int = 0) -> list[dict]:
     if stage and stage not in STAGES:
         raise ConfigError(f"study stability has no stage {stage!r}{did_you_mean(stage, STAGES)}")
     options = {"chain": {"slow": slow}}
-    return [judged(name, Case(*case)) for name in ([stage] if stage else STAGES)
-            for case in import_module(f".{name}", __package__).cases(**options.get(name, {}))]
+    return [
+        judged(name, Case(*case))
+        for name in ([stage] if stage else STAGES)
+        for case in import_module(f".{name}", __package__).cases(**options.get(name, {}))
+    ]

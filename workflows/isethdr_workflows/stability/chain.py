@@ -11,7 +11,7 @@ from isethdr_core.errors import UnitError
 from .lens import beyond
 from .verdict import Measured, relative
 
-FLOAT32 = 2.0**-21   # scene, irradiance and raw are rounded to float32 each
+FLOAT32 = 2.0**-21  # scene, irradiance and raw are rounded to float32 each
 
 
 def cases(slow: int = 0):
@@ -25,7 +25,10 @@ def cases(slow: int = 0):
         yield f"uniform 100 cd/m2 in {count} bands", lambda n=count: uniform(100.0, n)
     for tiles in (1.0, 0.1, 1e-3):
         yield f"disc of {tiles:g} tiles: its light", lambda t=tiles: disc(t)
-        yield f"disc of {tiles:g} tiles through diffraction: its light", lambda t=tiles: disc(t, "diffraction_limited")
+        yield (
+            f"disc of {tiles:g} tiles through diffraction: its light",
+            lambda t=tiles: disc(t, "diffraction_limited"),
+        )
     for name in ("bayer", "split_pixel", "staggered", "dual_gain", "lofic"):
         yield f"20 cd/m2 through {name} and merge: pulls", lambda n=name: pulls(n)
     yield "one tile, one pixel", lambda: uniform(100.0, shape=(1, 1)), UnitError
@@ -40,7 +43,9 @@ def _through(scene, lens: str = "ideal", sensor=None, isp=None, noise: bool = Fa
 
     mixed = build("lighting", "ideal")(scene)
     light = build("lens", lens, focal_length_mm=_focal_mm(mixed))(mixed)
-    captures = (sensor or build("sensor", "ideal", pitch_um=3.0, cfa="W"))(light, generator(11) if noise else None)
+    captures = (sensor or build("sensor", "ideal", pitch_um=3.0, cfa="W"))(
+        light, generator(11) if noise else None
+    )
     return mixed, (isp or build("isp", "linear"))(captures)
 
 
@@ -54,8 +59,16 @@ def _focal_mm(mixed) -> float:
 def _chart(name: str, shape=(24, 48), bands: int = 31, **fields):
     from isethdr_core.registry import build
 
-    return build("scene", name, height=shape[0], width=shape[1], horizontal_field_deg=2.0 if shape[1] < 1000 else 40.0,
-                 step_nm=300.0 / (bands - 1), spectrum="E", **fields)()
+    return build(
+        "scene",
+        name,
+        height=shape[0],
+        width=shape[1],
+        horizontal_field_deg=2.0 if shape[1] < 1000 else 40.0,
+        step_nm=300.0 / (bands - 1),
+        spectrum="E",
+        **fields,
+    )()
 
 
 def ramp(decades: float) -> Measured:
@@ -71,7 +84,11 @@ def uniform(level: float, bands: int = 31, shape=(24, 48)) -> Measured:
     """A uniform field comes out uniform, at its level but for the colour of the light, which is one factor known from the filter."""
     mixed, picture = _through(_chart("uniform", shape, bands, luminance_cd_m2=level))
     factor = _balance_factor(mixed.wavelength.values)
-    return Measured(relative(picture.xyz.values[..., 1], level * factor), FLOAT32, "level times the filter's own view of the light, relative")
+    return Measured(
+        relative(picture.xyz.values[..., 1], level * factor),
+        FLOAT32,
+        "level times the filter's own view of the light, relative",
+    )
 
 
 def _balance_factor(bands) -> float:
@@ -83,8 +100,16 @@ def _balance_factor(bands) -> float:
     from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
     from isethdr_core.registry import build
 
-    response = quantum_efficiency(build("sensor", "ideal", cfa="W").model(), bands)[0] * band_widths_nm(bands) / photon_energy_j(bands)
-    return float(response.sum() / luminance(np.ones(len(bands)), bands) / (response @ light("daylight", bands)))
+    response = (
+        quantum_efficiency(build("sensor", "ideal", cfa="W").model(), bands)[0]
+        * band_widths_nm(bands)
+        / photon_energy_j(bands)
+    )
+    return float(
+        response.sum()
+        / luminance(np.ones(len(bands)), bands)
+        / (response @ light("daylight", bands))
+    )
 
 
 def disc(tiles: float, lens: str = "ideal") -> Measured:
@@ -92,11 +117,26 @@ def disc(tiles: float, lens: str = "ideal") -> Measured:
     shape, level = (24, 48), 1e9
     pitch = 2 * math.tan(math.radians(1.0)) / shape[1]
     degrees = 2 * math.degrees(math.atan(tiles * pitch / 2))
-    mixed, picture = _through(_chart("point_lights", shape, discs=1, luminance_cd_m2=level, background_cd_m2=0.0, disc_diameter_deg=degrees), lens)
-    lost = beyond(36.0, 4.0 * 700 / 550) if lens != "ideal" else 0.0   # of the longest waves, through a square: an upper bound
+    mixed, picture = _through(
+        _chart(
+            "point_lights",
+            shape,
+            discs=1,
+            luminance_cd_m2=level,
+            background_cd_m2=0.0,
+            disc_diameter_deg=degrees,
+        ),
+        lens,
+    )
+    lost = (
+        beyond(36.0, 4.0 * 700 / 550) if lens != "ideal" else 0.0
+    )  # of the longest waves, through a square: an upper bound
     truth = level * math.pi / 4 * tiles**2 * _balance_factor(mixed.wavelength.values)
-    return Measured(abs(float(picture.xyz.values[..., 1].sum()) / truth - 1), 1e-5 + lost,
-                    "area times luminance, relative")
+    return Measured(
+        abs(float(picture.xyz.values[..., 1].sum()) / truth - 1),
+        1e-5 + lost,
+        "area times luminance, relative",
+    )
 
 
 def pulls(name: str) -> Measured:
@@ -104,8 +144,21 @@ def pulls(name: str) -> Measured:
     from isethdr_core.registry import build
 
     scene = _chart("uniform", (64, 64), luminance_cd_m2=20.0)
-    _, picture = _through(scene, sensor=build("sensor", name, cfa="W", pitch_um=3.0), isp=build("isp", "merge"), noise=True)
-    y, var, valid = picture.xyz.values[..., 1], picture.variance.values[..., 1], picture.valid.values
+    _, picture = _through(
+        scene,
+        sensor=build("sensor", name, cfa="W", pitch_um=3.0),
+        isp=build("isp", "merge"),
+        noise=True,
+    )
+    y, var, valid = (
+        picture.xyz.values[..., 1],
+        picture.variance.values[..., 1],
+        picture.valid.values,
+    )
     pull = (y - y.mean()) / np.sqrt(var)
     # 4096 pulls give their rms to 1.1 % (1 sd); PRNU and columns add to shot noise and are not in the variance
-    return Measured(abs(float(np.sqrt(np.mean(pull[valid] ** 2))) - 1) + (not valid.all()), 0.1, "1, rms of the pulls")
+    return Measured(
+        abs(float(np.sqrt(np.mean(pull[valid] ** 2))) - 1) + (not valid.all()),
+        0.1,
+        "1, rms of the pulls",
+    )

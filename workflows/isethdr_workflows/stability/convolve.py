@@ -11,7 +11,10 @@ from .verdict import Measured, relative
 def cases():
     """Yield (case, measure)."""
     for decades in (0, 3, 6, 9, 12, 15):
-        yield f"one lamp 1e{decades} times its surroundings", lambda d=decades: direct(lamps(10.0**d, 1))
+        yield (
+            f"one lamp 1e{decades} times its surroundings",
+            lambda d=decades: direct(lamps(10.0**d, 1)),
+        )
     yield "a quarter of the tiles lamps of 1e12", lambda: direct(lamps(1e12, 300))
     for level in (1e-12, 1e12, 1e-200, 1e200):
         yield f"{level:g} everywhere", lambda v=level: direct(v * patchy((32, 40)))
@@ -38,7 +41,7 @@ def alone(ny: int, nx: int) -> np.ndarray:
 
 def wide(reach: int = 24) -> np.ndarray:
     """Return a point spread function with the tail of a diffraction pattern, r^-3."""
-    y, x = np.mgrid[-reach:reach + 1, -reach:reach + 1]
+    y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     out = (1.0 + x**2 + 1.5 * y**2) ** -1.5
     return out / out.sum()
 
@@ -49,7 +52,11 @@ def direct(image) -> Measured:
 
     psf = wide()
     found, bound = convolve_with_bound(image, psf)
-    return Measured(relative(found, summed(image, psf)), bound.relative + bound.absolute, "direct sum in long double, relative")
+    return Measured(
+        relative(found, summed(image, psf)),
+        bound.relative + bound.absolute,
+        "direct sum in long double, relative",
+    )
 
 
 def summed(image, psf) -> np.ndarray:
@@ -58,5 +65,5 @@ def summed(image, psf) -> np.ndarray:
     padded = np.zeros((ny + ky - 1, nx + kx - 1), np.longdouble)
     for i in range(ky):
         for j in range(kx):
-            padded[i:i + ny, j:j + nx] += np.longdouble(psf[i, j]) * image
-    return padded[ky // 2:ky // 2 + ny, kx // 2:kx // 2 + nx]
+            padded[i : i + ny, j : j + nx] += np.longdouble(psf[i, j]) * image
+    return padded[ky // 2 : ky // 2 + ny, kx // 2 : kx // 2 + nx]

@@ -13,12 +13,18 @@ from .verdict import Measured
 
 CURRENTS = 10.0 ** np.arange(-3, 16)
 TIMES = (1e-6, 1e-3, 0.016, 1.0, 60.0, 3600.0)
-EXACT = 1e-13   # "exact" in float64: some ten roundings of 1e-16 and one of the logarithm's argument, up to 1e2
+EXACT = 1e-13  # "exact" in float64: some ten roundings of 1e-16 and one of the logarithm's argument, up to 1e2
 
 
 def cases():
     """Yield (case, measure), with the error class where it is refused."""
-    for knee, thermal, rate in ((7000.0, 240.0, 4.4e5), (7000.0, 1.0, 4.4e5), (1e6, 1e4, 1.0), (1e-3, 1e-3, 1e3), (1e38, 1e30, 1e3)):
+    for knee, thermal, rate in (
+        (7000.0, 240.0, 4.4e5),
+        (7000.0, 1.0, 4.4e5),
+        (1e6, 1e4, 1.0),
+        (1e-3, 1e-3, 1e3),
+        (1e38, 1e30, 1e3),
+    ):
         title = f"knee {knee:g} e, thermal {thermal:g} e"
         yield f"{title}: charge", lambda w=(knee, thermal, rate): charge(*w)
         yield f"{title}: spilled charge", lambda w=(knee, thermal, rate): spill(*w)
@@ -54,29 +60,41 @@ def spill(knee: float, thermal: float, rate: float) -> Measured:
         for value, true in zip(row, line):
             if float(true) > 1e-300:
                 # its logarithm is a number of size knee / thermal, kept to 1e-16 of itself
-                worst = max(worst, abs(float((Decimal(float(value)) - true) / true)) / max(1.0, knee / thermal))
+                worst = max(
+                    worst,
+                    abs(float((Decimal(float(value)) - true) / true)) / max(1.0, knee / thermal),
+                )
     return Measured(worst, EXACT, "closed form in 80 digits, relative, per unit of log(spill)")
 
 
 def _worst(found, truth, knee) -> float:
-    return max(abs(float((Decimal(float(v)) - t) / t)) for row, line in zip(found, truth) for v, t in zip(row, line) if t)
+    return max(
+        abs(float((Decimal(float(v)) - t) / t))
+        for row, line in zip(found, truth)
+        for v, t in zip(row, line)
+        if t
+    )
 
 
-def exact(current: float, time: float, knee: float, thermal: float, rate: float) -> tuple[Decimal, Decimal]:
+def exact(
+    current: float, time: float, knee: float, thermal: float, rate: float
+) -> tuple[Decimal, Decimal]:
     """Return (charge, spilled) from u' = b - a u solved for constant light, u = exp(-(Q - knee) / thermal)."""
     with localcontext() as context:
-        context.prec, context.Emax, context.Emin = 80, 10**15, -10**15
+        context.prec, context.Emax, context.Emin = 80, 10**15, -(10**15)
         t, k, th, r = (Decimal(v) for v in (time, knee, thermal, rate))
-        arrived = Decimal(current * time)   # the function under test multiplies in float64: that is not what is judged
+        arrived = Decimal(
+            current * time
+        )  # the function under test multiplies in float64: that is not what is judged
         x = arrived / th
         memory = t * (1 - (-x).exp()) / x
-        log_keep = k / th - x               # log of u(0) exp(-a T)
+        log_keep = k / th - x  # log of u(0) exp(-a T)
         log_source = (r / th * memory).ln()
         high, low = max(log_keep, log_source), min(log_keep, log_source)
         tail = (low - high).exp()
         more = tail - tail**2 / 2 if tail < Decimal("1e-60") else (1 + tail).ln()
         left = k - th * (high + more)
-        if high == log_keep:                # spilled = thermal log(1 + tail): no difference of large numbers
+        if high == log_keep:  # spilled = thermal log(1 + tail): no difference of large numbers
             return left, th * more
         return left, arrived - left
 
@@ -90,7 +108,11 @@ def read_back() -> Measured:
     back = arrived_from_charge(left, 0.016, well)
     # one float64 step of the charge is 1e-16 charge / slope of the arrived charge
     condition = np.maximum(1.0, left / (arrived * slope(arrived, 0.016, well)))
-    return Measured(float(np.max(np.abs(back / arrived - 1) / condition)), 1e-14, "its own inverse, relative, per condition number")
+    return Measured(
+        float(np.max(np.abs(back / arrived - 1) / condition)),
+        1e-14,
+        "its own inverse, relative, per condition number",
+    )
 
 
 def dark() -> Measured:
@@ -99,4 +121,6 @@ def dark() -> Measured:
 
     left, lost = flow(0.0, 0.0, 3600.0, Well(7000.0, 240.0, 4.4e5))
     true = -240.0 * np.log1p(3600.0 * 4.4e5 / 240.0 * np.exp(-7000.0 / 240.0))
-    return Measured(max(abs(left / true - 1), abs(lost / -true - 1)), 1e-12, "thermal log(1 + source), relative")
+    return Measured(
+        max(abs(left / true - 1), abs(lost / -true - 1)), 1e-12, "thermal log(1 + source), relative"
+    )

@@ -8,29 +8,61 @@ from isethdr_core.quantities import IRRADIANCE, RADIANCE, centres, plane, scene_
 
 BANDS = np.arange(400.0, 701.0, 10.0)
 PITCH_UM = 3.0
-THROUGHPUT_SR = np.pi / 65   # of a lens at f/4
+THROUGHPUT_SR = np.pi / 65  # of a lens at f/4
 
 
 def mixed(cube, wavelength_nm=BANDS, pitch: float = 1e-3):
     """Return mixed radiance of a (wavelength, y, x) cube on tiles of `pitch` tangents."""
     _, ny, nx = cube.shape
-    return plane(cube, wavelength_nm, centres(nx, nx * pitch), centres(ny, ny * pitch), RADIANCE, weights={},
-                 field_width=nx * pitch, field_height=ny * pitch, pitch_x=pitch, pitch_y=pitch)
+    return plane(
+        cube,
+        wavelength_nm,
+        centres(nx, nx * pitch),
+        centres(ny, ny * pitch),
+        RADIANCE,
+        weights={},
+        field_width=nx * pitch,
+        field_height=ny * pitch,
+        pitch_x=pitch,
+        pitch_y=pitch,
+    )
 
 
 def irradiance(cube, wavelength_nm=BANDS, tile_um: float = PITCH_UM):
     """Return irradiance of a (wavelength, y, x) cube on tiles of `tile_um`."""
     _, ny, nx = cube.shape
     p = tile_um * 1e-6
-    return plane(cube, wavelength_nm, centres(nx, nx * p), centres(ny, ny * p), IRRADIANCE, f_number=4.0, focal_length_mm=4.0,
-                 throughput_sr=THROUGHPUT_SR, falloff="none", field_width=nx * p, field_height=ny * p, pitch_x=p, pitch_y=p)
+    return plane(
+        cube,
+        wavelength_nm,
+        centres(nx, nx * p),
+        centres(ny, ny * p),
+        IRRADIANCE,
+        f_number=4.0,
+        focal_length_mm=4.0,
+        throughput_sr=THROUGHPUT_SR,
+        falloff="none",
+        field_width=nx * p,
+        field_height=ny * p,
+        pitch_x=p,
+        pitch_y=p,
+    )
 
 
 def scene(maps: dict, wavelength_nm=BANDS, pitch: float = 1e-3):
     """Return scene radiance whose groups are (y, x) maps of flat spectra."""
-    stack = np.stack([np.broadcast_to(m, (len(wavelength_nm), *np.shape(m))) for m in maps.values()])
+    stack = np.stack(
+        [np.broadcast_to(m, (len(wavelength_nm), *np.shape(m))) for m in maps.values()]
+    )
     ny, nx = stack.shape[-2:]
-    return scene_radiance(stack, maps, wavelength_nm, centres(nx, nx * pitch), centres(ny, ny * pitch), (nx * pitch, ny * pitch))
+    return scene_radiance(
+        stack,
+        maps,
+        wavelength_nm,
+        centres(nx, nx * pitch),
+        centres(ny, ny * pitch),
+        (nx * pitch, ny * pitch),
+    )
 
 
 def patchy(shape, seed: int = 1) -> np.ndarray:

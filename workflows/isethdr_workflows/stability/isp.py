@@ -9,8 +9,8 @@ from isethdr_core.errors import UnitError
 from .inputs import BANDS, THROUGHPUT_SR, irradiance
 from .verdict import Measured, relative
 
-LEVEL = 100.0   # cd/m2
-FLOAT32 = 2.0**-22   # raw without a converter is float32, and black comes off
+LEVEL = 100.0  # cd/m2
+FLOAT32 = 2.0**-22  # raw without a converter is float32, and black comes off
 
 
 def cases():
@@ -18,15 +18,28 @@ def cases():
     for name in ("linear", "merge"):
         yield f"{name}: three equal filters", lambda n=name: equal_filters(n, 0.0)
         yield f"{name}: filters that differ by 1e-9", lambda n=name: equal_filters(n, 1e-9)
-        yield (f"{name}: a filter that passes nothing",
-               lambda n=name: equal_filters(n, 0.0, blind=True), {"merge": UnitError}.get(name))
+        yield (
+            f"{name}: a filter that passes nothing",
+            lambda n=name: equal_filters(n, 0.0, blind=True),
+            {"merge": UnitError}.get(name),
+        )
         yield f"{name}: all dark", lambda n=name: dark(n)
         yield f"{name}: all saturated", lambda n=name: blinded(n)
         for shape in ((1, 1), (1, 60), (2, 2)):
-            yield f"{name}: {shape[0]} x {shape[1]} pixels under one filter", lambda n=name, s=shape: one_filter(n, *s)
-    yield "linear: 1 x 1 pixels of a Bayer array", lambda: one_filter("linear", 1, 1, cfa="RGGB"), UnitError
-    yield ("merge: two captures, a filter that passes nothing",
-           lambda: equal_filters("merge", 0.0, blind=True, sensor="staggered"), UnitError)
+            yield (
+                f"{name}: {shape[0]} x {shape[1]} pixels under one filter",
+                lambda n=name, s=shape: one_filter(n, *s),
+            )
+    yield (
+        "linear: 1 x 1 pixels of a Bayer array",
+        lambda: one_filter("linear", 1, 1, cfa="RGGB"),
+        UnitError,
+    )
+    yield (
+        "merge: two captures, a filter that passes nothing",
+        lambda: equal_filters("merge", 0.0, blind=True, sensor="staggered"),
+        UnitError,
+    )
     for factor in (0.5, 2.0, 100.0):
         yield f"merge: one capture reads {factor:g} times too much", lambda f=factor: disagree(f)
     for level in (1e-9, 1e9):
@@ -43,9 +56,14 @@ def _white(level: float = LEVEL):
 def _shot(sensor: str = "bayer", shape=(24, 24), level: float = LEVEL, generator=None, **fields):
     from isethdr_core.registry import build
 
-    cube = np.broadcast_to((_white(level) * THROUGHPUT_SR)[:, None, None], (len(BANDS), 2 * shape[0] + 2, 2 * shape[1] + 2))
+    cube = np.broadcast_to(
+        (_white(level) * THROUGHPUT_SR)[:, None, None],
+        (len(BANDS), 2 * shape[0] + 2, 2 * shape[1] + 2),
+    )
     quiet = {} if generator else {"noise": False, "bits": 0}
-    return build("sensor", sensor, pitch_um=3.0, rows=shape[0], columns=shape[1], **quiet, **fields)(irradiance(cube, tile_um=1.5 * (1 + 1e-6)), generator)
+    return build(
+        "sensor", sensor, pitch_um=3.0, rows=shape[0], columns=shape[1], **quiet, **fields
+    )(irradiance(cube, tile_um=1.5 * (1 + 1e-6)), generator)
 
 
 def _picture(name: str, shot):
@@ -64,10 +82,12 @@ def equal_filters(name: str, apart: float, blind: bool = False, sensor: str = "b
     green = shot.quantum_efficiency.values[:, 1].copy()
     before = [_of_white(shot, k) for k in range(3)]
     for k in (0, 2):
-        shot.quantum_efficiency.values[:, k] = green * (1 + apart * np.linspace(-1, 1, len(BANDS)) * (k - 1))
+        shot.quantum_efficiency.values[:, k] = green * (
+            1 + apart * np.linspace(-1, 1, len(BANDS)) * (k - 1)
+        )
     if blind:
         shot.quantum_efficiency.values[:, 0] = 0.0
-    for k in (0, 2):   # the raw values that such filters would have given
+    for k in (0, 2):  # the raw values that such filters would have given
         at, ratio = shot["filter"].values == k, _of_white(shot, k) / before[k]
         for raw, dark_e in zip(shot.raw.values, shot.dark_e.values):
             raw[at] = (raw[at] - dark_e) * ratio + dark_e
@@ -87,7 +107,9 @@ def dark(name: str) -> Measured:
     picture = _picture(name, _shot(shape=(64, 64), level=0.0, generator=generator(5)))
     y, rms = picture.xyz.values[..., 1], np.sqrt(picture.variance.values[..., 1].mean())
     # neighbours share samples: 4096 pixels count as 1000; fixed patterns are a tenth of the noise
-    return Measured(abs(float(y.mean())) / rms, 5 / np.sqrt(1000) + 0.1, "0 cd/m2, share of the noise")
+    return Measured(
+        abs(float(y.mean())) / rms, 5 / np.sqrt(1000) + 0.1, "0 cd/m2, share of the noise"
+    )
 
 
 def blinded(name: str) -> Measured:
@@ -95,13 +117,21 @@ def blinded(name: str) -> Measured:
     from isethdr_core import generator
 
     picture = _picture(name, _shot(level=1e12, generator=generator(5)))
-    wrong = picture.valid.values.mean() + np.mean(~np.isfinite(picture.xyz.values)) + np.mean(~np.isfinite(picture.variance.values))
+    wrong = (
+        picture.valid.values.mean()
+        + np.mean(~np.isfinite(picture.xyz.values))
+        + np.mean(~np.isfinite(picture.variance.values))
+    )
     return Measured(float(wrong), 0.0, "share of pixels that pass as valid or are not finite")
 
 
 def one_filter(name: str, rows: int, columns: int, cfa: str = "W") -> Measured:
     """A single pixel or row is read as any other."""
-    return Measured(_off(_picture(name, _shot("single", (rows, columns), cfa=cfa, exposure_s=1e-3))), FLOAT32, "100 cd/m2, relative")
+    return Measured(
+        _off(_picture(name, _shot("single", (rows, columns), cfa=cfa, exposure_s=1e-3))),
+        FLOAT32,
+        "100 cd/m2, relative",
+    )
 
 
 def level_back(level: float) -> Measured:
@@ -109,7 +139,11 @@ def level_back(level: float) -> Measured:
     from isethdr_core.registry import build
 
     cube = np.broadcast_to((_white(level) * THROUGHPUT_SR)[:, None, None], (len(BANDS), 24, 24))
-    return Measured(_off(_picture("linear", build("sensor", "ideal", pitch_um=3.0)(irradiance(cube))), level), FLOAT32, "the scene's level, relative")
+    return Measured(
+        _off(_picture("linear", build("sensor", "ideal", pitch_um=3.0)(irradiance(cube))), level),
+        FLOAT32,
+        "the scene's level, relative",
+    )
 
 
 def disagree(factor: float) -> Measured:
@@ -118,7 +152,11 @@ def disagree(factor: float) -> Measured:
     shot.raw.values[1] *= factor
     y = _picture("merge", shot).xyz.values[..., 1] / LEVEL
     low, high = min(1.0, factor), max(1.0, factor)
-    return Measured(max(0.0, float(y.max()) / high - 1, 1 - float(y.min()) / low), 0.05, "between both readings, relative excess")
+    return Measured(
+        max(0.0, float(y.max()) / high - 1, 1 - float(y.min()) / low),
+        0.05,
+        "between both readings, relative excess",
+    )
 
 
 def one_colour() -> Measured:

@@ -13,10 +13,10 @@ from .inputs import mixed, patchy
 from .verdict import Measured, relative, with_ledger
 
 GREEN = np.array([550.0])
-ROUNDING = 2.0**-23   # irradiance is float32: one step
-PUPIL = 1e-4          # kernel values (L1), as the plugin's `pupils.CORE_SAMPLES` states
-WAVEFRONT = 1e-2      # the same where the pupil is as coarse as a quarter wave per cell allows; no stage states a bound, this is asked
-ORDERS = 4e-4         # of a point's light, as the plugin's `pupils.CELLS` states
+ROUNDING = 2.0**-23  # irradiance is float32: one step
+PUPIL = 1e-4  # kernel values (L1), as the plugin's `pupils.CORE_SAMPLES` states
+WAVEFRONT = 1e-2  # the same where the pupil is as coarse as a quarter wave per cell allows; no stage states a bound, this is asked
+ORDERS = 4e-4  # of a point's light, as the plugin's `pupils.CELLS` states
 DEFOCUS = (0.5, 5.5, 50.5)  # waves
 
 
@@ -29,31 +29,70 @@ def cases():
         yield f"f/{f_number:g}: peak of the point spread", lambda n=f_number: peak(n, 0.0)
         yield f"f/{f_number:g}: light of one tile", lambda n=f_number: energy(n)
     for f_number in (100.0, 200.0):
-        yield f"f/{f_number:g}: light of one tile, the pattern wider than the frame", lambda n=f_number: energy(n)
-    yield "129 x 129 tiles of an eighth of a micrometre: light of one", lambda: energy(4.0, 129, 0.125)
-    for fields in ({"f_number": math.inf}, {"f_number": 1e30}, {"f_number": 1e-9}, {"f_number": 1e5}, {"focal_length_mm": 1e30}, {"transmittance": 1e-300}):
-        (name, value), = fields.items()
-        yield f"{name} of {value:g}", lambda f=fields: _lens("diffraction_limited", **f), ConfigError
+        yield (
+            f"f/{f_number:g}: light of one tile, the pattern wider than the frame",
+            lambda n=f_number: energy(n),
+        )
+    yield (
+        "129 x 129 tiles of an eighth of a micrometre: light of one",
+        lambda: energy(4.0, 129, 0.125),
+    )
+    for fields in (
+        {"f_number": math.inf},
+        {"f_number": 1e30},
+        {"f_number": 1e-9},
+        {"f_number": 1e5},
+        {"focal_length_mm": 1e30},
+        {"transmittance": 1e-300},
+    ):
+        ((name, value),) = fields.items()
+        yield (
+            f"{name} of {value:g}",
+            lambda f=fields: _lens("diffraction_limited", **f),
+            ConfigError,
+        )
     yield "focal length of 4 m: light of one tile", lambda: energy(4.0, focal_length_mm=4000.0)
     for waves in DEFOCUS:
         yield f"{waves:g} waves of defocus: light on the very axis", lambda w=waves: peak(4.0, w)
         yield f"{waves:g} waves of defocus: the pattern", lambda w=waves: pattern(w)
         yield f"{waves:g} waves of defocus: light of the whole pattern", lambda w=waves: spread(w)
     for index in (84, 100, 600):
-        yield f"Zernike index {index}, 0.01 um rms: light on the very axis", lambda j=index: high_order(j)
+        yield (
+            f"Zernike index {index}, 0.01 um rms: light on the very axis",
+            lambda j=index: high_order(j),
+        )
     yield "a frame that fits into no memory", too_large, ConfigError
-    for name, terms in (("index 1e6", {10**6: 0.05}), ("a value that is not a number", {4: math.nan})):
-        yield (f"Zernike terms with {name}",
-               lambda t=terms: _lens("wavefront", zernike_um=t), ConfigError)
+    for name, terms in (
+        ("index 1e6", {10**6: 0.05}),
+        ("a value that is not a number", {4: math.nan}),
+    ):
+        yield (
+            f"Zernike terms with {name}",
+            lambda t=terms: _lens("wavefront", zernike_um=t),
+            ConfigError,
+        )
     yield "1 beside 1e12 through diffraction", decades
-    yield "all dark", lambda: Measured(float(np.abs(_lens("diffraction_limited")(mixed(np.zeros((1, 12, 16)), GREEN)).values).max()), 0.0,
-                                       "0")
+    yield (
+        "all dark",
+        lambda: Measured(
+            float(
+                np.abs(
+                    _lens("diffraction_limited")(mixed(np.zeros((1, 12, 16)), GREEN)).values
+                ).max()
+            ),
+            0.0,
+            "0",
+        ),
+    )
     for shape in ((1, 1), (1, 40), (40, 1)):
         yield f"{shape[0]} x {shape[1]} tiles through diffraction", lambda s=shape: row(s)
     yield "f/0.3", lambda: _lens("ideal", f_number=0.3), ConfigError
     for name, level in (("negative", -1.0), ("NaN", math.nan), ("infinite", math.inf)):
-        yield (f"{name} radiance",
-               lambda v=level: _lens("ideal")(mixed(np.full((1, 4, 4), v), GREEN)), UnitError)
+        yield (
+            f"{name} radiance",
+            lambda v=level: _lens("ideal")(mixed(np.full((1, 4, 4), v), GREEN)),
+            UnitError,
+        )
 
 
 def _lens(name: str, **fields):
@@ -74,7 +113,11 @@ def beside() -> Measured:
     """Tiles do not touch each other without blur."""
     cube = np.where(np.indices((8, 8)).sum(0) % 2, 1e-12, 1e12)[None].astype(np.float32)
     light = _lens("ideal", falloff="none")(mixed(cube, GREEN))
-    return Measured(relative(light.values, cube.astype(float) * math.pi / 65), ROUNDING, "pi / (1 + 4 N^2), relative")
+    return Measured(
+        relative(light.values, cube.astype(float) * math.pi / 65),
+        ROUNDING,
+        "pi / (1 + 4 N^2), relative",
+    )
 
 
 def peak(f_number: float, waves: float) -> Measured:
@@ -83,9 +126,15 @@ def peak(f_number: float, waves: float) -> Measured:
     Hopkins 1955, "The frequency response of a defocused optical system": the pupil's phase is uniform in the square of the radius.
     """
     pitch_um = 0.05 * 0.55 * f_number
-    found = float(_defocused(f_number, waves).psf(550.0, pitch_um, 16, integrated=False).values[0, 8, 8])
+    found = float(
+        _defocused(f_number, waves).psf(550.0, pitch_um, 16, integrated=False).values[0, 8, 8]
+    )
     clean, turn = math.pi / 4 * (pitch_um / (0.55 * f_number)) ** 2, math.pi * waves
-    return Measured(abs(found / (clean * ((math.sin(turn) / turn) ** 2 if waves else 1.0)) - 1), WAVEFRONT if waves > 1 else PUPIL, "closed form on the axis, relative")
+    return Measured(
+        abs(found / (clean * ((math.sin(turn) / turn) ** 2 if waves else 1.0)) - 1),
+        WAVEFRONT if waves > 1 else PUPIL,
+        "closed form on the axis, relative",
+    )
 
 
 def _defocused(f_number: float, waves: float):
@@ -104,11 +153,15 @@ def high_order(index: int) -> Measured:
     rms_um, f_number, pitch_um = 0.01, 4.0, 0.11
     n, m = order(index)
     node, weight = np.polynomial.legendre.leggauss(600)
-    s = (node + 1) / 2   # square of the pupil's radius
+    s = (node + 1) / 2  # square of the pupil's radius
     radial = s ** (abs(m) / 2) * eval_jacobi((n - abs(m)) // 2, 0, abs(m), 2 * s - 1)
     phase = 2 * math.pi * rms_um / 0.55 * math.sqrt(n + 1 if m == 0 else 2 * (n + 1)) * radial
     mean = weight / 2 @ (np.exp(1j * phase) if m == 0 else jv(0, phase))
-    found = float(_lens("wavefront", zernike_um={index: rms_um}).psf(550.0, pitch_um, 16, integrated=False).values[0, 8, 8])
+    found = float(
+        _lens("wavefront", zernike_um={index: rms_um})
+        .psf(550.0, pitch_um, 16, integrated=False)
+        .values[0, 8, 8]
+    )
     truth = math.pi / 4 * (pitch_um / (0.55 * f_number)) ** 2 * abs(mean) ** 2
     return Measured(abs(found / truth - 1), ORDERS, "squared mean of the pupil function, relative")
 
@@ -131,19 +184,33 @@ def pattern(waves: float) -> Measured:
     at = (np.arange(count) - count // 2) * width / count
     radius, place = np.unique(np.hypot(at[:, None], at).round(9), return_inverse=True)
     node, weight = np.polynomial.legendre.leggauss(1200)
-    s = (node + 1) / 2   # square of the pupil's radius
-    field = j0(np.pi * radius[:, None] / 2.2 * np.sqrt(s)) @ (weight / 2 * np.exp(2j * np.pi * waves * s))
-    truth = (np.abs(field) ** 2)[place].reshape(found.shape) * math.pi / 4 * (width / count / 2.2) ** 2
-    return Measured(float(np.abs(found - truth).sum() / truth.sum()), WAVEFRONT if waves > 1 else PUPIL, "integral over the pupil's radius, L1")
+    s = (node + 1) / 2  # square of the pupil's radius
+    field = j0(np.pi * radius[:, None] / 2.2 * np.sqrt(s)) @ (
+        weight / 2 * np.exp(2j * np.pi * waves * s)
+    )
+    truth = (
+        (np.abs(field) ** 2)[place].reshape(found.shape) * math.pi / 4 * (width / count / 2.2) ** 2
+    )
+    return Measured(
+        float(np.abs(found - truth).sum() / truth.sum()),
+        WAVEFRONT if waves > 1 else PUPIL,
+        "integral over the pupil's radius, L1",
+    )
 
 
 def spread(waves: float) -> Measured:
     """All light lies within the geometric blur, 8 N W20 wide, but for what its edge diffracts: that of a clear stop, at most."""
     width = 8 * 4.0 * waves * 0.55
-    found = float(_defocused(4.0, waves).psf(550.0, (width + 400.0) / 256, 256, integrated=True).values.sum())
+    found = float(
+        _defocused(4.0, waves).psf(550.0, (width + 400.0) / 256, 256, integrated=True).values.sum()
+    )
     # the light that leaves a frame 200 um beyond the blur is diffracted once, at the rim: less than that of a point there
     lost = beyond(200.0, 4.0)
-    return Measured(max(found - 1, 1 - lost - found, 0.0), PUPIL, "1, less what diffraction throws out of the frame")
+    return Measured(
+        max(found - 1, 1 - lost - found, 0.0),
+        PUPIL,
+        "1, less what diffraction throws out of the frame",
+    )
 
 
 def beyond(half_um: float, f_number: float) -> float:
@@ -155,16 +222,24 @@ def beyond(half_um: float, f_number: float) -> float:
     return float(np.mean(j0(v) ** 2 + j1(v) ** 2))
 
 
-def energy(f_number: float, count: int = 41, tile_um: float = 4.0, focal_length_mm: float = 4.0) -> Measured:
+def energy(
+    f_number: float, count: int = 41, tile_um: float = 4.0, focal_length_mm: float = 4.0
+) -> Measured:
     """What one tile sends out arrives, but for what diffraction throws out of the frame of `count` x `count` tiles."""
     cube = np.zeros((1, count, count), np.float32)
     cube[0, count // 2, count // 2] = 1.0
-    lens = _lens("diffraction_limited", f_number=f_number, focal_length_mm=focal_length_mm, falloff="none")
+    lens = _lens(
+        "diffraction_limited", f_number=f_number, focal_length_mm=focal_length_mm, falloff="none"
+    )
     light = lens(mixed(cube, GREEN, 1e-3 * tile_um / focal_length_mm))
     missing = 1 - float(light.values.sum(dtype=float)) / lens.throughput_sr()
     half_um = count * tile_um / 2
-    lost = float(np.mean([beyond(half_um + tile_um * (k / 20 - 0.5), f_number) for k in range(21)]))   # the source has a width
-    return Measured(abs(missing - lost), PUPIL, "1 less J0^2 + J1^2 beyond the frame, share of the light")
+    lost = float(
+        np.mean([beyond(half_um + tile_um * (k / 20 - 0.5), f_number) for k in range(21)])
+    )  # the source has a width
+    return Measured(
+        abs(missing - lost), PUPIL, "1 less J0^2 + J1^2 beyond the frame, share of the light"
+    )
 
 
 def decades() -> Measured:
@@ -178,7 +253,9 @@ def decades() -> Measured:
     bound = next(e.value for e in row.errors if e.what == "convolution of the given kernel")
     kernel = kernels(lens, (), GREEN, (4.0, 4.0), (23, 31)).bands[0]
     truth = summed(image.astype(float) * (lens.throughput_sr()), kernel.astype(float))
-    return Measured(relative(light.values[0], truth), bound, "direct sum of its kernel in long double, relative")
+    return Measured(
+        relative(light.values[0], truth), bound, "direct sum of its kernel in long double, relative"
+    )
 
 
 def row(shape) -> Measured:
@@ -186,5 +263,12 @@ def row(shape) -> Measured:
     lens = _lens("diffraction_limited", falloff="none")
     light = lens(mixed(np.ones((1, *shape), np.float32), GREEN))
     # a tile of 4 um keeps more than a third of its own light at f/4
-    low, high = float(light.values.min()) / lens.throughput_sr(), float(light.values.max()) / lens.throughput_sr()
-    return Measured(max(high - 1, 1 / 3 - low, 0.0), ROUNDING, "between a third and all of the light of a uniform scene")
+    low, high = (
+        float(light.values.min()) / lens.throughput_sr(),
+        float(light.values.max()) / lens.throughput_sr(),
+    )
+    return Measured(
+        max(high - 1, 1 / 3 - low, 0.0),
+        ROUNDING,
+        "between a third and all of the light of a uniform scene",
+    )

@@ -9,7 +9,7 @@ from isethdr_core.errors import ConfigError, UnitError
 from .inputs import patchy, scene
 from .verdict import Measured, relative
 
-HALF_STEP = 2.0**-24   # mixed light is rounded to float32 once
+HALF_STEP = 2.0**-24  # mixed light is rounded to float32 once
 SHAPE = (24, 32)
 
 
@@ -25,16 +25,34 @@ def cases():
         yield f"{name}: a median", lambda e=apart: alike(e, median_cd_m2=500.0)
         yield f"{name}: a dynamic range", lambda e=apart: alike(e, dynamic_range=2.0)
     for level in (1e-9, 1e-3, 1e12):
-        yield f"a median of {level:g} cd/m2", lambda v=level: reached({"lamp": patchy(SHAPE) * 1e-3, "sky": patchy(SHAPE, 2)},
-                                                                     others=0.0, median_cd_m2=v)
+        yield (
+            f"a median of {level:g} cd/m2",
+            lambda v=level: reached(
+                {"lamp": patchy(SHAPE) * 1e-3, "sky": patchy(SHAPE, 2)}, others=0.0, median_cd_m2=v
+            ),
+        )
     for ratio in (10.0, 1e6, 1e12):
         yield f"a dynamic range of {ratio:g}", lambda v=ratio: reached(_night(), dynamic_range=v)
-    yield "a median over a dark group", lambda: said({"lamp": patchy(SHAPE), "sky": np.zeros(SHAPE)}, median_cd_m2=1e6)
-    yield "a mean below what the lamps give", lambda: said({"lamp": patchy(SHAPE), "sky": patchy(SHAPE, 2)}, mean_cd_m2=1e-6)
+    yield (
+        "a median over a dark group",
+        lambda: said({"lamp": patchy(SHAPE), "sky": np.zeros(SHAPE)}, median_cd_m2=1e6),
+    )
+    yield (
+        "a mean below what the lamps give",
+        lambda: said({"lamp": patchy(SHAPE), "sky": patchy(SHAPE, 2)}, mean_cd_m2=1e-6),
+    )
     yield "a dynamic range below that of the picture", lambda: said(_night(), dynamic_range=1.01)
-    yield "a luminance of a dark group", lambda: said({"lamp": np.zeros(SHAPE), "sky": patchy(SHAPE)},
-                                                      targets={"lamp": {"statistic": "max", "cd_m2": 10.0}})
-    yield "all groups dark, a dynamic range", lambda: said({"lamp": np.zeros(SHAPE), "sky": np.zeros(SHAPE)}, dynamic_range=100.0)
+    yield (
+        "a luminance of a dark group",
+        lambda: said(
+            {"lamp": np.zeros(SHAPE), "sky": patchy(SHAPE)},
+            targets={"lamp": {"statistic": "max", "cd_m2": 10.0}},
+        ),
+    )
+    yield (
+        "all groups dark, a dynamic range",
+        lambda: said({"lamp": np.zeros(SHAPE), "sky": np.zeros(SHAPE)}, dynamic_range=100.0),
+    )
     yield "a weight of NaN", lambda: mixing({"a": float("nan"), "b": 1.0, "c": 1.0}), ConfigError
     yield "a negative weight", lambda: mixing({"a": -1.0, "b": 1.0, "c": 1.0}), ConfigError
 
@@ -56,7 +74,10 @@ def mixing(weights: dict) -> Measured:
     maps = {g: patchy(SHAPE, seed) for seed, g in enumerate(weights, 3)}
     light = scene(maps)
     found = _lighting("weights", weights=weights)(light).values
-    truth = sum(np.longdouble(w) * light.radiance.sel(light_group=g).values.astype(np.longdouble) for g, w in weights.items())
+    truth = sum(
+        np.longdouble(w) * light.radiance.sel(light_group=g).values.astype(np.longdouble)
+        for g, w in weights.items()
+    )
     return Measured(relative(found, truth), HALF_STEP, "weighted sum in long double, relative")
 
 
@@ -74,7 +95,11 @@ def reached(maps: dict, **wanted) -> Measured:
     """A target within reach is met to 1e-6, as the lighting promises, in the picture itself."""
     mixed = _lighting("targets", **wanted)(scene(maps))
     [target] = mixed.attrs["targets"].values()
-    return Measured(abs(_seen(mixed, next(iter(mixed.attrs["targets"]))) / target["wanted"] - 1), 1e-6, "the mixed picture, relative")
+    return Measured(
+        abs(_seen(mixed, next(iter(mixed.attrs["targets"]))) / target["wanted"] - 1),
+        1e-6,
+        "the mixed picture, relative",
+    )
 
 
 def said(maps: dict, **wanted) -> Measured:
@@ -86,15 +111,26 @@ def _shown(maps, out_of_reach: bool = False, **fields) -> Measured:
     mixed = _lighting("targets", **fields)(scene(maps))
     worst = 0.0
     for name, target in mixed.attrs["targets"].items():
-        shown = _seen(mixed, name) if name in ("dynamic_range", "median_cd_m2", "mean_cd_m2") else target["reached"]
+        shown = (
+            _seen(mixed, name)
+            if name in ("dynamic_range", "median_cd_m2", "mean_cd_m2")
+            else target["reached"]
+        )
         if not (np.isnan(shown) and np.isnan(target["reached"])):
             worst = max(worst, relative(target["reached"], shown))
         if name not in ("dynamic_range", "median_cd_m2", "mean_cd_m2") and target["reached"]:
-            worst = max(worst, relative(_of_group(maps, mixed.attrs["weights"], name, fields), target["reached"]))
+            worst = max(
+                worst,
+                relative(_of_group(maps, mixed.attrs["weights"], name, fields), target["reached"]),
+            )
     if out_of_reach and not mixed.attrs["infeasible"]:
         return Measured(float("inf"), 0.0, "a target out of reach was not named")
     met = not mixed.attrs["infeasible"]
-    return Measured(worst, 1e-6, f"statistics of the mixed picture, relative; {'met' if met else 'said to be out of reach'}")
+    return Measured(
+        worst,
+        1e-6,
+        f"statistics of the mixed picture, relative; {'met' if met else 'said to be out of reach'}",
+    )
 
 
 def _of_group(maps, weights, group, fields) -> float:
@@ -103,7 +139,11 @@ def _of_group(maps, weights, group, fields) -> float:
 
     from .inputs import BANDS
 
-    own = maps[group].astype(np.float32).astype(float) * float(luminance(np.ones(len(BANDS)), BANDS)) * weights[group]
+    own = (
+        maps[group].astype(np.float32).astype(float)
+        * float(luminance(np.ones(len(BANDS)), BANDS))
+        * weights[group]
+    )
     return {"max": np.max, "mean": np.mean}[fields["targets"][group]["statistic"]](own)
 
 
@@ -114,4 +154,6 @@ def _seen(mixed, name: str) -> float:
     if name == "dynamic_range":
         low, high = np.percentile(seen, [1.0, 100.0], method="hazen")
         return float(high / low) if low else float("nan") if not high else float("inf")
-    return float(np.mean(seen) if name == "mean_cd_m2" else np.percentile(seen, 50.0, method="hazen"))
+    return float(
+        np.mean(seen) if name == "mean_cd_m2" else np.percentile(seen, 50.0, method="hazen")
+    )

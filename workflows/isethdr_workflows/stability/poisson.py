@@ -40,7 +40,9 @@ def step_to_one(mean: float) -> Measured:
     from isethdr_core.physics.noise import poisson
 
     m = Fraction(mean)
-    edge = (m - m**2 / 2) * 2**64 - Fraction(1, 2)   # the next term, m^3 / 6, is below 1e-17 of a word
+    edge = (m - m**2 / 2) * 2**64 - Fraction(
+        1, 2
+    )  # the next term, m^3 / 6, is below 1e-17 of a word
     near = [w for w in (math.floor(edge) + k for k in range(-3, 4)) if w >= 0]
     # p is float64: 1e-16 of itself moves the step by less than one word up to 2^53
     found = poisson(np.full(len(near), mean), np.array(near, np.int64))
@@ -56,13 +58,19 @@ def quantiles(mean: float) -> Measured:
     steps = np.log(np.longdouble(mean)) - np.log(k[1:].astype(np.longdouble))
     log = np.concatenate([[np.longdouble(0)], np.cumsum(steps)])
     weight = np.exp(log - log.max())
-    beyond = (np.where(word < 0, -1 - word, word).astype(np.longdouble) + 0.5) * np.longdouble(2) ** -64
+    beyond = (np.where(word < 0, -1 - word, word).astype(np.longdouble) + 0.5) * np.longdouble(
+        2
+    ) ** -64
     # each tail from its own end, so that small probabilities keep their digits
     at_most, at_least = np.cumsum(weight) / weight.sum(), np.cumsum(weight[::-1]) / weight.sum()
     low = np.searchsorted(at_most, beyond)
     high = len(k) - 1 - np.searchsorted(at_least, beyond)
     wanted = k[np.where(word < 0, low, high)]
-    return Measured(float(np.abs(found - wanted).max()), 0.0 if mean < 1e6 else 1.0, "distribution summed in long double, e")
+    return Measured(
+        float(np.abs(found - wanted).max()),
+        0.0 if mean < 1e6 else 1.0,
+        "distribution summed in long double, e",
+    )
 
 
 def too_many() -> Measured:
@@ -74,14 +82,23 @@ def too_many() -> Measured:
 
     sensor = build("sensor", "single", bits=0, swing_v=1e20, full_well_e=math.inf)
     saturated = readings(sensor.model(), [np.full((8, 8), 2e18)], generator(1))[1]
-    return Measured(float(np.mean(~saturated)), 0.0, "share of pixels that do not say they are saturated")
+    return Measured(
+        float(np.mean(~saturated)), 0.0, "share of pixels that do not say they are saturated"
+    )
 
 
 def largest() -> Measured:
     """Compare with Cornish and Fisher's expansion, whose own error is below 1e-6 e here, in whole numbers that float64 lacks."""
     word, found = _words(), _counts(1e18)
     beyond = ((np.where(word < 0, -1 - word, word).astype(float) + 0.5) * 2.0**-64).tolist()
-    z = [NormalDist().inv_cdf(p) * (-1 if upper else 1) for p, upper in zip(beyond, (word >= 0).tolist())]
+    z = [
+        NormalDist().inv_cdf(p) * (-1 if upper else 1)
+        for p, upper in zip(beyond, (word >= 0).tolist())
+    ]
     wanted = [10**18 + math.floor(1e9 * v + (v * v + 2) / 6) for v in z]
     # 1e9 times the few 1e-16 of float64's normal quantile is below 1e-6 e
-    return Measured(float(max(abs(int(f) - w) for f, w in zip(found, wanted))), 128.0, "Cornish-Fisher in whole numbers, e")
+    return Measured(
+        float(max(abs(int(f) - w) for f, w in zip(found, wanted))),
+        128.0,
+        "Cornish-Fisher in whole numbers, e",
+    )

@@ -14,7 +14,9 @@ from .spectra import PLANCK_LIGHT
 from .verdict import Measured, relative
 
 GREEN = np.array([550.0])
-PER_W_M2 = 550e-9 / PLANCK_LIGHT * (PITCH_UM * 1e-6) ** 2   # photons per second and pixel of 1 W m-2 at 550 nm
+PER_W_M2 = (
+    550e-9 / PLANCK_LIGHT * (PITCH_UM * 1e-6) ** 2
+)  # photons per second and pixel of 1 W m-2 at 550 nm
 FLOAT32 = 2.0**-23
 
 
@@ -22,7 +24,10 @@ def cases():
     """Yield (case, measure), with the error class where it is refused."""
     for seconds in (1e-6, 0.016, 3600.0):
         for level in (1e-12, 1e12):
-            yield f"{level:g} W m-2 nm-1 for {seconds:g} s: mean electrons", lambda v=level, t=seconds: mean(v, t)
+            yield (
+                f"{level:g} W m-2 nm-1 for {seconds:g} s: mean electrons",
+                lambda v=level, t=seconds: mean(v, t),
+            )
     for seconds in (1e-6, 1.0, 3600.0):
         yield f"1e-3 to 1e15 e/s for {seconds:g} s: mean of the counts", lambda t=seconds: counts(t)
     yield "a lamp of a thousandth of a pixel", speck
@@ -37,7 +42,16 @@ def cases():
         yield f"full well of {well:g} e", partial(read_back, full_well_e=well), ConfigError
     yield "24 bits: read back", lambda: read_back(bits=24)
     yield "1 bit: read back", lambda: read_back(bits=1, black_dn=0.0)
-    for name in ("bayer", "rgbw", "split_pixel", "staggered", "dual_gain", "interleaved", "lofic", "lin_log"):
+    for name in (
+        "bayer",
+        "rgbw",
+        "split_pixel",
+        "staggered",
+        "dual_gain",
+        "interleaved",
+        "lofic",
+        "lin_log",
+    ):
         yield f"{name}, all dark: mean of the noise", lambda n=name: dark(n)
         yield f"{name}, 1e12 W m-2 nm-1: all saturated", lambda n=name: saturated(n)
     yield "an exposure of two hours", lambda: mean(1.0, 7200.0), ConfigError
@@ -54,7 +68,9 @@ def mean(level: float, seconds: float) -> Measured:
     """Photons are energy over h c / wavelength."""
     sensor = _build("ideal", cfa="W", curves="unit", exposure_s=seconds)
     found = sensor.expected(irradiance(np.full((1, 3, 3), level), GREEN)).values
-    return Measured(relative(found, level * PER_W_M2 * seconds), 1e-12, "energy / (h c / wavelength), relative")
+    return Measured(
+        relative(found, level * PER_W_M2 * seconds), 1e-12, "energy / (h c / wavelength), relative"
+    )
 
 
 def counts(seconds: float) -> Measured:
@@ -63,13 +79,27 @@ def counts(seconds: float) -> Measured:
 
     from isethdr_core import generator
 
-    sensor = _build("single", exposure_s=seconds, bits=0, swing_v=1e20, full_well_e=1e38, read_noise_e=0.0, column_e=0.0, prnu=0.0, dark_e_per_s=0.0)
+    sensor = _build(
+        "single",
+        exposure_s=seconds,
+        bits=0,
+        swing_v=1e20,
+        full_well_e=1e38,
+        read_noise_e=0.0,
+        column_e=0.0,
+        prnu=0.0,
+        dark_e_per_s=0.0,
+    )
     worst, side = 0.0, 64
     for k in range(-3, 16):
         wanted = 10.0**k * seconds
         raw, saturated = readings(sensor.model(), [np.full((side, side), wanted)], generator(5))
-        if not np.all(saturated):   # raw is float32
-            worst = max(worst, abs(float(raw.mean(dtype=float)) - wanted) / (5 * math.sqrt(wanted) / side + 5 / side**2 + FLOAT32 * wanted))
+        if not np.all(saturated):  # raw is float32
+            worst = max(
+                worst,
+                abs(float(raw.mean(dtype=float)) - wanted)
+                / (5 * math.sqrt(wanted) / side + 5 / side**2 + FLOAT32 * wanted),
+            )
         elif wanted < 1e18:
             worst = math.inf
     return Measured(worst, 1.0, "rate times time, share of 5 standard errors")
@@ -79,7 +109,11 @@ def speck() -> Measured:
     """A tile a thousandth of a pixel wide, across the border of two pixels: both halves are found, nothing else is lit."""
     cube = np.zeros((1, 1000, 3000))
     cube[0, 500, 999:1001] = 1e6, 3e6
-    found = _build("ideal", cfa="W", curves="unit").expected(irradiance(cube, GREEN, PITCH_UM / 1000)).values[0, 0]
+    found = (
+        _build("ideal", cfa="W", curves="unit")
+        .expected(irradiance(cube, GREEN, PITCH_UM / 1000))
+        .values[0, 0]
+    )
     truth = np.array([1e6, 3e6, 0.0]) * PER_W_M2 * 1e-6 * 0.016
     return Measured(relative(found, truth), 1e-10, "area of the lamp, relative")
 
@@ -87,11 +121,22 @@ def speck() -> Measured:
 def frame(rows: int, columns: int, pitch_um: float = PITCH_UM) -> Measured:
     """Few pixels collect as many electrons each as many do."""
     light = irradiance(np.full((1, 2 * rows, 2 * columns), 1e-3), GREEN, PITCH_UM / 2)
-    shot = _build("single", noise=False, bits=0, pitch_um=pitch_um, peak_qe=1.0, infrared_cut=False, dark_e_per_s=0.0)(light, None)
+    shot = _build(
+        "single",
+        noise=False,
+        bits=0,
+        pitch_um=pitch_um,
+        peak_qe=1.0,
+        infrared_cut=False,
+        dark_e_per_s=0.0,
+    )(light, None)
     efficiency = float(shot.quantum_efficiency.values[0, 0, 0])
     found = shot.raw.values[0]
-    return Measured(relative(found, 1e-3 * PER_W_M2 * efficiency * 0.016) + (found.shape != (rows, columns)), FLOAT32,
-                    "energy / (h c / wavelength), relative")
+    return Measured(
+        relative(found, 1e-3 * PER_W_M2 * efficiency * 0.016) + (found.shape != (rows, columns)),
+        FLOAT32,
+        "energy / (h c / wavelength), relative",
+    )
 
 
 def gain_read_back(gain: float) -> Measured:
@@ -107,7 +152,12 @@ def read_back(**fields) -> Measured:
     model = sensor.model()
     swing = min(model.readings[0].swing_e, model.photodiodes[0].full_well_e)
     share = np.linspace(0.05, 1.5, 40)
-    per_w = float((sensor.expected(irradiance(np.ones((1, 2, 2)), GREEN)).values - sensor.expected(irradiance(np.zeros((1, 2, 2)), GREEN)).values).max())
+    per_w = float(
+        (
+            sensor.expected(irradiance(np.ones((1, 2, 2)), GREEN)).values
+            - sensor.expected(irradiance(np.zeros((1, 2, 2)), GREEN)).values
+        ).max()
+    )
     light = irradiance((share * swing / per_w)[None, None, :] * np.ones((1, 2, 1)), GREEN)
     shot = sensor(light, None)
     check_captures(shot)
@@ -115,9 +165,15 @@ def read_back(**fields) -> Measured:
     truth = sensor.expected(light).values[0]
     step = float(shot.quantisation_e.values[0])
     miss = np.where(read.saturated, 0.0, np.abs(read.charge_e - truth))
-    hidden = np.any(~read.saturated & (truth > swing * (1 + 1e-6) + step)) or not np.isfinite(read.charge_e).all()
-    return Measured(math.inf if hidden else float(miss.max() / swing), step / 2 / swing * (1 + 1e-9) + FLOAT32,
-                    "mean electrons, share of the swing")
+    hidden = (
+        np.any(~read.saturated & (truth > swing * (1 + 1e-6) + step))
+        or not np.isfinite(read.charge_e).all()
+    )
+    return Measured(
+        math.inf if hidden else float(miss.max() / swing),
+        step / 2 / swing * (1 + 1e-9) + FLOAT32,
+        "mean electrons, share of the swing",
+    )
 
 
 def dark(name: str) -> Measured:
@@ -126,12 +182,20 @@ def dark(name: str) -> Measured:
 
     from isethdr_core import generator
 
-    shot = _build(name, rows=64, columns=64)(irradiance(np.zeros((3, 130, 130)), np.array([450.0, 550.0, 650.0])), generator(3))
+    shot = _build(name, rows=64, columns=64)(
+        irradiance(np.zeros((3, 130, 130)), np.array([450.0, 550.0, 650.0])), generator(3)
+    )
     worst = 0.0
-    for read, noise, step in zip(readouts(shot, np.ones(3)), shot.read_noise_e.values, shot.quantisation_e.values):
+    for read, noise, step in zip(
+        readouts(shot, np.ones(3)), shot.read_noise_e.values, shot.quantisation_e.values
+    ):
         rms = math.sqrt(noise**2 + step**2 / 12 + read.dark_e)
         # columns and rows share offsets, pixels their dark spread: a tenth of the noise at most, and a step of the converter
-        worst = max(worst, abs(float(read.charge_e.mean()) - read.dark_e) / (5 * rms / 64 + 0.1 * rms + 0.05 * read.dark_e + 0.02 * step))
+        worst = max(
+            worst,
+            abs(float(read.charge_e.mean()) - read.dark_e)
+            / (5 * rms / 64 + 0.1 * rms + 0.05 * read.dark_e + 0.02 * step),
+        )
     return Measured(worst, 1.0, "dark charge, share of 5 standard errors and fixed patterns")
 
 
@@ -139,6 +203,10 @@ def saturated(name: str) -> Measured:
     """Every pixel of every capture says so, and every code is finite."""
     from isethdr_core import generator
 
-    shot = _build(name, rows=16, columns=16)(irradiance(np.full((3, 40, 40), 1e12), np.array([450.0, 550.0, 650.0])), generator(3))
-    wrong = float(np.mean(~shot.saturated.values)) + float(np.mean(~np.isfinite(shot.raw.values.astype(float))))
+    shot = _build(name, rows=16, columns=16)(
+        irradiance(np.full((3, 40, 40), 1e12), np.array([450.0, 550.0, 650.0])), generator(3)
+    )
+    wrong = float(np.mean(~shot.saturated.values)) + float(
+        np.mean(~np.isfinite(shot.raw.values.astype(float)))
+    )
     return Measured(wrong, 0.0, "share of pixels that do not say they are saturated")

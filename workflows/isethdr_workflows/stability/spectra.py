@@ -11,21 +11,30 @@ from isethdr_core.errors import ConfigError, UnitError
 from .inputs import irradiance
 from .verdict import Measured, relative, with_ledger
 
-PLANCK_LIGHT = 6.62607015e-34 * 299792458.0   # J m, exact by definition of the SI
+PLANCK_LIGHT = 6.62607015e-34 * 299792458.0  # J m, exact by definition of the SI
 
 
 def cases():
     """Yield (case, measure), with the error class where it is refused."""
     for count in (1, 3, 31, 301):
-        yield f"{count} bands: electrons of a sensor that counts photons", lambda n=count: photons(n)
+        yield (
+            f"{count} bands: electrons of a sensor that counts photons",
+            lambda n=count: photons(n),
+        )
         yield f"{count} bands: luminance of a chart", lambda n=count: chart(n)
     for count in (3, 31, 301):
         yield f"{count} bands of daylight: Y after the camera", lambda n=count: camera(n)
     for where in (550.0, 552.5, 555.0):
-        yield f"line of 1 nm at {where:g} nm in bands of 10 nm: energy", lambda nm=where: line_energy(nm)
+        yield (
+            f"line of 1 nm at {where:g} nm in bands of 10 nm: energy",
+            lambda nm=where: line_energy(nm),
+        )
     for where in (452.5, 550.0, 552.5, 555.0, 654.9, 684.9):
         for cfa in ("W", "RGGB"):
-            yield f"line of 1 nm at {where:g} nm in bands of 10 nm: electrons under {cfa}", lambda nm=where, c=cfa: line_photons(nm, c)
+            yield (
+                f"line of 1 nm at {where:g} nm in bands of 10 nm: electrons under {cfa}",
+                lambda nm=where, c=cfa: line_photons(nm, c),
+            )
     yield "monochromatic light of 555 nm: luminance", monochromatic
     yield "bands that run backwards", backwards, UnitError
     yield "bands of 200 to 300 nm alone", lambda: _white(200.0, 300.0), ConfigError
@@ -44,7 +53,9 @@ def photons(count: int) -> Measured:
     light = irradiance(np.full((count, 4, 4), 1e-3), bands)
     found = sensor.expected(light).values
     step = 1.0 if count == 1 else 300.0 / (count - 1)
-    truth = math.fsum(1e-3 * step * nm * 1e-9 / PLANCK_LIGHT for nm in bands.tolist()) * 9e-12 * 0.016
+    truth = (
+        math.fsum(1e-3 * step * nm * 1e-9 / PLANCK_LIGHT for nm in bands.tolist()) * 9e-12 * 0.016
+    )
     return Measured(relative(found, truth), 1e-12, "sum of wavelength / (h c), relative")
 
 
@@ -61,9 +72,22 @@ def chart(count: int) -> Measured:
 
     bands = _bands(count)
     step = 300.0 / max(count - 1, 1)
-    scene = build("scene", "uniform", width=4, height=4, first_nm=float(bands[0]), last_nm=float(bands[-1]), step_nm=step, spectrum="A")()
+    scene = build(
+        "scene",
+        "uniform",
+        width=4,
+        height=4,
+        first_nm=float(bands[0]),
+        last_nm=float(bands[-1]),
+        step_nm=step,
+        spectrum="A",
+    )()
     found = luminance(scene.radiance.values[0].astype(float), scene.wavelength.values)
-    return Measured(max(relative(found, 100.0), abs(scene.sizes["wavelength"] - count)), 2.0**-23, "100 cd/m2, relative")
+    return Measured(
+        max(relative(found, 100.0), abs(scene.sizes["wavelength"] - count)),
+        2.0**-23,
+        "100 cd/m2, relative",
+    )
 
 
 def camera(count: int) -> Measured:
@@ -71,14 +95,24 @@ def camera(count: int) -> Measured:
     from isethdr_core.registry import build
     from isethdr_core.truth import truth
 
-    scene = build("scene", "uniform", width=12, height=12, horizontal_field_deg=0.6, step_nm=300.0 / (count - 1))()
+    scene = build(
+        "scene",
+        "uniform",
+        width=12,
+        height=12,
+        horizontal_field_deg=0.6,
+        step_nm=300.0 / (count - 1),
+    )()
     mixed = build("lighting", "weights", weights={"sky": 1.0})(scene)
     light = build("lens", "ideal")(mixed)
     captures = build("sensor", "bayer", noise=False, bits=0)(light, None)
     picture, row = with_ledger(lambda: build("isp", "linear")(captures))
     stated = max(e.value for e in row.errors if e.unit == "relative")
-    return Measured(relative(picture.xyz.values[..., 1], truth(mixed, picture).xyz.values[..., 1]), stated,
-                    "true Y, relative; bound: grey in the worst light")
+    return Measured(
+        relative(picture.xyz.values[..., 1], truth(mixed, picture).xyz.values[..., 1]),
+        stated,
+        "true Y, relative; bound: grey in the worst light",
+    )
 
 
 def line_energy(nm: float) -> Measured:
@@ -97,24 +131,38 @@ def line_photons(nm: float, cfa: str) -> Measured:
     k, share = divmod((nm - 400.0) / 10.0, 1.0)
     cube = np.zeros((31, 4, 4))
     cube[int(k) if share <= 0.5 else int(k) + 1] = 1e-4
-    if share == 0.5:   # on the border: half to either side
-        cube[int(k):int(k) + 2] = 0.5e-4
+    if share == 0.5:  # on the border: half to either side
+        cube[int(k) : int(k) + 2] = 0.5e-4
     sensor = build("sensor", "bayer", noise=False, bits=0, cfa=cfa, pitch_um=3.0, dark_e_per_s=0.0)
     light = irradiance(cube, bands)
     captures, row = with_ledger(lambda: sensor(light, None))
     response = captures.quantum_efficiency.values[0] * bands
-    at_peak = 1e-3 * 3e-6**2 * 0.016 * 1e-9 / PLANCK_LIGHT * response.max()   # electrons of 1e-3 W m-2 at the filters' peak
-    truth = sensor.expected(irradiance(np.full((1, 4, 4), 1e-3), np.array([nm]))).values   # the same energy, 1 nm wide where it is
+    at_peak = (
+        1e-3 * 3e-6**2 * 0.016 * 1e-9 / PLANCK_LIGHT * response.max()
+    )  # electrons of 1e-3 W m-2 at the filters' peak
+    truth = sensor.expected(
+        irradiance(np.full((1, 4, 4), 1e-3), np.array([nm]))
+    ).values  # the same energy, 1 nm wide where it is
     miss = float(np.abs(sensor.expected(light).values - truth).max()) / at_peak
-    stated = next(left.bound for left in row.left_out if left.what == "where in its bands light lies")
-    return Measured(miss, stated, "the line where it is, share of what the same energy makes at the filters' peak")
+    stated = next(
+        left.bound for left in row.left_out if left.what == "where in its bands light lies"
+    )
+    return Measured(
+        miss,
+        stated,
+        "the line where it is, share of what the same energy makes at the filters' peak",
+    )
 
 
 def monochromatic() -> Measured:
     """One watt at 555 nm, a single band of 1 nm, is 683 lm."""
     from isethdr_core.physics.photometry import luminance
 
-    return Measured(abs(float(luminance(np.ones(1), np.array([555.0]))) / 683.0 - 1), 1e-15, "683 lm/W, relative")
+    return Measured(
+        abs(float(luminance(np.ones(1), np.array([555.0]))) / 683.0 - 1),
+        1e-15,
+        "683 lm/W, relative",
+    )
 
 
 def backwards():

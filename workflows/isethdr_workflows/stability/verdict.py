@@ -12,7 +12,9 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.errors import IsetHdrError
 
-SHORTEST_MESSAGE = 25   # characters: less cannot say what was wrong, what was expected and what to type
+SHORTEST_MESSAGE = (
+    25  # characters: less cannot say what was wrong, what was expected and what to type
+)
 
 
 @dataclass(frozen=True)
@@ -63,15 +65,26 @@ def judged(stage: str, case: Case) -> dict:
     except Exception as crash:  # noqa: BLE001 - a crash is a verdict here
         against = f"{type(crash).__name__}: {crash}"
     outcome = case.refused_with.__name__ if case.refused_with else "right"
-    return {"stage": stage, "case": case.name, "expected": outcome, "verdict": verdict,
-            "error": error, "bound": bound, "against": against}
+    return {
+        "stage": stage,
+        "case": case.name,
+        "expected": outcome,
+        "verdict": verdict,
+        "error": error,
+        "bound": bound,
+        "against": against,
+    }
 
 
 def relative(found, truth) -> float:
     """Return the largest relative error, in long double; a truth of exactly 0 must be met exactly."""
     found, truth = np.asarray(found, np.longdouble), np.asarray(truth, np.longdouble)
     dark = truth == 0
-    miss = np.where(dark, np.where(found == 0, 0.0, np.inf), np.abs(found - truth) / np.where(dark, 1.0, np.abs(truth)))
+    miss = np.where(
+        dark,
+        np.where(found == 0, 0.0, np.inf),
+        np.abs(found - truth) / np.where(dark, 1.0, np.abs(truth)),
+    )
     return float(miss.max())
 
 
