@@ -9,12 +9,12 @@ noise. A run of four shots gives each score an interval. The interval should hol
 two renderings with 4096 samples per tile. That mean has noise too, about a fifth of that of one
 rendering with 256. Run:
 
-    python benchmarks/score_intervals.py [night_drive tunnel rural]
+    python benchmarks/score_intervals.py [--first-seed 3000] [night_drive tunnel rural]
 """
 
 from __future__ import annotations
 
-import sys
+import argparse
 from dataclasses import replace
 
 import numpy as np
@@ -33,7 +33,7 @@ COMMON = (
     "+metric@metric.level=ideal",
 )
 PIXELS = 96  # across the camera
-SEEDS, SAMPLES = range(2000, 2040), 256
+FIRST_SEED, RENDERINGS, SAMPLES = 2000, 40, 256
 TRUE_SEEDS, TRUE_SAMPLES, TRUE_SHOTS = (9001, 9002), 4096, 48
 
 
@@ -88,19 +88,19 @@ def true_scores(case: str) -> dict[str, float]:
     return {name: float(np.mean(values)) for name, values in found.items()}
 
 
-def intervals(case: str) -> dict[str, np.ndarray]:
+def intervals(case: str, first_seed: int) -> dict[str, np.ndarray]:
     """Return an array (value, low, high) per rendering, of each score."""
     found: dict[str, list] = {}
-    for seed in SEEDS:
+    for seed in range(first_seed, first_seed + RENDERINGS):
         for score in scores_of(case, rendered(case, SAMPLES, seed), f"{case} {seed}"):
             found.setdefault(score.metric, []).append((score.value, score.low, score.high))
     return {name: np.array(rows) for name, rows in found.items()}
 
 
-def compare(case: str) -> list[bool]:
+def compare(case: str, first_seed: int) -> list[bool]:
     """Print the table of one case; return which intervals hold their score."""
-    true, found = true_scores(case), intervals(case)
-    print(f"\n{case}: {len(SEEDS)} renderings of {SAMPLES} samples per tile")
+    true, found = true_scores(case), intervals(case, first_seed)
+    print(f"\n{case}: {RENDERINGS} renderings of {SAMPLES} samples per tile")
     print(f"{'score':32s} {'true':>9s} {'rms off':>9s} {'rms half':>9s} {'inside':>7s} {'of':>4s}")
     every: list[bool] = []
     for name, rows in found.items():
@@ -121,7 +121,13 @@ def compare(case: str) -> list[bool]:
 
 def main() -> None:
     """Print the tables of the named cases, or of all, and the share over all scores."""
-    every = [inside for case in sys.argv[1:] or CASES for inside in compare(case)]
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("cases", nargs="*", choices=[*CASES, []], help="default: all")
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED, help="of the renderer")
+    options = parser.parse_args()
+    every = [
+        inside for case in options.cases or CASES for inside in compare(case, options.first_seed)
+    ]
     print(f"\nall scenes: {np.mean(every):.3f} of {len(every)} intervals")
 
 
