@@ -19,9 +19,13 @@ import mpmath as mp
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from isethdr_core.physics.charge_dynamics import Well, flow, flow_varying, log_memory
-from isethdr_core.physics.charge_dynamics_steps import exponential_steps, graded, implicit_steps
-from isethdr_core.physics.modulation import ripple_s
+from isethdr_core.physics.detector.charge_dynamics import Well, flow, flow_varying, log_memory
+from isethdr_core.physics.detector.charge_dynamics_steps import (
+    exponential_steps,
+    graded,
+    implicit_steps,
+)
+from isethdr_core.physics.detector.temporal_modulation import ripple_s
 
 T, WELL, WANTED = 0.016, Well(20000.0, 530.0), 1e-6
 TIMES_SATURATION = np.array([0.01, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e6])

@@ -26,8 +26,8 @@ from charge_dynamics import (
     step_costs,
 )
 
-from isethdr_core.physics.charge_dynamics import flow_varying
-from isethdr_core.physics.modulation import ripple_s
+from isethdr_core.physics.detector.charge_dynamics import flow_varying
+from isethdr_core.physics.detector.temporal_modulation import ripple_s
 
 SHOWN = (0.01, 1.0, 100.0, 1e6)
 DEPTH, FAILS, FLOOR = 0.5, 1e2, 1e-16

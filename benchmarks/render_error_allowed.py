@@ -39,10 +39,10 @@ def scenes():
 def passes_of(scene, settings):
     """Return the function of one pass over all light groups of a scene, their names, the bands and the grid's shape."""
     from isethdr_mitsuba.frame import path_pass
-    from isethdr_mitsuba.geometry import build_world
-    from isethdr_mitsuba.materials import ramp_surfaces
-    from isethdr_mitsuba.placed_lamps import placed_lamps
-    from isethdr_mitsuba.view import view_of
+    from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
+    from isethdr_mitsuba.world.geometry import build_world
+    from isethdr_mitsuba.world.materials import ramp_surfaces
+    from isethdr_mitsuba.world.view import view_of
 
     groups, bands = list(scene.light_groups()), settings._bands(None)
     view, surfaces = (
@@ -78,7 +78,7 @@ def luminance_of(radiance, bands):
 
 def median_error(found, judge):
     """Return the luminance-weighted median of |found / judge - 1| of one group, over tiles above 1 % of its mean that do not look into the sky."""
-    from isethdr_mitsuba.radiance import ROUNDING, weighted_median
+    from isethdr_mitsuba.paths.passes import ROUNDING, weighted_median
 
     error = np.abs(found / np.where(judge > 0, judge, 1.0) - 1)
     used = (judge > 0.01 * judge.mean()) & (error > ROUNDING)
@@ -100,7 +100,7 @@ def main():
 
 def table(name, scene, errors):
     """Print what each allowed error of one scene took, what it came to, and what paths picked by hand take."""
-    from isethdr_mitsuba.radiance import estimate
+    from isethdr_mitsuba.paths.passes import estimate
     from isethdr_mitsuba.renderer import MitsubaRenderer
 
     settings = MitsubaRenderer(

@@ -39,10 +39,10 @@ def main():
 
     mi.set_variant(choose_variant("llvm"))
     from isethdr_mitsuba.frame import path_pass
-    from isethdr_mitsuba.geometry import build_world
-    from isethdr_mitsuba.materials import ramp_surfaces
-    from isethdr_mitsuba.placed_lamps import placed_lamps
-    from isethdr_mitsuba.view import view_of
+    from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
+    from isethdr_mitsuba.world.geometry import build_world
+    from isethdr_mitsuba.world.materials import ramp_surfaces
+    from isethdr_mitsuba.world.view import view_of
 
     make = tests_scenes()
     scene, settings = make.street(50), MitsubaRenderer(width=WIDTH, height=HEIGHT, margin=0.0)

@@ -40,7 +40,7 @@ def main():
 
 def rows(name, one_pass, groups, bands, shape, settings, paths, count):
     """Print the rows of one scene and one number of paths a pass."""
-    from isethdr_mitsuba.radiance import estimate, weighted_median
+    from isethdr_mitsuba.paths.passes import estimate, weighted_median
 
     passes = [list(one_pass(k, paths, None)) for k in range(4 * count)]
     light = np.stack(

@@ -29,9 +29,9 @@ WHOLE = 10**6  # pixels: no picture is cut into parts
 def camera_of(scene, weights, tiles_wide, pitch_um):
     """Return (camera, its scores, metrics, mixed, scene, light, again) of a scene whose tiles are 3 um wide on the sensor: as `score_errors.state` takes them."""
     import isethdr_core as hdr
-    from isethdr_core import ledger
-    from isethdr_core.pipeline import Camera
+    from isethdr_core.pipeline.chain import Camera
     from isethdr_core.truth import truth
+    from isethdr_core.uncertainty import ledger
 
     mixed = hdr.build(
         "lighting",
@@ -59,7 +59,7 @@ def camera_of(scene, weights, tiles_wide, pitch_um):
 
 def stated(given, block: int, count: int) -> dict[str, float]:
     """Return the error that is stated of each score, with parts made of blocks of so many pixels."""
-    from isethdr_core import ledger, score_errors
+    from isethdr_core.uncertainty import ledger, score_errors
 
     score_errors.BLOCK = block
     with ledger.stage(rows := ledger.Ledger(), "scores"):

@@ -40,7 +40,7 @@ TRUE_SEEDS, TRUE_SAMPLES, TRUE_SHOTS = (9001, 9002), 4096, 48
 def parts_of(case: str):
     """Return the chain of a case, with two pixels per tile across the field."""
     import isethdr_core as hdr
-    from isethdr_core.pipeline import chain
+    from isethdr_core.pipeline.chain import chain
 
     trees = () if case == "tunnel" else ("scene.trees=[1,2]",)
     return chain(hdr.compose([*CASES[case], *COMMON, *trees]))
@@ -49,7 +49,7 @@ def parts_of(case: str):
 def rendered(case: str, samples: int, seed: int):
     """Return the scene radiance of one rendering."""
     from isethdr_core.ledger import Ledger
-    from isethdr_core.pipeline import plan
+    from isethdr_core.pipeline.chain import plan
     from isethdr_core.quantities import LABELS
 
     parts = parts_of(case)
@@ -63,7 +63,7 @@ def scores_of(case: str, scene, noise: str, shots: int = 4) -> list:
     """Return the scores of a camera that looks at a rendering; `noise` names the sensor's noise realisations."""
     import isethdr_core as hdr
     from isethdr_core.ledger import Ledger
-    from isethdr_core.pipeline import on_sensor, plan, through_camera
+    from isethdr_core.pipeline.chain import on_sensor, plan, through_camera
 
     parts = parts_of(case)
     ((name, sensor),) = parts.cameras.items()

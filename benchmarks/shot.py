@@ -69,9 +69,9 @@ def needed(values) -> tuple[float, float]:
 
 def digest(rows: int) -> str:
     """Return the hash of a shot's numbers computed `rows` rows at a time."""
-    from isethdr_sensors.shot import readings
+    from isethdr_sensors.readout.shot import readings
 
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
     from isethdr_core.seeds import generator
 
     model = build("sensor", "split_pixel").model()
@@ -89,7 +89,7 @@ def peak_mb() -> float:
 
 def main() -> int:
     """Print the figures; return 1 where a target is missed."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
     from isethdr_core.seeds import generator
 
     sensor, scene = build("sensor", "split_pixel"), light()

@@ -115,7 +115,7 @@ def night(height, width, lamp=1e8):
 
 def optics(aberrated=False):
     """Return the lens and its flares."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     name, more = (
         ("wavefront", {"zernike_um": {7: 0.05}}) if aberrated else ("diffraction_limited", {})
@@ -128,7 +128,7 @@ def optics(aberrated=False):
 def camera():
     """Return the sensor, and its response as it puts it into the demand."""
     from isethdr_core.demand import Demand
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     sensor = build("sensor", "bayer", pitch_um=PITCH_UM)
     return sensor, sensor.narrow(Demand()).response
@@ -226,7 +226,7 @@ def our_rows(scene, aberrated, repeats=3):
 
 def errors(scene, aberrated):
     """Return how far photocurrent is from irradiance by the same kernels, in standard deviations of the noise: largest below full well, above it."""
-    from isethdr_optics import imaging
+    from isethdr_optics.imaging import irradiance
 
     (lens, flares), (sensor, response) = optics(aberrated), camera()
     short = lens.photocurrent(scene, flares, response)
@@ -234,7 +234,7 @@ def errors(scene, aberrated):
         return float("nan"), float("nan")
     short = sensor.expected(short).values
     long = sensor.expected(
-        imaging.irradiance(lens, scene, flares, imaging.parts(lens, scene, flares, response))
+        irradiance.irradiance(lens, scene, flares, irradiance.parts(lens, scene, flares, response))
     ).values
     share = np.abs(short - long) / np.sqrt(long + response.read_noise_e**2)
     return share[long < FULL_WELL_E].max(initial=0.0), share[long >= FULL_WELL_E].max(initial=0.0)
@@ -253,7 +253,7 @@ def show(name, row, base=None):
 
 def main(height=1080, width=1920, aberrated=False, turns=2) -> int:
     """Print the figures; return 1 where a target is missed."""
-    from isethdr_optics import kernel_store
+    from isethdr_optics.psf import kernel_store
 
     scene = night(height, width)
     kernel_store.name(

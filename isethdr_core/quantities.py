@@ -1,323 +1,55 @@
-"""What crosses the borders between stages: dims, units, attributes, and the checks on them.
+"""Public path of `data.quantities`."""
 
-Every stage sets `units` on its output with one of the makers below and checks its input with one of
-the `check_*` functions; attributes that xarray carried along by itself are never trusted.
-"""
+from .data.quantities import (
+    CHANNEL_DIMS,
+    IRRADIANCE,
+    LABELS,
+    LARGEST_HALF_FIELD_DEG,
+    LUMINANCE,
+    MIXED_DIMS,
+    PHOTOCURRENT,
+    RADIANCE,
+    SCENE_DIMS,
+    UnitError,
+    bands_nm,
+    centres,
+    check_irradiance,
+    check_mixed,
+    check_photocurrent,
+    check_scene,
+    check_scene_form,
+    full_field,
+    names,
+    photocurrent,
+    plane,
+    scene_radiance,
+    tile_pitch,
+    tristimulus,
+)
 
-from __future__ import annotations
-
-import numpy as np
-import xarray as xr
-
-from .errors import UnitError, did_you_mean
-from .physics.projection import PROJECTIONS
-from .ranges import LEAST_NM, MOST_NM
-
-RADIANCE = "W m-2 sr-1 nm-1"
-IRRADIANCE = "W m-2 nm-1"
-PHOTOCURRENT = "electrons m-2 s-1"
-LUMINANCE = "cd m-2"
-
-SCENE_DIMS = ("light_group", "wavelength", "y", "x")
-MIXED_DIMS = ("wavelength", "y", "x")
-CHANNEL_DIMS = ("channel", "y", "x")
-LABELS = ("depth", "distance", "instance", "category", "normal")
-LARGEST_HALF_FIELD_DEG = 75.0
-
-
-def names(values) -> np.ndarray:
-    """Return strings as the dtype that zarr stores portably."""
-    return np.array(list(values), dtype=object)
-
-
-def centres(count: int, full_width: float) -> np.ndarray:
-    """Return the centres of `count` equal tiles that span `full_width` around 0, in its unit."""
-    return (np.arange(count) - (count - 1) / 2) * (full_width / count)
-
-
-def scene_radiance(
-    radiance, groups, wavelength_nm, x, y, field=None, projection="tangent", **labels
-) -> xr.Dataset:
-    """Return a scene radiance Dataset.
-
-    Parameters
-    ----------
-    radiance : (light_group, wavelength, y, x) array, W m-2 sr-1 nm-1; stored as float32.
-    groups : names of the light groups.
-    wavelength_nm : band centres in nm, increasing.
-    x, y : tile centres as tangents of the field angle (x right, y down, 0 on the axis), or as `projection` says.
-    field : (width, height), the camera's full field in the unit of x and y; tiles beyond it are
-        margin, rendered so that lamps just outside the frame can flare into it. None: all of it.
-    projection : tangent or equidistant (`physics.projection`).
-    labels : any of depth (m), distance (m), instance, category (y, x), normal (y, x, xyz).
-
-    Raises
-    ------
-    UnitError : as `check_scene`.
-    """
-    cube = xr.DataArray(
-        np.asarray(radiance, np.float32), dims=SCENE_DIMS, attrs={"units": RADIANCE}
-    )
-    ds = xr.Dataset(
-        {"radiance": cube},
-        coords={
-            "light_group": names(groups),
-            "wavelength": np.asarray(wavelength_nm, float),
-            "y": np.asarray(y, float),
-            "x": np.asarray(x, float),
-        },
-    )
-    ds.wavelength.attrs["units"] = "nm"
-    for name, value in labels.items():
-        if name not in LABELS:
-            raise UnitError(f"label {name!r} is unknown; expected one of {', '.join(LABELS)}")
-        dims = ("y", "x", "xyz") if name == "normal" else ("y", "x")
-        ds[name] = (dims, value, {"units": "m"} if name in ("depth", "distance") else {})
-    ds.attrs["field_width"], ds.attrs["field_height"] = field or full_field(ds)
-    if projection != "tangent":
-        ds.attrs["projection"] = projection
-    check_scene(ds)
-    return ds
-
-
-def full_field(data) -> tuple[float, float]:
-    """Return the full width and height that the tiles of `data` cover, in the unit of x and y."""
-    return data.sizes["x"] * tile_pitch(data, "x"), data.sizes["y"] * tile_pitch(data, "y")
-
-
-def tile_pitch(data, dim: str) -> float:
-    """Return the distance between neighbouring tiles along `dim`, in the unit of the coordinate.
-
-    A single tile has no neighbour: it then carries its width in the attribute `pitch_x` or `pitch_y`.
-    """
-    c = np.asarray(data[dim].values, float)
-    if len(c) > 1:
-        return float((c[-1] - c[0]) / (len(c) - 1))
-    return float(data.attrs.get(f"pitch_{dim}", 1.0))
-
-
-def plane(values, wavelength_nm, x, y, units, **attrs) -> xr.DataArray:
-    """Return a (wavelength, y, x) DataArray of mixed radiance or irradiance with its units and attributes."""
-    out = xr.DataArray(
-        values,
-        dims=MIXED_DIMS,
-        coords={"wavelength": np.asarray(wavelength_nm, float), "y": y, "x": x},
-        attrs={"units": units, **attrs},
-    )
-    out.wavelength.attrs["units"] = "nm"
-    return out
-
-
-def photocurrent(values, channels, x, y, wavelength_nm, efficiency, **attrs) -> xr.DataArray:
-    """Return a (channel, y, x) DataArray of photocurrent on the sensor plane.
-
-    `efficiency` (channel, wavelength), electrons per photon, and the bands `wavelength_nm` say which sensor it was made for.
-    """
-    return xr.DataArray(
-        values,
-        dims=CHANNEL_DIMS,
-        coords={"channel": names(channels), "y": y, "x": x},
-        attrs={
-            "units": PHOTOCURRENT,
-            "wavelength_nm": np.asarray(wavelength_nm, float),
-            "efficiency": efficiency,
-            **attrs,
-        },
-    )
-
-
-def bands_nm(light) -> np.ndarray:
-    """Return the band centres of irradiance, or of the light that a photocurrent was made from."""
-    return np.asarray(
-        light.wavelength.values if "wavelength" in light.dims else light.attrs["wavelength_nm"],
-        float,
-    )
-
-
-def tristimulus(mixed: xr.DataArray) -> xr.Dataset:
-    """Return `xyz` (y, x, xyz_channel) of mixed radiance, X, Y, Z with Y in cd/m2; the mean over time of light that varies."""
-    from .light_in_time import time_mean
-    from .physics.photometry import xyz
-
-    mixed = time_mean(mixed)
-    return xr.Dataset(
-        {
-            "xyz": (
-                ("y", "x", "xyz_channel"),
-                xyz(mixed.values, mixed.wavelength.values),
-                {"units": LUMINANCE},
-            )
-        },
-        coords={"y": mixed.y.values, "x": mixed.x.values, "xyz_channel": names("XYZ")},
-        attrs={
-            k: mixed.attrs[k]
-            for k in ("field_width", "field_height", "projection")
-            if k in mixed.attrs
-        },
-    )
-
-
-def check_scene(ds: xr.Dataset) -> None:
-    """Raise UnitError unless `ds` is scene radiance: dims, units, increasing bands, finite and >= 0."""
-    check_scene_form(ds)
-    _check_light(ds["radiance"], "scene radiance")
-
-
-def check_scene_form(ds: xr.Dataset) -> None:
-    """Do the checks of `check_scene` that read no light: for cubes of which only a part will be read."""
-    if "radiance" not in ds:
-        raise UnitError(
-            "scene radiance needs a variable 'radiance'; got "
-            + (", ".join(map(str, ds)) or "an empty Dataset")
-        )
-    cube = ds["radiance"]
-    _check_dims(cube, SCENE_DIMS, "scene radiance")
-    _check_units(cube, RADIANCE, "scene radiance")
-    if cube.size == 0:
-        raise UnitError(
-            f"scene radiance is empty: {dict(cube.sizes)}; expected at least one group, band and tile"
-        )
-    _check_bands(cube, "scene radiance")
-    _check_uniform(cube, "scene radiance")
-    _check_field(ds)
-
-
-def check_mixed(mixed: xr.DataArray) -> None:
-    """Raise UnitError unless `mixed` is mixed radiance on a tangent grid, W m-2 sr-1 nm-1."""
-    _check_plane(mixed, RADIANCE, "mixed radiance")
-
-
-def check_irradiance(light: xr.DataArray) -> None:
-    """Raise UnitError unless `light` is irradiance on the sensor plane, W m-2 nm-1, x and y in metres."""
-    _check_plane(light, IRRADIANCE, "irradiance")
-    _check_lens_attributes(light, "irradiance")
-
-
-def check_photocurrent(light: xr.DataArray) -> None:
-    """Raise UnitError unless `light` is photocurrent on the sensor plane, electrons m-2 s-1, x and y in metres."""
-    _check_dims(light, CHANNEL_DIMS, "photocurrent")
-    _check_units(light, PHOTOCURRENT, "photocurrent")
-    _check_uniform(light, "photocurrent")
-    _check_light(light, "photocurrent")
-    _check_lens_attributes(light, "photocurrent", ("wavelength_nm", "efficiency"))
-
-
-def _check_lens_attributes(light, what, more=()):
-    for name in (
-        "f_number",
-        "focal_length_mm",
-        "throughput_sr",
-        "field_width",
-        "field_height",
-        *more,
-    ):
-        if name not in light.attrs:
-            raise UnitError(
-                f"{what} lacks the attribute {name!r}; a lens sets it on its output (quantities.plane, quantities.photocurrent)"
-            )
-
-
-def _check_plane(data, units, what):
-    _check_dims(data, MIXED_DIMS, what)
-    _check_units(data, units, what)
-    if data.size == 0:
-        raise UnitError(f"{what} is empty: {dict(data.sizes)}; expected at least one band and tile")
-    _check_bands(data, what)
-    _check_uniform(data, what)
-    _check_light(data, what)
-
-
-def _check_dims(data, dims, what):
-    if tuple(data.dims) != dims:
-        raise UnitError(
-            f"{what} has dims {tuple(map(str, data.dims))}; expected {dims}; use .transpose{dims}"
-        )
-    for dim in dims:
-        if dim not in data.coords:
-            raise UnitError(f"{what} has no coordinate {dim!r}; expected coordinates for {dims}")
-
-
-def _check_units(data, units, what):
-    found = data.attrs.get("units")
-    if found != units:
-        raise UnitError(
-            f"{what} has units {found!r}; expected {units!r}; convert it and set .attrs['units']"
-        )
-
-
-def _check_bands(data, what):
-    w = np.asarray(data.wavelength.values, float)
-    if not np.all(np.isfinite(w)) or np.any(w <= 0):
-        raise UnitError(f"{what} has a wavelength that is not a positive number of nm: {w}")
-    if w.min() < LEAST_NM or w.max() > MOST_NM:
-        raise UnitError(
-            f"{what} has wavelengths from {w.min():g} to {w.max():g}; expected nanometres, "
-            f"{LEAST_NM:g} to {MOST_NM:g}; multiply micrometres by 1e3, metres by 1e9"
-        )
-    if np.any(np.diff(w) <= 0):
-        raise UnitError(
-            f"{what} has unsorted or repeated wavelengths {w}; expected nm, increasing; use .sortby('wavelength')"
-        )
-
-
-def _check_uniform(data, what):
-    for dim in ("x", "y"):
-        c = np.asarray(data[dim].values, float)
-        if len(c) > 1:
-            step = np.diff(c)
-            # 1e-3 of a tile: coordinates stored as float32 still pass on a 8000-pixel row
-            if np.any(step <= 0) or np.ptp(step) > 1e-3 * abs(step.mean()):
-                raise UnitError(
-                    f"{what} has {dim} that is not evenly spaced and increasing; "
-                    f"expected tile centres, steps found {step.min():g} to {step.max():g}"
-                )
-
-
-def _check_field(ds):
-    projection = ds.attrs.get("projection", "tangent")
-    if projection not in PROJECTIONS:
-        raise UnitError(
-            f"projection {projection!r} is unknown{did_you_mean(str(projection), PROJECTIONS)}"
-        )
-    edges = [float(np.abs(ds[d].values).max()) for d in ("x", "y")]
-    if (
-        projection == "tangent"
-        and (half := np.degrees(np.arctan(max(edges)))) > LARGEST_HALF_FIELD_DEG
-    ):
-        raise UnitError(
-            f"a tangent grid reaches {half:.1f} degrees off axis; expected at most {LARGEST_HALF_FIELD_DEG:g}; "
-            "use projection 'equidistant' for wider cameras"
-        )
-    if projection == "equidistant" and np.hypot(*edges) > np.pi:
-        raise UnitError(
-            f"the corners of an equidistant grid lie {np.degrees(np.hypot(*edges)):.1f} degrees off axis; "
-            "expected at most 180: there are no directions beyond"
-        )
-
-
-def _check_light(data, what):
-    if _plain_light(data.values):
-        return
-    low, high = float(np.min(data.values)), float(np.max(data.values))  # numpy's: NaN comes through
-    if not (np.isfinite(low) and np.isfinite(high)):
-        raise UnitError(
-            f"{what} holds NaN or infinite values; expected finite light (a damaged store or a failed render?)"
-        )
-    if low < 0:
-        raise UnitError(
-            f"{what} holds negative light ({low:g} {data.attrs.get('units')}); expected 0 or more, light is never negative; "
-            "check a subtraction or an interpolation upstream"
-        )
-
-
-def _plain_light(values) -> bool:
-    """Return True where one look at the bits shows that all is finite light; False says nothing.
-
-    As unsigned integers floats grow from 0 to infinity, and what follows is no number or negative.
-    """
-    bits = (
-        {4: np.uint32, 8: np.uint64}.get(values.dtype.itemsize)
-        if values.dtype.kind == "f" and values.dtype.isnative
-        else None
-    )
-    return bits is not None and values.view(bits).max() < np.array(np.inf, values.dtype).view(bits)
+__all__ = [
+    "CHANNEL_DIMS",
+    "IRRADIANCE",
+    "LABELS",
+    "LARGEST_HALF_FIELD_DEG",
+    "LUMINANCE",
+    "MIXED_DIMS",
+    "PHOTOCURRENT",
+    "RADIANCE",
+    "SCENE_DIMS",
+    "UnitError",
+    "bands_nm",
+    "centres",
+    "check_irradiance",
+    "check_mixed",
+    "check_photocurrent",
+    "check_scene",
+    "check_scene_form",
+    "full_field",
+    "names",
+    "photocurrent",
+    "plane",
+    "scene_radiance",
+    "tile_pitch",
+    "tristimulus",
+]

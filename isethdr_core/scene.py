@@ -1,133 +1,25 @@
-"""Scene description: geometry, materials, lamps, camera and sky, in metres, candela and spectra.
+"""Public path of `data.scene_description`."""
 
-A `scene` plugin makes one, a `renderer` plugin turns it into scene radiance. World axes: x forward,
-y left, z up; metres. A model stands at its own origin and is placed by a 4x4 matrix.
-Spectra are tabulated against wavelength in nm; nothing here is an RGB number.
-"""
+from .data.scene_description import (
+    Camera,
+    Lamp,
+    Material,
+    Model,
+    Part,
+    Placed,
+    SceneDescription,
+    Spectrum,
+    flat,
+)
 
-from __future__ import annotations
-
-from dataclasses import dataclass, field
-from typing import Literal
-
-import numpy as np
-
-
-@dataclass(frozen=True)
-class Spectrum:
-    """A tabulated spectrum: `value` at `wavelength_nm`, linear between, constant beyond the ends."""
-
-    wavelength_nm: tuple[float, ...]
-    value: tuple[float, ...]
-
-    def at(self, wavelength_nm) -> np.ndarray:
-        """Return the values at `wavelength_nm` (any shape), in the unit of the table."""
-        return np.interp(wavelength_nm, self.wavelength_nm, self.value)
-
-
-def flat(value: float) -> Spectrum:
-    """Return a spectrum with the same value at every wavelength."""
-    return Spectrum((360.0, 830.0), (float(value), float(value)))
-
-
-@dataclass(frozen=True)
-class Material:
-    """How a surface reflects. `reflectance` is 0..1; `roughness` is the Beckmann alpha (0 = mirror).
-
-    diffuse: Lambertian. plastic: a Lambertian base under a rough dielectric coat of `index`.
-    conductor: a rough metal of that normal-incidence reflectance.
-    thin_glass: a clear pane of `index`; `reflectance` is then its inner transmittance.
-    """
-
-    name: str
-    kind: Literal["diffuse", "plastic", "conductor", "thin_glass"] = "diffuse"
-    reflectance: Spectrum = field(default_factory=lambda: flat(0.5))
-    roughness: float = 0.1
-    index: float = 1.5
-
-
-@dataclass(frozen=True)
-class Lamp:
-    """What an emitting part sends out, as built: a lighting weight of 1 means exactly this.
-
-    The radiance is constant over the part and within `inner_deg` of the axis, falls as a smoothstep of
-    the cosine to zero at `outer_deg`, and keeps `lambertian_share` of the total flux as a Lambertian
-    floor, so that the lamp never turns black off its axis. `outer_deg` 90 and `inner_deg` 90: Lambertian.
-    """
-
-    kind: str  # low_beam, drl, tail, brake, indicator, street, window, ...
-    group: str  # light group: headlights, streetlights, other, ...
-    intensity_cd: float  # luminous intensity of the whole part along its axis
-    spectrum: Spectrum  # relative spectral power; only its shape matters
-    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)  # unit vector, model coordinates
-    inner_deg: float = 90.0
-    outer_deg: float = 90.0
-    lambertian_share: float = 1e-3
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """A triangle mesh of one material: `vertices` (n, 3) m, `faces` (m, 3), unit `normals` (n, 3) or None."""
-
-    name: str
-    vertices: np.ndarray
-    faces: np.ndarray
-    material: str
-    normals: np.ndarray | None = None
-    lamp: Lamp | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Model:
-    """A named list of parts, stored once and placed any number of times."""
-
-    name: str
-    parts: tuple[Part, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Placed:
-    """One object in the world: a model at a pose. All its parts share one instance label.
-
-    `category` is a name of `isethdr_core.categories`, for example `person`, `car`, `deer`, `road`.
-    """
-
-    name: str
-    model: str
-    category: str
-    pose: np.ndarray  # (4, 4) model to world
-
-
-@dataclass(frozen=True)
-class Camera:
-    """A pinhole: where it stands, where it looks, and the full horizontal and vertical field."""
-
-    position_m: tuple[float, float, float]
-    target_m: tuple[float, float, float]
-    horizontal_field_deg: float = 45.0
-    aspect: float = (
-        16 / 9
-    )  # width / height of the field, in tangents, or in angles where it is equidistant
-    projection: Literal["tangent", "equidistant"] = (
-        "tangent"  # of the grid of tiles; tangents end at 75 degrees off the axis
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class SceneDescription:
-    """All a renderer needs. `objects` are labelled 1, 2, ... in their order; 0 is the sky.
-
-    `sky` is the radiance of a uniform sky, W m-2 sr-1 nm-1, at weight 1; None where there is none.
-    """
-
-    name: str
-    models: dict[str, Model]
-    objects: tuple[Placed, ...]
-    materials: dict[str, Material]
-    camera: Camera
-    sky: Spectrum | None = None
-
-    def light_groups(self) -> tuple[str, ...]:
-        """Return the names of the groups that have an emitter, `sky` first, the others sorted."""
-        lamps = {p.lamp.group for o in self.objects for p in self.models[o.model].parts if p.lamp}
-        return (("sky",) if self.sky else ()) + tuple(sorted(lamps - {"sky"}))
+__all__ = [
+    "Camera",
+    "Lamp",
+    "Material",
+    "Model",
+    "Part",
+    "Placed",
+    "SceneDescription",
+    "Spectrum",
+    "flat",
+]

@@ -1,280 +1,33 @@
-"""Truth: the picture that a camera without noise, blur and flare would make, and the labels on its pixels.
+"""Public path of `data.reference_picture`."""
 
-Truth comes from the mixed radiance alone, by exact area integration over the pixels of the picture it is compared with.
-"""
+from .data.reference_picture import (
+    FIXED_PATTERN,
+    FLOAT32,
+    PICTURE_DIMS,
+    TIE,
+    VARIANCE_KNOWN,
+    check_picture,
+    labels_on,
+    make_picture,
+    objects_on,
+    seen,
+    total_variance,
+    truth,
+    variance_known,
+)
 
-from __future__ import annotations
-
-import numpy as np
-import xarray as xr
-
-from . import geometry, ledger
-from .errors import UnitError
-from .light_in_time import time_mean
-from .physics.area import resample_mean
-from .physics.photometry import xyz_weights
-from .quantities import LUMINANCE, check_mixed, names, tile_pitch
-
-PICTURE_DIMS = ("y", "x", "xyz_channel")
-VARIANCE_KNOWN = "variance_known"  # optional attribute of a picture; absent means True
-FIXED_PATTERN = "fixed_pattern_variance"  # optional variable of a picture
-FLOAT32 = 2.0**-24  # relative: half a unit in the last place of a float32
-TIE = 1e-6  # of a tile: rounding of coordinates
-
-
-def make_picture(
-    xyz, variance, valid, x_m, y_m, fixed_pattern_variance=None, **attrs
-) -> xr.Dataset:
-    """Return a picture Dataset.
-
-    Parameters
-    ----------
-    xyz : (y, x, 3) array, Y in cd/m2; estimates, so negative values stay.
-    variance : same shape, (cd/m2)^2, from shot to shot of one device.
-    valid : (y, x) bool.
-    x_m, y_m : pixel centres on the sensor plane, m.
-    fixed_pattern_variance : same shape, (cd/m2)^2, from device to device of one model; None where it is not known.
-    attrs : at least focal_length_mm and pitch_um, which tie pixels to field angles.
-    """
-    for name in ("focal_length_mm", "pitch_um"):
-        if name not in attrs:
-            raise UnitError(
-                f"a picture needs the attribute {name!r}; the isp copies it from the captures"
-            )
-    picture = xr.Dataset(
-        {
-            "xyz": (PICTURE_DIMS, xyz, {"units": LUMINANCE}),
-            "variance": (PICTURE_DIMS, variance, {"units": "cd2 m-4"}),
-            "valid": (("y", "x"), np.asarray(valid, bool)),
-        },
-        coords={
-            "y": np.asarray(y_m, float),
-            "x": np.asarray(x_m, float),
-            "xyz_channel": names("XYZ"),
-        },
-        attrs={**attrs, "units": LUMINANCE},
-    )
-    if fixed_pattern_variance is not None:
-        picture[FIXED_PATTERN] = (PICTURE_DIMS, fixed_pattern_variance, {"units": "cd2 m-4"})
-    return picture
-
-
-def total_variance(picture: xr.Dataset) -> xr.DataArray:
-    """Return the variance (y, x, xyz_channel) of a pixel of an unknown device, (cd/m2)^2.
-
-    It is the sum of the temporal variance and the fixed-pattern variance. A picture without
-    `fixed_pattern_variance` counts as one without a fixed pattern.
-    """
-    variance = picture["variance"]
-    if FIXED_PATTERN not in picture:
-        return variance
-    return (variance + picture[FIXED_PATTERN]).assign_attrs(variance.attrs)
-
-
-def variance_known(picture: xr.Dataset) -> bool:
-    """Return whether the picture states its variance; where it does not, its variances are NaN and no score may use them."""
-    return bool(picture.attrs.get(VARIANCE_KNOWN, True))
-
-
-def check_picture(picture, what: str = "picture") -> None:
-    """Raise UnitError unless `picture` has xyz in cd/m2, variance and valid on one grid."""
-    for name in ("xyz", "variance", "valid"):
-        if name not in getattr(picture, "data_vars", {}):
-            raise UnitError(
-                f"{what} has no variable {name!r}; expected a picture Dataset as an isp or truth() returns it"
-            )
-    if (
-        tuple(picture["xyz"].dims) != PICTURE_DIMS
-        or tuple(picture["variance"].dims) != PICTURE_DIMS
-    ):
-        raise UnitError(
-            f"{what} has xyz dims {tuple(picture['xyz'].dims)}; expected {PICTURE_DIMS}"
-        )
-    if FIXED_PATTERN in picture and tuple(picture[FIXED_PATTERN].dims) != PICTURE_DIMS:
-        raise UnitError(
-            f"{what} has {FIXED_PATTERN} dims {tuple(picture[FIXED_PATTERN].dims)}; expected {PICTURE_DIMS}"
-        )
-    if picture["xyz"].attrs.get("units") != LUMINANCE:
-        raise UnitError(
-            f"{what} has xyz in {picture['xyz'].attrs.get('units')!r}; expected {LUMINANCE!r}"
-        )
-
-
-def truth(mixed: xr.DataArray, picture: xr.Dataset) -> xr.Dataset:
-    """Return the true picture on the grid of `picture`: the mean XYZ of the radiance that each pixel looks at.
-
-    Notes
-    -----
-    A pixel at x on the sensor looks at the field coordinate x / focal length, or at the quadrilateral of the field that the lens's
-    distortion puts there. Colour matching comes before the integration;
-    both are linear, so their order does not matter. Variance is 0 and every pixel is valid. Light that varies in time counts
-    with its mean over time.
-    """
-    mixed = time_mean(mixed)
-    check_mixed(mixed)
-    # sum over bands in float64: 31 float32 bands of a lamp and a dark road would otherwise lose the road's last digits
-    weights = xyz_weights(mixed.wavelength.values)
-    tiles = np.zeros((3, *mixed.shape[1:]))
-    for weight, band in zip(weights.T, mixed.values):
-        if weight.any():
-            tiles += weight[:, None, None] * band
-    xyz = seen(tiles, mixed, picture)
-    ledger.error(
-        FLOAT32,
-        "relative",
-        "bound",
-        "rounding of float32 radiance; bands are summed and areas integrated in float64",
-    )
-    xyz = np.moveaxis(xyz, 0, -1)
-    return make_picture(
-        xyz,
-        np.zeros_like(xyz),
-        np.ones(xyz.shape[:2], bool),
-        picture.x.values,
-        picture.y.values,
-        **{
-            k: picture.attrs[k]
-            for k in ("focal_length_mm", "pitch_um", *geometry.PLACES)
-            if k in picture.attrs
-        },
-    )
-
-
-def seen(tiles, field, picture) -> np.ndarray:
-    """Return the mean (..., y, x) of constant tiles (..., y, x) on the grid of `field` over the part of the field that each pixel looks at.
-
-    Raises
-    ------
-    UnitError : pixels that look beyond the field.
-    """
-    f_m, pitch = _focal_length_m(picture), _pitch_m(picture)
-    try:
-        if lens := _distortion(field, picture):
-            return geometry.mean_seen(
-                tiles, field, lens, picture.x.values / f_m, picture.y.values / f_m, pitch / f_m
-            )
-        return resample_mean(
-            tiles,
-            field.x.values,
-            field.y.values,
-            picture.x.values / f_m,
-            picture.y.values / f_m,
-            pitch / f_m,
-            pitch / f_m,
-        )
-    except ValueError as err:
-        raise UnitError(
-            f"the picture's pixels do not fit the scene: {err}; crop the sensor or widen the camera's field"
-        ) from err
-
-
-def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
-    """Return the scene's labels at the pixel centres of `picture`: those of the tile that holds each centre.
-
-    Labels are names and distances, not light: they are looked up, never averaged. The attribute `objects` is the
-    scene's table with `box` in pixels of the picture; parts of a box beyond the frame are cut, `in_frame` says
-    which share of its area is left. Objects wholly outside are dropped.
-    """
-    f_m = _focal_length_m(picture)
-    x, y = picture.x.values / f_m, picture.y.values / f_m
-    if lens := _distortion(scene, picture):
-        columns, rows = (
-            xr.DataArray(_nearest(scene, d, c), dims=("y", "x"))
-            for d, c in zip("xy", lens.inverse(*np.meshgrid(x, y)))
-        )
-    else:
-        columns, rows = _nearest(scene, "x", x), _nearest(scene, "y", y)
-    found = [
-        name
-        for name in scene.data_vars
-        if {"y", "x"} <= set(scene[name].dims) and "light_group" not in scene[name].dims
-    ]
-    # a scene without labels has no y and x left once its light is gone
-    out = (
-        scene[found]
-        .isel(y=rows, x=columns, missing_dims="ignore")
-        .assign_coords(x=picture.x.values, y=picture.y.values)
-    )
-    out.attrs = {"objects": objects_on(scene, picture), "lamps": scene.attrs.get("lamps", [])}
-    return out
-
-
-def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict]:
-    """Return the scene's object table with boxes [x, y, width, height] in pixels of `picture`, from its top left corner."""
-    out, lens = [], _distortion(scene, picture)
-    for entry in scene.attrs.get("objects", []):
-        left, top, width, height = entry["box"]
-        (x0, x1), (y0, y1) = (
-            _field(scene, dim, (start, start + size))
-            for dim, start, size in (("x", left, width), ("y", top, height))
-        )
-        if lens:
-            x0, y0, x1, y1 = geometry.box_on_sensor(lens, x0, y0, x1, y1)
-        (x0, x1), (y0, y1) = (
-            _pixels(picture, dim, ends) for dim, ends in (("x", (x0, x1)), ("y", (y0, y1)))
-        )
-        cut_x = np.clip((x0, x1), 0, picture.sizes["x"])
-        cut_y = np.clip((y0, y1), 0, picture.sizes["y"])
-        area, kept = (x1 - x0) * (y1 - y0), np.ptp(cut_x) * np.ptp(cut_y)
-        if kept > 0:
-            box = [float(v) for v in (cut_x[0], cut_y[0], np.ptp(cut_x), np.ptp(cut_y))]
-            out.append({**entry, "box": box, "in_frame": float(kept / area)})
-    return out
-
-
-def _distortion(scene, picture):
-    """Return the map from the scene's field to the picture's sensor; None where the lens keeps the grid.
-
-    Raises
-    ------
-    UnitError : the picture was made of a field of another projection.
-    """
-    if geometry.projection_of(scene) != geometry.projection_of(picture):
-        raise UnitError(
-            f"the picture's projection is {geometry.projection_of(picture)!r}, the scene's "
-            f"{geometry.projection_of(scene)!r}; expected a picture of this scene"
-        )
-    lens = geometry.map_of(picture)
-    return None if isinstance(lens, geometry.Identity) else lens
-
-
-def _field(scene, dim, borders):
-    """Turn tile borders (0 = outer border of the first tile) into field coordinates."""
-    return scene[dim].values[0] + (np.asarray(borders, float) - 0.5) * tile_pitch(scene, dim)
-
-
-def _pixels(picture, dim, positions):
-    """Turn positions on the sensor, in focal lengths, into pixel borders of the picture."""
-    return (np.asarray(positions) * _focal_length_m(picture) - picture[dim].values[0]) / _pitch_m(
-        picture
-    ) + 0.5
-
-
-def _nearest(scene, dim, tangents):
-    centres = scene[dim].values
-    place = (tangents - centres[0]) / tile_pitch(
-        scene, dim
-    ) + 0.5  # in tiles, from the outer border of the first
-    if place.min() < -TIE or place.max() > len(centres) + TIE:
-        raise UnitError(
-            f"pixel centres reach the tangent {np.abs(tangents).max():.4g} along {dim}, the scene's tiles end at "
-            f"{np.abs(centres).max():.4g}; crop the sensor or widen the camera's field"
-        )
-    # a centre on a border between two tiles goes to the later one, whatever the last digit says
-    return np.clip(np.floor(place + TIE).astype(int), 0, len(centres) - 1)
-
-
-def _focal_length_m(picture) -> float:
-    if "focal_length_mm" not in picture.attrs:
-        raise UnitError(
-            "the picture has no attribute 'focal_length_mm', so its pixels have no field angle; the isp sets it"
-        )
-    return float(picture.attrs["focal_length_mm"]) * 1e-3
-
-
-def _pitch_m(picture) -> float:
-    if "pitch_um" not in picture.attrs:
-        raise UnitError(
-            "the picture has no attribute 'pitch_um'; the isp copies it from the captures"
-        )
-    return float(picture.attrs["pitch_um"]) * 1e-6
+__all__ = [
+    "FIXED_PATTERN",
+    "FLOAT32",
+    "PICTURE_DIMS",
+    "TIE",
+    "VARIANCE_KNOWN",
+    "check_picture",
+    "labels_on",
+    "make_picture",
+    "objects_on",
+    "seen",
+    "total_variance",
+    "truth",
+    "variance_known",
+]

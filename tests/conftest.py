@@ -23,8 +23,8 @@ def no_page(monkeypatch):
 @pytest.fixture
 def offer(monkeypatch):
     """Return a function that offers a class as a component for the length of one test."""
-    from isethdr_core import registry
     from isethdr_core.component import Component
+    from isethdr_core.plugins import registry
 
     known = dict(registry.components())
 

@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from isethdr_core.errors import CatalogError
-from isethdr_core.store import FORMAT, ROOT_FILE, WITHOUT_MANIFEST
-from isethdr_core.store_manifest import (
+from isethdr_core.storage.manifest import (
     CRC_BYTES,
     FileRecord,
     Manifest,
@@ -25,6 +24,7 @@ from isethdr_core.store_manifest import (
     read_manifest,
     write_manifest,
 )
+from isethdr_core.store import FORMAT, ROOT_FILE, WITHOUT_MANIFEST
 
 from .index import stores
 from .verify import verify_store

@@ -42,7 +42,7 @@ def find(
 
 def _remark_on_shares(rows: list[dict]) -> str:
     """Return a remark where the rows show scores of pictures with unlike shares of valid pixels."""
-    from isethdr_core.scores import UNLIKE_SHARES, are_unlike
+    from isethdr_core.data.scores import UNLIKE_SHARES, are_unlike
 
     shares = [row["valid_share"] for row in rows if row.get("valid_share") is not None]
     if not are_unlike(shares):
@@ -72,8 +72,8 @@ def show(name: str) -> None:
     """Print the root attributes as JSON."""
     import json
 
+    from isethdr_core.storage.encoding import jsonable
     from isethdr_core.store import home
-    from isethdr_core.store_encoding import jsonable
 
     from .query import show as query
 
@@ -120,8 +120,8 @@ def adopt() -> None:
 )
 def refresh() -> None:
     """Print how many records there are and which stores were skipped."""
+    from isethdr_core.cli.terminal import print_path
     from isethdr_core.store import home
-    from isethdr_core.terminal import print_path
 
     from .index import refresh as rebuild
 
@@ -145,7 +145,7 @@ def _count(text: str | int) -> int:
 def _table(columns, rows) -> None:
     from rich.table import Table
 
-    from isethdr_core.terminal import console
+    from isethdr_core.cli.terminal import console
 
     table = Table(*map(str, columns), box=None)
     for row in rows:

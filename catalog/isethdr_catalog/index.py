@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from isethdr_core.errors import CatalogError
-from isethdr_core.leftovers import remove_leftovers, temporary_path
+from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
 
 from .record import COLUMNS, SCHEMA, records
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from isethdr_core.errors import CatalogError
+from isethdr_core.storage.encoding import LIGHT
+from isethdr_core.storage.manifest import problems, read_manifest
 from isethdr_core.store import holes, read_attrs
-from isethdr_core.store_encoding import LIGHT
-from isethdr_core.store_manifest import problems, read_manifest
 
 from .index import stores
 

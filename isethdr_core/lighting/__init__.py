@@ -1,22 +1,22 @@
 """Lighting: how much of each light group is in the picture.
 
-| module       | what                                                                          |
-|--------------|-------------------------------------------------------------------------------|
-| `members`    | `weights` and `ideal`: weights that are known beforehand                      |
-| `targets`    | `targets`: weights solved from luminances, a dynamic range, a median or mean  |
-| `iset`       | `iset`: the weights of the ISETHDR paper's script, random draws included      |
-| `target`     | one photometric target: its statistic, its luminance or seeded range          |
-| `solve`      | weights from luminance maps                                                   |
-| `mix`        | the weighted sum, group by group in blocks of bands; luminance maps           |
-| `limits`     | ranges of the fields                                                          |
-| `modulation` | how groups vary in time: the config's table, phases drawn from their ranges   |
+| module       | what                                                                   |
+|--------------|------------------------------------------------------------------------|
+| `iset_rules` | the ISETHDR paper's way to weights: lamps by their maximum             |
+| `limits`     | ranges of the fields of lightings                                      |
+| `mix`        | the weighted sum of light groups, and their luminance maps             |
+| `modulation` | the config's table, checked, with phases drawn from their ranges       |
+| `solver`     | one unknown at a time, each by a monotone search                       |
+| `target`     | which statistic of a light group shall reach which luminance           |
+| `targets`    | luminances per group, a dynamic range, a median or mean of the picture |
+| `weights`    | lighting whose weights are known beforehand                            |
 """
 
 from __future__ import annotations
 
-from .iset import IsetLighting
-from .members import IdealLighting, WeightsLighting
+from .iset_rules import IsetLighting
 from .targets import TargetsLighting
+from .weights import IdealLighting, WeightsLighting
 
 COMPONENTS = [
     ("weights", WeightsLighting),

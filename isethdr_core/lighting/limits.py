@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from ..ranges import Range
+from ..plugins.ranges import Range
 
 Weight = Annotated[float, Range(0, 1e38)]  # float32, which holds the light, ends there
 Luminance = Annotated[float, Range(0, 1e12)]  # cd/m2; the sun has 1.6e9

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from .. import ledger, quantities
+from ..data import quantities
+from ..data.temporal_modulation import stacked
 from ..errors import ConfigError, UnitError, did_you_mean
-from ..light_in_time import stacked
 from ..physics import photometry
-from ..physics.modulation import Modulation, constant
+from ..physics.detector.temporal_modulation import Modulation, constant
+from ..uncertainty import ledger
 from .modulation import check_groups
 
 BLOCK_BANDS = (

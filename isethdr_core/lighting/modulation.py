@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..data.temporal_modulation import wrong
 from ..errors import ConfigError, did_you_mean
-from ..light_in_time import wrong
-from ..physics.modulation import Modulation
+from ..physics.detector.temporal_modulation import Modulation
 from .target import check_mapping, uniform
 
 KEYS = ("frequency_hz", "duty", "depth", "phase")

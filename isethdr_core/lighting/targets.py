@@ -8,18 +8,18 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from .. import ledger
-from ..error_terms import ErrorNote, Quantity
 from ..errors import ConfigError, did_you_mean
-from ..ranges import Percent, Seed, check_ranges
+from ..plugins.ranges import Percent, Seed, check_ranges
+from ..uncertainty import ledger
+from ..uncertainty.error_terms import ErrorNote, Quantity
 from . import target
 from .limits import Ratio, Reached, Weight
-from .members import without_dark_groups
+from .weights import without_dark_groups
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..demand import Demand
+    from ..pipeline.demand import Demand
 
 REACHED = 1e-6  # relative: a target is met within this; the searches end at 1e-14, sums of float32 light at 1e-7
 
@@ -166,27 +166,27 @@ class TargetsLighting:
 
     def _move(self, moving, weights, map_of):
         """Return the weights after the ambient group, then all, moved to the picture's targets; and what was reached."""
-        from . import solve
+        from . import solver
 
         level, ambient = self._level(), map_of(moving)
         rest = sum((w * map_of(g) for g, w in weights.items() if g != moving and w), 0.0 * ambient)
         if self.dynamic_range:
-            weight = solve.weight_for_dynamic_range(
+            weight = solver.weight_for_dynamic_range(
                 rest, ambient, self.dynamic_range, self.low_percentile, self.high_percentile
             )
         elif level[0] == "mean":
-            weight = solve.weight_for_mean(rest, ambient, level[2])
+            weight = solver.weight_for_mean(rest, ambient, level[2])
         else:
-            weight = solve.weight_for_percentile(rest, ambient, level[1], level[2])
+            weight = solver.weight_for_percentile(rest, ambient, level[1], level[2])
         weights = {**weights, moving: weight}
         whole = rest + weight * ambient
         picture = {}
         if self.dynamic_range:
-            found = solve.dynamic_range(whole, self.low_percentile, self.high_percentile)
+            found = solver.dynamic_range(whole, self.low_percentile, self.high_percentile)
             picture["dynamic_range"] = {"wanted": self.dynamic_range, "reached": found}
         if level:
             name = "mean_cd_m2" if level[0] == "mean" else "median_cd_m2"
-            found = solve.statistic(whole, level[0], level[1])
+            found = solver.statistic(whole, level[0], level[1])
             if (
                 self.dynamic_range and found > 0
             ):  # the ambient group is spent: all groups move together
@@ -199,11 +199,11 @@ class TargetsLighting:
 
 def _statistic(radiance, t: target.Target, map_of) -> float:
     """Return the statistic a target speaks of, cd/m2, of its group at weight 1."""
-    from . import solve
+    from . import solver
 
     if t.statistic == "lamp_axis":
         return _lamp_axis(radiance, t)
-    return solve.statistic(map_of(t.group), t.statistic, t.percentile)
+    return solver.statistic(map_of(t.group), t.statistic, t.percentile)
 
 
 def _lamp_axis(radiance, t: target.Target) -> float:

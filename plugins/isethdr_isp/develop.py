@@ -6,18 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from isethdr_core import geometry, ledger
+from isethdr_core import ledger
+from isethdr_core.data import camera_geometry
 from isethdr_core.errors import ConfigError, did_you_mean
-from isethdr_core.physics.colour import colour_matrix
+from isethdr_core.physics.colour.colour_spaces import colour_matrix
 from isethdr_core.physics.photometry import xyz_weights
 from isethdr_core.truth import VARIANCE_KNOWN, make_picture
 
-from .demosaic import array_period
-from .demosaic_methods import interpolate
-from .denoise import denoised
-from .development import Development
-from .propagation import independent
-from .shading import shading
+from .demosaic.denoise import denoised
+from .demosaic.interpolation import array_period
+from .demosaic.methods import interpolate
+from .development_fields import Development
+from .readout.noise_propagation import independent
+from .readout.shading import shading
 from .spectra import LIGHTS, light, radiances
 
 DENOISERS = ("none", "nl_means")
@@ -89,7 +90,7 @@ def picture_attrs(captures, response, how: Development, dark_var_e2: float = 0.0
     """Return the attributes of a picture: the lens's, the white of `how.balance`, the level of the colour matrix."""
     attrs = {
         k: captures.attrs[k]
-        for k in ("pitch_um", "focal_length_mm", "f_number", "cfa", *geometry.PLACES)
+        for k in ("pitch_um", "focal_length_mm", "f_number", "cfa", *camera_geometry.PLACES)
         if k in captures.attrs
     }
     # the XYZ of a white in the light that `balance` names, for views

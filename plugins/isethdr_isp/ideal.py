@@ -19,10 +19,10 @@ class IdealIsp:
 
         from isethdr_core.errors import UnitError
 
-        from .combine import plain
         from .develop import PictureNoise, develop, finish, picture_attrs, solve_matrix
-        from .development import Development
-        from .readout import check_captures, chosen, falloff, readouts
+        from .development_fields import Development
+        from .readout.combine import plain
+        from .readout.electrons import check_captures, chosen, falloff, readouts
         from .spectra import light
 
         check_captures(captures)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from isethdr_core.early_checks import ShotForm
 from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.pipeline.early_checks import ShotForm
 
-from .development import Development
+from .development_fields import Development
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,9 @@ class LinearIsp(Development):
 
     def __call__(self, captures):
         """Return the picture of one capture; a pixel is valid when no saturated sample went into it."""
-        from .combine import fold, read_charge
         from .develop import develop
-        from .readout import check_captures, chosen, readouts
+        from .readout.combine import fold, read_charge
+        from .readout.electrons import check_captures, chosen, readouts
         from .spectra import light
 
         check_captures(captures)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from .development import Development
+from .development_fields import Development
 
 LARGEST_MISMATCH = 0.5  # two generations of one photodiode differ by about 0.1, two primary colours by far more than 1
 
@@ -26,9 +26,9 @@ class MergeIsp(Development):
         from isethdr_core.errors import ConfigError, did_you_mean
 
         from .develop import develop
-        from .interleaved import is_interleaved
-        from .readout import check_captures
-        from .rules import RULES
+        from .readout.electrons import check_captures
+        from .readout.interleaved import is_interleaved
+        from .readout.merge_rules import RULES
 
         if self.rule not in RULES:
             raise ConfigError(f"isp rule {self.rule!r} is unknown{did_you_mean(self.rule, RULES)}")
@@ -49,7 +49,7 @@ class MergeIsp(Development):
         from isethdr_core.errors import ConfigError
 
         from .develop import PictureNoise, finish, floor_e2, picture_attrs, solve_matrix
-        from .interleaved import merge_interleaved
+        from .readout.interleaved import merge_interleaved
 
         for field, only in (
             ("rule", "inverse_variance"),
@@ -84,7 +84,7 @@ def charges(captures, balance: str):
 
     from isethdr_core.errors import UnitError
 
-    from .readout import readouts
+    from .readout.electrons import readouts
     from .spectra import light
 
     by_charge: dict[int, list] = {}

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from isethdr_core.errors import UnitError
-from isethdr_core.physics.colour import colour_matrix
+from isethdr_core.physics.colour.colour_spaces import colour_matrix
 from isethdr_core.physics.photometry import xyz_weights
 
-from .demosaic import array_period
-from .readout import check_captures, chosen, readouts
+from .demosaic.interpolation import array_period
+from .readout.electrons import check_captures, chosen, readouts
 from .spectra import light, radiances
 
 COLOURS = {

@@ -1,43 +1,32 @@
 """Metrics: numbers about a picture against its truth, for the whole frame and for every object.
 
-| module                | what                                                                      |
-|-----------------------|---------------------------------------------------------------------------|
-| `pixel_shares`        | shares of valid and of saturated pixels                                   |
-| `mean_luminance`      | ideal: mean luminance, in cd/m2                                           |
-| `dynamic_range`       | largest valid luminance over the smallest seen, in three definitions      |
-| `snr_curve`           | SNR against luminance                                                     |
-| `contrast_detection`  | probability that a contrast of the scene is measured as such (IEEE 2020)  |
-| `normalized_flare`    | light where none should be, over the brightest source                     |
-| `slanted_edge`        | spatial frequency response (ISO 12233)                                    |
-| `ciede2000`           | colour differences: CIEDE2000, CIE 94, CIE 76                             |
-| `ssim`                | structural similarity of the two displayed pictures                       |
-| `ssim_pu21`           | structural similarity of the two luminances as an eye sees them           |
-| `log_luminance_error` | rms of the difference of log10 luminance                                  |
-| `line_profile`        | log luminance along one row                                               |
-| `object_contrast`     | Weber contrast of each object against its surround, and its SNR           |
-| `photon_counts`       | probability that two pixels of few electrons show their true contrast     |
-| `noise_line`          | read noise and shot noise from the variance of a picture                  |
-| `similarity`          | the map that both kinds of structural similarity are means of             |
-| `limits`              | ranges of the fields                                                      |
-| `regions`             | which pixels belong to what, and intervals by resampling blocks           |
+| module         | what                                                                 |
+|----------------|----------------------------------------------------------------------|
+| `limits`       | ranges of the fields of metrics                                      |
+| `pixel_shares` | how much of the frame, and of each object                            |
+| `regions`      | the frame and the objects in it, and what every metric needs of them |
+| `conf/`        | presets                                                              |
+| `detection/`   | whether contrasts and objects can still be told                      |
+| `luminance/`   | levels, dynamic range, noise, sharpness and flare                    |
+| `similarity/`  | how alike a picture and its reference look                           |
 """
 
 from isethdr_core.component import Component
 from isethdr_core.hookspecs import hookimpl
 
-from .ciede2000 import Cie76, Cie94, Ciede2000
-from .contrast_detection import ContrastDetection
-from .dynamic_range import DynamicRange
-from .line_profile import LineProfile
-from .log_luminance_error import LogLuminanceError
-from .mean_luminance import MeanLuminance
-from .normalized_flare import NormalizedFlare
-from .object_contrast import ObjectContrast
+from .detection.contrast_detection import ContrastDetection
+from .detection.object_contrast import ObjectContrast
+from .luminance.dynamic_range import DynamicRange
+from .luminance.line_profile import LineProfile
+from .luminance.log_luminance_error import LogLuminanceError
+from .luminance.mean_luminance import MeanLuminance
+from .luminance.normalized_flare import NormalizedFlare
+from .luminance.slanted_edge import SlantedEdgeResponse
+from .luminance.snr_curve import SnrCurve
 from .pixel_shares import PixelShares
-from .slanted_edge import SlantedEdgeResponse
-from .snr_curve import SnrCurve
-from .ssim import Ssim
-from .ssim_pu21 import SsimPu21
+from .similarity.ciede2000 import Cie76, Cie94, Ciede2000
+from .similarity.ssim import Ssim
+from .similarity.ssim_pu21 import SsimPu21
 
 
 @hookimpl

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from isethdr_core.ranges import Range
+from isethdr_core.plugins.ranges import Range
 
 White = Annotated[float, Range(0, 1e12)]  # cd/m2; the sun has 1.6e9
 Luminance = Annotated[float, Range(1e-12, 1e12)]  # cd/m2, with a logarithm

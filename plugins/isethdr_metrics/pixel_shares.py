@@ -16,13 +16,13 @@ class PixelShares:
     def __call__(self, picture, truth, labels=None):
         """Return `valid_share` and `saturated_share` per region; both are exact counts.
 
-        A picture without the variable `saturated` (`isethdr_core.saturation`) counts every pixel
+        A picture without the variable `saturated` (`isethdr_core.data.saturation`) counts every pixel
         that is not valid as saturated.
         """
         import numpy as np
 
-        from isethdr_core.saturation import saturated
-        from isethdr_core.scores import Score
+        from isethdr_core.data.saturation import saturated
+        from isethdr_core.data.scores import Score
 
         from .regions import frame_and_objects, luminances
 

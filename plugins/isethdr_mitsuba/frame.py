@@ -10,9 +10,9 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.quantities import scene_radiance
 
-from .placed_lamps import placed_lamps
-from .radiance import estimate
-from .view import view_of
+from .lamps.placed_lamps import placed_lamps
+from .paths.passes import estimate
+from .world.view import view_of
 
 
 def render_frame(
@@ -29,15 +29,15 @@ def render_frame(
     labels : names out of isethdr_core.quantities.LABELS.
     variant : Mitsuba variant that works here.
     margin : whether the tiles beyond the camera's field are asked for.
-    known : {group: isethdr_core.pooling.Known}, paths that earlier renderings followed: only others are.
+    known : {group: isethdr_core.runs.sample_accumulation.Known}, paths that earlier renderings followed: only others are.
     """
     import mitsuba as mi
 
     mi.set_variant(variant)
-    from .geometry import build_world
     from .labels import cut_labels, label_tiles
-    from .materials import ramp_surfaces
-    from .visible_lamps import visible_lamps
+    from .lamps.visible_lamps import visible_lamps
+    from .world.geometry import build_world
+    from .world.materials import ramp_surfaces
 
     view = wide = view_of(description.camera, settings.width, settings.height, settings.margin)
     if not (
@@ -48,7 +48,7 @@ def render_frame(
     surfaces = ramp_surfaces(description)
     world = build_world(description, surfaces)
     if variant.startswith("scalar"):
-        from .film_bands import film_pass
+        from .paths.film_bands import film_pass
 
         one_pass = film_pass(description, view, lamps, groups, bands_nm, settings)
     else:
@@ -112,9 +112,9 @@ def render_frame(
 
 def path_pass(description, view, lamps, groups, bands_nm, settings, world, surfaces):
     """Return the function of one pass of the all-in-one integrator, as `radiance.estimate` wants it."""
-    from .integrator import paths
-    from .lamp_tables import LampTables
-    from .surface_tables import SurfaceTables
+    from .lamps.lamp_tables import LampTables
+    from .paths.integrator import paths
+    from .paths.surface_tables import SurfaceTables
 
     materials = SurfaceTables(world, description.materials.values(), surfaces.values())
 

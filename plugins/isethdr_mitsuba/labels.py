@@ -6,12 +6,12 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from isethdr_core.categories import CATEGORIES
+from isethdr_core.data.categories import CATEGORIES
 from isethdr_core.errors import ConfigError, did_you_mean
-from isethdr_core.physics.projection import depth_m
+from isethdr_core.physics.optics.projection import depth_m
 
-from .straight import straightened
-from .visible_lamps import NEAR_M, cut
+from .lamps.visible_lamps import NEAR_M, cut
+from .world.triangle_chords import straightened
 
 PAIRS = 1_000_000  # triangle and tile pairs tested at a time: bounds memory
 OFF = 0.25  # of a tile, by which a side may bend on a grid of angles: boxes are made larger by twice that
@@ -22,7 +22,7 @@ def label_tiles(world, view, description, wanted):
 
     depth : m along the optical axis, below 0 behind the camera. distance : m along the ray. Both infinite where there is only sky.
     instance : uint32, the object's place in the description, from 1; 0 is the sky.
-    category : uint16, number of isethdr_core.categories.
+    category : uint16, number of isethdr_core.data.categories.
     normal : unit vector of the smoothed surface in world axes, turned towards the camera; 0 for the sky.
     """
     if not wanted:

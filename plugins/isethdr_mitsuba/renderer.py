@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, did_you_mean
-from isethdr_core.ranges import Range, Seed, Wavelength, check_ranges
+from isethdr_core.plugins.ranges import Range, Seed, Wavelength, check_ranges
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from isethdr_core.demand import Demand
-    from isethdr_core.pooling import Known
+    from isethdr_core.runs.sample_accumulation import Known
     from isethdr_core.scene import SceneDescription
 
 ERROR_ALLOWED = 0.1  # where neither paths nor an error are asked for
@@ -189,7 +189,7 @@ class MitsubaRenderer:
 
     def check_field(self, width: float, height: float, projection: str) -> None:
         """Refuse a number of tiles that cannot lie on a camera's field: before any work."""
-        from .view import check_square
+        from .world.view import check_square
 
         if self.variant == "scalar" and projection == "tangent":
             check_square(self.width, self.height, width / height)

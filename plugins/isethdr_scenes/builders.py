@@ -7,22 +7,10 @@ from functools import lru_cache
 
 from isethdr_core.scene import Camera, Model, Placed, SceneDescription
 
-from .geometry import (
-    bus,
-    car,
-    car_shapes,
-    cyclist,
-    deer,
-    headlamp,
-    house,
-    person,
-    piece,
-    plants,
-    road,
-    roadside,
-    truck,
-    tube,
-)
+from .geometry.mesh import piece
+from .geometry.road_users import cyclist, deer, person
+from .geometry.surroundings import house, plants, road, roadside, tube
+from .geometry.vehicles import bus, car, car_shapes, headlamp, truck
 from .lamp_spectra import sky_of, spectrum_of
 from .materials import used
 from .placement import Spot, eye

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from isethdr_core import ledger
 from isethdr_core.errors import CatalogError, ConfigError, UnitError, did_you_mean
-from isethdr_core.ranges import check_ranges
+from isethdr_core.plugins.ranges import check_ranges
 
 from .limits import FileField, Luminance
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from isethdr_core.ranges import Range
+from isethdr_core.plugins.ranges import Range
 
 # --- charts ---
 Tiles = Annotated[int, Range(1, 10_000)]  # along one side: beyond an 8K camera

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .geometry.ground import EDGE_M, Ground
+from .geometry.surroundings.ground import EDGE_M, Ground
 
 OWN_LANE_M = -1.75  # middle of the camera's lane
 OWN_LAMPS = (

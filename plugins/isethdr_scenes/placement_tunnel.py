@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .geometry.ground import Ground
-from .geometry.tube import LUMINAIRE_M, LUMINAIRE_Z_M, WALKWAY_M
+from .geometry.surroundings.ground import Ground
+from .geometry.surroundings.tube import LUMINAIRE_M, LUMINAIRE_Z_M, WALKWAY_M
 from .placement import DRIVING, OWN_LAMPS, OWN_LANE_M, PLANTS, Spot
 
 CLOSED_M = -80.0  # the dark end behind the camera

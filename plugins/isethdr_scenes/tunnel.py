@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from isethdr_core.ranges import Range, Seed, check_ranges
+from isethdr_core.plugins.ranges import Range, Seed, check_ranges
 
 from .limits import Aspect, CameraHeight, RoadField, SkyLuminance, Spacing
 from .validation import check_order
@@ -84,7 +84,7 @@ class Tunnel:
 
     def camera_field(self):
         """Return (width, height, projection) of the camera's field."""
-        from isethdr_core.field import camera_field
+        from isethdr_core.pipeline.field_check import camera_field
 
         return camera_field(self.horizontal_field_deg, self.aspect, self.projection)
 

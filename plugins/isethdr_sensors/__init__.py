@@ -1,48 +1,28 @@
 """Image sensors: from irradiance to numbers, through the charge of every pixel.
 
-| file                  | what                                                                            |
-|-----------------------|---------------------------------------------------------------------------------|
-| `ideal`               | the sensor without effects                                                      |
-| `one_reading`         | the fields of `single` and `lin_log`                                            |
-| `single`              | one capture under any filter array                                              |
-| `bayer`, `rgbw`       | `single` with red, green, blue (and clear) filters                              |
-| `interleaved`         | `single` with two exposures or sensitivities side by side                       |
-| `staggered`           | several exposures of one photodiode                                             |
-| `dual_gain`           | two readings of one charge                                                      |
-| `split_pixel`         | three or four captures of a large and a small photodiode                        |
-| `lofic`               | a photodiode that spills into a capacitor, read without and with it             |
-| `lin_log`             | one capture, linear to a knee and logarithmic beyond                            |
-| `lin_log_response`    | the table that reads it back                                                    |
-| `lin_log_variance`    | the variance that a reading states of itself                                    |
-| `soft_knee`           | the fields of a photodiode that overflows exponentially                         |
-| `soft_knee_shot`      | one shot of these pixels                                                        |
-| `soft_knee_in_time`   | their charge under light that varies during the exposure                        |
-| `limits`              | ranges of the fields                                                            |
-| `imaging_sensor`      | the fields that these share                                                     |
-| `auto_exposure`       | the exposure at which the metered level meets its target                        |
-| `sensor_model`        | what a sensor is made of: photodiodes and readings                              |
-| `shot`                | one shot in the order in which it happens                                       |
-| `band_integration`    | means of spectral curves over the bands of the light                            |
-| `quantum_efficiency`  | electrons per photon; bands that do not matter                                  |
-| `response`            | what is asked of a lens that answers in photocurrent                            |
-| `spectral_curves`     | fitted filter curves, blocking filter, a user's own curves from CSV             |
-| `colour_filter_array` | filter patterns                                                                 |
-| `exposure_timing`     | when each row is exposed, and how much of light that varies falls into it       |
-| `pixel_grid`          | where the pixels lie in the camera's field                                      |
-| `area_integration`    | light over the photodiode's area                                                |
-| `crosstalk`           | light and electrons that a neighbour collects                                   |
-| `interleave`          | dark charge of pixels that expose for a shorter time                            |
-| `dark_current`        | thermal electrons                                                               |
-| `shot_noise`          | Poisson counts of charge                                                        |
-| `full_well`           | the largest charge                                                              |
-| `blooming`            | charge beyond the well, along the column                                        |
-| `fixed_pattern`       | PRNU, dark spread, hot pixels, DSNU, columns and rows of a device               |
-| `read_noise`          | normal noise of a reading, and its noisier pixels                               |
-| `row_noise`           | noise that the pixels of a row share                                            |
-| `converter`           | conversion gain, analog gain, black level, bits, non-linearity                  |
-| `companding`          | piecewise linear squeeze of codes, and the table that undoes it                 |
-| `captures`            | the Dataset that leaves the sensor                                              |
-| `isetcam_parity`      | ISETCam's rules, for comparison                                                 |
+| module           | what                                                                         |
+|------------------|------------------------------------------------------------------------------|
+| `bayer`          | one photodiode and one reading per pixel under red, green or blue filters    |
+| `dual_gain`      | two readings of one charge, at high and at low conversion gain               |
+| `ideal`          | what every other sensor becomes when its effects are switched off            |
+| `imaging_sensor` | the fields and calls that all photodiode sensors share                       |
+| `interleaved`    | two exposures or two sensitivities side by side in the filter array          |
+| `limits`         | generous, beyond any image sensor made                                       |
+| `lin_log`        | a pixel that follows light linearly to a knee and logarithmically beyond     |
+| `lofic`          | a photodiode that spills softly into a lateral overflow capacitor            |
+| `one_reading`    | the fields of a sensor that reads one photodiode per pixel once              |
+| `rgbw`           | a Bayer sensor with one green of each cell replaced by a clear filter        |
+| `sensor_model`   | photodiodes that collect charge, readings that turn charge into numbers      |
+| `single`         | one photodiode and one reading per pixel, under any colour filter array      |
+| `split_pixel`    | a large and a small photodiode in every pixel                                |
+| `staggered`      | several exposures of one photodiode, one after the other, read with one gain |
+| `charge/`        | how a photodiode fills, overflows and shares with its neighbours             |
+| `conf/`          | presets                                                                      |
+| `noise/`         | of light, of charge, of reading, and what differs from pixel to pixel        |
+| `readout/`       | one shot, from light through charge and converter to captures                |
+| `sampling/`      | where the pixels lie, and how much light each photodiode collects            |
+| `spectral/`      | filters, quantum efficiency, and the bands that a sensor asks for            |
+| `timing/`        | when each row is exposed, and for how long                                   |
 """
 
 from isethdr_core.component import Component

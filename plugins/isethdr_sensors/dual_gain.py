@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .converter import converter
 from .imaging_sensor import ImagingSensor
 from .limits import (
     Capacity,
@@ -18,6 +17,7 @@ from .limits import (
     ResponseSpread,
     Swing,
 )
+from .readout.converter import converter
 from .sensor_model import Photodiode, Reading, SensorModel
 
 CAPTURES = ("LCG", "HCG")

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from isethdr_core.early_checks import ShotForm
-from isethdr_core.ranges import Percent, check_ranges
+from isethdr_core.pipeline.early_checks import ShotForm
+from isethdr_core.plugins.ranges import Percent, check_ranges
 
-from . import auto_exposure
-from .converter import check_codes, check_reading
 from .limits import (
     Bits,
     Code,
@@ -25,7 +23,9 @@ from .limits import (
     Target,
     Temperature,
 )
+from .readout.converter import check_codes, check_reading
 from .sensor_model import SensorModel
+from .timing import auto_exposure
 
 
 @dataclass(frozen=True)
@@ -135,45 +135,45 @@ class ImagingSensor:
 
     def take(self, light, generator):
         """Return captures of one shot at `exposure_s`."""
-        from .shot import take_shot
+        from .readout.shot import take_shot
 
         return take_shot(self.model(), light, generator)
 
     def full_scale_e(self) -> list[float]:
         """Return the electrons of every capture at which it stops measuring light."""
-        from .response import full_scale_e
+        from .spectral.response import full_scale_e
 
         return full_scale_e(self.model())
 
     def expected(self, light):
         """Return mean electrons (capture, y, x), dark charge included."""
-        from .shot import expected_electrons
+        from .readout.shot import expected_electrons
 
         return expected_electrons(self.model(), light)
 
     def shot_form(self) -> ShotForm:
         """Return the names of the captures and the filter array, known before a shot."""
-        from .colour_filter_array import cell
+        from .spectral.colour_filter_array import cell
 
         names = tuple(reading.capture for reading in self.model().readings)
         return ShotForm(names, cell(self.cfa))
 
     def check_field(self, width_m: float, height_m: float):
         """Refuse a field, in metres on the sensor plane, that the pixels do not fit into."""
-        from .pixel_grid import pixel_counts
+        from .sampling.pixel_grid import pixel_counts
 
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
     def pixel_need(self, width_m: float, height_m: float):
-        """Return what the pixels over an image of this size, in metres, take in memory, as `isethdr_core.memory.Need`."""
-        from .pixel_grid import pixel_need
+        """Return what the pixels over an image of this size, in metres, take in memory, as `isethdr_core.pipeline.memory.Need`."""
+        from .sampling.pixel_grid import pixel_need
 
         return pixel_need(self.model(), width_m, height_m)
 
     def narrow(self, demand):
         """Return the demand for what the sensor sees, its window and no outer band in which it is blind, and with its response."""
-        from .quantum_efficiency import narrow
-        from .response import ask
+        from .spectral.quantum_efficiency import narrow
+        from .spectral.response import ask
 
         model = self.model()
         return ask(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 from typing import Annotated
 
-from isethdr_core.ranges import Range
+from isethdr_core.plugins.ranges import Range
 
 LONGEST_S = 3600.0  # dark charge alone fills a longer exposure
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 
-from . import soft_knee
+from .charge import soft_knee
 from .limits import Charge, ChargeRate
 from .one_reading import OneReadingSensor
 from .sensor_model import Photodiode, SensorModel
@@ -42,9 +42,9 @@ class LinLogSensor(OneReadingSensor):
         """Refuse a sensor whose range ends before it bends, where no code says how fine the table of the bent part has to be."""
         if reading.bits:
             return
-        from isethdr_core.physics.charge_dynamics import linear_limit_e
+        from isethdr_core.physics.detector.charge_dynamics import linear_limit_e
 
-        from .lin_log_response import STRAIGHT_E
+        from .readout.lin_log_response import STRAIGHT_E
 
         soft = self.well()
         straight_e = linear_limit_e(STRAIGHT_E, self.exposure_s, soft)
@@ -71,8 +71,8 @@ class LinLogSensor(OneReadingSensor):
 
     def take(self, light, generator):
         """Return captures of one shot at `exposure_s`, with the table that reads it back; light is constant over the exposure."""
-        from .lin_log_response import response
-        from .soft_knee_shot import take_shot
+        from .charge.soft_knee_shot import take_shot
+        from .readout.lin_log_response import response
 
         out = take_shot(self.model(), self.well(), (False,), light, generator)
         if self.noise:

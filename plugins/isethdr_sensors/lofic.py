@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from . import soft_knee
-from .converter import converter
+from .charge import soft_knee
 from .imaging_sensor import ImagingSensor
 from .limits import (
     Capacity,
@@ -21,6 +20,7 @@ from .limits import (
     ResponseSpread,
     Swing,
 )
+from .readout.converter import converter
 from .sensor_model import Photodiode, Reading, SensorModel
 
 CAPTURES = ("LCG", "HCG")
@@ -101,6 +101,6 @@ class LoficSensor(ImagingSensor):
 
     def take(self, light, generator):
         """Return captures of one shot at `exposure_s`."""
-        from .soft_knee_shot import take_shot
+        from .charge.soft_knee_shot import take_shot
 
         return take_shot(self.model(), self.well(), (True, False), light, generator)

@@ -10,9 +10,9 @@ from math import inf
 
 from isethdr_core.errors import ConfigError
 
-from .colour_filter_array import channels
 from .limits import LONGEST_S
-from .spectral_curves import check_letters, read_csv
+from .spectral.colour_filter_array import channels
+from .spectral.spectral_curves import check_letters, read_csv
 
 
 @dataclass(frozen=True)

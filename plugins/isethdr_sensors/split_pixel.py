@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 from isethdr_core.errors import ConfigError
 
-from .converter import converter
 from .imaging_sensor import ImagingSensor
 from .limits import (
     Capacity,
@@ -23,6 +22,7 @@ from .limits import (
     ResponseSpread,
     Swing,
 )
+from .readout.converter import converter
 from .sensor_model import Photodiode, Reading, SensorModel
 
 CAPTURES = ("LPLG", "LPHG", "SPLG", "SPHG")

@@ -7,10 +7,10 @@ from itertools import pairwise
 
 from isethdr_core.errors import ConfigError
 
-from . import auto_exposure
 from .limits import Ratio
 from .sensor_model import SensorModel
 from .single import SingleSensor
+from .timing import auto_exposure
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ from isethdr_catalog.query import find
 from isethdr_catalog.verify import verify, verify_store
 from typer.testing import CliRunner
 
-from isethdr_core import store
 from isethdr_core.errors import CatalogError
-from isethdr_core.store_manifest import read_manifest
+from isethdr_core.storage import store
+from isethdr_core.storage.manifest import read_manifest
 
 SCENE = "scenes/0123456789abcdef-00000001.zarr"
 RUN = "runs/fedcba9876543210.zarr"

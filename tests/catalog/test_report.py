@@ -9,7 +9,8 @@ import xarray as xr
 from isethdr_catalog.report import page, pictures, plots, tables, write_report
 
 import isethdr_core as hdr
-from isethdr_core import ledger, view
+from isethdr_core.display import display_view
+from isethdr_core.uncertainty import ledger
 
 SMALL = [
     "experiment=five_lights",
@@ -149,11 +150,11 @@ def test_warnings_and_unlike_shares_are_told(result):
 def test_compression_brings_the_median_to_a_middle_grey():
     day = np.full((8, 8), 600.0)
     a = pictures.compression(day, 4000.0)
-    assert view.tone(0.15, a) == pytest.approx(
+    assert display_view.tone(0.15, a) == pytest.approx(
         pictures.MIDDLE, abs=1e-6
     )  # 40 halvings of 100: 1e-10 in a
     assert pictures.compression(day * 1e-5, 4000.0) == pytest.approx(
-        view.COMPRESSION
+        display_view.COMPRESSION
     )  # too dark to reach: the default
 
 

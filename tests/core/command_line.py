@@ -25,7 +25,7 @@ def isethdr(
     command = [
         sys.executable,
         "-c",
-        code or "from isethdr_core.cli import main; main()",
+        code or "from isethdr_core.cli.commands import main; main()",
         *arguments,
     ]
     return subprocess.run(

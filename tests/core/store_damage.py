@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from isethdr_core import quantities as q
-from isethdr_core import store
+from isethdr_core.data import quantities as q
 from isethdr_core.errors import CatalogError
+from isethdr_core.storage import store
 
 GROUPS = ("", "captures/bayer", "picture/bayer", "truth/bayer")
 ROWS, COLUMNS = 24, 40

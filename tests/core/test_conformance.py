@@ -6,7 +6,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from isethdr_core.registry import broken_plugins, components
+from isethdr_core.plugins.registry import broken_plugins, components
 from isethdr_core.testing import check
 
 # fields that make a component quick; none of them switches an effect off

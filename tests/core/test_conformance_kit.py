@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from isethdr_core import ledger
 from isethdr_core.component import KINDS
+from isethdr_core.conformance.inputs import THROUGHPUT_SR
 from isethdr_core.errors import ConfigError, IsetHdrError, UnitError
-from isethdr_core.registry import build, components
+from isethdr_core.plugins.registry import build, components
 from isethdr_core.testing import check
-from isethdr_core.testing.inputs import THROUGHPUT_SR
+from isethdr_core.uncertainty import ledger
 
 COUNTER = itertools.count()  # hidden state, as a careless component has it
 
@@ -497,7 +497,7 @@ def test_every_kind_has_a_check():
     import importlib
 
     for kind in KINDS:
-        assert callable(importlib.import_module(f"isethdr_core.testing.{kind}").check)
+        assert callable(importlib.import_module(f"isethdr_core.conformance.{kind}").check)
     with pytest.raises(ConfigError, match="did you mean 'sensor'"):
         check("sensr", "ideal")
     with pytest.raises(ConfigError, match="did you mean 'ideal'"):

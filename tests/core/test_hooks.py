@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from isethdr_core import compose, hookimpl, run
 from isethdr_core.errors import IsetHdrError
-from isethdr_core.registry import components, plugin_manager
+from isethdr_core.plugins.registry import components, plugin_manager
 
 # 24 x 16 tiles within 2 degrees: a run takes a tenth of a second
 SMALL = [

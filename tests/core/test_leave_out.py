@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from isethdr_core import build, compose, run, store
-from isethdr_core.accuracy import stored_error
+from isethdr_core import build, compose, run
 from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import Ledger
-from isethdr_core.pipeline import chain, plan
+from isethdr_core.pipeline.chain import chain, plan
 from isethdr_core.quantities import LABELS
+from isethdr_core.storage import store
 from isethdr_core.testing import check
+from isethdr_core.uncertainty.budget import stored_error
 
-from .test_pipeline import SMALL
+from .pipeline.test_chain import SMALL
 
 DRAWS = [*SMALL, "draws=3", "report=false"]
 
@@ -113,8 +114,8 @@ def test_light_is_stored_as_finely_whatever_is_left_out():
 
 
 def test_every_label_can_be_kept_with_a_run():
-    from isethdr_core.pipeline import Camera
-    from isethdr_core.runs import _groups
+    from isethdr_core.pipeline.chain import Camera
+    from isethdr_core.runs.run import _groups
 
     size = {"y": np.arange(4.0), "x": np.arange(6.0)}
     truth = xr.Dataset({"xyz": (("y", "x", "xyz_channel"), np.zeros((4, 6, 3)))}, coords=size)

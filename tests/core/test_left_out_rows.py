@@ -6,12 +6,13 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from isethdr_core import build, compose, ledger
-from isethdr_core.bands import of_demand
+from isethdr_core import build, compose
 from isethdr_core.demand import Demand
 from isethdr_core.ledger import Ledger
-from isethdr_core.pipeline import Chain, chain, plan
+from isethdr_core.pipeline.bands import of_demand
+from isethdr_core.pipeline.chain import Chain, chain, plan
 from isethdr_core.quantities import LABELS
+from isethdr_core.uncertainty import ledger
 
 
 def planned(**parts):

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from isethdr_core import ledger, quantities
+from isethdr_core.data import quantities
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError, UnitError
 from isethdr_core.lighting import IdealLighting, IsetLighting, WeightsLighting
 from isethdr_core.physics.photometry import luminance
 from isethdr_core.physics.radiometry import energy_from_photons
+from isethdr_core.uncertainty import ledger
 
 BANDS = np.arange(400.0, 701.0, 10.0)
 FLOAT32 = 6e-8  # half a unit in the last place of float32: mixing rounds once

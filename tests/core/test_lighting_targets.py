@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from isethdr_core import ledger, quantities
-from isethdr_core.composition import compose
+from isethdr_core.config.composition import compose
+from isethdr_core.data import quantities
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError
-from isethdr_core.lighting import TargetsLighting, solve, target
+from isethdr_core.lighting import TargetsLighting, solver, target
 from isethdr_core.physics.photometry import luminance
-from isethdr_core.registry import build_from_config
+from isethdr_core.plugins.registry import build_from_config
 from isethdr_core.testing import check
+from isethdr_core.uncertainty import ledger
 
 BANDS = np.arange(400.0, 701.0, 10.0)
 HEIGHT, WIDTH = 30, 40
@@ -178,13 +179,13 @@ def test_searches_work_over_thirty_decades():
     rng = np.random.default_rng(3)
     rest, ambient = rng.uniform(0, 1e-9, 500), rng.uniform(0.5, 1, 500)
     for wanted in (1e-8, 1.0, 1e12, 1e22):
-        w = solve.weight_for_percentile(rest, ambient, 50.0, wanted)
-        assert solve.percentile_of(rest + w * ambient, 50.0) == pytest.approx(wanted, rel=1e-12)
+        w = solver.weight_for_percentile(rest, ambient, 50.0, wanted)
+        assert solver.percentile_of(rest + w * ambient, 50.0) == pytest.approx(wanted, rel=1e-12)
     lamps = np.zeros(500)
     lamps[0] = 1.0
     for wanted in (10.0, 1e6, 1e15):
-        w = solve.weight_for_dynamic_range(lamps, ambient, wanted, 1.0, 100.0)
-        assert solve.dynamic_range(lamps + w * ambient, 1.0, 100.0) == pytest.approx(
+        w = solver.weight_for_dynamic_range(lamps, ambient, wanted, 1.0, 100.0)
+        assert solver.dynamic_range(lamps + w * ambient, 1.0, 100.0) == pytest.approx(
             wanted, rel=1e-9
         )
 

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from omegaconf import open_dict
 
-from isethdr_core import compose, ledger, run
+from isethdr_core import compose, run
 from isethdr_core.ledger import Ledger
-from isethdr_core.pipeline import chain, plan
+from isethdr_core.pipeline.chain import chain, plan
+from isethdr_core.uncertainty import ledger
 
 from .command_line import EXAMPLE
 

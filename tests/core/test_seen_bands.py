@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from isethdr_core import build, ledger
+from isethdr_core import build
 from isethdr_core.demand import Demand
-from isethdr_core.pipeline import Chain, on_sensor
+from isethdr_core.pipeline.chain import Chain, on_sensor
 from isethdr_core.quantities import RADIANCE, centres, plane
+from isethdr_core.uncertainty import ledger
 
 BANDS = np.arange(400.0, 1001.0, 50.0)
 
@@ -19,11 +20,11 @@ def chain(sensor):
 
 
 def test_blind_bands_are_not_transformed_and_nothing_is_lost(monkeypatch):
-    from isethdr_optics import imaging
+    from isethdr_optics.imaging import irradiance
 
-    seen, image = [], imaging.image
+    seen, image = [], irradiance.image
     monkeypatch.setattr(
-        imaging,
+        irradiance,
         "image",
         lambda lens, mixed, *rest: (
             seen.append(mixed.wavelength.values) or image(lens, mixed, *rest)

@@ -7,9 +7,9 @@ import re
 
 import pytest
 
-from isethdr_core import hookspecs
 from isethdr_core.component import KINDS
-from isethdr_core.registry import components
+from isethdr_core.plugins import hookspecs
+from isethdr_core.plugins.registry import components
 from isethdr_core.testing import check
 
 from .source import ROOT

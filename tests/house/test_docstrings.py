@@ -8,7 +8,7 @@ import typing
 
 import pytest
 
-from isethdr_core.registry import components
+from isethdr_core.plugins.registry import components
 
 from .source import PRODUCT, name_of, tree
 

@@ -77,9 +77,9 @@ def test_what_a_plugin_author_imports_is_light():
     """`isethdr --help`, and every plugin's hooks, run without the libraries that take seconds to import."""
     code = (
         "import json, sys\n"
-        "from isethdr_core.registry import components; components()\n"
+        "from isethdr_core.plugins.registry import components; components()\n"
         "sys.argv = ['isethdr', '--help']\n"
-        "from isethdr_core.cli import main\n"
+        "from isethdr_core.cli.commands import main\n"
         "try:\n    main()\n"
         "except SystemExit as end:\n    print(json.dumps([end.code, sorted({m.split('.')[0] for m in sys.modules})]))"
     )
@@ -97,6 +97,8 @@ def test_the_layer_rule_sees_what_it_must():
     from . import source
 
     file = source.PACKAGES["isethdr_core"] / "lighting" / "mix.py"
-    assert {"isethdr_core.ledger", "isethdr_core.physics.photometry"} <= imports(file)
-    assert "xarray" not in roots(source.PACKAGES["isethdr_core"] / "store.py", top_level_only=True)
-    assert "zarr" in roots(source.PACKAGES["isethdr_core"] / "store.py")
+    assert {"isethdr_core.uncertainty.ledger", "isethdr_core.physics.photometry"} <= imports(file)
+    assert "xarray" not in roots(
+        source.PACKAGES["isethdr_core"] / "storage" / "store.py", top_level_only=True
+    )
+    assert "zarr" in roots(source.PACKAGES["isethdr_core"] / "storage" / "store.py")

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from isethdr_isp import LinearIsp
-from isethdr_isp.demosaic_methods import interpolate
+from isethdr_isp.demosaic.methods import interpolate
 from isethdr_isp.develop import solve_matrix
-from isethdr_isp.propagation import independent
-from isethdr_isp.readout import readouts
+from isethdr_isp.readout.electrons import readouts
+from isethdr_isp.readout.noise_propagation import independent
 from isethdr_isp.spectra import light, radiances
 
 SHAPE = (40, 48)

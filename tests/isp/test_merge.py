@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 from isethdr_isp import LinearIsp, MergeIsp
-from isethdr_isp.combine import Charge, fold
 from isethdr_isp.merge import charges
-from isethdr_isp.readout import Readout
-from isethdr_isp.rules import RULES
+from isethdr_isp.readout.combine import Charge, fold
+from isethdr_isp.readout.electrons import Readout
+from isethdr_isp.readout.merge_rules import RULES
 from isethdr_isp.spectra import light
 
-from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.uncertainty import ledger
 
 MONO = np.array([[0]])
 SIDE = 500  # 250 000 draws

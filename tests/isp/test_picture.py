@@ -5,9 +5,9 @@ import pytest
 from isethdr_isp import IdealIsp, LinearIsp, MergeIsp
 from isethdr_isp.spectra import LIGHTS, light, radiances, reflectances
 
-from isethdr_core import ledger
 from isethdr_core.errors import UnitError
 from isethdr_core.physics.photometry import xyz, xyz_bar
+from isethdr_core.uncertainty import ledger
 
 SHAPE = (12, 16)
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from isethdr_isp.readout import falloff
+from isethdr_isp.readout.electrons import falloff
 from isethdr_isp.spectra import light as white
 
 import isethdr_core as hdr

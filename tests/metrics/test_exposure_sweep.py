@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import isethdr_core as hdr
-from isethdr_core.saturation import with_saturation
+from isethdr_core.data.saturation import with_saturation
 from isethdr_core.truth import labels_on, truth
 
 HIGHER_IS_BETTER = {

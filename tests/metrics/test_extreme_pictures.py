@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from isethdr_metrics import isethdr_components
-from isethdr_metrics.contrast_detection import ContrastDetection
-from isethdr_metrics.dynamic_range import DynamicRange
+from isethdr_metrics.detection.contrast_detection import ContrastDetection
+from isethdr_metrics.luminance.dynamic_range import DynamicRange
 
-from isethdr_core import ledger
-from isethdr_core.physics.colour import D65_XYZ
+from isethdr_core.physics.colour.colour_spaces import D65_XYZ
 from isethdr_core.quantities import centres
 from isethdr_core.truth import make_picture
+from isethdr_core.uncertainty import ledger
 
 ALL = {c.name: c.cls for c in isethdr_components()}
 SHAPE = (48, 60)

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from isethdr_metrics.dynamic_range import DynamicRange
-from isethdr_metrics.normalized_flare import NormalizedFlare
-from isethdr_metrics.ssim_pu21 import SsimPu21, pu21
+from isethdr_metrics.luminance.dynamic_range import DynamicRange
+from isethdr_metrics.luminance.normalized_flare import NormalizedFlare
+from isethdr_metrics.similarity.ssim_pu21 import SsimPu21, pu21
 
-from isethdr_core import ledger
-from isethdr_core.physics.colour import D65_XYZ
+from isethdr_core.physics.colour.colour_spaces import D65_XYZ
 from isethdr_core.quantities import centres
 from isethdr_core.truth import make_picture
+from isethdr_core.uncertainty import ledger
 
 
 def picture(y, variance=0.0, valid=True):

@@ -4,26 +4,26 @@ import numpy as np
 import pytest
 import xarray as xr
 from isethdr_metrics import isethdr_components
-from isethdr_metrics.ciede2000 import Cie76, Cie94, Ciede2000
-from isethdr_metrics.contrast_detection import ContrastDetection
-from isethdr_metrics.dynamic_range import DynamicRange
-from isethdr_metrics.line_profile import LineProfile
-from isethdr_metrics.log_luminance_error import LogLuminanceError
-from isethdr_metrics.mean_luminance import MeanLuminance
-from isethdr_metrics.normalized_flare import NormalizedFlare
-from isethdr_metrics.object_contrast import ObjectContrast
+from isethdr_metrics.detection.contrast_detection import ContrastDetection
+from isethdr_metrics.detection.object_contrast import ObjectContrast
+from isethdr_metrics.luminance.dynamic_range import DynamicRange
+from isethdr_metrics.luminance.line_profile import LineProfile
+from isethdr_metrics.luminance.log_luminance_error import LogLuminanceError
+from isethdr_metrics.luminance.mean_luminance import MeanLuminance
+from isethdr_metrics.luminance.normalized_flare import NormalizedFlare
+from isethdr_metrics.luminance.slanted_edge import SlantedEdgeResponse
+from isethdr_metrics.luminance.snr_curve import SnrCurve
 from isethdr_metrics.pixel_shares import PixelShares
-from isethdr_metrics.slanted_edge import SlantedEdgeResponse
-from isethdr_metrics.snr_curve import SnrCurve
-from isethdr_metrics.ssim import Ssim
+from isethdr_metrics.similarity.ciede2000 import Cie76, Cie94, Ciede2000
+from isethdr_metrics.similarity.ssim import Ssim
 
-from isethdr_core import ledger
+from isethdr_core.data.saturation import with_saturation
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError, UnitError
-from isethdr_core.physics.colour import D65_XYZ
+from isethdr_core.physics.colour.colour_spaces import D65_XYZ
 from isethdr_core.quantities import centres
-from isethdr_core.saturation import with_saturation
 from isethdr_core.truth import make_picture
+from isethdr_core.uncertainty import ledger
 
 ALL = [c.cls for c in isethdr_components()]
 NY, NX = 48, 60

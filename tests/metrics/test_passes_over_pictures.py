@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from isethdr_metrics import regions
-from isethdr_metrics.contrast_detection import PIECE, ContrastDetection
-from isethdr_metrics.similarity import STRIP, similarity, windowed
+from isethdr_metrics.detection.contrast_detection import PIECE, ContrastDetection
+from isethdr_metrics.similarity.structural_similarity import STRIP, similarity, windowed
 
 
 def planes(shape=(3 * STRIP + 7, 61), seed=0):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from isethdr_core import view
+from isethdr_core.display import display_view
 from isethdr_core.errors import UnitError
-from isethdr_core.physics.colour import D65_XYZ, linear_srgb
+from isethdr_core.physics.colour.colour_spaces import D65_XYZ, linear_srgb
 from isethdr_core.quantities import centres
 from isethdr_core.truth import make_picture
 
@@ -31,7 +31,7 @@ def test_exr_holds_absolute_float_light(tmp_path, primaries, channels):
 
     p = picture()
     with OpenEXR.File(
-        str(view.write_exr(p, tmp_path / "a.exr", primaries)), separate_channels=True
+        str(display_view.write_exr(p, tmp_path / "a.exr", primaries)), separate_channels=True
     ) as file:
         seen = np.stack([file.channels()[c].pixels for c in channels], -1)
     assert seen.dtype == np.float32
@@ -47,13 +47,13 @@ def test_png_has_16_bits_and_says_its_transfer_function(tmp_path):
     import matplotlib.image
 
     p = picture()
-    file = view.write_png(p, tmp_path / "a.png", 100.0)
+    file = display_view.write_png(p, tmp_path / "a.png", 100.0)
     raw = file.read_bytes()
     assert b"sRGB" in raw and b"white 100 cd/m2" in raw and raw[24] == 16
     assert raw[raw.index(b"cICP") + 4 :][:4] == bytes([1, 13, 0, 1])
     # 8 bits of what a reader sees are those of `display`
     seen = matplotlib.image.imread(file)
-    np.testing.assert_allclose(np.rint(255 * seen[..., :3]), view.display(p, 100.0), atol=1)
+    np.testing.assert_allclose(np.rint(255 * seen[..., :3]), display_view.display(p, 100.0), atol=1)
     from PIL import Image
 
     assert Image.open(file).size == (24, 16)
@@ -61,7 +61,7 @@ def test_png_has_16_bits_and_says_its_transfer_function(tmp_path):
 
 def test_png_in_pq_is_absolute(tmp_path):
     p = picture()
-    raw = view.write_png(p, tmp_path / "a.png", transfer="pq").read_bytes()
+    raw = display_view.write_png(p, tmp_path / "a.png", transfer="pq").read_bytes()
     assert b"ST 2084" in raw and raw[raw.index(b"cICP") + 4 :][:4] == bytes([1, 16, 0, 1])
 
 
@@ -70,15 +70,18 @@ def test_pq_is_that_of_the_standard():
 
     levels = np.array([0.0, 0.005, 1.0, 100.0, 1000.0, 10000.0])
     np.testing.assert_allclose(
-        view.pq_encode(levels), colour.models.eotf_inverse_ST2084(levels), atol=1e-12
+        display_view.pq_encode(levels), colour.models.eotf_inverse_ST2084(levels), atol=1e-12
     )
-    assert view.pq_encode(-1.0) == view.pq_encode(0.0) and view.pq_encode(1e6) == 1.0
+    assert (
+        display_view.pq_encode(-1.0) == display_view.pq_encode(0.0)
+        and display_view.pq_encode(1e6) == 1.0
+    )
 
 
 def test_bad_names_and_shapes_are_named(tmp_path):
     with pytest.raises(UnitError, match="primaries 'xyy'.*xyz"):
-        view.write_exr(picture(), tmp_path / "a.exr", "xyy")
+        display_view.write_exr(picture(), tmp_path / "a.exr", "xyy")
     with pytest.raises(UnitError, match="transfer 'PQ'"):
-        view.write_png(picture(), tmp_path / "a.png", transfer="PQ")
+        display_view.write_png(picture(), tmp_path / "a.png", transfer="PQ")
     with pytest.raises(UnitError, match="shape"):
-        view.write_exr(np.ones((4, 4)), tmp_path / "a.exr")
+        display_view.write_exr(np.ones((4, 4)), tmp_path / "a.exr")

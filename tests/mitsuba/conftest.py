@@ -152,9 +152,9 @@ def mitsubas_own(scene, settings, view, lamps, group, bands_nm, bands_a_film=4):
     no noise comes from the choice of wavelength.
     """
     import mitsuba as mi
-    from isethdr_mitsuba.beam_lamp import beam_lamp, film, sensor
-    from isethdr_mitsuba.geometry import build_world
-    from isethdr_mitsuba.materials import coloured_surfaces, regular
+    from isethdr_mitsuba.lamps.beam_lamp import beam_lamp, film, sensor
+    from isethdr_mitsuba.world.geometry import build_world
+    from isethdr_mitsuba.world.materials import coloured_surfaces, regular
 
     span = bands_nm[0] - settings.step_nm / 2, bands_nm[-1] + settings.step_nm / 2
     sky = (

@@ -10,7 +10,7 @@ pytest.importorskip("mitsuba")
 from isethdr_mitsuba.renderer import MitsubaRenderer
 from isethdr_workflows.accuracy import point, transport
 
-from isethdr_core.preview import denoised, tristimulus
+from isethdr_core.display.preview import denoised, tristimulus
 
 
 def test_runs_on_one_scene_are_renderings_of_their_own(make, monkeypatch):

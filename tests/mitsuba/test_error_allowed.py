@@ -8,13 +8,13 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from isethdr_mitsuba.radiance import estimate, next_rung, weighted_median
+from isethdr_mitsuba.paths.passes import estimate, next_rung, weighted_median
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
-from isethdr_core import ledger
 from isethdr_core.physics.photometry import luminance
-from isethdr_core.pooling import Known
+from isethdr_core.runs.sample_accumulation import Known
 from isethdr_core.store import open_store
+from isethdr_core.uncertainty import ledger
 
 SHAPE, BANDS = (24, 32), np.array([500.0, 550.0, 600.0])
 
@@ -191,8 +191,8 @@ def test_known_paths_are_not_followed_again_and_count(make):
 def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
     """A street through the store: a coarse demand, a finer one, and both together against a rendering of other paths."""
     from isethdr_core.demand import Demand
-    from isethdr_core.pipeline import Chain
-    from isethdr_core.recipes import scene_radiance
+    from isethdr_core.pipeline.chain import Chain
+    from isethdr_core.runs.radiance_cache import scene_radiance
 
     @dataclass(frozen=True)
     class Street:

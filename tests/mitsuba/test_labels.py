@@ -7,7 +7,7 @@ pytest.importorskip("mitsuba")
 
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
-from isethdr_core.categories import CATEGORIES
+from isethdr_core.data.categories import CATEGORIES
 from isethdr_core.demand import Demand
 from isethdr_core.quantities import LABELS
 

@@ -5,12 +5,12 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from isethdr_mitsuba.placed_lamps import SPECTRUM_NM, placed_lamps
+from isethdr_mitsuba.lamps.placed_lamps import SPECTRUM_NM, placed_lamps
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
-from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import LM_PER_W, luminance, v_lambda
+from isethdr_core.uncertainty import ledger
 
 RENDER = {"first_nm": 360.0, "last_nm": 830.0, "margin": 0.0, "samples": 1, "max_depth": 1}
 
@@ -223,7 +223,7 @@ def test_flux_of_a_curved_lamp_needs_no_flat_face(make):
 
 
 def test_lamp_spectra_are_scaled_to_candela(make):
-    from isethdr_mitsuba.placed_lamps import emission_table
+    from isethdr_mitsuba.lamps.placed_lamps import emission_table
 
     rows = emission_table([make.flat(3.0), make.spectrum((580.0, 589.0, 598.0), (0.0, 1.0, 0.0))])
     np.testing.assert_allclose(LM_PER_W * rows @ v_lambda(SPECTRUM_NM), 1, rtol=1e-12)
@@ -245,7 +245,7 @@ def test_a_triangle_is_drawn_as_often_as_its_chance_says(count):
     from isethdr_mitsuba.doctor import choose_variant
 
     mi.set_variant(choose_variant("auto"))
-    from isethdr_mitsuba.lamp_tables import alias_table
+    from isethdr_mitsuba.lamps.lamp_tables import alias_table
 
     chance = 10.0 ** np.random.default_rng(count).uniform(-12, 0, count)
     threshold, other = alias_table(chance)

@@ -8,7 +8,7 @@ pytest.importorskip("mitsuba")
 from dataclasses import replace
 
 from isethdr_mitsuba.renderer import MitsubaRenderer
-from isethdr_mitsuba.view import view_of
+from isethdr_mitsuba.world.view import view_of
 
 from isethdr_core.demand import Demand
 from isethdr_core.quantities import LABELS

@@ -7,7 +7,7 @@ pytest.importorskip("mitsuba")
 
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
-from .test_integrator import compiled, sphere
+from .paths.test_integrator import compiled, sphere
 
 
 @pytest.fixture(autouse=True)
@@ -74,7 +74,7 @@ def test_a_coloured_ball_below_a_coloured_sky(make):
 
 def test_lanes_and_shared_rays_give_the_light_of_paths_alone(make, monkeypatch):
     """Sixteen lanes a tile and four paths a camera ray, against one path after the other, each on a ray of its own."""
-    from isethdr_mitsuba import integrator
+    from isethdr_mitsuba.paths import integrator
 
     scene, settings, repeats = (
         make.street(8),
@@ -142,7 +142,7 @@ def test_first_directions_are_spread_evenly(make, samples):
 
 def test_all_places_together_are_the_mean_of_a_band():
     """Tables of any shape between whole nanometres, bands that begin at whole and half ones, any offset: the trapezoid rule to rounding."""
-    from isethdr_mitsuba.spectra import SPECTRUM_NM, BandTable
+    from isethdr_mitsuba.paths.spectra import SPECTRUM_NM, BandTable
 
     rows = np.random.default_rng(1).random((3, len(SPECTRUM_NM)))
     for step, centres in (
@@ -175,7 +175,7 @@ def test_all_places_together_are_the_mean_of_a_band():
 
 
 def test_bands_that_begin_anywhere_are_right_on_average():
-    from isethdr_mitsuba.spectra import SPECTRUM_NM, BandTable
+    from isethdr_mitsuba.paths.spectra import SPECTRUM_NM, BandTable
 
     row = 1 + np.sin(SPECTRUM_NM)
     table, fine = BandTable([row], [503.21], 7.3), np.linspace(-3.65, 3.65, 200_001)
@@ -187,7 +187,7 @@ def test_bands_that_begin_anywhere_are_right_on_average():
 def test_tiles_have_offsets_of_their_own():
     """Neighbours must not see the same wavelengths: the mean over many tiles scatters from pass to pass as independent numbers do."""
     import mitsuba as mi
-    from isethdr_mitsuba.camera_rays import offsets
+    from isethdr_mitsuba.paths.camera_rays import offsets
 
     tiles, passes = 512, 400
     seed, tile = np.meshgrid(

@@ -5,16 +5,17 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from isethdr_mitsuba.placed_lamps import beam, placed_lamps
+from isethdr_mitsuba.lamps.placed_lamps import beam, placed_lamps
+from isethdr_mitsuba.lamps.spots import spots
 from isethdr_mitsuba.renderer import MitsubaRenderer
-from isethdr_mitsuba.spots import spots
-from isethdr_mitsuba.view import check_square, nearest_square
+from isethdr_mitsuba.world.view import check_square, nearest_square
 
-from isethdr_core import compose, ledger
+from isethdr_core import compose
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import luminance
-from isethdr_core.pipeline import chain
+from isethdr_core.pipeline.chain import chain
+from isethdr_core.uncertainty import ledger
 
 
 def one_lamp(make, mesh, **fields):

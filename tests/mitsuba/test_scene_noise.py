@@ -10,11 +10,11 @@ pytest.importorskip("mitsuba")
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
 import isethdr_core as hdr
-from isethdr_core import ledger, noise_units, score_errors
 from isethdr_core.physics.photometry import xyz_weights
-from isethdr_core.pipeline import Camera
-from isethdr_core.registry import build
+from isethdr_core.pipeline.chain import Camera
+from isethdr_core.plugins.registry import build
 from isethdr_core.truth import truth
+from isethdr_core.uncertainty import ledger, propagation, score_errors
 
 SEEDS = 12
 
@@ -35,7 +35,7 @@ def test_electrons_are_as_far_off_as_one_rendering_says(make, pitch_um):
             "lens", "ideal", f_number=2.0, focal_length_mm=6e-3 * 64 / mixed.attrs["field_width"]
         )(mixed)
         sensor = build("sensor", "bayer", pitch_um=pitch_um)
-        (shot,) = noise_units.electrons(sensor(light, hdr.generator(seed=0)), light, mixed, scene)
+        (shot,) = propagation.electrons(sensor(light, hdr.generator(seed=0)), light, mixed, scene)
         expected.append(sensor.expected(light).values[0])
         said.append(np.where(shot.unsaturated, shot.renderer / shot.sigma, np.nan))
         sigma = shot.sigma
@@ -128,7 +128,7 @@ def test_every_group_states_its_noise_and_darkness_none(make):
 
 def test_a_tile_that_met_no_rare_light_is_not_taken_for_quiet():
     """One path in 60 meets light 30 times the rest: of 16 paths three tiles of four meet none. Level and its steps are those of a picture."""
-    from isethdr_mitsuba.radiance import estimate
+    from isethdr_mitsuba.paths.passes import estimate
 
     shape, bands, met = (24, 32), np.array([550.0]), 1 / 60
     level = np.geomspace(1.0, 30.0, 32)[None] * np.where(np.arange(24) < 12, 1.0, 0.2)[:, None]

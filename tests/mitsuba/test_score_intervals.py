@@ -11,10 +11,10 @@ pytest.importorskip("mitsuba")
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
 import isethdr_core as hdr
-from isethdr_core import ledger, score_errors
-from isethdr_core.draws import over_draws
-from isethdr_core.pipeline import Camera
+from isethdr_core.pipeline.chain import Camera
+from isethdr_core.runs.noise_realisations import over_draws
 from isethdr_core.truth import truth
+from isethdr_core.uncertainty import ledger, score_errors
 
 METRICS = ("ideal", "snr_curve", "dynamic_range", "ciede2000", "ssim", "log_luminance_error")
 SEEDS, SAMPLES = range(12), 96

@@ -8,14 +8,14 @@ import pytest
 pytest.importorskip("mitsuba")
 
 from isethdr_mitsuba.renderer import MitsubaRenderer
-from isethdr_mitsuba.straight import straightened
-from isethdr_mitsuba.view import view_of
+from isethdr_mitsuba.world.triangle_chords import straightened
+from isethdr_mitsuba.world.view import view_of
 
 import isethdr_core as hdr
-from isethdr_core import geometry
+from isethdr_core.data import camera_geometry
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError
-from isethdr_core.physics import projection as projections
+from isethdr_core.physics.optics import projection as projections
 from isethdr_core.physics.photometry import luminance
 from isethdr_core.quantities import LABELS
 from isethdr_core.truth import labels_on, truth
@@ -200,7 +200,7 @@ def test_the_same_scene_on_tangents_and_on_angles(make):
 
     scene, at, repeats = make.street(0), ((0, 0, 1.4), (18, 0, 1.2)), 6
     some = Demand(groups=("sky", "headlights"))
-    lens = geometry.distortion_map({"model": "kannala_brandt"}, "tangent")  # radius = angle
+    lens = camera_geometry.distortion_map({"model": "kannala_brandt"}, "tangent")  # radius = angle
 
     def pictures(camera, tiles):
         for seed in range(repeats):
@@ -224,7 +224,7 @@ def test_the_same_scene_on_tangents_and_on_angles(make):
     middle = slice(10, 30)  # 30 degrees around the axis: inside both
     x, y = (bent[0][0][d].values[middle] for d in "xy")
     flat = [
-        geometry.mean_seen(one, ds, lens, x, y, x[1] - x[0])
+        camera_geometry.mean_seen(one, ds, lens, x, y, x[1] - x[0])
         for ds, one in pictures(make.camera(*at, 100.0, 1.0), 60)
     ]
     # blocks of 4 x 3 tiles of the road below the lamps, where light varies little inside a tile
@@ -266,7 +266,7 @@ def test_a_fisheye_camera_from_the_street_to_the_picture(make):
     # pixels of a tile and a quarter, moved by exact areas twice: half a per cent in the middle of even surfaces, more at edges
     assert np.median(np.abs(seen / wanted - 1)) < 0.01
     # the picture is wider than any grid of tangents: its middle row looks beyond 75 degrees on both sides
-    lens_map = geometry.map_of(picture)
+    lens_map = camera_geometry.map_of(picture)
     at, _ = lens_map.inverse(picture.x.values / 1.5e-3, np.zeros(picture.sizes["x"]))
     assert np.degrees(np.abs(at).max()) > 85
     beside = np.degrees(np.abs(at)) > 76

@@ -2,7 +2,7 @@
 
 import pytest
 import yaml
-from isethdr_optics import for_sensor
+from isethdr_optics.imaging import sensor_limited
 
 from .lamp_ghosts import SINGLET
 
@@ -10,7 +10,7 @@ from .lamp_ghosts import SINGLET
 @pytest.fixture(autouse=True)
 def small_frames_go_the_way_of_large_ones(monkeypatch):
     """Photocurrent is tried whatever the size of the frame."""
-    monkeypatch.setattr(for_sensor, "WORTH", 0)
+    monkeypatch.setattr(sensor_limited, "WORTH", 0)
 
 
 @pytest.fixture

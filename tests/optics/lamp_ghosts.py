@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from isethdr_core import quantities
+from isethdr_core.data import quantities
 
 SINGLET = {
     "name": "bare",

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens
-from isethdr_optics.pupils import amplitude, axis_mm, distance_mm, open_energy_mm2
+from isethdr_optics.pupil.sampled_pupil import amplitude, axis_mm, distance_mm, open_energy_mm2
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.diffraction import psf_from_pupil

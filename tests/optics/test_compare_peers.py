@@ -5,8 +5,8 @@ import pytest
 from isethdr_optics import WavefrontLens
 
 from isethdr_core.physics.diffraction import psf_from_pupil
-from isethdr_core.physics.pupil import disc, opening, raster
-from isethdr_core.physics.zernike import wavefront_um
+from isethdr_core.physics.optics.pupil import disc, opening, raster
+from isethdr_core.physics.optics.zernike import wavefront_um
 
 ABERRATED = {4: 0.05, 8: 0.03, 12: 0.02, 5: -0.03}  # {OSA index: um rms}
 WHY = "install it with: pip install isethdr[compare]"
@@ -27,7 +27,7 @@ def test_prysm_of_the_same_pupil(zernike_um, obscured):
     polynomials = pytest.importorskip("prysm.polynomials", reason=WHY)
     from prysm.propagation import focus_fixed_sampling
 
-    from isethdr_core.physics.zernike import order
+    from isethdr_core.physics.optics.zernike import order
 
     cells, axis = circle(300, obscured)
     x, y = np.meshgrid(axis / 0.5, axis / 0.5)
@@ -66,7 +66,7 @@ def test_prysm_from_its_own_mask():
     from prysm.polynomials import zernike_nm
     from prysm.propagation import focus_fixed_sampling
 
-    from isethdr_core.physics.zernike import order
+    from isethdr_core.physics.optics.zernike import order
 
     axis = (np.arange(2002) - 1000.5) / 2000
     x, y = np.meshgrid(axis, axis)

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from isethdr_optics import WavefrontLens, far, kernel_errors
-from isethdr_optics.kernels import CORE_SAMPLES, _made
+from isethdr_optics import WavefrontLens
+from isethdr_optics.psf import kernel_sampling_error, wings
+from isethdr_optics.psf.kernels import CORE_SAMPLES, _made
 from scipy.special import j0
 
 CENTRE, WIDTH, WAVES = 550.0, 10.0, 20.0
@@ -52,7 +53,7 @@ def errors(f_number, pitch_um):
     y, x = np.indices(want.shape)
     wrong, core = np.abs(got - want), (y <= half) & (x <= half)
     octave = np.log2(np.maximum(np.hypot(y, x), 1)).astype(int)
-    octaves = [k for k in range(kernel_errors.OCTAVES) if made.speckle[0][k] > 0]
+    octaves = [k for k in range(kernel_sampling_error.OCTAVES) if made.speckle[0][k] > 0]
     seen = [(octave == k) & ~core for k in octaves]
     return (
         made.speckle[0][octaves],
@@ -70,7 +71,7 @@ def test_twenty_waves_of_defocus_are_as_wrong_as_the_ledger_says(f_number, pitch
     stated, measured, core = errors(f_number, pitch_um)
     assert stated.max() <= 0.03
     assert (
-        measured <= stated + far.WRAP
+        measured <= stated + wings.WRAP
     ).all()  # the ledger's two rows: speckle, and what the period leaves
     assert measured.max() < 0.01  # what it is: 0.6 % at most
     assert core < 5e-3

@@ -6,14 +6,20 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
-from isethdr_optics.kernels import _made, kernels
-from isethdr_optics.pupils import amplitude, axis_mm, has_phase, open_energy_mm2, phase_change
+from isethdr_optics.psf.kernels import _made, kernels
+from isethdr_optics.pupil.sampled_pupil import (
+    amplitude,
+    axis_mm,
+    has_phase,
+    open_energy_mm2,
+    phase_change,
+)
 
 from isethdr_core import compose
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import Ledger
-from isethdr_core.physics.pupil import disc
+from isethdr_core.physics.optics.pupil import disc
 
 LENS = DiffractionLimitedLens(falloff="none")
 GLASS = ApertureFlare(
@@ -148,8 +154,8 @@ def test_a_delay_that_bands_cannot_follow_is_refused_before_any_work(monkeypatch
     for demand in (Demand(), Demand(wavelength_nm=tuple(np.arange(500.0, 701.0, 5.0)))):
         assert refused.narrow(demand) is demand  # bands not known yet, or narrow enough
     made = []
-    monkeypatch.setattr("isethdr_optics.kernels._cache", OrderedDict())
-    monkeypatch.setattr("isethdr_optics.kernels._made", lambda *given: made.append(given))
+    monkeypatch.setattr("isethdr_optics.psf.kernels._cache", OrderedDict())
+    monkeypatch.setattr("isethdr_optics.psf.kernels._made", lambda *given: made.append(given))
     with pytest.raises(ConfigError, match="narrower bands"):
         kernels(LENS, [refused], BANDS, (3.0, 3.0), (20, 20))
     assert not made
@@ -165,7 +171,7 @@ def test_the_lens_s_own_phase_counts_too():
 
 
 def test_a_run_refuses_it_in_the_plan():
-    from isethdr_core.pipeline import chain, plan
+    from isethdr_core.pipeline.chain import chain, plan
 
     given = [
         "scene=macbeth",

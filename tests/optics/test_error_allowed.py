@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from isethdr_optics import DiffractionLimitedLens, WavefrontLens, field_imaging
-from isethdr_optics.overlaid import overlaid
+from isethdr_optics import DiffractionLimitedLens, WavefrontLens
+from isethdr_optics.field import imaging
+from isethdr_optics.imaging.overlap_add import overlaid
 
-from isethdr_core import quantities
+from isethdr_core.data import quantities
 from isethdr_core.demand import Demand
-from isethdr_core.registry import build
+from isethdr_core.plugins.registry import build
 
 BANDS, SHAPE, FIELD = np.arange(400.0, 701.0, 20.0), (24, 32), 0.016
 LENS = DiffractionLimitedLens(focal_length_mm=6.0)
@@ -33,14 +34,14 @@ def test_irradiance_is_within_what_is_allowed(allowed):
 def test_a_lens_that_varies_over_the_field_is_told_too(monkeypatch):
     told = []
     monkeypatch.setattr(
-        field_imaging,
+        imaging,
         "overlaid",
         lambda parts, shape, allowed: told.append(allowed) or overlaid(parts, shape, allowed),
     )
     lens = WavefrontLens(
         focal_length_mm=6.0, field_zernike_um={0: {}, 8: {4: 0.06}}, error_allowed=0.5
     )
-    monkeypatch.setattr(field_imaging, "RINGS", (1,))
+    monkeypatch.setattr(imaging, "RINGS", (1,))
     scene = night().isel(wavelength=slice(0, 16, 8))
     exact, light = lens(scene).values, lens(scene, error_allowed=1e-3).values
     assert told == [0.0, 0.0, 1e-3, 1e-3]

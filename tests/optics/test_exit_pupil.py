@@ -5,12 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from isethdr_optics import ApertureFlare, PrescribedLens, pupils
-from isethdr_optics.place_lens import node_lens
-from isethdr_optics.prescription_exit_pupil import exit_pupil
+from isethdr_optics import ApertureFlare, PrescribedLens
+from isethdr_optics.field.field_point_lens import node_lens
+from isethdr_optics.prescription.exit_pupil import exit_pupil
+from isethdr_optics.pupil import sampled_pupil
 
-from isethdr_core import ledger, quantities
+from isethdr_core.data import quantities
 from isethdr_core.physics.diffraction import energy_of
+from isethdr_core.uncertainty import ledger
 
 from .traced_rays import chief_mm, direct_sum, exit_sphere_mm, traced
 
@@ -161,24 +163,24 @@ class Ramp:
 
 def test_flares_in_the_stop_are_seen_through_the_exit_pupil():
     _, place = place_at("cooke_triplet", 5.6, 20.0, 0.7)
-    axis = pupils.axis_mm(place, 0.02)
+    axis = sampled_pupil.axis_mm(place, 0.02)
     inside = np.s_[len(axis) // 2 - 5 : len(axis) // 2 + 5]
     stop_x, stop_y = np.einsum(
         "ij,jyx->iyx", np.linalg.inv(place.pupil_matrix), np.stack(np.meshgrid(axis, axis))
     )
-    cells = pupils.amplitude(place, [Ramp()], axis, axis, 550.0)
+    cells = sampled_pupil.amplitude(place, [Ramp()], axis, axis, 550.0)
     np.testing.assert_allclose(
         cells[inside, inside], (0.5 + 0.3 * stop_x + 0.2 * stop_y)[inside, inside], rtol=1e-6
     )
     dirty = [ApertureFlare(blades=6, dust_per_mm2=40.0)]
-    axis = pupils.axis_mm(place, 0.004)
+    axis = sampled_pupil.axis_mm(place, 0.004)
     for flares in ((), dirty):  # energy from areas, and of the drawn cells
         drawn = energy_of(
-            pupils.amplitude(place, flares, axis, axis, 550.0), 0.004, cell_means=True
+            sampled_pupil.amplitude(place, flares, axis, axis, 550.0), 0.004, cell_means=True
         )
         even = replace(place, uneven=())
         assert drawn == pytest.approx(
-            pupils.open_energy_mm2(even, flares, 550.0), rel=2e-3
+            sampled_pupil.open_energy_mm2(even, flares, 550.0), rel=2e-3
         )  # cells on the border
 
 

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
-from isethdr_optics.kernels import kernels
+from isethdr_optics.psf.kernels import kernels
 
 from isethdr_core import compose
 from isethdr_core.errors import ConfigError
-from isethdr_core.registry import build_from_config
+from isethdr_core.plugins.registry import build_from_config
 
 
 def psf(lens, wave=550.0, pitch_um=1.0, size=161, flares=()):
@@ -107,7 +107,7 @@ def test_other_hopeless_requests_are_refused_before_any_work(monkeypatch):
     with pytest.raises(ConfigError, match="no light"):
         lens.psf(550.0, 1.0, 16, [covered])
     monkeypatch.setattr(
-        "isethdr_core.physics.pupil.MOST_TERMS", 300
+        "isethdr_core.physics.optics.pupil.MOST_TERMS", 300
     )  # the real limit takes seconds
     with pytest.raises(ConfigError, match="overlaps"):
         lens.psf(

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from isethdr_optics import GhostFlare, IdealLens
-from isethdr_optics.ghosts_trace import rank
-from isethdr_optics.prescription import load
-from isethdr_optics.prescription_coatings import Powers, layers
+from isethdr_optics.flare.ghosts.trace import rank
+from isethdr_optics.prescription.coatings import Powers, layers
+from isethdr_optics.prescription.prescription import load
 from isethdr_scenes.lamp_spectra import spectrum_of
 
-from isethdr_core.physics.thin_film import reflect_unpolarised
+from isethdr_core.physics.optics.thin_film import reflect_unpolarised
 
 from .lamp_ghosts import flux, lamp
 

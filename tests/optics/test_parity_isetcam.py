@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from isethdr_optics import DiffractionLimitedLens, IdealLens
-from isethdr_optics.isetcam_parity import optical_image
+from isethdr_optics.lenses.isetcam_parity import optical_image
 
-from isethdr_core import quantities
+from isethdr_core.data import quantities
 from isethdr_core.physics.diffraction import diffraction_mtf, psf_from_pupil
-from isethdr_core.physics.zernike import wavefront_um
+from isethdr_core.physics.optics.zernike import wavefront_um
 
 
 def reference(name):

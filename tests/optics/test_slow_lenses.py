@@ -7,12 +7,12 @@ from time import process_time
 
 import numpy as np
 import pytest
-from isethdr_optics import far, kernels
+from isethdr_optics.psf import kernels, wings
 from scipy.special import j1
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.memory import Frame
-from isethdr_core.registry import build
+from isethdr_core.pipeline.memory import Frame
+from isethdr_core.plugins.registry import build
 
 GREEN = np.array([550.0])
 
@@ -21,8 +21,8 @@ def refuse_lattices(monkeypatch):
     def refused(*_, **__):
         raise AssertionError("a lattice was made where the exact core covers the frame")
 
-    monkeypatch.setattr(far, "shared", refused)
-    monkeypatch.setattr(far, "own", refused)
+    monkeypatch.setattr(wings, "shared", refused)
+    monkeypatch.setattr(wings, "own", refused)
 
 
 def airy(f_number: float, pitch_um: float, reach) -> np.ndarray:
@@ -121,7 +121,7 @@ def test_lattices_of_slow_lenses_are_right_to_what_they_state(name, monkeypatch)
 )
 def test_small_frames_take_little_time_and_memory(f_number, tiles, pitch_um):
     code = (
-        "import resource; import numpy as np; from isethdr_core.registry import build; import isethdr_optics.kernels as k;"
+        "import resource; import numpy as np; from isethdr_core.plugins.registry import build; import isethdr_optics.psf.kernels as k;"
         f"k._made(build('lens', 'diffraction_limited', f_number={f_number}), (), np.array([550.0]), ({pitch_um},) * 2, ({tiles - 1},) * 2);"
         "use = resource.getrusage(resource.RUSAGE_SELF); print(use.ru_utime + use.ru_stime, use.ru_maxrss * 1024)"
     )

@@ -10,21 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from isethdr_optics import (
-    DiffractionLimitedLens,
-    GhostFlare,
-    IdealLens,
-    ghosts,
-    ghosts_draw,
-    ghosts_trace,
-)
+from isethdr_optics import DiffractionLimitedLens, GhostFlare, IdealLens
+from isethdr_optics.flare.ghosts import draw, ghost_flare, trace
 
 import isethdr_core as hdr
-from isethdr_core import ledger, lens_errors, noise_units, quantities
-from isethdr_core.noise_units import AFTER_RENDERER
-from isethdr_core.physics.area import resample_mean
+from isethdr_core.data import quantities
 from isethdr_core.physics.radiometry import photons_per_energy
-from isethdr_core.registry import build
+from isethdr_core.physics.resampling.area import resample_mean
+from isethdr_core.plugins.registry import build
+from isethdr_core.uncertainty import ledger, lens_errors, propagation
+from isethdr_core.uncertainty.propagation import AFTER_RENDERER
 
 F_MM = 4.0
 MAGNIFIED_PERCENT = {450: 0.6, 550: 0.0, 650: -0.8}
@@ -41,7 +36,7 @@ def scene(shape, pitch, bands, lamp, scatter):
 
 
 class Stated(NamedTuple):
-    shot: noise_units.Electrons
+    shot: propagation.Electrons
     captures: object
     figure: float
 
@@ -57,17 +52,17 @@ def stated(lens, flares, mixed, exposure_s) -> Stated:
     )
     captures = sensor(light, hdr.generator(seed=0))
     errors = lens_errors.asked_of(lens, flares, [sensor], None, mixed)
-    shots = noise_units.electrons(captures, light, mixed, mixed, 0.0, errors)
-    [shot] = noise_units.with_parts(shots, captures, rows)
+    shots = propagation.electrons(captures, light, mixed, mixed, 0.0, errors)
+    [shot] = propagation.with_parts(shots, captures, rows)
     with ledger.stage(ledger.Ledger(), "picture") as row:
-        noise_units.state([shot], rows, 0.1, (0.0, 0.0))
+        propagation.state([shot], rows, 0.1, (0.0, 0.0))
     return Stated(shot, captures, next(e.value for e in row.errors if e.source == AFTER_RENDERER))
 
 
 def found(of: Stated, electrons) -> float:
     seen = of.shot.unsaturated
     return float(
-        np.quantile((np.abs(electrons - of.shot.total) / of.shot.sigma)[seen], noise_units.SHARE)
+        np.quantile((np.abs(electrons - of.shot.total) / of.shot.sigma)[seen], propagation.SHARE)
     )
 
 
@@ -114,16 +109,16 @@ def test_ghosts(monkeypatch, bare):
     lens, flare = IdealLens(f_number=5.0, focal_length_mm=F_MM, falloff="none"), GhostFlare(bare)
     of = stated(lens, (flare,), mixed, 2e-4)
     for module, name, finer in (
-        (ghosts_draw, "POINTS", 4),
-        (ghosts_draw, "CELLS", 4),
-        (ghosts_trace, "NODES", 2),
-        (ghosts, "RADIAL_BINS", 50),
+        (draw, "POINTS", 4),
+        (draw, "CELLS", 4),
+        (trace, "NODES", 2),
+        (ghost_flare, "RADIAL_BINS", 50),
     ):
         monkeypatch.setattr(module, name, finer * getattr(module, name))
-    monkeypatch.setattr(ghosts, "_beams", type(ghosts._beams)())
+    monkeypatch.setattr(ghost_flare, "_beams", type(ghost_flare._beams)())
     error = found(of, stated(lens, (flare,), mixed, 2e-4).shot.total)
     assert error <= of.figure <= 10 * error and error > 1e-3, (error, of.figure)
-    light = of.shot.parts[ghosts.PART]
+    light = of.shot.parts[ghost_flare.PART]
     without = stated(lens, (), mixed, 2e-4).shot.total
     np.testing.assert_allclose(
         light, of.shot.total - without, atol=1e-5 * without.max()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_optics import kernels
+from isethdr_optics.psf import kernels
 
 from isethdr_core import build
 

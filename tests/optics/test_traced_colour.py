@@ -2,15 +2,17 @@
 
 import numpy as np
 import pytest
-from isethdr_optics import PrescribedLens, WavefrontLens, pupils
-from isethdr_optics.lateral_colour import Course, displaced, magnified
-from isethdr_optics.place_lens import node_lens
-from isethdr_optics.prescription_wavefront import zernike_um
-from isethdr_optics.sensor_plane import sensor_plane
+from isethdr_optics import PrescribedLens, WavefrontLens
+from isethdr_optics.field.field_point_lens import node_lens
+from isethdr_optics.field.lateral_colour import Course, displaced, magnified
+from isethdr_optics.imaging.sensor_plane import sensor_plane
+from isethdr_optics.prescription.wavefront import zernike_um
+from isethdr_optics.pupil import sampled_pupil
 
-from isethdr_core import ledger, quantities
+from isethdr_core.data import quantities
 from isethdr_core.errors import ConfigError
-from isethdr_core.physics.paraxial import back_focus_mm
+from isethdr_core.physics.optics.paraxial import back_focus_mm
+from isethdr_core.uncertainty import ledger
 
 SINGLET = dict(prescription="singlet", f_number=16.0, focal_length_mm=20.0)
 
@@ -44,16 +46,16 @@ def test_every_wavelength_has_its_own_wavefront_off_the_axis_too():
     place = node_lens(lens, lens.wavefront_at(angle), 0.0, angle)
     for wave in (430.0, 500.0, 650.0):
         own, exact = (
-            pupils.coefficients_um(place, wave),
+            sampled_pupil.coefficients_um(place, wave),
             zernike_um(lens.real(), float(np.tan(angle)), wave)[0],
         )
         off = sum((own.get(j, 0.0) - exact.get(j, 0.0)) ** 2 for j in {*own, *exact}) ** 0.5
         assert off < 1e-3  # um rms, half way between traced wavelengths: a five hundredth of a wave
-    reference = pupils.coefficients_um(place, 587.56)
-    lost = [pupils.coefficients_um(place, w)[4] - reference[4] for w in (430.0, 650.0)]
+    reference = sampled_pupil.coefficients_um(place, 587.56)
+    lost = [sampled_pupil.coefficients_um(place, w)[4] - reference[4] for w in (430.0, 650.0)]
     axis = node_lens(lens, lens.wavefront_at(0.0), 0.0, 0.0)
     kept = [
-        pupils.coefficients_um(axis, w)[4] - pupils.coefficients_um(axis, 587.56)[4]
+        sampled_pupil.coefficients_um(axis, w)[4] - sampled_pupil.coefficients_um(axis, 587.56)[4]
         for w in (430.0, 650.0)
     ]
     assert (

@@ -4,15 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from isethdr_optics import ApertureFlare, PrescribedLens, pupils, uneven
-from isethdr_optics.place_lens import node_lens
-from isethdr_optics.prescription import load
-from isethdr_optics.prescription_amplitude import amplitude
-from isethdr_optics.prescription_exit_pupil import exit_pupil
+from isethdr_optics import ApertureFlare, PrescribedLens
+from isethdr_optics.field.field_point_lens import node_lens
+from isethdr_optics.prescription.amplitude import amplitude
+from isethdr_optics.prescription.exit_pupil import exit_pupil
+from isethdr_optics.prescription.prescription import load
+from isethdr_optics.pupil import apodization, sampled_pupil
 
-from isethdr_core.physics import paraxial
-from isethdr_core.physics.ray_trace import collimated, follow, sequential
-from isethdr_core.physics.zernike import zernike
+from isethdr_core.physics.optics import paraxial
+from isethdr_core.physics.optics.ray_trace import collimated, follow, sequential
+from isethdr_core.physics.optics.zernike import zernike
 
 from .traced_rays import chief_mm, exit_sphere_mm
 
@@ -108,7 +109,7 @@ def test_even_light_changes_nothing_and_uneven_light_keeps_its_energy():
         sums = [float(one.psf(550.0, 1.0, 128, flares).sum()) for one in (place, even)]
         # the same light, and the same skirt but for the rim, a hundredth of which is brighter here and darker there
         assert sums[0] == pytest.approx(sums[1], abs=3e-4) and sums[0] < 1
-    whole = pupils._shapes(replace(even, rims=()), ())[0]
-    assert uneven.share(place.uneven, whole, (), pupils.radius_mm(place)) == pytest.approx(
-        1.0, abs=1e-4
-    )
+    whole = sampled_pupil._shapes(replace(even, rims=()), ())[0]
+    assert apodization.share(
+        place.uneven, whole, (), sampled_pupil.radius_mm(place)
+    ) == pytest.approx(1.0, abs=1e-4)

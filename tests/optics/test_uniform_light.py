@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from isethdr_optics import PrescribedLens
-from isethdr_optics.prescription_figures import seen_sr
-from isethdr_optics.sensor_plane import sensor_plane
+from isethdr_optics.imaging.sensor_plane import sensor_plane
+from isethdr_optics.prescription.figures import seen_sr
 
-from isethdr_core import ledger, quantities
-from isethdr_core.geometry import distortion_map, table_values
+from isethdr_core.data import quantities
+from isethdr_core.data.camera_geometry import distortion_map, table_values
+from isethdr_core.uncertainty import ledger
 
 # relative: an entrance pupil grows with colour a little differently off the axis
 LENSES = [("double_gauss", 4.0, 1.5e-3), ("cooke_triplet", 8.0, 4e-3)]

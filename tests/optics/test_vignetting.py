@@ -4,18 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from isethdr_optics import PrescribedLens, WavefrontLens, kernels, pupils, uneven
-from isethdr_optics.place_lens import node_lens
-from isethdr_optics.prescription import load, parse
-from isethdr_optics.prescription_amplitude import amplitude
-from isethdr_optics.prescription_exit_pupil import exit_pupil
-from isethdr_optics.prescription_figures import pupil_area_mm2
-from isethdr_optics.prescription_rims import rims
+from isethdr_optics import PrescribedLens, WavefrontLens
+from isethdr_optics.field.field_point_lens import node_lens
+from isethdr_optics.prescription.amplitude import amplitude
+from isethdr_optics.prescription.exit_pupil import exit_pupil
+from isethdr_optics.prescription.figures import pupil_area_mm2
+from isethdr_optics.prescription.prescription import load, parse
+from isethdr_optics.prescription.rims import rims
+from isethdr_optics.psf import kernels
+from isethdr_optics.pupil import apodization, sampled_pupil
 
-from isethdr_core import ledger, quantities
-from isethdr_core.physics import paraxial
-from isethdr_core.physics.pupil import disc, energy
-from isethdr_core.physics.ray_trace import collimated, follow, sequential
+from isethdr_core.data import quantities
+from isethdr_core.physics.optics import paraxial
+from isethdr_core.physics.optics.pupil import disc, energy
+from isethdr_core.physics.optics.ray_trace import collimated, follow, sequential
+from isethdr_core.uncertainty import ledger
 
 # of the light: the border of the exit pupil is up to 0.009 of its radius off an ellipse, over a part of the border; 320 cells
 SHAPE = 3e-3
@@ -37,7 +40,7 @@ def light(lens, tangent, discs):
     for x, radius in discs:
         opening = opening & disc(x, 0.0, radius)
     terms, _ = amplitude(lens, tangent, lens.reference_nm)
-    return energy(opening, []) / np.pi * uneven.share(terms, opening, (), 1.0)
+    return energy(opening, []) / np.pi * apodization.share(terms, opening, (), 1.0)
 
 
 def test_a_rim_behind_a_stop_is_a_disc_moved_against_the_light():
@@ -105,8 +108,8 @@ def test_a_place_s_pupil_is_open_where_its_rays_get_through():
     )
     u, v = (h / real.surfaces[real.stop].semi_diameter_mm for h in rays.hits_mm[real.stop])
     inside = np.isfinite(rays.position_mm[0]) & (np.hypot(u, v) < 0.98)
-    axis = pupils.axis_mm(place, 0.02 * pupils.radius_mm(place))
-    cells = pupils.amplitude(place, (), axis, axis, 550.0)
+    axis = sampled_pupil.axis_mm(place, 0.02 * sampled_pupil.radius_mm(place))
+    cells = sampled_pupil.amplitude(place, (), axis, axis, 550.0)
     centre = exit_pupil(real, float(np.tan(angle)), real.reference_nm).centre
     middle = (centre * np.cos(azimuth), -centre * np.sin(azimuth))
     crossed = [-lens.focal_length_mm * (d[inside] - c) for d, c in zip(rays.direction, middle)]
@@ -129,7 +132,7 @@ def test_a_place_s_pupil_is_open_where_its_rays_get_through():
 def test_energy_of_a_cut_pupil_is_its_area_and_its_point_spread_keeps_it():
     whole = WavefrontLens()
     cut = replace(node_lens(whole, {}, 0.0), rims=((-0.5, 1.0, 1.0),))
-    assert pupils.open_energy_mm2(cut, (), 550.0) == pytest.approx(
+    assert sampled_pupil.open_energy_mm2(cut, (), 550.0) == pytest.approx(
         np.pi * 0.25 * energy(disc(0, 0, 1.0) & disc(-0.5, 1.0, 1.0), []) / np.pi
     )
     sharp, wide = (lens.psf(550.0, 2.0, 129).values[0] for lens in (whole, cut))

@@ -5,15 +5,15 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from isethdr_optics import pupils
-from isethdr_optics.knots import _change
-from isethdr_optics.limits import Zernikes
+from isethdr_optics.lenses.limits import Zernikes
+from isethdr_optics.psf.interpolation_wavelengths import _change
+from isethdr_optics.pupil import sampled_pupil
 from scipy.special import eval_jacobi, jv
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.physics.zernike import HIGHEST_ORDER, LAST_INDEX, order
-from isethdr_core.ranges import declared
-from isethdr_core.registry import build
+from isethdr_core.physics.optics.zernike import HIGHEST_ORDER, LAST_INDEX, order
+from isethdr_core.plugins.ranges import declared
+from isethdr_core.plugins.registry import build
 
 WAVE_NM = 550.0
 
@@ -34,10 +34,10 @@ def pupil_mean(j: int, rms_um: float) -> float:
 
 def mean_of_cells(j: int, rms_um: float) -> complex:
     given = lens(j, rms_um)
-    pitch = pupils.core_pitch_mm(given, 90.0, WAVE_NM, pupils.FEWEST_SAMPLES)
-    axis = pupils.axis_mm(given, pitch)
-    cells = pupils.resolved(given, (), axis, axis, WAVE_NM)
-    return cells.sum(dtype=complex) * pitch**2 / (np.pi * pupils.radius_mm(given) ** 2)
+    pitch = sampled_pupil.core_pitch_mm(given, 90.0, WAVE_NM, sampled_pupil.FEWEST_SAMPLES)
+    axis = sampled_pupil.axis_mm(given, pitch)
+    cells = sampled_pupil.resolved(given, (), axis, axis, WAVE_NM)
+    return cells.sum(dtype=complex) * pitch**2 / (np.pi * sampled_pupil.radius_mm(given) ** 2)
 
 
 # cells hold their part of the integral to 1.1e-4 of the open pupil, measured over all orders
@@ -58,7 +58,7 @@ def test_pupil_mean_of_every_index():
 def test_light_of_high_orders_is_kept(j):
     rms_um = 0.03 if order(j)[0] < 20 else 0.003
     steepest_um = (
-        2 * 4.0 * pupils.steepest_um(lens(j, rms_um), WAVE_NM)
+        2 * 4.0 * sampled_pupil.steepest_um(lens(j, rms_um), WAVE_NM)
     )  # where the steepest part of the wavefront sends light
     count = int(steepest_um / 2) + 40
     light = float(lens(j, rms_um).psf(WAVE_NM, 4.0, count, integrated=True).sum())

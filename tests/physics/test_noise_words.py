@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.testing import assert_array_equal
 
-from isethdr_core.physics.random_words import tail, words
+from isethdr_core.physics.detector.random_words import tail, words
 from isethdr_core.seeds import generator
 
 STREAM = generator(7, "A", "s1").stream("LPHG", "read")

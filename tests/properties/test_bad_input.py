@@ -19,15 +19,15 @@ from omegaconf.errors import OmegaConfBaseException
 
 from isethdr_core import compose
 from isethdr_core.component import KEYED, KINDS
-from isethdr_core.composition import explain
+from isethdr_core.config.composition import explain
+from isethdr_core.conformance.ranges import bad_fields
 from isethdr_core.errors import ConfigError, IsetHdrError
 from isethdr_core.ledger import Ledger
-from isethdr_core.pipeline import Chain, chain, plan
-from isethdr_core.ranges import annotations, declared, undeclared
-from isethdr_core.recipes import held_and_missing
-from isethdr_core.registry import build, components
-from isethdr_core.runs import run_key
-from isethdr_core.testing.ranges import bad_fields
+from isethdr_core.pipeline.chain import Chain, chain, plan
+from isethdr_core.plugins.ranges import annotations, declared, undeclared
+from isethdr_core.plugins.registry import build, components
+from isethdr_core.runs.radiance_cache import held_and_missing
+from isethdr_core.runs.run import run_key
 
 LONGEST_S = 20  # of processor time for a plan
 TINY = [

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from isethdr_core.lighting import WeightsLighting
-from isethdr_core.physics.area import resample_mean
 from isethdr_core.physics.convolution import convolve, convolve_with_bound
-from isethdr_core.physics.noise import poisson
+from isethdr_core.physics.detector.noise import poisson
+from isethdr_core.physics.resampling.area import resample_mean
 from isethdr_core.quantities import centres, scene_radiance
 
 few = settings(max_examples=40, deadline=None, derandomize=True, database=None)

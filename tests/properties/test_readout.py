@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from isethdr_isp.readout import readouts
+from isethdr_isp.readout.electrons import readouts
 from isethdr_sensors import SingleSensor
 from isethdr_workflows.stability.inputs import irradiance
 

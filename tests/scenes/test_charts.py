@@ -14,7 +14,7 @@ from isethdr_scenes.charts.point_lights import PointLights
 from isethdr_scenes.charts.slanted_edge import SlantedEdge
 from isethdr_scenes.charts.uniform import Uniform
 
-from isethdr_core import quantities
+from isethdr_core.data import quantities
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import luminance, xyz
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_scenes.geometry.cutting import cut, polygon, subdivide
-from isethdr_scenes.geometry.headlamp import own_headlamps
-from isethdr_scenes.geometry.implicit import blend, cone, skin_of
-from isethdr_scenes.geometry.piece import Assembly, face_areas, mirrored, pose, shift, unit
-from isethdr_scenes.geometry.primitives import ball, box, grid, lathe, tube
-from isethdr_scenes.geometry.shell import Shell, loft
+from isethdr_scenes.geometry.mesh.cutting import cut, polygon, subdivide
+from isethdr_scenes.geometry.mesh.implicit import blend, cone, skin_of
+from isethdr_scenes.geometry.mesh.piece import Assembly, face_areas, mirrored, pose, shift, unit
+from isethdr_scenes.geometry.mesh.primitives import ball, box, grid, lathe, tube
+from isethdr_scenes.geometry.vehicles.headlamp import own_headlamps
+from isethdr_scenes.geometry.vehicles.shell import Shell, loft
 
 ROUNDING = 1e-9  # of sums over some thousand float64 terms
 

@@ -8,10 +8,11 @@ from isethdr_scenes import iset_exr_files
 from isethdr_scenes.iset_exr import IsetExr
 from scipy.io import savemat
 
-from isethdr_core import ledger, quantities
+from isethdr_core.cli.summary_tables import print_plan
+from isethdr_core.data import quantities
 from isethdr_core.errors import CatalogError, ConfigError, UnitError
 from isethdr_core.physics.photometry import luminance
-from isethdr_core.summary import print_plan
+from isethdr_core.uncertainty import ledger
 
 BANDS = range(400, 701, 10)
 NAMES = {

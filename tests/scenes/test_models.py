@@ -4,22 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_scenes.geometry import (
-    bus,
-    car,
-    car_shapes,
-    cyclist,
-    deer,
-    house,
-    person,
-    plants,
-    roadside,
-    truck,
-    tube,
-)
-from isethdr_scenes.geometry.ground import Ground
-from isethdr_scenes.geometry.piece import face_areas
-from isethdr_scenes.geometry.road import field, road
+from isethdr_scenes.geometry.mesh.piece import face_areas
+from isethdr_scenes.geometry.road_users import cyclist, deer, person
+from isethdr_scenes.geometry.surroundings import house, plants, roadside, tube
+from isethdr_scenes.geometry.surroundings.ground import Ground
+from isethdr_scenes.geometry.surroundings.road import field, road
+from isethdr_scenes.geometry.vehicles import bus, car, car_shapes, truck
 from isethdr_scenes.materials import MATERIALS
 
 MAKERS = {

@@ -10,9 +10,9 @@ from isethdr_scenes.night_drive import NightDrive
 from isethdr_scenes.placement import OWN_LAMPS, eye, oncoming_lamp
 from isethdr_scenes.tunnel import Tunnel
 
+from isethdr_core.conformance.scene import check_description
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import luminance
-from isethdr_core.testing.scene import check_description
 
 SEEDS = range(60)
 CLASSES = [NightDrive, Tunnel]

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from isethdr_core import quantities
+from isethdr_core.data import quantities
 
 
 def make_light(values, pitch_um=3.0, wavelength_nm=None, field=None):

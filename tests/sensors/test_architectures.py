@@ -13,12 +13,12 @@ from isethdr_sensors import (
     SplitPixelSensor,
     StaggeredSensor,
 )
-from isethdr_sensors.shot import readings
+from isethdr_sensors.readout.shot import readings
 from numpy.testing import assert_allclose, assert_array_equal
 from omegaconf import OmegaConf
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.registry import build
+from isethdr_core.plugins.registry import build
 from isethdr_core.seeds import generator
 from isethdr_core.testing import check
 

@@ -7,22 +7,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 from isethdr_sensors import BayerSensor, IdealSensor, RgbwSensor
-from isethdr_sensors.colour_filter_array import cell, channels, filter_map
-from isethdr_sensors.quantum_efficiency import (
+from isethdr_sensors.spectral.colour_filter_array import cell, channels, filter_map
+from isethdr_sensors.spectral.quantum_efficiency import (
     line_error,
     quantum_efficiency,
     smooth_spectrum_error,
     spectral_curve,
 )
-from isethdr_sensors.spectral_curves import filter_curve, infrared_cut
+from isethdr_sensors.spectral.spectral_curves import filter_curve, infrared_cut
 from numpy.testing import assert_allclose, assert_array_equal
 
 from isethdr_core.demand import Demand
-from isethdr_core.error_terms import Quantity
 from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import Ledger, stage
 from isethdr_core.physics.photometry import luminance
 from isethdr_core.physics.radiometry import photons_from_energy, planck_radiance
+from isethdr_core.uncertainty.error_terms import Quantity
 
 
 @pytest.mark.parametrize(

@@ -4,13 +4,14 @@ import re
 
 import numpy as np
 import pytest
-from isethdr_sensors import BayerSensor, soft_knee_shot
+from isethdr_sensors import BayerSensor
+from isethdr_sensors.charge import soft_knee_shot
 from isethdr_sensors.lin_log import LinLogSensor
-from isethdr_sensors.lin_log_response import response
+from isethdr_sensors.readout.lin_log_response import response
 
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError
-from isethdr_core.physics import charge_dynamics as cd
+from isethdr_core.physics.detector import charge_dynamics as cd
 from isethdr_core.seeds import generator
 from isethdr_core.testing import check
 

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from isethdr_sensors import soft_knee_shot
+from isethdr_sensors.charge import soft_knee_shot
 from isethdr_sensors.lofic import LoficSensor
-from isethdr_sensors.shot import readings as linear_readings
+from isethdr_sensors.readout.shot import readings as linear_readings
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.physics import charge_dynamics as cd
-from isethdr_core.physics.charge_dynamics_noise import EMPTY, flow_moments
-from isethdr_core.registry import build
+from isethdr_core.physics.detector import charge_dynamics as cd
+from isethdr_core.physics.detector.charge_dynamics_noise import EMPTY, flow_moments
+from isethdr_core.plugins.registry import build
 from isethdr_core.seeds import generator
 from isethdr_core.testing import check
 
@@ -145,7 +145,7 @@ def test_the_preset_has_the_published_figures_and_closed_forms_for_the_rest():
     from omegaconf import OmegaConf
     from scipy.constants import Boltzmann, elementary_charge
 
-    from isethdr_core.composition import compose
+    from isethdr_core.config.composition import compose
 
     fields = OmegaConf.to_container(compose(["sensor=lofic_miyauchi2019"]).sensor, resolve=True)
     sensor = build("sensor", fields.pop("name"), **fields)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from isethdr_sensors import BayerSensor, IdealSensor, RgbwSensor, SplitPixelSensor
-from isethdr_sensors.quantum_efficiency import quantum_efficiency
+from isethdr_sensors.spectral.quantum_efficiency import quantum_efficiency
 from numpy.testing import assert_allclose
 from scipy.constants import c, h
 
 from isethdr_core.errors import ConfigError, UnitError
-from isethdr_core.registry import build
+from isethdr_core.plugins.registry import build
 
 COUNTER = dict(cfa="W", curves="unit")
 

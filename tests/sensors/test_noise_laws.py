@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from isethdr_sensors import BayerSensor, IdealSensor, RgbwSensor, SplitPixelSensor
-from isethdr_sensors.shot import readings
+from isethdr_sensors.readout.shot import readings
 from numpy.testing import assert_allclose, assert_array_equal
 
 from isethdr_core.ledger import Ledger, stage

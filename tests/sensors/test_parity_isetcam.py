@@ -6,8 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from isethdr_sensors import BayerSensor
-from isethdr_sensors.isetcam_parity import clipped_noise, noise_mean_and_variance, pixel_rate, volts
-from isethdr_sensors.shot import readings
+from isethdr_sensors.readout.shot import readings
+from isethdr_sensors.sampling.isetcam_parity import (
+    clipped_noise,
+    noise_mean_and_variance,
+    pixel_rate,
+    volts,
+)
 from numpy.testing import assert_allclose
 
 from isethdr_core.seeds import generator

@@ -10,11 +10,11 @@ from isethdr_sensors import (
     SplitPixelSensor,
     StaggeredSensor,
 )
-from isethdr_sensors.blooming import bloom
-from isethdr_sensors.companding import compand, decompand, table
-from isethdr_sensors.crosstalk import kernel, mixed_efficiency, spread
-from isethdr_sensors.quantum_efficiency import quantum_efficiency
-from isethdr_sensors.shot import readings
+from isethdr_sensors.charge.blooming import bloom
+from isethdr_sensors.charge.crosstalk import kernel, mixed_efficiency, spread
+from isethdr_sensors.readout.companding import compand, decompand, table
+from isethdr_sensors.readout.shot import readings
+from isethdr_sensors.spectral.quantum_efficiency import quantum_efficiency
 from numpy.testing import assert_allclose, assert_array_equal
 
 from isethdr_core.errors import ConfigError

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from isethdr_core.cli import main
+from isethdr_core.cli.commands import main
 
 FAST = [
     "scene.width=48",
@@ -49,7 +49,7 @@ def environment(plugins, variables) -> dict[str, str]:
 def start(*arguments: str, plugins=(), **variables: str) -> subprocess.Popen:
     """Return the started command, in a process group of its own, so that Ctrl-C reaches it alone."""
     return subprocess.Popen(
-        [sys.executable, "-c", "from isethdr_core.cli import main; main()", *arguments],
+        [sys.executable, "-c", "from isethdr_core.cli.commands import main; main()", *arguments],
         env=environment(plugins, variables),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -68,7 +68,7 @@ def isethdr(*arguments: str, plugins=(), **variables: str) -> subprocess.Complet
 
 ONE_BY_ONE = """
 import contextlib, io, json, sys
-from isethdr_core.cli import main
+from isethdr_core.cli.commands import main
 ends = []
 for arguments in json.loads(sys.argv[1]):
     sys.argv, said, code = ["isethdr", *arguments], io.StringIO(), 0

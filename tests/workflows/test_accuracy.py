@@ -8,8 +8,8 @@ from isethdr_workflows import accuracy, study_command
 from isethdr_workflows.accuracy import basis, dynamics, point, psf, stored
 from isethdr_workflows.accuracy.point import Point, Work, as_rows, front, refuse_what_does_not_fit
 
-from isethdr_core import store
 from isethdr_core.errors import ConfigError
+from isethdr_core.storage import store
 
 
 @pytest.fixture(autouse=True)

@@ -17,7 +17,7 @@ from isethdr_workflows.accuracy import (
 )
 from isethdr_workflows.accuracy.point import Point, Work
 
-from isethdr_core.physics.surfaces import Surface
+from isethdr_core.physics.optics.surfaces import Surface
 
 
 @pytest.fixture(autouse=True)

@@ -9,8 +9,8 @@ from isethdr_workflows.budget import scenes
 from isethdr_workflows.empty_home import empty_home
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.registry import build
 from isethdr_core.quantities import check_scene, tristimulus
-from isethdr_core.registry import build
 
 
 @pytest.mark.slow
@@ -47,7 +47,7 @@ def test_scenes_are_of_the_light_they_say(name, brightest):
 
 
 def test_no_kernel_is_at_hand_inside_and_the_home_is_as_before_after(monkeypatch, tmp_path):
-    from isethdr_core import store
+    from isethdr_core.storage import store
 
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
     with empty_home() as folder:

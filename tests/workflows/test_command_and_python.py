@@ -9,7 +9,7 @@ import time
 from typer.testing import CliRunner
 
 from isethdr_core import compose, run
-from isethdr_core.cli import app
+from isethdr_core.cli.commands import app
 
 from .command import FAST, LIGHTS, isethdr, stores
 
@@ -49,7 +49,7 @@ def test_plan_computes_nothing(isethdr_home):
 
 def test_the_plan_of_the_main_job_loads_no_renderer(isethdr_home):
     code = (
-        "import sys\nfrom isethdr_core.summary import print_plan\nprint_plan([])\n"
+        "import sys\nfrom isethdr_core.cli.summary_tables import print_plan\nprint_plan([])\n"
         "print(sorted({'mitsuba', 'drjit', 'matplotlib', 'skimage', 'colour'} & {m.split('.')[0] for m in sys.modules}))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from isethdr_workflows import emva1288_estimates as find
-from isethdr_workflows.emva1288 import chosen
-from isethdr_workflows.emva1288_camera import BORDER, Bench, Pair, Stack
+from isethdr_workflows.emva1288 import estimates as find
+from isethdr_workflows.emva1288.camera import BORDER, Bench, Pair, Stack
+from isethdr_workflows.emva1288.study import chosen
 
 SIDE = 128 - 2 * BORDER
 STACK = 16

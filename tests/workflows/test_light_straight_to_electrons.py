@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from isethdr_optics import for_sensor, kernels
+from isethdr_optics.imaging import sensor_limited
+from isethdr_optics.psf import kernels
 
 import isethdr_core as hdr
-from isethdr_core import store
+from isethdr_core.storage import store
 
 from .command import FAST
 
@@ -31,7 +32,7 @@ def functionals(result):
 @pytest.fixture(autouse=True)
 def every_kernel_is_kept(monkeypatch):
     monkeypatch.setattr(kernels, "WORTH_KEEPING_S", 0.0)
-    monkeypatch.setattr(for_sensor, "WORTH", 0)  # however small the frame
+    monkeypatch.setattr(sensor_limited, "WORTH", 0)  # however small the frame
     kernels._cache.clear()
     yield
     kernels._cache.clear()

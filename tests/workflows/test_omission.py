@@ -9,7 +9,8 @@ from isethdr_workflows.omission.cases import CASES, CHART, SHARP, TILES, Case, o
 from isethdr_workflows.omission.compare import NOISE_SD, compared, largest
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.ledger import ErrorNote, LeftOut, Row
+from isethdr_core.ledger import LeftOut, Row
+from isethdr_core.uncertainty.ledger import ErrorNote
 
 
 def test_there_are_ten_cases():

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_workflows import paper_fig3, paper_fig5, paper_fig6_7, paper_fig8_9, paper_scene
+from isethdr_workflows.paper import fig3, fig5, fig6_7, fig8_9, rendered_scene
 
-from isethdr_core.composition import compose
+from isethdr_core.config.composition import compose
 from isethdr_core.errors import ConfigError
-from isethdr_core.pipeline import chain
+from isethdr_core.pipeline.chain import chain
 
 SMALL = [
     "experiment=five_lights",
@@ -30,12 +30,12 @@ def five_lights(*overrides):
 
 @pytest.fixture(autouse=True)
 def chart(monkeypatch):
-    for module in (paper_fig3, paper_fig5, paper_fig6_7, paper_fig8_9):
+    for module in (fig3, fig5, fig6_7, fig8_9):
         monkeypatch.setattr(module, "rendered", five_lights)
 
 
 def test_rendered_reads_what_a_chart_knows():
-    parts, scene = paper_scene.rendered(*SMALL)
+    parts, scene = rendered_scene.rendered(*SMALL)
     assert {"headlights", "sky"} <= set(
         map(str, scene.light_group.values)
     ) and parts.renderer is None
@@ -43,7 +43,7 @@ def test_rendered_reads_what_a_chart_knows():
 
 @pytest.mark.slow
 def test_day_lifts_the_dark_and_not_the_headlight(tmp_path):
-    night, day = paper_fig3.paper_fig3(picture=str(tmp_path / "a.png"))
+    night, day = fig3.paper_fig3(picture=str(tmp_path / "a.png"))
     assert day["lux_headlight"] == pytest.approx(
         night["lux_headlight"], rel=0.2
     )  # the lamp's own light is the same in both
@@ -52,7 +52,7 @@ def test_day_lifts_the_dark_and_not_the_headlight(tmp_path):
 
 @pytest.mark.slow
 def test_a_longer_exposure_saturates_more(tmp_path):
-    rows = paper_fig5.paper_fig5(picture=str(tmp_path / "b.jpg"))
+    rows = fig5.paper_fig5(picture=str(tmp_path / "b.jpg"))
     saturated = [r["saturated_percent"] for r in rows]
     assert saturated == sorted(saturated) and saturated[-1] > saturated[0]
     assert all(np.isnan(r["snr_person"]) for r in rows)  # nobody is there: no number is made up
@@ -60,17 +60,17 @@ def test_a_longer_exposure_saturates_more(tmp_path):
 
 @pytest.mark.slow
 def test_three_captures_hold_more_than_one(tmp_path):
-    rows = {r["capture"]: r for r in paper_fig6_7.paper_fig6_7(picture=str(tmp_path / "c.jpg"))}
+    rows = {r["capture"]: r for r in fig6_7.paper_fig6_7(picture=str(tmp_path / "c.jpg"))}
     combined = rows.pop("combined")
     assert combined["decades"] > max(r["decades"] for r in rows.values())
     assert combined["saturated_percent"] < rows["large, high gain"]["saturated_percent"]
     with pytest.raises(ConfigError, match="no scene 'tunel'.*tunnel"):
-        paper_fig6_7.paper_fig6_7(scene="tunel")
+        fig6_7.paper_fig6_7(scene="tunel")
 
 
 @pytest.mark.slow
 def test_light_helps_every_camera():
-    rows = paper_fig8_9.paper_fig8_9_classical(levels=2, draws=2)
+    rows = fig8_9.paper_fig8_9_classical(levels=2, draws=2)
     for dark, lit in zip(rows[::2], rows[1::2]):
         assert (dark["filters"], dark["demosaic"]) == (lit["filters"], lit["demosaic"])
         assert lit["ciede2000"] < dark["ciede2000"] and lit["ssim"] > dark["ssim"]

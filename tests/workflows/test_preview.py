@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from isethdr_workflows import preview as module
 
-from isethdr_core import build, quantities
+from isethdr_core import build
+from isethdr_core.data import quantities
+from isethdr_core.display.preview import tristimulus
 from isethdr_core.errors import ConfigError
-from isethdr_core.preview import tristimulus
 
 SHAPE, GROUPS = (18, 32), ("sky", "lamps")
 
@@ -36,9 +37,9 @@ def chain(monkeypatch):
         lighting=build("lighting", "weights", weights={"sky": 1e-3, "lamps": 2.0}),
     )
     monkeypatch.setattr(
-        "isethdr_core.composition.compose", lambda overrides: asked.extend(overrides)
+        "isethdr_core.config.composition.compose", lambda overrides: asked.extend(overrides)
     )
-    monkeypatch.setattr("isethdr_core.pipeline.chain", lambda config: parts)
+    monkeypatch.setattr("isethdr_core.pipeline.chain.chain", lambda config: parts)
     return asked
 
 

@@ -7,7 +7,7 @@ import pty
 import subprocess
 import sys
 
-from isethdr_core import progress
+from isethdr_core.cli import progress
 
 CODE = """
 import time

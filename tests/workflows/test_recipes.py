@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 from omegaconf import open_dict
 
-from isethdr_core import compose, run, store
+from isethdr_core import compose, run
+from isethdr_core.conformance.renderer import world
 from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.ledger import Ledger
-from isethdr_core.pipeline import chain, plan
+from isethdr_core.pipeline.chain import chain, plan
 from isethdr_core.quantities import centres, scene_radiance
-from isethdr_core.recipes import scene_radiance as scene_radiance_of
-from isethdr_core.testing.renderer import world
+from isethdr_core.runs.radiance_cache import scene_radiance as scene_radiance_of
+from isethdr_core.storage import store
 
 from .command import FAST
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from isethdr_core import store
+from isethdr_core.storage import store
 
 from .command import FAST, isethdr, stores
 

@@ -5,7 +5,7 @@ import csv
 import pytest
 import typer
 from isethdr_workflows import STUDIES
-from isethdr_workflows.published_figures import published_figures
+from isethdr_workflows.sensors.published_figures import published_figures
 from isethdr_workflows.study_command import function_of, run_study, study
 from typer.testing import CliRunner
 

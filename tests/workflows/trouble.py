@@ -12,7 +12,8 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from isethdr_core import Component, Score, hookimpl, store
+from isethdr_core import Component, Score, hookimpl
+from isethdr_core.storage import store
 
 
 def wait(where):

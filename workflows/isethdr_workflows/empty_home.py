@@ -10,7 +10,7 @@ from contextlib import contextmanager
 @contextmanager
 def empty_home():
     """Yield a new home folder; the one before is back afterwards, and the new one gone."""
-    from isethdr_optics import kernels
+    from isethdr_optics.psf import kernels
 
     before = os.environ.get("ISETHDR_HOME")
     with tempfile.TemporaryDirectory() as folder:

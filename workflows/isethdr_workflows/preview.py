@@ -37,11 +37,11 @@ def preview(
     from PIL import Image
 
     from isethdr_core import Demand
-    from isethdr_core.composition import compose
+    from isethdr_core.config.composition import compose
+    from isethdr_core.display.display_view import display, white_cd_m2
+    from isethdr_core.display.preview import denoised, tristimulus
     from isethdr_core.errors import ConfigError
-    from isethdr_core.pipeline import chain
-    from isethdr_core.preview import denoised, tristimulus
-    from isethdr_core.view import display, white_cd_m2
+    from isethdr_core.pipeline.chain import chain
 
     if denoise not in (0, 1):
         raise ConfigError(

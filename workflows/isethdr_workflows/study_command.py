@@ -23,7 +23,7 @@ def study(
     csv_file: Annotated[str, typer.Option("--csv", help="also write the rows to this file")] = "",
 ) -> None:
     """Run a study: a table of results that needs no scene. Without a name: list the studies."""
-    from isethdr_core.terminal import print_path
+    from isethdr_core.cli.terminal import print_path
 
     from . import STUDIES
 
@@ -82,7 +82,7 @@ def keep(name: str, settings: list[str], rows: list[dict]):
     import xarray as xr
 
     from isethdr_core import store
-    from isethdr_core.provenance import versions
+    from isethdr_core.runs.provenance import versions
 
     columns = {key: ("row", [row.get(key) for row in rows]) for key in (rows[0] if rows else ())}
     created = datetime.now(UTC).isoformat(timespec="seconds")
@@ -118,7 +118,7 @@ def show(rows: list[dict], title: str) -> None:
     """Print rows as one table; numbers with four digits."""
     from rich.table import Table
 
-    from isethdr_core.terminal import console
+    from isethdr_core.cli.terminal import console
 
     table = Table(*(rows[0] if rows else ["no rows"]), title=title)
     for row in rows:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 def write_report(result) -> Path:
     """Write `<key>.html` beside the run's store and return its path; written whole or not at all."""
-    from isethdr_core.leftovers import write_text
+    from isethdr_core.storage.atomic_write import write_text
 
     from .page import page
 

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from isethdr_core import geometry, view
-from isethdr_core.physics import projection
-from isethdr_core.run_warnings import sentence
-from isethdr_core.summary import remarks
+from isethdr_core.cli.summary_tables import remarks
+from isethdr_core.data import camera_geometry
+from isethdr_core.display import display_view
+from isethdr_core.physics.optics import projection
+from isethdr_core.runs.run_warnings import sentence
 
 from . import pictures, plots, tables
 from .pictures import Figure
@@ -18,7 +19,7 @@ from .templates import filled
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-    from isethdr_core.runs import Result
+    from isethdr_core.runs.run import Result
 
 LINE_NOTE = (
     "Luminance along the row through the brightest light of the truth; "
@@ -40,7 +41,7 @@ def page(result: Result) -> Markup:
         for name in result.cameras
     }
     truth = next(iter(seen.values()))[1]
-    white = view.white_cd_m2(truth)
+    white = display_view.white_cd_m2(truth)
     main = _inside(result.open("versions/main"))
     scale = _range(main)
     curves = {name: plots.snr_curve(*both) for name, both in seen.items()}
@@ -98,7 +99,7 @@ def _scene(result: Result, main, white: float, scale: tuple[float, float] | None
     figures = [pictures.shown(main, white, f"{lighting}, scene radiance", compressed)]
     for name in result.attributes["versions_shown"]:
         version = _inside(result.open(f"versions/{name}"))
-        its_white = view.white_cd_m2(version)
+        its_white = display_view.white_cd_m2(version)
         compressed = pictures.compression(version, its_white)
         figures.append(pictures.shown(version, its_white, f"{name}, scene radiance", compressed))
     if scale:
@@ -126,7 +127,7 @@ def _cameras(seen, main, white: float, scale: tuple[float, float] | None) -> lis
 
 def _range(scene) -> tuple[float, float] | None:
     """Return the luminances between which false colour runs, cd/m2; None for a scene of one luminance."""
-    y = view.luminance(scene)
+    y = display_view.luminance(scene)
     low, high = max(float(np.percentile(y, 1)), y.max() * 1e-9), float(y.max())
     return (low, high) if 0 < low < high else None
 
@@ -134,10 +135,10 @@ def _range(scene) -> tuple[float, float] | None:
 def _profile(seen) -> Markup:
     profiles, floor = {}, np.inf
     for name, (picture, truth) in seen.items():
-        y = view.luminance(truth)
+        y = display_view.luminance(truth)
         row = int(np.unravel_index(np.argmax(y), y.shape)[0])
         angle = _angles_deg(picture, row)
-        profiles[name] = (angle, view.luminance(picture)[row])
+        profiles[name] = (angle, display_view.luminance(picture)[row])
         profiles["truth"] = (angle, y[row])
         floor = min(floor, max(float(y[row].min()) / 10, 1e-12))
     return plots.line_profile(profiles, floor)
@@ -146,8 +147,10 @@ def _profile(seen) -> Markup:
 def _angles_deg(picture, row: int) -> np.ndarray:
     """Return the horizontal field angle, right positive, at which each pixel of a row looks through the lens, distortion and projection included."""
     f_m = picture.attrs["focal_length_mm"] * 1e-3
-    field = geometry.map_of(picture).inverse(picture.x.values / f_m, picture.y.values[row] / f_m)
-    right, _, forward = projection.direction(*field, geometry.projection_of(picture))
+    field = camera_geometry.map_of(picture).inverse(
+        picture.x.values / f_m, picture.y.values[row] / f_m
+    )
+    right, _, forward = projection.direction(*field, camera_geometry.projection_of(picture))
     return np.degrees(np.arctan2(right, forward))
 
 

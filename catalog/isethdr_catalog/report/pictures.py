@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from isethdr_core import view
+from isethdr_core.display import display_view
 
 
 @dataclass(frozen=True)
@@ -48,31 +48,33 @@ def compression(scene, white_cd_m2: float) -> float:
 
     A day needs little of it and would look pale with more; a night takes all there is.
     """
-    median = np.median(view.luminance(scene)) / white_cd_m2
-    low, high = 0.0, view.COMPRESSION
+    median = np.median(display_view.luminance(scene)) / white_cd_m2
+    low, high = 0.0, display_view.COMPRESSION
     for _ in range(40):  # the curve rises with its compression
         middle = (low + high) / 2
-        low, high = (low, middle) if view.tone(median, middle) > MIDDLE else (middle, high)
+        low, high = (low, middle) if display_view.tone(median, middle) > MIDDLE else (middle, high)
     return high
 
 
 def shown(
-    picture, white_cd_m2: float, caption: str, compressed: float = view.COMPRESSION
+    picture, white_cd_m2: float, caption: str, compressed: float = display_view.COMPRESSION
 ) -> Figure:
     """Return the display view of a picture or of xyz, with the luminance that is shown as white."""
-    rgb = view.display(picture, white_cd_m2, compressed)
+    rgb = display_view.display(picture, white_cd_m2, compressed)
     return Figure(caption, f"white = {white_cd_m2:.3g} cd/m²", embedded(rgb))
 
 
 def false_colour(picture, low: float, high: float, caption: str) -> Figure:
     """Return luminance in false colour between `low` and `high` cd/m2, to be read with a scale."""
-    rgb, _ = view.false_colour(picture, low, high)
+    rgb, _ = display_view.false_colour(picture, low, high)
     return Figure(caption, source=embedded(rgb))
 
 
 def colour_scale(low: float, high: float) -> Scale:
     """Return the scale of the false colours: a bar with one tick per decade, cd/m2."""
-    ramp, _ = view.false_colour(np.geomspace(low, high, 512)[None, :].repeat(18, 0), low, high)
+    ramp, _ = display_view.false_colour(
+        np.geomspace(low, high, 512)[None, :].repeat(18, 0), low, high
+    )
     first, last = np.ceil(np.log10(low) - 1e-9), np.floor(np.log10(high) + 1e-9)
     span = np.log10(high / low)
     decades = np.arange(first, last + 1)
@@ -115,7 +117,7 @@ def labelled(xyz, white_cd_m2: float, labels, objects: list[dict]) -> Figure:
     """
     from PIL import Image, ImageDraw, ImageFont
 
-    rgb = view.display(xyz, white_cd_m2).astype(float)
+    rgb = display_view.display(xyz, white_cd_m2).astype(float)
     instance = labels["instance"].values.astype(np.int64)
     colour = np.random.default_rng(3).uniform(60, 255, (instance.max() + 1, 3))
     tinted = np.where((instance > 0)[..., None], 0.55 * rgb + 0.45 * colour[instance], rgb)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from isethdr_core.ledger import Ledger
-    from isethdr_core.runs import Result
+    from isethdr_core.runs.run import Result
 
 
 @dataclass(frozen=True)

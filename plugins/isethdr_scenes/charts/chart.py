@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from isethdr_core.categories import CATEGORIES
+from isethdr_core.data.categories import CATEGORIES
 from isethdr_core.errors import ConfigError
-from isethdr_core.ranges import Wavelength, check_ranges
+from isethdr_core.plugins.ranges import Wavelength, check_ranges
 
 from ..limits import BandStep, Field, Luminance, Tiles
 from .daylight import DAYLIGHT_K, daylight
@@ -55,7 +55,7 @@ class Chart:
 
     def camera_field(self):
         """Return (width, height, projection) of the chart."""
-        from isethdr_core.field import camera_field
+        from isethdr_core.pipeline.field_check import camera_field
 
         return camera_field(self.horizontal_field_deg, self.width / self.height, self.projection)
 

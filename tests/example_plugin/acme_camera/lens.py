@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from isethdr_core.light_in_time import each_component
+from isethdr_core.data.temporal_modulation import each_component
 
 
 @dataclass(frozen=True)
@@ -18,9 +18,10 @@ class AcmePlastic:
     @each_component
     def __call__(self, mixed, flares=()):
         """Return irradiance on the sensor plane; flares are not modelled and are refused."""
-        from isethdr_core import ledger, quantities
+        from isethdr_core.data import quantities
         from isethdr_core.errors import ConfigError
         from isethdr_core.physics.radiometry import cos4_falloff, irradiance_factor
+        from isethdr_core.uncertainty import ledger
 
         if flares:
             raise ConfigError(

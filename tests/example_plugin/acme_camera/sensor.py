@@ -28,9 +28,9 @@ class AcmeNano:
         import numpy as np
         import xarray as xr
 
-        from isethdr_core import ledger
-        from isethdr_core.physics.noise import normal, poisson_image
-        from isethdr_core.physics.random_words import words
+        from isethdr_core.physics.detector.noise import normal, poisson_image
+        from isethdr_core.physics.detector.random_words import words
+        from isethdr_core.uncertainty import ledger
 
         ledger.error(0.01, "relative", "bound", "gaussian filter curves, read at band centres")
         mean, filters, qe = self._mean(light)
@@ -88,10 +88,10 @@ class AcmeNano:
         import numpy as np
         import xarray as xr
 
-        from isethdr_core import quantities
-        from isethdr_core.light_in_time import time_mean
-        from isethdr_core.physics.area import integrate_tiles
+        from isethdr_core.data import quantities
+        from isethdr_core.data.temporal_modulation import time_mean
         from isethdr_core.physics.radiometry import band_widths_nm, photons_from_energy
+        from isethdr_core.physics.resampling.area import integrate_tiles
 
         light = time_mean(light)  # one row of this sensor sees many periods of any lamp
         quantities.check_irradiance(light)

@@ -65,7 +65,7 @@ def accuracy(stage: str = "", pictures: str = "", reference: int = 0) -> list[di
     from importlib import import_module
     from pathlib import Path
 
-    from isethdr_core.progress import track
+    from isethdr_core.cli.progress import track
 
     from .diagram import draw
     from .point import as_rows

@@ -14,7 +14,7 @@ ZERNIKE_UM = {4: 0.05, 5: 0.03, 8: 0.03, 12: 0.03}  # as the preset wavefront_au
 
 def measured() -> list[Work]:
     """Return one diagram: largest error of a tile's electrons in standard deviations of the noise, against the noise allowed."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     lens = build("lens", "wavefront", focal_length_mm=6.0, f_number=F_NUMBER, zernike_um=ZERNIKE_UM)
     return [against_bands("aberrated", lens, (build("flare", "aperture"),), SHAPE)]

@@ -15,7 +15,7 @@ SAMPLES = 64
 
 def measured() -> list[Work]:
     """Return one diagram: median relative error of a pixel's electrons, same random paths in all bands; seconds are those of the paths."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     scene = build("scene", "night_drive")()
     default = build("renderer", "mitsuba").step_nm
@@ -53,7 +53,7 @@ def measured() -> list[Work]:
 
 def electrons(scene):
     """Return mean electrons of a camera whose lens neither blurs nor vignettes, all groups with weight 1."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     mixed = build(
         "lighting", "weights", weights=dict.fromkeys(map(str, scene.light_group.values), 1.0)

@@ -17,7 +17,7 @@ PIXELS = 200  # at which sums are taken
 
 def measured() -> list[Work]:
     """Return one diagram: largest error of a tile's electrons in standard deviations of the noise, against the noise allowed."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     return [
         against_bands(
@@ -31,12 +31,14 @@ def measured() -> list[Work]:
 
 def against_bands(stage: str, lens, flares, shape) -> Work:
     """Return the diagram of a lens with flares: functionals as the noise allowed asks for, and the way band by band; kernels are made before."""
-    from isethdr_optics.photocurrent import photocurrent  # the way alone, however small the frame
+    from isethdr_optics.imaging.photocurrent import (
+        photocurrent,  # the way alone, however small the frame
+    )
 
     from isethdr_core import ledger
-    from isethdr_core.accuracy import Allowed
     from isethdr_core.demand import Demand
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
+    from isethdr_core.uncertainty.budget import Allowed
 
     mixed = night(shape)
     response = build("sensor", "bayer", pitch_um=3.0).narrow(Demand()).response
@@ -105,7 +107,7 @@ def counting(response):
 
 def direct(mixed, lens, flares, response):
     """Return rows and columns of some tiles, and their electrons (channel, tile): every tile and band summed in long double."""
-    from isethdr_optics.imaging import parts
+    from isethdr_optics.imaging.irradiance import parts
 
     given, rng = parts(lens, mixed, flares), np.random.default_rng(1)
     height, width = mixed.shape[1:]

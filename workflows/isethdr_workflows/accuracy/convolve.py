@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..convolution_methods import METHODS, direct, frame, prepare
+from ..optics.convolution_methods import METHODS, direct, frame, prepare
 from .point import Point, Work, timed
 
 SHAPE = (270, 480)

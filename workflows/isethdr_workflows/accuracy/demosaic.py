@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..demosaic_methods import ARRAYS, PITCH_UM, radiance
+from ..isp.demosaic_methods import ARRAYS, PITCH_UM, radiance
 from .point import Point, Work, timed
 
 SIZE = (240, 320)
@@ -19,7 +19,7 @@ def measured() -> list[Work]:
 def array(cfa: str, methods) -> Work:
     """Return the diagram of one filter array; the truth is the same camera's without noise and with every colour in every pixel."""
     from isethdr_core import generator
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
     from isethdr_core.truth import truth
 
     rows, columns = SIZE

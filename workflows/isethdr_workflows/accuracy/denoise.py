@@ -10,7 +10,7 @@ from .transport import ERROR_OF, LONG, median_error, rendered, setting
 
 def measured() -> list[Work]:
     """Return one diagram per light group: error of a tile's luminance with and without denoising; seconds of paths and denoising of all groups."""
-    from isethdr_core.preview import denoised, tristimulus
+    from isethdr_core.display.preview import denoised, tristimulus
 
     long, own_errors, short = rendered()
     ways = {"plain": tristimulus, "clean": denoised, "peers": common_rule}
@@ -63,7 +63,7 @@ def common_rule(scene) -> np.ndarray:
     """Return X, Y, Z (light_group, 3, y, x) by non-local means of a picture's logarithm, one noise for all of it (scikit-image)."""
     from skimage.restoration import denoise_nl_means
 
-    from isethdr_core.preview import tristimulus
+    from isethdr_core.display.preview import tristimulus
 
     out = []
     for xyz in tristimulus(scene):

@@ -21,20 +21,21 @@ DECADES = 3.0  # of light, evenly spread, so that every part of the field counts
 
 def measured() -> list[Work]:
     """Return one diagram: error of an image over the rings of places, kernels made anew each time."""
-    from isethdr_optics import WavefrontLens, field_grid, field_imaging
+    from isethdr_optics import WavefrontLens
+    from isethdr_optics.field import grid, imaging
 
     lens, mixed = WavefrontLens(field_zernike_um=FIELD_ZERNIKE_UM, falloff="none"), night()
     truth, points = one_per_tile(lens, mixed), []
 
-    def point(name, rings, share=field_grid.weight, mark=""):
-        with changed(field_imaging, RINGS=rings), changed(field_grid, weight=share):
+    def point(name, rings, share=grid.weight, mark=""):
+        with changed(imaging, RINGS=rings), changed(grid, weight=share):
             light, cpu_s, peak_mb = timed(lambda: anew(lens, mixed), repeat=1)
         points.append(
             Point(name, float(np.abs(light - truth).sum() / truth.sum()), cpu_s, peak_mb, mark)
         )
 
     for rings in RINGS:
-        count = len(field_grid.places(rings, 1.0, False))
+        count = len(grid.places(rings, 1.0, False))
         point(
             f"{rings} rings, {count} places" if rings else "one for all",
             (rings,),
@@ -42,9 +43,7 @@ def measured() -> list[Work]:
         )
     for rings in PATCHES:
         point(f"{rings} rings, nearest place", (rings,), nearest, "peer")
-    point(
-        f"chosen by the lens, {lens.error_allowed:g} allowed", field_imaging.RINGS, mark="default"
-    )
+    point(f"chosen by the lens, {lens.error_allowed:g} allowed", imaging.RINGS, mark="default")
     return [
         Work(
             "field",
@@ -67,17 +66,18 @@ def night():
 
 def one_per_tile(lens, mixed) -> np.ndarray:
     """Return irradiance (y, x): every tile's light spread by the kernel of its own wavefront, summed tile by tile."""
-    from isethdr_optics import field_grid, kernels
-    from isethdr_optics.field_imaging import node_lens
+    from isethdr_optics.field import grid
+    from isethdr_optics.field.imaging import node_lens
+    from isethdr_optics.psf import kernels
 
     x, y = mixed.x.values, mixed.y.values
     pitch_um, reach = (1e3 * lens.focal_length_mm * PITCH,) * 2, tuple(n - 1 for n in SHAPE)
     known, out = {}, np.zeros(SHAPE)
     for row, column in np.ndindex(*SHAPE):
-        own = field_grid.Place(
+        own = grid.Place(
             0, float(np.hypot(x[column], y[row])), float(np.arctan2(-y[row], x[column])), 1
         )
-        place, flips = field_grid.first_quadrant(
+        place, flips = grid.first_quadrant(
             own
         )  # the lens is its own mirror image: a quarter of the tiles is enough
         key = abs(2 * row - SHAPE[0] + 1), abs(2 * column - SHAPE[1] + 1)
@@ -95,7 +95,7 @@ def one_per_tile(lens, mixed) -> np.ndarray:
 
 def anew(lens, mixed) -> np.ndarray:
     """Return irradiance (y, x) with no kernel known before."""
-    from isethdr_optics import kernels
+    from isethdr_optics.psf import kernels
 
     kernels._cache.clear()
     return lens(mixed).values[0].astype(float)

@@ -32,7 +32,8 @@ DOTS = 4000  # of a disc drawn from matrices
 
 def measured() -> list[Work]:
     """Return two diagrams: error of ghosts in blocks of tiles, over the pairs kept and over the rays across a beam."""
-    from isethdr_optics import GhostFlare, IdealLens, ghosts_trace
+    from isethdr_optics import GhostFlare, IdealLens
+    from isethdr_optics.flare.ghosts import trace
 
     lens, mixed = IdealLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM), lamp()
     flare = GhostFlare(PRESCRIPTION, coating=COATING, sensor_reflectance_percent=0.0)
@@ -57,12 +58,12 @@ def measured() -> list[Work]:
         )
     pairs.append(point("discs by matrices", lambda: discs(flare, lens, mixed, image_w), "peer"))
     for nodes in NODES:
-        with changed(ghosts_trace, beams=partial(ghosts_trace.beams, nodes=nodes)):
+        with changed(trace, beams=partial(trace.beams, nodes=nodes)):
             rays.append(
                 point(
                     f"{nodes} x {nodes} rays",
                     lambda: anew(flare, lens, mixed),
-                    "default" if nodes == ghosts_trace.NODES else "",
+                    "default" if nodes == trace.NODES else "",
                 )
             )
     what = f"light of ghosts put wrong, L1 in blocks of {BLOCK} tiles, over the light of the lamp's image"
@@ -90,10 +91,10 @@ def largest(mixed) -> float:
 
 def anew(flare, lens, mixed):
     """Return the ghosts' irradiance (y, x) with no ray known before."""
-    from isethdr_optics import ghosts
+    from isethdr_optics.flare.ghosts import ghost_flare
 
-    ghosts._beams.clear()
-    ghosts._ranked.cache_clear()
+    ghost_flare._beams.clear()
+    ghost_flare._ranked.cache_clear()
     return flare.irradiance(lens, mixed).values[0]
 
 
@@ -121,9 +122,9 @@ def by_chance(flare, lens, mixed):
 
 def discs(flare, lens, mixed, image_w: float):
     """Return irradiance (y, x) of ghosts as even discs, where and as large as first-order optics says (Lee and Eisemann 2013)."""
-    from isethdr_optics import ghosts
+    from isethdr_optics.flare.ghosts import ghost_flare
 
-    ghosts._ranked.cache_clear()
+    ghost_flare._ranked.cache_clear()
     traced, _ = flare.pairs(lens, [BAND_NM], largest(mixed))
     k = np.arange(DOTS)
     radius, turn = np.sqrt((k + 0.5) / DOTS), k * np.pi * (3 - np.sqrt(5))  # a sunflower's seeds

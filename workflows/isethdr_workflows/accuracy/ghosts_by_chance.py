@@ -18,7 +18,7 @@ def flux_by_chance(
 
     Parameters
     ----------
-    lens : `isethdr_optics.prescription.Prescription` of uncoated spheres; its last surface is the sensor, which does not reflect.
+    lens : `isethdr_optics.prescription.prescription.Prescription` of uncoated spheres; its last surface is the sensor, which does not reflect.
     tangent : of the lamp's field angle, along x.
     edges_mm : borders of the blocks on the sensor that light is summed in, the same along x and y.
     photons, batches : per pair; the batches' spread gives the error.

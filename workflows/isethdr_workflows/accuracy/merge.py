@@ -11,9 +11,9 @@ DRAWS = 40000
 
 def measured() -> list[Work]:
     """Return one diagram: how far a rule's rms error lies above the best rule's, mean over all levels away from the captures' ends."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
-    from ..merge_rules import default_levels, judged, near_top, rules, shot
+    from ..isp.merge_rules import default_levels, judged, near_top, rules, shot
 
     model, rng = build("sensor", "split_pixel").model(), np.random.default_rng(1)
     default = build("isp", "merge").rule

@@ -13,8 +13,8 @@ METRICS = ("dynamic_range", "ciede2000", "ssim", "log_luminance_error", "contras
 
 def measured() -> list[Work]:
     """Return one diagram per metric: rms difference of its score, in units of its own scatter from draw to draw."""
-    from isethdr_core.composition import compose
-    from isethdr_core.registry import build
+    from isethdr_core.config.composition import compose
+    from isethdr_core.plugins.registry import build
 
     default = compose([]).draws
     metrics = {name: build("metric", name) for name in METRICS}
@@ -61,7 +61,7 @@ def measured() -> list[Work]:
 def shooter():
     """Return a function seed -> (picture, truth, labels) of a colour chart in dim light."""
     from isethdr_core import generator
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
     from isethdr_core.truth import truth
 
     mixed = build("lighting", "weights", weights={"sky": 1.0})(

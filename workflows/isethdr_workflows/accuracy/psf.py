@@ -62,7 +62,7 @@ def measured(reference: int = 0) -> list[Work]:
 def core(count: int, tiles: int = TILES) -> np.ndarray:
     """Return the lens's kernel (y, x) of the band, `tiles` from the axis to its border, with `count` sub-bands; 0 as the lens chooses."""
     from isethdr_optics import DiffractionLimitedLens
-    from isethdr_optics.kernels import _Plan
+    from isethdr_optics.psf.kernels import _Plan
 
     lens = DiffractionLimitedLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
     plan = _Plan(lens, (), BAND_NM, WIDTH_NM, (TILE_UM, TILE_UM), (tiles, tiles), 1, [])
@@ -76,7 +76,7 @@ def core(count: int, tiles: int = TILES) -> np.ndarray:
 def airy(points: int) -> np.ndarray:
     """Return the kernel (y, x) by midpoint sums of (2 J1(v) / v)^2, tile to tile, mean over the band (Airy 1835)."""
     from isethdr_optics import DiffractionLimitedLens
-    from isethdr_optics.pupils import distance_mm, radius_mm
+    from isethdr_optics.pupil.sampled_pupil import distance_mm, radius_mm
     from scipy.special import j1
 
     lens = DiffractionLimitedLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)

@@ -17,7 +17,7 @@ SIZE = (320, 180)  # tiles
 def measured() -> list[Work]:
     """Return one diagram: error of a radiance read back against seconds to write and read it, with its size on disk."""
     from isethdr_core import store
-    from isethdr_core.store_encoding import KEEPBITS
+    from isethdr_core.storage.encoding import KEEPBITS
 
     scene = radiance()
     exact, points = scene.radiance.values.astype(float), []
@@ -58,7 +58,7 @@ def measured() -> list[Work]:
 
 def radiance():
     """Return the radiance of a colour chart with a grain of 2 %, as a rendering has it, over six decades."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     scene = build("scene", "macbeth", width=SIZE[0], height=SIZE[1])().load()
     rng = np.random.default_rng(3)

@@ -57,7 +57,7 @@ def setting(samples) -> str:
 @lru_cache(maxsize=1)
 def rendered():
     """Return (long rendering, {group: its own error}, {samples or None: (rendering, CPU s of its paths, peak MB)}), with labels; made once."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     asked = (*SAMPLES, None)
     runs = [{"samples": LONG, "seed": 97}, *({"samples": n, "seed": 1} for n in asked)]

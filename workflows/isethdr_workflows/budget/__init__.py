@@ -32,9 +32,9 @@ def budget(width: int = 96) -> list[dict]:
     ------
     ConfigError : a width that leaves no field.
     """
+    from isethdr_core.cli.progress import track
     from isethdr_core.errors import ConfigError
-    from isethdr_core.progress import track
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     from .chains import parts_of
     from .scenes import CAMERAS, scene

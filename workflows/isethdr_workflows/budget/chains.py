@@ -8,14 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import fftconvolve
 
-from isethdr_core import accuracy, ledger, lens_errors, noise_units, quantities, store
+from isethdr_core import ledger, quantities, store
 from isethdr_core.demand import Demand
-from isethdr_core.error_terms import STORE_ROUNDING, ErrorNote, Quantity
 from isethdr_core.ledger import Ledger, Row
-from isethdr_core.pipeline import Chain, narrowed, on_sensor
-from isethdr_core.registry import build
+from isethdr_core.pipeline.chain import Chain, narrowed, on_sensor
+from isethdr_core.plugins.registry import build
 from isethdr_core.seeds import generator
-from isethdr_core.store_encoding import bits_for, rounding
+from isethdr_core.storage.encoding import bits_for, rounding
+from isethdr_core.uncertainty import budget, lens_errors, propagation
+from isethdr_core.uncertainty.error_terms import STORE_ROUNDING, ErrorNote, Quantity
 
 FINER = 9.0  # times less than a lens allows kernels by itself: the truth's, on other points
 WARM = 1  # runs with kernels at hand
@@ -62,11 +63,11 @@ def parts_of(camera: str, lens) -> Chain:
 def planned(parts: Chain, scene, fraction: float, folder, truth: list) -> Done:
     """Return what a run makes of stored radiance when so large a fraction of the noise is allowed."""
     (sensor,) = parts.cameras.values()
-    demand = accuracy.budgeted(
+    demand = budget.budgeted(
         narrowed(sensor, Demand(wavelength_nm=tuple(scene.wavelength.values.tolist()))),
-        accuracy.Allowed(fraction),
+        budget.Allowed(fraction),
     )
-    bits = bits_for(accuracy.stored_error(demand))
+    bits = bits_for(budget.stored_error(demand))
     done = _measured(
         parts, scene, lambda mixed: on_sensor(parts, mixed, demand), bits, folder, truth
     )
@@ -82,9 +83,9 @@ def planned(parts: Chain, scene, fraction: float, folder, truth: list) -> Done:
 
 def by_hand(parts: Chain, scene, setting: Setting, folder, truth: list) -> Done:
     """Return what settings by hand make of it: nobody looks at the light to choose more."""
-    from isethdr_optics.photocurrent import (
-        photocurrent,
-    )  # the way alone: `lens.photocurrent` looks at the light first
+    from isethdr_optics.imaging.photocurrent import (
+        photocurrent,  # the way alone: `lens.photocurrent` looks at the light first
+    )
 
     (sensor,) = parts.cameras.values()
     lens, flares, response = (
@@ -125,17 +126,17 @@ def _stated(parts, demand, rows, mixed, light, scene, truth, fraction) -> float:
         parts.lens, tuple(parts.flares.values()), parts.cameras.values(), demand, mixed
     )
     with ledger.stage(Ledger(), "picture") as row:
-        noise_units.state(
-            noise_units.electrons(truth[0], light, mixed, scene, 0.0, asked),
+        propagation.state(
+            propagation.electrons(truth[0], light, mixed, scene, 0.0, asked),
             rows,
             fraction,
             (0.0, 0.0),
         )
-    return max(e.value for e in row.errors if e.source == noise_units.AFTER_RENDERER)
+    return max(e.value for e in row.errors if e.source == propagation.AFTER_RENDERER)
 
 
 def _electrons(light, mixed, scene, truth):
-    return [shot.total for shot in noise_units.electrons(truth[0], light, mixed, scene)]
+    return [shot.total for shot in propagation.electrons(truth[0], light, mixed, scene)]
 
 
 def exact(parts: Chain, scene) -> list:
@@ -144,7 +145,7 @@ def exact(parts: Chain, scene) -> list:
     The convolution is SciPy's; kernels have their points elsewhere than those of any chain under test. Its own error is the standard
     deviation of 99 % of the pixels that its kernels leave, in units of the noise.
     """
-    from isethdr_optics.imaging import parts as optics
+    from isethdr_optics.imaging.irradiance import parts as optics
 
     lens = replace(parts.lens, speckle_error=parts.lens.speckle_error / FINER)
     flares, mixed = tuple(parts.flares.values()), parts.lighting(scene)
@@ -170,7 +171,7 @@ def exact(parts: Chain, scene) -> list:
     (sensor,) = parts.cameras.values()
     captures = sensor(light, generator(seed=0))
     with ledger.stage(Ledger(), "truth"):
-        shots = noise_units.electrons(
+        shots = propagation.electrons(
             captures,
             light,
             mixed,
@@ -179,7 +180,7 @@ def exact(parts: Chain, scene) -> list:
             lambda mean, weights: lens.spread_errors(mean, flares, weights),
         )
     own = max(
-        float(np.quantile((s.spread[0] / s.sigma)[s.unsaturated], noise_units.SHARE))
+        float(np.quantile((s.spread[0] / s.sigma)[s.unsaturated], propagation.SHARE))
         for s in shots
         if s.unsaturated.any()
     )

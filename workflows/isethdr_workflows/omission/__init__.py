@@ -28,7 +28,7 @@ def omission(case: str = "", rendered: int = 1) -> list[dict]:
     ------
     ConfigError : no such case.
     """
-    from isethdr_core.progress import track
+    from isethdr_core.cli.progress import track
 
     from .cases import CASES
     from .compare import compared, warmed

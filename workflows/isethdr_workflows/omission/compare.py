@@ -78,14 +78,18 @@ def measured(work):
 
 def planned(config):
     """Return the ledger of a plan, made from the config as `isethdr plan` does, with the search for what is stored."""
-    from isethdr_core import forecast, recipes, runs
     from isethdr_core.ledger import Ledger
-    from isethdr_core.pipeline import chain, plan
+    from isethdr_core.pipeline import runtime_estimate
+    from isethdr_core.pipeline.chain import chain, plan
+    from isethdr_core.runs import radiance_cache
+    from isethdr_core.runs import run as runs
 
     rows, parts = Ledger(), chain(config)
     demand = plan(parts, rows)
     runs.run_key(config, parts)
-    forecast.expected_s(parts, runs.plain(config), recipes.held_and_missing(parts, demand)[1])
+    runtime_estimate.expected_s(
+        parts, runs.plain(config), radiance_cache.held_and_missing(parts, demand)[1]
+    )
     return rows
 
 

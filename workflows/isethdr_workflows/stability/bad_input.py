@@ -87,7 +87,7 @@ def cases() -> Iterator[tuple]:
 
 def built(kind: str, name: str, fields: dict):
     """Build a component."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     return build(kind, name, **fields)
 
@@ -119,7 +119,7 @@ def without_generator():
 def planned_scalar(width: int = 100, height: int = 56):
     """Build the chain of a run with the renderer for machines without a compiler."""
     from isethdr_core import compose
-    from isethdr_core.pipeline import chain
+    from isethdr_core.pipeline.chain import chain
 
     return chain(
         compose(["renderer.variant=scalar", f"renderer.width={width}", f"renderer.height={height}"])
@@ -128,7 +128,7 @@ def planned_scalar(width: int = 100, height: int = 56):
 
 def advised() -> Measured:
     """Take the advice of the refusal: it is accepted."""
-    from isethdr_mitsuba.view import nearest_square
+    from isethdr_mitsuba.world.view import nearest_square
 
     planned_scalar(*nearest_square(100, 16 / 9))
     return Measured(0.0, 0.0, "no error")

@@ -39,7 +39,7 @@ def cases(slow: int = 0):
 def _through(scene, lens: str = "ideal", sensor=None, isp=None, noise: bool = False):
     """Return (mixed, picture)."""
     from isethdr_core import generator
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     mixed = build("lighting", "ideal")(scene)
     light = build("lens", lens, focal_length_mm=_focal_mm(mixed))(mixed)
@@ -57,7 +57,7 @@ def _focal_mm(mixed) -> float:
 
 
 def _chart(name: str, shape=(24, 48), bands: int = 31, **fields):
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     return build(
         "scene",
@@ -94,11 +94,11 @@ def uniform(level: float, bands: int = 31, shape=(24, 48)) -> Measured:
 def _balance_factor(bands) -> float:
     """Return Y of equal energy of 1 cd/m2 as a clear pixel balanced for daylight reads it."""
     from isethdr_isp.spectra import light
-    from isethdr_sensors.quantum_efficiency import quantum_efficiency
+    from isethdr_sensors.spectral.quantum_efficiency import quantum_efficiency
 
     from isethdr_core.physics.photometry import luminance
     from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     response = (
         quantum_efficiency(build("sensor", "ideal", cfa="W").model(), bands)[0]
@@ -141,7 +141,7 @@ def disc(tiles: float, lens: str = "ideal") -> Measured:
 
 def pulls(name: str) -> Measured:
     """Valid pixels lie around their mean as the reported variance says: rms of the pulls near 1."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     scene = _chart("uniform", (64, 64), luminance_cd_m2=20.0)
     _, picture = _through(

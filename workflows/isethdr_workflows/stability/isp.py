@@ -54,7 +54,7 @@ def _white(level: float = LEVEL):
 
 
 def _shot(sensor: str = "bayer", shape=(24, 24), level: float = LEVEL, generator=None, **fields):
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     cube = np.broadcast_to(
         (_white(level) * THROUGHPUT_SR)[:, None, None],
@@ -67,7 +67,7 @@ def _shot(sensor: str = "bayer", shape=(24, 24), level: float = LEVEL, generator
 
 
 def _picture(name: str, shot):
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     return build("isp", name)(shot)
 
@@ -136,7 +136,7 @@ def one_filter(name: str, rows: int, columns: int, cfa: str = "W") -> Measured:
 
 def level_back(level: float) -> Measured:
     """The ideal sensor's picture keeps its level."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     cube = np.broadcast_to((_white(level) * THROUGHPUT_SR)[:, None, None], (len(BANDS), 24, 24))
     return Measured(
@@ -161,7 +161,7 @@ def disagree(factor: float) -> Measured:
 
 def one_colour() -> Measured:
     """With samples that are all the white itself, the matrix still keeps the white."""
-    from isethdr_core.physics.colour import colour_matrix
+    from isethdr_core.physics.colour.colour_spaces import colour_matrix
 
     white, xyz = np.array([1.0, 2.0, 3.0]), np.array([0.9, 1.0, 1.1])
     matrix = colour_matrix(np.tile(white, (5, 1)), np.tile(xyz, (5, 1)), white, xyz)

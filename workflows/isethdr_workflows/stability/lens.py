@@ -96,7 +96,7 @@ def cases():
 
 
 def _lens(name: str, **fields):
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     return build("lens", name, **fields)
 
@@ -148,7 +148,7 @@ def high_order(index: int) -> Measured:
     """The light on the axis is the squared mean of the pupil function: over the angle a Bessel function, over the radius a sum."""
     from scipy.special import eval_jacobi, jv
 
-    from isethdr_core.physics.zernike import order
+    from isethdr_core.physics.optics.zernike import order
 
     rms_um, f_number, pitch_um = 0.01, 4.0, 0.11
     n, m = order(index)
@@ -168,8 +168,8 @@ def high_order(index: int) -> Measured:
 
 def too_large() -> None:
     """A million by a million tiles, 31 bands: 500 TB of kernels alone are refused before they are made."""
-    from isethdr_core.memory import Frame, check_run
-    from isethdr_core.registry import build
+    from isethdr_core.pipeline.memory import Frame, check_run
+    from isethdr_core.plugins.registry import build
 
     frame = Frame(10**6, 10**6, (1e-6, 1e-6), tuple(np.arange(400.0, 701.0, 10.0)), sensed=False)
     check_run(build("scene", "uniform"), None, _lens("diffraction_limited"), (), (), frame)
@@ -244,7 +244,7 @@ def energy(
 
 def decades() -> Measured:
     """A picture through the lens's own kernel, summed directly."""
-    from isethdr_optics.kernels import kernels
+    from isethdr_optics.psf.kernels import kernels
 
     image = patchy((24, 32)).astype(np.float32)
     image[6, 7] = 1e12

@@ -64,7 +64,7 @@ def _night() -> dict:
 
 
 def _lighting(name: str, **fields):
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     return build("lighting", name, **fields)
 

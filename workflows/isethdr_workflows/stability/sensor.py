@@ -59,7 +59,7 @@ def cases():
 
 
 def _build(name: str, **fields):
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     return build("sensor", name, **fields)
 
@@ -75,7 +75,7 @@ def mean(level: float, seconds: float) -> Measured:
 
 def counts(seconds: float) -> Measured:
     """Every decade of electron rates through a noisy shot without a converter: the mean count, or a pixel that says it is saturated."""
-    from isethdr_sensors.shot import readings
+    from isethdr_sensors.readout.shot import readings
 
     from isethdr_core import generator
 
@@ -146,7 +146,7 @@ def gain_read_back(gain: float) -> Measured:
 
 def read_back(**fields) -> Measured:
     """Codes read back give the electrons to a step of the converter, or say that they are saturated."""
-    from isethdr_isp.readout import check_captures, readouts
+    from isethdr_isp.readout.electrons import check_captures, readouts
 
     sensor = _build("single", noise=False, dark_spread=0.0, prnu=0.0, column_e=0.0, **fields)
     model = sensor.model()
@@ -178,7 +178,7 @@ def read_back(**fields) -> Measured:
 
 def dark(name: str) -> Measured:
     """Without light every capture's mean is black level and dark charge, in standard errors of the noise it states."""
-    from isethdr_isp.readout import readouts
+    from isethdr_isp.readout.electrons import readouts
 
     from isethdr_core import generator
 

@@ -46,7 +46,7 @@ def _bands(count: int) -> np.ndarray:
 
 def photons(count: int) -> Measured:
     """Photons are energy over h c / wavelength, band by band; a single band is 1 nm wide."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     bands = _bands(count)
     sensor = build("sensor", "ideal", cfa="W", curves="unit")
@@ -60,7 +60,7 @@ def photons(count: int) -> Measured:
 
 
 def _white(first: float, last: float):
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     return build("scene", "uniform", first_nm=first, last_nm=last, width=4, height=4).white()
 
@@ -68,7 +68,7 @@ def _white(first: float, last: float):
 def chart(count: int) -> Measured:
     """A chart has the luminance it states, whatever its bands."""
     from isethdr_core.physics.photometry import luminance
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     bands = _bands(count)
     step = 300.0 / max(count - 1, 1)
@@ -92,7 +92,7 @@ def chart(count: int) -> Measured:
 
 def camera(count: int) -> Measured:
     """Y of a grey in daylight is off by no more than the colour matrix states."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
     from isethdr_core.truth import truth
 
     scene = build(
@@ -125,7 +125,7 @@ def line_energy(nm: float) -> Measured:
 
 def line_photons(nm: float, cfa: str) -> Measured:
     """A line off the middle of its band has photons of another energy and meets another efficiency; the sensor bounds that for any line."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     bands = _bands(31)
     k, share = divmod((nm - 400.0) / 10.0, 1.0)
@@ -167,7 +167,7 @@ def monochromatic() -> Measured:
 
 def backwards():
     """Bands out of order would have negative widths."""
-    from isethdr_core.registry import build
+    from isethdr_core.plugins.registry import build
 
     light = irradiance(np.ones((3, 4, 4)), np.array([650.0, 550.0, 450.0]))
     return build("sensor", "ideal").expected(light)

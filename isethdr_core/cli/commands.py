@@ -1,0 +1,77 @@
+"""The command line: `isethdr run|plan|study|plugins|doctor|catalog|...`; plugins add commands by a hook.
+
+`run` and `plan` take Hydra overrides: `isethdr run sensor=rgbw`, `isethdr run -m sensor=bayer,rgbw`.
+Nothing heavy is imported here: `isethdr --help` stays quick.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from ..errors import IsetHdrError
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    help="Simulate cameras in high dynamic range driving scenes, in physical units.",
+)
+PASS_OVERRIDES = {"allow_extra_args": True, "ignore_unknown_options": True}
+PASS = PASS_OVERRIDES | {"help_option_names": []}
+
+
+@app.command(
+    context_settings=PASS,
+    help="Run the chain from scene to scores: isethdr run [-m] [override ...]; --help for Hydra's own.",
+)
+def run(context: typer.Context) -> None:
+    """Hand the overrides to Hydra, which composes the config and calls one run, or one per job of a sweep."""
+    from ..config.hydra_app import run_with_hydra
+
+    run_with_hydra(context.args)
+
+
+@app.command(
+    context_settings=PASS_OVERRIDES,
+    help="Show what a run would compute and leave out, without running it: isethdr plan [override ...].",
+)
+def plan(context: typer.Context) -> None:
+    """Print the demand, what is already stored, and what would be left out and why."""
+    from ..errors import ConfigError
+    from .summary_tables import print_plan
+
+    if flags := [a for a in context.args if a.startswith("-")]:
+        raise ConfigError(
+            f"plan has no option {flags[0]!r}; expected overrides; "
+            "type for example isethdr plan sensor=rgbw"
+        )
+    print_plan(context.args)
+
+
+@app.command(
+    help="List every component with its fields, units and defaults, and the package it came from."
+)
+def plugins(
+    kind: str = typer.Argument("", help="only this kind, for example sensor"),
+    strict: bool = typer.Option(False, help="exit with an error when a plugin is broken"),
+) -> None:
+    """Print one table per kind; broken plugins come last, in red."""
+    from .summary_tables import print_plugins
+
+    if print_plugins(kind) and strict:
+        raise typer.Exit(1)
+
+
+def main() -> None:
+    """Entry point of the `isethdr` command: a user's mistake is one clear line, never a traceback."""
+    from ..plugins.registry import plugin_manager
+
+    try:
+        plugin_manager().hook.isethdr_commands(app=app)
+        app()
+    except IsetHdrError as err:
+        print(f"error: {err}", file=sys.stderr)
+        sys.exit(2)

@@ -1,0 +1,270 @@
+"""What the command line prints: the table of a run, the plan of one, and the list of plugins."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+from rich.table import Table
+from rich.text import Text
+
+from ..data.scores import objects_remark, shares_remark, unlike_shares
+from ..plugins.component import KINDS
+from ..runs.run_warnings import sentence
+from .terminal import console as open_console
+from .terminal import print_path
+
+
+def print_result(result) -> None:
+    """Print the ledger, the scores of the cameras side by side, and where everything is."""
+    console = open_console()
+    if not result.computed:
+        console.print(f"already computed: {result.key}")
+    console.print(ledger_table(result.ledger, expected=result.attributes.get("expected_s", {})))
+    for row in result.ledger:
+        if row.stage.startswith("picture ") and row.errors:
+            console.print(
+                f"{row.stage}: off by at most {row.error:.3g} {row.error_unit}: {row.errors[0].what}",
+                soft_wrap=True,
+            )
+    console.print(score_table(result))
+    for remark in remarks(result):
+        console.print(remark, soft_wrap=True)
+    for warning in result.warnings:
+        console.print(f"warning: {sentence(warning)}", style="bold yellow", soft_wrap=True)
+    for name, note in result.attributes["lighting_notes"].items():
+        console.print(f"lighting {name}: {note}", soft_wrap=True)
+    report = result.path.with_suffix(".html")
+    for label, path in (("store", result.path), ("report", report)):
+        if path.exists():
+            print_path(label, path)
+
+
+def remarks(result) -> list[str]:
+    """Return what has to be read beside the scores: cameras that stand on unlike shares of valid pixels."""
+    unlike = unlike_shares(result.scores)
+    frame = shares_remark(unlike[""]) if "" in unlike else ""
+    return [remark for remark in (frame, objects_remark(unlike)) if remark]
+
+
+def ledger_table(ledger, details: bool = False, expected: dict | None = None) -> Table:
+    """Return stage, seconds, seconds that were `expected`, peak memory and stated errors; with `details` every reason for what was left out."""
+    table, expected = Table(title="ledger", title_justify="left"), together(expected or {})
+    known = any(seconds is not None for seconds in expected.values())
+    for name, side in (
+        ("stage", "left"),
+        ("seconds", "right"),
+        *([("expected", "right")] if known else []),
+        ("peak MB", "right"),
+        ("error", "left"),
+        ("left out", "left"),
+    ):
+        table.add_column(name, justify=side, no_wrap=name == "stage")
+    for row in ledger if details else metrics_together(ledger):
+        errors = "\n".join(error_text(e) for e in row.errors) if details else worst_text(row.errors)
+        left = (
+            "\n".join(f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out)
+            if details
+            else (f"{len(row.left_out)} noted" if row.left_out else "")
+        )
+        table.add_row(
+            row.stage,
+            f"{row.seconds:.2f}",
+            *([seconds_text(expected.get(row.stage))] if known else []),
+            f"{row.peak_bytes / 1e6:.0f}",
+            errors,
+            left,
+        )
+    return table
+
+
+def metrics_together(ledger) -> list:
+    """Return the rows with all metrics of one camera in one, so that the table of a run fits a screen."""
+    from ..uncertainty.ledger import Row
+
+    rows: dict[str, Row] = {}
+    for row in ledger:
+        title = title_of(row.stage)
+        whole = rows.setdefault(title, Row(title))
+        whole.seconds += row.seconds
+        whole.peak_bytes = max(whole.peak_bytes, row.peak_bytes)
+        whole.errors += row.errors
+        whole.left_out += row.left_out
+    return list(rows.values())
+
+
+def title_of(stage: str) -> str:
+    """Return the row that a stage is shown in: all metrics of one camera share one."""
+    kind, _, rest = stage.partition(" ")
+    return f"metrics {rest.rpartition(' ')[2]}" if kind == "metric" else stage
+
+
+def together(expected: dict) -> dict[str, float | None]:
+    """Return the seconds expected of every row that is shown; None where those of one of its stages are not known."""
+    out: dict[str, float | None] = {}
+    for stage, seconds in expected.items():
+        title = title_of(stage)
+        known = out.get(title, 0.0)
+        out[title] = None if None in (known, seconds) else known + seconds
+    return out
+
+
+def seconds_text(seconds: float | None) -> str:
+    """Return seconds with two decimals, a question mark where they are not known."""
+    return "?" if seconds is None else f"{seconds:.2f}"
+
+
+def forecast_table(expected: dict) -> Table:
+    """Return the stages of a run that is to come, with the seconds expected of each, and their sum."""
+    table = Table("stage", title="will be computed", title_justify="left")
+    table.add_column("expected s", justify="right")
+    rows = together(expected)
+    for title, seconds in rows.items():
+        table.add_row(title, seconds_text(seconds))
+    unknown = sum(s is None for s in rows.values())
+    known = f"{sum(s for s in rows.values() if s is not None):.2f}"
+    table.add_row(
+        "all",
+        known
+        if not unknown
+        else f"{known} + {unknown} unknown: no such stage is stored"
+        if unknown < len(rows)
+        else "unknown: no such run is stored yet",
+    )
+    return table
+
+
+def worst_text(notes) -> str:
+    """Return the largest error in the unit and quantity of the first one, and how many more there are: others cannot be compared."""
+    if not notes:
+        return ""
+    alike = [
+        note for note in notes if (note.unit, note.quantity) == (notes[0].unit, notes[0].quantity)
+    ]
+    worst = max(alike, key=lambda note: note.value)
+    return f"{worst.value:.3g} {worst.unit} ({worst.how})" + (
+        f" +{len(notes) - 1}" if len(notes) > 1 else ""
+    )
+
+
+def error_text(note) -> str:
+    """Return one stated error as text: value, unit, what it is of, how it is known."""
+    return f"{note.what + ' ' if note.what else ''}{note.value:.3g} {note.unit} ({note.how})"
+
+
+def score_table(result) -> Table:
+    """Return one row per metric of the whole picture and one column per camera; the report has those of objects."""
+    table = Table(title="scores", title_justify="left")
+    table.add_column("metric", no_wrap=True)
+    table.add_column("unit")
+    for camera in result.cameras:
+        table.add_column(camera, justify="right")
+    cells: dict[tuple[str, str], dict[str, str]] = {}
+    for s in result.scores:
+        if not s["object"]:
+            cells.setdefault((s["metric"], s["unit"]), {})[s["camera"]] = score_text(s)
+    for (metric, unit), row in cells.items():
+        table.add_row(metric, unit, *(row.get(c, "") for c in result.cameras))
+    return table
+
+
+def score_text(score: dict) -> str:
+    """Return the value with half of its 95 % interval where it has one."""
+    low, high = score["low"], score["high"]
+    known = low is not None and high is not None and 0 < high - low < math.inf  # false for NaN too
+    return f"{score['value']:.4g}" + (f" ± {(high - low) / 2:.1g}" if known else "")
+
+
+def print_plan(overrides) -> None:
+    """Print what a run would compute, what is stored already, and what is left out and why."""
+    from ..config.composition import compose
+    from ..pipeline import runtime_estimate
+    from ..pipeline.chain import chain, plan
+    from ..runs import radiance_cache, run
+    from ..storage import store
+    from ..uncertainty.ledger import Ledger
+
+    console, rows = open_console(), Ledger()
+    config = compose(overrides)
+    parts = chain(config)
+    demand = plan(parts, rows)
+    key = run.run_key(config, parts)
+    stored = store.find_complete(store.home() / "runs", key)
+    if stored:
+        console.print(f"run {key} is stored: nothing to compute")
+    console.print(f"light groups  {', '.join(demand.groups) if demand.groups else 'all'}")
+    console.print(f"labels        {', '.join(sorted(demand.labels)) or 'none'}")
+    bands = demand.wavelength_nm
+    console.print(
+        f"bands         {f'{len(bands)} from {bands[0]:g} to {bands[-1]:g} nm' if bands else 'all'}"
+    )
+    console.print(
+        f"window        {' x '.join(f'{1e3 * side:.4g}' for side in demand.window_m) + ' mm of the image plane' if demand.window_m else 'all'}"
+    )
+    console.print(f"cameras       {', '.join(parts.cameras)}")
+    held, missing = radiance_cache.held_and_missing(parts, demand)
+    if parts.renderer is not None:
+        groups = sorted({g for s in held for g in s["groups"]})
+        console.print(
+            f"radiance      recipe {radiance_cache.recipe_hash(parts)}: "
+            + (f"stored groups {', '.join(groups)}" if groups else "nothing stored")
+        )
+    if not stored:
+        plain = run.plain(config)
+        known = runtime_estimate.expected_s(parts, plain, missing)
+        console.print(
+            forecast_table(
+                {
+                    stage: known.get(stage)
+                    for stage in runtime_estimate.stages(parts, plain, missing)
+                }
+            )
+        )
+    console.print(ledger_table(rows, details=True))
+
+
+def print_plugins(kind: str = "") -> int:
+    """Print every component with its fields; return how many plugins are broken."""
+    from ..errors import ConfigError, did_you_mean
+    from ..plugins.registry import broken_plugins, components, package_of_component
+
+    if kind and kind not in KINDS:
+        raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
+    console = open_console()
+    for k in KINDS:
+        members = sorted((c for c in components().values() if c.kind == k), key=lambda c: c.name)
+        if kind in ("", k):
+            console.print(k, style="bold")
+        for comp in members if kind in ("", k) else []:
+            first = (comp.cls.__doc__ or "no description").strip().splitlines()[0]
+            line = Text.assemble(
+                ("  " + comp.name, "cyan"),
+                f"  {first}  ",
+                (f"({package_of_component(comp)})", "dim"),
+            )
+            console.print(line, soft_wrap=True)
+            fields = "  ".join(field_texts(comp.cls))
+            if fields:
+                console.print(f"      {fields}", style="dim", soft_wrap=True)
+    for broken in broken_plugins():
+        text = f"broken plugin {broken.entry_point} (package {broken.package}): {broken.reason}"
+        console.print(text, style="bold red")
+    return len(broken_plugins())
+
+
+def field_texts(cls: type) -> list[str]:
+    """Return each field of a component as `name=default`, with its declared range in brackets."""
+    from ..plugins.ranges import annotations, range_text
+
+    types = annotations(cls)
+    texts = []
+    for f in dataclasses.fields(cls):
+        if f.init:
+            limits = range_text(types[f.name])
+            texts.append(f"{f.name}={default_text(f)}" + (f" ({limits})" if limits else ""))
+    return texts
+
+
+def default_text(f: dataclasses.Field) -> str:
+    """Return a field's default as the command line would write it."""
+    return repr(f.default if f.default is not dataclasses.MISSING else f.default_factory())

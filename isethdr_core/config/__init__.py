@@ -1,0 +1,10 @@
+"""Configuration: component fields as Hydra groups, single runs, sweeps, and trusted folders.
+
+| module        | what                                                                      |
+|---------------|---------------------------------------------------------------------------|
+| `composition` | dataclass fields become typed config groups, presets join the search path |
+| `hydra_app`   | single runs, sweeps (`-m`) and launchers; a failure is one line           |
+| `sweeps`      | sweeps (`-m`): their mistakes found before the first job                  |
+| `trust`       | which folders a config file may come from, checked before Hydra opens any |
+| `conf/`       | presets                                                                   |
+"""

@@ -1,0 +1,253 @@
+"""Feed the registry to Hydra: dataclass fields become typed config groups, presets join the search path."""
+
+from __future__ import annotations
+
+import re
+from contextlib import contextmanager
+from dataclasses import MISSING, field, fields, make_dataclass
+from functools import cache
+from typing import Any, get_args, get_origin, get_type_hints
+
+from ..errors import ConfigError, IsetHdrError, did_you_mean
+from ..plugins.component import KINDS
+from ..plugins.registry import components, plugin_manager
+from .trust import check_overrides, own_folder
+
+CONFIG_MODULE = "isethdr_core.config.conf"
+
+
+def compose(overrides=(), config_name: str = "config"):
+    """Return the composed config, the same as the command line's `isethdr run <overrides>`.
+
+    Parameters
+    ----------
+    overrides : list of Hydra overrides, e.g. `["experiment=night_drive", "sensor=rgbw", "sensor.exposure_s=0.008"]`.
+
+    Raises
+    ------
+    ConfigError : an unknown group, name or key, or a value of the wrong type.
+    """
+    import hydra
+    from hydra.core.global_hydra import GlobalHydra
+
+    register_with_hydra()
+    GlobalHydra.instance().clear()
+    with user_mistakes():
+        check_overrides(overrides)
+        check_choices(overrides)
+        with hydra.initialize_config_module(CONFIG_MODULE, version_base="1.3"):
+            config = hydra.compose(config_name, overrides=list(overrides), return_hydra_config=True)
+            return resolved(with_choices(config, config.hydra.runtime.choices))
+
+
+def check_choices(overrides) -> None:
+    """Refuse a choice that is no name: Hydra resolves nothing there, and fails without a message.
+
+    Raises
+    ------
+    ConfigError : an interpolation is given where the name of a config is expected.
+    """
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+
+    for override in OverridesParser.create().parse_overrides(list(overrides)):
+        group, value = override.key_or_group.partition("@")[0], override.value()
+        if group in (*KINDS, "experiment") and "${" in str(value):
+            raise ConfigError(
+                f"{group} is {str(value)!r}; expected a name; type {group}=<name>, "
+                "and `isethdr plugins` for the names"
+            )
+
+
+@contextmanager
+def user_mistakes():
+    """Turn what Hydra and OmegaConf raise about a config into ConfigError.
+
+    Hydra 1.3 checks some values not at all, so that any error may come of them: ValueError for
+    `renderer=null`, TypeError for `scene=[1]`, AssertionError for `+lighting=${seed}`.
+    """
+    from hydra.errors import HydraException, OverrideParseException
+    from omegaconf.errors import OmegaConfBaseException
+
+    try:
+        yield
+    except OverrideParseException as err:
+        raise ConfigError(
+            f"the override {err.override!r} cannot be read; expected key=value; type quotes around text with "
+            "blanks, brackets or quotes, for example \"key='a b'\""
+        ) from None
+    except (HydraException, OmegaConfBaseException) as err:
+        raise ConfigError(explain(err)) from None
+    except IsetHdrError:
+        raise
+    except Exception as err:
+        raise ConfigError(
+            f"the config cannot be composed: {str(err) or type(err).__name__}; expected <kind>=<name>; "
+            "type ~<kind>, for example ~renderer, to leave one out"
+        ) from None
+
+
+def resolved(config):
+    """Return the config once every `${...}` in it has been resolved.
+
+    Raises
+    ------
+    ConfigError : one names a key, a variable or a resolver that does not exist.
+    """
+    from omegaconf import OmegaConf
+    from omegaconf.errors import OmegaConfBaseException
+
+    try:
+        OmegaConf.to_container(config, resolve=True)
+    except OmegaConfBaseException as err:
+        where = err.full_key or "a value"
+        raise ConfigError(
+            f"{where} cannot be resolved: {str(err.msg or err).splitlines()[0]}; expected a value, or "
+            f"${{key}} of a key that the config has; type for example {err.full_key or 'key'}=<value>"
+        ) from None
+    return config
+
+
+def with_choices(config, choices):
+    """Return the config without Hydra's node, with the chosen presets by group under `choices`: names for people."""
+    from omegaconf import OmegaConf, open_dict
+
+    with open_dict(config):
+        config.pop("hydra", None)
+        config.choices = {
+            k: v
+            for k, v in OmegaConf.to_container(choices).items()
+            if not k.startswith("hydra") and v
+        }
+    return config
+
+
+def explain(err: BaseException) -> str:
+    """Return Hydra's or OmegaConf's complaint in our form: what was wrong, the nearest valid name, what to type."""
+    options = getattr(err, "options", None)
+    if options and getattr(err, "missing_cfg_file", None):
+        group, _, name = str(err.missing_cfg_file).rpartition("/")
+        known = [o for o in options if not o.startswith("_")]
+        return f"{group} {name!r} is not installed{did_you_mean(name, known)}; `isethdr plugins` describes them"
+    text = " ".join(str(e).strip() for e in (err, err.__cause__) if e is not None)
+    if missing := re.search(r"Key '([^']+)' (?:is )?not in '?(\w+)'?", text):
+        key, owner = missing.groups()
+        where, append = (
+            re.search(r"override '([^']+)'", text),
+            re.search(r"append to your config use (\S+)", text),
+        )
+        if where and append and owner == "struct" and key in KINDS:
+            return f"{where.group(1)} has no owner: no {key} is chosen; type {key}=<name> before it"
+        if (
+            where and append and owner == "struct" and re.search(r"full_key: \S+\.", text)
+        ):  # a table that users fill
+            return f"the config has no key {where.group(1)!r}; to add it to the table type {append.group(1)}"
+        return f"the config has no key {where.group(1) if where else key!r}{did_you_mean(key, _keys_of(owner))}"
+    lines = [
+        line.strip()
+        for line in text.splitlines()
+        if line.strip() and not line.strip().startswith("object_type")
+    ]
+    return "; ".join(lines)
+
+
+def _keys_of(schema_name: str) -> list[str]:
+    for comp in components().values():
+        if f"{comp.cls.__name__}Config" == schema_name:
+            return [f.name for f in fields(comp.cls) if f.init]
+    return [*KINDS, "cameras", "versions", "seed", "device", "experiment"]
+
+
+@cache
+def register_with_hydra() -> None:
+    """Make components and presets known to Hydra; call once before `hydra.main` or `hydra.compose`."""
+    from hydra.core.config_store import ConfigStore
+    from hydra.core.plugins import Plugins
+
+    Plugins.instance().register(_search_path_plugin())
+    for comp in components().values():
+        ConfigStore.instance().store(
+            group=comp.kind, name=comp.name, node=schema(comp), provider="isethdr"
+        )
+
+
+def schema(comp):
+    """Return a typed Hydra node with the component's own fields plus its registry name."""
+    from omegaconf import MISSING as UNSET
+
+    hints = get_type_hints(comp.cls)
+    columns = [("name", str, field(default=comp.name))]
+    for f in fields(comp.cls):
+        if not f.init:
+            continue
+        if f.default_factory is not MISSING:
+            default = field(
+                default_factory=_open(f.default_factory)
+                if _by_number(hints[f.name])
+                else f.default_factory
+            )
+        else:
+            default = field(default=UNSET if f.default is MISSING else f.default)
+        columns.append((f.name, hydra_type(hints[f.name], f), default))
+    return make_dataclass(f"{comp.cls.__name__}Config", columns)
+
+
+def hydra_type(annotation, f=None):
+    """Return the annotation where OmegaConf 2.3 understands it, else `Any`.
+
+    `Literal`, nested tuples and unions with containers are refused by OmegaConf; pydantic checks
+    them when the component is built.
+    """
+    from omegaconf import OmegaConf
+    from omegaconf.errors import OmegaConfBaseException
+
+    if _by_number(annotation):
+        return Any
+    if annotation is bool:
+        return Any  # OmegaConf takes any number for true; pydantic takes 0 and 1 alone
+    if annotation in (int, float, str) and f is not None and isinstance(f.default, annotation):
+        return (
+            annotation  # surely understood: to try each takes a quarter of a second at every start
+        )
+    default = (
+        field(default_factory=f.default_factory)
+        if f is not None and f.default_factory is not MISSING
+        else (
+            field(default=f.default)
+            if f is not None and f.default is not MISSING
+            else field(default="???")
+        )
+    )
+    try:
+        OmegaConf.structured(make_dataclass("Probe", [("x", annotation, default)]))
+    except (OmegaConfBaseException, ValueError, TypeError):
+        return Any
+    return annotation
+
+
+def _by_number(annotation) -> bool:
+    """Return whether a table's keys are any numbers: OmegaConf would refuse 450 for a float and take 450.0 alone."""
+    return get_origin(annotation) is dict and get_args(annotation)[0] is float
+
+
+def _open(default_factory):
+    """Return a factory of the same table, to which keys may be added."""
+    from omegaconf import OmegaConf
+
+    return lambda: OmegaConf.create(default_factory(), flags={"struct": False})
+
+
+def _search_path_plugin():
+    from hydra.core.config_search_path import ConfigSearchPath
+    from hydra.plugins.search_path_plugin import SearchPathPlugin
+
+    class IsethdrSearchPath(SearchPathPlugin):
+        """Adds the folders with presets that plugins ship."""
+
+        def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
+            for impl in plugin_manager().hook.isethdr_config_paths.get_hookimpls():
+                for path in impl.function():
+                    search_path.append(provider=impl.plugin_name, path=path)
+            if own_folder().is_dir():
+                search_path.append(provider="working folder", path=f"file://{own_folder()}")
+
+    return IsethdrSearchPath

@@ -1,0 +1,101 @@
+"""Where Hydra meets a run: single runs, sweeps (`-m`) and launchers; a failure is one line, and its exit code says which kind."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from ..runs.parent_watch import end_with_parent, exit_on_sigterm
+from .composition import CONFIG_MODULE, compose, register_with_hydra, user_mistakes, with_choices
+from .sweeps import prepared
+from .trust import check_arguments
+
+MISTAKE, CRASH, INTERRUPTED = (
+    2,
+    1,
+    130,
+)  # exit codes: the user's to fix, a component's, Ctrl-C (128 + SIGINT)
+
+
+class JobsFailed(Exception):
+    """A job of a sweep failed and said why; Hydra raises it again once the other jobs have run."""
+
+
+def run_with_hydra(arguments: list[str]) -> None:
+    """Run once, or sweep with `-m`; Hydra reads the arguments as if they were the command line."""
+    from ..runs.run import check_writable
+    from ..storage.store import home
+
+    register_with_hydra()
+    with user_mistakes():
+        check_arguments(arguments)
+    if not any(a.startswith("-") for a in arguments):
+        compose(arguments)  # a mistake gets our own message, with the nearest valid name
+    elif {"-m", "--multirun"} & set(arguments):
+        arguments = prepared(arguments)
+        check_writable(home())  # Hydra makes a folder for the sweep before the first job
+    sys.argv = ["isethdr run", *arguments]
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises errors as they are, and we explain them
+    exit_on_sigterm()
+    try:
+        with user_mistakes():
+            _start_hydra()
+    except KeyboardInterrupt:
+        print(
+            "interrupted: what is stored is whole; the same command goes on where this one stopped",
+            file=sys.stderr,
+        )
+        sys.exit(INTERRUPTED)
+
+
+def _start_hydra() -> None:
+    import hydra
+
+    try:
+        hydra.main(version_base="1.3", config_path=f"pkg://{CONFIG_MODULE}", config_name="config")(
+            task
+        )()
+    except JobsFailed as failure:
+        print(f"error: {failure}", file=sys.stderr)
+        sys.exit(CRASH)
+
+
+def task(config) -> None:
+    """Compute one run of a composed config and print its summary; a failure is one line.
+
+    In a sweep the other jobs go on; `JobsFailed` comes back once they have run.
+    """
+    from hydra.core.hydra_config import HydraConfig
+    from hydra.types import RunMode
+
+    from ..cli.summary_tables import print_result
+    from ..runs.run import run
+
+    end_with_parent()
+    hydra_config = HydraConfig.get()
+    sweeping = hydra_config.mode == RunMode.MULTIRUN
+    try:
+        print_result(run(with_choices(config.copy(), hydra_config.runtime.choices)))
+    except Exception as err:  # a plugin's code: anything may happen
+        text, code = complaint(err)
+        if sweeping:
+            print(
+                f"error: job {' '.join(hydra_config.overrides.task)}: {text}",
+                file=sys.stderr,
+                flush=True,
+            )
+            raise JobsFailed("failed as said above; the other jobs are stored") from None
+        print(f"error: {text}", file=sys.stderr)
+        sys.exit(code)
+
+
+def complaint(err: Exception) -> tuple[str, int]:
+    """Return one line about a failure, and the exit code: a component's crash names the stage and where the traceback is."""
+    from ..errors import IsetHdrError
+
+    if isinstance(err, IsetHdrError):
+        return str(err), MISTAKE
+    where = "; ".join(getattr(err, "__notes__", []))
+    return f"{type(err).__name__}: {' '.join(str(err).split())}" + (
+        f"; {where}" if where else ""
+    ), CRASH

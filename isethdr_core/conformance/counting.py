@@ -1,0 +1,155 @@
+"""Counting: what a sensor's captures state, against electrons and noise computed from it by another way than the sensor's own."""
+
+from __future__ import annotations
+
+from math import isqrt
+
+import numpy as np
+
+from ..physics.radiometry import photons_per_energy
+from ..runs.seeds import generator
+from .promise import close, holds, keeps
+
+BORDER = 4  # pixels: crosstalk mirrors at the border of the sensor
+OF_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", "falloff")
+DEVICE = {"device": "K", "scene": "kit"}
+
+
+def check_electrons(who: str, sensor, light, captures) -> None:
+    """Check that expected electrons are those that quantum efficiency, photodiode area and exposure of the captures make of light.
+
+    The light is even over the field and rises towards red, so that no two filters see alike.
+    """
+    for name in OF_LIGHT:
+        promise = f"captures carry {name!r} of the light unchanged"
+        holds(
+            who,
+            promise,
+            captures.attrs[name] == light.attrs[name],
+            f"{captures.attrs[name]!r}, the light has {light.attrs[name]!r}",
+        )
+    wavelength_nm = light.wavelength.values
+    spectrum = float(light.values.max()) * (0.2 + 0.8 * np.linspace(0, 1, len(wavelength_nm)))
+    even = light.copy(
+        data=np.broadcast_to(spectrum[:, None, None], light.shape).astype(light.dtype)
+    )
+    with keeps(who, "expected(light) returns electrons"):
+        seen = sensor.expected(even)
+        counted = (
+            seen.values.astype(float)
+            - sensor.expected(light.copy(data=np.zeros_like(light.values))).values
+        )
+    units = seen.attrs.get("units")
+    holds(who, "expected has the units 'e', electrons", units == "e", f"it has {units!r}")
+    per_area = captures["quantum_efficiency"].values @ (
+        spectrum * photons_per_energy(wavelength_nm)
+    )
+    scale = captures["exposure_s"].values * captures["area_m2"].values
+    inner = tuple(slice(min(BORDER, n // 4), n - min(BORDER, n // 4)) for n in counted.shape[1:])
+    filters = captures["filter"].values[inner]
+    for channel in np.unique(filters):
+        name = str(captures["channel"].values[channel])
+        found = counted[(slice(None), *inner)][:, filters == channel].mean(axis=1)
+        # 1 %: pixels of one channel with unlike neighbours get unlike shares of stray light
+        promise = (
+            "expected electrons are irradiance x photons per joule x quantum_efficiency x area_m2 x exposure_s of the captures, "
+            f"filter {name!r}"
+        )
+        close(who, promise, found, per_area[:, channel] * scale, 1e-2)
+
+
+def check_filters(who: str, captures) -> None:
+    """Check that `filter` is the pattern that the attribute `cfa` states, repeated from the upper left pixel; nothing without `cfa`."""
+    pattern = captures.attrs.get("cfa")
+    if pattern is None:
+        return
+    rows = _rows(pattern)
+    promise = (
+        "'filter' is the pattern of the attribute 'cfa', its letters the names of the channels"
+    )
+    holds(
+        who,
+        promise,
+        rows,
+        f"cfa is {pattern!r}; expected rows of letters parted by /, or a square as RGGB",
+    )
+    stated = np.array([list(row) for row in rows])
+    filters = captures["filter"].values
+    names = captures["channel"].values.astype(str)[filters]
+    y, x = np.indices(filters.shape)
+    wrong = names != stated[y % stated.shape[0], x % stated.shape[1]]
+    if wrong.any():
+        at = tuple(map(int, np.argwhere(wrong)[0]))
+        want = stated[at[0] % stated.shape[0], at[1] % stated.shape[1]]
+        holds(
+            who,
+            promise,
+            False,
+            f"pixel {at} has filter {names[at]!r}, cfa={pattern!r} says {str(want)!r}",
+        )
+
+
+def _rows(pattern: str) -> list[str]:
+    """Return the rows of a pattern, none where it is no rectangle."""
+    rows = pattern.split("/")
+    if len(rows) == 1:
+        side = isqrt(len(pattern))
+        rows = (
+            [pattern[k * side : (k + 1) * side] for k in range(side)]
+            if side**2 == len(pattern)
+            else []
+        )
+    return rows if rows and all(rows) and len({len(row) for row in rows}) == 1 else []
+
+
+def check_scatter(who: str, sensor, light, read_back) -> None:
+    """Check that shots with other keys scatter as the captures state: shot noise, read noise and the steps of the converter.
+
+    In darkness and in dim light. Half the variance of the difference of two shots of one device:
+    its fixed pattern cancels.
+
+    Parameters
+    ----------
+    read_back : function(captures) -> (capture, y, x) electrons, dark charge included.
+    """
+    for name, factor in (("darkness", 0.0), ("dim light", 1.0)):
+        lit = light.copy(data=light.values * np.float32(factor))
+        first, second = (sensor(lit, generator(seed=seed, **DEVICE)) for seed in (7, 8))
+        mean = sensor.expected(lit).values.astype(float)
+        free = ~(first["saturated"].values | second["saturated"].values)
+        apart = read_back(first) - read_back(second)
+        for k, capture in enumerate(first["capture"].values.astype(str)):
+            use = free[k]
+            if use.sum() < 2:
+                continue
+            step = float(first["quantisation_e"][k])
+            noise_e2 = float(mean[k][use].mean()) + float(first["read_noise_e"][k]) ** 2
+            stated = noise_e2 + step**2 / 12
+            found, error = _half_mean_square(apart[k], use)
+            # six standard errors; rounding to steps wider than two deviations adds anything up to
+            # step^2 / 4
+            allowed = 6 * max(np.sqrt(2 / use.sum()) * stated, error) + (
+                step**2 / 4 if 4 * noise_e2 < step**2 else 0.0
+            )
+            promise = "shots with other keys scatter by the shot noise, read_noise_e and quantisation_e that the captures state"
+            holds(
+                who,
+                promise,
+                abs(found - stated) <= allowed,
+                f"variance in {name} of {capture} {found:.4g} e2, stated {stated:.4g} e2, allowed {allowed:.2g} e2",
+            )
+
+
+def _half_mean_square(apart, use) -> tuple[float, float]:
+    """Return half the mean square of the differences `apart` (y, x) where `use` is true, and its standard error.
+
+    Noise that pixels of a row or a column share makes their squares alike: the error is that of
+    means over rows or over columns.
+    """
+    squares = np.where(use, apart, 0.0) ** 2 / 2
+    errors = []
+    for axis in (0, 1):
+        count = use.sum(axis=axis)
+        means = squares.sum(axis=axis)[count > 0] / count[count > 0]
+        errors.append(means.std(ddof=1) / np.sqrt(len(means)) if len(means) > 1 else 0.0)
+    return float(squares.sum() / use.sum()), float(max(errors))

@@ -1,0 +1,123 @@
+"""What a flare promises: an aperture takes light away, scatter is a probability, added light is linear in the scene."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..data.quantities import check_irradiance
+from .inputs import damaged_planes, mixed, some
+from .promise import close, holds, keeps, refuses, repeatable, same
+
+WAYS = ("pupil", "scatter", "irradiance")
+
+
+def check(who: str, flare) -> None:
+    """Check one flare, alone and in an installed lens."""
+    ways = [w for w in WAYS if callable(getattr(flare, w, None))]
+    holds(who, f"has at least one of the methods {', '.join(WAYS)}", ways)
+    if "pupil" in ways:
+        check_pupil(who, flare)
+    if "scatter" in ways:
+        check_scatter(who, flare)
+    if "irradiance" in ways:
+        check_added(who, flare)
+    check_in_lens(who, flare, "irradiance" in ways)
+
+
+def check_pupil(who: str, flare) -> None:
+    """Check the complex transmission on a pupil of 1 mm across."""
+    axis = np.linspace(-0.5, 0.5, 41)
+    x_mm, y_mm = np.meshgrid(axis, axis)
+    with keeps(who, "pupil(x_mm, y_mm, wavelength_nm) returns a complex transmission"):
+        whole = np.asarray(flare.pupil(x_mm, y_mm, 550.0))
+        holds(who, "pupil has the shape of x_mm", whole.shape == x_mm.shape, str(whole.shape))
+        holds(who, "pupil is finite", np.isfinite(whole).all())
+        # 1e-6: rounding of float32 transmissions
+        holds(
+            who,
+            "pupil never amplifies",
+            np.abs(whole).max() <= 1 + 1e-6,
+            f"{np.abs(whole).max():.6g}",
+        )
+        same(
+            who,
+            "the same call twice gives the same bits",
+            whole,
+            np.asarray(flare.pupil(x_mm, y_mm, 550.0)),
+        )
+
+
+def check_scatter(who: str, flare) -> None:
+    """Check that scatter, per steradian, holds no more than all the energy."""
+    edges = np.concatenate([[0.0], np.geomspace(1e-7, np.pi / 2, 4001)])
+    angle = (edges[1:] + edges[:-1]) / 2
+    with keeps(who, "scatter(wavelength_nm, angle_rad) returns 1/sr"):
+        for wavelength_nm in (450.0, 650.0):
+            value = np.asarray(flare.scatter(wavelength_nm, angle), float)
+            holds(
+                who,
+                "scatter has the shape of angle_rad",
+                value.shape == angle.shape,
+                str(value.shape),
+            )
+            holds(
+                who, "scatter is finite, 0 or more", np.isfinite(value).all() and value.min() >= 0
+            )
+            total = np.sum(value * 2 * np.pi * (np.cos(edges[:-1]) - np.cos(edges[1:])))
+            # 1e-2: midpoint sums over a peak as narrow as 1e-7 rad
+            holds(
+                who,
+                "scatter integrates to at most 1 over the hemisphere",
+                total <= 1.01,
+                f"{total:.4g} at {wavelength_nm:g} nm",
+            )
+            one = np.asarray(flare.scatter(wavelength_nm, angle[100:101]), float)
+            close(
+                who,
+                "scatter at one angle does not depend on the others",
+                one,
+                value[100:101],
+                1e-12,
+            )
+
+
+def check_added(who: str, flare) -> None:
+    """Check light that a flare adds: irradiance of the lens's grid, linear, never negative."""
+    lens = some("lens", "diffraction_limited", "ideal")
+    out = repeatable(who, lambda m: flare.irradiance(lens, m), mixed)
+    with keeps(who, "irradiance(lens, mixed) returns irradiance"):
+        check_irradiance(out)
+    double = flare.irradiance(lens, mixed(2.0 * mixed().values))
+    close(
+        who,
+        "added light is linear in radiance",
+        double.values,
+        2.0 * out.values,
+        1e-5,
+        1e-5 * float(out.max()),
+    )
+    for what, bad in damaged_planes(mixed()):
+        refuses(who, what, lambda b=bad: flare.irradiance(lens, b))
+
+
+def check_in_lens(who: str, flare, adds: bool) -> None:
+    """Check a lens with this flare: valid, repeatable, and without more light than the open lens unless it adds light."""
+    lens = some("lens", "diffraction_limited", "ideal")
+    out = repeatable(who, lambda m: lens(m, flares=(flare,)), mixed)
+    with keeps(who, "a lens with this flare returns irradiance"):
+        check_irradiance(out)
+    if adds:
+        return
+    clean = lens(mixed())
+    holds(
+        who,
+        "throughput is at most that of the open lens",
+        out.attrs["throughput_sr"] <= clean.attrs["throughput_sr"] * (1 + 1e-6),
+    )
+    # 1e-4: float32 sums and Fourier transforms
+    holds(
+        who,
+        "the lens passes no more light than without it",
+        float(out.sum()) <= float(clean.sum()) * (1 + 1e-4),
+        f"{float(out.sum()):.6g} > {float(clean.sum()):.6g}",
+    )

@@ -1,0 +1,177 @@
+"""Small inputs for the conformance kit, made from formulas, and damaged versions of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..data.quantities import IRRADIANCE, RADIANCE, centres, plane, scene_radiance
+from ..data.temporal_modulation import stacked
+from ..errors import PluginError
+from ..physics.detector.temporal_modulation import Modulation
+from ..plugins.component import Component
+from ..plugins.registry import build, components
+from .lazy import sealed
+
+GROUPS = ("sky", "headlights", "streetlights", "other")
+FOCAL_LENGTH_MM, F_NUMBER, THROUGHPUT_SR = 4.0, 2.8, np.pi / (1 + 4 * 2.8**2)
+
+
+def bands_nm(count: int = 7) -> np.ndarray:
+    """Return `count` band centres from 400 to 700 nm."""
+    return np.linspace(400.0, 700.0, count)
+
+
+def pattern(shape) -> np.ndarray:
+    """Return an array of positive values from 0.05 to 1 that repeats nowhere, float64; a fixed formula, no random numbers."""
+    n = np.arange(np.prod(shape), dtype=float)
+    return (0.05 + 0.95 * (n * 0.6180339887498949 % 1.0)).reshape(shape)
+
+
+def scene(
+    height: int = 16,
+    width: int = 24,
+    bands: int = 7,
+    pitch: float = 0.01,
+    groups=GROUPS,
+    level: float = 0.01,
+):
+    """Return scene radiance with labels of two objects; `level` is its largest value, W m-2 sr-1 nm-1; `pitch` in tangents."""
+    cube = level * pattern((len(groups), bands, height, width))
+    instance = np.zeros((height, width), np.uint32)
+    instance[2:8, 3:10], instance[9:14, 12:20] = 1, 2
+    category = np.where(instance == 1, 3, np.where(instance == 2, 1, 0)).astype(np.uint16)
+    distance = np.where(instance == 0, np.inf, 10.0 * np.maximum(instance, 1))
+    normal = np.zeros((height, width, 3), np.float32)
+    normal[..., 0] = np.where(instance > 0, -1.0, 0.0)
+    ds = scene_radiance(
+        cube,
+        groups,
+        bands_nm(bands),
+        centres(width, width * pitch),
+        centres(height, height * pitch),
+        depth=distance.astype(np.float32),
+        distance=distance.astype(np.float32),
+        instance=instance,
+        category=category,
+        normal=normal,
+    )
+    ds.attrs["objects"] = [
+        {
+            "instance": 1,
+            "category": "car",
+            "name": "car",
+            "box": [3, 2, 7, 6],
+            "visible_fraction": 1.0,
+            "distance_m": 10.0,
+            "position_m": [10.0, 0.5, 0.0],
+        },
+        {
+            "instance": 2,
+            "category": "person",
+            "name": "person",
+            "box": [12, 9, 8, 5],
+            "visible_fraction": 1.0,
+            "distance_m": 20.0,
+            "position_m": [20.0, -0.5, 0.0],
+        },
+    ]
+    ds.attrs["lamps"] = [
+        {"object": "car", "kind": "low_beam", "group": "headlights", "luminance_cd_m2": 1e5}
+    ]
+    return ds
+
+
+def mixed(values=None, height: int = 24, width: int = 32, bands: int = 5, pitch: float = 0.01):
+    """Return mixed radiance; `values` broadcast to (bands, height, width), by default a pattern up to 0.01 W m-2 sr-1 nm-1."""
+    shape = (bands, height, width)
+    values = 0.01 * pattern(shape) if values is None else np.broadcast_to(values, shape)
+    return plane(
+        np.array(values, np.float32),
+        bands_nm(bands),
+        centres(width, width * pitch),
+        centres(height, height * pitch),
+        RADIANCE,
+        weights={"sky": 1.0},
+        field_width=width * pitch,
+        field_height=height * pitch,
+    )
+
+
+def irradiance(values, height: int, width: int, pitch_m: float, bands: int = 31):
+    """Return irradiance on the sensor plane of an f/2.8 lens of 4 mm; `values` broadcast to (bands, height, width), W m-2 nm-1."""
+    values = np.array(np.broadcast_to(values, (bands, height, width)), np.float32)
+    return plane(
+        values,
+        bands_nm(bands),
+        centres(width, width * pitch_m),
+        centres(height, height * pitch_m),
+        IRRADIANCE,
+        f_number=F_NUMBER,
+        focal_length_mm=FOCAL_LENGTH_MM,
+        throughput_sr=THROUGHPUT_SR,
+        falloff="none",
+        field_width=width * pitch_m,
+        field_height=height * pitch_m,
+    )
+
+
+def in_components(light, **modulation):
+    """Return mixed radiance or irradiance as one component, constant unless `modulation` gives fields of a `Modulation`."""
+    return stacked(["lamps"], [Modulation(**modulation)], [light])
+
+
+def damaged_planes(good):
+    """Yield (what is wrong, data) for every way in which mixed radiance or irradiance can be wrong; what its form tells is sealed."""
+    for what, value in (
+        ("NaN light", np.nan),
+        ("infinite light", np.inf),
+        ("negative light", -1e-6),
+    ):
+        bad = good.copy(deep=True)
+        bad[1, 2, 3] = value
+        yield what, bad
+    good = sealed(good)
+    yield "unsorted wavelengths", good.isel(wavelength=[1, 0, *range(2, good.sizes["wavelength"])])
+    yield "wavelengths in micrometres", good.assign_coords(wavelength=good.wavelength * 1e-3)
+    yield "wavelengths in metres", good.assign_coords(wavelength=good.wavelength * 1e-9)
+    yield "missing wavelengths", good.drop_vars("wavelength")
+    yield "other dims", good.transpose("y", "x", "wavelength")
+    yield "a missing dim", good.isel(wavelength=0)
+    yield "other units", good.assign_attrs(units="W m-2")
+    yield "missing units", good.assign_attrs(units=None)
+    yield "no bands", good.isel(wavelength=[])
+    yield "no tiles", good.isel(x=[])
+
+
+def damaged_scenes(good):
+    """Yield (what is wrong, data) for every way in which scene radiance can be wrong; what its form tells is sealed."""
+    for what, value in (
+        ("NaN light", np.nan),
+        ("infinite light", np.inf),
+        ("negative light", -1e-6),
+    ):
+        bad = good.copy(deep=True)
+        bad["radiance"][:, 1, 2, 3] = value  # in every group: a lighting reads no group of weight 0
+        yield what, bad
+    good = sealed(good, "radiance")
+    yield "unsorted wavelengths", good.isel(wavelength=[1, 0, *range(2, good.sizes["wavelength"])])
+    yield "missing wavelengths", good.drop_vars("wavelength")
+    yield (
+        "other dims",
+        good.assign(radiance=good["radiance"].transpose("light_group", "y", "x", "wavelength")),
+    )
+    yield "other units", good.assign(radiance=good["radiance"].assign_attrs(units="W m-2"))
+    yield "no bands", good.isel(wavelength=[])
+    yield "no tiles", good.isel(x=[])
+    yield "no variable radiance", good.drop_vars("radiance")
+
+
+def some(kind: str, *preferred: str):
+    """Return an installed component of `kind`, the first of `preferred` that there is, to test another kind with."""
+    known: dict[str, Component] = {n: c for (k, n), c in components().items() if k == kind}
+    for name in (*preferred, *sorted(known)):
+        if name in known:
+            return build(kind, name)
+    raise PluginError(
+        f"no {kind} is installed, and one is needed to check this component; install isethdr's own plugins"
+    )

@@ -1,0 +1,220 @@
+"""What an isp promises: absolute luminance from captures alone, estimates that are not clipped, and honest validity."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ..data.quantities import centres, names
+from ..data.reference_picture import FIXED_PATTERN, check_picture, total_variance, variance_known
+from ..errors import IsetHdrError
+from ..physics.photometry import luminance, xyz_bar
+from ..physics.radiometry import band_widths_nm, photon_energy_j
+from .inputs import F_NUMBER, FOCAL_LENGTH_MM, THROUGHPUT_SR, bands_nm, pattern
+from .isp_readings import check_colour, check_place, check_readings, check_variance
+from .lazy import same_from_store, sealed
+from .promise import close, holds, keeps, refuses, repeatable, stated
+
+GAIN_DN_PER_E, BLACK_DN, TOP_DN, PITCH_UM = 0.5, 64.0, 4000.0, 3.0
+GREY_CD_M2 = 100.0
+
+
+def check(who: str, isp) -> None:
+    """Check one isp on captures of a grey field, in the layout it reads: a colour filter array, or every channel at every pixel."""
+    layout = _layout(who, isp)
+    grey = captures(layout)
+    picture = repeatable(who, isp, lambda: captures(layout))
+    _check_picture(who, picture, grey)
+    same_from_store(who, isp, grey, picture)
+    y = picture["xyz"].values[..., 1]
+    holds(who, "unsaturated pixels are valid", picture["valid"].values.all())
+    # 5 %: a colour matrix may weigh noise against colour, and assume another white than this equal-energy one
+    close(who, "a grey field of 100 cd/m2 comes back as 100 cd/m2", y, GREY_CD_M2, 0.05)
+    if variance_known(picture):
+        holds(who, "noise gives variance above 0", float(picture["variance"].min()) > 0)
+    shorter = stated(who, lambda: isp(captures(layout, exposure_s=0.005)))
+    # 1 %: raw is rounded to whole DN, and the half exposure has half of them
+    close(who, "half the exposure gives the same luminance", shorter["xyz"].values[..., 1], y, 0.01)
+    check_readings(who, isp, grey, y)
+    check_place(who, isp, grey)
+    check_colour(who, isp, layout, captures)
+    check_variance(who, isp, grey)
+    _check_dark(who, isp, layout)
+    _check_saturated(who, isp, layout)
+    for what, bad in damaged_captures(grey):
+        refuses(who, what, lambda b=bad: isp(b))
+
+
+def captures(
+    layout: str = "mosaic", level: float = GREY_CD_M2, exposure_s: float = 0.01, spectrum=None
+) -> xr.Dataset:
+    """Return noise-free captures of a field of `level` cd/m2; `spectrum` (31,) of its light, any scale, by default equal energy.
+
+    `mosaic`: one capture under a 2 x 2 array of three filters. `full`: three captures, each of one filter at every
+    pixel. The filters see in proportion to the colour matching functions, so colour can be read back exactly.
+    """
+    nm, (height, width) = bands_nm(31), (16, 24)
+    per_photon = xyz_bar(nm) / nm
+    qe = 0.6 * per_photon / per_photon.max(axis=1, keepdims=True)
+    area = (PITCH_UM * 1e-6) ** 2
+    shape = np.ones(31) if spectrum is None else np.asarray(spectrum, float)
+    radiance = shape * (level / luminance(shape, nm))
+    photons = (
+        radiance * band_widths_nm(nm) / photon_energy_j(nm) * THROUGHPUT_SR * area * exposure_s
+    )
+    electrons = qe @ photons
+    if layout == "mosaic":
+        filters = np.tile([[0, 1], [1, 2]], (height // 2, width // 2)).astype(np.uint8)
+        mean, channels, capture, efficiency = (
+            electrons[filters][None],
+            ["X", "Y", "Z"],
+            ["single"],
+            qe[None],
+        )
+    else:
+        filters = np.zeros((height, width), np.uint8)
+        mean = np.broadcast_to(electrons[:, None, None], (3, height, width))
+        channels, capture, efficiency = ["all"], ["X", "Y", "Z"], qe[:, None, :]
+    raw = np.rint(np.clip(BLACK_DN + GAIN_DN_PER_E * mean, 0, TOP_DN + 1)).astype(np.uint16)
+    each = {
+        "exposure_s": exposure_s,
+        "gain_dn_per_e": GAIN_DN_PER_E,
+        "black_dn": BLACK_DN,
+        "top_dn": TOP_DN,
+        "read_noise_e": 3.0,
+        "dark_e": 0.0,
+        "quantisation_e": 1 / GAIN_DN_PER_E,
+        "area_m2": area,
+    }
+    count = len(capture)
+    return xr.Dataset(
+        {
+            "raw": (("capture", "y", "x"), raw, {"units": "DN"}),
+            "saturated": (("capture", "y", "x"), raw > TOP_DN),
+            "filter": (("y", "x"), filters),
+            "charge": ("capture", np.arange(count)),
+            "quantum_efficiency": (("capture", "channel", "wavelength"), efficiency),
+            **{name: ("capture", np.full(count, value)) for name, value in each.items()},
+        },
+        coords={
+            "capture": names(capture),
+            "channel": names(channels),
+            "wavelength": nm,
+            "y": centres(height, height * PITCH_UM * 1e-6),
+            "x": centres(width, width * PITCH_UM * 1e-6),
+        },
+        attrs={
+            "pitch_um": PITCH_UM,
+            "cfa": "XY/YZ" if layout == "mosaic" else "W",
+            "f_number": F_NUMBER,
+            "focal_length_mm": FOCAL_LENGTH_MM,
+            "throughput_sr": THROUGHPUT_SR,
+            "falloff": "none",
+        },
+    )
+
+
+def damaged_captures(good):
+    """Yield (what is wrong, captures) for the ways in which captures can be wrong; what their form tells is sealed."""
+    yield "raw that holds NaN", good.assign(raw=good["raw"].astype(float).where(good["x"] > 0))
+    good = sealed(good, "raw", "saturated")
+    yield "an empty Dataset", xr.Dataset()
+    for name in ("raw", "saturated", "filter", "gain_dn_per_e", "black_dn", "quantum_efficiency"):
+        yield f"captures without {name!r}", good.drop_vars(name)
+    yield "raw with other dims", good.assign(raw=good["raw"].transpose("y", "x", "capture"))
+    yield "captures without pixels", good.isel(x=[])
+    yield "captures without a focal length", _without(good, "focal_length_mm")
+
+
+def _without(data, attribute):
+    out = data.copy()
+    out.attrs = {k: v for k, v in data.attrs.items() if k != attribute}
+    return out
+
+
+def _layout(who, isp) -> str:
+    refused = []
+    for layout in ("mosaic", "full"):
+        try:
+            isp(captures(layout))
+            return layout
+        except IsetHdrError as err:
+            refused.append(f"{layout}: {err}")
+    holds(
+        who,
+        "reads a colour filter array, or captures of one channel each",
+        False,
+        "; ".join(refused),
+    )
+    return ""
+
+
+def _check_picture(who, picture, grey):
+    with keeps(who, "returns a picture"):
+        check_picture(picture)
+    for name in ("focal_length_mm", "pitch_um"):
+        holds(who, f"the picture carries the attribute {name!r}", name in picture.attrs)
+    holds(who, "valid is bool", picture["valid"].dtype == bool)
+    holds(who, "xyz is finite", np.isfinite(picture["xyz"].values).all())
+    holds(
+        who,
+        "pixels lie within those of the captures",
+        all(
+            grey[d][0] - 1e-9 <= picture[d][0] and picture[d][-1] <= grey[d][-1] + 1e-9
+            for d in ("x", "y")
+        ),
+    )
+    if not variance_known(picture):
+        holds(
+            who, "a variance that is not known is NaN", np.isnan(picture["variance"].values).all()
+        )
+        return
+    for name in ("variance", FIXED_PATTERN):
+        if name in picture:
+            holds(who, f"{name} is finite", np.isfinite(picture[name].values).all())
+    holds(
+        who,
+        "the variance of an unknown device is 0 or more",
+        float(total_variance(picture).min()) >= 0,
+    )
+
+
+def _check_dark(who, isp, layout):
+    dark = captures(layout, level=0.0)
+    shape = dark["raw"].shape
+    swing = np.where(
+        pattern(shape) > np.median(pattern(shape)), 8, -8
+    )  # DN around the black level, mean 0
+    seen = isp(
+        dark.assign(
+            raw=(dark["raw"].dims, (dark["raw"].values.astype(int) + swing).astype(np.uint16))
+        )
+    )
+    y = seen["xyz"].values[..., 1]
+    holds(who, "the picture of darkness is finite", np.isfinite(seen["xyz"].values).all())
+    if variance_known(seen):
+        variance = seen["variance"].values
+        holds(
+            who,
+            "variance is finite and 0 or more, even in darkness",
+            np.isfinite(variance).all() and variance.min() >= 0,
+        )
+    holds(
+        who,
+        "estimates below 0 are not clipped",
+        y.min() < 0,
+        f"the smallest of {y.size} estimates in the dark is {y.min():.3g} cd/m2",
+    )
+    # a quarter of the spread: clipping at 0 would shift the mean by 0.4 to 0.5 of it
+    holds(
+        who,
+        "darkness has the mean 0",
+        abs(y.mean()) <= 0.25 * y.std(),
+        f"{y.mean():.3g} cd/m2, spread {y.std():.3g}",
+    )
+
+
+def _check_saturated(who, isp, layout):
+    white = isp(captures(layout, level=1e6))
+    holds(who, "saturated pixels are not valid", not white["valid"].values.any())
+    holds(who, "the picture of a saturated shot is finite", np.isfinite(white["xyz"].values).all())

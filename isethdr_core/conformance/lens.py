@@ -1,0 +1,261 @@
+"""What a lens promises: linear, bands apart, no light made, right way up, and the ideal lens on a uniform field."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..data import camera_geometry
+from ..data.quantities import PHOTOCURRENT, bands_nm, check_irradiance, full_field, tile_pitch
+from ..data.temporal_modulation import components
+from ..physics.detector.temporal_modulation import Modulation
+from ..physics.radiometry import photons_per_energy
+from ..pipeline import window
+from ..pipeline.demand import Demand, Response
+from .inputs import damaged_planes, in_components, mixed
+from .lazy import same_from_store
+from .promise import close, holds, keeps, refuses, repeatable, same, stated
+
+# of the largest value: float32 results of Fourier transforms of this size carry 1e-6 of it
+ROUNDING = 1e-5
+# attributes hold one number for all bands, but colours have pupils and images of different size: 0.4 % in a double Gauss, mean of 400 to 700 nm
+COLOURS = 1e-2
+AREA_EXPOSURE_M2_S = 3e-6**2 * 0.016  # a pixel of 3 um, 16 ms
+
+
+def check(who: str, lens) -> None:
+    """Check one lens without flare."""
+    scene = mixed()
+    out = repeatable(who, lens, mixed)
+    with keeps(who, "returns irradiance with its attributes"):
+        check_irradiance(out)
+    same_from_store(who, lens, scene, out)
+    same(who, "no flare is the default", out, stated(who, lambda: lens(scene, flares=())))
+    holds(
+        who, "x and y keep their direction", out.x[0] < 0 < out.x[-1] and out.y[0] < 0 < out.y[-1]
+    )
+    holds(
+        who,
+        "f-number, focal length and throughput are above 0",
+        min(out.attrs[k] for k in ("f_number", "focal_length_mm", "throughput_sr")) > 0,
+    )
+    _check_linear(who, lens, scene, out)
+    _check_energy(who, lens)
+    _check_orientation(who, lens)
+    if hasattr(lens, "psf"):
+        _check_psf(who, lens)
+    _check_components(who, lens, scene, out)
+    if hasattr(lens, "narrow"):
+        kept = lens.narrow(
+            Demand(wavelength_nm=tuple(scene.wavelength.values.tolist()))
+        ).wavelength_nm
+        dark = out.sel(wavelength=[w for w in out.wavelength.values if w not in kept])
+        # 1e-6: what no sensor sees beside the rest
+        holds(
+            who,
+            "passes no light in a band that its narrow drops",
+            float(dark.max() if dark.size else 0.0) <= 1e-6 * float(out.max()),
+        )
+    if hasattr(lens, "photocurrent"):
+        _check_photocurrent(who, lens, scene, out)
+        _check_window(who, lens, scene)
+    for what, bad in damaged_planes(scene):
+        refuses(who, what, lambda b=bad: lens(b))
+
+
+def _check_components(who, lens, scene, out):
+    with keeps(
+        who, "accepts light with components (isethdr_core.data.temporal_modulation.each_component)"
+    ):
+        pulsed = lens(in_components(scene, frequency_hz=90.0, duty=0.1, phase=0.3))
+    holds(
+        who,
+        "hands on how each component varies",
+        [m for m, _ in components(pulsed)] == [Modulation(90.0, 0.1, 0.0, 0.3)],
+    )
+    same(who, "one component is imaged as light without components", components(pulsed)[0][1], out)
+
+
+def _check_photocurrent(who, lens, scene, out):
+    """Light asked for as photocurrent makes the electrons that irradiance does, as far as the sensor that asks can tell."""
+
+    def efficiency(wavelength_nm):
+        return np.stack(
+            [np.full(np.size(wavelength_nm), 0.5), np.asarray(wavelength_nm, float) / 1000.0]
+        )
+
+    asked = Response(("flat", "rising"), efficiency, AREA_EXPOSURE_M2_S, 1.0, 1e5)
+    light = lens.photocurrent(scene, (), asked)
+    counting = asked.efficiency(bands_nm(out)) * photons_per_energy(bands_nm(out))
+    want = AREA_EXPOSURE_M2_S * np.tensordot(counting, out.values, 1)
+    if light.attrs["units"] == PHOTOCURRENT:
+        found = AREA_EXPOSURE_M2_S * light.values
+    else:
+        found = AREA_EXPOSURE_M2_S * np.tensordot(counting, light.values, 1)
+    promise = "photocurrent makes the electrons that its irradiance makes, within the error allowed (in units of the noise)"
+    # five: what is allowed holds for 99 % of the pixels
+    close(
+        who, promise, (found - want) / np.sqrt(1 + want), 0.0, 0.0, 5 * asked.noise_fraction_allowed
+    )
+
+
+def _check_window(who, lens, scene):
+    """Light asked for in a window is that asked for everywhere, as far as the sensor that asks can tell."""
+    asked = Response(("W",), lambda w: np.full((1, np.size(w)), 0.5), AREA_EXPOSURE_M2_S, 1.0, 1e5)
+
+    def electrons(light, seen):
+        counting = asked.efficiency(bands_nm(light)) * photons_per_energy(bands_nm(light))
+        light = light.isel(window.tiles(light, seen))
+        return AREA_EXPOSURE_M2_S * (
+            light.values
+            if light.attrs["units"] == PHOTOCURRENT
+            else np.tensordot(counting, light.values, 1)
+        )
+
+    every = lens.photocurrent(scene, (), asked)
+    seen = tuple(side / 2 for side in full_field(every))
+    with keeps(who, "answers a response that states a window"):
+        part = electrons(lens.photocurrent(scene, (), replace(asked, window_m=seen)), seen)
+    whole = electrons(every, seen)
+    # twice: either answer may be wrong by what is allowed
+    close(
+        who,
+        "in the window that a response states light is as without one, within the error allowed",
+        part,
+        whole,
+        0.0,
+        2 * asked.noise_fraction_allowed * np.sqrt(1 + whole.min()),
+    )
+
+
+def _check_linear(who, lens, scene, out):
+    peak = float(out.max())
+    other = mixed(0.01 - scene.values)
+    both = mixed(scene.values.astype(float) + 3.0 * other.values)
+    close(
+        who,
+        "linear in radiance",
+        lens(both).values,
+        out.values.astype(float) + 3.0 * lens(other).values.astype(float),
+        ROUNDING,
+        4 * ROUNDING * peak,
+    )
+    holds(who, "no light in, no light out", float(lens(mixed(0.0)).max()) == 0.0)
+    # neighbours in a row: a band reaches half way to its neighbours, so leaving out every other one would widen it
+    part = lens(scene.isel(wavelength=slice(1, 4))).values
+    close(
+        who,
+        "a band does not depend on which other bands are there",
+        part,
+        out.values[1:4],
+        ROUNDING,
+        ROUNDING * peak,
+    )
+
+
+def _check_energy(who, lens):
+    uniform = lens(mixed(0.01))
+    expected = uniform.attrs["throughput_sr"] * np.float32(0.01)
+    middle = uniform.isel(
+        y=slice(uniform.sizes["y"] // 2 - 1, uniform.sizes["y"] // 2 + 1),
+        x=slice(uniform.sizes["x"] // 2 - 1, uniform.sizes["x"] // 2 + 1),
+    ).mean("wavelength")
+    # 2 %: light that a wide point spread function takes from beyond the field is missing in the middle
+    close(
+        who,
+        "a uniform field gives throughput_sr times radiance in the middle",
+        middle.values,
+        expected,
+        2e-2,
+    )
+    passed = expected * _relative(uniform)
+    total = float(uniform.mean("wavelength").sum())
+    holds(
+        who,
+        "a uniform field's light is at most throughput_sr times radiance times the relative illumination it states",
+        total <= passed.sum() * (1 + COLOURS),
+        f"{total:.6g} > {passed.sum():.6g}",
+    )
+    more = float((uniform.max("wavelength").values - passed).max() / expected)
+    # 2 %: coma and lateral colour move light from one place to another
+    holds(who, "nowhere more light by 2 % of that on the axis", more <= 2e-2, f"{more:.4f} more")
+
+
+def _check_orientation(who, lens):
+    values = np.zeros((5, 24, 32))
+    values[:, 5, 24] = 0.01  # up and to the right of the axis: x > 0, y < 0
+    point = lens(mixed(values)).sum("wavelength")
+    y, x = np.unravel_index(int(point.values.argmax()), point.shape)
+    holds(
+        who,
+        "a lamp up and to the right lands at y < 0 < x (x right, y down, upright)",
+        point.y[y] < 0 < point.x[x],
+        f"it landed at x = {float(point.x[x]):.3g} m, y = {float(point.y[y]):.3g} m",
+    )
+    _check_place(who, lens, point, mixed(values), (y, x))
+    source = mixed(values)
+    more = float(point.sum()) - float(source.sum()) * _passed_sr(lens, source) * _tiles_ratio(
+        source, point
+    )
+    holds(
+        who,
+        "a lamp's light on the sensor is at most what went through the pupil",
+        more <= COLOURS * float(point.sum()),
+        f"{more:.3g} more",
+    )
+
+
+def _check_place(who, lens, point, source, peak):
+    """Check that a lamp's image lies where focal length and distortion of the light say, to a tile."""
+    stated = lens(source)
+    f_m = 1e-3 * stated.attrs["focal_length_mm"]
+    row, column = np.argwhere(source.values.sum(axis=0))[0]
+    want_x, want_y = (
+        f_m * float(c)
+        for c in camera_geometry.map_of(stated).forward(
+            float(source.x[column]), float(source.y[row])
+        )
+    )
+    x, y = float(point.x[peak[1]]), float(point.y[peak[0]])
+    off = max(abs(x - want_x) / tile_pitch(stated, "x"), abs(y - want_y) / tile_pitch(stated, "y"))
+    holds(
+        who,
+        "a lamp lands where focal length and distortion of its light say, within a tile",
+        off <= 1.0,
+        f"at ({x:.4g}, {y:.4g}) m, stated ({want_x:.4g}, {want_y:.4g}) m, {off:.1f} tiles off",
+    )
+
+
+def _relative(light) -> np.ndarray:
+    """Return the relative illumination (y, x) that light on the sensor states."""
+    f_m = 1e-3 * light.attrs["focal_length_mm"]
+    return camera_geometry.relative_illumination(
+        light.attrs, light.x.values[None, :] / f_m, light.y.values[:, None] / f_m
+    )
+
+
+def _passed_sr(lens, source) -> float:
+    """Return what the attributes say goes through the pupil from the brightest tile: throughput, relative illumination, image size."""
+    image = lens(mixed(0.01))
+    y, x = np.unravel_index(int(source.values.sum(axis=0).argmax()), source.shape[1:])
+    x, y, bent = float(source.x[x]), float(source.y[y]), camera_geometry.map_of(image)
+    on_sensor = camera_geometry.relative_illumination(image.attrs, *bent.forward(x, y))
+    return image.attrs["throughput_sr"] * float(on_sensor * bent.area_ratio(x, y))
+
+
+def _tiles_ratio(source, image) -> float:
+    """Return how many tiles of the image one tile of the source covers on the axis: 1 where a lens keeps the grid."""
+    f_m = 1e-3 * image.attrs["focal_length_mm"]
+    return np.prod([f_m * tile_pitch(source, d) / tile_pitch(image, d) for d in ("x", "y")])
+
+
+def _check_psf(who, lens):
+    spread = lens.psf(wavelength_nm=[450.0, 550.0, 650.0], pitch_um=1.0, size=64)
+    values = np.asarray(spread)
+    holds(
+        who, "psf has the shape (wavelength, y, x)", values.shape == (3, 64, 64), str(values.shape)
+    )
+    total = values.sum(axis=(1, 2))
+    holds(who, "psf holds no negative energy", values.min() >= 0, f"{values.min():.3g}")
+    holds(who, "psf sums to at most 1", total.max() <= 1 + 1e-6, str(total))

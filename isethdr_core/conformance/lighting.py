@@ -1,0 +1,75 @@
+"""What a lighting promises: the mix is the weighted sum of the groups, with the weights it states."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..data.quantities import check_mixed
+from ..data.temporal_modulation import time_mean
+from ..pipeline.demand import Demand
+from .inputs import GROUPS, damaged_scenes, scene
+from .lazy import same_from_store
+from .promise import close, fortran, holds, keeps, refuses, repeatable, stated
+
+
+def check(who: str, lighting) -> None:
+    """Check one lighting on a scene of four light groups."""
+    radiance = scene()
+    repeatable(who, lighting, scene)
+    out = time_mean(lighting(radiance))
+    with keeps(who, "returns mixed radiance"):
+        check_mixed(out)
+    holds(
+        who,
+        "keeps the scene's grid",
+        all(np.array_equal(out[d], radiance[d]) for d in ("wavelength", "y", "x")),
+    )
+    holds(
+        who,
+        "carries the camera's field",
+        (out.attrs.get("field_width"), out.attrs.get("field_height"))
+        == (radiance.attrs["field_width"], radiance.attrs["field_height"]),
+    )
+    weights = out.attrs.get("weights")
+    groups = [str(g) for g in radiance.light_group.values]
+    holds(
+        who,
+        "states the weight of every group in attrs['weights']",
+        isinstance(weights, dict) and set(weights) == set(groups),
+        repr(weights),
+    )
+    holds(
+        who,
+        "weights are finite, 0 or more",
+        all(0 <= w < np.inf for w in weights.values()),
+        repr(weights),
+    )
+    total = np.tensordot(
+        [weights[g] for g in groups], radiance["radiance"].values.astype(float), axes=1
+    )
+    # the sum in float64, rounded once to float32: half a unit in the last place is 6e-8; twice that for other orders
+    close(who, "the mix is the sum of weight times radiance", out.values, total, 1.2e-7, 1e-30)
+    turned = time_mean(
+        stated(who, lambda: lighting(fortran(radiance.isel(light_group=slice(None, None, -1)))))
+    )
+    # solved weights move in their last digits when the groups come in another order
+    close(
+        who, "the order of the light groups does not matter", turned.values, out.values, 1e-5, 1e-30
+    )
+    if hasattr(lighting, "narrow"):
+        kept = lighting.narrow(Demand(groups=GROUPS)).groups
+        with keeps(who, "needs no light group that its narrow drops"):
+            part = time_mean(lighting(radiance.sel(light_group=list(kept))))
+            close(
+                who,
+                "needs no light group that its narrow drops",
+                part.values,
+                out.values,
+                1e-6,
+                1e-30,
+            )
+    same_from_store(who, lighting, radiance, lighting(radiance))
+    for what, bad in damaged_scenes(radiance):
+        if what.endswith("light") and not any(weights.values()):
+            continue  # all lights are off: nothing is read, so nothing can be found
+        refuses(who, what, lambda b=bad: lighting(b))

@@ -1,0 +1,194 @@
+"""What a metric promises: scores from the labels it asked for, finite where the picture is good, the same every time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from ..data.quantities import centres
+from ..data.reference_picture import labels_on, make_picture, truth
+from ..data.scores import Score, state_errors
+from ..errors import IsetHdrError
+from ..pipeline.demand import Demand
+from .inputs import FOCAL_LENGTH_MM, mixed, pattern, scene
+from .lazy import same_from_store, sealed
+from .promise import holds, keeps, repeatable, same, stated
+
+SIZE = (48, 72)
+
+
+def check(who: str, metric) -> None:
+    """Check one metric on a picture with noise, on a perfect one, and on one without a valid pixel."""
+    if hasattr(metric, "narrow"):
+        asked = Demand(groups=("sky", "headlights"), wavelength_nm=(450.0, 550.0, 650.0))
+        less = metric.narrow(asked)
+        holds(
+            who,
+            "narrow drops no light group and no band: a metric sees the picture only",
+            (less.groups, less.wavelength_nm) == (asked.groups, asked.wavelength_nm),
+            repr(less),
+        )
+    reference, labels = true_picture(), labels_asked_for(metric)
+    noisy = noisy_picture(reference)
+    scores = repeatable(
+        who, lambda p: metric(p, reference, labels), lambda: noisy_picture(reference)
+    )
+    holds(
+        who,
+        "returns a list of Score",
+        isinstance(scores, list) and scores and all(isinstance(s, Score) for s in scores),
+        repr(scores)[:200],
+    )
+    for s in scores:
+        holds(who, "every score has a name", isinstance(s.metric, str) and s.metric)
+        holds(who, "every score has a unit ('' for a ratio)", isinstance(s.unit, str))
+        holds(who, "every value is a plain number", isinstance(s.value, (int, float)), repr(s))
+        holds(who, "every score of a good picture is a number", not math.isnan(s.value), repr(s))
+        if math.isfinite(s.low) and math.isfinite(s.high):
+            holds(who, "low <= value <= high", s.low <= s.value <= s.high, repr(s))
+    rows = [(s.metric, s.object) for s in scores]
+    holds(who, "one row per metric and object", len(set(rows)) == len(rows), repr(rows))
+    kept = reference.copy(deep=True)
+    metric(noisy, reference, labels)
+    same(who, "does not change the truth", kept, reference)
+    with keeps(who, "scores a perfect picture"):
+        metric(reference, reference, labels)
+    with keeps(who, "gives a score or none, never an error, where no pixel is valid"):
+        metric(noisy.assign(valid=xr.zeros_like(noisy["valid"])), reference, labels)
+    same_from_store(who, lambda p: metric(p, reference, labels), noisy, scores)
+    _check_depends(who, metric, noisy, reference, labels, scores)
+    _check_bad_input(who, metric, noisy, reference, labels, scores)
+    stated(who, lambda: state_errors(metric(noisy, reference, labels)))
+
+
+def true_picture():
+    """Return the truth of the kit's mixed radiance on 48 x 72 pixels."""
+    height, width = SIZE
+    light = mixed(height=16, width=24)
+    f_m = FOCAL_LENGTH_MM * 1e-3
+    x, y = (
+        centres(width, light.attrs["field_width"] * f_m),
+        centres(height, light.attrs["field_height"] * f_m),
+    )
+    empty = make_picture(
+        np.zeros((*SIZE, 3)),
+        np.zeros((*SIZE, 3)),
+        np.ones(SIZE),
+        x,
+        y,
+        focal_length_mm=FOCAL_LENGTH_MM,
+        pitch_um=(x[1] - x[0]) * 1e6,
+    )
+    return truth(light, empty)
+
+
+def labels_asked_for(metric):
+    """Return labels with those alone that the metric's `narrow` asks for, as a run would render them."""
+    narrow = getattr(metric, "narrow", None)
+    asked = narrow(Demand()).labels if narrow else frozenset()
+    everything = scene()
+    return labels_on(
+        everything.drop_vars(
+            [v for v in everything.data_vars if v != "radiance" and v not in asked]
+        ),
+        true_picture(),
+    )
+
+
+def noisy_picture(reference):
+    """Return a picture that is off the truth by 1 to 10 % of its mean, with that variance, and two saturated pixels."""
+    sigma = 0.05 * float(reference["xyz"].mean())
+    off = sigma * (2 * pattern(reference["xyz"].shape) - 1.05)
+    valid = np.ones(SIZE, bool)
+    valid[0, :2] = False
+    return make_picture(
+        reference["xyz"].values + off,
+        np.full(off.shape, sigma**2),
+        valid,
+        reference["x"].values,
+        reference["y"].values,
+        focal_length_mm=FOCAL_LENGTH_MM,
+        pitch_um=reference.attrs["pitch_um"],
+    )
+
+
+def _check_depends(who, metric, noisy, reference, labels, scores):
+    """A metric is of the picture: a worse, a darker, a less valid one, or one with a softer edge, has another score."""
+    worse = reference["xyz"].values + 5 * (noisy["xyz"].values - reference["xyz"].values)
+    half = np.zeros(SIZE, bool)
+    half[:, : SIZE[1] // 2] = True
+    changed = [
+        noisy.assign(xyz=noisy["xyz"].copy(data=worse), variance=25 * noisy["variance"]),
+        noisy.assign(xyz=noisy["xyz"].copy(data=noisy["xyz"].values / 2)),
+        noisy.assign(valid=noisy["valid"] & half),
+    ]
+    if any(not same_scores(metric(picture, reference, labels), scores) for picture in changed):
+        return
+    sharp, soft, edge = (edge_picture(reference, width) for width in (0.5, 2.0, 0.1))
+    depends = not same_scores(metric(sharp, edge, labels), metric(soft, edge, labels))
+    holds(
+        who,
+        "its scores depend on the picture",
+        depends,
+        "the same for worse, darker, softer and less valid pictures",
+    )
+
+
+def edge_picture(reference, width_pixels: float):
+    """Return a noise-free picture of a slanted edge, 20 and 100 cd/m2, that rises over so many pixels."""
+    y, x = np.indices(SIZE)
+    across = (x - SIZE[1] / 2) + 0.1 * (y - SIZE[0] / 2)
+    light = 60 + 40 * np.tanh(across / width_pixels)
+    xyz = np.repeat(light[..., None], 3, axis=2)
+    place = {"focal_length_mm": FOCAL_LENGTH_MM, "pitch_um": reference.attrs["pitch_um"]}
+    return make_picture(
+        xyz,
+        np.full_like(xyz, 1e-4),
+        np.ones(SIZE, bool),
+        reference["x"].values,
+        reference["y"].values,
+        **place,
+    )
+
+
+def _check_bad_input(who, metric, noisy, reference, labels, scores):
+    """A damaged picture is refused, unless what is damaged is nothing that the metric reads."""
+
+    def refused_or_unread(what, call):
+        try:
+            unread = same_scores(call(), scores)
+        except IsetHdrError:
+            return
+        except Exception as err:
+            raise AssertionError(
+                f"{who} breaks the promise 'refuses {what} with an error of isethdr_core.errors': "
+                f"raised {type(err).__name__}: {err}"
+            ) from err
+        holds(
+            who,
+            f"refuses {what} with an error of isethdr_core.errors",
+            unread,
+            "it returned other scores",
+        )
+
+    for what, bad in damaged_pictures(noisy):
+        refused_or_unread(what, lambda b=bad: metric(b, reference, labels))
+    refused_or_unread(
+        "a truth of another size", lambda: metric(noisy, reference.isel(x=slice(0, 20)), labels)
+    )
+
+
+def same_scores(first, second) -> bool:
+    """Return whether two lists of scores are the same, NaN for NaN."""
+    return [repr(s) for s in first] == [repr(s) for s in second]
+
+
+def damaged_pictures(good):
+    """Yield (what is wrong, picture) for the ways in which a picture can be wrong; its light is sealed."""
+    good = sealed(good, "xyz", "variance")
+    yield "an empty Dataset", xr.Dataset()
+    for name in ("xyz", "variance", "valid"):
+        yield f"a picture without {name!r}", good.drop_vars(name)
+    yield "a picture in other units", good.assign(xyz=good["xyz"].assign_attrs(units="W m-2"))

@@ -1,0 +1,230 @@
+"""How a promise is stated and checked, and the promises that components of every kind share."""
+
+from __future__ import annotations
+
+import dataclasses
+import pickle
+import re
+from contextlib import contextmanager
+
+import numpy as np
+
+from ..errors import ConfigError, IsetHdrError
+from ..pipeline.demand import Demand
+from ..plugins.registry import build
+from ..runs.radiance_cache import described
+from ..storage.store import content_hash
+from ..uncertainty.ledger import Ledger, stage
+from .ranges import bad_fields
+
+EXPECTATION = re.compile("expected|needs|lack|one of")  # a message has at least one of these words
+
+
+def holds(who: str, promise: str, condition, found: str = "") -> None:
+    """Raise AssertionError naming the component and the promise unless `condition` is true."""
+    if not condition:
+        raise AssertionError(
+            f"{who} breaks the promise '{promise}'" + (f": {found}" if found else "")
+        )
+
+
+@contextmanager
+def keeps(who: str, promise: str):
+    """Turn any error raised inside into a broken promise."""
+    try:
+        yield
+    except Exception as err:
+        if isinstance(err, AssertionError) and str(err).startswith(who):
+            raise
+        raise AssertionError(
+            f"{who} breaks the promise '{promise}': {type(err).__name__}: {err}"
+        ) from err
+
+
+def same(who: str, promise: str, first, second) -> None:
+    """Raise AssertionError unless two results hold the same bits (NaN equals NaN)."""
+    a, b = arrays(first), arrays(second)
+    holds(who, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
+    for name in a:
+        holds(
+            who,
+            promise,
+            a[name].shape == b[name].shape and a[name].dtype == b[name].dtype,
+            f"{name} is {a[name].dtype}{a[name].shape} once and {b[name].dtype}{b[name].shape} the other time",
+        )
+        exact = a[name].dtype.kind in "fc"
+        holds(who, promise, np.array_equal(a[name], b[name], equal_nan=exact), f"{name} differs")
+
+
+def close(who: str, promise: str, got, want, relative: float, absolute: float = 0.0) -> None:
+    """Raise AssertionError unless |got - want| <= relative |want| + absolute everywhere; says where it is worst."""
+    got, want = np.broadcast_arrays(np.asarray(got, float), np.asarray(want, float))
+    excess = np.abs(got - want) - relative * np.abs(want) - absolute
+    bad = ~(excess <= 0)
+    if bad.any():
+        worst = np.unravel_index(
+            np.argmax(np.where(np.isnan(excess), np.inf, excess)), excess.shape
+        )
+        holds(
+            who,
+            promise,
+            False,
+            f"{bad.sum()} of {bad.size} values; worst at {tuple(map(int, worst))}: "
+            f"{got[worst]:.6g}, expected {want[worst]:.6g} within {relative:g} relative + {absolute:g}",
+        )
+
+
+def refuses(who: str, what: str, call) -> None:
+    """Raise AssertionError unless `call()` raises one of our own errors, whose message names what was expected."""
+    promise = f"refuses {what} with an error of isethdr_core.errors"
+    try:
+        call()
+    except IsetHdrError as err:
+        holds(
+            who, f"says what it expected instead of {what}", EXPECTATION.search(str(err)), str(err)
+        )
+        return
+    except Exception as err:
+        raise AssertionError(
+            f"{who} breaks the promise '{promise}': raised {type(err).__name__}: {err}"
+        ) from err
+    raise AssertionError(f"{who} breaks the promise '{promise}': it returned a result")
+
+
+def stated(who: str, call):
+    """Return `call()` after checking that it stated in the ledger how wrong it may be."""
+    rows = Ledger()
+    with stage(rows, who):
+        result = call()
+    promise = "states its error in the ledger, with a number and a unit"
+    holds(who, promise, rows[0].errors)
+    for note in rows[0].errors:
+        holds(who, promise, 0 <= note.value < np.inf and note.unit, repr(note))
+    return result
+
+
+def repeatable(who: str, call, make_input):
+    """Return `call(input)` after checking that it leaves its input alone and depends on its values only."""
+    given, kept = make_input(), make_input()
+    with keeps(who, "accepts valid input"):
+        result = call(given)
+    same(who, "does not change its input", given, kept)
+    same(who, "the same call twice gives the same bits", result, call(given))
+    alike(
+        who,
+        "the result does not depend on the order of its input in memory",
+        call(fortran(given)),
+        result,
+    )
+    return result
+
+
+def alike(who: str, promise: str, got, want) -> None:
+    """Raise AssertionError unless two results agree but for the rounding of sums in another order.
+
+    1e-5 of the largest value: sums in float32. Whole numbers may differ by 1, where such a sum decides a count.
+    """
+    a, b = arrays(got), arrays(want)
+    holds(who, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
+    for name, value in b.items():
+        if value.dtype.kind == "f":
+            finite = np.isfinite(value)
+            scale = float(np.abs(value[finite]).max(initial=0.0))
+            close(who, promise, a[name][finite], value[finite], 0.0, 1e-5 * scale)
+        elif value.dtype.kind in "iu":
+            close(who, promise, a[name], value, 0.0, 1.0)
+
+
+def fortran(data):
+    """Return a copy of a DataArray or Dataset whose arrays lie in memory the other way round."""
+    if hasattr(data, "data_vars"):
+        return data.assign(
+            {k: v.copy(data=np.asfortranarray(v.values)) for k, v in data.data_vars.items()}
+        )
+    return data.copy(data=np.asfortranarray(data.values))
+
+
+def arrays(result) -> dict[str, np.ndarray]:
+    """Return every array of a DataArray, Dataset, array or list of scores, by name."""
+    if hasattr(result, "data_vars"):
+        return {str(k): v.values for k, v in result.variables.items()}
+    if hasattr(result, "coords"):
+        return {"values": result.values, **{str(k): v.values for k, v in result.coords.items()}}
+    if isinstance(result, list):
+        return {"scores": np.array([repr(item) for item in result])}
+    return {"values": np.asarray(result)}
+
+
+def check_component(who: str, kind: str, name: str, component, fields: dict) -> None:
+    """Check what every component promises: documented, typed, comparable, storable, honest about its needs."""
+    holds(
+        who,
+        "the class docstring says in its first line what it is",
+        (type(component).__doc__ or "").strip()
+        and not type(component).__doc__.startswith(f"{type(component).__name__}("),
+    )
+    holds(who, "the same fields give an equal component", component == build(kind, name, **fields))
+    own = {f.name: getattr(component, f.name) for f in dataclasses.fields(component) if f.init}
+    with keeps(who, "its defaults lie within the ranges that its fields declare"):
+        build(kind, name, **own)
+    with keeps(who, "its fields can be hashed into the name of a run"):
+        content_hash(described(component))
+    with keeps(who, "it can be sent to another process"):
+        holds(
+            who,
+            "it can be sent to another process",
+            pickle.loads(pickle.dumps(component)) == component,
+        )
+    for f in dataclasses.fields(component):
+        try:
+            setattr(component, f.name, getattr(component, f.name))
+        except dataclasses.FrozenInstanceError:
+            continue
+        holds(who, "its fields cannot be changed", False, f.name)
+    try:
+        build(kind, name, **{**fields, "no_such_field": 1})
+        holds(who, "an unknown field is refused", False)
+    except ConfigError:
+        pass
+    for bad in bad_fields(component):
+        refuses(who, f"the field {bad}", lambda b=bad: build(kind, name, **{**fields, **b}))
+    if hasattr(component, "narrow"):
+        with keeps(who, "narrow(demand) returns a Demand"):
+            _check_narrow(who, component)
+
+
+def _check_narrow(who, component):
+    everything = Demand()
+    first = component.narrow(everything)
+    holds(who, "narrow(demand) returns a Demand", isinstance(first, Demand), repr(first))
+    holds(
+        who,
+        "narrow gives the same answer twice",
+        _plain(first) == _plain(component.narrow(everything)),
+    )
+    some = Demand(groups=("sky", "headlights"), wavelength_nm=(450.0, 550.0, 650.0))
+    less = component.narrow(some)
+    holds(
+        who,
+        "narrow never asks for more light groups",
+        less.groups is not None and set(less.groups) <= set(some.groups),
+        repr(less.groups),
+    )
+    holds(
+        who,
+        "narrow never asks for more bands",
+        less.wavelength_nm is not None and set(less.wavelength_nm) <= set(some.wavelength_nm),
+        repr(less.wavelength_nm),
+    )
+
+
+def _plain(demand: Demand):
+    """Return a demand as values that compare, a sensor's response by what it answers."""
+    if demand.response is None:
+        return demand
+    answer = dataclasses.replace(demand.response, efficiency=None)
+    return (
+        dataclasses.replace(demand, response=None),
+        dataclasses.astuple(answer),
+        np.asarray(demand.response.efficiency(np.linspace(400.0, 700.0, 7))).tolist(),
+    )

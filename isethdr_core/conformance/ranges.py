@@ -1,0 +1,70 @@
+"""Field values that a component must refuse: NaN, infinity, fractions, values outside a range."""
+
+from __future__ import annotations
+
+import math
+import types
+from collections.abc import Iterator
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from ..plugins.ranges import NUMBERS, annotations, declared
+
+
+def bad_fields(component: Any) -> Iterator[dict[str, Any]]:
+    """Yield {field: value} that `build` must refuse, each made from the component's own value."""
+    for name, annotation in annotations(type(component)).items():
+        for bad in outside(annotation, getattr(component, name)):
+            yield {name: bad}
+
+
+def outside(annotation: Any, value: Any) -> Iterator[Any]:
+    """Yield values that do not fit a type and its ranges, with one number of `value` replaced.
+
+    A type without numbers yields nothing.
+    """
+    origin, parts = get_origin(annotation), get_args(annotation)
+    if origin is Annotated or annotation in NUMBERS:
+        yield from _bad_numbers(annotation)
+    elif origin in (Union, types.UnionType):
+        for part in parts:
+            yield from outside(part, value)
+    elif origin is dict:
+        table = value if isinstance(value, dict) else {}
+        key = next(iter(table), _valid(parts[0]))
+        for bad in outside(parts[1], table.get(key, {})):
+            yield {**table, key: bad}
+    elif origin is tuple and value:
+        first = parts[0]
+        for bad in outside(first, value[0]):
+            yield (bad, *value[1:])
+
+
+def _bad_numbers(annotation: Any) -> Iterator[float]:
+    """Yield numbers that a number's type and declared range exclude."""
+    number = get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+    if number not in NUMBERS:
+        return
+    limits = declared(annotation)
+    yield math.nan
+    if number is int:
+        yield _valid(annotation) + 0.5
+    for infinity, end in ((math.inf, "most"), (-math.inf, "least")):
+        if limits is None or getattr(limits, end) != infinity:
+            yield infinity
+    if limits is not None and limits.least > -math.inf:
+        yield _beyond(number, limits.least, -1)
+    if limits is not None and limits.most < math.inf:
+        yield _beyond(number, limits.most, 1)
+
+
+def _beyond(number: type, end: float, way: int) -> float:
+    """Return a number just beyond one end of a range."""
+    return end + way if number is int else math.nextafter(end, way * math.inf)
+
+
+def _valid(annotation: Any) -> Any:
+    """Return a value that a simple type accepts."""
+    limits = declared(annotation)
+    if limits is not None:
+        return limits.nearest(0)
+    return "sky" if annotation is str else 0

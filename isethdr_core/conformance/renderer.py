@@ -1,0 +1,223 @@
+"""What a renderer promises: what was demanded, a sky that is uniform, lamps of the stated candela, light linear in the lamps.
+
+Pass fields that make it quick, for example `check("renderer", "mitsuba", width=32, height=18, samples=16)`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..data.quantities import LABELS, check_scene, tile_pitch
+from ..data.scene_description import (
+    Camera,
+    Lamp,
+    Material,
+    Model,
+    Part,
+    Placed,
+    SceneDescription,
+    flat,
+)
+from ..physics.photometry import luminance
+from ..pipeline.demand import Demand
+from .promise import close, holds, keeps, refuses, same, stated
+
+SKY = 0.02  # W m-2 sr-1 nm-1
+INTENSITY_CD, DISTANCE_M = 1000.0, 10.0
+
+
+def check(who: str, renderer) -> None:
+    """Check one renderer on three tiny worlds: nothing but sky, one lamp, and a road below both."""
+    _check_empty_world(who, renderer)
+    _check_lamp(who, renderer)
+    everything = Demand(labels=frozenset(LABELS))
+    with keeps(who, "renders a road, a lamp and a sky"):
+        whole = stated(who, lambda: renderer(world(), everything))
+        check_scene(whole)
+    _check_demanded(who, renderer, whole)
+    same(who, "the same call twice gives the same bits", whole, renderer(world(), everything))
+    _check_labels(who, whole)
+    refuses(
+        who,
+        "a demand for groups the scene does not have",
+        lambda: renderer(world(), Demand(groups=("no such group",))),
+    )
+    for what, intensity in (
+        ("a lamp of NaN candela", np.nan),
+        ("a lamp of negative candela", -1.0),
+    ):
+        refuses(who, what, lambda i=intensity: renderer(world(intensity_cd=i), Demand()))
+
+
+def world(
+    road: bool = True, lamp: bool = True, sky: bool = True, intensity_cd: float = INTENSITY_CD
+) -> SceneDescription:
+    """Return a flat road, a Lambertian panel lamp that faces the camera on its axis, and a uniform sky."""
+    corners = np.array([[0.0, -1, -1], [0, 1, -1], [0, 1, 1], [0, -1, 1]])
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    panel = Part(
+        "panel",
+        0.25 * corners,
+        faces,
+        "grey",
+        lamp=Lamp("low_beam", "headlights", intensity_cd, flat(1.0)),
+    )
+    ground = Part(
+        "ground",
+        np.array([[-50.0, -50, 0], [50, -50, 0], [50, 50, 0], [-50, 50, 0]]),
+        faces,
+        "grey",
+    )
+    turned = np.diag([-1.0, -1.0, 1.0, 1.0])  # about z: the panel's +x looks back at the camera
+    turned[:3, 3] = DISTANCE_M, 0.0, 1.5
+    models = {"panel": Model("panel", (panel,)), "ground": Model("ground", (ground,))}
+    objects = [Placed("road", "ground", "road", np.eye(4))] if road else []
+    objects += [Placed("lamp", "panel", "car", turned)] if lamp else []
+    return SceneDescription(
+        "kit",
+        {o.model: models[o.model] for o in objects},
+        tuple(objects),
+        {"grey": Material("grey", reflectance=flat(0.3))},
+        Camera((0.0, 0.0, 1.5), (10.0, 0.0, 1.5), horizontal_field_deg=30.0, aspect=1.5),
+        flat(SKY) if sky else None,
+    )
+
+
+def _check_empty_world(who, renderer):
+    with keeps(who, "renders a world of nothing but sky"):
+        sky = renderer(world(road=False, lamp=False), Demand())
+        check_scene(sky)
+    # 1e-3: a path tracer adds no noise to a sky that it sees directly; rounding of film sums only
+    close(
+        who,
+        "a uniform sky has the stated radiance everywhere",
+        sky["radiance"].sel(light_group="sky").values,
+        SKY,
+        1e-3,
+    )
+
+
+def _check_lamp(who, renderer):
+    with keeps(who, "renders a lamp without a sky"):
+        lamp = renderer(world(road=False, sky=False), Demand())
+        check_scene(lamp)
+    lux = float(
+        np.sum(
+            luminance(lamp["radiance"].sel(light_group="headlights").values, lamp.wavelength.values)
+            * _cos_solid_angle(lamp)
+        )
+    )
+    # 3 %: the lamp's border falls across few tiles, sampled by few paths; bands of a coarse grid bend V(lambda)
+    close(
+        who,
+        "a lamp of I cd at d m on the axis gives I / d^2 lux",
+        lux,
+        INTENSITY_CD / DISTANCE_M**2,
+        0.03,
+    )
+    double = renderer(world(road=False, sky=False, intensity_cd=2 * INTENSITY_CD), Demand())
+    # 1e-3: the same paths carry twice the light
+    close(
+        who,
+        "twice the candela gives twice the light",
+        double["radiance"].sum(),
+        2 * lamp["radiance"].sum(),
+        1e-3,
+    )
+
+
+def _cos_solid_angle(ds) -> np.ndarray:
+    """Return what turns radiance into irradiance on the image plane, sr: tile area times cos^4 of the field angle."""
+    return (
+        tile_pitch(ds, "x")
+        * tile_pitch(ds, "y")
+        * (1 + ds.x.values[None, :] ** 2 + ds.y.values[:, None] ** 2) ** -2.0
+    )
+
+
+def _check_demanded(who, renderer, whole):
+    holds(
+        who,
+        "all light groups come where all are asked for",
+        set(map(str, whole.light_group.values)) == {"sky", "headlights"},
+    )
+    holds(
+        who,
+        "all labels come that are asked for",
+        set(LABELS) <= set(whole.data_vars),
+        str(set(LABELS) - set(whole.data_vars)),
+    )
+    bare = renderer(world(), Demand(groups=("sky",)))
+    holds(
+        who,
+        "no other light group comes than those asked for",
+        [str(g) for g in bare.light_group.values] == ["sky"],
+    )
+    holds(
+        who,
+        "no label comes that was not asked for",
+        not set(LABELS) & set(bare.data_vars),
+        str(set(LABELS) & set(bare.data_vars)),
+    )
+    middle = (float(whole.wavelength[len(whole.wavelength) // 2]),)
+    few = renderer(world(), replace(Demand(), wavelength_nm=middle))
+    holds(who, "the bands asked for come", set(middle) <= set(few.wavelength.values.tolist()))
+    picked = whole["radiance"].sel(wavelength=middle[0])
+    # 5 %: as below
+    close(
+        who,
+        "a band looks the same whatever else is asked for",
+        few["radiance"].sel(wavelength=middle[0]).mean(),
+        picked.mean(),
+        0.05,
+    )
+    # 5 %: a renderer may draw other paths for another demand; the mean over the frame hardly moves
+    close(
+        who,
+        "a group looks the same whatever else is asked for",
+        bare["radiance"].mean(),
+        whole["radiance"].sel(light_group="sky").mean(),
+        0.05,
+    )
+
+
+def _check_labels(who, whole):
+    half_width, half_height = np.tan(np.radians(15.0)), np.tan(np.radians(15.0)) / 1.5
+    close(
+        who,
+        "field_width and field_height are the camera's field in tangents",
+        [whole.attrs["field_width"], whole.attrs["field_height"]],
+        [2 * half_width, 2 * half_height],
+        1e-6,
+    )
+    top, bottom = whole.isel(y=0), whole.isel(y=-1)
+    holds(
+        who,
+        "sky has instance 0 and infinite distance",
+        not top["instance"].values.any() and np.isinf(top["distance"].values).all(),
+    )
+    holds(
+        who,
+        "objects are labelled 1, 2, ... in their order: the road is 1",
+        np.all(bottom["instance"].values == 1),
+    )
+    depth = (
+        1.5 / whole.y.values[-1]
+    )  # a camera 1.5 m above a flat road looks at it at this depth, y down
+    # 1e-3: rays are traced in float32
+    close(who, "depth is measured along the optical axis", bottom["depth"].values, depth, 1e-3)
+    close(
+        who,
+        "distance is measured along the ray",
+        bottom["distance"].values,
+        depth * np.sqrt(1 + whole.x.values**2 + whole.y.values[-1] ** 2),
+        1e-3,
+    )
+    holds(
+        who,
+        "the object table lists the road and the lamp",
+        {o["name"] for o in whole.attrs.get("objects", [])} == {"road", "lamp"},
+        str([o.get("name") for o in whole.attrs.get("objects", [])]),
+    )

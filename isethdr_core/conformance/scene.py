@@ -1,0 +1,147 @@
+"""What a scene promises: a description that a renderer can use, or scene radiance that is already known."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ..data.categories import CATEGORIES
+from ..data.quantities import check_scene
+from ..data.scene_description import SceneDescription
+from .promise import holds, keeps, same, stated
+
+
+def check(who: str, scene) -> None:
+    """Check one scene; it is made twice."""
+    with keeps(who, "makes a scene"):
+        made = scene()
+    if isinstance(made, xr.Dataset):
+        with keeps(who, "returns valid scene radiance"):
+            check_scene(made)
+        same(who, "the same seed gives the same scene", made, stated(who, scene))
+    else:
+        holds(
+            who,
+            "returns a SceneDescription or a scene radiance Dataset",
+            isinstance(made, SceneDescription),
+            repr(type(made)),
+        )
+        check_description(who, made)
+        same(who, "the same seed gives the same scene", _flat(made), _flat(scene()))
+
+
+def check_description(who: str, made: SceneDescription) -> None:
+    """Check that names resolve, meshes are sound, and lamps, spectra and reflectances can exist."""
+    holds(who, "has a light: a sky or a lamp", made.light_groups())
+    unique = [o.name for o in made.objects]
+    holds(who, "object names are unique", len(set(unique)) == len(unique))
+    for placed in made.objects:
+        at = f"object {placed.name!r}"
+        holds(who, "every object has a model", placed.model in made.models, at)
+        holds(
+            who,
+            "every category is one of isethdr_core.data.categories",
+            placed.category in CATEGORIES,
+            f"{at}: {placed.category!r}",
+        )
+        pose = np.asarray(placed.pose, float)
+        holds(
+            who,
+            "every pose is a finite 4x4 matrix",
+            pose.shape == (4, 4) and np.isfinite(pose).all(),
+            at,
+        )
+        holds(who, "no pose mirrors or flattens its model", np.linalg.det(pose[:3, :3]) > 0, at)
+    for model in made.models.values():
+        for part in model.parts:
+            _check_part(who, f"part {model.name}/{part.name}", part, made)
+    for material in made.materials.values():
+        values = np.asarray(material.reflectance.value)
+        holds(
+            who,
+            "reflectance lies within 0..1",
+            np.all((values >= 0) & (values <= 1)),
+            f"material {material.name!r}",
+        )
+        _check_spectrum(who, f"material {material.name!r}", material.reflectance)
+    if made.sky is not None:
+        _check_spectrum(who, "the sky", made.sky)
+    view = made.camera
+    holds(
+        who,
+        "the camera looks somewhere",
+        np.linalg.norm(np.subtract(view.target_m, view.position_m)) > 0,
+    )
+    widest = 150 if view.projection == "tangent" else 360
+    holds(
+        who,
+        f"the camera's field is above 0 and below {widest} degrees",
+        0 < view.horizontal_field_deg < widest,
+    )
+
+
+def _check_part(who, at, part, made):
+    vertices, faces = np.asarray(part.vertices, float), np.asarray(part.faces)
+    holds(
+        who,
+        "vertices are finite (n, 3)",
+        vertices.ndim == 2 and vertices.shape[1] == 3 and np.isfinite(vertices).all(),
+        at,
+    )
+    holds(
+        who,
+        "faces are (m, 3) indices of vertices",
+        faces.ndim == 2
+        and faces.shape[1] == 3
+        and len(faces) > 0
+        and faces.dtype.kind in "iu"
+        and faces.min() >= 0
+        and faces.max() < len(vertices),
+        at,
+    )
+    holds(
+        who,
+        "every part has a material",
+        part.material in made.materials,
+        f"{at}: {part.material!r}",
+    )
+    if part.normals is not None:
+        length = np.linalg.norm(part.normals, axis=1)
+        # 1e-3: normals stored as float32, averaged over neighbouring faces
+        holds(
+            who,
+            "normals are unit vectors, one per vertex",
+            len(part.normals) == len(vertices) and np.allclose(length, 1, atol=1e-3),
+            at,
+        )
+    if part.lamp is not None:
+        lamp = part.lamp
+        holds(who, "lamps have finite intensities, 0 or more", 0 <= lamp.intensity_cd < np.inf, at)
+        holds(
+            who,
+            "lamp cones open from inner to outer, at most 90 degrees",
+            0 <= lamp.inner_deg <= lamp.outer_deg <= 90,
+            at,
+        )
+        holds(who, "lamp axes are unit vectors", abs(np.linalg.norm(lamp.axis) - 1) < 1e-3, at)
+        _check_spectrum(who, at, lamp.spectrum)
+
+
+def _check_spectrum(who, at, spectrum):
+    nm, value = np.asarray(spectrum.wavelength_nm, float), np.asarray(spectrum.value, float)
+    holds(
+        who,
+        "spectra have increasing wavelengths",
+        nm.shape == value.shape and len(nm) > 0 and np.all(np.diff(nm) > 0),
+        at,
+    )
+    holds(who, "spectra are finite, 0 or more", np.isfinite(value).all() and np.all(value >= 0), at)
+
+
+def _flat(made: SceneDescription) -> np.ndarray:
+    """Return everything that a scene draws at random as one array: poses and the meshes' corners."""
+    numbers = [np.asarray(o.pose, float).ravel() for o in made.objects]
+    numbers += [
+        np.asarray(p.vertices, float).ravel() for m in made.models.values() for p in m.parts
+    ]
+    return np.concatenate(numbers or [np.zeros(0)])

@@ -1,0 +1,323 @@
+"""What a sensor promises: expected electrons linear in light, noise keyed by pixel, captures that say how to read them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..data.quantities import tile_pitch
+from ..pipeline import window
+from ..pipeline.demand import Demand
+from ..runs.seeds import generator
+from .counting import check_electrons, check_filters, check_scatter
+from .inputs import damaged_planes, in_components, irradiance, pattern
+from .lazy import same_from_store
+from .promise import close, holds, keeps, refuses, repeatable, same, stated
+
+DIMS = {
+    "raw": 3,
+    "saturated": 3,
+    "filter": 2,
+    "exposure_s": 1,
+    "gain_dn_per_e": 1,
+    "black_dn": 1,
+    "top_dn": 1,
+    "read_noise_e": 1,
+    "dark_e": 1,
+    "quantisation_e": 1,
+    "area_m2": 1,
+    "charge": 1,
+    "quantum_efficiency": 3,
+}
+SPREADS = (
+    "prnu",
+    "dark_spread_e",
+    "dsnu_e",
+    "column_e",
+    "row_e",
+    "silicon",
+)  # optional: what differs between devices
+ORDER = ("capture", "y", "x")
+KEY = generator(seed=7, device="K", scene="kit")
+SIGNAL_E = (
+    200.0  # mean signal of the test field: well above the read noise, well below any full well
+)
+
+
+def check(who: str, sensor) -> None:
+    """Check one sensor on a field of 24 x 32 of its own pixels."""
+    light = dim_light(who, sensor)
+    shot = repeatable(who, lambda e: sensor(e, KEY), lambda: light.copy(deep=True))
+    check_captures(who, shot)
+    with keeps(who, "accepts light with components (isethdr_core.data.temporal_modulation)"):
+        constant = sensor(in_components(light, frequency_hz=90.0), KEY)
+    same(who, "a component that is always on is light without components", constant, shot)
+    mean = repeatable(who, sensor.expected, lambda: light.copy(deep=True))
+    same_from_store(who, lambda e: sensor(e, KEY), light, shot)
+    same_from_store(who, sensor.expected, light, mean)
+    _check_expected(who, sensor, light, mean, shot)
+    check_electrons(who, sensor, light, shot)
+    _check_narrow(who, sensor, light, mean)
+    _check_noise(who, sensor, light, shot)
+    _check_quiet(who, sensor, light)
+    _check_extremes(who, sensor, light)
+    for what, bad in damaged_planes(light):
+        refuses(who, what, lambda b=bad: sensor(b, KEY))
+        refuses(who, what, lambda b=bad: sensor.expected(b))
+
+
+def check_captures(who: str, shot) -> None:
+    """Check that captures hold all that is needed to read a DN back into light."""
+    for name, count in DIMS.items():
+        holds(who, f"captures hold {name!r}", name in shot.data_vars)
+        holds(who, f"{name!r} has {count} dims", shot[name].ndim == count, str(shot[name].dims))
+    for name in ("raw", "saturated"):
+        holds(who, f"{name!r} has the dims {ORDER}", shot[name].dims == ORDER, str(shot[name].dims))
+    holds(who, "'saturated' is bool", shot["saturated"].dtype == bool)
+    holds(
+        who,
+        "'quantum_efficiency' has the dims (capture, channel, wavelength)",
+        shot["quantum_efficiency"].dims == ("capture", "channel", "wavelength"),
+    )
+    holds(
+        who,
+        "'filter' points into 'channel'",
+        0 <= int(shot["filter"].min()) <= int(shot["filter"].max()) < shot.sizes["channel"],
+    )
+    check_filters(who, shot)
+    for name in ("pitch_um", "f_number", "focal_length_mm", "throughput_sr", "falloff"):
+        holds(who, f"captures carry the attribute {name!r}", name in shot.attrs)
+    qe = shot["quantum_efficiency"].values
+    holds(
+        who,
+        "quantum efficiency lies within 0..1",
+        qe.min() >= 0 and qe.max() <= 1,
+        f"{qe.min():.3g} to {qe.max():.3g}",
+    )
+    for name in ("exposure_s", "gain_dn_per_e", "area_m2"):
+        holds(
+            who,
+            f"{name!r} is finite and above 0",
+            np.isfinite(shot[name]).all() and float(shot[name].min()) > 0,
+        )
+    for name in ("read_noise_e", "dark_e", "quantisation_e"):
+        holds(
+            who,
+            f"{name!r} is finite, 0 or more",
+            np.isfinite(shot[name]).all() and float(shot[name].min()) >= 0,
+        )
+    for name in SPREADS:
+        if name in shot.data_vars:
+            holds(
+                who,
+                f"{name!r} is one number per capture",
+                shot[name].dims == ("capture",),
+                str(shot[name].dims),
+            )
+            holds(
+                who,
+                f"{name!r} is finite, 0 or more",
+                np.isfinite(shot[name]).all() and float(shot[name].min()) >= 0,
+            )
+    holds(who, "top_dn lies above black_dn", bool((shot["top_dn"] > shot["black_dn"]).all()))
+    holds(who, "raw is finite", np.isfinite(shot["raw"].values).all())
+
+
+def dim_light(who: str, sensor):
+    """Return a patterned field, as wide as 24 x 32 pixels or the sensor's own, that makes at most `SIGNAL_E` electrons."""
+    pitch_m = float(getattr(sensor, "pitch_um", 3.0)) * 1e-6
+    height, width = (
+        int(getattr(sensor, side, None) or count) for side, count in (("rows", 24), ("columns", 32))
+    )
+    tiles = (12, 16)  # coarser than the pixels: sensors integrate constant tiles exactly
+    values = 1e-3 * pattern((31, *tiles))
+    light = irradiance(values, *tiles, pitch_m * max(height / tiles[0], width / tiles[1]))
+    with keeps(who, "expected(light) returns electrons"):
+        bright = float((sensor.expected(light) - sensor.expected(_zero(light))).max())
+    holds(who, "light makes electrons", bright > 0)
+    return light.copy(data=np.float32(light.values * (SIGNAL_E / bright)))
+
+
+def _check_narrow(who, sensor, light, mean):
+    """What `narrow` drops must not matter: without those bands, and those tiles, the expected electrons are the same."""
+    _check_window(who, sensor, light)
+    bands = tuple(light.wavelength.values.tolist())
+    kept = (
+        sensor.narrow(Demand(wavelength_nm=bands)).wavelength_nm
+        if hasattr(sensor, "narrow")
+        else bands
+    )
+    if kept == bands:
+        return
+    with keeps(who, "needs no band that its narrow drops"):
+        part = sensor.expected(light.sel(wavelength=list(kept)))
+        # 1e-4: a band is dropped where the quantum efficiency is next to nothing
+        close(who, "needs no band that its narrow drops", part.values, mean.values, 1e-4)
+
+
+def _check_window(who, sensor, light):
+    seen = sensor.narrow(Demand()).window_m if hasattr(sensor, "narrow") else None
+    if seen is None:
+        return
+    tiles = tuple(2 * light.sizes[d] for d in ("y", "x"))
+    wide = irradiance(
+        light.values.max() * pattern((light.sizes["wavelength"], *tiles)),
+        *tiles,
+        tile_pitch(light, "x"),
+    )
+    with keeps(who, "sees no light beyond the window that its narrow states"):
+        part = sensor.expected(window.cut(wide, window.tiles(wide, seen)))
+        # 1e-6: coordinates and electrons in float32
+        close(
+            who,
+            "sees no light beyond the window that its narrow states",
+            part.values,
+            sensor.expected(wide).values,
+            1e-6,
+        )
+
+
+def _zero(light):
+    return light.copy(data=np.zeros_like(light.values))
+
+
+def _check_expected(who, sensor, light, mean, shot):
+    holds(
+        who,
+        "expected has the dims (capture, y, x) of raw",
+        mean.dims == ORDER and mean.shape == shot["raw"].shape,
+    )
+    holds(
+        who,
+        "expected electrons are finite, 0 or more",
+        np.isfinite(mean.values).all() and float(mean.min()) >= 0,
+    )
+    dark = sensor.expected(_zero(light)).values.astype(float)
+    # 1e-6: float32 electrons
+    close(
+        who,
+        "in darkness expected is dark_e of the captures",
+        dark,
+        shot["dark_e"].values[:, None, None],
+        1e-6,
+    )
+    # powers of two lose no digit; 1e-5 for sums in float32
+    for factor in (0.5, 2.0**20):
+        scaled = sensor.expected(light.copy(data=light.values * np.float32(factor))).values.astype(
+            float
+        )
+        close(
+            who,
+            "expected is dark charge plus a linear answer to light, without noise or a full well",
+            scaled,
+            dark + factor * (mean.values - dark),
+            1e-5,
+        )
+    only = light.copy(
+        data=light.values * (light.wavelength.values == 550.0)[:, None, None].astype(np.float32)
+    )
+    holds(
+        who, "a green light alone makes electrons", float(sensor.expected(only).max()) > dark.max()
+    )
+
+
+def _check_noise(who, sensor, light, shot):
+    changed = light.copy(deep=True)
+    changed[:, :, light.sizes["x"] // 2 :] *= 1.5
+    other = sensor(changed, KEY)
+    quarter = shot.sizes["x"] // 4  # half way to the change: crosstalk reaches a few pixels
+    same(
+        who,
+        "a pixel's noise does not depend on light elsewhere in the frame",
+        shot["raw"][..., :quarter],
+        other["raw"][..., :quarter],
+    )
+    again = stated(who, lambda: sensor(light, generator(seed=8, device="K", scene="kit")))
+    with keeps(who, "an ideal sensor may be noise-free, a noisy one must follow its generator"):
+        noisy = not np.array_equal(_electrons(shot).round(6), _electrons(again).round(6))
+    if not noisy:
+        return
+    mean = sensor.expected(light).values.astype(float)
+    free = ~shot["saturated"].values
+    residual = np.where(free, _electrons(shot) - mean, 0.0)
+    count = np.maximum(free.sum(axis=(1, 2)), 1)
+    variance = (
+        np.where(free, mean, 0).sum(axis=(1, 2)) / count
+        + shot["read_noise_e"].values ** 2
+        + shot["quantisation_e"].values ** 2 / 12
+    )
+    found = residual.sum(axis=(1, 2)) / count
+    # 6 standard errors never happen by chance; 2 % for fixed patterns, whose mean over so few pixels is not 0
+    bound = (
+        6 * np.sqrt(variance / count)
+        + 0.02 * np.abs(mean).mean(axis=(1, 2))
+        + 0.5 * shot["quantisation_e"].values
+    )
+    holds(
+        who,
+        "raw, read back into electrons, agrees with expected on average",
+        np.all(np.abs(found) <= bound),
+        f"off by {found.round(3)} e, allowed {bound.round(3)} e",
+    )
+    check_scatter(who, sensor, light, _electrons)
+
+
+def _check_quiet(who, sensor, light):
+    """A sensor that can be told `noise=False` then is its own mean, but for the steps of its converter."""
+    if not isinstance(getattr(sensor, "noise", None), bool):
+        return
+    quiet = replace(sensor, noise=False) if sensor.noise else sensor
+    shot = quiet(light, KEY)
+    same(
+        who,
+        "a sensor whose `noise` is False draws the same shot whatever the key",
+        quiet(light, generator(seed=8, device="K", scene="kit")),
+        shot,
+    )
+    mean = sensor.expected(light).values.astype(float)
+    free = ~shot["saturated"].values
+    step = np.broadcast_to(shot["quantisation_e"].values[:, None, None], mean.shape)
+    # half a step of rounding; 1e-4 for float32 electrons and a converter's rounding of exact halves
+    close(
+        who,
+        "without noise, raw read back into electrons is expected",
+        _electrons(shot)[free],
+        mean[free],
+        1e-4,
+        0.501 * step[free].max(initial=0.0) + 1e-4,
+    )
+
+
+def _electrons(shot) -> np.ndarray:
+    """Return electrons, dark charge included, read back from raw as captures say: (linear DN - black) / gain."""
+    column, raw = (slice(None), None, None), shot["raw"].values.astype(float)
+    if "companding_dn" in shot:
+        tables = zip(
+            raw, shot["companding_dn"].values, shot["companding_linear_dn"].values, strict=True
+        )
+        raw = np.stack(
+            [
+                np.interp(codes, dn[np.isfinite(dn)], linear[np.isfinite(linear)])
+                for codes, dn, linear in tables
+            ]
+        )
+    return (raw - shot["black_dn"].values[column]) / shot["gain_dn_per_e"].values[column]
+
+
+def _check_extremes(who, sensor, light):
+    with keeps(who, "gives finite captures in complete darkness"):
+        check_captures(who, sensor(_zero(light), KEY))
+    huge = light.copy(data=np.full_like(light.values, 1e6))
+    with keeps(who, "gives finite captures in blinding light"):
+        blind = sensor(huge, KEY)
+        check_captures(who, blind)
+    holds(
+        who,
+        "blinding light saturates every pixel of every capture with a converter",
+        blind["saturated"].values.all() or not np.isfinite(blind["top_dn"].values).all(),
+        f"{blind['saturated'].values.mean():.3f} of them",
+    )
+    holds(
+        who, "darkness saturates no pixel", not sensor(_zero(light), KEY)["saturated"].values.any()
+    )

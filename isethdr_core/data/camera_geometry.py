@@ -1,0 +1,233 @@
+"""Geometry: where a sensor looks, as the attributes of irradiance, captures and pictures state it.
+
+`distortion` {model: ..., its numbers} and `projection` are absent where a lens keeps the grid of tangents; `falloff` is cos4,
+none or table, then with `falloff_table` {angle_deg: [...], relative: [...]}. Positions on the sensor are in focal lengths, so
+that a lens without distortion lands light at its own field coordinates.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, fields
+from functools import lru_cache
+
+import numpy as np
+
+from ..errors import ConfigError, UnitError, did_you_mean
+from ..physics.optics import distortion as maps
+from ..physics.optics import projection as projections
+from ..physics.resampling.overlap import borders, overlap_areas
+from .quantities import tile_pitch
+
+PLACES = (
+    "projection",
+    "distortion",
+)  # attributes that say where pixels look: sensor and isp hand them on
+CARRIED = (
+    *PLACES,
+    "falloff",
+    "falloff_table",
+)  # and how bright a uniform scene is there: the sensor hands all of them on
+MODELS = {
+    "brown_conrady": maps.BrownConrady,
+    "kannala_brandt": maps.KannalaBrandt,
+    "table": maps.AngleTable,
+}
+LARGEST_NUMBER = 1000.0  # of a distortion model: coefficients, degrees, focal lengths
+EDGE_POINTS = 65  # along each side of a box
+
+
+@dataclass(frozen=True)
+class Identity:
+    """A lens that keeps the grid."""
+
+    def forward(self, x, y):
+        """Return (x, y)."""
+        return np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+
+    inverse = forward
+
+    def area_ratio(self, x, y):
+        """Return 1 everywhere."""
+        return np.ones(np.broadcast_shapes(np.shape(x), np.shape(y)))
+
+
+def projection_of(data) -> str:
+    """Return the projection of a field, by its attribute; 'tangent' where none is stated. UnitError for an unknown one."""
+    found = data.attrs.get("projection", "tangent")
+    if found not in projections.PROJECTIONS:
+        raise UnitError(
+            f"projection {found!r} is unknown{did_you_mean(str(found), projections.PROJECTIONS)}"
+        )
+    return found
+
+
+def distortion_map(distortion, projection: str = "tangent"):
+    """Return the map of {model: brown_conrady | kannala_brandt | table, its numbers...}, or `Identity` for none.
+
+    Zero coefficients of brown_conrady on tangents, and of kannala_brandt on angles, are the identity too.
+
+    Raises
+    ------
+    ConfigError : an unknown model or key, or a table that does not rise.
+    """
+    return _map(
+        json.dumps({} if distortion in (None, "none") else dict(distortion), default=list),
+        projection,
+    )
+
+
+@lru_cache(maxsize=32)
+def _map(text, projection):
+    given = json.loads(text)
+    if not given:
+        return Identity()
+    model = given.pop("model", None)
+    if model not in MODELS:
+        raise ConfigError(
+            f"lens.distortion has model {model!r}{did_you_mean(str(model), MODELS)}; "
+            "type for example lens.distortion={model:brown_conrady,k1:-0.1}"
+        )
+    known = [f.name for f in fields(MODELS[model])]
+    for key in given:
+        if key not in known:
+            raise ConfigError(
+                f"lens.distortion has no key {key!r} for model {model}{did_you_mean(key, known)}"
+            )
+    numbers = {key: _numbers(model, key, value) for key, value in given.items()}
+    try:
+        lens = MODELS[model](**numbers)
+    except (TypeError, ValueError) as err:
+        raise ConfigError(f"lens.distortion of model {model}: {err}") from None
+    natural = {"brown_conrady": "tangent", "kannala_brandt": "equidistant"}.get(model)
+    if natural == projection and not any(given.values()):
+        return Identity()
+    return maps.on_projection(lens, projection)
+
+
+def _numbers(model: str, key: str, value):
+    """Return a number, or the tuple of a list of numbers, as a distortion model takes it."""
+    for number in value if isinstance(value, list) else [value]:
+        plain = isinstance(number, (int, float)) and not isinstance(number, bool)
+        if not (plain and abs(number) <= LARGEST_NUMBER):  # false for NaN
+            raise ConfigError(
+                f"lens.distortion of model {model} has {key}={value!r}; expected "
+                f"{-LARGEST_NUMBER:g} to {LARGEST_NUMBER:g}; "
+                "type for example lens.distortion={model:brown_conrady,k1:-0.1}"
+            )
+    return tuple(map(float, value)) if isinstance(value, list) else float(value)
+
+
+def map_of(data):
+    """Return the map from field coordinates to the sensor that the attributes of light, captures or a picture state."""
+    return distortion_map(data.attrs.get("distortion"), projection_of(data))
+
+
+def relative_illumination(attrs, x, y) -> np.ndarray:
+    """Return the irradiance of a uniform scene over throughput x radiance, at sensor positions in focal lengths (broadcast).
+
+    The falloff of the field angle that lands there, times field area per sensor area; a table already holds both.
+    """
+    projection = attrs.get("projection", "tangent")
+    lens = distortion_map(attrs.get("distortion"), projection)
+    u, v = lens.inverse(*np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float)))
+    kind = attrs.get("falloff", "none")
+    if kind == "table":
+        return table_values(
+            attrs["falloff_table"], np.degrees(projections.angle_rad(u, v, projection))
+        )
+    return (projections.cos4(u, v, projection) if kind == "cos4" else 1.0) / lens.area_ratio(u, v)
+
+
+def table_values(table, angle_deg) -> np.ndarray:
+    """Return values of {angle_deg, relative} at angles: monotone cubic in the angle; ConfigError beyond the table's end."""
+    from scipy.interpolate import PchipInterpolator
+
+    angles, values = (np.asarray(table[k], float) for k in ("angle_deg", "relative"))
+    largest = float(np.max(angle_deg, initial=0.0))
+    if largest > angles[-1] * (1 + 1e-9):
+        raise ConfigError(
+            f"the table of relative illumination ends at {angles[-1]:g} degrees, the field reaches {largest:.4g}; "
+            "expected a longer table in lens.falloff, or a smaller field"
+        )
+    return PchipInterpolator(angles, values)(np.minimum(angle_deg, angles[-1]))
+
+
+def field_areas(lens, x_in, y_in, x_out, y_out):
+    """Return the (sensor tile, field tile) matrix of shared areas, in field coordinates; the last two are kept in the process.
+
+    Parameters
+    ----------
+    lens : a map, as `distortion_map` returns it.
+    x_in, y_in : borders of the field's tiles (n + 1,), evenly spaced.
+    x_out, y_out : borders of the sensor's tiles in focal lengths.
+
+    Raises
+    ------
+    ValueError : where a sensor tile looks beyond the field; nothing is known of the light there.
+    """
+    return _areas(lens, *(np.asarray(b, float).tobytes() for b in (x_in, y_in, x_out, y_out)))
+
+
+@lru_cache(maxsize=2)
+def _areas(lens, *grids):
+    return overlap_areas(
+        *(np.frombuffer(g) for g in grids[:2]), lens, *(np.frombuffer(g) for g in grids[2:])
+    )
+
+
+def mean_seen(tiles, field, lens, x, y, pitch: float, beyond: bool = False) -> np.ndarray:
+    """Return the mean (..., y, x) of constant tiles over the quadrilaterals of the field that pixels look at.
+
+    Parameters
+    ----------
+    tiles : (..., y, x) values on the grid of `field`.
+    x, y, pitch : centres and side of the pixels in focal lengths, evenly spaced by `pitch`.
+    beyond : pixels may look beyond the field; there tiles are taken to be like those at its border.
+
+    Raises
+    ------
+    ValueError : pixels that look beyond the field and may not, or that do not lie side by side.
+    """
+    for centres in (x, y):
+        if len(centres) > 1 and np.abs(np.diff(centres) - pitch).max() > 1e-6 * pitch:
+            raise ValueError(
+                "pixels do not lie side by side; expected centres one pitch apart where a lens distorts"
+            )
+    grids = (
+        *(borders(field[d].values, tile_pitch(field, d)) for d in ("x", "y")),
+        borders(x, pitch),
+        borders(y, pitch),
+    )
+    if beyond:
+        grids, more = _widened(lens, *grids)
+        tiles = np.pad(tiles, [(0, 0)] * (np.ndim(tiles) - 2) + [(more, more)] * 2, mode="edge")
+    areas = field_areas(lens, *grids)
+    out = (areas @ np.reshape(tiles, (-1, areas.shape[1])).T).T / areas.sum(axis=1)
+    return out.reshape(*np.shape(tiles)[:-2], len(y), len(x))
+
+
+def _widened(lens, x_in, y_in, x_out, y_out):
+    """Return the borders with as many tiles more on every side of the field as the sensor's tiles reach beyond it, and how many that are."""
+    seen, more = lens.inverse(*np.meshgrid(x_out, y_out)), 0
+    for at, known in zip(seen, (x_in, y_in)):
+        reach = max(known[0] - at.min(), at.max() - known[-1]) * (len(known) - 1) / np.ptp(known)
+        more = max(more, int(np.ceil(reach - 1e-6)))
+    steps = np.arange(1, more + 1)
+    x_in, y_in = (
+        np.concatenate([b[0] - (b[1] - b[0]) * steps[::-1], b, b[-1] + (b[-1] - b[-2]) * steps])
+        for b in (x_in, y_in)
+    )
+    return (x_in, y_in, x_out, y_out), more
+
+
+def box_on_sensor(lens, left, top, right, bottom) -> tuple[float, float, float, float]:
+    """Return (left, top, right, bottom) in focal lengths of the smallest box around the image of a rectangle of the field."""
+    side = np.linspace(0, 1, EDGE_POINTS)
+    u = (
+        np.concatenate([side, np.ones_like(side), side, np.zeros_like(side)]) * (right - left)
+        + left
+    )
+    v = np.concatenate([np.zeros_like(side), side, np.ones_like(side), side]) * (bottom - top) + top
+    x, y = lens.forward(u, v)
+    return float(x.min()), float(y.min()), float(x.max()), float(y.max())

@@ -1,0 +1,118 @@
+"""Light that varies in time: components of mixed radiance and irradiance, each with one modulation.
+
+Light without the dim `component` is constant. With it, each component holds the mean over time of its light, and the
+coordinates `frequency_hz`, `duty`, `depth` and `phase` say how that varies (`physics.modulation.Modulation`).
+"""
+
+from __future__ import annotations
+
+from functools import wraps
+
+import numpy as np
+
+from ..errors import UnitError
+from ..physics.detector.temporal_modulation import Modulation
+from ..uncertainty import ledger
+
+DIM = "component"
+
+
+def stacked(names, modulations, planes):
+    """Return a DataArray (component, ...) from planes that share dims, coordinates and attributes, copied one at a time.
+
+    Parameters
+    ----------
+    names : of the components. `modulations` : a `Modulation` each.
+    planes : iterable of as many DataArrays.
+    """
+    import xarray as xr
+
+    out = None
+    for k, plane in enumerate(planes):
+        if out is None:
+            out = np.empty((len(modulations), *plane.shape), plane.dtype)
+        out[k] = plane.values
+    how = {
+        field: (DIM, np.array(values, float))
+        for field, values in zip(Modulation._fields, zip(*modulations), strict=True)
+    }
+    how["frequency_hz"] += ({"units": "Hz"},)
+    return xr.DataArray(
+        out,
+        dims=(DIM, *plane.dims),
+        attrs=plane.attrs,
+        coords={DIM: np.array(list(names), object), **how, **plane.coords},
+    )
+
+
+def components(light) -> list:
+    """Return [(Modulation, plane without the dim component), ...]; light without that dim is one constant plane.
+
+    Raises
+    ------
+    UnitError : the dim is not the first, is empty, or a coordinate is missing or no modulation.
+    """
+    if DIM not in getattr(light, "dims", ()):
+        return [(Modulation(), light)]
+    if light.dims[0] != DIM or not light.sizes[DIM]:
+        raise UnitError(
+            f"light has dims {tuple(map(str, light.dims))} of sizes {tuple(light.sizes.values())}; "
+            f"expected {DIM!r} first, with at least one component"
+        )
+    for field in Modulation._fields:
+        if field not in light.coords:
+            raise UnitError(
+                f"light with components has no coordinate {field!r}; expected {', '.join(Modulation._fields)} along {DIM!r}"
+            )
+    out = []
+    for k in range(light.sizes[DIM]):
+        modulation = Modulation(*(float(light[field].values[k]) for field in Modulation._fields))
+        if problem := wrong(modulation):
+            raise UnitError(f"component {k} of the light: {problem}")
+        out.append((modulation, light.isel({DIM: k}, drop=True)))
+    return out
+
+
+def wrong(modulation: Modulation) -> str:
+    """Return what is wrong with a modulation and what was expected; "" where nothing is."""
+    frequency_hz, duty, depth, phase = modulation
+    if not 0 <= frequency_hz < np.inf:
+        return f"frequency_hz is {frequency_hz:g}; expected a finite number of Hz, 0 or more"
+    if not 0 < duty <= 1:
+        return f"duty is {duty:g}; expected a share of the period above 0, at most 1"
+    if not 0 <= depth <= 1:
+        return f"depth is {depth:g}; expected amplitude / mean from 0 to 1: light is never negative"
+    if duty < 1 and depth > 0:
+        return f"duty is {duty:g} and depth {depth:g}; expected pulses (duty) or a ripple (depth), not both"
+    if not -np.inf < phase < np.inf:
+        return f"phase is {phase:g}; expected a finite number of periods"
+    return ""
+
+
+def time_mean(light):
+    """Return the mean over time: the sum of all components in float64, rounded once; constant light comes back as it is."""
+    parts = [plane for _, plane in components(light)]
+    if len(parts) == 1:
+        return parts[0]
+    out = parts[0].copy(data=np.empty(parts[0].shape, parts[0].dtype))
+    for place in np.ndindex(out.shape[:-2]):
+        out.values[place] = sum(part.values[place].astype(np.float64) for part in parts)
+    return out
+
+
+def each_component(call):
+    """Make a method `(self, light, ...)` that is linear in constant light accept light with components, one after the other."""
+
+    @wraps(call)
+    def over_components(self, light, *args, **kwargs):
+        if DIM not in getattr(light, "dims", ()):
+            return call(self, light, *args, **kwargs)
+        parts = components(light)
+        with ledger.parts_of_a_sum():
+            return stacked(
+                light[DIM].values,
+                [m for m, _ in parts],
+                (call(self, one, *args, **kwargs) for _, one in parts),
+            )
+
+    return over_components

@@ -1,0 +1,256 @@
+"""View: what a linear picture looks like on a display. Only for eyes and for scores that judge looks; never a stage.
+
+Two renderings. `display` gives 8 bit sRGB; a picture and its truth share one white, which is stated beside any score
+made from it. `false_colour` gives luminance on a logarithmic scale in cd/m2. `write_exr` and `write_png` leave files that
+other programs read: absolute float, or 16 bit with the transfer function stated inside.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import UnitError, did_you_mean
+from ..physics.colour.colour_spaces import linear_srgb, srgb_encode
+from .tone_mapping import OPERATORS
+from .white_balance import balanced
+
+LAMP_MULTIPLE = 100.0  # a lamp is brighter than this times the 95th percentile; the whitest snow is 30 times asphalt
+LAMP_PERCENTILE = 95.0  # lamps cover less than a twentieth of a driving scene
+WHITE_PERCENTILE = 99.0
+COMPRESSION = 100.0  # shows two decades below the white; see `tone`
+
+
+def lamp_mask(luminance) -> np.ndarray:
+    """Return which pixels (y, x) are lamps: brighter than 100 times the 95th percentile of `luminance`."""
+    y = np.asarray(luminance, float)
+    return y > LAMP_MULTIPLE * max(float(np.percentile(y, LAMP_PERCENTILE)), 0.0)
+
+
+def white_cd_m2(truth, lamps=None) -> float:
+    """Return the luminance shown as white: the 99th percentile of the truth without its lamps.
+
+    Parameters
+    ----------
+    truth : picture Dataset or luminance (y, x), cd/m2.
+    lamps : (y, x) bool, pixels that are lamps; None takes `lamp_mask`.
+
+    Returns
+    -------
+    cd/m2, above 0; 1 cd/m2 for a scene without any light.
+    """
+    y = luminance(truth)
+    mask = lamp_mask(y) if lamps is None else np.asarray(lamps, bool)
+    rest = y[~mask] if not mask.all() else y
+    white = float(np.percentile(rest, WHITE_PERCENTILE))
+    return white if white > 0 else float(y.max()) if y.max() > 0 else 1.0
+
+
+def luminance(picture) -> np.ndarray:
+    """Return Y (y, x) in cd/m2 of a picture Dataset, an xyz array (y, x, 3) or a luminance array (y, x)."""
+    if hasattr(picture, "data_vars"):
+        picture = picture["xyz"].values
+    values = np.asarray(picture, float)
+    if values.ndim == 3 and values.shape[-1] == 3:
+        return values[..., 1]
+    if values.ndim == 2:
+        return values
+    raise UnitError(
+        f"a picture has the shape {values.shape}; expected (y, x, 3) or (y, x); pass a picture Dataset or its xyz"
+    )
+
+
+def tone(relative, compression: float = COMPRESSION) -> np.ndarray:
+    """Return displayed luminance 0..1 from luminance relative to white: log(1 + a t) / log(1 + a), t clipped to 0..1.
+
+    The slope at black is a / log(1 + a), so a = 100 lifts the dark 21.7 times; a = 0 is linear. The curve is
+    that of Drago et al. 2003 (equation 4) with a constant base: one pixel's value depends on no other pixel.
+    """
+    t = np.clip(relative, 0.0, 1.0)
+    return t if compression == 0 else np.log1p(compression * t) / np.log1p(compression)
+
+
+def display(
+    picture,
+    white_cd_m2: float,
+    compression: float = COMPRESSION,
+    operator: str = "global",
+    white_xyz=None,
+) -> np.ndarray:
+    """Return the picture as a display would show it: uint8 sRGB (y, x, 3).
+
+    Luminance goes through `tone`; X and Z keep their ratio to Y, so hue stays. What lies outside the display's
+    gamut or range is clipped here, in the view only. Pixels that are not valid, every capture being saturated,
+    show as white: their true colour is unknown, but it is bright.
+
+    Parameters
+    ----------
+    picture : picture Dataset or xyz (y, x, 3), cd/m2.
+    white_cd_m2 : luminance shown as white; use the truth's `white_cd_m2` for picture and truth alike.
+    compression : a of `tone`, for "global".
+    operator : "global" (`tone`), or by the surroundings: "exposure_fusion", "local_laplacian" (`local_tone`).
+    white_xyz : XYZ of a white in the scene's light, which then shows as neutral (`white_balance`); None shows the light as it is.
+    """
+    return np.rint(255 * _displayed(picture, white_cd_m2, compression, operator, white_xyz)).astype(
+        np.uint8
+    )
+
+
+def _displayed(
+    picture, white_cd_m2: float, compression: float, operator: str = "global", white_xyz=None
+) -> np.ndarray:
+    """Return sRGB code values 0..1 (y, x, 3); arguments as `display`."""
+    if not white_cd_m2 > 0:
+        raise UnitError(
+            f"white_cd_m2 is {white_cd_m2!r}; expected a luminance above 0, such as view.white_cd_m2(truth)"
+        )
+    if operator not in ("global", *OPERATORS):
+        raise UnitError(
+            f"operator {operator!r} is unknown{did_you_mean(operator, ('global', *OPERATORS))}"
+        )
+    xyz = _xyz(picture) if white_xyz is None else balanced(_xyz(picture), white_xyz)
+    y = luminance(xyz) / white_cd_m2
+    shown = tone(y, compression) if operator == "global" else OPERATORS[operator](y)
+    # where no light was found there is no hue either: noise around 0 shows as black
+    gain = np.divide(shown, y, out=np.zeros_like(y), where=y > 0)
+    rgb = srgb_encode(linear_srgb(xyz / white_cd_m2 * gain[..., None]))
+    if hasattr(picture, "data_vars") and "valid" in picture:
+        rgb[~picture["valid"].values] = 1.0
+    return rgb
+
+
+def false_colour(
+    luminance_cd_m2, low: float | None = None, high: float | None = None, colormap: str = "inferno"
+):
+    """Return luminance as colours on a logarithmic scale.
+
+    Parameters
+    ----------
+    luminance_cd_m2 : picture Dataset, xyz (y, x, 3) or luminance (y, x), cd/m2.
+    low, high : ends of the scale, cd/m2; None takes the first percentile and the largest of the positive values.
+    colormap : a name known to matplotlib.
+
+    Returns
+    -------
+    (uint8 RGB (y, x, 3), (low, high)). Values at or below 0 take the colour of `low`.
+    """
+    import matplotlib
+
+    y = luminance(luminance_cd_m2)
+    lit = y[y > 0]
+    low = float(low if low is not None else np.percentile(lit, 1) if lit.size else 1e-3)
+    high = float(high if high is not None else lit.max() if lit.size else 1.0)
+    if not 0 < low <= high:
+        raise UnitError(f"false colour from {low:g} to {high:g} cd/m2; expected 0 < low <= high")
+    span = max(np.log(high / low), 1e-12)  # a uniform picture has no span and shows the low colour
+    position = np.clip(np.log(np.maximum(y, low) / low) / span, 0.0, 1.0)
+    return matplotlib.colormaps[colormap](position, bytes=True)[..., :3], (low, high)
+
+
+def write_exr(picture, path, primaries: str = "xyz") -> Path:
+    """Write a picture as OpenEXR, float32, linear, cd/m2, negative estimates kept; return the path.
+
+    Parameters
+    ----------
+    picture : picture Dataset or xyz (y, x, 3), cd/m2.
+    path : file to write.
+    primaries : "xyz" for channels X, Y, Z; "srgb" for R, G, B with the primaries of sRGB, equal to Y for a D65 grey.
+    """
+    import OpenEXR
+
+    xyz = _xyz(picture)
+    if primaries not in ("xyz", "srgb"):
+        raise UnitError(
+            f"primaries {primaries!r} are unknown{did_you_mean(primaries, ('xyz', 'srgb'))}"
+        )
+    planes = xyz if primaries == "xyz" else linear_srgb(xyz)
+    channels = {
+        n: np.ascontiguousarray(planes[..., k], np.float32)
+        for k, n in enumerate("XYZ" if primaries == "xyz" else "RGB")
+    }
+    header = {
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+        "whiteLuminance": 1.0,
+        "comments": f"linear {primaries}, cd/m2",
+    }
+    OpenEXR.File(header, channels).write(str(path))
+    return Path(path)
+
+
+def write_png(
+    picture,
+    path,
+    shown_white_cd_m2: float | None = None,
+    transfer: str = "srgb",
+    compression: float = COMPRESSION,
+    operator: str = "global",
+    white_xyz=None,
+) -> Path:
+    """Write a picture as 16 bit PNG that states its transfer function; return the path.
+
+    Parameters
+    ----------
+    picture : picture Dataset or xyz (y, x, 3), cd/m2.
+    path : file to write.
+    shown_white_cd_m2 : for "srgb", the luminance shown as white; None takes the picture's own `white_cd_m2`.
+    transfer : "srgb": `display` in 16 bit. "pq": absolute luminance up to 10 000 cd/m2 (SMPTE ST 2084), primaries of sRGB;
+        what is brighter or outside the gamut is clipped.
+    compression, operator, white_xyz : as `display` takes them, for "srgb".
+
+    Notes
+    -----
+    The chunk cICP (PNG third edition, ITU-T H.273 codes) and a text chunk name primaries and transfer function.
+    """
+    if transfer not in ("srgb", "pq"):
+        raise UnitError(f"transfer {transfer!r} is unknown{did_you_mean(transfer, ('srgb', 'pq'))}")
+    if transfer == "srgb":
+        white = shown_white_cd_m2 or white_cd_m2(picture)
+        how = f"tone a = {compression:g}" if operator == "global" else f"tone {operator}"
+        code = _displayed(picture, white, compression, operator, white_xyz)
+        said = f"sRGB (IEC 61966-2-1), {how}, white {white:g} cd/m2" + (
+            "" if white_xyz is None else ", balanced"
+        )
+    else:
+        code, said = (
+            pq_encode(linear_srgb(_xyz(picture))),
+            "PQ (SMPTE ST 2084), absolute cd/m2, primaries of sRGB",
+        )
+    rows = np.rint(65535 * code).astype(">u2")
+    height, width = rows.shape[:2]
+    # every row starts with the number of its filter, 0: none
+    raw = b"".join(b"\0" + row.tobytes() for row in rows)
+    parts = [
+        (b"IHDR", struct.pack(">IIBBBBB", width, height, 16, 2, 0, 0, 0)),
+        (b"cICP", bytes([1, 13 if transfer == "srgb" else 16, 0, 1])),
+        (b"tEXt", b"Description\0" + said.encode("latin-1")),
+        (b"IDAT", zlib.compress(raw, 6)),
+        (b"IEND", b""),
+    ]
+    path = Path(path)
+    path.write_bytes(
+        b"\x89PNG\r\n\x1a\n"
+        + b"".join(
+            struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
+            for name, body in parts
+        )
+    )
+    return path
+
+
+def pq_encode(cd_m2) -> np.ndarray:
+    """Return PQ code values 0..1 of absolute light, clipped to 0..10 000 cd/m2 (SMPTE ST 2084:2014, eq. 5.2)."""
+    y = (np.clip(cd_m2, 0.0, 10000.0) / 10000.0) ** (2610 / 16384)
+    return ((3424 / 4096 + 2413 / 128 * y) / (1 + 2392 / 128 * y)) ** (2523 / 32)
+
+
+def _xyz(picture) -> np.ndarray:
+    values = np.asarray(picture["xyz"].values if hasattr(picture, "data_vars") else picture, float)
+    if values.ndim != 3 or values.shape[-1] != 3:
+        raise UnitError(
+            f"a picture has the shape {values.shape}; expected (y, x, 3); pass a picture Dataset or its xyz"
+        )
+    return values

@@ -1,0 +1,134 @@
+"""Preview: scene radiance as a noise-free look at it, light group by light group. Only for eyes; never a stage.
+
+A rendering of few paths is averaged over tiles that look alike, as non-local means do (Buades, Coll, Morel 2005). How alike two
+tiles are is judged by the noise that the renderer states of them (Rousselle, Knaus, Zwicker 2012), and only tiles of one object,
+with nearly the same normal and distance, are averaged at all. What comes out is no radiance but X, Y and Z of each light group,
+which weights may still mix: no lens and no sensor takes it, and no store keeps it as light. Where light comes from rare paths, most of
+it is in few tiles, and averaging by likeness keeps less of it than there is (docs/accuracy.md).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..data.quantities import check_scene_form
+from ..errors import UnitError
+
+REACH = 5  # tiles to each side in which like ones are looked for
+PATCH = 3  # tiles, side of the surroundings that are compared
+NORMAL = 0.1  # length of the difference of two unit normals at which a weight has fallen to 1 / e: 6 degrees
+DISTANCE = 0.1  # relative difference of two distances at which it has
+FAR = 1e6  # of the noise's variance: enough to count as infinitely far, and still to be averaged over surroundings
+
+
+def tristimulus(scene) -> np.ndarray:
+    """Return X, Y, Z (light_group, 3, y, x) of scene radiance, cd/m2."""
+    from ..physics.photometry import xyz
+
+    check_scene_form(scene)
+    return np.stack(
+        [
+            np.moveaxis(xyz(cube, scene.wavelength.values), -1, 0)
+            for cube in scene.radiance.values.astype(float)
+        ]
+    )
+
+
+def denoised(scene) -> np.ndarray:
+    """Return X, Y, Z (light_group, 3, y, x) of scene radiance with less noise, cd/m2; each group by itself.
+
+    Raises
+    ------
+    UnitError : the scene has no `xyz_noise`: it was not rendered, or in a single pass.
+    """
+    if "xyz_noise" not in scene or not np.isfinite(scene.xyz_noise.values).any():
+        raise UnitError(
+            "scene radiance has no 'xyz_noise' to denoise by; expected a rendering of 4 passes or more; "
+            "type renderer.samples=8, or leave denoise out"
+        )
+    alike = guides(scene)
+    return np.stack(
+        [
+            averaged(xyz, noise, alike)
+            for xyz, noise in zip(tristimulus(scene), scene.xyz_noise.values.astype(float))
+        ]
+    )
+
+
+def guides(scene):
+    """Return a function of two windows of the frame (slices): how far tiles may be averaged for what their labels say, 0 to 1."""
+    known = {
+        name: scene[name].values for name in ("instance", "normal", "distance") if name in scene
+    }
+
+    def alike(p, q):
+        weight = 1.0
+        if "instance" in known:
+            weight = weight * (known["instance"][p] == known["instance"][q])
+        if "normal" in known:
+            weight = weight * np.exp(
+                -((known["normal"][p] - known["normal"][q]) ** 2).sum(axis=-1) / NORMAL**2
+            )
+        if "distance" in known:
+            near, far = (
+                np.minimum(known["distance"][p], known["distance"][q]),
+                np.maximum(known["distance"][p], known["distance"][q]),
+            )
+            with np.errstate(invalid="ignore"):
+                part = np.where(
+                    far == near, 0.0, (far - near) / far
+                )  # sky lies at no distance, as other sky does
+            weight = weight * np.exp(-((np.nan_to_num(part, nan=1.0) / DISTANCE) ** 2))
+        return weight
+
+    return alike
+
+
+def averaged(xyz, noise, alike) -> np.ndarray:
+    """Return X, Y, Z (3, y, x) of one light group, each tile averaged with those around it that look alike.
+
+    Parameters
+    ----------
+    xyz, noise : values and standard errors (3, y, x), cd/m2.
+    alike : as `guides` returns.
+
+    Notes
+    -----
+    A tile with the error s is averaged with another of error t by exp(-max(0, d)), d = ((x - y)^2 - v) / v, v = s^2 + min(s, t)^2, mean
+    over the surroundings and X, Y, Z (the distance of Rousselle et al. 2012 with k = 1): a noisy bright tile may take from quiet dark ones,
+    but they not from it. A tile that few paths found dark knows its own error badly: it counts as noisy as the tiles around it.
+    """
+    from scipy.ndimage import median_filter, uniform_filter
+
+    shape, variance = xyz.shape[1:], np.nan_to_num(noise) ** 2
+    variance = np.maximum(variance, median_filter(variance, (1, 3, 3), mode="nearest"))
+    total, weights = xyz.copy(), np.ones(shape)
+    for dy in range(min(REACH + 1, shape[0])):
+        for dx in range(-REACH if dy else 1, REACH + 1):
+            if abs(dx) >= shape[1]:
+                continue
+            p, q = (
+                (slice(0, shape[0] - dy), _cut(shape[1], dx)),
+                (slice(dy, None), _cut(shape[1], -dx)),
+            )
+            square, least, near = (
+                (xyz[:, *p] - xyz[:, *q]) ** 2,
+                np.minimum(variance[:, *p], variance[:, *q]),
+                alike(p, q),
+            )
+            for here, there in ((p, q), (q, p)):
+                known = variance[:, *here] + least
+                excess = (
+                    np.divide(square, known, out=np.where(square > 0, FAR, 0.0), where=known > 0)
+                    - 1
+                )
+                far = uniform_filter(np.minimum(excess, FAR).mean(axis=0), PATCH, mode="nearest")
+                w = np.exp(-np.maximum(far, 0.0)) * near
+                total[:, *here] += w * xyz[:, *there]
+                weights[here] += w
+    return total / weights
+
+
+def _cut(length: int, shift: int) -> slice:
+    """Return the part of an axis whose tiles have a neighbour `shift` farther."""
+    return slice(max(-shift, 0), length - max(shift, 0))

@@ -1,0 +1,135 @@
+"""Local tone: displayed luminance that depends on a pixel's surroundings, so that both a tunnel and its exit can be seen.
+
+Everything is relative to a stated white; no step looks at the picture's own largest value. Pyramids have a fixed depth, so that what
+lies farther than `REACH_PX` cannot change a pixel: a lamp at one end does not darken the other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..physics.colour.colour_spaces import srgb_decode, srgb_encode
+
+LEVELS = 6
+REACH_PX = 4 * 2**LEVELS
+# exposure fusion
+STOPS = tuple(
+    range(-4, 7)
+)  # of the exposures that are fused, relative to that of the white; a stop apart, tones rise everywhere
+WELL, SPREAD = (
+    0.5,
+    0.2,
+)  # code value that is exposed best, and how far from it is still well (Mertens et al. 2009)
+FAINT = 1e-12  # weight of a sample that no exposure shows well
+# local Laplacian
+SIGMA = np.log(2.5)  # natural logarithm: contrasts up to this are detail and stay
+BETA = 0.4  # larger ones shrink to this power: two decades below white to 0.16 of white
+DARKEST, BRIGHTEST = 1e-5, 1e3  # of white: beyond these all is one tone
+
+
+def exposure_fusion(relative) -> np.ndarray:
+    """Return displayed linear luminance 0..1 (y, x): exposures of the picture blended where each shows most.
+
+    Weights are how well exposed and how rich in contrast a sample is; they are blended in Laplacian pyramids (Mertens, Kautz, Van
+    Reeth 2009, without their weight of saturation: there is one luminance).
+
+    Parameters
+    ----------
+    relative : (y, x) luminance over that of white; negative estimates show as black.
+    """
+    t = np.maximum(np.asarray(relative, float), 0.0)
+    shots = [srgb_encode(t * 2.0**stop) for stop in STOPS]
+    weights = np.array(
+        [
+            np.exp(-((shot - WELL) ** 2) / (2 * SPREAD**2)) * (np.abs(_contrast(shot)) + 0.01)
+            + FAINT
+            for shot in shots
+        ]
+    )
+    weights /= weights.sum(0)
+    out = None
+    for shot, weight in zip(shots, weights):
+        part = [w * band for w, band in zip(_gaussian(weight), _laplacian(shot))]
+        out = part if out is None else [a + b for a, b in zip(out, part)]
+    return srgb_decode(_collapsed(out))
+
+
+def local_laplacian(relative) -> np.ndarray:
+    """Return displayed linear luminance 0..1 (y, x): large contrasts compressed, small ones kept, without halos.
+
+    Paris, Hasinoff, Kautz 2011 in the fast form of Aubry et al. 2014, on the logarithm of luminance. White stays white.
+
+    Parameters
+    ----------
+    relative : (y, x) luminance over that of white; negative estimates show as black.
+    """
+    level = np.log(np.clip(np.asarray(relative, float), DARKEST, BRIGHTEST))
+    guide = _gaussian(level)
+    out = [np.zeros_like(band) for band in guide[:-1]] + [BETA * guide[-1]]
+    first, last = (int(np.floor(v / SIGMA)) for v in (level.min(), level.max()))
+    for k in range(first, last + 2):
+        centre = k * SIGMA  # on a grid that is fixed to the white
+        near = [np.maximum(1 - np.abs(band - centre) / SIGMA, 0.0) for band in guide[:-1]]
+        if not any(n.any() for n in near):
+            continue
+        away = level - centre
+        remapped = centre + np.where(
+            np.abs(away) > SIGMA, np.sign(away) * (BETA * (np.abs(away) - SIGMA) + SIGMA), away
+        )
+        for band, n, detail in zip(out, near, _laplacian(remapped)):
+            band += n * detail
+    shown = np.exp(_collapsed(out))
+    return np.clip(np.where(np.asarray(relative) > 0, shown, 0.0), 0.0, 1.0)
+
+
+def _contrast(image):
+    from scipy.ndimage import laplace
+
+    return laplace(image, mode="mirror")
+
+
+def _depth(shape) -> int:
+    return max(min(LEVELS, int(np.log2(max(min(shape), 1))) - 1), 0)
+
+
+def _gaussian(image) -> list:
+    """Return the picture and ever smaller ones, each blurred and taken at every second pixel (Burt, Adelson 1983)."""
+    out = [image]
+    for _ in range(_depth(image.shape)):
+        out.append(_blurred(out[-1])[::2, ::2])
+    return out
+
+
+def _laplacian(image) -> list:
+    """Return what each blur takes away, finest first, and the rest."""
+    steps = _gaussian(image)
+    return [fine - _enlarged(coarse, fine.shape) for fine, coarse in zip(steps[:-1], steps[1:])] + [
+        steps[-1]
+    ]
+
+
+def _collapsed(bands):
+    """Return the picture of a Laplacian pyramid."""
+    image = bands[-1]
+    for band in bands[-2::-1]:
+        image = band + _enlarged(image, band.shape)
+    return image
+
+
+def _blurred(image):
+    from scipy.ndimage import convolve1d
+
+    for axis in (0, 1):
+        image = convolve1d(image, np.array([1, 4, 6, 4, 1]) / 16, axis, mode="mirror")
+    return image
+
+
+def _enlarged(image, shape):
+    wide = np.zeros(shape)
+    wide[::2, ::2] = image
+    held = np.zeros(shape)
+    held[::2, ::2] = 1.0
+    return _blurred(wide) / _blurred(held)  # division: the border has fewer samples
+
+
+OPERATORS = {"exposure_fusion": exposure_fusion, "local_laplacian": local_laplacian}

@@ -1,0 +1,111 @@
+"""Lighting whose weights are known beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from ..plugins.ranges import Seed, check_ranges
+from ..uncertainty import ledger
+from .limits import Luminance, Weight
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..pipeline.demand import Demand
+
+
+@dataclass(frozen=True)
+class WeightsLighting:
+    """Fixed weights: each light group times its own number, summed."""
+
+    # {group: weight}, 1 = as the scene was built
+    weights: dict[str, Weight] = field(default_factory=dict)
+    others: Weight = 0.0  # weight of every group not named in `weights`
+    # first bring each group to this mean luminance; 0: radiance stays absolute
+    relative_to_mean_cd_m2: Luminance = 0.0
+    modulation: dict[str, Any] = field(
+        default_factory=dict
+    )  # {group: {frequency_hz, duty or depth, phase}}: light that varies in time
+    seed: Seed = 0  # of phases that are ranges
+    WITHIN_FIELD: ClassVar[bool] = True  # the margin's light decides nothing
+
+    def __post_init__(self):
+        check_ranges(self)
+        self._varying()
+
+    def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
+        """Return mixed radiance, W m-2 sr-1 nm-1; `weights` in its attributes multiply the scene's own radiance."""
+        from . import mix
+
+        weights = mix.all_weights(self.weights, self.others, mix.group_names(radiance))
+        if self.relative_to_mean_cd_m2:
+            weights = {g: w and w * self._scale(radiance, g) for g, w in weights.items()}
+        return mix.mix(radiance, weights, self._varying())
+
+    def check_groups(self, groups: Sequence[str]) -> None:
+        """Raise ConfigError where a weight or a modulation names a group that is not there."""
+        from .mix import all_weights
+        from .modulation import check_groups
+
+        all_weights(self.weights, self.others, groups)
+        check_groups(self._varying(), groups)
+
+    def narrow(self, demand: Demand) -> Demand:
+        """Return the demand without the groups of weight 0."""
+        return without_dark_groups(demand, self.weights, self.others)
+
+    def _varying(self):
+        """Return the modulation of the groups that have a weight."""
+        from .modulation import parse
+
+        return {
+            g: m
+            for g, m in parse(self.modulation, self.seed).items()
+            if self.weights.get(g, self.others) != 0
+        }
+
+    def _scale(self, radiance, group):
+        from . import mix
+
+        mean = float(mix.luminance_map(radiance, group).mean())
+        if mean == 0:
+            ledger.left_out(
+                f"group {group}",
+                "no light in the picture, so no mean luminance to be relative to",
+                0.0,
+                "cd/m2",
+            )
+            return 0.0
+        return self.relative_to_mean_cd_m2 / mean
+
+
+@dataclass(frozen=True)
+class IdealLighting:
+    """All light groups as the scene was built: every weight is 1."""
+
+    WITHIN_FIELD: ClassVar[bool] = True
+
+    def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
+        """Return mixed radiance, W m-2 sr-1 nm-1: the plain sum of all groups."""
+        from . import mix
+
+        return mix.mix(radiance, dict.fromkeys(mix.group_names(radiance), 1.0))
+
+
+def without_dark_groups(demand: Demand, weights, others: float) -> Demand:
+    """Return the demand without the groups whose weight is 0, and note each in the ledger.
+
+    Where neither the demand nor the weights list all groups, what the scene holds is unknown: nothing is dropped.
+    """
+    if demand.groups is None and others != 0:
+        return demand
+    listed = tuple(weights) if demand.groups is None else demand.groups
+    kept = tuple(g for g in listed if weights.get(g, others) != 0)
+    if not kept:  # a scene of no group at all cannot be made; black then comes from the weights
+        return demand
+    for group in listed:
+        if group not in kept:
+            ledger.left_out(f"group {group}", "weight 0", 0.0, "cd/m2")
+    return demand.with_groups(kept)

@@ -1,0 +1,113 @@
+"""Direct sums of a convolution: the light of pixels so dark that the rounding of a transform could matter beside the brightest."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import on_host
+from . import transform
+
+SUMMED = 1e-12  # of a pixel: rounding of a direct float64 sum of positive terms, 8e6 of them pairwise or in rows
+FEW_PRODUCTS = 1e8  # of direct summation, about what it costs to look for a better way
+MOST_SCATTERED = 5e9  # of spreading bright pixels one by one, some seconds
+MOST_PRODUCTS = (
+    4e10  # of direct summation, about a minute; beyond it the bound of `convolve` is absolute
+)
+
+
+def mend(out, image, kernel, error: float, allowed: float):
+    """Return `out` without pixels that rounding may have spoiled, summed directly; the error of those kept, and their number.
+
+    Parameters
+    ----------
+    out, image : (y, x) float64 in units of the image's scale and the kernel's peak, not negative; of any array library.
+    kernel : `convolution.Kernel`.
+    error : bound on the error of any pixel of `out`; `allowed` : relative to the pixel.
+    """
+    out, image, psf, spectrum = (on_host(a) for a in (out, image, kernel.psf, kernel.spectrum))
+    doubtful = out * allowed < error
+    if np.count_nonzero(doubtful) * min(psf.size, image.size) <= FEW_PRODUCTS:
+        return _gather(out, doubtful, image, psf, kernel.peak, error)
+    psf = np.divide(psf, kernel.peak, dtype=np.float64)
+    lit = _reached(image, psf)
+    out[~lit] = 0.0
+    doubtful &= lit
+    if not doubtful.any():
+        return out, 0.0, 0
+    split = _few_sources(image, psf, np.count_nonzero(doubtful))
+    if split is None:
+        return _gather(out, doubtful, image, psf, 1.0, error)
+    bright, rest = split
+    if not rest.any():
+        return _scatter(bright, psf), 0.0, 0
+    part, norm = transform.plain(rest, spectrum, kernel.size)
+    error = transform.error(norm * kernel.norm, float(np.sqrt(_squares(part))), kernel.size)
+    part[~_reached(rest, psf)] = 0.0
+    # Rounding of the rest matters only against the sum with the bright light.
+    summed = np.maximum(part, 0.0) + _scatter(bright, psf)
+    return _gather(summed, (summed * allowed < error) & lit, image, psf, 1.0, error)
+
+
+def _squares(a):
+    return np.einsum("ij,ij->", a, a)
+
+
+def _few_sources(image, psf, doubtful):
+    """Return (bright, rest) where fewer bright pixels make the trouble than the `doubtful` ones that have it, else None."""
+    window = min(psf.size, image.size)
+    most = int(max(16, 2e8 // window, min(doubtful // 4, MOST_SCATTERED // window)))
+    if np.count_nonzero(image) <= most:
+        return image, np.zeros_like(image)
+    threshold = np.partition(image, image.size - 1 - most, axis=None)[image.size - 1 - most]
+    bright = np.where(image > threshold, image, 0.0)
+    if not bright.any() or _squares(image - bright) > 0.01 * _squares(image):
+        return None
+    return bright, image - bright
+
+
+def _reached(image, psf):
+    """Return where any lit pixel lies within the rectangle of the psf: elsewhere the result is exactly zero."""
+    ky, kx = np.flatnonzero(psf.any(axis=1)), np.flatnonzero(psf.any(axis=0))
+    reach = [(int(k[0]) - n // 2, int(k[-1]) - n // 2) for k, n in zip((ky, kx), psf.shape)]
+    lit = image != 0
+    for axis, (low, high) in enumerate(reach):
+        n = lit.shape[axis]
+        count = np.concatenate(
+            [np.zeros_like(lit.take([0], axis), int), np.cumsum(lit, axis=axis)], axis=axis
+        )
+        i = np.arange(n)
+        lit = (
+            count.take(np.clip(i - low + 1, 0, n), axis) - count.take(np.clip(i - high, 0, n), axis)
+            > 0
+        )
+    return lit
+
+
+def _scatter(sources, psf):
+    """Return the direct float64 sum of the lit pixels, each spread by the psf."""
+    (ny, nx), (ky, kx) = sources.shape, psf.shape
+    out = np.zeros((ny, nx))
+    for i, j in zip(*np.nonzero(sources)):
+        y, x = i - ky // 2, j - kx // 2
+        top, left, bottom, right = max(y, 0), max(x, 0), min(y + ky, ny), min(x + kx, nx)
+        out[top:bottom, left:right] += (
+            sources[i, j] * psf[top - y : bottom - y, left - x : right - x]
+        )
+    return out
+
+
+def _gather(out, where, image, psf, peak, error):
+    """Replace the pixels `where` by direct sums of image x psf / peak; past `MOST_PRODUCTS` keep `out`, lifted to zero, and its `error`."""
+    (ny, nx), (ky, kx) = image.shape, psf.shape
+    rows, cols = np.nonzero(where)
+    if len(rows) * min(psf.size, image.size) > MOST_PRODUCTS:
+        return np.maximum(out, 0.0), error, len(rows)
+    flipped = psf[::-1, ::-1]
+    for i, j in zip(rows, cols):
+        y, x = i + ky // 2 - (ky - 1), j + kx // 2 - (kx - 1)
+        top, left, bottom, right = max(y, 0), max(x, 0), min(y + ky, ny), min(x + kx, nx)
+        window = flipped[top - y : bottom - y, left - x : right - x]
+        out[i, j] = (
+            np.einsum("ij,ij->i", image[top:bottom, left:right], window).sum() / peak
+        )  # in rows: rounding as `SUMMED`
+    return out, 0.0, 0

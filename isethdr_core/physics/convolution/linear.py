@@ -1,0 +1,214 @@
+"""Convolution: linear, never circular, right in the dark beside light 1e12 times brighter.
+
+A float64 transform errs by the same small amount everywhere, so only pixels far darker than the brightest can suffer.
+Those are found afterwards from a bound on that error, and their light is summed directly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import device, namespace
+from . import direct_sums, transform
+from .direct_sums import SUMMED
+
+RELATIVE = 3e-8  # of a pixel: what the exact way allows the transform, half of the rounding of a float32 result
+
+
+@dataclass(frozen=True)
+class Bound:
+    """How wrong a convolution may be: every pixel by `relative` of itself, but for `pixels` of them by `absolute` each."""
+
+    relative: float
+    absolute: float  # unit of image times psf; 0 where `pixels` is 0
+    pixels: int
+
+
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """A point spread function made ready for images of one shape, with its transform taken once; see `prepare`."""
+
+    psf: Any  # (ky, kx), cut to what an image of `shape` can use, its centre at (ky // 2, kx // 2)
+    shape: tuple[int, int]  # (y, x) of the images
+    size: tuple[int, int]  # of the transform: only cropped pixels wrap
+    spectrum: (
+        Any  # of psf / peak, as `convolution_transform.spectrum` makes it; may be a mapped file
+    )
+    peak: float  # largest magnitude of psf
+    norm: float  # root of the sum of squares of psf / peak
+    positive: bool  # no value is below 0
+
+
+def prepare(psf, shape) -> Kernel:
+    """Return a point spread function ready for images of `shape`; it keeps `psf` and as many complex or real float64.
+
+    Parameters
+    ----------
+    psf : (ky, kx) array of any size, its centre at index (ky // 2, kx // 2). Reach beyond the image is not used. An array of
+        another library than NumPy, on a graphics processor say, stays there: images are then expected there too.
+    shape : (y, x) pixels of the images it will be convolved with.
+    """
+    xp = namespace(psf)
+    psf = xp.asarray(psf)
+    if psf.ndim != 2 or len(shape) != 2:
+        raise ValueError(
+            f"image and psf have {len(shape)} and {psf.ndim} dimensions; expected two each: convolve one band at a time"
+        )
+    if not (psf.dtype == xp.float32 or psf.dtype == xp.float64):
+        psf = xp.astype(psf, xp.float64)
+    psf = _crop(psf, shape, xp)
+    low, high = _range(psf, xp)
+    peak, size = max(-low, high), transform.sizes(shape, psf.shape)
+    if peak == 0:
+        return Kernel(
+            psf, tuple(shape), size, xp.zeros((0, size[0], 0), device=device(psf)), 0.0, 0.0, True
+        )
+    parts = (psf[i : min(i + 64, psf.shape[0]), :] for i in range(0, psf.shape[0], 64))
+    norm = sum(transform.squares(xp.astype(part, xp.float64) / peak, xp) for part in parts) ** 0.5
+    mirrored = all(n % 2 for n in psf.shape) and bool(xp.all(psf == xp.flip(psf)))
+    spectrum = transform.spectrum(psf, size, peak, mirrored)
+    return Kernel(psf, tuple(shape), size, spectrum, peak, norm, low >= 0)
+
+
+def convolve(image, psf, error_allowed: float = 0.0):
+    """Return the linear convolution of an image with a point spread function.
+
+    Parameters
+    ----------
+    image : (y, x) array, finite. Light outside it is zero. Of NumPy, or of any library with the Python array API.
+    psf : (ky, kx) array of any size, its centre at index (ky // 2, kx // 2), or a `Kernel` prepared for the image's shape.
+    error_allowed : largest relative error of any output pixel; 0 asks for the exact way. Above 1e-7 the pixels whose error may
+        reach it are summed directly, and others are not, so that a larger value only saves time.
+
+    Returns
+    -------
+    (y, x) float64, of the image's shape. Where `image` and `psf` are not negative, neither is the result, and a pixel is wrong by
+    at most max(error_allowed, 1e-7) of itself. Only where direct summation of all doubtful pixels would take more than
+    `convolution_direct.MOST_PRODUCTS` is that not kept: `convolve_with_bound` says what was.
+    """
+    return convolve_with_bound(image, psf, error_allowed)[0]
+
+
+def convolve_with_bound(image, psf, error_allowed: float = 0.0) -> tuple[Any, Bound]:
+    """Return the convolution and a bound on its error as it came out; arguments as `convolve`."""
+    xp = namespace(image)
+    image = xp.asarray(image)
+    kernel = psf if isinstance(psf, Kernel) else prepare(psf, image.shape)
+    out = xp.empty(image.shape, dtype=xp.float64, device=device(image))
+    return out, convolve_into(out, image, kernel, error_allowed)
+
+
+def convolve_into(
+    out,
+    image,
+    kernel: Kernel,
+    error_allowed: float = 0.0,
+    factor=None,
+    gain: float = 1.0,
+    apply=map,
+) -> Bound:
+    """Write gain x the convolution of image x factor into `out`; return a bound on its error, the rounding to `out`'s dtype left out.
+
+    Parameters
+    ----------
+    out : (y, x) float32 or float64 array; no other array of the image's size is made but the transforms of its rows.
+    image, kernel, error_allowed : as `convolve`.
+    factor : None, or a (y, x) array not below 0 that the image is multiplied by on its way in.
+    apply : how to call a function for every block of rows or columns: `map`, or the `map` of a pool of threads.
+    """
+    xp = namespace(image)
+    if tuple(image.shape) != kernel.shape:
+        raise ValueError(
+            f"the kernel was prepared for images of {kernel.shape}; got {image.shape}; prepare it for that shape"
+        )
+    low, high = _range(image, xp)
+    scale = max(-low, high) * (1.0 if factor is None else _range(factor, xp)[1])
+    if scale == 0 or kernel.peak == 0:
+        out[...] = 0.0
+        return Bound(0.0, 0.0, 0)
+    scale = scale if not 1e-100 < scale < 1e100 else 1.0  # squares stay in range for any unit
+
+    def read(rows, values):
+        values[0, ...] = image[rows, :]
+        if factor is not None:
+            values *= factor[rows, :]
+        if scale != 1.0:
+            values /= scale
+
+    def write(rows, values):
+        _scaled(values, (scale, gain, kernel.peak), out[rows, :], xp)
+        return float(xp.min(values)), transform.squares(values, xp)
+
+    half = transform.rows_of(image.shape[0], kernel.size, image)
+    norm = transform.forward(read, [half], kernel.size, image.shape[1], apply) ** 0.5
+    transform.columns([half], transform.times(kernel.spectrum), kernel.size, apply)
+    done = transform.back(half, write, kernel.size, image.shape[1], apply)
+    least, allowed = min(d[0] for d in done), max(error_allowed, RELATIVE)
+    absolute, left = (
+        transform.error(norm * kernel.norm, sum(d[1] for d in done) ** 0.5, kernel.size),
+        0,
+    )
+    if low < 0 or not kernel.positive:  # signed sums cancel: only an absolute bound holds
+        return Bound(0.0, absolute * scale * gain * kernel.peak, out.shape[0] * out.shape[1])
+    if (
+        least * allowed >= absolute
+    ):  # no pixel is darker than `least`: most often far less than what is allowed
+        return Bound((absolute / least if least > 0 else 0.0) + SUMMED, 0.0, 0)
+
+    def again(rows, values):
+        exact[rows, :] = values
+
+    exact, light = (
+        xp.empty(shape, dtype=xp.float64, device=device(image))
+        for shape in (image.shape, (1, *image.shape))
+    )
+    transform.back(half, again, kernel.size, image.shape[1], apply)
+    read(slice(None), light)
+    exact, absolute, left = direct_sums.mend(exact, light[0, ...], kernel, absolute, allowed)
+    _scaled(xp.asarray(exact, device=device(image)), (scale, gain, kernel.peak), out, xp)
+    return Bound(allowed + SUMMED, absolute * scale * gain * kernel.peak, left)
+
+
+def _scaled(values, factors, out, xp):
+    """Write values x the product of `factors` into `out`, in one pass where the product itself is in range."""
+    product = factors[0] * factors[1] * factors[2]
+    if not 1e-290 < abs(product) < 1e290:
+        values, product = values * factors[0] * factors[1], factors[2]
+    if xp is np:
+        np.multiply(values, product, out=out, casting="same_kind")
+    else:
+        out[...] = xp.astype(values * product, out.dtype)
+
+
+def _range(a, xp):
+    if 0 in a.shape:
+        return 0.0, 0.0
+    low, high = float(xp.min(a)), float(xp.max(a))
+    if not (np.isfinite(low) and np.isfinite(high)):
+        raise ValueError(
+            "image or psf holds NaN or infinite values; expected finite numbers: one would spoil every pixel"
+        )
+    return low, high
+
+
+def _crop(psf, shape, xp):
+    cut = []
+    for k, n in zip(psf.shape, shape):
+        centre = k // 2
+        cut.append(slice(max(0, centre - (n - 1)), min(centre + n, k)))
+    # The centre of what is left need not sit at size // 2 any more: pad at the end or the start until it does.
+    part = psf[tuple(cut)]
+    pad = []
+    for k, s in zip(psf.shape, cut):
+        before, after = k // 2 - s.start, s.stop - k // 2 - 1
+        pad.append((max(0, after - before), max(0, before - after - 1)))
+    if all(p == (0, 0) for p in pad):
+        return part
+    padded = xp.zeros(
+        tuple(n + sum(p) for n, p in zip(part.shape, pad)), dtype=psf.dtype, device=device(psf)
+    )
+    padded[tuple(slice(p[0], p[0] + n) for n, p in zip(part.shape, pad))] = part
+    return padded

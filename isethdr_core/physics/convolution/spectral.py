@@ -1,0 +1,94 @@
+"""Convolution of all bands at once, straight to channels: sum over bands of weight x (kernel of the band * light of the band).
+
+Light is first projected onto K functionals of its spectrum (`spectral_basis`). K transforms go in and J come out, instead of one
+pair per band: the kernels of channel j and functional k are sums of the bands' transforms, made block by block by matrix products.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import transform as transform
+
+TOGETHER_BYTES = (
+    2**20
+)  # of the bands' kernels that are combined at a time: they stay in the processor's cache
+
+
+def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, float]:
+    """Add the channels' convolutions to `out`; return the norms of all planes that went in, together, and of all that came out.
+
+    Parameters
+    ----------
+    out : (channel, y, x) float32 or float64.
+    planes : planes(rows) returns those rows of the functionals of the light, (functional, row, x).
+    combine : (channel, functional, band): the weight of a band's kernel in the kernel of a channel and functional.
+    blocks : (band, block, sy, columns), transforms of the bands' kernels (`convolution_transform.spectrum`), whose precision, single or
+        double, is that of the work.
+    size : (y, x) of the transforms.
+    apply : `map`, or what does the same by several threads. Those of a linear algebra library had better be off meanwhile: they go on
+        spinning beside them.
+    """
+    (outputs, count, bands), (ny, nx) = combine.shape, out.shape[1:]
+    scale = float(np.abs(combine).max()) or 1.0  # so that single precision is in range for any unit
+    blocks, single = (
+        np.asarray(blocks),
+        blocks.dtype in (np.float32, np.complex64),
+    )  # a view: slices of mapped files are slow objects
+    flat = (combine / scale).reshape(-1, bands).astype(np.float32 if single else float)
+    together = max(1, TOGETHER_BYTES // (bands * transform.COLUMNS * blocks.itemsize))
+    halves = [transform.rows_of(ny, size, out, single) for _ in range(max(count, outputs))]
+
+    def read(rows, values):
+        values[:count] = planes(rows)
+        values[count:] = 0.0
+
+    def multiply(block, parts):
+        for start in range(0, size[0], together):
+            rows = slice(start, start + together)
+            made = _weighted([part[rows] for part in parts[:count]], blocks[:, block, rows], flat)
+            for part, now in zip(parts, made):
+                part[rows] = now
+        return parts[:outputs]
+
+    norm = transform.forward(read, halves, size, nx, apply) ** 0.5
+    transform.columns(halves, multiply, size, apply)
+    del halves[outputs:]  # before `out` is written: less memory
+    return norm, scale * sum(
+        _back(plane, half, scale, size, apply) for plane, half in zip(out, halves)
+    ) ** 0.5
+
+
+def _weighted(parts, spectra, weights) -> list[np.ndarray]:
+    """Return per channel the sum over functionals of kernel x plane; `spectra` (band, y, x) are the bands' kernels there."""
+    real = not np.iscomplexobj(spectra)
+    kernels = matrix_product(weights, spectra if real else spectra.view(weights.dtype))
+    kernels = (kernels if real else kernels.view(spectra.dtype)).reshape(
+        -1, len(parts), *spectra.shape[1:]
+    )
+    made, term = [], np.empty(spectra.shape[1:], parts[0].dtype)
+    for row in kernels:
+        total = parts[0] * row[0]
+        for part, kernel in zip(parts[1:], row[1:]):
+            total += np.multiply(part, kernel, out=term)
+        made.append(total)
+    return made
+
+
+def _back(out, half, scale, size, apply) -> float:
+    """Add one plane, transformed back, times `scale` to `out`; return the sum of squares without it."""
+
+    def write(rows, values):
+        total = transform.squares(values, np)
+        values *= scale
+        out[rows] += values
+        return total
+
+    return sum(transform.back(half, write, size, out.shape[1], apply))
+
+
+def matrix_product(weights, values) -> np.ndarray:
+    """Return weights (row, band) times values (band, ...), as (row, ...)."""
+    return (weights @ values.reshape(len(values), -1)).reshape(
+        len(weights), *values.shape[1:]
+    )  # a view where each band is contiguous

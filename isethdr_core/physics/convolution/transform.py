@@ -1,0 +1,226 @@
+"""Transforms of padded images, in blocks of rows and columns that stay in the processor's cache.
+
+The padded image and its whole spectrum never exist: only the transforms along x of the rows that hold light. A spectrum of a point
+spread function is kept as blocks of columns, (block, sy, COLUMNS), in the order in which they are read, so that a mapped file serves.
+Arrays of any library with the Python array API work (`fourier`).
+"""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+from scipy.fft import next_fast_len
+
+from ..arrays import device, namespace
+from . import fourier
+
+ROWS, COLUMNS = 16, 32  # of a transform at a time
+
+
+def sizes(shape, kernel) -> tuple[int, int]:
+    """Return the (y, x) sizes of a transform for which only cropped pixels wrap."""
+    y, x = (
+        next_fast_len(max(n + k - 1 - k // 2, k // 2 + n, k), real=True)
+        for n, k in zip(shape, kernel)
+    )
+    return y, x
+
+
+def spectrum(psf, size, peak: float, mirrored: bool):
+    """Return the transform of psf / peak, centred on [0, 0], in blocks of columns; real where psf equals its mirror image.
+
+    Parameters
+    ----------
+    psf : (ky, kx) array, its centre at (ky // 2, kx // 2), not larger than `size`.
+    """
+    xp = namespace(psf)
+    (ky, kx), (sy, sx) = psf.shape, size
+    cy, cx = ky // 2, kx // 2
+    first = (
+        cy if mirrored else 0
+    )  # the rows above the centre are mirror images: their transforms are conjugates
+    half = xp.empty((ky, sx // 2 + 1), dtype=xp.complex128, device=device(psf))
+    for start in range(first, ky, ROWS):
+        rows = slice(start, min(start + ROWS, ky))
+        padded = xp.zeros((rows.stop - rows.start, sx), dtype=xp.float64, device=device(psf))
+        padded[:, : kx - cx] = xp.astype(psf[rows, cx:], xp.float64) / peak
+        if cx:
+            padded[:, sx - cx :] = xp.astype(psf[rows, :cx], xp.float64) / peak
+        fourier.rfft(padded, half[rows, :])
+    if mirrored:
+        half[:first, :] = xp.conj(xp.flip(half[ky - first :, :], axis=0))
+    count = _blocks(size)
+    out = xp.zeros(
+        (count, sy, COLUMNS), dtype=xp.float64 if mirrored else xp.complex128, device=device(psf)
+    )
+    for block in range(count):
+        part = half[:, block * COLUMNS : min((block + 1) * COLUMNS, half.shape[1])]
+        padded = xp.zeros((sy, part.shape[1]), dtype=xp.complex128, device=device(psf))
+        padded[: ky - cy, :] = part[cy:, :]
+        if cy:
+            padded[sy - cy :, :] = part[:cy, :]
+        padded = fourier.fft(padded)
+        out[block, :, : part.shape[1]] = xp.real(padded) if mirrored else padded
+    return out
+
+
+def whole(blocks, size):
+    """Return a spectrum of `spectrum` as one (sy, sx // 2 + 1) array."""
+    return np.moveaxis(blocks, 0, 1).reshape(size[0], -1)[:, : size[1] // 2 + 1]
+
+
+def rows_of(ny: int, size, like, single=False):
+    """Return an empty array, where `like` is, for the transforms along x of one plane: (block of columns, y, column), as they are worked on.
+
+    Its precision, `single` or double, is that of all that follows.
+    """
+    xp = namespace(like)
+    return xp.empty(
+        (_blocks(size), ny, COLUMNS),
+        dtype=xp.complex64 if single else xp.complex128,
+        device=device(like),
+    )
+
+
+def forward(read, halves, size, nx: int, apply=map) -> float:
+    """Fill `halves`, one array of `rows_of` per plane, with the transforms along x; return the sum of squares of all values.
+
+    Parameters
+    ----------
+    read : read(rows, out) writes the rows of every plane into out, (plane, rows, nx).
+    apply : how to call a function for every block: `map`, or that of a pool of threads.
+    """
+    xp = namespace(halves[0])
+    count, ny, _ = halves[0].shape
+    width, local = size[1] // 2 + 1, threading.local()
+
+    def block(start):
+        cut = slice(start, min(start + ROWS, ny))
+        high = cut.stop - cut.start
+        padded = _kept(local, "rows", (len(halves), high, size[1]), _real(halves[0], xp), halves[0])
+        values = padded[:, :, :nx]
+        read(cut, values)
+        total = squares(values, xp)
+        if total == 0 and not xp.any(values):  # rows without light need no transform
+            for half in halves:
+                half[:, cut, :] = 0.0
+            return 0.0
+        line = _kept(local, "line", (high, count * COLUMNS), halves[0].dtype, halves[0])
+        for plane, half in enumerate(halves):
+            fourier.rfft(padded[plane, ...], line[:, :width])
+            half[:, cut, :] = xp.permute_dims(xp.reshape(line, (high, count, COLUMNS)), (1, 0, 2))
+        return total
+
+    return float(sum(apply(block, range(0, ny, ROWS))))
+
+
+def columns(halves, multiply, size, apply=map) -> None:
+    """Transform planes along y, combine them, and transform back: the first planes of `halves` become the results.
+
+    Parameters
+    ----------
+    multiply : multiply(block, planes) takes the number of a block of columns and its transforms, a list of (sy, columns) arrays that
+        it may overwrite, and returns the transforms of the outputs, at most as many.
+    """
+    count, ny, _ = halves[0].shape
+    local = threading.local()
+
+    def block(number):
+        parts = []
+        for plane, half in enumerate(halves):
+            padded = _kept(local, plane, (size[0], COLUMNS), half.dtype, half)
+            padded[:ny, :] = half[number, ...]
+            padded[ny:, :] = 0.0
+            parts.append(fourier.fft(padded))
+        for half, part in zip(halves, multiply(number, parts)):
+            half[number, ...] = fourier.ifft(part)[:ny, :]
+
+    list(apply(block, range(count)))
+
+
+def back(half, write, size, nx: int, apply=map) -> list:
+    """Transform the rows of one plane back; write(rows, values) takes each block (rows, nx). Return what it returned, block by block."""
+    xp = namespace(half)
+    count, ny, _ = half.shape
+    local = threading.local()
+
+    def block(start):
+        cut = slice(start, min(start + ROWS, ny))
+        high = cut.stop - cut.start
+        line = xp.reshape(xp.permute_dims(half[:, cut, :], (1, 0, 2)), (high, count * COLUMNS))
+        values = _kept(local, "rows", (high, size[1]), _real(half, xp), half)
+        fourier.irfft(line[:, : size[1] // 2 + 1], values)
+        return write(cut, values[:, :nx])
+
+    return list(apply(block, range(0, ny, ROWS)))
+
+
+def _real(a, xp):
+    """Return the real dtype of the precision of a complex array."""
+    return xp.float32 if a.dtype == xp.complex64 else xp.float64
+
+
+def _blocks(size) -> int:
+    return -(-(size[1] // 2 + 1) // COLUMNS)
+
+
+def error(product: float, norm: float, size, single=False) -> float:
+    """Return a bound on the error of any pixel of a transform: rounding is white, 10 standard deviations of it.
+
+    Parameters
+    ----------
+    product : of the norms (roots of sums of squares) of image and kernel; `norm` : that of the result.
+    """
+    count = float(np.prod(size))
+    return (
+        10
+        * (6e-8 if single else 1.2e-16)
+        * (product + norm)
+        / np.sqrt(count)
+        * np.log2(count) ** 0.5
+    )
+
+
+def times(spectrum):
+    """Return the `multiply` of `columns` that filters one plane with a spectrum."""
+
+    def multiply(block, parts):
+        parts[0] *= spectrum[block, ...]
+        return parts
+
+    return multiply
+
+
+def plain(image, spectrum, size):
+    """Return the convolution of a NumPy image (y, x) with a kernel's spectrum, and the root of the sum of the image's squares."""
+
+    def read(rows, values):
+        values[0] = image[rows]
+
+    def write(rows, values):
+        out[rows] = values
+
+    half, out = rows_of(len(image), size, image), np.empty(image.shape)
+    norm = forward(read, [half], size, image.shape[1]) ** 0.5
+    columns([half], times(spectrum), size)
+    back(half, write, size, image.shape[1])
+    return out, norm
+
+
+def _kept(local, name, shape, dtype, like):
+    """Return this thread's scratch array of one name and shape: fresh ones would cost as much as the transforms."""
+    made = local.__dict__.setdefault("arrays", {})
+    if (name, shape) not in made:
+        made[name, shape] = namespace(like).zeros(shape, dtype=dtype, device=device(like))
+    return made[name, shape]
+
+
+def squares(a, xp):
+    """Return the sum of squares of an array of the library `xp`."""
+    if xp is np:
+        axes = "abc"[: a.ndim]
+        return float(
+            np.einsum(f"{axes},{axes}->", a, a)
+        )  # not by BLAS, whose threads go on spinning beside the transforms
+    return float(xp.sum(a * a))

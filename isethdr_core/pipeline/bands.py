@@ -1,0 +1,130 @@
+"""Bands that can be left out: outer ones that neither a sensor nor the truth sees, and outer ones without light.
+
+Only outer bands are ever dropped, and two always stay: the width of a band comes from the distance to its neighbours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..uncertainty import ledger
+from .demand import Demand
+
+UNSEEN = 1e-6  # of the largest colour matching function: beyond, a band adds nothing to the truth
+
+
+def offered_nm(source) -> tuple[float, ...] | None:
+    """Return the band centres, nm, that a scene or renderer would make; None where it does not say beforehand."""
+    known = getattr(source, "bands_nm", None)
+    return tuple(map(float, known())) if known else None
+
+
+def for_sensors_and_truth(offered, sensed) -> tuple[float, ...] | None:
+    """Return the bands out of `offered` that the sensors (`sensed`) or the truth need; None where that is all of them, or not known."""
+    if offered is None or sensed is None:
+        return None
+    import numpy as np
+
+    from ..physics.photometry import xyz_weights
+
+    weight = xyz_weights(offered).max(0)
+    inside = outer(np.isin(offered, sensed) | (weight > UNSEEN * weight.max()))
+    kept = offered[inside]
+    if len(kept) == len(offered):
+        return None
+    dropped = [w for w in offered if w not in kept]
+    ledger.left_out(
+        f"{len(dropped)} of {len(offered)} bands, {dropped[0]:g} to {dropped[-1]:g} nm",
+        "neither a sensor nor the truth sees them",
+        UNSEEN,
+        "electrons, and luminance, of the same light at the peak",
+    )
+    return kept
+
+
+def of_demand(scene, demand: Demand):
+    """Return the scene radiance at the bands of `demand`, unread; all of it where the demand names none or others."""
+    bands = demand.wavelength_nm
+    if bands is None or not set(bands) < set(scene.wavelength.values.tolist()):
+        return scene
+    every = scene.sizes["wavelength"]
+    ledger.left_out(
+        f"chunks of {every - len(bands)} of {every} bands of the scene's light",
+        "not demanded, so not read",
+        0.0,
+        "W m-2 sr-1 nm-1",
+    )
+    return scene.sel(wavelength=list(bands))
+
+
+def lit(mixed, wanted) -> tuple[float, ...]:
+    """Return the bands out of `wanted` between the first and the last in which `mixed` has any light; inner ones are not looked at."""
+    bands = tuple(map(float, wanted))
+
+    def first(order) -> int | None:
+        return next((k for k in order if mixed.sel(wavelength=bands[k]).values.any()), None)
+
+    ends = first(range(len(bands))), first(reversed(range(len(bands))))
+    kept = bands[outer([k in ends for k in range(len(bands))])]
+    if len(kept) < len(bands):
+        ledger.left_out(
+            f"{len(bands) - len(kept)} of {len(bands)} bands", "no light in them", 0.0, "W m-2 nm-1"
+        )
+    return kept
+
+
+def widened(light, every_nm, response):
+    """Return light that went through the lens in fewer bands as light in `every_nm`: the others are dark, and captures keep their wavelengths.
+
+    `response` : that photocurrent was made for.
+    """
+    import numpy as np
+
+    if "wavelength" in light.dims:
+        return light.reindex(wavelength=every_nm, fill_value=0.0)
+    whole = response.efficiency(np.asarray(every_nm, float))
+    part = whole[:, np.isin(every_nm, light.attrs["wavelength_nm"])]
+    rows = [int(np.abs(part - own).max(1).argmin()) for own in light.attrs["efficiency"]]
+    return light.assign_attrs(wavelength_nm=np.asarray(every_nm, float), efficiency=whole[rows])
+
+
+def _between(offered, sensed):
+    """Return the bands out of `offered` from the first to the last that is sensed, two at least."""
+    return offered[outer([w in sensed for w in offered])]
+
+
+def outer(needed) -> slice:
+    """Return the slice from the first to the last true entry, of two entries at least; everything where none is true."""
+    import numpy as np
+
+    where = np.flatnonzero(needed)
+    if not len(where) or len(needed) < 2:
+        return slice(0, len(needed))
+    first, last = int(where[0]), int(where[-1])
+    return slice(first, last + 1) if first < last else slice(max(last - 1, 0), max(last - 1, 0) + 2)
+
+
+def sensed_nm(sensors, bands) -> tuple[float, ...]:
+    """Return the bands out of `bands` that any of the sensors asks for."""
+    asked = Demand(wavelength_nm=tuple(map(float, bands)))
+    kept: set[float] = set()
+    for sensor in sensors:
+        narrow = getattr(sensor, "narrow", None)
+        kept |= set((narrow(asked) if narrow else asked).wavelength_nm or asked.wavelength_nm)
+    return tuple(sorted(kept))
+
+
+def with_bands(demand: Demand, offered) -> Demand:
+    """Return the demand for the bands that are needed of those `offered`; `demand` has what the sensors ask for, and lenses are given."""
+    if (
+        offered
+        and demand.wavelength_nm
+        and (blind := len(offered) - len(_between(offered, demand.wavelength_nm)))
+    ):
+        ledger.left_out(
+            f"{blind} of {len(offered)} bands through the lens",
+            "no sensor sees them",
+            UNSEEN,
+            "electrons per electron that the same photons make at the peak",
+        )
+    return replace(demand, wavelength_nm=for_sensors_and_truth(offered, demand.wavelength_nm))

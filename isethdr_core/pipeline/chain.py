@@ -1,0 +1,501 @@
+"""The chain: scene -> renderer -> lighting -> lens -> sensor -> isp -> metrics; needs flow the other way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from inspect import signature
+from typing import Any
+
+from ..cli import progress
+from ..data.scores import Score, state_errors
+from ..errors import ConfigError, PluginError
+from ..plugins.component import Stage
+from ..plugins.registry import build_from_config, plugin_manager
+from ..runs.names import check_names
+from ..runs.noise_realisations import over_draws, state_spread
+from ..runs.seeds import checked_seed
+from ..uncertainty import budget
+from ..uncertainty import ledger as book
+from ..uncertainty.ledger import Ledger
+from ..uncertainty.score_intervals import RendererError, ScoreKey
+from . import bands, early_checks, memory, overscan, window
+from .demand import Demand
+from .field_check import check_fields, check_rendered, state_field
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The components of one run, built from its config before any work starts."""
+
+    scene: Any
+    renderer: Any
+    lighting: Any
+    versions: dict[str, Any]
+    lens: Any
+    flares: dict[str, Any]
+    cameras: dict[str, Any]
+    isp: Any
+    metrics: dict[str, Any]
+    draws: int = 1  # shots with other noise that each score is the mean of
+    allowed: budget.Allowed = budget.Allowed()
+    leave_out: bool = True  # False: everything is computed, needed or not
+    looked_at: bool = True  # a report shows the scene, under all versions
+    unseen: tuple[str, ...] = ()  # versions that were asked for and that nobody looks at
+
+    def components(self) -> list:
+        """Return every component, left to right."""
+        return [
+            c
+            for c in (
+                self.scene,
+                self.renderer,
+                self.lighting,
+                *self.versions.values(),
+                self.lens,
+                *self.flares.values(),
+                *self.cameras.values(),
+                self.isp,
+                *self.metrics.values(),
+            )
+            if c is not None
+        ]
+
+
+@dataclass
+class Camera:
+    """What one camera made of the light: captures, picture, truth on its grid, labels, and scores."""
+
+    captures: Any
+    picture: Any
+    truth: Any
+    labels: Any
+    scores: list = field(default_factory=list)
+
+
+def chain(config) -> Chain:
+    """Build all components of a composed config.
+
+    Raises
+    ------
+    ConfigError : a name, key or value is wrong; nothing has been computed yet.
+    """
+    config = checked_config(config)
+
+    def table(kind, node):
+        if node is not None and not isinstance(node, Mapping):
+            raise ConfigError(
+                f"{TABLES[kind]} is {node!r}; expected entries by name; "
+                f"type for example +{kind}@{TABLES[kind]}.mine=<name>"
+            )
+        check_names(NAMED[kind], node or ())
+        return {key: build_from_config(kind, value) for key, value in (node or {}).items() if value}
+
+    if config.get("sensor"):
+        check_names(NAMED["sensor"], [config.sensor.name])
+        cameras = {config.sensor.name: build_from_config("sensor", config.sensor)}
+    else:
+        cameras = table("sensor", config.get("cameras"))
+    if not cameras:
+        raise ConfigError("the config has no camera; name a sensor, for example sensor=bayer")
+    checked_seed(config.get("seed", 0))
+    if not (isinstance(config.get("draws", 1), int) and config.get("draws", 1) >= 1):
+        raise ConfigError(
+            f"draws is {config.draws!r}; expected a whole number of shots, at least 1; type for example draws=4"
+        )
+    renderer, allowed = config.get("renderer"), budget.allowed(config)
+    leave_out, versions = switch(config, "leave_out"), table("lighting", config.get("versions"))
+    if SHOWN in versions:
+        raise ConfigError(
+            f"the version name {SHOWN!r} is taken by the lighting of the run itself; "
+            "choose another, for example type versions.night instead"
+        )
+    looked_at = switch(config, "report") or not leave_out
+    parts = Chain(
+        scene=build_from_config("scene", config.scene),
+        renderer=budget.with_render_error(
+            build_from_config("renderer", renderer) if renderer else None, allowed
+        ),
+        lighting=build_from_config("lighting", config.lighting),
+        versions=versions if looked_at else {},
+        lens=build_from_config("lens", config.lens),
+        flares=table("flare", config.get("flare")),
+        cameras=cameras,
+        isp=build_from_config("isp", config.isp),
+        metrics=table("metric", config.get("metric")),
+        draws=config.get("draws", 1),
+        leave_out=leave_out,
+        looked_at=looked_at,
+        unseen=() if looked_at else tuple(versions),
+        allowed=allowed,
+    )
+    check_fields(parts.scene, parts.lens, parts.cameras.values())
+    check_rendered(parts.scene, parts.renderer)
+    early_checks.check_shots(tuple(parts.cameras.values()), parts.isp)
+    early_checks.check_scene(parts.scene, parts.lighting, tuple(parts.versions.values()))
+    return parts
+
+
+TABLES = {"sensor": "cameras", "lighting": "versions", "flare": "flare", "metric": "metric"}
+NAMED = {"sensor": "camera", "lighting": "version", "flare": "flare", "metric": "metric"}
+SHOWN = "main"  # the lighting of the run, among the versions that a report shows
+
+
+def checked_config(config):
+    """Return a composed config once it is one, and all of it can be resolved.
+
+    Raises
+    ------
+    ConfigError : overrides or a name were given instead, or an interpolation leads nowhere.
+    """
+    from omegaconf import DictConfig, OmegaConf
+
+    from ..config.composition import resolved
+
+    if not isinstance(config, DictConfig | dict):
+        raise ConfigError(
+            f"the config is {config!r}; expected a composed config; "
+            'type for example hdr.run(hdr.compose(["sensor=rgbw"]))'
+        )
+    return resolved(config if isinstance(config, DictConfig) else OmegaConf.create(config))
+
+
+def switch(config, name: str) -> bool:
+    """Return a switch of the config, true where it is not there."""
+    value = config.get(name, True)
+    if not isinstance(value, bool):
+        raise ConfigError(
+            f"{name} is {value!r}; expected true or false; type for example {name}=false"
+        )
+    return value
+
+
+def plan(parts: Chain, rows: Ledger) -> Demand:
+    """Return what is needed of the scene, asked backwards from the scores; what that drops goes into `rows`.
+
+    Raises
+    ------
+    ConfigError : the memory of this machine does not hold the frame, the lens's kernels or the pixels.
+    """
+    with book.stage(rows, "plan"):
+        book.error(
+            0.0, "1", "bound", "nothing is computed yet; what is left out is bounded one by one"
+        )
+        state_field(parts.scene, parts.lens)
+        if parts.leave_out:
+            demand = asked_backwards(parts)
+        else:
+            from ..data.quantities import LABELS  # needs xarray, which is slow to import
+
+            demand = Demand(
+                labels=frozenset(LABELS),
+                error_allowed=asked_of_sensors(parts, Demand()).error_allowed,
+            )
+        check_memory(parts, demand)
+        return demand
+
+
+def check_memory(parts: Chain, demand: Demand) -> None:
+    """Raise ConfigError where what `demand` asks for does not fit into the memory of this machine."""
+    source = parts.renderer or parts.scene
+    wavelength_nm = demand.wavelength_nm or bands.offered_nm(source)
+    frame = memory.frame_of(
+        source, parts.scene, wavelength_nm, demand.margin, sensed=demand.response is not None
+    )
+    memory.check_run(
+        source,
+        parts.scene,
+        parts.lens,
+        tuple(parts.flares.values()),
+        tuple(parts.cameras.values()),
+        frame,
+    )
+
+
+def asked_backwards(parts: Chain) -> Demand:
+    """Return what the scores need of the scene; what nobody needs is stated in the ledger."""
+    if not parts.looked_at:
+        book.left_out(
+            "display view of the scene",
+            "no report is asked for, and only it shows it",
+            0.0,
+            "cd/m2",
+        )
+    for version in parts.unseen:
+        book.left_out(
+            f"lighting {version}, and light groups that it alone needs",
+            "no report is asked for, and only it shows them",
+            0.0,
+            "cd/m2",
+        )
+    offered = bands.offered_nm(parts.renderer or parts.scene)
+    demand = Demand(wavelength_nm=offered)
+    for metric in parts.metrics.values():
+        demand = narrowed(metric, demand)
+    state_labels(parts, demand)
+    demand = narrowed(parts.isp, demand)
+    demand = asked_of_sensors(parts, demand)
+    for flare in parts.flares.values():
+        demand = narrowed(flare, demand)
+    demand = bands.with_bands(narrowed(parts.lens, demand), offered)
+    lightings = parts.lighting, *parts.versions.values()
+    window.planned(parts.scene, parts.lens, tuple(parts.flares.values()), demand.window_m)
+    demand = overscan.left_out_where_unseen(
+        demand, parts.renderer, parts.lens, tuple(parts.flares.values()), lightings
+    )
+    return union([narrowed(light, demand) for light in lightings])
+
+
+def asked_of_sensors(parts: Chain, demand: Demand) -> Demand:
+    """Return what the sensors need of `demand` together, and how right light has to be for them: also as it is stored, whatever is left out."""
+    return budget.budgeted(
+        union([narrowed(sensor, demand) for sensor in parts.cameras.values()]), parts.allowed
+    )
+
+
+def state_labels(parts: Chain, demand: Demand) -> None:
+    """State which labels a renderer need not make."""
+    from ..data.quantities import LABELS
+
+    unread = [label for label in LABELS if label not in demand.labels]
+    if parts.renderer is not None and unread:
+        book.left_out(f"labels {', '.join(unread)}", "no metric reads them", 0.0, "labels")
+
+
+def narrowed(component, demand: Demand) -> Demand:
+    """Return the demand as the component narrows it, or unchanged."""
+    narrow = getattr(component, "narrow", None)
+    return narrow(demand) if narrow else demand
+
+
+def union(demands: list[Demand]) -> Demand:
+    """Return the smallest demand that covers all of `demands`."""
+    first, *rest = demands
+    for other in rest:
+        first = replace(
+            first,
+            groups=None
+            if first.groups is None or other.groups is None
+            else tuple(dict.fromkeys(first.groups + other.groups)),
+            wavelength_nm=None
+            if first.wavelength_nm is None or other.wavelength_nm is None
+            else tuple(sorted(set(first.wavelength_nm) | set(other.wavelength_nm))),
+            labels=first.labels | other.labels,
+            error_allowed=min(first.error_allowed, other.error_allowed),
+            response=joined(first.response, other.response),
+            margin=first.margin or other.margin,
+            window_m=window.wider(first.window_m, other.window_m),
+        )
+    return first
+
+
+def joined(first, second):
+    """Return the response of all sensors, None where one needs light wavelength by wavelength."""
+    if first is second or None in (first, second):
+        return first if first is second else None
+    return first + second
+
+
+def stage(rows: Ledger, kind: str, name: str, component, call):
+    """Run `call()` as one stage: hooks around it, a row in the ledger, the result back."""
+    hook, at_work, title = (
+        plugin_manager().hook,
+        Stage(kind, name, component),
+        f"{kind} {name}" if name else kind,
+    )
+    hook.isethdr_before_stage(stage=at_work)
+    try:
+        with book.stage(rows, title) as at_work.row, progress.shown(title):
+            at_work.result = call()
+    except BaseException as err:
+        at_work.error = err
+        err.add_note(f"in stage {title}")
+        hook.isethdr_on_stage_error(stage=at_work)
+        raise
+    hook.isethdr_after_stage(stage=at_work)
+    return at_work.result
+
+
+def on_sensor(parts: Chain, mixed, demand: Demand):
+    """Return the light on the sensor plane: photocurrent where all sensors ask for it and the lens can, else irradiance."""
+    flares = tuple(parts.flares.values())
+    if not parts.leave_out:
+        return parts.lens(mixed, flares=flares)
+    mixed = window.without_unseen(parts.lens, mixed, flares, demand.window_m)
+    every = mixed.wavelength.values
+    seen = bands.lit(mixed, bands.sensed_nm(parts.cameras.values(), every))
+    if len(seen) < len(every):
+        mixed = mixed.sel(wavelength=list(seen))
+    if demand.response is not None and hasattr(parts.lens, "photocurrent"):
+        light = parts.lens.photocurrent(mixed, flares, demand.response)
+    else:
+        known = (
+            {"error_allowed": demand.error_allowed}
+            if "error_allowed" in signature(parts.lens.__call__).parameters
+            else {}
+        )
+        light = parts.lens(mixed, flares=flares, **known)
+    return bands.widened(light, every, demand.response) if len(seen) < len(every) else light
+
+
+def developed(parts: Chain, captures):
+    """Return the picture that the isp makes of the captures, with its saturated pixels marked."""
+    from ..data.saturation import with_saturation
+
+    return with_saturation(parts.isp(captures), captures)
+
+
+def through_camera(
+    parts: Chain, rows: Ledger, name: str, light, mixed, scene, generator, demand: Demand
+) -> Camera:
+    """Return what the camera `name` makes of the light, and its scores against truth."""
+    from ..data.reference_picture import labels_on, truth
+
+    sensor = parts.cameras[name]
+    captures = stage(rows, "sensor", name, sensor, lambda: sensor(light, generator))
+    picture = stage(rows, "isp", name, parts.isp, lambda: developed(parts, captures))
+    with book.stage(rows, f"truth {name}"):
+        reference, labels = truth(mixed, picture), labels_on(scene, picture)
+    seen = Camera(captures, picture, reference, labels)
+
+    def again(draw: int) -> list[Score]:
+        """Return the scores of the same shot with other noise; what it states is as the first draw stated it."""
+        with book.stage(Ledger(), "draw"):
+            other = developed(
+                parts, sensor(light, generator.child(f"{generator.scene} draw {draw}"))
+            )
+            return [
+                score
+                for metric in parts.metrics.values()
+                for score in metric(other, reference, labels)
+            ]
+
+    for key, metric in parts.metrics.items():
+        seen.scores += stage(
+            rows,
+            "metric",
+            f"{key} {name}",
+            metric,
+            lambda k=key, m=metric: scored(k, m(picture, reference, labels)),
+        )
+    shots = [seen.scores]
+    if parts.draws > 1 and parts.metrics:
+        with book.stage(rows, f"draws {name}"):
+            others = (
+                [again(k) for k in range(1, parts.draws)]
+                if varies(parts, sensor)
+                else shots * (parts.draws - 1)
+            )
+            shots += others
+            state_spread(over_draws(shots), parts.draws)
+    renderer = renderer_errors(
+        parts,
+        rows,
+        name,
+        light,
+        mixed,
+        scene,
+        seen,
+        lambda changed: developed(parts, sensor(changed, generator)),
+    )
+    seen.scores = over_draws(shots, renderer)
+    state_picture(parts, rows, name, light, mixed, scene, seen, demand)
+    return seen
+
+
+def renderer_errors(
+    parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, again
+) -> dict[ScoreKey, RendererError]:
+    """Return the error that renderer noise leaves in each score, and add the row that says so.
+
+    Parameters
+    ----------
+    camera : with the scores of its picture. `again` : function(light) -> the picture that the same shot makes of it.
+
+    Returns
+    -------
+    The error of each score; empty where the scene states no renderer noise and where scores have no interval.
+    """
+    from ..uncertainty import score_errors
+
+    if not parts.metrics:
+        return {}
+    with book.stage(own := Ledger(), f"scores {name}"):
+        if parts.draws > 1:
+            errors = score_errors.state(
+                camera, camera.scores, parts.metrics.values(), mixed, scene, light, again
+            )
+        else:
+            errors = {}
+            book.left_out(
+                "intervals of scores",
+                "one shot does not tell how much the next one differs; draws=4 does",
+                float("inf"),
+                "1",
+            )
+    (row,) = own
+    if row.errors:
+        rows.append(row)
+    else:  # every row states an error: what this one left out belongs to the scores of the row before
+        rows[-1].left_out += row.left_out
+    return errors
+
+
+def state_picture(
+    parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, demand: Demand
+) -> None:
+    """Add the row that says how wrong the picture is, in units of the sensor's noise, and what that took."""
+    from ..uncertainty import lens_errors, propagation
+
+    with book.stage(rows, f"picture {name}"):
+        if lacking := propagation.missing(camera.captures):
+            book.error(
+                float("inf"),
+                propagation.UNIT,
+                "bound",
+                f"not known: the captures lack {', '.join(lacking)}",
+            )
+            return
+        errors = lens_errors.asked_of(
+            parts.lens,
+            tuple(parts.flares.values()),
+            parts.cameras.values(),
+            demand if parts.leave_out else None,
+            mixed,
+        )
+        looked_at = propagation.some_of(camera.captures) if parts.leave_out else camera.captures
+        own = [
+            row
+            for row in rows
+            if row.stage == f"sensor {name}" or not row.stage.startswith("sensor ")
+        ]
+        shots = propagation.electrons(
+            looked_at, light, mixed, scene, propagation.stated_noise(own), errors
+        )
+        shots = propagation.with_parts(shots, looked_at, own)
+        propagation.state(
+            shots, own, parts.allowed.noise_fraction, propagation.seconds(rows, name, scene)
+        )
+
+
+def varies(parts: Chain, sensor) -> bool:
+    """Return whether another draw of the noise makes another picture; a sensor without noise says so in its field `noise`."""
+    if not parts.leave_out or getattr(sensor, "noise", True):
+        return True
+    book.left_out(
+        f"{parts.draws - 1} more draws of the noise",
+        "the sensor has none: they would be the same",
+        0.0,
+        "relative",
+    )
+    return False
+
+
+def scored(key: str, scores) -> list[Score]:
+    """Return the scores of one metric, their intervals stated in the ledger; PluginError where it returned something else."""
+    if not (isinstance(scores, list) and all(isinstance(s, Score) for s in scores)):
+        raise PluginError(
+            f"metric {key!r} returned {scores!r}; expected a list of isethdr_core.Score"
+        )
+    state_errors(scores)
+    return scores

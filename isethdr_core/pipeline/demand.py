@@ -1,0 +1,78 @@
+"""Demand: what is still needed, passed from the scores back to the scene before anything is computed.
+
+Any component may have a method `narrow(demand) -> Demand` that returns a smaller demand and says
+with `ledger.left_out` what it dropped, why, and what dropping it can change.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from .window import wider
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """What sensors need to know of light: their answers per channel, and how finely they can tell light from noise."""
+
+    channels: tuple[str, ...]
+    efficiency: Callable[[Any], Any]  # wavelength_nm -> (channel, wavelength) electrons per photon
+    area_exposure_m2_s: float  # of the most sensitive photodiode: photocurrent x this = electrons
+    read_noise_e: float  # least of all readings
+    full_scale_e: float = math.inf  # largest charge that any reading measures
+    noise_fraction_allowed: float = 0.1  # error of light, in standard deviations of the noise
+    window_m: tuple[float, float] | None = None  # as `Demand.window_m`
+
+    @property
+    def error_allowed(self) -> float:
+        """Relative error of light that stays within `noise_fraction_allowed` where noise is least beside it: at full scale."""
+        if math.isinf(self.full_scale_e):
+            return 0.0
+        return (
+            self.noise_fraction_allowed
+            * math.sqrt(self.full_scale_e + self.read_noise_e**2)
+            / self.full_scale_e
+        )
+
+    def __add__(self, other: Response) -> Response:
+        """Return the response of both sensors together, to the noise of the finer one."""
+        import numpy as np
+
+        return Response(
+            self.channels + other.channels,
+            lambda w: np.concatenate([self.efficiency(w), other.efficiency(w)]),
+            max(self.area_exposure_m2_s, other.area_exposure_m2_s),
+            min(self.read_noise_e, other.read_noise_e),
+            max(self.full_scale_e, other.full_scale_e),
+            min(self.noise_fraction_allowed, other.noise_fraction_allowed),
+            wider(self.window_m, other.window_m),
+        )
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What the stages to the right still need of the stages to the left. None means all there is."""
+
+    groups: tuple[str, ...] | None = None  # light groups
+    wavelength_nm: tuple[float, ...] | None = None  # band centres
+    labels: frozenset[str] = frozenset()  # depth, distance, instance, category, normal
+    error_allowed: float = 0.0  # relative; 0 asks for the exact way
+    response: Response | None = (
+        None  # of the sensors; None: light is needed wavelength by wavelength
+    )
+    margin: bool = True  # tiles beyond the camera's field
+    window_m: tuple[float, float] | None = (
+        None  # (width, height) of the image plane about the axis that sensors see, inf: all along an axis
+    )
+
+    def with_groups(self, groups) -> Demand:
+        """Return the demand for no other light group than `groups`."""
+        kept = tuple(g for g in groups if self.groups is None or g in self.groups)
+        return replace(self, groups=kept)
+
+    def with_labels(self, *labels: str) -> Demand:
+        """Return the demand that also asks for `labels`."""
+        return replace(self, labels=self.labels | set(labels))

@@ -1,0 +1,197 @@
+"""Memory: what a run will hold, refused while it is planned where the machine has less.
+
+Scenes and renderers, lenses and sensors may say how much they will hold, by the protocols here.
+What says nothing is not counted.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+from ..errors import ConfigError
+
+FLOAT32_BYTES = 4
+STEP = 0.9  # from one size of frame that is tried to the next
+CUBES = 2  # spectral cubes that are held at a time: scene radiance, and the light made of it
+CONTROL_GROUPS = (
+    Path("/sys/fs/cgroup/memory.max"),
+    Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"),
+)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The tiles of a scene's light and their bands."""
+
+    rows: int
+    columns: int
+    pitch: tuple[float, float]  # (y, x) of a tile, in the projection's unit
+    wavelength_nm: tuple[float, ...]  # band centres
+    sensed: (
+        bool  # whether sensors say how much they can tell, so that a lens may leave out the rest
+    )
+
+
+class Need(NamedTuple):
+    """An array or several that will be held: what, how many bytes, and what to type for less."""
+
+    what: str
+    size_bytes: float
+    advice: str
+
+
+@runtime_checkable
+class CountsTiles(Protocol):
+    """A scene or renderer that knows the size of its frame."""
+
+    def tile_counts(self, margin: bool) -> tuple[int, int]:
+        """Return (rows, columns) of tiles, with those beyond the camera's field if `margin`."""
+
+
+@runtime_checkable
+class LooksAtField(Protocol):
+    """A scene that knows the camera's field."""
+
+    def camera_field(self) -> tuple[float, float, str]:
+        """Return (width, height, projection)."""
+
+
+@runtime_checkable
+class CountsKernels(Protocol):
+    """A lens that knows what its kernels take; it refuses what it cannot compute at all."""
+
+    def kernel_bytes(self, frame: Frame, flares: Sequence[Any]) -> float:
+        """Return the bytes of point spread kernels and of what they are made of."""
+
+
+@runtime_checkable
+class MakesImages(Protocol):
+    """A lens that knows the size of its image."""
+
+    def image_size_m(
+        self, width: float, height: float, projection: str = "tangent"
+    ) -> tuple[float, float]:
+        """Return (width, height) in metres."""
+
+
+@runtime_checkable
+class CountsPixels(Protocol):
+    """A sensor that knows what its captures and the pictures made of them take."""
+
+    def pixel_need(self, width_m: float, height_m: float) -> Need:
+        """Return what the pixels over an image of this size take, from the shot to the scores."""
+
+
+def check_run(
+    source: Any,
+    scene: Any,
+    lens: Any,
+    flares: Sequence[Any],
+    sensors: Sequence[Any],
+    frame: Frame | None,
+) -> None:
+    """Refuse a run whose frame, kernels or pixels the machine's memory cannot hold.
+
+    Parameters
+    ----------
+    source : what makes the radiance: the renderer, or the scene itself.
+    frame : the tiles and bands that are needed; None where they are not known beforehand.
+
+    Raises
+    ------
+    ConfigError : with the bytes needed, the bytes there are, and what to type.
+    """
+    light = _light_needs(source, lens, flares, frame) if frame is not None else []
+    check_fits(light)
+    if isinstance(scene, LooksAtField) and isinstance(lens, MakesImages):
+        size_m = lens.image_size_m(*scene.camera_field())
+        for sensor in sensors:
+            if isinstance(sensor, CountsPixels):
+                check_fits([*light[:1], sensor.pixel_need(*size_m)])
+
+
+def frame_of(
+    source: Any, scene: Any, wavelength_nm: Sequence[float] | None, margin: bool, sensed: bool
+) -> Frame | None:
+    """Return the frame that a renderer or scene will make; None where it does not say."""
+    if wavelength_nm is None or not (
+        isinstance(source, CountsTiles) and isinstance(scene, LooksAtField)
+    ):
+        return None
+    width, height, _ = scene.camera_field()
+    rows, columns = source.tile_counts(margin=False)
+    return Frame(
+        *source.tile_counts(margin), (height / rows, width / columns), tuple(wavelength_nm), sensed
+    )
+
+
+def check_fits(needs: Sequence[Need]) -> None:
+    """Refuse arrays that are held at the same time where they exceed the machine's memory; the largest of them is named."""
+    most = machine_bytes()
+    total = sum(need.size_bytes for need in needs)
+    if total <= most:
+        return
+    worst = max(needs, key=lambda need: need.size_bytes)
+    beside = f" and {total - worst.size_bytes:.3g} bytes beside them" if len(needs) > 1 else ""
+    raise ConfigError(
+        f"{worst.what} would take {worst.size_bytes:.3g} bytes ({worst.size_bytes / 2**30:.3g} GiB){beside}; expected at "
+        f"most the {most:.3g} bytes ({most / 2**30:.3g} GiB) of this machine; {worst.advice}"
+    )
+
+
+def machine_bytes() -> float:
+    """Return the memory that this process may use: of the machine, of its control group, of its own limit; inf where none is known."""
+    limits = [math.inf]
+    with suppress(AttributeError, ValueError, OSError):  # no such figure on this system
+        limits.append(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    for path in CONTROL_GROUPS:
+        with suppress(OSError, ValueError):  # ValueError: "max"
+            limits.append(int(path.read_text()))
+    with suppress(ImportError):
+        import resource
+
+        limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+        if limit != resource.RLIM_INFINITY:
+            limits.append(limit)
+    return float(min(limits))
+
+
+def _light_needs(source: CountsTiles, lens: Any, flares: Sequence[Any], frame: Frame) -> list[Need]:
+    """Return what a frame's light takes, and the kernels of its lens."""
+    bands, tiles = len(frame.wavelength_nm), f"{frame.rows} x {frame.columns} tiles"
+    cubes, kernels = _light_bytes(lens, flares, frame)
+    advice = _smaller(source, lens, flares, frame) if cubes + kernels > machine_bytes() else ""
+    return [
+        Need(f"the light of {tiles} in {bands} bands", cubes, advice),
+        Need(f"point spread kernels of {bands} bands over {tiles}", kernels, advice),
+    ]
+
+
+def _light_bytes(lens, flares, frame: Frame) -> tuple[float, float]:
+    cubes = float(CUBES * FLOAT32_BYTES * len(frame.wavelength_nm) * frame.rows * frame.columns)
+    return cubes, lens.kernel_bytes(frame, flares) if isinstance(lens, CountsKernels) else 0.0
+
+
+def _smaller(source: CountsTiles, lens, flares, frame: Frame) -> str:
+    """Return how to ask for a frame of the same field that fits, found by trial: not all of a lens's memory grows with the frame."""
+    kind = "scene" if isinstance(source, LooksAtField) else "renderer"
+    nominal, most, scale = source.tile_counts(margin=False), machine_bytes(), 1.0
+    while scale * min(nominal) > 2:
+        scale *= STEP
+        rows, columns = (math.ceil(n * scale) for n in (frame.rows, frame.columns))
+        smaller = replace(
+            frame,
+            rows=rows,
+            columns=columns,
+            pitch=(frame.pitch[0] / scale, frame.pitch[1] / scale),
+        )
+        if sum(_light_bytes(lens, flares, smaller)) <= most:
+            break
+    rows, columns = (math.floor(n * scale) for n in nominal)
+    return f"type {kind}.width={columns} {kind}.height={rows}, or a larger {kind}.step_nm for fewer bands"

@@ -1,0 +1,31 @@
+"""Margin: tiles beyond the camera's field, rendered so that a lens can spread their light into it.
+
+A lens that spreads none says so with `keeps_light(flares) -> bool`, a lighting that looks at nothing beyond the field with
+`WITHIN_FIELD = True`. Where all do, the margin is left out; where any of them says nothing, it stays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..uncertainty import ledger
+from .demand import Demand
+
+
+def left_out_where_unseen(demand: Demand, renderer, lens, flares, lightings) -> Demand:
+    """Return the demand without the renderer's margin where no light of it can reach the camera's field."""
+    keeps = getattr(lens, "keeps_light", None)
+    if not (
+        getattr(renderer, "margin", 0)
+        and keeps
+        and keeps(flares)
+        and all(getattr(light, "WITHIN_FIELD", False) for light in lightings)
+    ):
+        return demand
+    ledger.left_out(
+        f"tiles beyond the camera's field, {renderer.margin:.0%} on each side",
+        "the lens spreads no light into it",
+        0.0,
+        "W m-2 sr-1 nm-1",
+    )
+    return replace(demand, margin=False)

@@ -1,0 +1,141 @@
+"""Forecast: how long each stage of a run will take, from the ledgers of runs that are stored already.
+
+The seconds of the same stage of the stored run nearest in size, times the ratio of the sizes. A stage that no stored run had is not guessed.
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from ..errors import CatalogError
+from ..runs.radiance_cache import described
+from ..storage import store
+
+NEWEST = 32  # runs, and stores of scenes, that are looked at: reading one takes a millisecond
+RENDERING = ("scene", "renderer", "store")  # stages that a run lacks where its radiance is stored
+IN_BANDS = ("renderer", "lighting", "lens")  # stages that look at every band
+
+
+def expected_s(parts, config: dict, missing) -> dict[str, float]:
+    """Return {stage: seconds} of those stages that a stored run had.
+
+    Parameters
+    ----------
+    parts : the chain. `config` : as plain data, what it was built from.
+    missing : the demand for what has to be rendered; None where all radiance is stored, or known without a renderer.
+    """
+    found: dict[str, tuple[float, float]] = {}  # stage: (distance in size, seconds)
+    for attributes in _newest("runs"):
+        if attributes["config"].get("leave_out", True) == parts.leave_out:
+            for row in attributes["ledger"]:
+                kind = row["stage"].split()[0]
+                if kind not in RENDERING or (kind == "scene" and parts.renderer is None):
+                    _nearer(found, row, size(config, kind) / size(attributes["config"], kind))
+    for attributes in _newest("scenes") if missing is not None else ():
+        if attributes["scene"]["class"] == described(parts.scene)["class"]:
+            for row in attributes["ledger"]:
+                kind = row["stage"].split()[0]
+                if kind in RENDERING:
+                    _nearer(
+                        found,
+                        row,
+                        _rendering(parts.renderer, config["renderer"], missing, attributes)
+                        if kind == "renderer"
+                        else 1.0,
+                    )
+    return {
+        stage: seconds
+        for stage, (_, seconds) in found.items()
+        if stage in stages(parts, config, missing)
+    }
+
+
+def stages(parts, config: dict, missing) -> list[str]:
+    """Return the names of the stages that a run will have, in their order."""
+    rendered = (
+        [f"scene {config['scene']['name']}"]
+        if missing is not None or parts.renderer is None
+        else []
+    )
+    rendered += [f"renderer {config['renderer']['name']}"] if missing is not None else []
+    light = ["lighting " + name for name in (config["lighting"]["name"], *parts.versions)] + [
+        f"lens {config['lens']['name']}"
+    ]
+    cameras = [
+        [f"sensor {c}", f"isp {c}", f"truth {c}", *(f"metric {m} {c}" for m in parts.metrics)]
+        + [f"draws {c}"] * bool(parts.draws > 1 and parts.metrics)
+        + [f"picture {c}"]
+        for c in parts.cameras
+    ]
+    return ["plan", *rendered, *light, *(stage for camera in cameras for stage in camera)]
+
+
+def size(config: dict, kind: str) -> float:
+    """Return what the work of a stage grows with: tiles, times bands where the stage looks at each of them."""
+    source = config.get("renderer") or config["scene"]
+    return _tiles(source) * (_bands(source) if kind in IN_BANDS else 1)
+
+
+def _tiles(source) -> float:
+    sides = source.get("width"), source.get("height")
+    return math.prod(sides) if all(map(_positive, sides)) else 1.0
+
+
+def _bands(source) -> float:
+    """Return the number of bands, 1 where the fields of another plugin do not tell it."""
+    first, last, step = (source.get(key) for key in ("first_nm", "last_nm", "step_nm"))
+    known = all(map(_positive, (first, last, step))) and last >= first
+    return 1 + (last - first) / step if known else 1.0
+
+
+def _positive(value: Any) -> bool:
+    return isinstance(value, (int, float)) and 0 < value < math.inf
+
+
+def _rendering(renderer, now: dict, missing, attributes) -> float:
+    """Return the work of rendering what is `missing` over that of a stored scene: tiles x bands x paths of all light groups."""
+    bands = (len(missing.wavelength_nm or ()) or _bands(now)) / len(attributes["wavelength_nm"])
+    wanted, expected = (
+        missing.groups or attributes["all_groups"],
+        getattr(renderer, "expected_paths", lambda paths, noise: paths),
+    )
+    then = {
+        group: end - first for group, (first, end) in attributes.get("path_span", {}).items()
+    } or dict.fromkeys(attributes["groups"], 1)
+    again = {
+        group: expected(paths, attributes.get("noise", {}).get(group))
+        for group, paths in then.items()
+    }
+    typical = sum(again.values()) / len(again)  # of a group that this store lacks
+    return (
+        sum(again.get(g, typical) for g in wanted)
+        / sum(then.values())
+        * bands
+        * _tiles(now)
+        / _tiles(attributes["renderer"])
+    )
+
+
+def _nearer(found, row, ratio: float) -> None:
+    distance = abs(math.log(ratio))
+    if row["stage"] not in found or distance < found[row["stage"]][0]:
+        found[row["stage"]] = distance, ratio * row["seconds"]
+
+
+def _newest(kind: str) -> list[dict]:
+    """Return the root attributes of the newest complete stores of a folder."""
+    attributes = []
+    for path in sorted((store.home() / kind).glob("*.zarr"), key=_age)[:NEWEST]:
+        with suppress(CatalogError):
+            attributes.append(store.read_attrs(path))
+    return attributes
+
+
+def _age(path: Path) -> float:
+    try:
+        return -path.stat().st_mtime
+    except OSError:  # another process has just taken it away
+        return math.inf

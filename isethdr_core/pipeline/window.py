@@ -1,0 +1,101 @@
+"""Window: what sensors see of the image plane, and the tiles of the field that need not go through the lens because none is there.
+
+A sensor smaller than the field states its window in the demand, centred on the axis; one that says nothing sees everything. A lens that
+keeps every tile's light in place (`keeps_light(flares)`) is given the tiles of the window alone. Any other knows for itself how far its
+light spreads: it finds the window in the response that it is asked with.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..uncertainty import ledger
+
+SLIVER = (
+    1e-10  # of a tile: rounding of coordinates; the area that a sensor sees of such a tile is none
+)
+WHY = "no sensor sees them"
+IRRADIANCE = "W m-2 nm-1"  # as `quantities`, which needs xarray
+
+
+def wider(first, second):
+    """Return the window (width, height) that holds both; None, all of the image plane, where either is None."""
+    return None if None in (first, second) else (max(first[0], second[0]), max(first[1], second[1]))
+
+
+def tiles(data, window) -> dict[str, slice]:
+    """Return the slices {y, x} of the tiles of `data` that a centred window (width, height) in its unit sees, two at least along an axis."""
+    return {d: within(data[d].values, side) for d, side in zip(("x", "y"), window)}
+
+
+def within(centres, side) -> slice:
+    """Return the slice of evenly spaced tiles, by their centres, that an interval of length `side` about 0 sees; two at least."""
+    import numpy as np
+
+    pitch = (centres[-1] - centres[0]) / max(len(centres) - 1, 1)
+    seen = np.flatnonzero(np.abs(centres) - pitch / 2 < side / 2 - SLIVER * pitch)
+    if len(seen) < 2:  # a tile's size is known from its neighbour
+        seen = np.sort(np.argsort(np.abs(centres), kind="stable")[:2])
+    return slice(int(seen[0]), int(seen[-1]) + 1)
+
+
+def cut(mixed, inside: dict[str, slice]):
+    """Return those tiles of mixed radiance, or all of them where that is what they are; the camera's field stays what it was."""
+    from ..data.quantities import full_field
+
+    if all(mixed.sizes[d] == len(range(mixed.sizes[d])[s]) for d, s in inside.items()):
+        return mixed
+    width, height = (
+        mixed.attrs.get(k) or n for k, n in zip(("field_width", "field_height"), full_field(mixed))
+    )
+    return mixed.isel(inside).assign_attrs(field_width=width, field_height=height)
+
+
+def without_unseen(lens, mixed, flares, window_m):
+    """Return the tiles of `mixed` that a lens makes light of within a window: all, unless it keeps every tile's light in place.
+
+    Parameters
+    ----------
+    window_m : (width, height) in metres on the image plane, as `Demand.window_m`.
+    """
+    if window_m is None or not _keeps(lens, flares):
+        return mixed
+    width_m, height_m = lens.image_size_m(1.0, 1.0, mixed.attrs.get("projection", "tangent"))
+    part = cut(mixed, tiles(mixed, (window_m[0] / width_m, window_m[1] / height_m)))
+    if part is not mixed:
+        state(mixed, part, WHY, 0.0, IRRADIANCE)
+    return part
+
+
+def state(whole, part, why: str, bound: float, unit: str) -> None:
+    """State which tiles of the field are left out."""
+    (height, width), (inner_height, inner_width) = whole.shape[-2:], part.shape[-2:]
+    out = height * width - inner_height * inner_width
+    ledger.left_out(
+        f"{out} of {height * width} tiles of the field, beyond the middle {inner_width} x {inner_height}",
+        why,
+        bound,
+        unit,
+    )
+
+
+def planned(scene, lens, flares, window_m) -> None:
+    """State what is known beforehand: the share of the camera's field that goes through no lens."""
+    if window_m is None or not hasattr(scene, "camera_field") or not _keeps(lens, flares):
+        return
+    seen = math.prod(
+        min(side / full, 1.0)
+        for side, full in zip(window_m, lens.image_size_m(*scene.camera_field()))
+    )
+    if seen < 1 - SLIVER:
+        ledger.left_out(
+            f"{100 * (1 - seen):.3g} % of the camera's field through the lens",
+            "no sensor sees it",
+            0.0,
+            IRRADIANCE,
+        )
+
+
+def _keeps(lens, flares) -> bool:
+    keeps = getattr(lens, "keeps_light", None)
+    return bool(keeps and hasattr(lens, "image_size_m") and keeps(flares))

@@ -1,0 +1,13 @@
+"""Components of the core: the members of the kind lighting."""
+
+from __future__ import annotations
+
+from ..lighting import COMPONENTS
+from .component import Component
+from .hookspecs import hookimpl
+
+
+@hookimpl
+def isethdr_components():
+    """Return the lighting components."""
+    return [Component("lighting", name, cls) for name, cls in COMPONENTS]

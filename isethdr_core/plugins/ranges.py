@@ -1,0 +1,228 @@
+"""Ranges: which values a component's field may hold, declared where the field is defined.
+
+    f_number: Annotated[float, Range(0.5, 64)] = 4.0
+    zernike_um: dict[Annotated[int, Range(0, 230)], Annotated[float, Range(-100, 100)]] = ...
+
+Numbers without a declared range may be any finite number. Infinity is allowed only where a range
+ends in it, and NaN nowhere.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from difflib import get_close_matches
+from functools import cache
+from reprlib import Repr
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+
+from ..errors import ConfigError
+
+OUTSIDE = "outside_range"  # pydantic error type of a number outside its declared range
+SHORT = Repr()
+SHORT.maxstring = SHORT.maxother = 80
+TOO_SHORT = "missing"  # pydantic error type of a tuple that lacks an element
+NUMBERS = (int, float)
+LEAST_NM, MOST_NM = 100.0, 3000.0  # light that silicon sees, and beyond on both sides
+LARGEST_SEED = 2**63 - 1  # a signed 64-bit number, as stores keep it
+
+
+@dataclasses.dataclass(frozen=True)
+class Range:
+    """Declare the least and the greatest value of a number; both are allowed.
+
+    An end of `math.inf` or `-math.inf` allows infinity itself.
+
+    Raises
+    ------
+    ValueError : the ends are not in order.
+    """
+
+    least: float
+    most: float
+
+    def __post_init__(self) -> None:
+        if not self.least <= self.most:
+            raise ValueError(f"Range({self.least}, {self.most}): expected least <= most")
+
+    def __contains__(self, value: float) -> bool:
+        return self.least <= value <= self.most  # false for NaN
+
+    def __str__(self) -> str:
+        return f"{self.least:g} to {self.most:g}"
+
+    def nearest(self, value: float) -> float:
+        """Return the allowed value next to `value`: the least one for NaN."""
+        return self.least if math.isnan(value) else min(max(value, self.least), self.most)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        """Return pydantic's schema of a number, with the check of the range after it."""
+        from pydantic_core import PydanticCustomError, core_schema
+
+        def check(value: Any, validate: Any) -> float:
+            number = math.nan if isinstance(value, bool) else validate(value)
+            if number not in self:
+                raise PydanticCustomError(
+                    OUTSIDE,
+                    "Input should be {range}",
+                    {"range": str(self), "allowed": self.nearest(0)},
+                )
+            return number
+
+        schema = handler(source)
+        if schema["type"] not in ("int", "float"):
+            raise TypeError(
+                f"{self!r} annotates {source!r}; expected int or float, for example "
+                "Annotated[float, Range(0, 1)] | None"
+            )
+        if schema["type"] == "float":
+            schema = {**schema, "allow_inf_nan": True}  # `check` decides
+        return core_schema.no_info_wrap_validator_function(check, schema)
+
+
+Share = Annotated[float, Range(0, 1)]
+Percent = Annotated[float, Range(0, 100)]
+Wavelength = Annotated[float, Range(LEAST_NM, MOST_NM)]  # nanometres
+Seed = Annotated[int, Range(0, LARGEST_SEED)]
+
+
+@cache
+def annotations(cls: type) -> dict[str, Any]:
+    """Return the type of every field of a component class, with its ranges."""
+    hints = get_type_hints(cls, include_extras=True)
+    return {f.name: hints[f.name] for f in dataclasses.fields(cls) if f.init}
+
+
+def converted(who: str, cls: type, values: Mapping[str, Any], to_type: str) -> dict[str, Any]:
+    """Return values for fields of `cls`, converted to their types.
+
+    Parameters
+    ----------
+    who : names the component in messages.
+    to_type : what stands before a field's name on the command line, e.g. `lens.`.
+
+    Raises
+    ------
+    ConfigError : a value of the wrong type, outside its range, or not finite.
+    """
+    from pydantic import ValidationError
+
+    try:
+        return _adapter(cls).validate_python(dict(values))
+    except ValidationError as err:
+        raise ConfigError(f"{who}: {_complaint(cls, values, err, to_type)}") from None
+
+
+def check_ranges(component: Any) -> None:
+    """Refuse a component whose fields are not what they are declared to be.
+
+    Call it first in `__post_init__`: then objects made directly in Python are checked as well.
+
+    Raises
+    ------
+    ConfigError : a value of the wrong type, outside its range, or not finite.
+    """
+    cls = type(component)
+    values = {name: getattr(component, name) for name in annotations(cls)}
+    converted(cls.__name__, cls, values, "")
+
+
+@cache
+def _adapter(cls: type) -> Any:
+    """Return what checks the fields of a class; cached because making it is slow."""
+    from pydantic import ConfigDict, TypeAdapter
+    from typing_extensions import TypedDict
+
+    fields = TypedDict(f"{cls.__name__}Fields", annotations(cls), total=False)  # type: ignore
+    fields.__pydantic_config__ = ConfigDict(allow_inf_nan=False, arbitrary_types_allowed=True)
+    return TypeAdapter(fields)
+
+
+def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> str:
+    """Return what was wrong with the first bad field, what was expected, and what to type."""
+    every = err.errors()
+    name = every[0]["loc"][0]
+    problems = [p for p in every if p["loc"][0] == name]
+    depth = max(len(p["loc"]) for p in problems)
+    deepest = [p for p in problems if len(p["loc"]) == depth]  # the best fit among a union
+    value, whole = deepest[0]["input"], values[name]
+    wrong = SHORT.repr(whole)
+    if value is not whole and deepest[0]["type"] != TOO_SHORT:
+        wrong += f" with {SHORT.repr(value)} in it"
+    expected = " or ".join(dict.fromkeys(map(_expectation, deepest)))
+    near = _nearest_choice(annotations(cls)[name], value)
+    hint = f"; did you mean {near!r}?" if near else ""
+    example = near or _entry(whole, deepest[0]) or _example(cls, name)
+    return (
+        f"{name} is {wrong}; expected {expected}{hint}; type for example {to_type}{name}={example}"
+    )
+
+
+def _entry(whole: Any, problem: Mapping[str, Any]) -> str:
+    """Return the bad entry of a table with an allowed number, "" where that is not what is wrong."""
+    if not isinstance(whole, dict) or problem["type"] != OUTSIDE:
+        return ""
+    key = next((k for k, value in whole.items() if value is problem["input"]), None)
+    return "" if key is None else on_command_line({key: problem["ctx"]["allowed"]})
+
+
+def _nearest_choice(annotation: Any, value: Any) -> str:
+    """Return the name among those that a `Literal` allows that is most like `value`; "" for none."""
+    if get_origin(annotation) is not Literal or not isinstance(value, str):
+        return ""
+    names = [choice for choice in get_args(annotation) if isinstance(choice, str)]
+    return next(iter(get_close_matches(value, names, 1)), "")
+
+
+def _expectation(problem: Mapping[str, Any]) -> str:
+    """Return what pydantic expected, as the end of a sentence."""
+    if problem["type"] == TOO_SHORT:
+        return "one more element"
+    text = problem["msg"].removeprefix("Input should be ")
+    return text[0].lower() + text[1:]
+
+
+def _example(cls: type, name: str) -> str:
+    """Return the default of a field as the command line takes it."""
+    field = next(f for f in dataclasses.fields(cls) if f.name == name)
+    if field.default_factory is not dataclasses.MISSING:
+        return on_command_line(field.default_factory())
+    return "<value>" if field.default is dataclasses.MISSING else on_command_line(field.default)
+
+
+def on_command_line(value: Any) -> str:
+    """Return a value as Hydra reads it in an override."""
+    if value is None or isinstance(value, bool):
+        return str(value).lower().replace("none", "null")
+    if isinstance(value, dict):
+        return "{" + ",".join(f"{k}:{on_command_line(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, (tuple, list)):
+        return "[" + ",".join(map(on_command_line, value)) + "]"
+    return "''" if value == "" else str(value)
+
+
+def range_text(annotation: Any) -> str:
+    """Return the declared ranges inside a type as text, empty where there are none."""
+    if found := declared(annotation):
+        return str(found)
+    parts = [range_text(part) for part in get_args(annotation)]
+    if get_origin(annotation) is dict and any(parts):
+        return f"{parts[0] or 'any'}: {parts[1] or 'any'}"
+    return ", ".join(dict.fromkeys(part for part in parts if part))
+
+
+def declared(annotation: Any) -> Range | None:
+    """Return the range that an `Annotated` number declares."""
+    if get_origin(annotation) is not Annotated:
+        return None
+    return next((extra for extra in annotation.__metadata__ if isinstance(extra, Range)), None)
+
+
+def undeclared(annotation: Any) -> bool:
+    """Return whether a type holds a number that declares no range."""
+    if get_origin(annotation) is Annotated:
+        return declared(annotation) is None and undeclared(get_args(annotation)[0])
+    if annotation in NUMBERS:
+        return True
+    return any(undeclared(part) for part in get_args(annotation) if not isinstance(part, str))

@@ -1,0 +1,208 @@
+"""Collect plugins with pluggy and look components up by `kind/name`.
+
+Bundled plugins come through the same entry points as third-party ones. The environment variable
+ISETHDR_PLUGINS limits them: `all` (default), or a comma-separated list of entry point names.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import os
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
+
+import pluggy
+
+from ..errors import ConfigError, PluginError, did_you_mean
+from . import hookspecs
+from .component import KEYED, KINDS, Component
+from .ranges import converted
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class BrokenPlugin:
+    """A plugin that did not load: its entry point, its package, and why."""
+
+    entry_point: str
+    package: str
+    reason: str
+
+
+_broken: list[BrokenPlugin] = []
+
+
+@cache
+def plugin_manager() -> pluggy.PluginManager:
+    """Load every installed plugin once; one that fails is reported in one loud line and skipped."""
+    pm = pluggy.PluginManager(hookspecs.PROJECT)
+    pm.add_hookspecs(hookspecs)
+    wanted = os.environ.get("ISETHDR_PLUGINS", "all")
+    entries = metadata.entry_points(group=hookspecs.PROJECT)
+    for entry in sorted(entries, key=lambda e: (e.name, package_of(e))):
+        if wanted != "all" and entry.name not in wanted.split(","):
+            continue
+        # two packages may call their entry point the same; pluggy knows a plugin by one name only
+        name = f"{entry.name} of {package_of(entry)}" if pm.has_plugin(entry.name) else entry.name
+        try:
+            plugin = entry.load()
+            pm.register(plugin, name=name)
+            _refuse_unknown_hooks(pm, name, plugin)
+        except Exception as err:  # a third party's code: anything may happen
+            if pm.has_plugin(name):
+                pm.unregister(name=name)
+            _broken.append(
+                BrokenPlugin(entry.name, package_of(entry), f"{type(err).__name__}: {err}")
+            )
+            log.error(
+                "plugin %r of package %r did not load and is skipped (%s: %s)",
+                entry.name,
+                package_of(entry),
+                type(err).__name__,
+                err,
+            )
+    return pm
+
+
+def broken_plugins() -> tuple[BrokenPlugin, ...]:
+    """Return the plugins that did not load."""
+    components()
+    return tuple(_broken)
+
+
+@cache
+def components() -> dict[tuple[str, str], Component]:
+    """Return every component by (kind, name).
+
+    Raises
+    ------
+    PluginError : two plugins offer the same kind and name; both packages are named.
+    """
+    pm = plugin_manager()
+    found: dict[tuple[str, str], Component] = {}
+    for impl in pm.hook.isethdr_components.get_hookimpls():
+        try:
+            offered = list(impl.function())
+            for comp in offered:
+                _check(comp)
+        except Exception as err:
+            _broken.append(
+                BrokenPlugin(
+                    impl.plugin_name, _package_name(impl.plugin), f"{type(err).__name__}: {err}"
+                )
+            )
+            log.error(
+                "plugin %r offers components that cannot be used and is skipped (%s: %s)",
+                impl.plugin_name,
+                type(err).__name__,
+                err,
+            )
+            continue
+        for comp in offered:
+            key = (comp.kind, comp.name)
+            if key in found:
+                raise PluginError(
+                    f"two plugins offer {comp.kind}/{comp.name}: {package_of_component(found[key])} and "
+                    f"{package_of_component(comp)}; rename one, or leave one out with ISETHDR_PLUGINS"
+                )
+            found[key] = comp
+    return found
+
+
+def build(kind: str, name: str, /, **fields):
+    """Make the component registered under `kind/name` with the given fields, checked and converted.
+
+    Raises
+    ------
+    ConfigError : unknown kind, name or field (with the nearest valid one), or a value of the wrong type
+        or outside the range that its field declares.
+    """
+    if kind not in KINDS:
+        raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
+    known = {n: c for (k, n), c in components().items() if k == kind}
+    if name not in known:
+        raise ConfigError(f"{kind} {name!r} is not installed{did_you_mean(name, known)}")
+    cls = known[name].cls
+    allowed = [f.name for f in dataclasses.fields(cls) if f.init]
+    for key in fields:
+        if key not in allowed:
+            raise ConfigError(f"{kind} {name!r} has no field {key!r}{did_you_mean(key, allowed)}")
+    who = f"{kind} {name!r}"
+    values = converted(who, cls, fields, on_command_line_before(kind))
+    try:
+        return cls(**values)
+    except (ValueError, TypeError, ArithmeticError) as err:  # a plain check in __post_init__
+        raise ConfigError(f"{who}: {err}") from err
+
+
+def on_command_line_before(kind: str) -> str:
+    """Return what stands before a field's name on the command line."""
+    return f"{kind}.NAME." if kind in KEYED else f"{kind}."
+
+
+def build_from_config(kind: str, config):
+    """Make the component that a composed config node names by its key `name`."""
+    from omegaconf import OmegaConf
+
+    params = (
+        OmegaConf.to_container(config, resolve=True)
+        if OmegaConf.is_config(config)
+        else dict(config)
+    )
+    if "name" not in params:
+        raise ConfigError(f"a {kind} in the config has no name; choose one: {kind}=<name>")
+    return build(kind, params.pop("name"), **params)
+
+
+def package_of(entry: metadata.EntryPoint) -> str:
+    """Return the distribution an entry point came from."""
+    return entry.dist.name if entry.dist else entry.value
+
+
+def package_of_component(comp: Component) -> str:
+    """Return the import package a component came from."""
+    return comp.cls.__module__.split(".")[0]
+
+
+def _package_name(plugin) -> str:
+    return getattr(plugin, "__name__", type(plugin).__module__).split(".")[0]
+
+
+def _check(comp) -> None:
+    if not isinstance(comp, Component):
+        raise PluginError(
+            f"isethdr_components() returned {comp!r}; expected isethdr_core.Component(kind, name, cls)"
+        )
+    if comp.kind not in KINDS:
+        raise PluginError(f"{comp.kind}/{comp.name}: unknown kind{did_you_mean(comp.kind, KINDS)}")
+    if not (dataclasses.is_dataclass(comp.cls) and comp.cls.__dataclass_params__.frozen):
+        raise PluginError(
+            f"{comp.kind}/{comp.name}: {comp.cls.__qualname__} must be a frozen dataclass; "
+            "write @dataclass(frozen=True) above it"
+        )
+    missing = [
+        f.name
+        for f in dataclasses.fields(comp.cls)
+        if f.init and f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
+    ]
+    if missing:
+        raise PluginError(
+            f"{comp.kind}/{comp.name}: field {missing[0]!r} has no default; every field needs one"
+        )
+
+
+def _refuse_unknown_hooks(pm, name, plugin) -> None:
+    """A misspelled hook would silently never be called: name it, with the nearest valid one."""
+    known = {n for n in vars(hookspecs) if n.startswith("isethdr_")}
+    for attribute in dir(plugin):
+        if (
+            attribute.startswith("isethdr_")
+            and hasattr(getattr(plugin, attribute), "isethdr_impl")
+            and attribute not in known
+        ):
+            raise PluginError(
+                f"plugin {name!r} implements the unknown hook {attribute!r}{did_you_mean(attribute, known)}"
+            )

@@ -1,0 +1,250 @@
+"""One run: named by the hash of what made it, computed at most once, stored whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+import traceback
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from ..data.quantities import tristimulus
+from ..errors import CatalogError
+from ..pipeline.chain import (
+    SHOWN,
+    Camera,
+    Chain,
+    chain,
+    checked_config,
+    on_sensor,
+    plan,
+    stage,
+    through_camera,
+)
+from ..pipeline.runtime_estimate import expected_s
+from ..plugins.component import Stage
+from ..plugins.registry import plugin_manager
+from ..storage import store
+from ..uncertainty.ledger import Ledger
+from .processor import kernels
+from .provenance import fingerprint, input_digests, versions
+from .radiance_cache import described, held_and_missing, scene_radiance
+from .run_warnings import warnings_of
+
+
+@dataclass
+class Result:
+    """A finished run, read back from its store."""
+
+    path: Path
+    attributes: dict[str, Any]
+    computed: bool  # False: the same run was already stored
+
+    @property
+    def key(self) -> str:
+        """The run's name: the hash of its config, code, versions and inputs."""
+        return self.attributes["key"]
+
+    @cached_property
+    def ledger(self) -> Ledger:
+        """The rows: stage, seconds, peak memory, error, what was left out."""
+        return Ledger.from_records(self.attributes["ledger"])
+
+    @property
+    def scores(self) -> list[dict]:
+        """One dictionary per camera, metric and object."""
+        return self.attributes["scores"]
+
+    @property
+    def warnings(self) -> list[dict]:
+        """One dictionary per warning: key, camera, value, limit and unit (`run_warnings`)."""
+        return self.attributes.get("warnings", [])
+
+    @property
+    def cameras(self) -> list[str]:
+        """Names of the cameras."""
+        return self.attributes["cameras"]
+
+    def open(self, group: str):
+        """Return one group of the store as a Dataset: `picture/bayer`, `captures/bayer`, `truth/bayer`, `light`, `versions/day`."""
+        return store.open_store(self.path, group)
+
+
+def run(config) -> Result:
+    """Run the chain that a composed config describes, or return the stored run of the same key.
+
+    Raises
+    ------
+    IsetHdrError : bad input, named before expensive work starts; nothing already stored is lost.
+    """
+    config = checked_config(config)
+    parts, settings = chain(config), plain(config)
+    key = run_key(settings, parts)
+    folder = store.home() / "runs"
+    path = store.find_complete(folder, key)
+    if path is not None:
+        return announced(Result(path, store.read_attrs(path), computed=False), parts)
+    check_writable(folder)
+    failed = store.home() / "failed" / f"{key}.txt"
+    try:
+        with threadpool_limits(
+            1, "blas"
+        ):  # its own threads would spin beside those of the stages, and longer than they work
+            path = _compute(config, settings, parts, key, folder)
+    except Exception as err:
+        with suppress(OSError):  # a full disk must not hide the error that it caused
+            failed.parent.mkdir(parents=True, exist_ok=True)
+            failed.write_text(traceback.format_exc())
+            err.add_note(f"traceback in {failed}")
+        plugin_manager().hook.isethdr_on_stage_error(stage=Stage("run", key, parts, error=err))
+        raise
+    failed.unlink(missing_ok=True)
+    return announced(Result(path, store.read_attrs(path), computed=True), parts)
+
+
+def announced(result: Result, parts: Chain) -> Result:
+    """Tell the plugins of a finished run, also of one that was stored before: a report that is missing is then made."""
+    plugin_manager().hook.isethdr_after_stage(stage=Stage("run", result.key, parts, result=result))
+    return result
+
+
+def check_writable(folder: Path) -> None:
+    """Raise CatalogError where no store could be written later: found out in a moment, before the work of hours."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if not os.access(folder, os.W_OK):
+            raise PermissionError(errno.EACCES, "no permission to write there")
+    except OSError as err:
+        raise CatalogError(
+            f"cannot write stores into {folder}: {err.strerror}; "
+            "choose another folder with ISETHDR_HOME=/path"
+        ) from err
+
+
+def run_key(config, parts: Chain) -> str:
+    """Return the hash of all that can change the result: resolved config (or its `plain` data), code, library versions, input files."""
+    components = parts.components()
+    return store.content_hash(
+        {
+            "config": plain(config),
+            "code": fingerprint(*components),
+            "versions": versions(),
+            "inputs": input_digests(*components),
+        }
+    )
+
+
+def plain(config) -> dict:
+    """Return a composed config as plain data, without Hydra's own node."""
+    from omegaconf import OmegaConf
+
+    data = (
+        OmegaConf.to_container(config, resolve=True)
+        if OmegaConf.is_config(config)
+        else dict(config)
+    )
+    return {k: v for k, v in data.items() if k not in ("hydra", "experiment", "choices")}
+
+
+def _compute(config, settings: dict, parts: Chain, key: str, folder: Path) -> Path:
+    from .seeds import generator
+
+    rows = Ledger()
+    demand = plan(parts, rows)
+    expected = expected_s(parts, settings, held_and_missing(parts, demand)[1])
+    scene, ids = scene_radiance(parts, demand, rows, config)
+    mixed = stage(
+        rows, "lighting", config.lighting.name, parts.lighting, lambda: parts.lighting(scene)
+    )
+    versions_mixed = {
+        name: stage(rows, "lighting", name, light, lambda part=light: part(scene))
+        for name, light in parts.versions.items()
+        if scene.sizes["light_group"] > 1
+    }
+    light = stage(
+        rows, "lens", config.lens.name, parts.lens, lambda: on_sensor(parts, mixed, demand)
+    )
+    # the recipe, not the store: which groups were rendered when must not change the noise
+    random = generator(
+        config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name
+    )
+    cameras = {
+        name: through_camera(parts, rows, name, light, mixed, scene, random, demand)
+        for name in parts.cameras
+    }
+    for row in rows:
+        row.light_parts.clear()  # as large as the light; nobody reads it any more
+    attributes = _record(
+        config, settings, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows
+    ) | {"expected_s": expected}
+    return store.write_store(
+        folder,
+        key,
+        _groups(cameras, {SHOWN: mixed, **versions_mixed} if parts.looked_at else {}),
+        attributes,
+    )
+
+
+def _groups(cameras: dict[str, Camera], shown) -> dict:
+    groups = {f"versions/{name}": tristimulus(m) for name, m in shown.items()}
+    for name, seen in cameras.items():
+        # normals lie along a dimension `xyz`, and a picture has a variable of that name
+        labels = (
+            seen.labels.rename_dims(xyz="direction") if "xyz" in seen.labels.dims else seen.labels
+        )
+        truth = seen.truth.assign({v: labels[v] for v in labels.data_vars}).assign_attrs(
+            labels.attrs
+        )
+        groups |= {
+            f"captures/{name}": seen.captures,
+            f"picture/{name}": seen.picture,
+            f"truth/{name}": truth,
+        }
+    return groups
+
+
+def _record(config, settings, parts, key, ids, scene, mixed, shown, cameras, rows) -> dict:
+    choices = dict(config.get("choices") or {})
+    return {
+        "kind": "run",
+        "key": key,
+        "config": settings,
+        "scene_id": ids[0] if ids else "",
+        "scene_ids": ids,
+        "scene": described(parts.scene),
+        "choices": choices,
+        "lighting": choices.get("lighting", config.lighting.name),
+        "lens": choices.get("lens", config.lens.name),
+        "weights": mixed.attrs["weights"],
+        "versions_shown": shown,
+        "cameras": list(cameras),
+        "lighting_notes": {
+            k: v
+            for k, v in mixed.attrs.items()
+            if k in ("infeasible", "targets", "modulation") and v
+        },
+        "sensors": {name: type(parts.cameras[name]).__name__ for name in cameras},
+        "objects": scene.attrs.get("objects", []),
+        "lamps": scene.attrs.get("lamps", []),
+        "scores": [
+            {"camera": name, **asdict(score)}
+            for name, seen in cameras.items()
+            for score in seen.scores
+        ],
+        "warnings": [
+            asdict(warning)
+            for name, seen in cameras.items()
+            for warning in warnings_of(name, seen.picture, seen.truth, seen.labels)
+        ],
+        "ledger": rows.as_records(),
+        "versions": versions(),
+        "kernels": kernels(*parts.components()),
+        "code": fingerprint(*parts.components()),
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+    }

@@ -1,0 +1,210 @@
+"""Datasets as files of zarr v3, written without an event loop.
+
+A run's store has thirty arrays, most of a few numbers. The zarr library hands each to an event loop and that to threads: 0.3 s of CPU time
+for arrays that hold next to nothing. What a store needs of the format is little: zarr core 3.0 with the codecs bytes, vlen-utf8, blosc,
+crc32c and sharding_indexed 1.0 (zarr-specs.readthedocs.io). Everything is read through that library.
+"""
+
+from __future__ import annotations
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import CatalogError
+from ..runs.names import check_path
+from .encoding import compression, tiling
+from .manifest import FileRecord, file_record
+
+BYTES, CHECKSUM = {"name": "bytes", "configuration": {"endian": "little"}}, {"name": "crc32c"}
+FILL = {
+    "b": False,
+    "i": 0,
+    "u": 0,
+    "f": "NaN",
+}  # by kind of number; a hole in light is then visible
+METADATA = "zarr.json"
+
+
+def write_group(root: Path, key: str, attributes: dict) -> dict[str, FileRecord]:
+    """Make the group `key` of the store `root`, "" for the root itself, and those that it lies in.
+
+    Parameters
+    ----------
+    attributes : JSON types.
+
+    Returns
+    -------
+    dict : every file that was written, by its path below `root`.
+
+    Raises
+    ------
+    CatalogError : `key` leads out of the store.
+    """
+    check_path(key)
+    folder = root / key
+    folder.mkdir(parents=True, exist_ok=True)
+    written = {}
+    for around in folder.parents:
+        if root in (around, *around.parents) and not (around / METADATA).exists():
+            written |= _write_metadata(root, around, "group", attributes={})
+    return written | _write_metadata(root, folder, "group", attributes=attributes)
+
+
+def write_dataset(root: Path, key: str, ds) -> dict[str, FileRecord]:
+    """Write a Dataset, in memory and with attributes of JSON types, as the group `key` of the store `root`.
+
+    Returns
+    -------
+    dict : every file that was written, by its path below `root`.
+
+    Raises
+    ------
+    CatalogError : a variable holds neither numbers nor text, or a name leads out of the store.
+    """
+    for name in ds.variables:
+        check_path(str(name), single=True)
+    # as CF has it: which variables are coordinates although no dimension is called so
+    beside = sorted(str(name) for name in ds.coords if name not in ds.dims)
+    written = write_group(
+        root, key, {**ds.attrs, **({"coordinates": " ".join(beside)} if beside else {})}
+    )
+    with ThreadPoolExecutor() as pool:
+        for name, variable in ds.variables.items():
+            written |= _write_array(root, root / key / str(name), variable, pool)
+    return written
+
+
+def _write_array(root: Path, folder: Path, variable, pool) -> dict[str, FileRecord]:
+    values = variable.values
+    shard = tuple(max(1, size) for size in values.shape)
+    if values.dtype == object and all(isinstance(value, str) for value in values.flat):
+        codecs, encoded, fill = [{"name": "vlen-utf8"}, CHECKSUM], _text, ""
+    elif values.dtype.kind in FILL and values.itemsize <= 8:
+        blosc = compression(values.dtype)
+        codecs, encoded, fill = (
+            [BYTES, {"name": "blosc", "configuration": blosc}, CHECKSUM],
+            _blosc(blosc),
+            FILL[values.dtype.kind],
+        )
+    else:
+        raise CatalogError(
+            f"the variable {folder.name!r} is of {values.dtype}; a store holds numbers of 8 bytes at most, and text"
+        )
+    sharded = {"y", "x"} <= set(variable.dims) and values.size > 0
+    if sharded:
+        chunk, shard = tiling(dict(variable.sizes))
+        codecs = [
+            {
+                "name": "sharding_indexed",
+                "configuration": {
+                    "chunk_shape": chunk,
+                    "codecs": codecs,
+                    "index_codecs": [BYTES, CHECKSUM],
+                    "index_location": "end",
+                },
+            }
+        ]
+        encoded = _sharded(chunk, encoded, pool)
+    folder.mkdir()
+    written = _write_metadata(
+        root,
+        folder,
+        "array",
+        shape=values.shape,
+        data_type="string" if values.dtype == object else values.dtype.name,
+        chunk_grid={"name": "regular", "configuration": {"chunk_shape": shard}},
+        chunk_key_encoding={"name": "default", "configuration": {"separator": "/"}},
+        fill_value=fill,
+        codecs=codecs,
+        attributes=variable.attrs,
+        dimension_names=variable.dims,
+    )
+    for place, part in _parts(values, shard):
+        file = folder.joinpath("c", *map(str, place))
+        file.parent.mkdir(parents=True, exist_ok=True)
+        pieces = encoded(part)
+        with file.open("wb") as out:
+            out.writelines(pieces)
+        written[file.relative_to(root).as_posix()] = file_record(pieces, sharded)
+    return written
+
+
+def _parts(values, shape):
+    """Yield (place, part) of a regular grid of parts of `shape`, in the order of the format; those at the end may be smaller."""
+    for place in np.ndindex(
+        *(-(-size // part) for size, part in zip(values.shape, shape, strict=True))
+    ):
+        yield (
+            place,
+            values[
+                (
+                    *(
+                        slice(k * part, (k + 1) * part)
+                        for k, part in zip(place, shape, strict=True)
+                    ),
+                    ...,
+                )
+            ],
+        )
+
+
+def _text(values) -> list[bytes]:
+    """Return texts in the codec vlen-utf8: how many, then each with its length before it."""
+    texts = [value.encode() for value in values.flat]
+    return _checked(b"".join([_size(len(texts)), *(_size(len(text)) + text for text in texts)]))
+
+
+def _blosc(configuration):
+    """Return a function(values) -> list of bytes: compressed, and a checksum that turns a flipped bit into an error."""
+    from numcodecs import blosc
+
+    blosc.use_threads = (
+        False  # as zarr sets it: the bytes would depend on which thread was the faster
+    )
+    codec = blosc.Blosc(
+        configuration["cname"],
+        configuration["clevel"],
+        getattr(blosc, configuration["shuffle"].upper()),
+    )
+    return lambda values: _checked(
+        codec.encode(np.ascontiguousarray(values, values.dtype.newbyteorder("<")))
+    )
+
+
+def _sharded(chunk, encoded, pool):
+    """Return a function(values) -> list of bytes of a shard: its chunks, then where each begins and how long it is."""
+
+    def one(found) -> list[bytes]:
+        _, part = found
+        short = [(0, whole - size) for whole, size in zip(chunk, part.shape, strict=True)]
+        return encoded(np.pad(part, short) if np.any(short) else part)
+
+    def shard(values) -> list[bytes]:
+        found = list(pool.map(one, _parts(values, chunk)))
+        lengths = np.array([sum(map(len, data)) for data in found], "<u8")
+        return [piece for data in found for piece in data] + _checked(
+            np.stack([np.cumsum(lengths) - lengths, lengths], 1).tobytes()
+        )
+
+    return shard
+
+
+def _checked(data: bytes) -> list[bytes]:
+    import google_crc32c
+
+    return [data, _size(google_crc32c.value(data))]
+
+
+def _size(number: int) -> bytes:
+    return number.to_bytes(4, "little")
+
+
+def _write_metadata(root: Path, folder: Path, node_type: str, **content) -> dict[str, FileRecord]:
+    file = folder / METADATA
+    content = {"zarr_format": 3, "node_type": node_type, **content}
+    data = json.dumps(content, allow_nan=False).encode()
+    file.write_bytes(data)
+    return {file.relative_to(root).as_posix(): file_record([data])}

@@ -1,0 +1,280 @@
+"""Manifest of a store: size and checksum of every file, so that damage is named and never read as data.
+
+zarr returns the fill value where a chunk file is missing: 0, False or NaN, which are plausible
+data.
+The manifest lists what was written. It is an empty zarr group, `manifest/zarr.json`, whose
+attributes hold
+
+    store    name of the store: two stores that were exchanged are noticed
+    files    {path: {size, sha256, parts}} of every other file, the root attributes included
+    digest   SHA-256 of `store` and `files`
+
+A changed file contradicts the manifest, a changed manifest contradicts its digest, and a store of
+this format
+without a manifest is refused. So an edit of any single file is noticed. Whoever rewrites a file and
+the
+manifest consistently is not: checksums protect against damage, not against forgery.
+
+`parts` serves reads of single chunks of a shard: the manifest repeats the CRC-32C with which each
+chunk, and the
+index behind the last one, ends. A damaged chunk is noticed without reading the rest of the shard. A
+CRC-32C over a whole file would be useless: behind data that end
+with their own CRC the register is the same for all data of one length (Koopman, 32-bit cyclic
+redundancy codes
+for Internet applications, 2002). Whole files therefore have a SHA-256.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import stat
+from bisect import bisect_left
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import accumulate
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import CatalogError
+
+MANIFEST = "manifest"  # the group's name: no dataset may use it
+METADATA = "zarr.json"
+MANIFEST_FILE = f"{MANIFEST}/{METADATA}"
+CRC_BYTES = 4
+ADVICE = (
+    "see `isethdr catalog verify`; "
+    "a store that cannot be saved is removed by hand and computed again"
+)
+
+
+class Part(NamedTuple):
+    """One chunk of a shard, or its index: size in bytes, and the CRC-32C in its last four bytes."""
+
+    size: int
+    crc32c: int
+
+
+@dataclass(frozen=True)
+class FileRecord:
+    """What the manifest knows of one file; `parts` is empty where the file is read as a whole."""
+
+    size: int
+    sha256: str
+    parts: tuple[Part, ...] = ()
+
+    @cached_property
+    def borders(self) -> list[int]:
+        """First byte of each part, and the end of the last."""
+        return list(accumulate((part.size for part in self.parts), initial=0))
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """All files of a store but the manifest itself, by their paths below the store."""
+
+    store: str
+    files: dict[str, FileRecord]
+
+
+def file_record(pieces: list[bytes], sharded: bool = False) -> FileRecord:
+    """Describe a file that consists of `pieces`.
+
+    Parameters
+    ----------
+    pieces : in the order of the file. Of a shard: data, CRC-32C, data, CRC-32C, ...
+    """
+    digest = hashlib.sha256()
+    for piece in pieces:
+        digest.update(piece)
+    pairs = zip(pieces[::2], pieces[1::2], strict=True) if sharded else ()
+    parts = tuple(Part(len(data) + CRC_BYTES, int.from_bytes(crc, "little")) for data, crc in pairs)
+    return FileRecord(sum(map(len, pieces)), digest.hexdigest(), parts)
+
+
+def serialized(manifest: Manifest) -> bytes:
+    """Return the bytes of `manifest/zarr.json`."""
+    files = {}
+    for key, record in sorted(manifest.files.items()):
+        files[key] = {"size": record.size, "sha256": record.sha256}
+        if record.parts:
+            files[key]["parts"] = [list(part) for part in record.parts]
+    content = {"store": manifest.store, "files": files}
+    attributes = content | {"digest": hashlib.sha256(_json(content)).hexdigest()}
+    return _json({"zarr_format": 3, "node_type": "group", "attributes": attributes})
+
+
+def write_manifest(root: Path, manifest: Manifest) -> None:
+    """Write the manifest of the store `root`, as a whole or not at all."""
+    file = root / MANIFEST_FILE
+    file.parent.mkdir(exist_ok=True)
+    temporary = file.with_suffix(f".{os.getpid()}.tmp")
+    try:
+        temporary.write_bytes(serialized(manifest))
+        temporary.replace(file)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def read_manifest(root: Path) -> Manifest | None:
+    """Return the manifest of a store, None where there is none.
+
+    Raises
+    ------
+    CatalogError : the manifest was changed or cannot be read, or belongs to a store of another
+        name.
+    """
+    try:
+        found = os.stat(root / MANIFEST_FILE)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        raise damaged(root, MANIFEST_FILE, f"cannot be read ({error})") from None
+    manifest = _parsed(root, found.st_ino, found.st_mtime_ns, found.st_size)
+    if manifest.store not in (root.stem, root.resolve().stem):
+        raise CatalogError(
+            f"the store {root} holds the data of {manifest.store!r}: it was renamed or exchanged; "
+            f"rename it to {manifest.store}.zarr, or see `isethdr catalog verify`"
+        )
+    return manifest
+
+
+@lru_cache(maxsize=64)
+def _parsed(root: Path, *_state: int) -> Manifest:
+    """Read a manifest once per process as long as the file stays as it is."""
+    try:
+        text = (root / MANIFEST_FILE).read_bytes()
+        attributes = json.loads(text)["attributes"]
+        files = {}
+        for key, entry in attributes["files"].items():
+            parts = tuple(Part(*part) for part in entry.get("parts", ()))
+            files[key] = FileRecord(entry["size"], entry["sha256"], parts)
+        manifest = Manifest(attributes["store"], files)
+        same = serialized(manifest) == text and METADATA in files
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise damaged(root, MANIFEST_FILE, f"cannot be read ({error})") from None
+    if not same:
+        raise damaged(root, MANIFEST_FILE, "was changed: it contradicts its own digest")
+    return manifest
+
+
+def check_files(root: Path, manifest: Manifest) -> None:
+    """Raise CatalogError unless every file is there with its size; contents are not read."""
+    for key, record in manifest.files.items():
+        if problem := _missing(root, key, record):
+            raise damaged(root, key, problem)
+
+
+def check_metadata(root: Path, manifest: Manifest, group: str) -> None:
+    """Raise CatalogError unless the metadata of a group and of its arrays are what was written."""
+    for key, record in manifest.files.items():
+        folder, _, name = key.rpartition("/")
+        if name == METADATA and group in (folder, folder.rpartition("/")[0]):
+            try:
+                data = (root / key).read_bytes()
+            except OSError as error:
+                raise damaged(root, key, f"cannot be read ({error.strerror})") from None
+            check_whole(root, key, record, data)
+
+
+def problems(root: Path, manifest: Manifest) -> list[str]:
+    """Read every file of a store and return what is wrong, one line per file."""
+    found = []
+    for key, record in manifest.files.items():
+        problem = _missing(root, key, record)
+        if not problem:
+            try:
+                with open(root / key, "rb") as file:
+                    same = hashlib.file_digest(file, "sha256").hexdigest() == record.sha256
+                problem = "" if same else "holds other bytes than were written"
+            except OSError as error:
+                problem = f"cannot be read ({error})"
+        if problem:
+            found.append(f"{key} {problem}")
+    extra = set(stored_files(root)) - manifest.files.keys() - {MANIFEST_FILE}
+    return found + [f"{key} is not part of the store" for key in sorted(extra)]
+
+
+def stored_files(root: Path) -> Iterable[str]:
+    """Yield the path below `root` of every file there."""
+    for folder, _, names in os.walk(root):
+        for name in names:
+            yield Path(folder, name).relative_to(root).as_posix()
+
+
+def check_whole(root: Path, key: str, record: FileRecord, data) -> None:
+    """Raise CatalogError unless `data`, a buffer, is what was written to the file `key`."""
+    view = memoryview(data)
+    if len(view) != record.size:
+        raise damaged(root, key, _other_size(len(view), record.size))
+    if record.parts:
+        check_parts(root, key, record, 0, view)
+    elif hashlib.sha256(view).hexdigest() != record.sha256:
+        raise damaged(root, key, "holds other bytes than were written")
+
+
+def check_parts(root: Path, key: str, record: FileRecord, start: int, data) -> bool:
+    """Compare the CRC-32C of parts of a shard with the manifest.
+
+    Parameters
+    ----------
+    start : first byte of `data` in the file.
+    data : a buffer that holds a whole number of parts.
+
+    Returns
+    -------
+    bool : False where `data` does not begin and end with a part, so that nothing was compared.
+
+    Raises
+    ------
+    CatalogError : a part is not what was written.
+    """
+    import google_crc32c
+
+    view = np.frombuffer(data, np.uint8)
+    covered = _covered(record, start, start + len(view))
+    if covered is None:
+        return False
+    first = 0
+    for part in covered:
+        end = first + part.size
+        crc = google_crc32c.value(view[first : end - CRC_BYTES])
+        stored_crc = int.from_bytes(view[end - CRC_BYTES : end].tobytes(), "little")
+        first = end
+        if not crc == stored_crc == part.crc32c:
+            raise damaged(root, key, "holds other chunks than were written")
+    return True
+
+
+def damaged(root: Path, key: str, problem: str) -> CatalogError:
+    """Return the error that names a damaged file of a store."""
+    return CatalogError(f"the store {root} is damaged: {key} {problem}; {ADVICE}")
+
+
+def _covered(record: FileRecord, start: int, end: int) -> tuple[Part, ...] | None:
+    """Return the parts from byte `start` to `end`; None where these are not borders of parts."""
+    first, last = bisect_left(record.borders, start), bisect_left(record.borders, end)
+    found = record.borders[first : first + 1] + record.borders[last : last + 1]
+    return record.parts[first:last] if found == [start, end] else None
+
+
+def _missing(root: Path, key: str, record: FileRecord) -> str:
+    try:
+        found = os.stat(root / key)
+    except OSError as error:
+        return f"is missing ({error.strerror})"
+    if not stat.S_ISREG(found.st_mode):
+        return "is not a file"
+    return "" if found.st_size == record.size else _other_size(found.st_size, record.size)
+
+
+def _other_size(size: int, expected: int) -> str:
+    return f"has {size} bytes, {expected} were written"
+
+
+def _json(content) -> bytes:
+    return json.dumps(content, allow_nan=False).encode()

@@ -1,0 +1,117 @@
+"""Reading zarr files that a manifest vouches for: what differs from the manifest is an error, never a fill value."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import AsyncIterator, Sequence
+from pathlib import Path
+
+from zarr.abc.store import ByteRequest, OffsetByteRequest, RangeByteRequest
+from zarr.core.buffer import Buffer, BufferPrototype
+from zarr.storage import LocalStore
+
+from .manifest import Manifest, check_parts, check_whole, damaged
+
+
+class ManifestStore(LocalStore):
+    """A folder of zarr files, read only; each read is compared with the manifest.
+
+    Small files are compared by their SHA-256, chunks of a shard by their CRC-32C. Files that the
+    manifest does
+    not list do not exist for zarr.
+    """
+
+    def __init__(self, root: Path, manifest: Manifest, *, read_only: bool = True) -> None:
+        super().__init__(root, read_only=True)
+        self.manifest = manifest
+        self._whole: dict[str, tuple[int, ...]] = {}  # shards read as a whole: state of the file
+
+    def with_read_only(self, read_only: bool = True) -> ManifestStore:
+        """Return the same store: it is never written."""
+        return type(self)(self.root, self.manifest)
+
+    async def get(
+        self,
+        key: str,
+        prototype: BufferPrototype | None = None,
+        byte_range: ByteRequest | None = None,
+    ) -> Buffer | None:
+        """Return the bytes of a file, or of a range of it, None where the manifest has no such file."""
+        if key not in self.manifest.files:
+            return None
+        return self._checked(key, byte_range, await super().get(key, prototype, byte_range))
+
+    def get_sync(
+        self,
+        key: str,
+        *,
+        prototype: BufferPrototype | None = None,
+        byte_range: ByteRequest | None = None,
+    ) -> Buffer | None:
+        """Return the same as `get`, without an event loop."""
+        if key not in self.manifest.files:
+            return None
+        data = super().get_sync(key, prototype=prototype, byte_range=byte_range)
+        return self._checked(key, byte_range, data)
+
+    async def get_ranges(
+        self,
+        key: str,
+        byte_ranges: Sequence[ByteRequest | None],
+        *,
+        prototype: BufferPrototype,
+        **_,
+    ) -> AsyncIterator[Sequence[tuple[int, Buffer | None]]]:
+        """Yield ranges of a file one by one; zarr's own would wrap our error in an exception group."""
+        for index, byte_range in enumerate(byte_ranges):
+            yield [(index, await self.get(key, prototype, byte_range))]
+
+    def get_ranges_sync(
+        self,
+        key: str,
+        byte_ranges: Sequence[ByteRequest | None],
+        *,
+        prototype: BufferPrototype,
+        **_,
+    ) -> Sequence[tuple[int, Buffer | None]]:
+        """Return the same as `get_ranges`, without an event loop."""
+        return [
+            (index, self.get_sync(key, prototype=prototype, byte_range=byte_range))
+            for index, byte_range in enumerate(byte_ranges)
+        ]
+
+    async def list_dir(self, prefix: str) -> AsyncIterator[str]:
+        """Yield the names of the files and folders directly below `prefix`, as the manifest knows them."""
+        start = f"{prefix.rstrip('/')}/" if prefix else ""
+        below = (key[len(start) :] for key in self.manifest.files if key.startswith(start))
+        for name in dict.fromkeys(rest.partition("/")[0] for rest in below):
+            yield name
+
+    def _checked(self, key: str, byte_range: ByteRequest | None, data: Buffer | None) -> Buffer:
+        record = self.manifest.files[key]
+        if data is None:
+            raise damaged(self.root, key, "is missing")
+        view = data.as_numpy_array()
+        if byte_range is None:
+            check_whole(self.root, key, record, view)
+            return data
+        if isinstance(byte_range, RangeByteRequest):
+            start, expected = byte_range.start, byte_range.end - byte_range.start
+        elif isinstance(byte_range, OffsetByteRequest):
+            start, expected = byte_range.offset, record.size - byte_range.offset
+        else:
+            start, expected = record.size - byte_range.suffix, byte_range.suffix
+        if len(view) != expected:
+            raise damaged(self.root, key, "is shorter than it was written")
+        if not check_parts(self.root, key, record, start, view):
+            self._check_once(key)
+        return data
+
+    def _check_once(self, key: str) -> None:
+        """Compare a whole file with the manifest, again only if the file has changed since."""
+        path = self.root / key
+        found = os.stat(path)
+        state = (found.st_ino, found.st_mtime_ns, found.st_size)
+        if self._whole.get(key) != state:
+            check_whole(self.root, key, self.manifest.files[key], path.read_bytes())
+            self._whole[key] = state

@@ -1,0 +1,369 @@
+"""Zarr v3 stores that are either whole or not there.
+
+A store is written by one process under a temporary name in its final folder, read back, and renamed;
+whatever has its final name is complete and never changes again. Killed writers leave only temporary
+names, which the next writer in that folder removes.
+
+    <ISETHDR_HOME or ./runs>/scenes/<name>.zarr    one scene's radiance and labels
+    <ISETHDR_HOME or ./runs>/runs/<name>.zarr      one run: captures, pictures, scores
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import json
+import os
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import CatalogError
+from ..runs.names import check_path
+from ..uncertainty import ledger
+from .arrays import write_dataset, write_group
+from .atomic_write import remove_leftovers, temporary_path
+from .encoding import KEEPBITS, LIGHT, jsonable, portable, restored, rounding
+from .manifest import (
+    ADVICE,
+    MANIFEST,
+    MANIFEST_FILE,
+    Manifest,
+    check_files,
+    check_metadata,
+    check_whole,
+    damaged,
+    read_manifest,
+    write_manifest,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FORMAT = 2  # of the layout below the root; raised when an older reader would misread a newer store
+WITHOUT_MANIFEST = 1  # the format before manifests: `isethdr catalog adopt` adds one
+ROOT_FILE = "zarr.json"
+
+
+def home() -> Path:
+    """Return the folder that holds `scenes/` and `runs/`: the variable ISETHDR_HOME, or ./runs."""
+    return Path(os.environ.get("ISETHDR_HOME") or "runs")
+
+
+def content_hash(obj) -> str:
+    """Return 16 hex digits that name `obj` by its content; the order of dictionary keys does not matter."""
+    text = json.dumps(jsonable(obj), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def find_complete(folder, name: str) -> Path | None:
+    """Return the path of the complete store `name` in `folder`, or None where it still has to be made.
+
+    Raises
+    ------
+    CatalogError : as `read_attrs`; or a file is missing or has another size.
+    """
+    path = Path(folder) / f"{name}.zarr"
+    if not path.exists():
+        return None
+    _opened(path)
+    return path
+
+
+def read_attrs(path) -> dict:
+    """Return the root attributes of a store, without reading any array.
+
+    Raises
+    ------
+    CatalogError : missing, damaged, incomplete, or written by a newer version.
+    """
+    return _root(Path(path))[0]
+
+
+def _opened(path: Path) -> tuple[dict, Manifest | None]:
+    """Return the root attributes and the manifest of a store whose files are all there with their size."""
+    attrs, manifest = _root(path)
+    if manifest is not None:
+        check_files(path, manifest)
+    return attrs, manifest
+
+
+def _root(path: Path) -> tuple[dict, Manifest | None]:
+    """Return the root attributes, compared with the manifest, and the manifest; None for a store of format 1."""
+    try:
+        text = (path / ROOT_FILE).read_bytes()
+        attrs = json.loads(text)["attributes"]
+        complete, version = attrs.get("complete"), attrs.get("format")
+    except FileNotFoundError:
+        if path.exists():
+            raise CatalogError(f"{path} is not a store: it holds no zarr.json; {ADVICE}") from None
+        raise CatalogError(
+            f"there is no store {path}; `isethdr catalog find` lists what there is"
+        ) from None
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise CatalogError(
+            f"the store {path} is damaged: zarr.json cannot be read ({error}); {ADVICE}"
+        ) from None
+    if complete is not True:
+        raise CatalogError(
+            f"the store {path} is incomplete: it lacks the mark that is written last; {ADVICE}"
+        )
+    manifest = read_manifest(path)
+    if manifest is not None:
+        try:
+            check_whole(path, ROOT_FILE, manifest.files[ROOT_FILE], text)
+        except CatalogError as error:
+            if version == WITHOUT_MANIFEST:
+                raise CatalogError(
+                    f"{error}; `isethdr catalog adopt` finishes an adoption that was interrupted"
+                ) from None
+            raise
+    if version not in (WITHOUT_MANIFEST, FORMAT) or isinstance(version, bool):
+        raise CatalogError(
+            f"the store {path} has format {version!r}; this version reads {WITHOUT_MANIFEST} and {FORMAT}; "
+            "install the isethdr that wrote it"
+        )
+    if manifest is None and version == FORMAT:
+        raise damaged(path, MANIFEST_FILE, "is missing")
+    return restored(attrs), manifest
+
+
+def write_store(
+    folder, name: str, datasets: dict[str, xr.Dataset], attrs: dict, keepbits: int | None = KEEPBITS
+) -> Path:
+    """Write a store as a whole, or nothing; keep the one that is there already.
+
+    Parameters
+    ----------
+    folder : where the store goes; made if missing.
+    name : name without `.zarr`, usually holding a `content_hash` of all that made it.
+    datasets : {group: Dataset}; "" is the root, "captures/bayer" a nested group.
+    attrs : root attributes, by which the catalog finds the store.
+    keepbits : mantissa bits kept of radiance and irradiance; None keeps all.
+
+    Returns
+    -------
+    Path : `<folder>/<name>.zarr`, complete.
+
+    Raises
+    ------
+    CatalogError : the folder cannot be written, is full, or holds a damaged store of that name.
+    """
+    check_path(name, single=True)
+    for key in datasets:
+        check_path(key)
+        if key.split("/")[0] == MANIFEST:
+            raise CatalogError(
+                f"the group {key!r} cannot be stored: {MANIFEST!r} is the store's own"
+            )
+    folder = Path(folder)
+    final = folder / f"{name}.zarr"
+    if any(set(LIGHT) & set(ds.variables) for ds in datasets.values()):
+        ledger.error(
+            rounding(keepbits), "relative", "bound", "light as stored, rounded in its mantissa"
+        )
+    if find_complete(folder, name):
+        return final
+    temporary = temporary_path(folder, name)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        remove_leftovers(folder)
+        _write(
+            temporary,
+            name,
+            {key: portable(ds, keepbits) for key, ds in datasets.items()},
+            jsonable(attrs),
+        )
+        _to_disk(temporary)
+        try:
+            os.rename(temporary, final)
+        except OSError as error:
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+                raise
+            find_complete(
+                folder, name
+            )  # another writer of the same recipe was faster: its store is as good
+    except OSError as error:
+        raise _cannot_write(final, error) from error
+    finally:
+        shutil.rmtree(
+            temporary, ignore_errors=True
+        )  # gone already after the rename; left by any failure or Ctrl-C
+    return final
+
+
+def _write(path: Path, name: str, datasets: dict, attrs: dict) -> None:
+    written = write_group(path, "", {})
+    for key, ds in datasets.items():
+        written |= write_dataset(path, key, ds)
+    for key, ds in datasets.items():
+        _check_written(path, key, ds)
+    root = json.loads((path / ROOT_FILE).read_bytes())["attributes"]
+    written |= write_group(path, "", {**root, **attrs, "format": FORMAT, "complete": True})
+    write_manifest(path, Manifest(name, written))
+
+
+def _check_written(path: Path, key: str, ds) -> None:
+    import zarr
+
+    for name in set(LIGHT) & set(ds.variables):
+        stored = zarr.open_array(path / key / name, mode="r")
+        if stored.shape != ds.variables[name].shape:
+            raise CatalogError(
+                f"{path}: {key}/{name} was written as {stored.shape}, expected {ds.variables[name].shape}; write it again"
+            )
+        if hole := holes(stored):
+            raise CatalogError(
+                f"{path}: {key}/{name} holds NaN at {hole}; light is finite: a failed render, or a chunk was lost"
+            )
+
+
+def holes(array) -> str:
+    """Return where a zarr array of floats holds NaN, the value of what was never written; "" where nowhere."""
+    for i in range(array.shape[0] if array.ndim else 0):  # one shard at a time bounds the memory
+        if np.isnan(array[i]).any():
+            return f"index {i} of {array.shape[0]}"
+    return ""
+
+
+def _to_disk(path: Path) -> None:
+    """Ask the disk for every file before the rename, so that a power cut cannot leave a renamed, empty store."""
+    for folder, _, files in os.walk(path):
+        for file in files:
+            handle = os.open(os.path.join(folder, file), os.O_RDONLY)
+            try:
+                os.fsync(handle)
+            finally:
+                os.close(handle)
+
+
+def _cannot_write(final: Path, error: OSError) -> CatalogError:
+    reasons = {
+        errno.ENOSPC: "the disk is full",
+        errno.EDQUOT: "the disk quota is used up",
+        errno.EROFS: "the disk is read-only",
+        errno.EACCES: "no permission to write there",
+        errno.EPERM: "no permission to write there",
+    }
+    reason = reasons.get(error.errno, str(error))
+    return CatalogError(
+        f"cannot write {final}: {reason}; nothing was left behind; "
+        "make room or choose another folder with ISETHDR_HOME=/path"
+    )
+
+
+def open_store(path, group: str = "") -> xr.Dataset:
+    """Return one group of a complete store; arrays are read when their values are asked for.
+
+    Raises
+    ------
+    CatalogError : as `read_attrs`; or no such group.
+    """
+    import xarray as xr
+
+    path = Path(path)
+    root, manifest = _opened(path)
+    if manifest is None:
+        source = path
+    else:
+        from .reader import ManifestStore  # needs zarr, which is slow to import
+
+        check_metadata(path, manifest, group)
+        source = ManifestStore(path, manifest)
+    try:
+        ds = xr.open_zarr(
+            source,
+            group=group or None,
+            consolidated=False,
+            chunks=None,
+            mask_and_scale=False,
+            zarr_format=3,
+        )
+    except CatalogError:
+        raise
+    except (
+        Exception
+    ) as error:  # zarr, xarray and json each raise their own kinds on damaged metadata
+        known = ", ".join(repr(name) for name in _groups(path))
+        raise CatalogError(
+            f"cannot open group {group!r} of the store {path}: {error}; groups it holds: {known}; "
+            "see `isethdr catalog verify`"
+        ) from error
+    ds.attrs = restored(ds.attrs) if group else root
+    for name, variable in ds.variables.items():
+        variable.attrs = restored({k: v for k, v in variable.attrs.items() if k != "_FillValue"})
+        if variable.dtype.kind == "T":
+            ds[name] = variable.astype(object)  # as quantities.names makes them
+    return ds
+
+
+def _groups(path: Path) -> list[str]:
+    """Return the names of the groups of a store that can be read at all."""
+    files = [
+        file
+        for file in sorted(path.glob("**/zarr.json"))
+        if '"group"' in file.read_text(errors="replace")
+    ]
+    names = [file.parent.relative_to(path).as_posix() for file in files]
+    return [name for name in names if name != MANIFEST]
+
+
+def open_scene(path_or_id) -> xr.Dataset:
+    """Return stored scene radiance, joined with the sibling stores of its recipe that hold further groups or bands.
+
+    Parameters
+    ----------
+    path_or_id : a path that ends in `.zarr`, or a store name, a recipe hash, or the beginning of either, looked up
+        in `home()/scenes`.
+
+    Returns
+    -------
+    Dataset : scene radiance and labels; only the groups, bands and tiles that are used are read.
+    """
+    from .join import join_scenes
+
+    path = _scene_path(path_or_id)
+    base = open_store(path)
+    recipe = base.attrs.get("recipe")
+    siblings = [
+        p
+        for p, attrs in _complete_stores(path.parent)
+        if recipe and p != path and attrs.get("recipe") == recipe
+    ]
+    return join_scenes([base, *(open_store(p) for p in siblings)])
+
+
+def _scene_path(path_or_id) -> Path:
+    path = Path(path_or_id)
+    if path.suffix == ".zarr" or path.is_dir():
+        return path
+    folder, wanted = home() / "scenes", str(path_or_id)
+    found = {
+        p: attrs.get("recipe") or p.name
+        for p, attrs in _complete_stores(folder)
+        if p.stem.startswith(wanted) or str(attrs.get("recipe", "")).startswith(wanted)
+    }
+    if not found:
+        raise CatalogError(
+            f"no scene in {folder} is called {wanted!r} or begins so; "
+            "`isethdr catalog find kind=scene` lists them; a path ends in .zarr"
+        )
+    if len(set(found.values())) > 1:
+        raise CatalogError(
+            f"{wanted!r} could be any of {', '.join(sorted(p.stem for p in found))}; give more of the name"
+        )
+    return min(found)
+
+
+def _complete_stores(folder: Path) -> list[tuple[Path, dict]]:
+    stores = []
+    for path in sorted(folder.glob("*.zarr")):
+        try:
+            stores.append((path, read_attrs(path)))
+        except (
+            CatalogError
+        ):  # one damaged store must not hide the others; `isethdr catalog verify` names it
+            pass
+    return stores

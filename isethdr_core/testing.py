@@ -1,0 +1,9 @@
+"""Public path of `conformance`, the kit for plugin authors."""
+
+from .conformance import (
+    check,
+)
+
+__all__ = [
+    "check",
+]

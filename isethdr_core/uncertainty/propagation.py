@@ -1,0 +1,489 @@
+"""Noise units: every stage's stated error carried to the electrons of each capture, in units of the sensor's own noise.
+
+Linear propagation: the renderer's noise tile by tile (`scene_noise`), errors of the stages after it as shares of the electrons they
+act on (`error_terms`). Bounds and measured errors of a pixel add up to b, statistical ones in squares to the variance s^2.
+The pixel's error is then b + |normal deviate of standard deviation s|. A figure of a picture is what 99 % of its unsaturated pixels'
+errors are at most (`within`), whatever the figure is of: the renderer alone, all stages after it up to the sensor, the sensor, or all
+together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..data import camera_geometry
+from ..data.quantities import IRRADIANCE, PHOTOCURRENT
+from ..data.reference_picture import seen
+from ..data.temporal_modulation import time_mean
+from ..physics.radiometry import photons_per_energy
+from ..physics.resampling.area import detail_error, resample_mean
+from . import error_terms, ledger
+from .error_terms import ErrorNote, LightPart, Quantity
+from .ledger import Row
+from .render_noise import nearest_xyz, pixel_variance, relative_noise
+
+UNIT = "standard deviations of the sensor's noise"
+AFTER = (
+    "scene",
+    "radiance",
+    "lighting",
+    "lens",
+)  # stages whose errors reach the electrons as light does
+RELATIVE = ("relative", "share of a point's light", *error_terms.UNITS_OF_SPREAD)
+UNITS = (*RELATIVE, IRRADIANCE, "electrons", UNIT)  # of errors that a pixel's electrons have
+# sources of the figures of a picture
+RENDERER, AFTER_RENDERER, SENSOR, WHOLE = (
+    "renderer",
+    "all after the renderer",
+    "sensor",
+    "all stages",
+)
+TWO_SIDED = 2.5758  # standard deviations that 99 % of normal deviates stay within, both signs
+MOST_PIXELS = 65536  # spread evenly, that stand for all
+ENOUGH = 32768  # pixels of a capture, spread evenly, whose errors stand for those of all
+CLOSE = 1e-9  # relative: two figures of which one holds more errors than the other come out in that order, but for this
+SHARE = 0.99  # of the pixels, for the figure that speaks for a picture
+
+
+@dataclass(frozen=True, eq=False)
+class Electrons:
+    """Mean light electrons of one capture, (y, x): all of them, those that come straight from what a pixel looks at, and the noise."""
+
+    capture: str
+    total: np.ndarray
+    direct: np.ndarray
+    sigma: np.ndarray  # standard deviation of shot, read and converter noise
+    renderer: np.ndarray  # standard deviation that the noise of the scene makes
+    unsaturated: np.ndarray
+    per_irradiance: float  # electrons per W m-2 nm-1 in every band, of the most sensitive channel
+    spread: tuple[np.ndarray, np.ndarray] | None = (
+        None  # what the lens knows of its kernels: standard deviation and bound
+    )
+    parts: Mapping[str, np.ndarray] = field(
+        default_factory=dict
+    )  # electrons of the parts of the light that stages declared
+
+
+def missing(captures) -> list[str]:
+    """Return what `electrons` needs and captures of a sensor lack; what an isp of ours reads is enough."""
+    needed = (
+        "quantum_efficiency",
+        "filter",
+        "saturated",
+        "exposure_s",
+        "area_m2",
+        "read_noise_e",
+        "quantisation_e",
+        "dark_e",
+    )
+    return [n for n in needed if n not in captures] + [
+        n for n in ("focal_length_mm", "throughput_sr", "pitch_um") if n not in captures.attrs
+    ]
+
+
+def some_of(captures):
+    """Return captures at every so many pixels along both axes, `ENOUGH` at least; all of them where a lens distorts, which asks for whole areas.
+
+    The share of all pixels whose error is within a figure that holds for `SHARE` of these is stated, to three standard errors.
+    """
+    sizes = [captures.sizes[d] for d in ("y", "x")]
+    step = int(np.sqrt(np.prod(sizes) / ENOUGH))
+    step -= step % 2 == 0  # odd: all colours of a filter array take part
+    if step < 3 or not isinstance(camera_geometry.map_of(captures), camera_geometry.Identity):
+        return captures
+    few = captures.isel(
+        {d: slice(min(step // 2, n - 1), None, step) for d, n in zip(("y", "x"), sizes)}
+    )
+    looked_at = few.sizes["y"] * few.sizes["x"]
+    ledger.left_out(
+        f"errors of {np.prod(sizes) - looked_at} of {np.prod(sizes)} pixels",
+        f"others stand for them: one in {step} along each axis",
+        3 * float(np.sqrt(SHARE * (1 - SHARE) / looked_at)),
+        f"of the pixels, beside the {SHARE:.0%} that a figure speaks for",
+    )
+    return few
+
+
+def electrons(
+    captures, light, mixed, scene, whole: float = 0.0, spread_errors=None
+) -> list[Electrons]:
+    """Return what each capture holds, from the light itself.
+
+    Parameters
+    ----------
+    captures : captures Dataset. `light` : irradiance or photocurrent it was made of. `mixed` : mixed radiance that the light was made of.
+    scene : scene radiance, with `xyz_noise` where a renderer states it.
+    whole : relative noise of a scene that states none tile by tile, as `stated_noise`.
+    spread_errors : function(mixed, weights) -> (deviation, bound) of `weights` (channel, band) times irradiance, each (channel, y, x) on
+        the grid of `light`, or None: how wrong the lens's kernels may make it. Where there is none, what the lens states is taken.
+    """
+    light, mixed = time_mean(light), time_mean(mixed)
+    f_m = captures.attrs["focal_length_mm"] * 1e-3
+    gain = captures.attrs["throughput_sr"] * camera_geometry.relative_illumination(
+        captures.attrs, captures.x.values[None, :] / f_m, captures.y.values[:, None] / f_m
+    )
+    noise = relative_noise(scene, mixed)
+    known: dict[bytes, tuple] = {}  # most captures of one sensor see light alike
+    out = []
+    for k, name in enumerate(map(str, captures.capture.values)):
+        one = captures.isel(capture=k)
+        counting = one["quantum_efficiency"].values * photons_per_energy(captures.wavelength.values)
+        if counting.tobytes() not in known:
+            known[counting.tobytes()] = (
+                _rates(counting, captures, light, mixed, noise, gain, whole),
+                spread_errors and _spread(spread_errors(mixed, counting), captures, light),
+            )
+        scale = float(one["exposure_s"]) * float(one["area_m2"])
+        (total, direct, renderer), spread = known[counting.tobytes()]
+        total, direct, renderer = scale * total, scale * direct, scale * renderer
+        read = float(one["read_noise_e"]) ** 2 + float(one["quantisation_e"]) ** 2 / 12
+        sigma = np.sqrt(np.maximum(total + float(one["dark_e"]) + read, np.finfo(float).tiny))
+        out.append(
+            Electrons(
+                name,
+                total,
+                direct,
+                sigma,
+                renderer,
+                ~one["saturated"].values,
+                scale * float(counting.sum(1).max()),
+                spread and tuple(scale * s for s in spread),
+            )
+        )
+    return out
+
+
+def with_parts(shots: list[Electrons], captures, rows: list[Row]) -> list[Electrons]:
+    """Return the shots with the electrons of every part of the light that a row declares (`ledger.light_part`)."""
+    declared = {name: part for row in rows for name, part in row.light_parts.items()}
+    if not declared:
+        return shots
+    out = []
+    for k, shot in enumerate(shots):
+        one = captures.isel(capture=k)
+        counting = one["quantum_efficiency"].values * photons_per_energy(captures.wavelength.values)
+        scale = float(one["exposure_s"]) * float(one["area_m2"])
+        parts = {
+            name: scale * _at_pixels(counting, captures, part) for name, part in declared.items()
+        }
+        out.append(replace(shot, parts=parts))
+    return out
+
+
+def _at_pixels(counting, captures, part: LightPart) -> np.ndarray:
+    """Return the electrons per m2 and second that a part of the light makes at each pixel in its own channel."""
+    light, over_pixels = part.light, detail_error if part.within_tiles else resample_mean
+    side, place = captures.attrs["pitch_um"] * 1e-6, (captures.x.values, captures.y.values)
+    filters = captures["filter"].values
+    out = np.zeros(filters.shape)
+    for channel, row in enumerate(counting):
+        mine = filters == channel
+        if mine.any():
+            plane = _plane(row, captures, light)
+            out[mine] = over_pixels(plane, light.x.values, light.y.values, *place, side, side)[mine]
+    return out
+
+
+def _spread(errors, captures, light):
+    """Return errors (channel, y, x) of light at each pixel in its own channel: neighbouring tiles as if they erred alike."""
+    if errors is None:
+        return None
+    side, filters = captures.attrs["pitch_um"] * 1e-6, captures["filter"].values
+    out = np.zeros((len(errors), *filters.shape))
+    for whole, planes in zip(out, errors):
+        for channel, plane in enumerate(planes):
+            if (mine := filters == channel).any():
+                whole[mine] = resample_mean(
+                    plane,
+                    light.x.values,
+                    light.y.values,
+                    captures.x.values,
+                    captures.y.values,
+                    side,
+                    side,
+                )[mine]
+    return tuple(out)
+
+
+def stated_noise(rows: list[Row]) -> float:
+    """Return the largest relative noise that a renderer states as one number for a light group; 0 where there is no renderer."""
+    notes = [
+        note
+        for row in rows
+        if row.stage.split(" ")[0] in ("renderer", "radiance")
+        for note in row.errors
+    ]
+    return max(
+        (n.value for n in notes if n.unit == "relative" and n.how == "statistical"), default=0.0
+    )
+
+
+def _rates(counting, captures, light, mixed, noise, gain, whole):
+    """Return per m2 and second, at each pixel in its own channel: all electrons, the direct ones, and their standard deviation."""
+    side, place = captures.attrs["pitch_um"] * 1e-6, (captures.x.values, captures.y.values)
+    filters = captures["filter"].values
+    total, direct, variance = (
+        np.zeros(filters.shape),
+        np.zeros(filters.shape),
+        np.zeros(filters.shape),
+    )
+    for channel, row in enumerate(counting):
+        mine = filters == channel
+        if not mine.any():
+            continue
+        tiles = _sum(row, mixed.values)
+        total[mine] = resample_mean(
+            _plane(row, captures, light), light.x.values, light.y.values, *place, side, side
+        )[mine]
+        direct[mine] = (gain * seen(tiles, mixed, captures))[mine]
+        if noise is not None:
+            variance[mine] = (
+                gain**2
+                * pixel_variance(
+                    (noise[nearest_xyz(row, mixed.wavelength.values)] * tiles) ** 2, mixed, captures
+                )
+            )[mine]
+    return total, direct, np.sqrt(variance) if noise is not None else whole * direct
+
+
+def _plane(row, captures, light):
+    """Return the electrons per m2 and second (y, x) that light makes in a channel of `row`, electrons per energy in each band."""
+    if light.attrs["units"] != PHOTOCURRENT:
+        return _sum(row[np.isin(captures.wavelength.values, light.wavelength.values)], light.values)
+    efficiency = row / photons_per_energy(captures.wavelength.values)
+    apart = np.abs(np.asarray(light.attrs["efficiency"]) - efficiency).max(
+        1
+    )  # not 0 with crosstalk, which mixes channels
+    return light.values[int(apart.argmin())]
+
+
+def _sum(row, cube):
+    out = np.zeros(cube.shape[1:])
+    for weight, band in zip(row, cube):
+        if weight:
+            out += weight * band
+    return out
+
+
+def after(shot: Electrons, notes: Sequence[ErrorNote]) -> tuple[np.ndarray, np.ndarray]:
+    """Return (bound, standard deviation), (y, x) in electrons of one capture, of what `notes` of the stages after the renderer leave.
+
+    Notes without a way to electrons are skipped.
+    """
+    spread = np.maximum(shot.total - shot.direct, 0.0)
+    linear, squares = np.zeros(shot.total.shape), np.zeros(shot.total.shape)
+    if shot.spread:
+        linear, squares = linear + shot.spread[1], squares + shot.spread[0] ** 2
+    for note in notes:
+        error_e = _in_electrons(note, shot, spread)
+        if error_e is None:
+            continue
+        if note.how == "statistical":
+            squares += error_e**2
+        else:
+            linear += error_e
+    return linear, np.sqrt(squares)
+
+
+def within(bound, deviation, share: float = SHARE) -> float:
+    """Return what a share of all errors is at most: each is a bound plus the magnitude of a normal deviate with its own deviation."""
+    from scipy.special import erf
+
+    step = max(1, bound.size // MOST_PIXELS) | 1  # odd: all colours of a filter array take part
+    bound, deviation = (np.ravel(a)[::step].astype(float) for a in (bound, deviation))
+    low, high = 0.0, float((bound + 10 * deviation).max())
+    scale = np.sqrt(2) * np.maximum(deviation, np.finfo(float).tiny)
+    for _ in range(60):
+        middle = (low + high) / 2
+        with np.errstate(over="ignore"):  # far above a bound without deviation: erf(inf) is 1
+            below = np.where(middle >= bound, erf(np.maximum(middle - bound, 0.0) / scale), 0.0)
+        low, high = (middle, high) if below.mean() < share else (low, middle)
+        if high - low <= CLOSE * high:
+            break
+    return high
+
+
+def _in_electrons(note, shot: Electrons, spread):
+    if note.unit in RELATIVE:
+        known = {
+            "": shot.total,
+            error_terms.SPREAD: spread,
+            error_terms.DIRECT: shot.direct,
+            **shot.parts,
+        }
+        return note.value * known.get(
+            error_terms.part_of(note), shot.total
+        )  # a part that nobody declared is at most all light
+    return {
+        IRRADIANCE: note.value * shot.per_irradiance,
+        "electrons": note.value,
+        UNIT: note.value * shot.sigma,
+    }.get(note.unit)
+
+
+def notes_after(rows: list[Row], kernels: bool = True) -> tuple[list[ErrorNote], list[ErrorNote]]:
+    """Return the errors that stages after the renderer state, those that have a way to electrons and those that have none.
+
+    Without `kernels` but for those of kernels: they are known pixel by pixel. What a sensor states is no part of them.
+    """
+    notes = [
+        note
+        for row in rows
+        for note in row.errors
+        if _after_renderer(row.stage.split(" ")[0], note)
+    ]
+    kept, without = [], []
+    for note in error_terms.largest_alternatives(notes):
+        if note.unit not in UNITS or note.quantity not in error_terms.LIGHT:
+            without += [note] if note.value else []
+        elif kernels or note.source != error_terms.KERNELS:
+            kept.append(note)
+    return kept, without
+
+
+def _after_renderer(kind: str, note: ErrorNote) -> bool:
+    """Return whether a note is an error of the stages after the renderer.
+
+    A row `radiance` restates what the renderer stated, and adds the rounding of its store.
+    """
+    if kind == "radiance":
+        return note.source == error_terms.STORE_ROUNDING
+    return kind in AFTER and note.quantity != Quantity.TARGET
+
+
+def notes_of_sensor(rows: list[Row]) -> list[ErrorNote]:
+    """Return what sensors state of the electrons that they count; noise and non-linearity belong to the sensor and are no errors."""
+    rows = [row for row in rows if row.stage.split(" ")[0] == "sensor"]
+    notes = [
+        note
+        for row in rows
+        for note in row.errors
+        if note.quantity == Quantity.ELECTRONS and note.unit in UNITS
+    ]
+    return error_terms.largest_alternatives(notes)
+
+
+@dataclass(frozen=True)
+class Figures:
+    """How wrong one capture is: the errors of 99 % of its unsaturated pixels are at most this, in standard deviations of its noise."""
+
+    whole: float
+    renderer: float
+    later: float  # stages after the renderer, up to the sensor
+    sensor: float
+    worst: float  # of the pixels: 99 % of its errors are at most this
+    capture: str
+
+
+def figures_of(
+    shot: Electrons, notes: list[ErrorNote], of_sensor: Sequence[ErrorNote] = ()
+) -> Figures | None:
+    """Return the figures of one capture, None where all its pixels are saturated.
+
+    `notes` : of the stages after the renderer. `of_sensor` : as `notes_of_sensor`.
+    """
+    seen = shot.unsaturated
+    if not seen.any():
+        return None
+    renderer = shot.renderer[seen] / shot.sigma[seen]
+    bound, deviation = (e[seen] / shot.sigma[seen] for e in after(shot, notes))
+    counting = [e[seen] / shot.sigma[seen] for e in after(replace(shot, spread=None), of_sensor)]
+    bounds, deviations = bound + counting[0], np.sqrt(renderer**2 + deviation**2 + counting[1] ** 2)
+    return Figures(
+        whole=within(bounds, deviations),
+        renderer=within(np.zeros_like(renderer), renderer),
+        later=within(bound, deviation),
+        sensor=within(*counting),
+        worst=float((bounds + TWO_SIDED * deviations).max()),
+        capture=shot.capture,
+    )
+
+
+def state(
+    shots: list[Electrons], rows: list[Row], allowed: float, seconds: tuple[float, float]
+) -> None:
+    """State in the ledger how wrong a picture is in units of its own noise, first of all captures, then of each.
+
+    Parameters
+    ----------
+    shots : as `electrons`. `rows` : the ledger so far, of the sensors that of the picture's alone.
+    allowed : share of the noise that everything after the renderer may take.
+    seconds : of the rendering, and of everything after it.
+    """
+    notes, counting = (
+        {shot.capture: notes_after(rows, kernels=shot.spread is None) for shot in shots},
+        notes_of_sensor(rows),
+    )
+    found = [one for shot in shots if (one := figures_of(shot, notes[shot.capture][0], counting))]
+    if not found:
+        ledger.error(0.0, UNIT, "statistical", "no pixel is below saturation")
+        return
+    most = max(found, key=lambda one: one.whole)
+    label = (
+        f"99 % of the unsaturated pixels of {most.capture} (the worst {most.worst:.3g}): renderer {most.renderer:.3g}, "
+        f"{seconds[0]:.3g} s, and all after it {most.later:.3g} where {allowed:g} is allowed, {seconds[1]:.3g} s"
+        f"{_why(found, shots, rows, allowed)}; the sensor counts to {most.sensor:.3g}"
+    )
+    _state_figure(most.whole, "statistical", label, WHOLE)
+    for one in found:
+        _state_figure(
+            one.renderer, "statistical", f"electrons of {one.capture}: renderer", RENDERER
+        )
+        label = f"electrons of {one.capture}: all after the renderer"
+        _state_figure(one.later, "bound", label, AFTER_RENDERER)
+        _state_figure(
+            one.sensor, "bound", f"electrons of {one.capture}: counted by the sensor", SENSOR
+        )
+    if any(row.stage.startswith("radiance") for row in rows) and not any(
+        shot.renderer.any() for shot in shots
+    ):
+        ledger.left_out(
+            "noise of the renderer",
+            "it states none: several passes, or more paths, would",
+            np.inf,
+            UNIT,
+        )
+    for note in notes[shots[-1].capture][1]:
+        ledger.left_out(
+            note.what, "no error of a pixel's electrons follows from it", note.value, note.unit
+        )
+
+
+def _state_figure(value: float, how: error_terms.How, what: str, source: str) -> None:
+    ledger.add_error(ErrorNote(value, UNIT, how, what, source, Quantity.ELECTRONS))
+
+
+def _why(found: list[Figures], shots, rows, allowed) -> str:
+    """Return which error is most of what is more than allowed; nothing where all is within."""
+    most = max(found, key=lambda one: one.later)
+    if most.later <= allowed:
+        return ""
+    shot = next(s for s in shots if s.capture == most.capture)
+    alone = replace(shot, spread=None, renderer=np.zeros_like(shot.renderer))
+    causes = [
+        (figures_of(alone, [note]).later, note.what)
+        for note in notes_after(rows, shot.spread is None)[0]
+    ]
+    if shot.spread:
+        causes.append(
+            (
+                figures_of(replace(alone, spread=shot.spread), []).later,
+                "kernels beyond their exact core",
+            )
+        )
+    share, what = max(causes)
+    return f"; more than allowed, {share:.3g} of it by: {what}"
+
+
+def seconds(rows: list[Row], camera: str, scene) -> tuple[float, float]:
+    """Return the seconds that one camera's picture took: of the rendering, in this run or when it was stored, and of all after it."""
+    own = [
+        row.seconds
+        for row in rows
+        if row.stage.split(" ")[0] in ("radiance", "lighting", "lens")
+        or row.stage in (f"sensor {camera}", f"isp {camera}")
+    ]
+    return float(scene.attrs.get("rendered_s", 0.0)), sum(own)

@@ -1,0 +1,192 @@
+"""Scene noise: what of a scene's light is the renderer's own noise, tile by tile, and what of it reaches the pixels of a camera."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..data import camera_geometry
+from ..data.quantities import PHOTOCURRENT, bands_nm, full_field, tile_pitch
+from ..data.temporal_modulation import time_mean
+from ..physics.photometry import xyz_weights
+from ..physics.radiometry import photons_per_energy
+from ..physics.resampling.area import overlaps
+from ..physics.resampling.overlap import borders
+from ..pipeline import window
+
+NOISE = "xyz_noise"  # variable (light_group, xyz_channel, y, x) of a scene: standard errors of X, Y and Z, cd/m2
+HALVES = "half_difference"  # variable (light_group, y, x): half of what two halves of a renderer's paths differ by in luminance, cd/m2
+WINDOW_TILES = 3  # side of the window that tells noise from the scene
+
+
+def relative_noise(scene, mixed) -> np.ndarray | None:
+    """Return the relative standard errors (3, y, x) of X, Y and Z of `mixed`, constant over time, or None where the scene states none.
+
+    One pass of a renderer alone knows no noise: NaN, and None here too. Groups have noise of their own, so that squares add up; all
+    bands share their paths, but lamps of other colours have other noise.
+    """
+    if NOISE not in scene:
+        return None
+    squares = np.zeros((3, *mixed.shape[1:]))
+    for k, group in enumerate(map(str, scene.light_group.values)):
+        if weight := mixed.attrs["weights"].get(group, 0.0):
+            squares += (weight * scene[NOISE].isel(light_group=k).values.astype(float)) ** 2
+    if not np.isfinite(squares).all():
+        return None
+    level = levels(mixed, xyz_weights(mixed.wavelength.values))
+    return np.sqrt(squares) / np.where(level > 0, level, 1.0)
+
+
+def relative_halves(scene, mixed) -> np.ndarray | None:
+    """Return half of what two halves of the paths differ by in luminance (y, x), over that of `mixed`; at least -1 and at most 1.
+
+    Its sign is chance, its variance that of the light's own noise. None where the scene states none, or one pass alone was rendered.
+    """
+    if HALVES not in scene:
+        return None
+    apart = np.zeros(mixed.shape[1:])
+    for k, group in enumerate(map(str, scene.light_group.values)):
+        if weight := mixed.attrs["weights"].get(group, 0.0):
+            apart += weight * scene[HALVES].isel(light_group=k).values
+    if not np.isfinite(apart).all():
+        return None
+    level = luminance_cd_m2(mixed)
+    return np.clip(apart / np.where(level > 0, level, np.inf), -1.0, 1.0)
+
+
+def smoothing_change(halves, level_cd_m2) -> np.ndarray:
+    """Return the relative change (y, x) of luminance that removes renderer noise where it hides the scene.
+
+    Parameters
+    ----------
+    halves : half of the relative difference of the half buffers (y, x), as `relative_halves`.
+    level_cd_m2 : luminance of the same tiles.
+
+    Notes
+    -----
+    The local statistics filter of Lee 1980 (eq. 9 to 11): a tile moves towards the mean of its window by the
+    share of the window's variance that is noise. Tiles without noise, lamps and sky, stay.
+    """
+    from scipy.ndimage import correlate1d
+
+    def window_mean(values):
+        # running sums would carry the rounding error of a lamp along its whole row
+        equal = np.full(WINDOW_TILES, 1 / WINDOW_TILES)
+        return correlate1d(
+            correlate1d(values, equal, axis=0, mode="nearest"), equal, axis=1, mode="nearest"
+        )
+
+    noise = window_mean((halves * level_cd_m2) ** 2)
+    mean = window_mean(level_cd_m2)
+    deviation = level_cd_m2 - mean
+    count = WINDOW_TILES**2
+    variance = (window_mean(level_cd_m2**2) - mean**2) * count / (count - 1)
+    noise_share = np.where(variance > noise, noise / np.where(variance > noise, variance, 1.0), 1.0)
+    relative = -noise_share * deviation / np.where(level_cd_m2 > 0, level_cd_m2, np.inf)
+    return np.where(halves == 0, 0.0, relative)
+
+
+def luminance_cd_m2(mixed) -> np.ndarray:
+    """Return the luminance (y, x) of `mixed`, constant over time."""
+    return levels(mixed, xyz_weights(mixed.wavelength.values)[1:2])[0]
+
+
+def levels(mixed, weights) -> np.ndarray:
+    """Return sums over bands (k, y, x) of `weights` (k, wavelength) times light: in float64, a band at a time, with no copy of all."""
+    out = np.zeros((len(weights), *mixed.shape[1:]))
+    for weight, band in zip(weights.T, mixed.values):
+        out += weight[:, None, None] * band
+    return out
+
+
+def nearest_xyz(sensitivity, wavelength_nm) -> int:
+    """Return which of X, Y and Z a channel's `sensitivity` (wavelength,) is most like: the noise of that one is taken for its own."""
+    curves = xyz_weights(wavelength_nm)
+    alike = (
+        curves
+        @ sensitivity
+        / np.sqrt((curves**2).sum(1) * max(float(sensitivity @ sensitivity), np.finfo(float).tiny))
+    )
+    return int(np.nanargmax(alike))
+
+
+def pixel_variance(variance, field, picture) -> np.ndarray:
+    """Return the variance (..., y, x) of a pixel's mean over tiles whose errors are independent, from theirs (..., y, x).
+
+    Parameters
+    ----------
+    variance : of each tile of `field`, any unit. `picture` : whose pixels look at the field, as `truth.seen`.
+
+    Notes
+    -----
+    A mean with weights w has the variance sum of w^2 times the tiles' variances. Where a lens distorts, w are shares of the seen area.
+    """
+    f_m, side = (
+        float(picture.attrs["focal_length_mm"]) * 1e-3,
+        float(picture.attrs["pitch_um"]) * 1e-6,
+    )
+    at = {d: picture[d].values / f_m for d in ("x", "y")}
+    lens, side = camera_geometry.map_of(picture), side / f_m
+    if isinstance(lens, camera_geometry.Identity):
+        across, down = (overlaps(field[d].values, at[d], side, d) / side for d in ("x", "y"))
+        across, down = across.multiply(across).tocsr(), down.multiply(down).tocsr()
+        flat = np.reshape(variance, (-1, *np.shape(variance)[-2:]))
+        return np.stack([(across @ (down @ one).T).T for one in flat]).reshape(
+            *np.shape(variance)[:-2], len(at["y"]), len(at["x"])
+        )
+    areas = camera_geometry.field_areas(
+        lens,
+        *(borders(field[d].values, tile_pitch(field, d)) for d in ("x", "y")),
+        *(borders(at[d], side) for d in ("x", "y")),
+    )
+    shares = areas.multiply(1 / areas.sum(axis=1)[:, None]).tocsr()
+    out = (shares.multiply(shares).tocsr() @ np.reshape(variance, (-1, areas.shape[1])).T).T
+    return out.reshape(*np.shape(variance)[:-2], len(at["y"]), len(at["x"]))
+
+
+def direct_share(light, mixed) -> np.ndarray:
+    """Return the share (plane, y, x) of `light` that comes straight from the field: neither spread nor flare; 0 to 1, 0 where there is no light.
+
+    Parameters
+    ----------
+    light : irradiance or photocurrent. `mixed` : the mixed radiance that it was made of, constant over time.
+    """
+    whole, f_m = time_mean(light).values, light.attrs["focal_length_mm"] * 1e-3
+    bands = mixed.sel(wavelength=bands_nm(light)).values
+    if light.attrs["units"] == PHOTOCURRENT:
+        counting = np.asarray(light.attrs["efficiency"]) * photons_per_energy(bands_nm(light))
+        bands = np.tensordot(counting.astype(bands.dtype), bands, 1)
+    gain = light.attrs["throughput_sr"] * camera_geometry.relative_illumination(
+        light.attrs, light.x.values[None, :] / f_m, light.y.values[:, None] / f_m
+    )
+    out = np.empty(whole.shape, np.float32)
+    for share, tiles, plane in zip(out, bands, whole):
+        np.clip(
+            gain * on_light(tiles, mixed, light) / np.where(plane > 0, plane, np.inf),
+            0.0,
+            1.0,
+            out=share,
+        )
+    return out
+
+
+def on_light(tiles, mixed, light) -> np.ndarray:
+    """Return tiles (..., y, x) of the field on the grid of `light`: those that it has, or the mean over what each tile of the sensor plane looks at.
+
+    Where a lens magnifies colours differently the sensor plane reaches a little beyond the field.
+    """
+    lens, f_m = camera_geometry.map_of(light), light.attrs["focal_length_mm"] * 1e-3
+    inside = window.tiles(mixed, [side / f_m for side in full_field(light)])
+    if (
+        isinstance(lens, camera_geometry.Identity)
+        and (part := tiles[..., inside["y"], inside["x"]]).shape[-2:] == light.shape[-2:]
+    ):
+        return part
+    return camera_geometry.mean_seen(
+        tiles,
+        mixed,
+        lens,
+        light.x.values / f_m,
+        light.y.values / f_m,
+        tile_pitch(light, "x") / f_m,
+        beyond=True,
+    )

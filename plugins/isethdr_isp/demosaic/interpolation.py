@@ -1,0 +1,209 @@
+"""Demosaic: every channel at every pixel, for any periodic filter array, as a linear map with known variance.
+
+A pixel keeps its own sample. A missing one is the value at that place of a plane fitted to the nearest samples of its
+channel, with tent weights: exact on constants and on linear ramps for any pattern, and the usual bilinear average on
+Bayer and on other 2 x 2 arrays. Borders are mirrored about the outermost pixel, which keeps the phase of the array.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from isethdr_core.errors import UnitError
+
+from ..readout.noise_propagation import Kernel, Kernels, independent
+
+LARGEST_RADIUS = 8  # pixels; covers arrays of period 8, the largest in production is 4
+EXACT = 1e-9  # how well a plane's moments must be met to count as determined
+
+
+def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
+    """Return every channel at every pixel.
+
+    Parameters
+    ----------
+    mosaic : (y, x) array of samples, any unit.
+    filters : (y, x) integers, the channel sampled at each pixel; periodic.
+    channels : number of channels.
+    variance : (y, x) variance of the samples, independent of each other; None for none.
+    bad : (y, x) bool, samples not to be trusted; None for none.
+
+    Returns
+    -------
+    planes : (channel, y, x) values.
+    variances : same shape, the exact variance of the linear map, or None.
+    touched : (y, x) bool, pixels any of whose channels uses a bad sample.
+    """
+    mosaic, filters = np.asarray(mosaic, float), np.asarray(filters)
+    if mosaic.shape != filters.shape:
+        raise UnitError(
+            f"raw has shape {mosaic.shape}, filter {filters.shape}; expected the same (y, x)"
+        )
+    rule = bilinear(filters, channels)
+    variances = None if variance is None else rule.variance(np.eye(channels), independent(variance))
+    return interpolated(rule, mosaic), variances, spoilt(rule, bad)
+
+
+def interpolated(rule: Kernels, mosaic) -> np.ndarray:
+    """Return the channels (channel, y, x) that a linear demosaic makes of a mosaic (y, x)."""
+    planes = np.zeros((len(rule.kernels[0].weights), *rule.shape))
+    for kernel in rule.kernels:
+        here = kernel.pixels()
+        for plane, weights in zip(planes, kernel.weights):
+            for offset, weight in zip(kernel.offsets, weights):
+                if weight:
+                    plane[here] += weight * mosaic[kernel.samples(offset)]
+    return planes
+
+
+def spoilt(rule: Kernels, bad) -> np.ndarray:
+    """Return which pixels (y, x) use a sample that is `bad`, (y, x) bool or None for none."""
+    out = np.zeros(rule.shape, bool)
+    if bad is None or not np.any(bad):
+        return out
+    for kernel in rule.kernels:
+        for offset in kernel.offsets:
+            out[kernel.pixels()] |= bad[kernel.samples(offset)]
+    return out
+
+
+def bilinear(filters, channels: int) -> Kernels:
+    """Return the bilinear rule for a periodic filter array (y, x).
+
+    Raises
+    ------
+    UnitError : a channel is sampled nowhere, the array does not repeat, or the picture is smaller than the array needs.
+    """
+    filters = np.asarray(filters)
+    missing = sorted(set(range(channels)) - set(np.unique(filters).tolist()))
+    if missing:
+        raise UnitError(
+            f"channel {missing[0]} of {channels} is sampled nowhere in the filter array; "
+            "a cropped pattern? use at least one whole period"
+        )
+    if channels == 1:  # nothing is missing, be it a single pixel
+        every = Kernel(*(np.arange(n) for n in filters.shape), [(0, 0)], np.ones((1, 1)))
+        return Kernels([every], filters.shape)
+    rows, columns, radius = places(filters)
+    key = np.pad(filters, radius, mode="reflect")
+    kernels = []
+    for row in rows:
+        for column in columns:
+            window = key[row[0] : row[0] + 2 * radius + 1, column[0] : column[0] + 2 * radius + 1]
+            taps = [plane_weights(window == channel) for channel in range(channels)]
+            kernels.append(folded(row, column, taps, filters.shape))
+    return Kernels(kernels, filters.shape)
+
+
+def folded(row, column, taps, shape, repeat_edge: bool = False) -> Kernel:
+    """Return the kernel of `taps`, per channel a list of (dy, dx, weight), with samples beyond the border mirrored inside.
+
+    Parameters
+    ----------
+    row, column : regular indices of the pixels; single ones where a tap lies beyond the border.
+    repeat_edge : whether the outermost sample is its own mirror image.
+    """
+    mirrored = _with_edge if repeat_edge else _mirrored
+    weights: dict[tuple[int, int], np.ndarray] = {}
+    for channel, own in enumerate(taps):
+        for dy, dx, weight in own:
+            offset = (
+                mirrored(row[0] + dy, shape[0]) - int(row[0]),
+                mirrored(column[0] + dx, shape[1]) - int(column[0]),
+            )
+            weights.setdefault(offset, np.zeros(len(taps)))[channel] += weight
+    return Kernel(row, column, list(weights), np.stack(list(weights.values()), -1))
+
+
+def _mirrored(place: int, count: int) -> int:
+    """Return the place within 0..count - 1 that a place beyond the border mirrors; the outermost one is not repeated."""
+    place = abs(int(place))
+    return place if place < count else 2 * (count - 1) - place
+
+
+def _with_edge(place: int, count: int) -> int:
+    """Return the place within 0..count - 1 that a place beyond the border mirrors; the outermost one is repeated."""
+    place = int(place)
+    if place < 0:
+        return -1 - place
+    return place if place < count else 2 * count - 1 - place
+
+
+def plane_weights(where) -> list[tuple[int, int, float]]:
+    """Return (dy, dx, weight) of the samples `where` (square window, True at samples) that give the centre's value.
+
+    Minimises sum w^2 / tent under sum w = 1, sum w dx = sum w dy = 0, in the smallest window that can meet them.
+    """
+    where = np.asarray(where, bool)
+    return _solved(where.tobytes(), len(where))
+
+
+@lru_cache(maxsize=4096)  # a picture asks for the same few windows again and again
+def _solved(window: bytes, side: int) -> list[tuple[int, int, float]]:
+    where = np.frombuffer(window, bool).reshape(side, side)
+    middle = where.shape[0] // 2
+    if where[middle, middle]:
+        return [(0, 0, 1.0)]
+    best = None
+    for radius in range(1, middle + 1):
+        dy, dx = np.nonzero(
+            where[middle - radius : middle + radius + 1, middle - radius : middle + radius + 1]
+        )
+        if not len(dy):
+            continue
+        dy, dx = dy - radius, dx - radius
+        tent = (radius + 1 - np.abs(dy)) * (radius + 1.0 - np.abs(dx))
+        moments = np.stack([np.ones(len(dy)), dx, dy])
+        solved = np.linalg.pinv((moments * tent) @ moments.T, rcond=1e-10, hermitian=True) @ [
+            1.0,
+            0.0,
+            0.0,
+        ]
+        weight = tent * (moments.T @ solved)
+        if np.abs(moments @ weight - [1.0, 0.0, 0.0]).max() < EXACT:
+            best = dy, dx, weight
+            break
+        best = best or (
+            dy,
+            dx,
+            tent / tent.sum(),
+        )  # nothing better may follow at a border of a large pattern
+    keep = np.abs(best[2]) > EXACT
+    return list(zip(*(v[keep].tolist() for v in best)))
+
+
+def places(filters):
+    """Return the rows and the columns grouped by equal surroundings, and the radius of the surroundings."""
+    periods = array_period(filters)
+    radius = min(max(*periods, 1), LARGEST_RADIUS)
+    if min(filters.shape) <= radius:
+        raise UnitError(
+            f"a picture of {filters.shape} pixels is smaller than its filter array needs; "
+            f"expected more than {radius} rows and columns"
+        )
+    groups = []
+    for axis, period in enumerate(periods):
+        count = filters.shape[axis]
+        index = np.arange(count)
+        inner = [index[radius + k : count - radius : period] for k in range(period)]
+        border = [index[k : k + 1] for k in index if k < radius or k >= count - radius]
+        groups.append([group for group in inner if len(group)] + border)
+    return (*groups, radius)
+
+
+def array_period(filters) -> tuple[int, int]:
+    """Return rows and columns after which a filter array (y, x) repeats; UnitError where it does not within 8."""
+    filters = np.asarray(filters)
+    return _period(filters), _period(filters.T)
+
+
+def _period(filters) -> int:
+    """Return the smallest shift along the first axis that leaves the pattern as it is."""
+    for period in range(1, LARGEST_RADIUS + 1):
+        if period >= len(filters) or np.array_equal(filters[period:], filters[:-period]):
+            return min(period, len(filters))
+    raise UnitError(
+        f"the filter array does not repeat within {LARGEST_RADIUS} pixels; expected a periodic colour filter array"
+    )

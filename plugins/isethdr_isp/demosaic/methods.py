@@ -1,0 +1,243 @@
+"""Ways to demosaic by name: the bilinear rule and a guided one for any array, two published ones for Bayer, a learned one.
+
+| method     | arrays | variance                                                      |
+|------------|--------|---------------------------------------------------------------|
+| `bilinear` | any    | exact                                                         |
+| `guided`   | any    | not stated: the slopes follow the noise                       |
+| `malvar`   | Bayer  | exact: the filters are linear                                 |
+| `menon`    | Bayer  | not stated: the directions follow the noise                   |
+| `learned`  | Bayer, RG/WB, RGBW 4 x 4 | not stated: the choice of filters follows the noise |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.errors import ConfigError, UnitError, did_you_mean
+
+from ..readout.noise_propagation import Kernels, NoiseMap
+from .interpolation import bilinear, demosaic, folded, interpolated, places, spoilt
+
+BAYER_ALONE = ("malvar", "menon")
+BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
+METHODS = ("bilinear", "guided", "malvar", "menon", "learned")
+RADIUS = 3  # pixels, half of the guided method's window: holds 4 samples or more of every channel of a 4 x 4 array
+REACH = 2  # pixels that Malvar's 5 x 5 filters and Menon's final step look beyond a pixel
+
+
+class Interpolated(NamedTuple):
+    """A demosaiced mosaic."""
+
+    planes: np.ndarray  # (channel, y, x)
+    touched: np.ndarray  # (y, x) bool, a sample that is not to be trusted went into the pixel
+    noise_map: (
+        NoiseMap | None
+    )  # what the samples' noise becomes; None where the method does not say
+
+
+def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -> Interpolated:
+    """Return the mosaic demosaiced by `method`; `names` are those of the channels, the rest as in `demosaic`."""
+    if method not in METHODS:
+        raise ConfigError(f"isp demosaic {method!r} is unknown{did_you_mean(method, METHODS)}")
+    if method == "learned" and len(names) > 1:
+        from . import learned
+
+        _state_unknown_variance(method)
+        planes = learned.learned(mosaic, filters, names, variance)
+        return Interpolated(planes, _near(bad, learned.RADIUS), None)
+    if method == "malvar":
+        planes = bayer(method, mosaic, filters, names)
+        return Interpolated(planes, _near(bad, REACH), malvar_kernels(filters, names))
+    if method == "menon":
+        _state_unknown_variance(method)
+        return Interpolated(bayer(method, mosaic, filters, names), _near(bad, REACH), None)
+    rule = bilinear(filters, len(names))
+    planes, touched = interpolated(rule, mosaic), spoilt(rule, bad)
+    if method == "guided" and len(names) > 1:
+        lead = leading_channel(filters, len(names))
+        if lead is None:
+            ledger.left_out(
+                "guide of the demosaic",
+                "no channel is sampled more than the others; the bilinear rule is used",
+                np.nan,
+                "",
+            )
+            return Interpolated(planes, touched, rule)
+        _state_unknown_variance(method)
+        return Interpolated(_guided(mosaic, planes, filters, variance, lead), touched, None)
+    return Interpolated(planes, touched, rule)
+
+
+def check_array(method: str, cell: Sequence[str]) -> None:
+    """Raise ConfigError where a demosaic method is not for a filter array.
+
+    Parameters
+    ----------
+    cell : rows of the array's repeated cell, one letter per pixel.
+    """
+    if len(set("".join(cell))) == 1:  # every pixel samples the only channel
+        return
+    if method == "learned":
+        from . import learned
+
+        known = learned.arrays()
+        if not any(learned.is_shifted(cell, array) for array in known):
+            raise ConfigError(
+                f"isp.demosaic is 'learned' and the filter array {'/'.join(cell)}, for which no "
+                f"filters are trained; expected one of {', '.join(known)}, shifted or not; "
+                "type isp.demosaic=guided"
+            )
+    if method in BAYER_ALONE and "".join(cell) not in BAYER:
+        raise ConfigError(
+            f"isp.demosaic is {method!r} and the filter array {'/'.join(cell)}; "
+            "expected a Bayer array, for example RG/GB; type isp.demosaic=guided"
+        )
+
+
+def _state_unknown_variance(method: str) -> None:
+    ledger.left_out(
+        f"variance of demosaic {method}",
+        "the method follows the noise; the picture states no variance",
+        np.nan,
+        "",
+    )
+
+
+def bayer(method: str, mosaic, filters, names):
+    """Return (channel, y, x) by Malvar, He, Cutler 2004 or Menon, Andriani, Calvagno 2007, through colour-demosaicing."""
+    pattern = "".join(names[k] for k in np.asarray(filters)[:2, :2].ravel())
+    if sorted(names) != ["B", "G", "R"] or pattern not in BAYER or not _repeats(filters):
+        raise UnitError(
+            f"demosaic {method} is for Bayer arrays; this one begins with {pattern}; use isp.demosaic=guided"
+        )
+    try:
+        import colour_demosaicing
+    except ImportError as err:
+        raise ConfigError(
+            f"demosaic {method} needs colour-demosaicing, which is not installed; "
+            "type pip install 'isethdr[demosaic]' or use isp.demosaic=bilinear"
+        ) from err
+    rule = {
+        "malvar": colour_demosaicing.demosaicing_CFA_Bayer_Malvar2004,
+        "menon": colour_demosaicing.demosaicing_CFA_Bayer_Menon2007,
+    }[method]
+    rgb = rule(mosaic, pattern)
+    return np.stack([rgb[..., "RGB".index(name)] for name in names])
+
+
+def _near(bad, reach: int):
+    """Return which pixels lie within `reach` rows and columns of a bad one."""
+    from scipy.ndimage import binary_dilation
+
+    return binary_dilation(bad, np.ones((2 * reach + 1, 2 * reach + 1))) if bad.any() else bad
+
+
+def _repeats(filters) -> bool:
+    f = np.asarray(filters)
+    return np.array_equal(f[2:], f[:-2]) and np.array_equal(f[:, 2:], f[:, :-2])
+
+
+def malvar_kernels(filters, names) -> Kernels:
+    """Return Malvar's rule as kernels: its answers to one sample of 1 at each place of the array."""
+    filters = np.asarray(filters)
+    size, middle = 16, 8
+    tile = np.tile(filters[:2, :2], (size // 2, size // 2))
+    taps = {(row, column): [[] for _ in names] for row in (0, 1) for column in (0, 1)}
+    for y, x in taps:
+        impulse = np.zeros((size, size))
+        impulse[middle + y, middle + x] = 1.0
+        for channel, answer in enumerate(bayer("malvar", impulse, tile, names)):
+            for row, column in np.argwhere(answer):
+                offset = middle + y - int(row), middle + x - int(column)
+                taps[row % 2, column % 2][channel].append((*offset, float(answer[row, column])))
+    rows, columns, _ = places(filters)
+    # colour-demosaicing repeats the outermost samples
+    kernels = [
+        folded(row, column, taps[row[0] % 2, column[0] % 2], filters.shape, repeat_edge=True)
+        for row in rows
+        for column in columns
+    ]
+    return Kernels(kernels, filters.shape)
+
+
+def leading_channel(filters, channels: int) -> int | None:
+    """Return the channel that is sampled more than every other; None where there is none."""
+    filters = np.asarray(filters)
+    samples = np.bincount(filters.ravel(), minlength=channels)
+    lead = int(np.argmax(samples))
+    # half a row or column more is the border of a picture with an odd number of them
+    return None if np.sum(samples > samples[lead] - sum(filters.shape)) > 1 else lead
+
+
+def _guided(mosaic, planes, filters, variance, lead: int):
+    """Return planes interpolated along a guide: the channel that is sampled most, green of Bayer or white of RGBW.
+
+    Residual interpolation (Kiku et al. 2013): each channel is locally a line in the guide, fitted over its own samples
+    (He et al. 2010); what is left at the samples is interpolated and added. The guide's noise is in the denominator
+    of the slope, so in the dark the line is flat and the bilinear rule comes back. A guide that is sampled no more than
+    other channels would spread its own aliasing to all.
+    """
+    filters = np.asarray(filters)
+    guide = _along_edges(mosaic, planes[lead], filters == lead, variance)
+    out = planes.copy()
+    out[lead] = guide
+    for channel in range(len(planes)):
+        if channel == lead:
+            continue
+        at = filters == channel
+        slope, offset = _local_line(guide, mosaic, at, variance)
+        trend = slope * guide + offset
+        residual = demosaic(np.where(at, mosaic - trend, 0.0), filters, len(planes))[0][channel]
+        out[channel] = np.where(at, mosaic, trend + residual)
+    return out
+
+
+def _along_edges(mosaic, plane, at, variance):
+    """Return the guide (y, x); on a checkerboard of samples, interpolated along the direction in which it changes less."""
+    from scipy.ndimage import uniform_filter
+
+    padded, held = np.pad(mosaic, 1, mode="reflect"), np.pad(at, 1, mode="reflect")
+    left, right, up, down = (
+        (slice(1, -1), slice(None, -2)),
+        (slice(1, -1), slice(2, None)),
+        (slice(None, -2), slice(1, -1)),
+        (slice(2, None), slice(1, -1)),
+    )
+    among = ~at & held[left] & held[right] & held[up] & held[down]
+    if not among.any():
+        return plane
+    means, weights = [], []
+    for one, other in ((left, right), (up, down)):
+        means.append((padded[one] + padded[other]) / 2)
+        change = uniform_filter(
+            np.where(among, (padded[one] - padded[other]) ** 2, 0.0), 5, mode="mirror"
+        )
+        share = uniform_filter(among.astype(float), 5, mode="mirror")
+        # two noisy samples differ by 2 variances on average even where nothing changes
+        weights.append(1 / np.maximum(change / np.maximum(share, 1e-9) + 2 * variance, 1e-30) ** 2)
+    along = (weights[0] * means[0] + weights[1] * means[1]) / (weights[0] + weights[1])
+    return np.where(among, along, plane)
+
+
+def _local_line(guide, values, at, variance):
+    """Return slope and offset (y, x) of `values` against `guide` over the samples `at` of every window."""
+    from scipy.ndimage import uniform_filter
+
+    def mean(a):
+        return uniform_filter(a, 2 * RADIUS + 1, mode="mirror")
+
+    weight = mean(at.astype(float))
+    safe = np.maximum(weight, 1e-12)
+
+    def over_samples(a):
+        return mean(np.where(at, a, 0.0)) / safe
+
+    g, v = over_samples(guide), over_samples(values)
+    spread = np.maximum(over_samples(guide**2) - g * g, 0.0)
+    together = over_samples(guide * values) - g * v
+    slope = together / np.maximum(spread + mean(variance), 1e-12)
+    return slope, v - slope * g

@@ -1,0 +1,166 @@
+"""Combine: any number of captures of one shot into one mosaic of electrons, without bias.
+
+Weights must follow the noisy data, and such weights usually bias the result. For a charge t = N + n with N Poisson(m)
+and n normal(0, v), and any smooth G,
+
+    E[t G(t)] = m E[G(t + 1)] + v E[G'(t)]                                    (Chen 1975; Stein 1981)
+
+so that, with z an independent estimate of the signal m - d and d the known dark charge,
+
+    x = t G(t) - v G'(t) - d G(t + 1) + z (1 - G(t + 1))
+
+has exactly the mean of the signal for every G. Here G is the weight of inverse variances times a ramp that ends just
+below saturation, one shot-noise deviation wide. Several reads of one charge are averaged first with constant weights.
+The weights look at the temporal noise alone; the fixed pattern goes along with the weights that result.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .electrons import Readout, charge_variance
+from .fixed_pattern import WeightedRead, fixed_pattern
+from .noise_propagation import SampleNoise
+
+
+@dataclass(frozen=True, eq=False)
+class Merged:
+    """One mosaic of electrons, without dark charge, of the most sensitive charge."""
+
+    signal_e: np.ndarray  # (y, x)
+    variance_e2: np.ndarray  # (y, x)
+    valid: np.ndarray  # (y, x) bool, unsaturated in some capture
+    source: np.ndarray  # (y, x) uint8, the capture that weighs most
+    fixed: SampleNoise = field(default_factory=SampleNoise)  # fixed-pattern variance, e^2
+
+
+def plain(read: Readout) -> Merged:
+    """Return one reading as a mosaic, with no thought of what lies near its top."""
+    signal, variance = read.charge_e - read.dark_e, read.variance_e2()
+    source = np.full(signal.shape, read.capture, np.uint8)
+    return Merged(
+        signal,
+        variance,
+        ~read.saturated,
+        source,
+        fixed_pattern([WeightedRead(read.spread, 1.0)], signal, variance),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Charge:
+    """One charge as best read: its estimate and the variance of the read, per pixel."""
+
+    t_e: np.ndarray  # (y, x) dark charge included
+    read_var_e2: np.ndarray  # (y, x)
+    dark_e: float
+    top_e: float  # less the margin for clipped charge
+    good: np.ndarray  # (y, x) bool, not saturated
+    per_light: (
+        np.ndarray
+    )  # (y, x) electrons per cd/m2 of the white, each pixel through its own filter
+    source: np.ndarray  # (y, x) uint8, the capture whose read weighs most
+    reads: tuple[WeightedRead, ...] = ()  # the readings and their shares of `t_e`
+
+
+def read_charge(reads: list[Readout], per_light) -> Charge:
+    """Return one charge from all reads of it: those below their top, weighted by 1 / read variance.
+
+    The weights depend on no light, so nothing is biased, and the shot noise that the reads share is counted once.
+    """
+    widest = max(reads, key=lambda r: r.top_e)
+    total = np.zeros(widest.charge_e.shape)
+    weight, largest = np.zeros_like(total), np.zeros_like(total)
+    source = np.full(total.shape, widest.capture, np.uint8)
+    good = np.zeros(total.shape, bool)
+    inverses = []
+    for read in reads:
+        # a full well reads as saturated though its read noise may lie below the top
+        use = (read.charge_e < read.clear_top_e) & ~read.saturated
+        inverse = np.where(
+            use, 1 / np.maximum(read.read_var_e2, 1e-12), 0.0
+        )  # a noiseless read simply outweighs the others
+        inverses.append(inverse)
+        total += inverse * read.charge_e
+        weight += inverse
+        source[inverse > largest] = read.capture
+        largest = np.maximum(largest, inverse)
+        good |= use
+    safe = np.where(good, weight, 1.0)
+    t = np.where(good, total / safe, widest.charge_e)
+    variance = np.where(good, 1 / safe, widest.read_var_e2)
+    shares = [
+        np.where(good, inverse / safe, float(read is widest)) if len(reads) > 1 else 1.0
+        for read, inverse in zip(reads, inverses)
+    ]
+    # the shares add to 1, so PRNU and dark spread, which the readings have in common, count once
+    weighted = [WeightedRead(read.spread.of_offsets(), share) for read, share in zip(reads, shares)]
+    weighted.append(WeightedRead(widest.spread.of_silicon(), 1.0))
+    return Charge(
+        t, variance, widest.dark_e, widest.clear_top_e, good, per_light, source, tuple(weighted)
+    )
+
+
+def fold(charges: list[Charge]) -> Merged:
+    """Return the mosaic in electrons of the last charge; `charges` runs from least to most sensitive."""
+    short = charges[0]
+    z, z_var, valid = (
+        short.t_e - short.dark_e,
+        charge_variance(short.t_e, short.read_var_e2),
+        short.good,
+    )
+    source = short.source
+    weights = [1.0]  # electrons of the mosaic per electron of each charge
+    for charge in charges[1:]:
+        ratio = short.per_light / charge.per_light
+        z, z_var = z / ratio, z_var / ratio**2
+        g, slope = weight(charge.t_e, charge, short, ratio)
+        g_next, _ = weight(charge.t_e + 1, charge, short, ratio)
+        signal = (
+            charge.t_e * g - charge.read_var_e2 * slope - charge.dark_e * g_next + z * (1 - g_next)
+        )
+        z_var = g**2 * charge_variance(charge.t_e, charge.read_var_e2) + (1 - g) ** 2 * z_var
+        source = np.where(g > 0.5, charge.source, source)
+        rest = (1 - g) / ratio
+        weights = [*(w * rest for w in weights), g]
+        z, valid, short = signal, valid | charge.good, charge
+    reads = [
+        WeightedRead(
+            read.spread,
+            w * read.weight,
+            1.0 if charge is short else _relative(charge.per_light, short.per_light),
+        )
+        for charge, w in zip(charges, weights)
+        for read in charge.reads
+        if read.spread.any()
+    ]
+    return Merged(z, z_var, valid, source, fixed_pattern(reads, z, z_var))
+
+
+def _relative(per_light, reference):
+    """Return the light that a charge sees over that of another, 1 where neither sees any."""
+    seen = np.asarray(reference) > 0
+    return np.divide(per_light, reference, out=np.ones(np.shape(seen)), where=seen)
+
+
+def weight(t, charge: Charge, short: Charge, ratio):
+    """Return G and its derivative at `t`: share of the more sensitive charge against one that sees `ratio` of its light."""
+    mean = np.maximum(t, 0.0)
+    own = mean + charge.read_var_e2
+    # what the shorter capture's variance would be at this light, in electrons of the longer one
+    other = mean / ratio + (short.dark_e + short.read_var_e2) / ratio**2
+    both = own + other
+    dark = both <= 0  # no light, no read noise: the limit of the same formula
+    both = np.where(dark, 1.0, both)
+    share = np.where(dark, 1 / (1 + ratio), other / both)
+    slope = np.where(t > 0, (own / ratio - other) / both**2, 0.0)
+    width = np.sqrt(max(charge.top_e, 1.0))
+    # a sensor without a well has an infinite top: always below the ramp
+    s = np.clip((charge.top_e - t) / width, 0.0, 1.0) if np.isfinite(width) else np.ones_like(t)
+    ramp, ramp_slope = s * s * (3 - 2 * s), -6 * s * (1 - s) / width
+    usable = charge.good
+    return np.where(usable, share * ramp, 0.0), np.where(
+        usable, slope * ramp + share * ramp_slope, 0.0
+    )

@@ -1,0 +1,257 @@
+"""Readout: from DN back to electrons with their variance, and what one electron of a capture means in light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from isethdr_core.data import camera_geometry
+from isethdr_core.errors import UnitError, did_you_mean
+from isethdr_core.physics.radiometry import photons_per_energy
+
+from .fixed_pattern import DeviceSpread, check_device_spread, device_spread
+from .nonlinear_response import bent_response, check_responses
+
+PER_CAPTURE = (
+    "exposure_s",
+    "gain_dn_per_e",
+    "black_dn",
+    "top_dn",
+    "read_noise_e",
+    "dark_e",
+    "quantisation_e",
+    "area_m2",
+    "charge",
+)
+ATTRIBUTES = ("pitch_um", "focal_length_mm", "throughput_sr", "falloff")
+MARGIN = 5.0  # read noises: a sample this close below the top may be clipped charge
+VARIANCE_FLOOR = 0.1  # of the read variance: a variance estimated from one pixel must stay above 0
+
+
+@dataclass(frozen=True, eq=False)
+class Readout:
+    """One capture in electrons of charge, dark charge included; negative where read noise was."""
+
+    charge_e: np.ndarray  # (y, x)
+    saturated: np.ndarray  # (y, x) bool
+    read_var_e2: float  # read noise and quantisation; (y, x) where the steps grow with the light or the pixel bends
+    dark_e: float
+    top_e: float  # largest charge still measured
+    clear_top_e: float  # the same less the margin within which clipped charge may hide
+    sensitivity: np.ndarray  # (channel,) electrons per (cd/m2 of light `white`) on the axis
+    response: np.ndarray  # (channel, wavelength) electrons per band mean radiance on the axis
+    capture: int = 0  # place of this capture in the shot
+    spread: DeviceSpread = field(
+        default_factory=DeviceSpread
+    )  # how far another device would differ
+
+    def variance_e2(self) -> np.ndarray:
+        """Return the variance (y, x) estimated from each pixel's own charge: charge + read variance."""
+        return charge_variance(self.charge_e, self.read_var_e2)
+
+
+def charge_variance(charge_e, read_var_e2):
+    """Return the estimated variance, e^2, of one read of a Poisson charge; kept above 0 where noise made it negative."""
+    return np.maximum(charge_e + read_var_e2, VARIANCE_FLOOR * read_var_e2)
+
+
+def readouts(captures, white_radiance) -> list[Readout]:
+    """Return every capture in electrons, in the captures' order.
+
+    Parameters
+    ----------
+    captures : captures Dataset.
+    white_radiance : (wavelength,) spectral radiance of a white of 1 cd/m2 on the captures' wavelengths.
+
+    Notes
+    -----
+    Where a table `response_dn` says how the pixel bends, the electrons are those that had to arrive, and a pixel is saturated
+    only where the table ends.
+    """
+    per_photon = captures["quantum_efficiency"].values.astype(float)
+    wavelength = captures.wavelength.values
+    photons = photons_per_energy(wavelength)
+    out = []
+    for i in range(captures.sizes["capture"]):
+        c = {name: float(captures[name].values[i]) for name in PER_CAPTURE}
+        response = (
+            per_photon[i]
+            * photons
+            * c["exposure_s"]
+            * c["area_m2"]
+            * float(captures.attrs["throughput_sr"])
+        )
+        linear, steps, top_steps = decompanded(captures, i)
+        read_var, step_var = c["read_noise_e"] ** 2, c["quantisation_e"] ** 2 / 12
+        top = (c["top_dn"] - c["black_dn"]) / c["gain_dn_per_e"]
+        margin = MARGIN * np.sqrt(read_var + step_var * top_steps**2)
+        bent = bent_response(captures, i)
+        if bent is None:
+            charge, saturated = (
+                (linear - c["black_dn"]) / c["gain_dn_per_e"],
+                np.asarray(captures["saturated"].values[i], bool),
+            )
+            noise, clear_top, offset_gain = read_var + step_var * steps**2, top - margin, 1.0
+        else:
+            charge, saturated, noise = (
+                bent.electrons_at(linear),
+                linear >= bent.dn[-1],
+                bent.read_variance_e2(linear),
+            )
+            top, clear_top = (
+                bent.electrons[-1],
+                float(bent.electrons_at(bent.dn[-1] - margin * c["gain_dn_per_e"])),
+            )
+            offset_gain = c["gain_dn_per_e"] * bent.electrons_per_dn(linear)
+        out.append(
+            Readout(
+                charge_e=charge,
+                saturated=saturated,
+                read_var_e2=noise,
+                dark_e=c["dark_e"],
+                top_e=top,
+                clear_top_e=clear_top,
+                sensitivity=response @ white_radiance,
+                response=response,
+                capture=i,
+                spread=device_spread(captures, i, offset_gain),
+            )
+        )
+    return out
+
+
+def decompanded(captures, i: int):
+    """Return linear DN (y, x) of capture `i`, linear DN per code there (y, x), and at the top; 1 without companding.
+
+    The sensor's table `companding_dn` -> `companding_linear_dn` is followed on straight lines between its entries; padding
+    with NaN is left out. Black level, gain, top and quantisation are those of linear DN, one step being one of them.
+    """
+    raw = captures["raw"].values[i].astype(float)
+    if "companding_dn" not in captures:
+        return raw, 1.0, 1.0
+    code, linear = (
+        captures[name].values[i].astype(float) for name in ("companding_dn", "companding_linear_dn")
+    )
+    held = np.isfinite(code) & np.isfinite(linear)
+    code, linear = code[held], linear[held]
+    slope = np.diff(linear) / np.diff(code)
+    place = np.clip(np.searchsorted(code, raw, side="right") - 1, 0, len(slope) - 1)
+    return linear[place] + (raw - code[place]) * slope[place], slope[place], float(slope[-1])
+
+
+def falloff(captures) -> np.ndarray:
+    """Return the relative illumination (y, x) that the lens states for these pixels, 1 on the axis."""
+    f_m = captures.attrs["focal_length_mm"] * 1e-3
+    return camera_geometry.relative_illumination(
+        captures.attrs, captures.x.values[None, :] / f_m, captures.y.values[:, None] / f_m
+    )
+
+
+def check_captures(captures) -> None:
+    """Raise UnitError unless `captures` holds all that docs/contracts.md lists, with sane values."""
+    present = set(getattr(captures, "variables", ()))
+    for name in (
+        "raw",
+        "saturated",
+        "filter",
+        *PER_CAPTURE,
+        "quantum_efficiency",
+        "wavelength",
+        "x",
+        "y",
+    ):
+        if name not in present:
+            raise UnitError(
+                f"captures lack {name!r}; expected what a sensor returns (docs/contracts.md, Captures)"
+            )
+    for name in ATTRIBUTES:
+        if name not in captures.attrs:
+            raise UnitError(
+                f"captures lack the attribute {name!r}; the sensor copies it from the light"
+            )
+    for name, dims in (
+        ("raw", ("capture", "y", "x")),
+        ("saturated", ("capture", "y", "x")),
+        ("filter", ("y", "x")),
+        ("quantum_efficiency", ("capture", "channel", "wavelength")),
+    ):
+        if tuple(captures[name].dims) != dims:
+            raise UnitError(
+                f"captures have {name} with dims {tuple(captures[name].dims)}; expected {dims}"
+            )
+    if captures["raw"].size == 0:
+        raise UnitError("captures are empty; expected at least one capture and one pixel")
+    if captures.attrs["falloff"] not in ("cos4", "none", "table"):
+        hint = did_you_mean(captures.attrs["falloff"], ("cos4", "none", "table"))
+        raise UnitError(f"falloff {captures.attrs['falloff']!r} is unknown{hint}")
+    for name in ("exposure_s", "gain_dn_per_e", "area_m2"):
+        if not np.all((captures[name].values > 0) & np.isfinite(captures[name].values)):
+            raise UnitError(
+                f"captures have {name} = {captures[name].values}; expected finite values above 0"
+            )
+    for name in ("throughput_sr", "focal_length_mm"):
+        value = captures.attrs[name]
+        if not (np.ndim(value) == 0 and np.isfinite(value) and value > 0):
+            raise UnitError(
+                f"captures have the attribute {name} = {value!r}; expected a finite number above 0"
+            )
+    efficiency = captures["quantum_efficiency"].values
+    if not np.all((efficiency >= 0) & np.isfinite(efficiency)) or not efficiency.any():
+        raise UnitError(
+            "captures have a quantum_efficiency below 0, not finite, or 0 throughout; expected electrons per photon, 0 to 1"
+        )
+    if not np.all(np.isfinite(captures["black_dn"].values)):
+        raise UnitError(
+            f"captures have black_dn = {captures['black_dn'].values}; expected finite DN with the top above the black level"
+        )
+    if not np.all(np.isfinite(captures["raw"].values)):
+        raise UnitError("raw holds NaN or infinite values; expected finite DN")
+    for name in ("read_noise_e", "dark_e", "quantisation_e"):
+        if not np.all((captures[name].values >= 0) & np.isfinite(captures[name].values)):
+            raise UnitError(
+                f"captures have {name} = {captures[name].values}; expected electrons, 0 or above"
+            )
+    if not np.all(captures["top_dn"].values > captures["black_dn"].values):
+        raise UnitError(
+            f"captures have top_dn = {captures['top_dn'].values}, black_dn = {captures['black_dn'].values}; "
+            "expected a top above the black level"
+        )
+    channels = captures.sizes["channel"]
+    if captures["filter"].values.max() >= channels:
+        raise UnitError(
+            f"filter holds channel {captures['filter'].values.max()}; expected 0..{channels - 1}, an index into `channel`"
+        )
+    _check_companding(captures)
+    check_responses(captures)
+    check_device_spread(captures)
+
+
+def _check_companding(captures):
+    """Refuse a table that cannot be inverted: half of one, too short, or not rising."""
+    present = [name for name in ("companding_dn", "companding_linear_dn") if name in captures]
+    if not present:
+        return
+    if len(present) == 1:
+        raise UnitError(
+            f"captures have {present[0]} alone; expected companding_dn and companding_linear_dn, or neither"
+        )
+    for code, linear in zip(
+        captures["companding_dn"].values, captures["companding_linear_dn"].values
+    ):
+        held = np.isfinite(code) & np.isfinite(linear)
+        if held.sum() < 2 or np.any(np.diff(code[held]) <= 0) or np.any(np.diff(linear[held]) <= 0):
+            raise UnitError(
+                "a companding table does not rise from entry to entry; expected at least two rising pairs of "
+                "companding_dn and companding_linear_dn"
+            )
+
+
+def chosen(captures, name: str):
+    """Return the captures Dataset with only the capture called `name`; the first one when the name is empty."""
+    known = [str(c) for c in captures["capture"].values]
+    if name and name not in known:
+        raise UnitError(
+            f"capture {name!r} is not in this shot{did_you_mean(name, known)}; set isp.capture"
+        )
+    return captures.isel(capture=[known.index(name) if name else 0])

@@ -1,0 +1,119 @@
+"""Interleaved: one capture in which some pixels of the filter array collect less, merged with the interpolation.
+
+Every colour has a long sample t at its upper case pixels and a short one at its lower case pixels, never both at one place. With
+the weight G of `combine`, A = t G(t) - v G'(t) - d G(t + 1), B = 1 - G(t + 1), and the linear interpolations U from the upper case
+pixels and L from the lower case ones, L taking z to z' at every pixel,
+
+    x = U[A + z' B] + U[B] (z' - U[z'])
+
+t and z come from different pixels and are independent, so the mean of x is the signal on every linear ramp, whatever G. The last
+term keeps the detail of the short samples where they count.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from isethdr_core.errors import UnitError
+
+from ..demosaic.interpolation import demosaic
+from ..spectra import light
+from .combine import read_charge, weight
+from .electrons import Readout, charge_variance, readouts
+from .fixed_pattern import fixed_pattern
+from .shading import shading
+
+
+def is_interleaved(captures) -> bool:
+    """Return whether some colour is sampled both by upper and by lower case pixels."""
+    names = {str(name) for name in captures["channel"].values}
+    return any(name.islower() and name.upper() in names for name in names)
+
+
+class Interleaved(NamedTuple):
+    """A merged capture of two exposures."""
+
+    planes: np.ndarray  # (channel, y, x) electrons
+    variances: np.ndarray  # same shape, from shot to shot, e^2
+    fixed: np.ndarray  # same shape, from device to device, e^2
+    valid: np.ndarray  # (y, x) bool
+    response: np.ndarray  # (channel, wavelength) electrons per band mean radiance
+    read: Readout
+
+
+def merge_interleaved(captures, balance: str, shading_csv: str = "") -> Interleaved:
+    """Return the capture as electrons of upper case pixels, one channel per colour.
+
+    A colour that comes in one case alone keeps it. Electrons are freed of dark charge and of the lens's falloff.
+    """
+    if captures.sizes["capture"] != 1:
+        raise UnitError(
+            f"a shot of {captures.sizes['capture']} captures has upper and lower case filters; expected one capture; "
+            "choose one with captures.isel(capture=[0])"
+        )
+    [read] = readouts(captures, light(balance, captures.wavelength.values))
+    names, filters = [str(name) for name in captures["channel"].values], captures["filter"].values
+    colours = [name for name in names if name.isupper() or name.upper() not in names]
+    pairs = {
+        names.index(c): names.index(c.lower())
+        for c in colours
+        if c.isupper() and c.lower() in names
+    }
+    faint = [names[k] for pair in pairs.items() for k in pair if not read.sensitivity[k] > 0]
+    if faint:
+        raise UnitError(
+            f"filter {', '.join(faint)} passes nothing of {balance}, so its pixels cannot be compared; expected a quantum "
+            "efficiency above 0 somewhere in the bands"
+        )
+    level = shading(captures, shading_csv)
+    ratio_of = np.ones(len(names))
+    for long, short in pairs.items():
+        ratio_of[long] = ratio_of[short] = read.sensitivity[short] / read.sensitivity[long]
+    ratio, long_here = ratio_of[filters], np.isin(filters, list(pairs))
+    charge = read_charge([read], read.sensitivity[filters])
+
+    # every sample by itself, short ones in electrons of long ones
+    scale = np.where(long_here, 1.0, ratio) * level
+    single, single_var = (
+        (charge.t_e - charge.dark_e) / scale,
+        charge_variance(charge.t_e, charge.read_var_e2) / scale**2,
+    )
+    g, slope = weight(charge.t_e, charge, charge, ratio)
+    g_next, _ = weight(charge.t_e + 1, charge, charge, ratio)
+    part = (charge.t_e * g - charge.read_var_e2 * slope - charge.dark_e * g_next) / level
+
+    # every sample is silicon of its own; what columns or rows share counts as independent
+    pattern = fixed_pattern(list(charge.reads), single * scale, single_var * scale**2).scaled(
+        1 / scale
+    )
+    single_fixed = pattern.total_e2() + np.zeros(filters.shape)
+
+    alone, alone_var, touched = demosaic(
+        single, filters, len(names), single_var, ~charge.good & ~long_here
+    )
+    alone_fixed = demosaic(single, filters, len(names), single_fixed)[1]
+    short_there = np.zeros(filters.shape)
+    for long, short in pairs.items():
+        short_there[filters == long] = alone[short][filters == long]
+    blended, _, _ = demosaic(part + short_there * (1 - g_next), filters, len(names))
+    rest, _, _ = demosaic(1 - g_next, filters, len(names))
+    again, _, _ = demosaic(short_there, filters, len(names))
+    long_var, long_fixed = (
+        demosaic(part, filters, len(names), g**2 * np.where(long_here, of_sample, 0.0))[1]
+        for of_sample in (single_var, single_fixed)
+    )
+    planes, variances, fixed = np.empty((3, len(colours), *filters.shape))
+    for place, colour in enumerate(colours):
+        k = names.index(colour)
+        if k in pairs:
+            short = pairs[k]
+            planes[place] = blended[k] + rest[k] * (alone[short] - again[k])
+            variances[place] = long_var[k] + rest[k] ** 2 * alone_var[short]
+            fixed[place] = long_fixed[k] + rest[k] ** 2 * alone_fixed[short]
+        else:
+            planes[place], variances[place], fixed[place] = alone[k], alone_var[k], alone_fixed[k]
+    return Interleaved(
+        planes, variances, fixed, ~touched, read.response[[names.index(c) for c in colours]], read
+    )

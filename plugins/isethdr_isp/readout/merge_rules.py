@@ -1,0 +1,113 @@
+"""Rules: other people's ways to merge a shot, under one signature, for comparison with ours.
+
+Each takes the reads of every charge, least sensitive charge first, and the electrons per unit of light of each charge's
+pixels, and returns `Merged` in absolute electrons of the most sensitive charge. A read counts while it is below 95 % of its
+top, ISETCam's saturated fraction. Variances are honest whatever the rule: reads of one charge share their shot noise.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .combine import Merged, fold, read_charge
+from .electrons import Readout, charge_variance
+from .fixed_pattern import WeightedRead, fixed_pattern
+
+SHARE = 0.95  # of the top (sensorComputeArray.m)
+
+
+def inverse_variance(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
+    """Return the merge by inverse variance without bias: the default."""
+    return fold([read_charge(reads, light) for reads, light in zip(groups, per_light)])
+
+
+def isetcam(groups, per_light) -> Merged:
+    """Return ISETCam's rule 'saturated' (sensorComputeArray.m): the widest read of the most sensitive charge that is good.
+
+    Higher gains of one charge are never used. Nothing tests the least sensitive one in ISETCam; here it sets `valid`.
+    """
+    return _descend([[max(reads, key=lambda r: r.top_e)] for reads in groups], per_light)
+
+
+def average(groups, per_light) -> Merged:
+    """Return the paper's rule: the plain mean of the good reads of the most sensitive charge that has one."""
+    return _descend(groups, per_light)
+
+
+def poisson_sum(groups, per_light) -> Merged:
+    """Return the sum of charge over the sum of sensitivity of all good reads (Hanji et al. 2020, Poisson estimator)."""
+    least = _descend(groups[:1], per_light[:1])
+    electrons, light, variance = (np.zeros(least.signal_e.shape) for _ in range(3))
+    source = least.source.copy()
+    weighted = []
+    for reads, own in zip(groups, per_light):
+        good = [_good(read) for read in reads]
+        count = sum(g.astype(float) for g in good)
+        light += count * own / per_light[-1]
+        for read, g in zip(reads, good):
+            electrons += np.where(g, read.charge_e - read.dark_e, 0.0)
+            variance += np.where(g, read.read_var_e2 + count * np.maximum(read.charge_e, 0.0), 0.0)
+            weighted.append((read, g.astype(float), own / per_light[-1]))
+            source[g] = read.capture
+    some = light > 0
+    safe, ratio = np.where(some, light, 1.0), per_light[0] / per_light[-1]
+    signal = np.where(some, electrons / safe, least.signal_e / ratio)
+    variance = np.where(some, variance / safe**2, least.variance_e2 / ratio**2)
+    parts = [WeightedRead(read.spread, g / safe, sensitivity) for read, g, sensitivity in weighted]
+    return Merged(signal, variance, some, source, fixed_pattern(parts, signal, variance))
+
+
+RULES = {
+    "inverse_variance": inverse_variance,
+    "average": average,
+    "poisson_sum": poisson_sum,
+    "isetcam": isetcam,
+}
+
+
+def _good(read: Readout):
+    return read.charge_e < SHARE * read.top_e
+
+
+def _descend(groups, per_light) -> Merged:
+    """Return the mean of the good reads of the most sensitive charge with one; the widest read of the least sensitive else."""
+    out, chosen, parts = None, [], []
+    for reads, light in zip(groups, per_light):  # least sensitive first, later ones overwrite
+        good = np.array([_good(read) for read in reads])
+        use = good | (
+            ~good.any(0)
+            & np.array([read is max(reads, key=lambda r: r.top_e) for read in reads])[:, None, None]
+        )
+        count = use.sum(0)
+        charge = sum(np.where(u, read.charge_e, 0.0) for u, read in zip(use, reads)) / count
+        read_var = sum(np.where(u, read.read_var_e2, 0.0) for u, read in zip(use, reads)) / count**2
+        source = np.zeros(charge.shape, np.uint8)
+        for u, read in zip(use, reads):
+            source[u] = read.capture
+        ratio = light / per_light[-1]
+        here = (
+            (charge - reads[0].dark_e) / ratio,
+            charge_variance(charge, read_var) / ratio**2,
+            good.any(0),
+            source,
+        )
+        chosen = [mine & ~good.any(0) for mine in chosen] + [
+            np.ones_like(good[0]) if out is None else good.any(0)
+        ]
+        parts.append(
+            [WeightedRead(read.spread, u / count / ratio, ratio) for u, read in zip(use, reads)]
+        )
+        if out is None:
+            out = here
+        else:
+            out = (
+                *(np.where(good.any(0), new, old) for new, old in zip(here[:2], out[:2])),
+                here[2] | out[2],
+                np.where(good.any(0), source, out[3]),
+            )
+    reads = [
+        part._replace(weight=part.weight * mine)
+        for mine, of_charge in zip(chosen, parts)
+        for part in of_charge
+    ]
+    return Merged(*out, fixed_pattern(reads, *out[:2]))

@@ -1,0 +1,123 @@
+"""Shading: relative illumination, stated by the lens or measured on a flat field, divided out of every sample.
+
+A measured table holds radius_mm on the sensor, from the axis, and the illumination there relative to the axis. Four even powers of
+the radius follow any lens without sharp vignetting.
+"""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError, UnitError
+
+from ..spectra import light
+from .electrons import check_captures, chosen, falloff, readouts
+
+POWERS = (0, 2, 4, 6, 8)
+ENTRIES = 65
+COLUMNS = ("radius_mm", "relative_illumination")
+
+
+def shading(captures, path: str = "") -> np.ndarray:
+    """Return the relative illumination (y, x) of these pixels: by the table at `path`, or as the lens states it.
+
+    Raises
+    ------
+    ConfigError : the file is no table of two columns with rising radii and values above 0.
+    UnitError : the pixels reach beyond the table.
+    """
+    if not path:
+        return falloff(captures)
+    radius_mm, relative = read_shading(path)
+    here = radii_mm(captures)
+    if here.max() > radius_mm[-1] * (1 + 1e-6):
+        raise UnitError(
+            f"isp.shading_csv={path!r} ends at {radius_mm[-1]:g} mm; expected up to {here.max():g} mm, the corner of this sensor; "
+            "measure it on the whole sensor"
+        )
+    return np.interp(here, radius_mm, relative)
+
+
+def radii_mm(captures) -> np.ndarray:
+    """Return the distance (y, x) of every pixel from the axis, mm on the sensor."""
+    return 1e3 * np.hypot(captures.x.values[None, :], captures.y.values[:, None])
+
+
+def measured_shading(captures, capture: str = ""):
+    """Return (radius_mm, relative, standard_error) of a lens, from captures of a flat field.
+
+    Every channel is fitted by its own even polynomial of the radius, all samples alike, so that noise leaves no bias; what they say
+    relative to the axis is averaged by their electrons.
+
+    Raises
+    ------
+    UnitError : saturated samples, or a field too dark to tell: a standard error above 2 % on the border.
+    """
+    check_captures(captures)
+    one = chosen(captures, capture)
+    [read] = readouts(one, light("daylight", one.wavelength.values))
+    if read.saturated.any():
+        raise UnitError(
+            f"{read.saturated.mean():.1%} of the flat field is saturated; expected none; expose less"
+        )
+    radius, filters = radii_mm(one), one["filter"].values
+    largest = max(float(radius.max()), 1e-12)
+    grid = np.linspace(0, 1, ENTRIES)
+    basis = np.stack([(radius / largest) ** p for p in POWERS], -1)
+    at = np.stack([grid**p for p in POWERS], -1)
+    total = variance = weight = 0.0
+    for channel in np.unique(filters):
+        here = filters == channel
+        a, e = basis[here], (read.charge_e - read.dark_e)[here]
+        inverse = np.linalg.pinv(a)
+        fit, spread = inverse @ e, (inverse * read.variance_e2()[here]) @ inverse.T
+        if not fit[0] > 0:
+            raise UnitError(
+                f"channel {channel} of the flat field is dark on the axis; expected light everywhere"
+            )
+        curve = at @ fit / fit[0]
+        step = (at - curve[:, None] * at[:1]) / fit[
+            0
+        ]  # derivative of curve by fit; at[0] picks the value on the axis
+        sum_e = float(e.sum())
+        total, weight = total + sum_e * curve, weight + sum_e
+        variance = variance + sum_e**2 * np.einsum("ip,pq,iq->i", step, spread, step)
+    relative, error = total / weight, np.sqrt(variance) / weight
+    if error[-1] > 0.02 * relative[-1] or not np.all(relative > 0):
+        raise UnitError(
+            f"the flat field gives {relative[-1]:.3g} +- {error[-1]:.2g} on its border; expected 2 % or better; expose more"
+        )
+    return grid * largest, relative, error
+
+
+def write_shading(path, radius_mm, relative) -> None:
+    """Write a measured table for `isp.shading_csv`."""
+    with open(path, "w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(COLUMNS)
+        writer.writerows(zip(np.asarray(radius_mm).tolist(), np.asarray(relative).tolist()))
+
+
+def read_shading(path) -> tuple[np.ndarray, np.ndarray]:
+    """Return (radius_mm, relative) of a table."""
+    try:
+        with open(path, newline="") as file:
+            header, *rows = list(csv.reader(file)) or [[]]
+        table = np.array(rows, float)
+    except (OSError, ValueError) as err:
+        raise ConfigError(
+            f"isp.shading_csv={str(path)!r} cannot be read ({err}); expected the columns {', '.join(COLUMNS)}"
+        ) from None
+    if (
+        tuple(header) != COLUMNS
+        or len(table) < 2
+        or np.any(np.diff(table[:, 0]) <= 0)
+        or not np.all(table[:, 1] > 0)
+    ):
+        raise ConfigError(
+            f"isp.shading_csv={str(path)!r} holds {', '.join(header)}; expected the columns {', '.join(COLUMNS)} with rising radii "
+            "and values above 0"
+        )
+    return table[:, 0], table[:, 1]

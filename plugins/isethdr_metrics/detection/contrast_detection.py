@@ -1,0 +1,303 @@
+"""Contrast detection: how likely it is that a contrast of the scene is still about the same contrast in the picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+from isethdr_core.plugins.ranges import check_ranges
+
+from ..limits import Percent, Reach
+
+if TYPE_CHECKING:
+    import numpy as np
+
+PAIRS = 4000  # drawn per object: the median is then known to about 0.01
+FRAME_PIXELS = 4000  # drawn for the frame's score, for the same reason
+SMEARED_E = 0.3  # read noise that every picture is taken to have at least, in steps
+SMOOTH = (
+    7  # pixels: a window over which the picture's difference from the truth is taken as its mean
+)
+PIECE = (
+    8192  # pairs looked at together: what is worked out on the way stays in the processor's memory
+)
+
+
+class Expected(NamedTuple):
+    """What the camera makes of each pixel (y, x) apart from this noise realisation, in cd/m2."""
+
+    true: np.ndarray
+    mean: np.ndarray
+    variance: np.ndarray
+    step: np.ndarray  # luminance of one electron
+    valid: np.ndarray  # bool
+
+
+@dataclass(frozen=True)
+class ContrastDetection:
+    """Contrast detection probability (IEEE 2020): median over pixel pairs of each object and its surround, and of the frame."""
+
+    MEAN_OF_PARTS: ClassVar[bool] = (
+        True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    )
+
+    # Michelson contrast of the truth that a pair needs to count
+    lowest_contrast_percent: Percent = 5.0
+    # the measured contrast may differ from the true one by this share of it
+    interval_percent: Percent = 50.0
+    reach: Reach = 10  # pixels between the two pixels of a pair, at most
+
+    def __post_init__(self):
+        check_ranges(self)
+
+    def narrow(self, demand):
+        """Ask for the instance labels."""
+        return demand.with_labels("instance")
+
+    def __call__(self, picture, truth, labels=None):
+        """Return the median probability for the frame and for each object.
+
+        A pair of an object is one of its pixels and one outside it within `reach`. Pairs with a pixel that is not valid
+        count as not detected: what is saturated shows no contrast. The interval is that of a median, as if one pixel in
+        `SMOOTH` x `SMOOTH` were independent: the picture's mean is taken over such windows.
+        """
+        from isethdr_core import ledger
+        from isethdr_core.data.scores import Score
+
+        from ..regions import NAN, frame_and_objects, median_interval, variance_stated
+
+        if not variance_stated(picture, "contrast_detection", "probability"):
+            return []
+        model, scores = self._model(picture, truth), []
+        for name, mask in frame_and_objects(model.true.shape, labels):
+            if name:
+                found, pixels = self._pairs(model, *draw_pairs(mask, self.reach)), int(mask.sum())
+            else:
+                found, pixels = self._of_frame(model)
+            if found.size:
+                value, low, high = median_interval(found, min(found.size, pixels // SMOOTH**2))
+                scores.append(Score("contrast_detection", value, "", name, low, high))
+            else:
+                what = f"contrast_detection of {name}" if name else "contrast_detection"
+                why = "no two pixels of the reference picture differ by the lowest contrast"
+                ledger.left_out(what, why, NAN, "probability")
+        return scores
+
+    def map(self, picture, truth):
+        """Return (y, x) the mean probability of each pixel's pairs with the pixels `reach` away; NaN where none counts."""
+        return self._map(self._model(picture, truth))
+
+    def _model(self, picture, truth) -> Expected:
+        """Return what the camera makes of each pixel, apart from this one noise realisation.
+
+        Notes
+        -----
+        Flare adds light and a loss multiplies it, both smoothly. The mean is therefore the true
+        luminance plus the local surplus of the picture, or the true luminance times the local
+        ratio where the picture is darker. The variance is the shot noise of that mean plus the
+        local mean of the other noise.
+        """
+        import numpy as np
+        from scipy.ndimage import uniform_filter
+
+        from ..luminance.noise_line import noise_line
+        from ..regions import luminance_variance, luminances
+
+        y, true, valid = luminances(picture, truth)
+        share = uniform_filter(valid.astype(float), SMOOTH, mode="nearest")
+
+        def local(values):
+            total = uniform_filter(np.where(valid, values, 0.0), SMOOTH, mode="nearest")
+            return np.where(share > 1e-9, total / np.maximum(share, 1e-9), values)
+
+        local_y, local_true = local(y), local(true)
+        kept = np.divide(local_y, local_true, out=np.ones_like(y), where=local_true > 0)
+        mean = true * np.clip(kept, 0.0, 1.0) + np.maximum(local_y - local_true, 0.0)
+        variance = luminance_variance(picture)
+        # Local means on both sides. The true luminance is free of noise, which would flatten the
+        # line. The mean of the variances has no bias where electrons are few; their median has.
+        shot_noise = local(picture["variance"].values[..., 1])
+        _, step = noise_line(local_true[valid], shot_noise[valid])
+        other = local(variance) - step * local_y
+        # a picture is a sum of several counts, which never leaves the gaps of a single one
+        read = max(float(np.median(other[valid])) if valid.any() else 0.0, (SMEARED_E * step) ** 2)
+        variance = np.maximum(np.where(other >= 0, step * mean + other, local(variance)), 0.0)
+        shot = np.divide(variance - read, mean, out=np.zeros_like(y), where=mean > 0)
+        return Expected(true, mean, variance, np.clip(shot, 0.0, step), valid)
+
+    def _of_frame(self, model: Expected):
+        """Return the mean probability of some pixels with contrast, and how many have any."""
+        import numpy as np
+
+        (height, width), r = model.true.shape, self.reach
+        steps = [(dy, dx) for dy in (-r, 0, r) for dx in (-r, 0, r) if dy or dx]
+        held = np.zeros(height * width, bool)
+        for dy, dx in steps[4:]:
+            firsts = self._with_contrast(model.true, dy, dx)
+            held[firsts] = held[firsts + dy * width + dx] = True
+        pixels = np.flatnonzero(held)
+        # the choice is part of the score's definition: the same picture has the same score
+        chosen = pixels
+        if pixels.size > FRAME_PIXELS:
+            chosen = np.random.default_rng(0).choice(pixels, FRAME_PIXELS, replace=False)
+        row, column = np.divmod(chosen, width)
+        total, count = np.zeros(height * width), np.zeros(height * width)
+        for dy, dx in steps:
+            inside = (0 <= row + dy) & (row + dy < height)
+            inside &= (0 <= column + dx) & (column + dx < width)
+            first = chosen[inside]
+            value, first, _ = self._probability(model, first, first + dy * width + dx)
+            total[first] += value
+            count[first] += 1
+        known = chosen[count[chosen] > 0]
+        return total[known] / count[known], pixels.size
+
+    def _map(self, model):
+        import numpy as np
+
+        (height, width), r = model.true.shape, self.reach
+        total, count = np.zeros(height * width), np.zeros(height * width)
+        for dy, dx in ((0, r), (r, 0), (r, r), (r, -r)):
+            firsts = self._with_contrast(model.true, dy, dx)
+            for start in range(0, firsts.size, PIECE):
+                first = firsts[start : start + PIECE]
+                value, first, second = self._probability(model, first, first + dy * width + dx)
+                for of in (first, second):  # every pixel is first once and second once
+                    total[of] += value
+                    count[of] += 1
+        return np.where(count > 0, total / np.maximum(count, 1), np.nan).reshape(height, width)
+
+    def _with_contrast(self, true, dy: int, dx: int):
+        """Return the pixels, as indices of the flat picture, that have about the lowest contrast or more with the one `dy` rows and `dx` columns on."""
+        import numpy as np
+
+        (height, width), left = true.shape, max(-dx, 0)
+        across, rows = max(width - abs(dx), 0), max(PIECE // width, 1)
+        least, found = (
+            self.lowest_contrast_percent / 100 * (1 - 1e-9),
+            [np.zeros(0, int)],
+        )  # rounding: decided when the contrast is worked out
+        for top in range(0, height - dy, rows):
+            a = true[top : min(top + rows, height - dy), left : left + across]
+            b = true[top + dy : top + dy + len(a), left + dx : left + dx + across]
+            row, column = np.nonzero(np.abs(a - b) > least * (a + b))
+            found.append((top + row) * width + left + column)
+        return np.concatenate(found)
+
+    def _pairs(self, model, first, second):
+        import numpy as np
+
+        places = (np.ravel_multi_index(at, model.true.shape) for at in (first, second))
+        return self._probability(model, *places)[0]
+
+    def _probability(self, model, first, second):
+        """Return the probabilities of the pairs that have contrast, and these pairs; `first` and `second` are indices of the flat picture."""
+        import numpy as np
+
+        from .photon_counts import Signal, of_signals
+
+        true, mean, variance, step, valid = (values.ravel() for values in model)
+        a, b = true[first], true[second]
+        sums = a + b
+        contrast = np.abs(a - b) / np.where(sums > 0, sums, 1.0)
+        counts = np.flatnonzero((contrast > self.lowest_contrast_percent / 100) & (sums > 0))
+        first, second, swap = first[counts], second[counts], a[counts] < b[counts]
+        pairs = np.where(swap, second, first), np.where(swap, first, second)
+        bright, dark = (Signal(mean[at], variance[at], step[at]) for at in pairs)
+        value = of_signals(bright, dark, contrast[counts], self.interval_percent / 100)
+        return np.where(valid[first] & valid[second], value, 0.0), first, second
+
+
+def pair_probability(
+    bright, bright_variance, dark, dark_variance, contrast, interval=0.5, step=None
+):
+    """Return the probability that the measured contrast is within `contrast` (1 +- `interval`).
+
+    Parameters
+    ----------
+    bright, dark : numbers or arrays, means of the truly brighter pixel and of the other, any unit.
+    bright_variance, dark_variance : variances of the two independent pixels, that unit squared.
+    contrast : true Michelson contrast, above 0.
+    interval : share of the contrast, below 1.
+    step : signal of one electron, in the unit of the means. None takes the growth of the variance
+        with the mean between the two pixels, which is that step where both have one read noise.
+
+    Returns
+    -------
+    float for numbers, else an array of their broadcast shape.
+
+    Notes
+    -----
+    A pixel is a Poisson count times `step`, plus normal noise with the rest of its variance.
+    The sum over both counts is exact; where counts are many or read noise covers the steps, normal
+    distributions replace the counts with an error below 0.005 (`photon_counts.representation`).
+    A pair without any signal, 0 and 0, has no contrast and counts as not detected. The definition follows Geese,
+    Seger, Paolillo 2018 and IEEE Std 2020-2024; the order of bright and dark has to be kept.
+    """
+    import numpy as np
+
+    from .photon_counts import Signal, of_signals
+
+    values = np.broadcast_arrays(bright, bright_variance, dark, dark_variance, contrast)
+    b, b_variance, d, d_variance, k = (np.asarray(v, float).ravel() for v in values)
+    if step is None:
+        one_electron = _growth(b, b_variance, d, d_variance)
+    else:
+        one_electron = np.broadcast_to(np.asarray(step, float), values[0].shape).ravel()
+    found = of_signals(
+        Signal(b, b_variance, one_electron), Signal(d, d_variance, one_electron), k, interval
+    )
+    return float(found[0]) if values[0].ndim == 0 else found.reshape(values[0].shape)
+
+
+def _growth(bright, bright_variance, dark, dark_variance):
+    """Return how much the variance grows per unit of the mean, 0 where it does not grow."""
+    import numpy as np
+
+    apart = bright - dark
+    slope = (bright_variance - dark_variance) / np.where(apart > 0, apart, 1.0)
+    return np.where(apart > 0, np.maximum(slope, 0.0), 0.0)
+
+
+def both_positive(h, k, rho):
+    """Return P(h + u > 0 and k + v > 0) for standard normals u and v of correlation `rho`.
+
+    Notes
+    -----
+    Owen 1956, eq. 2.1.
+    """
+    import numpy as np
+    from scipy.special import ndtr, owens_t
+
+    tiny = 1e-12
+    h, k, rho = (np.asarray(v, float) for v in (h, k, rho))
+    h, k = (np.where(np.abs(v) < tiny, tiny, v) for v in (h, k))
+    root = np.sqrt(np.maximum(1 - rho**2, 1e-24))
+    apart = np.where(h * k < 0, 0.5, 0.0)
+    t_h, t_k = owens_t(h, (k / h - rho) / root), owens_t(k, (h / k - rho) / root)
+    return (ndtr(h) + ndtr(k)) / 2 - t_h - t_k - apart
+
+
+def draw_pairs(mask, reach: int):
+    """Return (first, second) index pairs: pixels of `mask` and pixels outside it at most `reach` away."""
+    import numpy as np
+
+    rng = np.random.default_rng(
+        0
+    )  # the draw is part of the score's definition: the same picture, the same score
+    rows, columns = np.nonzero(mask)
+    window = tuple(slice(max(i.min() - 1, 0), i.max() + 2) for i in (rows, columns))
+    from scipy.ndimage import distance_transform_edt
+
+    near = distance_transform_edt(np.pad(mask[window], 1)[1:-1, 1:-1]) <= reach
+    inside = np.argwhere(near & mask[window]) + [window[0].start, window[1].start]
+    if mask.all() or not len(inside):  # an object that fills the frame has nothing beside it
+        none = np.zeros(0, int)
+        return (none, none), (none, none)
+    pick = inside[rng.integers(len(inside), size=8 * PAIRS)]
+    offsets = np.argwhere(np.hypot(*np.indices((2 * reach + 1,) * 2) - reach) <= reach) - reach
+    other = pick + offsets[rng.integers(len(offsets), size=len(pick))]
+    held = np.all((other >= 0) & (other < mask.shape), axis=1)
+    held[held] = ~mask[tuple(other[held].T)]
+    pick, other = pick[held][:PAIRS], other[held][:PAIRS]
+    return tuple(pick.T), tuple(other.T)

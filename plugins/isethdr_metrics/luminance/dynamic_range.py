@@ -1,0 +1,134 @@
+"""Dynamic range: from the luminance that just shows to the brightest one measured, in the definitions in use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from isethdr_core.plugins.ranges import check_ranges
+
+from ..limits import Darkest
+
+# chance that noise alone passes for a signal in a picture without any
+FALSE_ALARM = 1e-3
+
+
+@dataclass(frozen=True)
+class DynamicRange:
+    """Largest valid luminance over that where SNR = 1 (EMVA 1288), that of dark noise, and that where SNR = 10 dB, in dB."""
+
+    # share of the pixels, from the dark end, whose variance is that of the dark
+    darkest_share: Darkest = 0.2
+
+    def __post_init__(self):
+        check_ranges(self)
+
+    def __call__(self, picture, truth, labels=None):
+        """Return the range in dB by three definitions, and its ends in cd/m2.
+
+        | score                        | lower end                                                                |
+        |------------------------------|--------------------------------------------------------------------------|
+        | `dynamic_range`              | SNR = 1, the absolute sensitivity threshold of EMVA 1288 (release 4)      |
+        | `dynamic_range_dark_noise`   | rms noise without light, as data sheets do: flatters by the shot noise    |
+        | `dynamic_range_snr_10db`     | SNR = 10 dB, rms: about where something can be recognised                 |
+
+        The variance is fitted by a + b Y (read noise and shot noise, a and b not negative) from the dark to 12 times its noise, by
+        relative least squares through the medians of groups of pixels of like luminance, so that the few dark pixels that
+        flare has reached do not stand for all of them; SNR = s is where Y^2 = s^2 (a + b Y). A scene without a pixel that is not valid does not reach the sensor's
+        top: the range is then a lower bound, and has no upper confidence limit. The interval of a range is the jackknife's
+        over the groups of dark pixels, and the noise of the brightest pixel.
+        """
+        import numpy as np
+
+        from isethdr_core import ledger
+        from isethdr_core.data.scores import Score
+
+        from ..regions import NAN, luminance_variance, luminances, variance_stated
+        from .noise_line import dark_medians
+
+        y, true, valid = luminances(picture, truth)
+        if not variance_stated(picture, "dynamic_range", "dB"):
+            return []
+        if not valid.any():
+            ledger.left_out("dynamic_range", "no pixel is valid", NAN, "dB")
+            return []
+        brightest = np.unravel_index(np.argmax(np.where(valid, y, -np.inf)), y.shape)
+        variance, reached = luminance_variance(picture), not valid.all()
+        top, top_noise = float(y[brightest]), float(np.sqrt(variance[brightest]))
+        if not top > highest_of_noise(top_noise, int(valid.sum())):
+            why = (
+                f"no pixel stands out of the noise: the brightest of {valid.sum()} has "
+                f"{top:.3g} cd/m2, its noise is {top_noise:.3g} cd/m2"
+            )
+            ledger.left_out("dynamic_range", why, NAN, "dB")
+            return []
+        light, noise = dark_medians(true[valid], variance[valid], self.darkest_share)
+        if np.ptp(light) < 0.1 * (light.mean() or 1.0):
+            ledger.left_out(
+                "shot noise in the dark",
+                "the darkest pixels are all alike, so a + b Y is one number",
+                NAN,
+                "dB",
+            )
+        ends = lower_ends(light, noise)
+        without = [
+            lower_ends(np.delete(light, k), np.delete(noise, k))
+            for k in range(len(light))
+            if len(light) > 2
+        ]
+        scores = []
+        for name, bottom in ends.items():
+            if not bottom > 0:
+                ledger.left_out(f"dynamic_range{name}", "no noise in the dark", NAN, "dB")
+                continue
+            value = float(20 * np.log10(top / bottom))
+            bottom_sd = jackknife_sd([w[name] for w in without])
+            half = 1.96 * 20 / np.log(10) * np.hypot(top_noise / top, bottom_sd)
+            scores += [
+                Score(
+                    f"dynamic_range{name}",
+                    value,
+                    "dB",
+                    "",
+                    value - half,
+                    value + half if reached else NAN,
+                ),
+                Score(f"dynamic_range{name}_bottom", float(bottom), "cd m-2"),
+            ]
+        scores.append(Score("dynamic_range_top", top, "cd m-2"))
+        return sorted(scores, key=lambda s: s.metric != "dynamic_range")  # the main one first
+
+
+def highest_of_noise(noise: float, pixels: int) -> float:
+    """Return the level that the highest of many noisy zeros exceeds once in a thousand pictures.
+
+    Parameters
+    ----------
+    noise : standard deviation of a pixel, any unit. `pixels` : how many there are.
+    """
+    from scipy.special import ndtri
+
+    return float(-ndtri(FALSE_ALARM / pixels) * noise)
+
+
+def lower_ends(light, noise) -> dict[str, float]:
+    """Return the luminance of each definition, cd/m2, from the line through light and noise variance."""
+    import numpy as np
+
+    from .noise_line import line_through
+
+    a, b = line_through(light, noise)
+    return {
+        "": (b + np.sqrt(b * b + 4 * a)) / 2,
+        "_dark_noise": np.sqrt(a),
+        "_snr_10db": (10 * b + np.sqrt(100 * b * b + 40 * a)) / 2,
+    }
+
+
+def jackknife_sd(ends) -> float:
+    """Return the standard deviation of the logarithm of a lower end from its values without one group each (Efron 1982, eq. 3.1)."""
+    import numpy as np
+
+    if len(ends) < 2 or min(ends) <= 0:
+        return float("nan")
+    logs = np.log(ends)
+    return float(np.sqrt((len(logs) - 1) / len(logs) * np.sum((logs - logs.mean()) ** 2)))

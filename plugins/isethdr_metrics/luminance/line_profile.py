@@ -1,0 +1,64 @@
+"""Line profile: luminance along one row, where flare shows best."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from isethdr_core.plugins.ranges import check_ranges
+
+from ..limits import Luminance, Row
+
+
+@dataclass(frozen=True)
+class LineProfile:
+    """Log luminance of picture and truth along a row, by default through the brightest lamp; scores their difference."""
+
+    row: Row = -1  # pixel row; -1 takes the row of the truth's brightest pixel
+    floor_cd_m2: Luminance = 1e-3  # luminances below this count as this
+
+    def __post_init__(self):
+        check_ranges(self)
+
+    def __call__(self, picture, truth, labels=None):
+        """Return the rms difference of the two log10 profiles over the row, 95 % by resampling its twelfths."""
+        import numpy as np
+
+        from isethdr_core.data.scores import Score
+
+        from ..regions import mean_interval
+
+        line = self.profile(picture, truth)
+        square = (line["log10_picture"] - line["log10_truth"]) ** 2
+        value, low, high = np.sqrt(
+            mean_interval(square[None], np.ones((1, square.size), bool))
+        ).tolist()
+        return [Score("line_profile_error", value, "log10", "", low, high)]
+
+    def profile(self, picture, truth) -> dict:
+        """Return row, x_m, log10_picture, log10_truth (log10 cd/m2), log10_low, log10_high (95 % of the noise), valid."""
+        import numpy as np
+
+        from isethdr_core.errors import ConfigError
+
+        from ..regions import luminance_variance, luminances
+
+        y, true, valid = luminances(picture, truth)
+        if not -1 <= self.row < len(y):
+            raise ConfigError(
+                f"metric row is {self.row}; expected -1 or a row of the picture, 0..{len(y) - 1}"
+            )
+        row = self.row if self.row >= 0 else int(np.unravel_index(np.argmax(true), true.shape)[0])
+        spread = 1.96 * np.sqrt(luminance_variance(picture)[row])
+
+        def log(values):
+            return np.log10(np.fmax(values, self.floor_cd_m2))
+
+        return {
+            "row": row,
+            "x_m": picture.x.values,
+            "log10_picture": log(y[row]),
+            "log10_truth": log(true[row]),
+            "log10_low": log(y[row] - spread),
+            "log10_high": log(y[row] + spread),
+            "valid": valid[row],
+        }

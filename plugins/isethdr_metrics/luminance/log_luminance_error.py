@@ -1,0 +1,46 @@
+"""Log luminance error: how far a picture's luminance is from the truth, in decades."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from isethdr_core.plugins.ranges import check_ranges
+
+from ..limits import Luminance
+
+
+@dataclass(frozen=True)
+class LogLuminanceError:
+    """Rms of log10 (picture / truth) luminance, for the frame and for each object."""
+
+    # luminances below this count as this: an estimate of 0 or less has no logarithm
+    floor_cd_m2: Luminance = 1e-3
+
+    def __post_init__(self):
+        check_ranges(self)
+
+    def narrow(self, demand):
+        """Ask for the instance labels."""
+        return demand.with_labels("instance")
+
+    def __call__(self, picture, truth, labels=None):
+        """Return one score per region, in log10 units (0.3 is a factor of two).
+
+        A saturated pixel counts with the luminance that the picture gives it, which is the highest
+        that it can measure.
+        """
+        import numpy as np
+
+        from isethdr_core.data.scores import Score
+
+        from ..regions import frame_and_objects, luminances, mean_interval
+
+        y, true, _ = luminances(picture, truth)
+        square = (
+            np.log10(np.fmax(y, self.floor_cd_m2)) - np.log10(np.maximum(true, self.floor_cd_m2))
+        ) ** 2
+        return [
+            Score("log_luminance_error", value, "log10", name, low, high)
+            for name, region in frame_and_objects(y.shape, labels)
+            for value, low, high in [np.sqrt(mean_interval(square, region)).tolist()]
+        ]

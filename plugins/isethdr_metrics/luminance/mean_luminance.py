@@ -1,0 +1,39 @@
+"""Mean luminance: the simplest score, and the one that shows an error of level at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class MeanLuminance:
+    """Mean luminance of the valid pixels, in cd/m2, for the frame and for each object."""
+
+    def narrow(self, demand):
+        """Ask for the instance labels."""
+        return demand.with_labels("instance")
+
+    def __call__(self, picture, truth, labels=None):
+        """Return one score per region with valid pixels; the interval is that of the mean's reported variance."""
+        import numpy as np
+
+        from isethdr_core import ledger
+        from isethdr_core.data.scores import Score
+
+        from ..regions import NAN, frame_and_objects, luminance_variance, luminances
+
+        y, _, valid = luminances(picture, truth)
+        variance = luminance_variance(picture)
+        out = []
+        for name, region in frame_and_objects(y.shape, labels):
+            use = region & valid
+            if not use.any():
+                ledger.left_out(
+                    f"luminance of {name or 'the frame'}", "no pixel is valid", NAN, "cd m-2"
+                )
+                continue
+            value = float(y[use].mean())
+            # demosaic makes neighbours dependent: sum the deviations over 3 x 3 cells, an upper bound for bilinear
+            half = 1.96 * 3 * float(np.sqrt(variance[use].sum())) / use.sum()
+            out.append(Score("luminance", value, "cd m-2", name, value - half, value + half))
+        return out

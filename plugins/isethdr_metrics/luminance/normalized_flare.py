@@ -1,0 +1,62 @@
+"""Normalised flare: how much light the camera puts where none should be, as a share of the brightest source."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from isethdr_core.plugins.ranges import check_ranges
+
+from ..limits import Guard
+
+
+@dataclass(frozen=True)
+class NormalizedFlare:
+    """Light beyond the truth, away from sources, over the brightest true luminance (IEEE 2020, direct reference)."""
+
+    guard: Guard = 5  # pixels around a source that belong to it: its own blur is not flare
+
+    def __post_init__(self):
+        check_ranges(self)
+
+    def __call__(self, picture, truth, labels=None):
+        """Return the mean and the 99th percentile over the valid pixels beyond the guard.
+
+        IEEE Std 2020-2024 divides a picture of one lamp in the dark by the lamp's level in a reference picture that is not
+        saturated. Here the scene need not be dark, because its truth is known and subtracted: (Y - true Y) / source, the
+        source being the brightest pixel of the truth. Sources are pixels of half that, or lamps (`view.lamp_mask`). Noise
+        gives values around 0, so the mean is without bias; the percentile holds the noise of single pixels.
+        """
+        import numpy as np
+        from scipy.ndimage import distance_transform_edt
+
+        from isethdr_core import ledger
+        from isethdr_core.data.scores import Score
+        from isethdr_core.display.display_view import lamp_mask
+
+        from ..regions import NAN, luminances, mean_interval
+
+        y, true, valid = luminances(picture, truth)
+        source = float(true.max())
+        if not source > 0:
+            ledger.left_out("normalized_flare", "the scene has no light", NAN, "")
+            return []
+        bright = (true >= source / 2) | lamp_mask(true)
+        use = valid & (distance_transform_edt(~bright) > self.guard)
+        if not use.any():
+            ledger.left_out(
+                "guard around sources",
+                "it covers the frame; pixels beside sources are counted",
+                NAN,
+                "",
+            )
+            use = valid & ~bright
+        if not use.any():
+            ledger.left_out("normalized_flare", "no pixel beside the sources is valid", NAN, "")
+            return []
+        ratio = (y - true) / source
+        value, low, high = mean_interval(ratio, use)
+        return [
+            Score("normalized_flare", value, "", "", low, high),
+            Score("normalized_flare_99", float(np.percentile(ratio[use], 99)), ""),
+            Score("normalized_flare_source", source, "cd m-2"),
+        ]

@@ -1,0 +1,208 @@
+"""Slanted edge: spatial frequency response after ISO 12233, with an interval from resampled segments of the edge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from isethdr_core.plugins.ranges import check_ranges
+
+from ..limits import HalfWidth
+
+OVERSAMPLING = 4  # samples a pixel across the edge, as in ISO 12233
+SEGMENT = 12  # rows: one passage of the edge through a pixel at 5 degrees, so that a segment holds all phases
+RESAMPLES = 200
+FEWEST_ROWS = 24
+STRAIGHT = 0.35  # pixels rms: how far the truth's edge may be from a line
+FREQUENCIES = 101  # 0 .. 1 cycles per pixel
+
+
+@dataclass(frozen=True)
+class SlantedEdgeResponse:
+    """Spatial frequency response of the luminance across a slanted edge (ISO 12233 e-SFR): MTF50 and the value at Nyquist."""
+
+    half_width: HalfWidth = 32  # pixels to each side of the edge that are used
+
+    def __post_init__(self):
+        check_ranges(self)
+
+    def __call__(self, picture, truth, labels=None):
+        """Return slanted_edge_mtf50 (cycles per pixel) and slanted_edge_nyquist, with 95 % intervals, and the rows used.
+
+        Without one straight, slanted edge across the frame there is no response, and the number of rows is 0.
+        """
+        import numpy as np
+        from scipy.special import stdtrit
+
+        from isethdr_core import ledger
+        from isethdr_core.data.scores import Score
+
+        from ..regions import NAN
+
+        found = self.curve(picture, truth)
+        if not found:
+            ledger.left_out(
+                "slanted_edge",
+                "the truth has no straight slanted edge across the frame",
+                NAN,
+                "cycles per pixel",
+            )
+            ledger.error(0.0, "rows", "bound", "no row was used")
+            return [Score("slanted_edge_rows", 0.0, "rows")]
+        half = [
+            _falls_to_half(found["cycles_per_pixel"], m)
+            for m in (found["response"], *found["resampled"])
+        ]
+        nyquist = [
+            float(np.interp(0.5, found["cycles_per_pixel"], m))
+            for m in (found["response"], *found["resampled"])
+        ]
+        scores = []
+        parts = found["segments"]
+        for name, unit, values in (("mtf50", "cycles per pixel", half), ("nyquist", "", nyquist)):
+            # Student's factor, and the root that resampling so few segments leaves out
+            spread = (
+                np.std(values[1:]) * np.sqrt(parts / (parts - 1)) * stdtrit(parts - 1, 0.975)
+                if parts > 1
+                else NAN
+            )
+            scores.append(
+                Score(
+                    f"slanted_edge_{name}",
+                    values[0],
+                    unit,
+                    "",
+                    float(values[0] - spread),
+                    float(values[0] + spread),
+                )
+            )
+        return [*scores, Score("slanted_edge_rows", float(found["rows"]), "rows")]
+
+    def curve(self, picture, truth) -> dict:
+        """Return cycles_per_pixel, response, resampled (draw, frequency), angle_deg, rows, segments; empty without an edge.
+
+        The line comes from the truth, which has no noise, so the response is right in the dark too. Values are sorted by
+        their distance from it into bins of a quarter pixel, each standing at the mean of its distances; the difference of neighbouring bins, windowed (Tukey, half of it
+        flat: a Hamming window cuts twice as much off the long tails of diffraction), is transformed. What binning and differencing take away, a sinc of a quarter pixel each, is given back.
+        """
+        import numpy as np
+
+        from ..regions import luminances
+
+        y, true, valid = luminances(picture, truth)
+        sides = [(_line(t), t, v, w) for t, v, w in ((true, y, valid), (true.T, y.T, valid.T))]
+        sides = [side for side in sides if side[0] is not None]
+        if not sides:
+            return {}
+        (slope, offset), _, values, use = sides[0]
+        rows, columns = np.indices(values.shape)
+        distance = (columns - offset - slope * rows) / np.hypot(1, slope)
+        reach = min(self.half_width, _room(slope, offset, values.shape))
+        if reach < 4:
+            return {}
+        use = use & (np.abs(distance) < reach)
+        bins = 2 * reach * OVERSAMPLING
+        across = (distance[use] + reach) * OVERSAMPLING
+        place = np.floor(across).astype(int).clip(0, bins - 1)
+        segment = rows[use] // SEGMENT
+        parts = segment.max() + 1 if segment.size else 0
+        sums = np.stack(
+            [
+                np.bincount(segment * bins + place, weight, minlength=parts * bins).reshape(
+                    parts, bins
+                )
+                for weight in (np.ones(len(place)), across, values[use])
+            ]
+        )
+        sums = sums[:, sums[0].sum(1) > 0]
+        parts = sums.shape[1]
+        if parts * SEGMENT < FEWEST_ROWS:
+            return {}
+        frequency = np.linspace(0, 1, FREQUENCIES)
+        # resampling is part of the score's definition, so its seed is fixed
+        picks = np.random.default_rng(0).multinomial(parts, np.full(parts, 1 / parts), RESAMPLES)
+        lines = [
+            _line_spread(*np.tensordot(sums, weight, axes=(1, 0)))
+            for weight in (np.ones(parts), *picks)
+        ]
+        if lines[0].sum() == 0:
+            return {}
+        lines = np.array([line for line in lines if line.sum() != 0])
+        turn = np.exp(-2j * np.pi * np.outer(np.arange(lines.shape[1]) / OVERSAMPLING, frequency))
+        responses = (
+            np.abs(lines @ turn)
+            / np.abs(lines.sum(1, keepdims=True))
+            / np.sinc(frequency / OVERSAMPLING) ** 2
+        )
+        return {
+            "cycles_per_pixel": frequency,
+            "response": responses[0],
+            "resampled": responses[1:],
+            "angle_deg": float(np.degrees(np.arctan(slope))),
+            "rows": int(np.unique(rows[use]).size),
+            "segments": parts,
+        }
+
+
+def _line(true):
+    """Return (slope, offset) of column = offset + slope * row along the one upright edge of `true`, or None."""
+    import numpy as np
+
+    step = np.diff(true, axis=1)
+    sign = np.sign(step.sum())
+    strength = np.maximum(sign * step, 0.0)
+    sums = strength.sum(1)
+    # most of all change has to be this one edge, in every row
+    if sign == 0 or np.any(sums <= 0) or np.abs(step).sum() > 1.2 * sums.sum():
+        return None
+    columns = np.arange(step.shape[1]) + 0.5
+    centre = strength @ columns / sums
+    spread = np.sqrt(np.maximum(strength @ columns**2 / sums - centre**2, 0.0))
+    rows = np.arange(len(true))
+    slope, offset = np.polyfit(rows, centre, 1)
+    rest = np.sqrt(np.mean((centre - offset - slope * rows) ** 2))
+    if (
+        rest > STRAIGHT
+        or np.median(spread) > 1.5
+        or not 0.01 < abs(slope) < 1
+        or len(rows) < FEWEST_ROWS
+    ):
+        return None
+    return slope, offset
+
+
+def _room(slope, offset, shape) -> int:
+    """Return how many pixels there are beside the edge, in every row, on the narrower side."""
+    ends = offset, offset + slope * (shape[0] - 1)
+    return int(min(min(ends), shape[1] - 1 - max(ends)))
+
+
+def _line_spread(count, across, total):
+    """Return the windowed line spread from the sums of one resample of segments."""
+    import numpy as np
+
+    held = count > 0
+    # a bin's samples do not fill it evenly: it counts at the mean of their places
+    profile = np.interp(
+        np.arange(len(total)) + 0.5, across[held] / count[held], total[held] / count[held]
+    )
+    line = np.diff(profile)
+    return line * _window(len(line))
+
+
+def _window(count: int):
+    """Return a Tukey window: flat over the middle half, a cosine at both ends."""
+    import numpy as np
+
+    edge = np.minimum(np.arange(count), np.arange(count)[::-1]) / (count - 1)
+    return np.where(edge < 0.25, 0.5 - 0.5 * np.cos(4 * np.pi * edge), 1.0)
+
+
+def _falls_to_half(frequency, response) -> float:
+    """Return where the response first falls below a half, cycles per pixel; the last frequency where it never does."""
+    import numpy as np
+
+    below = np.flatnonzero(response < 0.5)
+    if not len(below) or below[0] == 0:
+        return float(frequency[-1])
+    k = below[0]
+    return float(np.interp(-0.5, [-response[k - 1], -response[k]], frequency[k - 1 : k + 1]))

@@ -1,0 +1,149 @@
+"""SNR curve: signal to noise ratio against luminance, as reported and as measured against the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from isethdr_core.plugins.ranges import check_ranges
+
+from ..limits import Bins, Luminance
+
+PIXELS_PER_INDEPENDENT = 9  # demosaic makes neighbours alike: one pixel in 3 x 3 is independent
+# a median lies between the smallest and the largest of n values but for 2 * 0.5**n: 95 % takes 6
+FEWEST_PIXELS = 6 * PIXELS_PER_INDEPENDENT  # of a bin that a score may use
+
+
+@dataclass(frozen=True)
+class SnrCurve:
+    """SNR in dB at given luminances, from the picture's own variance; `curve` gives the whole table."""
+
+    # where to score, if the scene has it
+    luminances_cd_m2: tuple[Luminance, ...] = (0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
+    bins_per_decade: Bins = 6  # width of a bin of true luminance
+
+    def __post_init__(self):
+        check_ranges(self)
+
+    def __call__(self, picture, truth, labels=None):
+        """Return one score per luminance that enough pixels are near, named snr_at_<cd/m2>.
+
+        A bin of true luminance is used where it has at least `FEWEST_PIXELS` valid pixels. The
+        median luminance of one such bin must lie within the width of a bin from the score's.
+        """
+        import numpy as np
+
+        from isethdr_core import ledger
+        from isethdr_core.data.scores import Score
+
+        from ..regions import check_pair, variance_stated
+
+        check_pair(picture, truth)
+        if not variance_stated(picture, "SNR", "dB"):
+            return []
+        rows = _rows_with_enough_pixels(self.curve(picture, truth))
+        scores = []
+        for level in self.luminances_cd_m2:
+            distance = np.abs(np.log10(rows["luminance_cd_m2"] / level))
+            if distance.min(initial=np.inf) > 1 / self.bins_per_decade:
+                why = f"each bin near this luminance has fewer than {FEWEST_PIXELS} valid pixels"
+                ledger.left_out(f"SNR at {level:g} cd/m2", why, np.nan, "dB")
+                continue
+            nearest = int(distance.argmin())
+            value, (low, high) = self._at(rows, nearest, level), rows["snr_interval_db"][nearest]
+            if not np.isfinite(value):
+                ledger.left_out(
+                    f"SNR at {level:g} cd/m2", "the picture states no noise there", np.nan, "dB"
+                )
+                continue
+            scores.append(Score(f"snr_at_{level:g}", value, "dB", "", value + low, value + high))
+        return scores
+
+    def _at(self, rows, nearest: int, level: float) -> float:
+        """Return the SNR in dB at `level` cd/m2, on the line through the nearest two rows.
+
+        The second row is the next one on the other side of the level. Where there is none within two
+        bins, it is the next one on the same side. The slope of one row alone is that of shot noise.
+        """
+        import numpy as np
+
+        x, snr = np.log10(rows["luminance_cd_m2"] / level), rows["snr_db"]
+        across = 1 if x[nearest] < 0 else -1
+        for second in (nearest + across, nearest - across):
+            if not (0 <= second < len(x) and abs(x[second]) <= 2 / self.bins_per_decade):
+                continue
+            if np.isfinite(snr[[nearest, second]]).all():
+                slope = (snr[second] - snr[nearest]) / (x[second] - x[nearest])
+                break
+        else:
+            slope = 10.0  # dB per decade
+        return float(snr[nearest] - slope * x[nearest])
+
+    def curve(self, picture, truth) -> dict:
+        """Return the table, one row per bin of true luminance that holds a valid pixel.
+
+        Returns
+        -------
+        dict of equally long arrays: luminance_cd_m2 (median of the bin), low_cd_m2 and high_cd_m2 (its borders),
+        snr_db (20 log10 of that over the root of the median reported variance: the pixel in the middle, not the few that
+        flare has reached), snr_measured_db (the same over the rms difference from the truth, so blur, demosaic and flare
+        count as noise), pixels, and snr_interval_db (bins, 2): the ends of its 95 % less snr_db, as if one pixel in 3 x 3 were independent,
+        because demosaic makes neighbours alike.
+        """
+        import numpy as np
+
+        from ..regions import luminance_variance, luminances, median_interval
+
+        y, true, valid = luminances(picture, truth)
+        use = valid & (true > 0)
+        bin_of = np.floor(np.log10(true[use]) * self.bins_per_decade + 1e-9).astype(int)
+        lowest = bin_of.min(initial=0)
+        held = np.bincount(bin_of - lowest)
+        present, count = np.flatnonzero(held) + lowest, held[held > 0]
+        index = (np.cumsum(held > 0) - 1).astype(np.uint16)[bin_of - lowest]
+        order = np.argsort(index, kind="stable")  # two bytes: sorted by counting
+
+        def mean(values):
+            return np.bincount(index, values[use], minlength=len(present)) / count
+
+        def medians(values):
+            parts = np.split(values[use][order], np.cumsum(count)[:-1])
+            return (
+                np.array(
+                    [
+                        median_interval(part, len(part) // PIXELS_PER_INDEPENDENT)
+                        for part in parts
+                        if len(part)
+                    ]
+                )
+                .reshape(-1, 3)
+                .T
+            )
+
+        signal, (reported, least, most) = medians(true)[0], medians(luminance_variance(picture))
+        with np.errstate(
+            divide="ignore", invalid="ignore"
+        ):  # a noise-free picture has an infinite SNR
+            snr, measured = (
+                20 * np.log10(signal / np.sqrt(noise))
+                for noise in (reported, mean((y - true) ** 2))
+            )
+            interval = 10 * np.log10(reported / np.stack([most, least]))
+        return {
+            "luminance_cd_m2": signal,
+            "low_cd_m2": 10.0 ** (present / self.bins_per_decade),
+            "high_cd_m2": 10.0 ** ((present + 1) / self.bins_per_decade),
+            "snr_db": snr,
+            "snr_interval_db": interval.T,
+            "snr_measured_db": measured,
+            "pixels": count,
+        }
+
+
+def _rows_with_enough_pixels(table: dict) -> dict:
+    """Return the rows of the table whose medians rest on enough pixels.
+
+    A few pixels next to a lamp have its flare, and with it more noise than others of their luminance.
+    Renderer noise lifts other pixels into their bin, so its median would change.
+    """
+    enough = table["pixels"] >= FEWEST_PIXELS
+    return {name: column[enough] for name, column in table.items()}

@@ -1,0 +1,84 @@
+"""Colour difference between a picture and its truth, both against one white: CIEDE2000, and the older CIE 94 and CIE 76."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from isethdr_core.plugins.ranges import check_ranges
+
+from ..limits import White
+
+
+@dataclass(frozen=True)
+class Ciede2000:
+    """Mean CIEDE2000 of pixels up to the white, for the frame and for each object."""
+
+    MEAN_OF_PARTS: ClassVar[bool] = (
+        True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    )
+
+    formula: ClassVar[tuple[str, str, str]] = (
+        "ciede2000",
+        "de2000",
+        "dE00",
+    )  # score, function of physics.colour, unit
+
+    # luminance of the white (D65) for both pictures; 0 takes the truth's 99th percentile
+    # without lamps
+    white_cd_m2: White = 0.0
+
+    def __post_init__(self):
+        check_ranges(self)
+
+    def narrow(self, demand):
+        """Ask for the instance labels."""
+        return demand.with_labels("instance")
+
+    def __call__(self, picture, truth, labels=None):
+        """Return the difference per region and, so that it can be read, the white that was used.
+
+        Pixels whose truth is brighter than the white are left out: CIELAB is defined for surfaces, not for lamps.
+        A pixel that is not valid counts as the white, which is what `view.display` shows for it.
+        """
+        import numpy as np
+
+        from isethdr_core import ledger
+        from isethdr_core.data.scores import Score
+        from isethdr_core.display.display_view import white_cd_m2
+        from isethdr_core.physics.colour import colour_spaces
+
+        from ..regions import frame_and_objects, luminances, mean_interval
+
+        _, true, valid = luminances(picture, truth)
+        white = self.white_cd_m2 or white_cd_m2(truth)
+        score, function, unit = self.formula
+        white_xyz = white * colour_spaces.D65_XYZ
+        shown = np.where(valid[..., None], picture["xyz"].values, white_xyz)
+        both = (colour_spaces.lab(xyz, white_xyz) for xyz in (truth["xyz"].values, shown))
+        difference = getattr(colour_spaces, function)(*both)
+        use = true <= white
+        share = 1 - use.mean()
+        if share > 0:
+            why = "CIELAB has no meaning there"
+            ledger.left_out("pixels above the white", why, share, "share of the frame")
+        scores = []
+        for name, region in frame_and_objects(true.shape, labels):
+            if (region & use).any():
+                value, low, high = mean_interval(difference, region & use)
+                scores.append(Score(score, value, unit, name, low, high))
+        return [*scores, Score(f"{score}_white", float(white), "cd m-2")]
+
+
+@dataclass(frozen=True)
+class Cie94(Ciede2000):
+    """Mean CIE 1994 difference (graphic arts) of pixels up to the white, weighted by the truth's chroma."""
+
+    formula: ClassVar[tuple[str, str, str]] = ("cie94", "de94", "dE94")
+
+
+@dataclass(frozen=True)
+class Cie76(Ciede2000):
+    """Mean CIE 1976 difference of pixels up to the white: the plain distance in CIELAB."""
+
+    formula: ClassVar[tuple[str, str, str]] = ("cie76", "de76", "dE76")

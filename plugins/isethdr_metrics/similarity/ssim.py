@@ -1,0 +1,73 @@
+"""SSIM: structural similarity of the two pictures as a display shows them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from isethdr_core.plugins.ranges import check_ranges
+
+from ..limits import Compression, White
+
+
+@dataclass(frozen=True)
+class Ssim:
+    """Mean structural similarity (Wang et al. 2004) of picture and truth, both shown by the same display rendering."""
+
+    MEAN_OF_PARTS: ClassVar[bool] = (
+        True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    )
+
+    # luminance shown as white; 0 takes the truth's 99th percentile without lamps
+    white_cd_m2: White = 0.0
+    compression: Compression = (
+        100.0  # of the tone map in isethdr_core.display.display_view; 0 is linear
+    )
+
+    def __post_init__(self):
+        check_ranges(self)
+
+    def narrow(self, demand):
+        """Ask for the instance labels."""
+        return demand.with_labels("instance")
+
+    def __call__(self, picture, truth, labels=None):
+        """Return the mean of the similarity map per region and the white that was used.
+
+        Gaussian window of 1.5 pixels, 11 wide, as in the paper; the three display channels are
+        averaged. A pixel that is not valid shows nothing of a truth below the white: its similarity
+        is 0. Above the white a display shows both as white.
+        """
+        import numpy as np
+
+        from isethdr_core.data.scores import Score
+        from isethdr_core.display.display_view import display, white_cd_m2
+        from isethdr_core.errors import UnitError
+
+        from ..regions import frame_and_objects, luminances, mean_interval
+        from .structural_similarity import similarity
+
+        _, true, valid = luminances(picture, truth)
+        shape = valid.shape
+        if min(shape) < 11:
+            raise UnitError(
+                f"a picture of {shape} pixels is smaller than the window of SSIM; "
+                "expected at least 11 rows and columns"
+            )
+        white = self.white_cd_m2 or white_cd_m2(truth)
+        shown = [display(p, white, self.compression) for p in (truth, picture)]
+        # float32 halves the time; the smallest stabilising constant is 6.5, rounding of the windowed squares 2e-3
+        found = (
+            sum(
+                similarity(*(p[..., k].astype(np.float32) for p in shown), data_range=255.0)
+                for k in range(3)
+            )
+            / 3
+        )
+        found[~valid & (true < white)] = 0.0
+        scores = [
+            Score("ssim", value, "", name, low, high)
+            for name, region in frame_and_objects(shape, labels)
+            for value, low, high in [mean_interval(found, region)]
+        ]
+        return [*scores, Score("ssim_white", float(white), "cd m-2")]

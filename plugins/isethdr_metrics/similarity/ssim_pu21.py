@@ -1,0 +1,68 @@
+"""SSIM on PU21: structural similarity of two absolute luminances, encoded so that equal steps look equally large."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+LOWEST_CD_M2, HIGHEST_CD_M2 = 0.005, 10000.0  # for which PU21 was fitted
+# Mantiuk, Azimi 2021, "PU21: a novel perceptually uniform encoding", the fit "banding_glare", its default
+P = (
+    0.353487901,
+    0.3734658629,
+    8.277049286e-05,
+    0.9062562627,
+    0.09150303166,
+    0.9099517204,
+    596.3148142,
+)
+
+
+@dataclass(frozen=True)
+class SsimPu21:
+    """Mean SSIM of the PU21-encoded luminances of picture and truth, as an eye before the scene would see it: no tone map."""
+
+    MEAN_OF_PARTS: ClassVar[bool] = (
+        True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    )
+
+    def narrow(self, demand):
+        """Ask for the instance labels."""
+        return demand.with_labels("instance")
+
+    def __call__(self, picture, truth, labels=None):
+        """Return the mean of the similarity map per region, and the share of the frame whose luminance PU21 cannot hold.
+
+        Window and constants are those of `ssim`, with a range of 256, which PU21 gives to a display of 100 cd/m2.
+        The similarity of a pixel that is not valid is 0, unless its truth lies above what PU21 can hold.
+        """
+        import numpy as np
+
+        from isethdr_core.data.scores import Score
+        from isethdr_core.errors import UnitError
+
+        from ..regions import frame_and_objects, luminances, mean_interval
+        from .structural_similarity import similarity
+
+        y, true, valid = luminances(picture, truth)
+        if min(y.shape) < 11:
+            raise UnitError(
+                f"a picture of {y.shape} pixels is smaller than the window of SSIM; expected at least 11 rows and columns"
+            )
+        found = similarity(pu21(true), pu21(y), data_range=256.0)
+        found[~valid & (true < HIGHEST_CD_M2)] = 0.0
+        clamped = [np.mean((v < LOWEST_CD_M2) | (v > HIGHEST_CD_M2)) for v in (y, true)]
+        scores = [
+            Score("ssim_pu21", value, "", name, low, high)
+            for name, region in frame_and_objects(y.shape, labels)
+            for value, low, high in [mean_interval(found, region)]
+        ]
+        return [*scores, Score("ssim_pu21_clamped", float(max(clamped)), "share of the frame")]
+
+
+def pu21(luminance_cd_m2):
+    """Return PU21 code values of luminances in cd/m2, which are first clamped to 0.005 .. 10 000; 100 cd/m2 gives 256."""
+    import numpy as np
+
+    y = np.clip(luminance_cd_m2, LOWEST_CD_M2, HIGHEST_CD_M2) ** P[3]
+    return np.maximum(P[6] * (((P[0] + P[1] * y) / (1 + P[2] * y)) ** P[4] - P[5]), 0.0)

@@ -1,0 +1,215 @@
+"""Lamps seen directly, with their exact footprint: a lamp far smaller than a tile keeps its flux to the last digit.
+
+Random paths meet a lamp that fills a thousandth of a tile once in a thousand paths, so its light would be noise.
+Here every lit triangle is cut along the borders of the tiles (exact areas), and rays to points spread over each
+piece tell which part of it nothing hides.
+"""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from ..world.triangle_chords import straightened
+from .placed_lamps import SPECTRUM_NM, emission_table
+
+POINTS = 64  # rays to each piece of a lamp on a tile
+NEAR_M = 1e-3  # lamps nearer than this plane in front of the pinhole are not seen
+CHUNK = 20_000  # pieces handled at a time: bounds memory
+OFF = 5e-4  # of a lamp or of a tile, whichever is smaller, by which a side may bend on a grid of angles
+
+
+def visible_lamps(world, view, lamps, groups, bands_nm, step_nm):
+    """Return the direct light of lamps on the tiles, and how wrong it may be.
+
+    Returns
+    -------
+    layer : (group, wavelength, row, column) float64, W m-2 sr-1 nm-1, to be added.
+    error : the largest error of a piece, relative to it: 1 / POINTS where a lamp is partly hidden, 4 x OFF where sides are
+        arcs, 0 where every piece is all seen or all hidden on a grid of tangents.
+    """
+    spectra = list(dict.fromkeys(p.lamp.spectrum for p in lamps))
+    bands = band_means(emission_table(spectra), bands_nm, step_nm)
+    tiles = view.shape[0] * view.shape[1]
+    level = {}  # (group, spectrum) -> luminance per tile
+    error = 0.0 if view.projection == "tangent" else 4 * OFF
+    for index, placed in enumerate(lamps):
+        if placed.lamp.group not in groups or placed.peak_cd_m2 == 0:
+            continue
+        key = groups.index(placed.lamp.group), spectra.index(placed.lamp.spectrum)
+        pieces, tile, normal, corner = _pieces(placed, view)
+        for start in range(0, len(tile), CHUNK):
+            part = slice(start, start + CHUNK)
+            value, seen = _luminance(
+                world, view, placed, index, pieces[part], normal[part], corner[part]
+            )
+            np.add.at(
+                level.setdefault(key, np.zeros(tiles)),
+                tile[part],
+                value / (view.pitch_x * view.pitch_y),
+            )
+            if np.any((seen > 0) & (seen < 1)):
+                error = max(error, 1 / POINTS)
+    layer = np.zeros((len(groups), len(bands_nm), tiles))
+    for (g, s), luminance in level.items():
+        used = np.flatnonzero(luminance)
+        layer[g][:, used] += bands[s][:, None] * luminance[used]
+    return layer.reshape(len(groups), len(bands_nm), *view.shape), error
+
+
+def band_means(table, bands_nm, step_nm):
+    """Return (spectrum, band) means of tabulated spectra over bands of `step_nm`, exact for linear tables."""
+    inside = np.linspace(-0.5, 0.5, 401) * step_nm
+    nm = np.clip(np.asarray(bands_nm)[:, None] + inside, SPECTRUM_NM[0], SPECTRUM_NM[-1])
+    weight = np.r_[0.5, np.ones(399), 0.5] / 400
+    return np.array([np.interp(nm, SPECTRUM_NM, row) @ weight for row in table]).reshape(
+        len(table), len(bands_nm)
+    )
+
+
+def _pieces(placed, view):
+    """Return the lit triangles cut along tile borders: polygons (n, m, 2) on the grid, their tiles, and normal and a corner in camera axes."""
+    tri = view.to_camera(placed.triangles.reshape(-1, 3)).reshape(-1, 3, 3)
+    normal = np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0])
+    lit = np.einsum("nk,nk->n", normal, tri[:, 0]) < 0  # faces the pinhole, which is at the origin
+    tri, normal = tri[lit], normal[lit]
+    length = np.linalg.norm(normal, axis=1)
+    normal = normal / np.maximum(length, 1e-300)[:, None]
+    rows, columns = view.shape
+    x_edge = np.append(view.x, view.x[-1] + view.pitch_x) - view.pitch_x / 2
+    y_edge = np.append(view.y, view.y[-1] + view.pitch_y) - view.pitch_y / 2
+    if view.projection == "tangent":
+        polygon, which = (
+            cut(tri, np.broadcast_to([0.0, 0, 1], (len(tri), 3)), NEAR_M),
+            np.arange(len(tri)),
+        )
+    else:
+        corners = view.coordinates(tri).reshape(-1, 2)
+        size = np.linalg.norm(np.ptp(corners, axis=0)) if len(corners) else 0.0
+        polygon, which = straightened(tri, view, OFF * min(size, view.pitch_x, view.pitch_y))
+    alive = np.isfinite(polygon[:, 0, 0])
+    flat, which = view.coordinates(polygon[alive]), which[alive]
+    polygon = np.concatenate([flat, np.ones((*flat.shape[:2], 1))], -1)  # on the grid from here on
+    for axis, (low, high) in enumerate(((x_edge[0], x_edge[-1]), (y_edge[0], y_edge[-1]))):
+        polygon = cut(
+            cut(polygon, _plane(axis, low, 1, len(polygon))), _plane(axis, high, -1, len(polygon))
+        )
+    alive = np.isfinite(polygon[:, 0, 0])
+    polygon, normal, corner = polygon[alive], normal[which][alive], tri[which, 0][alive]
+    flat = polygon[..., :2]
+    # the tiles that the box around each polygon covers
+    low = np.floor(
+        (flat.min(1) - [x_edge[0], y_edge[0]]) / [view.pitch_x, view.pitch_y] - 1e-9
+    ).astype(int)
+    high = np.floor(
+        (flat.max(1) - [x_edge[0], y_edge[0]]) / [view.pitch_x, view.pitch_y] + 1e-9
+    ).astype(int)
+    low, high = np.maximum(low, 0), np.minimum(high, [columns - 1, rows - 1])
+    wide, tall = (high - low + 1).T
+    which = np.repeat(np.arange(len(polygon)), wide * tall)
+    place = np.arange(len(which)) - np.repeat(np.cumsum(wide * tall) - wide * tall, wide * tall)
+    column = low[which, 0] + place % wide[which]
+    row = low[which, 1] + place // wide[which]
+    piece = polygon[which]
+    for axis, edge, at in ((0, x_edge, column), (1, y_edge, row)):
+        piece = cut(
+            cut(piece, _plane(axis, edge[at], 1, len(at))), _plane(axis, edge[at + 1], -1, len(at))
+        )
+    alive = np.isfinite(piece[:, 0, 0])
+    return (
+        piece[alive, :, :2],
+        (row * columns + column)[alive],
+        normal[which][alive],
+        corner[which][alive],
+    )
+
+
+def _plane(axis, edge, sign, count):
+    """Return (count, 3): its product with (x, y, 1) is `sign` times by how much the coordinate `axis` exceeds `edge`."""
+    plane = np.zeros((count, 3))
+    plane[:, axis], plane[:, 2] = sign, -sign * np.asarray(edge)
+    return plane
+
+
+def cut(polygon, plane, least=0.0):
+    """Return convex polygons (n, m, 3) cut to plane . point >= least, as (n, m + 1, 3) (Sutherland, Hodgman 1974).
+
+    Corners left over repeat the last one; a polygon with nothing left is NaN.
+    """
+    count, corners = polygon.shape[:2]
+    height = np.einsum("nmk,nk->nm", polygon, plane) - least
+    after, height_after = np.roll(polygon, -1, 1), np.roll(height, -1, 1)
+    inside, crosses = height >= 0, (height >= 0) != (height_after >= 0)
+    share = np.divide(height, height - height_after, out=np.zeros_like(height), where=crosses)
+    meeting = polygon + share[..., None] * (after - polygon)
+    # in order: each corner if inside, then the meeting point of its edge if it crosses
+    both = np.stack([polygon, meeting], 2).reshape(count, 2 * corners, 3)
+    used = np.stack([inside, crosses], 2).reshape(count, 2 * corners)
+    order = np.argsort(~used, axis=1, kind="stable")[:, : corners + 1]
+    kept = np.minimum(used.sum(1), corners + 1)
+    last = np.maximum(kept - 1, 0)[:, None]
+    order = np.take_along_axis(order, np.minimum(np.arange(order.shape[1]), last), 1)
+    out = np.take_along_axis(both, order[..., None], 1)
+    out[kept < 3] = np.nan
+    return out
+
+
+def _luminance(world, view, placed, index, flat, normal, corner):
+    """Return each piece's area on the grid times the mean luminance of its visible part, and that visible part."""
+    a, b = flat[:, 1:-1] - flat[:, :1], flat[:, 2:] - flat[:, :1]
+    areas = np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]) / 2  # of the fan of triangles
+    area = areas.sum(1)
+    points = _spread(flat, areas)
+    # back from the grid to the triangle's plane, which every ray to it meets from the lit side
+    ray = view.rays(points[..., 0], points[..., 1])
+    distance = np.einsum("nk,nk->n", normal, corner)[:, None] / np.minimum(
+        np.einsum("nk,nmk->nm", normal, ray), -1e-12
+    )
+    direction = view.to_world(ray.reshape(-1, 3))
+    seen = _sees(world, view, direction, distance.ravel(), index).reshape(distance.shape)
+    pattern = placed.pattern(-(direction @ placed.axis)).reshape(distance.shape)
+    return area * placed.peak_cd_m2 * (pattern * seen).mean(1), seen.mean(1)
+
+
+def _spread(flat, areas):
+    """Return (n, POINTS, 2) points evenly over polygons given as fans of triangles with `areas`."""
+    along = (np.arange(POINTS) + 0.5) / POINTS
+    other = (
+        np.arange(POINTS) * 0.6180339887498949
+    ) % 1  # golden section: evenly spread against `along`
+    share = np.cumsum(areas, 1)
+    total = np.maximum(share[:, -1:], 1e-300)
+    share = share / total
+    fan = np.minimum((along[None, :, None] > share[:, None, :]).sum(-1), areas.shape[1] - 1)
+    below = np.take_along_axis(np.concatenate([np.zeros((len(flat), 1)), share], 1), fan, 1)
+    width = np.maximum(np.take_along_axis(areas / total, fan, 1), 1e-300)
+    u = np.sqrt(np.clip((along - below) / width, 0, 1))[..., None]
+    v = other[None, :, None]
+    corner = flat[:, :1]
+    second = np.take_along_axis(flat, (fan + 1)[..., None], 1)
+    third = np.take_along_axis(flat, (fan + 2)[..., None], 1)
+    return corner * (1 - u) + second * u * (1 - v) + third * (u * v)
+
+
+def _sees(world, view, direction, distance, index):
+    """Say for each ray from the pinhole whether it reaches lamp number `index` at `distance` unhindered."""
+    shape = next(s.shape for s in world.shapes if s.lamp == index)
+    if dr.is_jit_v(mi.Float):
+        ray = mi.Ray3f(
+            mi.Point3f(*(mi.Float(float(v)) for v in view.origin_m)),
+            mi.Vector3f(*direction.T.astype(np.float32)),
+        )
+        hit = world.scene.ray_intersect_preliminary(ray, coherent=True)
+        own = dr.reinterpret_array(mi.UInt32, hit.shape) == dr.reinterpret_array(
+            mi.UInt32, mi.ShapePtr(shape)
+        )
+        # 1e-4: float32 distances; a lamp's own lens or cover this near in front of it would not count as hiding it
+        return np.array(
+            own | ~hit.is_valid() | (hit.t > mi.Float(distance.astype(np.float32)) * (1 - 1e-4))
+        )
+    out = np.empty(len(direction), bool)
+    for k, (d, t) in enumerate(zip(direction, distance, strict=True)):
+        hit = world.scene.ray_intersect_preliminary(mi.Ray3f(view.origin_m, d))
+        out[k] = not hit.is_valid() or hit.shape == shape or hit.t > t * (1 - 1e-4)
+    return out

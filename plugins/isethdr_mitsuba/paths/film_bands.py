@@ -1,0 +1,168 @@
+"""The way for machines without a compiler: Mitsuba's own path integrator, group by group, four bands at a time.
+
+All that happens along a path is compiled code: lamps light surfaces as spots (`spots.py`), and only a lamp met in a
+mirror or through a pane calls Python. One scene holds all lamps; a group is switched on by the spots' sampling weights. Another holds the sky.
+A film with exactly four bands of equal width gets exactly one wavelength per band and path, and the same seed gives
+all bands the same paths: no noise comes from the choice of wavelength, and colours hold together. A group's paths are named after it,
+so that its light does not depend on which others are asked for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from zlib import crc32
+
+import mitsuba as mi
+import numpy as np
+
+from isethdr_core import ledger
+
+from ..lamps.beam_lamp import beam_lamp, film, sensor
+from ..lamps.placed_lamps import SPECTRUM_NM, emission_table
+from ..lamps.spot_shares import extent_error, illuminance, seen_points, shares
+from ..lamps.spots import spots
+from ..world.angle_sensor import angle_sensor
+from ..world.geometry import build_world
+from ..world.materials import coloured_surfaces, regular
+from ..world.view import check_square
+
+BLOCK = 4
+
+
+def film_pass(description, view, lamps, groups, bands_nm, settings):
+    """Return the function of one pass, as `radiance.estimate` wants it."""
+    angles = view.projection == "equidistant"
+    if not angles:
+        check_square(settings.width, settings.height, view.field[0] / view.field[1])
+    rows, columns = view.shape
+    span = bands_nm[0] - settings.step_nm / 2, bands_nm[-1] + settings.step_nm / 2
+    integrator = mi.load_dict({"type": "path", "max_depth": settings.max_depth, "rr_depth": 1000})
+    # a short last block is filled up with the bands before it, so that every film has four bands of equal area
+    starts = sorted({min(s, max(len(bands_nm) - BLOCK, 0)) for s in range(0, len(bands_nm), BLOCK)})
+    sensors = [
+        mi.load_dict(
+            (angle_sensor if angles else sensor)(
+                view, film(_block(bands_nm, s, settings.step_nm), settings.step_nm, columns, rows)
+            )
+        )
+        for s in starts
+    ]
+    sky_scene = (
+        _sky_scene(description, span) if "sky" in groups and description.sky is not None else None
+    )
+    lamp_scene, switch = (
+        _lamp_scene(description, view, lamps, groups, span)
+        if any(p.lamp.group in groups for p in lamps)
+        else (None, None)
+    )
+
+    every = range(len(groups))
+
+    def one_pass(seed, samples, wanted=every):
+        for g, group in ((g, groups[g]) for g in wanted):
+            for scene in (sky_scene if group == "sky" else None, lamp_scene):
+                if scene is None or (scene is lamp_scene and not switch(group)):
+                    continue
+                done = 0
+                for start, one_sensor in zip(starts, sensors, strict=True):
+                    image = np.array(
+                        mi.render(
+                            scene,
+                            sensor=one_sensor,
+                            integrator=integrator,
+                            spp=samples,
+                            seed=seed ^ crc32(group.encode()),
+                        )
+                    )
+                    for k in range(max(start, done), min(start + BLOCK, len(bands_nm))):
+                        yield g, k, image[..., k - start].ravel() / settings.step_nm
+                    done = start + BLOCK
+
+    return one_pass
+
+
+def _block(bands_nm, start, step_nm):
+    """Return four band centres from number `start` on, made up beyond the last band where there are fewer."""
+    block = list(bands_nm[start : start + BLOCK])
+    return block + [block[-1] + step_nm * (k + 1) for k in range(BLOCK - len(block))]
+
+
+def _sky_scene(description, span):
+    sky = {"type": "constant", "radiance": regular(description.sky, *span)}
+    return build_world(description, coloured_surfaces(description, *span), sky_light=sky).scene
+
+
+def _lamp_scene(description, view, lamps, groups, span):
+    """Return the Mitsuba scene of all lamps, and the function that leaves one group of them on and says if there are any."""
+    lights = spots([p if p.lamp.group in groups else replace(p, peak_cd_m2=0.0) for p in lamps])
+    pictures = {id(s.picture): _picture(s.picture) for s in lights}  # many spots share one
+    entries = {
+        f"spot{k:05d}": _spot(s, lamps[s.lamp].lamp.spectrum, pictures[id(s.picture)])
+        for k, s in enumerate(lights)
+    }
+    mirrored = [beam_lamp(p, view.origin_m, mirrored_only=True) for p in lamps]
+    scene = build_world(
+        description, coloured_surfaces(description, *span), mirrored.__getitem__, **entries
+    ).scene
+    fields = mi.traverse(scene)
+    group_of = [lamps[s.lamp].lamp.group for s in lights]
+    share = _shares(scene, view, lights, group_of, groups)
+
+    def switch(group):
+        for k, own in enumerate(group_of):
+            fields[f"spot{k:05d}.sampling_weight"] = float(share[k]) if own == group else 0.0
+        fields.update()
+        for placed, emitter in zip(lamps, mirrored, strict=True):
+            emitter.on = placed.lamp.group == group
+        return group in group_of
+
+    return scene, switch
+
+
+def _picture(values):
+    return mi.load_dict(
+        {
+            "type": "bitmap",
+            "bitmap": mi.Bitmap(values[..., None]),
+            "raw": True,
+            "wrap_mode": "clamp",
+        }
+    )
+
+
+def _spot(spot, spectrum, picture):
+    table = emission_table([spectrum])[0] * spot.peak_cd
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = spot.frame, spot.point
+    return {
+        "type": "spot",
+        "cutoff_angle": spot.cutoff_deg,
+        "beam_width": spot.cutoff_deg,
+        "to_world": mi.ScalarTransform4f(matrix),
+        "intensity": {
+            "type": "regular",
+            "wavelength_min": float(SPECTRUM_NM[0]),
+            "wavelength_max": float(SPECTRUM_NM[-1]),
+            "values": ", ".join(f"{v:.9g}" for v in table),
+        },
+        "texture": picture,
+    }
+
+
+def _shares(scene, view, lights, group_of, groups):
+    """Return each spot's share within its group, and state what is lost with the lamps' extent."""
+    share, points, errors = np.zeros(len(lights)), seen_points(scene, view), []
+    for group in groups:
+        mine = [k for k, own in enumerate(group_of) if own == group]
+        if mine:
+            lux, distance = illuminance([lights[k] for k in mine], points)
+            share[mine] = shares([lights[k] for k in mine], lux)
+            errors.append(extent_error([lights[k] for k in mine], lux, distance))
+    if errors:
+        ledger.error(
+            max(errors),
+            "relative",
+            "bound",
+            "mean over the light, as lamps light from points in front of them",
+        )
+    return share

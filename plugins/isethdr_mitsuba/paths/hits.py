@@ -1,0 +1,99 @@
+"""What a ray meets, looked up in tables of all triangles.
+
+Mitsuba finds a hit's triangle, and then asks the shape itself where that is and how it is turned: one compiled function for each
+shape with numbers of its own in it. From tables the code is the same for every scene, and short: one kernel, compiled once, is taken from
+Dr.Jit's cache on disk ever after.
+"""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from ..world.geometry import World
+
+
+class HitTables:
+    """Device tables of the triangles of a world and of the places of its instances."""
+
+    def __init__(self, world: World):
+        meshes = [s for s in world.shapes if s.pose is None]
+        fields = [mi.traverse(s.shape) for s in meshes]
+        positions, faces = (
+            [np.array(f[name]) for f in fields] for name in ("vertex_positions", "faces")
+        )
+        normals = [
+            np.array(f["vertex_normals"]) if s.shape.has_vertex_normals() else np.zeros_like(p)
+            for s, f, p in zip(meshes, fields, positions, strict=True)
+        ]
+        starts, first = (
+            np.cumsum([0, *(len(a) // 3 for a in arrays)])[:-1] for arrays in (positions, faces)
+        )
+        faces = [f + np.uint32(start) for f, start in zip(faces, starts, strict=True)]
+        # without any surface: one corner that no ray meets
+        join = lambda kind, arrays: kind(np.concatenate(arrays) if arrays else np.zeros(3))
+        self.positions, self.normals, self.faces = (
+            join(mi.Float, positions),
+            join(mi.Float, normals),
+            join(mi.UInt32, faces),
+        )
+        triangle = dict(zip(map(id, meshes), map(int, first), strict=True))
+        self.first = mi.UInt32(world.table(lambda s: triangle.get(id(s), 0)))
+        poses, part, parts = world.instances()
+        self.part, self.parts = mi.UInt32(part), mi.UInt32(parts)
+        # from a list: rows of four are gathered in one go where memory is aligned, which NumPy's is by chance: another kernel
+        self.to_world = mi.Float(poses[:, :3].ravel().tolist())
+        # normals turn with the inverse transposed
+        self.turn = mi.Float(
+            np.linalg.inv(poses[:, :3, :3]).transpose(0, 2, 1).astype(np.float32).ravel()
+        )
+        dr.eval(
+            self.positions,
+            self.normals,
+            self.faces,
+            self.first,
+            self.part,
+            self.parts,
+            self.to_world,
+            self.turn,
+        )
+
+    def meet(self, scene, ray, active):
+        """Return the SurfaceInteraction3f of the first hit of `ray`, with t (infinite without one), p, n, sh_frame, wi and wavelengths, and the shape's number."""
+        found = scene.ray_intersect_preliminary(ray, active=active)
+        hit = active & found.is_valid()
+        # 0, no instance, is a shape written out at its place; of an instance Mitsuba says which of its parts
+        placed = dr.reinterpret_array(mi.UInt32, found.instance)
+        part = dr.gather(
+            mi.UInt32,
+            self.parts,
+            dr.gather(mi.UInt32, self.part, placed, hit) + found.shape_index,
+            hit & (placed > 0),
+        )
+        shape = dr.select(placed > 0, part, dr.reinterpret_array(mi.UInt32, found.shape))
+        si = dr.zeros(mi.SurfaceInteraction3f)
+        si.t, si.time, si.wavelengths = dr.select(hit, found.t, dr.inf), ray.time, ray.wavelengths
+        corner = dr.gather(
+            mi.Vector3u,
+            self.faces,
+            dr.gather(mi.UInt32, self.first, shape, hit) + found.prim_index,
+            hit,
+        )
+        at = lambda table: [dr.gather(mi.Vector3f, table, corner[k], hit) for k in range(3)]
+        a, b, c = at(self.positions)
+        u, v = found.prim_uv.x, found.prim_uv.y
+        ab, ac = b - a, c - a
+        across = dr.cross(ab, ac)
+        na, nb, nc = at(self.normals)
+        smooth = na * (1 - u - v) + nb * u + nc * v
+        smooth = dr.select(dr.squared_norm(smooth) > 0, smooth, across)  # none are given: flat
+        rows = [dr.gather(mi.Vector4f, self.to_world, 3 * placed + k, hit) for k in range(3)]
+        turn = [dr.gather(mi.Vector3f, self.turn, 3 * placed + k, hit) for k in range(3)]
+        point = a + ab * u + ac * v
+        si.p = mi.Point3f(*(dr.dot(mi.Vector3f(r.x, r.y, r.z), point) + r.w for r in rows))
+        turned = lambda n: dr.normalize(mi.Normal3f(*(dr.dot(r, n) for r in turn)))
+        si.n = turned(across)
+        si.sh_frame = mi.Frame3f(turned(smooth))
+        si.wi = dr.select(hit, si.to_local(-ray.d), -ray.d)
+        return si, shape

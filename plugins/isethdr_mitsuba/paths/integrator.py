@@ -1,0 +1,288 @@
+"""One path, all bands, all light groups: the integrator.
+
+A path carries packets of four wavelengths, one per band (`spectra.py`): a value is an unbiased mean over its band. Directions are
+drawn once for all bands and all groups, and every group has random numbers of its own for its shadow rays, so that a group's light is
+bit for bit the same whether the other groups are rendered or not. Lamps seen directly are left to `visible_lamps.py`.
+
+Compiled code goes through its tiles eight or sixteen at a time. Paths are of very different length: where one ends the next begins at
+once, so that all are busy. Some paths share a camera ray and go on from where it fell, each with its own wavelengths and directions.
+"""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from ..lamps.lamp_tables import CANDIDATES, LampTables
+from ..world.geometry import World
+from ..world.materials import RAMP_NM
+from ..world.view import View
+from .camera_rays import ACROSS, ALONG, ASIDE, DOWN, UP, Camera, offsets, share, stream
+from .hits import HitTables
+from .spectra import BandTable
+from .surface_tables import SurfaceTables
+
+MOST_SHARES = 4  # paths on one camera ray: two take 0.73, four 0.61 of the time of as many rays; eight 0.53, but 1.35 times the variance
+LEAST_RAYS = 64  # camera rays of a pass through each tile: as far as there are so many paths, none is shared before
+MOST_LANES = (
+    16  # neighbours in compiled code that follow paths of one tile: they meet the same surfaces
+)
+LEAST_A_LANE = 32  # paths: with fewer the last ones are waited for
+
+
+def paths(
+    world: World,
+    view: View,
+    lamps: LampTables,
+    surfaces: SurfaceTables,
+    wavelength_nm,
+    step_nm: float,
+    max_depth: int,
+):
+    """Return the function of one pass: (seed, samples) -> radiance of the tiles, summed over `samples` paths each.
+
+    Parameters
+    ----------
+    world : scene of ramp surfaces (`materials.ramp_surfaces`).
+    view : tiles.
+    lamps : light groups and lamps.
+    surfaces : materials of the world.
+    wavelength_nm, step_nm : band centres and their common width, nm.
+    max_depth : longest path, in segments; 2 is direct light only.
+
+    Returns
+    -------
+    function : of `seed` of the pass, `samples`, paths per tile, summed in float32, so at most about 1024, and `wanted`, numbers of the
+        light groups to follow (None: all). It returns a float32 array (group, band, tile), W m-2 sr-1 nm-1: 0 for groups that are not
+        wanted; the last band is repeated until there are whole packets of them.
+    """
+    table = BandTable(np.vstack([surfaces.reflectance, lamps.emission]), wavelength_nm, step_nm)
+    hits, camera, number = HitTables(world), Camera(view), lambda v: dr.opaque(mi.UInt32, v)
+    lamps.aim(world.scene, hits, camera, view, surfaces)
+    rows, lights = number(len(table.rows) + 1), number(len(surfaces.reflectance))
+
+    def one_pass(seed, samples, wanted=None):
+        # data, not literals: one kernel for all passes, light groups wanted, and scenes of the same kinds of surfaces
+        lanes, shares = lanes_and_shares(samples)
+        spectra = _Spectra(
+            table.on_device(np.random.default_rng(seed).random()),
+            rows,
+            lights,
+            number(table.places),
+            table.packets,
+        )
+        on = [dr.opaque(mi.Bool, wanted is None or g in wanted) for g in range(len(lamps.groups))]
+        return _trace(
+            world.scene,
+            hits,
+            camera,
+            lanes,
+            lamps,
+            surfaces,
+            spectra,
+            *map(number, (seed & 0xFFFFFFFF, samples, lanes, shares)),
+            on,
+            max_depth,
+        )
+
+    return one_pass
+
+
+def lanes_and_shares(samples: int) -> tuple[int, int]:
+    """Return of a pass how many lanes of compiled code follow the `samples` paths of a tile, a power of two, and how many paths share a camera ray."""
+    lanes = 1
+    while lanes < MOST_LANES and samples >= 2 * lanes * LEAST_A_LANE:
+        lanes *= 2
+    return lanes, int(np.clip(samples // LEAST_RAYS, 1, MOST_SHARES))
+
+
+class _Spectra:
+    """A `BandTable` of a pass on the device."""
+
+    def __init__(self, values, rows, lights, places, packets):
+        self.values, self.rows, self.lights, self.places, self.packets = (
+            values,
+            rows,
+            lights,
+            places,
+            packets,
+        )
+
+    def place(self, along):
+        """Return the place in its bands of `along`, of 2^32."""
+        return mi.UInt32(dr.mul_hi(along, self.places))
+
+    def at(self, place, row, active):
+        """Return row `row` at `place` as a list of packets."""
+        return [
+            dr.gather(
+                mi.Spectrum, self.values, (place * self.rows + row) * self.packets + k, active
+            )
+            for k in range(self.packets)
+        ]
+
+
+@dr.syntax
+def _trace(
+    scene,
+    hits,
+    camera,
+    width,
+    lamps,
+    surfaces,
+    spectra,
+    seed,
+    samples,
+    lanes,
+    most_shares,
+    on,
+    max_depth,
+):
+    lane = dr.arange(mi.UInt32, camera.tiles * width)
+    index = lane // lanes
+    row, column, tile = camera.place_of(index)
+    block, origin = lamps.chances.block(row, column), mi.UInt32(0)  # where lamps are chosen from
+    lane %= lanes
+    path_rng = stream(seed, tile * MOST_LANES + lane, "path")
+    group_rng = [stream(seed, tile * MOST_LANES + lane, name) for name in lamps.groups]
+    groups, packets = len(lamps.groups), spectra.packets
+    lit = [g for g in range(groups) if lamps.has_lamps(g)]
+    sky, sky_row = (
+        lamps.groups.index("sky") if "sky" in lamps.groups else -1,
+        spectra.rows - 2,
+    )  # the last is the mean of it
+    total = [[mi.Spectrum(0) for _ in range(packets)] for _ in range(groups)]
+    ramp = mi.Spectrum(
+        *RAMP_NM, *RAMP_NM
+    )  # surfaces are evaluated with reflectance 0 and 1, side by side
+    # lanes take turns in the tile's one sequence of points, wavelengths and directions from the first surface
+    point, along, way = offsets(seed, tile)
+    point += mi.Point2u(lane * ACROSS, lane * DOWN)
+    along += lane * ALONG
+    way += mi.Point2u(lane * ASIDE, lane * UP)
+    left = (samples - lane + lanes - 1) // lanes  # paths of this lane
+    shares, first = (
+        mi.UInt32(0),
+        dr.zeros(mi.SurfaceInteraction3f),
+    )  # paths left that begin at `first`, where the camera's ray fell
+    first_material = mi.UInt32(0)
+    ray = mi.Ray3f(mi.Point3f(camera.origin), mi.Vector3f(camera.forward), 0.0, ramp)
+    going, place, depth, beta = (
+        mi.Bool(False),
+        mi.UInt32(0),
+        mi.UInt32(0),
+        [mi.Spectrum(1) for _ in range(packets)],
+    )
+    bsdf_density, specular = mi.Float(1), mi.Bool(True)
+    while left > 0:
+        if ~going & (shares == 0):
+            ray = camera.ray(row, column, point, ramp)
+            point += mi.Point2u(lanes * ACROSS, lanes * DOWN)
+            place = spectra.place(along)
+            along += lanes * ALONG
+            shares = dr.minimum(most_shares, left)
+            depth, beta = mi.UInt32(0), [mi.Spectrum(1) for _ in range(packets)]
+            bsdf_density, specular = mi.Float(1), mi.Bool(True)
+            going = mi.Bool(True)
+        si, shape = hits.meet(scene, ray, going)
+        hit = going & si.is_valid()
+        material = surfaces.material_at(shape, hit)
+
+        # light found by chance: the sky always, a lamp only past the first surface
+        seen = dr.select(
+            depth == 0, sky_row + 1, sky_row
+        )  # all paths of a camera ray see the sky's mean
+        colour = spectra.at(place, dr.select(hit, material, seen), going)
+        if dr.hint(sky >= 0, mode="scalar"):
+            level = dr.select(going & ~hit & on[sky], dr.select(depth == 0, mi.Float(shares), 1), 0)
+            for k in range(packets):
+                total[sky][k] += beta[k] * colour[k] * level
+        if dr.hint(len(lit) > 0, mode="scalar"):
+            lamp = lamps.lamp_at(shape, hit & (depth > 0))
+            cos_lamp = -dr.dot(ray.d, si.n)
+            found = (lamp != lamps.none) & (cos_lamp > 0)
+            if found:
+                level = lamps.luminance(lamp, -ray.d, found)
+                rival = CANDIDATES * lamps.density(lamp, origin, dr.square(si.t), cos_lamp, found)
+                level *= dr.select(specular, 1, bsdf_density / (bsdf_density + rival))
+                mine = dr.gather(mi.UInt32, lamps.group, lamp, found)
+                light = spectra.at(
+                    place, spectra.lights + dr.gather(mi.UInt32, lamps.row, lamp, found), found
+                )
+                for g in lit:
+                    for k in range(packets):
+                        total[g][k] += dr.select((mine == g) & on[g], beta[k] * light[k] * level, 0)
+
+        # a path that ends makes room: for the next one where the camera's ray fell, or for the camera's next ray
+        active = hit & (depth + 1 < max_depth)
+        begun = going & (depth == 0)
+        if begun & active:
+            first, first_material = si, material
+        ended = dr.select(active, 0, dr.select(begun, shares, 1))
+        shares -= ended
+        left -= ended
+        again = ~active & (shares > 0)
+        if again:
+            si, material = first, first_material
+            place = spectra.place(along)
+            along += lanes * ALONG
+            colour = spectra.at(place, material, again)
+            depth, beta = mi.UInt32(0), [mi.Spectrum(1) for _ in range(packets)]
+        active |= again
+
+        # light looked for: one shadow ray for each group
+        smooth = active & surfaces.is_smooth(material, active)
+        origin = dr.select(depth == 0, block, lamps.chances.cell(si.p))
+        for g in lit:
+            if smooth & on[g]:
+                source, target, towards, level, density = lamps.choose(
+                    g, group_rng[g], si, origin, smooth
+                )
+                open_way = level > 0
+                open_way &= ~scene.ray_test(si.spawn_ray_to(target), open_way)
+                value, rival = surfaces.towards(material, si, si.to_local(towards), open_way)
+                level *= dr.select(
+                    open_way, CANDIDATES * density / (CANDIDATES * density + rival), 0
+                )
+                light = spectra.at(place, spectra.lights + source, open_way)
+                for k in range(packets):
+                    total[g][k] += dr.select(
+                        open_way,
+                        beta[k] * dr.lerp(value[0], value[1], colour[k]) * light[k] * level,
+                        0,
+                    )
+
+        # onwards
+        strongest = mi.Float(0)
+        if active:
+            pick, spot = (
+                path_rng.next_float32(),
+                mi.Point2f(path_rng.next_float32(), path_rng.next_float32()),
+            )
+            if depth == 0:
+                spot = share(way)
+                way += mi.Point2u(lanes * ASIDE, lanes * UP)
+            sampled, factor = surfaces.onwards(material, si, pick, spot, active)
+            for k in range(packets):
+                beta[k] *= dr.lerp(factor[0], factor[1], colour[k])
+                strongest = dr.maximum(strongest, dr.max(beta[k]))
+            ray = si.spawn_ray(si.to_world(sampled.wo))
+            ray.wavelengths = ramp
+            bsdf_density = sampled.pdf
+            specular = mi.has_flag(sampled.sampled_type, mi.BSDFFlags.Delta)
+            depth += 1
+        going = strongest > 0
+    out = [[dr.zeros(mi.Float, camera.tiles) for _ in range(4 * packets)] for _ in range(groups)]
+    for g in range(groups):
+        for k in range(packets):
+            for i in range(4):
+                dr.scatter_reduce(
+                    dr.ReduceOp.Add,
+                    out[g][4 * k + i],
+                    total[g][k][i],
+                    index,
+                    mode=dr.ReduceMode.Local,
+                )
+    dr.eval(out)
+    return np.array([[np.array(b) for b in group] for group in out])

@@ -1,0 +1,65 @@
+"""Surfaces on the device: which material a ray met, its reflectance table, and one evaluation for all bands.
+
+Only surfaces that differ in more than colour are compiled, whatever Mitsuba holds besides (it gives every instance
+a surface of its own).
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from ..lamps.placed_lamps import SPECTRUM_NM
+
+
+class SurfaceTables:
+    """Device tables of the materials of a world of ramp surfaces (`materials.ramp_surfaces`)."""
+
+    def __init__(self, world, materials, surfaces):
+        self.reflectance = np.array(
+            [np.clip(m.reflectance.at(SPECTRUM_NM), 0, 1) for m in materials]
+        ).reshape(-1, len(SPECTRUM_NM))
+        surfaces = list(surfaces) or [mi.load_dict({"type": "diffuse"})]
+        unique = {id(s): s for s in surfaces}
+        order = {key: k for k, key in enumerate(unique)}
+        self.kinds = list(unique.values())
+        self.kind = mi.UInt32([order[id(s)] for s in surfaces])
+        self.smooth = mi.Bool([mi.has_flag(s.flags(), mi.BSDFFlags.Smooth) for s in surfaces])
+        self.material_of = mi.UInt32(world.table(lambda s: s.material))
+        dr.eval(self.kind, self.smooth, self.material_of)
+
+    def material_at(self, shape, active):
+        """Return the number of the material of a shape."""
+        return dr.gather(mi.UInt32, self.material_of, shape, active)
+
+    def is_smooth(self, material, active):
+        """Say whether light from a lamp can be reflected other than as by a mirror or a clear pane."""
+        return dr.gather(mi.Bool, self.smooth, material, active)
+
+    def towards(self, material, si, direction, active):
+        """Return (value, density per solid angle) of the surface towards `direction` (local).
+
+        Values hold reflectance 0 in channel 0 and reflectance 1 in channel 1; the truth is linear between.
+        """
+        kind = dr.gather(mi.UInt32, self.kind, material, active)
+        return dr.switch(
+            kind, [partial(_towards, surface) for surface in self.kinds], si, direction, active
+        )
+
+    def onwards(self, material, si, pick, spot, active):
+        """Draw a direction: return a BSDFSample3f and its value / density, as `towards`."""
+        kind = dr.gather(mi.UInt32, self.kind, material, active)
+        return dr.switch(
+            kind, [partial(_onwards, surface) for surface in self.kinds], si, pick, spot, active
+        )
+
+
+def _towards(surface, si, direction, active):
+    return surface.eval_pdf(mi.BSDFContext(), si, direction, active)
+
+
+def _onwards(surface, si, pick, spot, active):
+    return surface.sample(mi.BSDFContext(), si, pick, spot, active)

@@ -1,0 +1,10 @@
+"""World: a scene description as Mitsuba objects, and the camera's grid of tiles.
+
+| module            | what                                                                 |
+|-------------------|----------------------------------------------------------------------|
+| `angle_sensor`    | a camera on a grid of angles for Mitsuba's own integrators           |
+| `geometry`        | parts, models and poses as a Mitsuba scene                           |
+| `materials`       | materials as Mitsuba surfaces                                        |
+| `triangle_chords` | triangles on a grid of angles, whose sides are arcs there            |
+| `view`            | the camera as a grid of tiles in tangents or angles, margin included |
+"""

@@ -1,0 +1,85 @@
+"""Field errors: what errors of kernels do to light where point spreads vary over the field or colours are magnified.
+
+A point spread that varies: all light beyond the cores is spread by the axis's kernel, each tile's scaled to what its own core leaves, so its
+errors are those of one kernel and scaled light; and for light that is not on the axis it is another kernel than its own, as the outermost place
+differs at most. Cores of places err beyond their exact part. Whether neighbouring places err alike is not known;
+their shares w sum to 1, so (sum of w e)^2 is at most the sum of w e^2 (Jensen): light times the root of the share is what is squared.
+
+Colours that are magnified differently: errors are found where the light was spread, and moved with the bands, those together whose images lie
+closer than errors are known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..imaging.spread_errors import exact
+from ..imaging.spread_errors import spread_errors as one_spread
+from .lateral_colour import READ, Course
+
+APART = (
+    1 / 192
+)  # of the frame's longer side, at least half a tile: images closer than that count as one (errors are known over twice as much)
+
+
+def spread_errors(mixed, given, weights) -> tuple[np.ndarray, np.ndarray]:
+    """Return (deviation, bound) of the light that kernels bring, each (channel, y, x), on the sensor's tiles.
+
+    Parameters
+    ----------
+    mixed : mixed radiance. `given` : `imaging.Parts` of its field.
+    weights : (channel, band) what is counted of irradiance, electrons per m2 and second for example.
+    """
+    weights, sensor = np.asarray(weights, float), given.sensor
+    if sensor.scales is None:
+        return tuple(sensor.move(e) for e in _spread(mixed, given, weights))
+    squares, bound = np.zeros((2, len(weights), len(sensor.y), len(sensor.x)))
+    for bands in _together(sensor.scales, mixed.shape[1:]):
+        alone = np.where(np.isin(np.arange(weights.shape[1]), bands), weights, 0.0)
+        if alone.any():
+            for channel, (deviation, most) in enumerate(zip(*_spread(mixed, given, alone))):
+                squares[channel] += sensor.move_band(deviation, bands[0]) ** 2
+                bound[channel] += sensor.move_band(most, bands[0])
+    return np.sqrt(squares).astype(np.float32), bound.astype(np.float32)
+
+
+def _together(scales, shape) -> list[list[int]]:
+    """Return groups of bands; in each, images lie as near to the first as errors are known."""
+    near, radius = max(0.5, APART * max(shape)), np.hypot(*shape) / 2
+    at = [
+        (s.ratio if isinstance(s, Course) else s * np.ones(READ)) * np.linspace(0, radius, READ)
+        for s in scales
+    ]
+    groups: list[list[int]] = []
+    for band, place in enumerate(at):
+        home = next((g for g in groups if np.abs(at[g[0]] - place).max() <= near), None)
+        groups.append([band]) if home is None else home.append(band)
+    return groups
+
+
+def _spread(mixed, given, weights):
+    """Return (deviation, bound), each (row of `weights`, y, x), on the field's own tiles."""
+    still = replace(given, sensor=replace(given.sensor, areas=None, scales=None), field=None)
+    field = given.field
+    if field is None:
+        return one_spread(mixed, still, weights)
+    beyond = np.stack([field.far_scale(b) for b in range(len(mixed))]) * mixed.values
+    deviation, bound = one_spread(mixed.copy(data=beyond), replace(still, made=field.far), weights)
+    elsewhere = np.ones(mixed.shape[1:])  # the share of other places than the axis
+    elsewhere[field.shares[0][0]] -= field.shares[0][1]
+    unlike, _ = one_spread(
+        mixed.copy(data=beyond * np.sqrt(elsewhere)), replace(still, made=field.unlike_far), weights
+    )
+    squares = deviation**2 + unlike**2
+    for window, light, core in field.parts(mixed.values, 0.5):
+        if exact(core):
+            continue
+        y, x = window
+        here = mixed.isel(y=y, x=x).copy(data=light)
+        relative = given.relative if given.relative is None else given.relative[window]
+        one, most = one_spread(here, replace(still, made=core, relative=relative), weights)
+        squares[:, y, x] += one**2
+        bound[:, y, x] += most
+    return np.sqrt(squares), bound

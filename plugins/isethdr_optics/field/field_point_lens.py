@@ -1,0 +1,135 @@
+"""Place lens: a lens as it is for light from one place of the field, everywhere the same."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from math import cos, sin
+from typing import Any
+
+from isethdr_core.physics.optics.pupil import Matrix
+from isethdr_core.physics.optics.zernike import rotated
+
+from ..lenses.thin_lens import WavefrontLens
+
+ROUNDING = 1e-12  # of the stop's radius
+
+
+@dataclass(frozen=True)
+class PlaceLens(WavefrontLens):
+    """The wavefront, its colour and the pupil of one place of another lens's field."""
+
+    traced: Any = None  # lens whose colour it has, if that is traced
+    angle_rad: float = 0.0  # of the place
+    azimuth_rad: float = 0.0  # counter-clockwise from +x, y up
+    rims: tuple[
+        tuple[float, float, float], ...
+    ] = ()  # discs (x, y, radius) in stop radii that cut the stop, y down
+    uneven: tuple[
+        tuple[int, float], ...
+    ] = ()  # (OSA index, value) of the amplitude over the stop, its mean square 1; none: even
+    # from a place in the stop to its direction cosines at the image, both in units of the stop that the f-number says; x right, y
+    # down; rims, wavefront and amplitude are given over the stop. None: the same place
+    pupil_matrix: Matrix | None = None
+
+    def colour_um(self, wavelength_nm: float) -> dict[int, float]:
+        """Return what a wavelength's wavefront has on top of `zernike_um`, {OSA index: um}."""
+        if self.traced is None:
+            return {}
+        if wavelength_nm not in self._colours:
+            self._colours[wavelength_nm] = rotated(
+                self.traced.colour_at(self.angle_rad, wavelength_nm), self.azimuth_rad
+            )
+        return self._colours[wavelength_nm]
+
+    def pupil_scale(self, wavelength_nm: float) -> float:
+        """Return the size of the exit pupil at a wavelength over that at the reference wavelength."""
+        if self.traced is None:
+            return 1.0
+        if wavelength_nm not in self._pupil_scales:
+            self._pupil_scales[wavelength_nm] = self.traced.pupil_scale_at(
+                self.angle_rad, wavelength_nm
+            )
+        return self._pupil_scales[wavelength_nm]
+
+    def input_files(self):
+        """Return the files that the traced lens names."""
+        return self.traced.input_files() if self.traced is not None else ()
+
+    @cached_property
+    def _colours(self) -> dict:
+        return {}
+
+    @cached_property
+    def _pupil_scales(self) -> dict[float, float]:
+        return {}
+
+
+def on_axis(lens):
+    """Return the lens whose point spread is everywhere that on the axis of `lens`."""
+    return (
+        node_lens(lens, lens.wavefront_at(0.0), 0.0, 0.0)
+        if getattr(lens, "field_varies", False)
+        else lens
+    )
+
+
+def node_lens(lens, more_um, azimuth_rad: float, angle_rad: float | None = None) -> PlaceLens:
+    """Return the lens of one place.
+
+    Parameters
+    ----------
+    more_um : {OSA index: um} on top of the lens's own wavefront for light from that angle along +x.
+    azimuth_rad : of the place, counter-clockwise from +x, y up.
+    angle_rad : off the axis; then a traced lens gives its colour and its vignetted pupil too.
+    """
+    zernike_um = dict(lens.zernike_um or {})
+    for j, value in rotated(more_um, azimuth_rad).items():
+        zernike_um[j] = zernike_um.get(j, 0.0) + value
+    shared = {f.name: getattr(lens, f.name) for f in fields(WavefrontLens) if hasattr(lens, f.name)}
+    one = {
+        "zernike_um": zernike_um,
+        "field_zernike_um": {},
+        "distortion": "none",
+        "falloff": "none",
+        "lateral_colour_percent": {},
+        "error_allowed": WavefrontLens.error_allowed,
+    }
+    if angle_rad is None or not hasattr(lens, "colour_at"):
+        return PlaceLens(**shared | one)
+    turned = tuple(
+        (x * cos(azimuth_rad), -x * sin(azimuth_rad), radius)
+        for x, radius in lens.rims_at(angle_rad)
+    )
+    uneven = tuple(rotated(lens.amplitude_at(angle_rad), azimuth_rad).items())
+    return PlaceLens(
+        **shared | one,
+        traced=_colour_alone(lens),
+        angle_rad=float(angle_rad),
+        azimuth_rad=float(azimuth_rad),
+        rims=turned,
+        uneven=uneven,
+        pupil_matrix=_turned_ellipse(*lens.exit_pupil_at(angle_rad), azimuth_rad),
+    )
+
+
+def _turned_ellipse(meridional: float, sagittal: float, azimuth_rad: float) -> Matrix:
+    """Return the symmetric matrix that stretches along an azimuth and across it, x right, y down."""
+    mean, half = (meridional + sagittal) / 2, (meridional - sagittal) / 2
+    straight, skew = half * cos(2 * azimuth_rad), -half * sin(2 * azimuth_rad)
+    if abs(skew) < ROUNDING:  # level lines stay level
+        skew = 0.0
+    return (mean + straight, skew), (skew, mean - straight)
+
+
+def _colour_alone(lens):
+    """Return the lens without what its colour does not depend on: kernels are kept under its name."""
+    return replace(
+        lens,
+        distortion="none",
+        falloff="none",
+        lateral_colour="none",
+        lateral_colour_percent={},
+        transmittance=1.0,
+        error_allowed=WavefrontLens.error_allowed,
+    )

@@ -1,0 +1,331 @@
+"""Place cores: kernels of a place of the field near their axis, for many bands from transforms at a few wavelengths.
+
+A place has a kernel of its own for every band, and there are a hundred places: transforms at all their wavelengths take far longer than
+the rest of an image. Drawn to the same scale, patterns of neighbouring wavelengths differ by what the phase has changed; straight lines
+between knots replace them (as `knots` does far from the axis). The pattern is taken at points fine enough to hold all of it, and
+weighted with the triangle that two tiles make of a point, drawn to scale for every wavelength of a band.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache, lru_cache, partial
+
+import numpy as np
+import scipy.fft as sf
+from scipy.sparse import csr_array
+
+from isethdr_core import ledger
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.optics import pupil as shapes
+from isethdr_core.physics.radiometry import band_widths_nm
+from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
+
+from ..psf import kernel_sampling_error, kernels, scatter
+from ..pupil import sampled_pupil
+
+FIRST_NM = 380.0
+STEPS_NM = (80.0, 40.0, 20.0, 10.0, 5.0)  # between knots, each a part of the one before
+APART = 0.5  # radians rms from knot to knot at most
+STRAIGHT = 0.1  # share of a point's light, L1, for a radian: measured 0.02 to 0.08
+PER_BLUR, PER_TILE = 2.5, 5.0  # points per wavelength x f-number, and per tile, at least
+ALIASED = 0.006  # share of a point's light, L1, that these leave: the largest measured
+TURNS = (
+    1 / 8
+)  # of phase from one cell of the pupil to the next at most; a quarter of it where light is looked for to 0.3 %
+FEWEST, BORDER, USUAL, MOST = (
+    256,
+    4.0,
+    768,
+    4096,
+)  # cells across the stop, as `pupils.core_pitch_mm`
+WIDEST = 1024  # points from the axis: 512 wavelengths x f-number, beyond which lies 1e-3 of a point's light
+WORTH = 0.7  # of the transforms that all bands would take: fewer are worth lines
+FEWEST_READS = 2  # wavelengths of a band
+
+
+def made(lens, flares, wavelength_nm, pitch_um, half) -> kernels.Kernels:
+    """Return kernels of a place as `kernels.kernels` does, and the same way where that takes as few transforms.
+
+    Parameters
+    ----------
+    lens : `place_lens.PlaceLens`. `half` : (y, x) tiles from the axis to the border.
+    """
+    wave = np.asarray(wavelength_nm, float)
+    width, read = band_widths_nm(wave), _read(lens, flares, wave, half)
+    drawn = _worth(read, width)
+    lines = (
+        _lines(lens, flares, wave[drawn], [r for r, d in zip(read, drawn) if d], pitch_um, half)
+        if drawn.any()
+        else None
+    )
+    rest = (
+        kernels._made(lens, flares, wave[~drawn], pitch_um, half, width_nm=width[~drawn])
+        if not drawn.all()
+        else None
+    )
+    return (lines or rest) if lines is None or rest is None else kernels.joined(drawn, lines, rest)
+
+
+def one(lens, flares, wavelength_nm: float, pitch_um, half) -> np.ndarray:
+    """Return the kernel of one wavelength, (y, x)."""
+    pattern = _points(lens, *_light(lens, flares), wavelength_nm, wavelength_nm, pitch_um, half)
+    return scatter.mix(
+        _tiles(pattern, 1.0, pitch_um, half), flares, wavelength_nm, pitch_um, lens.focal_length_mm
+    )
+
+
+def state(lenses, flares, wavelength_nm, half) -> None:
+    """State how far kernels between knots are from exact ones; `lenses` of places from the axis to the border of the field."""
+    wave, found = np.asarray(wavelength_nm, float), []
+    for lens in lenses:
+        read = _read(lens, flares, wave, half)
+        cells = {
+            tuple(knot for (knot, _), _ in ends)
+            for band, drawn in zip(read, _worth(read, band_widths_nm(wave)))
+            if drawn
+            for _, ends in band
+        }
+        found += [sampled_pupil.phase_change(lens, flares, c[0], c[-1]) for c in cells]
+    if found:
+        value = ALIASED + STRAIGHT * max(found) ** 2
+        label = "point spreads of places, drawn between those of some wavelengths, L1"
+        ledger.add_error(
+            ErrorNote(
+                value,
+                "share of a point's light",
+                "measured",
+                label,
+                "place wavelengths",
+                Quantity.IRRADIANCE,
+            )
+        )
+
+
+def _lines(lens, flares, wave, read, pitch_um, half) -> kernels.Kernels:
+    """Return the kernels of bands by lines between knots."""
+    energy, stop = _light(lens, flares)
+    scaled_nm = partial(sampled_pupil.scaled_nm, lens)
+    pattern = lru_cache(maxsize=2)(
+        lambda w, step: _points(lens, energy, stop, w, w - step, pitch_um, half)
+    )
+    bands = []
+    for centre, band in zip(wave, read):
+        read_at = [
+            (knot, share, scaled_nm(knot[0]) / scaled_nm(one))
+            for one, ends in band
+            for knot, share in ends
+        ]
+        kernel = sum(
+            share * _tiles(pattern(*knot), scale, pitch_um, half) for knot, share, scale in read_at
+        ) / len(band)
+        bands.append(
+            np.asarray(
+                scatter.mix(kernel, flares, centre, pitch_um, lens.focal_length_mm), np.float32
+            )
+        )
+    nothing = np.zeros((len(wave), kernel_sampling_error.OCTAVES))
+    outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
+    return kernels.Kernels(
+        bands,
+        outside,
+        nothing,
+        np.array([energy(w) for w in wave]) / sampled_pupil.stop_mm2(lens),
+        0.0,
+        nothing,
+        np.full(len(wave), float(max(bands[0].shape))),
+        (lens, flares),
+    )
+
+
+def _light(lens, flares):
+    """Return functions: energy of the pupil (wavelength), mm2, and its amplitude (cells, wavelength); asked once where all wavelengths share it."""
+    known = sampled_pupil.all_shapes(flares)
+    fixed = known and not sampled_pupil.delays_um(lens, flares)
+    energy, stop = (
+        cache(partial(sampled_pupil.open_energy_mm2, lens, flares)),
+        cache(partial(_stop, lens, flares)),
+    )
+    return lambda w: energy(FIRST_NM if known else w), lambda cells, w: stop(
+        cells, FIRST_NM if fixed else w
+    )
+
+
+def _worth(read, width_nm) -> np.ndarray:
+    """Return which bands take fewer transforms by lines between knots than exactly: of a band alone, as if others like it lay on either side.
+
+    Bands as narrow as a line are exact unless there are many of them.
+    """
+    exact = [max(len(band), 3 if w > 1.5 else 1) for band, w in zip(read, width_nm)]
+    knots = {knot for band in read for _, ends in band for (knot, _), _ in ends}
+    few = len(knots) > WORTH * sum(exact)
+    steps = [min(step for _, ends in band for (_, step), _ in ends) for band in read]
+    return np.array(
+        [
+            step > 0 and (w / step <= WORTH * e if w > 1.5 else not few)
+            for w, step, e in zip(width_nm, steps, exact)
+        ],
+        bool,
+    )
+
+
+def _read(lens, flares, wave, half):
+    """Return per band ((wavelength that is read, (((knot, step), share), ...)), ...)."""
+    change = (
+        cache(partial(sampled_pupil.phase_change, lens, flares))
+        if sampled_pupil.all_shapes(flares)
+        else None
+    )
+    return [
+        [_ends(one, change) for one in _wavelengths(c, w, half, change)]
+        for c, w in zip(wave, band_widths_nm(wave))
+    ]
+
+
+def _wavelengths(centre, width, half, change):
+    """Return wavelengths of a band: from one to the next no tile moves by more than itself, and the phase changes by half a radian at most."""
+    count = max(
+        np.hypot(*half) * width / centre,
+        change(centre - width / 2, centre + width / 2) / APART if change else 0.0,
+    )
+    count = max(
+        FEWEST_READS if width > 1.5 else 1, int(np.ceil(min(count, kernels.MOST_WAVELENGTHS)))
+    )
+    return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
+
+
+def _ends(wave, change):
+    """Return (wavelength, (((knot, step), share), ...)) of its pattern: itself where the lens changes too fast, or is not known at knots.
+
+    `change` : function of two wavelengths, radians rms; None where nobody knows.
+    """
+    for step in STEPS_NM if change else ():
+        low = FIRST_NM + step * ((wave - FIRST_NM) // step)
+        try:
+            if change(low, low + step) <= APART:
+                part = (wave - low) / step
+                return wave, tuple(
+                    ((knot, step), share)
+                    for knot, share in ((low, 1 - part), (low + step, part))
+                    if share
+                )
+        except ConfigError:
+            continue
+    return wave, (((wave, 0.0), 1.0),)
+
+
+def _points(lens, energy, stop, wave, shortest, pitch_um, half):
+    """Return (fraction of the energy per point, (y, x), the axis in the middle; their distance, um) at a wavelength.
+
+    Parameters
+    ----------
+    shortest : wavelength that is read from it at least: the pattern reaches as far as that asks.
+    """
+    total = energy(wave)  # refuses a stop without light
+    blur, radius, extent = (
+        sampled_pupil.blur_um(lens, wave),
+        sampled_pupil.radius_mm(lens),
+        max((h + 1) * p for h, p in zip(half, pitch_um)),
+    )
+    across = 2 * extent / (blur * min(1.0, shortest / wave))
+    steep = 2 * sampled_pupil.steepest_um(lens, wave) / (wave * 1e-3) / TURNS
+    cells = _rounded(
+        min(
+            max(FEWEST, min(USUAL, BORDER * across), min(2 * across, 2 * WIDEST / PER_BLUR), steep),
+            MOST,
+        )
+    )
+    stop, axis = stop(cells, wave), sampled_pupil.axis_mm(lens, 2 * radius / cells)
+    rows, columns = (
+        slice(seen[0], seen[-1] + 1) for seen in (np.flatnonzero(stop.any(axis=a)) for a in (1, 0))
+    )
+    field = sampled_pupil.with_wavefront(lens, stop[rows, columns], axis[columns], axis[rows], wave)
+    size = sf.next_fast_len(int(np.ceil(cells * max(PER_BLUR, PER_TILE * blur / min(pitch_um)))))
+    step = blur * cells / size
+    reach = int(min(np.ceil(extent * max(1.0, wave / shortest) / step), WIDEST, size // 2 - 1))
+    kept = np.arange(-reach, reach + 1)
+    for a in (1, 0):
+        field = sf.fft(field, size, axis=a).take(kept, axis=a, mode="wrap")
+    loss = np.sinc(kept / size) ** -2  # cells are means
+    scale = (2 * radius / cells / size) ** 2 / total
+    return np.square(np.abs(field)) * (loss[:, None] * scale).astype(np.float32) * loss.astype(
+        np.float32
+    ), step
+
+
+def _rounded(cells):
+    """Return a few numbers of cells for all places, so that their stop is drawn once."""
+    return int(np.ceil(2 ** (np.ceil(2 * np.log2(cells)) / 2)))
+
+
+def _stop(lens, flares, cells, wave):
+    """Return the pupil of a place: the open one with its dirt, times what rims leave of each cell."""
+    radius, axis = (
+        sampled_pupil.radius_mm(lens),
+        sampled_pupil.axis_mm(lens, 2 * sampled_pupil.radius_mm(lens) / cells),
+    )
+    drawn = sampled_pupil.amplitude(replace(lens, rims=()), flares, axis, axis, wave)
+    for rim in lens.rims:
+        opening = shapes.disc(*(radius * v for v in rim))
+        if lens.pupil_matrix is not None:
+            opening = opening.mapped(lens.pupil_matrix)
+        drawn = drawn * shapes.raster([(opening, 1.0)], axis, axis)
+    return drawn
+
+
+def _tiles(given, scale, pitch_um, half) -> np.ndarray:
+    """Return the light from one tile to another, (y, x), of a pattern that is drawn to 1 / `scale`."""
+    pattern, step = given
+    down, across = (
+        _triangles(h, scale * p, step, pattern.shape[0]) for h, p in zip(half, pitch_um)
+    )
+    return np.maximum(
+        (across @ (down @ pattern).T).T, 0.0
+    )  # the cubic's overshoot could be darker than dark; none was found
+
+
+def _triangles(half, pitch_um, step_um, size):
+    """Return the weights (tile, point), sparse, that integrate a triangle two tiles wide about every tile over what runs through points.
+
+    Between points runs Keys's cubic (1981, IEEE Trans. ASSP 29, 1153). A triangle is three ramps, so that its integral is that of ramps:
+    exact, kinks and all.
+    """
+    wide = pitch_um / step_um
+    at = np.arange(-half, half + 1) * wide + size // 2
+    taps = int(2 * wide) + 5
+    point = np.ceil(at - wide - 2).astype(np.intp)[:, None] + np.arange(taps)
+    away = point - at[:, None]
+    weight = (
+        (_ramp(away + wide) - 2 * _ramp(away) + _ramp(away - wide))
+        / wide
+        * ((point >= 0) & (point < size))
+    )
+    return csr_array(
+        (
+            weight.ravel().astype(np.float32),
+            point.clip(0, size - 1).ravel(),
+            np.arange(len(at) + 1) * taps,
+        ),
+        (len(at), size),
+    )
+
+
+def _ramp(at):
+    """Return the integral of max(at - t, 0) times Keys's cubic at t: a ramp but for two points on either side of its kink."""
+    t = np.minimum(np.abs(at), 2.0)
+    return np.maximum(at, 0.0) + np.where(t < 1, INNER(t), OUTER(t))
+
+
+def _ramps():
+    """Return what Keys's cubic adds to a ramp within one point of its kink, and beyond: its second integrals from the outside in."""
+    inner, outer = (
+        np.polynomial.Polynomial([1, 0, -2.5, 1.5]),
+        np.polynomial.Polynomial([2, -4, 2.5, -0.5]),
+    )
+    far = outer.integ(2, lbnd=2)
+    slope, value = far.deriv()(1), far(1)
+    near = inner.integ(lbnd=1) + slope
+    return near.integ(lbnd=1) + value, far
+
+
+INNER, OUTER = _ramps()

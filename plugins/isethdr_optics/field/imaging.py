@@ -1,0 +1,399 @@
+"""Field imaging: point spreads that vary over the field, scattered from the source.
+
+A tile's light is shared by the places of a polar grid (`field_grid`), each share is spread by the exact core of that place's own
+point spread, and all light that goes farther by the tail of the axis: nothing is negative, and the energy is that of one point
+spread. Wavefronts are interpolated, not point spreads: the grid is as fine as the error allowed asks for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.cli.progress import shown, track
+from isethdr_core.data import camera_geometry
+from isethdr_core.physics.convolution import Bound
+from isethdr_core.physics.optics import projection as projections
+from isethdr_core.uncertainty.error_terms import KERNELS, ErrorNote, Quantity
+
+from ..imaging.overlap_add import overlaid
+from ..imaging.threads import MOST_THREADS, cpus, executor
+from ..lenses import omissions
+from ..psf import kernel_sampling_error, kernels
+from ..pupil import band_phase, sampled_pupil
+from . import field_point_psf
+from . import grid as field_grid
+from .field_point_lens import node_lens
+from .reference_bands import WIDTH_NM, references_nm
+
+RINGS = (0, 1, 2, 4, 8)  # tried one after the other
+PARTS = (0.15, 0.25, 0.4, 0.6)  # of the exact core, tried as reach of the cores of places
+OUTERMOST = 0.75  # of the widest core
+ROUND = 1e-6  # radii of the stop, by which a round pupil may be off
+NO_BETTER = 1.25  # times the error at the widest reach: where that is more than allowed, but not twice as much, a narrower one is as good
+
+
+@dataclass(frozen=True, eq=False)
+class FieldKernels:
+    """What `image` needs of a lens whose point spread varies: kernels on the axis, and how to spread a band."""
+
+    axis: kernels.Kernels
+    half: tuple[int, int]  # (y, x) tiles from the middle to the border of a core
+    shares: list[
+        tuple[tuple[slice, slice], np.ndarray]
+    ]  # per place, a window of the frame and there the share of the light
+    cores: list[kernels.Kernels]  # per place, that on the axis first
+    unlike: np.ndarray  # per octave, how far kernels of places may be from that of the axis, as `kernel_errors.deviation`
+
+    def far_scale(self, band: int) -> np.ndarray:
+        """Return by how much the axis's light beyond the core is scaled for each tile of the frame (y, x): to what its own core leaves.
+
+        What the core of the axis leaves is read from the first place, which is sampled as the others are: so little is left that it shows.
+        """
+        rows, columns = (n // 2 + 1 for n in self.axis.bands[band].shape)
+        out, left = (
+            np.zeros((rows, columns)),
+            [1 - core.bands[band].sum(dtype=float) for core in self.cores],
+        )
+        for (window, share), beyond in zip(self.shares, left):
+            out[window] += share * (beyond / left[0] if left[0] > 0 else 1.0)
+        return out
+
+    @cached_property
+    def far(self) -> kernels.Kernels | None:
+        """The kernels of all light beyond the cores; None where there is none, or where they are exact."""
+        return None if self.axis.deviation is None else self._beyond(self.axis.deviation)
+
+    @cached_property
+    def unlike_far(self) -> kernels.Kernels | None:
+        """The same as wrong as they are for the outermost place, that of the axis being right."""
+        return self._beyond(
+            np.broadcast_to(self.unlike, (len(self.axis.bands), len(self.unlike))), wrap=1.0
+        )  # that bound is not asked for
+
+    def _beyond(self, deviation, **more):
+        if all(np.array_equal(self.half, [n // 2 for n in band.shape]) for band in self.axis.bands):
+            return None
+        return replace(
+            self.axis,
+            core=np.full(len(self.axis.bands), float(min(self.half))),
+            deviation=np.array(deviation),
+            **more,
+        )
+
+    def _middle(self, band):
+        return tuple(
+            slice(n // 2 - h, n // 2 + h + 1)
+            for n, h in zip(self.axis.bands[band].shape, self.half)
+        )
+
+    def spread(self, out, light, band: int, error_allowed: float = 0.0) -> Bound:
+        """Write the image of one band's light, (y, x), into `out`; return the bound of its convolutions, right to `error_allowed`, relative."""
+        axis = np.array(self.axis.bands[band], float)
+        axis[self._middle(band)] = 0.0
+        parts = [(wide, part, core.bands[band]) for wide, part, core in self.parts(light)]
+        if axis.any():
+            parts.append(((slice(None), slice(None)), self.far_scale(band) * light, axis))
+        total, bound = overlaid(parts, light.shape, error_allowed)
+        out[...] = total
+        return bound
+
+    def parts(self, light, power: float = 1.0):
+        """Yield (window, part, kernels) of every place that light (..., y, x) falls to: its share to the `power`, room for its core around it."""
+        for (window, share), core in zip(self.shares, self.cores):
+            part = share**power * light[(..., *window)]
+            if part.any():
+                wide = tuple(
+                    slice(max(w.start - h, 0), min(w.stop + h, n))
+                    for w, h, n in zip(window, self.half, light.shape[-2:])
+                )
+                more = [(0, 0)] * (light.ndim - 2) + [
+                    (w.start - v.start, v.stop - w.stop) for w, v in zip(window, wide)
+                ]
+                yield wide, np.pad(part, more), core
+
+
+def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> FieldKernels | None:
+    """Return the kernels of a lens whose point spread varies over the field of `mixed`, None where it does not.
+
+    States in the ledger the error of the grid, measured between its places by the kernels that belong there.
+
+    Raises
+    ------
+    ConfigError : where the field reaches beyond what is known of the wavefront.
+    """
+    x, y = (mixed[d].values.astype(float) for d in ("x", "y"))
+    projection = camera_geometry.projection_of(mixed)
+    radius = float(np.hypot(np.abs(x).max(), np.abs(y).max()))
+    if not lens.field_varies or radius == 0:
+        omissions.one_point_spread()
+        return None
+
+    def seen_from(r, azimuth_rad):
+        angle = float(projections.angle_rad(r, 0.0, projection))
+        return node_lens(lens, lens.wavefront_at(angle), azimuth_rad, angle)
+
+    waves = mixed.wavelength.values.astype(float)
+    along = [seen_from(r, 0.0) for r in np.linspace(0, radius, 9)]
+    known = [
+        lens.wavefront_at(float(projections.angle_rad(r, 0.0, projection)))
+        for r in np.linspace(0, radius, 9)
+    ]
+    terms = [*known, *(dict(at.uneven) for at in along)]
+    symmetric = field_grid.is_symmetric(terms) and not any(
+        at.rims or _stretched(at) for at in along
+    )
+    some = references_nm(along[-1], waves)
+    exact, least = _half(along, some, pitch_um, mixed.shape[1:])
+    ends = [(w - WIDTH_NM / 2, w + WIDTH_NM / 2) for w in {some[0], some[-1]}]
+    pairs = [
+        zip(
+            *(
+                kernels.kernels(at, flares, pair, pitch_um, exact).bands
+                for at in (along[0], along[-1])
+            )
+        )
+        for pair in ends
+    ]
+    half, unlike, far_error = _reach(
+        [both for pair in pairs for both in pair], least, lens.speckle_error
+    )
+    mirrors = (
+        field_grid.is_symmetric([lens.zernike_um or {}])
+        and field_grid.is_mirrored(known)
+        and not _shaped(flares)
+    )
+
+    def turned(place, make):
+        place, flips = field_grid.first_quadrant(place) if mirrors else (place, ())
+        return flips, make(seen_from(place.radius, place.azimuth_rad))
+
+    @cache
+    def core(radius, azimuth_rad, wave):
+        flips, kernel = turned(
+            field_grid.Place(0, radius, azimuth_rad, 1),
+            lambda at: field_point_psf.one(at, flares, wave, pitch_um, half),
+        )
+        return np.flip(kernel, flips)
+
+    def cores(place):
+        flips, made = turned(
+            place,
+            lambda at: kernels.kernels(at, flares, waves, pitch_um, half, field_point_psf.made),
+        )
+        return replace(made, bands=[np.flip(band, flips) for band in made.bands])
+
+    with shown("how many places the field needs"):
+        for rings in RINGS:
+            error = 0.0
+            for band in some:
+                error = max(
+                    error,
+                    _error(
+                        lambda p, band=band: core(p.radius, p.azimuth_rad, band),
+                        rings,
+                        radius,
+                        symmetric,
+                    ),
+                )
+                if error > lens.error_allowed and rings < RINGS[-1]:
+                    break
+            if error <= lens.error_allowed:
+                break
+    if rings == 0:
+        ledger.left_out(
+            "point spreads off the axis",
+            "they differ less than the error allowed",
+            error + omissions.SHARED,
+            "share of a point's light",
+        )
+        return None
+    chosen = [(place, radius / rings) for place in field_grid.places(rings, radius, symmetric)]
+    if len(RINGS) > 1:  # of a single number, as a study asks for, all places stay
+        chosen, error = _thinned(core, rings, radius, symmetric, some, lens.error_allowed)
+    grid, shares = [], []
+    for place, step in chosen:
+        share = field_grid.weight(place, step, x, y)
+        if share.any():
+            window = _window(share)
+            grid.append(place)
+            shares.append((window, share[window].astype(np.float32)))
+    more = ", more than the error allowed" if error > lens.error_allowed else ""
+    label = f"point spread between {len(grid)} places of the field, L1, worst of {', '.join(f'{w:g}' for w in some)} nm{more}"
+    ledger.add_error(
+        ErrorNote(
+            error,
+            "share of a point's light",
+            "measured",
+            label,
+            "field places",
+            Quantity.IRRADIANCE,
+        )
+    )
+    with executor(min(cpus(), MOST_THREADS)) as pool:
+        made = FieldKernels(
+            axis,
+            half,
+            shares,
+            list(track(pool.map(cores, grid), "places of the field", len(grid))),
+            unlike,
+        )
+    band_phase.state(along[1:], waves)
+    field_point_psf.state(along, flares, waves, half)
+    if half != tuple(n - 1 for n in mixed.shape[1:]):
+        label = f"kernel of the axis, taken for all places farther from a lamp than {half[1]} x {half[0]} tiles, where the field ends"
+        ledger.add_error(
+            ErrorNote(
+                far_error, "relative per tile", "measured", label, KERNELS, Quantity.IRRADIANCE
+            )
+        )
+    if any(one.speckle.any() for one in made.cores):
+        speckle = max(float(one.speckle.max()) for one in made.cores)
+        label = "speckle of the kernels of places of the field, where their blur is wider than an exact core"
+        ledger.add_error(
+            ErrorNote(
+                speckle, "relative per tile", "statistical", label, KERNELS, Quantity.IRRADIANCE
+            )
+        )
+    return made
+
+
+def _stretched(place) -> bool:
+    """Return whether the pupil of a place is an ellipse."""
+    matrix = np.array(place.pupil_matrix if place.pupil_matrix is not None else np.eye(2))
+    return not np.allclose(matrix, matrix[0, 0] * np.eye(2), rtol=0, atol=ROUND)
+
+
+def _shaped(flares) -> bool:
+    return any(hasattr(f, "pupil") or hasattr(f, "pupil_shapes") for f in flares)
+
+
+def _half(along, waves, pitch_um, shape):
+    """Return the (y, x) reach of exact cores on the axis, or of the geometrical blur where it is wider, and the least that cores may have.
+
+    `along` : the lenses of places from the axis to the border of the field. `waves` : at which they are judged, rising.
+    """
+    lens, ends = along[0], (waves[0], waves[-1])
+    blur = sampled_pupil.blur_um(lens, waves[0] - WIDTH_NM / 2)
+    slope = max(sampled_pupil.steepest_um(at, w) for at in along for w in ends)
+    geometrical = slope / sampled_pupil.radius_mm(lens) * sampled_pupil.distance_mm(lens)
+    least = [min(n - 1, max(3, int(1.5 * geometrical / p) + 3)) for n, p in zip(shape, pitch_um)]
+    exact = [
+        min(n - 1, int(kernels.CORE_SAMPLES / np.ceil(2 * p / blur)))
+        for n, p in zip(shape, pitch_um)
+    ]
+    return tuple(map(max, zip(exact, least))), tuple(least)
+
+
+def _reach(pairs, least, allowed: float):
+    """Return the (y, x) reach beyond which places have the axis's kernel, how unlike theirs it is there per octave, and at most (L1).
+
+    Parameters
+    ----------
+    pairs : [(kernel of the axis, kernel of the outermost place), ...] of some bands; the latter within the widest reach there is.
+    allowed : relative per tile, mean of an octave.
+    """
+    wide = [n // 2 for n in pairs[0][1].shape]
+    reaches = [
+        tuple(min(w, max(m, int(np.ceil(part * w)))) for w, m in zip(wide, least))
+        for part in (*PARTS, 1.0)
+    ]
+    last, *found = _unlike(pairs, wide, reaches[-1])
+    allowed = max(allowed, min(NO_BETTER * last.max(), 2 * allowed))
+    for half in reaches[:-1]:
+        error, unlike = _unlike(pairs, wide, half)
+        if error.max() <= allowed:
+            return half, unlike, float(error.max())
+    return reaches[-1], *found, float(last.max())
+
+
+def _unlike(pairs, wide, half):
+    """Return the error per octave (L1), relative, of the axis's kernel in the outermost place's stead beyond `half`, and its deviation."""
+    errors, deviations = [], []
+    for axis, place in pairs:
+        axis = np.asarray(axis, float)[
+            tuple(slice(n // 2 - w, n // 2 + w + 1) for n, w in zip(axis.shape, wide))
+        ]
+        # with the widest core kept, its outermost ring speaks for what lies beyond it
+        core = tuple(
+            slice(w - min(h, int(OUTERMOST * w)), w + min(h, int(OUTERMOST * w)) + 1)
+            for w, h in zip(wide, half)
+        )
+        wrong = place - axis * ((1 - place[core].sum(dtype=float)) / (1 - axis[core].sum()))
+        wrong[core] = 0.0
+        errors.append(kernel_sampling_error.by_octave(wrong, axis))
+        deviations.append(kernel_sampling_error.deviation(wrong, axis))
+    error, unlike = np.max(errors, axis=0), np.max(deviations, axis=0)
+    known = np.flatnonzero(unlike)
+    if len(known):
+        unlike[known[-1] + 1 :] = unlike[known[-1]]  # farther out as at the border of what is known
+    return error, unlike
+
+
+def _error(core, rings, radius, symmetric) -> float:
+    """Return the largest L1 distance between true cores half way between places and the mean of those places' cores.
+
+    Without rings: between cores off the axis and that on it.
+    """
+    if rings == 0:
+        axis = core(field_grid.Place(0, 0.0, 0.0, 1))
+        return max(
+            float(np.abs(core(field_grid.Place(1, r * radius, 0.0, 1)) - axis).sum(dtype=float))
+            for r in (0.5, 0.75, 1.0)
+        )
+    step, worst = radius / rings, 0.0
+    for ring in range(rings):
+        inner, outer = (field_grid.Place(k, k * step, 0.0, 1) for k in (ring, ring + 1))
+        between = core(field_grid.Place(ring, (ring + 0.5) * step, 0.0, 1))
+        worst = max(worst, np.abs((core(inner) + core(outer)) / 2 - between).sum(dtype=float))
+        if not symmetric:
+            turn = np.pi / (field_grid.AROUND * (ring + 1))
+            a, b, middle = (core(replace(outer, azimuth_rad=t)) for t in (0.0, 2 * turn, turn))
+            worst = max(worst, np.abs((a + b) / 2 - middle).sum(dtype=float))
+    return float(worst)
+
+
+def _thinned(core, rings, radius, symmetric, waves, allowed):
+    """Return the places that are needed of a grid, each with its `step`, and the error between them."""
+
+    def between(inner, outer):
+        return max(_between(core, inner, outer, w) for w in waves)
+
+    def around(r, turn):
+        return max(_around(core, r, turn, w) for w in waves)
+
+    chosen = field_grid.thinned(rings, radius, symmetric, between, around, allowed)
+    counts = {place.radius: place.count for place, _ in chosen}
+    radii = sorted(counts)
+    errors = [between(*pair) for pair in zip(radii, radii[1:])] + [
+        around(r, 2 * np.pi / counts[r]) for r in radii[1:] if not symmetric
+    ]
+    return chosen, max(errors)
+
+
+def _between(core, inner, outer, wave) -> float:
+    """Return the error half way between two places on +x."""
+    return float(
+        np.abs(
+            (core(inner, 0.0, wave) + core(outer, 0.0, wave)) / 2
+            - core((inner + outer) / 2, 0.0, wave)
+        ).sum()
+    )
+
+
+def _around(core, radius, turn, wave) -> float:
+    """Return the error half way between +x and a place `turn` further round."""
+    return float(
+        np.abs(
+            (core(radius, 0.0, wave) + core(radius, turn, wave)) / 2 - core(radius, turn / 2, wave)
+        ).sum()
+    )
+
+
+def _window(share):
+    """Return the slices of the frame that hold all of a place's share."""
+    rows, columns = np.flatnonzero(share.any(axis=1)), np.flatnonzero(share.any(axis=0))
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)

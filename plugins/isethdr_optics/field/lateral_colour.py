@@ -1,0 +1,226 @@
+"""Lateral colour: an image whose size depends on wavelength, moved band by band on the sensor plane so that light is kept.
+
+The magnification of a wavelength over that of the reference is a number, or a `Course` along the radius where chief rays are traced.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from isethdr_core import ledger, quantities
+from isethdr_core.data import camera_geometry
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.optics import projection as projections
+from isethdr_core.physics.radiometry import band_widths_nm
+from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
+
+from ..lenses import omissions
+
+UNCOVERED = 1e-3  # of a border tile that the smallest image does not reach: less than that does not make the field smaller
+ROUNDING = 1e-9  # of a tile
+TRACED = 33  # field angles at which chief rays are traced
+CLOSE = 1e-6  # tiles
+READ = 1025  # radii of a course, between which it goes straight
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Magnification along the radius on the reference's sensor plane."""
+
+    radius: np.ndarray  # rising from 0, focal lengths
+    ratio: np.ndarray
+    pitch: tuple[float, float]  # (x, y) of the tiles, focal lengths
+
+    def at(self, x, y):
+        """Return the magnification at places in tiles from the middle (broadcast)."""
+        return np.interp(np.hypot(x * self.pitch[0], y * self.pitch[1]), self.radius, self.ratio)
+
+
+def magnifications(lens, wavelength_nm, bent, widest_rad: float, projection: str, pitch) -> list:
+    """Return the magnification of every band over that of the reference: numbers, or courses where a lens traces its chief rays.
+
+    Parameters
+    ----------
+    bent : map of the reference from the field to the sensor; `widest_rad` the largest angle of the field.
+    pitch : (x, y) of the sensor's tiles, focal lengths.
+    """
+    wave = np.asarray(wavelength_nm, float)
+    if lens.lateral_colour_percent or not hasattr(lens, "magnification_at"):
+        return list(scales(lens, wave))
+    angle = np.linspace(0.0, widest_rad, TRACED)
+    ratios = [np.asarray(lens.magnification_at(np.tan(angle), w)) for w in wave]
+    if all((r == 1).all() for r in ratios):
+        return [1.0] * len(wave)
+    from scipy.interpolate import CubicSpline
+
+    radius = np.hypot(
+        *bent.forward(np.tan(angle) if projection == "tangent" else angle, 0.0 * angle)
+    )
+    fine = np.linspace(0.0, radius[-1], READ)
+    # of an even function of the radius
+    return [Course(fine, CubicSpline(radius**2, r)(fine**2), tuple(pitch)) for r in ratios]
+
+
+def scales(lens, wavelength_nm) -> np.ndarray:
+    """Return the magnification of every wavelength over that of the reference: 1 + percent / 100, lines between table entries.
+
+    Raises
+    ------
+    ConfigError : a wavelength beyond the table.
+    """
+    table = {float(w): p for w, p in lens.lateral_colour_percent.items()}
+    known, wave = sorted(table), np.asarray(wavelength_nm, float)
+    if known and not known[0] <= wave.min() <= wave.max() <= known[-1]:
+        raise ConfigError(
+            f"lens.lateral_colour_percent is known from {known[0]:g} to {known[-1]:g} nm; expected {wave.min():g} to {wave.max():g} nm "
+            "within it; add those wavelengths to the table"
+        )
+    return (
+        1 + np.interp(wave, known, [table[w] for w in known]) / 100 if known else np.ones(len(wave))
+    )
+
+
+def coloured(lens, mixed, plane, bent):
+    """Return the sensor plane with the magnification of every band, as many tiles larger as the largest image needs: no light is cut.
+
+    The camera's field shrinks to what images of all bands cover. States in the ledger what this changes beside the light's place. The same
+    plane where all magnifications are 1.
+    """
+    wave, projection = mixed.wavelength.values.astype(float), camera_geometry.projection_of(mixed)
+    pitch = [quantities.tile_pitch(mixed, d) for d in ("x", "y")]
+    half = [np.abs(mixed[d].values).max() + p / 2 for d, p in zip(("x", "y"), pitch)]
+    found = magnifications(
+        lens, wave, bent, float(projections.angle_rad(*half, projection)), projection, pitch
+    )
+    low, high = (
+        np.array([f(m.ratio) if isinstance(m, Course) else m for m in found])
+        for f in (np.min, np.max)
+    )
+    if (low == 1).all() and (high == 1).all():
+        omissions.no_lateral_colour()
+        return plane
+    whole = len(plane.y), len(plane.x)
+    y, x = (_wider(a, p, high.max()) for a, p in zip((plane.y, plane.x), pitch[::-1]))
+    field = tuple(
+        min(w, n * p * low.min()) if n / 2 * (1 - low.min()) > UNCOVERED else w
+        for w, n, p in zip(plane.field, whole[::-1], pitch)
+    )
+    thinner = max(np.abs(s**-2.0 - 1).max() for s in (low, high))
+    label = "uniform light of a band, spread over a larger or smaller image, from what the attributes say"
+    ledger.add_error(
+        ErrorNote(thinner, "relative", "measured", label, "magnified light", Quantity.ATTRIBUTES)
+    )
+    larger = max(np.abs(s - 1).max() for s in (low, high))
+    lacking = [
+        n / 2 * (1 - low.min())
+        for n, w, p in zip(whole[::-1], field, pitch)
+        if w > n * p * low.min() * (1 + CLOSE * UNCOVERED)
+    ]
+    radius = np.hypot(*(n / 2 for n in whole))
+    within = (
+        np.max([np.abs(np.gradient(s, wave)) for s in (low, high)], axis=0) * band_widths_nm(wave)
+        if len(wave) > 1
+        else np.zeros(1)
+    )
+    ledger.left_out(
+        "change of magnification within a band",
+        "each band has one",
+        float(radius * within.max()),
+        "tiles at the corner",
+    )
+    stretched = (1 + plane.stretched) * (1 + larger) - 1
+    return replace(
+        plane,
+        x=x,
+        y=y,
+        field=field,
+        scales=found,
+        whole=whole,
+        stretched=stretched,
+        lacking=sum(lacking),
+    )
+
+
+def _wider(centres, pitch, scale):
+    """Return tile centres with as many more at either end as an image larger by `scale` needs, none for the last digits."""
+    more = int(np.ceil(len(centres) / 2 * (scale - 1) - ROUNDING))
+    if more <= 0:
+        return centres
+    steps = pitch * np.arange(1, more + 1)
+    return np.concatenate([centres[0] - steps[::-1], centres, centres[-1] + steps])
+
+
+def moved(light, magnification, shape) -> np.ndarray:
+    """Return constant tiles (y, x) on (y, x) tiles of `shape` and the same pitch, where a band's magnification sends them."""
+    if isinstance(magnification, Course):
+        return displaced(light, magnification, shape)
+    return magnified(light, magnification, shape)
+
+
+def displaced(light, course: Course, shape) -> np.ndarray:
+    """Return constant tiles (y, x), moved along the radius, on (y, x) tiles of `shape`: first along x in every row, then along y.
+
+    Every tile's light is spread evenly between the images of its borders: sums are kept but for what leaves the border, uniform light
+    comes out divided by the exact area ratio.
+    """
+    height, width = np.shape(light)
+    rows = (np.arange(height) - (height - 1) / 2)[:, None]
+    x = np.arange(width + 1) - width / 2
+    wide = _along(np.asarray(light, float), x * course.at(x, rows), shape[1])
+    columns, edge = (
+        np.arange(shape[1]) - (shape[1] - 1) / 2,
+        (np.arange(height + 1) - height / 2)[:, None],
+    )
+    source, before = columns / course.at(columns, edge), columns
+    while (
+        np.abs(source - before).max() > CLOSE
+    ):  # shrinks by the course's slope, a percent or less, from step to step
+        source, before = columns / course.at(source, edge), source
+    return _along(wide.T, (edge * course.at(source, edge)).T, shape[0]).T
+
+
+def _along(light, borders, count):
+    """Return (row, count) tiles about the middle from (row, n) tiles whose borders lie at `borders` (row, n + 1) from the middle."""
+    size = light.shape[1]
+    out = np.zeros((len(light), count))
+    left, right = borders[:, :-1] + count / 2, borders[:, 1:] + count / 2
+    density = light / (right - left)
+    first, last = np.floor(left.min(axis=0)).astype(int), np.ceil(right.max(axis=0)).astype(int)
+    offset = first - np.arange(size)
+    for shift in range(offset.min(), int((last - np.arange(size)).max())):
+        # tiles that may reach the tile `shift` beyond their own number
+        use = slice(max(0, -shift), min(size, count - shift))
+        at = np.arange(use.start, use.stop) + shift
+        part = np.minimum(right[:, use], at + 1) - np.maximum(left[:, use], at)
+        out[:, use.start + shift : use.stop + shift] += density[:, use] * np.maximum(part, 0.0)
+    return out
+
+
+def magnified(light, scale: float, shape) -> np.ndarray:
+    """Return constant tiles (y, x), magnified about the middle by `scale`, on (y, x) tiles of `shape` and the same pitch.
+
+    Every tile's light is spread evenly over its image, and shared by area: sums are kept but for what leaves the border.
+    """
+    out = np.asarray(light, float)
+    for axis, count in enumerate(shape):
+        first, weights = _shares(out.shape[axis], count, scale)
+        last = out.shape[axis] - 1
+        wide = (slice(None), None) if axis == 0 else (None, slice(None))
+        out = sum(
+            out.take(np.clip(first + t, 0, last), axis) * w[wide] for t, w in enumerate(weights)
+        )
+    return out
+
+
+def _shares(size, count, scale):
+    """Return the first tile that each of `count` tiles takes light from, and the shares (tap, tile), 0 beyond the last of `size`."""
+    low = np.arange(count) - count / 2
+    first = np.floor(low / scale + size / 2).astype(np.intp)
+    number = first + np.arange(3)[:, None]
+    left = np.maximum((number - size / 2) * scale, low)
+    right = np.minimum((number + 1 - size / 2) * scale, low + 1)
+    return first, np.where(
+        (number >= 0) & (number < size), np.maximum(right - left, 0.0) / scale, 0.0
+    )

@@ -1,0 +1,73 @@
+"""Retiling: what moved tiles lose of their detail where they are shared among the tiles of the sensor plane.
+
+Distortion and lateral colour move the image of a tile off the grid of the sensor plane. Its light
+is shared by area, and is even over
+each tile of the grid from there on. A pixel whose border divides a tile of the grid then gets a
+wrong part of the light within that
+tile: at most the standard deviation within the tile times sqrt(f (1 - f)) for the fraction f that
+the pixel covers
+(`isethdr_core.physics.resampling.area.detail_error`). The deviation follows from the means of the light and of
+its square.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
+
+from ..imaging.sensor_plane import SensorPlane
+
+DETAIL, BORDER = (
+    "detail within tiles",
+    "light of border tiles",
+)  # parts of the light that the errors act on
+
+
+def detail(plane: SensorPlane, light) -> np.ndarray:
+    """Return the standard deviation of moved light (..., y, x) within each tile of the sensor plane, in the unit of the light."""
+    out = np.empty((*light.shape[:-2], len(plane.y), len(plane.x)), light.dtype)
+    even = np.ones(light.shape[-2:])
+    for index in np.ndindex(light.shape[:-2]):
+        band = index[-1]
+        values = light[index].astype(float)
+        whole, mean, square = (plane.move_band(v, band) for v in (even, values, values**2))
+        out[index] = np.sqrt(np.maximum(whole * square - mean**2, 0.0))
+    return out
+
+
+def border(plane: SensorPlane, moved) -> np.ndarray:
+    """Return moved light (..., y, x) of the tiles at the field's border, and 0 within it."""
+    out = moved.copy()
+    edges = [(n - whole) // 2 + 1 for n, whole in zip(moved.shape[-2:], plane.whole)]
+    out[..., edges[0] : -edges[0], edges[1] : -edges[1]] = 0.0
+    return out
+
+
+def state(plane: SensorPlane, light, moved, on_sensor) -> None:
+    """State the errors of moving `light` (..., y, x), which lies on the field's tiles; nothing where the grid is kept.
+
+    Parameters
+    ----------
+    moved : the same light on the sensor plane's tiles.
+    on_sensor : function(light on the sensor plane's tiles) -> DataArray, as the lens makes of its
+        light.
+    """
+    if (plane.areas is None and plane.scales is None) or not ledger.records_errors():
+        return
+    ledger.light_part(DETAIL, on_sensor(detail(plane, light)), within_tiles=True)
+    label = (
+        "detail of the size of a tile, where moved tiles are shared among those of the sensor plane"
+    )
+    ledger.add_error(
+        ErrorNote(1.0, "relative", "measured", label, "retiling", Quantity.IRRADIANCE, DETAIL)
+    )
+    if plane.lacking:
+        ledger.light_part(BORDER, on_sensor(border(plane, moved)))
+        label = "light that border tiles lack, of the smallest band's image"
+        ledger.add_error(
+            ErrorNote(
+                plane.lacking, "relative", "bound", label, "border", Quantity.IRRADIANCE, BORDER
+            )
+        )

@@ -1,0 +1,144 @@
+"""Flares: what dirties the light on its way, and what a flare of your own may offer.
+
+A flare is a frozen dataclass with any of these methods; a lens honours every one it finds.
+
+`pupil(x_mm, y_mm, wavelength_nm)`
+    complex or real amplitude transmission at points of the pupil plane (broadcast; mm from the axis, x right, y down as in
+    the image). The lens multiplies it into its own round stop, averaged over 3 x 3 points per pupil cell.
+`pupil_shapes(radius_mm)`
+    instead of sampling `pupil`: (opening, [(shape, loss of amplitude), ...]) of `isethdr_core.physics.optics.pupil`, convex shapes in
+    mm, the same at all wavelengths, for a lens whose stop has `radius_mm`. The lens draws them exactly, and much faster. Dirt may
+    state a third number, the optical path difference in um that it adds to the light it passes.
+`scatter(wavelength_nm, angle_rad)`
+    light scattered per steradian at `angle_rad` (array) from the unscattered ray, as a fraction of all light. Its integral
+    over the forward hemisphere is taken from the sharp image and spread: energy is conserved.
+`irradiance(lens, mixed)`
+    light added on the sensor plane (ghosts), W m-2 nm-1, (wavelength, y, x) on the tiles of `mixed`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.ranges import Seed, Share, check_ranges
+
+from ..lenses.limits import (
+    Blades,
+    Delay,
+    Direction,
+    LogSpread,
+    Micrometres,
+    PerArea,
+    PupilRadius,
+    Together,
+)
+
+
+@dataclass(frozen=True)
+class IdealFlare:
+    """A clean flare slot: changes nothing."""
+
+    def scatter(self, wavelength_nm, angle_rad):
+        """Return 0 per steradian at every angle."""
+        return 0.0 * angle_rad
+
+
+@dataclass(frozen=True)
+class ApertureFlare:
+    """Diffraction at the iris blades, and at dust and scratches on the glass near it."""
+
+    blades: Blades = 6  # corners of the iris; below 3 it is round
+    rotation_deg: Direction = 17.0  # of the iris about the axis
+    rounding: Share = 0.0  # of the blades: 0 straight, 1 a circle
+    dust_per_mm2: PerArea = 40.0  # grains per area of the pupil
+    dust_radius_um: Micrometres = 9.0  # median of a log-normal
+    scratches_per_mm2: PerArea = 5.0  # scratches per area of the pupil
+    scratch_width_um: Micrometres = 3.5  # mean
+    scratch_length_um: Micrometres = 500.0  # mean
+    seed: Seed = 1  # which dirt
+    radius_mm: PupilRadius = 0.0  # of the circle through the corners; 0: the stop of the lens (0.5 where no lens is known)
+    dust_spread: LogSpread = 0.5  # sigma of the logarithm of the dust's radius
+    dust_opacity: tuple[Share, Share] = (
+        0.5,
+        1.0,
+    )  # least and greatest share of the amplitude that a grain takes
+    dust_delay_um: Delay = (
+        0.0  # optical path difference, (index - 1) x thickness, of light that passes a grain
+    )
+    scratch_opacity: tuple[Share, Share] = (0.3, 1.0)  # the same of a scratch
+    scratches_together: Together = (
+        1  # parallel ones in a group, as a wiper leaves them; 1: each alone
+    )
+    scratch_spacing_um: Micrometres = 30.0  # mean, between neighbours in a group
+    scratch_direction_deg: Direction = 0.0  # where the range of directions begins, from x towards y
+    scratch_range_deg: Direction = 180.0  # its width; 180: every direction
+
+    def __post_init__(self):
+        """Refuse dirt that cannot be drawn."""
+        check_ranges(self)
+        for name in ("dust_opacity", "scratch_opacity"):
+            ends = getattr(self, name)
+            if ends[0] > ends[1]:
+                raise ConfigError(
+                    f"aperture {name} is {ends!r}; expected the lesser number first; "
+                    f"type flare.NAME.{name}=[0.5,1]"
+                )
+
+    def narrow(self, demand):
+        """Return the demand unchanged; refuse a delay that the bands it asks for are too wide for, before anything is computed."""
+        if self.dust_delay_um and self.dust_per_mm2 and len(demand.wavelength_nm or ()):
+            from isethdr_core.physics.radiometry import band_widths_nm
+
+            from ..psf.wings import check_delay
+
+            check_delay(
+                self.dust_delay_um, demand.wavelength_nm, band_widths_nm(demand.wavelength_nm)
+            )
+        return demand
+
+    def pupil(self, x_mm, y_mm, wavelength_nm):
+        """Return the amplitude transmission at points of the pupil plane, complex where dust delays light."""
+        import numpy as np
+
+        from isethdr_core.physics.optics.pupil import transmission
+
+        opening, dirt = self.pupil_shapes(0.5)
+        losses = [
+            (
+                d[0],
+                1 - (1 - d[1]) * np.exp(2j * np.pi * d[2] / (1e-3 * wavelength_nm))
+                if len(d) > 2
+                else d[1],
+            )
+            for d in dirt
+        ]
+        return transmission(opening, losses, x_mm, y_mm)
+
+    def pupil_shapes(self, radius_mm):
+        """Return the iris and its dirt as convex shapes, for a lens whose stop has `radius_mm`."""
+        from isethdr_core.physics.optics.pupil import blades, dirt
+
+        radius = self.radius_mm or radius_mm
+        drawn = dirt(
+            radius,
+            self.dust_per_mm2,
+            self.dust_radius_um,
+            self.scratches_per_mm2,
+            self.scratch_width_um,
+            self.scratch_length_um,
+            self.seed,
+            dust_spread=self.dust_spread,
+            dust_loss=tuple(self.dust_opacity),
+            scratch_loss=tuple(self.scratch_opacity),
+            together=self.scratches_together,
+            spacing_um=self.scratch_spacing_um,
+            direction_deg=self.scratch_direction_deg,
+            direction_range_deg=self.scratch_range_deg,
+        )
+        if self.dust_delay_um:
+            drawn = [
+                (shape, loss, self.dust_delay_um) if shape.discs else (shape, loss)
+                for shape, loss in drawn
+            ]
+        return blades(radius, self.blades, self.rotation_deg, self.rounding), drawn

@@ -1,0 +1,246 @@
+"""The flare `ghosts`: light reflected twice between surfaces of a lens prescription, on the sensor plane."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass
+from functools import lru_cache
+
+from isethdr_core.plugins.ranges import Percent, Share, check_ranges
+
+from ...lenses.limits import Blades, Direction
+
+
+@dataclass(frozen=True)
+class GhostFlare:
+    """Ghosts: reflections between pairs of surfaces of a lens prescription, traced with real rays and coatings."""
+
+    prescription: str = "double_gauss_camera"  # name, or path of a .yaml file; scaled to the lens, stopped to its f-number
+    coating: str = ""  # of all glass surfaces: none, mgf2, multilayer, broadband; empty: as the prescription says
+    error_allowed: Share = 1e-5  # share of the light that all pairs left out may sum to
+    sensor_reflectance_percent: Percent = 2.0  # of the sensor, mirror-like
+    blades: Blades = 0  # corners of the iris; below 3 it is round
+    rotation_deg: Direction = 17.0  # of the iris about the axis
+
+    def __post_init__(self):
+        from ...prescription.prescription import check_coating, load
+
+        check_ranges(self)
+        load(self.prescription)
+        if self.coating:
+            check_coating(self.coating)
+
+    def input_files(self):
+        """Return the user's own prescription file, if one is named: its content is part of a run's name."""
+        return (self.prescription,) if self.prescription.endswith((".yaml", ".yml")) else ()
+
+    def irradiance(self, lens, mixed):
+        """Return the ghosts' light, W m-2 nm-1, (wavelength, y, x) on the tiles of `mixed` seen by `lens`."""
+        return _irradiance(self, lens, mixed)
+
+    def of_lens(self, lens):
+        """Return the prescription as it stands behind `lens`: its focal length, its f-number, this coating."""
+        from ...prescription.prescription import load
+
+        real = load(self.prescription).scaled(lens.focal_length_mm).stopped(lens.f_number)
+        return real.with_coating(self.coating) if self.coating else real
+
+    def iris(self, lens):
+        """Return the `ghosts_draw.Iris` of this flare in `lens`, None where it is round."""
+        from .draw import Iris
+
+        if self.blades < 3:
+            return None
+        real = self.of_lens(lens)
+        return Iris(self.blades, self.rotation_deg, real.surfaces[real.stop].semi_diameter_mm)
+
+    def pairs(self, lens, wavelength_nm, largest_tangent: float):
+        """Return (traced, left out), lists of `ghosts_trace.Pair`, strongest first and weakest first."""
+        from .trace import split
+
+        wave = tuple(map(float, wavelength_nm))
+        ranked = _ranked(
+            self.of_lens(lens), wave, float(largest_tangent), self.sensor_reflectance_percent / 100
+        )
+        return split(ranked, self.error_allowed / 2)  # the other half: weak ghosts of weak lamps
+
+
+RADIAL_BINS = 24  # of the field, in which rays of lamps are traced once and kept
+PART = "light of ghosts"  # the part of the light that the errors of ghosts act on
+DRAWING = 0.1  # of a tile's ghosts, in 99 % of the tiles; measured on three prescriptions against 4 times the rays and points
+MOST_BEAMS = 2000  # 0.3 MB each with 31 bands
+_beams: OrderedDict[tuple, tuple] = OrderedDict()
+
+
+@lru_cache(maxsize=8)
+def _powers(real, wavelength_nm, sensor_reflectance):
+    from ...prescription.coatings import Powers
+
+    return Powers(real, wavelength_nm, sensor_reflectance)
+
+
+@lru_cache(maxsize=32)
+def _ranked(real, wavelength_nm, largest_tangent, sensor_reflectance):
+    from .trace import rank
+
+    return rank(_powers(real, wavelength_nm, sensor_reflectance), largest_tangent)
+
+
+def _irradiance(flare, lens, mixed):
+    import numpy as np
+
+    from isethdr_core import ledger, quantities
+    from isethdr_core.cli.progress import track
+    from isethdr_core.errors import ConfigError
+
+    from .draw import Canvas, points, sources
+
+    quantities.check_mixed(mixed)
+    if mixed.attrs.get("projection", "tangent") != "tangent":
+        raise ConfigError(
+            f"ghosts of a field in {mixed.attrs['projection']!r} projection; expected tangents, which end at 75 degrees; "
+            "remove this flare"
+        )
+    wave = mixed.wavelength.values.astype(float)
+    x, y = (mixed[d].values.astype(float) for d in ("x", "y"))
+    pitch = [quantities.tile_pitch(mixed, d) for d in ("y", "x")]
+    largest = float(np.hypot(np.abs(x).max() + pitch[1] / 2, np.abs(y).max() + pitch[0] / 2))
+    real = flare.of_lens(lens)
+    traced, left = flare.pairs(lens, wave, largest)
+    powers = _powers(real, tuple(wave), flare.sensor_reflectance_percent / 100)
+    # radiance x solid angle (cos^3 of a tile in tangents) x cosine: power through a plane across the axis
+    seen = (1 + x[None, :] ** 2 + y[:, None] ** 2) ** -2 * pitch[0] * pitch[1] * lens.transmittance
+    found, in_blocks = sources(mixed.values * seen, x, y, pitch)
+    f = lens.focal_length_mm
+    canvas = Canvas(len(wave), x * f, y * f, [p * f for p in pitch])
+    iris = flare.iris(lens)
+    drawn, dim = _worth_drawing(found, traced, flare.error_allowed / 2)
+    for pair in track(traced, "ghosts of pairs of surfaces", len(traced)):
+        lit = [s for s, p in drawn if p is pair]
+        intervals = [_tangents(s, largest) for s in lit]
+        kept = _beams_of(real, powers, pair, intervals, iris is not None)
+        for source, tangents in zip(lit, intervals):
+            if kept[tangents] is not None:
+                limits, low, high = kept[tangents]
+                canvas.draw(*points(source, low, high, tangents, limits, iris))
+    m_per_tangent = f * 1e-3
+    width, height = (
+        mixed.attrs.get(k) or n
+        for k, n in zip(("field_width", "field_height"), quantities.full_field(mixed))
+    )
+    added = quantities.plane(
+        canvas.irradiance() * 1e6,
+        wave,
+        x * m_per_tangent,
+        y * m_per_tangent,
+        quantities.IRRADIANCE,
+        f_number=lens.f_number,
+        focal_length_mm=f,
+        throughput_sr=lens.throughput_sr(),
+        falloff=lens.falloff,
+        field_width=width * m_per_tangent,
+        field_height=height * m_per_tangent,
+        pitch_x=pitch[1] * m_per_tangent,
+        pitch_y=pitch[0] * m_per_tangent,
+    )
+    _state(ledger, traced, left, dim, in_blocks, added)
+    return added
+
+
+def _worth_drawing(found, traced, error_allowed):
+    """Return [(source, pair), ...] without the weakest, which sum to at most `error_allowed` of the light, and that sum."""
+    import numpy as np
+
+    if not found or not traced:
+        return [], 0.0
+    light = np.array([s.power.sum() for s in found])
+    share = np.outer(light / light.sum(), [p.share for p in traced]).ravel()
+    order = np.argsort(share, kind="stable")
+    few = int(np.searchsorted(np.cumsum(share[order]), error_allowed, side="right"))
+    return [(found[k // len(traced)], traced[k % len(traced)]) for k in sorted(order[few:])], float(
+        share[order[:few]].sum()
+    )
+
+
+def _tangents(source, largest):
+    """Return two field tangents around a source: the borders of its radial bin, or its own extent where that is wider."""
+    import numpy as np
+
+    reach = np.hypot(source.half_x, source.half_y)
+    middle, step = np.hypot(source.x, source.y), largest / RADIAL_BINS
+    if reach < step:
+        first = np.floor(middle / step)
+        return float(first * step), float((first + 1) * step)
+    return float(max(middle - reach, 0.0)), float(middle + reach)
+
+
+def _beams_of(real, powers, pair, intervals, iris) -> dict:
+    """Return {(low, high) tangents: (box, beam at low, beam at high) or None where no light passes}, kept in the process."""
+    import numpy as np
+
+    from .trace import beams, boxes
+
+    lens = (
+        real,
+        tuple(powers.wavelength_nm),
+        powers.sensor_reflectance,
+        pair.front,
+        pair.back,
+        iris,
+    )
+    new = [i for i in dict.fromkeys(intervals) if (lens, i) not in _beams]
+    if new:
+        limits = boxes(real, pair, new, float(np.median(powers.wavelength_nm)))
+        _beams.update({(lens, i): None for i in new})
+        lit = [(i, b) for i, b in zip(new, limits) if b is not None]
+        if lit:
+            made = beams(
+                real,
+                powers,
+                pair,
+                [t for i, _ in lit for t in i],
+                [b for _, b in lit for _ in range(2)],
+                iris=iris,
+            )
+            _beams.update(
+                {(lens, i): (b, *made[2 * n : 2 * n + 2]) for n, (i, b) in enumerate(lit)}
+            )
+    out = {i: _beams[lens, i] for i in intervals}
+    while len(_beams) > MOST_BEAMS:
+        _beams.popitem(last=False)
+    return out
+
+
+def _state(ledger, traced, left, dim, in_blocks, added):
+    from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
+
+    label = "ghosts of lamps, 99 % of the tiles; the mean over tiles is 0.04, their flux is right to 0.006"
+    ledger.add_error(
+        ErrorNote(
+            DRAWING, "relative", "measured", label, "ghost drawing", Quantity.IRRADIANCE, PART
+        )
+    )
+    ledger.light_part(PART, added)
+    ledger.error(
+        in_blocks * sum(p.share for p in traced),
+        "fraction of energy",
+        "bound",
+        "ghosts of light that is summed in blocks of directions",
+    )
+    if left:
+        named = ", ".join(f"{p.front}-{p.back}" for p in left[-6:][::-1]) + (
+            " ..." if len(left) > 6 else ""
+        )
+        ledger.left_out(
+            f"ghosts of {len(left)} of {len(left) + len(traced)} pairs of surfaces ({named})",
+            "less light than the error allowed",
+            sum(p.share for p in left),
+            "share of the scene's light",
+        )
+    if dim:
+        ledger.left_out(
+            "weak ghosts of weak lamps",
+            "less light than the error allowed",
+            dim,
+            "share of the scene's light",
+        )

@@ -1,0 +1,95 @@
+"""Ghosts that a sensor can tell in this scene: the other pairs of surfaces are left out, with a bound on all their light together.
+
+A pair maps the field onto the sensor with a magnification of its own, so even if every tile were as bright as the brightest its
+ghost could nowhere be brighter than that tile's image x the pair's share of the light / magnification squared. That is paraxial;
+real rays of uniform light pile up to `PEAK` times as much.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from isethdr_core import ledger
+
+from ...imaging.photoelectron_map import electrons
+from ...psf import wing_truncation
+from .ghost_flare import GhostFlare
+
+SHARE = 0.25  # of the error allowed of light
+PEAK = 10.0  # measured, 6.8 at most: uniform light, four prescriptions at f/4 to f/8, coatings none, mgf2, multilayer
+
+
+@dataclass(frozen=True)
+class SeenGhosts(GhostFlare):
+    """The ghosts of a flare but those of `faint` pairs of surfaces."""
+
+    faint: tuple[tuple[int, int], ...] = ()  # (front, back)
+
+    def pairs(self, lens, wavelength_nm, largest_tangent: float):
+        """Return (traced, left out), as `GhostFlare.pairs`."""
+        traced, left = super().pairs(lens, wavelength_nm, largest_tangent)
+        faint = [p for p in traced if (p.front, p.back) in self.faint]
+        return [p for p in traced if p not in faint], sorted(left + faint, key=lambda p: p.share)
+
+
+def seen_ghosts(lens, mixed, flares, given, response) -> tuple[tuple, float]:
+    """Return the flares without ghosts that the sensor cannot tell, and a bound on those in standard deviations of its noise."""
+    if not any(type(flare) is GhostFlare for flare in flares):
+        return flares, 0.0
+    wave, total, out = given.wavelength_nm, 0.0, []
+    centre = (
+        1.0
+        if given.made is None
+        else np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in given.made.bands], float)
+    )
+    light = wing_truncation.Light(
+        np.asarray(mixed.values),
+        1.0 if given.relative is None else given.relative,
+        electrons(response, wave) * given.gains,
+        response,
+    )
+    unit = 2 * light.share(
+        np.ones(len(wave)), centre, everywhere=True
+    )  # ghosts as bright as the brightest tile
+    for flare in flares:
+        if type(flare) is GhostFlare:
+            faint, share = _faint(
+                flare, lens, mixed, wave, PEAK * unit, SHARE * response.noise_fraction_allowed
+            )
+            total += share
+            flare = (
+                SeenGhosts(**{f.name: getattr(flare, f.name) for f in fields(flare)}, faint=faint)
+                if faint
+                else flare
+            )
+        out.append(flare)
+    return tuple(out), total
+
+
+def _faint(flare, lens, mixed, wave, unit, allowed):
+    """Return the (front, back) of pairs whose ghosts together stay below what is `allowed`, and their bound."""
+    x, y = (np.abs(mixed[d].values).max() for d in ("x", "y"))
+    traced, _ = flare.pairs(lens, wave, float(np.hypot(x, y)))
+    ranked = sorted(
+        (p.share / p.magnification**2 if p.magnification else np.inf, p.front, p.back)
+        for p in traced
+    )
+    bounds = unit * np.cumsum([r[0] for r in ranked])
+    count = int(np.searchsorted(bounds, allowed, side="right"))
+    if not count:
+        return (), 0.0
+    ledger.left_out(
+        f"ghosts of {count} of {len(ranked)} pairs of surfaces",
+        "no tile is so bright that the sensor could tell",
+        bounds[count - 1],
+        wing_truncation.UNIT,
+    )
+    ledger.error(
+        bounds[count - 1],
+        wing_truncation.UNIT,
+        "bound",
+        "ghosts of pairs of surfaces that were left out",
+    )
+    return tuple((front, back) for _, front, back in ranked[:count]), float(bounds[count - 1])

@@ -1,0 +1,87 @@
+"""Haze: a broad veil with a measured-style scatter function, Harvey-Shack or ABg.
+
+With b = sin(angle) at normal incidence, the scatter function (BTDF, 1/sr) is proportional to
+
+    harvey_shack   (1 + (b / shoulder)^2)^(-slope / 2)      Harvey 1976; Harvey, Schroder, Choi, Duparre 2012, eq. 3
+    abg            1 / (1 + (b / shoulder)^slope)           A / (B + b^g) with g = slope, B = shoulder^g, A = peak B
+
+Light per steradian is that times cos(angle). Both are scaled so that the hemisphere holds exactly the stated share.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+from isethdr_core.plugins.ranges import check_ranges
+
+from ..lenses.limits import Exponent, Scattered, Shoulder, Slope
+
+REFERENCE_NM = 550.0  # where `scattered` and `shoulder_deg` hold
+
+
+@dataclass(frozen=True)
+class HazeFlare:
+    """A veil around every light by scatter in the windscreen or lens: Harvey-Shack or ABg; default values are assumed."""
+
+    form: Literal["harvey_shack", "abg"] = "harvey_shack"  # of the scatter function
+    scattered: Scattered = 0.01  # total integrated scatter, fraction of the light, at 550 nm
+    shoulder_deg: Shoulder = 1.0  # angle where the function leaves its plateau, at 550 nm
+    slope: Slope = 2.0  # of the fall beyond the shoulder, log to log
+    wavelength_exponent: Exponent = (
+        2.0  # scatter grows as wavelength^-this; 2: surface roughness, 0: large particles
+    )
+    shoulder_exponent: Exponent = 1.0  # the shoulder grows as wavelength^this; 1: surface roughness
+
+    def __post_init__(self):
+        """Refuse what is no scatter function."""
+        check_ranges(self)
+
+    def total(self, wavelength_nm: float) -> float:
+        """Return the scattered share, 1 - (1 - scattered)^((550 nm / wavelength)^exponent): never above 1.
+
+        For weak scatter a power of wavelength; exact for a rough surface, 1 - exp(-(2 pi dn rms / wavelength)^2).
+        """
+        import numpy as np
+
+        power = (REFERENCE_NM / wavelength_nm) ** self.wavelength_exponent
+        return float(-np.expm1(np.log1p(-self.scattered) * power))
+
+    def scatter(self, wavelength_nm, angle_rad):
+        """Return scattered light per steradian at `angle_rad` from the straight ray, as a fraction of all light."""
+        import numpy as np
+
+        sine = np.sin(np.asarray(angle_rad, float))
+        if self.scattered == 0:
+            return 0.0 * sine
+        shoulder = (
+            np.sin(np.radians(self.shoulder_deg))
+            * (wavelength_nm / REFERENCE_NM) ** self.shoulder_exponent
+        )
+        peak = self.total(wavelength_nm) / _hemisphere(self.form, float(shoulder), self.slope)
+        # The cosine at 90 degrees rounds to 6e-17; beyond, nothing passes.
+        return (
+            peak
+            * _relative(self.form, sine / shoulder, self.slope)
+            * np.maximum(np.cos(angle_rad), 0.0)
+        )
+
+
+def _relative(form, ratio, slope):
+    """Return the scatter function over its peak, at sin(angle) / shoulder."""
+    return (1 + ratio**2) ** (-slope / 2) if form == "harvey_shack" else 1 / (1 + ratio**slope)
+
+
+@lru_cache(maxsize=256)
+def _hemisphere(form: str, shoulder: float, slope: float) -> float:
+    """Return 2 pi times the integral of the function over its peak, times b db, for b from 0 to 1."""
+    import numpy as np
+
+    edges = np.concatenate(
+        [[0.0], np.geomspace(1e-6 * shoulder, 1.0, 200)]
+    )  # even in decades, as the function falls
+    node, weight = np.polynomial.legendre.leggauss(8)
+    half = np.diff(edges)[:, None] / 2
+    sine = edges[:-1, None] + half * (1 + node)
+    return float(2 * np.pi * np.sum(half * weight * sine * _relative(form, sine / shoulder, slope)))

@@ -1,0 +1,233 @@
+"""Window: what a lens takes of the field, and makes light of, for sensors that see a window of the image plane only.
+
+Two bounds leave tiles beyond the window out. Kernels that end at a reach take nothing from beyond it: their bound (`tails`) is that of
+the whole field. Kernels of the full frame lose what tiles beyond some reach would send into the window, nowhere more than the brightest
+of them x the energy of the kernel beyond that reach. A lamp far outside so brings all of the field back, one within the window does not.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from dataclasses import replace
+
+import numpy as np
+
+from isethdr_core import ledger, quantities
+from isethdr_core.pipeline import window as core
+
+from ..psf import kernels, wing_truncation
+from ..pupil import sampled_pupil
+from .irradiance import Parts, parts
+from .photoelectron_map import electrons
+from .sensor_plane import sensor_plane, without_geometry
+
+SHARE = 0.25  # of the error allowed of light
+WORTH = 0.75  # of all tiles: more than this left is not worth a kernel that tells how many
+SPARE = 1.1  # what one band tells of the others: the bound is checked with all of them
+WHY = f"{core.WHY}, and too little of their light spreads to one"
+
+
+def seen(lens, mixed, flares, response):
+    """Return (mixed, parts, response): the tiles whose light a sensor of `response` can tell, what the lens makes of them, the error left.
+
+    All tiles are kept where the response states no window, where light is moved, drawn twice or spread unlike over the field, and where
+    no bound says that tiles beyond are too dark.
+    """
+    inner = _inner(lens, mixed, flares, response)
+    if inner is None:
+        return mixed, parts(lens, mixed, flares, response), response
+    with ledger.parts_of_a_sum():  # what is tried and given up states the same
+        found = _without_dark(lens, mixed, flares, response, inner)
+        part, given, left, reach, share = found or (
+            mixed,
+            parts(lens, mixed, flares, response),
+            response,
+            max(mixed.shape),
+            0.0,
+        )
+    if isinstance(
+        given.made, wing_truncation.NearKernels
+    ):  # nothing from farther away is taken anyway
+        part, given = _within_kernels(lens, mixed, part, given, inner, reach)
+    if part is not mixed:
+        core.state(
+            mixed, part, WHY, share + getattr(given.made, "noise_share", 0.0), wing_truncation.UNIT
+        )
+    if share:
+        ledger.error(
+            share,
+            wing_truncation.UNIT,
+            "bound",
+            "light of tiles beyond the window that sensors see, left out",
+        )
+    return part, given, left
+
+
+def on_window(light, response):
+    """Return the tiles of light on the sensor plane that a sensor of `response` sees."""
+    return (
+        light
+        if response is None or response.window_m is None
+        else light.isel(core.tiles(light, response.window_m))
+    )
+
+
+def errors_on_window(errors, lens, given: Parts, response):
+    """Return arrays (channel, y, x) of the sensor plane's tiles at those of `on_window`."""
+    if errors is None or response is None or response.window_m is None:
+        return errors
+    columns, rows = (
+        core.within(c * 1e-3 * lens.focal_length_mm, side)
+        for c, side in zip((given.sensor.x, given.sensor.y), response.window_m)
+    )
+    return tuple(e[:, rows, columns] for e in errors)
+
+
+def _inner(lens, mixed, flares, response):
+    """Return the slices {y, x} of the tiles that the window sees; None where all are kept."""
+    if (
+        response is None
+        or response.window_m is None
+        or not hasattr(lens, "zernike_um")
+        or lens.field_varies
+    ):
+        return None
+    if (
+        lens.distortion != "none"
+        or lens.falloff == "traced"
+        or lens.lateral_colour_percent
+        or getattr(lens, "lateral_colour", "none") != "none"
+    ):
+        return None
+    if any(hasattr(flare, "irradiance") for flare in flares):
+        return None
+    inside = core.tiles(mixed, [side / (1e-3 * lens.focal_length_mm) for side in response.window_m])
+    return None if core.cut(mixed, inside) is mixed else inside
+
+
+def _without_dark(lens, mixed, flares, response, inner):
+    """Return (mixed, parts, response, reach, bound) without tiles so far out, and so dark, that the sensor cannot tell; None where none are."""
+    plain, wave, frame = (
+        without_geometry(lens),
+        mixed.wavelength.values.astype(float),
+        mixed.shape[1:],
+    )
+    most = _largest_reach(inner, frame)
+    if most < 0:
+        return None
+    with ledger.stage(ledger.Ledger(), "window"):  # not yet decided upon
+        relative = sensor_plane(lens, mixed).relative
+    pitch_um = tuple(
+        1e3 * lens.focal_length_mm * quantities.tile_pitch(mixed, d) for d in ("y", "x")
+    )
+    light = wing_truncation.Light(
+        np.asarray(mixed.values)[:, inner["y"], inner["x"]],
+        relative[inner["y"], inner["x"]] if np.ndim(relative) else relative,
+        lens.gains_sr(wave) * electrons(response, wave),
+        response,
+    )
+    brightest, allowed = (
+        _brightest(mixed, inner, float(np.max(relative))),
+        SHARE * response.noise_fraction_allowed,
+    )
+    edges = (
+        wing_truncation.EDGES
+        * wave
+        / wave[0]
+        * sampled_pupil.blur_um(plain, wave[0])
+        / ((most + 1) * max(pitch_um))
+    )
+    if (
+        light.share(2 * edges, most=brightest(most)) > allowed
+    ):  # no stop is without them: nothing has to be made to find out
+        return None
+    probe = kernels.kernels(
+        plain, flares, wave[-1:], pitch_um, tuple(min(most, n - 1) for n in frame)
+    )
+    guess = SPARE * wave / wave[-1]
+    reach = bisect_left(
+        range(most + 1),
+        -allowed,
+        key=lambda r: -light.share(2 * guess * _beyond(probe.bands[0], r), most=brightest(r)),
+    )
+    if reach > most:
+        return None
+    part = _cut(mixed, inner, (reach, reach))
+    left = replace(response, noise_fraction_allowed=(1 - SHARE) * response.noise_fraction_allowed)
+    given = parts(lens, part, flares, left)
+    made, loss = given.made, given.made.transmitted if lens.aperture_loss else 1.0
+    outside = np.array([_beyond(b, reach) for b in made.bands])
+    centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in made.bands], float)
+    share = light.share(2 * outside * loss, centre * loss, everywhere=True, most=brightest(reach))
+    return (part, given, left, reach, share) if share <= allowed else None
+
+
+def _within_kernels(lens, mixed, part, given, inner, reach):
+    """Return (mixed, parts) of those tiles of `part`, `reach` beyond the window, that kernels take light for the window from."""
+    near = _cut(mixed, inner, [min(n // 2, reach) for n in given.made.bands[0].shape])
+    if near.shape == part.shape:
+        return part, given
+    with ledger.stage(ledger.Ledger(), "window"):  # it has said what it is like
+        plane = sensor_plane(lens, near)
+    made = replace(given.made, frame=near.shape[1:])
+    return near, replace(
+        given,
+        sensor=plane,
+        made=made,
+        relative=plane.relative if np.ndim(plane.relative) else None,
+        counted=None,
+    )
+
+
+def _cut(mixed, inner, reach):
+    """Return the tiles of mixed radiance within `reach` (y, x) of a window, all of them where that is what they are.
+
+    Attribute `tiles_beyond` : (y, x) from the window to where the light ends that is known.
+    """
+    part = core.cut(
+        mixed,
+        {
+            d: slice(max(inner[d].start - r, 0), min(inner[d].stop + r, mixed.sizes[d]))
+            for d, r in zip(("y", "x"), reach)
+        },
+    )
+    beyond = tuple(min(inner[d].start, mixed.sizes[d] - inner[d].stop) for d in ("y", "x"))
+    return part if part is mixed else part.assign_attrs(tiles_beyond=beyond)
+
+
+def _largest_reach(inner, frame) -> int:
+    """Return how many tiles beyond the window may stay where that is to be worth while; -1 where none may."""
+    reach = -1
+    sides = [(inner[d].start, inner[d].stop, n) for d, n in zip(("y", "x"), frame)]
+    while np.prod(
+        [min(stop + reach + 1, n) - max(start - reach - 1, 0) for start, stop, n in sides]
+    ) <= WORTH * np.prod(frame):
+        reach += 1
+    return reach
+
+
+def _brightest(mixed, inner, factor):
+    """Return function(reach) -> the brightest light, per band, of tiles farther than `reach` from the window."""
+    rows, columns = (mixed.values.max(axis=axis) for axis in (2, 1))
+
+    def brightest(reach):
+        beyond = [
+            side
+            for d, most in (("y", rows), ("x", columns))
+            for side in (
+                most[:, : max(inner[d].start - reach, 0)],
+                most[:, inner[d].stop + reach :],
+            )
+        ]
+        return np.concatenate(beyond, axis=1).max(axis=1, initial=0.0).astype(float) * factor
+
+    return brightest
+
+
+def _beyond(kernel, reach) -> float:
+    """Return the energy that a kernel has farther than `reach` tiles from its middle, along either axis."""
+    return 1 - float(
+        kernel[tuple(slice(max(n // 2 - reach, 0), n // 2 + reach + 1) for n in kernel.shape)].sum(
+            dtype=float
+        )
+    )

@@ -1,0 +1,451 @@
+"""The lens `prescription`: distortion, relative illumination, f-number and wavefronts of a traced lens prescription."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Literal
+
+from isethdr_core.data.temporal_modulation import each_component
+
+from .limits import ErrorAllowed, Falloff
+from .thin_lens import DiffractionLimitedLens
+
+FIRST_NM, STEP_NM = (
+    380.0,
+    20.0,
+)  # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on others
+EVEN = 0.002  # rms of the amplitude over the stop: changes at most twice that share of a point's light (L1, Cauchy-Schwarz)
+BORDER_SHARE = 3.0  # of a point's light (L1) per radius by which the exit pupil is off its ellipse; measured 0.2 to 2.7
+BEYOND = 1.05  # times the field: as far as chief rays of the distortion go, for tiles that lateral colour adds around it
+FIELD_POINTS = (
+    33  # of distortion and relative illumination, from the axis to the border of the field
+)
+
+
+@dataclass(frozen=True)
+class PrescribedLens(DiffractionLimitedLens):
+    """A real lens from its prescription: distortion, vignetting, throughput and wavefronts over the field by exact rays."""
+
+    prescription: str = "double_gauss"  # name, or path of a .yaml file; scaled to focal_length_mm, stopped to f_number
+    falloff: Literal["traced", "cos4", "none"] | Falloff = "traced"  # off the axis
+    distortion: Literal["traced", "none"] | dict[str, Any] = "traced"
+    lateral_colour: Literal["traced", "none"] = (
+        "traced"  # unless lateral_colour_percent says otherwise
+    )
+    wavefront: Literal["traced", "none"] = (
+        "traced"  # none: blur by diffraction alone, the same everywhere
+    )
+    # share of a point's light that the grid of places in the field may put wrong
+    error_allowed: ErrorAllowed = 0.05
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.real()
+
+    @each_component
+    def __call__(self, mixed, flares=(), error_allowed=0.0):
+        """Return irradiance of mixed radiance."""
+        from isethdr_core import ledger, quantities
+
+        quantities.check_mixed(mixed)
+        self._state(mixed, ledger)
+        return DiffractionLimitedLens.__call__(self, mixed, flares, error_allowed)
+
+    def photocurrent(self, mixed, flares, response):
+        """Return photocurrent of mixed radiance, as other lenses do."""
+        from isethdr_core import ledger
+
+        self._state(mixed, ledger)
+        return DiffractionLimitedLens.photocurrent(self, mixed, flares, response)
+
+    def colour_at(self, angle_rad: float, wavelength_nm: float) -> dict[int, float]:
+        """Return what the traced wavefront of a wavelength has on top of `wavefront_at`, {OSA index: um}; nothing beside `focal_shift_um`.
+
+        Between traced wavelengths straight lines in 1 / wavelength^2, in which dispersion is nearly straight (Cauchy).
+        """
+        if self.focal_shift_um:
+            return {}
+        ends = [
+            (share, found.terms_um)
+            for share, found in self._traced_around(angle_rad, wavelength_nm)
+        ]
+        middle = _traced_wavefront(self.real(), float(angle_rad)).terms_um
+        terms = {j for _, found in ends for j in found} | set(middle)
+        return {
+            j: sum(share * found.get(j, 0.0) for share, found in ends) - middle.get(j, 0.0)
+            for j in sorted(terms)
+        }
+
+    def pupil_scale_at(self, angle_rad: float, wavelength_nm: float) -> float:
+        """Return the size of the exit pupil at a wavelength over that at the reference wavelength; 1 beside `focal_shift_um`.
+
+        Between traced wavelengths as `colour_at`.
+        """
+        if self.focal_shift_um:
+            return 1.0
+        return sum(
+            share * found.pupil_scale
+            for share, found in self._traced_around(angle_rad, wavelength_nm)
+        )
+
+    def _traced_around(self, angle_rad, wavelength_nm):
+        """Return [(share, wavefront), ...] of the traced wavelengths on either side of one."""
+        step = (float(wavelength_nm) - FIRST_NM) // STEP_NM
+        low, high = (FIRST_NM + STEP_NM * (step + k) for k in (0, 1))
+        part = (low**-2 - wavelength_nm**-2) / (low**-2 - high**-2)
+        ends = ((1 - part, low), (part, high))
+        return [
+            (share, _traced_wavefront(self.real(), float(angle_rad), w))
+            for share, w in ends
+            if share
+        ]
+
+    def magnification_at(self, tangent, wavelength_nm: float):
+        """Return heights on the sensor of traced chief rays of a wavelength over those of the reference, at field tangents; 1: no lateral colour."""
+        import numpy as np
+
+        if self.lateral_colour != "traced":
+            return np.ones(np.shape(tangent))
+        return np.asarray(
+            _traced_magnification(
+                self.real(), tuple(np.ravel(tangent).tolist()), float(wavelength_nm)
+            )
+        )
+
+    def rims_at(self, angle_rad: float) -> tuple[tuple[float, float], ...]:
+        """Return the discs (x, radius), in stop radii, that cut the stop for light from an angle off the axis along +x."""
+        from math import tan
+
+        from ..prescription.rims import rims
+
+        return rims(self.real(), tan(angle_rad))[0]
+
+    def exit_pupil_at(self, angle_rad: float) -> tuple[float, float]:
+        """Return the (meridional, sagittal) radius of the exit pupil in direction cosines at the image of a field angle.
+
+        The unit is 1 / (2 x f-number), the radius that the f-number says. A negative radius is that of an inverted pupil.
+
+        Raises
+        ------
+        ConfigError : where rays of that direction do not fill the stop.
+        """
+        from math import tan
+
+        from ..prescription.exit_pupil import exit_pupil
+
+        real = self.real()
+        pupil = exit_pupil(real, tan(angle_rad), real.reference_nm)
+        return -2 * self.f_number * pupil.meridional, -2 * self.f_number * pupil.sagittal
+
+    def amplitude_at(self, angle_rad: float) -> dict[int, float]:
+        """Return the amplitude over the stop of light from an angle off the axis along +x, {OSA index: value}, its mean square 1.
+
+        Nothing where it is so even that the point spread does not show it.
+        """
+        terms, uneven = _traced_amplitude(self.real(), float(angle_rad))
+        return dict(terms) if uneven > EVEN else {}
+
+    def input_files(self):
+        """Return the user's own prescription file, if one is named: its content is part of a run's name."""
+        return (self.prescription,) if self.prescription.endswith((".yaml", ".yml")) else ()
+
+    def real(self):
+        """Return the `Prescription`, scaled and stopped down."""
+        from ..prescription.prescription import load
+
+        return _as_used(load(self.prescription), self.focal_length_mm, self.f_number)
+
+    def throughput_sr(self) -> float:
+        """Return irradiance / radiance on the axis, sr, at the reference wavelength: the area of the beam that comes in, times transmittance, over
+        the area that the field's (tangent)^2 takes on the sensor.
+
+        Where `falloff` multiplies the field before it is moved, the distortion takes its own share of the latter: it is that of f^2 here.
+        """
+        from isethdr_core.data.camera_geometry import distortion_map
+
+        moved = (
+            1.0
+            if self.falloff in ("cos4", "none")
+            else float(distortion_map(self.distortion_to(0.0)).area_ratio(0.0, 0.0))
+        )
+        [area] = _areas(self.real(), (0.0,))
+        return (
+            self.transmittance
+            * area
+            / (self.focal_length_mm * (1 + self.magnification)) ** 2
+            / moved
+        )
+
+    def gains_sr(self, wavelength_nm):
+        """Return irradiance / radiance on the axis of bands, sr: colour makes the entrance pupil larger or smaller."""
+        import numpy as np
+
+        real = self.real()
+        return (
+            self.throughput_sr()
+            / _areas(real, (0.0,))[0]
+            * np.array([_areas(real, (0.0,), float(w))[0] for w in wavelength_nm])
+        )
+
+    @property
+    def field_varies(self) -> bool:
+        """Whether the point spread differs over the field."""
+        return self.wavefront == "traced"
+
+    def wavefront_at(self, angle_rad: float) -> dict[int, float]:
+        """Return the traced wavefront {OSA index: um} of light from an angle off the axis, along +x of the field.
+
+        Raises
+        ------
+        ConfigError : where rays of that direction do not fill the stop.
+        """
+        return _traced_wavefront(self.real(), float(angle_rad))[0]
+
+    def distortion_to(self, angle_rad: float) -> str | dict:
+        """Return the distortion up to `angle_rad`, by default as a table of traced chief rays.
+
+        Raises
+        ------
+        ConfigError : where chief rays of the field miss a surface.
+        """
+        if self.distortion != "traced":
+            return self.distortion
+        return _traced_distortion(self.real(), angle_rad)
+
+    def falloff_to(self, angle_rad: float):
+        """Return cos4, none or {field angle deg: relative illumination on the sensor} up to `angle_rad`, traced by default."""
+        if self.falloff != "traced":
+            return self.falloff
+        import numpy as np
+
+        from isethdr_core.data.camera_geometry import distortion_map
+        from isethdr_core.errors import ConfigError
+
+        drawn = distortion_map(self.distortion_to(angle_rad))
+        for more in (BEYOND, 1.0):
+            tangent = more * np.linspace(0, np.tan(angle_rad), FIELD_POINTS)
+            try:
+                relative = (
+                    self.relative_illumination(tangent)
+                    * drawn.area_ratio(0.0, 0.0)
+                    / drawn.area_ratio(tangent, 0.0)
+                )
+                break
+            except (ValueError, ConfigError):  # the distortion, or the lens, ends with the field
+                if more == 1.0:
+                    raise
+        return dict(zip(np.degrees(np.arctan(tangent)), relative))
+
+    def image_size_m(
+        self, width: float, height: float, projection: str = "tangent"
+    ) -> tuple[float, float]:
+        """Return (width, height) in metres of the sensor plane that looks into a field; ConfigError where no light gets to its corners."""
+        from ..prescription.field import check
+
+        check(self, width, height, projection)
+        return DiffractionLimitedLens.image_size_m(self, width, height, projection)
+
+    def state_field(self, width: float, height: float, projection: str = "tangent") -> None:
+        """State in the ledger what rims take from the corners of a field wider than the prescription is made for."""
+        from ..prescription.field import state
+
+        state(self, width, height, projection)
+
+    def beam(self, tangent: float) -> float:
+        """Return the area of the beam that comes in from a field tangent, across the axis, over that on the axis."""
+        axis, found = _areas(self.real(), (0.0, abs(float(tangent))))
+        return float(found / axis)
+
+    def relative_illumination(self, tangent):
+        """Return irradiance of a uniform scene at field tangents, 1 on the axis, as it would be without distortion."""
+        import numpy as np
+
+        tangent = np.abs(np.atleast_1d(np.asarray(tangent, float)))
+        area = _areas(self.real(), (0.0, *tangent))
+        return (1 + tangent**2) ** -2 * area[1:] / area[0]
+
+    def _state(self, mixed, ledger):
+        """State what the prescription would do that this lens does not, at the border of the field it is made for."""
+        import numpy as np
+
+        from isethdr_core.data.camera_geometry import projection_of
+        from isethdr_core.physics.optics.projection import angle_rad
+        from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
+
+        from ..prescription.exit_pupil import exit_pupil
+        from ..prescription.figures import distortion, spot_radius_mm
+        from ..prescription.rims import rims
+
+        real = self.real()
+        widest = float(
+            angle_rad(np.abs(mixed.x).max(), np.abs(mixed.y).max(), projection_of(mixed))
+        )
+        edge = min(float(np.tan(widest)), float(np.tan(np.radians(real.half_field_deg))))
+        if "traced" == self.distortion == self.falloff:
+            value = self._uneven(widest, mixed.wavelength.values.astype(float))
+            label = "uniform light by rays counted from places of the sensor, first and last band, from what the attributes say"
+            note = ErrorNote(
+                value,
+                "of that on the axis",
+                "measured",
+                label,
+                "traced illumination",
+                Quantity.ATTRIBUTES,
+            )
+            ledger.add_error(note)
+        if self.distortion == "none" and edge > 0:
+            bent = abs(float(distortion(real, edge)[0]))
+            ledger.left_out(
+                "distortion of the prescription", "the lens keeps the grid", bent, "of the position"
+            )
+        if not self.field_varies:
+            spot = max(spot_radius_mm(real, t) for t in (0.0, 0.7 * edge, edge))
+            ledger.left_out(
+                "geometric aberrations of the prescription",
+                "its blur is diffraction alone",
+                spot * 1e-3,
+                "m (rms radius)",
+            )
+            return
+        wave = mixed.wavelength.values
+        fitted = [_traced_wavefront(real, a)[1] for a in (0.0, widest)]
+        between = max(_between_um(self, a, float(wave[0])) for a in (0.0, widest))
+
+        def shape_error(value, unit, label, source):
+            ledger.add_error(
+                ErrorNote(value, unit, "measured", label, source, Quantity.POINT_SPREAD)
+            )
+
+        shape_error(max(fitted), "um rms", "wavefront that its Zernike terms leave", "Zernike fit")
+        shape_error(between, "um rms", "wavefront between traced wavelengths", "traced wavelengths")
+        even = [
+            u
+            for u in (_traced_amplitude(real, a)[1] for a in np.linspace(0.0, widest, 5))
+            if u <= EVEN
+        ]
+        if even:
+            ledger.left_out(
+                "light uneven over the stop",
+                "next to none",
+                2 * max(even),
+                "share of a point's light",
+            )
+        border = max(
+            exit_pupil(real, float(np.tan(a)), real.reference_nm).off_ellipse
+            for a in np.linspace(0.0, widest, 5)
+        )
+        label = "exit pupil off the axis, drawn as an ellipse, L1"
+        note = ErrorNote(
+            BORDER_SHARE * border,
+            "share of a point's light",
+            "measured",
+            label,
+            "exit pupil",
+            Quantity.IRRADIANCE,
+        )
+        ledger.add_error(note)
+        label = "rims that cut the stop off the axis, drawn as arcs of circles"
+        shape_error(rims(real, float(np.tan(widest)))[1], "radii of the stop", label, "rims")
+
+    def _uneven(self, widest_rad, waves):
+        """Return how far uniform light is from throughput x relative illumination at most, over that on the axis."""
+        import numpy as np
+
+        from isethdr_core.data.camera_geometry import table_values
+
+        from ..prescription.figures import chief_mm, seen_sr
+
+        real, falloff, tangents = (
+            self.real(),
+            self.falloff_to(widest_rad),
+            np.tan(widest_rad) * np.array([0.0, 0.5, 0.9]),
+        )
+        table = {"angle_deg": list(falloff), "relative": list(falloff.values())}
+        stated = table_values(table, np.degrees(np.arctan(tangents))) * self.throughput_sr()
+        found = [
+            [seen_sr(real, x, w) for w in (waves[0], waves[-1])]
+            for x in chief_mm(real, tangents, real.reference_nm)
+        ]
+        found = np.array(found) * self.transmittance / (1 + self.magnification) ** 2
+        return float(np.abs(found - stated[:, None]).max() / stated[0])
+
+
+def _between_um(lens, angle_rad, wavelength_nm):
+    """Return how wrong the wavefront is half way between the traced wavelengths around one, um rms without tilt."""
+    middle = FIRST_NM + STEP_NM * ((wavelength_nm - FIRST_NM) // STEP_NM + 0.5)
+    real, own = lens.real(), lens.colour_at(angle_rad, middle)
+    exact, known = (
+        _traced_wavefront(real, angle_rad, middle)[0],
+        _traced_wavefront(real, angle_rad)[0],
+    )
+    return (
+        sum(
+            (own.get(j, 0.0) + known.get(j, 0.0) - exact.get(j, 0.0)) ** 2
+            for j in {*own, *exact, *known} - {1, 2}
+        )
+        ** 0.5
+    )
+
+
+@lru_cache(maxsize=16)
+def _as_used(prescription, focal_length_mm, f_number):
+    return prescription.scaled(focal_length_mm).stopped(f_number)
+
+
+@lru_cache(maxsize=16)
+def _traced_distortion(real, angle_rad):
+    import numpy as np
+
+    from isethdr_core.errors import ConfigError
+
+    from ..prescription.figures import chief_mm
+
+    for more in (BEYOND, 1.0):
+        tangent = more * np.linspace(0, np.tan(max(angle_rad, 1e-3)), FIELD_POINTS)[1:]
+        try:
+            height = chief_mm(real, tangent, real.reference_nm)
+            break
+        except ConfigError:
+            if more == 1.0:
+                raise
+    radius = height / real.focal_length_mm()  # a sensor beside the paraxial focus is another scale
+    return {
+        "model": "table",
+        "angle_deg": np.degrees(np.arctan(tangent)).tolist(),
+        "radius_per_focal_length": radius.tolist(),
+    }
+
+
+@lru_cache(maxsize=256)
+def _traced_magnification(real, tangents, wavelength_nm):
+    import numpy as np
+
+    from ..prescription.figures import chief_mm
+
+    near = 1e-3 * max(max(tangents), 1e-3)  # on the axis there is no height to compare
+    field = np.maximum(tangents, near)
+    return tuple(chief_mm(real, field, wavelength_nm) / chief_mm(real, field, real.reference_nm))
+
+
+def _traced_wavefront(real, angle_rad, wavelength_nm=None):
+    from math import tan
+
+    from ..prescription.wavefront import zernike_um
+
+    return zernike_um(real, tan(angle_rad), wavelength_nm or real.reference_nm)
+
+
+def _traced_amplitude(real, angle_rad):
+    from math import tan
+
+    from ..prescription.amplitude import amplitude
+
+    return amplitude(real, tan(angle_rad), real.reference_nm)
+
+
+@lru_cache(maxsize=256)
+def _areas(real, tangents, wavelength_nm=None):
+    from ..prescription.figures import pupil_area_mm2
+
+    return pupil_area_mm2(real, tangents, wavelength_nm)

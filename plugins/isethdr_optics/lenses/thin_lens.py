@@ -1,0 +1,315 @@
+"""Lenses: thin, shift-invariant, with a round stop of diameter focal length / f-number.
+
+`lens(mixed, flares)` gives irradiance, `lens.psf(...)` the point spread function, `lens.throughput(...)` irradiance per radiance.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from math import inf
+from typing import Any, Literal
+
+from isethdr_core.data.temporal_modulation import each_component
+from isethdr_core.plugins.ranges import Wavelength, check_ranges
+
+from .limits import (
+    ErrorAllowed,
+    Falloff,
+    FieldAngle,
+    FNumber,
+    FocalLength,
+    FocalShift,
+    LateralColour,
+    ObjectDistance,
+    Transmittance,
+    Zernikes,
+)
+
+
+@dataclass(frozen=True)
+class IdealLens:
+    """No blur: irradiance is a constant times radiance, with or without cos4 falloff."""
+
+    f_number: FNumber = 4.0  # focal length / diameter of the stop
+    focal_length_mm: FocalLength = 4.0  # sensor position = focal length x tangent
+    transmittance: Transmittance = 1.0  # of the glass, all wavelengths
+    pupil: Literal["tangent", "aplanatic"] = (
+        "tangent"  # energy: pi / (1 + 4 N^2), or the sine condition's pi / (4 N^2)
+    )
+    # off the axis; or {field angle deg: relative illumination}
+    falloff: Literal["cos4", "none"] | Falloff = "cos4"
+    object_distance_m: ObjectDistance = (
+        inf  # where the lens is focused: widens the working f-number
+    )
+    distortion: Literal["none"] | dict[str, Any] = (
+        "none"  # {model: brown_conrady | kannala_brandt | table, its numbers}
+    )
+    # {wavelength nm: image larger by}; lines between
+    lateral_colour_percent: dict[Wavelength, LateralColour] = field(default_factory=dict)
+
+    def __post_init__(self):
+        _check(self)
+
+    @each_component
+    def __call__(self, mixed, flares=(), error_allowed=0.0):
+        """Return irradiance of mixed radiance; scatter and added light of `flares` are honoured.
+
+        `error_allowed` is relative, of what the lens may take for its convolutions; 0 asks for the exact way.
+        """
+        from ..imaging.irradiance import image
+
+        return image(self, mixed, _sequence(flares), error_allowed)
+
+    def photocurrent(self, mixed, flares, response):
+        """Return photocurrent of mixed radiance in the window of a sensor's response, or irradiance where that is better for its light."""
+        from isethdr_core.data.temporal_modulation import DIM
+
+        from ..imaging.sensor_limited import photocurrent
+
+        return (
+            self(mixed, flares, response.error_allowed)
+            if DIM in mixed.dims
+            else photocurrent(self, mixed, _sequence(flares), response)
+        )
+
+    @property
+    def magnification(self) -> float:
+        """Absolute magnification of an object at `object_distance_m`: f / (d - f)."""
+        f_m = 1e-3 * self.focal_length_mm
+        return f_m / (self.object_distance_m - f_m)
+
+    def throughput_sr(self) -> float:
+        """Return irradiance / radiance on the axis of a uniform scene with a clean round stop, sr."""
+        from isethdr_core.physics.radiometry import irradiance_factor, irradiance_factor_aplanatic
+
+        rule = irradiance_factor if self.pupil == "tangent" else irradiance_factor_aplanatic
+        return self.transmittance * rule(self.f_number, self.magnification)
+
+    def gains_sr(self, wavelength_nm):
+        """Return irradiance / radiance on the axis of bands with a clean round stop, sr."""
+        import numpy as np
+
+        return np.full(len(wavelength_nm), self.throughput_sr())
+
+    def distortion_to(self, angle_rad: float) -> str | dict:
+        """Return the distortion of a field up to `angle_rad`, as `isethdr_core.data.camera_geometry.distortion_map` takes it."""
+        return self.distortion
+
+    def falloff_to(self, angle_rad: float):
+        """Return cos4, none or {field angle deg: relative illumination on the sensor} of a field up to `angle_rad`."""
+        return self.falloff
+
+    def image_size_m(
+        self, width: float, height: float, projection: str = "tangent"
+    ) -> tuple[float, float]:
+        """Return (width, height) in metres of the largest centred rectangle of the sensor plane that looks into a field.
+
+        `width` and `height` are in the projection's unit: tangents of the field angle, or radians.
+        """
+        from ..imaging.sensor_plane import image_size
+
+        return tuple(
+            1e-3 * self.focal_length_mm * side
+            for side in image_size(self, width, height, projection)
+        )
+
+    def narrow(self, demand):
+        """Return the demand unchanged, and state what this lens spares whatever the light."""
+        from .omissions import planned
+
+        planned(self)
+        return demand
+
+    def kernel_bytes(self, frame, flares) -> float:
+        """Return the bytes that kernels over an `isethdr_core.pipeline.memory.Frame` take, and what they are made of; 0 without blur.
+
+        Raises
+        ------
+        ConfigError : the wavefront is steeper than any pupil can follow.
+        """
+        from ..psf.memory import kernel_bytes
+
+        return kernel_bytes(self, _sequence(flares), frame)
+
+    def spread_errors(self, mixed, flares, weights, response=None):
+        """Return how wrong the kernels may make light of `mixed`: (deviation, bound), each (channel, y, x).
+
+        `weights` (channel, band): what is counted of irradiance; `response` as the light was asked for. One tile per tile of that light.
+        """
+        from isethdr_core import ledger
+
+        from ..field.errors import spread_errors
+        from ..imaging.window import errors_on_window, seen
+
+        with ledger.stage(ledger.Ledger(), "spread errors"):  # what the parts state has been stated
+            mixed, given, _ = seen(self, mixed, _sequence(flares), response)
+            return errors_on_window(spread_errors(mixed, given, weights), self, given, response)
+
+    def keeps_light(self, flares) -> bool:
+        """Return whether the light of every tile stays where the tile is: no blur, no flare, nothing moved."""
+        return not (
+            flares
+            or hasattr(self, "zernike_um")
+            or self.distortion != "none"
+            or self.lateral_colour_percent
+        )
+
+    def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=()):
+        """Return the point spread function (wavelength, y, x): all light on the sample at index size // 2."""
+        import numpy as np
+
+        from ..psf.kernels import psf_array
+
+        values = np.zeros((np.size(wavelength_nm), size, size))
+        values[:, size // 2, size // 2] = 1.0
+        return psf_array(values, wavelength_nm, pitch_um, self, _sequence(flares))
+
+
+@dataclass(frozen=True)
+class DiffractionLimitedLens(IdealLens):
+    """Perfect but for diffraction at its round stop, or at what a flare makes of it."""
+
+    aperture_loss: bool = True  # False: as ISETCam, light that flares block is not missing
+    focal_shift_um: dict[Wavelength, FocalShift] = field(
+        default_factory=dict
+    )  # {wavelength nm: focus beyond the sensor}; lines between; longitudinal chromatic aberration
+    # relative, allowed per tile at any radius of a kernel, mean over tiles of that radius
+    speckle_error: ErrorAllowed = 0.03
+
+    zernike_um = None  # not a field: this lens has no wavefront error
+    field_varies = False  # nor one that varies over the field
+    traced, rims = None, ()  # nor a traced colour, nor rims that cut its stop; see `place_lens`
+    uneven = ()  # nor light uneven over the stop
+    pupil_matrix = None  # nor an exit pupil that differs from the round stop of its f-number
+
+    def colour_um(self, wavelength_nm: float) -> dict[int, float]:
+        """Return what a wavelength's wavefront has on top of that of all, {OSA index: um}: nothing beside `focal_shift_um`."""
+        return {}
+
+    def pupil_scale(self, wavelength_nm: float) -> float:
+        """Return the size of the exit pupil at a wavelength over that of the pupil that shapes are drawn in: the same."""
+        return 1.0
+
+    def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=(), integrated=None):
+        """Return the point spread function of the lens with `flares`, on the axis.
+
+        Parameters
+        ----------
+        wavelength_nm : one or more wavelengths, nm.
+        pitch_um, size : size x size samples `pitch_um` apart, the axis at index size // 2.
+        flares : list or dictionary of flares.
+        integrated : False: intensity at each sample's centre times its area. True: integral over each sample's square. None: the
+            first
+            where the pitch is below wavelength x f-number for all wavelengths (then the samples sum to the energy), else the
+            second.
+
+        Returns
+        -------
+        DataArray (wavelength, y, x), y and x in metres: the fraction of the light through the pupil on each sample. What is
+        missing from
+        a sum of 1 falls outside.
+        """
+        from ..field.field_point_lens import on_axis
+        from ..psf.kernels import point_spread
+
+        return point_spread(
+            on_axis(self), wavelength_nm, pitch_um, size, _sequence(flares), integrated
+        )
+
+
+@dataclass(frozen=True)
+class WavefrontLens(DiffractionLimitedLens):
+    """Diffraction and a wavefront error in OSA/ANSI Zernike coefficients."""
+
+    zernike_um: Zernikes = field(
+        default_factory=dict
+    )  # {OSA index: rms in micrometres}; 4 is defocus; over the whole stop
+    field_zernike_um: dict[FieldAngle, Zernikes] = field(
+        default_factory=dict
+    )  # {field angle deg: what comes on top, for light from +x}; lines between, turned about the axis
+    # share of a point's light that the grid of places in the field may put wrong
+    error_allowed: ErrorAllowed = 0.05
+
+    def __post_init__(self):
+        super().__post_init__()
+        _check_field(self)
+
+    @property
+    def field_varies(self) -> bool:
+        """Whether the point spread differs over the field."""
+        return bool(self.field_zernike_um)
+
+    def wavefront_at(self, angle_rad: float) -> dict[int, float]:
+        """Return what comes on top of `zernike_um`, {OSA index: um}, for light from an angle off the axis, along +x of the field.
+
+        Raises
+        ------
+        ConfigError : beyond the last angle of `field_zernike_um`.
+        """
+        import numpy as np
+
+        from isethdr_core.errors import ConfigError
+
+        known, angle = list(self.field_zernike_um), float(np.degrees(angle_rad))
+        if angle > known[-1] * (1 + 1e-9):
+            raise ConfigError(
+                f"lens.field_zernike_um ends at {known[-1]:g} degrees, the field reaches {angle:.4g}; "
+                "expected a longer table, or a smaller field"
+            )
+        table = self.field_zernike_um.values()
+        return {
+            j: float(np.interp(angle, known, [row.get(j, 0.0) for row in table]))
+            for j in sorted({j for row in table for j in row})
+        }
+
+
+def _sequence(flares) -> tuple:
+    return tuple(flares.values()) if hasattr(flares, "values") else tuple(flares)
+
+
+def _check(lens):
+    from isethdr_core.errors import ConfigError
+
+    check_ranges(lens)
+    if os.environ.get("ISETHDR_ARRAYS"):
+        from ..imaging.array_backend import place
+
+        place()  # what it names is there
+    if not lens.object_distance_m > 2e-3 * lens.focal_length_mm:
+        raise ConfigError(
+            f"lens.object_distance_m is {lens.object_distance_m!r}; expected metres, more than twice the focal length; "
+            "set lens.object_distance_m=.inf for a far object"
+        )
+    _check_geometry(lens)
+
+
+def _check_field(lens):
+    from isethdr_core.errors import ConfigError
+
+    angles = list(lens.field_zernike_um)
+    if angles and (
+        len(angles) < 2 or angles[0] != 0 or any(a >= b for a, b in zip(angles, angles[1:]))
+    ):
+        raise ConfigError(
+            f"lens.field_zernike_um has the field angles {angles}; expected degrees that rise from 0, at least two; "
+            "type for example +lens.field_zernike_um={0:{},20:{8:0.2}}"
+        )
+
+
+def _check_geometry(lens):
+    from isethdr_core.errors import ConfigError
+
+    if isinstance(lens.distortion, dict):
+        from isethdr_core.data.camera_geometry import distortion_map
+
+        distortion_map(lens.distortion)
+    if isinstance(lens.falloff, str):
+        return
+    angles = list(lens.falloff)
+    rising = all(a < b for a, b in zip(angles, angles[1:]))
+    if len(angles) < 2 or angles[0] != 0 or not rising:
+        raise ConfigError(
+            f"lens.falloff is {lens.falloff!r}; expected field angles in degrees that rise from 0, each with a relative "
+            "illumination of 0 or more; type for example lens.falloff={0:1,20:0.8}"
+        )

@@ -1,0 +1,103 @@
+"""Amplitude over the pupil of a prescription: how unevenly a beam that comes in even leaves for the image, as Zernike coefficients.
+
+The image depends on directions: it is the transform of the amplitude over direction cosines. Power per area of direction cosines is power
+per area of the incoming beam x the area of that beam per area of direction cosines (a Jacobian) x what surfaces and coatings
+transmit along the ray; its root is the amplitude. A lens that keeps the sine condition off the axis too, one free of coma, is even here
+(Abbe; Born and Wolf 1999, section 4.5), however unevenly its stop is filled.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from isethdr_core.physics.optics.ray_trace import follow, sequential
+from isethdr_core.physics.optics.zernike import order, polynomial, zernike_basis
+
+from .coatings import Powers
+from .exit_pupil import pupil_rays
+from .rays import HIGHEST, entering, fitted
+
+RADII, AZIMUTHS = 24, 48  # of the places in the exit pupil where the amplitude is evaluated
+STEP = 1e-4  # radii of the exit pupil, for derivatives
+LEAST = 1e-7  # coefficients below are rounding
+
+
+@lru_cache(maxsize=256)
+def amplitude(
+    lens, tangent: float, wavelength_nm: float
+) -> tuple[tuple[tuple[int, float], ...], float]:
+    """Return the amplitude of light from a field tangent along +x, ((OSA index, value), ...) over the exit pupil, and how uneven it is, rms.
+
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped. Rims do not cut the beam here.
+
+    Notes
+    -----
+    The mean square over the exit pupil is 1. Terms odd in y, which a lens of revolution cannot have, are not fitted. Light is unpolarised.
+
+    Raises
+    ------
+    ConfigError : where too few rays of that direction reach the sensor.
+    """
+    (_, _, within), pupil, *_ = pupil_rays(lens, tangent, wavelength_nm)
+    position, direction = entering(lens, lens.indices(wavelength_nm), tangent)
+    passed = follow(
+        lens.surfaces,
+        lens.indices(wavelength_nm),
+        sequential(len(lens.surfaces)),
+        position,
+        direction,
+        _power(lens, wavelength_nm),
+    )
+    places = [s[within] for s in pupil]
+    even, odd = (
+        [j for j in range((HIGHEST + 1) * (HIGHEST + 2) // 2) if (order(j)[1] >= 0) == kind]
+        for kind in (True, False)
+    )
+    enters_x, enters_y = (
+        _fit(even, places, position[0][within]),
+        _fit(odd, places, position[1][within]),
+    )
+    transmits = _fit(even, places, passed.weight[within])
+    radius, turn = np.meshgrid(
+        np.sqrt((np.arange(RADII) + 0.5) / RADII), 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
+    )  # of equal areas
+    x, y = (radius * np.cos(turn)).ravel(), (radius * np.sin(turn)).ravel()
+    power = _area(enters_x, enters_y, x, y) * _at(transmits, x, y)
+    found = np.sqrt(power / power.mean())
+    fit = _fit(even, (x, y), found)
+    return tuple((j, c) for j, c in fit.items() if abs(c) > LEAST), float(np.std(found))
+
+
+def _power(lens, wavelength_nm):
+    powers = Powers(lens, wavelength_nm)
+
+    def transmitted(k, reflects, forward, cosine):
+        passed = powers(k, reflects, forward, cosine[None])
+        return passed if np.isscalar(passed) else passed[0]
+
+    return transmitted
+
+
+def _fit(terms, places, values) -> dict[int, float]:
+    return dict(zip(terms, map(float, fitted(zernike_basis(terms, *places), values))))
+
+
+def _at(terms, x, y):
+    return np.polynomial.polynomial.polyval2d(x, y, polynomial(terms))
+
+
+def _area(first, second, x, y):
+    """Return the Jacobian of two functions of places in the exit pupil."""
+    (xx, xy), (yx, yy) = (_slopes(terms, x, y) for terms in (first, second))
+    return np.abs(xx * yy - xy * yx)
+
+
+def _slopes(terms, x, y):
+    return (
+        (_at(terms, x + a, y + b) - _at(terms, x - a, y - b)) / (2 * STEP)
+        for a, b in ((STEP, 0.0), (0.0, STEP))
+    )

@@ -1,0 +1,140 @@
+"""Exit pupil of a prescription: its stop as seen from an image point, in direction cosines.
+
+Rays cross a sphere around the chief ray's image that passes through the middle of the exit pupil.
+Every point of the sphere sends
+a wave to the sensor (Born and Wolf 1999, Principles of Optics, section 9.1). Near the image that
+wave is a plane one along
+the line from the point to the image. The point spread is therefore a Fourier transform over the
+direction cosines of these
+lines. Off the axis the stop fills fewer of them than on the axis, above all in the meridional
+plane.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from isethdr_core.physics.optics import paraxial
+from isethdr_core.physics.optics.zernike import order, zernike_basis
+
+from .figures import chief_mm
+from .rays import HIGHEST, FilledStop, filling, fitted
+
+if TYPE_CHECKING:
+    from .prescription import Prescription
+
+AZIMUTHS = 180  # of the places on the border of the stop
+
+
+class ExitPupil(NamedTuple):
+    """The image of the stop in direction cosines: an ellipse, and how far the true border is from it."""
+
+    meridional: float  # direction cosine along x, towards the image, per radius of the stop; below 0 where the pupil is upright
+    sagittal: float  # the same along y
+    centre: float  # direction cosine along x of its middle
+    off_ellipse: float  # largest distance of the border from the ellipse, radii of the stop
+
+
+class PupilRays(NamedTuple):
+    """Rays of one field point that fill the stop, and where they cross its exit pupil."""
+
+    filled: FilledStop
+    places: np.ndarray  # (2, ...): x and y, 1 on the border of the ellipse
+    lag_mm: np.ndarray  # path from the foot of the image on the ray to the sphere less that of a ray through the image
+    image_mm: float  # of the chief ray on the sensor, along x
+    scale: float  # size of the ellipse over that at the reference wavelength
+
+
+@lru_cache(maxsize=2048)
+def exit_pupil(lens: Prescription, tangent: float, wavelength_nm: float) -> ExitPupil:
+    """Return the exit pupil seen from the image of a field tangent along +x.
+
+    Parameters
+    ----------
+    lens : scaled and stopped.
+    tangent : of the field angle, 0 or above.
+
+    Raises
+    ------
+    ConfigError : where too few rays of that direction fill the stop.
+    """
+    filled = filling(lens, tangent, wavelength_nm)
+    image_mm = float(chief_mm(lens, tangent, wavelength_nm)[0])
+    return _ellipse(filled, _seen(lens, image_mm, wavelength_nm, filled)[0])
+
+
+def pupil_rays(
+    lens: Prescription, tangent: float, wavelength_nm: float, reach: float = 1.0
+) -> PupilRays:
+    """Return rays from a field tangent along +x and where they cross the exit pupil, in units of its radii.
+
+    The unit is the exit pupil at the reference wavelength times a scale of the same area at this
+    wavelength. So one shape of the
+    pupil serves all wavelengths.
+
+    Parameters
+    ----------
+    reach : radii of the stop within which rays count. Rims do not stop them.
+
+    Raises
+    ------
+    ConfigError : where too few rays of that direction fill the stop.
+    """
+    filled = filling(lens, tangent, wavelength_nm, reach)
+    image_mm = float(chief_mm(lens, tangent, wavelength_nm)[0])
+    cosines, lag_mm = _seen(lens, image_mm, wavelength_nm, filled)
+    unit, own = exit_pupil(lens, tangent, lens.reference_nm), _ellipse(filled, cosines)
+    scale = float(np.sqrt(own.meridional * own.sagittal / (unit.meridional * unit.sagittal)))
+    x = (cosines[0] - own.centre) / (scale * unit.meridional)
+    y = cosines[1] / (scale * unit.sagittal)
+    return PupilRays(filled, np.stack([x, y]), lag_mm, image_mm, scale)
+
+
+def _seen(lens, image_mm, wavelength_nm, filled):
+    """Return direction cosines (x, y) from the exit sphere to the image, and `PupilRays.lag_mm`; finite for a pupil at infinity too."""
+    position, direction = filled.rays.position_mm, filled.rays.direction
+    beside = np.stack([position[0] - image_mm, position[1], 0 * position[2]])
+    foot = beside - np.sum(beside * direction, axis=0) * direction
+    curvature = _sphere_curvature_per_mm(lens, image_mm, lens.indices(wavelength_nm))
+    off2 = np.sum(foot**2, axis=0)
+    along = np.sqrt(1 - curvature**2 * off2)
+    return (along * direction - curvature * foot)[:2], curvature * off2 / (1 + along)
+
+
+def _sphere_curvature_per_mm(lens, image_mm, indices):
+    """Return 1 / the radius of the sphere around an image point through the paraxial exit pupil; below 0 for one behind the sensor."""
+    behind = [(k, False) for k in range(lens.stop + 1, len(lens.surfaces) - 1)]
+    stop_z, last_z, sensor_z = (
+        lens.surfaces[lens.stop].z_mm,
+        lens.surfaces[-2].z_mm,
+        lens.surfaces[-1].z_mm,
+    )
+    if not behind:
+        return 1 / np.hypot(sensor_z - stop_z, image_mm)
+    matrix = paraxial.matrices(lens.surfaces, indices, behind, stop_z)[-1]
+    depth = (sensor_z - last_z) * matrix[1, 1] + matrix[
+        0, 1
+    ]  # from the exit pupil to the sensor, times the element below
+    return float(matrix[1, 1] * np.sign(depth) / np.hypot(depth, matrix[1, 1] * image_mm))
+
+
+def _ellipse(filled, cosines) -> ExitPupil:
+    """Return the ellipse nearest to the border of the stop in direction cosines, from polynomials fitted over the stop."""
+    terms = range((HIGHEST + 1) * (HIGHEST + 2) // 2)
+    turn = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
+    along, across = np.cos(turn), np.sin(turn)
+    border = []
+    stop, within = filled.places, filled.within
+    for cosine, even in zip(cosines, (True, False)):
+        kept = [j for j in terms if (order(j)[1] >= 0) == even]
+        found = fitted(zernike_basis(kept, *(s[within] for s in stop)), cosine[within])
+        border.append(zernike_basis(kept, along, across) @ found)
+    centre = float(border[0].mean())
+    meridional, sagittal = (
+        2 * float(np.mean(b * side)) for b, side in zip(border, (along, across))
+    )
+    radius = np.hypot((border[0] - centre) / meridional, border[1] / sagittal)
+    return ExitPupil(meridional, sagittal, centre, float(np.abs(radius - 1).max()))

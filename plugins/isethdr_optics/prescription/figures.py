@@ -1,0 +1,194 @@
+"""Figures of a lens from exact rays: chief rays, distortion, working f-number, relative illumination, focal length.
+
+Directions are given as tangents in the orientation of the image: light that comes from +x is traced towards +x (the lens is
+turned by
+180 degrees, which changes nothing else), so a lamp at tangent t lands near + focal length x t.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.optics import paraxial
+from isethdr_core.physics.optics.ray_trace import collimated, follow, sequential
+
+AIM_MM = 1e-12  # of the stop's radius: how well chief rays are aimed
+GRID = 160  # rays across the front, for areas
+
+
+def chief_mm(lens, tangent, wavelength_nm: float) -> np.ndarray:
+    """Return where rays through the middle of the stop meet the sensor, mm, for field tangents; aimed by the secant method.
+
+    Raises
+    ------
+    ConfigError : where no ray of that direction gets through the middle of the stop.
+    """
+    tangent = np.atleast_1d(np.asarray(tangent, float))
+    return _aimed(lens, tangent, wavelength_nm, 0.0).position_mm[0]
+
+
+def _aimed(lens, tangent, wavelength_nm, relative_height):
+    """Return rays (meridional, along x) that meet the stop at `relative_height` of its radius."""
+    indices = lens.indices(wavelength_nm)
+    front = lens.surfaces[0].z_mm
+    optics = lens.surfaces[:-1]
+    pupil_z, pupil_radius = paraxial.entrance_pupil(optics, indices)
+    to_stop = sequential(lens.stop + 1)
+    wanted = relative_height * lens.surfaces[lens.stop].semi_diameter_mm
+    scale = lens.surfaces[lens.stop].semi_diameter_mm
+
+    def miss(x):
+        p, d = collimated(x, 0 * x, front, tangent, 0 * tangent)
+        return follow(lens.surfaces, indices, to_stop, p, d).position_mm[0] - wanted
+
+    upright = np.sign(paraxial.matrices(optics, indices, to_stop, front)[-1][0, 0])
+    x0 = (front - pupil_z) * tangent + upright * relative_height * pupil_radius
+    # off the axis the pupil wanders: first guesses that miss a surface are moved towards the axis
+    for shrink in (1.0, 0.8, 0.6, 0.4, 0.2, 0.0):
+        x0 = np.where(np.isfinite(miss(x0)), x0, shrink * (front - pupil_z) * tangent)
+    x1 = x0 + 1e-4 * scale
+    m0, m1 = miss(x0), miss(x1)
+    for _ in range(60):
+        if np.all(np.abs(m1) < AIM_MM * scale):
+            break
+        with np.errstate(invalid="ignore", divide="ignore"):
+            step = np.where(m1 == m0, 0.0, m1 * (x1 - x0) / (m1 - m0))
+        x0, m0 = x1, m1
+        x1 = x1 - np.clip(np.nan_to_num(step), -scale, scale)
+        m1 = miss(x1)
+    p, d = collimated(x1, 0 * x1, front, tangent, 0 * tangent)
+    rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), p, d)
+    lost = ~(np.abs(m1) < 1e3 * AIM_MM * scale) | ~np.isfinite(rays.position_mm[0])
+    if lost.any():
+        angle = np.degrees(np.arctan(np.abs(tangent[lost]).min()))
+        raise ConfigError(
+            f"prescription {lens.name!r}: rays {angle:.1f} degrees off the axis miss a surface on their way through the "
+            f"stop; expected a field within its {lens.half_field_deg:g} degrees; type a smaller scene.horizontal_field_deg"
+        )
+    return rays
+
+
+def distortion(lens, tangent, wavelength_nm: float | None = None) -> np.ndarray:
+    """Return (chief ray's height - f tan) / (f tan) at field tangents; 0 on the axis."""
+    wave = wavelength_nm or lens.reference_nm
+    tangent = np.atleast_1d(np.asarray(tangent, float))
+    ideal = _sensor_scale_mm(lens, wave) * tangent
+    height = chief_mm(lens, tangent, wave)
+    return np.divide(height - ideal, ideal, out=np.zeros_like(ideal), where=tangent != 0)
+
+
+def _sensor_scale_mm(lens, wavelength_nm):
+    """Return height / tangent of the paraxial chief ray: the focal length where the sensor is in focus."""
+    indices, front, optics = lens.indices(wavelength_nm), lens.surfaces[0].z_mm, lens.surfaces[:-1]
+    pupil_z, _ = paraxial.entrance_pupil(optics, indices)
+    whole = paraxial.matrices(lens.surfaces, indices, sequential(len(lens.surfaces)), front)[-1]
+    return float(whole[0] @ [front - pupil_z, 1.0])
+
+
+@lru_cache(maxsize=64)
+def working_f_number(lens, wavelength_nm: float | None = None) -> float:
+    """Return 1 / (2 sin u') of the traced marginal ray."""
+    rays = _aimed(lens, np.zeros(1), wavelength_nm or lens.reference_nm, 1 - 1e-9)
+    return float(1 / (2 * np.abs(rays.direction[0, 0])))
+
+
+def spot_radius_mm(
+    lens, tangent: float, wavelength_nm: float | None = None, grid: int = 40
+) -> float:
+    """Return the rms distance of rays of one field tangent from their centroid on the sensor, mm; 0 where none gets through."""
+    wave = wavelength_nm or lens.reference_nm
+    indices, front = lens.indices(wave), lens.surfaces[0].z_mm
+    pupil_z, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
+    across = np.linspace(-1.5, 1.5, grid) * pupil_radius
+    x, y = np.meshgrid(across, across)
+    p, d = collimated(x + (front - pupil_z) * tangent, y, front, tangent, 0.0)
+    rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), p, d)
+    spot = rays.position_mm[:2, rays.margin > 0]
+    return float(np.sqrt(np.sum(np.var(spot, axis=1)))) if spot.size else 0.0
+
+
+def pupil_area_mm2(
+    lens, tangent, wavelength_nm: float | None = None, grid: int = GRID
+) -> np.ndarray:
+    """Return, per field tangent, the area of the entrance beam that reaches the sensor, in a plane across the axis, mm2.
+
+    Cells that the border of the beam crosses count by the part inside, to first order in the smallest margin along the ray.
+    """
+    wave = wavelength_nm or lens.reference_nm
+    tangent = np.atleast_1d(np.asarray(tangent, float))
+    indices = lens.indices(wave)
+    pupil_z, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
+    half, front = 1.5 * pupil_radius, lens.surfaces[0].z_mm
+    cells = (np.arange(grid) + 0.5) / grid * 2 - 1
+    x, y = np.meshgrid(cells * half, cells * half)
+    out = []
+    for t in tangent:
+        p, d = collimated(x + (front - pupil_z) * t, y, front, t, 0.0)
+        inside = _inside(
+            follow(lens.surfaces, indices, sequential(len(lens.surfaces)), p, d).margin
+        )
+        out.append(float(np.sum(inside)) * (2 * half / grid) ** 2)
+    return np.array(out)
+
+
+def seen_sr(lens, height_mm: float, wavelength_nm: float, grid: int = GRID) -> float:
+    """Return irradiance / radiance of a uniform scene at a place of the sensor, sr: rays from there, back through all rims, into the scene.
+
+    E = L times the integral of cos over the solid angle that looks out. Nothing is taken from the scene's side: neither an entrance pupil
+    nor chief rays nor the size of an image, so that coma and borders of the beam that move with the field count as they do in a camera.
+    """
+    sensor = lens.surfaces[-1].z_mm
+    optics = [
+        replace(
+            s,
+            z_mm=sensor - s.z_mm,
+            curvature_per_mm=-s.curvature_per_mm,
+            aspheric=tuple(-a for a in s.aspheric),
+        )
+        for s in lens.surfaces[-2::-1]
+    ]
+    indices = lens.indices(wavelength_nm)[-2::-1]
+    pupil_z, pupil_radius = paraxial.entrance_pupil(optics, indices)
+    z = max(optics[0].z_mm, 1e-3 * pupil_radius)
+    half = 1.5 * pupil_radius * abs(z / pupil_z)
+    cells = ((np.arange(grid) + 0.5) / grid * 2 - 1) * half
+    x, y = np.meshgrid(
+        cells - height_mm * z / pupil_z, cells
+    )  # from the place on the sensor, towards the exit pupil
+    away = np.stack([x, y, np.full(x.shape, z)])
+    distance = np.sqrt(np.sum(away**2, axis=0))
+    start = np.stack([np.full(x.shape, height_mm), 0.0 * x, 0.0 * x])
+    inside = _inside(
+        follow(optics, indices, sequential(len(optics)), start, away / distance).margin
+    )
+    return float(np.sum(inside * (z / distance) ** 2 / distance**2)) * (2 * half / grid) ** 2
+
+
+def _inside(margin):
+    """Return the part of every cell of a grid of rays that gets through, to first order in the smallest margin along the ray."""
+    margin = np.where(np.isfinite(margin), margin, -1.0)
+    gy, gx = np.gradient(margin)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.nan_to_num(np.clip(0.5 + margin / (np.abs(gx) + np.abs(gy)), 0, 1))
+
+
+def relative_illumination(lens, tangent, wavelength_nm: float | None = None) -> np.ndarray:
+    """Return irradiance of a uniform scene at field tangents over that on the axis.
+
+    E = L dOmega cos A / dA' with A the entrance area, dOmega = cos^3 d(tangent)^2 and dA' the area of the image of
+    d(tangent)^2: cos^4,
+    vignetting, pupil aberration and distortion together; losses at surfaces, small and even, are left out.
+    """
+    wave = wavelength_nm or lens.reference_nm
+    tangent = np.abs(np.atleast_1d(np.asarray(tangent, float)))
+    step = 1e-4 * max(1.0, float(tangent.max()))
+    low, high = np.maximum(tangent - step, 0), tangent + step
+    f = _sensor_scale_mm(lens, wave)
+    radial = (chief_mm(lens, high, wave) - chief_mm(lens, low, wave)) / (f * (high - low))
+    around = 1 + distortion(lens, np.maximum(tangent, step), wave)
+    area = pupil_area_mm2(lens, np.concatenate([[0.0], tangent]), wave)
+    return (1 + tangent**2) ** -2 * area[1:] / area[0] / (radial * around)

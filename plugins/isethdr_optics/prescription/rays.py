@@ -1,0 +1,62 @@
+"""Rays of a prescription over its stop: parallel light from one field point, traced to the sensor, and polynomials fitted to it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.optics import paraxial
+from isethdr_core.physics.optics.ray_trace import Rays, collimated, follow, sequential
+
+RAYS = 41  # across the entrance pupil
+HIGHEST = 8  # radial degree that is fitted
+FEWEST = 300  # rays of a fit
+
+
+class FilledStop(NamedTuple):
+    """Rays of one field point and where they cross the stop."""
+
+    rays: Rays
+    places: np.ndarray  # (2, ...): x and y, radii of the stop
+    within: np.ndarray  # which rays count
+
+
+def fitted(basis, values) -> np.ndarray:
+    """Return the coefficients of least squares; by the normal equations, as Zernike terms over a filled disc are nearly orthogonal."""
+    return np.linalg.solve(basis.T @ basis, basis.T @ values)
+
+
+def filling(lens, tangent: float, wavelength_nm: float, reach: float = 1.0) -> FilledStop:
+    """Return rays from a field tangent along +x over the stop; those count that reach the sensor.
+
+    Parameters
+    ----------
+    reach : radii of the stop within which rays count. Rims do not stop them.
+
+    Raises
+    ------
+    ConfigError : where too few rays do.
+    """
+    indices = lens.indices(wavelength_nm)
+    start = entering(lens, indices, tangent)
+    rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), *start, keep_hits=True)
+    stop = np.stack(rays.hits_mm[lens.stop]) / lens.surfaces[lens.stop].semi_diameter_mm
+    within = np.isfinite(rays.position_mm[0]) & (np.hypot(*stop) <= reach)
+    if within.sum() < FEWEST:
+        angle = np.degrees(np.arctan(tangent))
+        raise ConfigError(
+            f"prescription {lens.name!r}: {within.sum()} of {FEWEST} rays {angle:.1f} degrees off the axis fill the stop; "
+            f"expected a field within its {lens.half_field_deg:g} degrees, or a smaller stop"
+        )
+    return FilledStop(rays, stop, within)
+
+
+def entering(lens, indices, tangent):
+    """Return (position, direction) of parallel light over the entrance pupil and somewhat more."""
+    front, optics = lens.surfaces[0].z_mm, lens.surfaces[:-1]
+    pupil_z, pupil_radius = paraxial.entrance_pupil(optics, indices)
+    across = np.linspace(-1.4, 1.4, RAYS) * pupil_radius
+    x, y = np.meshgrid(np.append(across, 0.0), across)
+    return collimated(x + (front - pupil_z) * tangent, y, front, tangent, 0.0)

@@ -1,0 +1,88 @@
+"""Exact core: a kernel near its axis, integrated over tiles and averaged over sub-bands; it does not depend on how the rest is made."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import is_dataclass, replace
+
+import numpy as np
+
+from isethdr_core.physics.diffraction import integrated_airy, integrated_psf
+
+from ..pupil import sampled_pupil
+
+_kept: dict[str, np.ndarray] | None = None
+
+
+@contextmanager
+def kept_cores():
+    """Keep the cores that are made inside: kernels that are made again there, with a smaller error, have the same."""
+    global _kept
+    before, _kept = _kept, {}
+    try:
+        yield
+    finally:
+        _kept = before
+
+
+def exact_core(plan, centre_nm: float, width_nm: float, waves, energy: float) -> np.ndarray:
+    """Return the (y, x) kernel of a band within `plan.half` tiles, the mean of wavelengths `waves`.
+
+    Parameters
+    ----------
+    plan : `kernels._Plan` of the band. `energy` : of its open pupil, mm2.
+    """
+    kept = _kept if all(map(is_dataclass, (plan.lens, *plan.flares))) else None
+    if kept is None:
+        return _made(plan, waves, energy)
+    key = repr(
+        (
+            replace(plan.lens, speckle_error=0.5),
+            plan.flares,
+            centre_nm,
+            width_nm,
+            plan.half,
+            plan.pitch,
+            list(waves),
+        )
+    )
+    if key not in kept:
+        kept[key] = _made(plan, waves, energy)
+    return kept[key]
+
+
+def _made(plan, waves, energy):
+    axis, total, sides = plan.axis, 0.0, [2 * h + 1 for h in plan.half]
+    if sampled_pupil.round_and_clean(plan.lens, plan.flares):
+        return sum(
+            integrated_airy(
+                sampled_pupil.radius_mm(plan.lens), wave, plan.distance, sides, plan.pitch, boxes=2
+            )
+            for wave in waves
+        ) / len(waves)
+    cells = (
+        sampled_pupil.amplitude(plan.lens, plan.flares, axis, axis, plan.shortest)
+        if plan.fixed
+        else None
+    )
+    for wave in waves:
+        own = (
+            cells
+            if plan.fixed
+            else sampled_pupil.amplitude(plan.lens, plan.flares, axis, axis, wave)
+        )
+        pupil = sampled_pupil.resolved(plan.lens, plan.flares, axis, axis, wave, own)
+        step = axis[1] - axis[0]
+        scaled_nm = sampled_pupil.scaled_nm(plan.lens, wave)
+        total = total + integrated_psf(
+            pupil,
+            scaled_nm,
+            (step, step),
+            plan.distance,
+            sides,
+            plan.pitch,
+            energy,
+            cell_means=True,
+            boxes=2,
+        )
+    return total / len(waves)

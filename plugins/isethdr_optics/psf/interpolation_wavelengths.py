@@ -1,0 +1,109 @@
+"""Knots: wavelengths at which lattices of a pupil with phase are made, a few for all bands; lines between.
+
+Drawn to the same scale, patterns of neighbouring wavelengths differ by what the phase has changed. A straight line between knots leaves, to
+second order, so much of a speckle times the square of that change. Far light comes from the rim and from dirt, so the largest change anywhere
+in the stop counts. Knots lie at fixed wavelengths: a band does not depend on which others there are.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from threading import Lock
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.optics.zernike import largest_um
+
+from ..pupil import sampled_pupil
+from . import wings
+
+STEPS_NM = (80.0, 40.0, 20.0)  # between knots, tried one after the other
+APART = 0.35  # radians from knot to knot at most, anywhere in the stop
+STRAIGHT = 0.05  # relative per tile, L1, for a radian: an estimate, for what any two lattices differ by hides most of it (0.9 % clean, 0.12 % dirty)
+WORTH = 2.0  # bands that a step has to span: two lattices are made in place of one
+HELD_BYTES = 1.6e9  # of lattices that are kept; the two pairs that a band reads, always
+
+
+class Knots:
+    """Lattices of one lens at fixed wavelengths, made when first asked for and kept while bands near by need them."""
+
+    def __init__(self):
+        self._made: OrderedDict[tuple, tuple] = OrderedDict()
+        self._lock = Lock()
+
+    def around(
+        self, plan, reach, middle: float, span: float, energy: float, fine: float
+    ) -> list[list]:
+        """Return for either half [(lattice, share), ...] of the pattern at wavelength `middle`, to be read over `span`, nm."""
+        low, step = _cell(plan, middle, span)
+        if not step:
+            return [
+                [(one, 1.0)]
+                for one in wings.own(plan, reach, middle, 1 / (1 - span / 2 / middle), energy, fine)
+            ]
+        share = (middle - low) / step
+        ends = [
+            (w, s, self._pair(plan, tuple(reach), w, w / (w - step - span / 2), energy, fine))
+            for w, s in ((low, 1 - share), (low + step, share))
+            if s
+        ]
+        return [[(pair[half], s) for _, s, pair in ends] for half in (0, 1)]
+
+    def _pair(self, plan, reach, wave, stretch, energy, fine):
+        extent = tuple(
+            round((r + 1) * p, 6) for r, p in zip(reach, plan.pitch)
+        )  # the same, into however many parts a band divides tiles
+        key = wave, extent, stretch, fine
+        with self._lock:
+            lock = self._made.setdefault(key, (Lock(), []))
+            self._made.move_to_end(key)
+            while (
+                len(self._made) > 2
+                and sum(one.values.nbytes for _, pair in self._made.values() for one in pair)
+                > HELD_BYTES
+            ):
+                self._made.popitem(last=False)
+        with lock[0]:
+            if not lock[1]:
+                lock[1].extend(wings.own(plan, reach, wave, stretch, energy, fine))
+        return lock[1]
+
+
+def error(plan, middle: float, span: float) -> float:
+    """Return the relative error per tile that straight lines between knots leave of light around a wavelength."""
+    low, step = _cell(plan, middle, span)
+    return STRAIGHT * _change(plan, low, low + step) ** 2 if step else 0.0
+
+
+def _change(plan, first_nm, last_nm):
+    """Return the largest change of phase anywhere in the stop, radians, piston apart; dirt counts with all of its delay."""
+    first, last = (sampled_pupil.coefficients_um(plan.lens, w) for w in (first_nm, last_nm))
+    waves = {
+        j: 1e3 * (first.get(j, 0.0) / first_nm - last.get(j, 0.0) / last_nm)
+        for j in {*first, *last} - {0}
+    }
+    delayed = max(
+        (
+            abs(1e3 * d * (1 / first_nm - 1 / last_nm))
+            for d in sampled_pupil.delays_um(plan.lens, plan.flares)
+        ),
+        default=0.0,
+    )
+    return 2 * np.pi * (largest_um(waves) + delayed)
+
+
+def _cell(plan, middle, span):
+    """Return the knot below a wavelength and the step to the next; a step of 0 where the lens changes too fast, or is not known at knots."""
+    if not sampled_pupil.all_shapes(plan.flares):
+        return middle, 0.0
+    for step in STEPS_NM:
+        if step < WORTH * span:
+            break
+        low = wings.REFERENCE_NM + step * ((middle - wings.REFERENCE_NM) // step)
+        try:
+            if _change(plan, low, low + step) <= APART:
+                return low, step
+        except ConfigError:
+            continue
+    return middle, 0.0

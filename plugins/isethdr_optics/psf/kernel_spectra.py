@@ -1,0 +1,169 @@
+"""Kernel spectra: the transforms of a lens's kernels, taken once and mapped from disk by every process that forms images."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+
+from isethdr_core.physics.convolution import Kernel, prepare
+from isethdr_core.physics.convolution.transform import sizes
+
+from . import kernel_store
+
+NEAR = 96  # tiles: what falls farther from a lamp is so little that single precision is enough
+WORTH_DIVIDING = (
+    0.5  # size of the near part's transforms, of the full frame's; above it kernels stay whole
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Spectra:
+    """Kernels of all bands with their transforms, for images of the full frame."""
+
+    kernels: list[Kernel]
+    profiles: list[tuple[np.ndarray, np.ndarray]]  # sums over x and over y of every band's kernel
+    blocks: (
+        np.ndarray
+    )  # (band, block, sy, columns): the transforms of all kernels, each of psf / its peak
+
+    @property
+    def held_bytes(self) -> int:
+        """Memory of this process that the transforms take; mapped files take none."""
+        return _held(self.blocks)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """The transforms of a part of every band's kernel, for images of the full frame."""
+
+    blocks: np.ndarray  # (band, block, sy, columns): of the part / its peak
+    peaks: np.ndarray  # (band,)
+    norms: np.ndarray  # (band,): roots of the sums of squares of the part / its peak
+    size: tuple[int, int]  # of the transforms
+
+    @property
+    def single(self) -> bool:
+        """Whether they are kept in single precision."""
+        return self.blocks.dtype in (np.float32, np.complex64)
+
+
+@dataclass(frozen=True, eq=False)
+class Divided:
+    """Kernels of all bands in two parts, of which they are the sums: near a lamp, and far from it."""
+
+    near: Part
+    far: Part | None  # None where all is near
+    profiles: list[tuple[np.ndarray, np.ndarray]]  # sums over x and over y of every band's kernel
+
+    @property
+    def held_bytes(self) -> int:
+        """Memory of this process that the transforms take; mapped files take none."""
+        return sum(_held(p.blocks) for p in (self.near, self.far) if p)
+
+
+def spectra(bands, name: str | None) -> Spectra:
+    """Return the transforms of kernels (y, x), each of the full frame.
+
+    Parameters
+    ----------
+    name : under which the transforms are kept on disk; None: nowhere. They are read from there, or taken now.
+    """
+    shape, size = _shape(bands), sizes(_shape(bands), bands[0].shape)
+
+    def one(values):
+        kernel = prepare(values, shape)
+        return [
+            kernel.peak,
+            kernel.norm,
+            kernel.positive,
+            *np.concatenate(profile(values)),
+        ], kernel.spectrum
+
+    facts, blocks = _kept(f"{name}-spectra" if name else None, one, bands)
+    kernels = [
+        Kernel(v, shape, size, s, *f[:2].tolist(), bool(f[2]))
+        for v, s, f in zip(bands, blocks, facts.T)
+    ]
+    return Spectra(kernels, _profiles(facts[3:], bands), blocks)
+
+
+def divided(bands, name: str | None) -> Divided:
+    """Return the transforms of what falls within NEAR tiles and, in single precision, of what falls farther; arguments as `spectra`.
+
+    Near a lamp light is bright and must be right to many digits, but so small a kernel has small transforms. Far from it the full frame
+    is needed, but hardly any light arrives. In a small frame all is near.
+    """
+    shape, full = _shape(bands), sizes(_shape(bands), bands[0].shape)
+    cut = tuple(slice(max(0, n // 2 - NEAR), n // 2 + NEAR + 1) for n in bands[0].shape)
+    whole = np.prod(sizes(shape, bands[0][cut].shape)) > WORTH_DIVIDING * np.prod(full)
+    if whole:
+        cut = (slice(None), slice(None))
+
+    def near(values):
+        kernel = prepare(values[cut], shape)
+        return [kernel.peak, kernel.norm, *np.concatenate(profile(values))], kernel.spectrum
+
+    def far(values):
+        rest = np.array(values)
+        rest[cut] = 0.0
+        kernel = prepare(rest, shape)
+        return [kernel.peak, kernel.norm], kernel.spectrum.astype(
+            np.complex64 if np.iscomplexobj(kernel.spectrum) else np.float32
+        )
+
+    def part(label, one, extent):
+        facts, blocks = _kept(f"{name}-{label}" if name else None, one, bands)
+        return Part(blocks, *facts[:2], sizes(shape, extent)), facts[2:]
+
+    first, sums = part("near", near, bands[0][cut].shape)
+    return Divided(
+        first, None if whole else part("far", far, bands[0].shape)[0], _profiles(sums, bands)
+    )
+
+
+def profile(values) -> tuple[np.ndarray, np.ndarray]:
+    """Return the sums of a kernel over x and over y."""
+    return values.sum(axis=1, dtype=float), values.sum(axis=0, dtype=float)
+
+
+def _kept(name, one, bands):
+    """Return facts (fact, band) and arrays (band, ...) of one(kernel) -> (facts, array): from disk, written there, or held."""
+    found = kernel_store.load(name) if name else None
+    facts = []
+
+    def arrays():
+        facts.clear()
+        for values in bands:
+            now, array = one(values)
+            facts.append(now)
+            yield array
+
+    def known():
+        return np.array(facts, float).T
+
+    if found is None and name:
+        parts = arrays()
+        first = next(parts)
+        kernel_store.save(
+            name, (len(bands), *first.shape), first.dtype, chain([first], parts), known
+        )
+        found = kernel_store.load(name)
+    if found is None:
+        made = np.stack(list(arrays()))
+        found = known(), made
+    return found
+
+
+def _profiles(sums, bands):
+    rows = bands[0].shape[0]
+    return [(s[:rows], s[rows:]) for s in sums.T]
+
+
+def _shape(bands):
+    return tuple(n // 2 + 1 for n in bands[0].shape)
+
+
+def _held(blocks) -> int:
+    return 0 if isinstance(blocks, np.memmap) else blocks.nbytes

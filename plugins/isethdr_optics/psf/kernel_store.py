@@ -1,0 +1,143 @@
+"""Kernel store: kernels and their transforms kept on disk between processes, under a name made of all that they depend on.
+
+A file holds, one after another in NumPy's format: one array per band, facts (float64), checksums (uint32). It is written under a temporary
+name and renamed, so any number of processes may share a folder; each maps the arrays into memory, where they are held once for all.
+Where nothing can be written, nothing is kept.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+import uuid
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from isethdr_core import store
+from isethdr_core.runs import provenance
+
+LIMIT_BYTES = 8 << 30  # of all files together; beyond it those unused for longest go
+PART = "-band-"  # in the name of a file that holds one band, until all are made
+ABANDONED_S = 3600.0  # age at which a temporary file's writer is taken for dead
+
+
+def name(lens, flares, wavelength_nm, pitch_um, reach, way: str | None = None) -> str | None:
+    """Return the file's name for kernels of these arguments and of the code that makes them; None where they have no such name.
+
+    `way` : in which they are made, where there is more than one.
+    """
+    try:
+        return store.content_hash(
+            {
+                "optics": [_named(c) for c in (lens, *flares)],
+                "sampling": [
+                    np.asarray(wavelength_nm, float),
+                    np.round(pitch_um, 9),
+                    list(reach),
+                    way,
+                ],
+                "code": provenance.fingerprint(
+                    lens, *flares, core=("isethdr_core.physics", __package__)
+                ),
+                "files": provenance.input_digests(lens, *flares),
+                "versions": [np.__version__, provenance.versions().get("scipy")],
+            }
+        )
+    except (
+        TypeError,
+        ValueError,
+        ImportError,
+        OSError,
+    ):  # fields that are no values, or a class typed at a prompt
+        return None
+
+
+def _named(component):
+    return [type(component).__module__, type(component).__qualname__, store.jsonable(component)]
+
+
+def _folder() -> Path:
+    return store.home() / "kernels"
+
+
+def load(key: str):
+    """Return (facts, arrays): (fact, band) float64 and (band, ...), mapped; None where missing or damaged."""
+    path = _folder() / f"{key}.npy"
+    try:
+        with open(path, "rb") as file:
+            np.lib.format.read_magic(file)
+            shape, _, dtype = np.lib.format.read_array_header_1_0(file)
+            bands = np.memmap(path, dtype, "r", file.tell(), shape)
+            file.seek(bands.nbytes, os.SEEK_CUR)
+            facts, checks = np.load(file), np.load(file)
+        if [_check(part) for part in (facts, *bands)] != checks.tolist():
+            return None
+        os.utime(path)
+    except (OSError, ValueError, EOFError):
+        return None
+    return facts, bands
+
+
+def save(key: str, shape, dtype, bands, facts) -> None:
+    """Keep arrays for `load`; do nothing where that is not possible.
+
+    Parameters
+    ----------
+    shape, dtype : of all bands together.
+    bands : iterable of one array per band, taken one at a time.
+    facts : called at last; returns (fact, band) float64.
+    """
+    folder, dtype = _folder(), np.dtype(dtype)
+    temporary = folder / f".{key}.{os.getpid()}-{uuid.uuid4().hex[:6]}.tmp"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with open(temporary, "wb") as file:
+            np.lib.format.write_array_header_1_0(
+                file, {"descr": dtype.str, "fortran_order": False, "shape": tuple(shape)}
+            )
+            checks = []
+            for band in bands:
+                band = np.ascontiguousarray(band, dtype)
+                checks.append(_check(band))
+                file.write(band)
+            known = np.ascontiguousarray(facts(), float)
+            np.save(file, known)
+            np.save(file, np.array([_check(known), *checks], np.uint32))
+        os.replace(temporary, folder / f"{key}.npy")
+        _remove_oldest(folder)
+    except OSError:
+        pass
+    finally:
+        try:
+            temporary.unlink(missing_ok=True)
+        except OSError:
+            pass
+
+
+def remove_parts(key: str) -> None:
+    """Remove what was kept of single bands: all of them have been saved together."""
+    for path in _folder().glob(f"{key}{PART}*.npy"):
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
+
+
+def _check(a) -> int:
+    """Return the sum of an array's 32-bit words, modulo 2^32: it changes with any one bit, and costs no more than reading."""
+    return int(np.add.reduce(np.ascontiguousarray(a).reshape(-1).view(np.uint32), dtype=np.uint32))
+
+
+def _remove_oldest(folder):
+    """Keep the folder below its limit; a file that another process has mapped lives on until that lets go of it."""
+    for path in folder.glob(".*.tmp"):
+        if time.time() - path.stat().st_mtime > ABANDONED_S:
+            path.unlink(missing_ok=True)
+    total = 0
+    files = sorted(
+        ((p.stat(), p) for p in folder.glob("*.npy")), key=lambda f: f[0].st_mtime, reverse=True
+    )
+    for stat, path in files:
+        total += stat.st_size
+        if total > LIMIT_BYTES:
+            path.unlink(missing_ok=True)

@@ -1,0 +1,457 @@
+"""Kernels: how much of a tile's light reaches every other tile, averaged over a band, over the whole frame.
+
+A kernel is the point spread function averaged over the source tile and integrated over the receiving one. Close to the axis this
+is
+exact (`integrated_psf`); farther out it is an average over many points and wavelengths (`far`). What remains there is speckle,
+measured by the difference between two halves of the points.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass, is_dataclass
+from functools import cached_property
+from threading import Lock
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+
+from isethdr_core.cli.progress import track
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics import convolution
+from isethdr_core.physics.diffraction import psf_from_pupil
+from isethdr_core.physics.radiometry import band_widths_nm
+
+from ..imaging.threads import MOST_THREADS, cpus, executor
+from ..pupil import band_phase, sampled_pupil
+from . import (
+    interpolation_wavelengths,
+    kernel_sampling_error,
+    kernel_spectra,
+    kernel_store,
+    memory,
+    scatter,
+    wings,
+)
+from .exact_core import exact_core
+from .wings import tile_sums
+
+CORE_SAMPLES = 240  # image samples from the axis to the border of the exact core
+CORE_TILES = 1e6  # of an exact core that covers a frame of tiles finer than its samples: a second a wavelength
+MOST_WAVELENGTHS = 32  # per band, however wide
+MOST_TILES = 4e6  # of a kernel whose coarse tiles were divided
+CACHE_BYTES = 3 << 30  # of kernels held by this process and not by a file
+SPECTRA_BYTES = 1 << 30  # of transforms of one lens's kernels that are held and not on disk
+SAMPLED = 64  # points of a kernel along each axis that stand for all of it
+WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
+
+
+@dataclass(frozen=True, eq=False)
+class Kernels:
+    """Kernels of all bands (float32, the axis in the middle) and what is known of their errors."""
+
+    bands: list[np.ndarray]
+    outside: np.ndarray  # fraction of the energy beyond the kernel, per band
+    speckle: np.ndarray  # (band, octave of radius from 1 to 2 tiles on) relative L1 error per tile; 0 in the exact core
+    transmitted: (
+        np.ndarray
+    )  # light through the pupil / light through the clean round stop, per band
+    wrap: float = 0.0  # relative, light wrapped into tiles near the kernel's border by the period of the far field
+    deviation: np.ndarray | None = (
+        None  # (band, octave) relative, of light of any pattern, as `kernel_errors.deviation`; None: exact
+    )
+    core: np.ndarray | None = (
+        None  # per band, tiles from the axis, along y and along x, within which it holds for nothing: exact
+    )
+    keep: tuple = ()  # what the cache's key names: objects stay alive, so that an id is never used twice
+
+    name: str | None = None  # under which they are kept on disk
+
+    @cached_property
+    def profiles(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Sums over x and over y of every band's kernel."""
+        made = self.__dict__.get("spectra") or self.__dict__.get(
+            "divided"
+        )  # not made for their sake
+        return made.profiles if made else [kernel_spectra.profile(b) for b in self.bands]
+
+    @cached_property
+    def sampled(self) -> tuple[np.ndarray, list[int], list[int]]:
+        """Points of the kernels (y, x, band), every so many tiles along (y, x), from which tiles on: what they are like far and wide."""
+        steps = [max(1, n // SAMPLED) for n in self.bands[0].shape]
+        first = [s // 3 for s in steps]
+        cut = tuple(slice(f, None, s) for f, s in zip(first, steps))
+        return np.stack([np.asarray(b[cut], float) for b in self.bands], axis=-1), steps, first
+
+    @cached_property
+    def spectra(self) -> kernel_spectra.Spectra | None:
+        """The kernels with their transforms, for images of the full frame; None where nothing is on disk and memory is too small."""
+        return kernel_spectra.spectra(self.bands, self.name) if self._fits else None
+
+    @cached_property
+    def divided(self) -> kernel_spectra.Divided | None:
+        """The kernels' near and far parts with their transforms, for images of the full frame; None as `spectra`."""
+        return kernel_spectra.divided(self.bands, self.name) if self._fits else None
+
+    @cached_property
+    def _fits(self) -> bool:
+        return (
+            bool(self.name)
+            or 2 * len(self.bands) * self.bands[0].nbytes * (1 + (not _mirrored(self.bands[0])))
+            <= SPECTRA_BYTES
+        )
+
+    def ready(self, band: int) -> convolution.Kernel:
+        """Return one band's kernel with its transform, for images of the full frame."""
+        if self.spectra:
+            return self.spectra.kernels[band]
+        return convolution.prepare(self.bands[band], [n // 2 + 1 for n in self.bands[band].shape])
+
+    @property
+    def held_bytes(self) -> int:
+        """Memory of this process that the kernels and their transforms take; mapped files take none."""
+        made = [self.__dict__.get(n) for n in ("spectra", "divided")]
+        return sum(b.nbytes for b in self.bands if not isinstance(b, np.memmap)) + sum(
+            m.held_bytes for m in made if m
+        )
+
+
+_cache: OrderedDict[tuple, Kernels] = OrderedDict()
+_lock = Lock()
+
+
+def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
+    """Return the kernels of a lens with `flares` for bands centred on `wavelength_nm`; kept in the process and on disk.
+
+    Parameters
+    ----------
+    pitch_um : (y, x) tile pitch.
+    reach : (y, x) tiles from the axis to the kernel's border; (ny - 1, nx - 1) is the full frame.
+    make : function of the same arguments that makes them another way; these are kept on disk however fast they were made.
+    """
+    wavelength_nm = np.asarray(wavelength_nm, float)
+    key = (
+        repr((lens, flares)),
+        tuple(map(id, flares)) if any(not _described(f) for f in flares) else (),
+        tuple(wavelength_nm),
+        tuple(np.round(pitch_um, 9)),
+        tuple(reach),
+        make,
+    )
+    with _lock:
+        if key in _cache:
+            _cache.move_to_end(key)
+            return _cache[key]
+    described = all(map(_described, (lens, *flares)))
+    name = (
+        kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach, make and make.__module__)
+        if described
+        else None
+    )
+    made = _stored(name)
+    if made is None:
+        memory.check_kernels(lens, wavelength_nm, pitch_um, reach)
+        band_phase.check(lens, flares, wavelength_nm)
+        start = perf_counter()
+        made = (
+            make(lens, flares, wavelength_nm, pitch_um, reach)
+            if make
+            else _made(lens, flares, wavelength_nm, pitch_um, reach, name)
+        )
+        if name and (make or perf_counter() - start > WORTH_KEEPING_S):
+            facts = [
+                made.outside,
+                made.transmitted,
+                np.full(len(made.bands), made.wrap),
+                made.core,
+                *made.speckle.T,
+                *made.deviation.T,
+            ]
+            kernel_store.save(
+                name,
+                (len(made.bands), *made.bands[0].shape),
+                "<f4",
+                made.bands,
+                lambda: np.stack(facts),
+            )
+            kernel_store.remove_parts(name)
+            made = _stored(name) or made  # mapped, no longer this process's own
+    with _lock:
+        _cache[key] = made
+        while len(_cache) > 1 and sum(k.held_bytes for k in _cache.values()) > CACHE_BYTES:
+            _cache.popitem(last=False)
+    return made
+
+
+def _stored(name):
+    found = kernel_store.load(name) if name else None
+    if found is None:
+        return None
+    (outside, transmitted, wrap, core, *errors), bands = found
+    speckle, deviation = np.split(np.stack(errors, axis=1), 2, axis=1)
+    return Kernels(
+        list(bands), outside, speckle, transmitted, float(wrap[0]), deviation, core, name=name
+    )
+
+
+def _mirrored(kernel) -> bool:
+    return np.array_equal(kernel, kernel[::-1, ::-1])
+
+
+def joined(first, some: Kernels, others: Kernels) -> Kernels:
+    """Return kernels of all bands: `some` where the mask `first` is true, `others` elsewhere."""
+    order = np.argsort(np.concatenate([np.flatnonzero(first), np.flatnonzero(~first)]))
+    arrays = {
+        n: np.concatenate([getattr(some, n), getattr(others, n)])[order]
+        for n in ("outside", "speckle", "transmitted", "deviation", "core")
+    }
+    bands = [*some.bands, *others.bands]
+    return Kernels(
+        [bands[k] for k in order], **arrays, wrap=max(some.wrap, others.wrap), keep=some.keep
+    )
+
+
+def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None) -> Kernels:
+    width_nm = band_widths_nm(wavelength_nm) if width_nm is None else width_nm
+    lattices = _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach)
+    mirrored, shared = not sampled_pupil.has_phase(lens, flares), interpolation_wavelengths.Knots()
+
+    def one(
+        centre, width
+    ):  # knots are the same whatever the bands: one does not depend on which others there are
+        split, fine, wide = fine_tiles(lens, centre - width / 2, pitch_um, reach)
+        kernel, wrong, energy = _Plan(
+            lens, flares, centre, width, fine, wide, split, lattices, shared
+        ).band(centre, width)
+        kernel = np.asarray(
+            scatter.mix(tile_sums(kernel, split), flares, centre, pitch_um, lens.focal_length_mm),
+            np.float32,
+        )
+        if mirrored:  # but for rounding; then the transform is real
+            kernel = (kernel + kernel[::-1, ::-1]) / 2
+        errors = *np.zeros((2, kernel_sampling_error.OCTAVES)), max(kernel.shape)
+        if wrong is not None:
+            wrong = tile_sums(wrong, split)
+            errors = (
+                kernel_sampling_error.by_octave(wrong, kernel),
+                kernel_sampling_error.deviation(wrong, kernel),
+                kernel_sampling_error.core(wrong),
+            )
+        return kernel, *errors, energy / sampled_pupil.stop_mm2(lens)
+
+    def kept(
+        centre, width
+    ):  # band by band, so that what was done before a run was stopped is not done again
+        part = f"{name}{kernel_store.PART}{centre:.9g}"
+        if name and (found := kernel_store.load(part)):
+            (core, transmitted, *errors), [kernel] = found
+            return np.array(kernel), *np.split(np.ravel(errors), 2), core[0], transmitted[0]
+        start = perf_counter()
+        kernel, speckle, deviation, core, transmitted = made = one(centre, width)
+        if name and perf_counter() - start > WORTH_KEEPING_S:
+            kernel_store.save(
+                part,
+                (1, *kernel.shape),
+                "<f4",
+                [kernel],
+                lambda: np.array([core, transmitted, *speckle, *deviation])[:, None],
+            )
+        return made
+
+    with executor(min(cpus(), len(wavelength_nm), MOST_THREADS)) as pool:
+        bands, speckle, deviation, core, transmitted = zip(
+            *track(
+                pool.map(kept, wavelength_nm, width_nm),
+                "bands of the point spread",
+                len(wavelength_nm),
+            )
+        )
+    outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
+    speckle, deviation = np.array(speckle), np.array(deviation)
+    wrap = (wings.WRAP_SHARED if lattices else wings.WRAP) if speckle.max() > 0 else 0.0
+    return Kernels(
+        list(bands),
+        outside,
+        speckle,
+        np.array(transmitted),
+        wrap,
+        deviation,
+        np.array(core, float),
+        (lens, flares),
+    )
+
+
+def _split(lens, shortest_nm, pitch_um, reach):
+    """Return into how many parts, per axis, to divide tiles that are much wider than the core of the point spread function."""
+    if shortest_nm <= 0:
+        return 1
+    wanted = np.ceil(max(pitch_um) / (8 * sampled_pupil.blur_um(lens, shortest_nm)))
+    return int(max(1, min(wanted, np.sqrt(MOST_TILES / np.prod([2 * r + 1 for r in reach])))))
+
+
+def core_half(lens, shortest_nm: float, pitch_um, reach) -> tuple[int, int]:
+    """Return the (y, x) tiles from the axis to the border of the exact core, `reach` at most.
+
+    Samples are half the finest detail, wavelength x f-number, wide or finer. Where tiles are finer still (slow lenses, small pixels)
+    and the frame is no wider than the core would be in such details, the core covers all of it, up to `CORE_TILES`.
+    """
+    blur = sampled_pupil.blur_um(lens, shortest_nm)
+    half = [
+        min(r, max(3, int(CORE_SAMPLES / np.ceil(2 * p / blur)))) for r, p in zip(reach, pitch_um)
+    ]
+    within = all(
+        2 * p * max(r, CORE_SAMPLES) <= CORE_SAMPLES * blur for r, p in zip(reach, pitch_um)
+    )
+    if within and np.prod([2.0 * r + 1 for r in reach]) <= CORE_TILES:
+        half = reach
+    return tuple(half)
+
+
+def _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach) -> list:
+    """Return what `far.shared` makes for all bands, or nothing where it would be wrong or exact cores cover the frame."""
+    shortest = wavelength_nm - width_nm / 2
+    if shortest.min() <= 0 or sampled_pupil.has_phase(lens, flares):
+        return []
+    if all(without_lattices(lens, first, pitch_um, reach) for first in shortest):
+        return []
+    _, fine, wide = fine_tiles(lens, float(shortest.min()), pitch_um, reach)
+    return wings.shared(lens, flares, float(shortest.min()), fine, wide)
+
+
+def without_lattices(lens, shortest_nm: float, pitch_um, reach) -> bool:
+    """Return whether the exact core of a band that starts at `shortest_nm` covers its kernel."""
+    _, fine, wide = fine_tiles(lens, shortest_nm, pitch_um, reach)
+    return core_half(lens, shortest_nm, fine, wide) == tuple(wide)
+
+
+class Grid(NamedTuple):
+    """Tiles of a kernel before it is summed: parts of a tile per axis, (y, x) um of a part, parts from the axis to the border."""
+
+    split: int
+    pitch_um: list[float]
+    reach: list[int]
+
+
+def fine_tiles(lens, shortest_nm, pitch_um, reach) -> Grid:
+    """Return the tiles that a kernel is made of: parts of those of the frame where they are much wider than the finest detail."""
+    split = _split(lens, shortest_nm, pitch_um, reach)
+    return Grid(split, [p / split for p in pitch_um], [r * split + split - 1 for r in reach])
+
+
+def _described(flare) -> bool:
+    return is_dataclass(flare)
+
+
+class _Plan:
+    """One band: the pupil of the core, its energy, the grids of the rings."""
+
+    def __init__(
+        self, lens, flares, centre_nm, width_nm, pitch_um, reach, split, lattices, shared=None
+    ):
+        self.lens, self.flares, self.pitch, self.reach = lens, flares, tuple(pitch_um), tuple(reach)
+        self.distance, self.split, self.lattices, self.knots = (
+            sampled_pupil.distance_mm(lens),
+            split,
+            lattices,
+            shared or interpolation_wavelengths.Knots(),
+        )
+        self.shortest, self.longest = centre_nm - width_nm / 2, centre_nm + width_nm / 2
+        if self.shortest <= 0:
+            raise ConfigError(
+                f"the band at {centre_nm:g} nm is {width_nm:g} nm wide: it reaches 0; expected closer wavelengths"
+            )
+        self.half = core_half(lens, self.shortest, pitch_um, reach)
+        extent = max(2 * (h + 4) * p for h, p in zip(self.half, pitch_um))
+        pitch = sampled_pupil.core_pitch_mm(
+            lens, extent, self.shortest, sampled_pupil.FEWEST_SAMPLES
+        )
+        self.axis = sampled_pupil.axis_mm(lens, pitch)
+        self.fixed = sampled_pupil.all_shapes(flares) and not sampled_pupil.delays_um(lens, flares)
+        self.energy = (
+            sampled_pupil.open_energy_mm2(lens, flares, self.shortest) if self.fixed else None
+        )
+
+    def band(self, centre, width):
+        """Return one band's kernel without scatter, how its halves differ (None: exact), and the energy of its pupil, mm2."""
+        lens, flares = self.lens, self.flares
+        energy = self.energy or sampled_pupil.open_energy_mm2(lens, flares, centre)
+        waves = self.wavelengths(
+            centre, width, max(self.half) / self.split, 3 if self.split == 1 else 1
+        )
+        core = exact_core(self, centre, width, waves, energy)
+        kernel, wrong = core, None
+        if self.half != self.reach:
+            kernel, wrong = wings.rings(self, centre, width, energy)
+            if (
+                straight := 0.0
+                if self.lattices
+                else interpolation_wavelengths.error(self, centre, width)
+            ):  # both halves go along the same lines
+                wrong *= np.float32(
+                    np.hypot(
+                        1,
+                        straight
+                        / max(kernel_sampling_error.by_octave(wrong, kernel).max(), straight / 10),
+                    )
+                )
+            kernel[tuple(slice(r - h, r + h + 1) for r, h in zip(self.reach, self.half))] = core
+        return kernel, wrong, energy
+
+    def wavelengths(self, centre, width, radius, least):
+        """Return midpoints of equal sub-bands of the core: from one to the next the pattern at `radius` tiles moves by a speckle at most."""
+        pitch = max(self.pitch)
+        count = radius * pitch * width / (centre * sampled_pupil.blur_um(self.lens, centre))
+        count = max(
+            count,
+            sampled_pupil.phase_change(
+                self.lens, self.flares, centre - width / 2, centre + width / 2
+            ),
+        )  # a radian rms from one to the next
+        count = int(np.clip(np.ceil(count), least if width > 1.5 else 1, MOST_WAVELENGTHS))
+        return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
+
+
+def point_spread(lens, wavelength_nm, pitch_um, size, flares, integrated):
+    """Return the point spread function of a lens with flares; see `DiffractionLimitedLens.psf`."""
+    waves = np.atleast_1d(np.asarray(wavelength_nm, float))
+    memory.check_psf(waves, pitch_um, size)
+    if integrated is None:
+        integrated = bool(pitch_um >= min(sampled_pupil.blur_um(lens, w) for w in waves))
+    out = []
+    for wave in waves:
+        pitch_mm = sampled_pupil.core_pitch_mm(lens, (size + 8) * pitch_um, wave)
+        axis = sampled_pupil.axis_mm(lens, pitch_mm)
+        pupil = sampled_pupil.resolved(lens, flares, axis, axis, wave)
+        psf = psf_from_pupil(
+            pupil,
+            None,
+            sampled_pupil.scaled_nm(lens, wave),
+            pitch_mm,
+            sampled_pupil.distance_mm(lens),
+            pitch_um,
+            size,
+            sampled_pupil.open_energy_mm2(lens, flares, wave),
+            cell_means=True,
+            integrated=integrated,
+        )
+        out.append(scatter.mix(psf, flares, wave, (pitch_um, pitch_um), lens.focal_length_mm))
+    return psf_array(np.stack(out), waves, pitch_um, lens, flares, integrated)
+
+
+def psf_array(values, wavelength_nm, pitch_um, lens, flares, integrated=True):
+    """Return point spread functions as a labelled DataArray, y and x in metres."""
+    import xarray as xr
+
+    at = (np.arange(values.shape[-1]) - values.shape[-1] // 2) * pitch_um * 1e-6
+    return xr.DataArray(
+        values,
+        dims=("wavelength", "y", "x"),
+        coords={"wavelength": np.atleast_1d(np.asarray(wavelength_nm, float)), "y": at, "x": at},
+        attrs={
+            "units": "1",
+            "f_number": lens.f_number,
+            "focal_length_mm": lens.focal_length_mm,
+            "sample": "integral" if integrated else "point",
+        },
+    )

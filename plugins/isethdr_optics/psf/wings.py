@@ -1,0 +1,437 @@
+"""Far: kernels beyond the exact core, from the diffraction pattern on lattices of points.
+
+A lattice (`physics.lattice`) holds the pattern of one wavelength somewhat finer than its speckles, at half the distance that they
+may lie apart without loss. Weighting its points with the triangle that two constant tiles make of a point gives tile means, on a
+grid finer than tiles. The pattern of a neighbouring wavelength is the same, scaled about the axis: the mean over a band reads the
+grid at tile centres drawn in and out, for so many wavelengths that from one to the next no tile moves by more than half a tile.
+Speckles thus become radial streaks, whatever the number of bands.
+
+Without phase one pattern scales to all wavelengths: two lattices, half a step apart, serve every band. With a wavefront or a
+third-party pupil a pair of lattices serves a part of the band, over which the phase hardly changes. Either way two independent
+halves result, and half their difference states the error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft as sf
+from scipy.sparse import csr_array
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.optics import lattice as lattices
+
+from ..pupil import sampled_pupil
+from . import kernel_sampling_error
+
+REFERENCE_NM = 380.0  # of the shared lattices where all bands are longer: a band then does not depend on which others there are
+PERIOD = 3.0  # of the field, in reaches
+WRAP = 0.018  # largest error that this leaves in the border tiles (L1, against a period of 7; clean round pupil with a wavefront)
+WRAP_SHARED = 0.0015  # and of a pupil without phase, whose lattices serve all bands
+RING_PUPIL = 500  # least cells across the stop
+SHARED_SAMPLES = 1.2e8  # of one shared lattice, about a gigabyte while it is made
+OWN_SAMPLES = (
+    1.2e8  # of a lattice with phase: the same while it is made, a third of that while it is kept
+)
+GRID = 3  # of tile means, per tile: the nearest stands in for a place between them
+CLEAR = 1.0  # of the highest spatial frequency: what a lattice takes for lower ones; beside those that tiles pass, hardly any light has them
+ENOUGH = 16  # samples across a wide tile: it and its neighbours then hold 600, whose mean is right to 3 %
+FARTHEST = 4  # wavelengths x f-number between samples
+SMOOTH = 12  # samples per wavelength x f-number, at most: between them a line is right to 3 % of the finest detail
+READS = 1.0  # per tile that a tile moves within the band, of either half
+ROWS, COLUMNS = 32, 240  # of a block of tiles that is read at once
+LEAST_READS, MOST_READS = 12, 256
+FINER = (1, 2, 4)  # times the reads, tried until the error is what the lens allows
+STRETCHED = 1.15  # times the frame, that lattices at knots are read over
+FINEST = 0.8  # times a step, at least: what counts as finer
+DEFAULT_ERROR = 0.03  # for which lattices are made; for less they are finer
+MOST_ACROSS, MOST_ACROSS_PHASE = (
+    3e5,
+    8e4,
+)  # cells across a pupil: a minute where it is shapes alone; twenty, cell by cell, with phase
+BELOW_NM = 80.0  # from the shortest wavelength down to the lattice that it is read from, at most: the widest of `knots.STEPS_NM`
+CHORD_BYTES = 3000  # for every row of cells of a pupil of shapes
+PHASE_CHANGE = 0.3  # radians rms, from one end of a part of the band to the other
+UNKNOWN_PARTS = 2  # of a band, for a third-party pupil whose phase may change with wavelength
+MOST_PARTS = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Samples of a pattern: values[i, j] is the fraction of the energy per sample at (index - middle + offset) * step."""
+
+    values: np.ndarray
+    step_um: tuple[
+        float, float
+    ]  # at `wavelength_nm`, as `pupils.scaled_nm`; a pattern without phase scales with wavelength
+    wavelength_nm: float
+    offset: tuple[float, float]
+
+
+def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
+    """Return two lattices, shifted by half a step, of the pattern of a pupil without phase, for all wavelengths of a frame."""
+    wave = min(shortest_nm, REFERENCE_NM)
+    step, far, period, cells = _sampling(
+        lens,
+        wave,
+        pitch_um,
+        reach,
+        1.0,
+        SHARED_SAMPLES,
+        max(1.0, DEFAULT_ERROR / lens.speckle_error),
+        shared=True,
+    )
+    _check_pupil(lens, wave, cells, MOST_ACROSS)
+    energy, distance = (
+        sampled_pupil.open_energy_mm2(lens, flares, wave),
+        sampled_pupil.distance_mm(lens),
+    )
+    out = []
+    for offset in ((0.0, 0.0), (0.5, 0.5)):
+        pupil = lattices.fold_shapes(
+            sampled_pupil.terms(lens, flares), sampled_pupil.reach_mm(lens), cells, period, offset
+        )
+        values = lattices.lattice_psf(
+            pupil, wave, distance, far, (step, step), energy, offset, lattices.spline_response
+        )
+        out.append(Lattice(values, (step, step), wave, offset))
+    return out
+
+
+def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
+    """Return two lattices, shifted by half a step, of the pattern at one wavelength, to be read up to `stretch` times the frame."""
+    lens, flares = plan.lens, plan.flares
+    step, far, period, cells = _sampling(
+        lens, wave, plan.pitch, reach, stretch, OWN_SAMPLES, fine, plan.split
+    )
+    _check_pupil(lens, wave, cells, MOST_ACROSS_PHASE)
+    offsets = ((0.0, 0.0), (0.5, 0.5))
+    folded, out = sampled_pupil.folded(lens, flares, wave, cells, period, offsets), []
+    scaled_nm = sampled_pupil.scaled_nm(lens, wave)
+    for offset in offsets:  # the first is let go of before the second is transformed
+        values = lattices.lattice_psf(
+            folded.pop(0),
+            scaled_nm,
+            plan.distance,
+            far,
+            (step, step),
+            energy,
+            offset,
+            lattices.binomial_response,
+        )
+        out.append(Lattice(values, (step, step), scaled_nm, offset))
+    return out
+
+
+def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, split=1, shared=False):
+    """Return (step um, samples to the border, period, cells mm) of a lattice.
+
+    `split` : parts of a tile, per axis, of which `pitch_um` is one. So wide a tile holds many speckles, and samples of it are enough.
+    """
+    extent = [(r + 1) * p * stretch for r, p in zip(reach, pitch_um)]
+    blur, pitch = sampled_pupil.blur_um(lens, wave), min(pitch_um)
+    if shared:
+        wanted = min(blur / np.sqrt(2), pitch / 3)
+    elif split > 1:
+        wanted = min(max(blur / CLEAR, pitch * split / ENOUGH), FARTHEST * blur)
+    else:
+        wanted = min(blur / (CLEAR + blur / (2 * pitch)), pitch / 2)
+    wanted = max(wanted, blur / SMOOTH) / np.sqrt(fine)
+    step = min(max(wanted, PERIOD * np.sqrt(np.prod(extent) / most)), max(pitch, blur / SMOOTH))
+    far = tuple(int(np.ceil(e / step)) + 2 for e in extent)
+    least = (
+        max(RING_PUPIL, sampled_pupil.phase_samples(lens, wave) / 2)
+        * sampled_pupil.blur_um(lens, wave)
+        / step
+    )
+    period = tuple(sf.next_fast_len(int(np.ceil(max(PERIOD * n, least)))) for n in far)
+    return (
+        step,
+        far,
+        period,
+        lattices.lattice_pitch_mm(
+            sampled_pupil.scaled_nm(lens, wave),
+            period,
+            sampled_pupil.distance_mm(lens),
+            (step, step),
+        ),
+    )
+
+
+def lattice_bytes(lens, shortest_nm: float, tiles) -> float:
+    """Return the bytes of the two lattices of a pupil while the second is made: a complex field over its period, and both patterns.
+
+    Parameters
+    ----------
+    tiles : `kernels.Grid` of the frame.
+
+    Raises
+    ------
+    ConfigError : the frame is so much wider than the finest detail that the pupil would take hours.
+    """
+    phase = bool(lens.zernike_um or lens.focal_shift_um)
+    # a table of focal shifts may not reach below the shortest band
+    below = shortest_nm if lens.focal_shift_um else max(shortest_nm - BELOW_NM, shortest_nm / 2)
+    wave, stretch, most = (
+        (below, STRETCHED, OWN_SAMPLES)
+        if phase
+        else (min(shortest_nm, REFERENCE_NM), 1.0, SHARED_SAMPLES)
+    )
+    _, far, period, cells = _sampling(
+        lens, wave, tiles.pitch_um, tiles.reach, stretch, most, 1.0, tiles.split, shared=not phase
+    )
+    across = _check_pupil(lens, wave, cells, MOST_ACROSS_PHASE if phase else MOST_ACROSS)
+    return (
+        8 * float(np.prod(period, dtype=float))
+        + 2 * 4 * float(np.prod([2.0 * n + 1 for n in far]))
+        + (not phase) * CHORD_BYTES * across
+    )
+
+
+def _check_pupil(lens, wave_nm: float, cells_mm, most: float) -> float:
+    """Return the cells across a lattice's pupil; refuse more than `most`, before they are drawn.
+
+    Their number is the width of the lattice's period in wavelengths x f-number: large frames of fast lenses take many.
+    """
+    across = 2 * sampled_pupil.radius_mm(lens) / min(cells_mm)
+    if across > most:
+        raise ConfigError(
+            f"at f/{lens.f_number:g} and {wave_nm:g} nm this frame is {across / PERIOD:.3g} times wavelength x f-number wide: its kernels "
+            f"would take a pupil of {across:.3g} cells across; expected at most {most:g}; type "
+            f"lens.f_number={1.05 * lens.f_number * across / most:.2g} or more, or a smaller field"
+        )
+    return across
+
+
+def rings(plan, centre, width, energy):
+    """Return the kernel of a band beyond the core, and half the difference of its halves, 0 within.
+
+    Where their error is more than the lens allows, as far out as that is, finer rings take their place.
+    """
+    reach, fine = plan.reach, FINER[0]
+    kernel, wrong = ring(plan, reach, plan.half, centre, width, energy, fine)
+    while True:
+        over = np.flatnonzero(_errors(plan, kernel, wrong) > plan.lens.speckle_error)
+        if not len(over):
+            return kernel, wrong
+        nearer = tuple(
+            min(r, max(h + 1, 2 ** (int(over[-1]) + 1) * plan.split))
+            for r, h in zip(reach, plan.half)
+        )
+        reach, fine = nearer, _finer(plan, centre, reach, nearer, fine)
+        if not fine:
+            return kernel, wrong
+        found, off = ring(plan, reach, plan.half, centre, width, energy, fine)
+        middle = tuple(slice(r - n, r + n + 1) for r, n in zip(plan.reach, reach))
+        if _errors(plan, found, off).max() < _errors(plan, kernel[middle], wrong[middle]).max():
+            kernel[middle], wrong[middle] = found, off
+
+
+def _errors(plan, kernel, wrong):
+    """Return the error of whole tiles per octave of their distance."""
+    return kernel_sampling_error.by_octave(
+        *(tile_sums(a[_whole(a, plan.split)], plan.split) for a in (wrong, kernel))
+    )
+
+
+def _whole(fine, split):
+    """Return the slices of a function sampled `split` times per tile that hold whole tiles, one in the middle."""
+    reach = [(n // 2 - (split - 1)) // split * split + split - 1 for n in fine.shape]
+    return tuple(slice(n // 2 - r, n // 2 + r + 1) for n, r in zip(fine.shape, reach))
+
+
+def tile_sums(fine, s):
+    """Return tile-to-tile sums of a function sampled s times per tile: triangular weights along both axes."""
+    if s == 1:
+        return fine
+    weight = ((s - np.abs(np.arange(-(s - 1), s))) / s).astype(fine.dtype)
+    for axis in (0, 1):
+        window = np.lib.stride_tricks.sliding_window_view(fine, 2 * s - 1, axis=axis)
+        fine = (window[::s] if axis == 0 else window[:, ::s]) @ weight
+    return fine
+
+
+def _wanted(lens):
+    """Return how fine lattices with phase are for the error that a lens allows: what they miss falls faster than their samples grow."""
+    return max(1.0, DEFAULT_ERROR / lens.speckle_error) ** 0.5
+
+
+def _finer(plan, wave, reach, nearer, fine):
+    """Return how fine the next ring is to be, within `nearer`; 0 where memory allows no finer lattice: more reads alone change little."""
+    if plan.lattices:
+        return next((f for f in FINER if f > fine), 0)
+    wanted, tries = _wanted(plan.lens), ((reach, fine), *((nearer, f) for f in FINER))
+    now, *steps = (
+        _sampling(plan.lens, wave, plan.pitch, r, STRETCHED, OWN_SAMPLES, f * wanted, plan.split)[0]
+        for r, f in tries
+    )
+    return next((f for f, step in zip(FINER, steps) if step < FINEST * now), 0)
+
+
+def ring(plan, reach, hole, centre, width, energy, fine=1):
+    """Return a ring's kernel, averaged over the band, and half the difference of its halves, 0 in the `hole`.
+
+    `fine` times as many wavelengths and places between tiles are read as usual.
+    """
+    grid = int(np.ceil(GRID * np.sqrt(fine)))
+    finer = fine * _wanted(plan.lens)
+    rows = (
+        reach[0] + 1 if plan.lattices else 2 * reach[0] + 1
+    )  # without phase the rest is the mirror image
+    parts = 1 if plan.lattices else _parts(plan, centre, width)
+    halves = [np.zeros((rows, 2 * reach[1] + 1), np.float32) for _ in range(2)]
+    for part in range(parts):
+        middle, span = centre + ((part + 0.5) / parts - 0.5) * width, width / parts
+        pair = [[(one, 1.0)] for one in plan.lattices] or plan.knots.around(
+            plan, reach, middle, span, energy, finer
+        )
+        for half, given in enumerate(pair):
+            _read(
+                halves[half],
+                half,
+                given,
+                sampled_pupil.scaled_nm(plan.lens, middle),
+                span,
+                plan.pitch,
+                reach,
+                grid,
+                fine / parts,
+                1 / parts,
+            )
+    both = [(halves[0] + halves[1]) / 2, (halves[0] - halves[1]) / 2]
+    for k, half in enumerate(both if plan.lattices else ()):
+        both[k] = np.concatenate([half, half[-2::-1, ::-1]])
+        both[k][reach[0]] = (both[k][reach[0]] + both[k][reach[0], ::-1]) / 2
+    kernel, wrong = both
+    wrong[tuple(slice(r - h, r + h + 1) for r, h in zip(reach, hole))] = 0.0
+    return kernel, wrong
+
+
+def check_delay(delay_um: float, wavelength_nm, width_nm, beside: float = 0.0) -> None:
+    """Raise ConfigError where dust delays light by so much that the phase changes by more within a band than its parts can follow.
+
+    Parameters
+    ----------
+    delay_um : largest optical path difference of a grain.
+    wavelength_nm, width_nm : centres and widths of the bands; `beside` the change of the lens's own phase within a band, radians rms.
+    """
+    wave, width = np.asarray(wavelength_nm, float), np.asarray(width_nm, float)
+    change = 2e3 * np.pi * abs(delay_um) * (1 / (wave - width / 2) - 1 / (wave + width / 2))
+    worst, most = int(np.argmax(change)), MOST_PARTS * PHASE_CHANGE
+    if np.hypot(change[worst], beside) > most:
+        allowed_um = 0.95 * abs(delay_um) * max(most**2 - beside**2, 0.0) ** 0.5 / change[worst]
+        raise ConfigError(
+            f"dust_delay_um is {delay_um:g}: within the band at {wave[worst]:g} nm, {width[worst]:g} nm wide, its phase changes by "
+            f"{change[worst]:.3g} rad{f', the lens by {beside:.3g}' if beside else ''}; expected at most {most:g} rad together; "
+            f"type flare.NAME.dust_delay_um={allowed_um:.2g} or less, or take narrower bands"
+        )
+
+
+def _parts(plan, centre, width):
+    """Return into how many parts of about the same phase to divide a band."""
+    known = (
+        sampled_pupil.phase_change(plan.lens, plan.flares, centre - width / 2, centre + width / 2)
+        / PHASE_CHANGE
+    )
+    return int(
+        np.clip(
+            np.ceil(known),
+            1 if sampled_pupil.all_shapes(plan.flares) else UNKNOWN_PARTS,
+            MOST_PARTS,
+        )
+    )
+
+
+def _read(out, half, given, middle, span, pitch_um, reach, grid, often, weight):
+    """Add `weight` x the mean over a part of a band to `out`, whose rows start at the kernel's first.
+
+    Parameters
+    ----------
+    half : 0 or 1, of all wavelengths those that are read. `given` : [(lattice, share), ...] of the pattern at `middle`.
+    often : times the usual number of wavelengths.
+
+    Notes
+    -----
+    Blocks of tiles stay in the processor's cache, and each reads as many wavelengths as its own outermost tile asks for.
+    """
+    draw = 1 / (1 - span / 2 / middle)
+    border = [int(np.ceil(r * draw * grid)) + 1 for r in reach]
+    last = int(np.ceil((out.shape[0] - 1 - reach[0]) * draw * grid)) + 1
+    means = _tile_means(
+        given,
+        middle,
+        pitch_um,
+        grid,
+        np.arange(-border[0], last + 1),
+        np.arange(-border[1], border[1] + 1),
+    )
+    for y in _blocks(out.shape[0], ROWS):
+        for x in _blocks(out.shape[1], COLUMNS):
+            away = [np.arange(b.start, b.stop) - r for b, r in zip((y, x), reach)]
+            moved = (
+                np.hypot(*(np.abs(a).max() for a in away)) * span / weight / middle
+            )  # within the whole band
+            count = max(
+                2, int(np.ceil(often * np.clip(np.ceil(READS * moved), LEAST_READS, MOST_READS)))
+            )
+            scales = middle / (
+                middle + ((np.arange(half, 2 * count, 2) + 0.5) / (2 * count) - 0.5) * span
+            )
+            columns = slice(
+                *(int(np.rint(e * grid * s)) + border[1] for e, s in _outermost(away[1], scales))
+            )
+            total = np.zeros((len(away[0]), len(away[1])), np.float32)
+            for scale in scales:
+                rows, cols = (np.rint(a * (scale * grid)).astype(np.intp) for a in away)
+                part = means[rows + border[0], columns].take(cols + (border[1] - columns.start), 1)
+                part *= np.float32(weight / count * scale**2)
+                total += part
+            out[y, x] += total
+
+
+def _outermost(away, scales):
+    """Return (place, scale) of the first and of one past the last column that is read."""
+    low, high = float(away[0]), float(away[-1])
+    return (low, scales.max() if low < 0 else scales.min()), (
+        high + 1,
+        scales.max() if high + 1 > 0 else scales.min(),
+    )
+
+
+def _blocks(count, size):
+    return [slice(start, min(start + size, count)) for start in range(0, count, size)]
+
+
+def _tile_means(given, wave, pitch_um, grid, rows, cols):
+    """Return the light from one tile to another, for places `rows` and `cols` in units of a tile / grid, the sum of shares of lattices."""
+    out = np.zeros((len(rows), len(cols)), np.float32)
+    for lattice, share in given:
+        scale = wave / lattice.wavelength_nm
+        down, across = (
+            _triangles(
+                n * p / grid, p, p * np.sqrt(1 - 0.5 / grid**2), s * scale, o, m
+            )  # the nearest place adds (p / grid)^2 / 12
+            for n, p, s, o, m in zip(
+                (rows, cols), pitch_um, lattice.step_um, lattice.offset, lattice.values.shape
+            )
+        )
+        down *= np.float32(share)
+        for block in _blocks(len(rows), 64):  # that stay in the processor's cache
+            out[block] += (across @ np.ascontiguousarray((down[block] @ lattice.values).T)).T
+    return out
+
+
+def _triangles(at_um, pitch_um, half_um, step_um, offset, size):
+    """Return the weights (place, sample), sparse, of a triangle about every place; they sum to a tile's samples."""
+    half_um = max(half_um, step_um)  # below a step: between two samples
+    at = at_um / step_um - offset + size // 2
+    taps = int(2 * half_um / step_um) + 1
+    first = np.clip(np.ceil(at - half_um / step_um).astype(np.intp), 0, size - taps)
+    sample = first[:, None] + np.arange(taps)
+    weight = np.maximum(0.0, 1 - np.abs(sample - at[:, None]) * (step_um / half_um))
+    weight *= pitch_um / step_um / weight.sum(axis=1, keepdims=True)
+    return csr_array(
+        (weight.astype(np.float32).ravel(), sample.ravel(), np.arange(len(at) + 1) * taps),
+        (len(at), size),
+    )

@@ -1,0 +1,33 @@
+"""Uneven: light that does not fill the stop evenly, as an amplitude in Zernike terms whose mean square over the stop is 1."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from isethdr_core.physics.optics import pupil as shapes
+from isethdr_core.physics.optics.zernike import wavefront_um
+
+SAMPLES = 384  # across the stop, from which the share of an opening's light is known to 1e-4
+
+
+def amplitude(terms, x, y) -> np.ndarray:
+    """Return the amplitude (y, x), float32, of ((OSA index, value), ...) at places in stop radii, y down."""
+    return wavefront_um(dict(terms), x, -y).astype(np.float32)
+
+
+@lru_cache(maxsize=64)
+def share(terms, opening, dirt, radius_mm: float) -> float:
+    """Return the light that uneven light sends through an opening with dirt over that of even light; 1 for the whole stop.
+
+    Parameters
+    ----------
+    opening : convex shape. `dirt` : ((shape, loss of amplitude), ...); mm.
+    """
+    at = (np.arange(SAMPLES) + 0.5) / SAMPLES * 2 - 1
+    drawn = shapes.weighted(
+        shapes.overlaps(opening, tuple(d[0] for d in dirt)), [d[1] for d in dirt]
+    )
+    even = np.abs(shapes.raster(drawn, at * radius_mm, at * radius_mm, 2)) ** 2
+    return float((even * amplitude(terms, at, at) ** 2).sum(dtype=float) / even.sum(dtype=float))

@@ -1,0 +1,44 @@
+"""Pupil map: from places in the stop to places in the pupil that the image sees, for functions given over the stop.
+
+A lens has a `pupil_matrix` where both differ (`place_lens`). It is written for x right and y down;
+Zernike terms have y up.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from isethdr_core.physics.optics.pupil import Matrix
+from isethdr_core.physics.optics.zernike import mapped
+
+if TYPE_CHECKING:
+    from ..lenses.thin_lens import DiffractionLimitedLens
+
+ROUNDING = 1e-12  # of Zernike coefficients, um or share of the amplitude
+
+
+def over_pupil(lens: DiffractionLimitedLens, terms: dict[int, float]) -> dict[int, float]:
+    """Return Zernike terms {OSA index: value} over the pupil of terms over the stop."""
+    return (
+        terms
+        if lens.pupil_matrix is None
+        else dict(_mapped(tuple(terms.items()), _matrix_up(lens)))
+    )
+
+
+def stop_from_pupil(lens: DiffractionLimitedLens) -> np.ndarray:
+    """Return the matrix from places in the pupil to places in the stop, y up."""
+    return np.eye(2) if lens.pupil_matrix is None else np.linalg.inv(_matrix_up(lens))
+
+
+@lru_cache(maxsize=64)
+def _mapped(terms, matrix_up):
+    return tuple((j, c) for j, c in mapped(dict(terms), matrix_up).items() if abs(c) > ROUNDING)
+
+
+def _matrix_up(lens) -> Matrix:
+    (xx, xy), (yx, yy) = lens.pupil_matrix
+    return (xx, -xy), (-yx, yy)

@@ -1,0 +1,176 @@
+"""Pieces: parts that can be moved, renamed and joined. An assembly collects them and becomes a Model.
+
+Units are metres. Models stand on z = 0, look along +x, and have +y on their left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from isethdr_core.scene import Model, Part
+
+from ...lamps import lamp
+
+
+@dataclass(frozen=True, eq=False)
+class Piece(Part):
+    """A part under construction: the same data as a `Part`, and the ways to move and rename it."""
+
+    material: str = "plastic_black"
+
+    def moved(self, matrix) -> Piece:
+        """Return the piece moved by a (4, 4) matrix; a mirroring matrix keeps the faces outward."""
+        m = np.asarray(matrix, float)
+        turn = m[:3, :3]
+        vertices = self.vertices @ turn.T + m[:3, 3]
+        # normals follow the inverse transpose, so that a stretched ball keeps normals across its surface
+        normals = None if self.normals is None else unit(self.normals @ np.linalg.inv(turn))
+        faces = self.faces if np.linalg.det(turn) > 0 else self.faces[:, ::-1]
+        lit = self.lamp and replace(
+            self.lamp, axis=tuple(map(float, unit(turn @ np.array(self.lamp.axis))))
+        )
+        return replace(self, vertices=vertices, faces=faces, normals=normals, lamp=lit)
+
+    def named(self, name: str, material: str | None = None, lamp=None) -> Piece:
+        """Return the piece under another name, with another material or lamp where given."""
+        return replace(self, name=name, material=material or self.material, lamp=lamp or self.lamp)
+
+    def offset(self, distance: float) -> Piece:
+        """Return the piece pushed along its normals by `distance` metres."""
+        return replace(self, vertices=self.vertices + distance * self.normals)
+
+
+@dataclass
+class Assembly:
+    """A named list of pieces that grows until `model()` freezes it."""
+
+    name: str
+    parts: list[Piece] = field(default_factory=list)
+
+    def add(self, *pieces: Piece) -> Assembly:
+        """Append pieces, leaving out empty ones, and return self."""
+        self.parts += [p for p in pieces if len(p.faces)]
+        return self
+
+    def moved(self, matrix, name: str | None = None) -> Assembly:
+        """Return a copy moved by a (4, 4) matrix."""
+        return Assembly(name or self.name, [p.moved(matrix) for p in self.parts])
+
+    def model(self, name: str | None = None) -> Model:
+        """Return the finished model: one part per material, and one part per lamp, left and right apart.
+
+        Fewer parts mean fewer shapes for the renderer. A lamp stays a part of its own because its
+        intensity is that of the whole part.
+        """
+        groups: dict[tuple, list[Piece]] = {}
+        for p in self.parts:
+            key = (f"{p.name} {p.lamp.axis}", p.material) if p.lamp else (None, p.material)
+            groups.setdefault((*key, p.normals is None), []).append(p)
+        parts = [
+            join(pieces, pieces[0].name if name else material)
+            for (name, material, _), pieces in groups.items()
+        ]
+        return Model(name or self.name, tuple(parts))
+
+
+def unit(v):
+    """Return `v` (..., 3) scaled to length 1 along its last axis."""
+    return v / np.maximum(np.sqrt((v * v).sum(-1, keepdims=True)), 1e-12)
+
+
+def pose(x=0.0, y=0.0, z=0.0, yaw=0.0, scale=(1, 1, 1)) -> np.ndarray:
+    """Return the (4, 4) matrix: scale, then turn by `yaw` degrees about z, then shift."""
+    c, s = np.cos(np.radians(yaw)), np.sin(np.radians(yaw))
+    m = np.eye(4)
+    m[:3, :3] = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) * np.asarray(scale, float)
+    m[:3, 3] = x, y, z
+    return m
+
+
+def shift(x, y, z) -> np.ndarray:
+    """Return the (4, 4) matrix of a shift."""
+    m = np.eye(4)
+    m[:3, 3] = x, y, z
+    return m
+
+
+def mirrored(piece: Piece, name: str | None = None) -> Piece:
+    """Return a copy on the other side of the plane y = 0."""
+    return replace(
+        piece.moved(pose(scale=(1, -1, 1))), name=name or piece.name.replace("left", "right")
+    )
+
+
+def join(pieces, name: str) -> Piece:
+    """Return pieces as one, with the material and lamp of the first."""
+    first = np.cumsum([0] + [len(p.vertices) for p in pieces])
+    normals = None if pieces[0].normals is None else np.concatenate([p.normals for p in pieces])
+    return replace(
+        pieces[0],
+        name=name,
+        vertices=np.concatenate([p.vertices for p in pieces]),
+        faces=np.concatenate([p.faces + k for p, k in zip(pieces, first)]),
+        normals=normals,
+    )
+
+
+def face_areas(part: Part) -> np.ndarray:
+    """Return the vector areas of the faces, m2 (m, 3): along the outward normal, as long as the area."""
+    v, f = part.vertices, part.faces
+    return _cross(v, f) / 2
+
+
+def vertex_normals(vertices, faces) -> np.ndarray:
+    """Return area-weighted normals (n, 3); vertices at the same place share one normal."""
+    face, place = _cross(vertices, faces), np.round(vertices * 1e5).astype(np.int64)
+    order = np.lexsort(place.T)
+    ids = np.empty(len(place), np.intp)
+    ids[order] = np.cumsum(
+        np.append(False, (place[order[1:]] != place[order[:-1]]).any(1))
+    )  # places counted, however far apart
+    total = np.stack(
+        [
+            np.bincount(ids[faces].ravel(), np.repeat(face[:, c], 3), ids.max() + 1)
+            for c in range(3)
+        ],
+        1,
+    )
+    return unit(total[ids])
+
+
+def _cross(v, f):
+    """Return the cross product (m, 3) of two sides of each face: along the outward normal, twice as long as the area."""
+    a = v[f[:, 0]]
+    (ax, ay, az), (bx, by, bz) = (v[f[:, 1]] - a).T, (v[f[:, 2]] - a).T
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], 1)
+
+
+def flat(piece: Piece) -> Piece:
+    """Return the piece with unshared vertices, so that each face is shaded flat."""
+    vertices = piece.vertices[piece.faces].reshape(-1, 3)
+    faces = np.arange(len(vertices)).reshape(-1, 3)
+    return replace(
+        piece, vertices=vertices, faces=faces, normals=np.repeat(unit(face_areas(piece)), 3, 0)
+    )
+
+
+def compact(piece: Piece) -> Piece:
+    """Return the piece without vertices that no face uses."""
+    held = np.zeros(len(piece.vertices), bool)
+    held[piece.faces] = True
+    normals = None if piece.normals is None else piece.normals[held]
+    return replace(
+        piece,
+        vertices=piece.vertices[held],
+        faces=(np.cumsum(held) - 1)[piece.faces],
+        normals=normals,
+    )
+
+
+def lit(piece: Piece, kind: str, axis) -> list[Piece]:
+    """Return [emitting piece, housing]: only the faces within 60 degrees of `axis` emit."""
+    on = unit(face_areas(piece)) @ np.asarray(axis, float) > 0.5
+    front, rest = (compact(replace(piece, faces=piece.faces[k])) for k in (on, ~on))
+    return [replace(front, lamp=lamp(kind, axis)), replace(rest, name=piece.name + ".housing")]

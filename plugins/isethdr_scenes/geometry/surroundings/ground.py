@@ -1,0 +1,81 @@
+"""The ground: where the road runs, and how high the land is beside it.
+
+A place is (s, y): s metres along the centre line, y metres to its left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..mesh.piece import pose
+
+LANE_M, SHOULDER_M = 3.5, 0.9
+EDGE_M = LANE_M + SHOULDER_M
+CROWN = 0.025  # fall of the carriageway from its middle to its edges, m per m
+# cross-section beside the road: |y|, height above the middle of the road: shoulder, ditch, field, hills
+PROFILE = (
+    (0, 0),
+    (EDGE_M, -CROWN * EDGE_M),
+    (EDGE_M + 0.6, -0.17),
+    (7.2, -0.62),
+    (8.6, -0.68),
+    (11, -0.15),
+    (60, 0.5),
+    (400, 7.0),
+)
+WAVES = (
+    (0.05, 0.25),
+    (0.16, 0.10),
+    (0.5, 0.035),
+    (1.7, 0.012),
+)  # unevenness of the land: radians per m, amplitude m
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A road of constant curvature that starts at the origin along +x, in uneven land."""
+
+    curvature_per_m: float = 0.0016
+    seed: int = 0
+    lay_by_m: tuple[float, float] | None = (
+        None  # s range of a paved stretch on the right, for a parked vehicle
+    )
+
+    def points(self, s, y=0.0, z=0.0) -> np.ndarray:
+        """Return world points (..., 3) at `s`, `y` and height `z` over the datum."""
+        s, y, z = np.broadcast_arrays(np.asarray(s, float), y, z)
+        k = self.curvature_per_m if abs(self.curvature_per_m) > 1e-9 else 1e-9
+        r = 1 / k - y
+        return np.stack([r * np.sin(k * s), 1 / k - r * np.cos(k * s), z], -1)
+
+    def height(self, s, y) -> np.ndarray:
+        """Return the height of the ground, m."""
+        s, y = np.asarray(s, float), np.asarray(y, float)
+        z = np.interp(np.abs(y), *np.transpose(PROFILE)) + self._waves(s, y)
+        if self.lay_by_m is None:
+            return z
+        ramp = np.clip((s - self.lay_by_m[0]) / 5, 0, 1) * np.clip((self.lay_by_m[1] - s) / 5, 0, 1)
+        paved = ramp * (y < -EDGE_M + 0.1) * np.clip((9.5 + y) / 1.5, 0, 1)
+        return z + paved * (-0.13 - z)
+
+    def on(self, s, y, above=0.0) -> np.ndarray:
+        """Return world points (..., 3) on the ground."""
+        return self.points(s, y, self.height(s, y) + above)
+
+    def place(
+        self, s: float, y: float, turn_deg: float = 0.0, z: float | None = None
+    ) -> np.ndarray:
+        """Return the (4, 4) pose of a model that stands at (s, y), turned from the road's direction."""
+        z = float(self.height(s, y)) if z is None else z
+        return pose(*self.points(s, y, z), yaw=np.degrees(self.curvature_per_m * s) + turn_deg)
+
+    def _waves(self, s, y):
+        rng = np.random.default_rng(self.seed)
+        out = 0.0
+        for f, amplitude in WAVES:
+            a, b = rng.uniform(0.6, 1.4, 2)
+            p, q = rng.uniform(0, 2 * np.pi, 2)
+            out = out + amplitude * np.sin(f * a * s + p) * np.sin(f * b * y + q + 0.3 * s * f)
+        return out * np.clip((np.abs(y) - 5.2) / 3, 0, 1)  # the road itself is even

@@ -1,0 +1,214 @@
+"""Trees, bushes and grass."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..mesh.piece import Assembly, Piece, join, unit
+from ..mesh.primitives import tube
+
+
+def cards(centres, normals, along, length, width, name, material, bend=0.25):
+    """Leaves: kites of two folded triangles. Shapes (n, 3); sizes are numbers or (n,)."""
+    n = len(centres)
+    along = unit(along - normals * (along * normals).sum(1, keepdims=True))
+    side = np.cross(normals, along)
+    l, w = np.broadcast_to(length, n)[:, None], np.broadcast_to(width, n)[:, None]
+    v = np.stack(
+        [
+            centres,
+            centres + along * l * 0.45 + side * w / 2 - normals * w * bend,
+            centres + along * l,
+            centres + along * l * 0.45 - side * w / 2 - normals * w * bend,
+        ],
+        1,
+    ).reshape(-1, 3)
+    k = 4 * np.arange(n)[:, None]
+    return Piece(
+        name,
+        v,
+        np.concatenate([k + [0, 2, 1], k + [0, 3, 2]]),
+        material,
+        np.repeat(unit(normals), 4, 0),
+    )
+
+
+def _bough(rng, start, heading, length, radius, wander, lift, steps=6):
+    p, d, out = start, heading, [start]
+    for _ in range(steps):
+        d = unit(d + rng.normal(size=3) * wander + [0, 0, lift])
+        p = p + d * length / steps
+        out.append(p)
+    return np.array(out), radius * np.linspace(1, 0.55, steps + 1)
+
+
+def broadleaf(name="tree", height=9.0, leaves=26000, seed=0, bark="bark"):
+    """Deciduous tree: four generations of boughs, folded leaf kites around the twigs."""
+    rng = np.random.default_rng(seed)
+    wood, twigs = [], []
+
+    def grow(start, heading, length, radius, generation):
+        path, r = _bough(rng, start, heading, length, radius, 0.12 if generation else 0.05, 0.06)
+        wood.append(tube(path, r, "wood", bark, max(4, 10 - 2 * generation), False))
+        if generation >= 3:
+            twigs.append(path)
+            return
+        for k in range((9, 5, 5)[generation]):
+            t = rng.uniform(0.35, 1.0) if generation else 0.34 + 0.66 * (k + rng.uniform(0, 1)) / 9
+            i = min(int(t * (len(path) - 1)), len(path) - 2)
+            at = path[i] + (t * (len(path) - 1) - i) * (path[i + 1] - path[i])
+            d = unit(path[i + 1] - path[i])
+            turn = 2.4 * k + rng.uniform(-0.5, 0.5)
+            e = unit(np.cross(d, [0.3, 0.5, 0.81] if abs(d[2]) < 0.9 else [1.0, 0, 0]))
+            q = np.cos(turn) * e + np.sin(turn) * np.cross(d, e)
+            spread = np.radians(rng.uniform(35, 65))
+            grow(
+                at,
+                unit(d * np.cos(spread) + q * np.sin(spread)),
+                length * rng.uniform(0.42, 0.62),
+                r[i] * 0.55,
+                generation + 1,
+            )
+
+    grow(np.array([0, 0, -0.1]), np.array([0, 0, 1.0]), height * 0.62, height * 0.024, 0)
+    pts = np.concatenate(twigs)
+    pick = rng.integers(0, len(pts), leaves)
+    c = pts[pick] + rng.normal(size=(leaves, 3)) * 0.035 * height
+    normal = unit(
+        rng.normal(size=(leaves, 3)) * 0.8 + [0, 0, 0.7] + 0.5 * unit(c - [0, 0, height * 0.6])
+    )
+    size = rng.uniform(0.10, 0.19, leaves)
+    light = rng.random(leaves) < 0.35
+    args = lambda m: (
+        c[m],
+        normal[m],
+        rng.normal(size=(m.sum(), 3)) - [0, 0, 0.4],
+        size[m],
+        size[m] * 0.7,
+    )
+    return Assembly(name).add(
+        join(wood, "wood"),
+        cards(*args(~light), "leaves", "leaf"),
+        cards(*args(light), "leaves.light", "leaf_light"),
+    )
+
+
+def conifer(name="conifer", height=11.0, needles=30000, seed=0):
+    """Spruce: whorls of drooping boughs with sprays of needles."""
+    rng = np.random.default_rng(seed)
+    wood, pts, dirs = (
+        [
+            tube(
+                [(0, 0, -0.1), (0.02, 0, height * 0.5), (0, 0, height)],
+                [height * 0.018, height * 0.011, 0.01],
+                "wood",
+                "bark",
+                9,
+                False,
+            )
+        ],
+        [],
+        [],
+    )
+    z = 0.09 * height
+    while z < height * 0.985:
+        k = 1 - z / height
+        for _ in range(int(5 + 4 * k)):
+            a, l = rng.uniform(0, 6.28), height * (0.015 + 0.25 * k**0.9) * rng.uniform(0.8, 1.1)
+            t = np.linspace(0, 1, 7)[:, None]
+            out = np.array([np.cos(a), np.sin(a), 0])
+            path = (
+                [0, 0, z]
+                + out * l * t
+                + np.array([0, 0, 1.0]) * l * (0.10 * t - (0.42 * k + 0.05) * t**2 + 0.12 * t**4)
+            )
+            wood.append(tube(path, 0.012 * height * k * 0.25 + 0.006, "wood", "bark", 4, False))
+            m = int(max(8, 40 * l))
+            u = np.sqrt(rng.uniform(0.02, 1, m))
+            side = (
+                np.cross(out, [0, 0, 1]) * (rng.uniform(-1, 1, m) * 0.34 * l * (1.1 - u))[:, None]
+            )
+            at = np.stack([np.interp(u, t[:, 0], path[:, i]) for i in range(3)], 1)
+            pts.append(at + side + rng.normal(size=(m, 3)) * [0.02, 0.02, 0.03] * l)
+            dirs.append(out + 1.2 * side / l + rng.normal(size=(m, 3)) * 0.35 - [0, 0, 0.15])
+        z += height * 0.017 * (1 + 0.8 * k)
+    pts, dirs = np.concatenate(pts), unit(np.concatenate(dirs))
+    pick = rng.integers(0, len(pts), needles)
+    normal = unit(rng.normal(size=(needles, 3)) * 0.45 + [0, 0, 1])
+    c = pts[pick] + rng.normal(size=(needles, 3)) * 0.05
+    return Assembly(name).add(
+        join(wood, "wood"),
+        cards(
+            c,
+            normal,
+            dirs[pick] + rng.normal(size=c.shape) * 0.3,
+            rng.uniform(0.16, 0.34, needles),
+            rng.uniform(0.035, 0.07, needles),
+            "needles",
+            "needle",
+        ),
+    )
+
+
+def bush(name="bush", size=1.3, leaves=5000, seed=0):
+    """Return a bush of that size, m: a lumpy shell of leaves on a few stems."""
+    rng = np.random.default_rng(seed)
+    d = unit(rng.normal(size=(leaves, 3)))
+    lumps = np.array([unit(rng.normal(size=3)) for _ in range(7)])
+    r = (
+        size
+        * (0.42 + 0.16 * np.maximum(0, (d @ lumps.T) ** 3).max(1))
+        * rng.uniform(0.7, 1.0, leaves)
+    )
+    c = d * r[:, None] * [1, 1, 0.8]
+    c[:, 2] = np.abs(c[:, 2]) + 0.05
+    n = unit(d + rng.normal(size=d.shape) * 0.6)
+    stems = [
+        tube(
+            [
+                (0, 0, 0),
+                p * 0.25 * size * [1, 1, 0.3] + [0, 0, 0.2 * size],
+                p * 0.3 * size * [1, 1, 0.3] + [0, 0, 0.3 * size],
+            ],
+            [0.02, 0.014, 0.006],
+            "stem",
+            "bark",
+            5,
+        )
+        for p in lumps[:5]
+    ]
+    return Assembly(name).add(
+        cards(c, n, rng.normal(size=d.shape), 0.09, 0.06, "leaves", "leaf_light"),
+        join(stems, "stem"),
+    )
+
+
+def grass(points, name="grass", height=0.28, seed=0, dry=0.25):
+    """One blade per root point: three bent segments narrowing to a tip."""
+    rng = np.random.default_rng(seed)
+    n = len(points)
+    a, h = rng.uniform(0, 6.28, n), height * rng.uniform(0.4, 1.2, n)
+    lean = np.stack([np.cos(a), np.sin(a), 0 * a], 1) * (h * rng.uniform(0.15, 0.7, n))[:, None]
+    side = np.stack([-np.sin(a), np.cos(a), 0 * a], 1) * rng.uniform(0.003, 0.007, n)[:, None]
+    up = np.stack([0 * h, 0 * h, h], 1)
+    mid = points + up * 0.6 + lean * 0.35
+    v = np.stack(
+        [
+            points - side,
+            points + side,
+            mid + side * 0.7,
+            mid - side * 0.7,
+            points + up * 0.95 + lean,
+        ],
+        1,
+    )
+    nrm = unit(unit(np.cross(side, up)) + [0, 0, 0.8])
+    k = 5 * np.arange(n)[:, None]
+    f = np.stack([k + [0, 1, 2], k + [0, 2, 3], k + [3, 2, 4]], 1)
+    isdry = rng.random(n) < dry
+    out = Assembly(name)
+    for m, mat in ((~isdry, "grass"), (isdry, "grass_dry")):
+        vv = v[m].reshape(-1, 3)
+        ff = (f[: m.sum()]).reshape(-1, 3)
+        out.add(Piece(mat, vv, ff, mat, np.repeat(nrm[m], 5, 0)))
+    return out

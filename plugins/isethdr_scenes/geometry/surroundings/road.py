@@ -1,0 +1,71 @@
+"""The road and the land beside it; where grass grows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..mesh.piece import Assembly
+from ..mesh.primitives import grid
+from .ground import EDGE_M, LANE_M, Ground
+
+LINE_WIDTH_M, DASH_M, DASH_PERIOD_M = 0.12, 3.0, 9.0
+CRACKS = 14  # sealed cracks on the whole road
+
+
+def _strip(ground, s, y, name, material, above=0.0):
+    s, y = np.meshgrid(s, y, indexing="ij")
+    return grid(ground.on(s, y, above), name, material)
+
+
+def road(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assembly:
+    """Return carriageway, shoulders, lay-by, sealed cracks and markings (4 mm proud of the asphalt)."""
+    m = Assembly("road")
+    s = np.arange(start_m, end_m + 0.1, 1.0)
+    half = LINE_WIDTH_M / 2
+    m.add(_strip(ground, s, np.linspace(-EDGE_M, EDGE_M, 25), "carriageway", "asphalt"))
+    for side in (1, -1):
+        shoulder, line = np.array([0, 0.25, 0.6]) + EDGE_M, np.array([-half, half]) + LANE_M
+        m.add(
+            _strip(ground, s, np.sort(side * shoulder), "shoulder", "gravel", 0.004),
+            _strip(ground, s, np.sort(side * line), "edge_line", "road_paint", 0.004),
+        )
+    for first in np.arange(start_m, end_m - 4, DASH_PERIOD_M):
+        dash = np.arange(first, first + DASH_M + 0.01, 0.5)
+        m.add(_strip(ground, dash, np.array([-half, half]), "centre_line", "road_paint", 0.004))
+    if ground.lay_by_m:
+        paved = np.arange(ground.lay_by_m[0] + 5, ground.lay_by_m[1] - 4.9, 1.0)
+        m.add(_strip(ground, paved, np.linspace(-7.6, -EDGE_M, 9), "lay_by", "asphalt", 0.012))
+    rng = np.random.default_rng(ground.seed)
+    for _ in range(CRACKS):
+        first, y = rng.uniform(start_m, end_m - 10), rng.uniform(-3, 3)
+        along = np.arange(first, first + rng.uniform(2, 6), 0.25)
+        across = y + np.cumsum(rng.normal(size=len(along))) * 0.06
+        edges = [ground.on(along, across + w, 0.003) for w in (-0.022, 0.022)]
+        m.add(grid(np.stack(edges, 1), "crack", "gap"))
+    return m
+
+
+def field(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assembly:
+    """Return the land on both sides, 400 m wide, finer near the road."""
+    s = np.arange(start_m, end_m + 0.1, 2.0)
+    y = np.concatenate(
+        [np.linspace(EDGE_M + 0.6, 14, 34), np.linspace(14.6, 60, 50), np.geomspace(62, 400, 18)]
+    )
+    return Assembly("field").add(
+        *(_strip(ground, s, np.sort(side * y), "field", "meadow") for side in (1, -1))
+    )
+
+
+def tufts(ground: Ground, start_m, end_m, seed, per_m2, near_m=5.1, far_m=11.0) -> np.ndarray:
+    """Return the roots (n, 3) of grass blades on both verges, in clumps, `per_m2` blades on average."""
+    rng = np.random.default_rng(seed + 7)
+    n = int((end_m - start_m) * (far_m - near_m) * 2 * per_m2)
+    clumps = int(n / 14)
+    cs = rng.uniform(start_m, end_m, clumps)
+    cy = rng.uniform(near_m, far_m, clumps) * rng.choice([-1, 1], clumps)
+    k = rng.integers(0, clumps, n)
+    s, y = cs[k] + rng.normal(size=n) * 0.10, cy[k] + rng.normal(size=n) * 0.10
+    free = np.abs(y) > EDGE_M + 0.4
+    if ground.lay_by_m:
+        free &= ~((y < 0) & (y > -8) & (s > ground.lay_by_m[0] + 4) & (s < ground.lay_by_m[1] - 4))
+    return ground.on(s, y, -0.01)[free]

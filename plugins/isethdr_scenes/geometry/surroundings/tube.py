@@ -1,0 +1,78 @@
+"""A road tunnel: walls and vault, walkways, portal, and the luminaires under its ceiling."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..mesh.piece import Assembly, Piece, flat, lit
+from ..mesh.primitives import box, grid
+from .ground import EDGE_M, Ground
+
+HALF_WIDTH_M, SPRING_M, TOP_M = (
+    5.4,
+    2.6,
+    5.6,
+)  # half the clear width; where the vault springs; its crown
+WALKWAY_M = 0.15  # height of the walkways along both walls
+PORTAL_M = 9.0  # the portal wall reaches this far out and up
+LUMINAIRE_M, LUMINAIRE_Z_M = 2.2, 4.75  # to either side of the middle, above the datum
+
+
+def section(n: int = 24) -> np.ndarray:
+    """Return the inner outline (k, 2) of (y, z) from the foot of the left wall over the vault to the right one."""
+    t = np.linspace(0, np.pi, n)
+    vault = np.stack([HALF_WIDTH_M * np.cos(t), SPRING_M + (TOP_M - SPRING_M) * np.sin(t)], 1)
+    return np.concatenate([[(HALF_WIDTH_M, -0.4)], vault, [(-HALF_WIDTH_M, -0.4)]])
+
+
+def tunnel(ground: Ground, start_m: float, end_m: float) -> Assembly:
+    """Return a tunnel from a closed dark end at `start_m` to an open portal at `end_m`; faces look inwards."""
+    outline = section()
+    s = np.arange(start_m, end_m + 0.1, 2.0)
+    s[-1] = end_m
+
+    def sheet(low, high, name, material):
+        """Strip of the lining between two indices of the outline."""
+        along, k = np.meshgrid(s, np.arange(low, high + 1), indexing="ij")
+        return grid(ground.points(along, outline[k, 0], outline[k, 1]), name, material)
+
+    last = len(outline) - 1
+    m = Assembly("tunnel").add(
+        sheet(0, 1, "wall", "tunnel_tile"),
+        sheet(1, last - 1, "vault", "tunnel_lining"),
+        sheet(last - 1, last, "wall", "tunnel_tile"),
+    )
+    for side in (1, -1):
+        y = side * np.array([EDGE_M - 0.02, EDGE_M, EDGE_M + 0.02, HALF_WIDTH_M])
+        z = np.array([-0.3, WALKWAY_M - 0.02, WALKWAY_M, WALKWAY_M])
+        order = slice(None) if side > 0 else slice(None, None, -1)
+        along, k = np.meshgrid(s, np.arange(4)[order], indexing="ij")
+        m.add(flat(grid(ground.points(along, y[k], z[k]), "walkway", "concrete")))
+    return m.add(_end_wall(ground, start_m, outline), _portal(ground, end_m, outline))
+
+
+def _end_wall(ground, s, outline) -> Piece:
+    rim = ground.points(s, outline[:, 0], outline[:, 1])
+    middle = np.broadcast_to(rim.mean(0), rim.shape)
+    return grid(np.stack([middle, rim], 0), "end", "gap", close_v=True)
+
+
+def _portal(ground, s, outline) -> Piece:
+    """Wall around the mouth, seen from outside; it keeps the sky off the back of the lining."""
+    direction = outline - [0, SPRING_M / 2]
+    outer = direction * (PORTAL_M / np.linalg.norm(direction, axis=1, keepdims=True)) + [
+        0,
+        SPRING_M / 2,
+    ]
+    ring = np.stack([outline, outer], 0)
+    return grid(ground.points(s, ring[..., 0], ring[..., 1]), "portal", "concrete")
+
+
+def luminaire() -> Assembly:
+    """Return one luminaire at the origin that emits downwards."""
+    return Assembly("luminaire").add(
+        box((0, 0, 0.07), (1.3, 0.26, 0.12), "housing", "galvanised", 0.03),
+        *lit(
+            box((0, 0, 0), (1.2, 0.20, 0.012), "tunnel", "lamp_white"), "tunnel", (0.0, 0.0, -1.0)
+        ),
+    )

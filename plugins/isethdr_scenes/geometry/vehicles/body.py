@@ -1,0 +1,97 @@
+"""A vehicle body: the shell as one sheet, out of which glass, lamps, gaps and wheel houses are cut."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..mesh.cutting import cut, hem
+from ..mesh.piece import join
+from ..mesh.primitives import lathe
+from .shell import loft
+
+
+class Body:
+    """The shell as one sheet; `take` cuts a region out of what is still paint."""
+
+    def __init__(self, shell, axles=(), tyre=0.33):
+        self.shell, self.axles, self.tyre = shell, axles, tyre
+        self.upper, self.belt = shell.profiles()
+        self.paint = loft(shell, axles, tyre)
+        self.parts = []
+
+    def at(self, part=None):
+        """Return u, |y|, z, y of the vertices of a part (the paint where None), m."""
+        v = (part or self.paint).vertices
+        return self.shell.length / 2 - v[:, 0], np.abs(v[:, 1]), v[:, 2], v[:, 1]
+
+    def top_at(self, u, y):
+        """Return the height of the outer skin above (u, y), m."""
+        v = np.concatenate(
+            [self.paint.vertices] + [p.vertices for p in self.parts if len(p.vertices)]
+        )
+        d = np.hypot(v[:, 0] - self.shell.length / 2 + u, v[:, 1] - y)
+        return v[d < 0.06, 2].max() if (d < 0.06).any() else float(self.upper(u))
+
+    def take(self, name, material, value, sunk=0.0, rim=None, lamp=None, keep=True):
+        """Cut the region value < 0 out of the paint; `sunk` pushes it inwards and `rim` closes the step."""
+        inside, self.paint, seam = cut(self.paint, value)
+        if sunk:
+            inside = inside.offset(-sunk)
+            self.parts.append(hem(seam, -sunk, name + ".rim", rim or material))
+        inside = inside.named(name, material, lamp)
+        if keep and len(inside.faces):
+            self.parts.append(inside)
+        return inside
+
+    def carve(self, part, name, material, value, lamp=None):
+        """Cut the region value < 0 out of a part taken before; return it and what is left, which both replace the part."""
+        self.parts = [p for p in self.parts if p is not part]
+        inside, outside, _ = cut(part, value)
+        inside = inside.named(name, material, lamp)
+        self.parts += [p for p in (inside, outside) if len(p.faces)]
+        return inside, outside
+
+    def line(self, distance, where, half=0.005, material="gap"):
+        """Cut a thin dark gap along distance(part) = 0 where where(part) < 0; both return one value per vertex, m."""
+        near, rest, _ = cut(self.paint, distance(self.paint) - half)
+        below, band, _ = cut(near, distance(near) + half)
+        hit, miss, _ = cut(band, where(band))
+        self.parts.append(hit.named("gap", material))
+        self.paint = join([rest, below, miss], "body")
+
+    def arches(self, gap=0.045, depth=0.30):
+        """Open the wheel houses and line them, `gap` wider than the tyres and `depth` deep, m."""
+        for a in self.axles:
+            r = self.tyre + gap
+            u, ay, z, _ = self.at()
+            _, self.paint, seam = cut(
+                self.paint,
+                np.maximum(
+                    np.hypot(u - a, z - self.tyre - 0.01) - r, 0.5 * self.shell.width - 0.36 - ay
+                ),
+            )
+            side = np.sign(seam[:, :, 0, 1].mean(1))
+            for sgn in (1, -1):
+                self.parts.append(
+                    hem(seam[side == sgn], np.array([0, -sgn * 0.035, 0]), "arch", "plastic_black")
+                )
+            x = self.shell.length / 2 - a
+            for sgn in (1, -1):
+                ys = sgn * (self.shell.width / 2 - np.array([0.02, depth, depth]))
+                prof = [(r + 0.002, ys[0]), (r + 0.002, ys[1]), (0.01, ys[2])]
+                well = lathe(prof, "wheel_house", "gap", 28, turn=(-np.pi * 0.62, np.pi * 0.62))
+                self.parts.append(replace(well, vertices=well.vertices + [x, 0, self.tyre + 0.01]))
+
+    def lining(self, z_min, material="interior"):
+        """Return the dark inner skin of the cabin above `z_min`: what is still paint, 3 cm inwards, facing inwards."""
+        _, keep, _ = cut(self.paint, self.paint.vertices[:, 2] - z_min)
+        inner = keep.offset(-0.03)
+        return replace(
+            inner,
+            name="lining",
+            material=material,
+            faces=inner.faces[:, ::-1],
+            normals=-inner.normals,
+        )

@@ -1,0 +1,176 @@
+"""Passenger cars: a body from one of the shapes of `car_shapes`, its windows, gaps, wheels and fittings."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..mesh.cutting import polygon
+from ..mesh.piece import Assembly
+from .body import Body
+from .car_cabin import fittings, interior
+from .car_front import front
+from .car_rear import rear
+from .car_shapes import Car
+from .shell import Shell
+from .wheels import wheel
+
+TRACK_INSET_M, TYRE_WIDTH_M = 0.125, 0.215
+
+
+def build(car: Car, name: str = "car", seed: int = 0) -> Assembly:
+    """Return all parts of a car; `seed` draws the licence plates."""
+    axles = (car.overhang, car.overhang + car.wheelbase)
+    shell = Shell(
+        car.length, car.width, car.roof, car.belt, car.clearance, car.lean, car.crown, step=car.step
+    )
+    body = Body(shell, axles, car.tyre)
+    _screens(body, car)
+    _side_windows(body, car)
+    front(body, car)
+    rear(body, car)
+    _door_gaps(body, car)
+    _lid_gaps(body, car)
+    _sills(body, car, axles)
+    body.arches()
+    model = Assembly(name).add(
+        body.paint.named("body", f"paint_{car.paint}"), *body.parts, body.lining(0.55)
+    )
+    for end, u in zip(("front", "rear"), axles):
+        for side, tag in ((1, "left"), (-1, "right")):
+            y = side * (car.width / 2 - TRACK_INSET_M)
+            model.add(
+                *wheel(
+                    car.length / 2 - u,
+                    y,
+                    car.tyre,
+                    TYRE_WIDTH_M,
+                    spokes=car.spokes,
+                    name=f"wheel.{end}_{tag}",
+                )
+            )
+    fittings(model, body, car)
+    interior(model, body, car)
+    return model
+
+
+def _screens(b: Body, c: Car):
+    """Windscreen and rear window; a panel van has two panes at the rear, apart by 12 to 16 cm."""
+    cowl, top, back, base = (c.roof[k] for k in (2, 3, 5, 6))
+    _screen(
+        b,
+        c,
+        "windscreen",
+        "glass",
+        (cowl[1] + 0.045, top[1] - 0.01),
+        0.135,
+        (cowl[0] - 0.25, top[0] + 0.10),
+        0.0,
+    )
+    if c.panel:
+        z, u, margin = (1.16, back[1] - 0.22), (back[0], c.length + 0.2), 0.17
+    else:
+        z, u, margin = (
+            (max(base[1], c.tail_lamp[2][1]) + 0.03, back[1] - 0.04),
+            (back[0] + 0.03, c.length + 0.1),
+            0.13,
+        )
+    _screen(b, c, "rear_window", "glass_tinted", z, margin, u, 0.08 if c.panel else 0.0)
+
+
+def _screen(b, c, name, material, z_range, margin, u_range, post):
+    """Cut a pane with a dark frame, as wide as the cabin at each height less `margin`; `post` half-width in its middle."""
+    z = np.linspace(*z_range, 9)
+    shoulder = float(b.belt(np.mean(u_range)))
+    y = c.width / 2 * 0.93 * (1 - c.lean * np.maximum(z - shoulder, 0)) - margin
+    outline = polygon(np.concatenate([np.stack([y, z], 1), np.stack([-y, z], 1)[::-1]]), 0.015)
+
+    def outside(part, post):
+        u, ay, zz, _ = b.at(part)
+        parts = [outline(ay, zz), u_range[0] - u, u - u_range[1]]
+        return np.max(parts + [post - ay] if post else parts, 0)
+
+    trim = b.take(name + ".trim", "gloss_black", outside(None, max(0.0, post - 0.02)) - 0.02)
+    b.carve(trim, name, material, outside(trim, post))
+
+
+def _side_windows(b: Body, c: Car):
+    """Windows under the roof line and above the belt, posts between them; tinted behind the middle post."""
+    cowl, top, back = c.roof[2], c.roof[3], c.roof[5]
+    u = np.linspace(cowl[0] + 0.12, c.glass_end, 60)
+    frame = np.interp(
+        u, [cowl[0], top[0], back[0], c.glass_end + 0.01], [0.105, 0.115, 0.115, 0.12]
+    )
+    high, low = b.upper(u) - frame, b.belt(u) + 0.035
+    open_ = high > low + 0.03
+    u, high, low = u[open_], high[open_], low[open_]
+    high = np.minimum(
+        high, low + np.maximum(0, (c.glass_end - u) * 1.9) + 0.015
+    )  # slants down at the rear end
+    outline = polygon(np.concatenate([np.stack([u, high], 1), np.stack([u, low], 1)[::-1]]), 0.012)
+    u, ay, z, _ = b.at()
+    trim = b.take(
+        "window.trim",
+        "gloss_black",
+        np.maximum(outline(u, z) - 0.022, 0.4 * c.width / 2 - ay),
+        sunk=0.006,
+    )
+    u, ay, z, _ = b.at(trim)
+    posts = 0.045 - np.abs(u - c.doors[1])
+    if not c.panel:
+        posts = np.maximum(posts, 0.022 - np.abs(u - c.doors[2] - 0.02))
+    side, _ = b.carve(trim, "side_window", "glass", np.maximum(outline(u, z), posts))
+    b.carve(side, "side_window.rear", "glass_tinted", c.doors[1] - b.at(side)[0])
+
+
+def _door_gaps(b: Body, c: Car):
+    sill, half = c.clearance + 0.13, c.width / 2
+
+    def off_the_door(p):
+        u, ay, z, _ = b.at(p)
+        return np.max([sill - z, z - b.belt(u) - 0.04, 0.5 * half - ay], 0)
+
+    for k, door in enumerate(c.doors[:2] if c.panel else c.doors):
+        slant = 0.22 if k == 2 else 0.0
+        b.line(
+            lambda p, d=door, k=slant: b.at(p)[0] - d + k * (b.belt(d) - b.at(p)[2]), off_the_door
+        )
+    ends = (c.doors[0], c.doors[1] if c.panel else c.doors[2] - 0.1)
+
+    def beyond_the_doors(p):
+        u, ay, _, _ = b.at(p)
+        return np.max([ends[0] - u, u - ends[1], 0.5 * half - ay], 0)
+
+    b.line(lambda p: b.at(p)[2] - sill, beyond_the_doors)
+
+
+def _lid_gaps(b: Body, c: Car):
+    """Edges of the hood, and of the trunk lid or the rear doors."""
+    cowl, base, half = c.roof[2], c.roof[6], c.width / 2
+
+    def off_the_hood(p):
+        u, _, z, _ = b.at(p)
+        return np.max([u - cowl[0] + 0.02, 0.10 - u, b.belt(u) - z], 0)
+
+    b.line(lambda p: b.at(p)[1] - half * (0.70 + 0.10 * b.at(p)[0] / cowl[0]), off_the_hood)
+    if c.panel:
+        b.line(lambda p: b.at(p)[3], lambda p: c.length - 0.35 - b.at(p)[0])
+        return
+    low = 0.62 * (c.tail_lamp[0][1] - 0.02) + 0.2
+    b.line(
+        lambda p: b.at(p)[2] - low,
+        lambda p: np.maximum(c.length - 0.3 - b.at(p)[0], b.at(p)[1] - half * 0.72),
+    )
+    b.line(
+        lambda p: b.at(p)[1] - half * 0.72,
+        lambda p: np.maximum(base[0] - b.at(p)[0], low - b.at(p)[2]),
+    )
+
+
+def _sills(b: Body, c: Car, axles):
+    u, ay, z, _ = b.at()
+    if c.cladding:
+        ring = np.min([np.hypot(u - a, z - c.tyre) - c.tyre - 0.095 for a in axles], 0)
+        outside = np.minimum(z - c.cladding, np.maximum(ring, 0.6 * c.width / 2 - ay))
+        b.take("cladding", "plastic_black", outside)
+    else:
+        b.take("sill", "plastic_black", z - c.clearance - 0.045)

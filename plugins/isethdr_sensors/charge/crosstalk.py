@@ -1,0 +1,103 @@
+"""Crosstalk: light and electrons that a neighbour collects. It moves means; nothing is gained or lost.
+
+A photon or electron that goes astray does so on its own, so the counts of all pixels stay independent Poisson counts:
+crosstalk acts on the mean charge, before the shot noise, and correlates no noise.
+
+Light spreads by diffraction between the microlens and the silicon, the more the longer its wave, so the share that goes astray is a
+power of the wavelength: of 1 where the diffraction angle counts (lambda / pitch; Catrysse and Wandell 2002, "Optical efficiency of image
+sensor pixels"). It carries the colour of the filter that it came through.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+
+from ..sensor_model import SensorModel
+from ..spectral.colour_filter_array import channels, filter_map
+
+OPTICAL = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]]) / 4  # through the side walls: edge neighbours
+STATED_NM = 550.0  # wavelength at which the optical share is stated
+LARGEST_SHARE = 0.8  # with 4 neighbours, as much as leaves a pixel no more than each of them gets
+ELECTRICAL = (
+    np.array([[1, 4, 1], [4, 0, 4], [1, 4, 1]]) / 20
+)  # diffusion: corners are sqrt(2) away (assumption)
+
+
+def kernel(optical_percent: float, electrical_percent: float) -> np.ndarray:
+    """Return the (5, 5) share of a pixel's electrons that each pixel about it collects; the sum is 1."""
+    from scipy.signal import convolve2d
+
+    centre = np.zeros((3, 3))
+    centre[1, 1] = 1.0
+    parts = [
+        centre + share / 100 * (around - centre)
+        for share, around in ((optical_percent, OPTICAL), (electrical_percent, ELECTRICAL))
+    ]
+    return convolve2d(*parts)
+
+
+def stray_share(model: SensorModel, wavelength_nm) -> np.ndarray:
+    """Return the share of a pixel's light that its neighbours collect, per wavelength; `optical_crosstalk_percent` holds at 550 nm."""
+    share = (
+        model.optical_crosstalk_percent
+        / 100
+        * (np.asarray(wavelength_nm, float) / STATED_NM) ** model.optical_crosstalk_power
+    )
+    if np.any(share > LARGEST_SHARE):
+        raise ConfigError(
+            f"sensor.optical_crosstalk_percent={model.optical_crosstalk_percent:g} and optical_crosstalk_power="
+            f"{model.optical_crosstalk_power:g} send {100 * share.max():.3g} % of the light astray within "
+            f"{np.min(wavelength_nm):g}..{np.max(wavelength_nm):g} nm; expected at most {100 * LARGEST_SHARE:g} %; "
+            "type a smaller sensor.optical_crosstalk_percent"
+        )
+    return share
+
+
+def parts(qe, model: SensorModel, wavelength_nm) -> list[np.ndarray]:
+    """Return the (channel, wavelength) electrons per photon that stay and that go astray as light; all of them where none does."""
+    if not model.optical_crosstalk_percent:
+        return [qe]
+    share = stray_share(model, wavelength_nm)
+    return [qe * (1 - share), qe * share]
+
+
+def spread(parts_e, model: SensorModel) -> np.ndarray:
+    """Return mean light electrons after crosstalk, (y, x), from those of `parts`; the border mirrors, so that the sum stays."""
+    if not model.optical_crosstalk_percent and not model.electrical_crosstalk_percent:
+        return parts_e[0]
+    height, width = parts_e[0].shape
+    out = np.zeros((height, width))
+    for mean_e, around in zip(parts_e, _kernels(model)):
+        wide = np.pad(mean_e, 2, mode="symmetric")
+        for dy, dx in np.ndindex(
+            around.shape
+        ):  # a plain sum of positive terms: never negative, whatever lies beside a lamp
+            if around[dy, dx]:
+                out += around[dy, dx] * wide[dy : dy + height, dx : dx + width]
+    return out
+
+
+def mixed_efficiency(qe, model: SensorModel, wavelength_nm) -> np.ndarray:
+    """Return the (channel, wavelength) electrons per photon of an evenly lit sensor, crosstalk between filters included.
+
+    Pixels of one channel with unlike neighbours are averaged.
+    """
+    if not model.optical_crosstalk_percent and not model.electrical_crosstalk_percent:
+        return qe
+    filters = filter_map(
+        model.cfa, 40, 40
+    )  # whole periods of 1, 2, 4, 5, 8, 10 pixels, far from the border in the middle
+    out = np.zeros(np.shape(qe))
+    for part, around in zip(parts(qe, model, wavelength_nm), _kernels(model)):
+        share = np.zeros((len(channels(model.cfa)),) * 2)  # [channel, neighbour's channel]
+        for dy, dx in np.argwhere(around):
+            np.add.at(share, (filters, np.roll(filters, (2 - dy, 2 - dx), (0, 1))), around[dy, dx])
+        out += share / share.sum(1, keepdims=True) @ part
+    return out
+
+
+def _kernels(model):
+    """Return where the electrons of each of `parts` are collected: light that stays, light that goes astray."""
+    return [kernel(optical, model.electrical_crosstalk_percent) for optical in (0.0, 100.0)]

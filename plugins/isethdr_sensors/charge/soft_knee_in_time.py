@@ -1,0 +1,122 @@
+"""The charge of a pixel with a soft knee under light that varies during its exposure, composed from piece to piece.
+
+Whether a lamp flashes early or late in the exposure decides how much of its charge is still there at the end.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.detector.charge_dynamics import flow_varying
+from isethdr_core.physics.detector.charge_dynamics_noise import EMPTY, flow_moments
+from isethdr_core.physics.detector.exposure_pieces import count, pieces, relative_in_pieces
+from isethdr_core.physics.detector.noise import poisson
+from isethdr_core.physics.detector.random_words import words
+from isethdr_core.physics.detector.temporal_modulation import light_s
+
+MOST_PIECES = 10_000
+
+
+def check(parts, exposure_s: float) -> None:
+    """Refuse lamps that switch too often within one exposure to follow every switch."""
+    modulations = [m for m, _ in parts]
+    if count(modulations, exposure_s) > MOST_PIECES:
+        fastest = max(m.frequency_hz for m in modulations)
+        raise ConfigError(
+            f"a light of {fastest:g} Hz switches too often within {exposure_s:g} s: this pixel bends, so it is followed from "
+            f"switch to switch; expected at most {MOST_PIECES} pieces in an exposure; type sensor=bayer, or make the light "
+            "constant: that fast, only its mean counts"
+        )
+
+
+def untouched_e(spilled_e: float, exposure_s: float, soft) -> float:
+    """Return the arrived electrons up to which at most `spilled_e` spill whenever they arrive: as if all came at once, at the start."""
+    return max(
+        0.0, soft.knee_e + soft.thermal_e * np.log(spilled_e / (exposure_s * soft.knee_e_per_s))
+    )
+
+
+def worst_spill(charge_e: float, exposure_s: float, soft) -> float:
+    """Return the largest share of `charge_e` that may have spilled, whenever it arrived."""
+    return min(1.0, exposure_s * float(soft.overflow_e_per_s(charge_e)) / charge_e)
+
+
+def stays(
+    total_e, parts, start_s, exposure_s: float, soft, limit_e: float, generator, first_row: int
+) -> np.ndarray:
+    """Return the charge that stays in the photodiode, (y, x) of a block of rows; the rest of `total_e` spilled.
+
+    Parameters
+    ----------
+    total_e : (y, x) electrons that arrived: counts, or means without a generator.
+    parts : [(Modulation, (y, x) mean electrons of the exposure at the mean light over time), ...], dark charge among the constant ones.
+    start_s : (y, 1) start of each row's exposure. `limit_e` : arrived electrons up to which nothing spills.
+    generator, first_row : key of the noise and the block's first row; None for the mean.
+
+    Notes
+    -----
+    Given the count, its shape in time is that of the mean. Which pulse the electrons came in, and which of them left, make
+    a variance that is what `flow_moments` finds less the part that the count explains.
+    """
+    charge = np.array(total_e, float)
+    y, x = np.nonzero(charge > limit_e)
+    if not len(y):
+        return charge
+    arrived, begins = charge[y, x], np.asarray(start_s, float).ravel()
+    starts, durations = pieces([m for m, _ in parts], begins, exposure_s)
+    mean = sum(part[y, x] * (light_s(m, begins, exposure_s) / exposure_s)[y] for m, part in parts)
+    currents = [
+        (relative_in_pieces(m, starts, durations), part[y, x] / exposure_s * (arrived / mean))
+        for m, part in parts
+    ]
+    moments = EMPTY
+    for k in range(len(starts)):
+        moments = flow_moments(
+            moments,
+            sum(relative[k][y] * rate for relative, rate in currents),
+            durations[k][y],
+            soft,
+        )
+    left = moments.charge_e
+    if any(m.depth for m, _ in parts):  # a ripple is not quite even within a piece
+        rows = np.unique(y)
+        left = np.zeros(charge.shape)
+        left[rows] = _varying(
+            charge[rows],
+            [(m, part[rows]) for m, part in parts],
+            begins[rows, None],
+            exposure_s,
+            soft,
+        )
+        left = left[y, x]
+    if generator is not None:
+        explained = (moments.charge_var_e2 + moments.covariance_e2) ** 2 / arrived
+        variance = np.clip(moments.charge_var_e2 - explained, 0.0, np.maximum(arrived - left, 0.0))
+        word = words(
+            generator.stream("pixel", "spill"),
+            first_row,
+            first_row + len(charge),
+            0,
+            charge.shape[1],
+        )[y, x]
+        left = np.maximum(left + variance - poisson(variance, word), 0.0)
+    charge[y, x] = left
+    return charge
+
+
+def _varying(total_e, parts, start_s, exposure_s, soft) -> np.ndarray:
+    """Return the mean charge left of `total_e` by exact quadrature, (y, x); arguments as in `stays`."""
+    mean = sum(part * (light_s(m, start_s, exposure_s) / exposure_s) for m, part in parts)
+    scale = np.divide(total_e, mean, out=np.zeros_like(total_e), where=mean > 0) / exposure_s
+    rates = [(m, part * scale) for m, part in parts]
+
+    def arriving(begin_s, duration_s):
+        return sum(rate * light_s(m, begin_s, duration_s) for m, rate in rates)
+
+    left = 0.0
+    for begin, duration in zip(
+        *pieces([m for m, _ in parts], start_s, exposure_s, per_period=2), strict=True
+    ):
+        left = flow_varying(left, arriving, begin, duration, soft)[0]
+    return left

@@ -1,0 +1,194 @@
+"""One shot of a pixel with a soft knee: as `shot`, with the photodiode's charge and what spilled from it kept apart."""
+
+from __future__ import annotations
+
+from math import inf
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.physics.detector.charge_dynamics import flow, linear_limit_e
+from isethdr_core.physics.detector.charge_dynamics_noise import draw_charge
+from isethdr_core.physics.detector.noise import LARGEST_MEAN_E, rows_per_block
+from isethdr_core.physics.detector.random_words import words
+from isethdr_core.physics.detector.temporal_modulation import Modulation, constant
+
+from ..noise import shot_noise
+from ..readout import captures, converter, shot
+from ..timing import exposure_timing
+from . import full_well, soft_knee_in_time
+
+LINEAR_WITHIN = (
+    1e-4  # share of the knee's charge that may have spilled where a reading still counts as linear
+)
+NOTHING_E = 1e-6  # mean spill below which the charge is left alone, so that it has the bits of a linear sensor
+
+
+def take_shot(model, soft, collects, light, generator):
+    """Return the captures of one shot.
+
+    Parameters
+    ----------
+    model : `SensorModel` of one photodiode; its full well is the capacity of photodiode and overflow capacitor together.
+    soft : `charge_dynamics.Well` of the photodiode.
+    collects : per reading, whether it reads the spilled charge as well (an overflow capacitor) or the photodiode alone.
+    light, generator : as in `shot.take_shot`.
+
+    Notes
+    -----
+    Readings of the photodiode alone are `saturated` where they stop being linear: `top_dn` says where.
+    """
+    shot.check_generator(model, generator)
+    grid, filters, qe, parts = shot.component_electrons(model, light)
+    shot.state_errors(model, light)
+    [light_e], in_time = exposure_timing.together(model, parts, filters), None
+    if all(constant(m) for m, _ in parts):
+        ledger.error(
+            LINEAR_WITHIN,
+            "relative",
+            "bound",
+            "charge spilled before a reading counts as saturated, light constant over the exposure",
+        )
+    else:
+        in_time = [(m, mean) for m, [mean] in parts]
+        soft_knee_in_time.check(in_time, model.exposure_s)
+        _state_in_time(model, soft, collects)
+    ledger.left_out(
+        f"dynamics of pixels up to {linear_limit_e(NOTHING_E, model.exposure_s, soft):.4g} e",
+        "nothing spills in them",
+        NOTHING_E,
+        "e",
+    )
+    raw, saturated = readings(model, soft, collects, light_e, generator, in_time=in_time)
+    out = captures.captures(model, light, grid, raw, saturated, filters, qe)
+    out["top_dn"].values[:] = tops(model, soft, collects)
+    return out
+
+
+def tops(model, soft, collects) -> list[float]:
+    """Return the largest code of every reading that still measures light linearly."""
+    spilled_e = LINEAR_WITHIN * soft.knee_e
+    return [
+        converter.top_dn(reading, model.diode_of(reading))
+        if all_charge
+        else linear_top_dn(reading, model.exposure_s, soft, spilled_e)
+        for reading, all_charge in zip(model.readings, collects, strict=True)
+    ]
+
+
+def _state_in_time(model, soft, collects) -> None:
+    """State what light that varies does to readings that were to be linear, and to a table that reads a bent pixel back."""
+    alone_e = [
+        (top - r.black_dn) / r.gain_dn_per_e
+        for top, r, every in zip(tops(model, soft, collects), model.readings, collects)
+        if not every
+    ]
+    worst = max(
+        (soft_knee_in_time.worst_spill(top_e, model.exposure_s, soft) for top_e in alone_e),
+        default=0.0,
+    )
+    ledger.error(
+        worst,
+        "relative",
+        "bound",
+        "charge spilled before a reading counts as saturated, whenever the light comes",
+    )
+    if not any(collects):
+        ledger.left_out(
+            "the light's course in time from the table that reads the pixel back beyond its knee",
+            "the table is that of even light",
+            float("inf"),
+            "relative, beyond the knee",
+        )
+
+
+def readings(
+    model, soft, collects, light_e, generator, block_rows: int | None = None, in_time=None
+):
+    """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons (y, x); parameters as in `take_shot`.
+
+    `in_time` : for light that varies, [(Modulation, (y, x) electrons at the mean over time), ...].
+    """
+    height, width = light_e.shape
+    raw = np.empty((len(model.readings), height, width), converter.raw_dtype(model.readings))
+    saturated = np.empty(raw.shape, bool)
+    [prnu], [dark], offsets, widths = shot.device_maps(model, generator, height, width)
+    key, capacity = generator if model.noise else None, model.photodiodes[0].full_well_e
+    limits, untouched_e = (
+        tops(model, soft, collects),
+        linear_limit_e(NOTHING_E, model.exposure_s, soft),
+    )
+    starts_s = exposure_timing.starts_s(model, model.photodiodes[0], height)
+    untouched_in_time_e = soft_knee_in_time.untouched_e(NOTHING_E, model.exposure_s, soft)
+    step = block_rows or rows_per_block(width)
+    for y in range(0, height, step):
+        rows = slice(y, min(y + step, height))
+        total = arrived(
+            light_e[rows] * shot.part(prnu, rows) + shot.part(dark, rows), capacity, key, y
+        )
+        if in_time is None:
+            charge = stays(total, untouched_e, model.exposure_s, soft, key, y)
+        else:
+            parts = [(m, mean[rows] * shot.part(prnu, rows)) for m, mean in in_time]
+            parts.append((Modulation(), np.broadcast_to(shot.part(dark, rows), total.shape)))
+            charge = soft_knee_in_time.stays(
+                total, parts, starts_s[rows], model.exposure_s, soft, untouched_in_time_e, key, y
+            )
+        for k, (reading, all_charge) in enumerate(zip(model.readings, collects, strict=True)):
+            electrons = np.minimum(total, capacity) if all_charge else charge
+            full = total >= capacity
+            dn = shot.read_dn(
+                model,
+                reading,
+                electrons,
+                shot.part(offsets[k], rows),
+                shot.part(widths[k], rows),
+                generator,
+                y,
+            )
+            saturated[k, rows] = full | (dn >= limits[k])
+            raw[k, rows] = converter.companded(dn, reading)
+    return raw, saturated
+
+
+def arrived(mean_e, capacity_e: float, generator, first_row: int) -> np.ndarray:
+    """Return the electrons that arrive in a block of rows, (y, x): Poisson counts, or the means without a generator."""
+    if generator is None:
+        return np.asarray(mean_e, float)
+    mean_e = (
+        full_well.limit_mean(mean_e, capacity_e)
+        if capacity_e < inf
+        else np.minimum(mean_e, LARGEST_MEAN_E)
+    )
+    return shot_noise.collect(mean_e, generator.stream("pixel", "shot"), first_row)
+
+
+def stays(
+    arrived_e, untouched_e: float, exposure_s: float, soft, generator, first_row: int
+) -> np.ndarray:
+    """Return the charge that stays in the photodiode, (y, x); the rest of `arrived_e` spilled.
+
+    Parameters
+    ----------
+    arrived_e : electrons that arrived evenly over the exposure.
+    untouched_e : arrived electrons up to which nothing spills.
+    soft : `charge_dynamics.Well`.
+    generator : key of the noise of which electrons leave; None for the mean.
+    """
+    some = arrived_e > untouched_e
+    if not some.any():
+        return arrived_e
+    charge = np.array(arrived_e, float)
+    if generator is None:
+        charge[some] = flow(0.0, charge[some] / exposure_s, exposure_s, soft)[0]
+    else:
+        height, width = charge.shape
+        word = words(generator.stream("pixel", "spill"), first_row, first_row + height, 0, width)
+        charge[some] = draw_charge(charge[some], word[some], exposure_s, soft)
+    return charge
+
+
+def linear_top_dn(reading, exposure_s: float, soft, spilled_e: float) -> float:
+    """Return the largest code up to which at most `spilled_e` of the arrived charge have left the photodiode."""
+    limit = reading.black_dn + reading.gain_dn_per_e * linear_limit_e(spilled_e, exposure_s, soft)
+    return min(converter.top_code(reading), float(np.floor(limit)) if reading.bits else limit)

@@ -1,0 +1,88 @@
+"""Fixed pattern: what differs from pixel to pixel and stays from shot to shot, keyed by the device alone.
+
+PRNU scales the light's electrons, the dark spread scales the dark electrons, DSNU, column and row offsets add to a
+reading, hot pixels add dark electrons.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from isethdr_core.physics.detector import noise, random_words
+
+
+@lru_cache(maxsize=8)
+def pixel_map(stream: tuple, rows: int, columns: int) -> np.ndarray:
+    """Return a (y, x) float32 map of standard normals; pixel (y, x) of a device has one value at any sensor size."""
+    out = np.empty((rows, columns), np.float32)
+    block = noise.rows_per_block(columns)
+    for y in range(0, rows, block):
+        last = min(y + block, rows)
+        out[y:last] = noise.normal_float32(random_words.words(stream, y, last, 0, columns))
+    out.flags.writeable = False
+    return out
+
+
+def factor(relative_rms: float, stream: tuple, rows: int, columns: int):
+    """Return factors around 1, (y, x) float32 and never negative, or the number 1 where there is no spread."""
+    if relative_rms == 0:
+        return np.float32(1.0)
+    return np.maximum(
+        1.0 + np.float32(relative_rms) * pixel_map(stream, rows, columns), np.float32(0.0)
+    )
+
+
+def chosen(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray:
+    """Return (y, x) bool: pixels of the device picked with probability `share`, each on its own."""
+    out = np.empty((rows, columns), bool)
+    below = min(int(share * 2.0**64), 2**64 - 1) - 2**63
+    block = noise.rows_per_block(columns)
+    for y in range(0, rows, block):
+        last = min(y + block, rows)
+        out[y:last] = random_words.words(stream, y, last, 0, columns) < below
+    return out
+
+
+@lru_cache(maxsize=8)
+def hot_dark(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray:
+    """Return (y, x) float32: what each pixel adds to the dark charge, relative to the mean of the hot pixels.
+
+    0 for a share of 1 - `share` of the pixels, exponentially distributed with mean 1 among the others: published
+    histograms of dark current end in straight lines on a logarithmic axis.
+    """
+    hot = chosen(share, stream, rows, columns)
+    out = np.zeros((rows, columns), np.float32)
+    for y in np.flatnonzero(hot.any(1)):
+        p, upper = random_words.tail(
+            random_words.words((*stream, "depth"), y, y + 1, 0, columns)[0, hot[y]]
+        )
+        out[y, hot[y]] = -np.log(np.where(upper, p, 1.0 - p))
+    out.flags.writeable = False
+    return out
+
+
+def offset_e(
+    dsnu_e: float,
+    column_e: float,
+    dsnu_stream: tuple,
+    column_stream: tuple,
+    rows: int,
+    columns: int,
+    row_e: float = 0.0,
+    row_stream: tuple = (),
+):
+    """Return the persistent offset of a reading, electrons: (y, x), (1, x) or the number 0."""
+    out = np.float32(0.0)
+    if dsnu_e:
+        out = out + np.float32(dsnu_e) * pixel_map(dsnu_stream, rows, columns)
+    if column_e:
+        out = out + np.float32(column_e) * pixel_map(column_stream, 1, columns)
+    if row_e:  # a whole map: a single column would not tell itself from a single row
+        out = (
+            out
+            + np.float32(row_e) * pixel_map(row_stream, rows, 1)
+            + np.zeros((rows, columns), np.float32)
+        )
+    return out

@@ -1,0 +1,43 @@
+"""Read noise: one normal draw per pixel and reading, in electrons before the converter. It may make a value negative.
+
+The tail: some pixels of a device (their source followers' random telegraph signal) read wider than the rest. The rms over all
+pixels stays the stated one.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import sqrt
+
+import numpy as np
+
+from isethdr_core.physics.detector import noise, random_words
+
+TAIL_WIDTH = 5.0  # read noise of a pixel in the tail / that of the others (assumption)
+
+
+def read_noise(read_noise_e, stream: tuple, first_row: int, rows: int, columns: int):
+    """Return (y, x) float32 electrons of zero mean and rms `read_noise_e` for `rows` rows from `first_row`.
+
+    Parameters
+    ----------
+    read_noise_e : a number, or the (y, x) map of `widths_e`'s same rows.
+    """
+    return read_noise_e * noise.normal_float32(
+        random_words.words(stream, first_row, first_row + rows, 0, columns)
+    )
+
+
+@lru_cache(maxsize=8)
+def widths_e(
+    read_noise_e: float, tail_percent: float, stream: tuple, rows: int, columns: int
+) -> np.ndarray:
+    """Return the (y, x) float32 rms of every pixel's read noise; `stream` is the device's."""
+    from .fixed_pattern import chosen
+
+    share = tail_percent / 100
+    body = read_noise_e / sqrt(1 - share + share * TAIL_WIDTH**2)
+    out = np.full((rows, columns), body, np.float32)
+    out[chosen(share, stream, rows, columns)] *= np.float32(TAIL_WIDTH)
+    out.flags.writeable = False
+    return out

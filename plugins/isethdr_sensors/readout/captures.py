@@ -1,0 +1,124 @@
+"""Captures: the Dataset that leaves the sensor, with all that an image signal processor needs to read it back."""
+
+from __future__ import annotations
+
+from math import hypot
+
+import numpy as np
+import xarray as xr
+
+from isethdr_core.data import camera_geometry
+from isethdr_core.quantities import bands_nm, names
+
+from ..noise.dark_current import dark_electrons
+from ..spectral.colour_filter_array import channels
+from . import companding, converter
+
+FROM_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", *camera_geometry.CARRIED)
+
+
+def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
+    """Return the captures Dataset of docs/contracts.md.
+
+    Parameters
+    ----------
+    raw, saturated : (capture, y, x), DN and bool.
+    filters : (y, x) uint8 index of each pixel's channel.
+    qe : (channel, wavelength) electrons per photon, the same for all captures.
+    """
+    readings, diodes = model.readings, [model.diode_of(r) for r in model.readings]
+    dark = [
+        dark_electrons(d.dark_e_per_s, model.exposure_of(d), model.temperature_c) for d in diodes
+    ]
+
+    silicon = sorted({d.silicon or d.name for d in model.photodiodes})
+    offsets = {
+        "dsnu_e": [r.dsnu_e for r in readings],
+        "column_e": [r.column_e for r in readings],
+        "row_e": [r.row_e for r in readings],
+    }
+
+    def each(values, units, dtype=float):
+        return "capture", np.array(list(values), dtype), {"units": units}
+
+    out = xr.Dataset(
+        {
+            "raw": (("capture", "y", "x"), raw, {"units": "DN"}),
+            "saturated": (("capture", "y", "x"), saturated),
+            "filter": (("y", "x"), filters),
+            "exposure_s": each((model.exposure_of(d) for d in diodes), "s"),
+            "gain_dn_per_e": each((r.gain_dn_per_e for r in readings), "DN/e"),
+            "black_dn": each((r.black_dn for r in readings), "DN"),
+            "top_dn": each(
+                (converter.top_dn(r, d) for r, d in zip(readings, diodes, strict=True)), "DN"
+            ),
+            "read_noise_e": each(
+                (hypot(r.read_noise_e, r.row_noise_e) * model.noise for r in readings), "e"
+            ),
+            "dark_e": each(dark, "e"),
+            "quantisation_e": each((converter.quantisation_e(r) for r in readings), "e"),
+            "area_m2": each((grid.pitch_m**2 * d.fill_factor for d in diodes), "m2"),
+            "charge": each((r.diode for r in readings), "1", int),
+            "silicon": each((silicon.index(d.silicon or d.name) for d in diodes), "1", int),
+            "prnu": each((d.prnu * model.noise for d in diodes), "1"),
+            "dark_spread_e": each(
+                (e * d.dark_spread * model.noise for e, d in zip(dark, diodes, strict=True)), "e"
+            ),
+            **{
+                name: each((value * model.noise for value in values), "e")
+                for name, values in offsets.items()
+            },
+            "quantum_efficiency": (
+                ("capture", "channel", "wavelength"),
+                np.repeat(qe[None], len(readings), 0),
+                {"units": "e/photon"},
+            ),
+        },
+        coords={
+            **_grid(model, grid),
+            "channel": names(channels(model.cfa)),
+            "wavelength": bands_nm(light),
+        },
+        attrs={
+            "pitch_um": model.pitch_um,
+            "cfa": model.cfa,
+            **{k: light.attrs[k] for k in FROM_LIGHT if k in light.attrs},
+        },
+    )
+    if any(r.companding for r in readings):
+        for name, values in zip(
+            ("companding_linear_dn", "companding_dn"), _tables(readings), strict=True
+        ):
+            out[name] = ("capture", "entry"), values, {"units": "DN"}
+    out.wavelength.attrs["units"] = "nm"
+    for axis in ("x", "y"):
+        out[axis].attrs["units"] = "m"
+    return out
+
+
+def electrons(model, grid, values) -> xr.DataArray:
+    """Return (capture, y, x) electrons on the pixel grid."""
+    return xr.DataArray(
+        values, dims=("capture", "y", "x"), coords=_grid(model, grid), attrs={"units": "e"}
+    )
+
+
+def _tables(readings):
+    """Return linear and companded DN (capture, entry) of all readings; short tables end in NaN."""
+    knees = [
+        companding.table(r.companding or ((converter.top_code(r),) * 2,), converter.top_code(r))
+        for r in readings
+    ]
+    longest = max(len(linear) for linear, _ in knees)
+    return np.moveaxis(
+        [
+            [np.pad(values, (0, longest - len(values)), constant_values=np.nan) for values in pair]
+            for pair in knees
+        ],
+        1,
+        0,
+    )
+
+
+def _grid(model, grid):
+    return {"capture": names(r.capture for r in model.readings), "y": grid.y_m, "x": grid.x_m}

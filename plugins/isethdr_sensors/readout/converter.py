@@ -1,0 +1,170 @@
+"""Converter: from electrons through conversion gain and analog gain to DN with a black level."""
+
+from __future__ import annotations
+
+from math import erfc, exp, inf, isfinite, pi, sqrt
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.errors import ConfigError
+
+from ..sensor_model import Photodiode, Reading
+from . import companding
+
+
+def converter(
+    conversion_gain_uv_per_e: float, analog_gain: float, swing_v: float, bits: int, black_dn: float
+) -> dict:
+    """Return the fields of a `Reading` that describe the converter.
+
+    The top code 2^bits - 1 is reached at `swing_v` behind the analog gain, code `black_dn` at 0 V.
+    With 0 bits the converter is off: raw is electrons, float32, black at 0.
+
+    Parameters
+    ----------
+    conversion_gain_uv_per_e : microvolts per electron at the floating diffusion.
+    analog_gain : volts per volt, a multiplier.
+    swing_v : full scale of the converter, V.
+    """
+    for name, value in (
+        ("conversion_gain_uv_per_e", conversion_gain_uv_per_e),
+        ("analog_gain", analog_gain),
+        ("swing_v", swing_v),
+    ):
+        if not 0 < value < inf:
+            raise ConfigError(f"sensor.{name} is {value!r}; expected a finite number above 0")
+    if bits != int(bits) or not 0 <= bits <= 24:
+        raise ConfigError(
+            f"sensor.bits is {bits!r}; expected a whole number within 1..24, or 0 to switch the converter off"
+        )
+    swing_e = swing_v / (conversion_gain_uv_per_e * 1e-6 * analog_gain)
+    if bits == 0:
+        return {"bits": 0, "gain_dn_per_e": 1.0, "black_dn": 0.0, "swing_e": swing_e}
+    top = 2**bits - 1
+    if not 0 <= black_dn < top:
+        raise ConfigError(
+            f"sensor.black_dn is {black_dn!r}; expected at least 0 and below the top code {top}"
+        )
+    return {
+        "bits": int(bits),
+        "gain_dn_per_e": (top - black_dn) / swing_e,
+        "black_dn": float(black_dn),
+        "swing_e": swing_e,
+    }
+
+
+def top_code(reading: Reading) -> float:
+    """Return the largest value the converter can give, DN; infinite where nothing limits it."""
+    if reading.bits:
+        return float(2**reading.bits - 1)
+    return float(reading.black_dn + reading.gain_dn_per_e * reading.swing_e)
+
+
+def top_dn(reading: Reading, diode: Photodiode) -> float:
+    """Return the largest code that still measures light: the top code, or the full well's where that comes first."""
+    full = reading.black_dn + reading.gain_dn_per_e * diode.full_well_e
+    return min(
+        top_code(reading), float(np.floor(full + 1e-6)) if isfinite(full) and reading.bits else full
+    )
+
+
+def quantisation_e(reading: Reading) -> float:
+    """Return one DN step in electrons; 0 when the converter is off. The rounding error's variance is step^2 / 12."""
+    return 1.0 / reading.gain_dn_per_e if reading.bits else 0.0
+
+
+def raw_dtype(readings):
+    """Return the type that holds every reading's codes: uint16, uint32, or float32 when a converter is off."""
+    if any(reading.bits == 0 for reading in readings):
+        return np.float32
+    tops = [
+        reading.companding[-1][1] if reading.companding else top_code(reading)
+        for reading in readings
+    ]
+    return np.uint16 if max(tops) < 2**16 else np.uint32
+
+
+def digitise(electrons, reading: Reading) -> np.ndarray:
+    """Return linear DN, float64 and whole numbers when the converter is on, within 0 and the top code."""
+    dn = reading.black_dn + reading.gain_dn_per_e * electrons
+    if reading.inl_dn:
+        dn = dn + integral_nonlinearity_dn(dn, reading)
+    if not reading.bits:
+        return np.minimum(dn, top_code(reading))  # below black: kept, noise may be negative
+    dn += 0.5
+    return np.clip(np.floor(dn, out=dn), 0.0, top_code(reading), out=dn)
+
+
+def integral_nonlinearity_dn(dn, reading: Reading):
+    """Return how far the converter lies above a straight line, DN: one period of a sine from black to the top code.
+
+    Both ends stay, so gain and black level do; the shape is an assumption, its size is `inl_dn`.
+    """
+    phase = (dn - reading.black_dn) / (top_code(reading) - reading.black_dn)
+    return reading.inl_dn * np.sin(2 * np.pi * np.clip(phase, 0.0, 1.0))
+
+
+def check_reading(reading: Reading) -> None:
+    """Refuse a converter whose codes do not increase with the charge."""
+    if reading.inl_dn:
+        largest = (top_code(reading) - reading.black_dn) / (2 * np.pi)
+        if not abs(reading.inl_dn) < largest:
+            raise ConfigError(
+                f"sensor.inl_dn is {reading.inl_dn!r}; expected less than {largest:.4g} DN, so that codes still increase"
+            )
+    if reading.companding:
+        if not reading.bits:
+            raise ConfigError(
+                "sensor.companding squeezes codes, and sensor.bits=0 makes none; type sensor.bits=12"
+            )
+        companding.table(reading.companding, top_code(reading))
+
+
+def check_codes(reading: Reading, diode: Photodiode) -> None:
+    """Raise ConfigError where a full well is less than one code: nothing would be measured."""
+    if top_dn(reading, diode) <= reading.black_dn:
+        raise ConfigError(
+            f"sensor {reading.capture} has a full well of {diode.full_well_e:g} e and codes of "
+            f"{quantisation_e(reading):.4g} e; expected more than one code below the full well; type "
+            "a larger sensor.full_well_e, a smaller sensor.swing_v, or sensor.bits=0"
+        )
+
+
+def state_nonlinearity(reading: Reading) -> None:
+    """State the non-linearity in the ledger: no processor knows it."""
+    if reading.inl_dn:
+        ledger.error(
+            abs(reading.inl_dn) / reading.gain_dn_per_e,
+            "electrons",
+            "bound",
+            f"integral non-linearity of {reading.capture}",
+        )
+
+
+def companded(linear_dn, reading: Reading):
+    """Return the codes that leave the sensor."""
+    return (
+        companding.compand(linear_dn, reading.companding, top_code(reading))
+        if reading.companding
+        else linear_dn
+    )
+
+
+def check_black_level(reading: Reading) -> None:
+    """State in the ledger the largest bias that clipping at code 0 gives a dark pixel's mean."""
+    rms = sqrt(reading.read_noise_e**2 + reading.dsnu_e**2 + reading.column_e**2)
+    if not reading.bits or rms == 0 or not isfinite(reading.swing_e):
+        return
+    black_e = reading.black_dn / reading.gain_dn_per_e
+    t = black_e / rms
+    bias = rms * (
+        exp(-t * t / 2) / sqrt(2 * pi) - t * erfc(t / sqrt(2)) / 2
+    )  # E[max(0, -black - n)], n normal
+    if bias > 1e-3 * rms:
+        ledger.left_out(
+            f"readings of {reading.capture} below code 0",
+            f"black_dn is only {t:.2g} times the noise; raise sensor.black_dn",
+            bias,
+            "electrons, mean of a dark pixel",
+        )

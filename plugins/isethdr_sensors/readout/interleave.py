@@ -1,0 +1,22 @@
+"""Interleaving: pixels of one filter array that collect less light or expose for a shorter time, written in lower case."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..sensor_model import SensorModel
+from ..spectral.colour_filter_array import channels, filter_map
+
+
+def dark_map(model: SensorModel, rows: int, columns: int):
+    """Return the (y, x) dark charge of every pixel relative to an upper case one, or the number 1.
+
+    The black clamp puts darkness of both kinds at one level, that of the upper case pixels, as separate reference
+    pixels for each exposure do: what the charge lacks, the reading's offset adds.
+    """
+    if model.lower_case_dark == 1.0:
+        return 1.0
+    share = np.array(
+        [model.lower_case_dark if letter.islower() else 1.0 for letter in channels(model.cfa)]
+    )
+    return share[filter_map(model.cfa, rows, columns)]

@@ -1,0 +1,146 @@
+"""The table that reads a lin-log pixel back: linear DN, the electrons that have to arrive for it, and their variance.
+
+Noise on a curve that steepens reads too bright on average: 0.16 % on the logarithm, 0.9 % at its bend. So the table is not the inverse
+of the response, but the function whose mean over the noise is the electrons that arrived.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core.physics.detector.charge_dynamics import arrived_from_charge, flow, shares, slope
+from isethdr_core.physics.detector.charge_dynamics_noise import EMPTY, flow_moments
+from isethdr_core.physics.detector.noise import LARGEST_MEAN_E
+
+from ..charge.soft_knee_shot import linear_top_dn
+from ..noise.lin_log_variance import scatter_of_readings
+from . import converter
+
+ENTRIES = 1024  # of the bent part, where no code says how fine it has to be
+STRAIGHT_E = 1e-6  # electrons spilled up to which the table is a straight line
+NODES, SHARE = np.polynomial.hermite_e.hermegauss(21)
+SHARE = SHARE / SHARE.sum()
+ROUNDS = 12  # each leaves about a hundredth of the bias
+RATIOS = 3  # of the variance off the bend
+REACH = 10.0  # noise widths by which the table is continued while it is made
+FINITE_E = 1e60  # where it ends while it is made: squares of it are numbers
+
+
+def response(
+    reading, exposure_s: float, soft, noise: bool = True
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (DN, electrons, e^2): one entry per code beyond the linear part, so that nothing is interpolated there.
+
+    Light is constant over the exposure. The dark charge is part of the electrons, as it is below the knee. The variance is that of
+    one reading of so many electrons: charge, read noise and rounding, divided by the slope of the response squared; it is
+    Poisson's below the knee. The last entry is the top code, or the code of the most light that a shot may have, and measures no light: it stands
+    for all that is brighter.
+
+    Parameters
+    ----------
+    noise : of the sensor; without it the table is the plain inverse of the response.
+
+    Notes
+    -----
+    The charge that `n` arriving electrons leave is `flow(n)` plus thermal noise of variance rho(n) that knows nothing of n. A table whose
+    mean over rho, read noise and rounding is n for every n is therefore without bias for any light and any pixel.
+    """
+    knee, top = linear_top_dn(reading, exposure_s, soft, STRAIGHT_E), converter.top_code(reading)
+    step = 1.0 if reading.bits else (top - knee) / (ENTRIES - 1)
+    read_var_e2 = (
+        reading.read_noise_e**2
+        + reading.row_noise_e**2
+        + converter.quantisation_e(reading) ** 2 / 12
+    )
+    reach = REACH * np.sqrt(read_var_e2 + soft.thermal_e) * reading.gain_dn_per_e
+    bent = (
+        np.arange(knee, top + reach + step, step)
+        if reading.bits
+        else knee + step * np.arange(ENTRIES + np.ceil(reach / step))
+    )
+    electrons = arrived_from_charge(
+        (bent - reading.black_dn) / reading.gain_dn_per_e, exposure_s, soft
+    )
+    bent, electrons = bent[electrons < FINITE_E], electrons[electrons < FINITE_E]
+    inside = (bent <= top + step / 2) & (electrons <= LARGEST_MEAN_E)
+    start = np.array(
+        [0.0, reading.black_dn] if reading.black_dn > 0 else [-1000.0, 0.0]
+    )  # the straight line goes on below black
+    line = (start - reading.black_dn) / reading.gain_dn_per_e
+    charge_var_e2 = flow_moments(EMPTY, electrons / exposure_s, exposure_s, soft).charge_var_e2
+    variance = (charge_var_e2 + read_var_e2) / slope(electrons, exposure_s, soft) ** 2
+    if noise:
+        _, spills, h = shares(0.0, electrons, exposure_s, soft)
+        width_dn = (
+            np.sqrt(soft.thermal_e * spills * (1 - spills * h) + read_var_e2)
+            * reading.gain_dn_per_e
+        )
+        slopes = slope(electrons, exposure_s, soft)
+        electrons, scatter_e2 = without_bias(bent, electrons, width_dn, line[-1])
+        # the mean reading is the count that arrived: its own variance and the scatter of readings about it add up
+        off_bend_e2 = np.maximum(as_mean(bent, scatter_e2, width_dn), read_var_e2)
+        variance = electrons + scatter_of_readings(
+            bent,
+            electrons,
+            width_dn,
+            slopes,
+            scatter_e2,
+            off_bend_e2,
+            lambda count: (
+                reading.black_dn
+                + reading.gain_dn_per_e * flow(0.0, count / exposure_s, exposure_s, soft)[0]
+            ),
+            reading.bits > 0,
+        )
+    return (
+        np.append(start, bent[inside]),
+        np.append(line, electrons[inside]),
+        np.append(np.full(2, read_var_e2), variance[inside]),
+    )
+
+
+def without_bias(dn, wanted, width_dn, lowest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rising table (entry,) whose mean over the noise is `wanted` at each entry, and its variance over the noise there.
+
+    Parameters
+    ----------
+    dn, wanted : positive, straight before the first entry, exponential after the last.
+    width_dn : rms of the normal noise at each entry.
+    lowest : what the table starts above.
+
+    Notes
+    -----
+    Van Cittert 1931: what the mean lacks is added, again and again. A shape finer than the noise does not come back.
+    """
+    out = wanted.copy()
+    for left in reversed(range(ROUNDS)):
+        values = over_noise(dn, out, width_dn)
+        mean = values @ SHARE
+        better = out + wanted - mean
+        # where noise is wider than the bend the corrections begin to swing: a table that does not rise cannot be read back
+        if not left or np.any(np.diff(better, prepend=lowest) <= 0):
+            break
+        out = better
+    return out, (values - mean[:, None]) ** 2 @ SHARE
+
+
+def as_mean(dn, wanted, width_dn) -> np.ndarray:
+    """Return the positive table (entry,) whose mean over the noise is `wanted`, where that is straight or exponential within the noise.
+
+    By ratios (Gold 1964), in which an exponential is right after one round.
+    """
+    out = wanted.copy()
+    for _ in range(RATIOS):
+        out = out * (wanted / (np.maximum(over_noise(dn, out, width_dn), 0.0) @ SHARE))
+    return out
+
+
+def over_noise(dn, table, width_dn) -> np.ndarray:
+    """Return what the table gives to the readings (entry, node) of a normal noise about each entry."""
+    seen = dn[:, None] + width_dn[:, None] * NODES
+    before, after = np.minimum(seen - dn[0], 0.0), np.maximum(seen - dn[-1], 0.0)
+    slope_before, growth = (
+        (table[1] - table[0]) / (dn[1] - dn[0]),
+        np.log(table[-1] / table[-2]) / (dn[-1] - dn[-2]),
+    )
+    return (np.interp(seen, dn, table) + slope_before * before) * np.exp(growth * after)

@@ -1,0 +1,282 @@
+"""One shot, in the order in which it happens: light, crosstalk, shot noise, full well, readings, converter."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core import ledger, quantities
+from isethdr_core.data.temporal_modulation import components
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.detector.noise import LARGEST_MEAN_E, rows_per_block
+from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
+
+from ..charge import blooming, crosstalk, full_well
+from ..noise import fixed_pattern, read_noise, row_noise, shot_noise
+from ..noise.dark_current import dark_electrons
+from ..sampling import area_integration
+from ..sampling.pixel_grid import check_tiles, pixel_grid
+from ..sensor_model import Photodiode, SensorModel
+from ..spectral import response
+from ..spectral.colour_filter_array import filter_map
+from ..spectral.quantum_efficiency import line_error, quantum_efficiency, smooth_spectrum_error
+from ..timing import exposure_timing
+from . import captures, converter, interleave
+
+
+def take_shot(model: SensorModel, light, generator):
+    """Return the captures of one shot.
+
+    Parameters
+    ----------
+    model : what the sensor is made of.
+    light : irradiance DataArray ([component,] wavelength, y, x), W m-2 nm-1.
+    generator : `isethdr_core.seeds.Generator`; its seed and scene key the shot, its device the fixed pattern.
+        May be None for a model without noise.
+    """
+    check_generator(model, generator)
+    grid, filters, qe, light_e = light_electrons(model, light)
+    state_errors(model, light)
+    raw, saturated = readings(model, light_e, generator)
+    return captures.captures(model, light, grid, raw, saturated, filters, qe)
+
+
+def check_generator(model: SensorModel, generator) -> None:
+    """Raise ConfigError where a sensor has noise and nothing to draw it from."""
+    if model.noise and generator is None:
+        raise ConfigError(
+            "a sensor with noise got no generator; expected hdr.generator(...), "
+            "for example sensor(light, hdr.generator(seed=7)), or build it with noise=False"
+        )
+
+
+def expected_electrons(model: SensorModel, light):
+    """Return the mean electrons of light and dark charge, DataArray (capture, y, x): no noise, full well or converter.
+
+    It is affine in the light; in darkness it is `dark_e` of the captures.
+    """
+    grid, _, _, light_e = light_electrons(model, light)
+    mean_e = [
+        light_e[reading.diode] + dark_charge_e(model, model.diode_of(reading))
+        for reading in model.readings
+    ]
+    return captures.electrons(model, grid, np.stack(mean_e))
+
+
+def state_errors(model: SensorModel, light) -> None:
+    """State in the ledger what every shot of `model` leaves out: light within bands, the converter's bend and its lower end."""
+    wavelength_nm = quantities.bands_nm(light)
+    if len(wavelength_nm) > 1:
+        value = smooth_spectrum_error(model, wavelength_nm, _mean_spectrum(light))
+        label = "light taken for even over each band: black bodies of 2000 to 20000 K, and the light's own mean spectrum"
+        ledger.add_error(
+            ErrorNote(value, "relative", "measured", label, "spectral bands", Quantity.ELECTRONS)
+        )
+        ledger.left_out(
+            "where in its bands light lies",
+            "it holds band means, counted as if even over each band",
+            line_error(model, wavelength_nm),
+            "of the electrons that the same energy makes in the filters' strongest band",
+        )
+    for reading in model.readings:
+        converter.state_nonlinearity(reading)
+        if model.noise:
+            converter.check_black_level(reading)
+
+
+def _mean_spectrum(light):
+    """Return the (band,) mean irradiance of light; None of photocurrent, whose spectrum is not known any more."""
+    if "wavelength" not in light.dims:
+        return None
+    return light.values.mean(
+        axis=tuple(k for k, d in enumerate(light.dims) if d != "wavelength"), dtype=float
+    )
+
+
+def light_electrons(model: SensorModel, light):
+    """Return the pixel grid, the filters (y, x), the quantum efficiency (channel, wavelength) with crosstalk between filters, and
+    per photodiode the mean light electrons (y, x) of the exposure.
+    """
+    grid, filters, qe, parts = component_electrons(model, light)
+    light_e = exposure_timing.together(model, parts, filters)
+    return grid, filters, qe, light_e
+
+
+def component_electrons(model: SensorModel, light):
+    """Return as `light_electrons`, but at last [(Modulation, per photodiode (y, x) electrons at the mean light over time), ...]."""
+    parts = components(light)
+    for _, one in parts:
+        response.check_light(one)
+    grid = pixel_grid(light, model.pitch_um, model.rows, model.columns)
+    check_tiles(light, grid)
+    filters = filter_map(model.cfa, len(grid.y_m), len(grid.x_m))
+    wavelength_nm = quantities.bands_nm(light)
+    qe = quantum_efficiency(model, wavelength_nm)
+    return (
+        grid,
+        filters,
+        crosstalk.mixed_efficiency(qe, model, wavelength_nm),
+        [(m, _mean_electrons(model, one, grid, filters, qe)) for m, one in parts],
+    )
+
+
+def _mean_electrons(model, light, grid, filters, qe):
+    """Return per photodiode the mean light electrons (y, x) of the exposure to constant light."""
+    x, y = light.x.values, light.y.values
+    planes = response.channel_planes(model, light, qe)
+    per_fill = {
+        fill: model.exposure_s
+        * crosstalk.spread(
+            [area_integration.electrons_per_s(p, x, y, grid, filters, fill) for p in planes], model
+        )
+        for fill in {diode.fill_factor for diode in model.photodiodes}
+    }
+    return [
+        per_fill[diode.fill_factor]
+        if diode.exposure_share == 1
+        else per_fill[diode.fill_factor] * diode.exposure_share
+        for diode in model.photodiodes
+    ]
+
+
+def readings(model: SensorModel, light_e, generator, block_rows: int | None = None):
+    """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons of each photodiode.
+
+    Parameters
+    ----------
+    light_e : per photodiode a (y, x) array of mean electrons of the whole exposure.
+    block_rows : rows computed at a time; the result is the same for any number.
+
+    Notes
+    -----
+    `saturated` is true where the charge fills the well or the converter gives its top code. The first cannot be
+    seen in the numbers: read noise may take a full well below the top code, and that value measures no light.
+    """
+    height, width = light_e[0].shape
+    raw = np.empty((len(model.readings), height, width), converter.raw_dtype(model.readings))
+    saturated = np.empty(raw.shape, bool)
+    prnu, dark, offsets, widths = device_maps(model, generator, height, width)
+    step = block_rows or rows_per_block(width)
+    blocks = [slice(y, min(y + step, height)) for y in range(0, height, step)]
+
+    def charge(k, rows):
+        mean_e = light_e[k][rows] * part(prnu[k], rows) + part(dark[k], rows)
+        return _charge(model, model.photodiodes[k], mean_e, generator, rows.start)
+
+    bloomed = {
+        k: blooming.bloom(
+            np.concatenate([charge(k, rows) for rows in blocks]),
+            diode.full_well_e,
+            diode.blooming_percent,
+        )
+        for k, diode in enumerate(model.photodiodes)
+        if diode.blooming_percent
+    }  # columns reach across blocks
+    for rows in blocks:
+        charges = [
+            bloomed[k][rows] if k in bloomed else charge(k, rows)
+            for k in range(len(model.photodiodes))
+        ]
+        for k, reading in enumerate(model.readings):
+            electrons = charges[reading.diode]
+            full = full_well.full(electrons, model.diode_of(reading).full_well_e)
+            dn = read_dn(
+                model,
+                reading,
+                electrons,
+                part(offsets[k], rows),
+                part(widths[k], rows),
+                generator,
+                rows.start,
+            )
+            saturated[k, rows] = full | (dn >= converter.top_code(reading))
+            raw[k, rows] = converter.companded(dn, reading)
+    return raw, saturated
+
+
+def dark_charge_e(model: SensorModel, diode: Photodiode) -> float:
+    """Return the mean dark charge of the exposure in `diode`, electrons."""
+    return dark_electrons(diode.dark_e_per_s, model.exposure_of(diode), model.temperature_c)
+
+
+def _charge(model, diode, mean_e, generator, first_row):
+    if model.noise:
+        mean_e = (
+            np.minimum(mean_e, LARGEST_MEAN_E)
+            if diode.blooming_percent
+            else full_well.limit_mean(mean_e, diode.full_well_e)
+        )
+        mean_e = shot_noise.collect(mean_e, generator.stream(diode.name, "shot"), first_row)
+    return mean_e if diode.blooming_percent else full_well.limit_charge(mean_e, diode.full_well_e)
+
+
+def read_dn(model: SensorModel, reading, electrons, offset_e, width_e, generator, first_row: int):
+    """Return the linear DN (y, x) of one reading of a block of rows.
+
+    Parameters
+    ----------
+    electrons : (y, x) charge; `offset_e`, `width_e` : the reading's offset and read noise there, numbers or maps.
+    generator : key of the noise of the reading; not used by a model without noise.
+    first_row : the block's first row, counted from the sensor's upper left pixel.
+    """
+    if model.noise or np.ndim(offset_e):
+        electrons = electrons + offset_e
+    if model.noise and (np.ndim(width_e) or width_e):
+        electrons = electrons + read_noise.read_noise(
+            width_e, generator.stream(reading.capture, "read"), first_row, *electrons.shape
+        )
+    if model.noise and reading.row_noise_e:
+        electrons = electrons + row_noise.row_noise(
+            reading.row_noise_e, generator.stream(reading.capture, "row"), first_row, len(electrons)
+        )
+    return converter.digitise(electrons, reading)
+
+
+def device_maps(model: SensorModel, generator, height: int, width: int):
+    """Return per photodiode the PRNU factor and the dark electrons, per reading offset and read noise: maps, rows or numbers."""
+    size = height, width
+    dark = [dark_charge_e(model, diode) for diode in model.photodiodes]
+    less = interleave.dark_map(model, *size)
+    clamp = [dark[reading.diode] * (1 - less) for reading in model.readings]
+    if not model.noise:
+        return [1.0] * len(dark), [mean * less for mean in dark], clamp, [0.0] * len(clamp)
+    key = generator.device_stream
+    silicon = [diode.silicon or diode.name for diode in model.photodiodes]
+    prnu = [
+        fixed_pattern.factor(d.prnu, key(name, "prnu"), *size)
+        for d, name in zip(model.photodiodes, silicon, strict=True)
+    ]
+    dark = [
+        mean * fixed_pattern.factor(d.dark_spread, key(name, "dark"), *size) * less if mean else 0.0
+        for mean, d, name in zip(dark, model.photodiodes, silicon, strict=True)
+    ]
+    for k, d in enumerate(model.photodiodes):
+        if d.hot_percent and d.hot_dark_e_per_s:
+            extra = dark_electrons(d.hot_dark_e_per_s, model.exposure_of(d), model.temperature_c)
+            dark[k] = dark[k] + extra * less * fixed_pattern.hot_dark(
+                d.hot_percent / 100, key(silicon[k], "hot"), *size
+            )
+    offsets = [
+        level
+        + fixed_pattern.offset_e(
+            r.dsnu_e,
+            r.column_e,
+            key(r.capture, "dsnu"),
+            key(r.capture, "column"),
+            *size,
+            r.row_e,
+            key(r.capture, "rows"),
+        )
+        for level, r in zip(clamp, model.readings, strict=True)
+    ]
+    widths = [
+        read_noise.widths_e(r.read_noise_e, r.read_tail_percent, key(r.capture, "tail"), *size)
+        if r.read_tail_percent
+        else r.read_noise_e
+        for r in model.readings
+    ]
+    return prnu, dark, offsets, widths
+
+
+def part(values, rows: slice):
+    """Return the block of a map; a number or a single row of columns serves every block."""
+    return values[rows] if np.ndim(values) and values.shape[0] > 1 else values

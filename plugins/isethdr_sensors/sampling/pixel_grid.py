@@ -1,0 +1,132 @@
+"""Pixel grid: where the pixels lie in the camera's field."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.data.temporal_modulation import time_mean
+from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.pipeline import memory
+
+from ..sensor_model import SensorModel
+
+PIXEL_BYTES, CAPTURE_BYTES = (
+    175,
+    45,
+)  # at the largest moment of a run, of pictures and scores and of every capture: measured
+ROUNDING = 1e-9  # relative: a field of 100 pitches holds 100 pixels although metres are rounded
+
+
+@dataclass(frozen=True, eq=False)
+class PixelGrid:
+    """Pixel centres in metres, x right and y down, centred on the axis."""
+
+    x_m: np.ndarray
+    y_m: np.ndarray
+    pitch_m: float
+
+
+def pixel_grid(light, pitch_um: float, rows: int = 0, columns: int = 0) -> PixelGrid:
+    """Return the grid of `rows` x `columns` pixels, centred; 0 fills the camera's nominal field.
+
+    Margin tiles beyond `field_width` and `field_height` of the light are not part of the field.
+
+    Raises
+    ------
+    ConfigError : when the sensor is larger than the field, so that its border would see no light.
+    """
+    from isethdr_core.quantities import centres
+
+    pitch = pitch_um * 1e-6
+    y, x = pixel_counts(
+        light.attrs["field_width"], light.attrs["field_height"], pitch_um, rows, columns
+    )
+    return PixelGrid(centres(x, x * pitch), centres(y, y * pitch), pitch)
+
+
+def pixel_counts(
+    field_width_m: float, field_height_m: float, pitch_um: float, rows: int = 0, columns: int = 0
+) -> tuple[int, int]:
+    """Return (rows, columns), 0 replaced by as many as fit into the field; ConfigError where more are asked for, or none fits."""
+    pitch = pitch_um * 1e-6
+    return _count(field_height_m, pitch, rows, "rows", "high"), _count(
+        field_width_m, pitch, columns, "columns", "wide"
+    )
+
+
+def pixel_need(model: SensorModel, field_width_m: float, field_height_m: float) -> memory.Need:
+    """Return what the pixels of a sensor take from the shot to the scores, and the smallest pitch that the machine's memory holds."""
+    rows, columns = pixel_counts(
+        field_width_m, field_height_m, model.pitch_um, model.rows, model.columns
+    )
+    size = rows * columns * float(PIXEL_BYTES + CAPTURE_BYTES * len(model.readings))
+    pitch_um = 1.05 * model.pitch_um * np.sqrt(max(size / memory.machine_bytes(), 1.0))
+    advice = f"type sensor.pitch_um={pitch_um:.2g} or more, or fewer sensor.rows and sensor.columns"
+    return memory.Need(
+        f"{rows} x {columns} pixels of {model.pitch_um:g} um, {len(model.readings)} captures",
+        size,
+        advice,
+    )
+
+
+def window_m(pitch_um: float, rows: int, columns: int) -> tuple[float, float] | None:
+    """Return (width, height) that the pixels see of the image plane, inf along an axis that they fill; None where they fill both."""
+    return (
+        tuple(n * pitch_um * 1e-6 or np.inf for n in (columns, rows)) if rows or columns else None
+    )
+
+
+def _count(field_m, pitch, wanted, name, direction):
+    fits = int(np.floor(field_m / pitch * (1 + ROUNDING)))
+    if fits < 1:
+        raise ConfigError(
+            f"one pixel of {pitch * 1e6:g} um is larger than the field, {field_m * 1e6:g} um {direction}; "
+            "type a smaller sensor.pitch_um or a longer lens.focal_length_mm"
+        )
+    if wanted > fits:
+        raise ConfigError(
+            f"sensor.{name}={wanted} at {pitch * 1e6:g} um is {wanted * pitch * 1e3:.4g} mm {direction}; the camera's "
+            f"field is {field_m * 1e3:.4g} mm, {fits} pixels; type sensor.{name}={fits}, or 0 to fill the field"
+        )
+    return wanted or fits
+
+
+def check_tiles(light, grid: PixelGrid) -> None:
+    """Refuse light that does not cover the pixels; state in the ledger when its tiles are coarser than they are.
+
+    The detail that is missing inside a tile cannot be known; the mean change from tile to tile tells its size.
+    """
+    from isethdr_core.quantities import tile_pitch
+
+    if min(light.sizes["x"], light.sizes["y"]) < 2:
+        raise UnitError(
+            f"irradiance has {light.sizes['y']} x {light.sizes['x']} tiles; expected at least 2 x 2, "
+            "so that a tile has a size"
+        )
+    for name, centres in (("x", grid.x_m), ("y", grid.y_m)):
+        tiles = light[name].values
+        spare = (centres[-1] - centres[0] + grid.pitch_m) * ROUNDING + (
+            tile_pitch(light, name) - grid.pitch_m
+        ) / 2
+        if tiles[0] > centres[0] + spare or tiles[-1] < centres[-1] - spare:
+            raise UnitError(
+                f"irradiance covers {name} only within {tiles[0]:.6g}..{tiles[-1]:.6g} m (tile centres), the pixels lie within "
+                f"{centres[0]:.6g}..{centres[-1]:.6g} m; expected tiles over all of field_width and field_height"
+            )
+    tile = max(tile_pitch(light, "x"), tile_pitch(light, "y"))
+    if tile > grid.pitch_m * (1 + ROUNDING):
+        first = light.dims[-3]  # wavelength, or channel
+        band = np.asarray(time_mean(light.isel({first: light.sizes[first] // 2})).values, float)
+        step = max(np.abs(np.diff(band, axis=axis)).mean() for axis in (0, 1)) / max(
+            band.mean(), np.finfo(float).tiny
+        )
+        ledger.error(
+            step,
+            "relative",
+            "measured",
+            f"mean change from tile to tile: tiles of {tile * 1e6:.3g} um hide the detail "
+            f"inside {tile / grid.pitch_m:.3g} pixels of {grid.pitch_m * 1e6:.3g} um",
+        )

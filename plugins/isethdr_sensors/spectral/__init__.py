@@ -1,0 +1,10 @@
+"""Spectral: filters, quantum efficiency, and the bands that a sensor asks for.
+
+| module                | what                                                                   |
+|-----------------------|------------------------------------------------------------------------|
+| `band_integration`    | means of spectral curves over the bands of the light                   |
+| `colour_filter_array` | a small text pattern, repeated from the upper left pixel of the sensor |
+| `quantum_efficiency`  | electrons per photon of every filter, blocking filter included         |
+| `response`            | what a sensor asks of a lens that can answer in photocurrent           |
+| `spectral_curves`     | spectral curves of colour filters on silicon, fitted by us             |
+"""

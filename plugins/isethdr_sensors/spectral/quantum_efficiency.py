@@ -1,0 +1,176 @@
+"""Quantum efficiency: electrons per photon of every filter, blocking filter included, and which bands matter."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.errors import ConfigError, did_you_mean
+
+from ..sampling.pixel_grid import window_m
+from ..sensor_model import SensorModel
+from . import band_integration, spectral_curves
+from .colour_filter_array import channels
+
+NEGLIGIBLE = (
+    1e-6  # of the largest quantum efficiency: bands below it at both ends need not be rendered
+)
+BLIND = 0.02  # of a curve's peak: a table may end here
+BEYOND_NM = 10.0  # so far light may reach beyond a table's end: the sub-bands of a last band do
+
+
+def quantum_efficiency(model: SensorModel, wavelength_nm) -> np.ndarray:
+    """Return (channel, band) electrons per photon of light that is even over each band; channels as `colour_filter_array.channels`.
+
+    The curves are integrated over every band, so that a line between two band centres counts. Those of a table are straight from row to
+    row, and their integral is exact. A band that is partly beyond a table whose rows hold its centre has the mean of its known part.
+    A single band has no known width: its value is that at its centre.
+
+    Raises
+    ------
+    ConfigError : more than one electron per photon, or none at all in any band of the light.
+    """
+    w = np.asarray(wavelength_nm, float)
+    if len(w) < 2:
+        return _seen(model, spectral_curve(model, w), w)
+    at = band_integration.nodes(w, _breaks_nm(model))
+    curves = spectral_curve(model, at.wavelength_nm)
+    known = _known(model, at, w)
+    return _seen(
+        model, np.stack([band_integration.photon_means(row, at, known) for row in curves]), w
+    )
+
+
+def spectral_curve(model: SensorModel, wavelength_nm) -> np.ndarray:
+    """Return (channel, wavelength) electrons per photon at single wavelengths; channels as `colour_filter_array.channels`."""
+    w = np.asarray(wavelength_nm, float)
+    qe = np.stack([_curve(model, letter, w) for letter in channels(model.cfa)])
+    if model.infrared_cut and model.curves != "unit":
+        qe = qe * spectral_curves.infrared_cut(w)
+    if qe.max() > 1.0 + 1e-12:
+        raise ConfigError(
+            f"sensor.peak_qe={model.peak_qe} makes {qe.max():.3g} electrons per photon; expected at most 1"
+        )
+    return qe
+
+
+def _seen(model, qe, w):
+    """Return the quantum efficiency of the bands; ConfigError where all of it is 0."""
+    if qe.any():
+        return qe
+    where = f"sensor.qe_csv={model.qe_csv!r}" if model.qe_csv else f"sensor.cfa={model.cfa!r}"
+    raise ConfigError(
+        f"{where} makes no electron of light in bands at {w.min():g} to {w.max():g} nm; expected a filter that sees some of it; "
+        "take bands that hold the curve, or another curve"
+    )
+
+
+def _breaks_nm(model) -> np.ndarray:
+    """Return the wavelengths at which the model's curves have corners."""
+    if model.qe_csv:
+        return spectral_curves.read_csv(model.qe_csv)["wavelength_nm"]
+    return np.array(spectral_curves.FITTED_NM)
+
+
+def _known(model, at, w):
+    """Return which nodes a band's mean is over: those within the table, where the band's centre is; None without a table."""
+    if not model.qe_csv:
+        return None
+    table_nm = spectral_curves.read_csv(model.qe_csv)["wavelength_nm"]
+    centre_within = (w >= table_nm[0]) & (w <= table_nm[-1])
+    within = (at.wavelength_nm >= table_nm[0]) & (at.wavelength_nm <= table_nm[-1])
+    return within | ~centre_within[at.band]
+
+
+def smooth_spectrum_error(model: SensorModel, wavelength_nm, spectrum=None) -> float:
+    """Return how wrong a channel's electrons are at most, relative, because light is taken for even over each band.
+
+    `spectrum` : (band,) mean energy per nm of the light; it is tried beside black bodies of 2000 to 20000 K.
+    """
+    w = np.asarray(wavelength_nm, float)
+    if len(w) < 2:
+        return 0.0
+    at = band_integration.nodes(w, _breaks_nm(model))
+    curves = spectral_curve(model, at.wavelength_nm)
+    return band_integration.smooth_spectrum_error(
+        quantum_efficiency(model, w), curves, at, w, spectrum
+    )
+
+
+def line_error(model: SensorModel, wavelength_nm) -> float:
+    """Return a bound on what is wrong for any spectrum, a line at the edge of its band included.
+
+    A band holds the mean of its energy and no more, so light anywhere within it counts with the mean over the band. Electrons per joule
+    differ by no more than wavelength x quantum efficiency from its mean within a band: that difference, relative to the largest mean.
+    Times the electrons that all of the light's energy would make in the most sensitive band it bounds the error.
+    """
+    w = np.asarray(wavelength_nm, float)
+    if len(w) < 2:
+        return 0.0
+    pieces, at = (
+        make(w, _breaks_nm(model)) for make in (band_integration.pieces, band_integration.nodes)
+    )
+    points_nm = np.concatenate([at.wavelength_nm, pieces.low_nm, pieces.high_nm])
+    band = np.concatenate([at.band, pieces.band, pieces.band])
+    mean = quantum_efficiency(model, w) * w
+    return float(
+        np.max(np.abs(spectral_curve(model, points_nm) * points_nm - mean[:, band])) / np.max(mean)
+    )
+
+
+def narrow(model: SensorModel, demand):
+    """Return the demand for what the sensor sees: its window, and no outer band in which it is blind; states the bound."""
+    demand = replace(demand, window_m=window_m(model.pitch_um, model.rows, model.columns))
+    if demand.wavelength_nm is None:
+        return demand
+    strongest = quantum_efficiency(model, demand.wavelength_nm).max(0)
+    seen = np.flatnonzero(strongest > NEGLIGIBLE * strongest.max())
+    # inner bands stay, and always two: band widths come from the distances between centres
+    first, last = seen[0], max(seen[-1], min(seen[0] + 1, len(strongest) - 1))
+    kept = demand.wavelength_nm[first : last + 1]
+    dropped = [f"{w:g}" for w in demand.wavelength_nm if w not in kept]
+    if dropped:
+        ledger.left_out(
+            f"bands {', '.join(dropped)} nm",
+            "quantum efficiency below 1e-6 of its peak",
+            NEGLIGIBLE,
+            "electrons per electron that the same photons make at the peak",
+        )
+    return replace(demand, wavelength_nm=tuple(kept))
+
+
+def _curve(model, letter, w):
+    if letter.islower() and model.lower_case_share != 1.0:
+        return model.lower_case_share * _curve(model, letter.upper(), w)
+    letter = letter.upper()
+    if model.qe_csv:
+        table = spectral_curves.read_csv(model.qe_csv)
+        if letter not in table:
+            known = [name for name in table if name != "wavelength_nm"]
+            raise ConfigError(
+                f"sensor.qe_csv={model.qe_csv!r} has no column for filter {letter!r}{did_you_mean(letter, known)}"
+            )
+        seen = table[letter] * (
+            spectral_curves.infrared_cut(table["wavelength_nm"]) if model.infrared_cut else 1.0
+        )
+        _check_cover(model.qe_csv, letter, table["wavelength_nm"], seen, w)
+        return np.interp(w, table["wavelength_nm"], table[letter], left=0.0, right=0.0)
+    if model.curves == "unit":
+        return np.ones_like(w)
+    return model.peak_qe * spectral_curves.filter_curve(letter, w)
+
+
+def _check_cover(path, letter, table_nm, values, w):
+    """Refuse a table that ends while the filter still sees and the light goes on."""
+    for end, beyond in (
+        (0, w.min() < table_nm[0] - BEYOND_NM),
+        (-1, w.max() > table_nm[-1] + BEYOND_NM),
+    ):
+        if beyond and values[end] > BLIND * values.max():
+            raise ConfigError(
+                f"sensor.qe_csv={path!r}: filter {letter} still has {values[end]:.3g} electrons per photon at "
+                f"{table_nm[end]:g} nm, where the table ends; the light covers {w.min():g}..{w.max():g} nm; "
+                "add rows, the last one 0 where it is blind"
+            )

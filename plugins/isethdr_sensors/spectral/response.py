@@ -1,0 +1,93 @@
+"""Response: what a sensor asks of a lens that can answer in photocurrent, and how it reads either kind of light."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from isethdr_core import quantities
+from isethdr_core.demand import Demand, Response
+from isethdr_core.errors import UnitError
+
+from ..charge import crosstalk
+from ..readout import converter
+from ..sampling import area_integration
+from ..sensor_model import SensorModel
+from .colour_filter_array import channels
+from .quantum_efficiency import quantum_efficiency
+
+CLOSE = 1e-12  # relative: two computations of one quantum efficiency
+
+
+def ask(model: SensorModel, demand: Demand, longest_s: float) -> Demand:
+    """Return the demand with the response of a sensor that exposes for `longest_s` at most; without one where there is no noise.
+
+    Without noise no error can be small beside it, so that light is asked for wavelength by wavelength.
+    """
+    if not model.noise:
+        return demand
+    area_s = max(
+        model.pitch_um**2 * 1e-12 * d.fill_factor * d.exposure_share * longest_s
+        for d in model.photodiodes
+    )
+    names = [
+        letter + mark
+        for mark in ("", " astray")[: 1 + bool(model.optical_crosstalk_percent)]
+        for letter in channels(model.cfa)
+    ]
+    return replace(
+        demand,
+        response=Response(
+            tuple(names),
+            partial(_efficiency, model),
+            area_s,
+            min(r.read_noise_e for r in model.readings),
+            max(full_scale_e(model)),
+            window_m=demand.window_m,
+        ),
+    )
+
+
+def full_scale_e(model: SensorModel) -> list[float]:
+    """Return the electrons of every reading at which it stops measuring light."""
+    return [
+        (converter.top_dn(r, model.diode_of(r)) - r.black_dn) / r.gain_dn_per_e
+        for r in model.readings
+    ]
+
+
+def _efficiency(model, wavelength_nm) -> np.ndarray:
+    """Return (channel, wavelength) electrons per photon; channels as in `crosstalk.parts`, one part after the other."""
+    return np.concatenate(
+        crosstalk.parts(quantum_efficiency(model, wavelength_nm), model, wavelength_nm)
+    )
+
+
+def check_light(light) -> None:
+    """Raise UnitError unless `light` is irradiance or photocurrent on the sensor plane."""
+    photocurrent = light.attrs.get("units") == quantities.PHOTOCURRENT
+    (quantities.check_photocurrent if photocurrent else quantities.check_irradiance)(light)
+
+
+def channel_planes(model: SensorModel, light, qe) -> list[np.ndarray]:
+    """Return per part of `crosstalk.parts` the electrons per m2 and second (channel, y, x) on the light's own tiles.
+
+    `qe` is the (channel, wavelength) quantum efficiency at the light's bands.
+    """
+    wavelength_nm = quantities.bands_nm(light)
+    if light.attrs["units"] != quantities.PHOTOCURRENT:
+        return [
+            area_integration.electrons_per_m2_s(light.values, wavelength_nm, part)
+            for part in crosstalk.parts(qe, model, wavelength_nm)
+        ]
+    own, given = _efficiency(model, wavelength_nm), np.asarray(light.attrs["efficiency"])
+    apart = np.abs(own[:, None] - given).max(2)  # other sensors may see the same light
+    row = apart.argmin(1)
+    if np.any(apart[np.arange(len(own)), row] > CLOSE * own.max()):
+        raise UnitError(
+            "the photocurrent was made for another sensor: its quantum efficiencies differ; "
+            "call lens.photocurrent with the response that this sensor puts into the demand, or lens(...) for irradiance"
+        )
+    return np.split(light.values[row], len(own) // len(qe))

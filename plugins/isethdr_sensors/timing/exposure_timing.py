@@ -1,0 +1,53 @@
+"""Exposure timing: when each row of each capture is exposed, and how much of light that varies falls into it.
+
+Time 0 is the start of the first row's first exposure. Rows follow each other by `line_time_s`; both photodiodes of a split
+pixel expose together, staggered exposures of a row one after the other. An interleaved shorter exposure ends with the longer one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core.physics.detector.temporal_modulation import constant, relative_light, row_starts_s
+
+from ..sensor_model import Photodiode, SensorModel
+from ..spectral.colour_filter_array import channels
+
+
+def starts_s(model: SensorModel, diode: Photodiode, rows: int) -> np.ndarray:
+    """Return when each row's exposure of `diode` starts, (rows, 1) seconds."""
+    return row_starts_s(rows, model.line_time_s, model.exposure_s * diode.start_share)
+
+
+def relative(model: SensorModel, diode: Photodiode, modulation, filters):
+    """Return the light that falls into each exposure over that of the mean over time: (rows, 1), (y, x), or 1 for constant light."""
+    if constant(modulation):
+        return 1.0
+    start_s, exposure_s = starts_s(model, diode, len(filters)), model.exposure_of(diode)
+    whole = relative_light(modulation, start_s, exposure_s)
+    if model.lower_case_dark == 1.0:  # no pixel exposes for a shorter time
+        return whole
+    short_s = exposure_s * model.lower_case_dark
+    lower = np.array([letter.islower() for letter in channels(model.cfa)])[filters]
+    return np.where(
+        lower, relative_light(modulation, start_s + (exposure_s - short_s), short_s), whole
+    )
+
+
+def together(model: SensorModel, parts, filters) -> list:
+    """Return per photodiode the mean electrons (y, x) of the exposure as it falls in time.
+
+    Parameters
+    ----------
+    parts : [(Modulation, per photodiode (y, x) electrons at the mean light over time), ...].
+    filters : (y, x) index of each pixel's channel.
+    """
+    out = None
+    for modulation, means in parts:
+        shares = [relative(model, diode, modulation, filters) for diode in model.photodiodes]
+        now = [
+            mean if np.ndim(share) == 0 else mean * share
+            for mean, share in zip(means, shares, strict=True)
+        ]
+        out = now if out is None else [before + more for before, more in zip(out, now, strict=True)]
+    return out

@@ -1,0 +1,161 @@
+"""The command line: quick help, one-line errors, exit codes, and what plugins can do to it."""
+
+from __future__ import annotations
+
+import re
+
+from isethdr_core.cli.summary_tables import print_plan
+
+from ..command_line import isethdr, write_plugin
+
+SENSOR = '''
+from dataclasses import dataclass
+from isethdr_core import Component, hookimpl
+
+@dataclass(frozen=True)
+class Copy:
+    """A sensor of the same name as another."""
+
+@hookimpl
+def {hook}():
+    return [Component("sensor", "{name}", Copy)]
+'''
+SMALL = [
+    "scene=uniform",
+    "scene.width=24",
+    "scene.height=16",
+    "scene.horizontal_field_deg=2",
+    "~renderer",
+    "lighting=ideal",
+    "~versions",
+    "lens=ideal",
+    "~flare.dirt",
+    "isp=linear",
+    "~metric.contrast",
+]
+
+
+def test_help_is_there_and_names_the_commands():
+    shown = isethdr("--help")
+    assert shown.returncode == 0 and not shown.stderr
+    assert all(
+        re.search(rf"^\s+{name}\b", shown.stdout, re.MULTILINE)
+        for name in ("run", "plan", "plugins", "doctor")
+    )
+
+
+def test_plugins_lists_kinds_fields_and_packages():
+    shown = isethdr("plugins", "sensor")
+    assert shown.returncode == 0
+    assert (
+        "exposure_s=0.016" in shown.stdout
+        and "(isethdr_sensors)" in shown.stdout
+        and "lens" not in shown.stdout.split("\n")[0]
+    )
+    unknown = isethdr("plugins", "sensr")
+    assert unknown.returncode == 2 and unknown.stderr.startswith(
+        "error: no kind 'sensr'; did you mean 'sensor'"
+    )
+
+
+def test_a_mistake_is_one_line():
+    """Other mistakes: tests/workflows/test_failures.py, all in one process."""
+    shown = isethdr("run", *SMALL, "sensor=rgwb")
+    assert shown.returncode == 2
+    lines = shown.stderr.strip().splitlines()
+    assert len(lines) == 1 and lines[0].startswith("error: ") and "did you mean 'rgbw'" in lines[0]
+
+
+def test_run_and_plan(isethdr_home, capsys):
+    quick = {
+        "ISETHDR_PLUGINS": "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows"
+    }  # without the report, whose plots take as long as all else
+    print_plan(
+        [*SMALL, "sensor=bayer"]
+    )  # what the command does: tests/workflows/test_command_and_python.py
+    assert "light groups" in capsys.readouterr().out and not (isethdr_home / "runs").exists()
+    first = isethdr("run", *SMALL, "sensor=bayer", **quick)
+    assert (
+        first.returncode == 0
+        and "sensor bayer" in first.stdout
+        and "log_luminance_error" in first.stdout
+    )
+    [stored] = (isethdr_home / "runs").glob("*.zarr")
+    assert str(stored) in first.stdout
+    print_plan([*SMALL, "sensor=bayer"])
+    assert "is stored" in capsys.readouterr().out
+
+
+def test_a_broken_plugin_is_one_loud_line_and_not_a_crash(tmp_path):
+    folder = write_plugin(tmp_path, "broken_acme", "raise RuntimeError('no licence')")
+    shown = isethdr("plugins", "sensor", plugins=[folder])
+    assert shown.returncode == 0 and "bayer" in shown.stdout
+    [loud] = [line for line in shown.stdout.splitlines() if "broken" in line]
+    assert "broken_acme" in loud and "RuntimeError: no licence" in loud
+    assert shown.stderr.count("broken_acme") <= 2 and "Traceback" not in shown.stderr
+    assert isethdr("plugins", "sensor", "--strict", plugins=[folder]).returncode == 1
+    assert isethdr("plugins", "sensor", "--strict").returncode == 0
+
+
+def test_a_plugin_whose_components_break_is_skipped_too(tmp_path):
+    folder = write_plugin(
+        tmp_path,
+        "broken_acme",
+        SENSOR.format(hook="isethdr_components", name="acme").replace(
+            "frozen=True", "frozen=False"
+        ),
+    )
+    shown = isethdr("plugins", "sensor", plugins=[folder])
+    assert (
+        shown.returncode == 0
+        and "bayer" in shown.stdout
+        and "must be a frozen dataclass" in shown.stdout
+    )
+
+
+def test_two_plugins_of_the_same_name_are_both_named(tmp_path):
+    folder = write_plugin(
+        tmp_path, "copycat", SENSOR.format(hook="isethdr_components", name="bayer")
+    )
+    shown = isethdr("plugins", plugins=[folder])
+    assert shown.returncode == 2
+    assert shown.stderr.strip().splitlines()[-1].startswith("error: two plugins offer sensor/bayer")
+    assert "copycat" in shown.stderr and "isethdr_sensors" in shown.stderr
+    without = isethdr("plugins", "sensor", plugins=[folder], ISETHDR_PLUGINS="core,sensors")
+    assert without.returncode == 0
+
+
+def test_two_packages_may_call_their_entry_point_the_same(tmp_path):
+    for package, sensor in (("one_acme", "nano"), ("two_acme", "pico")):
+        source = SENSOR.format(hook="isethdr_components", name=sensor)
+        folder = write_plugin(tmp_path, package, source, entry_point="acme")
+    shown = isethdr("plugins", "sensor", plugins=[folder])
+    assert shown.returncode == 0 and "broken" not in shown.stdout + shown.stderr
+    listed = {line.split()[0] for line in shown.stdout.splitlines() if line.startswith("  ")}
+    assert {"nano", "pico", "bayer"} <= listed
+    without = isethdr("plugins", "sensor", plugins=[folder], ISETHDR_PLUGINS="core,sensors")
+    assert "nano" not in without.stdout and "pico" not in without.stdout
+
+
+def test_plan_has_a_help_of_its_own():
+    shown = isethdr("plan", "--help")
+    assert shown.returncode == 0 and "plan [override ...]" in shown.stdout
+    assert not shown.stderr
+
+
+def test_a_misspelled_hook_is_named_with_the_nearest(tmp_path):
+    folder = write_plugin(tmp_path, "mumble", SENSOR.format(hook="isethdr_component", name="acme"))
+    shown = isethdr("plugins", "sensor", plugins=[folder])
+    assert shown.returncode == 0
+    assert "unknown hook 'isethdr_component'; did you mean 'isethdr_components'" in shown.stdout
+
+
+def test_a_hook_with_an_argument_that_does_not_exist_is_named(tmp_path):
+    source = "from isethdr_core import hookimpl\n\n@hookimpl\ndef isethdr_before_stage(stage, weather):\n    pass\n"
+    shown = isethdr("plugins", "sensor", plugins=[write_plugin(tmp_path, "rainy", source)])
+    assert shown.returncode == 0 and "rainy" in shown.stdout and "weather" in shown.stdout
+
+
+def test_plugins_can_be_chosen():
+    shown = isethdr("plugins", "sensor", ISETHDR_PLUGINS="core,optics")
+    assert shown.returncode == 0 and "bayer" not in shown.stdout

@@ -1,0 +1,39 @@
+"""What the command line prints of a run: all seconds and memory accounted for, on few lines."""
+
+from isethdr_core.cli.summary_tables import metrics_together, score_text, worst_text
+from isethdr_core.ledger import Ledger, LeftOut, Row
+from isethdr_core.uncertainty.ledger import ErrorNote
+
+
+def test_metrics_of_a_camera_are_one_row_and_nothing_is_lost():
+    ledger = Ledger(
+        [
+            Row("lens ideal", 1.0, 5),
+            Row("metric ssim bayer", 2.0, 7, [ErrorNote(1.0, "dB", "bound")]),
+            Row("metric snr bayer", 0.5, 3, [], [LeftOut("a", "b", 0.0, "dB")]),
+            Row("metric ssim rgbw", 0.25, 9),
+        ]
+    )
+    rows = metrics_together(ledger)
+    assert [r.stage for r in rows] == ["lens ideal", "metrics bayer", "metrics rgbw"]
+    assert sum(r.seconds for r in rows) == sum(r.seconds for r in ledger)
+    assert rows[1].peak_bytes == 7 and len(rows[1].errors) == 1 and len(rows[1].left_out) == 1
+    assert ledger[1].seconds == 2.0  # the ledger itself is as it was
+
+
+def test_the_worst_error_stands_for_the_others():
+    notes = [
+        ErrorNote(0.01, "relative", "bound"),
+        ErrorNote(0.2, "relative", "statistical", "speckle"),
+    ]
+    assert worst_text(notes) == "0.2 relative (statistical) +1"
+    assert (
+        worst_text([*notes, ErrorNote(5.0, "dB", "bound")]) == "0.2 relative (statistical) +2"
+    )  # decibels say nothing about it
+    assert worst_text([]) == ""
+
+
+def test_an_interval_is_shown_only_where_it_is_known():
+    assert score_text({"value": 1.5, "low": 1.0, "high": 2.0}) == "1.5 ± 0.5"
+    for low, high in ((None, None), (float("nan"), float("nan")), (1.5, 1.5), (1.0, float("inf"))):
+        assert score_text({"value": 1.5, "low": low, "high": high}) == "1.5"

@@ -1,0 +1,121 @@
+"""Composing configs: the defaults, choices, experiments, and mistakes with the nearest valid name."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from itertools import zip_longest
+
+import pytest
+
+from isethdr_core import compose
+from isethdr_core.component import KINDS
+from isethdr_core.config.composition import register_with_hydra
+from isethdr_core.errors import ConfigError
+from isethdr_core.pipeline.chain import chain
+from isethdr_core.plugins.registry import components, plugin_manager
+
+
+def presets():
+    """Return (kind, name) of every preset that a plugin or the core ships."""
+    packages = {"isethdr_core.config.conf"}
+    for impl in plugin_manager().hook.isethdr_config_paths.get_hookimpls():
+        packages |= {path.removeprefix("pkg://") for path in impl.function()}
+    return sorted(
+        {
+            (folder.name, file.name.removesuffix(".yaml"))
+            for package in packages
+            for folder in files(package).iterdir()
+            if folder.is_dir()
+            for file in folder.iterdir()
+            if file.name.endswith(".yaml")
+        }
+    )
+
+
+def test_the_main_job_composes_and_builds():
+    parts = chain(compose())
+    assert (
+        list(parts.cameras) == ["bayer", "split_pixel", "rgbw"]
+        and parts.flares
+        and parts.metrics
+        and parts.renderer is not None
+    )
+
+
+def turns():
+    """Return the overrides that choose every preset: one of each kind at a time, for composing takes a fifth of a second; experiments alone."""
+    group = {"flare": "flare@flare.dirt", "metric": "metric@metric.snr"}
+    of_kind = {}
+    for kind, name in presets():
+        of_kind.setdefault(kind, []).append(f"{group.get(kind, kind)}={name}")
+    of_kind.pop("hydra", None)
+    return [[e] for e in of_kind.pop("experiment")] + [
+        [o for o in turn if o] for turn in zip_longest(*of_kind.values())
+    ]
+
+
+@pytest.mark.parametrize("overrides", turns(), ids=" ".join)
+def test_every_preset_composes_and_builds(overrides):
+    chain(compose(overrides))
+
+
+def test_a_sensor_replaces_the_three_cameras():
+    parts = chain(compose(["sensor=rgbw", "sensor.exposure_s=0.008"]))
+    assert list(parts.cameras) == ["rgbw"] and parts.cameras["rgbw"].exposure_s == 0.008
+    assert list(chain(compose(["~cameras.split_pixel"])).cameras) == ["bayer", "rgbw"]
+
+
+def test_a_member_can_be_added_and_removed():
+    config = compose(["~flare.dirt", "+metric@metric.mean=ideal", "~metric.ssim"])
+    parts = chain(config)
+    assert not parts.flares and "mean" in parts.metrics and "ssim" not in parts.metrics
+
+
+def test_every_component_is_a_config_group_entry_with_its_name():
+    by_kind = {kind: [n for k, n in components() if k == kind] for kind in KINDS}
+    for turn in range(
+        max(map(len, by_kind.values()))
+    ):  # one of each kind at a time: composing takes a tenth of a second
+        names = {kind: members[turn % len(members)] for kind, members in by_kind.items()}
+        group = {"flare": "+flare@flare.new", "metric": "+metric@metric.new"}
+        config = compose([f"{group.get(kind, kind)}={name}" for kind, name in names.items()])
+        for kind, name in names.items():
+            node = config[kind]["new"] if kind in group else config[kind]
+            assert node["name"] == name
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        (["sensor=rgwb"], "sensor 'rgwb' is not installed; did you mean 'rgbw'"),
+        (["experiment=night_drve"], "'night_drve' is not installed; did you mean 'night_drive'"),
+        (
+            ["sensor=rgbw", "sensor.exposure=1"],
+            "no key 'sensor.exposure'; did you mean 'exposure_s'",
+        ),
+        (["sensr=rgbw"], "no key 'sensr'; did you mean 'sensor'"),
+        (["sensor=rgbw", "sensor.exposure_s=long"], "sensor.exposure_s=long.*Float"),
+        (["renderer=null"], "type ~<kind>, for example ~renderer"),
+        (["seed=many"], "seed is 'many'; expected a whole number"),
+    ],
+)
+def test_mistakes_are_named_when_the_config_is_composed_or_built(overrides, message):
+    with pytest.raises(ConfigError, match=message):
+        chain(compose(overrides))
+
+
+def test_types_that_hydra_cannot_express_are_checked_when_built():
+    config = compose(["sensor=ideal", "sensor.curves=guess"])
+    with pytest.raises(ConfigError, match="'ar0132at' or 'unit'"):
+        chain(config)
+
+
+def test_a_run_needs_a_camera():
+    with pytest.raises(ConfigError, match="no camera"):
+        chain(compose(["~cameras"]))
+
+
+def test_composing_twice_gives_the_same_and_registers_once():
+    assert compose(["sensor=rgbw"]) == compose(["sensor=rgbw"])
+    register_with_hydra()
+    assert register_with_hydra.cache_info().misses == 1

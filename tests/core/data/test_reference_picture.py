@@ -1,0 +1,131 @@
+"""Truth: exact area means of the radiance on the picture's pixels, labels at its pixel centres, boxes in its pixels."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from isethdr_core.data import quantities as q
+from isethdr_core.errors import UnitError
+from isethdr_core.physics.photometry import xyz
+from isethdr_core.truth import check_picture, labels_on, make_picture, objects_on, truth
+
+FOCAL_MM, PITCH_UM = 4.0, 3.0
+W = np.array([450.0, 550.0, 650.0])
+
+
+def blank(ny=6, nx=8, pitch=PITCH_UM):
+    zeros = np.zeros((ny, nx, 3))
+    step = pitch * 1e-6
+    return make_picture(
+        zeros,
+        zeros,
+        np.ones((ny, nx)),
+        q.centres(nx, nx * step),
+        q.centres(ny, ny * step),
+        focal_length_mm=FOCAL_MM,
+        pitch_um=pitch,
+    )
+
+
+def cube(values, pixels_per_tile=1.0):
+    """Return mixed radiance whose tiles are `pixels_per_tile` pixels wide."""
+    _, ny, nx = values.shape
+    tile = pixels_per_tile * PITCH_UM * 1e-3 / FOCAL_MM
+    return q.plane(values, W, q.centres(nx, nx * tile), q.centres(ny, ny * tile), q.RADIANCE)
+
+
+def test_one_tile_per_pixel_is_the_photometry_of_that_tile():
+    radiance = np.random.default_rng(0).uniform(0, 1e4, (3, 6, 8))
+    result = truth(cube(radiance), blank())
+    np.testing.assert_allclose(result.xyz.values, xyz(radiance, W), rtol=1e-12)
+    assert not result.variance.values.any() and result.valid.values.all()
+    check_picture(result)
+
+
+def test_finer_tiles_are_averaged_exactly():
+    radiance = np.random.default_rng(1).uniform(0, 1, (3, 18, 24))
+    result = truth(cube(radiance, 1 / 3), blank())
+    blocks = radiance.reshape(3, 6, 3, 8, 3).mean((2, 4))
+    np.testing.assert_allclose(result.xyz.values, xyz(blocks, W), rtol=1e-11)
+
+
+def test_light_is_conserved_on_any_grid():
+    radiance = np.random.default_rng(2).uniform(0, 1, (3, 11, 7))
+    tiles = cube(radiance, 7.3)
+    grid = blank(ny=int(11 * 7.3), nx=int(7 * 7.3))
+    inside = truth(tiles, grid).xyz.values[..., 1]
+
+    # integral over the pixels, tile by tile in one dimension at a time, with the same overlap done by hand
+    def share(count, pixels):
+        edges = (np.arange(count + 1) - count / 2) * 7.3
+        return np.clip(np.diff(np.clip(edges, -pixels / 2, pixels / 2)), 0, None)
+
+    expected = share(11, inside.shape[0]) @ xyz(radiance, W)[..., 1] @ share(7, inside.shape[1])
+    assert inside.sum() == pytest.approx(expected, rel=1e-12)
+
+
+def test_twelve_decades_side_by_side_do_not_touch():
+    radiance = np.full((3, 6, 8), 1e-6, np.float32)
+    radiance[:, 3, 4] = 1e6
+    y = truth(cube(radiance), blank()).xyz.values[..., 1]
+    dark = float(xyz(np.full((3, 1, 1), np.float32(1e-6)), W)[0, 0, 1])
+    # a tile overlaps its neighbour by rounding of the grid alone: 1e-16 of a tile times 1e12 is 1e-4 of the dark one
+    assert np.delete(y.ravel(), 3 * 8 + 4).max() == pytest.approx(dark, rel=1e-2)
+
+
+def scene(instance, objects):
+    ny, nx = instance.shape
+    tile = 0.5 * PITCH_UM * 1e-3 / FOCAL_MM
+    ds = q.scene_radiance(
+        np.ones((1, 3, ny, nx)),
+        ["other"],
+        W,
+        q.centres(nx, nx * tile),
+        q.centres(ny, ny * tile),
+        instance=instance.astype(np.uint32),
+    )
+    ds.attrs["objects"], ds.attrs["lamps"] = objects, [{"object": "lamp"}]
+    return ds
+
+
+def test_labels_come_from_the_tile_under_the_pixel_centre():
+    instance = np.arange(18 * 22).reshape(18, 22)  # tiles of half a pixel, 9 x 11 pixels' worth
+    labels = labels_on(scene(instance, []), blank(ny=3, nx=5))
+    assert labels["instance"].shape == (3, 5) and labels["instance"].dtype == np.uint32
+    assert "radiance" not in labels and labels.attrs["lamps"]
+    # neighbouring pixels are two tiles apart in both directions, and all lie in the middle of the frame
+    assert set(np.diff(labels["instance"].values, axis=1).ravel()) == {2}
+    assert set(np.diff(labels["instance"].values, axis=0).ravel()) == {44}
+    assert abs(float(labels["instance"].values[1, 2]) - instance[8:10, 10:12].mean()) < 12
+
+
+def test_boxes_are_in_pixels_of_the_picture():
+    boxes = [
+        {"instance": 1, "name": "all", "box": [0, 0, 16, 12]},
+        {"instance": 2, "name": "corner", "box": [-4, 2, 8, 4]},
+        {"instance": 3, "name": "outside", "box": [40, 0, 2, 2]},
+    ]
+    found = objects_on(scene(np.ones((12, 16)), boxes), blank())
+    assert [o["name"] for o in found] == ["all", "corner"]
+    np.testing.assert_allclose(found[0]["box"], [0, 0, 8, 6], atol=1e-9)
+    np.testing.assert_allclose(found[1]["box"], [0, 1, 2, 2], atol=1e-9)
+    assert found[0]["in_frame"] == pytest.approx(1) and found[1]["in_frame"] == pytest.approx(0.5)
+
+
+def test_bad_input_is_named():
+    with pytest.raises(UnitError, match="do not fit the scene"):
+        truth(cube(np.ones((3, 4, 4))), blank())
+    with pytest.raises(UnitError, match="widen the camera"):
+        labels_on(scene(np.ones((4, 4)), []), blank(ny=20, nx=20))
+    with pytest.raises(UnitError, match="focal_length_mm"):
+        make_picture(
+            np.zeros((1, 1, 3)), np.zeros((1, 1, 3)), np.ones((1, 1)), [0.0], [0.0], pitch_um=3.0
+        )
+    with pytest.raises(UnitError, match="'variance'"):
+        check_picture(blank().drop_vars("variance"))
+    with pytest.raises(UnitError, match="no variable"):
+        check_picture(xr.DataArray(1.0))
+    bare = blank()
+    del bare.attrs["pitch_um"]
+    with pytest.raises(UnitError, match="pitch_um"):
+        truth(cube(np.ones((3, 6, 8))), bare)

@@ -1,0 +1,119 @@
+"""Mistakes that components see in each other are refused by a plan, before any work."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from isethdr_core.cli.commands import main
+from isethdr_core.cli.summary_tables import print_plan
+from isethdr_core.errors import ConfigError
+from isethdr_core.pipeline.early_checks import ListsCaptures, ListsGroups
+from isethdr_core.plugins.registry import build, components
+
+CHART = [
+    "scene=point_lights",
+    "scene.width=24",
+    "scene.height=16",
+    "~renderer",
+    "~versions",
+    "~flare.dirt",
+    "lens=ideal",
+    "lighting=ideal",
+    "sensor=split_pixel",
+]
+TARGETS = ["lighting=targets", "lighting.median_cd_m2=1"]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "said"),
+    [
+        (
+            ["isp=linear", "isp.capture=longg"],
+            "isp.capture is 'longg'; expected the name of .*; type isp",
+        ),
+        (
+            [*TARGETS, "+lighting.targets.ambient={statistic: max, cd_m2: 1}"],
+            "no light group 'ambient'.*type ~lighting.targets.ambient",
+        ),
+        ([*TARGETS, "lighting.ambient=moon"], "lighting.ambient is 'moon'; expected a light group"),
+        (["lighting=weights", "+lighting.weights.tail=1"], "no light group 'tail'"),
+        (["lighting=iset"], "lighting iset needs the groups"),
+        (
+            ["isp.demosaic=learned", "sensor.cfa=CY/YM"],
+            "filter array CY/YM, .*expected one of RG/GB, RG/WB, .*type isp.demosaic=guided",
+        ),
+        (["isp.demosaic=malvar", "sensor.cfa=RG/WB"], "'malvar' and the filter array RG/WB"),
+    ],
+)
+def test_a_plan_refuses_what_another_component_lacks(overrides, said, isethdr_home):
+    with pytest.raises(ConfigError, match=said):
+        print_plan([*CHART, *overrides])
+    assert not isethdr_home.exists()
+
+
+def test_the_command_ends_with_a_mistake_of_the_user(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["isethdr", "plan", *CHART, "isp=linear", "isp.capture=none"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    assert capsys.readouterr().err.startswith("error: isp.capture is 'none'")
+
+
+def test_a_rendered_scene_tells_its_groups_before_it_is_built(isethdr_home):
+    with pytest.raises(ConfigError, match="no light group 'ambient'.*headlights"):
+        print_plan(["+lighting.targets.ambient={statistic: max, cd_m2: 1}"])
+
+
+@pytest.mark.parametrize(
+    "cell", ["RGGB", "BG/GR", "GRBG", "RG/WB", "WB/RG", "BW/GR", "GWRW/WBWG/BWGW/WGWR", "W"]
+)
+def test_every_shift_of_a_trained_array_is_taken(cell):
+    isp = build("isp", "merge", demosaic="learned")
+    isp.check_shot(build("sensor", "ideal", cfa=cell).shot_form())
+
+
+def test_letters_that_no_filters_are_trained_for_are_refused(tmp_path):
+    table = tmp_path / "qe.csv"
+    table.write_text("wavelength_nm,X,Y,Z\n380,0.1,0.2,0.3\n780,0.1,0.2,0.3\n")
+    sensor = build("sensor", "ideal", cfa="XY/YZ", qe_csv=str(table))
+    with pytest.raises(ConfigError, match="XY/YZ.*expected one of RG/GB, RG/WB, WGWR/"):
+        build("isp", "linear", demosaic="learned").check_shot(sensor.shot_form())
+
+
+def offered(kind):
+    """Return the names of the components of a kind."""
+    return sorted(c.name for c in components().values() if c.kind == kind)
+
+
+@pytest.mark.parametrize("name", offered("sensor"))
+def test_the_form_of_a_shot_is_that_of_its_captures(name):
+    from isethdr_core import generator
+    from isethdr_core.conformance.inputs import irradiance
+
+    sensor = build("sensor", name)
+    assert isinstance(sensor, ListsCaptures)
+    shot, form = sensor(irradiance(1e-3, 24, 24, 5e-6), generator()), sensor.shot_form()
+    assert tuple(shot["capture"].values.tolist()) == form.captures
+    rows, columns = len(form.filters), len(form.filters[0])
+    seen = shot["channel"].values[shot["filter"].values[:rows, :columns]]
+    np.testing.assert_array_equal(seen, [list(row) for row in form.filters])
+
+
+@pytest.mark.parametrize(
+    ("name", "fields"),
+    [
+        pytest.param("tunnel", {}, marks=pytest.mark.slow),
+        pytest.param("night_drive", {}, marks=pytest.mark.slow),
+        pytest.param("night_drive", {"street_lamps": (0, 0)}, marks=pytest.mark.slow),
+        ("point_lights", {"width": 24, "height": 16}),
+        ("uniform", {"width": 24, "height": 16}),
+        ("macbeth", {"width": 24, "height": 16}),
+    ],
+)
+def test_the_groups_a_scene_tells_are_those_it_has(name, fields):
+    scene = build("scene", name, **fields)
+    made = scene()
+    described = isinstance(made, ListsGroups)
+    has = made.light_groups() if described else tuple(made.light_group.values.tolist())
+    assert scene.light_groups() == has

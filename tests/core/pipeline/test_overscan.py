@@ -1,0 +1,84 @@
+"""The renderer's margin is left out where no light of it can reach the camera's field, and nowhere else."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from isethdr_core import build
+from isethdr_core.demand import Demand
+from isethdr_core.pipeline.chain import Chain, union
+from isethdr_core.pipeline.overscan import left_out_where_unseen
+from isethdr_core.runs import radiance_cache
+from isethdr_core.storage import store
+from isethdr_core.uncertainty import ledger
+
+RENDERER = SimpleNamespace(margin=0.1)
+WEIGHTS, TARGETS = build("lighting", "weights"), build("lighting", "targets")
+
+
+def wanted(lens, flares=(), lightings=(WEIGHTS,), renderer=RENDERER):
+    return left_out_where_unseen(Demand(), renderer, lens, flares, lightings).margin
+
+
+def test_only_a_lens_that_spreads_nothing_needs_no_margin():
+    rows = ledger.Ledger()
+    with ledger.stage(rows, "plan"):
+        assert wanted(build("lens", "ideal"), lightings=(WEIGHTS, TARGETS)) is False
+    [left] = rows[0].left_out
+    assert left.what == "tiles beyond the camera's field, 10% on each side" and left.bound == 0.0
+    with ledger.stage(rows, "plan"):
+        assert wanted(build("lens", "diffraction_limited"))
+        assert wanted(build("lens", "ideal"), flares=(build("flare", "haze"),))
+        assert wanted(build("lens", "ideal", lateral_colour_percent={450.0: 0.1, 650.0: 0.0}))
+        assert wanted(build("lens", "ideal", distortion={"model": "brown_conrady", "k1": -0.1}))
+        assert wanted(build("lens", "ideal"), renderer=SimpleNamespace(margin=0.0)) and wanted(
+            build("lens", "ideal"), renderer=None
+        )
+    assert not rows[1].left_out
+
+
+def test_a_lens_or_lighting_that_says_nothing_keeps_the_margin():
+    assert wanted(SimpleNamespace()) and wanted(
+        build("lens", "ideal"), lightings=(WEIGHTS, SimpleNamespace())
+    )
+
+
+def test_one_camera_that_needs_the_margin_is_enough():
+    assert (
+        union([Demand(margin=False), Demand()]).margin
+        and not union([Demand(margin=False), Demand(margin=False)]).margin
+    )
+
+
+@pytest.mark.parametrize(
+    ("stored", "asked", "held"),
+    [(True, True, 1), (True, False, 1), (False, True, 0), (False, False, 1)],
+)
+def test_radiance_with_a_margin_serves_whoever_needs_none_and_not_the_other_way(
+    monkeypatch, tmp_path, stored, asked, held
+):
+    attributes = {
+        "id": "a",
+        "labels": [],
+        "effort": {},
+        "groups": ["sky"],
+        "all_groups": ["sky"],
+        "absent_groups": [],
+        "bands_asked": None,
+        "wavelength_nm": [500.0],
+        "margin": stored,
+    }
+    monkeypatch.setattr(radiance_cache, "stored", lambda folder, recipe: [attributes])
+    monkeypatch.setattr(radiance_cache, "recipe_hash", lambda parts: "r")
+    monkeypatch.setattr(store, "home", lambda: tmp_path)
+    parts = Chain(None, SimpleNamespace(), None, {}, None, {}, {}, None, {})
+    found, missing = radiance_cache.held_and_missing(parts, Demand(groups=("sky",), margin=asked))
+    assert len(found) == held and (missing is None) == bool(held)
+    if missing:
+        assert missing.margin is asked
+    # what is missing beside radiance with a margin is rendered with one: all stores of a run are of one grid
+    assert radiance_cache.held_and_missing(parts, Demand(groups=("sky", "lamps"), margin=asked))[
+        1
+    ].margin is (asked or stored)

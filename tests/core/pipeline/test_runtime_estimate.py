@@ -1,0 +1,116 @@
+"""What a run is expected to take follows from the runs that are stored, scaled by size; what is not known is not guessed."""
+
+from __future__ import annotations
+
+import pytest
+
+from isethdr_core import compose, run
+from isethdr_core.cli.summary_tables import forecast_table, ledger_table, together
+from isethdr_core.demand import Demand
+from isethdr_core.pipeline.chain import chain
+from isethdr_core.pipeline.runtime_estimate import _rendering, expected_s, size, stages
+from isethdr_core.runs.run import plain
+
+from .test_chain import SMALL
+
+FAST = [*SMALL, "sensor=ideal", "report=false", "draws=2"]
+
+
+def forecast(overrides):
+    config = compose(overrides)
+    return expected_s(chain(config), plain(config), None)
+
+
+def test_nothing_is_expected_where_nothing_is_stored():
+    assert forecast(FAST) == {}
+
+
+def test_seconds_of_stored_runs_grow_with_the_tiles():
+    result = run(compose(FAST))
+    real = {row.stage: row.seconds for row in result.ledger}
+    assert result.attributes["expected_s"] == {}
+    same, four = forecast([*FAST, "seed=1"]), forecast([*FAST, "scene.width=48", "scene.height=32"])
+    assert same == pytest.approx({stage: real[stage] for stage in same})
+    assert {
+        "scene uniform",
+        "lens ideal",
+        "sensor ideal",
+        "isp ideal",
+        "draws ideal",
+        "metric mean ideal",
+    } <= same.keys()
+    assert all(four[stage] == pytest.approx(4 * same[stage]) for stage in same)
+    again = run(compose([*FAST, "seed=1"]))
+    assert again.attributes["expected_s"] == pytest.approx(same)
+
+
+def test_all_stages_of_a_run_are_forecast_and_in_its_order():
+    config = compose(FAST)
+    planned = stages(chain(config), plain(config), None)
+    happened = [row.stage for row in run(config).ledger]
+    assert [stage for stage in happened if stage in planned] == planned
+
+
+def test_light_goes_band_by_band_and_pictures_do_not():
+    config = plain(compose([*SMALL, "sensor=ideal"]))
+    assert size(config, "lens") == pytest.approx(31 * size(config, "isp"))
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"first_nm": 400.0, "step_nm": 10.0},
+        {"first_nm": 700.0, "last_nm": 400.0, "step_nm": 10.0},
+        {"first_nm": "violet", "last_nm": "red", "step_nm": 10.0},
+        {"step_nm": 10.0},
+        {"width": 0, "height": 16},
+        {"width": "wide", "height": "high"},
+        {"width": None},
+    ],
+)
+def test_fields_of_other_plugins_that_tell_no_size_count_once(fields):
+    config = {"scene": {"name": "theirs", **fields}}
+    assert size(config, "lens") == size(config, "isp") == 1.0
+
+
+def test_a_sum_with_an_unknown_part_is_unknown():
+    assert together({"metric a x": 1.0, "metric b x": None, "lens l": 2.0}) == {
+        "metrics x": None,
+        "lens l": 2.0,
+    }
+    from rich.console import Console
+
+    console = Console(width=120, record=True, file=open("/dev/null", "w"))
+    console.print(forecast_table({"lens l": 2.0, "isp x": None}))
+    console.print(ledger_table([], expected={}))
+    text = console.export_text()
+    assert "2.00 + 1 unknown" in text and "?" in text
+
+
+def test_a_renderer_is_expected_to_take_longer_for_more_paths_groups_and_tiles():
+    stored = {
+        "renderer": {"width": 10, "height": 4},
+        "wavelength_nm": [500.0, 600.0],
+        "groups": ["sky", "lamps"],
+        "all_groups": ["sky", "lamps"],
+        "path_span": {"sky": [0, 20], "lamps": [0, 60]},
+        "noise": {"sky": 0.1, "lamps": 0.2},
+    }
+    now, both = (
+        {"width": 20, "height": 4, "first_nm": 500.0, "last_nm": 600.0, "step_nm": 100.0},
+        Demand(),
+    )
+
+    class GoesOn:
+        def expected_paths(self, paths, noise):
+            return paths * (noise / 0.1) ** 2
+
+    assert _rendering(object(), now, both, stored) == pytest.approx(2.0)  # twice the tiles
+    assert _rendering(GoesOn(), now, both, stored) == pytest.approx(2.0 * (20 + 240) / 80)
+    assert _rendering(GoesOn(), now, Demand(groups=("sky",)), stored) == pytest.approx(
+        2.0 * 20 / 80
+    )
+    assert _rendering(GoesOn(), now, Demand(groups=("sky", "other")), stored) == pytest.approx(
+        2.0 * (20 + 130) / 80
+    )  # unknown: as the mean
+    assert _rendering(object(), now, both, {**stored, "path_span": {}}) == pytest.approx(2.0)

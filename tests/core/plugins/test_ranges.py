@@ -1,0 +1,160 @@
+"""Ranges of fields: declared where a field is defined, checked when a component is built."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal
+
+import pytest
+
+from isethdr_core import Range, build
+from isethdr_core.cli.summary_tables import field_texts
+from isethdr_core.component import Component
+from isethdr_core.config.composition import schema
+from isethdr_core.conformance.ranges import bad_fields
+from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.ranges import annotations, check_ranges, on_command_line, range_text
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A lens with fields of every form."""
+
+    f_number: Annotated[float, Range(0.5, 64)] = 4.0
+    blades: Annotated[int, Range(0, 64)] = 6
+    design_snr: Annotated[float, Range(0.1, math.inf)] = 20.0
+    shift_um: float = 0.0
+    samples: Annotated[int, Range(1, 4096)] | None = None
+    zernike_um: dict[Annotated[int, Range(0, 230)], Annotated[float, Range(-100, 100)]] = field(
+        default_factory=dict
+    )
+    falloff: Literal["cos4"] | dict[float, Annotated[float, Range(0, 1)]] = "cos4"
+    ends: tuple[Annotated[float, Range(0, 1)], Annotated[float, Range(0, 1)]] = (0.5, 1.0)
+    notes: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+
+@pytest.fixture(autouse=True)
+def probe(offer):
+    return offer("lens", "probe", Probe)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"f_number": 1e30}, r"f_number is 1e\+30; expected 0.5 to 64; type .* lens.f_number=4.0"),
+        ({"f_number": math.nan}, "f_number is nan; expected 0.5 to 64"),
+        ({"f_number": True}, "f_number is True; expected 0.5 to 64"),
+        ({"f_number": "wide"}, "f_number is 'wide'; expected a valid number"),
+        ({"blades": -1}, "blades is -1; expected 0 to 64; type .* lens.blades=6"),
+        ({"blades": 1.7}, "blades is 1.7; expected a valid integer"),
+        ({"design_snr": -math.inf}, "design_snr is -inf; expected 0.1 to inf"),
+        ({"shift_um": math.nan}, "shift_um is nan; expected a finite number"),
+        ({"shift_um": math.inf}, "shift_um is inf; expected a finite number"),
+        ({"samples": 0}, "samples is 0; expected 1 to 4096; type .* lens.samples=null"),
+        (
+            {"zernike_um": {4: math.nan}},
+            r"zernike_um is {4: nan} with nan in it; expected -100 to 100; type .*zernike_um={4:0}",
+        ),
+        ({"zernike_um": {-1: 0.1}}, r"zernike_um is {-1: 0.1} with -1 in it; expected 0 to 230"),
+        ({"falloff": {10.0: 2.0}}, r"falloff is {10.0: 2.0} with 2.0 in it; expected 0 to 1"),
+        ({"falloff": "cos5"}, "falloff is 'cos5'; expected 'cos4' or a valid dictionary"),
+        ({"ends": [0.5, 1.5]}, r"with 1.5 in it; expected 0 to 1; type .* lens.ends=\[0.5,1.0\]"),
+        ({"ends": [0.5]}, r"ends is \[0.5\]; expected one more element"),
+    ],
+)
+def test_a_value_that_does_not_fit_is_named_with_what_was_expected_and_what_to_type(
+    fields, message
+):
+    with pytest.raises(ConfigError, match=message):
+        build("lens", "probe", **fields)
+
+
+def test_both_ends_are_allowed_and_infinity_where_a_range_ends_in_it():
+    made = build(
+        "lens",
+        "probe",
+        f_number=64,
+        blades=0,
+        design_snr=math.inf,
+        samples=4096,
+        zernike_um={"4": -100},
+        ends=[0, 1],
+    )
+    assert made.design_snr == math.inf and made.f_number == 64.0
+    assert made.zernike_um == {4: -100.0} and made.ends == (0.0, 1.0)
+
+
+def test_objects_made_directly_are_checked_where_they_ask_for_it():
+    with pytest.raises(ConfigError, match="Probe: f_number is nan; expected 0.5 to 64"):
+        Probe(f_number=math.nan)
+
+
+def test_a_plain_check_of_a_plugin_becomes_our_error(offer):
+    @dataclass(frozen=True)
+    class Checked:
+        """A lens that refuses with ValueError."""
+
+        f_number: float = 4.0
+
+        def __post_init__(self):
+            raise ValueError("no such lens")
+
+    offer("lens", "checked", Checked)
+    with pytest.raises(ConfigError, match="lens 'checked': no such lens"):
+        build("lens", "checked")
+
+
+def test_hydra_sees_plain_types_and_people_see_the_ranges():
+    node = schema(Component("lens", "probe", Probe))()
+    assert node.f_number == 4.0 and node.zernike_um == {}
+    texts = field_texts(Probe)
+    assert texts[:4] == [
+        "f_number=4.0 (0.5 to 64)",
+        "blades=6 (0 to 64)",
+        "design_snr=20.0 (0.1 to inf)",
+        "shift_um=0.0",
+    ]
+    assert range_text(annotations(Probe)["zernike_um"]) == "0 to 230: -100 to 100"
+
+
+def test_the_kit_tries_every_number_of_every_field():
+    bad = list(bad_fields(Probe()))
+    assert {next(iter(b)) for b in bad} == set(annotations(Probe)) - {"notes"}
+    for values in bad:
+        with pytest.raises(ConfigError, match="expected"):
+            build("lens", "probe", **values)
+    assert {"blades": -1} in bad and {"blades": 65} in bad and {"blades": 0.5} in bad
+    assert {"design_snr": math.inf} not in bad and {"shift_um": math.inf} in bad
+
+
+def test_a_range_belongs_to_a_number(offer):
+    @dataclass(frozen=True)
+    class Vague:
+        """A lens whose range annotates more than a number."""
+
+        shift_um: Annotated[float | None, Range(0, 1)] = None
+
+    offer("lens", "vague", Vague)
+    with pytest.raises(TypeError, match="expected int or float"):
+        build("lens", "vague")
+    with pytest.raises(ValueError, match="least <= most"):
+        Range(2, 1)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "null"),
+        (True, "true"),
+        ({4: 0.1}, "{4:0.1}"),
+        ((1, 2.5), "[1,2.5]"),
+        ("", "''"),
+        (math.inf, "inf"),
+    ],
+)
+def test_examples_are_written_as_the_command_line_takes_them(value, text):
+    assert on_command_line(value) == text

@@ -1,0 +1,115 @@
+"""Looking components up and building them from plain values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import pytest
+
+from isethdr_core import Component
+from isethdr_core.component import KINDS
+from isethdr_core.errors import ConfigError, PluginError
+from isethdr_core.plugins.registry import (
+    _check,
+    broken_plugins,
+    build,
+    build_from_config,
+    components,
+    package_of_component,
+    plugin_manager,
+)
+
+
+@dataclass(frozen=True)
+class Nano:
+    """A sensor with fields of every form."""
+
+    read_noise_e: float = 2.5
+    rows: int = 8
+    adc: Literal["ramp", "sar"] = "ramp"
+    dead_pixels: tuple[tuple[int, int], ...] = ()
+    fill_factor: tuple[float, float] = (1.0, 0.1)
+
+
+@pytest.fixture(autouse=True)
+def nano(offer):
+    return offer("sensor", "nano", Nano)
+
+
+def test_lists_become_tuples():
+    made = build("sensor", "nano", dead_pixels=[[3, 4], [5, 6]], fill_factor=[1, 0.5])
+    assert made == Nano(dead_pixels=((3, 4), (5, 6)), fill_factor=(1.0, 0.5))
+    assert isinstance(made.fill_factor[0], float)
+    hash(made)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"read_noise": 1.0}, "no field 'read_noise'; did you mean 'read_noise_e'"),
+        ({"read_noise_e": "loud"}, "read_noise_e is 'loud'; expected a valid number"),
+        ({"adc": "flash"}, "adc is 'flash'; expected 'ramp' or 'sar'"),
+        ({"rows": 1.5}, "rows is 1.5; expected a valid integer"),
+        ({"dead_pixels": [[1, 2, 3]]}, "dead_pixels"),
+        ({"fill_factor": [1.0]}, "fill_factor"),
+    ],
+)
+def test_wrong_fields_are_named(fields, message):
+    with pytest.raises(ConfigError, match=message):
+        build("sensor", "nano", **fields)
+
+
+def test_unknown_names_suggest_the_nearest():
+    with pytest.raises(ConfigError, match="sensor 'nanoo' is not installed; did you mean 'nano'"):
+        build("sensor", "nanoo")
+    with pytest.raises(ConfigError, match="no kind 'lense'; did you mean 'lens'"):
+        build("lense", "ideal")
+    with pytest.raises(ConfigError, match="no name"):
+        build_from_config("sensor", {"read_noise_e": 1.0})
+    assert build_from_config("sensor", {"name": "nano", "rows": 4}) == Nano(rows=4)
+
+
+def test_what_a_component_must_be():
+    @dataclass
+    class Thawed:
+        """Not frozen."""
+
+    @dataclass(frozen=True)
+    class NoDefault:
+        """A field without a default."""
+
+        rows: int
+
+    for comp, message in (
+        (Component("sensor", "x", Thawed), "must be a frozen dataclass"),
+        (Component("sensor", "x", int), "must be a frozen dataclass"),
+        (Component("sensor", "x", NoDefault), "'rows' has no default"),
+        (Component("sensr", "x", Nano), "unknown kind; did you mean 'sensor'"),
+        ("nano", "expected isethdr_core.Component"),
+    ):
+        with pytest.raises(PluginError, match=message):
+            _check(comp)
+
+
+def test_built_ins_come_through_the_same_entry_points():
+    assert {name for name, _ in plugin_manager().list_name_plugin()} >= {
+        "core",
+        "scenes",
+        "mitsuba",
+        "optics",
+        "sensors",
+        "isp",
+        "metrics",
+    }
+    assert broken_plugins() == ()
+    assert {kind for kind, _ in components()} == set(KINDS)
+    assert {package_of_component(c) for (_, name), c in components().items() if name != "nano"} == {
+        "isethdr_core",
+        "isethdr_scenes",
+        "isethdr_mitsuba",
+        "isethdr_optics",
+        "isethdr_sensors",
+        "isethdr_isp",
+        "isethdr_metrics",
+    }

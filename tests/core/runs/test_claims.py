@@ -1,0 +1,178 @@
+"""Of processes that want the same thing one works; a dead one is replaced by exactly one other."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from isethdr_core.runs.claims import Rhythm, claimed
+
+# beats of 20 ms: a process that was not scheduled for 1 s would be taken for dead
+QUICK = Rhythm(beat_s=0.02, dead_after_s=1.0, look_s=0.02)
+WORKER = """
+import os, sys, time
+from pathlib import Path
+from isethdr_core.runs.claims import Rhythm, claimed
+folder, seconds, name = Path(sys.argv[1]), float(sys.argv[2]), sys.argv[3]
+tell = lambda text: print(text, flush=True)
+with claimed(folder, "scene", tell, Rhythm(beat_s=0.02, dead_after_s=60, look_s=0.02)) as waited:
+    print("holds", waited, flush=True)
+    inside = folder / "inside"
+    os.close(os.open(inside, os.O_CREAT | os.O_EXCL))      # fails where two are inside
+    (folder / f"{name}.began").touch()
+    time.sleep(seconds)
+    inside.unlink()
+print("done", flush=True)
+"""
+
+
+@pytest.fixture
+def worker(tmp_path):
+    """Return a function that starts a process which holds the claim for some seconds."""
+    children = []
+
+    def start(seconds: float, name: str = "w") -> subprocess.Popen:
+        command = [sys.executable, "-c", WORKER, str(tmp_path), str(seconds), name]
+        child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        children.append(child)
+        return child
+
+    yield start
+    for child in children:
+        child.kill()
+        child.communicate()
+
+
+def claims(folder: Path) -> list[str]:
+    return sorted(p.name for p in folder.iterdir() if ".claim-" in p.name)
+
+
+def test_one_works_and_the_other_waits_and_says_for_whom(tmp_path, worker):
+    first = worker(0.3)
+    assert first.stdout.readline() == "holds False\n"
+    said = []
+    with claimed(tmp_path, "scene", said.append, QUICK) as waited:
+        assert waited and first.wait(10) == 0
+        assert claims(tmp_path) == [".scene.claim-0"]
+    [line] = said
+    assert line.startswith(f"waiting: scene is being made by process {first.pid} on ")
+    assert claims(tmp_path) == []
+
+
+def test_another_name_is_not_waited_for(tmp_path):
+    with claimed(tmp_path, "a", print), claimed(tmp_path, "b", print) as waited:
+        assert not waited
+
+
+def test_a_killed_holder_is_replaced_at_once(tmp_path, worker):
+    first = worker(60)
+    assert first.stdout.readline() == "holds False\n"
+    assert claims(tmp_path) == [".scene.claim-0"]
+    first.kill()  # and not waited for: a zombie is dead too
+    slow = Rhythm(beat_s=1, dead_after_s=1000, look_s=0.01)
+    start_s = time.monotonic()
+    with claimed(tmp_path, "scene", print, slow):
+        assert time.monotonic() - start_s < 30
+        assert claims(tmp_path) == [".scene.claim-1"]
+    assert claims(tmp_path) == []
+
+
+def test_claims_that_killed_processes_left_on_other_scenes_are_removed(tmp_path, worker):
+    first = worker(60)
+    assert first.stdout.readline() == "holds False\n"
+    first.kill()
+    (tmp_path / ".far.claim-0").write_text(json.dumps({"host": "elsewhere", "process": first.pid}))
+    with claimed(tmp_path, "other", print):
+        assert claims(tmp_path) == [".far.claim-0", ".other.claim-0"]
+
+
+def test_of_many_that_wait_for_a_killed_holder_one_at_a_time_takes_over(tmp_path, worker):
+    first = worker(60, "first")
+    assert first.stdout.readline() == "holds False\n"
+    waiting = [worker(0.02, f"w{k}") for k in range(5)]
+    assert all(w.stdout.readline().startswith("waiting:") for w in waiting)
+    first.kill()
+    (tmp_path / "inside").unlink()
+    assert [w.wait(60) for w in waiting] == [0] * 5, waiting[0].stderr.read()
+    assert len(list(tmp_path.glob("w?.began"))) == 5 and claims(tmp_path) == []
+
+
+def test_a_holder_that_stands_still_is_replaced_and_leaves_its_successor_alone(tmp_path, worker):
+    first = worker(0.2)
+    assert first.stdout.readline() == "holds False\n"
+    first.send_signal(signal.SIGSTOP)
+    start_s = time.monotonic()
+    with claimed(tmp_path, "scene", print, QUICK):
+        assert time.monotonic() - start_s >= QUICK.dead_after_s
+        first.send_signal(signal.SIGCONT)
+        assert first.wait(10) == 0
+        assert claims(tmp_path) == [".scene.claim-1"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_a_waiting_process_that_ends_leaves_nothing(tmp_path, worker, number):
+    with claimed(tmp_path, "scene", print, QUICK):
+        other = worker(0)
+        assert other.stdout.readline().startswith("waiting:")
+        other.send_signal(number)
+        other.wait(10)
+        assert claims(tmp_path) == [".scene.claim-0"]
+
+
+def test_ctrl_c_releases(tmp_path, worker):
+    first = worker(60)
+    assert first.stdout.readline() == "holds False\n"
+    first.send_signal(signal.SIGINT)
+    first.wait(10)
+    assert claims(tmp_path) == []
+
+
+@pytest.mark.parametrize("step_s", [-1000, 1000])
+def test_clocks_of_other_machines_do_not_matter(tmp_path, step_s):
+    """A claim of another machine whose clock runs backwards, or far ahead: it lives as long as its time changes."""
+    path = tmp_path / ".scene.claim-7"
+    path.write_text(
+        json.dumps({"host": "elsewhere", "namespace": "", "process": 1, "started": "1"})
+    )
+    stop, beats_until = threading.Event(), []
+
+    def beat():
+        when = 10**9
+        while not stop.wait(0.02):
+            when += step_s
+            os.utime(path, (when, when))
+        beats_until.append(time.monotonic())
+
+    thread = threading.Thread(target=beat)
+    thread.start()
+    threading.Timer(2 * QUICK.dead_after_s, stop.set).start()
+    with claimed(tmp_path, "scene", print, QUICK) as waited:
+        assert waited and claims(tmp_path) == [".scene.claim-8"]
+        assert time.monotonic() - beats_until[0] >= 0.9 * QUICK.dead_after_s
+    thread.join()
+
+
+def test_a_claim_that_was_released_while_it_was_judged_dead_is_not_taken_over(
+    tmp_path, monkeypatch
+):
+    """The judgement is old when the next number is created: then the process starts again."""
+    from isethdr_core.runs import claims as module
+
+    path = tmp_path / ".scene.claim-4"
+    path.touch()
+
+    def dead(self, found):
+        found.unlink()  # its holder has finished in this moment
+        return True
+
+    monkeypatch.setattr(module._Watch, "is_dead", dead)
+    with claimed(tmp_path, "scene", print, QUICK):
+        assert claims(tmp_path) == [".scene.claim-0"]

@@ -1,0 +1,50 @@
+"""What a demand lacks of what is stored: groups and bands, never more."""
+
+from __future__ import annotations
+
+import pytest
+
+from isethdr_core.demand import Demand
+from isethdr_core.runs.radiance_cache import what_is_missing
+
+BLUE, GREEN, RED = 450.0, 550.0, 650.0
+
+
+def stored(groups, bands, asked=(), absent=()):
+    """Return attributes of a store: `asked` None where it was rendered at all of the renderer's bands."""
+    return {
+        "groups": groups,
+        "absent_groups": absent,
+        "all_groups": ["sky", "lamps"],
+        "wavelength_nm": bands,
+        "bands_asked": asked,
+    }
+
+
+def test_nothing_stored_lacks_everything():
+    for demand in (Demand(), Demand(groups=("sky",)), Demand(wavelength_nm=(RED,))):
+        assert what_is_missing([], demand) == demand
+
+
+def test_groups_and_bands_are_lacking_one_by_one():
+    held = [stored(["sky"], [BLUE, GREEN]), stored(["lamps"], [BLUE])]
+    both = Demand(groups=("sky", "lamps"))
+    assert what_is_missing(held, Demand(groups=("sky",), wavelength_nm=(BLUE, GREEN))) is None
+    lacking = what_is_missing(held, Demand(groups=both.groups, wavelength_nm=(BLUE, GREEN)))
+    assert (lacking.groups, lacking.wavelength_nm) == (("lamps",), (GREEN,))
+    lacking = what_is_missing(held, Demand(groups=both.groups, wavelength_nm=(BLUE, GREEN, RED)))
+    assert (lacking.groups, lacking.wavelength_nm) == (("sky", "lamps"), (GREEN, RED))
+
+
+@pytest.mark.parametrize("asked", [None, (BLUE,)])
+def test_a_demand_for_all_bands_takes_no_store_of_a_few(asked):
+    lacking = what_is_missing([stored(["sky", "lamps"], [BLUE], asked)], Demand())
+    assert (
+        lacking is None
+        if asked is None
+        else (lacking.groups, lacking.wavelength_nm) == (("sky", "lamps"), None)
+    )
+
+
+def test_a_group_without_a_lamp_is_not_lacking():
+    assert what_is_missing([stored(["sky"], [BLUE], None, absent=("lamps",))], Demand()) is None

@@ -1,0 +1,57 @@
+"""Files are whole or not there; what a killed writer left goes away with the next one, what a living one writes stays."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path, write_text
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from isethdr_core.storage.atomic_write import write_text
+Path.replace = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+write_text(Path(sys.argv[1]), "half")
+"""
+
+
+def test_a_writer_killed_before_the_rename_leaves_a_name_that_the_next_one_removes(tmp_path):
+    page = tmp_path / "key.html"
+    assert subprocess.run([sys.executable, "-c", KILLED, str(page)], check=False).returncode < 0
+    [left] = tmp_path.iterdir()
+    assert left.name.startswith(".key.html.") and left.suffix == ".tmp"
+    write_text(page, "whole")
+    assert [p.name for p in tmp_path.iterdir()] == ["key.html"] and page.read_text() == "whole"
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
+    page = tmp_path / "key.html"
+    write_text(page, "old")
+
+    def full(*_, **__):
+        raise OSError(28, "no space left")
+
+    monkeypatch.setattr(Path, "replace", full)
+    with pytest.raises(OSError, match="no space"):
+        write_text(page, "new")
+    assert [p.name for p in tmp_path.iterdir()] == ["key.html"] and page.read_text() == "old"
+
+
+def test_only_dead_writers_of_this_machine_are_cleaned_up(tmp_path):
+    child = subprocess.Popen([sys.executable, "-c", ""])
+    child.wait()
+    mine = temporary_path(tmp_path, "a.zarr")
+    mine.mkdir()
+    dead = tmp_path / f".b.zarr.{socket.gethostname()}-{child.pid}-abcdef.tmp"
+    dead.mkdir()
+    (dead / "zarr.json").write_text("{}")
+    elsewhere = tmp_path / f".c.html.another-host-{child.pid}-abcdef.tmp"
+    elsewhere.touch()
+    assert remove_leftovers(tmp_path) == [dead]
+    assert sorted(tmp_path.iterdir()) == sorted([mine, elsewhere]) and str(os.getpid()) in mine.name

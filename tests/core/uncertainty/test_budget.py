@@ -1,0 +1,189 @@
+"""What a run allows itself to be wrong by: bad values refused with what to type, good ones passed to where they count."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf, sqrt
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from isethdr_core import compose
+from isethdr_core.demand import Demand, Response
+from isethdr_core.errors import ConfigError
+from isethdr_core.pipeline.chain import Chain, chain, on_sensor, plan
+from isethdr_core.plugins.registry import build
+from isethdr_core.storage.encoding import KEEPBITS, bits_for, rounding
+from isethdr_core.uncertainty import budget, ledger
+from isethdr_core.uncertainty.budget import Cost
+
+SMALL = [
+    "scene=uniform",
+    "scene.width=24",
+    "scene.height=16",
+    "~renderer",
+    "lighting=ideal",
+    "~versions",
+    "lens=ideal",
+    "~flare.dirt",
+    "sensor=bayer",
+]
+
+
+@pytest.mark.parametrize("value", ["0", "-0.1", "1.5", "much", "true", "null"])
+def test_a_share_of_the_noise_is_above_0(value):
+    with pytest.raises(
+        ConfigError,
+        match=r"accuracy.noise_fraction_allowed is .*above 0.*type accuracy.noise_fraction_allowed=0.1",
+    ):
+        chain(compose([*SMALL, f"accuracy.noise_fraction_allowed={value}"]))
+
+
+@pytest.mark.parametrize("value", ["0", "-1", "2"])
+def test_so_is_the_noise_of_a_renderer(value):
+    with pytest.raises(
+        ConfigError,
+        match=r"accuracy.render_error_allowed is .*above 0.*type accuracy.render_error_allowed=0.1",
+    ):
+        chain(compose([*SMALL, f"accuracy.render_error_allowed={value}"]))
+
+
+def test_a_share_of_no_number_is_refused():
+    for wrong in (float("nan"), inf, None, "0.1"):
+        with pytest.raises(ConfigError, match="noise_fraction_allowed"):
+            budget.allowed({"accuracy": {"noise_fraction_allowed": wrong}})
+    assert budget.allowed({}) == budget.Allowed()  # configs of before have no such node
+    with pytest.raises(ConfigError, match="no key 'noise'"):
+        budget.allowed({"accuracy": {"noise": 0.1}})
+
+
+def test_the_renderer_is_told_or_it_is_said_why_not():
+    @dataclass(frozen=True)
+    class Told:
+        error_allowed: float | None = None
+
+    @dataclass(frozen=True)
+    class Untold:
+        samples: int = 1
+
+    given = budget.Allowed(render_error=0.2)
+    assert (
+        budget.with_render_error(Told(), given)
+        == Told(0.2)
+        == budget.with_render_error(Told(0.2), given)
+    )
+    assert budget.with_render_error(Untold(), budget.Allowed()) == Untold()
+    for wrong, said in (
+        (Untold(), "Untold has no field error_allowed"),
+        (None, "no renderer"),
+        (Told(0.3), "set one of them"),
+    ):
+        with pytest.raises(ConfigError, match=said):
+            budget.with_render_error(wrong, given)
+
+
+def test_the_error_allowed_is_that_of_the_largest_signal_to_noise_ratio():
+    response = Response(
+        ("G",),
+        lambda nm: nm,
+        1.0,
+        read_noise_e=30.0,
+        full_scale_e=10_000.0,
+        noise_fraction_allowed=0.2,
+    )
+    assert response.error_allowed == pytest.approx(0.2 * sqrt(10_000 + 900) / 10_000, rel=1e-15)
+    dark = replace(response, full_scale_e=2500.0)
+    assert (
+        response.error_allowed < dark.error_allowed
+        and (response + dark).error_allowed == response.error_allowed
+    )  # the finer one rules
+    assert replace(response, full_scale_e=inf).error_allowed == 0.0
+
+
+def test_shares_add_up_to_the_whole():
+    assert sum(budget.SHARES.values()) == pytest.approx(1.0, rel=1e-12)
+    of_lens = budget.KERNELS + budget.LEFT + budget.SHARES["ghosts"] / (1 - budget.STORE)
+    assert (
+        of_lens == pytest.approx(1.0, rel=1e-12)
+        and budget.CONVOLUTION == budget.FUNCTIONALS + budget.TRANSFORMS == 1.0
+    )
+
+
+@pytest.mark.parametrize("allowed", [0.003, 0.1, 2.0])
+@pytest.mark.parametrize(
+    "costs",
+    [
+        {"a": Cost(1.0, 2.0), "b": Cost(30.0, 0.5)},
+        {"a": Cost(0.2), "b": Cost(5.0, 1.0), "c": Cost(1.0, 3.0)},
+        {"a": Cost(3.0), "b": Cost(1.0), "c": Cost(7.0)},
+    ],
+)
+def test_no_other_division_costs_less(costs, allowed):
+    errors = budget.divided(allowed, costs)
+    assert sum(errors.values()) == pytest.approx(allowed, rel=1e-12)
+    least = sum(c.of(errors[k]) for k, c in costs.items())
+    rng, shares = np.random.default_rng(0), np.arange(1, 200) / 200
+    if len(costs) == 2:
+        tried = np.stack([shares, 1 - shares], axis=1)
+    else:
+        tried = np.array([(a, b, 1 - a - b) for a in shares for b in shares if a + b < 0.999])
+    found = min(
+        sum(c.of(allowed * e) for c, e in zip(costs.values(), row))
+        for row in [*tried, *rng.dirichlet(np.ones(len(costs)), 200).clip(1e-9)]
+    )
+    # the least of a grid is above the least of all, by little: in a cell of half a percent, costs of power 3 change by 1.5 %
+    assert least <= found * (1 + 1e-12) + 1e-12 and found - least < 0.03 * (
+        abs(least) + sum(c.seconds for c in costs.values())
+    )
+
+
+def test_where_only_logarithms_are_paid_shares_are_as_the_seconds():
+    errors = budget.divided(0.1, {"a": Cost(3.0), "b": Cost(1.0)})
+    assert errors["a"] == pytest.approx(0.075, rel=1e-12)
+
+
+def test_a_store_keeps_the_bits_that_its_share_asks_for():
+    for fraction in (0.3, 0.1, 0.01):
+        demand = budget.budgeted(
+            build("sensor", "bayer").narrow(Demand()), budget.Allowed(fraction)
+        )
+        error = budget.stored_error(demand)
+        snr = demand.response.noise_fraction_allowed / demand.error_allowed
+        assert error * snr == pytest.approx(
+            budget.STORE * fraction, rel=1e-12
+        )  # of the noise, at full scale, where it is the most
+        bits = bits_for(error)
+        assert rounding(bits) <= error and (bits == KEEPBITS or rounding(bits - 1) > error)
+    assert bits_for(0.0) == KEEPBITS and bits_for(1e-9) is None and bits_for(0.5) == KEEPBITS
+
+
+def test_the_plan_passes_it_on():
+    rows = ledger.Ledger()
+    demand = plan(chain(compose([*SMALL, "accuracy.noise_fraction_allowed=0.5"])), rows)
+    full_e = max(build("sensor", "bayer").full_scale_e())
+    left = 0.5 * (1 - budget.STORE)  # the store takes its share first
+    assert (
+        demand.response.noise_fraction_allowed == left
+        and demand.error_allowed == demand.response.error_allowed
+    )
+    assert demand.error_allowed == pytest.approx(
+        left / sqrt(full_e), rel=0.05
+    )  # read noise is little beside a full well
+    assert any("0.5 of the noise" in e.what for e in rows[0].errors)
+    assert (
+        plan(chain(compose([*SMALL, "sensor.noise=false"])), ledger.Ledger()).error_allowed == 0.0
+    )  # without noise nothing is small
+
+
+def test_only_a_lens_that_takes_an_error_is_told_one():
+    mixed = build("lighting", "ideal")(build("scene", "uniform", width=6, height=4)())
+    told = []
+    for call in (
+        lambda light, flares=(), error_allowed=0.0: told.append(error_allowed) or light,
+        lambda light, flares=(): told.append("none") or light,
+    ):
+        lens = type("Lens", (), {"__call__": staticmethod(call)})()
+        parts = Chain(None, None, None, {}, lens, {}, {"a": SimpleNamespace()}, None, {})
+        on_sensor(parts, mixed, Demand(error_allowed=0.01))
+    assert told == [0.01, "none"]

@@ -1,0 +1,363 @@
+"""How far the scene's noise moves scores: closed forms of a mean and of a mean square, whole and in parts, and who is asked what."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from isethdr_core.data import quantities
+from isethdr_core.data.scores import Score
+from isethdr_core.data.temporal_modulation import stacked, time_mean
+from isethdr_core.physics.detector.temporal_modulation import Modulation
+from isethdr_core.physics.radiometry import photons_per_energy
+from isethdr_core.pipeline.chain import Camera
+from isethdr_core.plugins.registry import build
+from isethdr_core.truth import make_picture, truth
+from isethdr_core.uncertainty import ledger, score_errors
+from isethdr_core.uncertainty.render_noise import (
+    HALVES,
+    NOISE,
+    direct_share,
+    relative_halves,
+    smoothing_change,
+)
+from isethdr_core.uncertainty.score_intervals import student_factor
+
+SMALL, LARGE = (12, 16), (288, 300)  # the latter is cut into parts
+LEVEL = 100.0  # cd/m2
+
+
+def seen(relative, tiles=SMALL):
+    """Return (camera, scene, mixed, light, again) of a uniform field whose halves differ so much in every tile; a camera with three colours in every pixel."""
+    scene = build(
+        "scene", "uniform", width=tiles[1], height=tiles[0], luminance_cd_m2=LEVEL, step_nm=50.0
+    )().load()
+    groups = [str(g) for g in scene.light_group.values]
+    level = quantities.tristimulus(build("lighting", "ideal")(scene)).xyz.values[
+        ..., 1
+    ]  # of the one group at weight 1
+    scene[HALVES] = ("light_group", "y", "x"), np.stack([relative * level] * len(groups))
+    mixed = build("lighting", "weights", weights={groups[0]: 1.0})(scene)
+    light = build(
+        "lens",
+        "ideal",
+        f_number=2.0,
+        focal_length_mm=3e-3 * tiles[1] / mixed.attrs["field_width"],
+        falloff="none",
+    )(mixed)
+    blank = np.ones((*tiles, 3))
+    grid = make_picture(
+        blank,
+        blank,
+        np.ones(tiles, bool),
+        light.x.values,
+        light.y.values,
+        focal_length_mm=light.attrs["focal_length_mm"],
+        pitch_um=3.0,
+    )
+    true = truth(mixed, grid)
+
+    def again(changed):
+        return true.assign(
+            xyz=true.xyz.copy(
+                data=true.xyz.values * (changed.values[3] / light.values[3])[..., None]
+            )
+        )
+
+    return Camera(None, true, true, None), scene, mixed, light, again
+
+
+def stated(metrics, camera, scene, mixed, light, again, **count):
+    """Return {score: (rms error, what it says)}."""
+    scores = [s for metric in metrics for s in metric(camera.picture, camera.truth, camera.labels)]
+    with ledger.stage(rows := ledger.Ledger(), "scores"):
+        score_errors.state(camera, scores, metrics, mixed, scene, light, again, **count)
+    return {
+        note.what.split(":")[0].removeprefix("score "): (note.value, note.what)
+        for note in rows[0].errors
+    }
+
+
+class Mean:
+    """The mean luminance, or that of a power of it."""
+
+    def __init__(self, power=1):
+        self.power = power
+
+    def __call__(self, picture, truth, labels=None):
+        y = picture["xyz"].values[..., 1] / LEVEL
+        return [Score("mean", float((y**self.power).mean()), "")]
+
+
+class PartMean(Mean):
+    MEAN_OF_PARTS = True
+
+
+def test_a_mean_scatters_as_independent_tiles_do():
+    error, said = stated([Mean()], *seen(0.1), count=60)["mean"]
+    # an rms of 60 draws is known to 9 %: three of these
+    assert error == pytest.approx(0.1 / np.sqrt(np.prod(SMALL)), rel=0.27) and "60 changes" in said
+
+
+def test_parts_tell_it_of_the_whole():
+    error, said = stated([PartMean()], *seen(0.1, LARGE))["mean"]
+    # the scatter of nine parts is known to 25 %: three of these
+    assert (
+        error == pytest.approx(0.1 / np.sqrt(np.prod(LARGE)), rel=0.75)
+        and "9 parts" in said
+        and "factor of 1.6" in said
+    )
+
+
+@pytest.mark.parametrize(("metric", "tiles"), [(Mean(2), SMALL), (PartMean(2), LARGE)])
+def test_what_noise_adds_to_one_side_is_stated_too(metric, tiles):
+    """The mean square of 1 + n with n of variance v is 1 + v: a shift that no number of tiles averages out."""
+    error, said = stated([metric], *seen(0.4, tiles), count=30)["mean"]
+    # the mean shift itself scatters by 2 v^(1/2) over the root of tiles and changes: 0.3 % of the large one, 7 % of the small: three of these
+    assert float(said.split("of it ")[1].split(" to")[0]) == pytest.approx(
+        0.16, rel=0.03 if tiles is LARGE else 0.2
+    )
+    scatter = 0.0 if tiles is LARGE else 2 * 0.4 / np.sqrt(np.prod(tiles))
+    assert error == pytest.approx(np.hypot(0.16, scatter), rel=0.05 if tiles is LARGE else 0.25)
+
+
+def test_no_light_becomes_negative():
+    """Halves that differ by more than the light itself, as rounding and pooling may leave them, differ by all of it: each tile has twice its light or none."""
+    error, _ = stated([Mean(2)], *seen(5.0))["mean"]
+    assert error == stated([Mean(2)], *seen(1.0))["mean"][0]
+    assert error == pytest.approx(
+        1.0, rel=0.15
+    )  # the mean of 0 and 4, less 1; 2 / sqrt(192 tiles) of scatter
+
+
+def test_groups_weigh_as_in_the_light_and_a_single_pass_says_nothing():
+    _, scene, mixed, _, _ = seen(0.1)
+    doubled = mixed.copy(data=mixed.values * 2)
+    doubled.attrs["weights"] = {g: 2 * w for g, w in mixed.attrs["weights"].items()}
+    np.testing.assert_allclose(
+        relative_halves(scene, doubled), relative_halves(scene, mixed), rtol=1e-6
+    )
+    np.testing.assert_allclose(relative_halves(scene, mixed), 0.1, rtol=1e-6)  # float32
+    assert relative_halves(scene.assign({HALVES: scene[HALVES] * np.nan}), mixed) is None
+    assert relative_halves(scene.drop_vars(HALVES), mixed) is None
+
+
+def test_noise_without_halves_leaves_scores_without_errors_and_says_so():
+    camera, scene, mixed, light, again = seen(0.1)
+    for noisy, said in (
+        (scene.drop_vars(HALVES), []),
+        (scene.drop_vars(HALVES).assign({NOISE: scene[HALVES]}), ["renderer noise in scores"]),
+    ):
+        with ledger.stage(rows := ledger.Ledger(), "scores"):
+            assert score_errors.state(camera, [], [Mean()], mixed, noisy, light, again) == {}
+        assert [left.what for row in rows for left in row.left_out] == said
+        assert not any(row.errors for row in rows)
+
+
+def test_light_that_was_spread_stays():
+    camera, scene, mixed, light, again = seen(0.1)
+    np.testing.assert_allclose(direct_share(light, mixed), 1.0, rtol=1e-6)  # float32
+    veiled = light.copy(data=light.values * 4)
+    np.testing.assert_allclose(direct_share(veiled, mixed), 0.25, rtol=1e-6)
+    assert (
+        direct_share(light.copy(data=light.values / 2), mixed) == 1.0
+    ).all()  # a lens may lose light that comes straight
+    straight, _ = stated([Mean()], camera, scene, mixed, light, again)["mean"]
+    # three quarters of the light are veil: the picture is four times as bright, and moves as much as before
+    assert stated(
+        [Mean()], Camera(None, again(veiled), camera.truth, None), scene, mixed, veiled, again
+    )["mean"][0] == pytest.approx(straight, rel=1e-4)
+
+
+def test_photocurrent_is_as_straight_as_the_light_it_is_made_of():
+    _, _, mixed, light, _ = seen(0.1)
+    efficiency = np.stack(
+        [np.linspace(0.1, 0.6, len(mixed.wavelength)), np.linspace(0.5, 0.0, len(mixed.wavelength))]
+    )
+    electrons = np.tensordot(
+        efficiency * photons_per_energy(mixed.wavelength.values), light.values, 1
+    )
+    current = quantities.photocurrent(
+        2 * electrons,
+        ["a", "b"],
+        light.x.values,
+        light.y.values,
+        mixed.wavelength.values,
+        efficiency,
+        **{k: v for k, v in light.attrs.items() if k != "units"},
+    )
+    np.testing.assert_allclose(direct_share(current, mixed), 0.5, rtol=1e-6)
+
+
+def test_light_that_varies_in_time_changes_in_all_its_components():
+    camera, scene, mixed, light, again = seen(0.1)
+    quarters = [light.copy(data=light.values * share) for share in (0.25, 0.75)]
+    varying = stacked(["lamp", "sun"], [Modulation(100.0, 0.5, 0.0, 0.0), Modulation()], quarters)
+    np.testing.assert_allclose(direct_share(varying, mixed), 1.0, rtol=1e-6)
+    whole, _ = stated([Mean()], camera, scene, mixed, light, again)["mean"]
+    changed, _ = stated(
+        [Mean()], camera, scene, mixed, varying, lambda light: again(time_mean(light))
+    )["mean"]
+    np.testing.assert_allclose(changed, whole, rtol=1e-4)  # float32
+
+
+def test_parts_are_all_of_the_picture_each_with_some_of_every_row_and_column():
+    lists = score_errors._parts(seen(0.1, LARGE)[0].truth)
+    count = np.zeros(LARGE, int)
+    for parts in lists:
+        assert sorted(int(r) for p in parts for r in p["y"]) == list(range(LARGE[0]))
+        assert sorted(int(c) for p in parts for c in p["x"]) == list(range(LARGE[1]))
+        for p in parts:
+            count[np.ix_(p["y"], p["x"])] += 1
+    assert (count == 1).all() and len(lists) == score_errors.SIDE
+    assert score_errors._parts(seen(0.1)[0].truth) == []
+
+
+def test_how_well_the_rms_of_few_changes_is_known():
+    rng = np.random.default_rng(1)
+    for count, factor in ((2, 3.08), (score_errors.CHANGES, 1.69), (8, 1.55)):
+        assert score_errors.known_within(count) == pytest.approx(factor, abs=0.01)
+        rms = np.sqrt(np.mean(rng.standard_normal((count, 40000)) ** 2, axis=0))
+        # the share of 40000 that are below is known to 0.15 %: four of these
+        assert np.mean((rms < factor) & (rms > 1 / factor)) == pytest.approx(
+            score_errors.SURE, abs=0.006
+        )
+
+
+def test_objects_are_left_out_of_changes_where_they_do_not_matter():
+    asked, (camera, *rest) = [], seen(0.1, LARGE)
+    labels = xr.Dataset(
+        {"instance": (("y", "x"), np.arange(np.prod(LARGE), dtype=np.uint32).reshape(LARGE) % 3)}
+    )  # two objects, and none
+
+    def of_objects(picture, truth, labels):
+        asked.append("objects")
+        return [Score("contrast", 1.0, "", "car")]
+
+    def whole(picture, truth, labels):
+        asked.append(f"whole, objects: {len(np.unique(labels.instance)) - 1}")
+        return [Score("mean", float(picture.xyz.mean()), "cd m-2")]
+
+    def with_objects(picture, truth, labels):
+        asked.append(f"needs objects: {len(np.unique(labels.instance)) - 1}")
+        return [
+            Score(
+                "of objects",
+                float(labels.instance.max()) + float(picture.xyz.where(labels.instance > 0).mean()),
+                "cd m-2",
+            )
+        ]
+
+    found = stated(
+        [of_objects, whole, with_objects], Camera(None, camera.picture, camera.truth, labels), *rest
+    )
+    once = score_errors.CHANGES + 1  # and the smoothed scene
+    assert {name: asked.count(name) for name in asked} == {
+        "objects": 2,
+        "whole, objects: 2": 1,
+        "whole, objects: 1": 1 + once,
+        "needs objects: 2": 1 + once,
+        "needs objects: 1": 1,
+    }
+    assert (
+        list(found) == ["mean", "of objects"]
+        and f"by {score_errors.CHANGES} changes of the scene, right within a factor of 1.7"
+        in found["mean"][1]
+    )
+
+
+def test_every_score_of_a_small_picture_has_an_error_those_of_objects_too():
+    camera, scene, mixed, light, again = seen(0.1)
+    camera.labels = xr.Dataset({"instance": (("y", "x"), np.ones(SMALL, np.uint32))})
+
+    def both(picture, truth, labels):
+        mean = float(picture.xyz.mean())
+        rare = [Score("rare", 1.0, "dB")] if mean == float(camera.picture.xyz.mean()) else []
+        return [Score("mean", mean, "cd m-2"), Score("mean", 2 * mean, "cd m-2", "car"), *rare]
+
+    scores = both(camera.picture, camera.truth, camera.labels)
+    with ledger.stage(rows := ledger.Ledger(), "scores"):
+        errors = score_errors.state(camera, scores, [both], mixed, scene, light, again)
+    frame, car = (errors["mean", "cd m-2", name] for name in ("", "car"))
+    assert frame.standard_error > 0
+    few = 1 / (score_errors.CHANGES - 1) + 1 / score_errors.FEW_TILES
+    assert frame.degrees_of_freedom == pytest.approx(1 / few)
+    assert car.standard_error == pytest.approx(2 * frame.standard_error)
+    # a score that no changed scene has: its error is not known
+    assert np.isnan(errors["rare", "dB", ""].standard_error)
+    assert [note.what.split(":")[0] for note in rows[0].errors] == [
+        "score mean"
+    ]  # of the frame alone
+
+
+def test_objects_of_a_large_picture_are_said_to_lack_renderer_noise():
+    camera, scene, mixed, light, again = seen(0.1, LARGE)
+    camera.labels = xr.Dataset({"instance": (("y", "x"), np.ones(LARGE, np.uint32))})
+    scores = [Score("mean", 1.0, "", "car")]
+    with ledger.stage(rows := ledger.Ledger(), "scores"):
+        metric = lambda picture, truth, labels: scores
+        errors = score_errors.state(camera, scores, [metric], mixed, scene, light, again)
+    assert errors == {} and [left.what for left in rows[0].left_out] == [
+        "renderer noise in scores of objects"
+    ]
+
+
+def test_smoothing_takes_away_noise_and_keeps_the_scene():
+    """Noise is a tenth of 1; edges of a factor of 10 and 1e8 are more than noise."""
+    rng = np.random.default_rng(4)
+    noise = 0.1
+    light = np.where(np.arange(60) < 30, 1.0, 10.0) * np.ones((40, 1))
+    light[20, 10], light[20, 40] = 1e8, 0.0
+    noisy = light * (1 + noise * rng.standard_normal(light.shape))
+    halves = noise * rng.standard_normal(light.shape)
+    halves[20, 10] = 0.0
+    smooth = noisy * (1 + smoothing_change(halves, noisy))
+    assert (smooth >= 0).all()
+    assert smooth[20, 10] == noisy[20, 10] and smooth[20, 40] == 0.0  # no noise, and no light
+    flat = np.zeros(light.shape, bool)
+    flat[:18, 2:28] = flat[:18, 32:58] = True
+    left = np.std(smooth[flat] / light[flat]) / np.std(noisy[flat] / light[flat])
+    # the mean of 9 tiles alone leaves 1 / 3; a window's own variance of 9 tiles is known to a half
+    assert 1 / 3 < left < 0.75
+    # tiles beside the edge and the lamp keep their light within three standard errors
+    beside = [(5, 29), (5, 30), (20, 9), (19, 11)]
+    assert all(abs(smooth[at] / noisy[at] - 1) < 3 * noise for at in beside)
+
+
+def test_smoothing_tells_how_far_noise_has_shifted_a_score():
+    """The mean square of light with relative noise of variance v is 1 + v; without noise it is 1."""
+    rng = np.random.default_rng(9)
+    noise = 0.3
+    camera, scene, mixed, light, _ = seen(noise * rng.standard_normal(SMALL))
+    noisy = 1 + noise * rng.standard_normal(SMALL)
+    mixed = mixed.copy(data=mixed.values * noisy)
+    light = light.copy(data=light.values * noisy)
+    picture = camera.picture.assign(xyz=camera.picture.xyz * noisy[..., None])
+    camera = Camera(None, picture, picture, None)
+
+    def again(changed):
+        share = changed.values[3] / light.values[3]
+        return picture.assign(xyz=picture.xyz.copy(data=picture.xyz.values * share[..., None]))
+
+    scores = Mean(2)(picture, picture)
+    errors = score_errors.state(camera, scores, [Mean(2)], mixed, scene, light, again)
+    error = errors["mean", "", ""]
+    # the window's mean keeps a ninth of the variance, tiles that differ by chance keep more
+    assert -1.1 * noise**2 < error.less_noise < -0.4 * noise**2
+
+
+def test_a_score_that_rests_on_few_tiles_is_known_with_fewer_degrees_of_freedom():
+    """The sum of eight tiles: each shows its noise once, and six changes take it with either sign."""
+    rng = np.random.default_rng(2)
+    trials, tiles, changes = 20000, score_errors.FEW_TILES, score_errors.CHANGES
+    halves = rng.standard_normal((trials, 1, tiles))
+    signs = np.where(rng.random((trials, changes, tiles)) < 0.5, 1.0, -1.0)
+    scatter = (signs * halves).sum(-1).std(axis=1, ddof=1)
+    off = np.abs(rng.standard_normal((trials, tiles)).sum(-1))
+    one = {("a", "", ""): [0.0] * (changes - 1) + [1.0]}
+    freedom = score_errors._errors(one, {("a", "", ""): [0.0]})["a", "", ""].degrees_of_freedom
+    inside = {f: np.mean(off < student_factor(f) * scatter) for f in (freedom, changes - 1)}
+    # chance: 0.0015; the two estimates make the tails a little heavier than Student's
+    assert 0.94 < inside[freedom] < 0.965
+    assert inside[changes - 1] < 0.94

@@ -1,0 +1,161 @@
+"""Denoise: flat fields keep their mean, variance falls and is stated, edges stay, noise does not matter to the stabilised values."""
+
+import numpy as np
+import pytest
+from isethdr_isp import LinearIsp, MergeIsp
+from isethdr_isp.demosaic.denoise import denoised, pair, shifts, stabilised
+from isethdr_isp.readout.combine import Merged
+from isethdr_isp.spectra import light
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.truth import total_variance, variance_known
+from isethdr_core.uncertainty import ledger
+
+READ = 2.0
+SHAPE = (128, 128)
+
+
+def noisy(mean, rng):
+    x = rng.poisson(mean) + READ * rng.standard_normal(mean.shape)
+    return Merged(
+        x,
+        np.maximum(x + READ**2, 0.1 * READ**2),
+        np.ones(x.shape, bool),
+        np.zeros(x.shape, np.uint8),
+    )
+
+
+@pytest.mark.parametrize("cell, gain", [((2, 2), 60), ((4, 4), 15)])
+@pytest.mark.parametrize("level", [1.0, 10.0, 1e4])
+def test_a_flat_field_keeps_its_mean_and_loses_its_noise(level, cell, gain):
+    rng = np.random.default_rng(4)
+    before = [noisy(np.full((64, 64), level), rng) for _ in range(20)]
+    after = [denoised(one, cell) for one in before]
+    # mean: 1 % at 1 e, else 0.3 %; it is compared with the mean of the same noise, so that no draw hides it
+    change = np.mean([a.signal_e for a in after]) - np.mean([b.signal_e for b in before])
+    assert abs(change) < (0.01 if level == 1.0 else 0.003) * level
+    variance = np.var([a.signal_e for a in after], axis=0).mean()
+    assert variance < (level + READ**2) / gain
+    # 20 fields of some 40 (2 x 2) or 160 independent pixels: 5 %; the weights are not quite fixed: up to 10 %
+    assert np.mean([a.variance_e2 for a in after]) / variance == pytest.approx(1, abs=0.17)
+
+
+def test_edges_stay_where_they_are():
+    mean = np.where(np.arange(128) < 61, 40.0, 400.0) * np.ones(SHAPE)
+    one = noisy(mean, np.random.default_rng(5))
+    out = denoised(one, (2, 2))
+    raw, left = (np.sqrt(np.mean((v.signal_e - mean) ** 2, 0)) for v in (one, out))
+    assert np.all(left < raw) and left[60:62].max() < 0.9 * np.sqrt(
+        404
+    )  # at the edge itself too, per column
+    steepest = np.argmax(np.diff(out.signal_e.mean(0)))
+    assert steepest == 60 and np.diff(out.signal_e.mean(0))[60] > 0.95 * 360
+
+
+def test_a_line_of_one_pixel_is_not_taken_for_noise():
+    mean = np.full(SHAPE, 100.0)
+    mean[:, 64] = 300.0
+    out = denoised(noisy(mean, np.random.default_rng(6)), (2, 2))
+    assert out.signal_e[:, 64].mean() == pytest.approx(300, rel=0.03)
+
+
+def test_without_noise_nothing_changes_but_what_is_alike():
+    rng = np.random.default_rng(7)
+    x = rng.uniform(1e5, 2e5, SHAPE)  # no two pixels alike to 300 e of noise
+    out = denoised(Merged(x, x, np.ones(SHAPE, bool), np.zeros(SHAPE, np.uint8)), (2, 2))
+    np.testing.assert_allclose(out.signal_e, x, rtol=1e-9)
+
+
+def test_stabilised_values_are_anscombes_for_one_capture_and_have_a_noise_of_one():
+    x = np.linspace(1.0, 5000.0, 40000).reshape(200, 200)
+    good = np.ones(x.shape, bool)
+    ours, anscombe = stabilised(x, x + READ**2, good), 2 * np.sqrt(x + 0.375 + READ**2)
+    # 512 bins of 10 e: the first is too wide for the curve, which bends on the scale of 4 e
+    np.testing.assert_allclose(ours - ours[50, 0], anscombe - anscombe[50, 0], atol=0.5)
+    rng = np.random.default_rng(8)
+    for level in (3.0, 30.0, 3000.0):
+        one = noisy(np.full(SHAPE, level), rng)
+        # 16 384 draws: 1 %; at 3 e the transformation is only nearly stable
+        assert stabilised(one.signal_e, one.variance_e2, one.valid).std() == pytest.approx(
+            1, abs=0.12 if level < 10 else 0.04
+        )
+
+
+def test_saturated_samples_neither_give_nor_take():
+    rng = np.random.default_rng(9)
+    one = noisy(np.full(SHAPE, 50.0), rng)
+    one.valid[:, 60:70] = False
+    one.signal_e[:, 60:70] = 1e9
+    out = denoised(one, (2, 2))
+    np.testing.assert_array_equal(out.signal_e[:, 60:70], 1e9)
+    assert np.abs(out.signal_e[:, 40:58] - 50).max() < 15
+    dead = Merged(one.signal_e, one.variance_e2, np.zeros(SHAPE, bool), one.source)
+    np.testing.assert_array_equal(denoised(dead, (2, 2)).signal_e, one.signal_e)
+
+
+def test_shifts_keep_the_array_and_come_with_their_opposites_once():
+    for cell in ((1, 1), (2, 2), (4, 2)):
+        some = shifts(cell, (50, 50))
+        assert all(dy % cell[0] == 0 and dx % cell[1] == 0 for dy, dx in some)
+        assert not {(-dy, -dx) for dy, dx in some} & set(some) and (0, 0) not in some
+    a = np.arange(10)
+    for shift in (3, -3):
+        here, there = pair(10, shift)
+        assert np.all(a[there] - a[here] == shift) and len(a[here]) == 7
+
+
+@pytest.mark.parametrize("read", [0.5, 9.0])
+@pytest.mark.parametrize("level", [0.5, 1.0, 3.0])
+def test_the_darkest_flat_fields_keep_their_mean(level, read):
+    """From half an electron: within 0.02 of the noise of one pixel; averages of stabilised values, with the exact inverse, are up to 0.07 off."""
+    rng, change = np.random.default_rng(14), []
+    for _ in range(8):
+        x = rng.poisson(level, (64, 64)) + read * rng.standard_normal((64, 64))
+        one = Merged(
+            x,
+            np.maximum(x + read**2, 0.1 * read**2),
+            np.ones(x.shape, bool),
+            np.zeros(x.shape, np.uint8),
+        )
+        change.append(denoised(one, (4, 4)).signal_e.mean() - x.mean())
+    # the change scatters by 0.002 of the noise from field to field
+    assert abs(np.mean(change)) < 0.005 * np.sqrt(level + read**2)
+
+
+@pytest.mark.parametrize("isp", [LinearIsp, MergeIsp])
+def test_through_the_isp_the_level_stays_and_no_variance_is_stated(bench, isp):
+    grey, rng = 20 * light("daylight", bench.WAVELENGTH), np.random.default_rng(10)
+    captures = bench.make(bench.mosaic_of(grey, (96, 96)), bench.SPLIT, rng=rng)
+    book = ledger.Ledger()
+    with ledger.stage(book, "isp") as row:
+        plain, out = (isp(denoise=d)(captures) for d in ("none", "nl_means"))
+    y, rough = (p.xyz.values[6:-6, 6:-6, 1] for p in (out, plain))
+    assert y.mean() == pytest.approx(rough.mean(), rel=0.003) and y.var() < 0.05 * rough.var()
+    assert (
+        variance_known(plain)
+        and not variance_known(out)
+        and np.isnan(total_variance(out).values).all()
+    )
+    assert any("variance of the denoised picture" in left.what for left in row.left_out)
+
+
+def test_unknown_denoisers_are_named(bench):
+    with pytest.raises(ConfigError, match="denoise is 'nlmeans'.*did you mean 'nl_means'"):
+        LinearIsp(denoise="nlmeans")(bench.make(np.full((24, 32), 50.0)))
+
+
+def test_variance_is_that_of_the_weights(monkeypatch):
+    """Weights of a half everywhere: the variance of a weighted mean by hand, of samples that lie as far apart as stated, or farther."""
+    from isethdr_isp.demosaic import denoise
+
+    monkeypatch.setattr(denoise, "likeness", lambda one, other: np.full(one.shape, 0.5))
+    others = 11 * 11 - 1
+    share = (1 + others * 0.25) / (1 + others * 0.5) ** 2
+    level = np.full((40, 40), 100.0)
+    good, source = np.ones((40, 40), bool), np.zeros((40, 40), np.uint8)
+    out = denoised(Merged(level, level + 4.0, good, source), (2, 2))
+    assert out.variance_e2[20, 20] == pytest.approx(104 * share)
+    # every second sample of the shifts is 60 e brighter, so all lie 30 e from the mean: 900 e2, more than 104
+    level = level + 30.0 * (-1.0) ** (np.arange(40)[:, None] // 2 + np.arange(40) // 2)
+    out = denoised(Merged(level, np.full((40, 40), 104.0), good, source), (2, 2))
+    assert out.variance_e2[20, 20] == pytest.approx(900 * share, rel=0.01)

@@ -1,0 +1,152 @@
+"""Demosaic methods: exact where they must be, better where they claim to be, variance, clear errors."""
+
+import sys
+
+import numpy as np
+import pytest
+from isethdr_isp import LinearIsp, MergeIsp
+from isethdr_isp.demosaic.methods import METHODS, interpolate
+from isethdr_isp.readout.noise_propagation import independent
+from isethdr_isp.spectra import light
+
+from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.truth import total_variance, variance_known
+from isethdr_core.uncertainty import ledger
+
+RGBW_4X4 = np.array([[3, 1, 3, 0], [1, 3, 0, 3], [3, 2, 3, 1], [2, 3, 1, 3]])
+BAYER = np.array([[0, 1], [1, 2]])
+SHAPE = (64, 72)
+
+
+def tiled(pattern, shape=SHAPE):
+    return np.tile(pattern, (shape[0] // len(pattern) + 1, shape[1] // len(pattern) + 1))[
+        : shape[0], : shape[1]
+    ]
+
+
+def textured(channels):
+    """Return planes (channel, y, x), electrons: fine stripes and edges seen alike by all channels, as in most of a scene."""
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    shape = 1000 + 500 * np.sin(0.9 * x + 0.4 * y) + 600 * (x + 2 * y > 110)
+    return np.array([0.6, 1.0, 0.7, 2.0])[:channels, None, None] * shape
+
+
+def run(method, planes, pattern, names, noise=0.0, rng=None):
+    filters = tiled(pattern)
+    mosaic = np.take_along_axis(planes, filters[None], 0)[0]
+    if rng is not None:
+        mosaic = mosaic + noise * rng.standard_normal(mosaic.shape)
+    return interpolate(
+        method,
+        mosaic,
+        filters,
+        list(names),
+        np.full(mosaic.shape, noise**2),
+        np.zeros(mosaic.shape, bool),
+    )
+
+
+def rms(seen, planes):
+    return np.sqrt(np.mean((seen - planes)[:, 8:-8, 8:-8] ** 2))
+
+
+def needs_package(method):
+    if method in ("malvar", "menon"):
+        pytest.importorskip(
+            "colour_demosaicing",
+            reason="colour-demosaicing is not installed: pip install 'isethdr[demosaic]'",
+        )
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_constants_of_any_sign_come_back_exactly(method):
+    needs_package(method)
+    planes = np.broadcast_to(np.array([-3.0, 40.0, 7.0])[:, None, None], (3, *SHAPE))
+    seen = run(method, planes, BAYER, "RGB", noise=1.0).planes
+    # Malvar and Menon look beyond the border by rules of their own; 1e-9: rounding of sums over windows
+    np.testing.assert_allclose(seen[:, 8:-8, 8:-8], planes[:, 8:-8, 8:-8], atol=1e-9)
+
+
+@pytest.mark.parametrize("method", ["malvar", "menon", "guided"])
+def test_published_and_guided_methods_beat_bilinear_on_bayer(method):
+    needs_package(method)
+    planes = textured(3)
+    assert rms(run(method, planes, BAYER, "RGB", 1.0)[0], planes) < 0.9 * rms(
+        run("bilinear", planes, BAYER, "RGB", 1.0)[0], planes
+    )
+
+
+def test_guide_of_clear_pixels_halves_the_error_of_rgbw():
+    planes = textured(4)
+    plain, guided = (
+        rms(run(m, planes, RGBW_4X4, "RGBW", 1.0)[0], planes) for m in ("bilinear", "guided")
+    )
+    assert guided < 0.5 * plain
+
+
+def test_without_a_denser_channel_there_is_no_guide_and_the_ledger_says_so():
+    book = ledger.Ledger()
+    with ledger.stage(book, "isp") as row:
+        seen = run("guided", textured(4), np.array([[0, 1], [3, 2]]), "RGBW", 1.0)[0]
+    np.testing.assert_array_equal(
+        seen, run("bilinear", textured(4), np.array([[0, 1], [3, 2]]), "RGBW", 1.0)[0]
+    )
+    assert "no channel is sampled more" in row.left_out[0].why
+
+
+def test_guided_keeps_own_samples_and_costs_little_in_noise():
+    planes, rng = np.full((4, *SHAPE), 10.0), np.random.default_rng(0)
+    filters = tiled(RGBW_4X4)
+    mosaic = 10 + 5 * rng.standard_normal(SHAPE)
+    args = mosaic, filters, list("RGBW"), np.full(SHAPE, 25.0), np.zeros(SHAPE, bool)
+    plain, guided = interpolate("bilinear", *args)[0], interpolate("guided", *args)[0]
+    np.testing.assert_allclose(np.take_along_axis(guided, filters[None], 0)[0], mosaic, rtol=1e-12)
+    assert rms(guided, planes) < 1.1 * rms(plain, planes)  # the slope is shrunk by the noise
+
+
+def test_malvars_variance_is_that_of_the_noise():
+    needs_package("malvar")
+    planes, rng = np.full((3, *SHAPE), 50.0), np.random.default_rng(1)
+    draws = np.stack([run("malvar", planes, BAYER, "RGB", 2.0, rng)[0] for _ in range(150)])[
+        ..., 8:-8, 8:-8
+    ]
+    reported = run("malvar", planes, BAYER, "RGB", 2.0).noise_map.variance(
+        np.eye(3), independent(np.full(SHAPE, 4.0))
+    )
+    # 150 draws of some 300 independent pixels: 0.7 %
+    np.testing.assert_allclose(
+        draws.var(0).mean((1, 2)), reported[:, 8:-8, 8:-8].mean((1, 2)), rtol=0.03
+    )
+
+
+@pytest.mark.parametrize("method", ["guided", "menon", "learned"])
+def test_methods_that_follow_the_picture_state_no_variance_and_say_so(bench, method):
+    needs_package(method)
+    book = ledger.Ledger()
+    with ledger.stage(book, "isp") as row:
+        picture = LinearIsp(demosaic=method)(bench.make(np.full((24, 32), 50.0)))
+    assert f"variance of demosaic {method}" in row.left_out[0].what
+    assert not variance_known(picture) and np.isnan(total_variance(picture).values).all()
+    assert variance_known(LinearIsp()(bench.make(np.full((24, 32), 50.0))))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_grey_keeps_its_level_through_the_isp(bench, method):
+    needs_package(method)
+    grey = 100 * light("daylight", bench.WAVELENGTH)
+    picture = MergeIsp(demosaic=method)(bench.make(bench.mosaic_of(grey, (24, 32)), bench.SPLIT))
+    np.testing.assert_allclose(picture.xyz.values[6:-6, 6:-6, 1], 100.0, rtol=1e-6)
+    assert picture.valid.values.all()
+
+
+def test_errors_name_the_way_out(bench, monkeypatch):
+    captures = bench.make(np.full((24, 32), 50.0))
+    with pytest.raises(ConfigError, match="demosaic is 'malvr'; expected .*'malvar'"):
+        LinearIsp(demosaic="malvr")(captures)
+    with pytest.raises(UnitError, match="for Bayer arrays.*guided"):
+        LinearIsp(demosaic="menon")(
+            bench.make(np.full((24, 32), 50.0), pattern=bench.RGBW, qe=bench.QE_W)
+        )
+    monkeypatch.setitem(sys.modules, "colour_demosaicing", None)
+    with pytest.raises(ConfigError, match=r"pip install 'isethdr\[demosaic\]'"):
+        LinearIsp(demosaic="malvar")(captures)

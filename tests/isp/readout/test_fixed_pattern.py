@@ -1,0 +1,216 @@
+"""The stated variance of an unknown device: temporal noise and fixed pattern, each against an ensemble."""
+
+import numpy as np
+import pytest
+from isethdr_isp import LinearIsp, MergeIsp
+from isethdr_isp.demosaic.interpolation import bilinear, interpolated
+from isethdr_isp.merge import charges
+from isethdr_isp.readout.fixed_pattern import DeviceSpread, WeightedRead, fixed_pattern
+from isethdr_isp.readout.merge_rules import RULES
+from isethdr_isp.readout.noise_propagation import NoisePart, SampleNoise
+from isethdr_isp.spectra import light
+
+import isethdr_core as hdr
+from isethdr_core.errors import UnitError
+from isethdr_core.quantities import IRRADIANCE, centres, plane
+from isethdr_core.truth import total_variance
+
+BANDS = np.arange(400.0, 701.0, 20.0)
+THROUGHPUT_SR = np.pi / 65
+INNER = np.s_[4:-4, 4:-4]  # no mirrored sample
+# figures of the preset lofic_miyauchi2019
+MIYAUCHI = {
+    "pitch_um": 2.8,
+    "full_well_e": 120000.0,
+    "conversion_gain_uv_per_e": (8.33333333, 160.0),
+    "swing_v": (1.0, 1.0),
+    "read_noise_e": (58.7, 2.5),
+    "knee_e": 8750.0,
+    "knee_e_per_s": 546875.0,
+    "thermal_e": 301.0,
+}
+SENSORS = {
+    "split_pixel": ("split_pixel", {}),
+    "lofic_miyauchi2019": ("lofic", MIYAUCHI),
+    "bayer": ("bayer", {}),
+}
+
+
+def uniform(level_cd_m2, pixels, pitch_um):
+    """Return the irradiance of a daylight grey, two pixels wider than the sensor."""
+    x = centres(pixels + 2, (pixels + 2) * pitch_um * 1e-6)
+    radiance = np.tile(
+        level_cd_m2 * THROUGHPUT_SR * light("daylight", BANDS)[:, None, None],
+        (1, pixels + 2, pixels + 2),
+    )
+    width = (pixels + 2) * pitch_um * 1e-6
+    return plane(
+        radiance,
+        BANDS,
+        x,
+        x,
+        IRRADIANCE,
+        f_number=4.0,
+        focal_length_mm=4.0,
+        throughput_sr=THROUGHPUT_SR,
+        falloff="none",
+        field_width=width,
+        field_height=width,
+    )
+
+
+def flat_of(sensor, electrons, pixels):
+    """Return the light that makes so many electrons in the most sensitive pixels of the most sensitive capture."""
+    one, none = (
+        float(sensor.expected(uniform(level, 8, sensor.pitch_um)).max()) for level in (1.0, 1e-12)
+    )
+    return uniform(electrons / (one - none), pixels, sensor.pitch_um)
+
+
+def mean_of_device(sensor, flat, shot, generator):
+    """Return the captures of one device without temporal noise: what its fixed pattern makes of the mean."""
+    from isethdr_sensors.readout.shot import device_maps, light_electrons
+
+    model = sensor.model()
+    light_e = light_electrons(model, flat)[3]
+    prnu, dark_e, offsets_e, _ = device_maps(model, generator, *light_e[0].shape)
+    raw = [
+        r.black_dn
+        + r.gain_dn_per_e
+        * (np.minimum(light_e[r.diode] * prnu[r.diode] + dark_e[r.diode], r.swing_e) + offset)
+        for r, offset in zip(model.readings, offsets_e)
+    ]
+    return shot.assign(raw=(shot["raw"].dims, np.stack(raw)))
+
+
+def ensemble(name, electrons, devices, pixels, **isp):
+    """Return stated over true variance of X, Y, Z: of an unknown device, of the shots of one, of the devices' means."""
+    kind, fields = SENSORS[name]
+    sensor, process = hdr.build("sensor", kind, **fields), MergeIsp(**isp)
+    flat = flat_of(sensor, electrons, pixels)
+    shots, means, again, total, fixed, temporal = [], [], [], [], [], []
+    for number in range(devices):
+        generator = hdr.generator(seed=number, device=f"D{number}")
+        shot = sensor(flat, generator)
+        picture = process(shot)
+        assert picture["valid"].values.all()
+        shots.append(picture["xyz"].values[INNER])
+        total.append(total_variance(picture).values[INNER])
+        fixed.append(picture["fixed_pattern_variance"].values[INNER])
+        temporal.append(picture["variance"].values[INNER])
+        means.append(process(mean_of_device(sensor, flat, shot, generator))["xyz"].values[INNER])
+        again.append(
+            process(sensor(flat, hdr.generator(seed=10000 + number, device="D0")))["xyz"].values[
+                INNER
+            ]
+        )
+    pairs = ((total, shots), (temporal, again), (fixed, means))
+    return [
+        np.mean(stated, (0, 1, 2)) / np.var(seen, 0, ddof=1).mean((0, 1)) for stated, seen in pairs
+    ]
+
+
+@pytest.mark.parametrize(
+    "name, electrons", [("split_pixel", 20000.0), ("lofic_miyauchi2019", 110000.0)]
+)
+def test_the_stated_variance_is_that_of_an_unknown_device(name, electrons):
+    """Without the fixed pattern 0.67 and 0.27 of it were stated."""
+    found = ensemble(name, electrons, devices=10, pixels=48)
+    # 10 devices of 1600 pixels, of which some 5 err alike: sqrt(2 / 3200) = 2.5 %; three of them
+    np.testing.assert_allclose(found, 1.0, atol=0.08)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name, levels",
+    [
+        ("split_pixel", (3, 300, 20000, 110000)),
+        ("bayer", (3, 300, 20000)),
+        ("lofic_miyauchi2019", (3, 300, 20000, 110000)),
+    ],
+)
+def test_the_stated_variance_is_right_from_3_to_110000_electrons(name, levels):
+    for electrons in levels:
+        total, temporal, fixed = ensemble(name, electrons, devices=400, pixels=48)
+        # 400 devices of 1600 pixels, of which some 5 err alike: 0.4 %
+        np.testing.assert_allclose([total, temporal], 1.0, atol=0.03)
+        # in the dark columns make most of the fixed part: 400 devices of 40 columns, pairs alike:
+        # 1.6 %; three of them
+        np.testing.assert_allclose(fixed, 1.0, atol=0.05 if electrons < 100 else 0.03)
+
+
+def test_photodiodes_that_share_silicon_add_in_amplitude():
+    signal, variance, share = np.full((4, 5), 1000.0), np.full((4, 5), 1000.0), 0.3
+    mean_square = 1000.0**2 - 1000.0  # an unbiased estimate of the square of the mean
+
+    def prnu_part(other_silicon):
+        reads = [
+            WeightedRead(DeviceSpread(prnu=0.01), share),
+            WeightedRead(DeviceSpread(prnu=0.01, silicon=other_silicon), 1 - share),
+        ]
+        return fixed_pattern(reads, signal, variance).total_e2()
+
+    np.testing.assert_allclose(prnu_part(0), 0.01**2 * mean_square)
+    np.testing.assert_allclose(prnu_part(1), 0.01**2 * mean_square * (share**2 + (1 - share) ** 2))
+
+
+def test_exposures_of_one_photodiode_share_its_silicon_and_the_merge_follows():
+    fields = {"prnu": 0.01, "dark_spread": 0.0, "column_e": 0.0}
+    shot = hdr.build("sensor", "staggered", **fields)(uniform(3.0, 16, 3.75), hdr.generator())
+    assert shot["silicon"].values.tolist() == [0, 0, 0] and shot["charge"].values.tolist() == [
+        0,
+        1,
+        2,
+    ]
+    split = hdr.build("sensor", "split_pixel")(uniform(3.0, 16, 2.8), hdr.generator())
+    assert split["silicon"].values.tolist() == [0, 0, 1]
+    for rule in RULES.values():
+        merged = rule(*charges(shot, "daylight"))
+        # the weights of the three exposures add to 1, so does their PRNU; float64 rounding
+        expected = 0.01**2 * (merged.signal_e**2 - merged.variance_e2)
+        np.testing.assert_allclose(merged.fixed.total_e2(), expected, rtol=1e-9)
+
+
+def test_absent_terms_count_as_none_and_bad_ones_are_named(bench):
+    shot = bench.make(np.full((12, 16), 500.0))
+    picture = LinearIsp()(shot)
+    assert not picture["fixed_pattern_variance"].values.any()
+    np.testing.assert_array_equal(total_variance(picture), picture["variance"])
+    np.testing.assert_array_equal(
+        total_variance(picture.drop_vars("fixed_pattern_variance")), picture["variance"]
+    )
+    spread = LinearIsp()(shot.assign(prnu=("capture", [0.01])))
+    assert (spread["fixed_pattern_variance"].values > 0).all()
+    np.testing.assert_array_equal(spread["variance"], picture["variance"])
+    for bad in (-0.1, np.nan):
+        with pytest.raises(UnitError, match="prnu = .*expected a share of the mean, 0 or above"):
+            LinearIsp()(shot.assign(prnu=("capture", [bad])))
+    with pytest.raises(UnitError, match=r"column_e with dims \(\); expected \('capture',\)"):
+        LinearIsp()(shot.assign(column_e=0.1))
+
+
+def test_in_the_dark_the_sum_stays_above_zero(bench):
+    rng = np.random.default_rng(2)
+    picture = LinearIsp()(bench.make(np.zeros((60, 60)), rng=rng).assign(prnu=("capture", [0.05])))
+    fixed = picture["fixed_pattern_variance"].values
+    # the estimate of PRNU^2 x signal^2 has no bias, so its mean is 0 within 4 standard errors, and
+    # every second one is below
+    assert abs(fixed.mean()) < 4 * 2 * fixed.std() / 60 and fixed.min() < 0
+    assert total_variance(picture).values.min() > 0
+
+
+def test_columns_deviate_alike_through_the_demosaic():
+    """Red at a blue pixel of Bayer is the mean of four samples in two columns: half of the variance of a column, not a quarter."""
+    filters = np.tile([[0, 1], [1, 2]], (6, 6))
+    rule = bilinear(filters, 3)
+    column = rule.variance(np.eye(3), SampleNoise((NoisePart(np.full((12, 12), 9.0), rows="any"),)))
+    assert column[0, 5, 5] == pytest.approx(4.5) and column[2, 5, 5] == pytest.approx(9.0)
+    rng = np.random.default_rng(0)
+    matrix, deviation = rng.standard_normal((3, 3)), rng.uniform(1, 3, (12, 12))
+    # a column deviates by one normal number: the map's answers to each column, squared and added,
+    # are the variance
+    answers = [
+        np.tensordot(matrix, interpolated(rule, deviation * column), 1) for column in np.eye(12)
+    ]
+    stated = rule.variance(matrix, SampleNoise((NoisePart(deviation**2, rows="any"),)))
+    np.testing.assert_allclose(np.square(answers).sum(0), stated, rtol=1e-12)

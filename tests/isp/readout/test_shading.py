@@ -1,0 +1,96 @@
+"""Shading: what the lens states, what a flat field shows, and that both leave the same picture."""
+
+import numpy as np
+import pytest
+from isethdr_isp import LinearIsp
+from isethdr_isp.readout.shading import measured_shading, read_shading, shading, write_shading
+from isethdr_isp.spectra import light
+
+from isethdr_core.errors import ConfigError, UnitError
+
+SHAPE = (60, 80)
+FOCAL_MM = 0.25  # a field of 31 degrees to the corner of this small chip
+
+
+def flat(bench, level=1000.0, rng=None, stated="cos4"):
+    grey = level * light("daylight", bench.WAVELENGTH)
+    return bench.make(
+        bench.mosaic_of(grey, SHAPE, falloff="cos4", focal=FOCAL_MM),
+        falloff=stated,
+        focal=FOCAL_MM,
+        rng=rng,
+    )
+
+
+def test_a_measured_table_is_the_lens_law(bench):
+    radius, relative, error = measured_shading(flat(bench, stated="none"))
+    cos4 = (1 + (radius / FOCAL_MM) ** 2) ** -2
+    assert relative[0] == 1 and radius[-1] == pytest.approx(
+        1e3 * np.hypot(*(3e-6 * (n - 1) / 2 for n in SHAPE)), rel=1e-6
+    )
+    # four even powers follow cos^4 of 31 degrees to 1e-4
+    np.testing.assert_allclose(relative, cos4, atol=1e-3)
+
+
+def test_noise_scatters_it_by_the_stated_error(bench):
+    rng = np.random.default_rng(0)
+    tables = [measured_shading(flat(bench, 300.0, rng, "none")) for _ in range(60)]
+    curves = np.array([t[1] for t in tables])
+    error = np.mean([t[2] for t in tables], 0)
+    # 60 draws: a standard deviation is known to 9 %
+    np.testing.assert_allclose(curves.std(0)[1:] / error[1:], 1, atol=0.35)
+    exact = measured_shading(flat(bench, stated="none"))[1]
+    assert np.all(np.abs(curves.mean(0) - exact)[1:] < 4 * error[1:] / np.sqrt(60))
+
+
+def test_a_picture_made_with_the_table_is_flat_and_its_variance_grows_with_the_correction(
+    bench, tmp_path
+):
+    path = tmp_path / "shading.csv"
+    write_shading(path, *measured_shading(flat(bench, stated="none"))[:2])
+    by_table = LinearIsp(shading_csv=str(path))(flat(bench, stated="none"))
+    by_lens = LinearIsp()(flat(bench))
+    np.testing.assert_allclose(by_table.xyz.values[..., 1], 1000.0, rtol=2e-3)
+    np.testing.assert_allclose(by_table.variance.values, by_lens.variance.values, rtol=5e-3)
+    fall = shading(flat(bench))
+    corner, centre = (by_lens.variance.values[y, x, 1] for y, x in ((2, 2), (30, 40)))
+    # shot noise of fall * N electrons over fall: variance goes with 1 / fall, where read noise is little; both are red
+    # pixels, and no sample is mirrored into them
+    assert corner / centre == pytest.approx(fall[30, 40] / fall[2, 2], rel=0.05)
+
+
+def test_tables_come_back_and_bad_ones_are_named(bench, tmp_path):
+    path = tmp_path / "a.csv"
+    write_shading(path, [0.0, 0.1], [1.0, 0.5])
+    np.testing.assert_array_equal(read_shading(path), [[0.0, 0.1], [1.0, 0.5]])
+    assert (
+        LinearIsp(shading_csv=str(path)).input_files() == (str(path),)
+        and LinearIsp().input_files() == ()
+    )
+    with pytest.raises(UnitError, match="ends at 0.1 mm; expected up to 0.14"):
+        LinearIsp(shading_csv=str(path))(flat(bench))
+    for text in (
+        "radius_mm,relative_illumination\n0,1\n0,2\n",
+        "radius_mm,relative_illumination\n0,1\n1,-2\n",
+        "x,y\n0,1\n1,1\n",
+        "radius_mm,relative_illumination\n0,one\n",
+        "",
+    ):
+        path.write_text(text)
+        with pytest.raises(
+            ConfigError, match="expected the columns radius_mm, relative_illumination"
+        ):
+            read_shading(path)
+    with pytest.raises(ConfigError, match="cannot be read"):
+        read_shading(tmp_path / "none.csv")
+
+
+def test_flat_fields_that_tell_nothing_are_refused(bench):
+    with pytest.raises(UnitError, match="expected 2 % or better; expose more"):
+        measured_shading(flat(bench, 0.5, np.random.default_rng(1), "none"))
+    bright = flat(bench, stated="none")
+    bright["saturated"][0, 3, 3] = True
+    with pytest.raises(UnitError, match="is saturated; expected none; expose less"):
+        measured_shading(bright)
+    with pytest.raises(UnitError, match="dark on the axis"):
+        measured_shading(flat(bench, 0.0, stated="none"))

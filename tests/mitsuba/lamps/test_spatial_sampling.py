@@ -1,0 +1,157 @@
+"""Which lamps are looked at from where: by what they send to a part of the picture, hidden ones hardly, none never."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+from isethdr_mitsuba.lamps import spatial_sampling
+from isethdr_mitsuba.lamps.lamp_tables import LampTables
+from isethdr_mitsuba.paths.passes import estimate
+from isethdr_mitsuba.renderer import MitsubaRenderer
+
+from isethdr_core.scene import Camera, Lamp
+
+from ..paths.test_integrator import compiled
+
+CAMERA = Camera((0, 0, 1.4), (18, 0, 1.2), 50.0, 16 / 9)
+
+
+@pytest.fixture(autouse=True)
+def llvm():
+    import mitsuba as mi
+    from isethdr_mitsuba.doctor import choose_variant
+
+    mi.set_variant(choose_variant("llvm"))
+
+
+def test_slots_go_by_light_and_each_lamp_keeps_one():
+    light = np.random.default_rng(5).lognormal(0, 4, (40, 12))
+    light[3], light[4, :] = 0.0, np.eye(12)[7]
+    strength = np.arange(1.0, 13)
+    slots = spatial_sampling.slots_of(light, strength)
+    chance = spatial_sampling.shares_of(slots, 12)
+    np.testing.assert_allclose(
+        chance, np.stack([(slots == k).mean(1) for k in range(12)], 1), rtol=1e-15
+    )
+    each = 1 / slots.shape[1]
+    assert slots.shape == (40, 12 * spatial_sampling.SLOTS) and chance.min() == pytest.approx(each)
+    by = np.where(np.arange(40)[:, None] == 3, strength, light)
+    want = each + (1 - 12 * each) * by / by.sum(1, keepdims=True)
+    assert np.abs(chance - want).max() <= each * (1 + 1e-9), "a share may be off by a slot"
+    assert chance[4, 7] == pytest.approx(1 - 11 * each)
+
+
+def test_each_point_has_one_vote_at_its_place():
+    light = np.array([[1e9, 0.0], [1.0, 3.0], [0.0, 0.0], [2.0, 2.0]])
+    np.testing.assert_allclose(
+        spatial_sampling.votes(3, np.array([0, 0, 0, 2]), light), [[1.25, 0.75], [0, 0], [0.5, 0.5]]
+    )
+
+
+def test_cells_go_around_the_camera_and_outwards():
+    import mitsuba as mi
+
+    around, rings = spatial_sampling.CELLS
+    degrees, far = np.meshgrid(
+        -180 + (np.arange(around) + 0.5) * 360 / around,
+        300.0 ** ((np.arange(rings) + 0.5) / rings),
+        indexing="ij",
+    )
+    x, y = far * np.cos(np.radians(degrees)), far * np.sin(np.radians(degrees))
+    found = spatial_sampling.cell_of(
+        mi.Vector3f(*(np.float32(v.ravel()) for v in (x, y, 7 + 0 * x)))
+    )
+    np.testing.assert_array_equal(np.array(found), np.arange(around * rings))
+    ends = np.array(
+        spatial_sampling.cell_of(mi.Vector3f([0.0, 1e9, -1e9], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]))
+    )
+    assert (ends < around * rings).all() and list(ends % rings) == [0, rings - 1, rings - 1], (
+        "nothing lies outside"
+    )
+
+
+def yard(make):
+    """A wall along the road between two lamps that look down."""
+    down = Lamp("street", "streetlights", 1000.0, make.flat(1.0), (0, 0, -1.0), 80.0, 89.0, 0.0)
+    ground = make.part((make.quad(60, 60)[0][:, [2, 1, 0]], make.quad(60, 60)[1]), "grey")
+    wall = make.part(make.quad(28, 8), "grey")
+    lying = make.part((make.quad(0.4, 0.2)[0][:, [2, 1, 0]], make.quad(0.4, 0.2)[1]), "grey", down)
+    objects = [
+        ("ground", "road", (ground,), make.pose()),
+        ("wall", "building", (wall,), make.pose(31, 0, 4, 90.0)),
+        *(
+            (f"lamp{i}", "street lamp", (lying,), make.pose(15, y, 3))
+            for i, y in enumerate((5.0, -5.0))
+        ),
+    ]
+    return make.describe(
+        objects, CAMERA, materials=[make.material("grey", reflectance=make.flat(0.3))]
+    )
+
+
+def test_a_lamp_behind_a_wall_is_hardly_looked_at(make, monkeypatch):
+    kept, aim = [], LampTables.aim
+    monkeypatch.setattr(
+        LampTables, "aim", lambda self, *given: (aim(self, *given), kept.append(self.chances))[0]
+    )
+    settings = MitsubaRenderer(width=64, height=36, margin=0.0, step_nm=100.0)
+    compiled(yard(make), settings, ["streetlights"])
+    chance = np.array(kept[0].chance).reshape(-1, 2)
+    assert len(chance) == 64 * 36 + np.prod(spatial_sampling.CELLS) and chance.sum(
+        1
+    ) == pytest.approx(1.0)
+    assert (chance[64 * 36 :] == 0.5).all(1).any(), (
+        "nobody looked into some cells: lamps by strength, and these are alike"
+    )
+    bottom = chance[: 64 * 36].reshape(36, 64, 2)[
+        -6:
+    ]  # the road before the camera, on either side of the wall
+    least = 1 / (2 * spatial_sampling.SLOTS)
+    for half, own in ((bottom[:, :26], 0), (bottom[:, -26:], 1)):
+        assert (
+            np.sort(half.mean((0, 1))) == pytest.approx([least, 1 - least], abs=0.02)
+        ) and half.mean((0, 1)).argmax() == own
+
+
+def test_light_is_the_same_and_noise_less_than_where_nothing_is_known_of_the_place(
+    make, monkeypatch
+):
+    """Twelve lamps along a road, each of which lights its own stretch."""
+    down = Lamp("street", "streetlights", 1000.0, make.flat(1.0), (0, 0, -1.0), 30.0, 40.0, 0.0)
+    ground = make.part((make.quad(90, 60)[0][:, [2, 1, 0]], make.quad(90, 60)[1]), "grey")
+    lying = make.part((make.quad(0.4, 0.2)[0][:, [2, 1, 0]], make.quad(0.4, 0.2)[1]), "grey", down)
+    objects = [
+        ("ground", "road", (ground,), make.pose()),
+        *(
+            (f"lamp{i}", "street lamp", (lying,), make.pose(6 + 3 * (i // 2), 3 * (-1) ** i, 2.5))
+            for i in range(24)
+        ),
+    ]
+    scene = make.describe(
+        objects, CAMERA, materials=[make.material("grey", reflectance=make.flat(0.3))]
+    )
+    settings = MitsubaRenderer(width=48, height=27, margin=0.0, step_nm=100.0, samples=256)
+
+    def followed():
+        one_pass = compiled(scene, settings, ["streetlights"])
+        return estimate(
+            one_pass, settings, ("streetlights",), np.array(settings.bands_nm()), (27, 48)
+        )
+
+    by_place = followed()
+    monkeypatch.setattr(
+        "isethdr_mitsuba.lamps.lamp_tables.light_at_points",
+        lambda *_: (np.zeros(1, int), np.zeros((1, 24))),
+    )
+    anywhere = followed()
+    assert by_place.noise[0] < 0.6 * anywhere.noise[0]
+    level, other = by_place.radiance.mean((0, 1)), anywhere.radiance.mean((0, 1))
+    lit = level > 0.01 * level.mean()
+    assert level[lit].sum() == pytest.approx(
+        other[lit].sum(), rel=5 * anywhere.noise[0] / np.sqrt(lit.sum())
+    )
+    off = (level - other)[lit] / np.hypot(
+        *(np.abs(e.half_difference[0][lit]).mean() for e in (by_place, anywhere))
+    )
+    assert abs(np.mean(off)) < 5 * np.std(off) / np.sqrt(lit.sum())

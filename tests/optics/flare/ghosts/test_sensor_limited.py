@@ -1,0 +1,105 @@
+"""Ghosts that a sensor cannot tell are left out: what is left out stays below the bound, a lamp brings it back."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from isethdr_optics import GhostFlare, IdealLens
+from isethdr_optics.flare.ghosts import sensor_limited
+from isethdr_optics.imaging.irradiance import parts
+from isethdr_optics.psf import wing_truncation
+
+from isethdr_core.data import quantities
+from isethdr_core.demand import Demand
+from isethdr_core.plugins.registry import build
+from isethdr_core.uncertainty import ledger
+
+BANDS, SHAPE, FIELD = np.array([450.0, 550.0, 650.0]), (12, 20), 0.6
+LENS, GHOSTS = IdealLens(f_number=4.0, focal_length_mm=6.0), GhostFlare()
+RESPONSE = build("sensor", "bayer", pitch_um=3.75).narrow(Demand()).response
+
+
+def scene(level=1e-3):
+    cube = level * np.random.default_rng(1).uniform(0.5, 1, (3, *SHAPE)).astype(np.float32)
+    y, x = (quantities.centres(n, FIELD * n / SHAPE[1]) for n in SHAPE)
+    return quantities.plane(cube, BANDS, x, y, quantities.RADIANCE)
+
+
+def seen(mixed):
+    return sensor_limited.seen_ghosts(
+        LENS, mixed, (GHOSTS,), parts(LENS, mixed, (GHOSTS,)), RESPONSE
+    )
+
+
+def test_what_is_left_out_is_below_the_bound_and_the_bound_below_what_is_allowed():
+    mixed, book = scene(), ledger.Ledger()
+    with ledger.stage(book, "lens"):
+        (flare,), share = seen(mixed)
+    assert 10 < len(flare.faint) < len(GHOSTS.pairs(LENS, BANDS, 0.35)[0])
+    assert 0 < share <= sensor_limited.SHARE * RESPONSE.noise_fraction_allowed
+    [left] = [o for o in book[0].left_out if o.unit == wing_truncation.UNIT]
+    assert left.bound == share and f"{len(flare.faint)} of" in left.what
+    rate = wing_truncation.electrons(RESPONSE, BANDS) * RESPONSE.area_exposure_m2_s
+    every, few, image = (
+        np.tensordot(rate, light.values, 1)
+        for light in (GHOSTS.irradiance(LENS, mixed), flare.irradiance(LENS, mixed), LENS(mixed))
+    )
+    change = np.abs(every - few) / np.sqrt(image + RESPONSE.read_noise_e**2)
+    assert 0 < change.max() <= share and every.max() > 10 * np.abs(every - few).max()
+
+
+def test_in_the_dark_no_ghost_is_traced_and_a_lamp_brings_all_back():
+    mixed = scene(1e-7)
+    (flare,), share = seen(mixed)
+    assert not flare.pairs(LENS, BANDS, 0.35)[0] and share > 0
+    mixed.values[:, 5, 7] *= 1e6
+    assert len(seen(mixed)[0][0].faint) < 0.1 * len(flare.faint)
+    mixed.values[:, 5, 7] *= 1e12
+    assert seen(mixed) == ((GHOSTS,), 0.0)
+
+
+def test_other_flares_and_ghosts_of_others_are_left_as_they_are():
+    haze = build("flare", "haze")
+    assert sensor_limited.seen_ghosts(LENS, scene(), (haze,), None, RESPONSE) == ((haze,), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("prescription", "coating"), [("double_gauss", ""), ("double_gauss_camera", "multilayer")]
+)
+def test_uniform_light_piles_up_no_more_than_the_factor_says(prescription, coating):
+    """The pairs that come nearest to it, on tiles three times finer than those it was measured on."""
+    n = np.array([54, 96])
+    y, x = (quantities.centres(k, 0.7 * k / n[1]) for k in n)
+    mixed = quantities.plane(np.ones((3, *n), np.float32), BANDS, x, y, quantities.RADIANCE)
+    flare = GhostFlare(prescription=prescription, coating=coating)
+    traced, _ = flare.pairs(LENS, BANDS, float(np.hypot(x.max(), y.max())))
+    peaks = []
+    for pair in (p for p in traced if (p.front, p.back) in ((0, 4), (1, 11), (12, 13), (14, 15))):
+        alone = sensor_limited.SeenGhosts(
+            prescription=prescription,
+            coating=coating,
+            faint=tuple((p.front, p.back) for p in traced if p is not pair),
+        )
+        peaks.append(
+            alone.irradiance(LENS, mixed).values.max()
+            / LENS.throughput_sr()
+            / (pair.share / pair.magnification**2)
+        )
+    assert 2 < max(peaks) < sensor_limited.PEAK
+
+
+def test_what_is_left_for_the_rest_of_the_way_is_less(monkeypatch):
+    from isethdr_optics.imaging import photocurrent, sensor_limited
+
+    asked = []
+    monkeypatch.setattr(
+        photocurrent,
+        "photocurrent",
+        lambda lens, mixed, flares, response, given: asked.append((flares, response)),
+    )
+    sensor_limited.photocurrent(LENS, scene(), (GHOSTS,), RESPONSE)
+    [(flares, left)] = asked
+    share = seen(scene())[1]
+    assert flares[0].faint and left.noise_fraction_allowed == pytest.approx(
+        replace(RESPONSE).noise_fraction_allowed - share
+    )

@@ -1,0 +1,59 @@
+"""Blocks of work by several threads: what `map` gives, each item once, and linear algebra on one thread meanwhile."""
+
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from isethdr_optics.imaging.threads import threads
+from threadpoolctl import threadpool_info
+
+
+def test_gives_what_map_gives_each_item_once(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    done, who = [], set()
+
+    def double(number):
+        time.sleep(0.001)
+        done.append(number)
+        who.add(threading.get_ident())
+        return 2 * number
+
+    with threads() as apply:
+        assert apply(double, range(50)) == [2 * n for n in range(50)]
+        assert apply(double, []) == []
+    assert sorted(done) == list(range(50))
+    assert len(who) == 3  # each sleeps, so that no thread takes all
+
+
+def test_two_callers_share_the_threads(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    with threads() as apply, ThreadPoolExecutor(2) as two:
+        both = list(two.map(lambda k: apply(lambda n: k * n, range(200)), (1, 10)))
+    assert both == [list(range(200)), list(range(0, 2000, 10))]
+
+
+def test_an_error_of_any_item_is_raised_and_ends_the_work(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    done = []
+
+    def fail(number):
+        if number == 0:
+            raise IndexError("of the work itself")
+        time.sleep(0.002)
+        done.append(number)
+
+    with pytest.raises(IndexError, match="of the work itself"), threads() as apply:
+        apply(fail, range(1000))
+    assert len(done) < 500  # two seconds of work were left when it happened
+
+
+def test_linear_algebra_has_one_thread_meanwhile():
+    def counts():
+        return [lib["num_threads"] for lib in threadpool_info() if lib["user_api"] == "blas"]
+
+    before = counts()
+    assert before  # NumPy's own at least
+    with threads():
+        assert set(counts()) == {1}
+    assert counts() == before

@@ -1,0 +1,196 @@
+"""Kernel store: shared by processes, never wrong when damaged, named by everything that kernels depend on."""
+
+import dataclasses
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
+from isethdr_optics.psf import kernel_store, kernels
+
+BANDS = np.array([500.0, 600.0])
+SAMPLING = (BANDS, (3.0, 3.0), (30, 40))
+LENS, FLARES = DiffractionLimitedLens(), (ApertureFlare(),)
+OTHER = {
+    float: lambda v: v * 0.9 + 0.01,
+    int: lambda v: v + 1,
+    bool: lambda v: not v,
+    dict: lambda v: {4: 0.01},
+    tuple: lambda v: (v[0] * 0.9, *v[1:]),
+}
+SCRIPT = """
+from isethdr_optics import kernels
+from test_kernel_store import FLARES, LENS, SAMPLING
+kernels.WORTH_KEEPING_S = 0.0
+if {refuse}:
+    kernels._made = None  # calling it would fail
+print(repr(float(kernels.kernels(LENS, FLARES, *SAMPLING).bands[1].sum(dtype=float))))
+"""
+
+
+@pytest.fixture(autouse=True)
+def everything_is_kept(monkeypatch):
+    monkeypatch.setattr(kernels, "WORTH_KEEPING_S", 0.0)
+    kernels._cache.clear()
+
+
+def made(monkeypatch=None):
+    """Return kernels as a new process would get them; with `monkeypatch`, computing any is an error."""
+    kernels._cache.clear()
+    if monkeypatch:
+        monkeypatch.setattr(kernels, "_made", None)
+    return kernels.kernels(LENS, FLARES, *SAMPLING)
+
+
+def files(home):
+    return sorted((home / "kernels").glob("*"))
+
+
+def started(refuse):
+    folder = os.path.dirname(__file__)
+    return subprocess.Popen(
+        [sys.executable, "-c", SCRIPT.format(refuse=refuse)],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=folder,
+    )
+
+
+def test_two_processes_at_once_and_a_third_share_one_file(isethdr_home):
+    both = [started(False) for _ in range(2)]
+    sums = [float(p.communicate(timeout=100)[0]) for p in both]
+    assert len(files(isethdr_home)) == 1  # one name, and no temporary file is left
+    third = started(True)  # would fail if it computed kernels
+    assert [float(third.communicate(timeout=100)[0])] * 2 == sums
+    assert third.returncode == 0
+
+
+def test_bands_that_were_made_before_a_run_was_stopped_are_not_made_again(
+    monkeypatch, isethdr_home
+):
+    band, done = kernels._Plan.band, []
+
+    def one(plan, centre, width):
+        if done and centre not in done:
+            raise KeyboardInterrupt
+        done.append(centre)
+        return band(plan, centre, width)
+
+    whole = kernels._made(LENS, FLARES, *SAMPLING)
+    monkeypatch.setattr(kernels._Plan, "band", one)
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    with pytest.raises(KeyboardInterrupt):
+        made()
+    assert done == [500.0] and len(files(isethdr_home)) == 1
+    monkeypatch.setattr(
+        kernels._Plan,
+        "band",
+        lambda plan, centre, width: done.append(centre) or band(plan, centre, width),
+    )
+    found = made()
+    assert done == [500.0, 600.0]  # the second alone
+    [file] = files(isethdr_home)  # of both: what was kept of one is removed
+    assert kernel_store.PART not in file.name
+    for name in ("speckle", "deviation", "transmitted", "core", "outside"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(whole, name))
+    for have, want in zip(found.bands, whole.bands):
+        np.testing.assert_array_equal(have, want)
+
+
+def test_what_comes_back_is_what_was_made(monkeypatch):
+    fresh = kernels._made(LENS, FLARES, *SAMPLING)
+    made()
+    back = made(monkeypatch)
+    assert all(isinstance(b, np.memmap) for b in back.bands)
+    assert back.held_bytes == 0
+    for a, b in zip(fresh.bands, back.bands):
+        np.testing.assert_array_equal(a, b)
+    for fact in ("outside", "speckle", "transmitted", "wrap"):
+        np.testing.assert_array_equal(getattr(fresh, fact), getattr(back, fact))
+
+
+@pytest.mark.parametrize("where", ["cut", "facts", "kernels", "empty", "text"])
+def test_a_damaged_file_is_computed_again(isethdr_home, where):
+    want = [np.array(b) for b in made().bands]
+    (path,) = files(isethdr_home)
+    content = bytearray(path.read_bytes())
+    if where in ("facts", "kernels"):
+        content[{"facts": -150, "kernels": len(content) // 2}[where]] ^= 64
+    else:
+        content = {"cut": content[:-10], "empty": b"", "text": b"no kernels"}[where]
+    path.unlink()
+    path.write_bytes(content)
+    assert kernel_store.load(path.stem) is None
+    for a, b in zip(want, made().bands):
+        np.testing.assert_array_equal(a, b)
+    assert kernel_store.load(path.stem) is not None  # replaced by a good one
+
+
+@pytest.mark.parametrize(
+    "component", [WavefrontLens(), ApertureFlare()], ids=lambda c: type(c).__name__
+)
+def test_the_name_changes_with_any_field(component):
+    def name(c):
+        lens, flares = (c, FLARES) if isinstance(c, WavefrontLens) else (LENS, (c,))
+        return kernel_store.name(lens, flares, *SAMPLING)
+
+    names = [name(component)]
+    for field in dataclasses.fields(component):
+        value = getattr(component, field.name)
+        if isinstance(value, str):
+            new = {
+                "tangent": "aplanatic",
+                "cos4": "none",
+                "none": {"model": "brown_conrady", "k1": 0.1},
+            }[value]
+        elif value == float("inf"):
+            new = 2.0
+        elif field.name == "field_zernike_um":
+            new = {0: {}, 20: {4: 0.01}}
+        elif field.name in ("focal_shift_um", "lateral_colour_percent"):
+            new = {450.0: 0.01}
+        else:
+            new = OTHER[type(value)](value)
+        names.append(name(dataclasses.replace(component, **{field.name: new})))
+    assert None not in names
+    assert len(set(names)) == len(names)
+
+
+def test_the_name_changes_with_sampling_class_and_code(monkeypatch):
+    def name(lens=LENS, flares=FLARES, sampling=SAMPLING):
+        return kernel_store.name(lens, flares, *sampling)
+
+    names = {
+        name(),
+        name(lens=WavefrontLens()),
+        name(flares=()),
+        name(sampling=(BANDS + 1, *SAMPLING[1:])),
+        name(sampling=(BANDS, (3.0, 3.1), (30, 40))),
+        name(sampling=(BANDS, (3.0, 3.0), (30, 41))),
+    }
+    assert len(names) == 6
+    monkeypatch.setattr(
+        kernel_store.provenance, "fingerprint", lambda *a, **k: {"isethdr_optics": "other code"}
+    )
+    assert name() not in names
+
+
+def test_nothing_is_kept_where_nothing_can_be_written(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("a file, no folder")
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "file"))
+    assert float(made().bands[0].sum()) > 0.5
+
+
+def test_those_unused_for_longest_go_first(isethdr_home, monkeypatch):
+    def save(key):
+        kernel_store.save(key, (1, 50, 50), "<f4", [np.ones((50, 50))], lambda: np.zeros((4, 1)))
+
+    for i, key in enumerate("abc"):
+        save(key)
+        os.utime(isethdr_home / "kernels" / f"{key}.npy", (i, i))
+    kernel_store.load("a")  # used just now
+    monkeypatch.setattr(kernel_store, "LIMIT_BYTES", 25000)  # two of 10 kB
+    save("d")
+    assert [p.stem for p in files(isethdr_home)] == ["a", "d"]

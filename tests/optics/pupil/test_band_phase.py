@@ -1,0 +1,75 @@
+"""Phase that changes within a band by more than its parts follow: stated against more parts, refused beyond, silent below."""
+
+import numpy as np
+import pytest
+from isethdr_optics import WavefrontLens
+from isethdr_optics.psf import kernels, wings
+from isethdr_optics.psf.kernels import _Plan
+from isethdr_optics.pupil import band_phase, sampled_pupil
+
+from isethdr_core.data import quantities
+from isethdr_core.errors import ConfigError
+from isethdr_core.uncertainty import ledger
+
+COMA = WavefrontLens(
+    zernike_um={8: 2.0, 4: 1.0}
+)  # 7.0 rad rms within 100 nm about 450 nm: 24 parts
+WAVE, WIDTH = 450.0, 100.0
+
+
+def stated(lens, waves):
+    rows = ledger.Ledger()
+    with ledger.stage(rows, "lens"):
+        band_phase.state((lens,), np.asarray(waves))
+    return [(e.value, e.what) for e in rows[0].errors]
+
+
+def test_too_few_parts_are_as_wrong_as_stated(monkeypatch):
+    monkeypatch.setattr(kernels, "CORE_SAMPLES", 30)
+    lens, reach = WavefrontLens(zernike_um={8: 0.3, 4: 0.15}), (12, 12)
+    change = sampled_pupil.phase_change(lens, (), WAVE - WIDTH / 2, WAVE + WIDTH / 2)
+    plan = _Plan(lens, (), WAVE, WIDTH, (3.0, 3.0), reach, 1, [])
+    energy = sampled_pupil.open_energy_mm2(lens, (), WAVE)
+
+    def ring(parts):
+        monkeypatch.setattr(wings, "_parts", lambda *given: parts)
+        return wings.ring(plan, reach, plan.half, WAVE, WIDTH, energy)
+
+    true, wrong = ring(4)
+    seen = wrong != 0
+    monkeypatch.setattr(wings, "MOST_PARTS", 1)
+    [(error, what)] = stated(lens, [WAVE, WAVE + WIDTH])
+    few = ring(1)[0]
+    found = np.abs(few - true)[seen].sum() / true[seen].sum()
+    assert error == pytest.approx(band_phase.STANDING * change**2) and "made of 1" in what
+    # tiles of 3 um hold some speckles each: stated is the most of any pupil and tile, for speckles of full contrast
+    assert error / 20 < found < error
+
+
+def test_what_parts_follow_is_not_stated_and_what_no_parts_follow_is_refused():
+    narrow, wide = np.arange(400.0, 701.0, 10.0), np.array([450.0, 550.0])
+    assert not stated(COMA, narrow) and not band_phase.check(COMA, (), narrow)
+    [(error, what)] = stated(COMA, wide)
+    assert 0 < error < 0.1 and "24 parts of the band at 450 nm" in what
+    strong = WavefrontLens(zernike_um={8: 20.0})
+    with pytest.raises(
+        ConfigError, match=r"450 nm, 100 nm wide.*take bands of (\d+) nm or less"
+    ) as refused:
+        kernels.kernels(strong, (), wide, (3.0, 3.0), (8, 8))
+    narrower = float(str(refused.value).split("take bands of ")[1].split(" nm")[0])
+    assert 50 < narrower < 100
+    band_phase.check(
+        strong, (), np.array([450.0, 450.0 + narrower])
+    )  # what it says to type is accepted
+
+
+def test_a_lens_states_it_in_its_ledger(monkeypatch):
+    monkeypatch.setattr(wings, "MOST_PARTS", 1)
+    x, y = quantities.centres(4, 0.01), quantities.centres(3, 0.008)
+    scene = quantities.plane(
+        np.ones((2, 3, 4), np.float32), [450.0, 490.0], x, y, quantities.RADIANCE
+    )
+    rows = ledger.Ledger()
+    with ledger.stage(rows, "lens"):
+        WavefrontLens(zernike_um={8: 0.3})(scene)
+    assert any("speckle that 2 parts" in e.what for e in rows[0].errors)

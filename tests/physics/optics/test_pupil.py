@@ -1,0 +1,132 @@
+"""Pupil rasters: areas known in closed form, agreement with points, seeds."""
+
+import numpy as np
+import pytest
+
+from isethdr_core.physics.optics.pupil import (
+    blades,
+    dirt,
+    disc,
+    energy,
+    opening,
+    raster,
+    strip,
+    transmission,
+)
+
+
+def axis(n, half=0.6):
+    return (np.arange(n) + 0.5) / n * 2 * half - half
+
+
+def area(shape, losses=(), n=400, **kw):
+    x = axis(n)
+    return raster(opening(shape, losses), x, x, **kw).sum(dtype=float) * (x[1] - x[0]) ** 2
+
+
+def test_areas():
+    assert area(disc(0, 0, 0.5)) == pytest.approx(
+        np.pi / 4, rel=1e-5
+    )  # chords are exact along x, 1600 lines along y
+    for n in (3, 4, 5, 6, 8):
+        assert area(blades(0.5, n, 11.0)) == pytest.approx(
+            n / 2 * 0.25 * np.sin(2 * np.pi / n), rel=1e-4
+        )
+    assert area(strip(0.1, -0.05, 0.3, 0.02, 0.7)) == pytest.approx(0.006, rel=1e-3)
+    assert area(blades(0.5, 6, 0.0, rounding=1.0)) == pytest.approx(np.pi / 4, rel=1e-4)
+    assert area(blades(0.5, 6)) < area(blades(0.5, 6, rounding=0.5)) < np.pi / 4
+    assert area(disc(0, 0, 0.5), [(disc(0.1, 0.1, 0.1), 0.25)]) == pytest.approx(
+        np.pi / 4 - 0.25 * np.pi * 0.01, rel=1e-5
+    )
+
+
+def test_cells_average_the_points():
+    shape, losses = blades(0.5, 5, 8.0, 0.3), dirt(0.5, 30, 20, 8, 10, 300, seed=3)
+    n, sub = 60, 24
+    x = axis(n * sub)
+    points = (
+        transmission(shape, losses, x[None, :], x[:, None]).reshape(n, sub, n, sub).mean((1, 3))
+    )
+    cells = raster(opening(shape, losses), axis(n), axis(n), strips=sub // 2)
+    # Points resolve 1/24 of a cell along x.
+    assert np.abs(cells - points).mean() < 2e-3
+    assert np.quantile(np.abs(cells - points), 0.99) < 0.03
+
+
+def test_dirt_outside_the_opening_does_nothing():
+    a, b = (
+        raster(opening(disc(0, 0, 0.5), losses), axis(50), axis(50))
+        for losses in ((), [(disc(0.58, 0.0, 0.05), 1.0)])
+    )
+    np.testing.assert_allclose(a, b, atol=1e-6)  # float32 sums
+
+
+def test_y_points_down_and_x_right():
+    cells = raster([(disc(0.3, -0.2, 0.1), 1.0)], axis(60), axis(60))
+    row, col = (float((cells * i).sum() / cells.sum()) for i in np.indices(cells.shape))
+    assert axis(60)[round(row)] == pytest.approx(-0.2, abs=0.02) and axis(60)[
+        round(col)
+    ] == pytest.approx(0.3, abs=0.02)
+
+
+def test_seeded():
+    kind = dict(
+        dust_per_mm2=40,
+        dust_radius_um=9,
+        scratches_per_mm2=5,
+        scratch_width_um=3,
+        scratch_length_um=400,
+    )
+    assert dirt(0.5, **kind, seed=1) == dirt(0.5, **kind, seed=1)
+    assert dirt(0.5, **kind, seed=1) != dirt(0.5, **kind, seed=2)
+    with pytest.raises(ValueError, match="rounding"):
+        blades(0.5, 6, rounding=1.5)
+
+
+def test_overlapping_dirt_multiplies():
+    losses = [(disc(0, 0, 0.2), 0.5), (disc(0.05, 0, 0.2), 0.4), (strip(0, 0, 0.5, 0.05, 0.3), 0.9)]
+    cells = raster(opening(disc(0, 0, 0.5), losses), axis(61), axis(61))
+    assert cells[30, 30] == pytest.approx(0.5 * 0.6 * 0.1, abs=1e-6)  # float32 sums
+    assert cells[24, 30] == pytest.approx(0.5 * 0.6, abs=1e-6)
+
+
+def test_energy_from_areas():
+    assert energy(disc(0, 0, 0.5), []) == pytest.approx(np.pi / 4, rel=1e-12)  # exact quadrature
+    assert energy(blades(0.5, 6, 0.0), []) == pytest.approx(
+        6 / 2 * 0.25 * np.sin(np.pi / 3), rel=1e-6
+    )
+    losses = dirt(0.5, 60, 20, 8, 10, 300, seed=3)
+    x = axis(1500, 0.5)
+    want = np.mean(transmission(disc(0, 0, 0.5), losses, x[None, :], x[:, None]) ** 2)
+    assert energy(disc(0, 0, 0.5), losses) == pytest.approx(want, rel=3e-4)  # 2 million points
+
+
+@pytest.mark.parametrize(
+    "matrix", [((0.93, 0.05), (0.04, 0.97)), ((-0.9, 0.0), (0.0, 1.1)), ((0.0, 1.0), (-1.0, 0.0))]
+)
+def test_the_image_of_a_shape_under_a_linear_map_holds_the_images_of_its_points(matrix):
+    x = axis(60, 0.7)
+    fine = axis(600, 0.7)
+    across, down = np.meshgrid(fine, fine)
+    back = np.einsum("ij,jyx->iyx", np.linalg.inv(matrix), np.stack([across, down]))
+    grown = abs(np.linalg.det(matrix))
+    for shape in (
+        disc(0.05, -0.1, 0.4),
+        blades(0.5, 6, 8.0, 0.3),
+        blades(0.5, 5, 3.0) & disc(0.2, 0.1, 0.45),
+        strip(0.1, 0.0, 0.5, 0.1, 0.4),
+    ):
+        image = shape.mapped(matrix)
+        assert energy(image, []) == pytest.approx(
+            grown * energy(shape, []), rel=1e-4
+        )  # heights of slanted corners are bounds
+        points = shape.contains(*back)
+        np.testing.assert_array_equal(image.contains(across, down), points)
+        cells = points.reshape(60, 10, 60, 10).mean((1, 3))
+        np.testing.assert_allclose(
+            raster([(image, 1.0)], x, x), cells, atol=0.15
+        )  # 10 x 10 points, and corners as above
+        inverse = tuple(map(tuple, np.linalg.inv(matrix)))
+        np.testing.assert_allclose(
+            image.mapped(inverse).contains(across, down), shape.contains(across, down), atol=0
+        )

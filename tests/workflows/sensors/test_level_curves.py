@@ -1,0 +1,42 @@
+"""SNR and contrast detection over eight decades: what shot noise and full wells demand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from isethdr_workflows.sensors.level_curves import level_curves
+
+from isethdr_core.errors import ConfigError
+
+
+def test_light_is_seen_better_until_the_well_is_full():
+    rows = level_curves(sensor="bayer", per_decade=1)
+    snr, seen = (np.array([r[key] for r in rows]) for key in ("snr_db", "detection"))
+    full = next(k for k, r in enumerate(rows) if r["valid_percent"] < 50)
+    assert np.all(np.diff(snr[:full]) > 0) and snr[0] < 0
+    # shot noise alone is 10 dB a decade, read noise alone 20; where neither stands for itself it lies between
+    steps = np.diff(snr[:full])
+    assert np.all(steps > 8) and np.all(steps < 21)
+    assert (
+        seen[0] < 0.2 and seen[full - 1] > 0.99 and np.all(seen[full:] == 0)
+    )  # what is saturated shows no contrast
+
+
+def test_three_captures_reach_further_and_dip_where_one_takes_over():
+    one, three = (level_curves(sensor=name, per_decade=2) for name in ("bayer", "split_pixel"))
+    lasts = [
+        max(r["luminance_cd_m2"] for r in rows if r["detection"] > 0.9) for rows in (one, three)
+    ]
+    assert lasts[1] > 10 * lasts[0]
+    snr = np.array([r["snr_db"] for r in three if r["valid_percent"] > 99])
+    assert np.any(
+        np.diff(snr) < -3
+    )  # the small photodiode starts with a hundredth of the electrons
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"contrast_percent": 0}, {"contrast_percent": 100.0}, {"per_decade": 0}]
+)
+def test_bad_settings_are_refused(wrong):
+    with pytest.raises(ConfigError, match=f"{next(iter(wrong))} is .*expected.*type"):
+        level_curves(**wrong)

@@ -1,0 +1,145 @@
+"""EMVA 1288 for cameras whose numbers are not linear in light: companded codes, soft knees, logarithms.
+
+The standard's general model asks nothing of the response. Mean and temporal noise are measured level by level from pairs, and the
+noise is referred to the input by the slope of the measured response: no gain, no quantum efficiency. The truth is made without a
+picture: the distribution of the charge in closed form, pushed through the converter's curve by quadrature.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from .camera import Bench, pair
+from .estimates import Estimate
+
+STEP = 0.1  # relative: the slope is taken between levels so far above and below
+NORMAL_FROM_E = 100.0
+QUADRATURE = np.linspace(-7.0, 7.0, 281)
+DENSITY = np.exp(-0.5 * QUADRATURE**2)
+DENSITY /= DENSITY.sum()
+SHARES = (0.01, 0.1, 0.5, 0.8)  # of the linear full scale
+BEYOND = (1.5, 10.0, 100.0, 1e4)  # of it, as far as the numbers go on
+
+
+def general_figures(bench: Bench):
+    """Yield (figure, unit, estimate, truth) of the bench's capture and channel: mean, temporal noise and SNR over its whole range."""
+    sensor, efficiency = bench.sensor, bench.efficiency()
+    full_scale = sensor.full_scale_e()[bench.capture] / efficiency  # photons
+    for share in (0.0, *SHARES, *BEYOND):
+        low, middle, high = (
+            expected_dn(bench, share * factor * full_scale * efficiency)
+            for factor in (1 - STEP, 1, 1 + STEP)
+        )
+        if share > 1 and not high[0] - low[0] > 0.5:  # the end of the numbers
+            return
+        seen = pair(bench, share * full_scale)
+        label = f"{share:g} of full scale"
+        yield (
+            f"mean at {label}",
+            "DN",
+            Estimate(seen.mean_dn, mean_error_dn(bench, seen, (high[0] - low[0]) / (2 * STEP))),
+            middle[0],
+        )
+        of_variance = sqrt(kurtosis_factor(bench)) * seen.variance_dn2 / sqrt(seen.pixels)
+        noise = sqrt(seen.variance_dn2)
+        yield (
+            f"temporal noise at {label}",
+            "DN",
+            Estimate(noise, of_variance / (2 * noise)),
+            sqrt(middle[1]),
+        )
+        if share:
+            below, above = (
+                pair(bench, share * factor * full_scale) for factor in (1 - STEP, 1 + STEP)
+            )
+            rise = above.mean_dn - below.mean_dn
+            rise_error = sqrt((above.variance_dn2 + below.variance_dn2) / 2 / seen.pixels)
+            snr = rise / (2 * STEP * noise)
+            error = snr * sqrt((rise_error / rise) ** 2 + (of_variance / (2 * noise**2)) ** 2)
+            yield (
+                f"SNR at {label}",
+                "1",
+                Estimate(snr, error),
+                (high[0] - low[0]) / (2 * STEP * sqrt(middle[1])),
+            )
+
+
+def expected_dn(bench: Bench, light_e: float) -> tuple[float, float]:
+    """Return mean and temporal variance of the numbers of a pixel without fixed pattern, DN and DN^2, at so many mean light electrons."""
+    from isethdr_sensors.readout import converter
+
+    model = bench.sensor.model()
+    reading = model.readings[bench.capture]
+    diode = model.diode_of(reading)
+    charge, share = charge_distribution(
+        *charge_moments(bench, light_e + diode.dark_e_per_s * model.exposure_of(diode))
+    )
+    width = sqrt(reading.read_noise_e**2 + reading.row_noise_e**2)
+    # charge is clipped at the well before it is read, so the two noises are integrated one inside the other
+    values = np.minimum(charge, diode.full_well_e)[:, None] + width * QUADRATURE[None, :]
+    dn = converter.companded(converter.digitise(values, reading), reading)
+    weight = share[:, None] * DENSITY
+    mean = float(np.sum(weight * dn))
+    return mean, float(np.sum(weight * (dn - mean) ** 2))
+
+
+def charge_distribution(mean_e: float, variance_e2: float):
+    """Return (charges, their probabilities): Poisson where little is spilled and it is no normal yet, normal beyond."""
+    from scipy.stats import poisson
+
+    if mean_e > NORMAL_FROM_E:
+        return mean_e + sqrt(variance_e2) * QUADRATURE, DENSITY
+    count = np.arange(np.ceil(mean_e + 12 * sqrt(mean_e) + 12))
+    return count, poisson.pmf(count, mean_e)
+
+
+def charge_moments(bench: Bench, arrived_e: float) -> tuple[float, float]:
+    """Return mean (e) and variance (e^2) of the charge that a capture reads: Poisson, or what a soft knee leaves of it."""
+    from isethdr_core.physics.detector.charge_dynamics_noise import EMPTY, flow_moments
+
+    sensor = bench.sensor
+    if (
+        not hasattr(sensor, "well") or sensor.model().readings[bench.capture].capture == "LCG"
+    ):  # all the charge is read
+        return arrived_e, arrived_e
+    left = flow_moments(EMPTY, arrived_e / sensor.exposure_s, sensor.exposure_s, sensor.well())
+    return float(left.charge_e), float(left.charge_var_e2)
+
+
+def mean_error_dn(bench: Bench, seen, slope_dn: float) -> float:
+    """Return the standard error of a channel's mean: temporal noise of two pictures, and the fixed patterns of the pixels.
+
+    Parameters
+    ----------
+    slope_dn : DN per relative change of the light; what the response spreads by PRNU.
+    """
+    model = bench.sensor.model()
+    reading = model.readings[bench.capture]
+    diode, gain = model.diode_of(reading), reading.gain_dn_per_e
+    shared = (
+        gain
+        * sqrt(reading.column_e**2 + reading.row_e**2 + reading.row_noise_e**2 / 2)
+        / sqrt(bench.size)
+    )
+    dark = gain * diode.dark_e_per_s * model.exposure_of(diode) * diode.dark_spread
+    own = sqrt(
+        seen.variance_dn2 / 2
+        + (slope_dn * diode.prnu) ** 2
+        + (gain * reading.dsnu_e) ** 2
+        + dark**2
+    )
+    hot = (
+        gain * diode.hot_percent / 100 * diode.hot_dark_e_per_s * model.exposure_of(diode)
+    )  # a defect: no part of the truth
+    return sqrt(own**2 / seen.pixels + shared**2) + hot
+
+
+def kurtosis_factor(bench: Bench) -> float:
+    """Return n times the relative variance of a sample variance: 2 for normal noise, more where some pixels read wider."""
+    from isethdr_sensors.noise.read_noise import TAIL_WIDTH
+
+    share = bench.sensor.model().readings[bench.capture].read_tail_percent / 100
+    body = 1 / (1 - share + share * TAIL_WIDTH**2)
+    return 3 * body**2 * (1 - share + share * TAIL_WIDTH**4) - 1

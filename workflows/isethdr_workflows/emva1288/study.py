@@ -1,0 +1,237 @@
+"""EMVA 1288 on simulated cameras: the standard's procedure must find what the camera was made of.
+
+Every linear capture and every channel is measured from its pictures alone: photon transfer, dark series, stacks for non-uniformity,
+linearity. Companded codes and soft knees are measured by the general model (`emva1288_general`). What is found is held against the
+sensor's own fields, in units of the estimate's standard error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import sqrt
+
+import numpy as np
+
+from . import estimates as find
+from .camera import Bench, pair, stack
+from .dark import DarkSeries, dark_series, pictures_needed
+from .general import general_figures
+
+LEVELS = 24  # of the photon transfer series; the standard asks for at least 9, here over all of the range
+NEAR_THE_END = np.linspace(-4, 4, 17)  # shot noises from the end of the scale
+
+
+def emva1288(
+    sensor: str = "bayer", size: int = 128, pictures: int = 32, seed: int = 1
+) -> list[dict]:
+    """Measure a sensor by the machine vision standard and compare with what it was made of.
+
+    Parameters
+    ----------
+    sensor : name or preset, as in `isethdr run sensor=...`; `all` takes every one that has noise.
+    size : pixels a side. pictures : of a stack; the dark one has as many as the DSNU asks for, for low gains thousands. seed : of the noise.
+    """
+    names = measurable_sensors() if sensor == "all" else [sensor]
+    return [
+        {"sensor": name, **row}
+        for name in names
+        for row in measure(chosen(name), size, pictures, seed)
+    ]
+
+
+def chosen(name: str):
+    """Return the sensor of that name or preset."""
+    from omegaconf import OmegaConf
+
+    from isethdr_core.config.composition import compose
+    from isethdr_core.plugins.registry import build
+
+    fields = OmegaConf.to_container(compose([f"sensor={name}"]).sensor, resolve=True)
+    return build("sensor", fields.pop("name"), **fields)
+
+
+def measurable_sensors() -> list[str]:
+    """Return the sensors of this house and their presets that have noise to measure."""
+    from importlib.resources import files
+
+    from isethdr_sensors import isethdr_components
+
+    presets = [
+        f.name.removesuffix(".yaml")
+        for f in files("isethdr_sensors.conf").joinpath("sensor").iterdir()
+        if f.name.endswith(".yaml")
+    ]
+    return [
+        name
+        for name in sorted([c.name for c in isethdr_components()] + presets)
+        if measurable(chosen(name))
+    ]
+
+
+def measurable(sensor) -> bool:
+    """Return whether the standard has something to measure: noise, in the electrons of a photodiode."""
+    from isethdr_sensors.imaging_sensor import ImagingSensor
+
+    return isinstance(sensor, ImagingSensor) and sensor.noise
+
+
+def bent(sensor) -> bool:
+    """Return whether some capture is not linear in light over all its numbers: companded codes, a soft knee."""
+    return bool(sensor.companding) or hasattr(sensor, "well")
+
+
+def linear_captures(sensor) -> list[int]:
+    """Return the captures whose numbers are linear in charge up to where well or converter end."""
+    dark, model = sensor(Bench(sensor, 0, 0, 550.0, 8, 0).light(0.0), _key(0)), sensor.model()
+    ends = [
+        r.black_dn + r.gain_dn_per_e * min(model.diode_of(r).full_well_e, r.swing_e)
+        for r in model.readings
+    ]
+    return [
+        k
+        for k, end in enumerate(ends)
+        if "companding_dn" not in dark and dark.top_dn.values[k] > 0.9 * end
+    ]
+
+
+def measure(sensor, size: int, pictures: int, seed: int) -> list[dict]:
+    """Return one row per capture, channel and figure."""
+    sensor = replace(sensor, rows=0, columns=0)
+    probe = sensor(Bench(sensor, 0, 0, 550.0, size, seed).light(0.0), _key(seed))
+    linear, rows = linear_captures(sensor), []
+    benches = [
+        Bench(sensor, k, c, {"R": 600.0, "B": 460.0}.get(str(channel).upper(), 540.0), size, seed)
+        for k in range(probe.sizes["capture"])
+        for c, channel in enumerate(probe.channel.values)
+    ]
+    needed = [dark_pictures(bench) for bench in benches if bench.capture in linear]
+    unlit = dark_series(benches[0], max(pictures, *needed)) if needed else None
+    for bench in benches:
+        found = [
+            *(figures(bench, pictures, unlit) if bench.capture in linear else ()),
+            *(general_figures(bench) if bent(sensor) else ()),
+        ]
+        rows += [
+            row(
+                str(probe.capture.values[bench.capture]),
+                str(probe.channel.values[bench.channel]),
+                *figure,
+            )
+            for figure in found
+        ]
+    return rows
+
+
+def dark_pictures(bench: Bench) -> int:
+    """Return how many dark pictures the DSNU of the bench's capture and channel asks for; 0 where there is none or rounding hides it."""
+    truth, digital = made_of(bench), bench.sensor.bits > 0
+    noise_dn2 = (truth["gain"] * truth["dark_noise_e"]) ** 2 + find.rounding_dn2(digital)
+    if digital and noise_dn2 < find.RESOLVED_DN2:
+        return 0
+    return pictures_needed(
+        noise_dn2, (truth["gain"] * truth["dsnu_e"]) ** 2, len(bench.shot(0.0, 0)[0])
+    )
+
+
+def row(
+    capture: str, channel: str, name: str, unit: str, found: find.Estimate, true: float
+) -> dict:
+    """Return one line of the table."""
+    return {
+        "capture": capture,
+        "channel": channel,
+        "figure": name,
+        "unit": unit,
+        "found": found.value,
+        "standard_error": found.error,
+        "true": true,
+        "off_in_errors": float(found.off(true)),
+        "within": verdict(found, true),
+    }
+
+
+def verdict(found: find.Estimate, true: float) -> str:
+    """Return yes within 4 standard errors, limit where an upper limit holds, else NO."""
+    if found.bound:
+        return "limit" if true <= found.value else "NO"
+    return "yes" if abs(found.off(true)) <= 4 else "NO"
+
+
+def figures(bench: Bench, pictures: int, series: DarkSeries):
+    """Yield (figure, unit, estimate, truth) of the bench's capture and channel by the linear model, with the camera's dark pictures."""
+    sensor = bench.sensor
+    truth = made_of(bench)
+    digital = sensor.bits > 0
+    top = (truth["full_well_e"] - truth["dark_e"]) / truth["efficiency"]  # photons
+    dark = pair(bench, 0.0)
+    near = 1 + NEAR_THE_END / sqrt(truth["full_well_e"])
+    pairs = [pair(bench, share * top) for share in (*np.linspace(0.02, 0.9, LEVELS), *near)]
+    gain, responsivity = find.gain_and_responsivity(pairs, dark, digital)
+    noise = find.dark_noise_e(dark, gain, digital)
+    unlit, half = series.stack(bench.capture, bench.channel), stack(bench, 0.5 * top, pictures)
+    yield "system gain", "DN/e", gain, truth["gain"]
+    yield (
+        "quantum efficiency",
+        "e/photon",
+        find.quantum_efficiency(gain, responsivity),
+        truth["efficiency"],
+    )
+    yield "dark noise", "e", noise, truth["dark_noise_e"]
+    yield (
+        "full well",
+        "e",
+        find.full_well_e(pair(bench, 3 * top), dark, gain, noise),
+        truth["full_well_e"],
+    )
+    prnu = find.prnu_percent(half, unlit)
+    yield (
+        "saturation exposure",
+        "photons",
+        find.saturation_photons(pairs, dark, gain, responsivity, prnu.value),
+        top,
+    )
+    if find.resolved(dark, digital):
+        yield "DSNU", "e", find.dsnu_e(unlit, gain, truth["few_draws"]), truth["dsnu_e"]
+    yield "PRNU", "%", prnu, truth["prnu_percent"]
+    yield (
+        "linearity error",
+        "%",
+        find.linearity_error_percent(pairs, dark),
+        truth["linearity_percent"],
+    )
+
+
+def made_of(bench: Bench) -> dict:
+    """Return what the sensor's own fields say about the bench's capture and channel, in the standard's terms."""
+    model = bench.sensor.model()
+    reading = model.readings[bench.capture]
+    diode = model.diode_of(reading)
+    dark = float(bench.sensor(bench.light(0.0), _key(0)).dark_e[bench.capture])
+    patterns = {
+        "pixel": reading.dsnu_e**2 + (dark * diode.dark_spread) ** 2,
+        "column": reading.column_e**2,
+        "row": reading.row_e**2,
+    }
+    total = sum(patterns.values())
+    few = (
+        sqrt(2 * (patterns["column"] ** 2 + patterns["row"] ** 2) / (bench.size / 2)) / total
+        if total
+        else 0.0
+    )
+    return {
+        "gain": reading.gain_dn_per_e,
+        "dark_e": dark,
+        "efficiency": bench.efficiency(),
+        "dark_noise_e": sqrt(reading.read_noise_e**2 + reading.row_noise_e**2 + dark),
+        "full_well_e": min(diode.full_well_e, reading.swing_e),
+        "dsnu_e": sqrt(total),
+        "few_draws": few,
+        "prnu_percent": 100 * diode.prnu,
+        "linearity_percent": 0.0,
+    }
+
+
+def _key(seed):
+    from isethdr_core.seeds import generator
+
+    return generator(seed, "bench", "")

@@ -1,0 +1,196 @@
+"""Train the learned demosaic: ridge regression of one linear filter per place of the array and local class.
+
+The pictures are `dead_leaves` seen through the sensors' own filter curves, with shot and read noise at levels from a few
+electrons up. No picture from anywhere else goes in.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+
+ARRAYS = ("RG/GB", "RG/WB", "WGWR/GWRW/WBWG/BWGW")
+RECIPE = {
+    "pictures": 80,
+    "side_px": 160,
+    "seed": 2017,
+    "peak_e": [3.0, 30000.0],
+    "read_noise_e": [0.5, 10.0],
+    "ridge": 3e-4,
+    "weight": "1 / (local variance + 1e-3 local mean^2)",
+    "scene": "dead leaves, 73 smooth reflectances in daylight, halogen, LED and sodium light, shapes and stripes by formula",
+    "sensor": "filter curves of sensor=bayer with the array in place",
+    "version": 1,
+}
+
+
+def train_demosaic(
+    path: str = "", pictures: int = RECIPE["pictures"], arrays: str = ",".join(ARRAYS)
+) -> list[dict]:
+    """Train the filters of every array, write them, and return one row per array.
+
+    Parameters
+    ----------
+    path : file to write; empty replaces the filters of the installed isp.
+    pictures : pictures per array; others than the recipe's are for trials.
+    arrays : cells of filter arrays, parted by commas.
+
+    Returns
+    -------
+    rows with cfa, filters (count), samples (pixels learned from), rms errors of bilinear and learned planes on pictures of another
+    seed (relative to the noise-free mean), recipe (first digits of its hash), bytes of the file.
+    """
+    from isethdr_isp.demosaic.learned import TABLE, exact
+
+    recipe = {**RECIPE, "pictures": pictures}
+    names = arrays.split(",")
+    tables = {cell: trained(cell, recipe) for cell in names}
+    stored = {cell: table.astype(np.float16) for cell, table in tables.items()}
+    path = Path(path) if path else TABLE
+    np.savez_compressed(
+        path, provenance=json.dumps({"recipe": recipe, "sha256": recipe_hash(recipe)}), **stored
+    )
+    rows = []
+    for cell in names:
+        plain, ours = held_out({cell: exact(stored[cell].astype(float), cell)}, cell, recipe)
+        rows.append(
+            {
+                "cfa": cell,
+                "filters": int(np.prod(stored[cell].shape[:4])),
+                "samples": pictures * recipe["side_px"] ** 2,
+                "bilinear_error": plain,
+                "learned_error": ours,
+                "recipe": recipe_hash(recipe)[:8],
+                "bytes": path.stat().st_size,
+            }
+        )
+    return rows
+
+
+def recipe_hash(recipe: dict) -> str:
+    """Return the SHA-256 of a recipe, written as JSON with sorted keys."""
+    return hashlib.sha256(json.dumps(recipe, sort_keys=True).encode()).hexdigest()
+
+
+def trained(cell: str, recipe: dict) -> np.ndarray:
+    """Return filters (row, column, class, channel, tap) of one array."""
+    from isethdr_isp.demosaic.learned import cell_of, channels_of, neighbourhoods, sampled
+    from isethdr_isp.demosaic.local_classes import COUNT, classes, local_mean
+
+    tile, channels, taps = cell_of(cell), channels_of(cell), sampled(cell)
+    size = taps.shape[-1]
+    gram = np.zeros((*tile.shape, COUNT, size, size))
+    cross = np.zeros((*tile.shape, COUNT, size, len(channels)))
+    for number in range(recipe["pictures"]):
+        planes, mosaic, filters, variance = example(cell, recipe, number)
+        kinds, near = classes(mosaic, filters, variance), neighbourhoods(mosaic, tile.shape)
+        # errors count in units of the noise around, and where there is little of it in units of the signal around
+        weight = 1 / (local_mean(variance) + 1e-3 * local_mean(mosaic) ** 2)
+        for y, x in np.ndindex(tile.shape):
+            at = np.s_[y :: tile.shape[0], x :: tile.shape[1]]
+            samples, target = (
+                near[at].reshape(-1, size),
+                planes[(slice(None), *at)].reshape(len(channels), -1).T,
+            )
+            kind, w = kinds[at].ravel(), weight[at].ravel()
+            for k in np.unique(kind):
+                some = samples[kind == k]
+                scaled = some.T * w[kind == k]
+                gram[y, x, k] += scaled @ some
+                cross[y, x, k] += scaled @ target[kind == k]
+    return solved(gram, cross, taps, base_filters(cell), recipe["ridge"])
+
+
+def solved(gram, cross, taps, base, ridge: float) -> np.ndarray:
+    """Return the filters that minimise the error under the sums of `learned.exact`, drawn to `base` by the ridge.
+
+    gram (row, column, class, tap, tap), cross (row, column, class, tap, channel), taps and base (row, column, channel, tap).
+    """
+    out = np.empty((*gram.shape[:3], *base.shape[2:]))
+    for y, x in np.ndindex(gram.shape[:2]):
+        free = np.linalg.svd(taps[y, x].astype(float))[2][
+            len(taps[y, x]) :
+        ].T  # every step along it keeps all sums
+        for k in range(gram.shape[2]):
+            g = free.T @ gram[y, x, k] @ free
+            g += (ridge * np.trace(g) / len(g) + 1e-9) * np.eye(len(g))
+            lacking = free.T @ (cross[y, x, k] - gram[y, x, k] @ base[y, x].T)
+            out[y, x, k] = base[y, x] + (free @ np.linalg.solve(g, lacking)).T
+    return out
+
+
+def base_filters(cell: str) -> np.ndarray:
+    """Return the bilinear filters (row, column, channel, tap): what is used where nothing was learned."""
+    from isethdr_isp.demosaic.interpolation import plane_weights
+    from isethdr_isp.demosaic.learned import RADIUS, SIDE, sampled
+
+    taps = sampled(cell)
+    out = np.zeros(taps.shape)
+    for place in np.ndindex(taps.shape[:3]):
+        for dy, dx, weight in plane_weights(taps[place].reshape(SIDE, SIDE)):
+            out[place][(dy + RADIUS) * SIDE + dx + RADIUS] = weight
+    return out
+
+
+def example(cell: str, recipe: dict, number: int):
+    """Return noise-free planes (channel, y, x), a noisy mosaic (y, x), its filters and its variance, all in electrons."""
+    from isethdr_isp.demosaic.learned import cell_of, channels_of
+
+    from .dead_leaves import dead_leaves
+
+    rng = np.random.default_rng([recipe["seed"], number])
+    side, tile, channels = recipe["side_px"], cell_of(cell), channels_of(cell)
+    planes = dead_leaves(side, side, colours(cell, rng), rng)
+    planes = planes * np.exp(rng.uniform(*np.log(recipe["peak_e"])))
+    index = np.vectorize(channels.index)(tile)
+    filters = np.tile(index, (side // len(tile) + 1, side // len(tile[0]) + 1))[:side, :side]
+    mean = np.take_along_axis(planes, filters[None], 0)[0]
+    read = np.exp(rng.uniform(*np.log(recipe["read_noise_e"])))
+    mosaic = rng.poisson(mean) + read * rng.standard_normal(mean.shape)
+    return planes, mosaic, filters, np.maximum(mosaic + read**2, 0.1 * read**2)
+
+
+def colours(cell: str, rng) -> np.ndarray:
+    """Return (surface, channel) electrons of smooth reflectances in one of the four lights, some of them paler."""
+    from isethdr_isp.spectra import LIGHTS, light, reflectances
+
+    response = curves(cell)
+    lit = reflectances(WAVELENGTH_NM) * light(LIGHTS[rng.integers(len(LIGHTS))], WAVELENGTH_NM)
+    seen = lit @ response.T
+    grey = seen[:1]  # the first reflectance is a grey
+    pale = rng.uniform(0.0, 1.0, (len(seen), 1)) ** 2  # most things are nearly grey
+    return pale * seen + (1 - pale) * grey * (seen.mean(1, keepdims=True) / grey.mean())
+
+
+WAVELENGTH_NM = np.arange(400.0, 701.0, 10.0)
+
+
+def curves(cell: str) -> np.ndarray:
+    """Return (channel, wavelength) electrons per energy of the simulated camera's filters."""
+    from isethdr_sensors.spectral.quantum_efficiency import quantum_efficiency
+
+    from isethdr_core.plugins.registry import build
+
+    return (
+        quantum_efficiency(build("sensor", "bayer", cfa=cell).model(), WAVELENGTH_NM)
+        * WAVELENGTH_NM
+    )
+
+
+def held_out(table: dict, cell: str, recipe: dict, pictures: int = 6) -> tuple[float, float]:
+    """Return the rms errors of bilinear and learned planes on pictures of another seed, relative to the mean of each plane."""
+    from isethdr_isp.demosaic.interpolation import demosaic
+    from isethdr_isp.demosaic.learned import channels_of, learned
+
+    channels, errors = channels_of(cell), []
+    for number in range(pictures):
+        planes, mosaic, filters, variance = example(
+            cell, {**recipe, "seed": recipe["seed"] + 1}, number
+        )
+        plain = demosaic(mosaic, filters, len(channels))[0]
+        for seen in (plain, learned(mosaic, filters, channels, variance, table)):
+            errors.append(np.mean(((seen - planes) / planes.mean((1, 2), keepdims=True)) ** 2))
+    return tuple(float(np.sqrt(np.mean(errors[k::2]))) for k in (0, 1))

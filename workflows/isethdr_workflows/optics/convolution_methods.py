@@ -1,0 +1,135 @@
+"""Convolution methods compared: error against run time beside lamps of up to 1e12 times the background."""
+
+from __future__ import annotations
+
+from time import process_time
+
+import numpy as np
+
+RATIOS = (1e2, 1e4, 1e6, 1e8, 1e12)
+LAMPS = 30  # of one pixel each
+SAMPLED = 40  # pixels at which long double sums are taken, and the darkest
+
+
+def convolution_methods(rows: int = 270, columns: int = 480) -> list[dict]:
+    """Return one row per lamp brightness and method, for a kernel that falls with the cube of distance over the whole frame.
+
+    Parameters
+    ----------
+    rows, columns : size of the frame, pixels.
+
+    Returns
+    -------
+    rows with the largest relative error at sampled pixels, against long double sums, negative pixels, and CPU seconds with the kernel prepared.
+    """
+    out = []
+    y, x = np.arange(1 - rows, rows), np.arange(1 - columns, columns)
+    psf = (1 + np.hypot(y[:, None], x)) ** -3.0
+    psf /= psf.sum()
+    prepared = prepare(psf, (rows, columns))
+    for ratio in RATIOS:
+        image = frame(rows, columns, ratio)
+        truth = None
+        for method, function in METHODS.items():
+            function(image, prepared)  # plans and memory
+            start = process_time()
+            result = function(image, prepared)
+            seconds = process_time() - start
+            if truth is None:
+                pixels, truth = direct(image, psf, result)
+            error = float(np.max(np.abs(result[pixels] / truth - 1)))
+            out.append(
+                {
+                    "lamp_to_background": ratio,
+                    "method": method,
+                    "largest_error": error,
+                    "negative_pixels": int(np.sum(result < 0)),
+                    "cpu_s": seconds,
+                }
+            )
+    return out
+
+
+def frame(rows: int, columns: int, ratio: float):
+    """Return a background from 0.5 to 1.5 with `LAMPS` pixels of `ratio`."""
+    rng = np.random.default_rng(1)
+    image = rng.uniform(0.5, 1.5, (rows, columns))
+    image[rng.integers(0, rows, LAMPS), rng.integers(0, columns, LAMPS)] = ratio
+    return image
+
+
+def prepare(psf, shape) -> dict:
+    """Return what the methods share: the product's kernel, the spectrum in both precisions, and the psf itself."""
+    from isethdr_core.physics.convolution import prepare as ready
+    from isethdr_core.physics.convolution.transform import whole
+
+    kernel = ready(psf, shape)
+    spectrum = whole(kernel.spectrum, kernel.size) * kernel.peak
+    return {
+        "product": kernel,
+        "size": kernel.size,
+        np.float64: spectrum,
+        np.float32: spectrum.astype(np.float32),
+        "psf": psf,
+    }
+
+
+def product(image, prepared):
+    """Return what the lenses use: float64, doubtful pixels summed directly."""
+    from isethdr_core.physics.convolution import convolve
+
+    return convolve(image, prepared["product"])
+
+
+def transform(image, prepared, dtype):
+    """Return the plain transform in one precision."""
+    import scipy.fft as sf
+
+    spectrum = sf.rfft2(image.astype(dtype), prepared["size"])
+    spectrum *= prepared[dtype]
+    return sf.irfft2(spectrum, prepared["size"])[: image.shape[0], : image.shape[1]]
+
+
+def lamps_of(image):
+    """Return the frame without its lamps, and the lamps alone."""
+    lamps = np.where(image > 50 * np.median(image), image, 0.0)
+    return image - lamps, lamps
+
+
+def split(image, prepared):
+    """Return lamps by float64, the rest by float32."""
+    rest, lamps = lamps_of(image)
+    return transform(lamps, prepared, np.float64) + transform(rest, prepared, np.float32)
+
+
+def summed(image, prepared):
+    """Return lamps by direct sums, the rest by float64."""
+    rest, lamps = lamps_of(image)
+    (ny, nx), out = image.shape, transform(rest, prepared, np.float64)
+    for i, j in np.argwhere(lamps):
+        out += (
+            lamps[i, j] * prepared["psf"][ny - 1 - i : 2 * ny - 1 - i, nx - 1 - j : 2 * nx - 1 - j]
+        )
+    return out
+
+
+METHODS = {
+    "float64, doubtful pixels summed (product)": product,
+    "float64": lambda i, p: transform(i, p, np.float64),
+    "float32": lambda i, p: transform(i, p, np.float32),
+    "lamps float64, rest float32": split,
+    "lamps summed, rest float64": summed,
+}
+
+
+def direct(image, psf, result):
+    """Return sampled pixels, the darkest of `result` among them, and their long double sums."""
+    (ny, nx), rng = image.shape, np.random.default_rng(2)
+    darkest = np.unravel_index(int(np.argmin(result)), result.shape)
+    pixels = tuple(np.append(rng.integers(0, n, SAMPLED), d) for n, d in zip((ny, nx), darkest))
+    wide, flipped = image.astype(np.longdouble), psf[::-1, ::-1]
+    sums = [
+        np.sum(wide * flipped[ny - 1 - i : 2 * ny - 1 - i, nx - 1 - j : 2 * nx - 1 - j])
+        for i, j in zip(*pixels)
+    ]
+    return pixels, np.array(sums)

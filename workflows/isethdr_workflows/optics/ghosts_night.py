@@ -1,0 +1,109 @@
+"""Ghosts of a night drive: headlights reflected between the surfaces of a lens, bare and coated, through a six-bladed iris."""
+
+from __future__ import annotations
+
+import numpy as np
+
+COATINGS = {
+    "none": 1.0,
+    "mgf2": 0.05,
+    "multilayer": 0.002,
+}  # and the white of its ghosts alone, cd/m2
+LENS = {"f_number": 4.0, "focal_length_mm": 4.0}
+PRESCRIPTION = "double_gauss"
+WHITE_CD_M2 = 20.0
+
+
+def ghosts_night(
+    picture: str = "", experiment: str = "night_drive", renderer: str = "mitsuba_quick"
+) -> list[dict]:
+    """Return how much light the ghosts of a night scene add, by coating.
+
+    Parameters
+    ----------
+    picture : file for the pictures (png or jpg): with the ghosts of each coating, and the ghosts alone; empty writes none.
+    experiment, renderer : whose rendering is used; stored radiance serves.
+
+    Returns
+    -------
+    rows with coating, pairs (traced), strongest_pair (largest share of a lamp's light in the ghosts of one pair of surfaces, by
+    matrices, in the band where the coating is worst),
+    added (light of all ghosts on the sensor over that of the image), opposite (share of ghost light across the axis from the
+    brightest lamp), red_over_blue (of the ghosts over that of the image).
+    """
+    from ..paper.rendered_scene import rendered
+
+    parts, radiance = rendered(f"experiment={experiment}", f"renderer={renderer}")
+    return study(parts.lighting(radiance), picture)
+
+
+def study(mixed, picture: str = "") -> list[dict]:
+    """Return the rows of `ghosts_night` for mixed radiance, and write the pictures."""
+    from isethdr_core.plugins.registry import build
+
+    lens = build("lens", "diffraction_limited", **LENS)
+    clean = lens(mixed)
+    rows, sheet, names = [], [[], []], [[], []]
+    for coating, white in COATINGS.items():
+        flare = build(
+            "flare",
+            "ghosts",
+            prescription=PRESCRIPTION,
+            coating=coating,
+            blades=6,
+            sensor_reflectance_percent=0.0,
+        )
+        added = flare.irradiance(lens, mixed)
+        rows.append(
+            {
+                "coating": coating,
+                **figures(clean, added, *flare.pairs(lens, mixed.wavelength.values, 0.5)),
+            }
+        )
+        word = coating if coating != "none" else "bare glass"
+        for row, light, top, name in (
+            (
+                0,
+                clean + added,
+                WHITE_CD_M2,
+                f"{word}: ghosts add {100 * rows[-1]['added']:.2g} % of the light",
+            ),
+            (1, added, white, f"ghosts alone, white {white:g} cd/m2"),
+        ):
+            sheet[row].append(seen(light, lens, top))
+            names[row].append(name)
+    if picture:
+        from ..paper.rendered_scene import write_sheet
+
+        write_sheet(picture, sheet, names)
+    return rows
+
+
+def figures(clean, added, traced, left) -> dict:
+    """Return the figures of one coating from the image's irradiance, that of its ghosts, and the pairs of surfaces."""
+    total = clean.values.sum(axis=0)
+    row, column = np.unravel_index(int(total.argmax()), total.shape)
+    ghosts = added.values.sum(axis=0, dtype=float)
+    across = np.sign(added.x.values)[None, :] * np.sign(clean.x.values[column]) < 0
+    third = max(1, len(clean.wavelength) // 3)
+    red_blue = [
+        light.values[-third:].sum(dtype=float) / light.values[:third].sum(dtype=float)
+        for light in (added, clean)
+    ]
+    return {
+        "pairs": len(traced),
+        "pairs_left_out": len(left),
+        "strongest_pair": traced[0].share,
+        "added": ghosts.sum() / total.sum(dtype=float),
+        "opposite": float((ghosts * across).sum() / ghosts.sum()),
+        "red_over_blue": red_blue[0] / red_blue[1],
+    }
+
+
+def seen(light, lens, white_cd_m2: float):
+    """Return sRGB bytes of irradiance, as the radiance of a scene that would make it, at a stated white."""
+    from isethdr_core.display.display_view import display
+    from isethdr_core.quantities import tristimulus
+
+    scene = light.copy(data=light.values / lens.throughput_sr())
+    return display(tristimulus(scene), white_cd_m2)

@@ -1,0 +1,77 @@
+"""Day and night: one rendering, two mixes of its light groups, and the light on the sensor along a line through a headlight."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .rendered_scene import lux_of, rendered, through, write_sheet
+
+
+def paper_fig3(picture: str = "", scene: str = "night_drive") -> list[dict]:
+    """Return the illuminance on the sensor by day and by night, and the profile through the brightest headlight.
+
+    Parameters
+    ----------
+    picture : file for both views and the profile (png or jpg); empty writes none.
+    scene : experiment whose rendering is used; its stored radiance serves.
+
+    Returns
+    -------
+    rows with version, lux_headlight (peak), lux_median, decades between them, and sky_share of the light.
+    """
+    from isethdr_core.config.composition import compose
+    from isethdr_core.pipeline.chain import chain
+
+    parts, radiance = rendered(f"experiment={scene}")
+    lightings = {
+        "night": parts.lighting,
+        "day": chain(
+            compose([f"experiment={scene}", "lighting=day", "lighting.others=1.0"])
+        ).lighting,
+    }
+    light = {
+        name: lux_of(through(parts, radiance, lighting)[1]) for name, lighting in lightings.items()
+    }
+    row, column = np.unravel_index(np.argmax(light["night"]), light["night"].shape)
+    if picture:
+        write(picture, light, row)
+    return [
+        {
+            "version": name,
+            "lux_headlight": float(lux[row, column]),
+            "lux_median": float(np.median(lux)),
+            "decades": float(np.log10(lux[row, column] / np.median(lux))),
+        }
+        for name, lux in light.items()
+    ]
+
+
+def write(path: str, light: dict, row: int) -> None:
+    """Write the views in false colour on one scale, with the line, and its profile."""
+    from isethdr_core.display.display_view import false_colour
+
+    low, high = (
+        min(float(np.percentile(v, 1)) for v in light.values()),
+        max(float(v.max()) for v in light.values()),
+    )
+    views = {name: false_colour(lux, low, high)[0] for name, lux in light.items()}
+    for view in views.values():
+        view[row, ::8] = 255
+
+    def profile(axes):
+        for name, lux in light.items():
+            axes.semilogy(np.arange(lux.shape[1]) - lux.shape[1] / 2, lux[row], label=name, lw=1)
+        axes.set(
+            xlabel="tiles from the axis",
+            ylabel="illuminance on the sensor, lux",
+            xlim=(-light["night"].shape[1] / 2, light["night"].shape[1] / 2),
+        )
+        axes.grid(True, color="#eee")
+        axes.legend()
+
+    write_sheet(
+        path,
+        [list(views.values())],
+        [[f"{n}: illuminance {low:.1g} to {high:.1g} lux" for n in views]],
+        profile,
+    )

@@ -1,0 +1,115 @@
+"""Flare of apertures: blades across, dirt down, five lights that each step down by ten; a table and one picture sheet."""
+
+from __future__ import annotations
+
+import numpy as np
+
+BLADES = (4, 5, 6, 8, 0)  # 0: round
+DIRT = {  # dust grains and scratches per mm2 of pupil: assumed densities, from dense to none
+    "dense": (120.0, 40.0),
+    "some": (40.0, 12.0),
+    "little": (10.0, 3.0),
+    "none": (0.0, 0.0),
+}
+FOCAL_MM, F_NUMBER, PITCH_UM = 4.38, 2.8, 6.0
+BANDS = {"first_nm": 430.0, "last_nm": 670.0, "step_nm": 40.0}
+DECADES = 8  # of the false colour, down from the brightest tile
+MARGIN = 3  # white tiles between cells
+
+
+def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[dict]:
+    """Return one row per iris and density of dirt: the light it passes and the veil beside the lights.
+
+    Parameters
+    ----------
+    picture : file for the sheet of log false colour (png or jpg); empty writes none.
+    width, height : tiles of one cell.
+
+    Returns
+    -------
+    rows with transmitted (share of the open round stop), lux_peak, lux_median (what flare leaves in the dark), decades
+    between the two, and discs_seen (of five, twice the median ring around them).
+    """
+    from isethdr_core.physics.photometry import luminance
+    from isethdr_core.plugins.registry import build
+
+    mixed = lights(width, height)
+    lens = build(
+        "lens", "diffraction_limited", f_number=F_NUMBER, focal_length_mm=FOCAL_MM, falloff="none"
+    )
+    rows, cells = [], []
+    for dirt, (dust, scratches) in DIRT.items():
+        for blades in BLADES:
+            flare = build(
+                "flare", "aperture", blades=blades, dust_per_mm2=dust, scratches_per_mm2=scratches
+            )
+            light = lens(mixed, flares=(flare,))
+            lux = luminance(light.values.astype(float), light.wavelength.values)
+            cells.append(lux)
+            rows.append(
+                {
+                    "dirt": dirt,
+                    "blades": str(blades or "circle"),
+                    "dust_per_mm2": dust,
+                    "scratches_per_mm2": scratches,
+                    "transmitted": float(light.attrs["throughput_sr"]) / lens.throughput_sr(),
+                    **figures(lux),
+                }
+            )
+    if picture:
+        write_sheet(picture, cells)
+    return rows
+
+
+def lights(width: int, height: int):
+    """Return mixed radiance of five discs, 1e6 to 1e2 cd/m2, on a ground of 1e-3 cd/m2; a tile is `PITCH_UM` on the sensor."""
+    from isethdr_core.plugins.registry import build
+
+    field = np.degrees(2 * np.arctan(width * PITCH_UM * 1e-3 / FOCAL_MM / 2))
+    scene = build(
+        "scene",
+        "point_lights",
+        width=width,
+        height=height,
+        horizontal_field_deg=float(field),
+        background_cd_m2=1e-3,
+        disc_diameter_deg=0.4,
+        **BANDS,
+    )()
+    return build("lighting", "weights", weights={"headlights": 1.0, "sky": 1.0})(scene)
+
+
+def figures(lux) -> dict:
+    """Return what one cell shows, from its illuminance (y, x)."""
+    height, width = lux.shape
+    seen = 0
+    for k in range(5):
+        x = int((k + 0.5) * width / 5)
+        disc = lux[height // 2 - 1 : height // 2 + 2, x - 1 : x + 2].mean()
+        ring = np.concatenate(
+            [lux[height // 2 - 8 : height // 2 + 8, x + d].ravel() for d in (-8, 8)]
+        )
+        seen += bool(disc > 2 * np.median(ring))
+    peak, dark = float(lux.max()), float(np.median(lux))
+    return {
+        "lux_peak": peak,
+        "lux_median": dark,
+        "decades": float(np.log10(peak / dark)),
+        "discs_seen": seen,
+    }
+
+
+def write_sheet(path: str, cells: list) -> None:
+    """Write cells, one row per density of dirt, as one picture; all share one logarithmic scale."""
+    from PIL import Image
+
+    from isethdr_core.display.display_view import false_colour
+
+    top = max(float(c.max()) for c in cells)
+    (height, width), columns = cells[0].shape, len(BLADES)
+    step_y, step_x = height + MARGIN, width + MARGIN
+    sheet = np.full((len(DIRT) * step_y - MARGIN, columns * step_x - MARGIN, 3), 255, np.uint8)
+    for number, lux in enumerate(cells):
+        y, x = number // columns * step_y, number % columns * step_x
+        sheet[y : y + height, x : x + width] = false_colour(lux, top * 10.0**-DECADES, top)[0]
+    Image.fromarray(sheet).save(path, quality=88)

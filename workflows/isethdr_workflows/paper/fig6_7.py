@@ -1,0 +1,105 @@
+"""Split pixel, three captures: in a tunnel, and beside headlights whose flare fills the large photodiode."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .rendered_scene import rendered, seen_by, shown, through, write_sheet
+
+SCENES = {"tunnel": "tunnel_exit", "night": "night_drive"}
+NAMES = ("large, low gain", "large, high gain", "small")
+
+
+def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
+    """Return what each capture of a split-pixel sensor and their combination keep of a scene.
+
+    Parameters
+    ----------
+    picture : file for captures, combination and line profile (png or jpg); empty writes none.
+    scene : tunnel or night.
+
+    Returns
+    -------
+    rows with capture, saturated_percent, decades of luminance between the darkest pixel with a signal to noise of 1 and the
+    brightest that is not saturated, and log_error: median over pixels of |log10 of seen over true luminance|.
+
+    Raises
+    ------
+    ConfigError : an unknown scene.
+    """
+    from isethdr_core.display.display_view import white_cd_m2
+    from isethdr_core.errors import ConfigError, did_you_mean
+    from isethdr_core.plugins.registry import build
+
+    if scene not in SCENES:
+        raise ConfigError(f"study paper_fig6_7 has no scene {scene!r}{did_you_mean(scene, SCENES)}")
+    parts, radiance = rendered(f"experiment={SCENES[scene]}", "sensor=split_pixel")
+    mixed, light = through(parts, radiance, parts.lighting)
+    (sensor,) = parts.cameras.values()
+    shot, combined, true, _ = seen_by(sensor, build("isp", "merge"), mixed, light, radiance)
+    pictures = {}
+    for k, name in enumerate(NAMES):
+        pictures[name] = build("isp", "merge")(shot.isel(capture=[k]))
+    pictures["combined"] = combined
+    saturated = [
+        *(100 * shot["saturated"].mean(dim=("y", "x")).values),
+        100 * float(np.mean(~combined["valid"].values.astype(bool))),
+    ]
+    rows = [
+        {"capture": name, "saturated_percent": float(s), **kept(seen, true)}
+        for (name, seen), s in zip(pictures.items(), saturated)
+    ]
+    if picture:
+        write(
+            picture,
+            pictures,
+            true,
+            white_cd_m2(true),
+            int(np.argmax(shot["saturated"].values[0].sum(axis=1))),
+        )
+    return rows
+
+
+def kept(seen, true) -> dict:
+    """Return how many decades of luminance a picture holds and how far it is from the truth."""
+    y, sd, want = (
+        seen["xyz"].values[..., 1],
+        np.sqrt(seen["variance"].values[..., 1]),
+        true["xyz"].values[..., 1],
+    )
+    valid = np.asarray(seen["valid"].values, bool)
+    good = valid & (y > sd) & (want > 0)
+    decades = float(np.log10(y[good].max() / np.percentile(y[good], 0.1))) if good.any() else 0.0
+    error = np.where(valid, np.abs(np.log10(np.maximum(y, 1e-6) / np.maximum(want, 1e-6))), np.inf)
+    return {"decades": decades, "log_error": float(np.median(error))}
+
+
+def write(path: str, pictures: dict, true, white: float, row: int) -> None:
+    """Write the captures and their combination at one white, and the luminance along `row`, where most of the large photodiode is full."""
+    views = [shown(p, white) for p in pictures.values()]
+
+    def profile(axes):
+        axes.semilogy(
+            true["xyz"].values[row, :, 1], color="#bbb", lw=2.5, label="truth, without flare"
+        )
+        for name, colour, width in (
+            ("large, low gain", "#e59a8f", 2.2),
+            ("combined", "#2c6fad", 0.9),
+        ):
+            y = np.where(
+                np.asarray(pictures[name]["valid"].values[row], bool),
+                pictures[name]["xyz"].values[row, :, 1],
+                np.nan,
+            )
+            axes.semilogy(
+                np.where(y > 0, y, np.nan),
+                color=colour,
+                lw=width,
+                label=name + " (gaps: saturated)" * ("large" in name),
+            )
+        axes.set(xlabel=f"pixel of row {row}", ylabel="luminance, cd/m2", xlim=(0, true.sizes["x"]))
+        axes.grid(True, color="#eee")
+        axes.legend(fontsize=8)
+
+    names = list(pictures)
+    write_sheet(path, [views[:2], views[2:]], [names[:2], names[2:]], profile)

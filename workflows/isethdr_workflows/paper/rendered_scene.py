@@ -1,0 +1,90 @@
+"""What the figures of the paper share: a rendered scene with its lens and dirt, and sheets of labelled pictures."""
+
+from __future__ import annotations
+
+
+def rendered(*overrides):
+    """Return (chain, scene radiance) of a composed config: read from its store, rendered only where it is not there."""
+    from isethdr_core.config.composition import compose
+    from isethdr_core.ledger import Ledger
+    from isethdr_core.pipeline.chain import chain, plan
+    from isethdr_core.runs.radiance_cache import scene_radiance
+
+    config, rows = compose(list(overrides)), Ledger()
+    parts = chain(config)
+    return parts, scene_radiance(parts, plan(parts, rows), rows, config)[0]
+
+
+def through(parts, scene, lighting, **lens):
+    """Return (mixed radiance, irradiance) of a scene under `lighting`, through the chain's lens with its flares; `lens` changes fields."""
+    from dataclasses import replace
+
+    mixed = lighting(scene)
+    return mixed, replace(parts.lens, **lens)(mixed, flares=tuple(parts.flares.values()))
+
+
+def seen_by(sensor, isp, mixed, light, scene, seed: int = 0):
+    """Return (captures, picture, truth, labels) of one shot."""
+    from isethdr_core import generator
+    from isethdr_core.truth import labels_on, truth
+
+    shot = sensor(light, generator(seed=seed))
+    picture = isp(shot)
+    return shot, picture, truth(mixed, picture), labels_on(scene, picture)
+
+
+def write_sheet(path: str, rows: list[list], names: list[list[str]], plot=None) -> None:
+    """Write rows of pictures (y, x, 3 bytes) with their names, and below them what `plot(axes)` draws."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
+    columns = max(map(len, rows))
+    high, wide = rows[0][0].shape[:2]
+    fig = plt.figure(
+        figsize=(
+            4.2 * columns,
+            4.2 * high / wide * len(rows) + 0.3 * len(rows) + (3.2 if plot else 0),
+        ),
+        layout="constrained",
+    )
+    grid = fig.add_gridspec(
+        len(rows) + bool(plot),
+        columns,
+        height_ratios=[high / wide * 4.2 + 0.3] * len(rows) + [3.2] * bool(plot),
+    )
+    for r, (pictures, texts) in enumerate(zip(rows, names)):
+        for c, (picture, text) in enumerate(zip(pictures, texts)):
+            axes = fig.add_subplot(grid[r, c])
+            axes.imshow(picture)
+            axes.set_title(text, fontsize=9)
+            axes.axis("off")
+    if plot:
+        plot(fig.add_subplot(grid[-1, :]))
+    fig.savefig(
+        path,
+        dpi=100,
+        **({"pil_kwargs": {"quality": 85}} if str(path).endswith((".jpg", ".jpeg")) else {}),
+    )
+    plt.close(fig)
+
+
+def lux_of(light):
+    """Return illuminance (y, x) of an irradiance, lux, float64."""
+    from isethdr_core.physics.photometry import luminance
+
+    return luminance(light.values.astype(float), light.wavelength.values)
+
+
+def shown(picture, white_cd_m2: float):
+    """Return a picture in sRGB bytes at a stated white: no picture is ever scaled by its own maximum."""
+    from isethdr_core.display.display_view import display
+
+    return display(picture, white_cd_m2)
+
+
+def thinned(picture, widest: int = 900):
+    """Return a picture with every n-th pixel, at most `widest` across, for a sheet."""
+    step = -(-picture.shape[1] // widest)
+    return picture[::step, ::step]

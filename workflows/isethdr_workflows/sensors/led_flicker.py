@@ -1,0 +1,167 @@
+"""LED lamps at night: short exposures that come while a lamp is dark, and a small photodiode that keeps all of them.
+
+Five lamps of 90 Hz, on for a tenth of the time, each with a phase of its own, seen by staggered exposures (the first saturates,
+the short ones see an instant) and by a split pixel (its small photodiode is exposed for as long as the large one).
+"""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+LAMPS, LAMP_CD_M2, GROUND_CD_M2 = 5, 2e4, 2.0
+FREQUENCY_HZ, DUTY = 90.0, 0.1
+PHASES = tuple(0.1 + k / LAMPS for k in range(LAMPS))
+EXPOSURE_S, LINE_TIME_S = 0.016, 22.2e-6
+MISSED = 0.1  # of a lamp's mean luminance: below it the lamp is called missed
+
+
+def led_flicker(folder: str = "", phases: int = 400) -> list[dict]:
+    """Return one row per sensor and capture, and one per merged picture: how many of five LED lamps are there, how bright.
+
+    Parameters
+    ----------
+    folder : where to write led_flicker.png and rolling_bands.png; empty writes none.
+    phases : of a lamp, equally spaced, over which `never_lit_percent` counts.
+
+    Returns
+    -------
+    rows with sensor, capture, exposure_ms, starts_ms, never_lit_percent (phases at which a lamp gives this capture no light),
+    lamps_seen (of five), darkest and brightest lamp over its mean over time; saturated lamps count as seen, nan where all are.
+    """
+    shots = {name: shot(name) for name in ("staggered", "split_pixel")}
+    rows = []
+    for name, (sensor, captures, steady, picture, truth) in shots.items():
+        model = sensor.model()
+        for k, reading in enumerate(model.readings):
+            diode = model.diode_of(reading)
+            level = lamp_levels(electrons(captures, k), electrons(steady, k), captures)
+            level[lamp_levels(captures.saturated.values[k] * 1.0, None, captures) > 0.5] = np.nan
+            rows.append(
+                {
+                    "sensor": name,
+                    "capture": reading.capture,
+                    "exposure_ms": 1e3 * model.exposure_of(diode),
+                    "starts_ms": 1e3 * model.exposure_s * diode.start_share,
+                    "never_lit_percent": never_lit_percent(model, diode, phases),
+                    **_judged(level),
+                }
+            )
+        merged, true = (p.xyz.sel(xyz_channel="Y").values for p in (picture, truth))
+        rows.append(
+            {
+                "sensor": name,
+                "capture": "merged picture",
+                "exposure_ms": float("nan"),
+                "starts_ms": float("nan"),
+                "never_lit_percent": float("nan"),
+                **_judged(lamp_levels(merged, true, picture)),
+            }
+        )
+    if folder:
+        from .led_flicker_figures import draw_bands, draw_lamps
+
+        draw_lamps(shots, os.path.join(folder, "led_flicker.png"))
+        draw_bands(os.path.join(folder, "rolling_bands.png"))
+    return rows
+
+
+def shot(name: str):
+    """Return (sensor, captures, captures without noise of lamps that never flash, picture, truth)."""
+    from isethdr_core.data.temporal_modulation import time_mean
+    from isethdr_core.plugins.registry import build
+    from isethdr_core.seeds import generator
+    from isethdr_core.truth import truth
+
+    mixed = lamps()
+    light = build("lens", "ideal", f_number=4.0, focal_length_mm=4.0)(mixed)
+    sensor = build("sensor", name, exposure_s=EXPOSURE_S, line_time_s=LINE_TIME_S)
+    captures = sensor(light, generator(seed=1, scene="led"))
+    picture = build("isp", "merge")(captures)
+    return sensor, captures, sensor.expected(time_mean(light)), picture, truth(mixed, picture)
+
+
+def lamps():
+    """Return mixed radiance of five LED lamps in a row on dark ground, each a light group of its own."""
+    import xarray as xr
+
+    from isethdr_core.plugins.registry import build
+
+    chart = build(
+        "scene",
+        "point_lights",
+        width=320,
+        height=64,
+        horizontal_field_deg=16.0,
+        luminance_cd_m2=LAMP_CD_M2,
+        step=1.0,
+        background_cd_m2=GROUND_CD_M2,
+        disc_diameter_deg=1.2,
+    )()
+    lit = chart.radiance.sel(light_group="headlights")
+    place = np.floor((np.arange(320) + 0.5) / 320 * LAMPS).astype(int)
+    groups = {"sky": chart.radiance.sel(light_group="sky")} | {
+        f"lamp {k}": lit * xr.DataArray(place == k, dims="x") for k in range(LAMPS)
+    }
+    cube = xr.concat(
+        [g.drop_vars("light_group") for g in groups.values()], "light_group"
+    ).transpose(*chart.radiance.dims)
+    scene = chart.drop_vars(["radiance", "light_group"]).assign_coords(
+        light_group=np.array(list(groups), object)
+    )
+    scene["radiance"] = cube.astype("float32").assign_attrs(chart.radiance.attrs)
+    scene.attrs = chart.attrs
+    flashing = {
+        f"lamp {k}": {"frequency_hz": FREQUENCY_HZ, "duty": DUTY, "phase": phase}
+        for k, phase in enumerate(PHASES)
+    }
+    return build("lighting", "weights", others=1.0, modulation=flashing)(scene)
+
+
+def electrons(data, k: int) -> np.ndarray:
+    """Return electrons (y, x) of capture `k`, dark charge included, of captures or of expected electrons."""
+    if not hasattr(data, "data_vars"):
+        return data.values[k]
+    return (data.raw.values[k].astype(float) - float(data.black_dn[k])) / float(
+        data.gain_dn_per_e[k]
+    )
+
+
+def lamp_levels(found, steady, grid) -> np.ndarray:
+    """Return the mean over each lamp's middle of `found`, over that of `steady` unless it is None."""
+    height, width = grid.sizes["y"], grid.sizes["x"]
+    half = max(2, width // 60)
+    means = np.array(
+        [
+            [
+                values[height // 2 - half : height // 2 + half, x - half : x + half].mean()
+                if values is not None
+                else 1.0
+                for x in (int((k + 0.5) * width / LAMPS) for k in range(LAMPS))
+            ]
+            for values in (found, steady)
+        ]
+    )
+    return means[0] / means[1]
+
+
+def never_lit_percent(model, diode, phases: int) -> float:
+    """Return the share of a lamp's phases at which an exposure of `diode` gets no light at all, percent."""
+    from isethdr_core.physics.detector.temporal_modulation import Modulation, relative_light
+
+    turns = (np.arange(phases) + 0.5) / phases
+    lit = [
+        relative_light(Modulation(FREQUENCY_HZ, DUTY, 0.0, turn), 0.0, model.exposure_of(diode)) > 0
+        for turn in turns
+    ]
+    return 100 * (1 - float(np.mean(lit)))
+
+
+def _judged(level) -> dict:
+    measured = level[np.isfinite(level)]
+    return {
+        "lamps_seen": int(np.sum(~(level < MISSED))),
+        "darkest": float(min(measured, default=np.nan)),
+        "brightest": float(max(measured, default=np.nan)),
+    }

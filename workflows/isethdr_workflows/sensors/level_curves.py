@@ -1,0 +1,114 @@
+"""Signal to noise and contrast detection of a sensor over eight decades of light, with the dips where captures take over."""
+
+from __future__ import annotations
+
+import numpy as np
+
+DECADES = (1e-3, 1e5)  # cd/m2
+F_NUMBER = 4.0
+
+
+def level_curves(
+    sensor: str = "split_pixel",
+    contrast_percent: float = 20.0,
+    per_decade: int = 4,
+    picture: str = "",
+) -> list[dict]:
+    """Return SNR and contrast detection probability of flat patches from 0.001 to 100 000 cd/m2.
+
+    Parameters
+    ----------
+    sensor : registered name; its captures are merged by the isp `merge`.
+    contrast_percent : Michelson contrast of the pair of patches, above 0 and below 100.
+    per_decade : levels in every factor of ten.
+    picture : file for both curves (png); empty writes none.
+
+    Returns
+    -------
+    rows with luminance_cd_m2 (of the brighter patch), snr_db (level over rms error, saturated pixels count as they are), detection
+    (share of pixel pairs whose measured contrast lies within 50 % of the true one, IEEE 2020) and valid_percent of the pixels.
+
+    Raises
+    ------
+    ConfigError : a contrast that no pair of patches can have, fewer than one level a decade.
+    """
+    from isethdr_core.errors import ConfigError
+
+    if not 0 < contrast_percent < 100:
+        raise ConfigError(
+            f"contrast_percent is {contrast_percent!r}; expected percent above 0 and below 100; type contrast_percent=20"
+        )
+    if per_decade < 1:
+        raise ConfigError(
+            f"per_decade is {per_decade!r}; expected at least 1 level; type per_decade=4"
+        )
+    c = contrast_percent / 100
+    levels = np.geomspace(*DECADES, round(np.log10(DECADES[1] / DECADES[0])) * per_decade + 1)
+    see, rows = viewer(sensor), []
+    for k, level in enumerate(levels):
+        bright, true, valid = see(level, 2 * k)
+        dark, _, valid_dark = see(level * (1 - c) / (1 + c), 2 * k + 1)
+        total = bright + dark
+        measured = (bright - dark) / np.where(total > 0, total, np.inf)
+        seen = (np.abs(measured - c) <= 0.5 * c) & valid & valid_dark & (total > 0)
+        rms = np.sqrt(np.mean((bright - true) ** 2))
+        rows.append(
+            {
+                "luminance_cd_m2": float(level),
+                "snr_db": float(20 * np.log10(true / rms)),
+                "detection": float(seen.mean()),
+                "valid_percent": float(100 * valid.mean()),
+            }
+        )
+    if picture:
+        draw(picture, rows, sensor, contrast_percent)
+    return rows
+
+
+def viewer(sensor: str):
+    """Return a function (cd/m2, seed) -> (luminance of every pixel as seen, true luminance, valid) of a flat patch in daylight."""
+    from isethdr_core import generator
+    from isethdr_core.plugins.registry import build
+
+    mixed = build("lighting", "weights", weights={"sky": 1.0})(
+        build("scene", "uniform", width=80, height=80, luminance_cd_m2=1.0)()
+    )
+    camera, isp = build("sensor", sensor), build("isp", "merge")
+    focal_mm = camera.pitch_um * 1e-3 * 80 / mixed.attrs["field_width"]
+    light = build("lens", "ideal", f_number=F_NUMBER, focal_length_mm=focal_mm, falloff="none")(
+        mixed
+    )
+
+    def see(level: float, seed: int):
+        seen = isp(camera(light.copy(data=light.values * np.float32(level)), generator(seed=seed)))
+        inner = (slice(8, -8), slice(8, -8))
+        return (
+            seen["xyz"].values[..., 1][inner].ravel(),
+            level,
+            np.asarray(seen["valid"].values, bool)[inner].ravel(),
+        )
+
+    return see
+
+
+def draw(path: str, rows: list[dict], sensor: str, contrast_percent: float) -> None:
+    """Write both curves over luminance."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
+    fig, axes = plt.subplots(2, 1, sharex=True, figsize=(8, 5.6), layout="constrained")
+    luminance = [r["luminance_cd_m2"] for r in rows]
+    axes[0].semilogx(luminance, [r["snr_db"] for r in rows], "-o", ms=3, color="#2c6fad")
+    axes[0].set(ylabel="SNR, dB", title=f"{sensor}: flat patches in daylight, f/{F_NUMBER:g}")
+    axes[1].semilogx(luminance, [r["detection"] for r in rows], "-o", ms=3, color="#c0392b")
+    axes[1].set(
+        ylabel=f"detection of {contrast_percent:g} % contrast",
+        xlabel="luminance, cd/m2",
+        ylim=(-0.03, 1.03),
+    )
+    for ax in axes:
+        ax.grid(True, color="#eee")
+    fig.savefig(path, dpi=100)
+    plt.close(fig)
