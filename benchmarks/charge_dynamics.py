@@ -1,10 +1,13 @@
-"""Error against run time of ways to integrate an overflowing pixel, from sub-threshold light to 1e6 times saturation.
+"""Error against run time of ways to integrate an overflowing pixel, from sub-threshold light to 1e6
+times saturation.
 
-dQ/dt = light(t) - overflow(Q) over 16 ms, knee 20 000 e, 530 e for a factor e, from an empty well; constant light, and light
-with 100 Hz ripple (1 +- 0.5). References: 60 digits (closed form) and mpmath's quadrature with 25 digits. Times are CPU nanoseconds per pixel in
-a frame of 45 000 pixels, one thread; step methods are timed per step and multiplied. The baseline of all ratios is the classical
-Runge-Kutta method of order 4 with the fewest steps that reach a relative error of 1e-6; where it would need more steps than
-are run here, the count is its limit of stability, current T / (2.8 thermal). Run:
+dQ/dt = light(t) - overflow(Q) over 16 ms, knee 20 000 e, 530 e for a factor e, from an empty well;
+constant light, and light with 100 Hz ripple (1 +- 0.5). References: 60 digits (closed form) and
+mpmath's quadrature with 25 digits. Times are CPU nanoseconds per pixel in a frame of 45 000 pixels,
+one thread; step methods are timed per step and multiplied. The baseline of all ratios is the
+classical Runge-Kutta method of order 4 with the fewest steps that reach a relative error of 1e-6;
+where it would need more steps than are run here, the count is its limit of stability, current T /
+(2.8 thermal). Run:
 
     python benchmarks/charge_dynamics.py
 """
@@ -77,7 +80,9 @@ def light_of(levels, depth):
 
 
 def reference(level, depth):
-    """Return the charge with mpmath: the closed form for constant light, quadrature of the memory else."""
+    """Return the charge with mpmath: the closed form for constant light, quadrature of the memory
+    else.
+    """
     a, f = mp.mpf(level) / WELL.thermal_e, 200 * mp.pi
     with mp.workdps(60 if depth == 0 else 25):
         end = mp.mpf(T)
@@ -116,12 +121,12 @@ def seconds(call, *arguments, repeat=3):
 def step_costs():
     frame = np.repeat(LEVELS, 45000 // LEVELS.size)
     return {
-        name: seconds(
-            method, np.zeros(frame.size), light_of(frame, 0.5), np.linspace(0, T, 9), WELL
+        name: (
+            seconds(method, np.zeros(frame.size), light_of(frame, 0.5), np.linspace(0, T, 9), WELL)
+            / 8
+            / frame.size
+            * 1e9
         )
-        / 8
-        / frame.size
-        * 1e9
         for name, (method, _) in METHODS.items()
     }
 
@@ -136,7 +141,9 @@ def shown(error):
 
 
 def fewest(errors):
-    """Return per level the fewest steps from which on every tried count stays within `WANTED`; infinite where none does."""
+    """Return per level the fewest steps from which on every tried count stays within `WANTED`;
+    infinite where none does.
+    """
     good = np.array([errors[n] <= WANTED for n in STEPS])
     held = np.logical_and.accumulate(good[::-1])[::-1]
     return np.where(held.any(axis=0), np.array(STEPS, float)[held.argmax(axis=0)], np.inf)
@@ -182,7 +189,8 @@ def main():
         ours = [seconds(exact, *arguments(np.full(45000, level))) / 45000 * 1e9 for level in LEVELS]
         whole = seconds(exact, *arguments(frame)) / frame.size * 1e9
         print(
-            f"{exact.__name__:24s} {'':6s} {shown(relative(exact(*arguments(LEVELS))[0], wanted))}  {whole:10.0f}"
+            f"{exact.__name__:24s} {'':6s} {shown(relative(exact(*arguments(LEVELS))[0], wanted))} "
+            f" {whole:10.0f}"
         )
         base = np.where(
             np.isfinite(needed["Runge-Kutta 4"]),
@@ -190,7 +198,8 @@ def main():
             LEVELS * T / 2.8 / WELL.thermal_e,
         )
         print(
-            f"\n{kind}: time to a relative error of {WANTED:g}, times that of Runge-Kutta 4 (baseline, first line: ns per pixel)"
+            f"\n{kind}: time to a relative error of {WANTED:g}, times that of Runge-Kutta 4"
+            " (baseline, first line: ns per pixel)"
         )
         print(
             f"{'Runge-Kutta 4':24s} {'':6s} "
@@ -232,7 +241,8 @@ def main():
         + ", ".join(f"{name} {cost:.0f}" for name, cost in costs.items())
     )
     print(
-        f"stable explicit Euler steps per second at 1e12 e/s: {1e12 / 2 / 530:.1e} at 530 e, {1e12 / 2 / 5:.1e} at 5 e"
+        f"stable explicit Euler steps per second at 1e12 e/s: {1e12 / 2 / 530:.1e} at 530 e,"
+        f" {1e12 / 2 / 5:.1e} at 5 e"
     )
 
 

@@ -1,12 +1,16 @@
-"""The renderer's own word for its noise, and the price of it: against long renderings, and against paths picked by hand.
+"""The renderer's own word for its noise, and the price of it: against long renderings, and against
+paths picked by hand.
 
-Three scenes at 96 x 54 tiles. The renderer stops by itself when each light group's noise is what is allowed. The judge follows at
-least 10 times as many paths, with other random numbers; what noise it has itself makes errors look up to 5 % larger. Errors are
-luminance-weighted medians over tiles above 1 % of a group's mean; that of the renderer is |light / judge - 1|, whose median is 0.67
-of a standard error where noise is normal. Paths picked by hand: the least number of paths for all groups at once, in steps of a
-fifth, that brings every group's error to what is allowed times 0.67, so that both ways are asked for the same; and group by group,
-each with the least number of its own, which nobody knows beforehand. What is seen of lamps directly has no noise, is the same in all,
-and is left out. CPU seconds of this process; kernels are compiled in the renderer's first call, never in those by hand. Run:
+Three scenes at 96 x 54 tiles. The renderer stops by itself when each light group's noise is what is
+allowed. The judge follows at least 10 times as many paths, with other random numbers; what noise it
+has itself makes errors look up to 5 % larger. Errors are luminance-weighted medians over tiles
+above 1 % of a group's mean; that of the renderer is |light / judge - 1|, whose median is 0.67 of a
+standard error where noise is normal. Paths picked by hand: the least number of paths for all groups
+at once, in steps of a fifth, that brings every group's error to what is allowed times 0.67, so that
+both ways are asked for the same; and group by group, each with the least number of its own, which
+nobody knows beforehand. What is seen of lamps directly has no noise, is the same in all, and is
+left out. CPU seconds of this process; kernels are compiled in the renderer's first call, never in
+those by hand. Run:
 
     python benchmarks/render_error_allowed.py
 """
@@ -28,7 +32,9 @@ STEP = 1.2  # between numbers of paths picked by hand
 
 
 def scenes():
-    """Yield name, maker of the description and errors allowed of scenes that no other table shows."""
+    """Yield name, maker of the description and errors allowed of scenes that no other table
+    shows.
+    """
     import isethdr_core as hdr
 
     yield "street, 20 boxes, seed 8", lambda: tests_scenes().street(20, seed=8), (0.3, 0.1)
@@ -37,7 +43,9 @@ def scenes():
 
 
 def passes_of(scene, settings):
-    """Return the function of one pass over all light groups of a scene, their names, the bands and the grid's shape."""
+    """Return the function of one pass over all light groups of a scene, their names, the bands and
+    the grid's shape.
+    """
     from isethdr_mitsuba.frame import path_pass
     from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
     from isethdr_mitsuba.world.geometry import build_world
@@ -77,7 +85,9 @@ def luminance_of(radiance, bands):
 
 
 def median_error(found, judge):
-    """Return the luminance-weighted median of |found / judge - 1| of one group, over tiles above 1 % of its mean that do not look into the sky."""
+    """Return the luminance-weighted median of |found / judge - 1| of one group, over tiles above 1
+    % of its mean that do not look into the sky.
+    """
     from isethdr_mitsuba.paths.passes import ROUNDING, weighted_median
 
     error = np.abs(found / np.where(judge > 0, judge, 1.0) - 1)
@@ -99,7 +109,9 @@ def main():
 
 
 def table(name, scene, errors):
-    """Print what each allowed error of one scene took, what it came to, and what paths picked by hand take."""
+    """Print what each allowed error of one scene took, what it came to, and what paths picked by
+    hand take.
+    """
     from isethdr_mitsuba.paths.passes import estimate
     from isethdr_mitsuba.renderer import MitsubaRenderer
 
@@ -117,7 +129,8 @@ def table(name, scene, errors):
     compiling = first - runs[errors[0]][0]
     seconds, judge = timed(lambda: judged(one_pass, runs[min(errors)][1].samples, bands))
     print(
-        f"{name}; kernel {compiling:.1f} CPU s, once; judge: at least {LEAST} x the paths, {seconds:.0f} CPU s",
+        f"{name}; kernel {compiling:.1f} CPU s, once; judge: at least {LEAST} x the paths,"
+        f" {seconds:.0f} CPU s",
         flush=True,
     )
     for allowed, (spent, found) in runs.items():
@@ -133,11 +146,13 @@ def table(name, scene, errors):
         each, _ = timed(lambda picked=picked: group_by_group(one_pass, picked))
         for g in every:
             print(
-                f"  allowed {allowed:g}  {groups[g]:13s} paths {found.samples[g]:5d}  stated {found.noise[g]:.4f}  true {error[g]:.4f}  "
-                f"true / allowed {error[g] / allowed:.2f}  by hand {picked[g]}",
+                f"  allowed {allowed:g}  {groups[g]:13s} paths {found.samples[g]:5d}  stated"
+                f" {found.noise[g]:.4f}  true {error[g]:.4f}  true / allowed"
+                f" {error[g] / allowed:.2f}  by hand {picked[g]}",
                 flush=True,
             )
-        # what is picked for the renderer's own true error in the groups that had to go on: paths go as 1 / error^2; where none had to, what is asked
+        # what is picked for the renderer's own true error in the groups that had to go on: paths go
+        # as 1 / error^2; where none had to, what is asked
         went_on = found.samples > settings.samples
         same = (
             hand * max((picked * (goal / np.maximum(error, 1e-9)) ** 2)[went_on]) / picked.max()
@@ -145,15 +160,18 @@ def table(name, scene, errors):
             else hand
         )
         print(
-            f"  allowed {allowed:g}  CPU s {spent:.2f}; by hand {hand:.2f}, ratio {spent / hand:.2f}, at the same true error {spent / same:.2f}, "
-            f"with the kernel {(spent + compiling) / same:.2f}; "
-            f"group by group {each:.2f}, ratio {spent / each:.2f}",
+            f"  allowed {allowed:g}  CPU s {spent:.2f}; by hand {hand:.2f}, ratio"
+            f" {spent / hand:.2f}, at the same true error {spent / same:.2f}, with the kernel"
+            f" {(spent + compiling) / same:.2f}; group by group {each:.2f}, ratio"
+            f" {spent / each:.2f}",
             flush=True,
         )
 
 
 def judged(one_pass, samples, bands):
-    """Return the luminance (group, tile) of `LEAST` times `samples` (group,) paths with random numbers of their own."""
+    """Return the luminance (group, tile) of `LEAST` times `samples` (group,) paths with random
+    numbers of their own.
+    """
     out = []
     for g, least in enumerate(samples):
         sizes = [1024] * int(np.ceil(LEAST * least / 1024))
@@ -167,7 +185,9 @@ def judged(one_pass, samples, bands):
 
 
 def by_hand(one_pass, groups, bands, judge, goal, most):
-    """Return the least number of paths (group,), in steps, that brings each group's error to `goal`."""
+    """Return the least number of paths (group,), in steps, that brings each group's error to
+    `goal`.
+    """
     total, done, target, seed = 0.0, 0, 4, 50_000
     found = np.zeros(len(groups), int)
     while True:
@@ -185,7 +205,9 @@ def by_hand(one_pass, groups, bands, judge, goal, most):
 
 
 def group_by_group(one_pass, samples):
-    """Follow `samples` (group,) paths per tile, in as few passes as can be; their light is not kept."""
+    """Follow `samples` (group,) paths per tile, in as few passes as can be; their light is not
+    kept.
+    """
     done = 0
     for target in sorted(set(map(int, samples))):
         while done < target:

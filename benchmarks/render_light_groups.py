@@ -1,10 +1,11 @@
 """Light groups in one pass against one pass per group: CPU seconds to an equal median error.
 
-The baseline is the most direct way with Mitsuba alone: its own `path` integrator with a `specfilm` of 31 top-hat
-bands, once for each of the four groups with the other lamps black. Both run in this process, on the same scene
-(the tests' street of 50 boxes), warm. The judge is neither: a long rendering by Mitsuba's own `path`, with films of four
-bands, which have no colour noise, and with other random numbers. It is made in two halves; what these differ by is
-the judge's own error, which is taken off both (errors add in squares). Cost to equal error is CPU seconds x error^2. Run:
+The baseline is the most direct way with Mitsuba alone: its own `path` integrator with a `specfilm`
+of 31 top-hat bands, once for each of the four groups with the other lamps black. Both run in this
+process, on the same scene (the tests' street of 50 boxes), warm. The judge is neither: a long
+rendering by Mitsuba's own `path`, with films of four bands, which have no colour noise, and with
+other random numbers. It is made in two halves; what these differ by is the judge's own error, which
+is taken off both (errors add in squares). Cost to equal error is CPU seconds x error^2. Run:
 
     python benchmarks/render_light_groups.py
 """
@@ -72,10 +73,12 @@ def main():
     reference = (halves[0] + halves[1]) / 2
     judge = [median_error(h, reference[g], halves[1][g]) / 2 for g, h in enumerate(halves[0])]
     print(
-        f"{WIDTH}x{HEIGHT}, {len(bands)} bands, groups {', '.join(groups)}; median relative error per tile and band"
+        f"{WIDTH}x{HEIGHT}, {len(bands)} bands, groups {', '.join(groups)}; median relative error"
+        " per tile and band"
     )
     print(
-        f"{'reference by path, 2 x ' + str(HALF) + ' paths':40s} {time.process_time() - started:7.2f} CPU-s   "
+        f"{'reference by path, 2 x ' + str(HALF) + ' paths':40s}"
+        f" {time.process_time() - started:7.2f} CPU-s   "
         + "  ".join(f"{g} {e:.4f}" for g, e in zip(groups, judge, strict=True))
     )
     costs = {}
@@ -108,7 +111,9 @@ def main():
 
 
 def median_error(picture, reference, against):
-    """Return the median over tiles and bands of |picture - against| / reference, on tiles above 1 % of the group's mean."""
+    """Return the median over tiles and bands of |picture - against| / reference, on tiles above 1 %
+    of the group's mean.
+    """
     lit = reference.mean(0) > 0.01 * reference.mean()
     picture, reference, against = picture[:, lit], reference[:, lit], against[:, lit]
     there = reference > 1e-3 * reference.mean(0)  # a lamp may have no light in some bands

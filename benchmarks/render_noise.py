@@ -1,7 +1,9 @@
-"""The noise that single renderings state, tile by tile and per light group, against the spread of many.
+"""The noise that single renderings state, tile by tile and per light group, against the spread of
+many.
 
-Two scenes at 48 x 27 tiles and 4 bands. Every rendering is four passes, of 4 or 16 paths a tile; the truth is the spread of all passes of
-that size, RENDERINGS times as many, and their mean. Tiles above 1 % of a group's mean, without the sky, whose noise is below a thousandth. Run:
+Two scenes at 48 x 27 tiles and 4 bands. Every rendering is four passes, of 4 or 16 paths a tile;
+the truth is the spread of all passes of that size, RENDERINGS times as many, and their mean. Tiles
+above 1 % of a group's mean, without the sky, whose noise is below a thousandth. Run:
 
     python benchmarks/render_noise.py
 """
@@ -18,7 +20,9 @@ RENDERINGS = {4: 200, 16: 50}  # of four passes of so many paths
 
 
 def main():
-    """Print one row per scene, group and number of paths; names given on the command line choose among the scenes."""
+    """Print one row per scene, group and number of paths; names given on the command line choose
+    among the scenes.
+    """
     import mitsuba as mi
     from isethdr_mitsuba.doctor import choose_variant
     from isethdr_mitsuba.renderer import MitsubaRenderer
@@ -66,14 +70,18 @@ def rows(name, one_pass, groups, bands, shape, settings, paths, count):
         stated = np.stack([f.xyz_noise[g, 1].ravel()[used] for f in found])
         off = np.abs(light[:, g, used].reshape(count, 4, -1).mean(1) - mean[g, used])
         ratio = true[g, used] / np.maximum(stated, 1e-300)
-        # as `error_allowed` is judged: the median tile's error, which is 0.6745 of the noise where that is normal
+        # as `error_allowed` is judged: the median tile's error, which is 0.6745 of the noise where
+        # that is normal
         whole = (
             np.median([weighted_median(one / mean[g, used], mean[g, used]) for one in off]) / NORMAL
         )
         print(
-            f"{name} {group:13s} {4 * paths:4d} paths: true / stated: median tile {np.median(ratio):.2f}, nine of ten below {np.quantile(ratio, 0.9):.1f}, "
-            f"rms {np.sqrt(np.mean(true[g, used] ** 2) / np.mean(stated**2)):.2f}; beyond 2 stated {100 * np.mean(off > 2 * stated):.1f} %, "
-            f"beyond 3 {100 * np.mean(off > 3 * stated):.1f} %; group: true {whole:.3f}, / stated {whole / np.median([f.noise[g] for f in found]):.2f}",
+            f"{name} {group:13s} {4 * paths:4d} paths: true / stated: median tile"
+            f" {np.median(ratio):.2f}, nine of ten below {np.quantile(ratio, 0.9):.1f}, rms"
+            f" {np.sqrt(np.mean(true[g, used] ** 2) / np.mean(stated**2)):.2f}; beyond 2 stated"
+            f" {100 * np.mean(off > 2 * stated):.1f} %, beyond 3"
+            f" {100 * np.mean(off > 3 * stated):.1f} %; group: true {whole:.3f}, / stated"
+            f" {whole / np.median([f.noise[g] for f in found]):.2f}",
             flush=True,
         )
 

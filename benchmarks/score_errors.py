@@ -1,8 +1,11 @@
-"""What one rendering says of the errors of its scores, against how far repeats with other random numbers are off.
+"""What one rendering says of the errors of its scores, against how far repeats with other random
+numbers are off.
 
-A street (48 x 27 tiles, a tile per pixel, 16 and 96 paths, 32 renderings against one of 4096 paths) and a night drive (192 x 108 tiles, 24 paths,
-2 x 2 pixels per tile, 10 renderings against one of 512 paths), both through an ideal lens and a colour filter array. Per score: rms error found, of it the
-mean shift, and the rms of what single renderings state over it, by changes of the whole picture and by parts of it. Run:
+A street (48 x 27 tiles, a tile per pixel, 16 and 96 paths, 32 renderings against one of 4096 paths)
+and a night drive (192 x 108 tiles, 24 paths, 2 x 2 pixels per tile, 10 renderings against one of
+512 paths), both through an ideal lens and a colour filter array. Per score: rms error found, of it
+the mean shift, and the rms of what single renderings state over it, by changes of the whole picture
+and by parts of it. Run:
 
     python benchmarks/score_errors.py
 """
@@ -27,7 +30,9 @@ WHOLE = 10**6  # pixels: no picture is cut into parts
 
 
 def camera_of(scene, weights, tiles_wide, pitch_um):
-    """Return (camera, its scores, metrics, mixed, scene, light, again) of a scene whose tiles are 3 um wide on the sensor: as `score_errors.state` takes them."""
+    """Return (camera, its scores, metrics, mixed, scene, light, again) of a scene whose tiles are 3
+    um wide on the sensor: as `score_errors.state` takes them.
+    """
     import isethdr_core as hdr
     from isethdr_core.pipeline.chain import Camera
     from isethdr_core.truth import truth
@@ -58,7 +63,9 @@ def camera_of(scene, weights, tiles_wide, pitch_um):
 
 
 def stated(given, block: int, count: int) -> dict[str, float]:
-    """Return the error that is stated of each score, with parts made of blocks of so many pixels."""
+    """Return the error that is stated of each score, with parts made of blocks of so many
+    pixels.
+    """
     from isethdr_core.uncertainty import ledger, score_errors
 
     score_errors.BLOCK = block
@@ -88,7 +95,8 @@ def compare(title, description, weights, tiles, pitch_um, samples, seeds, judge,
             for name, value in stated(given, block, count).items():
                 said[way].setdefault(name, []).append(value)
     print(
-        f"\n{title}, {samples} paths, {seeds} renderings against one of {judge} paths ({time.process_time() - start:.0f} CPU s)"
+        f"\n{title}, {samples} paths, {seeds} renderings against one of {judge} paths"
+        f" ({time.process_time() - start:.0f} CPU s)"
     )
     print(
         f"{'score':32s} {'value':>9s} {'off':>9s} {'shift':>9s}  stated / off: " + ", ".join(ways)

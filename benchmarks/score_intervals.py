@@ -1,4 +1,5 @@
-"""The share of 95 % intervals that hold the score without renderer noise, with the renderer reseeded 40 times.
+"""The share of 95 % intervals that hold the score without renderer noise, with the renderer
+reseeded 40 times.
 
 Three scenes of 48 x 27 tiles go through three cameras of about 96 x 54 pixels: a night drive, a
 tunnel and a country
@@ -60,7 +61,9 @@ def rendered(case: str, samples: int, seed: int):
 
 
 def scores_of(case: str, scene, noise: str, shots: int = 4) -> list:
-    """Return the scores of a camera that looks at a rendering; `noise` names the sensor's noise realisations."""
+    """Return the scores of a camera that looks at a rendering; `noise` names the sensor's noise
+    realisations.
+    """
     import isethdr_core as hdr
     from isethdr_core.ledger import Ledger
     from isethdr_core.pipeline.chain import on_sensor, plan, through_camera

@@ -1,8 +1,10 @@
-"""One shot of 1080 x 1920 pixels in three captures with all noise, against what it cannot do without.
+"""One shot of 1080 x 1920 pixels in three captures with all noise, against what it cannot do
+without.
 
-The measure: three NumPy Poisson draws of that size at a mean of 1000 electrons, plus the projection of 31 bands onto three filters by one
-matrix product. Target: at most 2 times their CPU seconds, below 600 MB with the input, and the same bits for any blocks of rows and
-any number of processes. Persistent maps of the device are made once and timed apart. One thread. Run:
+The measure: three NumPy Poisson draws of that size at a mean of 1000 electrons, plus the projection
+of 31 bands onto three filters by one matrix product. Target: at most 2 times their CPU seconds,
+below 600 MB with the input, and the same bits for any blocks of rows and any number of processes.
+Persistent maps of the device are made once and timed apart. One thread. Run:
 
     python benchmarks/shot.py
 """
@@ -27,7 +29,9 @@ LARGEST_RATIO, LARGEST_MB = 2.0, 600.0
 
 
 def light():
-    """Return irradiance float32 (wavelength, y, x) of a scene from 0.1 to 3e5 electrons, one tile per pixel, made in place."""
+    """Return irradiance float32 (wavelength, y, x) of a scene from 0.1 to 3e5 electrons, one tile
+    per pixel, made in place.
+    """
     from isethdr_core.quantities import IRRADIANCE, centres, plane
 
     pitch = 2.8e-6
@@ -82,7 +86,8 @@ def digest(rows: int) -> str:
 
 def peak_mb() -> float:
     """Return the largest memory this process held, MB."""
-    # getrusage would also count what the process held that started this one: its maximum outlives the exec
+    # getrusage would also count what the process held that started this one: its maximum outlives
+    # the exec
     with open("/proc/self/status") as status:
         return next(int(line.split()[1]) / 1024 for line in status if line.startswith("VmHWM:"))
 
@@ -102,13 +107,16 @@ def main() -> int:
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         hashes = {*pool.map(digest, (1, 16, 270)), digest(15)}
     print(
-        f"shot {shot:.3f} s (first of a device {first:.3f} s); three Poisson draws {draws:.3f} s, projection {projection:.3f} s"
+        f"shot {shot:.3f} s (first of a device {first:.3f} s); three Poisson draws {draws:.3f} s,"
+        f" projection {projection:.3f} s"
     )
     print(
-        f"ratio {ratio:.2f} (target {LARGEST_RATIO:g}); peak {peak:.0f} MB with the input (target {LARGEST_MB:g})"
+        f"ratio {ratio:.2f} (target {LARGEST_RATIO:g}); peak {peak:.0f} MB with the input (target"
+        f" {LARGEST_MB:g})"
     )
     print(
-        f"blocks of 1, 15, 16, 270 rows, three processes: {'the same bits' if len(hashes) == 1 else 'DIFFERENT BITS'}"
+        "blocks of 1, 15, 16, 270 rows, three processes:"
+        f" {'the same bits' if len(hashes) == 1 else 'DIFFERENT BITS'}"
     )
     return int(ratio > LARGEST_RATIO or peak > LARGEST_MB or len(hashes) > 1)
 

@@ -1,10 +1,13 @@
-"""31 bands x 1080 x 1920 through a dusty hexagon at f/4 on 3 um pixels, against the rule that image simulators share.
+"""31 bands x 1080 x 1920 through a dusty hexagon at f/4 on 3 um pixels, against the rule that image
+simulators share.
 
-The rule: per band a point spread function by FFT on the frame padded by an eighth, then a circular double-precision convolution by FFT.
-Ours is linear over the full frame: irradiance of every band, or photocurrent of the sensor's channels. All run in processes forked from
-this one, in turns, on the same scene, with the allocator as it is. Targets with kernels made before: irradiance 5 times the rule's speed,
-4 times less CPU, memory beyond the output below a third of what the rule holds beyond its own; photocurrent 15 times the speed, 10
-times less CPU, a third of the memory, and an error below a tenth of the sensor's noise, a fifth where it is saturated. Run:
+The rule: per band a point spread function by FFT on the frame padded by an eighth, then a circular
+double-precision convolution by FFT. Ours is linear over the full frame: irradiance of every band,
+or photocurrent of the sensor's channels. All run in processes forked from this one, in turns, on
+the same scene, with the allocator as it is. Targets with kernels made before: irradiance 5 times
+the rule's speed, 4 times less CPU, memory beyond the output below a third of what the rule holds
+beyond its own; photocurrent 15 times the speed, 10 times less CPU, a third of the memory, and an
+error below a tenth of the sensor's noise, a fifth where it is saturated. Run:
 
     OMP_NUM_THREADS=2 python benchmarks/spectral_path.py [height width [aberrated]]
 """
@@ -37,7 +40,9 @@ def bump(centre, width):
 
 
 def lights():
-    """Return spectra of the night: sky, halogen, sodium, mercury, white LED; (light, band), mean 1."""
+    """Return spectra of the night: sky, halogen, sodium, mercury, white LED; (light, band),
+    mean 1.
+    """
     micron = BANDS_NM * 1e-3
     planck = [micron**-5 / np.expm1(14388 / (micron * t)) for t in (9000, 3000)]
     lines = [
@@ -67,7 +72,9 @@ def materials():
 
 
 def night(height, width, lamp=1e8):
-    """Return mixed radiance float32: materials under five lights over two decades, 40 lamps up to `lamp` times as bright, 0.5 % noise."""
+    """Return mixed radiance float32: materials under five lights over two decades, 40 lamps up to
+    `lamp` times as bright, 0.5 % noise.
+    """
     from isethdr_core.quantities import RADIANCE, centres, plane
 
     rng, spectra = np.random.default_rng(3), lights()
@@ -212,7 +219,9 @@ def rule_row(scene):
 
 
 def our_rows(scene, aberrated, repeats=3):
-    """Return the clockings of the first image of a process and of the best of `repeats` more, irradiance and photocurrent."""
+    """Return the clockings of the first image of a process and of the best of `repeats` more,
+    irradiance and photocurrent.
+    """
     (lens, flares), (_, response) = optics(aberrated), camera()
     ways = {
         "irradiance": lambda: lens(scene, flares),
@@ -225,7 +234,9 @@ def our_rows(scene, aberrated, repeats=3):
 
 
 def errors(scene, aberrated):
-    """Return how far photocurrent is from irradiance by the same kernels, in standard deviations of the noise: largest below full well, above it."""
+    """Return how far photocurrent is from irradiance by the same kernels, in standard deviations of
+    the noise: largest below full well, above it.
+    """
     from isethdr_optics.imaging import irradiance
 
     (lens, flares), (sensor, response) = optics(aberrated), camera()
@@ -246,7 +257,8 @@ def show(name, row, base=None):
         f"   {base[0] / row[0]:5.2f} x faster, {base[1] / row[1]:5.2f} x less CPU" if base else ""
     )
     print(
-        f"{name:44s} {row[0]:7.2f} s wall {row[1]:7.2f} s CPU {row[2] / 2**20:7.0f} MiB{ratios}   load {os.getloadavg()[0]:.1f}",
+        f"{name:44s} {row[0]:7.2f} s wall {row[1]:7.2f} s CPU {row[2] / 2**20:7.0f} MiB{ratios}  "
+        f" load {os.getloadavg()[0]:.1f}",
         flush=True,
     )
 
@@ -284,14 +296,17 @@ def main(height=1080, width=1920, aberrated=False, turns=2) -> int:
     )  # float32, float64
     straight_share = straight[2] / rule[2]
     print(
-        f"memory: irradiance {share:.2f} of what the rule holds, both beyond the output; photocurrent {straight_share:.2f} of the rule's"
+        f"memory: irradiance {share:.2f} of what the rule holds, both beyond the output;"
+        f" photocurrent {straight_share:.2f} of the rule's"
     )
     print(
-        f"photocurrent against irradiance: {below:.3f} of the noise below full well, {above:.3f} above, at most"
+        f"photocurrent against irradiance: {below:.3f} of the noise below full well, {above:.3f}"
+        " above, at most"
     )
     print(
-        f"targets: {FASTER:g} x faster, {LESS_CPU:g} x less CPU, {MEMORY_SHARE:.2f}; {STRAIGHT_FASTER:g}, {STRAIGHT_LESS_CPU:g}, "
-        f"{MEMORY_SHARE:.2f}; {NOISE_SHARE[0]:g}, {NOISE_SHARE[1]:g}"
+        f"targets: {FASTER:g} x faster, {LESS_CPU:g} x less CPU, {MEMORY_SHARE:.2f};"
+        f" {STRAIGHT_FASTER:g}, {STRAIGHT_LESS_CPU:g}, {MEMORY_SHARE:.2f}; {NOISE_SHARE[0]:g},"
+        f" {NOISE_SHARE[1]:g}"
     )
     met = (
         rule[0] >= FASTER * warm[0],

@@ -26,7 +26,9 @@ def isethdr_commands(app) -> None:
 
 @hookimpl
 def isethdr_after_stage(stage):
-    """Write the report beside the store once a whole run is done, if it is asked for; one that is there already stays."""
+    """Write the report beside the store once a whole run is done, if it is asked for; one that is
+    there already stays.
+    """
     if (
         stage.kind == "run"
         and stage.result.attributes.get("config", {}).get("report", True)

@@ -39,7 +39,9 @@ class Adoption:
 
 
 def adopt(folder) -> list[Adoption]:
-    """Give every store of format 1 in a home folder a manifest; those that have one are left out."""
+    """Give every store of format 1 in a home folder a manifest; those that have one are left
+    out.
+    """
     done = []
     for path in stores(folder):
         try:
@@ -111,8 +113,8 @@ def _files(path: Path) -> dict[str, FileRecord]:
             key = file.relative_to(path).as_posix()
             if not file.is_file():
                 raise CatalogError(
-                    f"{key} is missing: it was deleted, or never written because all its values are the fill value; "
-                    "these cannot be told apart"
+                    f"{key} is missing: it was deleted, or never written because all its values are"
+                    " the fill value; these cannot be told apart"
                 )
             chunks = (
                 math.prod(map(int, node.shards)) // math.prod(node.chunks) if node.shards else 0

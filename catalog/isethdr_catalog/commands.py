@@ -1,4 +1,6 @@
-"""Commands: `isethdr catalog find|sql|show|verify|adopt|refresh`, on the folder ISETHDR_HOME or ./runs."""
+"""Commands: `isethdr catalog find|sql|show|verify|adopt|refresh`, on the folder ISETHDR_HOME or
+./runs.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,10 @@ catalog = typer.Typer(
 
 
 @catalog.command(
-    help="List stores that meet all conditions: isethdr catalog find kind=run sensor=rgbw ssim__ge=0.9 --order-by ssim"
+    help=(
+        "List stores that meet all conditions: isethdr catalog find kind=run sensor=rgbw"
+        " ssim__ge=0.9 --order-by ssim"
+    )
 )
 def find(
     conditions: list[str] = typer.Argument(
@@ -28,7 +33,8 @@ def find(
     pairs = dict(c.split("=", 1) for c in conditions or () if "=" in c)
     if wrong := [c for c in conditions or () if "=" not in c]:
         raise CatalogError(
-            f"{wrong[0]!r} is no condition; expected name=value, for example kind=run or person.distance_m__le=30"
+            f"{wrong[0]!r} is no condition; expected name=value, for example kind=run or"
+            " person.distance_m__le=30"
         )
     order_by, limit = pairs.pop("order_by", order_by), _count(pairs.pop("limit", limit))
     rows = query(home(), order_by=order_by or None, limit=limit, **pairs)
@@ -54,7 +60,10 @@ def _remark_on_shares(rows: list[dict]) -> str:
 
 
 @catalog.command(
-    help='Query the views stores, shots, objects and scores: isethdr catalog sql "select * from scores"'
+    help=(
+        'Query the views stores, shots, objects and scores: isethdr catalog sql "select * from'
+        ' scores"'
+    )
 )
 def sql(text: str) -> None:
     """Print the result of one DuckDB query."""
@@ -66,7 +75,10 @@ def sql(text: str) -> None:
 
 
 @catalog.command(
-    help="Show all that is recorded about one store: isethdr catalog show ID (its first digits are enough)"
+    help=(
+        "Show all that is recorded about one store: isethdr catalog show ID (its first digits are"
+        " enough)"
+    )
 )
 def show(name: str) -> None:
     """Print the root attributes as JSON."""
@@ -116,7 +128,10 @@ def adopt() -> None:
 
 
 @catalog.command(
-    help="Rebuild index.parquet from the stores (find and sql do so by themselves when stores were added)."
+    help=(
+        "Rebuild index.parquet from the stores (find and sql do so by themselves when stores were"
+        " added)."
+    )
 )
 def refresh() -> None:
     """Print how many records there are and which stores were skipped."""

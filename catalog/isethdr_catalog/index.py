@@ -1,8 +1,9 @@
-"""Index: `index.parquet`, a cache of all records; queries see every store whether or not the index knows it.
+"""Index: `index.parquet`, a cache of all records; queries see every store whether or not the index
+knows it.
 
-The truth is in the stores. Stores and records are compared by path and by the state of the root metadata file
-(inode, time, size), never by the order of times: a clock that is set back hides nothing. No writer touches the
-index, so there is no lock to fight over; delete it at will.
+The truth is in the stores. Stores and records are compared by path and by the state of the root
+metadata file (inode, time, size), never by the order of times: a clock that is set back hides
+nothing. No writer touches the index, so there is no lock to fight over; delete it at will.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ BATCH_BYTES = (
     1_000_000  # of records that are handed to DuckDB at once; ten times as much takes 200 MB
 )
 ROWS_AT_ONCE = 2048  # of a Parquet row group, the least possible: DuckDB holds one in memory
-OLD_SCRATCH_S = 3600.0  # scratch folders without a writer's name, of an older version, are left alone for so long
+# scratch folders without a writer's name, of an older version, are left alone for so long
+OLD_SCRATCH_S = 3600.0
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,8 @@ def stamps(folder: Path) -> dict[str, str]:
 def refresh(folder) -> Refreshed:
     """Bring `<folder>/index.parquet` up to date: read new stores only, forget those that are gone.
 
-    Damaged stores are named and skipped. Records pass through one at a time, so memory does not grow with them.
+    Damaged stores are named and skipped. Records pass through one at a time, so memory does not
+    grow with them.
 
     Raises
     ------
@@ -130,7 +133,8 @@ def _refresh(folder: Path, current: dict[str, str]) -> Refreshed:
                 )
         except OSError as error:
             raise CatalogError(
-                f"cannot write {index}: {error}; choose a folder you may write with ISETHDR_HOME=/path"
+                f"cannot write {index}: {error}; choose a folder you may write with"
+                " ISETHDR_HOME=/path"
             ) from error
         count = (
             base.execute(f"SELECT count(*) FROM {_file(index)}").fetchone()[0]
@@ -143,8 +147,8 @@ def _refresh(folder: Path, current: dict[str, str]) -> Refreshed:
 def load(base: duckdb.DuckDBPyConnection, folder, details: bool = True) -> None:
     """Make the table `shots` of all records in memory.
 
-    The index is brought up to date first. Where it cannot be written, or was replaced meanwhile by a process that
-    knew fewer stores, the records that it lacks are read from the stores.
+    The index is brought up to date first. Where it cannot be written, or was replaced meanwhile by
+    a process that knew fewer stores, the records that it lacks are read from the stores.
 
     Parameters
     ----------
@@ -180,7 +184,9 @@ def _stamp(file: str) -> str:
 
 
 def _known(base: duckdb.DuckDBPyConnection, index: Path) -> dict[str, str]:
-    """Return the stamp of every store that the index holds, by path; nothing where the index cannot be used."""
+    """Return the stamp of every store that the index holds, by path; nothing where the index cannot
+    be used.
+    """
     import duckdb
 
     columns = ", ".join(STORED_COLUMNS)
@@ -215,7 +221,8 @@ def _rewrite(
             return
         fresh = scratch / "index"
         base.execute(
-            f"COPY ({' UNION ALL '.join(parts)}) TO '{_quoted(fresh)}' (FORMAT parquet, ROW_GROUP_SIZE {ROWS_AT_ONCE})"
+            f"COPY ({' UNION ALL '.join(parts)}) TO '{_quoted(fresh)}' (FORMAT parquet,"
+            f" ROW_GROUP_SIZE {ROWS_AT_ONCE})"
         )
         os.replace(fresh, index)
     finally:
@@ -233,7 +240,10 @@ def _still_current(index: Path) -> str:
     columns = ", ".join(
         f"CAST({name} AS {kind}) AS {name}" for name, kind in STORED_COLUMNS.items()
     )
-    return f"SELECT {columns} FROM {_file(index)} SEMI JOIN current USING (path, stamp) WHERE schema = {SCHEMA}"
+    return (
+        f"SELECT {columns} FROM {_file(index)} SEMI JOIN current USING (path, stamp) WHERE schema ="
+        f" {SCHEMA}"
+    )
 
 
 def _file(index: Path) -> str:
@@ -250,7 +260,9 @@ def _remove_scratch(folder: Path) -> None:
 
 
 def _pass_on_lighting(base: duckdb.DuckDBPyConnection) -> None:
-    """Give each scene the lightings its runs used: night and day are versions of one stored scene."""
+    """Give each scene the lightings its runs used: night and day are versions of one stored
+    scene.
+    """
     base.execute("""
         CREATE TEMP TABLE used AS
         SELECT scene, list_sort(list(DISTINCT lighting)) AS lightings
@@ -270,7 +282,9 @@ def _pass_on_lighting(base: duckdb.DuckDBPyConnection) -> None:
 
 
 def _finite(value):
-    """Return `value` with NaN as null, which SQL knows how to skip, and infinity as a number beyond all others."""
+    """Return `value` with NaN as null, which SQL knows how to skip, and infinity as a number beyond
+    all others.
+    """
     if isinstance(value, float) and not math.isfinite(value):
         return None if math.isnan(value) else math.copysign(1e308, value)
     if isinstance(value, dict):

@@ -1,7 +1,8 @@
 """Queries: `find` by conditions, `sql` for everything else, `show` one store.
 
-`find(folder, kind="run", sensor="rgbw", order_by="ssim")`; an operator follows the name after two underscores:
-`__ge __le __gt __lt __ne __in`. In Python a dot of a name may be written as two underscores: `person__distance_m__le=30`.
+`find(folder, kind="run", sensor="rgbw", order_by="ssim")`; an operator follows the name after two
+underscores: `__ge __le __gt __lt __ne __in`. In Python a dot of a name may be written as two
+underscores: `person__distance_m__le=30`.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 
 OPERATORS = {"ge": ">=", "le": "<=", "gt": ">", "lt": "<"}
 PLAIN = ("id", "kind", "camera", "name", "path", "created", "derived_from")
-# Set before a user's text runs. Records are in memory by then, so a query needs no file, network or extension.
-# `lock_configuration` comes last: no statement can undo it.
+# Set before a user's text runs. Records are in memory by then, so a query needs no file, network or
+# extension. `lock_configuration` comes last: no statement can undo it.
 SANDBOX = (
     "SET temp_directory=''",
     "SET python_enable_replacements=false",
@@ -52,7 +53,8 @@ def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> 
     ----------
     folder : the home folder, with `scenes/` and `runs/`.
     order_by : a property; a leading `-` puts the largest first. Rows without it come last.
-    conditions : property=value, or property__operator=value. A list property equals a value that it holds.
+    conditions : property=value, or property__operator=value. A list property equals a value that it
+        holds.
 
     Returns
     -------
@@ -89,7 +91,10 @@ def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> 
         order = "created DESC, id, camera"
         if ordered:
             way = "DESC" if order_by.startswith("-") else "ASC"
-            order = f"try_cast({_text(ordered)} AS DOUBLE) {way} NULLS LAST, {_text(ordered)} {way} NULLS LAST, id"
+            order = (
+                f"try_cast({_text(ordered)} AS DOUBLE) {way} NULLS LAST, {_text(ordered)} {way}"
+                " NULLS LAST, id"
+            )
         rows = base.execute(
             f"SELECT {columns} FROM shots {'WHERE ' if clauses else ''}{' AND '.join(clauses)} "
             f"ORDER BY {order} LIMIT {int(limit)}",
@@ -108,8 +113,8 @@ def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> 
 def sql(folder, text: str) -> tuple[list[str], list[tuple]]:
     """Run a DuckDB query over the views `stores`, `shots`, `objects` and `scores`.
 
-    The query sees records in memory only. It cannot read, write or attach a file, load an extension,
-    reach a network or change the configuration (see `SANDBOX`).
+    The query sees records in memory only. It cannot read, write or attach a file, load an
+    extension, reach a network or change the configuration (see `SANDBOX`).
 
     Returns
     -------
@@ -125,8 +130,8 @@ def sql(folder, text: str) -> tuple[list[str], list[tuple]]:
         try:
             if not base.extract_statements(text):
                 raise CatalogError(
-                    "the query is empty; expected SQL over the views stores, shots, objects, scores, "
-                    'for example: isethdr catalog sql "SELECT * FROM scores LIMIT 5"'
+                    "the query is empty; expected SQL over the views stores, shots, objects,"
+                    ' scores, for example: isethdr catalog sql "SELECT * FROM scores LIMIT 5"'
                 )
             rows = base.execute(text)
             return [d[0] for d in rows.description or []], rows.fetchall()
@@ -138,7 +143,9 @@ def sql(folder, text: str) -> tuple[list[str], list[tuple]]:
 
 
 def show(folder, name: str) -> dict:
-    """Return the root attributes of the store that is called `name` or begins so, with its `path`."""
+    """Return the root attributes of the store that is called `name` or begins so, with its
+    `path`.
+    """
     found = [p for p in stores(folder) if p.stem.startswith(str(name).removesuffix(".zarr"))]
     exact = [p for p in found if p.stem == name] or found
     if len(exact) != 1:
@@ -171,7 +178,9 @@ def _split(key: str) -> tuple[str, str]:
 
 
 def _with_share(base: duckdb.DuckDBPyConnection, names: list[str]) -> list[str]:
-    """Return the properties to show: with the share of valid pixels where one of them is a score."""
+    """Return the properties to show: with the share of valid pixels where one of them is a
+    score.
+    """
     held = "from_json(properties->'scores', '[\"VARCHAR\"]')"
     scores = {
         name for (name,) in base.execute(f"SELECT DISTINCT unnest({held}) FROM shots").fetchall()
@@ -234,7 +243,9 @@ def _text(name: str) -> str:
 
 
 def _pointer(name: str) -> str:
-    """Return the JSON pointer of a flat property, as an SQL text; names hold dots, so a path would not do."""
+    """Return the JSON pointer of a flat property, as an SQL text; names hold dots, so a path would
+    not do.
+    """
     return "'/" + name.replace("~", "~0").replace("/", "~1").replace("'", "''") + "'"
 
 

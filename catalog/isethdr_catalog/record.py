@@ -1,8 +1,9 @@
 """Record: what the catalog knows of one store, taken from its root attributes alone.
 
-A scene store gives one record; a run gives one per camera, so that `sensor=rgbw` and a score belong together.
-The properties are flat: `scene.seed`, `weights.sky`, `ledger.seconds`, `person.distance_m` (the nearest
-object of a category), `ssim` (a score of the whole picture), `scores` (their names), `warnings` (their keys).
+A scene store gives one record; a run gives one per camera, so that `sensor=rgbw` and a score belong
+together. The properties are flat: `scene.seed`, `weights.sky`, `ledger.seconds`,
+`person.distance_m` (the nearest object of a category), `ssim` (a score of the whole picture),
+`scores` (their names), `warnings` (their keys).
 """
 
 from __future__ import annotations
@@ -86,7 +87,9 @@ def sensor(attrs: dict, camera: str) -> str:
 
 
 def flat(attrs: dict) -> dict:
-    """Return the searchable root attributes with dotted names: numbers, text, and lists of either."""
+    """Return the searchable root attributes with dotted names: numbers, text, and lists of
+    either.
+    """
     out = {}
     for key, value in attrs.items():
         if key in NESTED and isinstance(value, dict):
@@ -98,7 +101,9 @@ def flat(attrs: dict) -> dict:
 
 
 def nearest(objects: list[dict]) -> dict:
-    """Return, per category, how many objects there are and the distance (m) and visible fraction of the nearest."""
+    """Return, per category, how many objects there are and the distance (m) and visible fraction of
+    the nearest.
+    """
     out = {}
     for entry in sorted(
         objects, key=lambda o: -_number(o.get("distance_m"), float("inf"))

@@ -31,7 +31,9 @@ class Report:
 
 
 def verify(folder) -> list[Report]:
-    """Return a report for every store of a home folder, and one for every temporary name a killed writer left."""
+    """Return a report for every store of a home folder, and one for every temporary name a killed
+    writer left.
+    """
     left = [
         Report(p, 0, ("a writer was killed here; the next writer removes it",))
         for sub in ("scenes", "runs")
@@ -43,8 +45,8 @@ def verify(folder) -> list[Report]:
 def verify_store(path) -> Report:
     """Return what is wrong with one store: the mark, the manifest, the bytes of every file.
 
-    A store without a manifest (format 1) is decoded instead: its chunks carry checksums, but a file that is
-    missing or exchanged may go unnoticed.
+    A store without a manifest (format 1) is decoded instead: its chunks carry checksums, but a file
+    that is missing or exchanged may go unnoticed.
     """
     path, found = Path(path), []
     try:

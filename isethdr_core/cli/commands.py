@@ -1,7 +1,8 @@
-"""The command line: `isethdr run|plan|study|plugins|doctor|catalog|...`; plugins add commands by a hook.
+"""The command line: `isethdr run|plan|study|plugins|doctor|catalog|...`; plugins add commands by a
+hook.
 
-`run` and `plan` take Hydra overrides: `isethdr run sensor=rgbw`, `isethdr run -m sensor=bayer,rgbw`.
-Nothing heavy is imported here: `isethdr --help` stays quick.
+`run` and `plan` take Hydra overrides: `isethdr run sensor=rgbw`, `isethdr run -m
+sensor=bayer,rgbw`. Nothing heavy is imported here: `isethdr --help` stays quick.
 """
 
 from __future__ import annotations
@@ -25,10 +26,15 @@ PASS = PASS_OVERRIDES | {"help_option_names": []}
 
 @app.command(
     context_settings=PASS,
-    help="Run the chain from scene to scores: isethdr run [-m] [override ...]; --help for Hydra's own.",
+    help=(
+        "Run the chain from scene to scores: isethdr run [-m] [override ...]; --help for Hydra's"
+        " own."
+    ),
 )
 def run(context: typer.Context) -> None:
-    """Hand the overrides to Hydra, which composes the config and calls one run, or one per job of a sweep."""
+    """Hand the overrides to Hydra, which composes the config and calls one run, or one per job of a
+    sweep.
+    """
     from ..config.hydra_app import run_with_hydra
 
     run_with_hydra(context.args)
@@ -36,7 +42,10 @@ def run(context: typer.Context) -> None:
 
 @app.command(
     context_settings=PASS_OVERRIDES,
-    help="Show what a run would compute and leave out, without running it: isethdr plan [override ...].",
+    help=(
+        "Show what a run would compute and leave out, without running it: isethdr plan [override"
+        " ...]."
+    ),
 )
 def plan(context: typer.Context) -> None:
     """Print the demand, what is already stored, and what would be left out and why."""
@@ -66,7 +75,9 @@ def plugins(
 
 
 def main() -> None:
-    """Entry point of the `isethdr` command: a user's mistake is one clear line, never a traceback."""
+    """Entry point of the `isethdr` command: a user's mistake is one clear line, never a
+    traceback.
+    """
     from ..plugins.registry import plugin_manager
 
     try:

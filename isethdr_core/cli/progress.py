@@ -1,7 +1,7 @@
 """Progress: which stage is running, for how long, and how long it still takes; on a terminal only.
 
-`for part in track(parts, "rendering"):` inside a component shows a bar. Nothing is shown, and nothing imported, where
-standard error is no terminal. What is done within two seconds never shows.
+`for part in track(parts, "rendering"):` inside a component shows a bar. Nothing is shown, and
+nothing imported, where standard error is no terminal. What is done within two seconds never shows.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ SHOWN_AFTER_S = 2.0
 
 @contextmanager
 def shown(what: str, total: float | None = None):
-    """Show `what` and the seconds it takes while the block runs; yield a function that counts one part of `total` as done."""
+    """Show `what` and the seconds it takes while the block runs; yield a function that counts one
+    part of `total` as done.
+    """
     if not sys.stderr.isatty():
         yield lambda: None
         return
@@ -51,7 +53,9 @@ def track(items: Iterable, what: str, total: int | None = None) -> Iterator:
 
 @cache
 def _display():
-    """Return the one display of this process: rich draws nested stages and bars below each other."""
+    """Return the one display of this process: rich draws nested stages and bars below each
+    other.
+    """
     from rich.progress import (
         BarColumn,
         Progress,

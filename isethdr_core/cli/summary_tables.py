@@ -24,7 +24,8 @@ def print_result(result) -> None:
     for row in result.ledger:
         if row.stage.startswith("picture ") and row.errors:
             console.print(
-                f"{row.stage}: off by at most {row.error:.3g} {row.error_unit}: {row.errors[0].what}",
+                f"{row.stage}: off by at most {row.error:.3g} {row.error_unit}:"
+                f" {row.errors[0].what}",
                 soft_wrap=True,
             )
     console.print(score_table(result))
@@ -41,14 +42,18 @@ def print_result(result) -> None:
 
 
 def remarks(result) -> list[str]:
-    """Return what has to be read beside the scores: cameras that stand on unlike shares of valid pixels."""
+    """Return what has to be read beside the scores: cameras that stand on unlike shares of valid
+    pixels.
+    """
     unlike = unlike_shares(result.scores)
     frame = shares_remark(unlike[""]) if "" in unlike else ""
     return [remark for remark in (frame, objects_remark(unlike)) if remark]
 
 
 def ledger_table(ledger, details: bool = False, expected: dict | None = None) -> Table:
-    """Return stage, seconds, seconds that were `expected`, peak memory and stated errors; with `details` every reason for what was left out."""
+    """Return stage, seconds, seconds that were `expected`, peak memory and stated errors; with
+    `details` every reason for what was left out.
+    """
     table, expected = Table(title="ledger", title_justify="left"), together(expected or {})
     known = any(seconds is not None for seconds in expected.values())
     for name, side in (
@@ -79,7 +84,9 @@ def ledger_table(ledger, details: bool = False, expected: dict | None = None) ->
 
 
 def metrics_together(ledger) -> list:
-    """Return the rows with all metrics of one camera in one, so that the table of a run fits a screen."""
+    """Return the rows with all metrics of one camera in one, so that the table of a run fits a
+    screen.
+    """
     from ..uncertainty.ledger import Row
 
     rows: dict[str, Row] = {}
@@ -100,7 +107,9 @@ def title_of(stage: str) -> str:
 
 
 def together(expected: dict) -> dict[str, float | None]:
-    """Return the seconds expected of every row that is shown; None where those of one of its stages are not known."""
+    """Return the seconds expected of every row that is shown; None where those of one of its stages
+    are not known.
+    """
     out: dict[str, float | None] = {}
     for stage, seconds in expected.items():
         title = title_of(stage)
@@ -115,7 +124,9 @@ def seconds_text(seconds: float | None) -> str:
 
 
 def forecast_table(expected: dict) -> Table:
-    """Return the stages of a run that is to come, with the seconds expected of each, and their sum."""
+    """Return the stages of a run that is to come, with the seconds expected of each, and their
+    sum.
+    """
     table = Table("stage", title="will be computed", title_justify="left")
     table.add_column("expected s", justify="right")
     rows = together(expected)
@@ -125,17 +136,23 @@ def forecast_table(expected: dict) -> Table:
     known = f"{sum(s for s in rows.values() if s is not None):.2f}"
     table.add_row(
         "all",
-        known
-        if not unknown
-        else f"{known} + {unknown} unknown: no such stage is stored"
-        if unknown < len(rows)
-        else "unknown: no such run is stored yet",
+        (
+            known
+            if not unknown
+            else (
+                f"{known} + {unknown} unknown: no such stage is stored"
+                if unknown < len(rows)
+                else "unknown: no such run is stored yet"
+            )
+        ),
     )
     return table
 
 
 def worst_text(notes) -> str:
-    """Return the largest error in the unit and quantity of the first one, and how many more there are: others cannot be compared."""
+    """Return the largest error in the unit and quantity of the first one, and how many more there
+    are: others cannot be compared.
+    """
     if not notes:
         return ""
     alike = [
@@ -153,7 +170,9 @@ def error_text(note) -> str:
 
 
 def score_table(result) -> Table:
-    """Return one row per metric of the whole picture and one column per camera; the report has those of objects."""
+    """Return one row per metric of the whole picture and one column per camera; the report has
+    those of objects.
+    """
     table = Table(title="scores", title_justify="left")
     table.add_column("metric", no_wrap=True)
     table.add_column("unit")
@@ -199,7 +218,8 @@ def print_plan(overrides) -> None:
         f"bands         {f'{len(bands)} from {bands[0]:g} to {bands[-1]:g} nm' if bands else 'all'}"
     )
     console.print(
-        f"window        {' x '.join(f'{1e3 * side:.4g}' for side in demand.window_m) + ' mm of the image plane' if demand.window_m else 'all'}"
+        "window       "
+        f" {' x '.join(f'{1e3 * side:.4g}' for side in demand.window_m) + ' mm of the image plane' if demand.window_m else 'all'}"
     )
     console.print(f"cameras       {', '.join(parts.cameras)}")
     held, missing = radiance_cache.held_and_missing(parts, demand)

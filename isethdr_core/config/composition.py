@@ -1,4 +1,6 @@
-"""Feed the registry to Hydra: dataclass fields become typed config groups, presets join the search path."""
+"""Feed the registry to Hydra: dataclass fields become typed config groups, presets join the search
+path.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,8 @@ def compose(overrides=(), config_name: str = "config"):
 
     Parameters
     ----------
-    overrides : list of Hydra overrides, e.g. `["experiment=night_drive", "sensor=rgbw", "sensor.exposure_s=0.008"]`.
+    overrides : list of Hydra overrides, e.g. `["experiment=night_drive", "sensor=rgbw",
+        "sensor.exposure_s=0.008"]`.
 
     Raises
     ------
@@ -72,8 +75,8 @@ def user_mistakes():
         yield
     except OverrideParseException as err:
         raise ConfigError(
-            f"the override {err.override!r} cannot be read; expected key=value; type quotes around text with "
-            "blanks, brackets or quotes, for example \"key='a b'\""
+            f"the override {err.override!r} cannot be read; expected key=value; type quotes around"
+            " text with blanks, brackets or quotes, for example \"key='a b'\""
         ) from None
     except (HydraException, OmegaConfBaseException) as err:
         raise ConfigError(explain(err)) from None
@@ -81,8 +84,8 @@ def user_mistakes():
         raise
     except Exception as err:
         raise ConfigError(
-            f"the config cannot be composed: {str(err) or type(err).__name__}; expected <kind>=<name>; "
-            "type ~<kind>, for example ~renderer, to leave one out"
+            f"the config cannot be composed: {str(err) or type(err).__name__}; expected"
+            " <kind>=<name>; type ~<kind>, for example ~renderer, to leave one out"
         ) from None
 
 
@@ -101,14 +104,17 @@ def resolved(config):
     except OmegaConfBaseException as err:
         where = err.full_key or "a value"
         raise ConfigError(
-            f"{where} cannot be resolved: {str(err.msg or err).splitlines()[0]}; expected a value, or "
-            f"${{key}} of a key that the config has; type for example {err.full_key or 'key'}=<value>"
+            f"{where} cannot be resolved: {str(err.msg or err).splitlines()[0]}; expected a value,"
+            " or ${key} of a key that the config has; type for example"
+            f" {err.full_key or 'key'}=<value>"
         ) from None
     return config
 
 
 def with_choices(config, choices):
-    """Return the config without Hydra's node, with the chosen presets by group under `choices`: names for people."""
+    """Return the config without Hydra's node, with the chosen presets by group under `choices`:
+    names for people.
+    """
     from omegaconf import OmegaConf, open_dict
 
     with open_dict(config):
@@ -122,12 +128,17 @@ def with_choices(config, choices):
 
 
 def explain(err: BaseException) -> str:
-    """Return Hydra's or OmegaConf's complaint in our form: what was wrong, the nearest valid name, what to type."""
+    """Return Hydra's or OmegaConf's complaint in our form: what was wrong, the nearest valid name,
+    what to type.
+    """
     options = getattr(err, "options", None)
     if options and getattr(err, "missing_cfg_file", None):
         group, _, name = str(err.missing_cfg_file).rpartition("/")
         known = [o for o in options if not o.startswith("_")]
-        return f"{group} {name!r} is not installed{did_you_mean(name, known)}; `isethdr plugins` describes them"
+        return (
+            f"{group} {name!r} is not installed{did_you_mean(name, known)}; `isethdr plugins`"
+            " describes them"
+        )
     text = " ".join(str(e).strip() for e in (err, err.__cause__) if e is not None)
     if missing := re.search(r"Key '([^']+)' (?:is )?not in '?(\w+)'?", text):
         key, owner = missing.groups()
@@ -140,8 +151,14 @@ def explain(err: BaseException) -> str:
         if (
             where and append and owner == "struct" and re.search(r"full_key: \S+\.", text)
         ):  # a table that users fill
-            return f"the config has no key {where.group(1)!r}; to add it to the table type {append.group(1)}"
-        return f"the config has no key {where.group(1) if where else key!r}{did_you_mean(key, _keys_of(owner))}"
+            return (
+                f"the config has no key {where.group(1)!r}; to add it to the table type"
+                f" {append.group(1)}"
+            )
+        return (
+            "the config has no key"
+            f" {where.group(1) if where else key!r}{did_you_mean(key, _keys_of(owner))}"
+        )
     lines = [
         line.strip()
         for line in text.splitlines()
@@ -159,7 +176,9 @@ def _keys_of(schema_name: str) -> list[str]:
 
 @cache
 def register_with_hydra() -> None:
-    """Make components and presets known to Hydra; call once before `hydra.main` or `hydra.compose`."""
+    """Make components and presets known to Hydra; call once before `hydra.main` or
+    `hydra.compose`.
+    """
     from hydra.core.config_store import ConfigStore
     from hydra.core.plugins import Plugins
 
@@ -181,9 +200,9 @@ def schema(comp):
             continue
         if f.default_factory is not MISSING:
             default = field(
-                default_factory=_open(f.default_factory)
-                if _by_number(hints[f.name])
-                else f.default_factory
+                default_factory=(
+                    _open(f.default_factory) if _by_number(hints[f.name]) else f.default_factory
+                )
             )
         else:
             default = field(default=UNSET if f.default is MISSING else f.default)
@@ -225,7 +244,9 @@ def hydra_type(annotation, f=None):
 
 
 def _by_number(annotation) -> bool:
-    """Return whether a table's keys are any numbers: OmegaConf would refuse 450 for a float and take 450.0 alone."""
+    """Return whether a table's keys are any numbers: OmegaConf would refuse 450 for a float and
+    take 450.0 alone.
+    """
     return get_origin(annotation) is dict and get_args(annotation)[0] is float
 
 

@@ -1,4 +1,6 @@
-"""Where Hydra meets a run: single runs, sweeps (`-m`) and launchers; a failure is one line, and its exit code says which kind."""
+"""Where Hydra meets a run: single runs, sweeps (`-m`) and launchers; a failure is one line, and its
+exit code says which kind.
+"""
 
 from __future__ import annotations
 
@@ -90,7 +92,9 @@ def task(config) -> None:
 
 
 def complaint(err: Exception) -> tuple[str, int]:
-    """Return one line about a failure, and the exit code: a component's crash names the stage and where the traceback is."""
+    """Return one line about a failure, and the exit code: a component's crash names the stage and
+    where the traceback is.
+    """
     from ..errors import IsetHdrError
 
     if isinstance(err, IsetHdrError):

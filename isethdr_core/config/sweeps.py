@@ -1,4 +1,6 @@
-"""Sweeps (`-m`): their mistakes found before the first job, and fields of a swept kind that Hydra would refuse."""
+"""Sweeps (`-m`): their mistakes found before the first job, and fields of a swept kind that Hydra
+would refuse.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +16,9 @@ from .composition import compose
 def prepared(arguments: list[str]) -> list[str]:
     """Return the arguments of a sweep as Hydra wants them, after every value of it has been tried.
 
-    Hydra composes once without the swept kinds, where `sensor.exposure_s=0.008` of `sensor=bayer,rgbw` has no owner yet:
-    such a field becomes a sweep of one choice. Each swept value is composed and built once, not each combination.
+    Hydra composes once without the swept kinds, where `sensor.exposure_s=0.008` of
+    `sensor=bayer,rgbw` has no owner yet: such a field becomes a sweep of one choice. Each swept
+    value is composed and built once, not each combination.
 
     Raises
     ------

@@ -45,9 +45,9 @@ def check_folder(folder: str | Path) -> None:
     path = Path(folder).resolve()
     if not any(path.is_relative_to(trusted) for trusted in trusted_folders()):
         raise ConfigError(
-            f"config files in {path} are not trusted: they can run any code; expected files of an installed "
-            f"package, in ./{OWN_FOLDER}, or in a folder that {VARIABLE} names; "
-            f"once you have read them, type {VARIABLE}={path} before the command"
+            f"config files in {path} are not trusted: they can run any code; expected files of an"
+            f" installed package, in ./{OWN_FOLDER}, or in a folder that {VARIABLE} names; once you"
+            f" have read them, type {VARIABLE}={path} before the command"
         )
 
 
@@ -118,5 +118,5 @@ def _check_choice(key: str, choice: object) -> None:
         raise ConfigError(
             f"{key}={text} leaves the config folders; expected the name of a config within them; "
             f"to use files of another folder, type {VARIABLE}=/folder before the command and "
-            f"--config-dir /folder after it"
+            "--config-dir /folder after it"
         )

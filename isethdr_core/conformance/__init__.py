@@ -20,7 +20,8 @@
     from isethdr_core.testing import check
     def test_acme_nano(): check("sensor", "acme_nano", exposure_s=0.01)
 
-A broken promise is an AssertionError that names the component and the promise. Inputs are small and made here.
+A broken promise is an AssertionError that names the component and the promise. Inputs are small and
+made here.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""Counting: what a sensor's captures state, against electrons and noise computed from it by another way than the sensor's own."""
+"""Counting: what a sensor's captures state, against electrons and noise computed from it by another
+way than the sensor's own.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,8 @@ DEVICE = {"device": "K", "scene": "kit"}
 
 
 def check_electrons(who: str, sensor, light, captures) -> None:
-    """Check that expected electrons are those that quantum efficiency, photodiode area and exposure of the captures make of light.
+    """Check that expected electrons are those that quantum efficiency, photodiode area and exposure
+    of the captures make of light.
 
     The light is even over the field and rises towards red, so that no two filters see alike.
     """
@@ -52,14 +55,16 @@ def check_electrons(who: str, sensor, light, captures) -> None:
         found = counted[(slice(None), *inner)][:, filters == channel].mean(axis=1)
         # 1 %: pixels of one channel with unlike neighbours get unlike shares of stray light
         promise = (
-            "expected electrons are irradiance x photons per joule x quantum_efficiency x area_m2 x exposure_s of the captures, "
-            f"filter {name!r}"
+            "expected electrons are irradiance x photons per joule x quantum_efficiency x area_m2"
+            f" x exposure_s of the captures, filter {name!r}"
         )
         close(who, promise, found, per_area[:, channel] * scale, 1e-2)
 
 
 def check_filters(who: str, captures) -> None:
-    """Check that `filter` is the pattern that the attribute `cfa` states, repeated from the upper left pixel; nothing without `cfa`."""
+    """Check that `filter` is the pattern that the attribute `cfa` states, repeated from the upper
+    left pixel; nothing without `cfa`.
+    """
     pattern = captures.attrs.get("cfa")
     if pattern is None:
         return
@@ -103,7 +108,8 @@ def _rows(pattern: str) -> list[str]:
 
 
 def check_scatter(who: str, sensor, light, read_back) -> None:
-    """Check that shots with other keys scatter as the captures state: shot noise, read noise and the steps of the converter.
+    """Check that shots with other keys scatter as the captures state: shot noise, read noise and
+    the steps of the converter.
 
     In darkness and in dim light. Half the variance of the difference of two shots of one device:
     its fixed pattern cancels.
@@ -131,17 +137,22 @@ def check_scatter(who: str, sensor, light, read_back) -> None:
             allowed = 6 * max(np.sqrt(2 / use.sum()) * stated, error) + (
                 step**2 / 4 if 4 * noise_e2 < step**2 else 0.0
             )
-            promise = "shots with other keys scatter by the shot noise, read_noise_e and quantisation_e that the captures state"
+            promise = (
+                "shots with other keys scatter by the shot noise, read_noise_e and quantisation_e"
+                " that the captures state"
+            )
             holds(
                 who,
                 promise,
                 abs(found - stated) <= allowed,
-                f"variance in {name} of {capture} {found:.4g} e2, stated {stated:.4g} e2, allowed {allowed:.2g} e2",
+                f"variance in {name} of {capture} {found:.4g} e2, stated {stated:.4g} e2, allowed"
+                f" {allowed:.2g} e2",
             )
 
 
 def _half_mean_square(apart, use) -> tuple[float, float]:
-    """Return half the mean square of the differences `apart` (y, x) where `use` is true, and its standard error.
+    """Return half the mean square of the differences `apart` (y, x) where `use` is true, and its
+    standard error.
 
     Noise that pixels of a row or a column share makes their squares alike: the error is that of
     means over rows or over columns.

@@ -1,4 +1,6 @@
-"""What a flare promises: an aperture takes light away, scatter is a probability, added light is linear in the scene."""
+"""What a flare promises: an aperture takes light away, scatter is a probability, added light is
+linear in the scene.
+"""
 
 from __future__ import annotations
 
@@ -101,7 +103,9 @@ def check_added(who: str, flare) -> None:
 
 
 def check_in_lens(who: str, flare, adds: bool) -> None:
-    """Check a lens with this flare: valid, repeatable, and without more light than the open lens unless it adds light."""
+    """Check a lens with this flare: valid, repeatable, and without more light than the open lens
+    unless it adds light.
+    """
     lens = some("lens", "diffraction_limited", "ideal")
     out = repeatable(who, lambda m: lens(m, flares=(flare,)), mixed)
     with keeps(who, "a lens with this flare returns irradiance"):

@@ -22,7 +22,9 @@ def bands_nm(count: int = 7) -> np.ndarray:
 
 
 def pattern(shape) -> np.ndarray:
-    """Return an array of positive values from 0.05 to 1 that repeats nowhere, float64; a fixed formula, no random numbers."""
+    """Return an array of positive values from 0.05 to 1 that repeats nowhere, float64; a fixed
+    formula, no random numbers.
+    """
     n = np.arange(np.prod(shape), dtype=float)
     return (0.05 + 0.95 * (n * 0.6180339887498949 % 1.0)).reshape(shape)
 
@@ -35,7 +37,9 @@ def scene(
     groups=GROUPS,
     level: float = 0.01,
 ):
-    """Return scene radiance with labels of two objects; `level` is its largest value, W m-2 sr-1 nm-1; `pitch` in tangents."""
+    """Return scene radiance with labels of two objects; `level` is its largest value, W m-2 sr-1
+    nm-1; `pitch` in tangents.
+    """
     cube = level * pattern((len(groups), bands, height, width))
     instance = np.zeros((height, width), np.uint32)
     instance[2:8, 3:10], instance[9:14, 12:20] = 1, 2
@@ -82,7 +86,9 @@ def scene(
 
 
 def mixed(values=None, height: int = 24, width: int = 32, bands: int = 5, pitch: float = 0.01):
-    """Return mixed radiance; `values` broadcast to (bands, height, width), by default a pattern up to 0.01 W m-2 sr-1 nm-1."""
+    """Return mixed radiance; `values` broadcast to (bands, height, width), by default a pattern up
+    to 0.01 W m-2 sr-1 nm-1.
+    """
     shape = (bands, height, width)
     values = 0.01 * pattern(shape) if values is None else np.broadcast_to(values, shape)
     return plane(
@@ -98,7 +104,9 @@ def mixed(values=None, height: int = 24, width: int = 32, bands: int = 5, pitch:
 
 
 def irradiance(values, height: int, width: int, pitch_m: float, bands: int = 31):
-    """Return irradiance on the sensor plane of an f/2.8 lens of 4 mm; `values` broadcast to (bands, height, width), W m-2 nm-1."""
+    """Return irradiance on the sensor plane of an f/2.8 lens of 4 mm; `values` broadcast to (bands,
+    height, width), W m-2 nm-1.
+    """
     values = np.array(np.broadcast_to(values, (bands, height, width)), np.float32)
     return plane(
         values,
@@ -116,12 +124,16 @@ def irradiance(values, height: int, width: int, pitch_m: float, bands: int = 31)
 
 
 def in_components(light, **modulation):
-    """Return mixed radiance or irradiance as one component, constant unless `modulation` gives fields of a `Modulation`."""
+    """Return mixed radiance or irradiance as one component, constant unless `modulation` gives
+    fields of a `Modulation`.
+    """
     return stacked(["lamps"], [Modulation(**modulation)], [light])
 
 
 def damaged_planes(good):
-    """Yield (what is wrong, data) for every way in which mixed radiance or irradiance can be wrong; what its form tells is sealed."""
+    """Yield (what is wrong, data) for every way in which mixed radiance or irradiance can be wrong;
+    what its form tells is sealed.
+    """
     for what, value in (
         ("NaN light", np.nan),
         ("infinite light", np.inf),
@@ -144,7 +156,9 @@ def damaged_planes(good):
 
 
 def damaged_scenes(good):
-    """Yield (what is wrong, data) for every way in which scene radiance can be wrong; what its form tells is sealed."""
+    """Yield (what is wrong, data) for every way in which scene radiance can be wrong; what its form
+    tells is sealed.
+    """
     for what, value in (
         ("NaN light", np.nan),
         ("infinite light", np.inf),
@@ -167,11 +181,14 @@ def damaged_scenes(good):
 
 
 def some(kind: str, *preferred: str):
-    """Return an installed component of `kind`, the first of `preferred` that there is, to test another kind with."""
+    """Return an installed component of `kind`, the first of `preferred` that there is, to test
+    another kind with.
+    """
     known: dict[str, Component] = {n: c for (k, n), c in components().items() if k == kind}
     for name in (*preferred, *sorted(known)):
         if name in known:
             return build(kind, name)
     raise PluginError(
-        f"no {kind} is installed, and one is needed to check this component; install isethdr's own plugins"
+        f"no {kind} is installed, and one is needed to check this component; install isethdr's own"
+        " plugins"
     )

@@ -1,4 +1,6 @@
-"""What an isp promises: absolute luminance from captures alone, estimates that are not clipped, and honest validity."""
+"""What an isp promises: absolute luminance from captures alone, estimates that are not clipped, and
+honest validity.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ GREY_CD_M2 = 100.0
 
 
 def check(who: str, isp) -> None:
-    """Check one isp on captures of a grey field, in the layout it reads: a colour filter array, or every channel at every pixel."""
+    """Check one isp on captures of a grey field, in the layout it reads: a colour filter array, or
+    every channel at every pixel.
+    """
     layout = _layout(who, isp)
     grey = captures(layout)
     picture = repeatable(who, isp, lambda: captures(layout))
@@ -28,7 +32,8 @@ def check(who: str, isp) -> None:
     same_from_store(who, isp, grey, picture)
     y = picture["xyz"].values[..., 1]
     holds(who, "unsaturated pixels are valid", picture["valid"].values.all())
-    # 5 %: a colour matrix may weigh noise against colour, and assume another white than this equal-energy one
+    # 5 %: a colour matrix may weigh noise against colour, and assume another white than this
+    # equal-energy one
     close(who, "a grey field of 100 cd/m2 comes back as 100 cd/m2", y, GREY_CD_M2, 0.05)
     if variance_known(picture):
         holds(who, "noise gives variance above 0", float(picture["variance"].min()) > 0)
@@ -48,10 +53,12 @@ def check(who: str, isp) -> None:
 def captures(
     layout: str = "mosaic", level: float = GREY_CD_M2, exposure_s: float = 0.01, spectrum=None
 ) -> xr.Dataset:
-    """Return noise-free captures of a field of `level` cd/m2; `spectrum` (31,) of its light, any scale, by default equal energy.
+    """Return noise-free captures of a field of `level` cd/m2; `spectrum` (31,) of its light, any
+    scale, by default equal energy.
 
-    `mosaic`: one capture under a 2 x 2 array of three filters. `full`: three captures, each of one filter at every
-    pixel. The filters see in proportion to the colour matching functions, so colour can be read back exactly.
+    `mosaic`: one capture under a 2 x 2 array of three filters. `full`: three captures, each of one
+    filter at every pixel. The filters see in proportion to the colour matching functions, so colour
+    can be read back exactly.
     """
     nm, (height, width) = bands_nm(31), (16, 24)
     per_photon = xyz_bar(nm) / nm
@@ -115,7 +122,9 @@ def captures(
 
 
 def damaged_captures(good):
-    """Yield (what is wrong, captures) for the ways in which captures can be wrong; what their form tells is sealed."""
+    """Yield (what is wrong, captures) for the ways in which captures can be wrong; what their form
+    tells is sealed.
+    """
     yield "raw that holds NaN", good.assign(raw=good["raw"].astype(float).where(good["x"] > 0))
     good = sealed(good, "raw", "saturated")
     yield "an empty Dataset", xr.Dataset()

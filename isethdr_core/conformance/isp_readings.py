@@ -1,4 +1,6 @@
-"""Readings: whether an isp reads captures as they say, keeps places and colours, and states the variance that its pictures have."""
+"""Readings: whether an isp reads captures as they say, keeps places and colours, and states the
+variance that its pictures have.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,8 @@ INNER = slice(2, -2)  # pixels: demosaic has fewer neighbours at the border
 
 
 def check_readings(who: str, isp, grey, luminance_cd_m2) -> None:
-    """Check that captures of the same light in other numbers give the same luminance: `luminance_cd_m2` (y, x) of `grey`.
+    """Check that captures of the same light in other numbers give the same luminance:
+    `luminance_cd_m2` (y, x) of `grey`.
 
     Parameters
     ----------
@@ -37,12 +40,17 @@ def check_readings(who: str, isp, grey, luminance_cd_m2) -> None:
     }
     for name, captures in cases.items():
         # 1 %: raw is rounded to whole DN
-        promise = f"reads {name!r} from the captures: the same light in other numbers has the same luminance"
+        promise = (
+            f"reads {name!r} from the captures: the same light in other numbers has the same"
+            " luminance"
+        )
         close(who, promise, isp(captures)["xyz"].values[..., 1], luminance_cd_m2, 0.01)
 
 
 def check_place(who: str, isp, grey) -> None:
-    """Check that light in one quarter of the captures is in that quarter of the picture: nothing mirrored, turned or shifted."""
+    """Check that light in one quarter of the captures is in that quarter of the picture: nothing
+    mirrored, turned or shifted.
+    """
     black = float(grey["black_dn"][0])
     x, y = grey["x"].values, grey["y"].values
     lit = (x > 0.0) & (y[:, None] < 0.0)  # right, and up: y points down
@@ -63,7 +71,9 @@ def check_place(who: str, isp, grey) -> None:
 
 
 def check_colour(who: str, isp, layout: str, make) -> None:
-    """Check X and Z of reddish and of bluish light; `make(layout, spectrum=...)` returns captures of filters that see as XYZ do."""
+    """Check X and Z of reddish and of bluish light; `make(layout, spectrum=...)` returns captures
+    of filters that see as XYZ do.
+    """
     nm = bands_nm(31)
     for name, slope in (("reddish", 0.8), ("bluish", -0.8)):
         spectrum = 1 + slope * np.linspace(-1, 1, len(nm))
@@ -81,7 +91,9 @@ def check_colour(who: str, isp, layout: str, make) -> None:
 
 
 def check_variance(who: str, isp, grey) -> None:
-    """Check the stated variance against that of pictures of some shots, each with noise of its own."""
+    """Check the stated variance against that of pictures of some shots, each with noise of its
+    own.
+    """
     random = np.random.default_rng(20261)
     gain, black = float(grey["gain_dn_per_e"][0]), float(grey["black_dn"][0])
     mean_e = (grey["raw"].values.astype(float) - black) / gain

@@ -1,4 +1,6 @@
-"""Arrays that are not in memory: sealed ones, which nobody may read, and those of a store, which are read piece by piece."""
+"""Arrays that are not in memory: sealed ones, which nobody may read, and those of a store, which
+are read piece by piece.
+"""
 
 from __future__ import annotations
 
@@ -27,9 +29,11 @@ class _Sealed(BackendArray):
 
 
 def sealed(data, *names: str):
-    """Return a DataArray, or a Dataset with its variables `names`, whose values cannot be read; dims, coordinates and units stay.
+    """Return a DataArray, or a Dataset with its variables `names`, whose values cannot be read;
+    dims, coordinates and units stay.
 
-    Bad input of this kind has to be refused by its form alone: before the minutes that reading and computing take.
+    Bad input of this kind has to be refused by its form alone: before the minutes that reading and
+    computing take.
     """
     if isinstance(data, xr.DataArray):
         return data.copy(data=indexing.LazilyIndexedArray(_Sealed(data.shape, data.dtype)))
@@ -37,7 +41,9 @@ def sealed(data, *names: str):
 
 
 def same_from_store(who: str, call, data, want) -> None:
-    """Raise AssertionError unless `call(data)` gives the bits of `want` where `data` is read lazily from a store."""
+    """Raise AssertionError unless `call(data)` gives the bits of `want` where `data` is read lazily
+    from a store.
+    """
     promise = "data opened from a store gives the same bits as data in memory"
     array = isinstance(data, xr.DataArray)
     with TemporaryDirectory() as folder:

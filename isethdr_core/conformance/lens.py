@@ -1,4 +1,6 @@
-"""What a lens promises: linear, bands apart, no light made, right way up, and the ideal lens on a uniform field."""
+"""What a lens promises: linear, bands apart, no light made, right way up, and the ideal lens on a
+uniform field.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,8 @@ from .promise import close, holds, keeps, refuses, repeatable, same, stated
 
 # of the largest value: float32 results of Fourier transforms of this size carry 1e-6 of it
 ROUNDING = 1e-5
-# attributes hold one number for all bands, but colours have pupils and images of different size: 0.4 % in a double Gauss, mean of 400 to 700 nm
+# attributes hold one number for all bands, but colours have pupils and images of different size:
+# 0.4 % in a double Gauss, mean of 400 to 700 nm
 COLOURS = 1e-2
 AREA_EXPOSURE_M2_S = 3e-6**2 * 0.016  # a pixel of 3 um, 16 ms
 
@@ -78,7 +81,9 @@ def _check_components(who, lens, scene, out):
 
 
 def _check_photocurrent(who, lens, scene, out):
-    """Light asked for as photocurrent makes the electrons that irradiance does, as far as the sensor that asks can tell."""
+    """Light asked for as photocurrent makes the electrons that irradiance does, as far as the
+    sensor that asks can tell.
+    """
 
     def efficiency(wavelength_nm):
         return np.stack(
@@ -93,7 +98,10 @@ def _check_photocurrent(who, lens, scene, out):
         found = AREA_EXPOSURE_M2_S * light.values
     else:
         found = AREA_EXPOSURE_M2_S * np.tensordot(counting, light.values, 1)
-    promise = "photocurrent makes the electrons that its irradiance makes, within the error allowed (in units of the noise)"
+    promise = (
+        "photocurrent makes the electrons that its irradiance makes, within the error allowed (in"
+        " units of the noise)"
+    )
     # five: what is allowed holds for 99 % of the pixels
     close(
         who, promise, (found - want) / np.sqrt(1 + want), 0.0, 0.0, 5 * asked.noise_fraction_allowed
@@ -101,7 +109,9 @@ def _check_photocurrent(who, lens, scene, out):
 
 
 def _check_window(who, lens, scene):
-    """Light asked for in a window is that asked for everywhere, as far as the sensor that asks can tell."""
+    """Light asked for in a window is that asked for everywhere, as far as the sensor that asks can
+    tell.
+    """
     asked = Response(("W",), lambda w: np.full((1, np.size(w)), 0.5), AREA_EXPOSURE_M2_S, 1.0, 1e5)
 
     def electrons(light, seen):
@@ -142,7 +152,8 @@ def _check_linear(who, lens, scene, out):
         4 * ROUNDING * peak,
     )
     holds(who, "no light in, no light out", float(lens(mixed(0.0)).max()) == 0.0)
-    # neighbours in a row: a band reaches half way to its neighbours, so leaving out every other one would widen it
+    # neighbours in a row: a band reaches half way to its neighbours, so leaving out every other one
+    # would widen it
     part = lens(scene.isel(wavelength=slice(1, 4))).values
     close(
         who,
@@ -161,7 +172,8 @@ def _check_energy(who, lens):
         y=slice(uniform.sizes["y"] // 2 - 1, uniform.sizes["y"] // 2 + 1),
         x=slice(uniform.sizes["x"] // 2 - 1, uniform.sizes["x"] // 2 + 1),
     ).mean("wavelength")
-    # 2 %: light that a wide point spread function takes from beyond the field is missing in the middle
+    # 2 %: light that a wide point spread function takes from beyond the field is missing in the
+    # middle
     close(
         who,
         "a uniform field gives throughput_sr times radiance in the middle",
@@ -173,7 +185,8 @@ def _check_energy(who, lens):
     total = float(uniform.mean("wavelength").sum())
     holds(
         who,
-        "a uniform field's light is at most throughput_sr times radiance times the relative illumination it states",
+        "a uniform field's light is at most throughput_sr times radiance times the relative"
+        " illumination it states",
         total <= passed.sum() * (1 + COLOURS),
         f"{total:.6g} > {passed.sum():.6g}",
     )
@@ -207,7 +220,9 @@ def _check_orientation(who, lens):
 
 
 def _check_place(who, lens, point, source, peak):
-    """Check that a lamp's image lies where focal length and distortion of the light say, to a tile."""
+    """Check that a lamp's image lies where focal length and distortion of the light say, to a
+    tile.
+    """
     stated = lens(source)
     f_m = 1e-3 * stated.attrs["focal_length_mm"]
     row, column = np.argwhere(source.values.sum(axis=0))[0]
@@ -236,7 +251,9 @@ def _relative(light) -> np.ndarray:
 
 
 def _passed_sr(lens, source) -> float:
-    """Return what the attributes say goes through the pupil from the brightest tile: throughput, relative illumination, image size."""
+    """Return what the attributes say goes through the pupil from the brightest tile: throughput,
+    relative illumination, image size.
+    """
     image = lens(mixed(0.01))
     y, x = np.unravel_index(int(source.values.sum(axis=0).argmax()), source.shape[1:])
     x, y, bent = float(source.x[x]), float(source.y[y]), camera_geometry.map_of(image)
@@ -245,7 +262,9 @@ def _passed_sr(lens, source) -> float:
 
 
 def _tiles_ratio(source, image) -> float:
-    """Return how many tiles of the image one tile of the source covers on the axis: 1 where a lens keeps the grid."""
+    """Return how many tiles of the image one tile of the source covers on the axis: 1 where a lens
+    keeps the grid.
+    """
     f_m = 1e-3 * image.attrs["focal_length_mm"]
     return np.prod([f_m * tile_pitch(source, d) / tile_pitch(image, d) for d in ("x", "y")])
 

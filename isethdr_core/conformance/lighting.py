@@ -1,4 +1,6 @@
-"""What a lighting promises: the mix is the weighted sum of the groups, with the weights it states."""
+"""What a lighting promises: the mix is the weighted sum of the groups, with the weights it
+states.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +49,8 @@ def check(who: str, lighting) -> None:
     total = np.tensordot(
         [weights[g] for g in groups], radiance["radiance"].values.astype(float), axes=1
     )
-    # the sum in float64, rounded once to float32: half a unit in the last place is 6e-8; twice that for other orders
+    # the sum in float64, rounded once to float32: half a unit in the last place is 6e-8; twice that
+    # for other orders
     close(who, "the mix is the sum of weight times radiance", out.values, total, 1.2e-7, 1e-30)
     turned = time_mean(
         stated(who, lambda: lighting(fortran(radiance.isel(light_group=slice(None, None, -1)))))

@@ -1,4 +1,6 @@
-"""What a metric promises: scores from the labels it asked for, finite where the picture is good, the same every time."""
+"""What a metric promises: scores from the labels it asked for, finite where the picture is good,
+the same every time.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ SIZE = (48, 72)
 
 
 def check(who: str, metric) -> None:
-    """Check one metric on a picture with noise, on a perfect one, and on one without a valid pixel."""
+    """Check one metric on a picture with noise, on a perfect one, and on one without a valid
+    pixel.
+    """
     if hasattr(metric, "narrow"):
         asked = Demand(groups=("sky", "headlights"), wavelength_nm=(450.0, 550.0, 650.0))
         less = metric.narrow(asked)
@@ -85,7 +89,9 @@ def true_picture():
 
 
 def labels_asked_for(metric):
-    """Return labels with those alone that the metric's `narrow` asks for, as a run would render them."""
+    """Return labels with those alone that the metric's `narrow` asks for, as a run would render
+    them.
+    """
     narrow = getattr(metric, "narrow", None)
     asked = narrow(Demand()).labels if narrow else frozenset()
     everything = scene()
@@ -98,7 +104,9 @@ def labels_asked_for(metric):
 
 
 def noisy_picture(reference):
-    """Return a picture that is off the truth by 1 to 10 % of its mean, with that variance, and two saturated pixels."""
+    """Return a picture that is off the truth by 1 to 10 % of its mean, with that variance, and two
+    saturated pixels.
+    """
     sigma = 0.05 * float(reference["xyz"].mean())
     off = sigma * (2 * pattern(reference["xyz"].shape) - 1.05)
     valid = np.ones(SIZE, bool)
@@ -115,7 +123,9 @@ def noisy_picture(reference):
 
 
 def _check_depends(who, metric, noisy, reference, labels, scores):
-    """A metric is of the picture: a worse, a darker, a less valid one, or one with a softer edge, has another score."""
+    """A metric is of the picture: a worse, a darker, a less valid one, or one with a softer edge,
+    has another score.
+    """
     worse = reference["xyz"].values + 5 * (noisy["xyz"].values - reference["xyz"].values)
     half = np.zeros(SIZE, bool)
     half[:, : SIZE[1] // 2] = True
@@ -137,7 +147,9 @@ def _check_depends(who, metric, noisy, reference, labels, scores):
 
 
 def edge_picture(reference, width_pixels: float):
-    """Return a noise-free picture of a slanted edge, 20 and 100 cd/m2, that rises over so many pixels."""
+    """Return a noise-free picture of a slanted edge, 20 and 100 cd/m2, that rises over so many
+    pixels.
+    """
     y, x = np.indices(SIZE)
     across = (x - SIZE[1] / 2) + 0.1 * (y - SIZE[0] / 2)
     light = 60 + 40 * np.tanh(across / width_pixels)
@@ -186,7 +198,9 @@ def same_scores(first, second) -> bool:
 
 
 def damaged_pictures(good):
-    """Yield (what is wrong, picture) for the ways in which a picture can be wrong; its light is sealed."""
+    """Yield (what is wrong, picture) for the ways in which a picture can be wrong; its light is
+    sealed.
+    """
     good = sealed(good, "xyz", "variance")
     yield "an empty Dataset", xr.Dataset()
     for name in ("xyz", "variance", "valid"):

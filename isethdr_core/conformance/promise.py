@@ -50,14 +50,17 @@ def same(who: str, promise: str, first, second) -> None:
             who,
             promise,
             a[name].shape == b[name].shape and a[name].dtype == b[name].dtype,
-            f"{name} is {a[name].dtype}{a[name].shape} once and {b[name].dtype}{b[name].shape} the other time",
+            f"{name} is {a[name].dtype}{a[name].shape} once and {b[name].dtype}{b[name].shape} the"
+            " other time",
         )
         exact = a[name].dtype.kind in "fc"
         holds(who, promise, np.array_equal(a[name], b[name], equal_nan=exact), f"{name} differs")
 
 
 def close(who: str, promise: str, got, want, relative: float, absolute: float = 0.0) -> None:
-    """Raise AssertionError unless |got - want| <= relative |want| + absolute everywhere; says where it is worst."""
+    """Raise AssertionError unless |got - want| <= relative |want| + absolute everywhere; says where
+    it is worst.
+    """
     got, want = np.broadcast_arrays(np.asarray(got, float), np.asarray(want, float))
     excess = np.abs(got - want) - relative * np.abs(want) - absolute
     bad = ~(excess <= 0)
@@ -69,13 +72,16 @@ def close(who: str, promise: str, got, want, relative: float, absolute: float = 
             who,
             promise,
             False,
-            f"{bad.sum()} of {bad.size} values; worst at {tuple(map(int, worst))}: "
-            f"{got[worst]:.6g}, expected {want[worst]:.6g} within {relative:g} relative + {absolute:g}",
+            f"{bad.sum()} of {bad.size} values; worst at {tuple(map(int, worst))}:"
+            f" {got[worst]:.6g}, expected {want[worst]:.6g} within {relative:g} relative +"
+            f" {absolute:g}",
         )
 
 
 def refuses(who: str, what: str, call) -> None:
-    """Raise AssertionError unless `call()` raises one of our own errors, whose message names what was expected."""
+    """Raise AssertionError unless `call()` raises one of our own errors, whose message names what
+    was expected.
+    """
     promise = f"refuses {what} with an error of isethdr_core.errors"
     try:
         call()
@@ -104,7 +110,9 @@ def stated(who: str, call):
 
 
 def repeatable(who: str, call, make_input):
-    """Return `call(input)` after checking that it leaves its input alone and depends on its values only."""
+    """Return `call(input)` after checking that it leaves its input alone and depends on its values
+    only.
+    """
     given, kept = make_input(), make_input()
     with keeps(who, "accepts valid input"):
         result = call(given)
@@ -122,7 +130,8 @@ def repeatable(who: str, call, make_input):
 def alike(who: str, promise: str, got, want) -> None:
     """Raise AssertionError unless two results agree but for the rounding of sums in another order.
 
-    1e-5 of the largest value: sums in float32. Whole numbers may differ by 1, where such a sum decides a count.
+    1e-5 of the largest value: sums in float32. Whole numbers may differ by 1, where such a sum
+    decides a count.
     """
     a, b = arrays(got), arrays(want)
     holds(who, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
@@ -156,7 +165,9 @@ def arrays(result) -> dict[str, np.ndarray]:
 
 
 def check_component(who: str, kind: str, name: str, component, fields: dict) -> None:
-    """Check what every component promises: documented, typed, comparable, storable, honest about its needs."""
+    """Check what every component promises: documented, typed, comparable, storable, honest about
+    its needs.
+    """
     holds(
         who,
         "the class docstring says in its first line what it is",

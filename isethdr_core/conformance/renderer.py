@@ -1,6 +1,8 @@
-"""What a renderer promises: what was demanded, a sky that is uniform, lamps of the stated candela, light linear in the lamps.
+"""What a renderer promises: what was demanded, a sky that is uniform, lamps of the stated candela,
+light linear in the lamps.
 
-Pass fields that make it quick, for example `check("renderer", "mitsuba", width=32, height=18, samples=16)`.
+Pass fields that make it quick, for example `check("renderer", "mitsuba", width=32, height=18,
+samples=16)`.
 """
 
 from __future__ import annotations
@@ -54,7 +56,9 @@ def check(who: str, renderer) -> None:
 def world(
     road: bool = True, lamp: bool = True, sky: bool = True, intensity_cd: float = INTENSITY_CD
 ) -> SceneDescription:
-    """Return a flat road, a Lambertian panel lamp that faces the camera on its axis, and a uniform sky."""
+    """Return a flat road, a Lambertian panel lamp that faces the camera on its axis, and a uniform
+    sky.
+    """
     corners = np.array([[0.0, -1, -1], [0, 1, -1], [0, 1, 1], [0, -1, 1]])
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     panel = Part(
@@ -109,7 +113,8 @@ def _check_lamp(who, renderer):
             * _cos_solid_angle(lamp)
         )
     )
-    # 3 %: the lamp's border falls across few tiles, sampled by few paths; bands of a coarse grid bend V(lambda)
+    # 3 %: the lamp's border falls across few tiles, sampled by few paths; bands of a coarse grid
+    # bend V(lambda)
     close(
         who,
         "a lamp of I cd at d m on the axis gives I / d^2 lux",
@@ -129,7 +134,9 @@ def _check_lamp(who, renderer):
 
 
 def _cos_solid_angle(ds) -> np.ndarray:
-    """Return what turns radiance into irradiance on the image plane, sr: tile area times cos^4 of the field angle."""
+    """Return what turns radiance into irradiance on the image plane, sr: tile area times cos^4 of
+    the field angle.
+    """
     return (
         tile_pitch(ds, "x")
         * tile_pitch(ds, "y")

@@ -1,4 +1,6 @@
-"""What a scene promises: a description that a renderer can use, or scene radiance that is already known."""
+"""What a scene promises: a description that a renderer can use, or scene radiance that is already
+known.
+"""
 
 from __future__ import annotations
 
@@ -139,7 +141,9 @@ def _check_spectrum(who, at, spectrum):
 
 
 def _flat(made: SceneDescription) -> np.ndarray:
-    """Return everything that a scene draws at random as one array: poses and the meshes' corners."""
+    """Return everything that a scene draws at random as one array: poses and the meshes'
+    corners.
+    """
     numbers = [np.asarray(o.pose, float).ravel() for o in made.objects]
     numbers += [
         np.asarray(p.vertices, float).ravel() for m in made.models.values() for p in m.parts

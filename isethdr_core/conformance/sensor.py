@@ -1,4 +1,6 @@
-"""What a sensor promises: expected electrons linear in light, noise keyed by pixel, captures that say how to read them."""
+"""What a sensor promises: expected electrons linear in light, noise keyed by pixel, captures that
+say how to read them.
+"""
 
 from __future__ import annotations
 
@@ -125,7 +127,9 @@ def check_captures(who: str, shot) -> None:
 
 
 def dim_light(who: str, sensor):
-    """Return a patterned field, as wide as 24 x 32 pixels or the sensor's own, that makes at most `SIGNAL_E` electrons."""
+    """Return a patterned field, as wide as 24 x 32 pixels or the sensor's own, that makes at most
+    `SIGNAL_E` electrons.
+    """
     pitch_m = float(getattr(sensor, "pitch_um", 3.0)) * 1e-6
     height, width = (
         int(getattr(sensor, side, None) or count) for side, count in (("rows", 24), ("columns", 32))
@@ -140,7 +144,9 @@ def dim_light(who: str, sensor):
 
 
 def _check_narrow(who, sensor, light, mean):
-    """What `narrow` drops must not matter: without those bands, and those tiles, the expected electrons are the same."""
+    """What `narrow` drops must not matter: without those bands, and those tiles, the expected
+    electrons are the same.
+    """
     _check_window(who, sensor, light)
     bands = tuple(light.wavelength.values.tolist())
     kept = (
@@ -248,7 +254,8 @@ def _check_noise(who, sensor, light, shot):
         + shot["quantisation_e"].values ** 2 / 12
     )
     found = residual.sum(axis=(1, 2)) / count
-    # 6 standard errors never happen by chance; 2 % for fixed patterns, whose mean over so few pixels is not 0
+    # 6 standard errors never happen by chance; 2 % for fixed patterns, whose mean over so few
+    # pixels is not 0
     bound = (
         6 * np.sqrt(variance / count)
         + 0.02 * np.abs(mean).mean(axis=(1, 2))
@@ -264,7 +271,9 @@ def _check_noise(who, sensor, light, shot):
 
 
 def _check_quiet(who, sensor, light):
-    """A sensor that can be told `noise=False` then is its own mean, but for the steps of its converter."""
+    """A sensor that can be told `noise=False` then is its own mean, but for the steps of its
+    converter.
+    """
     if not isinstance(getattr(sensor, "noise", None), bool):
         return
     quiet = replace(sensor, noise=False) if sensor.noise else sensor
@@ -290,7 +299,9 @@ def _check_quiet(who, sensor, light):
 
 
 def _electrons(shot) -> np.ndarray:
-    """Return electrons, dark charge included, read back from raw as captures say: (linear DN - black) / gain."""
+    """Return electrons, dark charge included, read back from raw as captures say: (linear DN -
+    black) / gain.
+    """
     column, raw = (slice(None), None, None), shot["raw"].values.astype(float)
     if "companding_dn" in shot:
         tables = zip(

@@ -1,8 +1,9 @@
 """Geometry: where a sensor looks, as the attributes of irradiance, captures and pictures state it.
 
-`distortion` {model: ..., its numbers} and `projection` are absent where a lens keeps the grid of tangents; `falloff` is cos4,
-none or table, then with `falloff_table` {angle_deg: [...], relative: [...]}. Positions on the sensor are in focal lengths, so
-that a lens without distortion lands light at its own field coordinates.
+`distortion` {model: ..., its numbers} and `projection` are absent where a lens keeps the grid of
+tangents; `falloff` is cos4, none or table, then with `falloff_table` {angle_deg: [...], relative:
+[...]}. Positions on the sensor are in focal lengths, so that a lens without distortion lands light
+at its own field coordinates.
 """
 
 from __future__ import annotations
@@ -53,7 +54,9 @@ class Identity:
 
 
 def projection_of(data) -> str:
-    """Return the projection of a field, by its attribute; 'tangent' where none is stated. UnitError for an unknown one."""
+    """Return the projection of a field, by its attribute; 'tangent' where none is stated. UnitError
+    for an unknown one.
+    """
     found = data.attrs.get("projection", "tangent")
     if found not in projections.PROJECTIONS:
         raise UnitError(
@@ -63,9 +66,11 @@ def projection_of(data) -> str:
 
 
 def distortion_map(distortion, projection: str = "tangent"):
-    """Return the map of {model: brown_conrady | kannala_brandt | table, its numbers...}, or `Identity` for none.
+    """Return the map of {model: brown_conrady | kannala_brandt | table, its numbers...}, or
+    `Identity` for none.
 
-    Zero coefficients of brown_conrady on tangents, and of kannala_brandt on angles, are the identity too.
+    Zero coefficients of brown_conrady on tangents, and of kannala_brandt on angles, are the
+    identity too.
 
     Raises
     ------
@@ -119,14 +124,18 @@ def _numbers(model: str, key: str, value):
 
 
 def map_of(data):
-    """Return the map from field coordinates to the sensor that the attributes of light, captures or a picture state."""
+    """Return the map from field coordinates to the sensor that the attributes of light, captures or
+    a picture state.
+    """
     return distortion_map(data.attrs.get("distortion"), projection_of(data))
 
 
 def relative_illumination(attrs, x, y) -> np.ndarray:
-    """Return the irradiance of a uniform scene over throughput x radiance, at sensor positions in focal lengths (broadcast).
+    """Return the irradiance of a uniform scene over throughput x radiance, at sensor positions in
+    focal lengths (broadcast).
 
-    The falloff of the field angle that lands there, times field area per sensor area; a table already holds both.
+    The falloff of the field angle that lands there, times field area per sensor area; a table
+    already holds both.
     """
     projection = attrs.get("projection", "tangent")
     lens = distortion_map(attrs.get("distortion"), projection)
@@ -140,21 +149,24 @@ def relative_illumination(attrs, x, y) -> np.ndarray:
 
 
 def table_values(table, angle_deg) -> np.ndarray:
-    """Return values of {angle_deg, relative} at angles: monotone cubic in the angle; ConfigError beyond the table's end."""
+    """Return values of {angle_deg, relative} at angles: monotone cubic in the angle; ConfigError
+    beyond the table's end.
+    """
     from scipy.interpolate import PchipInterpolator
 
     angles, values = (np.asarray(table[k], float) for k in ("angle_deg", "relative"))
     largest = float(np.max(angle_deg, initial=0.0))
     if largest > angles[-1] * (1 + 1e-9):
         raise ConfigError(
-            f"the table of relative illumination ends at {angles[-1]:g} degrees, the field reaches {largest:.4g}; "
-            "expected a longer table in lens.falloff, or a smaller field"
+            f"the table of relative illumination ends at {angles[-1]:g} degrees, the field reaches"
+            f" {largest:.4g}; expected a longer table in lens.falloff, or a smaller field"
         )
     return PchipInterpolator(angles, values)(np.minimum(angle_deg, angles[-1]))
 
 
 def field_areas(lens, x_in, y_in, x_out, y_out):
-    """Return the (sensor tile, field tile) matrix of shared areas, in field coordinates; the last two are kept in the process.
+    """Return the (sensor tile, field tile) matrix of shared areas, in field coordinates; the last
+    two are kept in the process.
 
     Parameters
     ----------
@@ -177,7 +189,8 @@ def _areas(lens, *grids):
 
 
 def mean_seen(tiles, field, lens, x, y, pitch: float, beyond: bool = False) -> np.ndarray:
-    """Return the mean (..., y, x) of constant tiles over the quadrilaterals of the field that pixels look at.
+    """Return the mean (..., y, x) of constant tiles over the quadrilaterals of the field that
+    pixels look at.
 
     Parameters
     ----------
@@ -192,7 +205,8 @@ def mean_seen(tiles, field, lens, x, y, pitch: float, beyond: bool = False) -> n
     for centres in (x, y):
         if len(centres) > 1 and np.abs(np.diff(centres) - pitch).max() > 1e-6 * pitch:
             raise ValueError(
-                "pixels do not lie side by side; expected centres one pitch apart where a lens distorts"
+                "pixels do not lie side by side; expected centres one pitch apart where a lens"
+                " distorts"
             )
     grids = (
         *(borders(field[d].values, tile_pitch(field, d)) for d in ("x", "y")),
@@ -208,7 +222,9 @@ def mean_seen(tiles, field, lens, x, y, pitch: float, beyond: bool = False) -> n
 
 
 def _widened(lens, x_in, y_in, x_out, y_out):
-    """Return the borders with as many tiles more on every side of the field as the sensor's tiles reach beyond it, and how many that are."""
+    """Return the borders with as many tiles more on every side of the field as the sensor's tiles
+    reach beyond it, and how many that are.
+    """
     seen, more = lens.inverse(*np.meshgrid(x_out, y_out)), 0
     for at, known in zip(seen, (x_in, y_in)):
         reach = max(known[0] - at.min(), at.max() - known[-1]) * (len(known) - 1) / np.ptp(known)
@@ -222,7 +238,9 @@ def _widened(lens, x_in, y_in, x_out, y_out):
 
 
 def box_on_sensor(lens, left, top, right, bottom) -> tuple[float, float, float, float]:
-    """Return (left, top, right, bottom) in focal lengths of the smallest box around the image of a rectangle of the field."""
+    """Return (left, top, right, bottom) in focal lengths of the smallest box around the image of a
+    rectangle of the field.
+    """
     side = np.linspace(0, 1, EDGE_POINTS)
     u = (
         np.concatenate([side, np.ones_like(side), side, np.zeros_like(side)]) * (right - left)

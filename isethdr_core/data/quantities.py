@@ -45,7 +45,8 @@ def scene_radiance(
     radiance : (light_group, wavelength, y, x) array, W m-2 sr-1 nm-1; stored as float32.
     groups : names of the light groups.
     wavelength_nm : band centres in nm, increasing.
-    x, y : tile centres as tangents of the field angle (x right, y down, 0 on the axis), or as `projection` says.
+    x, y : tile centres as tangents of the field angle (x right, y down, 0 on the axis), or as
+        `projection` says.
     field : (width, height), the camera's full field in the unit of x and y; tiles beyond it are
         margin, rendered so that lamps just outside the frame can flare into it. None: all of it.
     projection : tangent or equidistant (`physics.projection`).
@@ -88,7 +89,8 @@ def full_field(data) -> tuple[float, float]:
 def tile_pitch(data, dim: str) -> float:
     """Return the distance between neighbouring tiles along `dim`, in the unit of the coordinate.
 
-    A single tile has no neighbour: it then carries its width in the attribute `pitch_x` or `pitch_y`.
+    A single tile has no neighbour: it then carries its width in the attribute `pitch_x` or
+    `pitch_y`.
     """
     c = np.asarray(data[dim].values, float)
     if len(c) > 1:
@@ -97,7 +99,9 @@ def tile_pitch(data, dim: str) -> float:
 
 
 def plane(values, wavelength_nm, x, y, units, **attrs) -> xr.DataArray:
-    """Return a (wavelength, y, x) DataArray of mixed radiance or irradiance with its units and attributes."""
+    """Return a (wavelength, y, x) DataArray of mixed radiance or irradiance with its units and
+    attributes.
+    """
     out = xr.DataArray(
         values,
         dims=MIXED_DIMS,
@@ -111,7 +115,8 @@ def plane(values, wavelength_nm, x, y, units, **attrs) -> xr.DataArray:
 def photocurrent(values, channels, x, y, wavelength_nm, efficiency, **attrs) -> xr.DataArray:
     """Return a (channel, y, x) DataArray of photocurrent on the sensor plane.
 
-    `efficiency` (channel, wavelength), electrons per photon, and the bands `wavelength_nm` say which sensor it was made for.
+    `efficiency` (channel, wavelength), electrons per photon, and the bands `wavelength_nm` say
+    which sensor it was made for.
     """
     return xr.DataArray(
         values,
@@ -135,7 +140,9 @@ def bands_nm(light) -> np.ndarray:
 
 
 def tristimulus(mixed: xr.DataArray) -> xr.Dataset:
-    """Return `xyz` (y, x, xyz_channel) of mixed radiance, X, Y, Z with Y in cd/m2; the mean over time of light that varies."""
+    """Return `xyz` (y, x, xyz_channel) of mixed radiance, X, Y, Z with Y in cd/m2; the mean over
+    time of light that varies.
+    """
     from ..physics.photometry import xyz
     from .temporal_modulation import time_mean
 
@@ -158,13 +165,17 @@ def tristimulus(mixed: xr.DataArray) -> xr.Dataset:
 
 
 def check_scene(ds: xr.Dataset) -> None:
-    """Raise UnitError unless `ds` is scene radiance: dims, units, increasing bands, finite and >= 0."""
+    """Raise UnitError unless `ds` is scene radiance: dims, units, increasing bands, finite and >=
+    0.
+    """
     check_scene_form(ds)
     _check_light(ds["radiance"], "scene radiance")
 
 
 def check_scene_form(ds: xr.Dataset) -> None:
-    """Do the checks of `check_scene` that read no light: for cubes of which only a part will be read."""
+    """Do the checks of `check_scene` that read no light: for cubes of which only a part will be
+    read.
+    """
     if "radiance" not in ds:
         raise UnitError(
             "scene radiance needs a variable 'radiance'; got "
@@ -175,7 +186,8 @@ def check_scene_form(ds: xr.Dataset) -> None:
     _check_units(cube, RADIANCE, "scene radiance")
     if cube.size == 0:
         raise UnitError(
-            f"scene radiance is empty: {dict(cube.sizes)}; expected at least one group, band and tile"
+            f"scene radiance is empty: {dict(cube.sizes)}; expected at least one group, band and"
+            " tile"
         )
     _check_bands(cube, "scene radiance")
     _check_uniform(cube, "scene radiance")
@@ -188,13 +200,17 @@ def check_mixed(mixed: xr.DataArray) -> None:
 
 
 def check_irradiance(light: xr.DataArray) -> None:
-    """Raise UnitError unless `light` is irradiance on the sensor plane, W m-2 nm-1, x and y in metres."""
+    """Raise UnitError unless `light` is irradiance on the sensor plane, W m-2 nm-1, x and y in
+    metres.
+    """
     _check_plane(light, IRRADIANCE, "irradiance")
     _check_lens_attributes(light, "irradiance")
 
 
 def check_photocurrent(light: xr.DataArray) -> None:
-    """Raise UnitError unless `light` is photocurrent on the sensor plane, electrons m-2 s-1, x and y in metres."""
+    """Raise UnitError unless `light` is photocurrent on the sensor plane, electrons m-2 s-1, x and
+    y in metres.
+    """
     _check_dims(light, CHANNEL_DIMS, "photocurrent")
     _check_units(light, PHOTOCURRENT, "photocurrent")
     _check_uniform(light, "photocurrent")
@@ -213,7 +229,8 @@ def _check_lens_attributes(light, what, more=()):
     ):
         if name not in light.attrs:
             raise UnitError(
-                f"{what} lacks the attribute {name!r}; a lens sets it on its output (quantities.plane, quantities.photocurrent)"
+                f"{what} lacks the attribute {name!r}; a lens sets it on its output"
+                " (quantities.plane, quantities.photocurrent)"
             )
 
 
@@ -256,7 +273,8 @@ def _check_bands(data, what):
         )
     if np.any(np.diff(w) <= 0):
         raise UnitError(
-            f"{what} has unsorted or repeated wavelengths {w}; expected nm, increasing; use .sortby('wavelength')"
+            f"{what} has unsorted or repeated wavelengths {w}; expected nm, increasing; use"
+            " .sortby('wavelength')"
         )
 
 
@@ -285,13 +303,13 @@ def _check_field(ds):
         and (half := np.degrees(np.arctan(max(edges)))) > LARGEST_HALF_FIELD_DEG
     ):
         raise UnitError(
-            f"a tangent grid reaches {half:.1f} degrees off axis; expected at most {LARGEST_HALF_FIELD_DEG:g}; "
-            "use projection 'equidistant' for wider cameras"
+            f"a tangent grid reaches {half:.1f} degrees off axis; expected at most"
+            f" {LARGEST_HALF_FIELD_DEG:g}; use projection 'equidistant' for wider cameras"
         )
     if projection == "equidistant" and np.hypot(*edges) > np.pi:
         raise UnitError(
-            f"the corners of an equidistant grid lie {np.degrees(np.hypot(*edges)):.1f} degrees off axis; "
-            "expected at most 180: there are no directions beyond"
+            f"the corners of an equidistant grid lie {np.degrees(np.hypot(*edges)):.1f} degrees off"
+            " axis; expected at most 180: there are no directions beyond"
         )
 
 
@@ -301,12 +319,13 @@ def _check_light(data, what):
     low, high = float(np.min(data.values)), float(np.max(data.values))  # numpy's: NaN comes through
     if not (np.isfinite(low) and np.isfinite(high)):
         raise UnitError(
-            f"{what} holds NaN or infinite values; expected finite light (a damaged store or a failed render?)"
+            f"{what} holds NaN or infinite values; expected finite light (a damaged store or a"
+            " failed render?)"
         )
     if low < 0:
         raise UnitError(
-            f"{what} holds negative light ({low:g} {data.attrs.get('units')}); expected 0 or more, light is never negative; "
-            "check a subtraction or an interpolation upstream"
+            f"{what} holds negative light ({low:g} {data.attrs.get('units')}); expected 0 or more,"
+            " light is never negative; check a subtraction or an interpolation upstream"
         )
 
 

@@ -1,6 +1,8 @@
-"""Truth: the picture that a camera without noise, blur and flare would make, and the labels on its pixels.
+"""Truth: the picture that a camera without noise, blur and flare would make, and the labels on its
+pixels.
 
-Truth comes from the mixed radiance alone, by exact area integration over the pixels of the picture it is compared with.
+Truth comes from the mixed radiance alone, by exact area integration over the pixels of the picture
+it is compared with.
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ def make_picture(
     variance : same shape, (cd/m2)^2, from shot to shot of one device.
     valid : (y, x) bool.
     x_m, y_m : pixel centres on the sensor plane, m.
-    fixed_pattern_variance : same shape, (cd/m2)^2, from device to device of one model; None where it is not known.
+    fixed_pattern_variance : same shape, (cd/m2)^2, from device to device of one model; None where
+        it is not known.
     attrs : at least focal_length_mm and pitch_um, which tie pixels to field angles.
     """
     for name in ("focal_length_mm", "pitch_um"):
@@ -73,7 +76,9 @@ def total_variance(picture: xr.Dataset) -> xr.DataArray:
 
 
 def variance_known(picture: xr.Dataset) -> bool:
-    """Return whether the picture states its variance; where it does not, its variances are NaN and no score may use them."""
+    """Return whether the picture states its variance; where it does not, its variances are NaN and
+    no score may use them.
+    """
     return bool(picture.attrs.get(VARIANCE_KNOWN, True))
 
 
@@ -82,7 +87,8 @@ def check_picture(picture, what: str = "picture") -> None:
     for name in ("xyz", "variance", "valid"):
         if name not in getattr(picture, "data_vars", {}):
             raise UnitError(
-                f"{what} has no variable {name!r}; expected a picture Dataset as an isp or truth() returns it"
+                f"{what} has no variable {name!r}; expected a picture Dataset as an isp or truth()"
+                " returns it"
             )
     if (
         tuple(picture["xyz"].dims) != PICTURE_DIMS
@@ -93,7 +99,8 @@ def check_picture(picture, what: str = "picture") -> None:
         )
     if FIXED_PATTERN in picture and tuple(picture[FIXED_PATTERN].dims) != PICTURE_DIMS:
         raise UnitError(
-            f"{what} has {FIXED_PATTERN} dims {tuple(picture[FIXED_PATTERN].dims)}; expected {PICTURE_DIMS}"
+            f"{what} has {FIXED_PATTERN} dims {tuple(picture[FIXED_PATTERN].dims)}; expected"
+            f" {PICTURE_DIMS}"
         )
     if picture["xyz"].attrs.get("units") != LUMINANCE:
         raise UnitError(
@@ -102,18 +109,20 @@ def check_picture(picture, what: str = "picture") -> None:
 
 
 def truth(mixed: xr.DataArray, picture: xr.Dataset) -> xr.Dataset:
-    """Return the true picture on the grid of `picture`: the mean XYZ of the radiance that each pixel looks at.
+    """Return the true picture on the grid of `picture`: the mean XYZ of the radiance that each
+    pixel looks at.
 
     Notes
     -----
-    A pixel at x on the sensor looks at the field coordinate x / focal length, or at the quadrilateral of the field that the lens's
-    distortion puts there. Colour matching comes before the integration;
-    both are linear, so their order does not matter. Variance is 0 and every pixel is valid. Light that varies in time counts
-    with its mean over time.
+    A pixel at x on the sensor looks at the field coordinate x / focal length, or at the
+    quadrilateral of the field that the lens's distortion puts there. Colour matching comes before
+    the integration; both are linear, so their order does not matter. Variance is 0 and every pixel
+    is valid. Light that varies in time counts with its mean over time.
     """
     mixed = time_mean(mixed)
     check_mixed(mixed)
-    # sum over bands in float64: 31 float32 bands of a lamp and a dark road would otherwise lose the road's last digits
+    # sum over bands in float64: 31 float32 bands of a lamp and a dark road would otherwise lose the
+    # road's last digits
     weights = xyz_weights(mixed.wavelength.values)
     tiles = np.zeros((3, *mixed.shape[1:]))
     for weight, band in zip(weights.T, mixed.values):
@@ -142,7 +151,8 @@ def truth(mixed: xr.DataArray, picture: xr.Dataset) -> xr.Dataset:
 
 
 def seen(tiles, field, picture) -> np.ndarray:
-    """Return the mean (..., y, x) of constant tiles (..., y, x) on the grid of `field` over the part of the field that each pixel looks at.
+    """Return the mean (..., y, x) of constant tiles (..., y, x) on the grid of `field` over the
+    part of the field that each pixel looks at.
 
     Raises
     ------
@@ -165,16 +175,19 @@ def seen(tiles, field, picture) -> np.ndarray:
         )
     except ValueError as err:
         raise UnitError(
-            f"the picture's pixels do not fit the scene: {err}; crop the sensor or widen the camera's field"
+            f"the picture's pixels do not fit the scene: {err}; crop the sensor or widen the"
+            " camera's field"
         ) from err
 
 
 def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
-    """Return the scene's labels at the pixel centres of `picture`: those of the tile that holds each centre.
+    """Return the scene's labels at the pixel centres of `picture`: those of the tile that holds
+    each centre.
 
-    Labels are names and distances, not light: they are looked up, never averaged. The attribute `objects` is the
-    scene's table with `box` in pixels of the picture; parts of a box beyond the frame are cut, `in_frame` says
-    which share of its area is left. Objects wholly outside are dropped.
+    Labels are names and distances, not light: they are looked up, never averaged. The attribute
+    `objects` is the scene's table with `box` in pixels of the picture; parts of a box beyond the
+    frame are cut, `in_frame` says which share of its area is left. Objects wholly outside are
+    dropped.
     """
     f_m = _focal_length_m(picture)
     x, y = picture.x.values / f_m, picture.y.values / f_m
@@ -201,7 +214,9 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
 
 
 def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict]:
-    """Return the scene's object table with boxes [x, y, width, height] in pixels of `picture`, from its top left corner."""
+    """Return the scene's object table with boxes [x, y, width, height] in pixels of `picture`, from
+    its top left corner.
+    """
     out, lens = [], _distortion(scene, picture)
     for entry in scene.attrs.get("objects", []):
         left, top, width, height = entry["box"]
@@ -224,7 +239,8 @@ def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict]:
 
 
 def _distortion(scene, picture):
-    """Return the map from the scene's field to the picture's sensor; None where the lens keeps the grid.
+    """Return the map from the scene's field to the picture's sensor; None where the lens keeps the
+    grid.
 
     Raises
     ------
@@ -258,8 +274,9 @@ def _nearest(scene, dim, tangents):
     ) + 0.5  # in tiles, from the outer border of the first
     if place.min() < -TIE or place.max() > len(centres) + TIE:
         raise UnitError(
-            f"pixel centres reach the tangent {np.abs(tangents).max():.4g} along {dim}, the scene's tiles end at "
-            f"{np.abs(centres).max():.4g}; crop the sensor or widen the camera's field"
+            f"pixel centres reach the tangent {np.abs(tangents).max():.4g} along {dim}, the scene's"
+            f" tiles end at {np.abs(centres).max():.4g}; crop the sensor or widen the camera's"
+            " field"
         )
     # a centre on a border between two tiles goes to the later one, whatever the last digit says
     return np.clip(np.floor(place + TIE).astype(int), 0, len(centres) - 1)
@@ -268,7 +285,8 @@ def _nearest(scene, dim, tangents):
 def _focal_length_m(picture) -> float:
     if "focal_length_mm" not in picture.attrs:
         raise UnitError(
-            "the picture has no attribute 'focal_length_mm', so its pixels have no field angle; the isp sets it"
+            "the picture has no attribute 'focal_length_mm', so its pixels have no field angle; the"
+            " isp sets it"
         )
     return float(picture.attrs["focal_length_mm"]) * 1e-3
 

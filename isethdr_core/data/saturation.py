@@ -1,4 +1,6 @@
-"""Saturation: which pixels of a picture are saturated in every capture, so that no exposure measured them."""
+"""Saturation: which pixels of a picture are saturated in every capture, so that no exposure
+measured them.
+"""
 
 from __future__ import annotations
 
@@ -25,5 +27,7 @@ def with_saturation(picture: xr.Dataset, captures: xr.Dataset) -> xr.Dataset:
 
 
 def saturated(picture: xr.Dataset) -> np.ndarray:
-    """Return which pixels (y, x) are saturated: as the picture states, or all that are not valid."""
+    """Return which pixels (y, x) are saturated: as the picture states, or all that are not
+    valid.
+    """
     return picture["saturated"].values if "saturated" in picture else ~picture["valid"].values

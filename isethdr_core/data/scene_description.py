@@ -15,7 +15,9 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Spectrum:
-    """A tabulated spectrum: `value` at `wavelength_nm`, linear between, constant beyond the ends."""
+    """A tabulated spectrum: `value` at `wavelength_nm`, linear between, constant beyond the
+    ends.
+    """
 
     wavelength_nm: tuple[float, ...]
     value: tuple[float, ...]
@@ -32,7 +34,8 @@ def flat(value: float) -> Spectrum:
 
 @dataclass(frozen=True)
 class Material:
-    """How a surface reflects. `reflectance` is 0..1; `roughness` is the Beckmann alpha (0 = mirror).
+    """How a surface reflects. `reflectance` is 0..1; `roughness` is the Beckmann alpha (0 =
+    mirror).
 
     diffuse: Lambertian. plastic: a Lambertian base under a rough dielectric coat of `index`.
     conductor: a rough metal of that normal-incidence reflectance.
@@ -50,9 +53,10 @@ class Material:
 class Lamp:
     """What an emitting part sends out, as built: a lighting weight of 1 means exactly this.
 
-    The radiance is constant over the part and within `inner_deg` of the axis, falls as a smoothstep of
-    the cosine to zero at `outer_deg`, and keeps `lambertian_share` of the total flux as a Lambertian
-    floor, so that the lamp never turns black off its axis. `outer_deg` 90 and `inner_deg` 90: Lambertian.
+    The radiance is constant over the part and within `inner_deg` of the axis, falls as a smoothstep
+    of the cosine to zero at `outer_deg`, and keeps `lambertian_share` of the total flux as a
+    Lambertian floor, so that the lamp never turns black off its axis. `outer_deg` 90 and
+    `inner_deg` 90: Lambertian.
     """
 
     kind: str  # low_beam, drl, tail, brake, indicator, street, window, ...
@@ -67,7 +71,9 @@ class Lamp:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A triangle mesh of one material: `vertices` (n, 3) m, `faces` (m, 3), unit `normals` (n, 3) or None."""
+    """A triangle mesh of one material: `vertices` (n, 3) m, `faces` (m, 3), unit `normals` (n, 3)
+    or None.
+    """
 
     name: str
     vertices: np.ndarray
@@ -89,7 +95,8 @@ class Model:
 class Placed:
     """One object in the world: a model at a pose. All its parts share one instance label.
 
-    `category` is a name of `isethdr_core.data.categories`, for example `person`, `car`, `deer`, `road`.
+    `category` is a name of `isethdr_core.data.categories`, for example `person`, `car`, `deer`,
+    `road`.
     """
 
     name: str

@@ -13,8 +13,9 @@ from ..uncertainty import ledger
 class Score:
     """One number about one picture, or one object in it.
 
-    In the result of a run `low` and `high` are the ends of its 95 % interval (`score_intervals`). From a
-    metric they are the spread over the pixels of its one picture. NaN where they are not known.
+    In the result of a run `low` and `high` are the ends of its 95 % interval (`score_intervals`).
+    From a metric they are the spread over the pixels of its one picture. NaN where they are not
+    known.
     """
 
     metric: str
@@ -31,7 +32,8 @@ UNLIKE_SHARES = (
 
 
 def unlike_shares(scores: list[dict]) -> dict[str, dict[str, float]]:
-    """Return the valid shares of the cameras, by object, where they differ by more than `UNLIKE_SHARES`.
+    """Return the valid shares of the cameras, by object, where they differ by more than
+    `UNLIKE_SHARES`.
 
     Parameters
     ----------
@@ -68,7 +70,9 @@ def shares_remark(shares: dict[str, float]) -> str:
 
 
 def half_interval(score: Score) -> float:
-    """Return the larger distance from the value to an end of its interval, in its unit; NaN where it has neither end."""
+    """Return the larger distance from the value to an end of its interval, in its unit; NaN where
+    it has neither end.
+    """
     sides = [
         side for side in (score.value - score.low, score.high - score.value) if not math.isnan(side)
     ]
@@ -76,10 +80,12 @@ def half_interval(score: Score) -> float:
 
 
 def state_errors(scores: list[Score]) -> None:
-    """State in the ledger how wrong the scores of one metric may be: half of the widest 95 % interval, once per unit.
+    """State in the ledger how wrong the scores of one metric may be: half of the widest 95 %
+    interval, once per unit.
 
-    Scores of the whole picture speak for the metric, those of objects where there are no others. Scores without any
-    interval may be wrong by anything: the bound is infinite. A metric that bounds its error itself is left alone.
+    Scores of the whole picture speak for the metric, those of objects where there are no others.
+    Scores without any interval may be wrong by anything: the bound is infinite. A metric that
+    bounds its error itself is left alone.
     """
     if ledger.stated():
         return

@@ -1,7 +1,8 @@
 """Light that varies in time: components of mixed radiance and irradiance, each with one modulation.
 
-Light without the dim `component` is constant. With it, each component holds the mean over time of its light, and the
-coordinates `frequency_hz`, `duty`, `depth` and `phase` say how that varies (`physics.modulation.Modulation`).
+Light without the dim `component` is constant. With it, each component holds the mean over time of
+its light, and the coordinates `frequency_hz`, `duty`, `depth` and `phase` say how that varies
+(`physics.modulation.Modulation`).
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ DIM = "component"
 
 
 def stacked(names, modulations, planes):
-    """Return a DataArray (component, ...) from planes that share dims, coordinates and attributes, copied one at a time.
+    """Return a DataArray (component, ...) from planes that share dims, coordinates and attributes,
+    copied one at a time.
 
     Parameters
     ----------
@@ -46,7 +48,8 @@ def stacked(names, modulations, planes):
 
 
 def components(light) -> list:
-    """Return [(Modulation, plane without the dim component), ...]; light without that dim is one constant plane.
+    """Return [(Modulation, plane without the dim component), ...]; light without that dim is one
+    constant plane.
 
     Raises
     ------
@@ -62,7 +65,8 @@ def components(light) -> list:
     for field in Modulation._fields:
         if field not in light.coords:
             raise UnitError(
-                f"light with components has no coordinate {field!r}; expected {', '.join(Modulation._fields)} along {DIM!r}"
+                f"light with components has no coordinate {field!r}; expected"
+                f" {', '.join(Modulation._fields)} along {DIM!r}"
             )
     out = []
     for k in range(light.sizes[DIM]):
@@ -83,14 +87,19 @@ def wrong(modulation: Modulation) -> str:
     if not 0 <= depth <= 1:
         return f"depth is {depth:g}; expected amplitude / mean from 0 to 1: light is never negative"
     if duty < 1 and depth > 0:
-        return f"duty is {duty:g} and depth {depth:g}; expected pulses (duty) or a ripple (depth), not both"
+        return (
+            f"duty is {duty:g} and depth {depth:g}; expected pulses (duty) or a ripple (depth), not"
+            " both"
+        )
     if not -np.inf < phase < np.inf:
         return f"phase is {phase:g}; expected a finite number of periods"
     return ""
 
 
 def time_mean(light):
-    """Return the mean over time: the sum of all components in float64, rounded once; constant light comes back as it is."""
+    """Return the mean over time: the sum of all components in float64, rounded once; constant light
+    comes back as it is.
+    """
     parts = [plane for _, plane in components(light)]
     if len(parts) == 1:
         return parts[0]
@@ -101,7 +110,9 @@ def time_mean(light):
 
 
 def each_component(call):
-    """Make a method `(self, light, ...)` that is linear in constant light accept light with components, one after the other."""
+    """Make a method `(self, light, ...)` that is linear in constant light accept light with
+    components, one after the other.
+    """
 
     @wraps(call)
     def over_components(self, light, *args, **kwargs):

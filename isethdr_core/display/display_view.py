@@ -1,8 +1,10 @@
-"""View: what a linear picture looks like on a display. Only for eyes and for scores that judge looks; never a stage.
+"""View: what a linear picture looks like on a display. Only for eyes and for scores that judge
+looks; never a stage.
 
-Two renderings. `display` gives 8 bit sRGB; a picture and its truth share one white, which is stated beside any score
-made from it. `false_colour` gives luminance on a logarithmic scale in cd/m2. `write_exr` and `write_png` leave files that
-other programs read: absolute float, or 16 bit with the transfer function stated inside.
+Two renderings. `display` gives 8 bit sRGB; a picture and its truth share one white, which is stated
+beside any score made from it. `false_colour` gives luminance on a logarithmic scale in cd/m2.
+`write_exr` and `write_png` leave files that other programs read: absolute float, or 16 bit with the
+transfer function stated inside.
 """
 
 from __future__ import annotations
@@ -18,14 +20,17 @@ from ..physics.colour.colour_spaces import linear_srgb, srgb_encode
 from .tone_mapping import OPERATORS
 from .white_balance import balanced
 
-LAMP_MULTIPLE = 100.0  # a lamp is brighter than this times the 95th percentile; the whitest snow is 30 times asphalt
+# a lamp is brighter than this times the 95th percentile; the whitest snow is 30 times asphalt
+LAMP_MULTIPLE = 100.0
 LAMP_PERCENTILE = 95.0  # lamps cover less than a twentieth of a driving scene
 WHITE_PERCENTILE = 99.0
 COMPRESSION = 100.0  # shows two decades below the white; see `tone`
 
 
 def lamp_mask(luminance) -> np.ndarray:
-    """Return which pixels (y, x) are lamps: brighter than 100 times the 95th percentile of `luminance`."""
+    """Return which pixels (y, x) are lamps: brighter than 100 times the 95th percentile of
+    `luminance`.
+    """
     y = np.asarray(luminance, float)
     return y > LAMP_MULTIPLE * max(float(np.percentile(y, LAMP_PERCENTILE)), 0.0)
 
@@ -50,7 +55,9 @@ def white_cd_m2(truth, lamps=None) -> float:
 
 
 def luminance(picture) -> np.ndarray:
-    """Return Y (y, x) in cd/m2 of a picture Dataset, an xyz array (y, x, 3) or a luminance array (y, x)."""
+    """Return Y (y, x) in cd/m2 of a picture Dataset, an xyz array (y, x, 3) or a luminance array
+    (y, x).
+    """
     if hasattr(picture, "data_vars"):
         picture = picture["xyz"].values
     values = np.asarray(picture, float)
@@ -59,15 +66,18 @@ def luminance(picture) -> np.ndarray:
     if values.ndim == 2:
         return values
     raise UnitError(
-        f"a picture has the shape {values.shape}; expected (y, x, 3) or (y, x); pass a picture Dataset or its xyz"
+        f"a picture has the shape {values.shape}; expected (y, x, 3) or (y, x); pass a picture"
+        " Dataset or its xyz"
     )
 
 
 def tone(relative, compression: float = COMPRESSION) -> np.ndarray:
-    """Return displayed luminance 0..1 from luminance relative to white: log(1 + a t) / log(1 + a), t clipped to 0..1.
+    """Return displayed luminance 0..1 from luminance relative to white: log(1 + a t) / log(1 + a),
+    t clipped to 0..1.
 
-    The slope at black is a / log(1 + a), so a = 100 lifts the dark 21.7 times; a = 0 is linear. The curve is
-    that of Drago et al. 2003 (equation 4) with a constant base: one pixel's value depends on no other pixel.
+    The slope at black is a / log(1 + a), so a = 100 lifts the dark 21.7 times; a = 0 is linear. The
+    curve is that of Drago et al. 2003 (equation 4) with a constant base: one pixel's value depends
+    on no other pixel.
     """
     t = np.clip(relative, 0.0, 1.0)
     return t if compression == 0 else np.log1p(compression * t) / np.log1p(compression)
@@ -82,17 +92,20 @@ def display(
 ) -> np.ndarray:
     """Return the picture as a display would show it: uint8 sRGB (y, x, 3).
 
-    Luminance goes through `tone`; X and Z keep their ratio to Y, so hue stays. What lies outside the display's
-    gamut or range is clipped here, in the view only. Pixels that are not valid, every capture being saturated,
-    show as white: their true colour is unknown, but it is bright.
+    Luminance goes through `tone`; X and Z keep their ratio to Y, so hue stays. What lies outside
+    the display's gamut or range is clipped here, in the view only. Pixels that are not valid, every
+    capture being saturated, show as white: their true colour is unknown, but it is bright.
 
     Parameters
     ----------
     picture : picture Dataset or xyz (y, x, 3), cd/m2.
-    white_cd_m2 : luminance shown as white; use the truth's `white_cd_m2` for picture and truth alike.
+    white_cd_m2 : luminance shown as white; use the truth's `white_cd_m2` for picture and truth
+        alike.
     compression : a of `tone`, for "global".
-    operator : "global" (`tone`), or by the surroundings: "exposure_fusion", "local_laplacian" (`local_tone`).
-    white_xyz : XYZ of a white in the scene's light, which then shows as neutral (`white_balance`); None shows the light as it is.
+    operator : "global" (`tone`), or by the surroundings: "exposure_fusion", "local_laplacian"
+        (`local_tone`).
+    white_xyz : XYZ of a white in the scene's light, which then shows as neutral (`white_balance`);
+        None shows the light as it is.
     """
     return np.rint(255 * _displayed(picture, white_cd_m2, compression, operator, white_xyz)).astype(
         np.uint8
@@ -105,7 +118,8 @@ def _displayed(
     """Return sRGB code values 0..1 (y, x, 3); arguments as `display`."""
     if not white_cd_m2 > 0:
         raise UnitError(
-            f"white_cd_m2 is {white_cd_m2!r}; expected a luminance above 0, such as view.white_cd_m2(truth)"
+            f"white_cd_m2 is {white_cd_m2!r}; expected a luminance above 0, such as"
+            " view.white_cd_m2(truth)"
         )
     if operator not in ("global", *OPERATORS):
         raise UnitError(
@@ -130,7 +144,8 @@ def false_colour(
     Parameters
     ----------
     luminance_cd_m2 : picture Dataset, xyz (y, x, 3) or luminance (y, x), cd/m2.
-    low, high : ends of the scale, cd/m2; None takes the first percentile and the largest of the positive values.
+    low, high : ends of the scale, cd/m2; None takes the first percentile and the largest of the
+        positive values.
     colormap : a name known to matplotlib.
 
     Returns
@@ -157,7 +172,8 @@ def write_exr(picture, path, primaries: str = "xyz") -> Path:
     ----------
     picture : picture Dataset or xyz (y, x, 3), cd/m2.
     path : file to write.
-    primaries : "xyz" for channels X, Y, Z; "srgb" for R, G, B with the primaries of sRGB, equal to Y for a D65 grey.
+    primaries : "xyz" for channels X, Y, Z; "srgb" for R, G, B with the primaries of sRGB, equal to
+        Y for a D65 grey.
     """
     import OpenEXR
 
@@ -196,14 +212,16 @@ def write_png(
     ----------
     picture : picture Dataset or xyz (y, x, 3), cd/m2.
     path : file to write.
-    shown_white_cd_m2 : for "srgb", the luminance shown as white; None takes the picture's own `white_cd_m2`.
-    transfer : "srgb": `display` in 16 bit. "pq": absolute luminance up to 10 000 cd/m2 (SMPTE ST 2084), primaries of sRGB;
-        what is brighter or outside the gamut is clipped.
+    shown_white_cd_m2 : for "srgb", the luminance shown as white; None takes the picture's own
+        `white_cd_m2`.
+    transfer : "srgb": `display` in 16 bit. "pq": absolute luminance up to 10 000 cd/m2 (SMPTE ST
+        2084), primaries of sRGB; what is brighter or outside the gamut is clipped.
     compression, operator, white_xyz : as `display` takes them, for "srgb".
 
     Notes
     -----
-    The chunk cICP (PNG third edition, ITU-T H.273 codes) and a text chunk name primaries and transfer function.
+    The chunk cICP (PNG third edition, ITU-T H.273 codes) and a text chunk name primaries and
+    transfer function.
     """
     if transfer not in ("srgb", "pq"):
         raise UnitError(f"transfer {transfer!r} is unknown{did_you_mean(transfer, ('srgb', 'pq'))}")
@@ -242,7 +260,9 @@ def write_png(
 
 
 def pq_encode(cd_m2) -> np.ndarray:
-    """Return PQ code values 0..1 of absolute light, clipped to 0..10 000 cd/m2 (SMPTE ST 2084:2014, eq. 5.2)."""
+    """Return PQ code values 0..1 of absolute light, clipped to 0..10 000 cd/m2 (SMPTE ST 2084:2014,
+    eq. 5.2).
+    """
     y = (np.clip(cd_m2, 0.0, 10000.0) / 10000.0) ** (2610 / 16384)
     return ((3424 / 4096 + 2413 / 128 * y) / (1 + 2392 / 128 * y)) ** (2523 / 32)
 
@@ -251,6 +271,7 @@ def _xyz(picture) -> np.ndarray:
     values = np.asarray(picture["xyz"].values if hasattr(picture, "data_vars") else picture, float)
     if values.ndim != 3 or values.shape[-1] != 3:
         raise UnitError(
-            f"a picture has the shape {values.shape}; expected (y, x, 3); pass a picture Dataset or its xyz"
+            f"a picture has the shape {values.shape}; expected (y, x, 3); pass a picture Dataset or"
+            " its xyz"
         )
     return values

@@ -1,10 +1,13 @@
-"""Preview: scene radiance as a noise-free look at it, light group by light group. Only for eyes; never a stage.
+"""Preview: scene radiance as a noise-free look at it, light group by light group. Only for eyes;
+never a stage.
 
-A rendering of few paths is averaged over tiles that look alike, as non-local means do (Buades, Coll, Morel 2005). How alike two
-tiles are is judged by the noise that the renderer states of them (Rousselle, Knaus, Zwicker 2012), and only tiles of one object,
-with nearly the same normal and distance, are averaged at all. What comes out is no radiance but X, Y and Z of each light group,
-which weights may still mix: no lens and no sensor takes it, and no store keeps it as light. Where light comes from rare paths, most of
-it is in few tiles, and averaging by likeness keeps less of it than there is (docs/accuracy.md).
+A rendering of few paths is averaged over tiles that look alike, as non-local means do (Buades,
+Coll, Morel 2005). How alike two tiles are is judged by the noise that the renderer states of them
+(Rousselle, Knaus, Zwicker 2012), and only tiles of one object, with nearly the same normal and
+distance, are averaged at all. What comes out is no radiance but X, Y and Z of each light group,
+which weights may still mix: no lens and no sensor takes it, and no store keeps it as light. Where
+light comes from rare paths, most of it is in few tiles, and averaging by likeness keeps less of it
+than there is (docs/accuracy.md).
 """
 
 from __future__ import annotations
@@ -16,9 +19,12 @@ from ..errors import UnitError
 
 REACH = 5  # tiles to each side in which like ones are looked for
 PATCH = 3  # tiles, side of the surroundings that are compared
-NORMAL = 0.1  # length of the difference of two unit normals at which a weight has fallen to 1 / e: 6 degrees
+# length of the difference of two unit normals at which a weight has fallen to 1 / e: 6 degrees
+NORMAL = 0.1
 DISTANCE = 0.1  # relative difference of two distances at which it has
-FAR = 1e6  # of the noise's variance: enough to count as infinitely far, and still to be averaged over surroundings
+# of the noise's variance: enough to count as infinitely far, and still to be averaged over
+# surroundings
+FAR = 1e6
 
 
 def tristimulus(scene) -> np.ndarray:
@@ -35,7 +41,8 @@ def tristimulus(scene) -> np.ndarray:
 
 
 def denoised(scene) -> np.ndarray:
-    """Return X, Y, Z (light_group, 3, y, x) of scene radiance with less noise, cd/m2; each group by itself.
+    """Return X, Y, Z (light_group, 3, y, x) of scene radiance with less noise, cd/m2; each group by
+    itself.
 
     Raises
     ------
@@ -43,8 +50,8 @@ def denoised(scene) -> np.ndarray:
     """
     if "xyz_noise" not in scene or not np.isfinite(scene.xyz_noise.values).any():
         raise UnitError(
-            "scene radiance has no 'xyz_noise' to denoise by; expected a rendering of 4 passes or more; "
-            "type renderer.samples=8, or leave denoise out"
+            "scene radiance has no 'xyz_noise' to denoise by; expected a rendering of 4 passes or"
+            " more; type renderer.samples=8, or leave denoise out"
         )
     alike = guides(scene)
     return np.stack(
@@ -56,7 +63,9 @@ def denoised(scene) -> np.ndarray:
 
 
 def guides(scene):
-    """Return a function of two windows of the frame (slices): how far tiles may be averaged for what their labels say, 0 to 1."""
+    """Return a function of two windows of the frame (slices): how far tiles may be averaged for
+    what their labels say, 0 to 1.
+    """
     known = {
         name: scene[name].values for name in ("instance", "normal", "distance") if name in scene
     }
@@ -85,7 +94,8 @@ def guides(scene):
 
 
 def averaged(xyz, noise, alike) -> np.ndarray:
-    """Return X, Y, Z (3, y, x) of one light group, each tile averaged with those around it that look alike.
+    """Return X, Y, Z (3, y, x) of one light group, each tile averaged with those around it that
+    look alike.
 
     Parameters
     ----------
@@ -94,9 +104,11 @@ def averaged(xyz, noise, alike) -> np.ndarray:
 
     Notes
     -----
-    A tile with the error s is averaged with another of error t by exp(-max(0, d)), d = ((x - y)^2 - v) / v, v = s^2 + min(s, t)^2, mean
-    over the surroundings and X, Y, Z (the distance of Rousselle et al. 2012 with k = 1): a noisy bright tile may take from quiet dark ones,
-    but they not from it. A tile that few paths found dark knows its own error badly: it counts as noisy as the tiles around it.
+    A tile with the error s is averaged with another of error t by exp(-max(0, d)), d = ((x - y)^2 -
+    v) / v, v = s^2 + min(s, t)^2, mean over the surroundings and X, Y, Z (the distance of Rousselle
+    et al. 2012 with k = 1): a noisy bright tile may take from quiet dark ones, but they not from
+    it. A tile that few paths found dark knows its own error badly: it counts as noisy as the tiles
+    around it.
     """
     from scipy.ndimage import median_filter, uniform_filter
 

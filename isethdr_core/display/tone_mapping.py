@@ -1,7 +1,9 @@
-"""Local tone: displayed luminance that depends on a pixel's surroundings, so that both a tunnel and its exit can be seen.
+"""Local tone: displayed luminance that depends on a pixel's surroundings, so that both a tunnel and
+its exit can be seen.
 
-Everything is relative to a stated white; no step looks at the picture's own largest value. Pyramids have a fixed depth, so that what
-lies farther than `REACH_PX` cannot change a pixel: a lamp at one end does not darken the other.
+Everything is relative to a stated white; no step looks at the picture's own largest value. Pyramids
+have a fixed depth, so that what lies farther than `REACH_PX` cannot change a pixel: a lamp at one
+end does not darken the other.
 """
 
 from __future__ import annotations
@@ -15,7 +17,9 @@ REACH_PX = 4 * 2**LEVELS
 # exposure fusion
 STOPS = tuple(
     range(-4, 7)
-)  # of the exposures that are fused, relative to that of the white; a stop apart, tones rise everywhere
+    # of the exposures that are fused, relative to that of the white; a stop apart, tones rise
+    # everywhere
+)
 WELL, SPREAD = (
     0.5,
     0.2,
@@ -28,10 +32,12 @@ DARKEST, BRIGHTEST = 1e-5, 1e3  # of white: beyond these all is one tone
 
 
 def exposure_fusion(relative) -> np.ndarray:
-    """Return displayed linear luminance 0..1 (y, x): exposures of the picture blended where each shows most.
+    """Return displayed linear luminance 0..1 (y, x): exposures of the picture blended where each
+    shows most.
 
-    Weights are how well exposed and how rich in contrast a sample is; they are blended in Laplacian pyramids (Mertens, Kautz, Van
-    Reeth 2009, without their weight of saturation: there is one luminance).
+    Weights are how well exposed and how rich in contrast a sample is; they are blended in Laplacian
+    pyramids (Mertens, Kautz, Van Reeth 2009, without their weight of saturation: there is one
+    luminance).
 
     Parameters
     ----------
@@ -55,9 +61,11 @@ def exposure_fusion(relative) -> np.ndarray:
 
 
 def local_laplacian(relative) -> np.ndarray:
-    """Return displayed linear luminance 0..1 (y, x): large contrasts compressed, small ones kept, without halos.
+    """Return displayed linear luminance 0..1 (y, x): large contrasts compressed, small ones kept,
+    without halos.
 
-    Paris, Hasinoff, Kautz 2011 in the fast form of Aubry et al. 2014, on the logarithm of luminance. White stays white.
+    Paris, Hasinoff, Kautz 2011 in the fast form of Aubry et al. 2014, on the logarithm of
+    luminance. White stays white.
 
     Parameters
     ----------
@@ -93,7 +101,9 @@ def _depth(shape) -> int:
 
 
 def _gaussian(image) -> list:
-    """Return the picture and ever smaller ones, each blurred and taken at every second pixel (Burt, Adelson 1983)."""
+    """Return the picture and ever smaller ones, each blurred and taken at every second pixel (Burt,
+    Adelson 1983).
+    """
     out = [image]
     for _ in range(_depth(image.shape)):
         out.append(_blurred(out[-1])[::2, ::2])

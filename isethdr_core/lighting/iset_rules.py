@@ -1,4 +1,6 @@
-"""The ISETHDR paper's way to weights: lamps by their maximum, sky by its 30th percentile, then a median."""
+"""The ISETHDR paper's way to weights: lamps by their maximum, sky by its 30th percentile, then a
+median.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ GROUPS = ("headlights", "streetlights", "other", "sky")
 
 @dataclass(frozen=True)
 class IsetLighting:
-    """Weights by the rule of ISETHDR's lightGroupDynamicRangeSet, for comparison with its pictures."""
+    """Weights by the rule of ISETHDR's lightGroupDynamicRangeSet, for comparison with its
+    pictures.
+    """
 
     # sky is set to 200000 / dynamic_range, cd/m2
     dynamic_range: Ratio = 1e4
@@ -32,7 +36,9 @@ class IsetLighting:
         check_ranges(self)
 
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
-        """Return mixed radiance, W m-2 sr-1 nm-1; `iset_weights` in its attributes are those before the median's scale."""
+        """Return mixed radiance, W m-2 sr-1 nm-1; `iset_weights` in its attributes are those before
+        the median's scale.
+        """
         from . import mix, solver
         from .target import uniform
 
@@ -51,8 +57,8 @@ class IsetLighting:
         for name, value in zip(GROUPS, statistics):
             if value <= 0:
                 raise ConfigError(
-                    f"light group {name!r} is dark in this picture, so lighting iset cannot scale it to a luminance; "
-                    "type lighting=targets and name the groups that are lit"
+                    f"light group {name!r} is dark in this picture, so lighting iset cannot scale"
+                    " it to a luminance; type lighting=targets and name the groups that are lit"
                 )
         weights = {g: level / value for g, level, value in zip(GROUPS, levels, statistics)}
         scale = 1.0
@@ -74,9 +80,11 @@ class IsetLighting:
 
 
 def iset_levels(dynamic_range: float, draws) -> tuple[float, float, float, float]:
-    """Return the luminances, cd/m2, for headlights, streetlights, other (maxima) and sky (30th percentile).
+    """Return the luminances, cd/m2, for headlights, streetlights, other (maxima) and sky (30th
+    percentile).
 
-    `draws` are three numbers in [0, 1]. Constants: lightGroupDynamicRangeSet (Liu et al., ISETHDR, 2025).
+    `draws` are three numbers in [0, 1]. Constants: lightGroupDynamicRangeSet (Liu et al., ISETHDR,
+    2025).
     """
     head = 1e4 * max(20 * draws[0], 2)
     return (

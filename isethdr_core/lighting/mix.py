@@ -1,4 +1,6 @@
-"""The weighted sum of light groups, and their luminance maps, read group by group in blocks of bands."""
+"""The weighted sum of light groups, and their luminance maps, read group by group in blocks of
+bands.
+"""
 
 from __future__ import annotations
 
@@ -18,12 +20,15 @@ BLOCK_BANDS = (
 
 
 def group_names(ds) -> list[str]:
-    """Return the names of the light groups of a scene radiance Dataset after the checks that read no light."""
+    """Return the names of the light groups of a scene radiance Dataset after the checks that read
+    no light.
+    """
     quantities.check_scene_form(ds)
     found = [str(g) for g in ds.light_group.values]
     if len(set(found)) < len(found):
         raise UnitError(
-            f"scene radiance names a light group twice: {', '.join(found)}; expected one cube per name"
+            f"scene radiance names a light group twice: {', '.join(found)}; expected one cube per"
+            " name"
         )
     return found
 
@@ -33,7 +38,8 @@ def all_weights(named, others: float, groups) -> dict[str, float]:
 
     Parameters
     ----------
-    named : {group: weight}; a group the scene lacks is an error unless its weight is 0 (it was not asked for).
+    named : {group: weight}; a group the scene lacks is an error unless its weight is 0 (it was not
+        asked for).
     others : weight of the groups that `named` does not list.
     groups : names of the scene's light groups.
 
@@ -53,20 +59,23 @@ def all_weights(named, others: float, groups) -> dict[str, float]:
 def mix(ds, weights: dict[str, float], modulation=None, **attrs):
     """Return mixed radiance: the sum over groups of weight times radiance.
 
-    Sums in float64 and rounds once, so that mixing is linear to half a unit of float32. A group of weight 0 is
-    never read; at most `BLOCK_BANDS` bands of one group are in memory beside the result.
+    Sums in float64 and rounds once, so that mixing is linear to half a unit of float32. A group of
+    weight 0 is never read; at most `BLOCK_BANDS` bands of one group are in memory beside the
+    result.
 
     Parameters
     ----------
     ds : scene radiance Dataset, W m-2 sr-1 nm-1; may be lazy.
     weights : {group: weight} for every group of the scene, each finite and >= 0.
-    modulation : {group: Modulation} of the groups that vary in time; weights are those of the mean over time.
+    modulation : {group: Modulation} of the groups that vary in time; weights are those of the mean
+        over time.
     **attrs : further attributes of the result.
 
     Returns
     -------
-    (wavelength, y, x) float32 DataArray, W m-2 sr-1 nm-1. Where a group that has light varies: (component, wavelength, y, x),
-    one component for all constant groups, if there are any, then one for each modulation, in the order of the scene's groups.
+    (wavelength, y, x) float32 DataArray, W m-2 sr-1 nm-1. Where a group that has light varies:
+    (component, wavelength, y, x), one component for all constant groups, if there are any, then one
+    for each modulation, in the order of the scene's groups.
 
     Raises
     ------
@@ -111,7 +120,9 @@ def mix(ds, weights: dict[str, float], modulation=None, **attrs):
 
 
 def _parts(weights, modulation) -> dict[Modulation, dict[str, float]]:
-    """Return the groups that have light, with their weights, by how they vary; constant ones first."""
+    """Return the groups that have light, with their weights, by how they vary; constant ones
+    first.
+    """
     check_groups(modulation, list(weights))
     how = {g: modulation.get(g, Modulation()) for g, w in weights.items() if w != 0}
     how = {g: Modulation() if constant(m) else m for g, m in how.items()}
@@ -129,15 +140,16 @@ def _sum(ds, weights: dict[str, float]) -> np.ndarray:
             total += weight * _read(ds, group, bands)
         if total.max(initial=0.0) > np.finfo(np.float32).max:
             raise UnitError(
-                f"mixed radiance reaches {total.max():g} W m-2 sr-1 nm-1, beyond float32; expected at most 3.4e38; "
-                f"lower the weights {weights}"
+                f"mixed radiance reaches {total.max():g} W m-2 sr-1 nm-1, beyond float32; expected"
+                f" at most 3.4e38; lower the weights {weights}"
             )
         out[bands] = total
     return out
 
 
 def luminance_map(ds, group: str) -> np.ndarray:
-    """Return the luminance of one group at weight 1 within the camera's field, (y, x) float64, cd/m2.
+    """Return the luminance of one group at weight 1 within the camera's field, (y, x) float64,
+    cd/m2.
 
     Tiles in the margin beyond the field are left out: targets speak of what the camera sees.
     """
@@ -153,7 +165,9 @@ def luminance_map(ds, group: str) -> np.ndarray:
 
 
 def field_size(ds) -> tuple[float, float]:
-    """Return the camera's full field (width, height) in tangents; all tiles where the scene states none."""
+    """Return the camera's full field (width, height) in tangents; all tiles where the scene states
+    none.
+    """
     if "field_width" in ds.attrs and "field_height" in ds.attrs:
         return float(ds.attrs["field_width"]), float(ds.attrs["field_height"])
     return quantities.full_field(ds)
@@ -171,7 +185,7 @@ def _read(ds, group: str, bands: slice) -> np.ndarray:
     if not (low >= 0 and high < np.inf):
         nm = ds.wavelength.values[bands]
         raise UnitError(
-            f"light group {group!r} holds values from {low:g} to {high:g} at {nm[0]:g}-{nm[-1]:g} nm; expected "
-            "finite light, never negative; render or fetch the group again"
+            f"light group {group!r} holds values from {low:g} to {high:g} at {nm[0]:g}-{nm[-1]:g}"
+            " nm; expected finite light, never negative; render or fetch the group again"
         )
     return block

@@ -1,4 +1,6 @@
-"""How light groups vary in time: the config's table, checked, with phases drawn from their ranges."""
+"""How light groups vary in time: the config's table, checked, with phases drawn from their
+ranges.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +15,11 @@ KEYS = ("frequency_hz", "duty", "depth", "phase")
 
 
 def parse(table: dict[str, Any], seed: int) -> dict[str, Modulation]:
-    """Return the modulation of each group of a config `{group: {frequency_hz, duty or depth, phase}}`.
+    """Return the modulation of each group of a config `{group: {frequency_hz, duty or depth,
+    phase}}`.
 
-    `phase` is a number of periods from 0 to 1, or a range [low, high] within them, drawn by (seed, group) alone.
+    `phase` is a number of periods from 0 to 1, or a range [low, high] within them, drawn by (seed,
+    group) alone.
 
     Raises
     ------
@@ -43,7 +47,8 @@ def _one(group: str, entry: Any, seed: int) -> Modulation:
             raise ConfigError(f"{where} has no key {key!r}{did_you_mean(key, KEYS)}")
     if "frequency_hz" not in entry or ("duty" in entry) == ("depth" in entry):
         raise ConfigError(
-            f"{where} has {', '.join(entry) or 'no key'}; expected frequency_hz and either duty (pulses) or depth (ripple); {example}"
+            f"{where} has {', '.join(entry) or 'no key'}; expected frequency_hz and either duty"
+            f" (pulses) or depth (ripple); {example}"
         )
     phase = entry.get("phase", 0.0)
     low, high = phase if isinstance(phase, (list, tuple)) and len(phase) == 2 else (phase, phase)
@@ -60,7 +65,8 @@ def _one(group: str, entry: Any, seed: int) -> Modulation:
         )
     except (TypeError, ValueError):
         raise ConfigError(
-            f"{where} is {entry}; expected numbers, and phase a number or a range [low, high]; {example}"
+            f"{where} is {entry}; expected numbers, and phase a number or a range [low, high];"
+            f" {example}"
         ) from None
     if not 0 <= low <= high <= 1:
         raise ConfigError(

@@ -1,6 +1,7 @@
 """Weights from luminance maps: one unknown at a time, each by a monotone search.
 
-Percentiles are Hazen's (numpy `method="hazen"`, also MATLAB's prctile); they are continuous in every weight.
+Percentiles are Hazen's (numpy `method="hazen"`, also MATLAB's prctile); they are continuous in
+every weight.
 """
 
 from __future__ import annotations
@@ -26,14 +27,18 @@ def percentile_of(luminance, percentile: float) -> float:
 
 
 def dynamic_range(luminance, low_percentile: float, high_percentile: float) -> float:
-    """Return the ratio of two percentiles of a luminance map; infinite over black, NaN where all is black."""
+    """Return the ratio of two percentiles of a luminance map; infinite over black, NaN where all is
+    black.
+    """
     low, high = np.percentile(luminance, [low_percentile, high_percentile], method="hazen")
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(np.divide(high, low))
 
 
 def weight_for_mean(rest, ambient, mean: float) -> float:
-    """Return w >= 0 so that mean(rest + w * ambient) = `mean`, or 0 where the rest alone exceeds it."""
+    """Return w >= 0 so that mean(rest + w * ambient) = `mean`, or 0 where the rest alone exceeds
+    it.
+    """
     own = ambient.mean()
     return max(0.0, float((mean - rest.mean()) / own)) if own > 0 else 1.0
 
@@ -41,8 +46,8 @@ def weight_for_mean(rest, ambient, mean: float) -> float:
 def weight_for_percentile(rest, ambient, percentile: float, wanted: float) -> float:
     """Return w >= 0 so that the percentile of rest + w * ambient is `wanted`.
 
-    The percentile never falls with w, so a bracket and Brent's method find w. Where no w reaches `wanted`: 0 if
-    the rest alone is brighter, 1 if the ambient light is too dark where it matters.
+    The percentile never falls with w, so a bracket and Brent's method find w. Where no w reaches
+    `wanted`: 0 if the rest alone is brighter, 1 if the ambient light is too dark where it matters.
     """
 
     def miss(w):
@@ -66,9 +71,9 @@ def weight_for_dynamic_range(
 ) -> float:
     """Return w >= 0 so that the ratio of two percentiles of rest + w * ambient is `wanted`.
 
-    More ambient light lifts the dark tiles first: as w falls from 'ambient alone' the ratio grows, until the rest
-    alone is left. The search goes down by decades and takes the first crossing, the one with most ambient light;
-    where there is none it returns the w whose ratio comes nearest.
+    More ambient light lifts the dark tiles first: as w falls from 'ambient alone' the ratio grows,
+    until the rest alone is left. The search goes down by decades and takes the first crossing, the
+    one with most ambient light; where there is none it returns the w whose ratio comes nearest.
     """
 
     def ratio(w):
@@ -77,7 +82,8 @@ def weight_for_dynamic_range(
     bright, peak = rest.max(), ambient.max()
     if bright <= 0 or peak <= 0:
         return 1.0
-    # 1e6: ambient light outshines every lamp; 1e-24: darker than any dynamic range that float32 holds
+    # 1e6: ambient light outshines every lamp; 1e-24: darker than any dynamic range that float32
+    # holds
     grid = bright / peak * 10.0 ** np.arange(6, -25, -1)
     tried = [(float(grid[0]), ratio(grid[0]))]
     for w in (*grid[1:], 0.0):

@@ -15,10 +15,11 @@ STATISTICS = ("lamp_axis", "max", "percentile", "mean")
 
 @dataclass(frozen=True)
 class Target:
-    """`statistic` of `group` shall be `low`..`high`, in cd/m2, or in multiples of the luminance drawn for `relative_to`.
+    """`statistic` of `group` shall be `low`..`high`, in cd/m2, or in multiples of the luminance
+    drawn for `relative_to`.
 
-    lamp_axis: luminance of the brightest lamp of the group along its own axis, from the scene's table of lamps.
-    max, percentile, mean: of the group's luminance over the picture.
+    lamp_axis: luminance of the brightest lamp of the group along its own axis, from the scene's
+    table of lamps. max, percentile, mean: of the group's luminance over the picture.
     """
 
     group: str
@@ -31,9 +32,11 @@ class Target:
 
 
 def parse(targets: dict[str, Any]) -> tuple[Target, ...]:
-    """Return the targets of a config `{group: {statistic, cd_m2 or relative_to and ratio, percentile, lamp_kind}}`.
+    """Return the targets of a config `{group: {statistic, cd_m2 or relative_to and ratio,
+    percentile, lamp_kind}}`.
 
-    `cd_m2` and `ratio` are a number or a range [low, high]. Targets that others are relative to come first.
+    `cd_m2` and `ratio` are a number or a range [low, high]. Targets that others are relative to
+    come first.
 
     Raises
     ------
@@ -44,8 +47,8 @@ def parse(targets: dict[str, Any]) -> tuple[Target, ...]:
     for target in found:
         if target.relative_to and target.relative_to not in [t.group for t in absolute]:
             raise ConfigError(
-                f"target of {target.group!r} is relative to {target.relative_to!r}, which has no target in cd/m2"
-                + did_you_mean(target.relative_to, [t.group for t in absolute])
+                f"target of {target.group!r} is relative to {target.relative_to!r}, which has no"
+                " target in cd/m2" + did_you_mean(target.relative_to, [t.group for t in absolute])
             )
     return (*absolute, *(t for t in found if t.relative_to))
 

@@ -1,4 +1,6 @@
-"""Lighting whose weights are solved: luminances per group, a dynamic range, a median or mean of the picture."""
+"""Lighting whose weights are solved: luminances per group, a dynamic range, a median or mean of the
+picture.
+"""
 
 from __future__ import annotations
 
@@ -21,12 +23,15 @@ if TYPE_CHECKING:
 
     from ..pipeline.demand import Demand
 
-REACHED = 1e-6  # relative: a target is met within this; the searches end at 1e-14, sums of float32 light at 1e-7
+# relative: a target is met within this; the searches end at 1e-14, sums of float32 light at 1e-7
+REACHED = 1e-6
 
 
 @dataclass(frozen=True)
 class TargetsLighting:
-    """Weights solved from photometric targets: lamp and sky luminances, dynamic range, median or mean."""
+    """Weights solved from photometric targets: lamp and sky luminances, dynamic range, median or
+    mean.
+    """
 
     targets: dict[str, Any] = field(
         default_factory=dict
@@ -52,7 +57,8 @@ class TargetsLighting:
         for t in target.parse(self.targets):
             if t.group in self.weights:
                 raise ConfigError(
-                    f"group {t.group!r} has both a target and a weight; type ~lighting.weights.{t.group} to drop one"
+                    f"group {t.group!r} has both a target and a weight; type"
+                    f" ~lighting.weights.{t.group} to drop one"
                 )
         if not self.low_percentile < self.high_percentile:
             raise ConfigError(
@@ -69,7 +75,8 @@ class TargetsLighting:
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
         """Return mixed radiance, W m-2 sr-1 nm-1.
 
-        Attributes: `weights`; `targets` {name: {wanted, reached}}; `infeasible`, a text, "" where all were reached.
+        Attributes: `weights`; `targets` {name: {wanted, reached}}; `infeasible`, a text, "" where
+        all were reached.
         """
         from . import mix
 
@@ -79,7 +86,9 @@ class TargetsLighting:
         return mix.mix(radiance, weights, self._varying(), targets=targets, infeasible=infeasible)
 
     def check_groups(self, groups: Sequence[str]) -> None:
-        """Raise ConfigError where a target, weight or modulation names a group that is not there."""
+        """Raise ConfigError where a target, weight or modulation names a group that is not
+        there.
+        """
         from .mix import all_weights
         from .modulation import check_groups
 
@@ -165,7 +174,9 @@ class TargetsLighting:
         return weights, {**lamps, **picture}
 
     def _move(self, moving, weights, map_of):
-        """Return the weights after the ambient group, then all, moved to the picture's targets; and what was reached."""
+        """Return the weights after the ambient group, then all, moved to the picture's targets; and
+        what was reached.
+        """
         from . import solver
 
         level, ambient = self._level(), map_of(moving)
@@ -207,7 +218,9 @@ def _statistic(radiance, t: target.Target, map_of) -> float:
 
 
 def _lamp_axis(radiance, t: target.Target) -> float:
-    """Return the luminance on its axis, cd/m2 at weight 1, of the brightest lamp that the target means; 0 without one."""
+    """Return the luminance on its axis, cd/m2 at weight 1, of the brightest lamp that the target
+    means; 0 without one.
+    """
     lamps = radiance.attrs.get("lamps")
     if lamps is None:
         raise ConfigError(
@@ -225,7 +238,9 @@ def _lamp_axis(radiance, t: target.Target) -> float:
 
 
 def _report(targets) -> str:
-    """State the largest residual in the ledger; return what was not reached, and by how much, as one text."""
+    """State the largest residual in the ledger; return what was not reached, and by how much, as
+    one text.
+    """
     missed, worst = [], 0.0
     for name, value in targets.items():
         wanted, found = value["wanted"], value["reached"]

@@ -36,7 +36,9 @@ class WeightsLighting:
         self._varying()
 
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
-        """Return mixed radiance, W m-2 sr-1 nm-1; `weights` in its attributes multiply the scene's own radiance."""
+        """Return mixed radiance, W m-2 sr-1 nm-1; `weights` in its attributes multiply the scene's
+        own radiance.
+        """
         from . import mix
 
         weights = mix.all_weights(self.weights, self.others, mix.group_names(radiance))
@@ -97,7 +99,8 @@ class IdealLighting:
 def without_dark_groups(demand: Demand, weights, others: float) -> Demand:
     """Return the demand without the groups whose weight is 0, and note each in the ledger.
 
-    Where neither the demand nor the weights list all groups, what the scene holds is unknown: nothing is dropped.
+    Where neither the demand nor the weights list all groups, what the scene holds is unknown:
+    nothing is dropped.
     """
     if demand.groups is None and others != 0:
         return demand

@@ -1,4 +1,5 @@
-"""Laws: one per function, on plain arrays; numpy, scipy, array-api-compat and, where installed, ducc0.
+"""Laws: one per function, on plain arrays; numpy, scipy, array-api-compat and, where installed,
+ducc0.
 
 | module         | what                                                                        |
 |----------------|-----------------------------------------------------------------------------|

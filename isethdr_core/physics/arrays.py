@@ -1,4 +1,6 @@
-"""Arrays of other libraries than NumPy, those with the Python array API: on a graphics processor, say."""
+"""Arrays of other libraries than NumPy, those with the Python array API: on a graphics processor,
+say.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,9 @@ import numpy as np
 
 
 def namespace(a):
-    """Return the array library of `a`, by the names of the Python array API; NumPy for what is no array."""
+    """Return the array library of `a`, by the names of the Python array API; NumPy for what is no
+    array.
+    """
     if isinstance(a, np.ndarray) or not array_api_compat.is_array_api_obj(a):
         return np
     return array_api_compat.array_namespace(a)

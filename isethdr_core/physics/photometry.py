@@ -1,7 +1,8 @@
 """Photometry: what a spectrum is in cd/m2, lux and CIE XYZ.
 
-The colour matching functions are those of the CIE 1931 2 degree standard observer (CIE 015:2018, 5 nm
-table beside this file; a test compares it with colour-science). Between its nodes they are linear.
+The colour matching functions are those of the CIE 1931 2 degree standard observer (CIE 015:2018, 5
+nm table beside this file; a test compares it with colour-science). Between its nodes they are
+linear.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ import numpy as np
 
 from .radiometry import band_widths_nm
 
-LM_PER_W = 683.0  # maximum luminous efficacy of the 1931 observer, lm/W (CIE 018:2019; 683.002 for the SI at 555 nm)
+# maximum luminous efficacy of the 1931 observer, lm/W (CIE 018:2019; 683.002 for the SI at 555 nm)
+LM_PER_W = 683.0
 
 
 @cache
@@ -23,7 +25,9 @@ def _table() -> np.ndarray:
 
 
 def xyz_bar(wavelength_nm) -> np.ndarray:
-    """Return the colour matching functions (3, wavelength) at `wavelength_nm`; 0 outside 360-830 nm."""
+    """Return the colour matching functions (3, wavelength) at `wavelength_nm`; 0 outside 360-830
+    nm.
+    """
     t = _table()
     return np.stack(
         [np.interp(wavelength_nm, t[:, 0], t[:, k], left=0.0, right=0.0) for k in (1, 2, 3)]
@@ -36,17 +40,23 @@ def v_lambda(wavelength_nm) -> np.ndarray:
 
 
 def xyz_weights(wavelength_nm) -> np.ndarray:
-    """Return (3, wavelength) weights that turn band means (per nm) into X, Y, Z: 683 * cmf * band width."""
+    """Return (3, wavelength) weights that turn band means (per nm) into X, Y, Z: 683 * cmf * band
+    width.
+    """
     return LM_PER_W * xyz_bar(wavelength_nm) * band_widths_nm(wavelength_nm)
 
 
 def luminance(radiance, wavelength_nm, axis: int = 0):
-    """Return cd/m2 from spectral radiance in W m-2 sr-1 nm-1 with bands along `axis` (lux from irradiance)."""
+    """Return cd/m2 from spectral radiance in W m-2 sr-1 nm-1 with bands along `axis` (lux from
+    irradiance).
+    """
     w = xyz_weights(wavelength_nm)[1]
     return np.tensordot(w, np.asarray(radiance), axes=(0, axis))
 
 
 def xyz(radiance, wavelength_nm, axis: int = 0):
-    """Return X, Y, Z stacked on the last axis from spectral radiance with bands along `axis`; Y in cd/m2."""
+    """Return X, Y, Z stacked on the last axis from spectral radiance with bands along `axis`; Y in
+    cd/m2.
+    """
     out = np.tensordot(xyz_weights(wavelength_nm), np.asarray(radiance), axes=(1, axis))
     return np.moveaxis(out, 0, -1)

@@ -12,19 +12,24 @@ def photon_energy_j(wavelength_nm):
 
 
 def photons_from_energy(energy, wavelength_nm, axis: int = 0):
-    """Return photons per second (per whatever `energy` is per) from W; wavelengths in nm run along `axis`."""
+    """Return photons per second (per whatever `energy` is per) from W; wavelengths in nm run along
+    `axis`.
+    """
     return energy / _along(photon_energy_j(wavelength_nm), np.ndim(energy), axis)
 
 
 def energy_from_photons(photons, wavelength_nm, axis: int = 0):
-    """Return W (per whatever `photons` is per) from photons per second; wavelengths in nm run along `axis`."""
+    """Return W (per whatever `photons` is per) from photons per second; wavelengths in nm run along
+    `axis`.
+    """
     return photons * _along(photon_energy_j(wavelength_nm), np.ndim(photons), axis)
 
 
 def band_widths_nm(wavelength_nm):
     """Return the width of each band, nm, whose borders lie half way between the centres.
 
-    The outer bands are symmetric about their centres. A single band has a width of 1 nm by convention.
+    The outer bands are symmetric about their centres. A single band has a width of 1 nm by
+    convention.
     """
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
@@ -34,38 +39,47 @@ def band_widths_nm(wavelength_nm):
 
 
 def photons_per_energy(wavelength_nm) -> np.ndarray:
-    """Return the photons (band,) of one joule per nm in each band: photons m-2 s-1 per W m-2 nm-1."""
+    """Return the photons (band,) of one joule per nm in each band: photons m-2 s-1 per W m-2
+    nm-1.
+    """
     return band_widths_nm(wavelength_nm) / photon_energy_j(wavelength_nm)
 
 
 def irradiance_factor(f_number: float, magnification: float = 0.0) -> float:
-    """Return irradiance / radiance on the axis, sr, in the tangent form pi / (1 + 4 N^2 (1 + |m|)^2).
+    """Return irradiance / radiance on the axis, sr, in the tangent form pi / (1 + 4 N^2 (1 +
+    |m|)^2).
 
-    ISETCam's rule (opticalimage/oiCalculateIrradiance.m): the solid angle's projection of a cone whose
-    half-angle has the tangent 1 / (2 N (1 + |m|)).
+    ISETCam's rule (opticalimage/oiCalculateIrradiance.m): the solid angle's projection of a cone
+    whose half-angle has the tangent 1 / (2 N (1 + |m|)).
     """
     return np.pi / (1.0 + 4.0 * f_number**2 * (1.0 + abs(magnification)) ** 2)
 
 
 def irradiance_factor_aplanatic(f_number: float, magnification: float = 0.0) -> float:
-    """Return irradiance / radiance on the axis, sr, of an aplanatic lens: pi sin^2 = pi / (4 N^2 (1 + |m|)^2).
+    """Return irradiance / radiance on the axis, sr, of an aplanatic lens: pi sin^2 = pi / (4 N^2 (1
+    + |m|)^2).
 
     The sine condition allows no f-number below 0.5. Raises ValueError there.
     """
     if f_number < 0.5:
         raise ValueError(
-            f"f-number {f_number:g} is below 0.5, the limit of an aplanatic lens; expected at least 0.5"
+            f"f-number {f_number:g} is below 0.5, the limit of an aplanatic lens; expected at"
+            " least 0.5"
         )
     return np.pi / (4.0 * f_number**2 * (1.0 + abs(magnification)) ** 2)
 
 
 def cos4_falloff(x_m, y_m, focal_length_m: float):
-    """Return relative illumination cos^4 of the field angle at sensor positions (broadcast), 1 on the axis."""
+    """Return relative illumination cos^4 of the field angle at sensor positions (broadcast), 1 on
+    the axis.
+    """
     return (1.0 + (np.square(x_m) + np.square(y_m)) / focal_length_m**2) ** -2.0
 
 
 def planck_radiance(wavelength_nm, temperature_k: float):
-    """Return black body spectral radiance, W m-2 sr-1 nm-1 (Planck 1901), at `wavelength_nm` and kelvin."""
+    """Return black body spectral radiance, W m-2 sr-1 nm-1 (Planck 1901), at `wavelength_nm` and
+    kelvin.
+    """
     from scipy.constants import k
 
     wl = np.asarray(wavelength_nm, float) * 1e-9

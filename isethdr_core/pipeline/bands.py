@@ -1,6 +1,8 @@
-"""Bands that can be left out: outer ones that neither a sensor nor the truth sees, and outer ones without light.
+"""Bands that can be left out: outer ones that neither a sensor nor the truth sees, and outer ones
+without light.
 
-Only outer bands are ever dropped, and two always stay: the width of a band comes from the distance to its neighbours.
+Only outer bands are ever dropped, and two always stay: the width of a band comes from the distance
+to its neighbours.
 """
 
 from __future__ import annotations
@@ -14,13 +16,17 @@ UNSEEN = 1e-6  # of the largest colour matching function: beyond, a band adds no
 
 
 def offered_nm(source) -> tuple[float, ...] | None:
-    """Return the band centres, nm, that a scene or renderer would make; None where it does not say beforehand."""
+    """Return the band centres, nm, that a scene or renderer would make; None where it does not say
+    beforehand.
+    """
     known = getattr(source, "bands_nm", None)
     return tuple(map(float, known())) if known else None
 
 
 def for_sensors_and_truth(offered, sensed) -> tuple[float, ...] | None:
-    """Return the bands out of `offered` that the sensors (`sensed`) or the truth need; None where that is all of them, or not known."""
+    """Return the bands out of `offered` that the sensors (`sensed`) or the truth need; None where
+    that is all of them, or not known.
+    """
     if offered is None or sensed is None:
         return None
     import numpy as np
@@ -43,7 +49,9 @@ def for_sensors_and_truth(offered, sensed) -> tuple[float, ...] | None:
 
 
 def of_demand(scene, demand: Demand):
-    """Return the scene radiance at the bands of `demand`, unread; all of it where the demand names none or others."""
+    """Return the scene radiance at the bands of `demand`, unread; all of it where the demand names
+    none or others.
+    """
     bands = demand.wavelength_nm
     if bands is None or not set(bands) < set(scene.wavelength.values.tolist()):
         return scene
@@ -58,7 +66,9 @@ def of_demand(scene, demand: Demand):
 
 
 def lit(mixed, wanted) -> tuple[float, ...]:
-    """Return the bands out of `wanted` between the first and the last in which `mixed` has any light; inner ones are not looked at."""
+    """Return the bands out of `wanted` between the first and the last in which `mixed` has any
+    light; inner ones are not looked at.
+    """
     bands = tuple(map(float, wanted))
 
     def first(order) -> int | None:
@@ -74,7 +84,8 @@ def lit(mixed, wanted) -> tuple[float, ...]:
 
 
 def widened(light, every_nm, response):
-    """Return light that went through the lens in fewer bands as light in `every_nm`: the others are dark, and captures keep their wavelengths.
+    """Return light that went through the lens in fewer bands as light in `every_nm`: the others are
+    dark, and captures keep their wavelengths.
 
     `response` : that photocurrent was made for.
     """
@@ -94,7 +105,9 @@ def _between(offered, sensed):
 
 
 def outer(needed) -> slice:
-    """Return the slice from the first to the last true entry, of two entries at least; everything where none is true."""
+    """Return the slice from the first to the last true entry, of two entries at least; everything
+    where none is true.
+    """
     import numpy as np
 
     where = np.flatnonzero(needed)
@@ -115,7 +128,9 @@ def sensed_nm(sensors, bands) -> tuple[float, ...]:
 
 
 def with_bands(demand: Demand, offered) -> Demand:
-    """Return the demand for the bands that are needed of those `offered`; `demand` has what the sensors ask for, and lenses are given."""
+    """Return the demand for the bands that are needed of those `offered`; `demand` has what the
+    sensors ask for, and lenses are given.
+    """
     if (
         offered
         and demand.wavelength_nm

@@ -1,4 +1,6 @@
-"""The chain: scene -> renderer -> lighting -> lens -> sensor -> isp -> metrics; needs flow the other way."""
+"""The chain: scene -> renderer -> lighting -> lens -> sensor -> isp -> metrics; needs flow the
+other way.
+"""
 
 from __future__ import annotations
 
@@ -64,7 +66,9 @@ class Chain:
 
 @dataclass
 class Camera:
-    """What one camera made of the light: captures, picture, truth on its grid, labels, and scores."""
+    """What one camera made of the light: captures, picture, truth on its grid, labels, and
+    scores.
+    """
 
     captures: Any
     picture: Any
@@ -101,7 +105,8 @@ def chain(config) -> Chain:
     checked_seed(config.get("seed", 0))
     if not (isinstance(config.get("draws", 1), int) and config.get("draws", 1) >= 1):
         raise ConfigError(
-            f"draws is {config.draws!r}; expected a whole number of shots, at least 1; type for example draws=4"
+            f"draws is {config.draws!r}; expected a whole number of shots, at least 1; type for"
+            " example draws=4"
         )
     renderer, allowed = config.get("renderer"), budget.allowed(config)
     leave_out, versions = switch(config, "leave_out"), table("lighting", config.get("versions"))
@@ -171,11 +176,13 @@ def switch(config, name: str) -> bool:
 
 
 def plan(parts: Chain, rows: Ledger) -> Demand:
-    """Return what is needed of the scene, asked backwards from the scores; what that drops goes into `rows`.
+    """Return what is needed of the scene, asked backwards from the scores; what that drops goes
+    into `rows`.
 
     Raises
     ------
-    ConfigError : the memory of this machine does not hold the frame, the lens's kernels or the pixels.
+    ConfigError : the memory of this machine does not hold the frame, the lens's kernels or the
+        pixels.
     """
     with book.stage(rows, "plan"):
         book.error(
@@ -196,7 +203,9 @@ def plan(parts: Chain, rows: Ledger) -> Demand:
 
 
 def check_memory(parts: Chain, demand: Demand) -> None:
-    """Raise ConfigError where what `demand` asks for does not fit into the memory of this machine."""
+    """Raise ConfigError where what `demand` asks for does not fit into the memory of this
+    machine.
+    """
     source = parts.renderer or parts.scene
     wavelength_nm = demand.wavelength_nm or bands.offered_nm(source)
     frame = memory.frame_of(
@@ -247,7 +256,9 @@ def asked_backwards(parts: Chain) -> Demand:
 
 
 def asked_of_sensors(parts: Chain, demand: Demand) -> Demand:
-    """Return what the sensors need of `demand` together, and how right light has to be for them: also as it is stored, whatever is left out."""
+    """Return what the sensors need of `demand` together, and how right light has to be for them:
+    also as it is stored, whatever is left out.
+    """
     return budget.budgeted(
         union([narrowed(sensor, demand) for sensor in parts.cameras.values()]), parts.allowed
     )
@@ -274,12 +285,16 @@ def union(demands: list[Demand]) -> Demand:
     for other in rest:
         first = replace(
             first,
-            groups=None
-            if first.groups is None or other.groups is None
-            else tuple(dict.fromkeys(first.groups + other.groups)),
-            wavelength_nm=None
-            if first.wavelength_nm is None or other.wavelength_nm is None
-            else tuple(sorted(set(first.wavelength_nm) | set(other.wavelength_nm))),
+            groups=(
+                None
+                if first.groups is None or other.groups is None
+                else tuple(dict.fromkeys(first.groups + other.groups))
+            ),
+            wavelength_nm=(
+                None
+                if first.wavelength_nm is None or other.wavelength_nm is None
+                else tuple(sorted(set(first.wavelength_nm) | set(other.wavelength_nm)))
+            ),
             labels=first.labels | other.labels,
             error_allowed=min(first.error_allowed, other.error_allowed),
             response=joined(first.response, other.response),
@@ -317,7 +332,9 @@ def stage(rows: Ledger, kind: str, name: str, component, call):
 
 
 def on_sensor(parts: Chain, mixed, demand: Demand):
-    """Return the light on the sensor plane: photocurrent where all sensors ask for it and the lens can, else irradiance."""
+    """Return the light on the sensor plane: photocurrent where all sensors ask for it and the lens
+    can, else irradiance.
+    """
     flares = tuple(parts.flares.values())
     if not parts.leave_out:
         return parts.lens(mixed, flares=flares)
@@ -359,7 +376,9 @@ def through_camera(
     seen = Camera(captures, picture, reference, labels)
 
     def again(draw: int) -> list[Score]:
-        """Return the scores of the same shot with other noise; what it states is as the first draw stated it."""
+        """Return the scores of the same shot with other noise; what it states is as the first draw
+        stated it.
+        """
         with book.stage(Ledger(), "draw"):
             other = developed(
                 parts, sensor(light, generator.child(f"{generator.scene} draw {draw}"))
@@ -410,11 +429,13 @@ def renderer_errors(
 
     Parameters
     ----------
-    camera : with the scores of its picture. `again` : function(light) -> the picture that the same shot makes of it.
+    camera : with the scores of its picture. `again` : function(light) -> the picture that the same
+        shot makes of it.
 
     Returns
     -------
-    The error of each score; empty where the scene states no renderer noise and where scores have no interval.
+    The error of each score; empty where the scene states no renderer noise and where scores have no
+    interval.
     """
     from ..uncertainty import score_errors
 
@@ -436,7 +457,8 @@ def renderer_errors(
     (row,) = own
     if row.errors:
         rows.append(row)
-    else:  # every row states an error: what this one left out belongs to the scores of the row before
+    # every row states an error: what this one left out belongs to the scores of the row before
+    else:
         rows[-1].left_out += row.left_out
     return errors
 
@@ -444,7 +466,9 @@ def renderer_errors(
 def state_picture(
     parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, demand: Demand
 ) -> None:
-    """Add the row that says how wrong the picture is, in units of the sensor's noise, and what that took."""
+    """Add the row that says how wrong the picture is, in units of the sensor's noise, and what that
+    took.
+    """
     from ..uncertainty import lens_errors, propagation
 
     with book.stage(rows, f"picture {name}"):
@@ -479,7 +503,9 @@ def state_picture(
 
 
 def varies(parts: Chain, sensor) -> bool:
-    """Return whether another draw of the noise makes another picture; a sensor without noise says so in its field `noise`."""
+    """Return whether another draw of the noise makes another picture; a sensor without noise says
+    so in its field `noise`.
+    """
     if not parts.leave_out or getattr(sensor, "noise", True):
         return True
     book.left_out(
@@ -492,7 +518,9 @@ def varies(parts: Chain, sensor) -> bool:
 
 
 def scored(key: str, scores) -> list[Score]:
-    """Return the scores of one metric, their intervals stated in the ledger; PluginError where it returned something else."""
+    """Return the scores of one metric, their intervals stated in the ledger; PluginError where it
+    returned something else.
+    """
     if not (isinstance(scores, list) and all(isinstance(s, Score) for s in scores)):
         raise PluginError(
             f"metric {key!r} returned {scores!r}; expected a list of isethdr_core.Score"

@@ -1,4 +1,5 @@
-"""Demand: what is still needed, passed from the scores back to the scene before anything is computed.
+"""Demand: what is still needed, passed from the scores back to the scene before anything is
+computed.
 
 Any component may have a method `narrow(demand) -> Demand` that returns a smaller demand and says
 with `ledger.left_out` what it dropped, why, and what dropping it can change.
@@ -16,7 +17,9 @@ from .window import wider
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """What sensors need to know of light: their answers per channel, and how finely they can tell light from noise."""
+    """What sensors need to know of light: their answers per channel, and how finely they can tell
+    light from noise.
+    """
 
     channels: tuple[str, ...]
     efficiency: Callable[[Any], Any]  # wavelength_nm -> (channel, wavelength) electrons per photon
@@ -28,7 +31,9 @@ class Response:
 
     @property
     def error_allowed(self) -> float:
-        """Relative error of light that stays within `noise_fraction_allowed` where noise is least beside it: at full scale."""
+        """Relative error of light that stays within `noise_fraction_allowed` where noise is least
+        beside it: at full scale.
+        """
         if math.isinf(self.full_scale_e):
             return 0.0
         return (
@@ -54,7 +59,9 @@ class Response:
 
 @dataclass(frozen=True)
 class Demand:
-    """What the stages to the right still need of the stages to the left. None means all there is."""
+    """What the stages to the right still need of the stages to the left. None means all there
+    is.
+    """
 
     groups: tuple[str, ...] | None = None  # light groups
     wavelength_nm: tuple[float, ...] | None = None  # band centres
@@ -65,7 +72,8 @@ class Demand:
     )
     margin: bool = True  # tiles beyond the camera's field
     window_m: tuple[float, float] | None = (
-        None  # (width, height) of the image plane about the axis that sensors see, inf: all along an axis
+        # (width, height) of the image plane about the axis that sensors see, inf: all along an axis
+        None
     )
 
     def with_groups(self, groups) -> Demand:

@@ -1,8 +1,10 @@
-"""Field of view: whether the camera's field covers every sensor, found out before anything is computed.
+"""Field of view: whether the camera's field covers every sensor, found out before anything is
+computed.
 
-Three optional methods tell: `camera_field()` of a scene, `image_size_m(width, height, projection)` of a lens and
-`check_field(width_m, height_m)` of a sensor. Where one is missing, the sensor finds out when the light arrives. A lens may have a fourth,
-`state_field(width, height, projection)`: what becomes of light at the border of the field, for the ledger of the plan.
+Three optional methods tell: `camera_field()` of a scene, `image_size_m(width, height, projection)`
+of a lens and `check_field(width_m, height_m)` of a sensor. Where one is missing, the sensor finds
+out when the light arrives. A lens may have a fourth, `state_field(width, height, projection)`: what
+becomes of light at the border of the field, for the ledger of the plan.
 """
 
 from __future__ import annotations
@@ -13,7 +15,8 @@ import math
 def camera_field(
     horizontal_field_deg: float, aspect: float, projection: str = "tangent"
 ) -> tuple[float, float, str]:
-    """Return (width, height, projection) of a camera's field: tangents, or radians where `projection` is equidistant.
+    """Return (width, height, projection) of a camera's field: tangents, or radians where
+    `projection` is equidistant.
 
     Parameters
     ----------
@@ -26,7 +29,9 @@ def camera_field(
 
 
 def check_fields(scene, lens, sensors) -> None:
-    """Raise ConfigError where a sensor is larger than the image of the camera's field; silent where that is not known yet."""
+    """Raise ConfigError where a sensor is larger than the image of the camera's field; silent where
+    that is not known yet.
+    """
     known = getattr(scene, "camera_field", None), getattr(lens, "image_size_m", None)
     if not all(known):
         return

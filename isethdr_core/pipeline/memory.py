@@ -132,7 +132,9 @@ def frame_of(
 
 
 def check_fits(needs: Sequence[Need]) -> None:
-    """Refuse arrays that are held at the same time where they exceed the machine's memory; the largest of them is named."""
+    """Refuse arrays that are held at the same time where they exceed the machine's memory; the
+    largest of them is named.
+    """
     most = machine_bytes()
     total = sum(need.size_bytes for need in needs)
     if total <= most:
@@ -140,13 +142,16 @@ def check_fits(needs: Sequence[Need]) -> None:
     worst = max(needs, key=lambda need: need.size_bytes)
     beside = f" and {total - worst.size_bytes:.3g} bytes beside them" if len(needs) > 1 else ""
     raise ConfigError(
-        f"{worst.what} would take {worst.size_bytes:.3g} bytes ({worst.size_bytes / 2**30:.3g} GiB){beside}; expected at "
-        f"most the {most:.3g} bytes ({most / 2**30:.3g} GiB) of this machine; {worst.advice}"
+        f"{worst.what} would take {worst.size_bytes:.3g} bytes ({worst.size_bytes / 2**30:.3g}"
+        f" GiB){beside}; expected at most the {most:.3g} bytes ({most / 2**30:.3g} GiB) of this"
+        f" machine; {worst.advice}"
     )
 
 
 def machine_bytes() -> float:
-    """Return the memory that this process may use: of the machine, of its control group, of its own limit; inf where none is known."""
+    """Return the memory that this process may use: of the machine, of its control group, of its own
+    limit; inf where none is known.
+    """
     limits = [math.inf]
     with suppress(AttributeError, ValueError, OSError):  # no such figure on this system
         limits.append(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
@@ -179,7 +184,9 @@ def _light_bytes(lens, flares, frame: Frame) -> tuple[float, float]:
 
 
 def _smaller(source: CountsTiles, lens, flares, frame: Frame) -> str:
-    """Return how to ask for a frame of the same field that fits, found by trial: not all of a lens's memory grows with the frame."""
+    """Return how to ask for a frame of the same field that fits, found by trial: not all of a
+    lens's memory grows with the frame.
+    """
     kind = "scene" if isinstance(source, LooksAtField) else "renderer"
     nominal, most, scale = source.tile_counts(margin=False), machine_bytes(), 1.0
     while scale * min(nominal) > 2:
@@ -194,4 +201,7 @@ def _smaller(source: CountsTiles, lens, flares, frame: Frame) -> str:
         if sum(_light_bytes(lens, flares, smaller)) <= most:
             break
     rows, columns = (math.floor(n * scale) for n in nominal)
-    return f"type {kind}.width={columns} {kind}.height={rows}, or a larger {kind}.step_nm for fewer bands"
+    return (
+        f"type {kind}.width={columns} {kind}.height={rows}, or a larger {kind}.step_nm for fewer"
+        " bands"
+    )

@@ -1,7 +1,8 @@
 """Margin: tiles beyond the camera's field, rendered so that a lens can spread their light into it.
 
-A lens that spreads none says so with `keeps_light(flares) -> bool`, a lighting that looks at nothing beyond the field with
-`WITHIN_FIELD = True`. Where all do, the margin is left out; where any of them says nothing, it stays.
+A lens that spreads none says so with `keeps_light(flares) -> bool`, a lighting that looks at
+nothing beyond the field with `WITHIN_FIELD = True`. Where all do, the margin is left out; where any
+of them says nothing, it stays.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ from .demand import Demand
 
 
 def left_out_where_unseen(demand: Demand, renderer, lens, flares, lightings) -> Demand:
-    """Return the demand without the renderer's margin where no light of it can reach the camera's field."""
+    """Return the demand without the renderer's margin where no light of it can reach the camera's
+    field.
+    """
     keeps = getattr(lens, "keeps_light", None)
     if not (
         getattr(renderer, "margin", 0)

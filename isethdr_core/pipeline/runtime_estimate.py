@@ -1,6 +1,8 @@
-"""Forecast: how long each stage of a run will take, from the ledgers of runs that are stored already.
+"""Forecast: how long each stage of a run will take, from the ledgers of runs that are stored
+already.
 
-The seconds of the same stage of the stored run nearest in size, times the ratio of the sizes. A stage that no stored run had is not guessed.
+The seconds of the same stage of the stored run nearest in size, times the ratio of the sizes. A
+stage that no stored run had is not guessed.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ def expected_s(parts, config: dict, missing) -> dict[str, float]:
     Parameters
     ----------
     parts : the chain. `config` : as plain data, what it was built from.
-    missing : the demand for what has to be rendered; None where all radiance is stored, or known without a renderer.
+    missing : the demand for what has to be rendered; None where all radiance is stored, or known
+        without a renderer.
     """
     found: dict[str, tuple[float, float]] = {}  # stage: (distance in size, seconds)
     for attributes in _newest("runs"):
@@ -74,7 +77,9 @@ def stages(parts, config: dict, missing) -> list[str]:
 
 
 def size(config: dict, kind: str) -> float:
-    """Return what the work of a stage grows with: tiles, times bands where the stage looks at each of them."""
+    """Return what the work of a stage grows with: tiles, times bands where the stage looks at each
+    of them.
+    """
     source = config.get("renderer") or config["scene"]
     return _tiles(source) * (_bands(source) if kind in IN_BANDS else 1)
 
@@ -96,7 +101,9 @@ def _positive(value: Any) -> bool:
 
 
 def _rendering(renderer, now: dict, missing, attributes) -> float:
-    """Return the work of rendering what is `missing` over that of a stored scene: tiles x bands x paths of all light groups."""
+    """Return the work of rendering what is `missing` over that of a stored scene: tiles x bands x
+    paths of all light groups.
+    """
     bands = (len(missing.wavelength_nm or ()) or _bands(now)) / len(attributes["wavelength_nm"])
     wanted, expected = (
         missing.groups or attributes["all_groups"],

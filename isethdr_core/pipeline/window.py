@@ -1,8 +1,10 @@
-"""Window: what sensors see of the image plane, and the tiles of the field that need not go through the lens because none is there.
+"""Window: what sensors see of the image plane, and the tiles of the field that need not go through
+the lens because none is there.
 
-A sensor smaller than the field states its window in the demand, centred on the axis; one that says nothing sees everything. A lens that
-keeps every tile's light in place (`keeps_light(flares)`) is given the tiles of the window alone. Any other knows for itself how far its
-light spreads: it finds the window in the response that it is asked with.
+A sensor smaller than the field states its window in the demand, centred on the axis; one that says
+nothing sees everything. A lens that keeps every tile's light in place (`keeps_light(flares)`) is
+given the tiles of the window alone. Any other knows for itself how far its light spreads: it finds
+the window in the response that it is asked with.
 """
 
 from __future__ import annotations
@@ -19,17 +21,23 @@ IRRADIANCE = "W m-2 nm-1"  # as `quantities`, which needs xarray
 
 
 def wider(first, second):
-    """Return the window (width, height) that holds both; None, all of the image plane, where either is None."""
+    """Return the window (width, height) that holds both; None, all of the image plane, where either
+    is None.
+    """
     return None if None in (first, second) else (max(first[0], second[0]), max(first[1], second[1]))
 
 
 def tiles(data, window) -> dict[str, slice]:
-    """Return the slices {y, x} of the tiles of `data` that a centred window (width, height) in its unit sees, two at least along an axis."""
+    """Return the slices {y, x} of the tiles of `data` that a centred window (width, height) in its
+    unit sees, two at least along an axis.
+    """
     return {d: within(data[d].values, side) for d, side in zip(("x", "y"), window)}
 
 
 def within(centres, side) -> slice:
-    """Return the slice of evenly spaced tiles, by their centres, that an interval of length `side` about 0 sees; two at least."""
+    """Return the slice of evenly spaced tiles, by their centres, that an interval of length `side`
+    about 0 sees; two at least.
+    """
     import numpy as np
 
     pitch = (centres[-1] - centres[0]) / max(len(centres) - 1, 1)
@@ -40,7 +48,9 @@ def within(centres, side) -> slice:
 
 
 def cut(mixed, inside: dict[str, slice]):
-    """Return those tiles of mixed radiance, or all of them where that is what they are; the camera's field stays what it was."""
+    """Return those tiles of mixed radiance, or all of them where that is what they are; the
+    camera's field stays what it was.
+    """
     from ..data.quantities import full_field
 
     if all(mixed.sizes[d] == len(range(mixed.sizes[d])[s]) for d, s in inside.items()):
@@ -52,7 +62,8 @@ def cut(mixed, inside: dict[str, slice]):
 
 
 def without_unseen(lens, mixed, flares, window_m):
-    """Return the tiles of `mixed` that a lens makes light of within a window: all, unless it keeps every tile's light in place.
+    """Return the tiles of `mixed` that a lens makes light of within a window: all, unless it keeps
+    every tile's light in place.
 
     Parameters
     ----------
@@ -72,7 +83,8 @@ def state(whole, part, why: str, bound: float, unit: str) -> None:
     (height, width), (inner_height, inner_width) = whole.shape[-2:], part.shape[-2:]
     out = height * width - inner_height * inner_width
     ledger.left_out(
-        f"{out} of {height * width} tiles of the field, beyond the middle {inner_width} x {inner_height}",
+        f"{out} of {height * width} tiles of the field, beyond the middle {inner_width} x"
+        f" {inner_height}",
         why,
         bound,
         unit,

@@ -11,7 +11,9 @@ KEYED = ("flare", "metric")  # kinds with several members in a run, under names 
 
 @dataclass(frozen=True)
 class Component:
-    """A frozen dataclass offered under `kind/name`; its fields become the Hydra config group entry."""
+    """A frozen dataclass offered under `kind/name`; its fields become the Hydra config group
+    entry.
+    """
 
     kind: str
     name: str

@@ -47,7 +47,9 @@ def isethdr_config_paths() -> Iterable[str]:
 
 @hookspec
 def isethdr_commands(app: typer.Typer) -> None:
-    """Add commands to `isethdr`: `app.command("name")(function)` or `app.add_typer(sub, name="name")`."""
+    """Add commands to `isethdr`: `app.command("name")(function)` or `app.add_typer(sub,
+    name="name")`.
+    """
 
 
 # --- around each stage of a run -------------------------------------------------------------------
@@ -55,14 +57,20 @@ def isethdr_commands(app: typer.Typer) -> None:
 
 @hookspec
 def isethdr_before_stage(stage: Stage) -> None:
-    """Called before a stage runs. `stage` has `kind`, `name`, `component`; more may be added, never less."""
+    """Called before a stage runs. `stage` has `kind`, `name`, `component`; more may be added, never
+    less.
+    """
 
 
 @hookspec
 def isethdr_after_stage(stage: Stage) -> None:
-    """Called after a stage has run; `stage.result` is what it returned, `stage.row` its ledger row."""
+    """Called after a stage has run; `stage.result` is what it returned, `stage.row` its ledger
+    row.
+    """
 
 
 @hookspec
 def isethdr_on_stage_error(stage: Stage) -> None:
-    """Called when a stage raises; `stage.error` is the exception, which is raised again afterwards."""
+    """Called when a stage raises; `stage.error` is the exception, which is raised again
+    afterwards.
+    """

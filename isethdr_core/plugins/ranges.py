@@ -160,7 +160,9 @@ def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> 
 
 
 def _entry(whole: Any, problem: Mapping[str, Any]) -> str:
-    """Return the bad entry of a table with an allowed number, "" where that is not what is wrong."""
+    """Return the bad entry of a table with an allowed number, "" where that is not what is
+    wrong.
+    """
     if not isinstance(whole, dict) or problem["type"] != OUTSIDE:
         return ""
     key = next((k for k, value in whole.items() if value is problem["input"]), None)
@@ -168,7 +170,9 @@ def _entry(whole: Any, problem: Mapping[str, Any]) -> str:
 
 
 def _nearest_choice(annotation: Any, value: Any) -> str:
-    """Return the name among those that a `Literal` allows that is most like `value`; "" for none."""
+    """Return the name among those that a `Literal` allows that is most like `value`; "" for
+    none.
+    """
     if get_origin(annotation) is not Literal or not isinstance(value, str):
         return ""
     names = [choice for choice in get_args(annotation) if isinstance(choice, str)]

@@ -105,8 +105,9 @@ def components() -> dict[tuple[str, str], Component]:
             key = (comp.kind, comp.name)
             if key in found:
                 raise PluginError(
-                    f"two plugins offer {comp.kind}/{comp.name}: {package_of_component(found[key])} and "
-                    f"{package_of_component(comp)}; rename one, or leave one out with ISETHDR_PLUGINS"
+                    f"two plugins offer {comp.kind}/{comp.name}: {package_of_component(found[key])}"
+                    f" and {package_of_component(comp)}; rename one, or leave one out with"
+                    " ISETHDR_PLUGINS"
                 )
             found[key] = comp
     return found
@@ -117,8 +118,8 @@ def build(kind: str, name: str, /, **fields):
 
     Raises
     ------
-    ConfigError : unknown kind, name or field (with the nearest valid one), or a value of the wrong type
-        or outside the range that its field declares.
+    ConfigError : unknown kind, name or field (with the nearest valid one), or a value of the wrong
+        type or outside the range that its field declares.
     """
     if kind not in KINDS:
         raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
@@ -174,7 +175,8 @@ def _package_name(plugin) -> str:
 def _check(comp) -> None:
     if not isinstance(comp, Component):
         raise PluginError(
-            f"isethdr_components() returned {comp!r}; expected isethdr_core.Component(kind, name, cls)"
+            f"isethdr_components() returned {comp!r}; expected isethdr_core.Component(kind, name,"
+            " cls)"
         )
     if comp.kind not in KINDS:
         raise PluginError(f"{comp.kind}/{comp.name}: unknown kind{did_you_mean(comp.kind, KINDS)}")
@@ -204,5 +206,6 @@ def _refuse_unknown_hooks(pm, name, plugin) -> None:
             and attribute not in known
         ):
             raise PluginError(
-                f"plugin {name!r} implements the unknown hook {attribute!r}{did_you_mean(attribute, known)}"
+                f"plugin {name!r} implements the unknown hook"
+                f" {attribute!r}{did_you_mean(attribute, known)}"
             )

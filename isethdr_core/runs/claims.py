@@ -66,7 +66,8 @@ class _Claim:
 def claimed(
     folder: Path, name: str, tell: Callable[[str], None], rhythm: Rhythm = Rhythm()
 ) -> Iterator[bool]:
-    """Hold the claim `name` in `folder` while the block runs; wait for it first where another process holds it.
+    """Hold the claim `name` in `folder` while the block runs; wait for it first where another
+    process holds it.
 
     Yields
     ------
@@ -99,7 +100,8 @@ def _acquired(folder: Path, name: str, tell, rhythm: Rhythm) -> tuple[_Claim, bo
         if before and not watch.is_dead(before[-1]):
             if watch.is_new():
                 tell(
-                    f"waiting: {name} is being made by {_described(before[-1])}; it is used once it is stored"
+                    f"waiting: {name} is being made by {_described(before[-1])}; it is used once it"
+                    " is stored"
                 )
             waited = True
             time.sleep(rhythm.look_s)

@@ -1,4 +1,6 @@
-"""Names that become folders of a store: checked where users type them, and again where they are written."""
+"""Names that become folders of a store: checked where users type them, and again where they are
+written.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Draws: the same shot in several noise realisations, so that every score comes with a 95 % interval."""
+"""Draws: the same shot in several noise realisations, so that every score comes with a 95 %
+interval.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +20,8 @@ def over_draws(
 
     Parameters
     ----------
-    draws : the scores of each draw, at least one. A score that some draw lacks, or whose value is not
-        finite in one, keeps its value of the first draw and has no interval.
+    draws : the scores of each draw, at least one. A score that some draw lacks, or whose value is
+        not finite in one, keeps its value of the first draw and has no interval.
     renderer : the error that renderer noise leaves in each score; a score that it lacks has none.
 
     Notes

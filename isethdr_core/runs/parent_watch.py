@@ -25,7 +25,9 @@ def exit_on_sigterm() -> None:
 
 
 def end_with_parent() -> None:
-    """Watch the parent of this process from now on, if another Python process started it as a worker."""
+    """Watch the parent of this process from now on, if another Python process started it as a
+    worker.
+    """
     parent = multiprocessing.parent_process()
     if parent is None:
         return

@@ -24,7 +24,9 @@ class ChoosesKernels(Protocol):
     """A component whose library compiles or picks code for the processor."""
 
     def kernels(self) -> dict[str, str]:
-        """Return what was picked in this process, by the library's name; nothing where it has not been used."""
+        """Return what was picked in this process, by the library's name; nothing where it has not
+        been used.
+        """
         ...
 
 

@@ -23,7 +23,8 @@ LIBRARIES = (
 
 @cache
 def source_digest(package: str) -> str:
-    """Return a digest of all Python, YAML and CSV sources of an import package or module: it names the code that ran.
+    """Return a digest of all Python, YAML and CSV sources of an import package or module: it names
+    the code that ran.
 
     Presets below `conf` do not enter: what was chosen from them is in the config.
     """
@@ -41,7 +42,9 @@ def source_digest(package: str) -> str:
 
 
 def fingerprint(*components, core: tuple[str, ...] = ("isethdr_core",)) -> dict[str, str]:
-    """Return the source digest of each component's package, and of the parts of the core that they rely on."""
+    """Return the source digest of each component's package, and of the parts of the core that they
+    rely on.
+    """
     packages = set(core) | {type(c).__module__.split(".")[0] for c in components if c is not None}
     return {name: source_digest(name) for name in sorted(packages)}
 

@@ -1,9 +1,10 @@
 """Scene radiance by recipe: use what is stored, render only what is missing.
 
-A recipe is the scene, the renderer and their code; it holds no demand and no weights. A renderer names the
-fields that buy accuracy but do not change the answer in `effort_fields` (for example `samples`):
-a store that spent at least as much serves a run that asks for less. A renderer with a method `enough(paths, noise)` goes on from what
-is stored instead: its stores are pooled (`pooling`), and it is called with what is known of each light group, `{group: Known}`.
+A recipe is the scene, the renderer and their code; it holds no demand and no weights. A renderer
+names the fields that buy accuracy but do not change the answer in `effort_fields` (for example
+`samples`): a store that spent at least as much serves a run that asks for less. A renderer with a
+method `enough(paths, noise)` goes on from what is stored instead: its stores are pooled
+(`pooling`), and it is called with what is known of each light group, `{group: Known}`.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ from .processor import kernels
 from .provenance import fingerprint, versions
 from .sample_accumulation import ALL_BANDS, Known, holds, known
 
-# what scenes and renderers use of the core: an edit elsewhere in it must not ask for another rendering
+# what scenes and renderers use of the core: an edit elsewhere in it must not ask for another
+# rendering
 CORE = tuple(
     f"isethdr_core.{name}"
     for name in ("scene", "quantities", "categories", "physics.photometry", "physics.radiometry")
@@ -63,18 +65,22 @@ def effort(parts: Chain) -> tuple[str, ...]:
 
 
 def scene_radiance(parts: Chain, demand: Demand, rows: Ledger, config):
-    """Return (scene radiance, store ids): read where it is stored, rendered and stored where it is not.
+    """Return (scene radiance, store ids): read where it is stored, rendered and stored where it is
+    not.
 
     A scene that knows its radiance (a chart, a file) needs no renderer and is not stored.
     """
     if parts.renderer is None:
-        return of_demand(
-            _known(
-                parts,
-                stage(rows, "scene", config.scene.name, parts.scene, lambda: made(parts.scene)),
+        return (
+            of_demand(
+                _known(
+                    parts,
+                    stage(rows, "scene", config.scene.name, parts.scene, lambda: made(parts.scene)),
+                ),
+                demand,
             ),
-            demand,
-        ), []
+            [],
+        )
     recipe, spent, folder = recipe_hash(parts), effort_spent(parts), store.home() / "scenes"
     held, missing = held_and_missing(parts, demand)
     before = [s["id"] for s in held]
@@ -116,7 +122,8 @@ def _rendering_alone(folder: Path, recipe: str) -> Iterator[None]:
             )
         except OSError as error:
             raise CatalogError(
-                f"cannot write scenes into {folder}: {error.strerror}; choose another folder with ISETHDR_HOME=/path"
+                f"cannot write scenes into {folder}: {error.strerror}; choose another folder with"
+                " ISETHDR_HOME=/path"
             ) from error
         yield
 
@@ -127,7 +134,9 @@ def effort_spent(parts: Chain) -> dict:
 
 
 def held_and_missing(parts: Chain, demand: Demand) -> tuple[list[dict], Demand | None]:
-    """Return the attributes of the stores that serve `demand`, and the demand for what none of them holds, None where that is nothing."""
+    """Return the attributes of the stores that serve `demand`, and the demand for what none of them
+    holds, None where that is nothing.
+    """
     if parts.renderer is None:
         return [], None
     found = [
@@ -148,18 +157,22 @@ def goes_on(parts: Chain):
 
 
 def known_of(parts: Chain, held: list[dict], missing: Demand, groups) -> dict[str, Known] | None:
-    """Return what is stored of each light group at the bands that are missing; None where the renderer cannot go on from it."""
+    """Return what is stored of each light group at the bands that are missing; None where the
+    renderer cannot go on from it.
+    """
     if goes_on(parts) is None:
         return None
     bands = ALL_BANDS if missing.wavelength_nm is None else missing.wavelength_nm
-    found = {group: known(held, group, bands) for group in (missing.groups or groups)}
+    found = {group: known(held, group, bands) for group in missing.groups or groups}
     return {
         group: k if k.paths > 1 else Known(next=k.next) for group, k in found.items()
     }  # one path alone is not pooled
 
 
 def made(scene):
-    """Return what the scene plugin makes; a description is what is rendered by definition, so nothing in it can be wrong."""
+    """Return what the scene plugin makes; a description is what is rendered by definition, so
+    nothing in it can be wrong.
+    """
     result = scene()
     if isinstance(result, SceneDescription):
         error(0.0, "m", "bound", "geometry, materials and lamps are what they are said to be")
@@ -167,7 +180,8 @@ def made(scene):
 
 
 def opened(folder, held: list[dict], demand: Demand, rows: Ledger, before=()):
-    """Return the stores `held` as one lazy Dataset; restate the errors of those that were rendered in an earlier run.
+    """Return the stores `held` as one lazy Dataset; restate the errors of those that were rendered
+    in an earlier run.
 
     `before` : names of those that this run did not render, whose paths it did not have to follow.
     """
@@ -205,7 +219,9 @@ def opened(folder, held: list[dict], demand: Demand, rows: Ledger, before=()):
 
 
 def _state_pooled(joined, held, before, said) -> None:
-    """State the noise of each light group of pooled stores, and how many of their paths were there before this run."""
+    """State the noise of each light group of pooled stores, and how many of their paths were there
+    before this run.
+    """
     for group, paths in joined.attrs.get("paths", {}).items():
         noise = joined.attrs["noise"].get(group)
         if noise is not None and not any(
@@ -232,7 +248,8 @@ def what_is_missing(held: list[dict], demand: Demand, enough=None) -> Demand | N
     """Return the demand for the groups and bands that no store holds, None where all are held.
 
     Groups that lack different bands are rendered at all bands that any of them lacks.
-    `enough(paths, noise)` : whether stores that hold a group know it well enough; None: whatever is held is.
+    `enough(paths, noise)` : whether stores that hold a group know it well enough; None: whatever is
+        held is.
     """
     if demand.groups is None and not held:
         return demand
@@ -261,7 +278,8 @@ def _held(held, group, band, enough) -> bool:
 def _known(parts, scene):
     if isinstance(scene, SceneDescription):
         raise ConfigError(
-            f"scene {scene.name!r} is geometry and needs a renderer; type for example renderer=mitsuba"
+            f"scene {scene.name!r} is geometry and needs a renderer; type for example"
+            " renderer=mitsuba"
         )
     return scene
 

@@ -72,7 +72,9 @@ class Result:
         return self.attributes["cameras"]
 
     def open(self, group: str):
-        """Return one group of the store as a Dataset: `picture/bayer`, `captures/bayer`, `truth/bayer`, `light`, `versions/day`."""
+        """Return one group of the store as a Dataset: `picture/bayer`, `captures/bayer`,
+        `truth/bayer`, `light`, `versions/day`.
+        """
         return store.open_store(self.path, group)
 
 
@@ -109,13 +111,17 @@ def run(config) -> Result:
 
 
 def announced(result: Result, parts: Chain) -> Result:
-    """Tell the plugins of a finished run, also of one that was stored before: a report that is missing is then made."""
+    """Tell the plugins of a finished run, also of one that was stored before: a report that is
+    missing is then made.
+    """
     plugin_manager().hook.isethdr_after_stage(stage=Stage("run", result.key, parts, result=result))
     return result
 
 
 def check_writable(folder: Path) -> None:
-    """Raise CatalogError where no store could be written later: found out in a moment, before the work of hours."""
+    """Raise CatalogError where no store could be written later: found out in a moment, before the
+    work of hours.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if not os.access(folder, os.W_OK):
@@ -128,7 +134,9 @@ def check_writable(folder: Path) -> None:
 
 
 def run_key(config, parts: Chain) -> str:
-    """Return the hash of all that can change the result: resolved config (or its `plain` data), code, library versions, input files."""
+    """Return the hash of all that can change the result: resolved config (or its `plain` data),
+    code, library versions, input files.
+    """
     components = parts.components()
     return store.content_hash(
         {

@@ -1,4 +1,6 @@
-"""Run warnings: exposures that make the scores of a camera say little, found by numbers and limits."""
+"""Run warnings: exposures that make the scores of a camera say little, found by numbers and
+limits.
+"""
 
 from __future__ import annotations
 
@@ -65,7 +67,9 @@ def sentence(warning: dict) -> str:
 
 
 def saturated_share_outside_lamps(picture, truth, labels) -> float:
-    """Return the share of pixels outside lamps that are saturated in every capture; 0 if all are lamps."""
+    """Return the share of pixels outside lamps that are saturated in every capture; 0 if all are
+    lamps.
+    """
     from ..data.saturation import saturated
 
     rest = ~lamp_pixels(truth, labels)

@@ -1,8 +1,10 @@
 """Pooling: what several renderings of the same light know together.
 
-A renderer that can go on from what is stored says of each light group which paths of an endless sequence it followed: the attribute
-`path_span` {group: [first, end]} of scene radiance. Renderings of different paths are independent; their mean, each with the weight
-of its paths, is as good as one rendering of all of them. Nothing that is stored is ever changed: stores are pooled as they are read.
+A renderer that can go on from what is stored says of each light group which paths of an endless
+sequence it followed: the attribute `path_span` {group: [first, end]} of scene radiance. Renderings
+of different paths are independent; their mean, each with the weight of its paths, is as good as one
+rendering of all of them. Nothing that is stored is ever changed: stores are pooled as they are
+read.
 """
 
 from __future__ import annotations
@@ -23,9 +25,11 @@ class Known:
 
 
 def pooled(spans) -> list[int]:
-    """Return which of `spans`, (first, end) or None, are pooled: those without overlap that hold most paths together.
+    """Return which of `spans`, (first, end) or None, are pooled: those without overlap that hold
+    most paths together.
 
-    One path alone knows no noise, so that it counts only where there is nothing else. Where no span is stated, the first stands alone.
+    One path alone knows no noise, so that it counts only where there is nothing else. Where no span
+    is stated, the first stands alone.
     """
     known = [k for k, span in enumerate(spans) if span]
     if not known:
@@ -42,7 +46,8 @@ def pooled(spans) -> list[int]:
 
 
 def pooled_noise(paths, noises) -> float | None:
-    """Return the relative noise of the mean of independent renderings, each with the weight of its `paths`; None where all are dark.
+    """Return the relative noise of the mean of independent renderings, each with the weight of its
+    `paths`; None where all are dark.
 
     One in which no light was found counts as noisy as the noisiest other.
     """
@@ -55,7 +60,9 @@ def pooled_noise(paths, noises) -> float | None:
 
 
 def holds(attributes: dict, group: str, band) -> bool:
-    """Return whether a store holds one light group, or knows that it is dark, at a band in nm or at `ALL_BANDS`."""
+    """Return whether a store holds one light group, or knows that it is dark, at a band in nm or at
+    `ALL_BANDS`.
+    """
     whole = attributes.get("bands_asked") is None
     return group in (*attributes["groups"], *attributes["absent_groups"]) and (
         whole if band is None else band in attributes["wavelength_nm"]
@@ -65,7 +72,8 @@ def holds(attributes: dict, group: str, band) -> bool:
 def known(held: list[dict], group: str, bands) -> Known:
     """Return what stores know of a light group at all of `bands`: of the band that is known worst.
 
-    Where a band is not known at all, its first paths are the next: all bands share their paths, so that colours hold together.
+    Where a band is not known at all, its first paths are the next: all bands share their paths, so
+    that colours hold together.
 
     Parameters
     ----------

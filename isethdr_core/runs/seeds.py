@@ -1,7 +1,8 @@
 """Random numbers keyed by what they are for, so that order, chunks and processes never change them.
 
-A `Generator` is an immutable key. It draws nothing itself: `generator.stream(...)` names one stream, and
-`isethdr_core.physics.detector.noise` turns a stream and a pixel's position into one 64-bit word.
+A `Generator` is an immutable key. It draws nothing itself: `generator.stream(...)` names one
+stream, and `isethdr_core.physics.detector.noise` turns a stream and a pixel's position into one
+64-bit word.
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ from ..plugins.ranges import LARGEST_SEED
 
 @dataclass(frozen=True)
 class Generator:
-    """The key of all noise of a run: `seed` and `scene` name the shot, `device` the piece of silicon."""
+    """The key of all noise of a run: `seed` and `scene` name the shot, `device` the piece of
+    silicon.
+    """
 
     seed: int = 0
     device: str = "A"

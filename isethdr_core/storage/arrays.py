@@ -1,8 +1,9 @@
 """Datasets as files of zarr v3, written without an event loop.
 
-A run's store has thirty arrays, most of a few numbers. The zarr library hands each to an event loop and that to threads: 0.3 s of CPU time
-for arrays that hold next to nothing. What a store needs of the format is little: zarr core 3.0 with the codecs bytes, vlen-utf8, blosc,
-crc32c and sharding_indexed 1.0 (zarr-specs.readthedocs.io). Everything is read through that library.
+A run's store has thirty arrays, most of a few numbers. The zarr library hands each to an event loop
+and that to threads: 0.3 s of CPU time for arrays that hold next to nothing. What a store needs of
+the format is little: zarr core 3.0 with the codecs bytes, vlen-utf8, blosc, crc32c and
+sharding_indexed 1.0 (zarr-specs.readthedocs.io). Everything is read through that library.
 """
 
 from __future__ import annotations
@@ -54,7 +55,8 @@ def write_group(root: Path, key: str, attributes: dict) -> dict[str, FileRecord]
 
 
 def write_dataset(root: Path, key: str, ds) -> dict[str, FileRecord]:
-    """Write a Dataset, in memory and with attributes of JSON types, as the group `key` of the store `root`.
+    """Write a Dataset, in memory and with attributes of JSON types, as the group `key` of the store
+    `root`.
 
     Returns
     -------
@@ -91,7 +93,8 @@ def _write_array(root: Path, folder: Path, variable, pool) -> dict[str, FileReco
         )
     else:
         raise CatalogError(
-            f"the variable {folder.name!r} is of {values.dtype}; a store holds numbers of 8 bytes at most, and text"
+            f"the variable {folder.name!r} is of {values.dtype}; a store holds numbers of 8 bytes"
+            " at most, and text"
         )
     sharded = {"y", "x"} <= set(variable.dims) and values.size > 0
     if sharded:
@@ -133,7 +136,9 @@ def _write_array(root: Path, folder: Path, variable, pool) -> dict[str, FileReco
 
 
 def _parts(values, shape):
-    """Yield (place, part) of a regular grid of parts of `shape`, in the order of the format; those at the end may be smaller."""
+    """Yield (place, part) of a regular grid of parts of `shape`, in the order of the format; those
+    at the end may be smaller.
+    """
     for place in np.ndindex(
         *(-(-size // part) for size, part in zip(values.shape, shape, strict=True))
     ):
@@ -158,7 +163,9 @@ def _text(values) -> list[bytes]:
 
 
 def _blosc(configuration):
-    """Return a function(values) -> list of bytes: compressed, and a checksum that turns a flipped bit into an error."""
+    """Return a function(values) -> list of bytes: compressed, and a checksum that turns a flipped
+    bit into an error.
+    """
     from numcodecs import blosc
 
     blosc.use_threads = (
@@ -175,7 +182,9 @@ def _blosc(configuration):
 
 
 def _sharded(chunk, encoded, pool):
-    """Return a function(values) -> list of bytes of a shard: its chunks, then where each begins and how long it is."""
+    """Return a function(values) -> list of bytes of a shard: its chunks, then where each begins and
+    how long it is.
+    """
 
     def one(found) -> list[bytes]:
         _, part = found

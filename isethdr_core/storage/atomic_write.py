@@ -1,7 +1,7 @@
 """Temporary names: what is being written, and what killed writers left behind.
 
-A store or a file is written under a hidden name that says who writes it, then renamed. Names of writers that live no more are
-removed by the next writer in that folder.
+A store or a file is written under a hidden name that says who writes it, then renamed. Names of
+writers that live no more are removed by the next writer in that folder.
 """
 
 from __future__ import annotations

@@ -1,10 +1,12 @@
 """How arrays lie on disk: chunks, shards, codecs and rounding, decided in this one place.
 
-Measured on a night scene of 1080 x 1920 x 31 bands x 4 groups: rounding to 10 mantissa bits makes the
-cube 2.9 times smaller than raw float32, where lossless codecs reach 1.3 at any level; every further bit takes 6 % more; one shard per light
-group keeps a scene at a handful of files, and 8 bands x 135 x 240 tiles inside it serve spectra, bands and tiles alike.
+Measured on a night scene of 1080 x 1920 x 31 bands x 4 groups: rounding to 10 mantissa bits makes
+the cube 2.9 times smaller than raw float32, where lossless codecs reach 1.3 at any level; every
+further bit takes 6 % more; one shard per light group keeps a scene at a handful of files, and 8
+bands x 135 x 240 tiles inside it serve spectra, bands and tiles alike.
 
-Pictures are float64 and keep all their bits, most of which are noise: zstd and lz4 make them 1.2 times smaller, lz4 in an eighth of the time.
+Pictures are float64 and keep all their bits, most of which are noise: zstd and lz4 make them 1.2
+times smaller, lz4 in an eighth of the time.
 """
 
 from __future__ import annotations
@@ -35,7 +37,8 @@ ONE_SHARD_EACH = (
 
 
 def keep_mantissa_bits(values, bits: int = KEEPBITS) -> np.ndarray:
-    """Round float32 values to `bits` explicit mantissa bits, to nearest, ties to even (so without bias).
+    """Round float32 values to `bits` explicit mantissa bits, to nearest, ties to even (so without
+    bias).
 
     Parameters
     ----------
@@ -49,7 +52,8 @@ def keep_mantissa_bits(values, bits: int = KEEPBITS) -> np.ndarray:
     """
     if not 1 <= bits <= MANTISSA_BITS:
         raise ValueError(
-            f"keepbits is {bits}; float32 has 1 to {MANTISSA_BITS} mantissa bits; use null to keep all"
+            f"keepbits is {bits}; float32 has 1 to {MANTISSA_BITS} mantissa bits; use null to"
+            " keep all"
         )
     values = np.asarray(values, np.float32)
     drop = MANTISSA_BITS - bits
@@ -69,12 +73,15 @@ def keep_mantissa_bits(values, bits: int = KEEPBITS) -> np.ndarray:
 
 
 def rounding(keepbits: int | None) -> float:
-    """Return the largest relative error of `keep_mantissa_bits`, 0 where all bits are kept (None)."""
+    """Return the largest relative error of `keep_mantissa_bits`, 0 where all bits are kept
+    (None).
+    """
     return 2.0 ** -(keepbits + 1) if keepbits is not None and keepbits < MANTISSA_BITS else 0.0
 
 
 def bits_for(error_allowed: float) -> int | None:
-    """Return the fewest mantissa bits, `KEEPBITS` at least, whose `rounding` is at most `error_allowed`; all (None) where none is few enough.
+    """Return the fewest mantissa bits, `KEEPBITS` at least, whose `rounding` is at most
+    `error_allowed`; all (None) where none is few enough.
 
     0 is no wish: `KEEPBITS`.
     """
@@ -85,7 +92,9 @@ def bits_for(error_allowed: float) -> int | None:
 
 
 def portable(ds: xr.Dataset, keepbits: int | None) -> xr.Dataset:
-    """Return `ds` in memory, ready to be written: strings as objects, light as rounded float32, plain attributes."""
+    """Return `ds` in memory, ready to be written: strings as objects, light as rounded float32,
+    plain attributes.
+    """
     ds = ds.drop_encoding().compute()  # a lazy source must not write parts of a shard
     ds.attrs = jsonable(ds.attrs)
     changed = {}
@@ -119,9 +128,11 @@ def compression(dtype) -> dict:
 
 
 def tiling(sizes: dict) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return the (chunk, shard) shapes of an array with `sizes`; a shard is a whole number of chunks.
+    """Return the (chunk, shard) shapes of an array with `sizes`; a shard is a whole number of
+    chunks.
 
-    Arrays without bands are divided evenly, so that no chunk is filled up with pixels that are not there.
+    Arrays without bands are divided evenly, so that no chunk is filled up with pixels that are not
+    there.
     """
     chunks, shards, banded = [], [], "wavelength" in sizes
     for dim, size in sizes.items():
@@ -139,7 +150,9 @@ def tiling(sizes: dict) -> tuple[tuple[int, ...], tuple[int, ...]]:
 
 
 def jsonable(value):
-    """Return `value` made of JSON types only; NaN and infinities become the strings of the zarr v3 standard."""
+    """Return `value` made of JSON types only; NaN and infinities become the strings of the zarr v3
+    standard.
+    """
     import dataclasses
     from pathlib import PurePath
 
@@ -164,7 +177,8 @@ def jsonable(value):
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return jsonable({f.name: getattr(value, f.name) for f in dataclasses.fields(value)})
     raise TypeError(
-        f"{value!r} ({type(value).__name__}) cannot be written as JSON; expected numbers, text, lists, dictionaries"
+        f"{value!r} ({type(value).__name__}) cannot be written as JSON; expected numbers, text,"
+        " lists, dictionaries"
     )
 
 
@@ -172,7 +186,9 @@ _NOT_FINITE = {"NaN": float("nan"), "Infinity": float("inf"), "-Infinity": float
 
 
 def restored(value):
-    """Return what `jsonable` was given, as far as JSON can hold it: NaN and infinities are numbers again."""
+    """Return what `jsonable` was given, as far as JSON can hold it: NaN and infinities are numbers
+    again.
+    """
     if isinstance(value, dict):
         return {k: restored(v) for k, v in value.items()}
     if isinstance(value, list):

@@ -1,7 +1,9 @@
-"""Join the stores of one scene along light group and wavelength without reading them, and pool those that hold the same light.
+"""Join the stores of one scene along light group and wavelength without reading them, and pool
+those that hold the same light.
 
-xarray's own concat reads every array unless dask is installed; the small lazy array here reads only what is asked
-for, each part from the stores that have it: the first one, or the mean of all that followed paths of their own (`pooling`).
+xarray's own concat reads every array unless dask is installed; the small lazy array here reads only
+what is asked for, each part from the stores that have it: the first one, or the mean of all that
+followed paths of their own (`pooling`).
 """
 
 from __future__ import annotations
@@ -19,18 +21,21 @@ Plane = tuple[
 
 
 def join_scenes(scenes: list[xr.Dataset], wanted=None) -> xr.Dataset:
-    """Return the first scene, extended by the groups, bands and labels that the others add, and by their paths.
+    """Return the first scene, extended by the groups, bands and labels that the others add, and by
+    their paths.
 
     Parameters
     ----------
-    scenes : scene radiance Datasets of one recipe. Where two hold the same, they are pooled if both state other paths in `path_span`,
-        else the first wins. One on another grid adds nothing.
-    wanted : names of the light groups that decide about the bands; None: those known at all bands of the first scene.
+    scenes : scene radiance Datasets of one recipe. Where two hold the same, they are pooled if both
+        state other paths in `path_span`, else the first wins. One on another grid adds nothing.
+    wanted : names of the light groups that decide about the bands; None: those known at all bands
+        of the first scene.
 
     Returns
     -------
-    Dataset : lazy where the inputs are. Its bands, nm, are those that some store has for each of the `wanted` groups; its
-        groups are all that have all these bands. `groups`, `noise` and, where paths are stated, `paths` in the attributes cover them.
+    Dataset : lazy where the inputs are. Its bands, nm, are those that some store has for each of
+        the `wanted` groups; its groups are all that have all these bands. `groups`, `noise` and,
+        where paths are stated, `paths` in the attributes cover them.
     """
     base, scenes = (
         scenes[0],
@@ -115,12 +120,16 @@ def _paths(scene, group) -> int:
 
 
 def _ways(held, bands, scenes, group) -> list[tuple]:
-    """Return the different ways in which bands of a group are put together, each as ((scene, position of the group, weight), ...)."""
+    """Return the different ways in which bands of a group are put together, each as ((scene,
+    position of the group, weight), ...).
+    """
     return list(dict.fromkeys(tuple((k, i, weight) for k, i, _, weight in held[b]) for b in bands))
 
 
 def _noise(scenes, ways, group):
-    """Return the noise that is stated of a group: of the bands that are known worst. None where none is."""
+    """Return the noise that is stated of a group: of the bands that are known worst. None where
+    none is.
+    """
     found = []
     for way in ways:
         stated = [(scenes[k].attrs.get("noise") or {}).get(group) for k, _, _ in way]
@@ -132,8 +141,8 @@ def _noise(scenes, ways, group):
 def _noise_planes(scenes, ways) -> np.ndarray:
     """Return the standard errors (xyz_channel, y, x) of X, Y and Z of a group.
 
-    Stores of one way are independent: squares add up. Bands that were put together in different ways may share their paths, and are
-    taken as if they did: an upper bound.
+    Stores of one way are independent: squares add up. Bands that were put together in different
+    ways may share their paths, and are taken as if they did: an upper bound.
     """
     squares = lambda way: sum(
         (weight * scenes[k]["xyz_noise"].variable[i].values.astype(float)) ** 2
@@ -143,7 +152,9 @@ def _noise_planes(scenes, ways) -> np.ndarray:
 
 
 def _half_planes(scenes, ways) -> np.ndarray:
-    """Return what halves of a group's paths differ by (y, x): a mean, as the light itself, and summed over bands that were put together in different ways."""
+    """Return what halves of a group's paths differ by (y, x): a mean, as the light itself, and
+    summed over bands that were put together in different ways.
+    """
     mean = lambda way: sum(
         weight * scenes[k]["half_difference"].variable[i].values.astype(float)
         for k, i, weight in way
@@ -152,7 +163,9 @@ def _half_planes(scenes, ways) -> np.ndarray:
 
 
 class _Joined(BackendArray):
-    """Radiance (light_group, wavelength, y, x) put together from several variables: `planes[group][wavelength]` says of which."""
+    """Radiance (light_group, wavelength, y, x) put together from several variables:
+    `planes[group][wavelength]` says of which.
+    """
 
     def __init__(self, parts: list[xr.Variable], planes: list[list[list[Plane]]]):
         self.parts, self.planes = parts, planes
@@ -187,7 +200,9 @@ class _Joined(BackendArray):
 
 
 def _run(positions: np.ndarray):
-    """Return positions that follow each other as a slice, which a store reads as one piece; others as they are."""
+    """Return positions that follow each other as a slice, which a store reads as one piece; others
+    as they are.
+    """
     first, last = int(positions[0]), int(positions[-1])
     return (
         slice(first, last + 1)

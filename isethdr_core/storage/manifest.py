@@ -1,4 +1,5 @@
-"""Manifest of a store: size and checksum of every file, so that damage is named and never read as data.
+"""Manifest of a store: size and checksum of every file, so that damage is named and never read as
+data.
 
 zarr returns the fill value where a chunk file is missing: 0, False or NaN, which are plausible
 data.

@@ -1,4 +1,6 @@
-"""Reading zarr files that a manifest vouches for: what differs from the manifest is an error, never a fill value."""
+"""Reading zarr files that a manifest vouches for: what differs from the manifest is an error, never
+a fill value.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +38,9 @@ class ManifestStore(LocalStore):
         prototype: BufferPrototype | None = None,
         byte_range: ByteRequest | None = None,
     ) -> Buffer | None:
-        """Return the bytes of a file, or of a range of it, None where the manifest has no such file."""
+        """Return the bytes of a file, or of a range of it, None where the manifest has no such
+        file.
+        """
         if key not in self.manifest.files:
             return None
         return self._checked(key, byte_range, await super().get(key, prototype, byte_range))
@@ -62,7 +66,9 @@ class ManifestStore(LocalStore):
         prototype: BufferPrototype,
         **_,
     ) -> AsyncIterator[Sequence[tuple[int, Buffer | None]]]:
-        """Yield ranges of a file one by one; zarr's own would wrap our error in an exception group."""
+        """Yield ranges of a file one by one; zarr's own would wrap our error in an exception
+        group.
+        """
         for index, byte_range in enumerate(byte_ranges):
             yield [(index, await self.get(key, prototype, byte_range))]
 
@@ -81,7 +87,9 @@ class ManifestStore(LocalStore):
         ]
 
     async def list_dir(self, prefix: str) -> AsyncIterator[str]:
-        """Yield the names of the files and folders directly below `prefix`, as the manifest knows them."""
+        """Yield the names of the files and folders directly below `prefix`, as the manifest knows
+        them.
+        """
         start = f"{prefix.rstrip('/')}/" if prefix else ""
         below = (key[len(start) :] for key in self.manifest.files if key.startswith(start))
         for name in dict.fromkeys(rest.partition("/")[0] for rest in below):

@@ -1,8 +1,8 @@
 """Zarr v3 stores that are either whole or not there.
 
-A store is written by one process under a temporary name in its final folder, read back, and renamed;
-whatever has its final name is complete and never changes again. Killed writers leave only temporary
-names, which the next writer in that folder removes.
+A store is written by one process under a temporary name in its final folder, read back, and
+renamed; whatever has its final name is complete and never changes again. Killed writers leave only
+temporary names, which the next writer in that folder removes.
 
     <ISETHDR_HOME or ./runs>/scenes/<name>.zarr    one scene's radiance and labels
     <ISETHDR_HOME or ./runs>/runs/<name>.zarr      one run: captures, pictures, scores
@@ -53,13 +53,16 @@ def home() -> Path:
 
 
 def content_hash(obj) -> str:
-    """Return 16 hex digits that name `obj` by its content; the order of dictionary keys does not matter."""
+    """Return 16 hex digits that name `obj` by its content; the order of dictionary keys does not
+    matter.
+    """
     text = json.dumps(jsonable(obj), sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def find_complete(folder, name: str) -> Path | None:
-    """Return the path of the complete store `name` in `folder`, or None where it still has to be made.
+    """Return the path of the complete store `name` in `folder`, or None where it still has to be
+    made.
 
     Raises
     ------
@@ -83,7 +86,9 @@ def read_attrs(path) -> dict:
 
 
 def _opened(path: Path) -> tuple[dict, Manifest | None]:
-    """Return the root attributes and the manifest of a store whose files are all there with their size."""
+    """Return the root attributes and the manifest of a store whose files are all there with their
+    size.
+    """
     attrs, manifest = _root(path)
     if manifest is not None:
         check_files(path, manifest)
@@ -91,7 +96,9 @@ def _opened(path: Path) -> tuple[dict, Manifest | None]:
 
 
 def _root(path: Path) -> tuple[dict, Manifest | None]:
-    """Return the root attributes, compared with the manifest, and the manifest; None for a store of format 1."""
+    """Return the root attributes, compared with the manifest, and the manifest; None for a store of
+    format 1.
+    """
     try:
         text = (path / ROOT_FILE).read_bytes()
         attrs = json.loads(text)["attributes"]
@@ -122,8 +129,8 @@ def _root(path: Path) -> tuple[dict, Manifest | None]:
             raise
     if version not in (WITHOUT_MANIFEST, FORMAT) or isinstance(version, bool):
         raise CatalogError(
-            f"the store {path} has format {version!r}; this version reads {WITHOUT_MANIFEST} and {FORMAT}; "
-            "install the isethdr that wrote it"
+            f"the store {path} has format {version!r}; this version reads {WITHOUT_MANIFEST} and"
+            f" {FORMAT}; install the isethdr that wrote it"
         )
     if manifest is None and version == FORMAT:
         raise damaged(path, MANIFEST_FILE, "is missing")
@@ -212,16 +219,20 @@ def _check_written(path: Path, key: str, ds) -> None:
         stored = zarr.open_array(path / key / name, mode="r")
         if stored.shape != ds.variables[name].shape:
             raise CatalogError(
-                f"{path}: {key}/{name} was written as {stored.shape}, expected {ds.variables[name].shape}; write it again"
+                f"{path}: {key}/{name} was written as {stored.shape}, expected"
+                f" {ds.variables[name].shape}; write it again"
             )
         if hole := holes(stored):
             raise CatalogError(
-                f"{path}: {key}/{name} holds NaN at {hole}; light is finite: a failed render, or a chunk was lost"
+                f"{path}: {key}/{name} holds NaN at {hole}; light is finite: a failed render, or a"
+                " chunk was lost"
             )
 
 
 def holes(array) -> str:
-    """Return where a zarr array of floats holds NaN, the value of what was never written; "" where nowhere."""
+    """Return where a zarr array of floats holds NaN, the value of what was never written; "" where
+    nowhere.
+    """
     for i in range(array.shape[0] if array.ndim else 0):  # one shard at a time bounds the memory
         if np.isnan(array[i]).any():
             return f"index {i} of {array.shape[0]}"
@@ -229,7 +240,9 @@ def holes(array) -> str:
 
 
 def _to_disk(path: Path) -> None:
-    """Ask the disk for every file before the rename, so that a power cut cannot leave a renamed, empty store."""
+    """Ask the disk for every file before the rename, so that a power cut cannot leave a renamed,
+    empty store.
+    """
     for folder, _, files in os.walk(path):
         for file in files:
             handle = os.open(os.path.join(folder, file), os.O_RDONLY)
@@ -311,12 +324,13 @@ def _groups(path: Path) -> list[str]:
 
 
 def open_scene(path_or_id) -> xr.Dataset:
-    """Return stored scene radiance, joined with the sibling stores of its recipe that hold further groups or bands.
+    """Return stored scene radiance, joined with the sibling stores of its recipe that hold further
+    groups or bands.
 
     Parameters
     ----------
-    path_or_id : a path that ends in `.zarr`, or a store name, a recipe hash, or the beginning of either, looked up
-        in `home()/scenes`.
+    path_or_id : a path that ends in `.zarr`, or a store name, a recipe hash, or the beginning of
+        either, looked up in `home()/scenes`.
 
     Returns
     -------
@@ -352,7 +366,8 @@ def _scene_path(path_or_id) -> Path:
         )
     if len(set(found.values())) > 1:
         raise CatalogError(
-            f"{wanted!r} could be any of {', '.join(sorted(p.stem for p in found))}; give more of the name"
+            f"{wanted!r} could be any of {', '.join(sorted(p.stem for p in found))}; give more of"
+            " the name"
         )
     return min(found)
 

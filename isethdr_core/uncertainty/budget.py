@@ -1,8 +1,10 @@
-"""Accuracy: what a run may be wrong by, as a share of the sensor's noise, and how the stages share it at the least cost.
+"""Accuracy: what a run may be wrong by, as a share of the sensor's noise, and how the stages share
+it at the least cost.
 
 config node `accuracy`:
-  noise_fraction_allowed  of the noise's standard deviation, per pixel: for everything after the stored radiance
-  render_error_allowed    relative noise of each light group; null leaves it to the renderer's own fields
+  noise_fraction_allowed  of the noise's standard deviation, per pixel: for everything after the
+  stored radiance render_error_allowed    relative noise of each light group; null leaves it to the
+  renderer's own fields
 """
 
 from __future__ import annotations
@@ -18,7 +20,9 @@ from . import ledger
 
 @dataclass(frozen=True)
 class Cost:
-    """What an error costs: seconds x error^-power, or where `power` is 0 so many seconds for every factor e that it is less."""
+    """What an error costs: seconds x error^-power, or where `power` is 0 so many seconds for every
+    factor e that it is less.
+    """
 
     seconds: float
     power: float = 0.0
@@ -31,8 +35,9 @@ class Cost:
 def divided(allowed: float, costs: dict[str, Cost]) -> dict[str, float]:
     """Return the errors, `allowed` in all, that cost least.
 
-    Lagrange: at the least total every stage gains as much from a little more error, -cost'(e) = rate, so that
-    e = (seconds x power / rate)^(1 / (1 + power)), or seconds / rate. The sum falls with the rate, which is found by halving.
+    Lagrange: at the least total every stage gains as much from a little more error, -cost'(e) =
+    rate, so that e = (seconds x power / rate)^(1 / (1 + power)), or seconds / rate. The sum falls
+    with the rate, which is found by halving.
     """
 
     def errors(log_rate):
@@ -48,12 +53,14 @@ def divided(allowed: float, costs: dict[str, Cost]) -> dict[str, float]:
     return errors(high)
 
 
-# Measured (docs/budget.md): CPU seconds for a million values, tiles x bands, of a night drive; errors in standard deviations of the noise.
+# Measured (docs/budget.md): CPU seconds for a million values, tiles x bands, of a night drive;
+# errors in standard deviations of the noise.
 COSTS = {"store": Cost(0.007), "kernels": Cost(0.009, 0.7), "functionals": Cost(0.002)}
 RESERVED = {
     "ghosts": 0.2
 }  # of the fraction: faint ones that are not traced; not bought with seconds
-USUAL = 0.1  # fraction for which it is divided: what little the shares change with it is worth no seconds
+# fraction for which it is divided: what little the shares change with it is worth no seconds
+USUAL = 0.1
 SHARES = RESERVED | {
     k: e / USUAL for k, e in divided(USUAL * (1 - sum(RESERVED.values())), COSTS).items()
 }
@@ -108,30 +115,35 @@ def _check(name, value, most, expected, example):
 
 
 def with_render_error(renderer, given: Allowed):
-    """Return the renderer told to go on until its noise is allowed; ConfigError where it cannot be told, or is told otherwise."""
+    """Return the renderer told to go on until its noise is allowed; ConfigError where it cannot be
+    told, or is told otherwise.
+    """
     if given.render_error is None:
         return renderer
     if renderer is None:
         raise ConfigError(
-            "accuracy.render_error_allowed is set, but the run has no renderer; type accuracy.render_error_allowed=null"
+            "accuracy.render_error_allowed is set, but the run has no renderer; type"
+            " accuracy.render_error_allowed=null"
         )
     if "error_allowed" not in {f.name for f in dataclasses.fields(renderer)}:
         raise ConfigError(
-            f"accuracy.render_error_allowed is set, but {type(renderer).__name__} has no field error_allowed; "
-            "choose another renderer, or type accuracy.render_error_allowed=null"
+            f"accuracy.render_error_allowed is set, but {type(renderer).__name__} has no field"
+            " error_allowed; choose another renderer, or type accuracy.render_error_allowed=null"
         )
     if renderer.error_allowed not in (None, given.render_error):
         raise ConfigError(
-            f"renderer.error_allowed is {renderer.error_allowed!r}, accuracy.render_error_allowed {given.render_error!r}; "
-            "set one of them"
+            f"renderer.error_allowed is {renderer.error_allowed!r}, accuracy.render_error_allowed"
+            f" {given.render_error!r}; set one of them"
         )
     return replace(renderer, error_allowed=given.render_error)
 
 
 def budgeted(demand: Demand, given: Allowed) -> Demand:
-    """Return the demand with the error allowed of all light after the radiance, in the sensors' terms and relative.
+    """Return the demand with the error allowed of all light after the radiance, in the sensors'
+    terms and relative.
 
-    Sensors without noise put no response into the demand: nothing is small beside their noise, and light is asked for exactly.
+    Sensors without noise put no response into the demand: nothing is small beside their noise, and
+    light is asked for exactly.
     """
     if demand.response is None:
         return demand
@@ -159,5 +171,7 @@ def budgeted(demand: Demand, given: Allowed) -> Demand:
 
 
 def stored_error(demand: Demand) -> float:
-    """Return the relative error that a store's rounding may have, 0 where no sensor says what it can tell."""
+    """Return the relative error that a store's rounding may have, 0 where no sensor says what it
+    can tell.
+    """
     return demand.error_allowed * STORE / (1 - STORE)

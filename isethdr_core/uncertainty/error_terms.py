@@ -1,4 +1,5 @@
-"""Error terms: what a stated error acts on, on which part of the light, and which terms change a pixel's electrons.
+"""Error terms: what a stated error acts on, on which part of the light, and which terms change a
+pixel's electrons.
 
 Code decides by the fields of a term (source, quantity, part, unit, how); its label `what` is for
 people and may be reworded freely.
@@ -67,7 +68,8 @@ class LightPart:
     """A part of the light that a stage declares, for its error terms to act on."""
 
     light: xr.DataArray  # irradiance or photocurrent on the sensor plane
-    within_tiles: bool = False  # standard deviation of the light within each tile: acts on the tiles that a pixel divides
+    # standard deviation of the light within each tile: acts on the tiles that a pixel divides
+    within_tiles: bool = False
 
 
 def part_of(note: ErrorNote) -> str:
@@ -76,7 +78,9 @@ def part_of(note: ErrorNote) -> str:
 
 
 def largest_alternatives(notes: list[ErrorNote]) -> list[ErrorNote]:
-    """Return the largest term of each source, quantity, part, unit and `how`; terms without a source are all kept."""
+    """Return the largest term of each source, quantity, part, unit and `how`; terms without a
+    source are all kept.
+    """
     largest: dict[tuple, ErrorNote] = {}
     for position, note in enumerate(notes):
         key = (note.source or position, note.quantity, part_of(note), note.unit, note.how)

@@ -103,12 +103,14 @@ def add_error(note: ErrorNote) -> None:
 
 
 def light_part(name: str, light: xr.DataArray, within_tiles: bool = False) -> None:
-    """Declare a part of the running stage's light that an error term acts on by its `part`; parts of one name add up.
+    """Declare a part of the running stage's light that an error term acts on by its `part`; parts
+    of one name add up.
 
     Parameters
     ----------
     light : irradiance or photocurrent on the sensor plane, on any grid of tiles.
-    within_tiles : `light` is the standard deviation of the light within each tile, of which a pixel feels what its borders divide.
+    within_tiles : `light` is the standard deviation of the light within each tile, of which a pixel
+        feels what its borders divide.
     """
     if row := _row.get():
         if name in row.light_parts:
@@ -122,7 +124,9 @@ def records_errors() -> bool:
 
 
 def stated() -> bool:
-    """Return whether the running stage has stated an error; True outside a run, where nobody asks."""
+    """Return whether the running stage has stated an error; True outside a run, where nobody
+    asks.
+    """
     row = _row.get()
     return row is None or bool(row.errors)
 
@@ -135,7 +139,9 @@ def left_out(what: str, why: str, bound: float, unit: str) -> None:
 
 @contextmanager
 def parts_of_a_sum():
-    """State once what parts of a sum of light state in the same words: the largest relative value, the total of absolute ones."""
+    """State once what parts of a sum of light state in the same words: the largest relative value,
+    the total of absolute ones.
+    """
     row = _row.get()
     before = (len(row.errors), len(row.left_out)) if row else (0, 0)
     yield
@@ -175,7 +181,9 @@ def stage(ledger: Ledger, name: str):
 
 
 class _PeakWatch:
-    """Largest anonymous resident memory of this process, sampled every 20 ms (Linux; 0 elsewhere)."""
+    """Largest anonymous resident memory of this process, sampled every 20 ms (Linux; 0
+    elsewhere).
+    """
 
     def __init__(self):
         self._peak, self._done = _resident_bytes(), threading.Event()

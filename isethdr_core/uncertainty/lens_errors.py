@@ -1,4 +1,6 @@
-"""Lens errors: what a lens knows of how wrong its kernels make the light of one scene, asked as the light itself was asked for."""
+"""Lens errors: what a lens knows of how wrong its kernels make the light of one scene, asked as the
+light itself was asked for.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +12,15 @@ from . import ledger
 
 
 def asked_of(lens, flares, cameras, demand, mixed):
-    """Return function(mean light, weights) -> what `lens.spread_errors` returns; None where a lens cannot say.
+    """Return function(mean light, weights) -> what `lens.spread_errors` returns; None where a lens
+    cannot say.
 
     Parameters
     ----------
-    demand : None where nothing was to be left out of the light. `mixed` : mixed radiance that the light was made of.
-    weights : (channel, band), for every band of the mean light; the lens is asked for those that it made light of, so that no kernel
-        has to be made again.
+    demand : None where nothing was to be left out of the light. `mixed` : mixed radiance that the
+        light was made of.
+    weights : (channel, band), for every band of the mean light; the lens is asked for those that it
+        made light of, so that no kernel has to be made again.
     """
     if not hasattr(lens, "spread_errors"):
         return None

@@ -1,10 +1,12 @@
-"""Noise units: every stage's stated error carried to the electrons of each capture, in units of the sensor's own noise.
+"""Noise units: every stage's stated error carried to the electrons of each capture, in units of the
+sensor's own noise.
 
-Linear propagation: the renderer's noise tile by tile (`scene_noise`), errors of the stages after it as shares of the electrons they
-act on (`error_terms`). Bounds and measured errors of a pixel add up to b, statistical ones in squares to the variance s^2.
-The pixel's error is then b + |normal deviate of standard deviation s|. A figure of a picture is what 99 % of its unsaturated pixels'
-errors are at most (`within`), whatever the figure is of: the renderer alone, all stages after it up to the sensor, the sensor, or all
-together.
+Linear propagation: the renderer's noise tile by tile (`scene_noise`), errors of the stages after it
+as shares of the electrons they act on (`error_terms`). Bounds and measured errors of a pixel add up
+to b, statistical ones in squares to the variance s^2. The pixel's error is then b + |normal deviate
+of standard deviation s|. A figure of a picture is what 99 % of its unsaturated pixels' errors are
+at most (`within`), whatever the figure is of: the renderer alone, all stages after it up to the
+sensor, the sensor, or all together.
 """
 
 from __future__ import annotations
@@ -44,13 +46,17 @@ RENDERER, AFTER_RENDERER, SENSOR, WHOLE = (
 TWO_SIDED = 2.5758  # standard deviations that 99 % of normal deviates stay within, both signs
 MOST_PIXELS = 65536  # spread evenly, that stand for all
 ENOUGH = 32768  # pixels of a capture, spread evenly, whose errors stand for those of all
-CLOSE = 1e-9  # relative: two figures of which one holds more errors than the other come out in that order, but for this
+# relative: two figures of which one holds more errors than the other come out in that order, but
+# for this
+CLOSE = 1e-9
 SHARE = 0.99  # of the pixels, for the figure that speaks for a picture
 
 
 @dataclass(frozen=True, eq=False)
 class Electrons:
-    """Mean light electrons of one capture, (y, x): all of them, those that come straight from what a pixel looks at, and the noise."""
+    """Mean light electrons of one capture, (y, x): all of them, those that come straight from what
+    a pixel looks at, and the noise.
+    """
 
     capture: str
     total: np.ndarray
@@ -68,7 +74,9 @@ class Electrons:
 
 
 def missing(captures) -> list[str]:
-    """Return what `electrons` needs and captures of a sensor lack; what an isp of ours reads is enough."""
+    """Return what `electrons` needs and captures of a sensor lack; what an isp of ours reads is
+    enough.
+    """
     needed = (
         "quantum_efficiency",
         "filter",
@@ -85,9 +93,11 @@ def missing(captures) -> list[str]:
 
 
 def some_of(captures):
-    """Return captures at every so many pixels along both axes, `ENOUGH` at least; all of them where a lens distorts, which asks for whole areas.
+    """Return captures at every so many pixels along both axes, `ENOUGH` at least; all of them where
+    a lens distorts, which asks for whole areas.
 
-    The share of all pixels whose error is within a figure that holds for `SHARE` of these is stated, to three standard errors.
+    The share of all pixels whose error is within a figure that holds for `SHARE` of these is
+    stated, to three standard errors.
     """
     sizes = [captures.sizes[d] for d in ("y", "x")]
     step = int(np.sqrt(np.prod(sizes) / ENOUGH))
@@ -114,11 +124,13 @@ def electrons(
 
     Parameters
     ----------
-    captures : captures Dataset. `light` : irradiance or photocurrent it was made of. `mixed` : mixed radiance that the light was made of.
+    captures : captures Dataset. `light` : irradiance or photocurrent it was made of. `mixed` :
+        mixed radiance that the light was made of.
     scene : scene radiance, with `xyz_noise` where a renderer states it.
     whole : relative noise of a scene that states none tile by tile, as `stated_noise`.
-    spread_errors : function(mixed, weights) -> (deviation, bound) of `weights` (channel, band) times irradiance, each (channel, y, x) on
-        the grid of `light`, or None: how wrong the lens's kernels may make it. Where there is none, what the lens states is taken.
+    spread_errors : function(mixed, weights) -> (deviation, bound) of `weights` (channel, band)
+        times irradiance, each (channel, y, x) on the grid of `light`, or None: how wrong the lens's
+        kernels may make it. Where there is none, what the lens states is taken.
     """
     light, mixed = time_mean(light), time_mean(mixed)
     f_m = captures.attrs["focal_length_mm"] * 1e-3
@@ -157,7 +169,9 @@ def electrons(
 
 
 def with_parts(shots: list[Electrons], captures, rows: list[Row]) -> list[Electrons]:
-    """Return the shots with the electrons of every part of the light that a row declares (`ledger.light_part`)."""
+    """Return the shots with the electrons of every part of the light that a row declares
+    (`ledger.light_part`).
+    """
     declared = {name: part for row in rows for name, part in row.light_parts.items()}
     if not declared:
         return shots
@@ -174,7 +188,9 @@ def with_parts(shots: list[Electrons], captures, rows: list[Row]) -> list[Electr
 
 
 def _at_pixels(counting, captures, part: LightPart) -> np.ndarray:
-    """Return the electrons per m2 and second that a part of the light makes at each pixel in its own channel."""
+    """Return the electrons per m2 and second that a part of the light makes at each pixel in its
+    own channel.
+    """
     light, over_pixels = part.light, detail_error if part.within_tiles else resample_mean
     side, place = captures.attrs["pitch_um"] * 1e-6, (captures.x.values, captures.y.values)
     filters = captures["filter"].values
@@ -188,7 +204,9 @@ def _at_pixels(counting, captures, part: LightPart) -> np.ndarray:
 
 
 def _spread(errors, captures, light):
-    """Return errors (channel, y, x) of light at each pixel in its own channel: neighbouring tiles as if they erred alike."""
+    """Return errors (channel, y, x) of light at each pixel in its own channel: neighbouring tiles
+    as if they erred alike.
+    """
     if errors is None:
         return None
     side, filters = captures.attrs["pitch_um"] * 1e-6, captures["filter"].values
@@ -209,7 +227,9 @@ def _spread(errors, captures, light):
 
 
 def stated_noise(rows: list[Row]) -> float:
-    """Return the largest relative noise that a renderer states as one number for a light group; 0 where there is no renderer."""
+    """Return the largest relative noise that a renderer states as one number for a light group; 0
+    where there is no renderer.
+    """
     notes = [
         note
         for row in rows
@@ -222,7 +242,9 @@ def stated_noise(rows: list[Row]) -> float:
 
 
 def _rates(counting, captures, light, mixed, noise, gain, whole):
-    """Return per m2 and second, at each pixel in its own channel: all electrons, the direct ones, and their standard deviation."""
+    """Return per m2 and second, at each pixel in its own channel: all electrons, the direct ones,
+    and their standard deviation.
+    """
     side, place = captures.attrs["pitch_um"] * 1e-6, (captures.x.values, captures.y.values)
     filters = captures["filter"].values
     total, direct, variance = (
@@ -250,7 +272,9 @@ def _rates(counting, captures, light, mixed, noise, gain, whole):
 
 
 def _plane(row, captures, light):
-    """Return the electrons per m2 and second (y, x) that light makes in a channel of `row`, electrons per energy in each band."""
+    """Return the electrons per m2 and second (y, x) that light makes in a channel of `row`,
+    electrons per energy in each band.
+    """
     if light.attrs["units"] != PHOTOCURRENT:
         return _sum(row[np.isin(captures.wavelength.values, light.wavelength.values)], light.values)
     efficiency = row / photons_per_energy(captures.wavelength.values)
@@ -269,7 +293,8 @@ def _sum(row, cube):
 
 
 def after(shot: Electrons, notes: Sequence[ErrorNote]) -> tuple[np.ndarray, np.ndarray]:
-    """Return (bound, standard deviation), (y, x) in electrons of one capture, of what `notes` of the stages after the renderer leave.
+    """Return (bound, standard deviation), (y, x) in electrons of one capture, of what `notes` of
+    the stages after the renderer leave.
 
     Notes without a way to electrons are skipped.
     """
@@ -289,7 +314,9 @@ def after(shot: Electrons, notes: Sequence[ErrorNote]) -> tuple[np.ndarray, np.n
 
 
 def within(bound, deviation, share: float = SHARE) -> float:
-    """Return what a share of all errors is at most: each is a bound plus the magnitude of a normal deviate with its own deviation."""
+    """Return what a share of all errors is at most: each is a bound plus the magnitude of a normal
+    deviate with its own deviation.
+    """
     from scipy.special import erf
 
     step = max(1, bound.size // MOST_PIXELS) | 1  # odd: all colours of a filter array take part
@@ -325,9 +352,11 @@ def _in_electrons(note, shot: Electrons, spread):
 
 
 def notes_after(rows: list[Row], kernels: bool = True) -> tuple[list[ErrorNote], list[ErrorNote]]:
-    """Return the errors that stages after the renderer state, those that have a way to electrons and those that have none.
+    """Return the errors that stages after the renderer state, those that have a way to electrons
+    and those that have none.
 
-    Without `kernels` but for those of kernels: they are known pixel by pixel. What a sensor states is no part of them.
+    Without `kernels` but for those of kernels: they are known pixel by pixel. What a sensor states
+    is no part of them.
     """
     notes = [
         note
@@ -355,7 +384,9 @@ def _after_renderer(kind: str, note: ErrorNote) -> bool:
 
 
 def notes_of_sensor(rows: list[Row]) -> list[ErrorNote]:
-    """Return what sensors state of the electrons that they count; noise and non-linearity belong to the sensor and are no errors."""
+    """Return what sensors state of the electrons that they count; noise and non-linearity belong to
+    the sensor and are no errors.
+    """
     rows = [row for row in rows if row.stage.split(" ")[0] == "sensor"]
     notes = [
         note
@@ -368,7 +399,9 @@ def notes_of_sensor(rows: list[Row]) -> list[ErrorNote]:
 
 @dataclass(frozen=True)
 class Figures:
-    """How wrong one capture is: the errors of 99 % of its unsaturated pixels are at most this, in standard deviations of its noise."""
+    """How wrong one capture is: the errors of 99 % of its unsaturated pixels are at most this, in
+    standard deviations of its noise.
+    """
 
     whole: float
     renderer: float
@@ -405,7 +438,8 @@ def figures_of(
 def state(
     shots: list[Electrons], rows: list[Row], allowed: float, seconds: tuple[float, float]
 ) -> None:
-    """State in the ledger how wrong a picture is in units of its own noise, first of all captures, then of each.
+    """State in the ledger how wrong a picture is in units of its own noise, first of all captures,
+    then of each.
 
     Parameters
     ----------
@@ -423,9 +457,10 @@ def state(
         return
     most = max(found, key=lambda one: one.whole)
     label = (
-        f"99 % of the unsaturated pixels of {most.capture} (the worst {most.worst:.3g}): renderer {most.renderer:.3g}, "
-        f"{seconds[0]:.3g} s, and all after it {most.later:.3g} where {allowed:g} is allowed, {seconds[1]:.3g} s"
-        f"{_why(found, shots, rows, allowed)}; the sensor counts to {most.sensor:.3g}"
+        f"99 % of the unsaturated pixels of {most.capture} (the worst {most.worst:.3g}): renderer"
+        f" {most.renderer:.3g}, {seconds[0]:.3g} s, and all after it {most.later:.3g} where"
+        f" {allowed:g} is allowed, {seconds[1]:.3g} s{_why(found, shots, rows, allowed)}; the"
+        f" sensor counts to {most.sensor:.3g}"
     )
     _state_figure(most.whole, "statistical", label, WHOLE)
     for one in found:
@@ -479,7 +514,9 @@ def _why(found: list[Figures], shots, rows, allowed) -> str:
 
 
 def seconds(rows: list[Row], camera: str, scene) -> tuple[float, float]:
-    """Return the seconds that one camera's picture took: of the rendering, in this run or when it was stored, and of all after it."""
+    """Return the seconds that one camera's picture took: of the rendering, in this run or when it
+    was stored, and of all after it.
+    """
     own = [
         row.seconds
         for row in rows

@@ -1,4 +1,6 @@
-"""Scene noise: what of a scene's light is the renderer's own noise, tile by tile, and what of it reaches the pixels of a camera."""
+"""Scene noise: what of a scene's light is the renderer's own noise, tile by tile, and what of it
+reaches the pixels of a camera.
+"""
 
 from __future__ import annotations
 
@@ -13,16 +15,21 @@ from ..physics.resampling.area import overlaps
 from ..physics.resampling.overlap import borders
 from ..pipeline import window
 
-NOISE = "xyz_noise"  # variable (light_group, xyz_channel, y, x) of a scene: standard errors of X, Y and Z, cd/m2
-HALVES = "half_difference"  # variable (light_group, y, x): half of what two halves of a renderer's paths differ by in luminance, cd/m2
+# variable (light_group, xyz_channel, y, x) of a scene: standard errors of X, Y and Z, cd/m2
+NOISE = "xyz_noise"
+# variable (light_group, y, x): half of what two halves of a renderer's paths differ by in
+# luminance, cd/m2
+HALVES = "half_difference"
 WINDOW_TILES = 3  # side of the window that tells noise from the scene
 
 
 def relative_noise(scene, mixed) -> np.ndarray | None:
-    """Return the relative standard errors (3, y, x) of X, Y and Z of `mixed`, constant over time, or None where the scene states none.
+    """Return the relative standard errors (3, y, x) of X, Y and Z of `mixed`, constant over time,
+    or None where the scene states none.
 
-    One pass of a renderer alone knows no noise: NaN, and None here too. Groups have noise of their own, so that squares add up; all
-    bands share their paths, but lamps of other colours have other noise.
+    One pass of a renderer alone knows no noise: NaN, and None here too. Groups have noise of their
+    own, so that squares add up; all bands share their paths, but lamps of other colours have other
+    noise.
     """
     if NOISE not in scene:
         return None
@@ -37,9 +44,11 @@ def relative_noise(scene, mixed) -> np.ndarray | None:
 
 
 def relative_halves(scene, mixed) -> np.ndarray | None:
-    """Return half of what two halves of the paths differ by in luminance (y, x), over that of `mixed`; at least -1 and at most 1.
+    """Return half of what two halves of the paths differ by in luminance (y, x), over that of
+    `mixed`; at least -1 and at most 1.
 
-    Its sign is chance, its variance that of the light's own noise. None where the scene states none, or one pass alone was rendered.
+    Its sign is chance, its variance that of the light's own noise. None where the scene states
+    none, or one pass alone was rendered.
     """
     if HALVES not in scene:
         return None
@@ -54,7 +63,8 @@ def relative_halves(scene, mixed) -> np.ndarray | None:
 
 
 def smoothing_change(halves, level_cd_m2) -> np.ndarray:
-    """Return the relative change (y, x) of luminance that removes renderer noise where it hides the scene.
+    """Return the relative change (y, x) of luminance that removes renderer noise where it hides the
+    scene.
 
     Parameters
     ----------
@@ -63,8 +73,9 @@ def smoothing_change(halves, level_cd_m2) -> np.ndarray:
 
     Notes
     -----
-    The local statistics filter of Lee 1980 (eq. 9 to 11): a tile moves towards the mean of its window by the
-    share of the window's variance that is noise. Tiles without noise, lamps and sky, stay.
+    The local statistics filter of Lee 1980 (eq. 9 to 11): a tile moves towards the mean of its
+    window by the share of the window's variance that is noise. Tiles without noise, lamps and sky,
+    stay.
     """
     from scipy.ndimage import correlate1d
 
@@ -91,7 +102,9 @@ def luminance_cd_m2(mixed) -> np.ndarray:
 
 
 def levels(mixed, weights) -> np.ndarray:
-    """Return sums over bands (k, y, x) of `weights` (k, wavelength) times light: in float64, a band at a time, with no copy of all."""
+    """Return sums over bands (k, y, x) of `weights` (k, wavelength) times light: in float64, a band
+    at a time, with no copy of all.
+    """
     out = np.zeros((len(weights), *mixed.shape[1:]))
     for weight, band in zip(weights.T, mixed.values):
         out += weight[:, None, None] * band
@@ -99,7 +112,9 @@ def levels(mixed, weights) -> np.ndarray:
 
 
 def nearest_xyz(sensitivity, wavelength_nm) -> int:
-    """Return which of X, Y and Z a channel's `sensitivity` (wavelength,) is most like: the noise of that one is taken for its own."""
+    """Return which of X, Y and Z a channel's `sensitivity` (wavelength,) is most like: the noise of
+    that one is taken for its own.
+    """
     curves = xyz_weights(wavelength_nm)
     alike = (
         curves
@@ -110,15 +125,18 @@ def nearest_xyz(sensitivity, wavelength_nm) -> int:
 
 
 def pixel_variance(variance, field, picture) -> np.ndarray:
-    """Return the variance (..., y, x) of a pixel's mean over tiles whose errors are independent, from theirs (..., y, x).
+    """Return the variance (..., y, x) of a pixel's mean over tiles whose errors are independent,
+    from theirs (..., y, x).
 
     Parameters
     ----------
-    variance : of each tile of `field`, any unit. `picture` : whose pixels look at the field, as `truth.seen`.
+    variance : of each tile of `field`, any unit. `picture` : whose pixels look at the field, as
+        `truth.seen`.
 
     Notes
     -----
-    A mean with weights w has the variance sum of w^2 times the tiles' variances. Where a lens distorts, w are shares of the seen area.
+    A mean with weights w has the variance sum of w^2 times the tiles' variances. Where a lens
+    distorts, w are shares of the seen area.
     """
     f_m, side = (
         float(picture.attrs["focal_length_mm"]) * 1e-3,
@@ -144,11 +162,13 @@ def pixel_variance(variance, field, picture) -> np.ndarray:
 
 
 def direct_share(light, mixed) -> np.ndarray:
-    """Return the share (plane, y, x) of `light` that comes straight from the field: neither spread nor flare; 0 to 1, 0 where there is no light.
+    """Return the share (plane, y, x) of `light` that comes straight from the field: neither spread
+    nor flare; 0 to 1, 0 where there is no light.
 
     Parameters
     ----------
-    light : irradiance or photocurrent. `mixed` : the mixed radiance that it was made of, constant over time.
+    light : irradiance or photocurrent. `mixed` : the mixed radiance that it was made of, constant
+        over time.
     """
     whole, f_m = time_mean(light).values, light.attrs["focal_length_mm"] * 1e-3
     bands = mixed.sel(wavelength=bands_nm(light)).values
@@ -170,7 +190,8 @@ def direct_share(light, mixed) -> np.ndarray:
 
 
 def on_light(tiles, mixed, light) -> np.ndarray:
-    """Return tiles (..., y, x) of the field on the grid of `light`: those that it has, or the mean over what each tile of the sensor plane looks at.
+    """Return tiles (..., y, x) of the field on the grid of `light`: those that it has, or the mean
+    over what each tile of the sensor plane looks at.
 
     Where a lens magnifies colours differently the sensor plane reaches a little beyond the field.
     """

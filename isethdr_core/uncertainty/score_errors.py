@@ -1,10 +1,13 @@
-"""Score errors: how far the renderer's own noise moves the scores of a picture, shift and scatter, by changes of the scene.
+"""Score errors: how far the renderer's own noise moves the scores of a picture, shift and scatter,
+by changes of the scene.
 
-A renderer says by how much the light that either half of its paths found differs from their mean. A changed scene shows the light of one half or
-the other in each tile, by lot (the wild bootstrap: Wu 1986), and goes through sensor and image processing again, with the same noise of the
-sensor; the truth is changed alike. What of the light was spread stays: noise has averaged out in it. A score that is the mean of the scores of
-a picture's parts is asked of some parts, each a sample of its own; every other one of the whole picture, again and again.
-One more scene has its noise smoothed away: it tells how far noise has shifted a score already.
+A renderer says by how much the light that either half of its paths found differs from their mean. A
+changed scene shows the light of one half or the other in each tile, by lot (the wild bootstrap: Wu
+1986), and goes through sensor and image processing again, with the same noise of the sensor; the
+truth is changed alike. What of the light was spread stays: noise has averaged out in it. A score
+that is the mean of the scores of a picture's parts is asked of some parts, each a sample of its
+own; every other one of the whole picture, again and again. One more scene has its noise smoothed
+away: it tells how far noise has shifted a score already.
 """
 
 from __future__ import annotations
@@ -36,26 +39,33 @@ FEW_TILES = (
 SIDE = (
     3  # a picture is cut into SIDE x SIDE parts, a third of which is asked of each of three changes
 )
-BLOCK = 48  # pixels: side of the pieces that make up a part, at least. Their seams are no part of the scene; windows of metrics are about 10 wide
+# pixels: side of the pieces that make up a part, at least. Their seams are no part of the scene;
+# windows of metrics are about 10 wide
+BLOCK = 48
 
 
 def state(
     camera, scores, metrics, mixed, scene, light, again, count: int = CHANGES
 ) -> dict[ScoreKey, RendererError]:
-    """State in the ledger, and return, the error that the scene's noise leaves in each score, in its unit.
+    """State in the ledger, and return, the error that the scene's noise leaves in each score, in
+    its unit.
 
     Parameters
     ----------
-    camera : `pipeline.Camera`. `scores` : of its picture. `metrics` : as the run asks them; one whose class says `MEAN_OF_PARTS = True` has
-        scores of the frame that need no labels and are, nearly, means of those of the picture's parts.
-    mixed, scene : the light, and the scene with what halves of its paths differ by, tile by tile; without it nothing is stated.
-    light : that the camera saw, on the sensor plane. `again` : function(light) -> picture, with the same noise of the sensor.
+    camera : `pipeline.Camera`. `scores` : of its picture. `metrics` : as the run asks them; one
+        whose class says `MEAN_OF_PARTS = True` has scores of the frame that need no labels and are,
+        nearly, means of those of the picture's parts.
+    mixed, scene : the light, and the scene with what halves of its paths differ by, tile by tile;
+        without it nothing is stated.
+    light : that the camera saw, on the sensor plane. `again` : function(light) -> picture, with the
+        same noise of the sensor.
     count : changes of the scene, for metrics of whole pictures.
 
     Returns
     -------
-    The error of each score; empty where the scene stores no half buffers. It is `NOT_MEASURED` for a score that the smoothed
-    scene lacks, or all but one of the changed scenes. It has scores of objects where the picture is too small to be cut into parts.
+    The error of each score; empty where the scene stores no half buffers. It is `NOT_MEASURED` for
+    a score that the smoothed scene lacks, or all but one of the changed scenes. It has scores of
+    objects where the picture is too small to be cut into parts.
     """
     mixed, metrics = time_mean(mixed), list(metrics)
     apart = relative_halves(scene, mixed)
@@ -90,7 +100,10 @@ def state(
     every = [*whole, *((metric, None, _before(scores)) for metric in of_parts)]
     _add_moves(smoothed, pair, every, objects=not parts)
     if parts and any(score.object for score in scores):
-        why = "objects of large pictures are not measured again: their intervals hold the noise realisations only"
+        why = (
+            "objects of large pictures are not measured again: their intervals hold the noise"
+            " realisations only"
+        )
         ledger.left_out("renderer noise in scores of objects", why, math.inf, "1")
     for (name, unit, _), found in samples.items():
         _state(
@@ -110,7 +123,9 @@ def state(
 
 
 def known_within(count: int) -> float:
-    """Return the factor within which the rms of `count` normal changes is their standard deviation, `SURE` of the times: a chi-squared share."""
+    """Return the factor within which the rms of `count` normal changes is their standard deviation,
+    `SURE` of the times: a chi-squared share.
+    """
     from scipy.special import gammainc
 
     low, high = 1.0, 100.0
@@ -124,7 +139,9 @@ def known_within(count: int) -> float:
 
 
 def _camera_of_changes(camera, mixed, light, again):
-    """Return a function that gives (picture, truth) of a scene whose luminance changes by a relative `change` (y, x) in all its colours."""
+    """Return a function that gives (picture, truth) of a scene whose luminance changes by a
+    relative `change` (y, x) in all its colours.
+    """
     level = luminance_cd_m2(mixed)
     true, xyz, straight = (
         seen(level, mixed, camera.picture),
@@ -151,9 +168,11 @@ def _by_lot(apart, draw: int):
 
 
 def _parts(picture) -> list[list[dict]]:
-    """Return indices {y, x} of the parts that a picture is cut into, in three lists that each have some of all rows and columns; none of a small one.
+    """Return indices {y, x} of the parts that a picture is cut into, in three lists that each have
+    some of all rows and columns; none of a small one.
 
-    A part holds pieces from all over the picture, so that it is like the whole, and each is large enough to look like a picture itself.
+    A part holds pieces from all over the picture, so that it is like the whole, and each is large
+    enough to look like a picture itself.
     """
     cuts = {}
     for d in ("y", "x"):
@@ -174,7 +193,8 @@ def _of_part(metrics, picture, truth, part):
 
 
 def _of_frame(found) -> tuple[float, float]:
-    """Return (rms error, mean shift) of the frame's score from changes of that of its parts, each with noise of its own.
+    """Return (rms error, mean shift) of the frame's score from changes of that of its parts, each
+    with noise of its own.
 
     Parts scatter more than the frame, the mean of all of them; their shift is its own.
     """
@@ -193,10 +213,11 @@ def _shift(found) -> float:
 def _errors(changes, smoothed, parts_across: int = 1) -> dict[ScoreKey, RendererError]:
     """Return the error of each score that at least two changed scenes and the smoothed scene have.
 
-    `parts_across` : the parts that each change belongs to, along one side of the frame. Parts scatter more than the frame by that.
+    `parts_across` : the parts that each change belongs to, along one side of the frame. Parts
+        scatter more than the frame by that.
 
-    The variance is the product of two estimates, over the changes and over the tiles that the score rests on: their relative
-    variances, 2 over the degrees of freedom of each, add up.
+    The variance is the product of two estimates, over the changes and over the tiles that the score
+    rests on: their relative variances, 2 over the degrees of freedom of each, add up.
     """
     errors = {}
     for key in changes.keys() & smoothed.keys():
@@ -216,7 +237,8 @@ def _before(scores) -> dict[ScoreKey, float]:
 def _of_whole(metrics, camera, scores) -> list[tuple]:
     """Return (metric, labels, scores before) of metrics that say something of the whole picture.
 
-    Labels come with one object only where the picture's scores are the same with it: objects cost most of the time.
+    Labels come with one object only where the picture's scores are the same with it: objects cost
+    most of the time.
     """
     before, out = _before(scores), []
     for metric in metrics:
@@ -240,13 +262,17 @@ def _with_one_object(labels):
 
 
 def _add_moves(found, pair, asked, objects: bool) -> None:
-    """Add to `found` by how much the scores of a changed picture and truth differ from those before."""
+    """Add to `found` by how much the scores of a changed picture and truth differ from those
+    before.
+    """
     for metric, labels, before in asked:
         _add(found, _values(_ask(metric, *pair, labels, objects)), before)
 
 
 def _add(found, after, before) -> None:
-    """Add to `found` by how much scores differ from those before; what has no number on either side tells nothing."""
+    """Add to `found` by how much scores differ from those before; what has no number on either side
+    tells nothing.
+    """
     for name, value in after.items():
         if math.isfinite(value - before.get(name, math.nan)):
             found.setdefault(name, []).append(value - before[name])
@@ -259,7 +285,8 @@ def _state(name, unit, rms, shift, how, free) -> None:
             rms,
             unit or "1",
             "statistical",
-            f"score {name}: renderer{side}, by {how}, right within a factor of {known_within(free):.1f}",
+            f"score {name}: renderer{side}, by {how}, right within a factor of"
+            f" {known_within(free):.1f}",
         )
 
 

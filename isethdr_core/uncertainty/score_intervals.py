@@ -25,7 +25,9 @@ def key_of(score: Score) -> ScoreKey:
 
 
 class RendererError(NamedTuple):
-    """How far renderer noise moves one score, from a few changed scenes; in the unit of the score."""
+    """How far renderer noise moves one score, from a few changed scenes; in the unit of the
+    score.
+    """
 
     standard_error: float  # of one rendering, apart from what all renderings are off by
     degrees_of_freedom: float  # of `standard_error`

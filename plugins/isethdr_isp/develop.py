@@ -1,4 +1,6 @@
-"""Develop: from a mosaic of electrons to a picture in cd/m2, with the variances that the samples' noise becomes."""
+"""Develop: from a mosaic of electrons to a picture in cd/m2, with the variances that the samples'
+noise becomes.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,8 @@ def develop(merged, reads, captures, how: Development):
 
     Parameters
     ----------
-    merged : `combine.Merged`, electrons without dark charge, their variance, validity and source (y, x).
+    merged : `combine.Merged`, electrons without dark charge, their variance, validity and source
+        (y, x).
     reads : `readout.Readout` of the charge whose electrons these are.
     captures : the captures Dataset, for the filter array, the grid and the lens.
     how : the fields of the isp.
@@ -41,7 +44,8 @@ def develop(merged, reads, captures, how: Development):
         )
     if how.denoise == "nl_means":
         merged = denoised(merged, array_period(filters))
-    # the falloff goes first, while every sample still stands at its own place: a uniform scene is then flat to the demosaic
+    # the falloff goes first, while every sample still stands at its own place: a uniform scene is
+    # then flat to the demosaic
     level = shading(captures, how.shading_csv)
     valid, level = (
         merged.valid & (level > 0),
@@ -75,19 +79,25 @@ class PictureNoise(NamedTuple):
 
 
 def floor_e2(reads) -> float:
-    """Return the variance, e^2, that the best read of a charge has in the dark: dark charge, read noise and quantisation."""
+    """Return the variance, e^2, that the best read of a charge has in the dark: dark charge, read
+    noise and quantisation.
+    """
     return min(read.dark_e + float(np.median(read.read_var_e2)) for read in reads)
 
 
 def finish(matrix, planes, noise: PictureNoise, valid, captures, attrs: dict):
-    """Return the picture of electrons (channel, y, x) that are known in every channel and freed of the lens's falloff."""
+    """Return the picture of electrons (channel, y, x) that are known in every channel and freed of
+    the lens's falloff.
+    """
     xyz = np.tensordot(matrix, planes, axes=1)
     xyz, temporal, fixed = (np.moveaxis(values, 0, -1) for values in (xyz, *noise))
     return make_picture(xyz, temporal, valid, captures.x.values, captures.y.values, fixed, **attrs)
 
 
 def picture_attrs(captures, response, how: Development, dark_var_e2: float = 0.0) -> dict:
-    """Return the attributes of a picture: the lens's, the white of `how.balance`, the level of the colour matrix."""
+    """Return the attributes of a picture: the lens's, the white of `how.balance`, the level of the
+    colour matrix.
+    """
     attrs = {
         k: captures.attrs[k]
         for k in ("pitch_um", "focal_length_mm", "f_number", "cfa", *camera_geometry.PLACES)
@@ -110,11 +120,13 @@ def picture_attrs(captures, response, how: Development, dark_var_e2: float = 0.0
 def solve_matrix(
     response, wavelength_nm, balance: str, design_snr: float, dark_var_e2: float = 0.0
 ) -> np.ndarray:
-    """Return the matrix (3, channel) from electrons to XYZ in cd/m2, and state its residual in the ledger.
+    """Return the matrix (3, channel) from electrons to XYZ in cd/m2, and state its residual in the
+    ledger.
 
-    Least squares over smooth reflectances in four lights, exact for a grey in the light `balance`. The covariance of the sensor's noise
-    at `design_luminance` is a penalty (Tikhonov), so that a white pixel, which is nearly the sum of the coloured ones, lowers noise
-    instead of being subtracted from them; an infinite `design_snr` leaves it out, and plain least squares remain.
+    Least squares over smooth reflectances in four lights, exact for a grey in the light `balance`.
+    The covariance of the sensor's noise at `design_luminance` is a penalty (Tikhonov), so that a
+    white pixel, which is nearly the sum of the coloured ones, lowers noise instead of being
+    subtracted from them; an infinite `design_snr` leaves it out, and plain least squares remain.
     """
     weights, samples, white = (
         xyz_weights(wavelength_nm),
@@ -142,7 +154,9 @@ def solve_matrix(
 
 
 def design_luminance(electrons_per_cd_m2: float, design_snr: float, dark_var_e2: float) -> float:
-    """Return the luminance, cd/m2, at which a channel has this ratio of signal to noise: e / sqrt(e + v) = SNR solved for e."""
+    """Return the luminance, cd/m2, at which a channel has this ratio of signal to noise: e / sqrt(e
+    + v) = SNR solved for e.
+    """
     if not np.isfinite(design_snr):
         return np.inf
     electrons = design_snr * (design_snr + np.sqrt(design_snr**2 + 4 * dark_var_e2)) / 2

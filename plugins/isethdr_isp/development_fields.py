@@ -23,7 +23,9 @@ class Development:
         "bilinear"  # malvar, menon: `pip install isethdr[demosaic]`
     )
     denoise: Literal["none", "nl_means"] = "none"
-    shading_csv: str = ""  # measured relative illumination, as `isethdr_isp.readout.shading` writes it; empty takes the lens's own statement
+    # measured relative illumination, as `isethdr_isp.readout.shading` writes it; empty takes the
+    # lens's own statement
+    shading_csv: str = ""
 
     def __post_init__(self):
         """Refuse values outside their ranges, and a table that cannot be read."""
@@ -40,5 +42,7 @@ class Development:
         check_array(self.demosaic, form.filters)
 
     def input_files(self):
-        """Return the user's own shading table, if one is named: its content is part of a run's name."""
+        """Return the user's own shading table, if one is named: its content is part of a run's
+        name.
+        """
         return (self.shading_csv,) if self.shading_csv else ()

@@ -1,4 +1,6 @@
-"""HDR white, a view for parity with ISETCam: what is nearly saturated is blended to white, so that clipped colours do not show."""
+"""HDR white, a view for parity with ISETCam: what is nearly saturated is blended to white, so that
+clipped colours do not show.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +19,8 @@ def hdr_white(displayed, filled, start: float = 0.95, blur_px: float = 1.0) -> n
 
     Returns
     -------
-    (y, x, 3), after ISETCam's ipHDRWhite: (1 - w) displayed + w with w = clip((filled - start) / (1 - start), 0, 1), smoothed. Weights at the
-    border are smoothed over the pixels that are there.
+    (y, x, 3), after ISETCam's ipHDRWhite: (1 - w) displayed + w with w = clip((filled - start) / (1
+    - start), 0, 1), smoothed. Weights at the border are smoothed over the pixels that are there.
 
     Raises
     ------
@@ -26,7 +28,8 @@ def hdr_white(displayed, filled, start: float = 0.95, blur_px: float = 1.0) -> n
 
     Notes
     -----
-    A view alone: the picture stays scene-referred, with its variance and the mark of what is not valid.
+    A view alone: the picture stays scene-referred, with its variance and the mark of what is not
+    valid.
     """
     from scipy.ndimage import correlate1d
 
@@ -35,11 +38,13 @@ def hdr_white(displayed, filled, start: float = 0.95, blur_px: float = 1.0) -> n
     displayed, filled = np.asarray(displayed, float), np.asarray(filled, float)
     if not 0 <= start < 1:
         raise ConfigError(
-            f"start is {start!r}; expected a share of the full scale, 0 or more and below 1; type start=0.95"
+            f"start is {start!r}; expected a share of the full scale, 0 or more and below 1; type"
+            " start=0.95"
         )
     if displayed.shape != (*filled.shape, 3):
         raise ConfigError(
-            f"displayed has shape {displayed.shape}, filled {filled.shape}; expected (y, x, 3) and (y, x) of one mosaic"
+            f"displayed has shape {displayed.shape}, filled {filled.shape}; expected (y, x, 3) and"
+            " (y, x) of one mosaic"
         )
     kernel = np.exp(-0.5 * (np.arange(-2, 3) / blur_px) ** 2)
 

@@ -7,13 +7,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class IdealIsp:
-    """Plain inverse of an ideal sensor: no demosaic where every pixel samples every channel, least-squares colour matrix."""
+    """Plain inverse of an ideal sensor: no demosaic where every pixel samples every channel,
+    least-squares colour matrix.
+    """
 
     def __call__(self, captures):
-        """Return the picture; exact when the channels span the colour matching functions and there is no filter array.
+        """Return the picture; exact when the channels span the colour matching functions and there
+        is no filter array.
 
-        Without a filter array every capture is one channel at every pixel. With one, the first capture is
-        demosaiced. The colour matrix takes no account of noise.
+        Without a filter array every capture is one channel at every pixel. With one, the first
+        capture is demosaiced. The colour matrix takes no account of noise.
         """
         import numpy as np
 
@@ -32,8 +35,8 @@ class IdealIsp:
             captures = chosen(captures, "")
         elif captures.sizes["channel"] > 1:
             raise UnitError(
-                f"of {captures.sizes['channel']} channels all but one are sampled nowhere in the filter array; a cropped "
-                "pattern? use at least one whole period"
+                f"of {captures.sizes['channel']} channels all but one are sampled nowhere in the"
+                " filter array; a cropped pattern? use at least one whole period"
             )
         wavelength_nm = captures.wavelength.values
         reads = readouts(captures, light("daylight", wavelength_nm))
@@ -44,7 +47,8 @@ class IdealIsp:
         response = np.stack([r.response[filters[0, 0]] for r in reads])
         level = falloff(captures)
         matrix = solve_matrix(response, wavelength_nm, how.balance, how.design_snr)
-        # captures of one photodiode share its fixed pattern, which an ideal sensor does not have: they count as independent
+        # captures of one photodiode share its fixed pattern, which an ideal sensor does not have:
+        # they count as independent
         fixed = np.array([np.broadcast_to(m.fixed.total_e2(), level.shape) for m in mosaics])
         temporal = np.array([m.variance_e2 for m in mosaics])
         noise = PictureNoise(

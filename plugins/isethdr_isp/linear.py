@@ -12,7 +12,9 @@ from .development_fields import Development
 
 @dataclass(frozen=True)
 class LinearIsp(Development):
-    """One capture: electrons, bilinear demosaic for any filter array, colour matrix, absolute cd/m2 with variance."""
+    """One capture: electrons, bilinear demosaic for any filter array, colour matrix, absolute cd/m2
+    with variance.
+    """
 
     capture: str = ""  # name of the capture to use; empty takes the first
 
@@ -27,7 +29,9 @@ class LinearIsp(Development):
         super().check_shot(form)
 
     def __call__(self, captures):
-        """Return the picture of one capture; a pixel is valid when no saturated sample went into it."""
+        """Return the picture of one capture; a pixel is valid when no saturated sample went into
+        it.
+        """
         from .develop import develop
         from .readout.combine import fold, read_charge
         from .readout.electrons import check_captures, chosen, readouts

@@ -7,21 +7,26 @@ from typing import Literal
 
 from .development_fields import Development
 
-LARGEST_MISMATCH = 0.5  # two generations of one photodiode differ by about 0.1, two primary colours by far more than 1
+# two generations of one photodiode differ by about 0.1, two primary colours by far more than 1
+LARGEST_MISMATCH = 0.5
 
 
 @dataclass(frozen=True)
 class MergeIsp(Development):
-    """All captures merged in electrons by inverse variance without bias, then as `linear`; other rules by name."""
+    """All captures merged in electrons by inverse variance without bias, then as `linear`; other
+    rules by name.
+    """
 
     rule: Literal["inverse_variance", "average", "poisson_sum", "isetcam"] = (
         "inverse_variance"  # docs/isp.md, Merge
     )
 
     def __call__(self, captures):
-        """Return the merged picture; a pixel is valid when every sample in it is unsaturated in some capture.
+        """Return the merged picture; a pixel is valid when every sample in it is unsaturated in
+        some capture.
 
-        Its variable `source` (y, x) is the number of the capture that weighs most in the pixel's own sample.
+        Its variable `source` (y, x) is the number of the capture that weighs most in the pixel's
+        own sample.
         """
         from isethdr_core.errors import ConfigError, did_you_mean
 
@@ -43,7 +48,9 @@ class MergeIsp(Development):
         return picture
 
     def _of_two_cases(self, captures):
-        """Return the picture of one capture whose filter array holds two exposures or sensitivities."""
+        """Return the picture of one capture whose filter array holds two exposures or
+        sensitivities.
+        """
         import numpy as np
 
         from isethdr_core.errors import ConfigError
@@ -58,7 +65,8 @@ class MergeIsp(Development):
         ):
             if getattr(self, field) != only:
                 raise ConfigError(
-                    f"isp.{field}={getattr(self, field)} cannot merge upper and lower case filters of one array; expected {only}"
+                    f"isp.{field}={getattr(self, field)} cannot merge upper and lower case filters"
+                    f" of one array; expected {only}"
                 )
         merged = merge_interleaved(captures, self.balance, self.shading_csv)
         dark_var_e2 = floor_e2([merged.read])
@@ -79,7 +87,9 @@ class MergeIsp(Development):
 
 
 def charges(captures, balance: str):
-    """Return the reads of every charge, least sensitive charge first, and its pixels' electrons per cd/m2 (y, x)."""
+    """Return the reads of every charge, least sensitive charge first, and its pixels' electrons per
+    cd/m2 (y, x).
+    """
     import numpy as np
 
     from isethdr_core.errors import UnitError
@@ -97,8 +107,9 @@ def charges(captures, balance: str):
                 if not value > 0
             ]
             raise UnitError(
-                f"filter {', '.join(blind)} passes nothing of {balance}, so its captures cannot be compared; expected a quantum "
-                "efficiency above 0 somewhere in the bands; use isp=linear, or a sensor with other filters"
+                f"filter {', '.join(blind)} passes nothing of {balance}, so its captures cannot be"
+                " compared; expected a quantum efficiency above 0 somewhere in the bands; use"
+                " isp=linear, or a sensor with other filters"
             )
         by_charge.setdefault(number, []).append(read)
     groups = sorted(by_charge.values(), key=lambda reads: float(np.mean(reads[0].sensitivity)))
@@ -107,7 +118,9 @@ def charges(captures, balance: str):
 
 
 def _state_spectral_mismatch(groups, wavelength_nm) -> None:
-    """State how far captures of unlike filter curves disagree on coloured light: they agree on the balance light only."""
+    """State how far captures of unlike filter curves disagree on coloured light: they agree on the
+    balance light only.
+    """
     import numpy as np
 
     from isethdr_core import ledger
@@ -121,8 +134,9 @@ def _state_spectral_mismatch(groups, wavelength_nm) -> None:
     worst = max((np.sqrt(np.mean((seen / reference - 1) ** 2)) for seen in shorter), default=0.0)
     if worst > LARGEST_MISMATCH:
         raise UnitError(
-            f"the captures see different colours: their electrons differ by {worst:.0%} (rms) on coloured light; "
-            "expected one set of filters, seen more or less brightly; use isp=ideal, or isp=linear with isp.capture"
+            f"the captures see different colours: their electrons differ by {worst:.0%} (rms) on"
+            " coloured light; expected one set of filters, seen more or less brightly; use"
+            " isp=ideal, or isp=linear with isp.capture"
         )
     if worst > 1e-9:
         ledger.error(

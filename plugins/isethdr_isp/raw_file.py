@@ -1,7 +1,9 @@
-"""Raw file: one capture as a digital negative (DNG 1.4, a TIFF/EP), for the raw developers of others.
+"""Raw file: one capture as a digital negative (DNG 1.4, a TIFF/EP), for the raw developers of
+others.
 
-The samples are the DN themselves; black, white, filter array, colour matrix, noise and exposure are the file's own tags. What a DNG has
-no tag for, electrons per DN and absolute light, stands in the description as JSON.
+The samples are the DN themselves; black, white, filter array, colour matrix, noise and exposure are
+the file's own tags. What a DNG has no tag for, electrons per DN and absolute light, stands in the
+description as JSON.
 """
 
 from __future__ import annotations
@@ -50,7 +52,8 @@ def write_dng(captures, path, capture: str = "") -> Path:
 
     Raises
     ------
-    UnitError : samples that are no whole DN of 16 bits or less, filters that a DNG cannot name, a response that is bent.
+    UnitError : samples that are no whole DN of 16 bits or less, filters that a DNG cannot name, a
+        response that is bent.
     """
     import tifffile
 
@@ -85,7 +88,8 @@ def tags(one, names, mono: bool) -> list[tuple]:
     }
     full_e = (get["top_dn"] - get["black_dn"]) / get["gain_dn_per_e"]
     neutral = read.sensitivity / read.sensitivity.max()
-    # variance = S x + O for samples x of 0..1; the charge that makes the shot noise includes the dark charge
+    # variance = S x + O for samples x of 0..1; the charge that makes the shot noise includes the
+    # dark charge
     noise = [1 / full_e, float(np.median(read.read_var_e2)) / full_e**2] * len(names)
     ny, nx = one["filter"].shape
     out = [
@@ -137,8 +141,8 @@ def _cell(one):
 def planes_in_order(one) -> list[int]:
     """Return the channels in the order of the file's planes.
 
-    Developers take the second of three planes for green, which a cell holds twice. So the channel that is sampled twice
-    comes second; four channels keep their order.
+    Developers take the second of three planes for green, which a cell holds twice. So the channel
+    that is sampled twice comes second; four channels keep their order.
     """
     count = np.bincount(_cell(one).ravel(), minlength=one.sizes["channel"])
     order = list(range(len(count)))
@@ -150,7 +154,8 @@ def planes_in_order(one) -> list[int]:
 
 
 def camera_matrix(response, wavelength_nm) -> np.ndarray:
-    """Return the matrix (channel, 3) from XYZ to the camera: exact for daylight, least squares over surfaces for the rest.
+    """Return the matrix (channel, 3) from XYZ to the camera: exact for daylight, least squares over
+    surfaces for the rest.
 
     The strongest channel of a daylight white of Y = 1 is 1.
     """
@@ -194,31 +199,36 @@ def _check(one, names, raw) -> None:
         or not 0 < top <= LARGEST
     ):
         raise UnitError(
-            f"raw is {raw.dtype} up to {raw.max():g} with its top at {top:g} DN; a DNG holds whole DN of 16 bits; set sensor.bits to "
-            "16 or less"
+            f"raw is {raw.dtype} up to {raw.max():g} with its top at {top:g} DN; a DNG holds whole"
+            " DN of 16 bits; set sensor.bits to 16 or less"
         )
     if len(names) > 1:
         _check_array(one, names)
     if "response_dn" in one and np.isfinite(one["response_dn"].values[0]).any():
         raise UnitError(
-            "a DNG cannot hold the response of a pixel that bends; write captures.drop_vars of response_dn, response_e, "
-            "response_variance_e2, which describe it, to keep the straight part"
+            "a DNG cannot hold the response of a pixel that bends; write captures.drop_vars of"
+            " response_dn, response_e, response_variance_e2, which describe it, to keep the"
+            " straight part"
         )
 
 
 def _check_array(one, names) -> None:
-    """Refuse a filter array that a DNG cannot name, or that developers open with other filters than it has."""
+    """Refuse a filter array that a DNG cannot name, or that developers open with other filters than
+    it has.
+    """
     unknown = [name for name in names if name not in COLOURS]
     if unknown:
         raise UnitError(
-            f"a DNG has no name for filter {', '.join(unknown)}; expected some of {', '.join(COLOURS)}"
+            f"a DNG has no name for filter {', '.join(unknown)}; expected some of"
+            f" {', '.join(COLOURS)}"
         )
     rows, columns = _cell(one).shape
     if (rows, columns) != (2, 2) or len({COLOURS[name] for name in names}) not in (3, 4):
         raise UnitError(
-            f"the filter array repeats after {rows} x {columns} pixels and holds {', '.join(names)}; raw developers read a "
-            "DNG of 2 x 2 pixels with three or four kinds of filters, or of one kind; write the captures with xarray instead: "
-            "captures.to_zarr(path)"
+            f"the filter array repeats after {rows} x {columns} pixels and holds"
+            f" {', '.join(names)}; raw developers read a DNG of 2 x 2 pixels with three or four"
+            " kinds of filters, or of one kind; write the captures with xarray instead:"
+            " captures.to_zarr(path)"
         )
 
 

@@ -1,4 +1,5 @@
-"""Spectra a colour matrix is solved for: lights of a driving scene and smooth reflectances, all from formulas.
+"""Spectra a colour matrix is solved for: lights of a driving scene and smooth reflectances, all
+from formulas.
 
 | light    | formula                                                                                   |
 |----------|-------------------------------------------------------------------------------------------|
@@ -22,7 +23,9 @@ LIGHTS = ("daylight", "halogen", "led", "sodium")
 
 
 def light(name: str, wavelength_nm) -> np.ndarray:
-    """Return the spectral radiance (wavelength) of a perfect white in this light, W m-2 sr-1 nm-1, scaled to 1 cd/m2."""
+    """Return the spectral radiance (wavelength) of a perfect white in this light, W m-2 sr-1 nm-1,
+    scaled to 1 cd/m2.
+    """
     w = np.asarray(wavelength_nm, float)
     if name in ("daylight", "halogen"):
         shape = planck_radiance(w, 6504.0 if name == "daylight" else 3200.0)
@@ -35,10 +38,11 @@ def light(name: str, wavelength_nm) -> np.ndarray:
 
 
 def reflectances(wavelength_nm) -> np.ndarray:
-    """Return smooth reflectances (surface, wavelength), 0..1: a grey, edges up and down, bands up and down.
+    """Return smooth reflectances (surface, wavelength), 0..1: a grey, edges up and down, bands up
+    and down.
 
-    Edges are logistic with a width of 20 nm, at 440 to 640 nm: foliage, bricks, paints are of this kind. Bands
-    have a sigma of 30 nm. Each comes saturated (3 to 80 %) and half mixed with grey.
+    Edges are logistic with a width of 20 nm, at 440 to 640 nm: foliage, bricks, paints are of this
+    kind. Bands have a sigma of 30 nm. Each comes saturated (3 to 80 %) and half mixed with grey.
     """
     w = np.asarray(wavelength_nm, float)
     out = [np.full(len(w), 0.5)]
@@ -50,7 +54,9 @@ def reflectances(wavelength_nm) -> np.ndarray:
 
 
 def radiances(wavelength_nm) -> np.ndarray:
-    """Return every reflectance in every light (sample, wavelength), each scaled to 1 cd/m2: all count alike."""
+    """Return every reflectance in every light (sample, wavelength), each scaled to 1 cd/m2: all
+    count alike.
+    """
     w = np.asarray(wavelength_nm, float)
     lit = np.concatenate([reflectances(w) * light(name, w) for name in LIGHTS])
     return lit / (lit @ xyz_weights(w)[1])[:, None]

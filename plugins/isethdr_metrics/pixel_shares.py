@@ -1,4 +1,6 @@
-"""Pixel shares: how much of the frame, and of each object, was measured and how much is saturated."""
+"""Pixel shares: how much of the frame, and of each object, was measured and how much is
+saturated.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class PixelShares:
-    """Shares of valid pixels and of pixels saturated in every capture, for the frame and each object."""
+    """Shares of valid pixels and of pixels saturated in every capture, for the frame and each
+    object.
+    """
 
     def narrow(self, demand):
         """Ask for the instance labels."""
@@ -16,8 +20,8 @@ class PixelShares:
     def __call__(self, picture, truth, labels=None):
         """Return `valid_share` and `saturated_share` per region; both are exact counts.
 
-        A picture without the variable `saturated` (`isethdr_core.data.saturation`) counts every pixel
-        that is not valid as saturated.
+        A picture without the variable `saturated` (`isethdr_core.data.saturation`) counts every
+        pixel that is not valid as saturated.
         """
         import numpy as np
 

@@ -8,7 +8,8 @@ from isethdr_core import ledger
 from isethdr_core.errors import UnitError
 from isethdr_core.truth import check_picture, total_variance, variance_known
 
-BLOCKS = 12  # the frame is cut into 12 x 12 blocks; noise and scene are taken as independent between them
+# the frame is cut into 12 x 12 blocks; noise and scene are taken as independent between them
+BLOCKS = 12
 RESAMPLES = 400
 FEWEST_BLOCKS = 8  # below this, resampling says nothing: the interval is NaN
 NAN = float("nan")
@@ -36,12 +37,16 @@ def luminances(picture, truth):
 
 
 def luminance_variance(picture) -> np.ndarray:
-    """Return the variance (y, x) of the luminance of a pixel, (cd/m2)^2: temporal and fixed pattern."""
+    """Return the variance (y, x) of the luminance of a pixel, (cd/m2)^2: temporal and fixed
+    pattern.
+    """
     return total_variance(picture).values[..., 1].astype(float)
 
 
 def variance_stated(picture, score: str, unit: str) -> bool:
-    """Return whether the picture states its variance; where it does not, say that `score` is left out."""
+    """Return whether the picture states its variance; where it does not, say that `score` is left
+    out.
+    """
     if variance_known(picture):
         return True
     ledger.left_out(score, "the image processing is nonlinear and states no variance", NAN, unit)
@@ -76,10 +81,12 @@ def frame_and_objects(shape, labels):
 
 
 def median_interval(values, independent: int):
-    """Return (median, low, high) of a list of `values`: 95 % by the order statistics of `independent` draws.
+    """Return (median, low, high) of a list of `values`: 95 % by the order statistics of
+    `independent` draws.
 
-    The number of draws below the median is binomial, so the ranks n / 2 +- 1.96 sqrt(n) / 2 enclose it whatever the
-    distribution (Conover 1999, section 3.2). Where these ranks do not exist, smallest and largest value bound the sample.
+    The number of draws below the median is binomial, so the ranks n / 2 +- 1.96 sqrt(n) / 2 enclose
+    it whatever the distribution (Conover 1999, section 3.2). Where these ranks do not exist,
+    smallest and largest value bound the sample.
     """
     spread = 0.98 / np.sqrt(max(independent, 1))
     low, middle, high = np.quantile(values, [max(0.5 - spread, 0.0), 0.5, min(0.5 + spread, 1.0)])
@@ -87,7 +94,9 @@ def median_interval(values, independent: int):
 
 
 def mean_interval(values, mask):
-    """Return (mean, low, high) of `values` (y, x) over `mask`: 95 % by resampling blocks of the frame."""
+    """Return (mean, low, high) of `values` (y, x) over `mask`: 95 % by resampling blocks of the
+    frame.
+    """
     rows, columns = (np.flatnonzero(mask.any(axis)) for axis in (1, 0))
     if not rows.size:
         return NAN, NAN, NAN
@@ -105,7 +114,8 @@ def mean_interval(values, mask):
     if held.sum() < FEWEST_BLOCKS:
         return mean, NAN, NAN
     count, total = count[held], total[held]
-    # resampling is part of the score's definition, so its seed is fixed: the same picture gives the same interval
+    # resampling is part of the score's definition, so its seed is fixed: the same picture gives the
+    # same interval
     picks = np.random.default_rng(0).multinomial(
         len(count), np.full(len(count), 1 / len(count)), RESAMPLES
     )

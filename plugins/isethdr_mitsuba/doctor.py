@@ -1,4 +1,6 @@
-"""Doctor: which Mitsuba variants work on this machine, found out in a child process, and what to install."""
+"""Doctor: which Mitsuba variants work on this machine, found out in a child process, and what to
+install.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +20,10 @@ from .llvm import use_unpacked
 
 VARIANTS = {"cuda": "cuda_ad_spectral", "llvm": "llvm_ad_spectral", "scalar": "scalar_spectral"}
 HELP = {
-    "llvm": "install LLVM 17 or newer (tested: 19), for example `apt-get install libllvm19`, or set DRJIT_LIBLLVM_PATH "
-    "to its libLLVM.so; LLVM 15 and 16 stop the process with Mitsuba 3.9.1",
+    "llvm": (
+        "install LLVM 17 or newer (tested: 19), for example `apt-get install libllvm19`, or set"
+        " DRJIT_LIBLLVM_PATH to its libLLVM.so; LLVM 15 and 16 stop the process with Mitsuba 3.9.1"
+    ),
     "cuda": "needs an NVIDIA graphics card with a driver of version 535 or newer",
     "scalar": "reinstall mitsuba: `pip install --force-reinstall isethdr[mitsuba]`",
 }
@@ -48,23 +52,27 @@ def choose_variant(asked: str) -> str:
     found = doctor()
     if not found["mitsuba"]:
         raise ConfigError(
-            "renderer mitsuba needs the package mitsuba, which is not installed; type pip install 'isethdr[mitsuba]'"
+            "renderer mitsuba needs the package mitsuba, which is not installed; type pip install"
+            " 'isethdr[mitsuba]'"
         )
     if asked == "auto":
         asked = next(name for name in VARIANTS if found[name] == "works" or name == "scalar")
     if found[asked] != "works":
         raise ConfigError(
-            f"renderer variant {asked!r} does not work here: {found[asked]}; {HELP[asked]}; or type renderer.variant=auto"
+            f"renderer variant {asked!r} does not work here: {found[asked]}; {HELP[asked]}; or type"
+            " renderer.variant=auto"
         )
     return VARIANTS[asked]
 
 
 @cache
 def doctor() -> dict[str, str]:
-    """Return {"mitsuba": version or "", "cuda": ..., "llvm": ..., "scalar": "works" or what went wrong}.
+    """Return {"mitsuba": version or "", "cuda": ..., "llvm": ..., "scalar": "works" or what went
+    wrong}.
 
-    Each variant is tried in a child process, because some LLVM versions abort the process. That costs
-    seconds, so the answer is kept in the user's cache folder until Mitsuba or the LLVM libraries change.
+    Each variant is tried in a child process, because some LLVM versions abort the process. That
+    costs seconds, so the answer is kept in the user's cache folder until Mitsuba or the LLVM
+    libraries change.
     """
     try:
         version = importlib.metadata.version("mitsuba")

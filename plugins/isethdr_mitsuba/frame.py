@@ -29,7 +29,8 @@ def render_frame(
     labels : names out of isethdr_core.quantities.LABELS.
     variant : Mitsuba variant that works here.
     margin : whether the tiles beyond the camera's field are asked for.
-    known : {group: isethdr_core.runs.sample_accumulation.Known}, paths that earlier renderings followed: only others are.
+    known : {group: isethdr_core.runs.sample_accumulation.Known}, paths that earlier renderings
+        followed: only others are.
     """
     import mitsuba as mi
 
@@ -111,7 +112,9 @@ def render_frame(
 
 
 def path_pass(description, view, lamps, groups, bands_nm, settings, world, surfaces):
-    """Return the function of one pass of the all-in-one integrator, as `radiance.estimate` wants it."""
+    """Return the function of one pass of the all-in-one integrator, as `radiance.estimate` wants
+    it.
+    """
     from .lamps.lamp_tables import LampTables
     from .paths.integrator import paths
     from .paths.surface_tables import SurfaceTables
@@ -131,9 +134,11 @@ def path_pass(description, view, lamps, groups, bands_nm, settings, world, surfa
 
 
 def rare_light(samples: int) -> float:
-    """Return how many times as noisy as stated nine of ten tiles are at most: of light that few paths meet, few paths tell little.
+    """Return how many times as noisy as stated nine of ten tiles are at most: of light that few
+    paths meet, few paths tell little.
 
-    Measured on a night drive and in a tunnel, the worst light group, against 2400 and more paths; least for more paths than 160.
+    Measured on a night drive and in a tunnel, the worst light group, against 2400 and more paths;
+    least for more paths than 160.
     """
     return float(
         np.interp(np.log2(max(samples, 1)), np.log2([16, 32, 64, 160]), [5.2, 3.8, 2.8, 2.1])
@@ -155,14 +160,15 @@ def state_noise(result, groups, settings):
             noise,
             "relative",
             "statistical",
-            f"{samples} paths a tile{stored}, {seconds:.3g} s, nine of ten tiles "
-            f"within {rare_light(samples):.1f} times what is stated of each: median over tiles, light group {group}",
+            f"{samples} paths a tile{stored}, {seconds:.3g} s, nine of ten tiles within"
+            f" {rare_light(samples):.1f} times what is stated of each: median over tiles, light"
+            f" group {group}",
         )
         if settings.error_allowed is not None and noise > settings.error_allowed:
             needed = math.ceil(samples * (noise / settings.error_allowed) ** 2)
             print(
-                f"renderer: light group {group} has a noise of {noise:.2g} after {samples} paths, {settings.error_allowed:g} is allowed; "
-                f"type renderer.most_samples={needed}",
+                f"renderer: light group {group} has a noise of {noise:.2g} after {samples} paths,"
+                f" {settings.error_allowed:g} is allowed; type renderer.most_samples={needed}",
                 file=sys.stderr,
                 flush=True,
             )

@@ -14,16 +14,19 @@ from .lamps.visible_lamps import NEAR_M, cut
 from .world.triangle_chords import straightened
 
 PAIRS = 1_000_000  # triangle and tile pairs tested at a time: bounds memory
-OFF = 0.25  # of a tile, by which a side may bend on a grid of angles: boxes are made larger by twice that
+# of a tile, by which a side may bend on a grid of angles: boxes are made larger by twice that
+OFF = 0.25
 
 
 def label_tiles(world, view, description, wanted):
     """Return the labels asked for, and the table of objects if `instance` is among them.
 
-    depth : m along the optical axis, below 0 behind the camera. distance : m along the ray. Both infinite where there is only sky.
+    depth : m along the optical axis, below 0 behind the camera. distance : m along the ray. Both
+        infinite where there is only sky.
     instance : uint32, the object's place in the description, from 1; 0 is the sky.
     category : uint16, number of isethdr_core.data.categories.
-    normal : unit vector of the smoothed surface in world axes, turned towards the camera; 0 for the sky.
+    normal : unit vector of the smoothed surface in world axes, turned towards the camera; 0 for the
+        sky.
     """
     if not wanted:
         return {}, None
@@ -55,7 +58,9 @@ def label_tiles(world, view, description, wanted):
 
 
 def cut_labels(cut, found: dict, objects):
-    """Return labels and object table without the outermost `cut` (rows, columns): boxes count from the tiles that are left."""
+    """Return labels and object table without the outermost `cut` (rows, columns): boxes count from
+    the tiles that are left.
+    """
     rows, columns = (slice(c, -c or None) for c in cut)
     moved = objects and [
         {**o, "box": [o["box"][0] - cut[1], o["box"][1] - cut[0], *o["box"][2:]]} for o in objects
@@ -93,9 +98,11 @@ def object_table(description, view, found) -> list[dict]:
 
 
 def visible_fraction(model, pose, view, seen: int) -> float:
-    """Return tiles seen / tiles covered if nothing stood in front, by filling the object's own triangles.
+    """Return tiles seen / tiles covered if nothing stood in front, by filling the object's own
+    triangles.
 
-    Tiles beyond the rendered field do not count. At most 1; exact for tile centres, as the labels are.
+    Tiles beyond the rendered field do not count. At most 1; exact for tile centres, as the labels
+    are.
     """
     covered, triangles = np.zeros(view.shape, bool), []
     for part in model.parts:
@@ -113,9 +120,11 @@ def visible_fraction(model, pose, view, seen: int) -> float:
 
 
 def _reach_centres(flat, faces, view):
-    """Say which of `faces` the box around may hold a tile's centre: most triangles of a fine mesh lie between them.
+    """Say which of `faces` the box around may hold a tile's centre: most triangles of a fine mesh
+    lie between them.
 
-    Told from the centres that its corners lie between, as few bytes as go: a mesh has six times fewer corners than its triangles together.
+    Told from the centres that its corners lie between, as few bytes as go: a mesh has six times
+    fewer corners than its triangles together.
     """
     places = (flat - [view.x[0], view.y[0]]) / [view.pitch_x, view.pitch_y]
     some = np.ones(len(faces), bool)
@@ -134,10 +143,12 @@ def _reach_centres(flat, faces, view):
 
 
 def fill(covered, view, triangles) -> None:
-    """Set `covered` at the tiles whose centre ray meets one of `triangles` (n, 3, 3) in camera axes.
+    """Set `covered` at the tiles whose centre ray meets one of `triangles` (n, 3, 3) in camera
+    axes.
 
-    A centre ray meets a triangle where it lies on the same side of the three planes through the pinhole and an
-    edge; this holds also for triangles that reach behind the camera, as long as the meeting point is in front.
+    A centre ray meets a triangle where it lies on the same side of the three planes through the
+    pinhole and an edge; this holds also for triangles that reach behind the camera, as long as the
+    meeting point is in front.
     """
     if view.projection != "tangent":
         triangles, _ = straightened(triangles, view, OFF * min(view.pitch_x, view.pitch_y))
@@ -160,7 +171,9 @@ def fill(covered, view, triangles) -> None:
 
 
 def _tile_boxes(triangles, view):
-    """Return first and last tile (column, row) of the box around each triangle, and which triangles have one."""
+    """Return first and last tile (column, row) of the box around each triangle, and which triangles
+    have one.
+    """
     if view.projection == "tangent":
         low, high, useful = _boxes(triangles, view)
     else:
@@ -172,7 +185,9 @@ def _tile_boxes(triangles, view):
 
 
 def _tiles_within(low, high, view):
-    """Return first and last tile (column, row) whose centre is within low to high (n, 2), and where there is one."""
+    """Return first and last tile (column, row) whose centre is within low to high (n, 2), and where
+    there is one.
+    """
     first, pitch = np.array([view.x[0], view.y[0]]), np.array([view.pitch_x, view.pitch_y])
     last = np.array([len(view.x), len(view.y)]) - 1
     low, high = np.ceil((low - first) / pitch - 1e-9), np.floor((high - first) / pitch + 1e-9)
@@ -181,12 +196,15 @@ def _tiles_within(low, high, view):
 
 
 def _boxes(triangles, view):
-    """Return the lowest and highest tangents (n, 2) of each triangle, and which triangles lie in front."""
+    """Return the lowest and highest tangents (n, 2) of each triangle, and which triangles lie in
+    front.
+    """
     z = triangles[..., 2]
     useful = (z > NEAR_M).any(1)
     low, high = np.zeros((len(z), 2)), np.zeros((len(z), 2))
     for some in (useful & (z > NEAR_M).all(1), useful & ~(z > NEAR_M).all(1)):
-        # those that reach behind the camera are cut where they pass it: their corners there have no tangents
+        # those that reach behind the camera are cut where they pass it: their corners there have no
+        # tangents
         polygon = triangles[some]
         if not (z[some] > NEAR_M).all():
             polygon = cut(polygon, np.broadcast_to([0.0, 0, 1], (len(polygon), 3)), NEAR_M)

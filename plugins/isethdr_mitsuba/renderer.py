@@ -33,7 +33,9 @@ Depth = Annotated[int, Range(1, 1000)]  # segments; light has gone after a few d
 
 @dataclass(frozen=True)
 class MitsubaRenderer:
-    """Path tracing with Mitsuba 3: all bands and light groups in one pass, exact labels, exact small lamps."""
+    """Path tracing with Mitsuba 3: all bands and light groups in one pass, exact labels, exact
+    small lamps.
+    """
 
     effort_fields: ClassVar[tuple[str, ...]] = (
         "samples",
@@ -73,7 +75,9 @@ class MitsubaRenderer:
             )
 
     def enough(self, paths: int, noise: float | None) -> bool:
-        """Return whether a light group known from so many paths per tile, with that relative noise (None: dark), needs no more of them."""
+        """Return whether a light group known from so many paths per tile, with that relative noise
+        (None: dark), needs no more of them.
+        """
         asked = self.decided()
         if asked.error_allowed is None or paths < 2:  # one path knows no noise
             return asked.error_allowed is None and paths >= asked.samples
@@ -82,7 +86,9 @@ class MitsubaRenderer:
         )
 
     def expected_paths(self, paths: int, noise: float | None) -> int:
-        """Return how many paths per tile a light group will take whose relative noise was `noise` (None: dark) after `paths`: it falls with their root."""
+        """Return how many paths per tile a light group will take whose relative noise was `noise`
+        (None: dark) after `paths`: it falls with their root.
+        """
         asked = self.decided()
         if asked.error_allowed is None or noise is None:
             return asked.samples
@@ -104,7 +110,9 @@ class MitsubaRenderer:
         )
 
     def kernels(self) -> dict[str, str]:
-        """Return the variant that rendered in this process, and its compiler; nothing where none did."""
+        """Return the variant that rendered in this process, and its compiler; nothing where none
+        did.
+        """
         mitsuba = sys.modules.get("mitsuba")
         variant = mitsuba.variant() if mitsuba else None
         if not variant:
@@ -121,9 +129,11 @@ class MitsubaRenderer:
         demand: Demand | None = None,
         known: dict[str, Known] | None = None,
     ) -> xr.Dataset:
-        """Return the scene radiance of `description` with the light groups, bands and labels of `demand`.
+        """Return the scene radiance of `description` with the light groups, bands and labels of
+        `demand`.
 
-        `known` says what earlier renderings found: only paths that they lack are followed, and only those are in what is returned.
+        `known` says what earlier renderings found: only paths that they lack are followed, and only
+        those are in what is returned.
         """
         from .doctor import choose_variant
         from .frame import render_frame
@@ -156,8 +166,9 @@ class MitsubaRenderer:
         if minutes > 5:
             about = "about" if asked.error_allowed is None else "at least"
             print(
-                f"renderer: without LLVM 17 or newer the scalar variant is used, which takes {about} {minutes:.0f} minutes here and is one to "
-                "five times as noisy; `isethdr doctor` says what to install; or take a first look with renderer=mitsuba_quick",
+                "renderer: without LLVM 17 or newer the scalar variant is used, which takes"
+                f" {about} {minutes:.0f} minutes here and is one to five times as noisy; `isethdr"
+                " doctor` says what to install; or take a first look with renderer=mitsuba_quick",
                 file=sys.stderr,
                 flush=True,
             )
@@ -180,8 +191,8 @@ class MitsubaRenderer:
         kept = [g for g in there if g in asked]
         if not kept:
             raise ConfigError(
-                f"no light group of scene {description.name!r} is asked for: asked {', '.join(asked) or 'none'}"
-                + did_you_mean(asked[0] if asked else "", there)
+                f"no light group of scene {description.name!r} is asked for: asked"
+                f" {', '.join(asked) or 'none'}" + did_you_mean(asked[0] if asked else "", there)
             )
         for name in set(there) - set(kept):
             ledger.left_out(f"light group {name}", "not demanded", 0.0, "cd/m2")

@@ -1,4 +1,6 @@
-"""From recipes to models: a recipe is a tuple of a name and its arguments; equal recipes share one model."""
+"""From recipes to models: a recipe is a tuple of a name and its arguments; equal recipes share one
+model.
+"""
 
 from __future__ import annotations
 
@@ -70,7 +72,9 @@ IN_PLACE = ("road", "field", "grass", "guard_rail", "tunnel")  # built in world 
 def describe(
     name: str, scene, ground, spots: list[Spot], target, light: dict[str, str]
 ) -> SceneDescription:
-    """Return the description of a `scene` (a component with camera and sky fields) whose camera looks at `target`."""
+    """Return the description of a `scene` (a component with camera and sky fields) whose camera
+    looks at `target`.
+    """
     models, objects = place(spots, ground, light)
     position = eye(ground, scene.camera_height_m)
     camera = Camera(
@@ -88,7 +92,9 @@ def describe(
 def place(
     spots: list[Spot], ground, spectra: dict[str, str]
 ) -> tuple[dict[str, Model], tuple[Placed, ...]]:
-    """Return the models and the placed objects of `spots`; `spectra` names a lamp spectrum per light group."""
+    """Return the models and the placed objects of `spots`; `spectra` names a lamp spectrum per
+    light group.
+    """
     names, models, objects = {}, {}, []
     for spot in spots:
         key = (spot.recipe, spot.lamps)
@@ -116,7 +122,9 @@ def place(
 
 @lru_cache(maxsize=24)
 def _built(recipe: tuple) -> Model:
-    """Return the model of a recipe; one night drive has some twenty, half of which the next one has too."""
+    """Return the model of a recipe; one night drive has some twenty, half of which the next one has
+    too.
+    """
     return RECIPES[recipe[0]](*recipe[1:]).model()
 
 

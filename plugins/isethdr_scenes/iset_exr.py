@@ -83,7 +83,8 @@ class IsetExr:
 
         Raises
         ------
-        CatalogError : no file of the scene, one that cannot be read, or a band is missing or there twice.
+        CatalogError : no file of the scene, one that cannot be read, or a band is missing or there
+            twice.
         UnitError : the map of distances does not hold distances.
         """
         from . import iset_exr_files as files
@@ -106,12 +107,14 @@ class IsetExr:
         return found
 
     def __call__(self) -> xr.Dataset:
-        """Return scene radiance, W m-2 sr-1 nm-1, with the labels `distance` and `instance` where they can be read.
+        """Return scene radiance, W m-2 sr-1 nm-1, with the labels `distance` and `instance` where
+        they can be read.
 
         Raises
         ------
         CatalogError : no file of the scene, or a file is cut off or lacks a channel.
-        UnitError : light in a file is negative or not finite, or two files differ in size or wavelengths.
+        UnitError : light in a file is negative or not finite, or two files differ in size or
+            wavelengths.
         """
         import numpy as np
 
@@ -138,8 +141,9 @@ class IsetExr:
                 bands, cube = nm, np.empty((len(found), *light.shape), np.float32)
             if light.shape != cube.shape[1:] or not np.array_equal(nm, bands):
                 raise UnitError(
-                    f"{path.name} has {light.shape[2]} x {light.shape[1]} tiles and {len(nm)} bands, the files before it "
-                    f"{cube.shape[3]} x {cube.shape[2]} and {len(bands)}; expected one grid; fetch the scene again"
+                    f"{path.name} has {light.shape[2]} x {light.shape[1]} tiles and {len(nm)}"
+                    f" bands, the files before it {cube.shape[3]} x {cube.shape[2]} and"
+                    f" {len(bands)}; expected one grid; fetch the scene again"
                 )
             cube[k] = light * self._scale(light, nm) if self.normalise_cd_m2 else light
         height, width = cube.shape[2:]
@@ -185,8 +189,9 @@ class IsetExr:
                 values.shape != shape
             ):  # ISET attaches full-size maps to cropped scenes; here that is an error
                 raise UnitError(
-                    f"{path.name} holds a {label} map of {values.shape[1]} x {values.shape[0]} tiles, the radiance has "
-                    f"{shape[1]} x {shape[0]}; expected the same; fetch the scene again, or move {path.name} away"
+                    f"{path.name} holds a {label} map of {values.shape[1]} x {values.shape[0]}"
+                    f" tiles, the radiance has {shape[1]} x {shape[0]}; expected the same; fetch"
+                    f" the scene again, or move {path.name} away"
                 )
             labels[label] = values
         return labels
@@ -208,8 +213,8 @@ class IsetExr:
             p.name.split("_")[0] for name in FILES.values() for p in folder.glob(f"*_{name}.exr")
         }
         return CatalogError(
-            f"{folder} has no EXR file of scene {self.scene_id!r}{did_you_mean(self.scene_id, known)}; "
-            "type scene.scene_id=<id>"
+            f"{folder} has no EXR file of scene"
+            f" {self.scene_id!r}{did_you_mean(self.scene_id, known)}; type scene.scene_id=<id>"
         )
 
 

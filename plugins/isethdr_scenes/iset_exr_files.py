@@ -18,7 +18,8 @@ FIRST_NM, LAST_NM, STEP_NM = 400, 700, 10
 
 
 def read_radiance(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return band centres (wavelength,), nm, and radiance (wavelength, y, x) float32, W m-2 sr-1 nm-1.
+    """Return band centres (wavelength,), nm, and radiance (wavelength, y, x) float32, W m-2 sr-1
+    nm-1.
 
     Raises
     ------
@@ -33,8 +34,8 @@ def read_radiance(path: Path) -> tuple[np.ndarray, np.ndarray]:
         low, high = plane.min(), plane.max()  # NaN makes both NaN, and the comparison below false
         if not (low >= 0 and high < np.inf):
             raise UnitError(
-                f"{path} channel {bands[k]!r} holds values from {low:g} to {high:g}; expected finite light, never "
-                "negative; fetch the file again"
+                f"{path} channel {bands[k]!r} holds values from {low:g} to {high:g}; expected"
+                " finite light, never negative; fetch the file again"
             )
     return nm, cube
 
@@ -71,8 +72,8 @@ def _bands(names: Iterable[str], path: Path) -> dict[float, str]:
     missing = [nm for nm in range(FIRST_NM, LAST_NM + 1, STEP_NM) if nm not in bands]
     if missing:
         raise CatalogError(
-            f"{path} lacks channel 'S0.{missing[0]},000nm' ({len(missing)} of 31 bands are missing); "
-            "expected radiance at 400-700 nm in steps of 10 nm; fetch the file again"
+            f"{path} lacks channel 'S0.{missing[0]},000nm' ({len(missing)} of 31 bands are"
+            " missing); expected radiance at 400-700 nm in steps of 10 nm; fetch the file again"
         )
     return bands
 
@@ -100,7 +101,8 @@ def read_instance(path: Path) -> np.ndarray:
 
 
 def read_distance(path: Path) -> np.ndarray:
-    """Return the distance along the ray (y, x), m, from `sceneMeta.depthMap` of a MAT file up to version 7.
+    """Return the distance along the ray (y, x), m, from `sceneMeta.depthMap` of a MAT file up to
+    version 7.
 
     Raises
     ------

@@ -1,13 +1,14 @@
 """Lamps: what each kind of lamp sends out, in candela, degrees and a named spectrum.
 
-Intensities are typical values. The limits beside them (minimum and maximum on the reference axis) are assumptions: they name
-the UN regulation that they are meant to be, but were not checked against its text. Regulations give limits, not beam shapes, so the
-angles are models.
+Intensities are typical values. The limits beside them (minimum and maximum on the reference axis)
+are assumptions: they name the UN regulation that they are meant to be, but were not checked against
+its text. Regulations give limits, not beam shapes, so the angles are models.
 
-A dipped beam is seven modules, because one round beam cannot keep the road wide and yet stay below the
-cut-off: a hot spot just below the horizon towards the own side of the road, a middle lobe, two shoulders and
-two sides on the road, and the stray light above the cut-off, which is what glares into oncoming eyes. Right-hand traffic.
-Summed they stay inside the limits assumed for a class B dipped beam (UN R112) at the points that a test lists.
+A dipped beam is seven modules, because one round beam cannot keep the road wide and yet stay below
+the cut-off: a hot spot just below the horizon towards the own side of the road, a middle lobe, two
+shoulders and two sides on the road, and the stray light above the cut-off, which is what glares
+into oncoming eyes. Right-hand traffic. Summed they stay inside the limits assumed for a class B
+dipped beam (UN R112) at the points that a test lists.
 """
 
 from __future__ import annotations
@@ -87,7 +88,9 @@ def groups_of(kinds: Iterable[str]) -> tuple[str, ...]:
 
 
 def lamp(kind: str, axis) -> Lamp:
-    """Return the lamp `kind` of `KINDS` that points along `axis` (model coordinates; any length)."""
+    """Return the lamp `kind` of `KINDS` that points along `axis` (model coordinates; any
+    length).
+    """
     k = KINDS[kind]
     direction = np.asarray(axis, float) / np.linalg.norm(axis)
     return Lamp(

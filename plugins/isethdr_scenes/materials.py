@@ -1,10 +1,10 @@
 """Surface materials: spectral reflectances as (wavelength nm, value) nodes, linear between.
 
-Every value is a plausible model written down by hand, not a measurement: diffuse reflectances of paint,
-cloth, skin, fur, leaves, asphalt and concrete in the range that measurements of such surfaces have, with
-the features that matter to a camera (chlorophyll's green peak and red edge, skin's haemoglobin dip, the
-steep edges of red and yellow pigments). There is no retro-reflection: plates, vest bands, marker posts
-and road paint are ordinary surfaces.
+Every value is a plausible model written down by hand, not a measurement: diffuse reflectances of
+paint, cloth, skin, fur, leaves, asphalt and concrete in the range that measurements of such
+surfaces have, with the features that matter to a camera (chlorophyll's green peak and red edge,
+skin's haemoglobin dip, the steep edges of red and yellow pigments). There is no retro-reflection:
+plates, vest bands, marker posts and road paint are ordinary surfaces.
 """
 
 from __future__ import annotations

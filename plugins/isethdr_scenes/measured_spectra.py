@@ -1,7 +1,8 @@
 """Measured spectra: tables of colour-science, kept on disk after their first use.
 
-Importing that package takes more than a second, all of it for five tables. They are not part of this project, since the CIE shares its own under
-terms (CC BY-SA) that are not ours. A file holds the tables of one version of the package; where nothing can be written, nothing is kept.
+Importing that package takes more than a second, all of it for five tables. They are not part of
+this project, since the CIE shares its own under terms (CC BY-SA) that are not ours. A file holds
+the tables of one version of the package; where nothing can be written, nothing is kept.
 """
 
 from __future__ import annotations
@@ -48,7 +49,9 @@ def _looked_up() -> dict[str, np.ndarray]:
 
 
 def _read(path: Path) -> dict[str, np.ndarray] | None:
-    """Return what a file holds: numbers as they were, to the last bit; None where it is missing, damaged or of other tables."""
+    """Return what a file holds: numbers as they were, to the last bit; None where it is missing,
+    damaged or of other tables.
+    """
     try:
         held = json.loads(path.read_text())
         if (

@@ -27,11 +27,13 @@ StreetLamps = Annotated[int, Range(0, 8)]
 
 @dataclass(frozen=True)
 class NightDrive:
-    """Two-lane road with an oncoming car, a car ahead, a parked truck, people, deer, trees and street lamps.
+    """Two-lane road with an oncoming car, a car ahead, a parked truck, people, deer, trees and
+    street lamps.
 
-    Everything is geometry with spectral materials and lamps in candela; the lighting weights make the
-    hour of the day. At weight 1 the sky is a uniform daylight sky of `sky_luminance_cd_m2`; a moonless
-    night is a weight of 1e-7 to 1e-5. Ranges are (least, most); the seed draws between them.
+    Everything is geometry with spectral materials and lamps in candela; the lighting weights make
+    the hour of the day. At weight 1 the sky is a uniform daylight sky of `sky_luminance_cd_m2`; a
+    moonless night is a weight of 1e-7 to 1e-5. Ranges are (least, most); the seed draws between
+    them.
     """
 
     seed: Seed = 0  # draws all that has a range

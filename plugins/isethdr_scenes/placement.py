@@ -1,7 +1,7 @@
 """Who stands where: the cheap half of a scene, drawn from its seed before any mesh is made.
 
-Places are (s, y): metres along the road from below the camera, metres to the left of its middle line.
-Random numbers are drawn in a fixed order, so that the same seed gives the same places.
+Places are (s, y): metres along the road from below the camera, metres to the left of its middle
+line. Random numbers are drawn in a fixed order, so that the same seed gives the same places.
 """
 
 from __future__ import annotations
@@ -52,7 +52,9 @@ PLANTS = {
 
 @dataclass(frozen=True)
 class Spot:
-    """One object: its recipe (see `builders`), category, place, turn, and the kinds of its lamps that are on."""
+    """One object: its recipe (see `builders`), category, place, turn, and the kinds of its lamps
+    that are on.
+    """
 
     name: str
     recipe: tuple
@@ -83,7 +85,9 @@ def oncoming_lamp(ground: Ground, s_m: float) -> np.ndarray:
 
 
 def walk_beside(ground: Ground, y_m: float, bearing: float, seen_from) -> float:
-    """Return the s at which a walker at `y_m` is seen at that bearing (bisection; the bearing falls with s)."""
+    """Return the s at which a walker at `y_m` is seen at that bearing (bisection; the bearing falls
+    with s).
+    """
     near, far = 6.0, 150.0
     for _ in range(40):
         middle = 0.5 * (near + far)
@@ -96,7 +100,9 @@ def walk_beside(ground: Ground, y_m: float, bearing: float, seen_from) -> float:
 
 
 def traffic(drive, ground: Ground, s: dict, rng) -> list[Spot]:
-    """Return the vehicles: one ahead, one oncoming, one parked, and further ones up to a drawn number."""
+    """Return the vehicles: one ahead, one oncoming, one parked, and further ones up to a drawn
+    number.
+    """
     count = rng.integers(drive.vehicles[0], drive.vehicles[1] + 1)
     paints = rng.permutation(["blue", "silver", "red", "green", "grey", "sand"])
     gaps = rng.uniform([18, 17, 17], [26, 24, 25])
@@ -151,7 +157,9 @@ def traffic(drive, ground: Ground, s: dict, rng) -> list[Spot]:
 
 
 def living(drive, ground: Ground, s: dict, rng) -> list[Spot]:
-    """Return the people and animals: a walker beside the oncoming headlamps, a rider, deer, and some more."""
+    """Return the people and animals: a walker beside the oncoming headlamps, a rider, deer, and
+    some more.
+    """
     people = rng.integers(drive.people[0], drive.people[1] + 1)
     animals = rng.integers(drive.animals[0], drive.animals[1] + 1)
     turn, phase, further = rng.uniform(-15, 15), rng.uniform(0, 1, 3), rng.uniform(20, 45)
@@ -225,7 +233,9 @@ def plants(drive, rng) -> list[Spot]:
 
 
 def furniture(drive, ground: Ground, rng) -> list[Spot]:
-    """Return what was built: road, land, grass, guard rail, street lamps, posts, a house, and the own headlamps."""
+    """Return what was built: road, land, grass, guard rail, street lamps, posts, a house, and the
+    own headlamps.
+    """
     lamps = int(rng.integers(drive.street_lamps[0], drive.street_lamps[1] + 1))
     posts = [LAMP_POST_FIRST_M + k * LAMP_POST_STEP_M for k in range(lamps)]
     return [
@@ -262,7 +272,9 @@ def furniture(drive, ground: Ground, rng) -> list[Spot]:
 
 
 def plan(drive) -> tuple[Ground, list[Spot]]:
-    """Return the ground and the spots of all objects of a `night_drive`; the same seed, the same plan."""
+    """Return the ground and the spots of all objects of a `night_drive`; the same seed, the same
+    plan.
+    """
     rng = np.random.default_rng(drive.seed)
     s = {
         name: float(rng.uniform(*getattr(drive, f"{name}_m")))

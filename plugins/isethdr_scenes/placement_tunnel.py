@@ -14,7 +14,9 @@ WALKWAY_Y_M = 4.9
 
 
 def plan(tunnel) -> tuple[Ground, list[Spot]]:
-    """Return the ground and the spots of all objects of a `tunnel`; the same seed, the same plan."""
+    """Return the ground and the spots of all objects of a `tunnel`; the same seed, the same
+    plan.
+    """
     rng = np.random.default_rng(tunnel.seed)
     s = {
         name: float(rng.uniform(*getattr(tunnel, f"{name}_m")))

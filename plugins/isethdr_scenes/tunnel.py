@@ -22,8 +22,9 @@ Trees = Annotated[int, Range(0, 200)]
 class Tunnel:
     """A lit tunnel with a car ahead, an oncoming car and a walker, and daylight at its end.
 
-    At weight 1 the sky outside has `sky_luminance_cd_m2`: with all weights 1 it is day. The walker stands
-    on the right walkway against the tunnel's dim wall; the exit fills a few degrees of the picture.
+    At weight 1 the sky outside has `sky_luminance_cd_m2`: with all weights 1 it is day. The walker
+    stands on the right walkway against the tunnel's dim wall; the exit fills a few degrees of the
+    picture.
     """
 
     seed: Seed = 0  # draws all that has a range

@@ -26,6 +26,7 @@ def check_order(scene: Any) -> None:
     if scene.horizontal_field_deg > widest:
         more = ", or scene.projection=equidistant for up to 200 degrees"
         raise ConfigError(
-            f"scene.horizontal_field_deg is {scene.horizontal_field_deg:g}; expected 10 to {widest}; "
-            f"type for example scene.horizontal_field_deg=45{more if widest == 100 else ''}"
+            f"scene.horizontal_field_deg is {scene.horizontal_field_deg:g}; expected 10 to"
+            f" {widest}; type for example"
+            f" scene.horizontal_field_deg=45{more if widest == 100 else ''}"
         )

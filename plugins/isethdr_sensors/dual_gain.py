@@ -25,7 +25,9 @@ CAPTURES = ("LCG", "HCG")
 
 @dataclass(frozen=True)
 class DualGainSensor(ImagingSensor):
-    """Take two captures of one charge, at low and at high conversion gain: LCG, HCG (large photodiode of the OVT figures)."""
+    """Take two captures of one charge, at low and at high conversion gain: LCG, HCG (large
+    photodiode of the OVT figures).
+    """
 
     pitch_um: Pitch = 2.8
     cfa: str = "GRBG"  # repeated pattern of filters, rows parted by / where it is no square

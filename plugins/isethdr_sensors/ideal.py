@@ -35,7 +35,9 @@ class IdealSensor:
     qe_csv: str = ""  # own curves: wavelength_nm and one column per filter
 
     def input_files(self):
-        """Return the user's own curves, if they are named: their content is part of a run's name."""
+        """Return the user's own curves, if they are named: their content is part of a run's
+        name.
+        """
         return (self.qe_csv,) if self.qe_csv else ()
 
     def __post_init__(self):
@@ -85,13 +87,17 @@ class IdealSensor:
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
     def pixel_need(self, width_m: float, height_m: float):
-        """Return what the pixels over an image of this size, in metres, take in memory, as `isethdr_core.pipeline.memory.Need`."""
+        """Return what the pixels over an image of this size, in metres, take in memory, as
+        `isethdr_core.pipeline.memory.Need`.
+        """
         from .sampling.pixel_grid import pixel_need
 
         return pixel_need(self.model(), width_m, height_m)
 
     def narrow(self, demand):
-        """Return the demand for what the sensor sees: its window, and no outer band in which it is blind."""
+        """Return the demand for what the sensor sees: its window, and no outer band in which it is
+        blind.
+        """
         from .spectral.quantum_efficiency import narrow
 
         return narrow(self.model(), demand)

@@ -75,7 +75,9 @@ class ImagingSensor:
     companding: tuple[tuple[Code, Code], ...] = ()  # knees [linear DN, companded DN]; none: linear
 
     def input_files(self):
-        """Return the user's own curves, if they are named: their content is part of a run's name."""
+        """Return the user's own curves, if they are named: their content is part of a run's
+        name.
+        """
         return (self.qe_csv,) if self.qe_csv else ()
 
     def __post_init__(self):
@@ -165,13 +167,17 @@ class ImagingSensor:
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
     def pixel_need(self, width_m: float, height_m: float):
-        """Return what the pixels over an image of this size, in metres, take in memory, as `isethdr_core.pipeline.memory.Need`."""
+        """Return what the pixels over an image of this size, in metres, take in memory, as
+        `isethdr_core.pipeline.memory.Need`.
+        """
         from .sampling.pixel_grid import pixel_need
 
         return pixel_need(self.model(), width_m, height_m)
 
     def narrow(self, demand):
-        """Return the demand for what the sensor sees, its window and no outer band in which it is blind, and with its response."""
+        """Return the demand for what the sensor sees, its window and no outer band in which it is
+        blind, and with its response.
+        """
         from .spectral.quantum_efficiency import narrow
         from .spectral.response import ask
 

@@ -1,4 +1,6 @@
-"""Interleaved: two exposures or two sensitivities side by side in the filter array, in one reading."""
+"""Interleaved: two exposures or two sensitivities side by side in the filter array, in one
+reading.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +16,11 @@ from .single import SingleSensor
 
 @dataclass(frozen=True)
 class InterleavedSensor(SingleSensor):
-    """Take one capture in which pixels written in lower case in `cfa` collect less (AR0132AT figures).
+    """Take one capture in which pixels written in lower case in `cfa` collect less (AR0132AT
+    figures).
 
-    Channels of both cases leave the sensor side by side (R, G, B, r, g, b), each with its own quantum efficiency, to which
-    the shorter exposure counts.
+    Channels of both cases leave the sensor side by side (R, G, B, r, g, b), each with its own
+    quantum efficiency, to which the shorter exposure counts.
     """
 
     cfa: str = "RGRG/GBGB/rgrg/gbgb"  # pairs of rows, long and short
@@ -32,7 +35,8 @@ class InterleavedSensor(SingleSensor):
         letters = self.cfa.replace("/", "")
         if letters.isupper() or letters.islower():
             raise ConfigError(
-                f"sensor.cfa={self.cfa!r} has one case only; expected upper and lower case letters, e.g. RGRG/GBGB/rgrg/gbgb"
+                f"sensor.cfa={self.cfa!r} has one case only; expected upper and lower case letters,"
+                " e.g. RGRG/GBGB/rgrg/gbgb"
             )
         share = self.lower_case_percent / 100
         return replace(

@@ -1,4 +1,6 @@
-"""Lin-log: a pixel that follows light linearly to a knee and logarithmically beyond, in one capture."""
+"""Lin-log: a pixel that follows light linearly to a knee and logarithmically beyond, in one
+capture.
+"""
 
 from __future__ import annotations
 
@@ -20,10 +22,12 @@ VARIANCE = 0.05  # of the same; below 0.01 off the bend
 
 @dataclass(frozen=True)
 class LinLogSensor(OneReadingSensor):
-    """Take one capture that is linear to a knee and logarithmic beyond (AR0132AT figures below the knee).
+    """Take one capture that is linear to a knee and logarithmic beyond (AR0132AT figures below the
+    knee).
 
-    Read as any linear sensor it ends at the knee: `top_dn` and `saturated` say so. The captures also hold `response_dn`,
-    `response_e` and `response_variance_e2`, the electrons that have to arrive for every code, to read it beyond.
+    Read as any linear sensor it ends at the knee: `top_dn` and `saturated` say so. The captures
+    also hold `response_dn`, `response_e` and `response_variance_e2`, the electrons that have to
+    arrive for every code, to read it beyond.
     """
 
     knee_e: Charge = 20000.0  # charge at which the overflow is `knee_e_per_s` (assumption)
@@ -39,7 +43,9 @@ class LinLogSensor(OneReadingSensor):
         return self.assemble([Photodiode("pixel", **self.diode_terms())], [reading])
 
     def check_bend(self, reading):
-        """Refuse a sensor whose range ends before it bends, where no code says how fine the table of the bent part has to be."""
+        """Refuse a sensor whose range ends before it bends, where no code says how fine the table
+        of the bent part has to be.
+        """
         if reading.bits:
             return
         from isethdr_core.physics.detector.charge_dynamics import linear_limit_e
@@ -51,9 +57,10 @@ class LinLogSensor(OneReadingSensor):
         if beyond_e := max(straight_e + soft.thermal_e - reading.swing_e, 0.0):
             lower = self.knee_e - beyond_e
             raise ConfigError(
-                f"sensor.knee_e is {self.knee_e!r}: without a converter (sensor.bits=0) the range ends at {reading.swing_e:.6g} e "
-                f"(sensor.swing_v), and the response is a straight line up to {straight_e:.6g} e; expected a range of a further "
-                f"{soft.thermal_e:.3g} e (sensor.thermal_e) at least; type "
+                f"sensor.knee_e is {self.knee_e!r}: without a converter (sensor.bits=0) the range"
+                f" ends at {reading.swing_e:.6g} e (sensor.swing_v), and the response is a straight"
+                f" line up to {straight_e:.6g} e; expected a range of a further"
+                f" {soft.thermal_e:.3g} e (sensor.thermal_e) at least; type "
                 + (
                     f"sensor.knee_e={int(lower)}, or sensor=bayer for a straight line"
                     if lower >= 1
@@ -70,7 +77,9 @@ class LinLogSensor(OneReadingSensor):
         return [min(self.knee_e, *super().full_scale_e())]
 
     def take(self, light, generator):
-        """Return captures of one shot at `exposure_s`, with the table that reads it back; light is constant over the exposure."""
+        """Return captures of one shot at `exposure_s`, with the table that reads it back; light is
+        constant over the exposure.
+        """
         from .charge.soft_knee_shot import take_shot
         from .readout.lin_log_response import response
 

@@ -1,4 +1,6 @@
-"""LOFIC: a photodiode that spills softly into a lateral overflow capacitor, read without and with what it spilled."""
+"""LOFIC: a photodiode that spills softly into a lateral overflow capacitor, read without and with
+what it spilled.
+"""
 
 from __future__ import annotations
 
@@ -28,10 +30,12 @@ CAPTURES = ("LCG", "HCG")
 
 @dataclass(frozen=True)
 class LoficSensor(ImagingSensor):
-    """Take two captures of one exposure: the photodiode at high gain, and photodiode plus overflow capacitor: LCG, HCG.
+    """Take two captures of one exposure: the photodiode at high gain, and photodiode plus overflow
+    capacitor: LCG, HCG.
 
-    200 uV/e and a full well of 100 000 e are the title of Adachi et al. 2008, the pitch is that of Akahane et al. 2009, both of pixels with a
-    lateral overflow capacitor (docs/sensors.md). Every other figure is an assumption, of the order that such papers give.
+    200 uV/e and a full well of 100 000 e are the title of Adachi et al. 2008, the pitch is that of
+    Akahane et al. 2009, both of pixels with a lateral overflow capacitor (docs/sensors.md). Every
+    other figure is an assumption, of the order that such papers give.
     """
 
     pitch_um: Pitch = 5.6

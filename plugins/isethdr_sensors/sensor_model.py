@@ -1,6 +1,8 @@
-"""What a sensor is made of: photodiodes that collect charge, readings that turn charge into numbers.
+"""What a sensor is made of: photodiodes that collect charge, readings that turn charge into
+numbers.
 
-Every sensor of this plugin is a set of fields that builds one `SensorModel`; `shot.py` knows nothing else.
+Every sensor of this plugin is a set of fields that builds one `SensorModel`; `shot.py` knows
+nothing else.
 """
 
 from __future__ import annotations

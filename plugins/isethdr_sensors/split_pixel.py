@@ -1,6 +1,8 @@
-"""Split-pixel sensor: a large and a small photodiode in every pixel, three or four readings of one exposure.
+"""Split-pixel sensor: a large and a small photodiode in every pixel, three or four readings of one
+exposure.
 
-LPLG and LPHG read the same charge of the large photodiode at low and high gain; SPLG and SPHG the small one.
+LPLG and LPHG read the same charge of the large photodiode at low and high gain; SPLG and SPHG the
+small one.
 """
 
 from __future__ import annotations
@@ -32,7 +34,9 @@ LARGEST_FILL = 1.01  # ISETHDR gives the large photodiode the whole pixel, the s
 
 @dataclass(frozen=True)
 class SplitPixelSensor(ImagingSensor):
-    """Take three captures with a split-pixel sensor (OVT figures): LPLG, LPHG, SPLG; four with SPHG."""
+    """Take three captures with a split-pixel sensor (OVT figures): LPLG, LPHG, SPLG; four with
+    SPHG.
+    """
 
     pitch_um: Pitch = 2.8
     cfa: str = "GRBG"  # repeated pattern of filters, rows parted by / where it is no square
@@ -68,13 +72,14 @@ class SplitPixelSensor(ImagingSensor):
         counts = {name: len(getattr(self, name)) for name in per_reading}
         if set(counts.values()) not in ({3}, {4}):
             raise ConfigError(
-                f"sensor has numbers for {counts} readings; expected 3 (LPLG, LPHG, SPLG) or 4 (and SPHG) in all of them"
+                f"sensor has numbers for {counts} readings; expected 3 (LPLG, LPHG, SPLG) or 4 (and"
+                " SPHG) in all of them"
             )
         if sum(self.fill_factor) > LARGEST_FILL:
             raise ConfigError(
-                f"sensor.fill_factor is {list(self.fill_factor)}, together {sum(self.fill_factor):g}; "
-                f"expected at most {LARGEST_FILL}: both photodiodes share the pixel; "
-                "type sensor.fill_factor=[0.9,0.1]"
+                f"sensor.fill_factor is {list(self.fill_factor)}, together"
+                f" {sum(self.fill_factor):g}; expected at most {LARGEST_FILL}: both photodiodes"
+                " share the pixel; type sensor.fill_factor=[0.9,0.1]"
             )
         diodes = [
             Photodiode(*values, **self.diode_terms())

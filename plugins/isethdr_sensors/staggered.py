@@ -15,7 +15,8 @@ from .timing import auto_exposure
 
 @dataclass(frozen=True)
 class StaggeredSensor(SingleSensor):
-    """Take several exposures one after the other: T1 the longest, T2, ... (AR0132AT figures; nothing moves between them).
+    """Take several exposures one after the other: T1 the longest, T2, ... (AR0132AT figures;
+    nothing moves between them).
 
     Each exposure of a row starts when the one before it ends.
     """
@@ -23,7 +24,9 @@ class StaggeredSensor(SingleSensor):
     cfa: str = "RGGB"  # repeated pattern of filters, rows parted by / where it is no square
     # shares of exposure_s, the first is 1
     exposure_ratios: tuple[Ratio, ...] = (1.0, 1 / 16, 1 / 256)
-    exposure_each: bool = False  # where a rule solves T1, the last exposure is solved for the brightest pixel, those between by equal steps
+    # where a rule solves T1, the last exposure is solved for the brightest pixel, those between by
+    # equal steps
+    exposure_each: bool = False
 
     def __call__(self, light, generator):
         """Return captures of one shot, at exposures solved for this light unless they are fixed."""
@@ -36,7 +39,8 @@ class StaggeredSensor(SingleSensor):
         ratios = self.exposure_ratios
         if not ratios or ratios[0] != 1 or any(b >= a for a, b in pairwise(ratios)):
             raise ConfigError(
-                f"sensor.exposure_ratios is {ratios!r}; expected shares of exposure_s from 1 downwards, e.g. [1, 0.0625]"
+                f"sensor.exposure_ratios is {ratios!r}; expected shares of exposure_s from 1"
+                " downwards, e.g. [1, 0.0625]"
             )
         one = super().model()
         names = [f"T{k}" for k in range(1, len(ratios) + 1)]

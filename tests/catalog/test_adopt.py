@@ -1,4 +1,6 @@
-"""Stores of format 1 open as before; adopted, they are protected; what may be damaged is not adopted."""
+"""Stores of format 1 open as before; adopted, they are protected; what may be damaged is not
+adopted.
+"""
 
 import json
 import shutil

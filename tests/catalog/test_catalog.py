@@ -1,4 +1,6 @@
-"""The catalog finds what the root attributes say, skips what is damaged, and needs no array to do so."""
+"""The catalog finds what the root attributes say, skips what is damaged, and needs no array to do
+so.
+"""
 
 import json
 import time

@@ -1,4 +1,6 @@
-"""The index is a cache that never hides a store: whatever was renamed in, and whatever the clock said."""
+"""The index is a cache that never hides a store: whatever was renamed in, and whatever the clock
+said.
+"""
 
 from __future__ import annotations
 

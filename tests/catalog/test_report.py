@@ -28,7 +28,9 @@ def home(tmp_path_factory):
 
 @pytest.fixture
 def result(home, monkeypatch):
-    """One run for all tests of this file: computed by the first that asks, read from its store by the others."""
+    """One run for all tests of this file: computed by the first that asks, read from its store by
+    the others.
+    """
     monkeypatch.setenv("ISETHDR_HOME", str(home))
     return hdr.run(hdr.compose(SMALL))
 
@@ -188,7 +190,9 @@ def test_snr_of_a_constant_variance_is_level_over_noise(result):
     ],
 )
 def test_the_profile_is_drawn_over_the_angle_at_which_a_pixel_looks(attrs, angle_deg, place):
-    """On the row through the axis the angle is the field angle, by the formula of the lens; above it, tangents keep columns together."""
+    """On the row through the axis the angle is the field angle, by the formula of the lens; above
+    it, tangents keep columns together.
+    """
     x, y = np.array([-place, 0.0, place]) * 4e-3, np.array([0.0, 1e-3])
     picture = xr.Dataset(coords={"y": y, "x": x}, attrs={"focal_length_mm": 4.0, **attrs})
     np.testing.assert_allclose(

@@ -1,4 +1,6 @@
-"""A query sees the records and nothing else: no file, no network, no extension, no other configuration."""
+"""A query sees the records and nothing else: no file, no network, no extension, no other
+configuration.
+"""
 
 from __future__ import annotations
 

@@ -13,7 +13,9 @@ EXAMPLE = Path(__file__).parents[1] / "example_plugin"
 def isethdr(
     *arguments: str, plugins=(), code: str | None = None, **variables: str
 ) -> subprocess.CompletedProcess:
-    """Return the finished command `isethdr <arguments>`, or `python -c code`, with the folders `plugins` on its path."""
+    """Return the finished command `isethdr <arguments>`, or `python -c code`, with the folders
+    `plugins` on its path.
+    """
     paths = [*map(str, plugins), os.environ.get("PYTHONPATH", "")]
     environment = {
         **os.environ,
@@ -36,7 +38,9 @@ def isethdr(
 def write_plugin(
     folder: Path, package: str, source: str, entry_point: str = "", **modules: str
 ) -> Path:
-    """Write an installed package of one module, with its entry point, into `folder`, and return the folder."""
+    """Write an installed package of one module, with its entry point, into `folder`, and return the
+    folder.
+    """
     (folder / f"{package}.py").write_text(source)
     for name, text in modules.items():
         (folder / f"{name}.py").write_text(text)

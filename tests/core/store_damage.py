@@ -1,4 +1,6 @@
-"""Systematic damages of a store, and what a reader makes of each: the same data, a named error, or silence."""
+"""Systematic damages of a store, and what a reader makes of each: the same data, a named error, or
+silence.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ class Damage(NamedTuple):
 
 
 def datasets(seed: int) -> dict[str, xr.Dataset]:
-    """Return a small scene with captures, picture and labels; all seeds give files of the same sizes."""
+    """Return a small scene with captures, picture and labels; all seeds give files of the same
+    sizes.
+    """
     random = np.random.default_rng(seed)
     light = random.lognormal(0, 3, (2, 3, ROWS, COLUMNS))
     axes = np.linspace(450, 650, 3), q.centres(COLUMNS, 0.8), q.centres(ROWS, 0.5)

@@ -1,4 +1,6 @@
-"""The conformance kit catches the mistakes it is made for: components with one deliberate fault each."""
+"""The conformance kit catches the mistakes it is made for: components with one deliberate fault
+each.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ COUNTER = itertools.count()  # hidden state, as a careless component has it
 
 
 def wrapped(kind, name, change):
-    """Return a component class like `kind/name` whose result goes through `change(result, *arguments)`."""
+    """Return a component class like `kind/name` whose result goes through `change(result,
+    *arguments)`.
+    """
     base = components()[kind, name].cls
 
     @dataclass(frozen=True)
@@ -179,7 +183,9 @@ SENSOR_FAULTS = {
 
 
 def more_light(share):
-    """Return a sensor class that counts more electrons than its captures state, in its shots and in `expected` alike."""
+    """Return a sensor class that counts more electrons than its captures state, in its shots and in
+    `expected` alike.
+    """
     base = components()["sensor", "bayer"].cls
 
     @dataclass(frozen=True)
@@ -196,7 +202,9 @@ def more_light(share):
 
 
 def same_read_noise():
-    """Return a sensor class whose read noise is the same in every shot, of the right size; its shot noise follows the key."""
+    """Return a sensor class whose read noise is the same in every shot, of the right size; its shot
+    noise follows the key.
+    """
     base = components()["sensor", "bayer"].cls
 
     @dataclass(frozen=True)

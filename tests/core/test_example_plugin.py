@@ -1,4 +1,6 @@
-"""A third-party package: installed from its own wheel, found, composed, checked, swept. Nothing of ours is touched."""
+"""A third-party package: installed from its own wheel, found, composed, checked, swept. Nothing of
+ours is touched.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ from .command_line import EXAMPLE, isethdr
 
 @pytest.fixture(scope="module")
 def acme(tmp_path_factory):
-    """Build the wheel as its pyproject.toml says and unpack it into a folder of its own, as an installer does; needs no network."""
+    """Build the wheel as its pyproject.toml says and unpack it into a folder of its own, as an
+    installer does; needs no network.
+    """
     pytest.importorskip(
         "hatchling", reason="the example plugin is built with hatchling; pip install isethdr[test]"
     )

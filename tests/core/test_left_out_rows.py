@@ -1,4 +1,6 @@
-"""What a plan leaves out is a row of its ledger: labels nobody reads, a view nobody looks at, light nobody asks for."""
+"""What a plan leaves out is a row of its ledger: labels nobody reads, a view nobody looks at, light
+nobody asks for.
+"""
 
 from __future__ import annotations
 

@@ -52,7 +52,9 @@ def test_mixing_is_the_weighted_sum_over_fifteen_decades_of_weight():
 
 
 def test_float32_sums_would_lose_what_float64_keeps():
-    """Two bright groups and many faint ones: in float32 the faint light vanishes beside the bright one."""
+    """Two bright groups and many faint ones: in float32 the faint light vanishes beside the bright
+    one.
+    """
     ds = scene({"sky": 1.0} | {f"g{i}": 1e-8 for i in range(40)})
     exact = ds.radiance.values.astype(np.longdouble).sum(0)
     naive = np.zeros(exact.shape, np.float32)
@@ -73,7 +75,9 @@ def test_ideal_is_weights_of_one_and_mixing_is_additive():
 
 
 class FailingArray(xr.backends.BackendArray):
-    """A lazy cube that fails when light of `forbidden` groups, or of more than one group, is read."""
+    """A lazy cube that fails when light of `forbidden` groups, or of more than one group, is
+    read.
+    """
 
     def __init__(self, values, forbidden):
         self.values, self.forbidden, self.shape, self.dtype = (

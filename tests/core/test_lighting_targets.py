@@ -206,7 +206,8 @@ def test_seeded_ranges_are_reproducible_and_do_not_depend_on_other_groups():
     ratios = [d["other"] / d["headlights"] for d in (target.draw(more, s) for s in range(50))]
     assert 4e-4 <= min(ratios) < max(ratios) <= 1e-2
     assert target.draw(more, 7) == target.draw(more, 7)
-    # the draws of two groups are independent: correlation 0, standard error 1 / sqrt(400) = 0.05; four of them
+    # the draws of two groups are independent: correlation 0, standard error 1 / sqrt(400) = 0.05;
+    # four of them
     pairs = [(target.uniform(s, "headlights"), target.uniform(s, "other")) for s in range(400)]
     assert abs(np.corrcoef(np.transpose(pairs))[0, 1]) < 0.2
 

@@ -1,4 +1,6 @@
-"""A plugin that ignores demands still works, only slower: a whole run through Acme's camera, as it is and taught to narrow."""
+"""A plugin that ignores demands still works, only slower: a whole run through Acme's camera, as it
+is and taught to narrow.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +65,9 @@ def acme(offer, monkeypatch):
 
 @cache
 def composed():
-    """Return the composed config, with Acme's parts in the place of ours: config groups are known before a test can offer anything."""
+    """Return the composed config, with Acme's parts in the place of ours: config groups are known
+    before a test can offer anything.
+    """
     config = compose(JOB)
     with open_dict(config):
         config.sensor, config.lens = {"name": "acme_nano"}, {"name": "acme_plastic"}
@@ -132,6 +136,7 @@ def test_taught_to_narrow_it_is_given_less_and_sees_the_same(acme, offer):
     assert fast.key != slow.key
     few, every = raw(fast), raw(slow)
     gain = float(fast.open("captures/acme_nano")["gain_dn_per_e"].values[0])
-    # 17 bands of 1e-6 of the peak move a mean by far less than an electron; its count then moves by one at most, rounding by a code
+    # 17 bands of 1e-6 of the peak move a mean by far less than an electron; its count then moves by
+    # one at most, rounding by a code
     assert np.abs(few - every).max() <= gain + 1
     assert (few != every).mean() < 1e-3

@@ -1,4 +1,6 @@
-"""Bands that no sensor sees go through no lens; forcing them through changes no electron beyond the bound."""
+"""Bands that no sensor sees go through no lens; forcing them through changes no electron beyond the
+bound.
+"""
 
 from dataclasses import replace
 

@@ -42,7 +42,9 @@ def tree(file: Path) -> ast.Module:
 
 
 def imports(file: Path, top_level_only: bool = False) -> set[str]:
-    """Return the dotted names that a file imports; relative ones resolved, those under TYPE_CHECKING left out."""
+    """Return the dotted names that a file imports; relative ones resolved, those under
+    TYPE_CHECKING left out.
+    """
     package = _dotted(file)
     found = set()
     for node in _nodes(tree(file), top_level_only):

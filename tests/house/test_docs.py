@@ -1,4 +1,6 @@
-"""The documents say what the code does: hooks and their signatures, the tutorial's code, the words of the glossary."""
+"""The documents say what the code does: hooks and their signatures, the tutorial's code, the words
+of the glossary.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +46,9 @@ def blocks(language):
 
 
 def tutorial(number):
-    """Run the whole plugins among the tutorial's code blocks and return the component that number `number` offers."""
+    """Run the whole plugins among the tutorial's code blocks and return the component that number
+    `number` offers.
+    """
     whole = [b for b in blocks("python") if "class " in b and "isethdr_components" in b]
     scope = {"__name__": __name__}
     exec(compile(whole[number], "docs/plugins.md", "exec", dont_inherit=True), scope)  # noqa: S102 - the tutorial is what is tested

@@ -122,7 +122,8 @@ def test_numbers_that_users_type_carry_their_unit(kind, name):
     for field in dataclasses.fields(cls):
         if hints[field.name] is float and field.name not in DIMENSIONLESS:
             assert any(field.name.endswith(f"_{unit}") for unit in UNITS), (
-                f"{kind}/{name}: {field.name} names no unit; end it with one ({field.name}_m, ...) or list it in DIMENSIONLESS with what it is"
+                f"{kind}/{name}: {field.name} names no unit; end it with one ({field.name}_m, ...)"
+                " or list it in DIMENSIONLESS with what it is"
             )
 
 

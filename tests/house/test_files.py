@@ -1,4 +1,6 @@
-"""How files are: described, listed in their package's table of contents, free of this or that machine's paths."""
+"""How files are: described, listed in their package's table of contents, free of this or that
+machine's paths.
+"""
 
 from __future__ import annotations
 

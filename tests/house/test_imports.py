@@ -35,7 +35,9 @@ def layer(file):
 
 
 def test_layers():
-    """physics <- core <- plugins, never each other; catalog imports the core; workflows import anything, nobody imports them."""
+    """physics <- core <- plugins, never each other; catalog imports the core; workflows import
+    anything, nobody imports them.
+    """
     wrong = []
     for file in PRODUCT:
         own = next(name for name, folder in PACKAGES.items() if folder in file.parents)
@@ -61,9 +63,11 @@ def test_physics_imports_libraries_of_numbers_only():
     for file in files:
         wrong += [
             f"{name_of(file)} imports {name}"
-            for name in roots(file)
-            - STANDARD
-            - {"numpy", "scipy", "array_api_compat", "ducc0", "isethdr_core"}
+            for name in (
+                roots(file)
+                - STANDARD
+                - {"numpy", "scipy", "array_api_compat", "ducc0", "isethdr_core"}
+            )
         ]
         wrong += [
             f"{name_of(file)} imports {name}; physics knows no stage"
@@ -74,14 +78,14 @@ def test_physics_imports_libraries_of_numbers_only():
 
 
 def test_what_a_plugin_author_imports_is_light():
-    """`isethdr --help`, and every plugin's hooks, run without the libraries that take seconds to import."""
+    """`isethdr --help`, and every plugin's hooks, run without the libraries that take seconds to
+    import.
+    """
     code = (
-        "import json, sys\n"
-        "from isethdr_core.plugins.registry import components; components()\n"
-        "sys.argv = ['isethdr', '--help']\n"
-        "from isethdr_core.cli.commands import main\n"
-        "try:\n    main()\n"
-        "except SystemExit as end:\n    print(json.dumps([end.code, sorted({m.split('.')[0] for m in sys.modules})]))"
+        "import json, sys\nfrom isethdr_core.plugins.registry import components;"
+        " components()\nsys.argv = ['isethdr', '--help']\nfrom isethdr_core.cli.commands import"
+        " main\ntry:\n    main()\nexcept SystemExit as end:\n    print(json.dumps([end.code,"
+        " sorted({m.split('.')[0] for m in sys.modules})]))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -93,7 +97,9 @@ def test_what_a_plugin_author_imports_is_light():
 
 
 def test_the_layer_rule_sees_what_it_must():
-    """The walk finds imports inside functions and relative ones, and leaves out those for annotations only."""
+    """The walk finds imports inside functions and relative ones, and leaves out those for
+    annotations only.
+    """
     from . import source
 
     file = source.PACKAGES["isethdr_core"] / "lighting" / "mix.py"

@@ -15,7 +15,8 @@ QE = np.stack(
     [0.6 * np.exp(-(((WAVELENGTH - c) / s) ** 2) / 2) for c, s in ((605, 32), (540, 36), (460, 28))]
 )
 QE_W = np.concatenate([QE, 0.75 * np.ones((1, len(WAVELENGTH)))])
-# three captures of the split pixel: large diode at two gains (one charge) and a small one of 1/100 of its area
+# three captures of the split pixel: large diode at two gains (one charge) and a small one of 1/100
+# of its area
 SPLIT = [
     {"name": "LPLG", "charge": 0, "top_e": 22000.0, "read": 3.05},
     {"name": "LPHG", "charge": 0, "top_e": 5390.0, "read": 0.83},
@@ -27,7 +28,9 @@ ONE = [{"name": "A", "charge": 0, "top_e": 1e9, "read": 2.0}]
 def electrons_per_radiance(
     spec=ONE[0], qe=QE, exposure_s=0.016, pitch_um=3.0, throughput_sr=np.pi / 65
 ):
-    """Return (channel, wavelength) electrons per band mean radiance on the axis, computed apart from the isp."""
+    """Return (channel, wavelength) electrons per band mean radiance on the axis, computed apart
+    from the isp.
+    """
     area = (pitch_um * 1e-6) ** 2 * spec.get("area", 1.0)
     return (
         np.asarray(spec.get("qe", qe))
@@ -51,7 +54,9 @@ def make(
     falloff="none",
     focal=4.0,
 ):
-    """Return captures of the charge `mean_e` (y, x) e of a full-area capture, dark charge not included; no noise without `rng`."""
+    """Return captures of the charge `mean_e` (y, x) e of a full-area capture, dark charge not
+    included; no noise without `rng`.
+    """
     ny, nx = np.shape(mean_e)
     filters = np.tile(pattern, (ny // pattern.shape[0] + 1, nx // pattern.shape[1] + 1))[:ny, :nx]
     charges, raw, saturated, gains = {}, [], [], []
@@ -109,7 +114,9 @@ def make(
 
 
 def mosaic_of(radiance, shape, pattern=BAYER, qe=QE, falloff=None, focal=4.0):
-    """Return the noise-free electrons (y, x) of one spectrum, W m-2 sr-1 nm-1, seen by every pixel."""
+    """Return the noise-free electrons (y, x) of one spectrum, W m-2 sr-1 nm-1, seen by every
+    pixel.
+    """
     per_channel = electrons_per_radiance(qe=qe) @ radiance
     tiles = np.tile(pattern, (shape[0] // pattern.shape[0] + 1, shape[1] // pattern.shape[1] + 1))[
         : shape[0], : shape[1]

@@ -1,4 +1,6 @@
-"""Bad input: captures that cannot be read get one clear error; dark, full and tiny ones a right result."""
+"""Bad input: captures that cannot be read get one clear error; dark, full and tiny ones a right
+result.
+"""
 
 import numpy as np
 import pytest
@@ -119,7 +121,8 @@ def test_all_full_is_finite_and_nowhere_valid(bench, isp):
 def test_all_dark_has_the_mean_0_and_is_valid(bench, isp):
     picture = isp(bench.make(np.zeros((48, 48)), rng=np.random.default_rng(0)))
     y, variance = picture.xyz.values[..., 1], picture.variance.values[..., 1]
-    # 2304 pixels, of which learned and denoised ones leave some 20 to 60 independent: 4 standard errors
+    # 2304 pixels, of which learned and denoised ones leave some 20 to 60 independent: 4 standard
+    # errors
     assert abs(y.mean()) < 4 * y.std() / np.sqrt(20) and y.min() < 0 and picture.valid.values.all()
     assert not variance_known(picture) or variance.min() > 0
     exact = isp(

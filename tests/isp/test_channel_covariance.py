@@ -1,4 +1,6 @@
-"""The stated variance of XYZ after a demosaic, covariance between channels included, against noise realisations."""
+"""The stated variance of XYZ after a demosaic, covariance between channels included, against noise
+realisations.
+"""
 
 import numpy as np
 import pytest
@@ -15,7 +17,9 @@ READ_E = 2.0
 
 
 def scene(bench, name, electrons):
-    """Return the mean electrons (y, x) of a flat field, a slanted edge or coloured patches; the brightest has `electrons`."""
+    """Return the mean electrons (y, x) of a flat field, a slanted edge or coloured patches; the
+    brightest has `electrons`.
+    """
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
     filters = np.tile(bench.BAYER, (SHAPE[0] // 2, SHAPE[1] // 2))
     surfaces = (
@@ -68,7 +72,9 @@ def stated_over_true(bench, isp, name, electrons, realisations):
 
 @pytest.mark.parametrize("method", ["bilinear", "malvar"])
 def test_a_linear_demosaic_states_the_squares_of_its_answers(bench, method):
-    """The variance is the sum over samples of the squared answer to one sample, times the variance of the sample."""
+    """The variance is the sum over samples of the squared answer to one sample, times the variance
+    of the sample.
+    """
     if method == "malvar":
         pytest.importorskip("colour_demosaicing")
     rng, shape, names = np.random.default_rng(0), (12, 14), list("RGB")

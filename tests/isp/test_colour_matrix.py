@@ -1,4 +1,6 @@
-"""Colour matrix: least squares without noise, the least expected error with it, at the light level it states."""
+"""Colour matrix: least squares without noise, the least expected error with it, at the light level
+it states.
+"""
 
 import numpy as np
 import pytest
@@ -9,7 +11,9 @@ from isethdr_core.physics.photometry import xyz_weights
 
 
 def setup(bench, filters="rgbw"):
-    """Return the response, electrons and XYZ of the surfaces, and the white in electrons and XYZ."""
+    """Return the response, electrons and XYZ of the surfaces, and the white in electrons and
+    XYZ.
+    """
     response = bench.electrons_per_radiance(qe=bench.QE_W if filters == "rgbw" else bench.QE)
     samples, weights, white = (
         radiances(bench.WAVELENGTH),
@@ -60,7 +64,9 @@ def test_the_stated_light_level_has_the_stated_ratio(dark_var):
 
 
 def test_read_noise_counts_beside_shot_noise(bench):
-    """At an SNR of 1 a noisy reader needs more light, where noise no longer follows the channels: W helps more than it would."""
+    """At an SNR of 1 a noisy reader needs more light, where noise no longer follows the channels: W
+    helps more than it would.
+    """
     response, *_ = setup(bench)
     quiet, noisy = (
         solve_matrix(response, bench.WAVELENGTH, "daylight", 1.0, v) for v in (0.0, 400.0)

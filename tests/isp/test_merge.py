@@ -1,4 +1,6 @@
-"""Merge: no bias at any level, reported variance, shared charge counted once, limits, ISETCam's rule."""
+"""Merge: no bias at any level, reported variance, shared charge counted once, limits, ISETCam's
+rule.
+"""
 
 import numpy as np
 import pytest
@@ -17,7 +19,9 @@ SIDE = 500  # 250 000 draws
 
 
 def merged(bench, level, rng, specs=None, dark=0.0, step_e=0.0, side=SIDE):
-    """Return (signal, variance, valid) of `side`^2 pixels at `level` electrons, straight from the merge."""
+    """Return (signal, variance, valid) of `side`^2 pixels at `level` electrons, straight from the
+    merge.
+    """
     captures = bench.make(
         np.full((side, side), float(level)),
         specs or bench.SPLIT,
@@ -37,7 +41,8 @@ def test_no_bias_and_right_variance_across_the_whole_range(bench, level):
     standard_error = x.std() / SIDE
     # bias: 0.1 % or 4 standard errors, whichever is larger (at 1 e one standard error is 0.26 %)
     assert abs(x.mean() - level) < max(1e-3 * level, 4 * standard_error)
-    # 5 %: worst in the ramp below saturation (-4.1 %) and at 1 e (+2.6 %, the floor that keeps variance positive)
+    # 5 %: worst in the ramp below saturation (-4.1 %) and at 1 e (+2.6 %, the floor that keeps
+    # variance positive)
     assert variance.mean() / x.var() == pytest.approx(1, abs=0.05)
     assert valid.all()
 
@@ -46,11 +51,14 @@ def test_no_bias_and_right_variance_across_the_whole_range(bench, level):
     "mean, dark, top", [(3.0, 0.0, 1e4), (3.0, 20.0, 1e4), (60.0, 0.0, 70.0), (60.0, 15.0, 70.0)]
 )
 def test_expected_value_is_exact_by_quadrature(mean, dark, top):
-    """No random numbers: E[x] over Poisson counts and normal read noise is the signal, with unlike captures of like size."""
+    """No random numbers: E[x] over Poisson counts and normal read noise is the signal, with unlike
+    captures of like size.
+    """
     read, ratio = (
         5.0,
         2.0,
-    )  # a long capture of twice the light and much read noise, so that every term of the rule counts
+        # a long capture of twice the light and much read noise, so that every term of the rule counts
+    )
     count = np.arange(0, 260)
     poisson = np.exp(
         count * np.log(mean + dark) - (mean + dark) - np.cumsum(np.log(np.maximum(count, 1)))
@@ -63,7 +71,8 @@ def test_expected_value_is_exact_by_quadrature(mean, dark, top):
     short = Charge(ones * (mean / ratio + 7.0), ones * 4.0, 7.0, 1e4, ones > 0, ones, ones)
     long = Charge(t, ones * read**2, dark, top, ones > 0, ones * ratio, ones)
     x = fold([short, long]).signal_e
-    # 1e-5: 4001 nodes of the normal across the kink of max(t, 0) leave 2e-6; a missing term makes far more
+    # 1e-5: 4001 nodes of the normal across the kink of max(t, 0) leave 2e-6; a missing term makes
+    # far more
     assert poisson @ x @ normal == pytest.approx(mean, rel=1e-5)
 
 

@@ -1,4 +1,6 @@
-"""Linear and ideal isp: absolute level, linearity, variance, lens falloff, ideal limits, bad input."""
+"""Linear and ideal isp: absolute level, linearity, variance, lens falloff, ideal limits, bad
+input.
+"""
 
 import numpy as np
 import pytest
@@ -23,7 +25,8 @@ def test_uniform_grey_keeps_its_absolute_luminance(bench, balance, isp, filters)
             bench.make(bench.mosaic_of(grey, SHAPE, pattern, qe), pattern=pattern, qe=qe)
         )
         expected = xyz(grey, bench.WAVELENGTH)
-        # the matrix is exact for this grey; what is left is rounding of DN with a black level of 64 at 1e-2 DN
+        # the matrix is exact for this grey; what is left is rounding of DN with a black level of 64
+        # at 1e-2 DN
         np.testing.assert_allclose(
             picture.xyz.values, np.broadcast_to(expected, (*SHAPE, 3)), rtol=1e-9
         )
@@ -81,7 +84,8 @@ def test_reported_variance_is_the_measured_one(bench):
     pictures = [LinearIsp()(bench.make(mean, rng=rng, step_e=4.0)) for _ in range(200)]
     values = np.stack([p.xyz.values for p in pictures])[:, 2:-2, 2:-2]
     reported = np.mean([p.variance.values for p in pictures], 0)[2:-2, 2:-2]
-    # mean over 96 pixels of variances from 200 draws, neighbours dependent (9 alike): 10 % / sqrt(96 / 9) = 3.1 %
+    # mean over 96 pixels of variances from 200 draws, neighbours dependent (9 alike): 10 % /
+    # sqrt(96 / 9) = 3.1 %
     np.testing.assert_allclose(values.var(0).mean((0, 1)), reported.mean((0, 1)), rtol=0.1)
 
 
@@ -112,7 +116,8 @@ def test_mono_needs_no_other_channel(bench):
 
 
 def test_ideal_isp_is_exact_with_colour_matching_channels(bench):
-    # three captures, one per colour matching function, every pixel sees all: nothing is left to estimate
+    # three captures, one per colour matching function, every pixel sees all: nothing is left to
+    # estimate
     per_photon = xyz_bar(bench.WAVELENGTH) / bench.WAVELENGTH * 200
     specs = [
         {"name": c, "charge": k, "top_e": 1e12, "read": 0.0, "qe": per_photon[k : k + 1]}
@@ -142,7 +147,9 @@ def test_linear_and_merge_reduce_to_ideal_without_noise(bench):
 
 
 def test_white_pixels_are_used_and_lower_the_noise(bench):
-    """Through the same optics an RGBW sensor must have less noise in Y at low light than one that ignores W."""
+    """Through the same optics an RGBW sensor must have less noise in Y at low light than one that
+    ignores W.
+    """
     grey = 0.05 * light("daylight", bench.WAVELENGTH)
     rgbw = LinearIsp(design_snr=5.0)(
         bench.make(

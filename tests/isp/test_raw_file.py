@@ -18,7 +18,9 @@ TYPES = {1: "B", 2: "s", 3: "H", 4: "I", 5: "II", 10: "ii", 12: "d"}
 
 
 def tiff(path):
-    """Return {tag: value} and the samples (y, x) of an uncompressed TIFF of 16 bits, read by the format's own rules (TIFF 6.0)."""
+    """Return {tag: value} and the samples (y, x) of an uncompressed TIFF of 16 bits, read by the
+    format's own rules (TIFF 6.0).
+    """
     data = path.read_bytes()
     assert data[:4] == b"II*\0"
     [start] = struct.unpack_from("<I", data, 4)

@@ -1,4 +1,6 @@
-"""Shading: a uniform scene through every kind of relative illumination, over the light's attributes, is flat and at its own level."""
+"""Shading: a uniform scene through every kind of relative illumination, over the light's
+attributes, is flat and at its own level.
+"""
 
 from dataclasses import replace
 
@@ -29,8 +31,9 @@ LENSES = {
         {"wavefront": "none", "lateral_colour": "none", "falloff": TABLE},
     ),
 }
-# float32; with distortion tiles that straddle the curve, as the lens states; diffraction towards the dark beyond the scene, 0.1 % eight
-# tiles from it; magnification that differs from colour to colour, as the ledger states
+# float32; with distortion tiles that straddle the curve, as the lens states; diffraction towards
+# the dark beyond the scene, 0.1 % eight tiles from it; magnification that differs from colour to
+# colour, as the ledger states
 WORST = {
     "none": 1e-6,
     "cos4": 1e-6,

@@ -1,4 +1,6 @@
-"""Sensor and isp together: a uniform grey comes back in cd/m2 through every sensor, over nine decades."""
+"""Sensor and isp together: a uniform grey comes back in cd/m2 through every sensor, over nine
+decades.
+"""
 
 import numpy as np
 import pytest
@@ -14,7 +16,9 @@ FOCAL_MM = 4.0
 
 
 def irradiance(level, shape=(40, 40), tile_um=1.0, pitch_um=3.0):
-    """Return the irradiance of a uniform daylight grey of `level` cd/m2 behind a cos^4 lens at f/4."""
+    """Return the irradiance of a uniform daylight grey of `level` cd/m2 behind a cos^4 lens at
+    f/4.
+    """
     ny, nx = (round(n * pitch_um / tile_um) for n in shape)
     x, y = centres(nx, nx * tile_um * 1e-6), centres(ny, ny * tile_um * 1e-6)
     fall = cos4_falloff(x[None], y[:, None], FOCAL_MM * 1e-3)
@@ -59,7 +63,8 @@ def test_split_pixel_is_unbiased_and_its_variance_is_right(level):
     )
     y, variance = picture.xyz.values[2:-2, 2:-2, 1], picture.variance.values[2:-2, 2:-2, 1]
     assert picture.valid.values.all()
-    # 13 456 pixels, neighbours alike: one standard error is 2.7 times that of independent pixels; 4 of them
+    # 13 456 pixels, neighbours alike: one standard error is 2.7 times that of independent pixels; 4
+    # of them
     assert abs(y.mean() - level) < 4 * 2.7 * y.std() / np.sqrt(y.size) + 1e-3 * level
     assert variance.mean() == pytest.approx(y.var(), rel=0.1)  # 13 456 dependent pixels: 3 %
     if level == 1000.0:

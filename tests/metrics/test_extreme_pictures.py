@@ -1,4 +1,6 @@
-"""Extreme pictures: black, saturated, without valid pixels, without noise, without a known variance; every metric."""
+"""Extreme pictures: black, saturated, without valid pixels, without noise, without a known
+variance; every metric.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""Metrics: perfect pictures, known offsets in closed form, shot noise, objects, intervals, bad input."""
+"""Metrics: perfect pictures, known offsets in closed form, shot noise, objects, intervals, bad
+input.
+"""
 
 import numpy as np
 import pytest
@@ -53,7 +55,9 @@ def labels(instance, names=("road", "person", "cyclist")):
 
 
 def scene():
-    """Return (luminance, labels): a road of 0.5 to 2 cd/m2, a person of twice the road, a cyclist of a quarter, a lamp."""
+    """Return (luminance, labels): a road of 0.5 to 2 cd/m2, a person of twice the road, a cyclist
+    of a quarter, a lamp.
+    """
     rng = np.random.default_rng(0)
     y = np.geomspace(0.5, 2, NX) * np.exp(0.05 * rng.normal(size=(NY, NX)))
     instance = np.ones((NY, NX))
@@ -94,7 +98,9 @@ def test_log_error_of_a_constant_factor_is_its_logarithm():
 
 
 def test_a_saturated_pixel_counts_as_what_the_picture_shows():
-    """Log error: the luminance that the picture gives it. Colour difference: the white that a display shows."""
+    """Log error: the luminance that the picture gives it. Colour difference: the white that a
+    display shows.
+    """
     y = np.full((NY, NX), 10.0)
     valid = np.ones_like(y, bool)
     valid[:, : NX // 4] = False
@@ -138,7 +144,8 @@ def test_shares_of_valid_and_saturated_pixels_are_counted_per_region():
         "saturated_share", ""
     ].value == pytest.approx(15 / 48)
     assert person["valid_share", "person"].value == 0.75 == person["valid_share", "person"].low
-    # one capture of two holds the upper rows: only five are saturated in both, the demosaic lost the others
+    # one capture of two holds the upper rows: only five are saturated in both, the demosaic lost
+    # the others
     captures = xr.Dataset(
         {
             "saturated": (
@@ -157,7 +164,9 @@ def test_shares_of_valid_and_saturated_pixels_are_counted_per_region():
 
 
 def test_colour_difference_of_a_grey_step_is_the_closed_form():
-    """Greys differ in L* only: dE00 = dL / S_L with S_L of the mean lightness (Sharma 2005, equation 15)."""
+    """Greys differ in L* only: dE00 = dL / S_L with S_L of the mean lightness (Sharma 2005,
+    equation 15).
+    """
     l1, l2 = 50.0, 52.0
     y1, y2 = (100 * ((v + 16) / 116) ** 3 for v in (l1, l2))
     s_l = 1 + 0.015 * (51 - 50) ** 2 / np.sqrt(20 + (51 - 50) ** 2)
@@ -197,7 +206,8 @@ def test_ssim_falls_with_noise_and_uses_one_white():
         for sd in (0.01, 0.1, 0.5)
     ]
     assert 1 > values[0] > values[1] > values[2] > -1
-    # a picture at half the level is not the same picture: the white comes from the truth, never from the picture
+    # a picture at half the level is not the same picture: the white comes from the truth, never
+    # from the picture
     assert Ssim()(picture(y / 2), picture(y))[0].value < 0.995
     with pytest.raises(UnitError, match="at least 11"):
         Ssim()(picture(np.ones((8, 20))), picture(np.ones((8, 20))))
@@ -286,7 +296,8 @@ def test_dynamic_range_of_read_and_shot_noise_is_the_closed_form():
     assert found["dynamic_range_bottom", ""].value == pytest.approx(bottom, rel=1e-6)
     total = found["dynamic_range", ""]
     assert total.value == pytest.approx(20 * np.log10(top / bottom), abs=1e-5)
-    # the line is exact, so what is left is the noise of the brightest pixel: 1.96 deviations of it in dB, and rounding of the fit
+    # the line is exact, so what is left is the noise of the brightest pixel: 1.96 deviations of it
+    # in dB, and rounding of the fit
     half = 1.96 * 20 / np.log(10) * np.sqrt(a + b * top) / top
     assert total.high - total.value == pytest.approx(
         half, rel=1e-3
@@ -388,7 +399,9 @@ def test_metrics_ask_for_the_labels_they_read_and_no_more(cls):
     "metric", [ContrastDetection(), DynamicRange(), SnrCurve(), MeanLuminance(), ObjectContrast()]
 )
 def test_fixed_pattern_counts_like_temporal_noise(metric):
-    """Half of the variance in either part gives the scores of all of it in one; of shot noise there is none here."""
+    """Half of the variance in either part gives the scores of all of it in one; of shot noise there
+    is none here.
+    """
     y, table = scene()
     both = picture(y, 0.02)
     both["variance"] *= 0.5

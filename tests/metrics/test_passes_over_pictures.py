@@ -1,4 +1,6 @@
-"""What goes over a whole picture in pieces or in fewer steps gives what the plain way gives, to rounding."""
+"""What goes over a whole picture in pieces or in fewer steps gives what the plain way gives, to
+rounding.
+"""
 
 import numpy as np
 import pytest
@@ -29,7 +31,8 @@ def test_similarity_is_that_of_another_programme():
     assert np.ptp(expected) > 0.3
     # float64: rounding of squares of 255 over the smallest constant, 6.5, a few dozen times
     assert np.abs(similarity(*pair, 255.0) - expected).max() < 1e-11
-    # float32: squares of half the range, each of ten sums rounded by 2^-24 of them at most, twice over the constant 58.5
+    # float32: squares of half the range, each of ten sums rounded by 2^-24 of them at most, twice
+    # over the constant 58.5
     assert (
         np.abs(similarity(*(p.astype(np.float32) for p in pair), 255.0) - expected).max()
         < 2 * 10 * 2 * 127.5**2 * 2**-24 / 58.5

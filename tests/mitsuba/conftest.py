@@ -75,7 +75,9 @@ def describe(parts_at, camera=None, sky=None, materials=()):
 
 
 def street(boxes=12, seed=3):
-    """A street at night: ground, boxes, two street lamps, a car's head lamps and tail lamps, a dim sky."""
+    """A street at night: ground, boxes, two street lamps, a car's head lamps and tail lamps, a dim
+    sky.
+    """
     nm = np.arange(360.0, 831.0, 5)
     bell = lambda c, s: np.exp(-0.5 * ((nm - c) / s) ** 2)
     table = lambda v: Spectrum(tuple(nm), tuple(v))
@@ -146,10 +148,11 @@ def street(boxes=12, seed=3):
 
 
 def mitsubas_own(scene, settings, view, lamps, group, bands_nm, bands_a_film=4):
-    """The independent way: Mitsuba's own `path` and `specfilm`, the emitter plugin for lamps, the group's lamps alone.
+    """The independent way: Mitsuba's own `path` and `specfilm`, the emitter plugin for lamps, the
+    group's lamps alone.
 
-    Returns a function of seed and samples: pictures (band, y, x) without the lamps seen directly. With four bands a film
-    no noise comes from the choice of wavelength.
+    Returns a function of seed and samples: pictures (band, y, x) without the lamps seen directly.
+    With four bands a film no noise comes from the choice of wavelength.
     """
     import mitsuba as mi
     from isethdr_mitsuba.lamps.beam_lamp import beam_lamp, film, sensor

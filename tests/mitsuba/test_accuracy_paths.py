@@ -1,4 +1,6 @@
-"""What the study of accuracy takes from the renderer: the same renderings as by themselves, lamps known, noise that falls."""
+"""What the study of accuracy takes from the renderer: the same renderings as by themselves, lamps
+known, noise that falls.
+"""
 
 from dataclasses import replace
 

@@ -20,7 +20,8 @@ def test_a_variant_that_aborts_is_found_out_in_a_child(monkeypatch, tmp_path):
     monkeypatch.setattr(
         doctor,
         "PROBE",
-        "import os, sys\nif 'llvm' in sys.argv[1]: os.abort()\nif 'cuda' in sys.argv[1]: sys.exit('no card')",
+        "import os, sys\nif 'llvm' in sys.argv[1]: os.abort()\nif 'cuda' in sys.argv[1]:"
+        " sys.exit('no card')",
     )
     doctor.doctor.cache_clear()
     try:
@@ -67,15 +68,18 @@ def test_importing_the_plugin_imports_nothing_heavy():
     import subprocess
     import sys
 
-    code = "import sys, isethdr_mitsuba; assert not {'mitsuba', 'drjit', 'xarray', 'scipy', 'numpy'} & set(sys.modules), sorted(sys.modules)"
+    code = (
+        "import sys, isethdr_mitsuba; assert not {'mitsuba', 'drjit', 'xarray', 'scipy', 'numpy'} &"
+        " set(sys.modules), sorted(sys.modules)"
+    )
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_the_renderer_names_its_compiler_where_it_rendered():
     """Recorded with each scene: the last bits depend on it."""
     code = (
-        "from isethdr_mitsuba.renderer import MitsubaRenderer as R; print(R().kernels()); import mitsuba as mi;"
-        "mi.set_variant('scalar_spectral'); print(R().kernels())"
+        "from isethdr_mitsuba.renderer import MitsubaRenderer as R; print(R().kernels()); import"
+        " mitsuba as mi;mi.set_variant('scalar_spectral'); print(R().kernels())"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split("\n")[:2] == ["{}", "{'mitsuba': 'scalar_spectral'}"]

@@ -1,4 +1,6 @@
-"""Paths until the noise is low enough: by made-up passes of known noise, and by a picture against a long one."""
+"""Paths until the noise is low enough: by made-up passes of known noise, and by a picture against a
+long one.
+"""
 
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -20,7 +22,9 @@ SHAPE, BANDS = (24, 32), np.array([500.0, 550.0, 600.0])
 
 
 def made_up(spreads, asked):
-    """A pass of known light and noise: per path and tile, light 1 with relative standard deviation `spreads[group]`."""
+    """A pass of known light and noise: per path and tile, light 1 with relative standard deviation
+    `spreads[group]`.
+    """
 
     def one_pass(seed, samples, wanted):
         asked.append((samples, tuple(wanted)))
@@ -40,13 +44,15 @@ def test_each_group_goes_on_until_its_noise_is_allowed():
     settings = SimpleNamespace(samples=32, error_allowed=0.1, most_samples=10_000, seed=1)
     found = estimate(made_up(spreads, asked), settings, ("sky", "near", "far"), BANDS, SHAPE)
     assert (found.noise <= 0.1).all() and found.samples[0] == 32
-    # paths needed: (spread / 0.1)^2 = 225 and 1600; a last step may overshoot by a tenth, and four passes know their noise to as much
+    # paths needed: (spread / 0.1)^2 = 225 and 1600; a last step may overshoot by a tenth, and four
+    # passes know their noise to as much
     assert found.samples[1] == pytest.approx(225, rel=0.35) and found.samples[2] == pytest.approx(
         1600, rel=0.35
     )
     error = np.abs(found.radiance[:, 1] - 1).reshape(3, -1)
     assert (np.median(error, 1) < 0.1).all()
-    # standard errors are told apart from what they estimate: the median deviation of a normal is 0.6745 of one
+    # standard errors are told apart from what they estimate: the median deviation of a normal is
+    # 0.6745 of one
     np.testing.assert_allclose(np.median(error, 1) / 0.6745, found.noise, rtol=0.2)
     # a group that is there is rendered no further
     assert asked[-1][1] == (2,)
@@ -54,7 +60,9 @@ def test_each_group_goes_on_until_its_noise_is_allowed():
 
 @pytest.mark.parametrize("spread, samples", [(4.0, 16), (8.0, 16), (8.0, 64)])
 def test_light_that_few_paths_meet_has_its_noise_stated(spread, samples):
-    """Four passes meet much of such light in few tiles: the spread of each tile's own would say 1.24 to 1.32 times too little."""
+    """Four passes meet much of such light in few tiles: the spread of each tile's own would say
+    1.24 to 1.32 times too little.
+    """
     off, stated = [], []
     for seed in range(8):
         found = estimate(
@@ -66,7 +74,8 @@ def test_light_that_few_paths_meet_has_its_noise_stated(spread, samples):
         )
         off.append(np.median(np.abs(found.radiance[0, 1] - 1)) / 0.6745)
         stated.append(found.noise[0])
-    # medians of 768 tiles, eight times: each known to 2 %; measured 0.89 to 0.97, as halves are more skew than the whole
+    # medians of 768 tiles, eight times: each known to 2 %; measured 0.89 to 0.97, as halves are
+    # more skew than the whole
     assert 0.8 < np.mean(off) / np.mean(stated) < 1.1
 
 
@@ -165,7 +174,9 @@ def test_a_group_that_cannot_get_there_is_given_up_and_said_so(make, capsys):
 
 
 def test_known_paths_are_not_followed_again_and_count(make):
-    """Made-up passes: what is asked for beside 200 known paths, and what is said of all of them together."""
+    """Made-up passes: what is asked for beside 200 known paths, and what is said of all of them
+    together.
+    """
     spreads, asked = (0.1, 1.5, 4.0), []
     settings = SimpleNamespace(samples=32, error_allowed=0.1, most_samples=10_000, seed=1)
     known = {"near": Known(200, 1.5 / np.sqrt(200), 200), "far": Known(800, 4 / np.sqrt(800), 1000)}
@@ -173,7 +184,8 @@ def test_known_paths_are_not_followed_again_and_count(make):
         made_up(spreads, asked), settings, ("sky", "near", "far"), BANDS, SHAPE, known=known
     )
     assert list(found.first) == [0, 200, 1000] and found.samples[0] == 32
-    # 25 and 800 more; the last step may overshoot by a tenth, and few passes know their noise to as much
+    # 25 and 800 more; the last step may overshoot by a tenth, and few passes know their noise to as
+    # much
     assert found.samples[1] < 80 and found.samples[2] == pytest.approx(800, rel=0.35)
     assert (found.whole_noise <= 0.1).all()
     own = spreads[2] / np.sqrt(found.samples[2])
@@ -189,7 +201,9 @@ def test_known_paths_are_not_followed_again_and_count(make):
 
 
 def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
-    """A street through the store: a coarse demand, a finer one, and both together against a rendering of other paths."""
+    """A street through the store: a coarse demand, a finer one, and both together against a
+    rendering of other paths.
+    """
     from isethdr_core.demand import Demand
     from isethdr_core.pipeline.chain import Chain
     from isethdr_core.runs.radiance_cache import scene_radiance
@@ -239,7 +253,8 @@ def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
         and len(list((isethdr_home / "scenes").glob("*.zarr"))) == 2
         and np.array_equal(again.radiance.values, fine.radiance.values)
     )
-    # as a rendering of as many paths all at once: the median of tiles, 1.25 / sqrt(tiles) of their noise
+    # as a rendering of as many paths all at once: the median of tiles, 1.25 / sqrt(tiles) of their
+    # noise
     once = MitsubaRenderer(
         width=24, height=14, margin=0.0, step_nm=100.0, max_depth=3, seed=2, samples=4 * both
     )(make.street(2), Demand(groups=("streetlights",)))
@@ -250,7 +265,9 @@ def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
 
 @pytest.mark.slow
 def test_the_true_error_is_below_the_allowed_one(make):
-    """At 96 x 54, against a picture of many more paths with other seeds, in the unit of the renderer's own estimate."""
+    """At 96 x 54, against a picture of many more paths with other seeds, in the unit of the
+    renderer's own estimate.
+    """
     scene, settings = make.street(6), {"width": 96, "height": 54, "margin": 0.0, "step_nm": 100.0}
     ds = MitsubaRenderer(**settings, samples=16, error_allowed=0.05, seed=1)(scene)
     long = MitsubaRenderer(**settings, samples=1536, seed=2)(scene)

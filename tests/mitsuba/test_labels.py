@@ -16,7 +16,9 @@ ALL = Demand(labels=frozenset(LABELS))
 
 @pytest.fixture(scope="module")
 def boxes(make):
-    """Two unit boxes 10 m and 20 m ahead, the nearer one left of the axis and in front of half of the farther one."""
+    """Two unit boxes 10 m and 20 m ahead, the nearer one left of the axis and in front of half of
+    the farther one.
+    """
     parts = (make.part(make.cube),)
     scene = make.describe(
         [("near", "car", parts, make.pose(11, 1)), ("far", "person", parts, make.pose(21, 0))],

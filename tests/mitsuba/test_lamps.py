@@ -57,14 +57,17 @@ def flux(ds):
 
 @pytest.mark.parametrize("half_m", [1e-4, 0.01, 0.1, 0.7])
 def test_a_lamp_of_any_size_keeps_its_flux(make, half_m):
-    """A facing square at depth d covers (2 h / d)^2 in tangents, from a millionth of a tile to many tiles."""
+    """A facing square at depth d covers (2 h / d)^2 in tangents, from a millionth of a tile to many
+    tiles.
+    """
     scene = one_lamp(
         make,
         facing(make, half_m, half_m, 20.0),
         make.camera((0, 0, 0), (1, 0.013, -0.007), 20.0, 1.0),
     )
     ds = MitsubaRenderer(width=32, height=32, **RENDER)(scene)
-    # the camera looks 0.8 degrees past the lamp: solid angle by tangents is that of the square seen on the tilted plane
+    # the camera looks 0.8 degrees past the lamp: solid angle by tangents is that of the square seen
+    # on the tilted plane
     corner = np.array(
         [
             [20.0, y, z]
@@ -79,7 +82,8 @@ def test_a_lamp_of_any_size_keeps_its_flux(make, half_m):
         corner @ np.cross(forward, right) / (corner @ forward),
     )
     area = abs(np.dot(px, np.roll(py, 1)) - np.dot(py, np.roll(px, 1))) / 2
-    # the cube is stored in float32, and the bands see V with 10 nm steps where the lamp is weighed with 1 nm ones: 1e-4
+    # the cube is stored in float32, and the bands see V with 10 nm steps where the lamp is weighed
+    # with 1 nm ones: 1e-4
     assert flux(ds) == pytest.approx(800 / (2 * half_m) ** 2 * area, rel=3e-4)
 
 
@@ -134,7 +138,9 @@ def test_a_lamp_that_faces_away_or_stands_behind_is_not_seen(make):
 
 @pytest.mark.parametrize("angle_deg", [0.0, 5.0, 12.0, 20.0, 28.0, 31.0, 60.0])
 def test_beam_pattern_against_its_formula(make, angle_deg):
-    """Luminance of a lamp seen at an angle from its axis: smoothstep of the cosine plus the Lambertian floor."""
+    """Luminance of a lamp seen at an angle from its axis: smoothstep of the cosine plus the
+    Lambertian floor.
+    """
     fields = {"inner_deg": 10.0, "outer_deg": 30.0, "lambertian_share": 0.02}
     scene = one_lamp(
         make,

@@ -1,4 +1,6 @@
-"""How the paths of a pass are drawn and shared out: the same light, whatever lanes, shares and places do it."""
+"""How the paths of a pass are drawn and shared out: the same light, whatever lanes, shares and
+places do it.
+"""
 
 import numpy as np
 import pytest
@@ -28,7 +30,9 @@ def picture(one_pass, groups, bands, seed, samples, wanted=None):
 
 @pytest.mark.parametrize("samples", [1, 7, 130, 259, 1000])
 def test_every_path_counts_once(make, samples):
-    """A white ball below an even sky looks like the sky, path by path: no path may be lost or counted twice, however they share rays and lanes."""
+    """A white ball below an even sky looks like the sky, path by path: no path may be lost or
+    counted twice, however they share rays and lanes.
+    """
     sky, white = (
         make.spectrum((390.0, 740.0), (1.0, 1.0)),
         make.material("white", reflectance=make.flat(1.0)),
@@ -45,7 +49,9 @@ def test_every_path_counts_once(make, samples):
 
 
 def test_a_coloured_ball_below_a_coloured_sky(make):
-    """A convex body sees nothing but the sky: its light is the mean over a band of sky times reflectance, of slopes that a mean of each would miss."""
+    """A convex body sees nothing but the sky: its light is the mean over a band of sky times
+    reflectance, of slopes that a mean of each would miss.
+    """
     sky = make.spectrum((345.0, 445.0, 545.0, 645.0, 745.0), (0.1, 1.0, 0.2, 0.9, 0.3))
     colour = make.spectrum((345.0, 400.0, 500.0, 610.0, 745.0), (0.9, 0.1, 0.8, 0.2, 1.0))
     mesh = sphere(12, False)
@@ -67,13 +73,16 @@ def test_a_coloured_ball_below_a_coloured_sky(make):
     apart = np.array(
         [np.mean(sky.at(nm + fine)) * np.mean(colour.at(nm + fine)) for nm in settings.bands_nm()]
     )
-    # 200 places a band, each visited 30 +- 1 times a tile; light of 36 tiles. The middle of the ball fills the picture
+    # 200 places a band, each visited 30 +- 1 times a tile; light of 36 tiles. The middle of the
+    # ball fills the picture
     np.testing.assert_allclose(found.mean(1), truth, rtol=2e-4)
     assert np.abs(apart / truth - 1).max() > 0.05
 
 
 def test_lanes_and_shared_rays_give_the_light_of_paths_alone(make, monkeypatch):
-    """Sixteen lanes a tile and four paths a camera ray, against one path after the other, each on a ray of its own."""
+    """Sixteen lanes a tile and four paths a camera ray, against one path after the other, each on a
+    ray of its own.
+    """
     from isethdr_mitsuba.paths import integrator
 
     scene, settings, repeats = (
@@ -100,7 +109,8 @@ def test_lanes_and_shared_rays_give_the_light_of_paths_alone(make, monkeypatch):
     z = (a.mean(0) - b.mean(0))[lit] / np.maximum(error, 1e-5 * a.mean(0))[
         lit
     ]  # 1e-5: float32 sums
-    # Student's t with 14 degrees of freedom, 1.08 wide, of 35 blocks: no block beyond 5, and no bias of all of them
+    # Student's t with 14 degrees of freedom, 1.08 wide, of 35 blocks: no block beyond 5, and no
+    # bias of all of them
     assert lit.sum() > 30 and np.abs(z).max() < 5 and abs(z.mean()) < 4 / np.sqrt(len(z))
 
 
@@ -119,7 +129,9 @@ def test_a_group_alone_is_the_same_with_lanes_and_shared_rays(make, samples):
 
 @pytest.mark.parametrize("samples", [64, 512])
 def test_first_directions_are_spread_evenly(make, samples):
-    """A wall that a black one at right angles hides half of the sky from: half of the paths find it, where each chose for itself as a coin would fall."""
+    """A wall that a black one at right angles hides half of the sky from: half of the paths find
+    it, where each chose for itself as a coin would fall.
+    """
     behind = lambda mesh: (mesh[0], mesh[1][:, ::-1])
     wall, black = make.part(behind(make.quad(9.0, 9.0, 5.0))), make.quad(1e4, 1e4)
     side = make.part((black[0][:, [1, 0, 2]] + [5.0 - 1e4, -6.0, 0], black[1]), "black")
@@ -141,7 +153,9 @@ def test_first_directions_are_spread_evenly(make, samples):
 
 
 def test_all_places_together_are_the_mean_of_a_band():
-    """Tables of any shape between whole nanometres, bands that begin at whole and half ones, any offset: the trapezoid rule to rounding."""
+    """Tables of any shape between whole nanometres, bands that begin at whole and half ones, any
+    offset: the trapezoid rule to rounding.
+    """
     from isethdr_mitsuba.paths.spectra import SPECTRUM_NM, BandTable
 
     rows = np.random.default_rng(1).random((3, len(SPECTRUM_NM)))
@@ -180,12 +194,15 @@ def test_bands_that_begin_anywhere_are_right_on_average():
     row = 1 + np.sin(SPECTRUM_NM)
     table, fine = BandTable([row], [503.21], 7.3), np.linspace(-3.65, 3.65, 200_001)
     mean = np.mean([table.at((k + 0.5) / 64).mean(0)[0, 0] for k in range(64)])
-    # 64 x 30 midpoints over 7.3 nm of straight pieces: 1 / (24 x 1920^2) of the change of slope, and the dense sum
+    # 64 x 30 midpoints over 7.3 nm of straight pieces: 1 / (24 x 1920^2) of the change of slope,
+    # and the dense sum
     assert mean == pytest.approx(np.interp(503.21 + fine, SPECTRUM_NM, row).mean(), rel=1e-5)
 
 
 def test_tiles_have_offsets_of_their_own():
-    """Neighbours must not see the same wavelengths: the mean over many tiles scatters from pass to pass as independent numbers do."""
+    """Neighbours must not see the same wavelengths: the mean over many tiles scatters from pass to
+    pass as independent numbers do.
+    """
     import mitsuba as mi
     from isethdr_mitsuba.paths.camera_rays import offsets
 
@@ -203,6 +220,7 @@ def test_tiles_have_offsets_of_their_own():
         ],
         1,
     )
-    # even numbers vary by 1 / 12; a variance of 400 means is known to 7 %, 5 times that is allowed; the mean of all, to 5 standard errors
+    # even numbers vary by 1 / 12; a variance of 400 means is known to 7 %, 5 times that is allowed;
+    # the mean of all, to 5 standard errors
     np.testing.assert_allclose(means.var(0, ddof=1) * 12 * tiles, 1, atol=0.35)
     np.testing.assert_allclose(means.mean(0), 0.5, atol=5 / np.sqrt(12 * tiles * passes))

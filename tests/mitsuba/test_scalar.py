@@ -1,4 +1,6 @@
-"""The way without a compiler: lamps as spots against their formula, and its pictures against the compiled ones."""
+"""The way without a compiler: lamps as spots against their formula, and its pictures against the
+compiled ones.
+"""
 
 import numpy as np
 import pytest
@@ -44,7 +46,9 @@ def towards(angle_deg):
 
 @pytest.mark.parametrize(("inner", "outer"), [(0.9, 1.6), (10.0, 30.0), (55.0, 80.0), (90.0, 90.0)])
 def test_spots_have_the_candela_of_the_lamp(make, inner, outer):
-    """A flat lamp has candela I cos (beam + floor) / (1 + floor) at every angle from its axis, spots or not."""
+    """A flat lamp has candela I cos (beam + floor) / (1 + floor) at every angle from its axis,
+    spots or not.
+    """
     (placed,) = lamps = placed_lamps(
         one_lamp(make, make.quad(0.4, 0.25), inner_deg=inner, outer_deg=outer)
     )
@@ -64,7 +68,8 @@ def test_spots_have_the_candela_of_the_lamp(make, inner, outer):
         / (1 + placed.floor)
         * np.maximum(cosine, 0)
     )
-    # the nearest of 128 texels across: the beam may fall by 1.5 / 14 from one texel to the next where it is steepest
+    # the nearest of 128 texels across: the beam may fall by 1.5 / 14 from one texel to the next
+    # where it is steepest
     np.testing.assert_allclose(found, wanted, rtol=0.02, atol=0.06 * 800 if outer < 90 else 1e-9)
     # and the flux, which texels cannot shift: solid angle x candela on rings
     rings = (np.arange(20000) + 0.5) / 20000 * 90
@@ -107,7 +112,8 @@ def test_spots_of_a_curved_lamp_add_up_to_its_faces(make):
         / 2
     )
     wanted = lamps[0].peak_cd_m2 * np.maximum(towards(angle) @ area.T, 0).sum(1)
-    # texels of 0.18 in tangents, at 40 degrees 6 degrees wide, over which the candela fall by 9 %: half of that
+    # texels of 0.18 in tangents, at 40 degrees 6 degrees wide, over which the candela fall by 9 %:
+    # half of that
     np.testing.assert_allclose(
         sum(s.candela(towards(angle)) for s in spots(lamps)), wanted, rtol=0.05
     )
@@ -115,7 +121,9 @@ def test_spots_of_a_curved_lamp_add_up_to_its_faces(make):
 
 @pytest.mark.parametrize("angle_deg", [15.0, 60.0])
 def test_a_wall_is_lit_by_the_candela(make, angle_deg):
-    """Rendered: the luminance of a wall 20 m away, as by the compiled way, whose inverse square law has its own test."""
+    """Rendered: the luminance of a wall 20 m away, as by the compiled way, whose inverse square law
+    has its own test.
+    """
     lamp = make.lamp("drl", "headlights", 500.0, make.flat(1.0), (1, 0, 0), 10.0, 30.0, 0.02)
     # the lamp turns, the wall and the camera stand
     scene = make.describe(
@@ -150,7 +158,8 @@ def test_a_wall_is_lit_by_the_candela(make, angle_deg):
     fast = luminance(
         MitsubaRenderer(**settings)(scene).radiance.values[0], np.arange(400.0, 701, 100)
     ).mean()
-    # beam and floor are two spots, one of which is looked for at a time: 4096 paths know their sum to 0.5 %; texels 0.5 %
+    # beam and floor are two spots, one of which is looked for at a time: 4096 paths know their sum
+    # to 0.5 %; texels 0.5 %
     assert fast > 0 and slow == pytest.approx(fast, rel=0.02)
 
 
@@ -158,7 +167,8 @@ def test_a_mirror_shows_the_lamp_itself(make):
     """No spot can be seen in a mirror; the lamp's own faces can."""
     lamp = make.lamp("drl", "headlights", 500.0, make.flat(1.0), (1, 0, 0), 40.0, 60.0, 0.02)
     wall = make.quad(3.0, 3.0)[0], make.quad(3.0, 3.0)[1][:, ::-1]
-    # the camera looks along +x at a mirror that faces it; the lamp behind the camera shines towards the mirror
+    # the camera looks along +x at a mirror that faces it; the lamp behind the camera shines towards
+    # the mirror
     scene = make.describe(
         [
             ("mirror", "chart", (make.part(wall, "mirror"),), make.pose(4.0)),
@@ -205,7 +215,8 @@ def test_the_scalar_way_renders_the_same_scene(make):
     assert (slow.instance.values != fast.instance.values).sum() <= 1
     for group, tolerance in (("sky", 0.02), ("streetlights", 0.05)):
         a, b = (ds.radiance.sel(light_group=group).mean("wavelength").values for ds in (slow, fast))
-        # 256 paths a tile leave some per cent of noise per tile; the median over tiles has a tenth of that
+        # 256 paths a tile leave some per cent of noise per tile; the median over tiles has a tenth
+        # of that
         lit = b > 0.01 * b.mean()
         assert np.median(a[lit] / b[lit]) == pytest.approx(1, abs=tolerance)
         assert a.mean() == pytest.approx(b.mean(), rel=2 * tolerance)
@@ -293,11 +304,14 @@ def test_agrees_with_the_compiled_way(make, group):
     a, b = blocks["scalar"], blocks["llvm"]
     lit = b.mean(0) > 1e-3 * b.mean()
     z = (a.mean(0) - b.mean(0))[lit] / np.sqrt((a.var(0, ddof=1) + b.var(0, ddof=1))[lit] / 8)
-    # Student's t of 14 degrees of freedom; a lamp's extent and texels move a block by half a per cent, up to a standard error
+    # Student's t of 14 degrees of freedom; a lamp's extent and texels move a block by half a per
+    # cent, up to a standard error
     assert abs(np.mean(z)) < 4 / np.sqrt(len(z)) and np.abs(z).max() < 5
 
 
 def light(ds):
-    """Luminance of the reflected light: the tiles where a lamp is seen directly hold both, and drown the rest."""
+    """Luminance of the reflected light: the tiles where a lamp is seen directly hold both, and
+    drown the rest.
+    """
     found = luminance(ds.radiance.values[0].astype(float), ds.wavelength.values)
     return np.where(found < 100 * np.median(found[found > 0]), found, 0)

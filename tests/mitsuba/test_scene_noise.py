@@ -1,4 +1,6 @@
-"""The noise that the renderer states tile by tile, carried to electrons, against renderings with other random numbers."""
+"""The noise that the renderer states tile by tile, carried to electrons, against renderings with
+other random numbers.
+"""
 
 from types import SimpleNamespace
 
@@ -22,7 +24,9 @@ SEEDS = 12
 @pytest.mark.slow
 @pytest.mark.parametrize("pitch_um", [3.0, 7.0])
 def test_electrons_are_as_far_off_as_one_rendering_says(make, pitch_um):
-    """64 x 36 tiles, half a tile and more than a tile per pixel: sodium and white lamps, red tail lamps."""
+    """64 x 36 tiles, half a tile and more than a tile per pixel: sodium and white lamps, red tail
+    lamps.
+    """
     description, expected, said = make.street(8), [], []
     for seed in range(SEEDS):
         scene = MitsubaRenderer(width=64, height=36, samples=16, step_nm=30.0, seed=seed)(
@@ -53,7 +57,9 @@ def test_electrons_are_as_far_off_as_one_rendering_says(make, pitch_um):
 
 @pytest.mark.slow
 def test_scores_are_as_far_off_as_one_rendering_says(make):
-    """24 renderings of 48 x 27 tiles with 96 paths against one of 4096: what each states of its scores, and by how much they are off."""
+    """24 renderings of 48 x 27 tiles with 96 paths against one of 4096: what each states of its
+    scores, and by how much they are off.
+    """
     description, scores, said = make.street(8), {}, {}
     metrics = [
         build("metric", name)
@@ -66,7 +72,8 @@ def test_scores_are_as_far_off_as_one_rendering_says(make):
             "contrast_detection",
         )
     ]
-    # three bins around 2 cd/m2 have twice the pixels that a score needs: no change of the scene loses one
+    # three bins around 2 cd/m2 have twice the pixels that a score needs: no change of the scene
+    # loses one
     metrics.append(build("metric", "snr_curve", luminances_cd_m2=(2.0,)))
     sensor, isp = build("sensor", "bayer", pitch_um=3.0), build("isp", "linear")
     again = lambda changed: isp(sensor(changed, hdr.generator(seed=0)))
@@ -108,7 +115,8 @@ def test_scores_are_as_far_off_as_one_rendering_says(make):
         off = np.sqrt(np.mean((np.array(scores[name][:-1]) - scores[name][-1]) ** 2))
         stated = np.sqrt(np.mean(np.square(said[name][:-1])))
         print(name, "off", off, "stated", stated, stated / off)
-        # asked: right within 1.5; the rms of 24 is known to a seventh, and 32 left the largest at 1.42
+        # asked: right within 1.5; the rms of 24 is known to a seventh, and 32 left the largest at
+        # 1.42
         assert 1 / 1.6 < stated / off < 1.6
 
 
@@ -127,7 +135,9 @@ def test_every_group_states_its_noise_and_darkness_none(make):
 
 
 def test_a_tile_that_met_no_rare_light_is_not_taken_for_quiet():
-    """One path in 60 meets light 30 times the rest: of 16 paths three tiles of four meet none. Level and its steps are those of a picture."""
+    """One path in 60 meets light 30 times the rest: of 16 paths three tiles of four meet none.
+    Level and its steps are those of a picture.
+    """
     from isethdr_mitsuba.paths.passes import estimate
 
     shape, bands, met = (24, 32), np.array([550.0]), 1 / 60
@@ -153,10 +163,12 @@ def test_a_tile_that_met_no_rare_light_is_not_taken_for_quiet():
     ]
     stated = np.array([e.xyz_noise[0, 1] for e in found]) / xyz_weights(bands)[1, 0]
     true = level * np.sqrt((1 + 30**2 * met) / 16)
-    # 25 tiles of 16 paths meet it 7 times: a variance known to 40 %, its root to 20 %; light of nine tiles, to as much
+    # 25 tiles of 16 paths meet it 7 times: a variance known to 40 %, its root to 20 %; light of
+    # nine tiles, to as much
     assert 1 / 1.5 < np.median(stated / true) < 1.5
     z = (np.array([e.radiance[0, 0] for e in found]) - level * (1 + 30 * met)) / stated
-    # within two standard errors 95 % of a normal; of few and skew paths somewhat fewer, but not half
+    # within two standard errors 95 % of a normal; of few and skew paths somewhat fewer, but not
+    # half
     assert 0.9 < np.mean(np.abs(z) < 2) < 0.99 and np.mean(np.abs(z) < 3) > 0.96
 
 

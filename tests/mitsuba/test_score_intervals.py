@@ -1,4 +1,6 @@
-"""Intervals of scores against renderings with other random numbers: how many hold the score without renderer noise."""
+"""Intervals of scores against renderings with other random numbers: how many hold the score without
+renderer noise.
+"""
 
 from __future__ import annotations
 

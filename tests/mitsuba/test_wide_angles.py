@@ -1,4 +1,6 @@
-"""Grids of angles: where light lands, how much, labels behind the camera, and the same scene on tangents."""
+"""Grids of angles: where light lands, how much, labels behind the camera, and the same scene on
+tangents.
+"""
 
 from dataclasses import replace
 
@@ -28,7 +30,9 @@ def wide(make, field_deg=190.0, aspect=16 / 9, target=(1, 0, 0), at=(0, 0, 0)):
 
 
 def towards(angle_deg, turn_deg):
-    """Unit vector in the world at an angle off the axis +x; turn 0 is to the right (-y), 90 down (-z)."""
+    """Unit vector in the world at an angle off the axis +x; turn 0 is to the right (-y), 90 down
+    (-z).
+    """
     a, t = np.radians([angle_deg, turn_deg])
     return np.array([np.cos(a), -np.sin(a) * np.cos(t), -np.sin(a) * np.sin(t)])
 
@@ -88,7 +92,8 @@ def test_a_lamp_lands_on_the_tile_of_its_angle_and_keeps_its_flux(make, angle_de
         abs(ds.x.values[column] - at[0]) <= ds.attrs["pitch_x"] / 2
         and abs(ds.y.values[row] - at[1]) <= ds.attrs["pitch_y"] / 2
     )
-    # luminance x solid angle: what the tiles cover at their angle is sin(angle) / angle of what they cover on the grid
+    # luminance x solid angle: what the tiles cover at their angle is sin(angle) / angle of what
+    # they cover on the grid
     angle = np.linalg.norm(at)
     seen = light.sum() * ds.attrs["pitch_x"] * ds.attrs["pitch_y"] * np.sin(angle) / angle
     area = 12 * 0.05**2 * np.sin(2 * np.pi / 24)  # of the polygon of 24 corners
@@ -102,7 +107,9 @@ def test_a_lamp_lands_on_the_tile_of_its_angle_and_keeps_its_flux(make, angle_de
 
 
 def test_a_large_lamp_beside_the_camera_covers_its_solid_angle(make):
-    """A disc of half angle 14 degrees, 85 degrees off the axis: its border is far from straight on the grid."""
+    """A disc of half angle 14 degrees, 85 degrees off the axis: its border is far from straight on
+    the grid.
+    """
     direction, half = towards(85.0, 30.0), np.radians(14.0)
     scene = lamp_at(make, direction, wide(make, 220.0, 1.5), distance_m=1.0, radius_m=np.tan(half))
     ds = MitsubaRenderer(width=48, height=32, **QUICK, max_depth=1)(scene)
@@ -116,7 +123,8 @@ def test_a_large_lamp_beside_the_camera_covers_its_solid_angle(make):
         * ds.attrs["pitch_x"]
         * ds.attrs["pitch_y"]
     )
-    # the solid angle of a regular polygon, as a sum of spherical triangles (Van Oosterom and Strackee 1983)
+    # the solid angle of a regular polygon, as a sum of spherical triangles (Van Oosterom and
+    # Strackee 1983)
     v, f = disc(direction, 1.0, np.tan(half))
     a, b, c = (v[f[:, k]] / np.linalg.norm(v[f[:, k]], axis=1, keepdims=True) for k in range(3))
     dot = lambda p, q: np.einsum("nk,nk->n", p, q)
@@ -132,7 +140,9 @@ def test_a_large_lamp_beside_the_camera_covers_its_solid_angle(make):
 
 
 def test_labels_look_along_the_same_rays(make):
-    """Cubes ahead, beside and behind the camera: labels against the box that each ray meets, by slabs."""
+    """Cubes ahead, beside and behind the camera: labels against the box that each ray meets, by
+    slabs.
+    """
     parts = (make.part(make.cube),)
     places = {"ahead": (11.0, 1.0, 0.0), "beside": (0.5, -6.0, 0.3), "behind": (-5.0, -4.0, 1.0)}
     scene = make.describe(
@@ -172,7 +182,9 @@ def test_labels_look_along_the_same_rays(make):
 
 
 def test_chords_stand_for_arcs(make):
-    """Parts of triangles of any size: together they cover the triangle, and their sides are as straight as asked."""
+    """Parts of triangles of any size: together they cover the triangle, and their sides are as
+    straight as asked.
+    """
     rng = np.random.default_rng(5)
     view = view_of(wide(make, 240.0, 1.6), 64, 40, 0.0)
     triangles = 3 * rng.normal(size=(40, 3, 3))
@@ -187,7 +199,8 @@ def test_chords_stand_for_arcs(make):
         found = np.abs(arc[..., 0] * side[..., 1] - arc[..., 1] * side[..., 0]) / np.linalg.norm(
             side, axis=-1
         )
-        # asked of the middle: an arc is farthest from its chord there, but for the arc's own change of bend
+        # asked of the middle: an arc is farthest from its chord there, but for the arc's own change
+        # of bend
         assert off / 4 < found.max() <= 1.5 * off
         # nothing is covered twice, and those wholly on the grid lose nothing
         whole = np.bincount(which, area(parts), len(triangles)) / area(triangles)
@@ -195,7 +208,9 @@ def test_chords_stand_for_arcs(make):
 
 
 def test_the_same_scene_on_tangents_and_on_angles(make):
-    """Where both see: tangents brought to the tiles of angles by exact areas of overlap, in standard errors of the difference."""
+    """Where both see: tangents brought to the tiles of angles by exact areas of overlap, in
+    standard errors of the difference.
+    """
     from dataclasses import replace
 
     scene, at, repeats = make.street(0), ((0, 0, 1.4), (18, 0, 1.2)), 6
@@ -238,7 +253,9 @@ def test_the_same_scene_on_tangents_and_on_angles(make):
 
 
 def test_a_fisheye_camera_from_the_street_to_the_picture(make):
-    """190 degrees through a Kannala-Brandt lens: the picture is its truth where no lamp is, and labels lie on it."""
+    """190 degrees through a Kannala-Brandt lens: the picture is its truth where no lamp is, and
+    labels lie on it.
+    """
     from dataclasses import replace
 
     scene = replace(make.street(8), camera=wide(make, 190.0, 16 / 9, (18, 0, 1.2), (0, 0, 1.4)))
@@ -263,9 +280,11 @@ def test_a_fisheye_camera_from_the_street_to_the_picture(make):
         and picture.attrs["distortion"]["model"] == "kannala_brandt"
     )
     seen, wanted = picture["xyz"].values[..., 1], true["xyz"].values[..., 1]
-    # pixels of a tile and a quarter, moved by exact areas twice: half a per cent in the middle of even surfaces, more at edges
+    # pixels of a tile and a quarter, moved by exact areas twice: half a per cent in the middle of
+    # even surfaces, more at edges
     assert np.median(np.abs(seen / wanted - 1)) < 0.01
-    # the picture is wider than any grid of tangents: its middle row looks beyond 75 degrees on both sides
+    # the picture is wider than any grid of tangents: its middle row looks beyond 75 degrees on both
+    # sides
     lens_map = camera_geometry.map_of(picture)
     at, _ = lens_map.inverse(picture.x.values / 1.5e-3, np.zeros(picture.sizes["x"]))
     assert np.degrees(np.abs(at).max()) > 85
@@ -291,7 +310,8 @@ def test_the_scalar_way_has_angles_too(make):
     )
     assert (slow.instance.values != fast.instance.values).sum() <= 1  # a ray that grazes an edge
     sky, lit = (np.stack([ds.radiance.values[k].mean(0) for ds in (slow, fast)]) for k in (0, 1))
-    # sky and road in one tile: 128 paths know their shares to 1 / sqrt(4 x 128) = 0.044 at worst, of 128 tiles the worst is within 4 of these
+    # sky and road in one tile: 128 paths know their shares to 1 / sqrt(4 x 128) = 0.044 at worst,
+    # of 128 tiles the worst is within 4 of these
     np.testing.assert_allclose(sky[0], sky[1], atol=4 * 0.045 * sky[1].max())
     assert sky[0].mean() == pytest.approx(sky[1].mean(), rel=0.01)
     some = lit[1] > 0.01 * np.median(lit[1])

@@ -1,4 +1,6 @@
-"""What tests of ghosts share: a lens whose ghosts can be had by other means, a lamp, and the flux of an image."""
+"""What tests of ghosts share: a lens whose ghosts can be had by other means, a lamp, and the flux
+of an image.
+"""
 
 import numpy as np
 

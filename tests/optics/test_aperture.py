@@ -1,4 +1,6 @@
-"""Aperture flare: convergence in the pupil grid, spikes per blade, parallel scratches, presets, densities."""
+"""Aperture flare: convergence in the pupil grid, spikes per blade, parallel scratches, presets,
+densities.
+"""
 
 import numpy as np
 import pytest
@@ -54,7 +56,9 @@ def test_halving_the_grid_spacing_converges(flare):
 
 @pytest.mark.parametrize("blades", [4, 5, 6, 8])
 def test_spikes_per_blade(blades):
-    """A blade's edge makes a spike both ways: as many as blades where even, twice as many where odd."""
+    """A blade's edge makes a spike both ways: as many as blades where even, twice as many where
+    odd.
+    """
     psf = LENS.psf(
         [550], 1.0, 301, [ApertureFlare(blades=blades, rotation_deg=7.0, **CLEAN)]
     ).values[0]
@@ -107,7 +111,8 @@ def test_densities_are_per_area():
         )
         for s in range(200)
     ]
-    # 4 mm2: Poisson of mean 160 grains and 24 groups of 4; the mean of 200 seeds within 4 standard errors.
+    # 4 mm2: Poisson of mean 160 grains and 24 groups of 4; the mean of 200 seeds within 4 standard
+    # errors.
     assert np.mean(counts) == pytest.approx(160 + 96, abs=4 * np.sqrt((160 + 24 * 16) / 200))
 
 

@@ -1,4 +1,6 @@
-"""Point spread functions against prysm and GalSim: the extra `compare` installs them; tests skip, saying so, without it."""
+"""Point spread functions against prysm and GalSim: the extra `compare` installs them; tests skip,
+saying so, without it.
+"""
 
 import numpy as np
 import pytest
@@ -55,13 +57,16 @@ def test_prysm_of_the_same_pupil(zernike_um, obscured):
     theirs = np.roll(
         theirs[::-1, ::-1], 1, axis=(0, 1)
     )  # their phase has the other sign: the image is turned about the axis
-    # The border row and column have no partner after the turn. Both are sums of the same products: rounding alone.
+    # The border row and column have no partner after the turn. Both are sums of the same products:
+    # rounding alone.
     ours, theirs = (p[1:, 1:] / p[1:, 1:].sum() for p in (ours, theirs))
     assert np.abs(ours - theirs).sum() < 1e-9
 
 
 def test_prysm_from_its_own_mask():
-    """A lens end to end against prysm's own circle and polynomials: black and white cells of 1 / 2000 of the stop at the rim."""
+    """A lens end to end against prysm's own circle and polynomials: black and white cells of 1 /
+    2000 of the stop at the rim.
+    """
     geometry = pytest.importorskip("prysm.geometry", reason=WHY)
     from prysm.polynomials import zernike_nm
     from prysm.propagation import focus_fixed_sampling
@@ -91,7 +96,9 @@ def test_prysm_from_its_own_mask():
     "ignore:Input pupil_plane_scale"
 )  # 4 times the stop in the pupil plane is the sampling of its transform
 def test_galsim_of_the_same_pupil(obscured):
-    """GalSim's OpticalPSF, its own annulus of black and white cells, its own Zernike polynomials and transform."""
+    """GalSim's OpticalPSF, its own annulus of black and white cells, its own Zernike polynomials
+    and transform.
+    """
     galsim = pytest.importorskip("galsim", reason=WHY)
     noll = {4: 4, 5: 6, 8: 8, 12: 11}  # OSA index: Noll index, which GalSim counts by
     waves = np.zeros(12)
@@ -101,7 +108,8 @@ def test_galsim_of_the_same_pupil(obscured):
         diam=1.0, lam=550.0, obscuration=obscured, pupil_plane_scale=1 / 512, pupil_plane_size=4.0
     )
     pitch_um, size = 0.5, 65
-    # Its stop is 1 m wide: 550e-9 of its radians are 2.2 um here. Its image is interpolated between samples of wavelength x f-number / 4: Lanczos of 31 keeps that below the tolerance.
+    # Its stop is 1 m wide: 550e-9 of its radians are 2.2 um here. Its image is interpolated between
+    # samples of wavelength x f-number / 4: Lanczos of 31 keeps that below the tolerance.
     profile = galsim.OpticalPSF(
         lam=550.0,
         diam=1.0,
@@ -125,6 +133,7 @@ def test_galsim_of_the_same_pupil(obscured):
         np.rint((aperture.u_illuminated - low) / step).astype(int),
     ] = 1.0
     opd = wavefront_um(ABERRATED, whole / 0.5, whole / 0.5)
-    # Their axis lies on a sample, ours between two: a tilt of half a sample moves no light, phases of the whole field apart.
+    # Their axis lies on a sample, ours between two: a tilt of half a sample moves no light, phases
+    # of the whole field apart.
     ours = psf_from_pupil(cells, opd, 550.0, step, 4.0, pitch_um, size)
     assert np.abs(ours / ours.sum() - theirs / theirs.sum()).sum() < 1e-4

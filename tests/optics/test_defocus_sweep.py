@@ -1,4 +1,6 @@
-"""Twenty waves of defocus, f/1.4 to f/22: kernels against a radial quadrature, errors as the ledger states."""
+"""Twenty waves of defocus, f/1.4 to f/22: kernels against a radial quadrature, errors as the ledger
+states.
+"""
 
 import numpy as np
 import pytest
@@ -12,7 +14,9 @@ BEYOND = 20  # tiles outside the exact core that take part
 
 
 def radial(radius_um, f_number, wavelength_nm):
-    """Return the point spread per um2 of a round defocused pupil at `radius_um` (Born and Wolf 1999, section 8.8): one integral over it."""
+    """Return the point spread per um2 of a round defocused pupil at `radius_um` (Born and Wolf
+    1999, section 8.8): one integral over it.
+    """
     blur = wavelength_nm * 1e-3 * f_number
     turns = 2 * WAVES + radius_um.max() / blur
     at, weight = np.polynomial.legendre.leggauss(int(3 * turns) + 60)
@@ -26,7 +30,9 @@ def radial(radius_um, f_number, wavelength_nm):
 
 
 def quadrant(f_number, pitch_um, reach, bands=5):
-    """Return tile-to-tile means for tiles from the axis to the border, x and y positive, averaged over the band."""
+    """Return tile-to-tile means for tiles from the axis to the border, x and y positive, averaged
+    over the band.
+    """
     points = max(4, int(np.ceil(4 * pitch_um / (CENTRE * 1e-3 * f_number))))
     at = (np.arange((reach + 2) * points) + 0.5) / points - 1
     tiles = np.arange(reach + 1)
@@ -40,7 +46,9 @@ def quadrant(f_number, pitch_um, reach, bands=5):
 
 
 def errors(f_number, pitch_um):
-    """Return (stated, measured) relative L1 errors per octave of radius beyond the core, and that of the core."""
+    """Return (stated, measured) relative L1 errors per octave of radius beyond the core, and that
+    of the core.
+    """
     half = max(
         3, int(CORE_SAMPLES / np.ceil(2 * pitch_um / (1e-3 * (CENTRE - WIDTH / 2) * f_number)))
     )

@@ -1,4 +1,6 @@
-"""Dust that delays light: limits, energy, Babinet's closed form, wavelengths, what symmetry is left."""
+"""Dust that delays light: limits, energy, Babinet's closed form, wavelengths, what symmetry is
+left.
+"""
 
 from collections import OrderedDict
 from dataclasses import dataclass
@@ -71,7 +73,9 @@ def test_clear_dust_a_wave_thick_is_not_seen_at_that_wavelength_alone():
 
 @pytest.mark.parametrize("turns", [0.1, 0.25, 0.5, 0.8])
 def test_babinet_on_the_axis(turns):
-    """Clear glass on a share f of the pupil leaves |1 + f (exp(i phase) - 1)|^2 of the light on the axis."""
+    """Clear glass on a share f of the pupil leaves |1 + f (exp(i phase) - 1)|^2 of the light on the
+    axis.
+    """
     got = float(LENS.psf([550], 1.0, 2, [OneGrain(turns * 0.55)]).values[0, 1, 1])
     share = 0.15**2 / 0.5**2
     want = abs(1 + share * (np.exp(2j * np.pi * turns) - 1)) ** 2 * float(
@@ -90,7 +94,8 @@ def test_delay_takes_no_light_away():
     assert open_energy_mm2(LENS, [GLASS], 450.0) == pytest.approx(
         np.pi / 4, rel=1e-6
     )  # chords of discs
-    # The point spread holds it all: within 64 um lie all but the skirts of the grains, a few percent.
+    # The point spread holds it all: within 64 um lie all but the skirts of the grains, a few
+    # percent.
     assert 0.9 < LENS.psf([500], 2.0, 64, [GLASS]).values.sum() < 1.0
 
 
@@ -106,13 +111,16 @@ def test_amplitudes_are_those_of_the_points():
     )
     mean = points.reshape(len(axis), 8, len(axis), 8).mean((1, 3))
     assert cells.dtype == np.complex64 and np.abs(points).max() <= 1 + 1e-12
-    # 64 points a cell: at edges, in at most a third of the cells, one in sixteen of them falls on the wrong side
+    # 64 points a cell: at edges, in at most a third of the cells, one in sixteen of them falls on
+    # the wrong side
     assert np.abs(cells - mean).mean() < 0.02
     assert abs((cells - mean).mean()) < 1e-3
 
 
 def test_the_mirror_image_is_lost_and_kernels_know():
-    """A clear grain beside the axis bends light to one side less than to the other; reversed delay is the mirror image."""
+    """A clear grain beside the axis bends light to one side less than to the other; reversed delay
+    is the mirror image.
+    """
     one, other = (LENS.psf([550], 1.5, 65, [OneGrain(d)]).values[0] for d in (0.15, -0.15))
     assert np.abs(one - one[::-1, ::-1]).sum() > 0.02
     np.testing.assert_allclose(

@@ -1,4 +1,6 @@
-"""Exit pupil off the axis: point spreads of the lens `prescription` against direct sums over traced rays."""
+"""Exit pupil off the axis: point spreads of the lens `prescription` against direct sums over traced
+rays.
+"""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -50,7 +52,9 @@ def place_at(name, f_number, angle_deg, azimuth_rad=0.0):
 
 
 def both(name, f_number, angle_deg, wavelength_nm=REFERENCE_NM, count=110, size=43):
-    """Return the point spread (y, x) of the lens, that of the direct sum, and the samples' positions, um; light along +x."""
+    """Return the point spread (y, x) of the lens, that of the direct sum, and the samples'
+    positions, um; light along +x.
+    """
     lens, place = place_at(name, f_number, angle_deg)
     tangent = float(np.tan(np.radians(angle_deg)))
     pitch_um = 0.15 * f_number
@@ -185,7 +189,9 @@ def test_flares_in_the_stop_are_seen_through_the_exit_pupil():
 
 
 def test_a_point_keeps_its_light_whatever_the_shape_of_its_pupil():
-    """Bessel's integral: of a round pupil's light a window holds all but some of the rings; so does an ellipse's."""
+    """Bessel's integral: of a round pupil's light a window holds all but some of the rings; so does
+    an ellipse's.
+    """
     _, place = place_at("double_gauss", 4.0, 14.0)
     light = float(place.psf(550.0, 2.0, 65).sum())
     round_one = float(replace(place, pupil_matrix=None).psf(550.0, 2.0, 65).sum())

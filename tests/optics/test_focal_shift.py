@@ -1,4 +1,6 @@
-"""Focus that depends on wavelength: equal to a Zernike defocus, of the right size and sign, refused beyond its table."""
+"""Focus that depends on wavelength: equal to a Zernike defocus, of the right size and sign, refused
+beyond its table.
+"""
 
 from dataclasses import dataclass
 
@@ -25,7 +27,9 @@ class RightHalf:
 
 
 def test_a_shift_of_focus_is_a_defocus():
-    """dz / (8 N^2) at the rim, half of it peak to valley of sqrt(3) (2 rho^2 - 1): dz / (16 sqrt(3) N^2) rms."""
+    """dz / (8 N^2) at the rim, half of it peak to valley of sqrt(3) (2 rho^2 - 1): dz / (16 sqrt(3)
+    N^2) rms.
+    """
     shifted = DiffractionLimitedLens(focal_shift_um={400: 80.0, 700: 80.0})
     by_hand = WavefrontLens(zernike_um={4: 80.0 / (16 * 3**0.5 * 16)})
     np.testing.assert_allclose(psf(shifted), psf(by_hand), rtol=1e-6, atol=1e-12)
@@ -38,7 +42,9 @@ def test_a_shift_of_focus_is_a_defocus():
 
 
 def test_the_blur_is_as_wide_as_geometry_says():
-    """Rays from a stop of diameter f / N meet 400 um behind the sensor: a disc of 400 um / N across, evenly filled."""
+    """Rays from a stop of diameter f / N meet 400 um behind the sensor: a disc of 400 um / N
+    across, evenly filled.
+    """
     value = psf(DiffractionLimitedLens(focal_shift_um={400: 400.0, 700: 400.0}))
     y, x = np.indices(value.shape) - 80
     r = np.hypot(y, x)

@@ -1,4 +1,6 @@
-"""Geometry through whole runs: a chart through bent and wide lenses; the truth and its labels lie on the picture."""
+"""Geometry through whole runs: a chart through bent and wide lenses; the truth and its labels lie
+on the picture.
+"""
 
 import numpy as np
 import pytest
@@ -71,7 +73,8 @@ def test_truth_and_labels_lie_on_the_picture(lens, isethdr_home):
         truth["instance"].values,
     )
     scale = true.max()
-    # 1 % of white: the stated relative illumination is that of pixel middles; borders of patches are shared by tiles and pixels
+    # 1 % of white: the stated relative illumination is that of pixel middles; borders of patches
+    # are shared by tiles and pixels
     assert np.median(np.abs(seen - true)) < 0.01 * scale
     assert np.mean(np.abs(seen - true) > 0.1 * scale) < 0.12
     # a picture shifted by two pixels fits worse by far: the test sees geometry

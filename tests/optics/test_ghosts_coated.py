@@ -1,4 +1,6 @@
-"""Ghosts of coated surfaces against a trace that shares nothing with the product; what modern coatings leave of a headlamp."""
+"""Ghosts of coated surfaces against a trace that shares nothing with the product; what modern
+coatings leave of a headlamp.
+"""
 
 from dataclasses import dataclass
 
@@ -18,7 +20,9 @@ from .lamp_ghosts import flux, lamp
 def airy_reflectance(
     cosine, n_from, n_to, layer=1.38233, thickness_nm=550.0 / 4 / 1.37851, wavelength_nm=430.0
 ):
-    """Return the unpolarised reflectance of one layer by Airy's sum over its two borders, at incidence of `cosine`."""
+    """Return the unpolarised reflectance of one layer by Airy's sum over its two borders, at
+    incidence of `cosine`.
+    """
     sine = n_from * np.sqrt(1 - cosine**2)  # n sin is the same everywhere
     c1, c2, c3 = (np.sqrt(1 - (sine / n) ** 2) for n in (n_from, layer, n_to))
     turn = np.exp(4j * np.pi * layer * thickness_nm * c2 / wavelength_nm)
@@ -38,7 +42,9 @@ def airy_reflectance(
 
 
 def weighted_monte_carlo(lens, tangent, count, seed=2):
-    """Trace photons along the one ghost of a singlet, weighted by Airy's reflectances; return (x, y), weights, start area."""
+    """Trace photons along the one ghost of a singlet, weighted by Airy's reflectances; return (x,
+    y), weights, start area.
+    """
     rng = np.random.default_rng(seed)
     stop, first, second, sensor = lens.surfaces
     r = stop.semi_diameter_mm
@@ -76,7 +82,9 @@ def weighted_monte_carlo(lens, tangent, count, seed=2):
 
 @pytest.mark.parametrize("column", [100, 130])
 def test_coated_surfaces_against_an_independent_monte_carlo_trace(bare, column):
-    """Stacks by matrices, angle by angle, in the product; Airy's sum and spheres by their centres here."""
+    """Stacks by matrices, angle by angle, in the product; Airy's sum and spheres by their centres
+    here.
+    """
     lens = IdealLens(f_number=5.0, focal_length_mm=100.0)
     flare = GhostFlare(bare, coating="mgf2", error_allowed=0.0, sensor_reflectance_percent=0.0)
     # at 430 nm: at 550 a quarter wave of MgF2 leaves next to nothing on glass of 1.9
@@ -111,7 +119,9 @@ LENSES = [("double_gauss", 4.0, 14.0), ("cooke_triplet", 5.6, 20.0)]
 
 
 def pairs(name, f_number, half_field_deg, coating):
-    """Return every pair's share of the light in each visible band, pairs with the sensor among them."""
+    """Return every pair's share of the light in each visible band, pairs with the sensor among
+    them.
+    """
     powers = Powers(load(name).stopped(f_number).with_coating(coating), VISIBLE, SENSOR)
     found = []
     for pair in rank(powers, float(np.tan(np.radians(half_field_deg)))):

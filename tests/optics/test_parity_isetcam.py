@@ -133,7 +133,8 @@ def test_optical_image_of_points():
         lens, radiance, wave, float(d["oi_hfov_deg"]), 1e6 * float(d["dist_per_deg_m"])
     )
     assert np.abs(got - want).max() < 3e-7 * want.max()  # float32 in and out
-    # Ours is linear and averages over tiles twice; theirs with that averaging is the same but for light from round the border.
+    # Ours is linear and averages over tiles twice; theirs with that averaging is the same but for
+    # light from round the border.
     pitch_um = float(d["oi_sample_um"][0])
     x = quantities.centres(64, 64 * pitch_um * 1e-3 / lens.focal_length_mm)
     ours = lens(quantities.plane(radiance, wave, x, x, quantities.RADIANCE)).values

@@ -1,4 +1,5 @@
-"""What a lens states, in units of a sensor's noise, against the error found by another, finer computation.
+"""What a lens states, in units of a sensor's noise, against the error found by another, finer
+computation.
 
 Asked: the figure stated for 99 % of the pixels is at least the error found in 99 % of them, and at
 most ten times as much.
@@ -67,7 +68,9 @@ def found(of: Stated, electrons) -> float:
 
 
 def magnified_exactly(make, mixed, captures):
-    """Return electrons of a lens whose bands each have a focal length of their own: nothing is retiled, no point spread is drawn out."""
+    """Return electrons of a lens whose bands each have a focal length of their own: nothing is
+    retiled, no point spread is drawn out.
+    """
     one, filters, side = (
         captures.isel(capture=0),
         captures["filter"].values,

@@ -41,10 +41,13 @@ def tiles(wavelength_nm, reach):
 
 @pytest.mark.parametrize("reach", [12, 60])
 def test_a_band_is_the_mean_of_its_parts(used, reach, monkeypatch):
-    """Three wavelengths do for a band as long as the pattern at the kernel's border moves by less than a speckle from one to the next."""
+    """Three wavelengths do for a band as long as the pattern at the kernel's border moves by less
+    than a speckle from one to the next.
+    """
     few, parts = tiles(BAND, reach)[1], np.mean(tiles(PARTS, reach), axis=0)
     assert used[:3] == [3, 3, 3] and len(used) == 3 + len(PARTS) and sum(used[3:]) == 30
-    # of a point's light, in all tiles together: measured 0.0005 and 0.0011, what rings at the border make of midpoints
+    # of a point's light, in all tiles together: measured 0.0005 and 0.0011, what rings at the
+    # border make of midpoints
     left = np.abs(few - parts).sum()
     assert left < 0.0015 and few.sum() == pytest.approx(parts.sum(), rel=1e-4)
     monkeypatch.setattr(kernels._Plan, "wavelengths", lambda plan, centre, *_: np.array([centre]))
@@ -55,7 +58,9 @@ def test_a_band_is_the_mean_of_its_parts(used, reach, monkeypatch):
 
 
 def test_there_are_as_many_as_the_pattern_moves_by_speckles(used):
-    """At 120 um it moves by 120 um x 50 / 550 over the band: five times f-number x wavelength. A band of 1 nm needs one."""
+    """At 120 um it moves by 120 um x 50 / 550 over the band: five times f-number x wavelength. A
+    band of 1 nm needs one.
+    """
     tiles(BAND, 120)
     tiles([549.0, 550.0, 551.0], 120)
     assert used == [np.ceil(120 * 50 / w / (4e-3 * w)) for w in BAND] + [1, 1, 1] and used[1] == 5

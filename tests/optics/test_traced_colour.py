@@ -1,4 +1,6 @@
-"""Colour of a traced lens: focus of every wavelength on and off the axis, and where its images lie, against other rays."""
+"""Colour of a traced lens: focus of every wavelength on and off the axis, and where its images lie,
+against other rays.
+"""
 
 import numpy as np
 import pytest
@@ -30,7 +32,8 @@ def test_the_traced_focus_of_a_wavelength_is_that_of_the_matrices():
             0.0, wave
         )  # of this colour: its focal length is another
         shift = lens.colour_at(0.0, wave)[4] * 16 * 3**0.5 * f_number**2
-        # a shift is a parabola to its own share of the focal length, here up to 2.6 %; blue light focuses in front
+        # a shift is a parabola to its own share of the focal length, here up to 2.6 %; blue light
+        # focuses in front
         assert shift == pytest.approx(focus, rel=0.01 + abs(focus) / 20e3, abs=0.5) and (
             shift < 0
         ) == (wave < real.reference_nm)
@@ -75,7 +78,9 @@ def test_colour_turns_with_the_place():
 
 
 def scene(tangent, pitch, bands, rows=8, more=24):
-    """Return a field that ends `more` tiles beyond `tangent`, with a lamp of 2 tiles there, symmetric about y = 0."""
+    """Return a field that ends `more` tiles beyond `tangent`, with a lamp of 2 tiles there,
+    symmetric about y = 0.
+    """
     half = int(np.ceil(tangent / pitch)) + more
     values = np.zeros((len(bands), rows, 2 * half))
     values[:, rows // 2 - 1 : rows // 2 + 1, half + int(round(tangent / pitch - 0.5))] = 1.0
@@ -84,7 +89,9 @@ def scene(tangent, pitch, bands, rows=8, more=24):
 
 
 def own_ray_um(real, tangent, wavelength_nm):
-    """Return the height of the chief ray on the sensor, um: spheres by their centres, Snell by angles, the stop's middle by halving."""
+    """Return the height of the chief ray on the sensor, um: spheres by their centres, Snell by
+    angles, the stop's middle by halving.
+    """
 
     def through(y, target):
         z, slope = real.surfaces[0].z_mm, np.arctan(tangent)
@@ -94,7 +101,8 @@ def own_ray_um(real, tangent, wavelength_nm):
                 normal = 0.0
             else:
                 radius, centre = 1 / s.curvature_per_mm, s.z_mm + 1 / s.curvature_per_mm
-                # distance of the centre from the ray, then the angle at which the ray meets the sphere
+                # distance of the centre from the ray, then the angle at which the ray meets the
+                # sphere
                 height = (y * np.cos(slope) - (z - centre) * np.sin(slope)) / radius
                 normal = slope - np.arcsin(height)
                 y, z = -radius * np.sin(normal), centre - radius * np.cos(normal)
@@ -138,7 +146,8 @@ def test_blue_and_red_images_at_70_percent_of_the_field_lie_where_their_rays_do(
     tangent = float(light.x[np.flatnonzero(light.values[0].any(axis=0))[0]])
     found, want = centroids_um(plane, light.values), [own_ray_um(real, tangent, w) for w in bands]
     assert abs(want[0] - want[2]) > (0.005 if name == "cooke_triplet" else 0.2)
-    # a tile of 1.6 um, drawn out by up to 2 % and shared by area, has its centroid off by 1 % of itself
+    # a tile of 1.6 um, drawn out by up to 2 % and shared by area, has its centroid off by 1 % of
+    # itself
     np.testing.assert_allclose(found, want, atol=0.02)
     np.testing.assert_allclose(
         np.diff(found), np.diff(want), atol=2e-3
@@ -198,8 +207,11 @@ def test_uniform_light_thins_by_the_area_ratio_of_a_bent_course():
         source = from_r / (1 + k * source**2)
     want = 1 / ((1 + k * source**2) * (1 + 3 * k * source**2))
     np.testing.assert_allclose(
-        out, want, rtol=2e-4
-    )  # a tile's light is even between its borders, where the course thins by 0.8 % from tile to tile
+        out,
+        want,
+        rtol=2e-4,
+        # a tile's light is even between its borders, where the course thins by 0.8 % from tile to tile
+    )
 
 
 def test_dark_tiles_beside_a_lamp_keep_their_digits():

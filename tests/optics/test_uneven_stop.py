@@ -1,4 +1,6 @@
-"""Light uneven over the pupil of a traced lens: against rays counted by direction, the sine condition, the even limit, energy."""
+"""Light uneven over the pupil of a traced lens: against rays counted by direction, the sine
+condition, the even limit, energy.
+"""
 
 from dataclasses import replace
 
@@ -19,7 +21,9 @@ from .traced_rays import chief_mm, exit_sphere_mm
 
 
 def counted(name, f_number, angle_deg, count=800):
-    """Return the lens, and where rays of an even beam, one at random in each of count x count squares, cross the stop (radii) and the exit sphere (cosines)."""
+    """Return the lens, and where rays of an even beam, one at random in each of count x count
+    squares, cross the stop (radii) and the exit sphere (cosines).
+    """
     lens, tangent = load(name).stopped(f_number).scaled(8.0), float(np.tan(np.radians(angle_deg)))
     indices = lens.indices(lens.reference_nm)
     pupil_z, radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
@@ -47,7 +51,9 @@ def counted(name, f_number, angle_deg, count=800):
 
 
 def seen_from_image(lens, tangent, position, direction):
-    """Return the direction cosines (x, y) from where rays cross the exit sphere to the chief ray's image."""
+    """Return the direction cosines (x, y) from where rays cross the exit sphere to the chief ray's
+    image.
+    """
     chief = chief_mm(lens, tangent, lens.reference_nm)
     radius = exit_sphere_mm(lens, chief, lens.reference_nm)
     away = np.stack([position[0] - chief, position[1], 0 * position[2]])
@@ -75,7 +81,8 @@ def test_the_power_is_that_of_rays_counted_by_direction(name, f_number, angle_de
         count.append(seen.sum())
         modelled.append(np.mean(sum(c * zernike(k, *places[:, seen]) for k, c in terms) ** 2))
     count, modelled = (np.array(a) / np.mean(a) for a in (count, modelled))
-    # some 4000 squares in a cell, 240 of them across its border, whose rays fall to either side: 0.2 %; surfaces take 0.2 % more at the rim
+    # some 4000 squares in a cell, 240 of them across its border, whose rays fall to either side:
+    # 0.2 %; surfaces take 0.2 % more at the rim
     np.testing.assert_allclose(modelled, count, atol=6e-3)
     assert (
         np.ptp(count) > 0.015 and np.corrcoef(count, modelled)[0, 1] > 0.95 and 0.003 < rms < 0.012
@@ -107,7 +114,8 @@ def test_even_light_changes_nothing_and_uneven_light_keeps_its_energy():
     )
     for flares in ((), [ApertureFlare(blades=6, dust_per_mm2=300.0)]):
         sums = [float(one.psf(550.0, 1.0, 128, flares).sum()) for one in (place, even)]
-        # the same light, and the same skirt but for the rim, a hundredth of which is brighter here and darker there
+        # the same light, and the same skirt but for the rim, a hundredth of which is brighter here
+        # and darker there
         assert sums[0] == pytest.approx(sums[1], abs=3e-4) and sums[0] < 1
     whole = sampled_pupil._shapes(replace(even, rims=()), ())[0]
     assert apodization.share(

@@ -1,4 +1,6 @@
-"""Uniform light through a prescription: against rays counted back from the sensor by other formulas, and what the ledger says of it."""
+"""Uniform light through a prescription: against rays counted back from the sensor by other
+formulas, and what the ledger says of it.
+"""
 
 import numpy as np
 import pytest
@@ -15,9 +17,11 @@ LENSES = [("double_gauss", 4.0, 1.5e-3), ("cooke_triplet", 8.0, 4e-3)]
 
 
 def counted_sr(real, height_mm, wavelength_nm, side=200, times=5):
-    """Return (irradiance / radiance, its standard error) at a place of the sensor by random rays, back through spheres met by their centres.
+    """Return (irradiance / radiance, its standard error) at a place of the sensor by random rays,
+    back through spheres met by their centres.
 
-    Every time one ray in each cell of a square around the last surface; it counts where it gets out in front.
+    Every time one ray in each cell of a square around the last surface; it counts where it gets out
+    in front.
     """
     found = [
         _once(real, height_mm, wavelength_nm, side, np.random.default_rng(k)) for k in range(times)
@@ -67,7 +71,9 @@ def _once(real, height_mm, wavelength_nm, side, draw):
 
 @pytest.mark.parametrize(("name", "f_number", "close"), LENSES)
 def test_uniform_light_is_what_rays_counted_from_the_sensor_say(name, f_number, close):
-    """On the axis, half way and at 0.9 of the field: throughput, relative illumination, distortion, lateral colour and pupils of two bands."""
+    """On the axis, half way and at 0.9 of the field: throughput, relative illumination, distortion,
+    lateral colour and pupils of two bands.
+    """
     lens, waves = (
         PrescribedLens(prescription=name, f_number=f_number, wavefront="none"),
         (450.0, 650.0),

@@ -1,4 +1,6 @@
-"""Vignetted pupils: closed forms, areas and shapes by counted rays, relative illumination, lenses whose stop nothing cuts."""
+"""Vignetted pupils: closed forms, areas and shapes by counted rays, relative illumination, lenses
+whose stop nothing cuts.
+"""
 
 from dataclasses import replace
 
@@ -20,7 +22,8 @@ from isethdr_core.physics.optics.pupil import disc, energy
 from isethdr_core.physics.optics.ray_trace import collimated, follow, sequential
 from isethdr_core.uncertainty import ledger
 
-# of the light: the border of the exit pupil is up to 0.009 of its radius off an ellipse, over a part of the border; 320 cells
+# of the light: the border of the exit pupil is up to 0.009 of its radius off an ellipse, over a
+# part of the border; 320 cells
 SHAPE = 3e-3
 
 TUBE = {
@@ -44,10 +47,13 @@ def light(lens, tangent, discs):
 
 
 def test_a_rim_behind_a_stop_is_a_disc_moved_against_the_light():
-    """Two apertures of radius r, d apart: at tangent t the second cuts the first as a disc moved by -d t / r."""
+    """Two apertures of radius r, d apart: at tangent t the second cuts the first as a disc moved by
+    -d t / r.
+    """
     for t in (0.05, 0.1, 0.2):
         [(x, radius)], off = rims(parse(TUBE), t)
-        # 1 %: the lens bulges by r^2 / 2R = 0.2 mm towards the stop, where rays meet it; the rest: its coma shifts the exit pupil
+        # 1 %: the lens bulges by r^2 / 2R = 0.2 mm towards the stop, where rays meet it; the rest:
+        # its coma shifts the exit pupil
         assert (
             x == pytest.approx(-20 * t / 5, rel=0.035)
             and radius == pytest.approx(1.0, rel=0.02)
@@ -62,7 +68,9 @@ def test_a_rim_behind_a_stop_is_a_disc_moved_against_the_light():
 
 
 def test_the_pupil_s_area_is_the_relative_illumination_without_cos4():
-    """With the stop in front the beam before the lens is the stop itself: rays counted in it are rays counted in the stop."""
+    """With the stop in front the beam before the lens is the stop itself: rays counted in it are
+    rays counted in the stop.
+    """
     lens = parse(TUBE)
     for t in (0.05, 0.1, 0.2):
         counted = pupil_area_mm2(lens, [0.0, t], grid=320)
@@ -87,7 +95,9 @@ def test_the_pupil_s_area_is_what_rims_leave_of_the_beam(name, f_number):
 
 
 def test_a_place_s_pupil_is_open_where_its_rays_get_through():
-    """Skew rays towards a place beside both axes, each followed to the sensor: the cells of their directions are open or not."""
+    """Skew rays towards a place beside both axes, each followed to the sensor: the cells of their
+    directions are open or not.
+    """
     lens = PrescribedLens(prescription="cooke_triplet", f_number=5.0, focal_length_mm=50.0)
     real, angle, azimuth = lens.real(), np.radians(19.0), 0.8
     place = node_lens(lens, lens.wavefront_at(angle), azimuth, angle)
@@ -161,7 +171,9 @@ def test_a_stop_that_nothing_cuts_is_unchanged_to_the_bit(monkeypatch):
 
 
 def test_a_vignetted_kernel_keeps_its_light_and_the_ledger_says_how_well_rims_are_known():
-    """At f/3 the double Gauss is cut beyond 10 degrees; relative illumination takes the light, the point spread keeps what is left."""
+    """At f/3 the double Gauss is cut beyond 10 degrees; relative illumination takes the light, the
+    point spread keeps what is left.
+    """
     lens = PrescribedLens(f_number=3.0)
     cut = node_lens(lens, lens.wavefront_at(0.24), 0.4, 0.24)
     sums = [

@@ -1,4 +1,6 @@
-"""Wavefronts of high Zernike orders: light is kept, the pupil is that of an independent quadrature, the rest is refused."""
+"""Wavefronts of high Zernike orders: light is kept, the pupil is that of an independent quadrature,
+the rest is refused.
+"""
 
 from time import perf_counter
 from typing import get_args
@@ -23,7 +25,9 @@ def lens(j: int, rms_um: float):
 
 
 def pupil_mean(j: int, rms_um: float) -> float:
-    """Return the mean of the pupil function: over the angle a Bessel function, over the squared radius Gauss and Legendre's rule."""
+    """Return the mean of the pupil function: over the angle a Bessel function, over the squared
+    radius Gauss and Legendre's rule.
+    """
     n, m = order(j)
     node, weight = np.polynomial.legendre.leggauss(600)
     s, a = (node + 1) / 2, abs(m)

@@ -1,4 +1,5 @@
-"""Point spreads of a prescription by a direct sum over traced rays: the independent check of the lens `prescription`.
+"""Point spreads of a prescription by a direct sum over traced rays: the independent check of the
+lens `prescription`.
 
 Nothing here uses the pupil, the Zernike fits or the transforms of the package. Spheres are met in
 closed form, rays are
@@ -14,7 +15,9 @@ import numpy as np
 
 
 class Fan(NamedTuple):
-    """Rays of one field point on their way from the last surface to the sensor; arrays of one shape, lengths in mm."""
+    """Rays of one field point on their way from the last surface to the sensor; arrays of one
+    shape, lengths in mm.
+    """
 
     direction: np.ndarray  # (3, n, n), unit vectors in image space
     position: np.ndarray  # (3, n, n), on the sensor plane
@@ -24,7 +27,9 @@ class Fan(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """Samples of a point spread function: fraction of the light per area, 1/um2, over (y, x), and their positions in um."""
+    """Samples of a point spread function: fraction of the light per area, 1/um2, over (y, x), and
+    their positions in um.
+    """
 
     density: np.ndarray
     x_um: np.ndarray
@@ -32,7 +37,8 @@ class Spread(NamedTuple):
 
 
 def traced(lens, tangent: float, wavelength_nm: float, count: int, half_mm: float) -> Fan:
-    """Trace a square grid of `count` x `count` rays, `2 half_mm` wide, of light from a field tangent along +x.
+    """Trace a square grid of `count` x `count` rays, `2 half_mm` wide, of light from a field
+    tangent along +x.
 
     The grid is centred on the ray through the middle of the stop.
     """
@@ -47,7 +53,9 @@ def traced(lens, tangent: float, wavelength_nm: float, count: int, half_mm: floa
 
 
 def _chief_mm(lens, tangent, wavelength_nm):
-    """Return where the ray through the middle of the stop enters: a search over the front plane, refined."""
+    """Return where the ray through the middle of the stop enters: a search over the front plane,
+    refined.
+    """
     reach = lens.focal_length_mm() * (0.2 + abs(tangent))
     trial = np.linspace(-reach, reach, 4001)
     for _ in range(4):
@@ -59,7 +67,9 @@ def _chief_mm(lens, tangent, wavelength_nm):
 
 
 def _stop_height_mm(lens, tangent, wavelength_nm, x):
-    """Return the heights in the stop of meridional rays; NaN for those that pass outside a surface before it."""
+    """Return the heights in the stop of meridional rays; NaN for those that pass outside a surface
+    before it.
+    """
     state = _launched(lens, tangent, x, 0 * x)
     passed = np.full(x.shape, True)
     for surface, before, behind in list(_steps(lens, wavelength_nm))[: lens.stop + 1]:
@@ -69,7 +79,9 @@ def _stop_height_mm(lens, tangent, wavelength_nm, x):
 
 
 def _launched(lens, tangent, x, y):
-    """Return position, direction and optical path so far of parallel light that crosses the plane of the first vertex at (x, y)."""
+    """Return position, direction and optical path so far of parallel light that crosses the plane
+    of the first vertex at (x, y).
+    """
     length = np.sqrt(1 + tangent**2)
     direction = np.stack([np.full(x.shape, tangent / length), 0 * x, np.full(x.shape, 1 / length)])
     position = np.stack([x, y, np.full(x.shape, lens.surfaces[0].z_mm)])
@@ -122,7 +134,8 @@ def chief_mm(lens, tangent: float, wavelength_nm: float) -> float:
 
 
 def exit_sphere_mm(lens, chief: float, wavelength_nm: float) -> float:
-    """Return the radius of the sphere around an image point that passes through the middle of the exit pupil.
+    """Return the radius of the sphere around an image point that passes through the middle of the
+    exit pupil.
 
     A ray close to the axis through the middle of the stop crosses the axis there, continued
     backwards.
@@ -136,7 +149,8 @@ def exit_sphere_mm(lens, chief: float, wavelength_nm: float) -> float:
 def direct_sum(
     fan: Fan, chief: float, radius_mm: float, wavelength_nm: float, x_um, y_um
 ) -> Spread:
-    """Add one spherical wave per ray, from where it crosses a sphere of `radius_mm` around the chief ray's image (Huygens).
+    """Add one spherical wave per ray, from where it crosses a sphere of `radius_mm` around the
+    chief ray's image (Huygens).
 
     The intensity at (x, y) is the square of the sum. Each amplitude is the root of the ray's power
     times the area of its cell on

@@ -9,7 +9,9 @@ from isethdr_core.physics.convolution import Kernel, convolve, convolve_with_bou
 
 @pytest.fixture(params=["array_api_strict", "torch"])
 def place(request):
-    """Return what puts a NumPy array into another library, on a device that is not where its new arrays go unless told."""
+    """Return what puts a NumPy array into another library, on a device that is not where its new
+    arrays go unless told.
+    """
     xp = pytest.importorskip(request.param)
     if request.param == "torch":
         where = "cuda" if xp.cuda.is_available() else "cpu"
@@ -33,7 +35,8 @@ def test_same_light_on_either_library(place, dtype, mirrored):
         psf[3, 4] *= 2
     theirs = convolve(place(image), place(psf))
     assert isinstance(theirs, type(place(image)))  # it stayed where it was
-    # their transforms are NumPy's, ours another library's: float64 rounding beside a lamp of 1e8 times the background
+    # their transforms are NumPy's, ours another library's: float64 rounding beside a lamp of 1e8
+    # times the background
     np.testing.assert_allclose(arrays.on_host(theirs), convolve(image, psf), rtol=3e-8)
 
 

@@ -1,4 +1,6 @@
-"""Convolution of 1080 x 1920 pixels, any reaching any other, against long double sums at some of them."""
+"""Convolution of 1080 x 1920 pixels, any reaching any other, against long double sums at some of
+them.
+"""
 
 import numpy as np
 import pytest
@@ -56,7 +58,8 @@ def test_no_light_is_lost_or_made(prepared):
     image[540, 960] = 1e12
     image[500:580, 900:1000] += 1.0
     ny, nx = SHAPE
-    # the share of each lit pixel's light that stays in the frame, from sums of the kernel over rectangles
+    # the share of each lit pixel's light that stays in the frame, from sums of the kernel over
+    # rectangles
     total = np.zeros((2 * ny, 2 * nx))
     total[1:, 1:] = prepared.psf.cumsum(0).cumsum(1)
     i, j = np.nonzero(image)

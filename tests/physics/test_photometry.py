@@ -49,7 +49,8 @@ def test_luminance_is_y_and_linear_and_axis_is_free():
 def test_equal_energy_is_white_to_the_table_accuracy():
     w = np.arange(360.0, 831.0, 5.0)
     x, y, z = photometry.xyz(np.ones(len(w)), w)
-    # the observer is normalised so that equal energy has x = y = z; the rounded table holds that to 4e-4
+    # the observer is normalised so that equal energy has x = y = z; the rounded table holds that to
+    # 4e-4
     assert x / y == pytest.approx(1, abs=4e-4) and z / y == pytest.approx(1, abs=4e-4)
 
 

@@ -1,4 +1,6 @@
-"""Readout: codes of any converter, read back, are the electrons to half a step or say that they are saturated."""
+"""Readout: codes of any converter, read back, are the electrons to half a step or say that they are
+saturated.
+"""
 
 from __future__ import annotations
 

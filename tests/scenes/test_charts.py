@@ -75,9 +75,11 @@ def test_half_plane_agrees_with_counting_points(angle):
     px, py = (x[:, None] + fine).ravel(), (y[:, None] + fine).ravel()
     counted = np.cos(np.radians(angle)) * px[None] + np.sin(np.radians(angle)) * py[:, None] > 0
     counted = counted.reshape(5, 400, 7, 400).mean((1, 3))
-    # 400 points to a side: a line misjudges fewer than one point per row, 1/400, half of it on average
+    # 400 points to a side: a line misjudges fewer than one point per row, 1/400, half of it on
+    # average
     assert np.abs(cover - counted).max() < 2.5e-3
-    # a line through the centre of a symmetric grid halves it; four squares cancel to 1e-16 / tan(angle)
+    # a line through the centre of a symmetric grid halves it; four squares cancel to 1e-16 /
+    # tan(angle)
     assert cover.mean() == pytest.approx(0.5, abs=1e-10)
 
 
@@ -121,7 +123,8 @@ def test_disc_area_whatever_its_size_and_place():
         (y[:, None] + fine).ravel()[:, None] + 0.023
     ) ** 2 < 0.31**2
     counted = inside.reshape(9, 200, 11, 200).mean((1, 3))
-    # the circle crosses a tile in at most two arcs; each row of 200 points is misjudged by less than one
+    # the circle crosses a tile in at most two arcs; each row of 200 points is misjudged by less
+    # than one
     assert np.abs(coverage.disc(x, y, pitch, 0.017, -0.023, 0.31) - counted).max() < 5e-3
 
 
@@ -162,7 +165,8 @@ def test_macbeth_patches_reflect_what_they_should():
         middle = ds.radiance.values[0, :, 5 + 10 * (k // 6), 5 + 10 * (k % 6)]
         np.testing.assert_allclose(middle, white * reflectance[k], rtol=3 * FLOAT32)
         assert ds.instance.values[5 + 10 * (k // 6), 5 + 10 * (k % 6)] == k + 1
-    # the grey row is sold by its density: 0.05 (white), 0.23, 0.44, 0.70, 1.05, 1.50; printed to 10 %
+    # the grey row is sold by its density: 0.05 (white), 0.23, 0.44, 0.70, 1.05, 1.50; printed to 10
+    # %
     np.testing.assert_allclose(
         seen(ds)[35, 5::10] / 500, 10.0 ** -np.array([0.05, 0.23, 0.44, 0.70, 1.05, 1.50]), rtol=0.1
     )
@@ -178,7 +182,8 @@ def test_uniform_d65_agrees_with_isetcam():
     theirs = (
         fine[:-2:2] + 2 * fine[1:-1:2] + fine[2::2]
     ) / 4  # mean over 10 nm of lines between values at 5 nm
-    # ISETCam's D65 is tilted against the CIE table by 1.3e-3 from 380 to 780 nm; values at the centres would differ by 4 %
+    # ISETCam's D65 is tilted against the CIE table by 1.3e-3 from 380 to 780 nm; values at the
+    # centres would differ by 4 %
     np.testing.assert_allclose(ours / ours.mean(), theirs / theirs.mean(), rtol=1e-3)
 
 
@@ -218,5 +223,6 @@ def test_daylight_is_that_of_the_published_tables(name):
 
     published = colour.SDS_ILLUMINANTS[name]
     nm = published.wavelengths[published.wavelengths >= 360]
-    # tables are printed to two or three decimals of 100; colour-science interpolates what they leave out in another way
+    # tables are printed to two or three decimals of 100; colour-science interpolates what they
+    # leave out in another way
     np.testing.assert_allclose(daylight(DAYLIGHT_K[name])(nm), published[nm], atol=0.02)

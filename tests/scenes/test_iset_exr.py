@@ -199,7 +199,9 @@ def test_a_band_in_two_spellings_is_named(deposit):
 
 
 def test_a_plan_reads_no_light(deposit, monkeypatch, capsys):
-    """Files that are right are planned; a group without a file is refused where a target names it."""
+    """Files that are right are planned; a group without a file is refused where a target names
+    it.
+    """
     folder, _ = deposit
     (folder / "1112184733_streetlights.exr").unlink()
     monkeypatch.setattr(iset_exr_files, "_channels", lambda path: pytest.fail("light was read"))

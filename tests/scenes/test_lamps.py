@@ -1,4 +1,6 @@
-"""Lamps: intensities inside the regulations' limits, and the dipped beam at the test points of UN R112."""
+"""Lamps: intensities inside the regulations' limits, and the dipped beam at the test points of UN
+R112.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ LIMITS_CD = {  # least and most on the reference axis
 
 
 def intensity_cd(lamps, left_deg, up_deg):
-    """Sum of the beams in one direction, by the rule in `isethdr_core.scene.Lamp`; the Lambertian floors are left out."""
+    """Sum of the beams in one direction, by the rule in `isethdr_core.scene.Lamp`; the Lambertian
+    floors are left out.
+    """
     a, b = np.radians([up_deg, left_deg])
     direction = np.array([np.cos(a) * np.cos(b), np.cos(a) * np.sin(b), np.sin(a)])
     total = 0.0
@@ -54,7 +58,8 @@ def test_dipped_beam_meets_the_points_of_r112_class_b(name, left, up, least, mos
 
 
 def test_dipped_beam_leaves_no_dark_hole_on_the_road():
-    # from 6 m (6.2 degrees below the horizon for a lamp 0.65 m high) to 25 m, half a lane to either side
+    # from 6 m (6.2 degrees below the horizon for a lamp 0.65 m high) to 25 m, half a lane to either
+    # side
     for distance in (6, 8, 10, 15, 25):
         up = -np.degrees(np.arctan(0.65 / distance))
         for y in (-1.75, 0.0, 1.75):

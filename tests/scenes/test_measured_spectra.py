@@ -1,4 +1,6 @@
-"""Measured spectra: what is kept on disk is what was looked up, and whatever is wrong with the file is looked up again."""
+"""Measured spectra: what is kept on disk is what was looked up, and whatever is wrong with the file
+is looked up again.
+"""
 
 import json
 

@@ -1,4 +1,6 @@
-"""Vehicles, people and animals: sizes, what they stand on, where their lamps are, and what they are made of."""
+"""Vehicles, people and animals: sizes, what they stand on, where their lamps are, and what they are
+made of.
+"""
 
 from __future__ import annotations
 

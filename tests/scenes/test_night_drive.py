@@ -1,4 +1,6 @@
-"""The country road and the tunnel: ranges, what the camera sees, names, determinism, and errors that teach."""
+"""The country road and the tunnel: ranges, what the camera sees, names, determinism, and errors
+that teach.
+"""
 
 from __future__ import annotations
 
@@ -255,7 +257,9 @@ def test_impossible_luminaires_say_what_to_type():
 
 
 def test_what_two_scenes_share_is_built_once():
-    """Another scene of the same seed shares its meshes but for what lies on its own ground; names, poses and lamps are its own."""
+    """Another scene of the same seed shares its meshes but for what lies on its own ground; names,
+    poses and lamps are its own.
+    """
     few = {"vehicles": (1, 1), "people": (1, 1), "animals": (0, 0), "trees": (0, 0)}
     first, again = NightDrive(**few)(), NightDrive(**few, headlamp_light="halogen")()
     shared = [

@@ -5,7 +5,9 @@ from isethdr_core.data import quantities
 
 
 def make_light(values, pitch_um=3.0, wavelength_nm=None, field=None):
-    """Return irradiance from a (wavelength, y, x) array on square tiles; the field is all of it unless given in metres."""
+    """Return irradiance from a (wavelength, y, x) array on square tiles; the field is all of it
+    unless given in metres.
+    """
     values = np.asarray(values, float)
     bands, height, width = values.shape
     wavelength = np.linspace(400, 700, bands) if wavelength_nm is None else wavelength_nm

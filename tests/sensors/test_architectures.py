@@ -1,4 +1,6 @@
-"""Architectures: what several charges, gains and exposures share, and what they do not; every preset; bad fields."""
+"""Architectures: what several charges, gains and exposures share, and what they do not; every
+preset; bad fields.
+"""
 
 from importlib.resources import files
 

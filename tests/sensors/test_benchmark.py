@@ -1,4 +1,6 @@
-"""The benchmark of a shot keeps to its memory and makes the same bits in every process; its ratio of seconds is for a quiet machine."""
+"""The benchmark of a shot keeps to its memory and makes the same bits in every process; its ratio
+of seconds is for a quiet machine.
+"""
 
 import re
 import subprocess

@@ -93,7 +93,8 @@ def test_imx363_curves_are_the_same_shapes_times_062():
 
 
 def test_responsivity_of_the_data_sheet():
-    # 5.48 V/lux-s over 110 uV/e; illuminant A (2856 K), no blocking filter, green: the assumption behind peak_qe = 0.65
+    # 5.48 V/lux-s over 110 uV/e; illuminant A (2856 K), no blocking filter, green: the assumption
+    # behind peak_qe = 0.65
     w = np.arange(380.0, 781, 5)
     light = planck_radiance(w, 2856)
     photons = photons_from_energy(light, w) * 5 / luminance(light, w)
@@ -186,7 +187,9 @@ def test_a_smooth_spectrum_s_error_shrinks_with_the_square_of_the_band():
 
 
 def triangle(tmp_path, centre_nm, half_nm):
-    """Return the model of a sensor with one line, a triangle of height 1, and the wavelengths of its table."""
+    """Return the model of a sensor with one line, a triangle of height 1, and the wavelengths of
+    its table.
+    """
     path = tmp_path / f"line{centre_nm}.csv"
     rows = [(400, 0), (centre_nm - half_nm, 0), (centre_nm, 1), (centre_nm + half_nm, 0), (700, 0)]
     path.write_text("wavelength_nm,R,G,B\n" + "".join(f"{w},{q},{q},{q}\n" for w, q in rows))
@@ -197,7 +200,9 @@ def triangle(tmp_path, centre_nm, half_nm):
     "centre_nm", [552.0, 554.97, 555.0, 560.0]
 )  # between band centres, across a border, at a centre
 def test_a_line_narrower_than_a_band_counts_as_it_is(tmp_path, make_light, centre_nm):
-    """0.1 nm wide, in bands of 10 nm: the integral in closed form, and black bodies within the stated error."""
+    """0.1 nm wide, in bands of 10 nm: the integral in closed form, and black bodies within the
+    stated error.
+    """
     sensor, bands = triangle(tmp_path, centre_nm, 0.05), np.arange(400.0, 701.0, 10.0)
     response = quantum_efficiency(sensor.model(), bands)[0] * bands
     # of even energy: int q w dw = height x half width x centre, a triangle's moment
@@ -265,7 +270,9 @@ def test_lower_case_letters_stand_after_their_filters():
 
 @pytest.mark.parametrize("cfa", ["RGGB", "W"])
 def test_any_spectrum_within_its_bands_stays_within_the_stated_bound(cfa):
-    """Lines at random places, in bands of 10 nm and where they are; the bound is met to a third by the worst of them, so it is no empty one."""
+    """Lines at random places, in bands of 10 nm and where they are; the bound is met to a third by
+    the worst of them, so it is no empty one.
+    """
     model, bands = BayerSensor(cfa=cfa).model(), np.arange(400.0, 701.0, 10.0)
     bound, response = line_error(model, bands), quantum_efficiency(model, bands) * bands
     rng, worst = np.random.default_rng(0), 0.0

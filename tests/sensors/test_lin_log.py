@@ -1,4 +1,6 @@
-"""Lin-log: a linear sensor below the knee, a straight line in log light beyond, and a table that reads it back."""
+"""Lin-log: a linear sensor below the knee, a straight line in log light beyond, and a table that
+reads it back.
+"""
 
 import re
 
@@ -82,12 +84,14 @@ def test_the_table_reads_noisy_pixels_back_without_bias(mean):
         ]
     )
     found = np.interp(raw.astype(float), dn, electrons)
-    # 5 standard errors; where the response bends within a width of the noise 0.04 % stays (docs/charge_dynamics.md)
+    # 5 standard errors; where the response bends within a width of the noise 0.04 % stays
+    # (docs/charge_dynamics.md)
     assert found.mean() / mean == pytest.approx(
         1.0,
         abs=5 * found.std() / mean / np.sqrt(raw.size) + (4e-4 if 2.05e4 < mean < 2.4e4 else 0.0),
     )
-    # what readings say of their own variance, on average: 0.96 to 1.04 where it jumps twentyfold, +- 0.5 %
+    # what readings say of their own variance, on average: 0.96 to 1.04 where it jumps twentyfold,
+    # +- 0.5 %
     ratio = np.interp(raw, dn, variance).mean() / found.var()
     assert abs(ratio - 1) < (0.06 if 2e4 < mean < 2.5e4 else 0.015)
     if mean > 5e4:  # 5.6 %: s / 391 with s = sqrt(391 + 9.1^2 + step^2 / 12), whatever the light
@@ -104,7 +108,10 @@ def test_a_bend_beyond_the_range_is_refused_in_the_plan_where_no_converter_has_c
     ):  # beyond 25 454 e, just before, and 455 e with one at 20 000 e
         with pytest.raises(
             ConfigError,
-            match=r"sensor.knee_e is .*sensor.bits=0.* the range ends at .*; type (sensor.knee_e=\d+|a larger sensor.swing_v)",
+            match=(
+                r"sensor.knee_e is .*sensor.bits=0.* the range ends at .*; type"
+                r" (sensor.knee_e=\d+|a larger sensor.swing_v)"
+            ),
         ) as err:
             LinLogSensor(bits=0, **fields).narrow(Demand())
         if typed := re.search(r"knee_e=(\d+)", str(err.value)):
@@ -127,7 +134,9 @@ def test_a_bend_beyond_the_range_is_refused_in_the_plan_where_no_converter_has_c
     ],
 )
 def test_readings_state_their_variance_for_other_bends_too(fields, worst):
-    """A sharper bend, more noise, no steps, and steps as wide as the noise; without knowing of the bend it was 1.09 to 2.3 times too large."""
+    """A sharper bend, more noise, no steps, and steps as wide as the noise; without knowing of the
+    bend it was 1.09 to 2.3 times too large.
+    """
     sensor = LinLogSensor(prnu=0.0, dark_spread=0.0, dark_e_per_s=0.0, column_e=0.0, **fields)
     dn, electrons, variance = table(sensor)
     assert np.all(np.diff(variance[2:]) > 0)  # a brighter reading never claims to be known better
@@ -136,7 +145,8 @@ def test_readings_state_their_variance_for_other_bends_too(fields, worst):
             sensor.model(), sensor.well(), (False,), np.full((250, 300), mean), generator(5)
         )
         ratio = np.interp(raw, dn, variance).mean() / np.interp(raw, dn, electrons).var()
-        # measured with 900 000 draws: 0.06, 0.01, 0.044, 0.135 at most; 75 000 know a ratio to 0.5 to 1.4 %
+        # measured with 900 000 draws: 0.06, 0.01, 0.044, 0.135 at most; 75 000 know a ratio to 0.5
+        # to 1.4 %
         assert abs(ratio - 1) < worst, mean
 
 

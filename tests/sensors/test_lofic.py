@@ -1,4 +1,6 @@
-"""LOFIC: conserved charge, two readings of it, a spill with the right noise, and a linear sensor below the knee."""
+"""LOFIC: conserved charge, two readings of it, a spill with the right noise, and a linear sensor
+below the knee.
+"""
 
 import numpy as np
 import pytest
@@ -26,7 +28,9 @@ CLEAN = {
 
 
 def electrons(sensor, mean_e, collects=(True, False), **kw):
-    """Return (capture, y, x) electrons of a field of `mean_e` light electrons, and what is saturated."""
+    """Return (capture, y, x) electrons of a field of `mean_e` light electrons, and what is
+    saturated.
+    """
     light = np.broadcast_to(np.asarray(mean_e, float), SIZE)
     return soft_knee_shot.readings(
         sensor.model(), sensor.well(), collects, light, generator(3), **kw
@@ -68,7 +72,8 @@ def test_the_photodiode_has_the_noise_of_its_dynamics(mean):
     want = flow_moments(EMPTY, mean / sensor.exposure_s, sensor.exposure_s, sensor.well())
     charge, total = charge.astype(float), total.astype(float)
     n = charge.size
-    # 5 standard errors; the mean's 3 e: curvature of the knee over the shot noise, which the moments leave out
+    # 5 standard errors; the mean's 3 e: curvature of the knee over the shot noise, which the
+    # moments leave out
     assert charge.mean() == pytest.approx(
         float(want.charge_e), abs=5 * np.sqrt(charge.var() / n) + 3.0
     )
@@ -123,7 +128,9 @@ def test_warm_pixels_have_a_softer_knee():
 
 
 def test_the_merge_joins_both_readings_without_bias(make_light):
-    """Levels on both sides of the high gain's end and of the knee, merged, are proportional to the light that was there."""
+    """Levels on both sides of the high gain's end and of the knee, merged, are proportional to the
+    light that was there.
+    """
     sensor = build("sensor", "lofic", cfa="RGGB", prnu=0.0, dark_spread=0.0, column_e=(0.0, 0.0))
     light = make_light(np.ones((31, 48, 48)), 5.6)
     unit = float(sensor.expected(light).max())

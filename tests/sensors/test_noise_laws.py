@@ -1,4 +1,6 @@
-"""Noise, well, converter and fixed pattern of whole shots: photon transfer, shared charge, persistence, limits."""
+"""Noise, well, converter and fixed pattern of whole shots: photon transfer, shared charge,
+persistence, limits.
+"""
 
 import numpy as np
 import pytest
@@ -19,7 +21,9 @@ CLEAN_SPLIT = dict(
 
 
 def electrons_read(sensor, mean_e, key=KEY, size=SIZE):
-    """Return (capture, y, x) electrons read back from the numbers of a shot of uniform charge, and `saturated`."""
+    """Return (capture, y, x) electrons read back from the numbers of a shot of uniform charge, and
+    `saturated`.
+    """
     model = sensor.model()
     light = [
         np.full(size, float(mean_e) * diode.fill_factor / model.photodiodes[0].fill_factor)
@@ -156,7 +160,8 @@ def test_dark_spread_scales_with_the_dark_charge():
 
 
 def test_rounding_error_of_the_converter():
-    # a linear ramp over many codes without any noise: uniform error of one step, rms step / sqrt(12)
+    # a linear ramp over many codes without any noise: uniform error of one step, rms step /
+    # sqrt(12)
     sensor = BayerSensor(noise=False, **CLEAN)
     model = sensor.model()
     ramp = np.linspace(0, 20000, N).reshape(SIZE)

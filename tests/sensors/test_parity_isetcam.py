@@ -1,4 +1,6 @@
-"""ISETCam's own numbers: noise-free volts by its spatial rule, and its noise statistics by our sensor."""
+"""ISETCam's own numbers: noise-free volts by its spatial rule, and its noise statistics by our
+sensor.
+"""
 
 import os
 from pathlib import Path
@@ -57,7 +59,9 @@ def test_noise_free_volts(name):
 
 
 def cells(data, flag):
-    """Yield (level, filter, what ISETCam found with noise flag `flag`, what its rules make of the same electrons) of all 18 cells."""
+    """Yield (level, filter, what ISETCam found with noise flag `flag`, what its rules make of the
+    same electrons) of all 18 cells.
+    """
     gain, flag_2 = float(data["conversion_gain_v_per_e"]), float(flag == 2)
     dark_e = flag_2 * float(data["dark_voltage_v_per_s"] * data["exp_time_s"]) / gain
     noise = (flag_2 * float(data["read_noise_v"]), flag_2 * 0.01, flag_2 * float(data["dsnu_v"]))
@@ -76,7 +80,9 @@ def cells(data, flag):
 
 
 def errors_of(want, n):
-    """Return the standard errors of the mean and of the variance of `n` draws; a variance's rests on the fourth moment."""
+    """Return the standard errors of the mean and of the variance of `n` draws; a variance's rests
+    on the fourth moment.
+    """
     return np.sqrt(want.variance_v2 / n), np.sqrt((want.fourth_v4 - want.variance_v2**2) / n)
 
 
@@ -91,7 +97,9 @@ def test_noise_free_means_of_uniform_fields():
 
 @pytest.mark.parametrize("flag", [1, 2])
 def test_noise_statistics_of_all_cells(flag):
-    """18 cells for a noise flag, most of them clipped at 0 and one at the swing: mean, variance, share at either end."""
+    """18 cells for a noise flag, most of them clipped at 0 and one at the swing: mean, variance,
+    share at either end.
+    """
     data = load("e_noise_default.npz")
     clipped = 0
     for _, _, found, want in cells(data, flag):
@@ -124,7 +132,9 @@ def test_clipping_is_left_alone_where_it_does_not_reach():
 
 
 def test_our_sensor_has_the_same_statistics():
-    """Ours, clipped as theirs are: all 18 cells, where its exact Poisson and PRNU of the light alone agree within both samples' errors."""
+    """Ours, clipped as theirs are: all 18 cells, where its exact Poisson and PRNU of the light
+    alone agree within both samples' errors.
+    """
     data = load("e_noise_default.npz")
     gain, n_ours = float(data["conversion_gain_v_per_e"]), 65536
     sensor = BayerSensor(
@@ -152,5 +162,6 @@ def test_our_sensor_has_the_same_statistics():
         assert_allclose(
             ours.mean(dtype=float), theirs["mean_volts"], rtol=0, atol=5 * of_mean + 3e-8
         )
-        # 2e-4: ISETCam's PRNU multiplies noise too; 1e-3 below 25 e to 1e-4 above it: its normal is rounded
+        # 2e-4: ISETCam's PRNU multiplies noise too; 1e-3 below 25 e to 1e-4 above it: its normal is
+        # rounded
         assert_allclose(ours.var(dtype=float), theirs["var_volts"], rtol=2e-4, atol=5 * of_variance)

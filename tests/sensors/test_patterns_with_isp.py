@@ -1,4 +1,6 @@
-"""Filter arrays and the isp together: a grey comes back in cd/m2 under every pattern that the sensors offer."""
+"""Filter arrays and the isp together: a grey comes back in cd/m2 under every pattern that the
+sensors offer.
+"""
 
 import numpy as np
 import pytest
@@ -47,7 +49,8 @@ def test_grey_comes_back_without_noise(cfa, crosstalk):
     )
     picture = hdr.build("isp", "linear")(sensor(grey(100.0), None))
     y = picture.xyz.values[..., 1]
-    # raw is float32. With crosstalk, pixels of one channel with unlike neighbours differ; the mean does not
+    # raw is float32. With crosstalk, pixels of one channel with unlike neighbours differ; the mean
+    # does not
     np.testing.assert_allclose(y[8:-8, 8:-8].mean(), 100.0, rtol=1e-6)
     if not crosstalk:
         np.testing.assert_allclose(y, 100.0, rtol=3e-6)
@@ -59,7 +62,8 @@ def test_grey_comes_back_with_all_noise(cfa):
     sensor = hdr.build("sensor", "single", cfa=cfa)
     picture = hdr.build("isp", "linear")(sensor(grey(100.0), hdr.generator(3)))
     y = picture.xyz.values[..., 1]
-    # neighbours share samples, so 48 x 48 pixels count as about 1 / 16 of that: 5 standard errors, and 0.05 % for PRNU and columns
+    # neighbours share samples, so 48 x 48 pixels count as about 1 / 16 of that: 5 standard errors,
+    # and 0.05 % for PRNU and columns
     assert abs(y.mean() / 100 - 1) < 5 * y.std() / 100 / np.sqrt(y.size / 16) + 5e-4
     assert abs(y.mean() / 100 - 1) < 0.02
     assert picture.valid.values.all()

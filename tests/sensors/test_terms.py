@@ -40,7 +40,9 @@ ALL = dict(
 
 
 def read(mean_e, seed=1, sensor=SingleSensor, device="A", **fields):
-    """Return the (y, x) numbers of a shot of uniform charge, float electrons where the converter is off."""
+    """Return the (y, x) numbers of a shot of uniform charge, float electrons where the converter is
+    off.
+    """
     model = sensor(**{**CLEAN, **fields}).model()
     return readings(
         model, [np.full(SIZE, float(mean_e)) for _ in model.photodiodes], generator(seed, device)
@@ -75,7 +77,9 @@ def test_crosstalk_conserves_electrons(optical, electrical):
 
 @pytest.mark.parametrize("power", [0.0, 1.0, 2.5, -1.0])
 def test_light_goes_astray_as_a_power_of_its_wavelength(make_light, power):
-    """One lit pixel under one filter: what its neighbours collect, band by band, over what all of them do."""
+    """One lit pixel under one filter: what its neighbours collect, band by band, over what all of
+    them do.
+    """
     for nm in (450.0, 550.0, 650.0):
         values = np.zeros((3, 9, 9))
         values[1, 4, 4] = 1.0
@@ -102,7 +106,8 @@ def test_more_light_astray_than_there_is_is_refused(flat):
 
 
 def test_crosstalk_leaves_poisson_noise_without_correlation(flat):
-    # a charge that each electron leaves on its own is thinned: variance = mean, neighbours independent
+    # a charge that each electron leaves on its own is thinned: variance = mean, neighbours
+    # independent
     sensor = SingleSensor(
         **CLEAN, swing_v=1e6, full_well_e=1e9, pitch_um=3.0, optical_crosstalk_percent=30.0
     )
@@ -114,7 +119,8 @@ def test_crosstalk_leaves_poisson_noise_without_correlation(flat):
 
 
 def test_efficiency_of_the_captures_includes_crosstalk(make_light):
-    # evenly lit, the mean electrons of each channel are those that the stated quantum efficiency gives
+    # evenly lit, the mean electrons of each channel are those that the stated quantum efficiency
+    # gives
     w = np.arange(400.0, 701, 10)
     light = make_light(np.random.default_rng(0).random((31, 1, 1)) * np.ones((1, 40, 40)), 3.75, w)
     for cfa in ("RGGB", "RG/WB", "RCCC", "RRGG/RRGG/GGBB/GGBB"):
@@ -200,7 +206,9 @@ def test_row_noise_is_new_in_every_shot_and_rows_of_the_device_stay():
 
 
 def test_captures_state_the_row_noise_of_their_pixels(make_light):
-    """Half the variance of the difference of two shots of one device is the square of the noise that captures state."""
+    """Half the variance of the difference of two shots of one device is the square of the noise
+    that captures state.
+    """
     light = make_light(np.zeros((3, 40, 40)), 3.75)
     sensor = BayerSensor(read_noise_e=5.0, row_noise_e=12.0, rows=40, columns=40)
     one, two = (sensor(light, generator(seed)) for seed in (1, 2))

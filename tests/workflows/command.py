@@ -29,7 +29,8 @@ FAST = [
         for name in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance")
     ),
 ]
-WITHOUT_REPORT = "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows,acme"  # pages with plots take as long as all else
+# pages with plots take as long as all else
+WITHOUT_REPORT = "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows,acme"
 LIGHTS = ["scene=point_lights", *FAST]  # two light groups: sky and headlights
 
 
@@ -47,7 +48,9 @@ def environment(plugins, variables) -> dict[str, str]:
 
 
 def start(*arguments: str, plugins=(), **variables: str) -> subprocess.Popen:
-    """Return the started command, in a process group of its own, so that Ctrl-C reaches it alone."""
+    """Return the started command, in a process group of its own, so that Ctrl-C reaches it
+    alone.
+    """
     return subprocess.Popen(
         [sys.executable, "-c", "from isethdr_core.cli.commands import main; main()", *arguments],
         env=environment(plugins, variables),
@@ -83,7 +86,9 @@ print(json.dumps(ends))
 
 
 def one_by_one(*commands: list[str], plugins=(), **variables: str) -> list[tuple[int, str]]:
-    """Return (exit code, standard error) of each command, all in one process: start-up takes a second."""
+    """Return (exit code, standard error) of each command, all in one process: start-up takes a
+    second.
+    """
     done = subprocess.run(
         [sys.executable, "-c", ONE_BY_ONE, json.dumps(commands)],
         capture_output=True,
@@ -96,7 +101,9 @@ def one_by_one(*commands: list[str], plugins=(), **variables: str) -> list[tuple
 
 
 def here(monkeypatch, capsys, *arguments: str) -> tuple[int, str]:
-    """Return (exit code, standard error) of a command in the test's own process, where nothing depends on its having one."""
+    """Return (exit code, standard error) of a command in the test's own process, where nothing
+    depends on its having one.
+    """
     monkeypatch.setattr(sys, "argv", ["isethdr", *arguments])
     monkeypatch.setattr(signal, "signal", lambda *_: None)  # Ctrl-C stays with the tests
     with pytest.raises(SystemExit) as end:
@@ -105,7 +112,9 @@ def here(monkeypatch, capsys, *arguments: str) -> tuple[int, str]:
 
 
 def installed_trouble(folder: Path) -> Path:
-    """Install the plugin package `acme_trouble` into `folder`, with its entry point, and return the folder."""
+    """Install the plugin package `acme_trouble` into `folder`, with its entry point, and return the
+    folder.
+    """
     info = folder / "acme_trouble-1.0.dist-info"
     info.mkdir(parents=True)
     shutil.copy(Path(__file__).with_name("trouble.py"), folder / "acme_trouble.py")

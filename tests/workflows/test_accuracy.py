@@ -1,4 +1,6 @@
-"""The study of accuracy: what a front is, that errors are of the size they must be, that results are kept."""
+"""The study of accuracy: what a front is, that errors are of the size they must be, that results
+are kept.
+"""
 
 from __future__ import annotations
 
@@ -66,7 +68,10 @@ def test_a_stage_without_knobs_says_so():
 def test_a_reference_that_does_not_fit_is_refused_with_the_nearest_that_does():
     with pytest.raises(
         ConfigError,
-        match=r"2000 points take 4 GB, 1 GB are free; the largest that fits is 1000: type reference=1000",
+        match=(
+            r"2000 points take 4 GB, 1 GB are free; the largest that fits is 1000: type"
+            r" reference=1000"
+        ),
     ):
         refuse_what_does_not_fit("points", 2000, lambda n: n**2 * 1000, free_bytes=10**9)
     refuse_what_does_not_fit("points", 1000, lambda n: n**2 * 1000, free_bytes=10**9)
@@ -74,7 +79,10 @@ def test_a_reference_that_does_not_fit_is_refused_with_the_nearest_that_does():
         refuse_what_does_not_fit("points", 2, lambda n: n * 10**9, free_bytes=1)
     with pytest.raises(
         ConfigError,
-        match=r"points per tile of the psf reference take .* GB are free; the largest that fits is \d+",
+        match=(
+            r"points per tile of the psf reference take .* GB are free; the largest that fits"
+            r" is \d+"
+        ),
     ):
         accuracy.accuracy(stage="psf", reference=10**6)
     with pytest.raises(ConfigError, match="expected a whole number above 0"):
@@ -90,7 +98,8 @@ def test_the_point_spread_is_airy_s(monkeypatch):
     one, four, chosen = bands.points
     assert (
         four.error < one.error / 3
-    )  # sub-bands are midpoints: a quarter of the step, a sixteenth of the error, down to other causes
+        # sub-bands are midpoints: a quarter of the step, a sixteenth of the error, down to other causes
+    )
     assert chosen.error < 1e-4 and support.reference_error < 2e-5  # of the light, L1
     assert [p.error for p in support.points] == sorted(
         (p.error for p in support.points), reverse=True

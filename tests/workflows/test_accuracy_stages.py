@@ -1,4 +1,6 @@
-"""Stages of the study of accuracy: each reference by laws that it does not know, each diagram drawn."""
+"""Stages of the study of accuracy: each reference by laws that it does not know, each diagram
+drawn.
+"""
 
 from types import SimpleNamespace
 
@@ -73,7 +75,9 @@ def slow_singlet(indices):
 
 
 def test_light_of_a_ghost_by_hand():
-    """Nearly straight on: T1 R2 R1 T2 of the stop's area, on one block; the start disc is larger than the stop by its margin."""
+    """Nearly straight on: T1 R2 R1 T2 of the stop's area, on one block; the start disc is larger
+    than the stop by its margin.
+    """
     edges = np.array([-50.0, 50.0])
     mean, error = ghosts_by_chance.flux_by_chance(
         slow_singlet([1.0, 1.0, 1.9, 1.0, 1.0]), 0.0, 550.0, edges, 4096, 6
@@ -97,7 +101,8 @@ def test_the_error_of_photons_is_what_other_photons_find():
     stated = np.sqrt(np.mean([e**2 for _, e in found], axis=0))
     lit = scatter > 0.05 * scatter.max()
     assert lit.sum() >= 4
-    # chi squared of 23 and of 24 x 3 degrees: the ratio is known to 17 % in one block, to better over some
+    # chi squared of 23 and of 24 x 3 degrees: the ratio is known to 17 % in one block, to better
+    # over some
     assert np.median(stated[lit] / scatter[lit]) == pytest.approx(1.0, abs=0.3)
 
 
@@ -113,7 +118,8 @@ def test_more_pairs_and_rays_are_better_down_to_the_reference(monkeypatch):
         0.01 < none.error < 0.05
     )  # bare glass: a few pairs of 15 at (4 to 6 %)^2, and what of it falls on the frame
     assert discs.mark == "peer" and discs.error > 5 * all_pairs.error
-    # ghosts of all pairs: 4 % of a tile's light is stated, blocks of tiles average; and what the photons do not know
+    # ghosts of all pairs: 4 % of a tile's light is stated, blocks of tiles average; and what the
+    # photons do not know
     assert all_pairs.error < 0.05 * none.error + 2 * pairs.reference_error
     assert rays.points[0].error > 3 * rays.points[1].error == pytest.approx(3 * all_pairs.error)
 

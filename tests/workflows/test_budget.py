@@ -1,4 +1,6 @@
-"""The study of the budget at a tiny size: what is allowed is kept, the statement is an upper bound, bad sizes are refused."""
+"""The study of the budget at a tiny size: what is allowed is kept, the statement is an upper bound,
+bad sizes are refused.
+"""
 
 from __future__ import annotations
 

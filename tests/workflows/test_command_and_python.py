@@ -1,4 +1,6 @@
-"""The command line and Python do the same; what is stored is not computed again; `plan` computes nothing."""
+"""The command line and Python do the same; what is stored is not computed again; `plan` computes
+nothing.
+"""
 
 from __future__ import annotations
 
@@ -49,8 +51,9 @@ def test_plan_computes_nothing(isethdr_home):
 
 def test_the_plan_of_the_main_job_loads_no_renderer(isethdr_home):
     code = (
-        "import sys\nfrom isethdr_core.cli.summary_tables import print_plan\nprint_plan([])\n"
-        "print(sorted({'mitsuba', 'drjit', 'matplotlib', 'skimage', 'colour'} & {m.split('.')[0] for m in sys.modules}))"
+        "import sys\nfrom isethdr_core.cli.summary_tables import"
+        " print_plan\nprint_plan([])\nprint(sorted({'mitsuba', 'drjit', 'matplotlib', 'skimage',"
+        " 'colour'} & {m.split('.')[0] for m in sys.modules}))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

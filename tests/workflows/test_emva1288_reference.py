@@ -1,4 +1,6 @@
-"""The same pictures through the open reference implementation of the standard (`pip install emva1288`), where it is installed."""
+"""The same pictures through the open reference implementation of the standard (`pip install
+emva1288`), where it is installed.
+"""
 
 import numpy as np
 import pytest
@@ -12,7 +14,9 @@ STACK = 16
 
 @pytest.fixture
 def reference(monkeypatch):
-    """Return (data class, results class, function that sums pictures) of the package; it calls a name that numpy 2 no longer has."""
+    """Return (data class, results class, function that sums pictures) of the package; it calls a
+    name that numpy 2 no longer has.
+    """
     monkeypatch.setattr(np, "asfarray", lambda a: np.asarray(a, float), raising=False)
     pytest.importorskip(
         "emva1288", reason="the reference implementation of EMVA 1288 is not installed"
@@ -63,7 +67,8 @@ def test_gain_quantum_efficiency_noise_and_patterns_agree(reference):
     efficiency = find.quantum_efficiency(gain, responsivity)
     noise, prnu = find.dark_noise_e(dark, gain, True), find.prnu_percent(half, unlit)
 
-    # theirs weighs all levels alike, so its line is a little less certain than ours: 6 of our standard errors, 2 %
+    # theirs weighs all levels alike, so its line is a little less certain than ours: 6 of our
+    # standard errors, 2 %
     for found, true in (
         (theirs.K, 4031 / 25455),
         (theirs.QE / 100, bench.efficiency()),

@@ -1,4 +1,6 @@
-"""What goes wrong in the middle: Ctrl-C, a plugin that raises, bad input; nothing half-made is left and one line says why."""
+"""What goes wrong in the middle: Ctrl-C, a plugin that raises, bad input; nothing half-made is left
+and one line says why.
+"""
 
 from __future__ import annotations
 
@@ -69,8 +71,8 @@ def test_a_plugin_that_raises(isethdr_home, tmp_path):
     [failed] = (isethdr_home / "failed").glob("*.txt")
     assert code == 1
     assert (
-        said
-        == f"error: RuntimeError: glass broke in two; in stage metric acme ideal; traceback in {failed}\n"
+        said == "error: RuntimeError: glass broke in two; in stage metric acme ideal; traceback in"
+        f" {failed}\n"
     )
     assert errors.read_text().splitlines() == 2 * [
         "metric acme ideal RuntimeError",

@@ -1,4 +1,6 @@
-"""A whole run on a chart: light goes straight to electrons where it may, and kernels made once serve later runs."""
+"""A whole run on a chart: light goes straight to electrons where it may, and kernels made once
+serve later runs.
+"""
 
 import numpy as np
 import pytest
@@ -59,5 +61,6 @@ def test_another_exposure_reads_the_kernels_from_disk_and_gives_what_irradiance_
     kept = np.asarray(
         store.open_store(isethdr_home / "kept" / second.path.name, "captures/bayer").raw.values, int
     )
-    # the same random numbers on means a hundredth of a noise apart: a count in a hundred may step by one
+    # the same random numbers on means a hundredth of a noise apart: a count in a hundred may step
+    # by one
     assert np.abs(raw - kept).max() <= 2 and np.mean(raw != kept) < 0.05

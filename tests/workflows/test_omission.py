@@ -1,4 +1,6 @@
-"""Runs that leave out what they do not need agree with runs that compute everything, and a difference is seen."""
+"""Runs that leave out what they do not need agree with runs that compute everything, and a
+difference is seen.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +62,9 @@ def test_every_chart_agrees_with_the_run_that_computes_everything(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name, case in CASES.items() if case.rendered])
 def test_every_rendered_case_agrees_on_few_paths(name):
-    """Fewer groups, bands and tiles are the same bits of light, and as finely stored; through lenses without blur the same readings."""
+    """Fewer groups, bands and tiles are the same bits of light, and as finely stored; through
+    lenses without blur the same readings.
+    """
     few = Case(
         (
             *(o for o in CASES[name].overrides if o not in TILES),

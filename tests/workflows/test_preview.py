@@ -1,4 +1,6 @@
-"""The study `preview`: a picture and one row per light group, weighed as the experiment says; mistakes are told."""
+"""The study `preview`: a picture and one row per light group, weighed as the experiment says;
+mistakes are told.
+"""
 
 from types import SimpleNamespace
 

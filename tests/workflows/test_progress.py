@@ -1,4 +1,6 @@
-"""Progress: silent without a terminal; with one, the running stage and what remains, after two seconds."""
+"""Progress: silent without a terminal; with one, the running stage and what remains, after two
+seconds.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Stored radiance: used where it serves, widened by what is missing, rendered again only for more effort."""
+"""Stored radiance: used where it serves, widened by what is missing, rendered again only for more
+effort.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +64,9 @@ class Recorder:
 
 @dataclass(frozen=True)
 class GoesOn(Recorder):
-    """Light that depends on the paths followed: each has a level of its own; their number says how noisy the mean is."""
+    """Light that depends on the paths followed: each has a level of its own; their number says how
+    noisy the mean is.
+    """
 
     error_allowed: float | None = None
 
@@ -110,7 +114,9 @@ LEVELS = np.random.default_rng(4).gamma(2.0, 1e-3, 4096)
 
 @pytest.fixture
 def config(offer):
-    """Return a function that makes the config of the recorded world under a lighting by fixed weights."""
+    """Return a function that makes the config of the recorded world under a lighting by fixed
+    weights.
+    """
     offer("scene", "world", World)
     offer("renderer", "recorder", Recorder)
     offer("renderer", "goes_on", GoesOn)
@@ -218,7 +224,9 @@ def test_what_is_rendered_is_kept_when_a_later_stage_fails(isethdr_home, config)
 
 
 def radiance(config):
-    """Return the scene radiance that a run of `config` would start from, its light level, and what the ledger says of stored paths."""
+    """Return the scene radiance that a run of `config` would start from, its light level, and what
+    the ledger says of stored paths.
+    """
     parts, rows = chain(config), Ledger()
     scene, _ = scene_radiance_of(parts, plan(parts, rows), rows, config)
     said = [o.what for row in rows for o in row.left_out if "paths" in o.what]

@@ -1,4 +1,6 @@
-"""The stability study: no stage is wrong but where docs/stability.md says so, and a wrong result is called wrong."""
+"""The stability study: no stage is wrong but where docs/stability.md says so, and a wrong result is
+called wrong.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Sweeps: every job once, the same stores from every launcher, resumed after a kill, and mistakes found before the first job."""
+"""Sweeps: every job once, the same stores from every launcher, resumed after a kill, and mistakes
+found before the first job.
+"""
 
 from __future__ import annotations
 

@@ -21,7 +21,9 @@ from __future__ import annotations
 
 from isethdr_core.hookspecs import hookimpl
 
-STUDIES = {  # name: "module:function" in this package; a function takes its settings by name and returns rows, list[dict]
+# name: "module:function" in this package; a function takes its settings by name and returns rows,
+# list[dict]
+STUDIES = {
     "published_figures": "sensors.published_figures:published_figures",
     "emva1288": "emva1288.study:emva1288",
     "level_curves": "sensors.level_curves:level_curves",

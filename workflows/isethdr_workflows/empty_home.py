@@ -1,4 +1,6 @@
-"""Empty home: a study's own folder for stores and kernels, with none at hand, in this process neither."""
+"""Empty home: a study's own folder for stores and kernels, with none at hand, in this process
+neither.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""A first look at a scene: few paths, denoised light group by light group, no camera. A view; nothing of it is stored as light."""
+"""A first look at a scene: few paths, denoised light group by light group, no camera. A view;
+nothing of it is stored as light.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,8 @@ def preview(
     denoise: int = 1,
     picture: str = "preview.png",
 ) -> list[dict]:
-    """Render a scene with few paths and write what it looks like under the experiment's lighting; noise and seconds of each group.
+    """Render a scene with few paths and write what it looks like under the experiment's lighting;
+    noise and seconds of each group.
 
     Parameters
     ----------
@@ -23,8 +26,8 @@ def preview(
 
     Returns
     -------
-    one row per light group: weight, noise of the rendering, how far denoising moved its luminance (median, relative), how much of its light
-    denoising kept, CPU seconds.
+    one row per light group: weight, noise of the rendering, how far denoising moved its luminance
+    (median, relative), how much of its light denoising kept, CPU seconds.
 
     Raises
     ------
@@ -45,7 +48,8 @@ def preview(
 
     if denoise not in (0, 1):
         raise ConfigError(
-            f"study preview: denoise is {denoise}; expected 1, or 0 to see the noise; type denoise=1"
+            f"study preview: denoise is {denoise}; expected 1, or 0 to see the noise; type"
+            " denoise=1"
         )
     parts = chain(
         compose(
@@ -81,7 +85,9 @@ def preview(
 
 
 def moved(now, before) -> float:
-    """Return by how much luminance (y, x) changed: the median, relative, of tiles above 1 % of the mean; 0 where there is no light."""
+    """Return by how much luminance (y, x) changed: the median, relative, of tiles above 1 % of the
+    mean; 0 where there is no light.
+    """
     import numpy as np
 
     lit = before > 0.01 * before.mean()

@@ -1,4 +1,6 @@
-"""The command `isethdr study NAME key=value ...`: run a study, print its rows, keep them in the catalog."""
+"""The command `isethdr study NAME key=value ...`: run a study, print its rows, keep them in the
+catalog.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +58,9 @@ def function_of(name: str):
 
 
 def run_study(name: str, settings: list[str]) -> list[dict]:
-    """Return the rows of a study; `settings` are key=value, converted to the number that the function's parameter names."""
+    """Return the rows of a study; `settings` are key=value, converted to the number that the
+    function's parameter names.
+    """
     function = function_of(name)
     known = inspect.signature(function).parameters
     values = {}
@@ -70,13 +74,16 @@ def run_study(name: str, settings: list[str]) -> list[dict]:
             values[key] = NUMBERS.get(known[key].annotation, str)(value)
         except ValueError:
             raise ConfigError(
-                f"study {name}: {key}={value!r} is no number; type for example {key}={known[key].default}"
+                f"study {name}: {key}={value!r} is no number; type for example"
+                f" {key}={known[key].default}"
             ) from None
     return function(**values)
 
 
 def keep(name: str, settings: list[str], rows: list[dict]):
-    """Return the path of the store that keeps the rows for the catalog: `isethdr catalog find kind=study name=accuracy`."""
+    """Return the path of the store that keeps the rows for the catalog: `isethdr catalog find
+    kind=study name=accuracy`.
+    """
     from datetime import UTC, datetime
 
     import xarray as xr
@@ -98,9 +105,11 @@ def keep(name: str, settings: list[str], rows: list[dict]):
         {
             key: (
                 dim,
-                values
-                if all(isinstance(v, (int, float, bool)) for v in values)
-                else [str(v) for v in values],
+                (
+                    values
+                    if all(isinstance(v, (int, float, bool)) for v in values)
+                    else [str(v) for v in values]
+                ),
             )
             for key, (dim, values) in columns.items()
         }

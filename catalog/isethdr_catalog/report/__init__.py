@@ -15,7 +15,9 @@ from pathlib import Path
 
 
 def write_report(result) -> Path:
-    """Write `<key>.html` beside the run's store and return its path; written whole or not at all."""
+    """Write `<key>.html` beside the run's store and return its path; written whole or not at
+    all.
+    """
     from isethdr_core.storage.atomic_write import write_text
 
     from .page import page

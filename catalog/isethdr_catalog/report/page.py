@@ -126,7 +126,9 @@ def _cameras(seen, main, white: float, scale: tuple[float, float] | None) -> lis
 
 
 def _range(scene) -> tuple[float, float] | None:
-    """Return the luminances between which false colour runs, cd/m2; None for a scene of one luminance."""
+    """Return the luminances between which false colour runs, cd/m2; None for a scene of one
+    luminance.
+    """
     y = display_view.luminance(scene)
     low, high = max(float(np.percentile(y, 1)), y.max() * 1e-9), float(y.max())
     return (low, high) if 0 < low < high else None
@@ -145,7 +147,9 @@ def _profile(seen) -> Markup:
 
 
 def _angles_deg(picture, row: int) -> np.ndarray:
-    """Return the horizontal field angle, right positive, at which each pixel of a row looks through the lens, distortion and projection included."""
+    """Return the horizontal field angle, right positive, at which each pixel of a row looks through
+    the lens, distortion and projection included.
+    """
     f_m = picture.attrs["focal_length_mm"] * 1e-3
     field = camera_geometry.map_of(picture).inverse(
         picture.x.values / f_m, picture.y.values[row] / f_m

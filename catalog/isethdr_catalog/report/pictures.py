@@ -44,7 +44,8 @@ MIDDLE = 0.4  # displayed value, before the sRGB curve, of a scene's median: a m
 
 
 def compression(scene, white_cd_m2: float) -> float:
-    """Return the tone curve's compression that shows the scene's median as a middle grey, at most the view's default.
+    """Return the tone curve's compression that shows the scene's median as a middle grey, at most
+    the view's default.
 
     A day needs little of it and would look pale with more; a night takes all there is.
     """
@@ -89,7 +90,9 @@ def power(exponent: float) -> tuple[str, int | None]:
 
 
 def largest_objects(objects: list[dict], instance, count: int = 14) -> list[dict]:
-    """Return the labelled things with a box, largest first, leaving out what spans the whole picture."""
+    """Return the labelled things with a box, largest first, leaving out what spans the whole
+    picture.
+    """
     area = np.prod(instance.shape)
     ground = {
         "road",

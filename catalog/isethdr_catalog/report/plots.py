@@ -1,4 +1,6 @@
-"""Plots of the report, as embedded vector graphics: line profile, signal-to-noise ratio, error and seconds."""
+"""Plots of the report, as embedded vector graphics: line profile, signal-to-noise ratio, error and
+seconds.
+"""
 
 from __future__ import annotations
 
@@ -50,7 +52,8 @@ def legible(name: str) -> str:
 
 
 def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: float) -> Markup:
-    """Return log luminance along a row: {name: (x in degrees, cd/m2)}; `truth` is drawn last, in black.
+    """Return log luminance along a row: {name: (x in degrees, cd/m2)}; `truth` is drawn last, in
+    black.
 
     Estimates at or below `floor` cd/m2, negative ones among them, are drawn at the floor.
     """
@@ -115,7 +118,8 @@ def seconds(rows) -> Markup:
 def snr_curve(
     picture, truth, bins_per_decade: int = 6, least: int = 20
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (cd/m2, dB): true luminance over the sd that the picture itself states, for the median pixel of each bin.
+    """Return (cd/m2, dB): true luminance over the sd that the picture itself states, for the median
+    pixel of each bin.
 
     Bins are of true luminance: binned by the noisy estimate, dark bins would hold mostly noise.
     """

@@ -1,7 +1,9 @@
-"""Colour: XYZ to linear and encoded sRGB, CIELAB, colour differences, and the matrix from a sensor to XYZ.
+"""Colour: XYZ to linear and encoded sRGB, CIELAB, colour differences, and the matrix from a sensor
+to XYZ.
 
-Every function takes the three values on the last axis. XYZ may be of any scale; sRGB expects Y = 1 for white.
-What works pixel by pixel goes over pictures in pieces: what is worked out on the way then stays in the processor's memory.
+Every function takes the three values on the last axis. XYZ may be of any scale; sRGB expects Y = 1
+for white. What works pixel by pixel goes over pictures in pieces: what is worked out on the way
+then stays in the processor's memory.
 """
 
 from __future__ import annotations
@@ -19,7 +21,9 @@ PIECE = 16384  # pixels
 
 
 def _in_pieces(function):
-    """Make a function of arrays (..., 3) that treats each pixel alone go over large ones in pieces; the values are the same bit for bit."""
+    """Make a function of arrays (..., 3) that treats each pixel alone go over large ones in pieces;
+    the values are the same bit for bit.
+    """
 
     @wraps(function)
     def over_pieces(*arrays):
@@ -55,7 +59,9 @@ def xyz_from_linear_srgb(rgb):
 
 @_in_pieces
 def srgb_encode(linear):
-    """Return sRGB code values 0..1 from linear values, which are first clipped to 0..1 (IEC 61966-2-1:1999)."""
+    """Return sRGB code values 0..1 from linear values, which are first clipped to 0..1 (IEC
+    61966-2-1:1999).
+    """
     v = np.clip(linear, 0.0, 1.0)
     return np.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055)
 
@@ -85,7 +91,9 @@ def de76(lab_1, lab_2):
 
 
 def de94(lab_reference, lab_sample):
-    """Return the CIE 1994 colour difference for graphic arts; not symmetric, the weights are the reference's (CIE 116:1995)."""
+    """Return the CIE 1994 colour difference for graphic arts; not symmetric, the weights are the
+    reference's (CIE 116:1995).
+    """
     (l1, a1, b1), (l2, a2, b2) = _unpack(lab_reference), _unpack(lab_sample)
     c1, c2 = np.hypot(a1, b1), np.hypot(a2, b2)
     dh2 = np.maximum(
@@ -98,7 +106,9 @@ def de94(lab_reference, lab_sample):
 
 @_in_pieces
 def de2000(lab_1, lab_2):
-    """Return the CIEDE2000 colour difference with kL = kC = kH = 1 (Sharma, Wu, Dalal 2005, equations 2-22)."""
+    """Return the CIEDE2000 colour difference with kL = kC = kH = 1 (Sharma, Wu, Dalal 2005,
+    equations 2-22).
+    """
     (l1, a1, b1), (l2, a2, b2) = _unpack(lab_1), _unpack(lab_2)
     stretch = 1 + 0.5 * (
         1 - np.sqrt(_chromatic((np.sqrt(a1 * a1 + b1 * b1) + np.sqrt(a2 * a2 + b2 * b2)) / 2))
@@ -136,22 +146,26 @@ def de2000(lab_1, lab_2):
 
 
 def colour_matrix(response, xyz, white_response, white_xyz, noise_covariance=0.0):
-    """Return the matrix (3, channel) from a sensor's responses to XYZ that is exact for one white and best for the rest.
+    """Return the matrix (3, channel) from a sensor's responses to XYZ that is exact for one white
+    and best for the rest.
 
-    White-preserving least squares (Finlayson, Drew 1997): M minimises sum |M s - t|^2 + trace(M N M^T) over the
-    samples under M white_response = white_xyz. One channel leaves no freedom: M = white_xyz / white_response.
+    White-preserving least squares (Finlayson, Drew 1997): M minimises sum |M s - t|^2 + trace(M N
+    M^T) over the samples under M white_response = white_xyz. One channel leaves no freedom: M =
+    white_xyz / white_response.
 
     Parameters
     ----------
     response : (sample, channel) array; scale each sample so that it has the weight it deserves.
     xyz : (sample, 3) array, the XYZ of the same samples on the same scale.
     white_response, white_xyz : (channel,) and (3,), the white that comes back exactly.
-    noise_covariance : (channel, channel) N, the noise of one response times the number of samples; 0 for none.
+    noise_covariance : (channel, channel) N, the noise of one response times the number of samples;
+        0 for none.
     """
     s, t = np.asarray(response, float), np.asarray(xyz, float)
     u, v = np.asarray(white_response, float), np.asarray(white_xyz, float)
     noise = np.broadcast_to(noise_covariance, (len(u), len(u)))
-    # channels differ by decades, also in how far noise drowns them: each in units of its own signal and noise
+    # channels differ by decades, also in how far noise drowns them: each in units of its own signal
+    # and noise
     size = np.sqrt(np.sum(s**2, axis=0) + np.diag(noise))
     size = np.where(size > 0, size, 1.0)
     s, u, noise = s / size, u / size, noise / np.outer(size, size)
@@ -179,10 +193,12 @@ def _chromatic(c):
 
 
 def _hues(a1, b1, c1, a2, b2, c2):
-    """Return (dH, cosine and sine of the mean hue) of two colours: 2 sqrt(c1 c2) sin(dh / 2), and the middle of the shorter arc.
+    """Return (dH, cosine and sine of the mean hue) of two colours: 2 sqrt(c1 c2) sin(dh / 2), and
+    the middle of the shorter arc.
 
-    By vectors, which needs no angle: dH = cross product / (sqrt(c1 c2) cos(dh / 2)), and the mean hue is that of the sum of both directions.
-    Where hues are nearly opposite that sum cancels, and angles are taken. A grey has no hue: the mean is the other's, and dH is 0.
+    By vectors, which needs no angle: dH = cross product / (sqrt(c1 c2) cos(dh / 2)), and the mean
+    hue is that of the sum of both directions. Where hues are nearly opposite that sum cancels, and
+    angles are taken. A grey has no hue: the mean is the other's, and dH is 0.
     """
     both, along = c1 * c2, a1 * a2 + b1 * b2
     grey = both == 0

@@ -1,9 +1,11 @@
-"""Spectral basis: a few numbers per spectrum from which the sensor's answer to it, blurred differently at each wavelength, follows.
+"""Spectral basis: a few numbers per spectrum from which the sensor's answer to it, blurred
+differently at each wavelength, follows.
 
-W (functional, band) turns a spectrum s into numbers a = W s, G (band, functional) predicts the spectrum again: s ~ G a. The first
-functionals are the sensor's own sensitivities: what they cannot predict makes no electrons unless the blur changes with
-wavelength. The others are those directions that the kernels ask for most, in the metric of the spectra at hand (principal
-components of the kernels after a regression on what is known).
+W (functional, band) turns a spectrum s into numbers a = W s, G (band, functional) predicts the
+spectrum again: s ~ G a. The first functionals are the sensor's own sensitivities: what they cannot
+predict makes no electrons unless the blur changes with wavelength. The others are those directions
+that the kernels ask for most, in the metric of the spectra at hand (principal components of the
+kernels after a regression on what is known).
 """
 
 from __future__ import annotations
@@ -14,13 +16,16 @@ FLOOR = 1e-14  # of the largest eigenvalue: directions in which no spectrum at h
 
 
 def shot_noise_moments(spectra, counts, weight=1.0) -> np.ndarray:
-    """Return the (band, band) second moments of spectra (sample, band), each over its `counts`: bright ones weigh as their noise allows."""
+    """Return the (band, band) second moments of spectra (sample, band), each over its `counts`:
+    bright ones weigh as their noise allows.
+    """
     lit = counts > 0
     return weight * ((spectra[lit] / counts[lit, None]).T @ spectra[lit])
 
 
 def kernel_moments(kernels, weights) -> np.ndarray:
-    """Return the (band, band) second moments of what kernels (point, band) make of light in each channel, Poisson weighted.
+    """Return the (band, band) second moments of what kernels (point, band) make of light in each
+    channel, Poisson weighted.
 
     `weights` is the (channel, band) response.
     """
@@ -34,7 +39,8 @@ def kernel_moments(kernels, weights) -> np.ndarray:
 
 
 def directions(weights, moments, asked) -> np.ndarray:
-    """Return W (band, band): unit rows, the independent ones of `weights` first, then directions of `asked`, the strongest first.
+    """Return W (band, band): unit rows, the independent ones of `weights` first, then directions of
+    `asked`, the strongest first.
 
     Parameters
     ----------
@@ -56,6 +62,8 @@ def directions(weights, moments, asked) -> np.ndarray:
 
 
 def predictor(functionals, moments) -> np.ndarray:
-    """Return G (band, functional), the best linear prediction of spectra with second `moments` from W s."""
+    """Return G (band, functional), the best linear prediction of spectra with second `moments` from
+    W s.
+    """
     known = moments @ functionals.T
     return np.linalg.lstsq((functionals @ known).T, known.T, rcond=1e-12)[0].T

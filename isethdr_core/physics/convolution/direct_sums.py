@@ -1,4 +1,6 @@
-"""Direct sums of a convolution: the light of pixels so dark that the rounding of a transform could matter beside the brightest."""
+"""Direct sums of a convolution: the light of pixels so dark that the rounding of a transform could
+matter beside the brightest.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,8 @@ import numpy as np
 from ..arrays import on_host
 from . import transform
 
-SUMMED = 1e-12  # of a pixel: rounding of a direct float64 sum of positive terms, 8e6 of them pairwise or in rows
+# of a pixel: rounding of a direct float64 sum of positive terms, 8e6 of them pairwise or in rows
+SUMMED = 1e-12
 FEW_PRODUCTS = 1e8  # of direct summation, about what it costs to look for a better way
 MOST_SCATTERED = 5e9  # of spreading bright pixels one by one, some seconds
 MOST_PRODUCTS = (
@@ -16,11 +19,13 @@ MOST_PRODUCTS = (
 
 
 def mend(out, image, kernel, error: float, allowed: float):
-    """Return `out` without pixels that rounding may have spoiled, summed directly; the error of those kept, and their number.
+    """Return `out` without pixels that rounding may have spoiled, summed directly; the error of
+    those kept, and their number.
 
     Parameters
     ----------
-    out, image : (y, x) float64 in units of the image's scale and the kernel's peak, not negative; of any array library.
+    out, image : (y, x) float64 in units of the image's scale and the kernel's peak, not negative;
+        of any array library.
     kernel : `convolution.Kernel`.
     error : bound on the error of any pixel of `out`; `allowed` : relative to the pixel.
     """
@@ -53,7 +58,9 @@ def _squares(a):
 
 
 def _few_sources(image, psf, doubtful):
-    """Return (bright, rest) where fewer bright pixels make the trouble than the `doubtful` ones that have it, else None."""
+    """Return (bright, rest) where fewer bright pixels make the trouble than the `doubtful` ones
+    that have it, else None.
+    """
     window = min(psf.size, image.size)
     most = int(max(16, 2e8 // window, min(doubtful // 4, MOST_SCATTERED // window)))
     if np.count_nonzero(image) <= most:
@@ -66,7 +73,9 @@ def _few_sources(image, psf, doubtful):
 
 
 def _reached(image, psf):
-    """Return where any lit pixel lies within the rectangle of the psf: elsewhere the result is exactly zero."""
+    """Return where any lit pixel lies within the rectangle of the psf: elsewhere the result is
+    exactly zero.
+    """
     ky, kx = np.flatnonzero(psf.any(axis=1)), np.flatnonzero(psf.any(axis=0))
     reach = [(int(k[0]) - n // 2, int(k[-1]) - n // 2) for k, n in zip((ky, kx), psf.shape)]
     lit = image != 0
@@ -97,7 +106,9 @@ def _scatter(sources, psf):
 
 
 def _gather(out, where, image, psf, peak, error):
-    """Replace the pixels `where` by direct sums of image x psf / peak; past `MOST_PRODUCTS` keep `out`, lifted to zero, and its `error`."""
+    """Replace the pixels `where` by direct sums of image x psf / peak; past `MOST_PRODUCTS` keep
+    `out`, lifted to zero, and its `error`.
+    """
     (ny, nx), (ky, kx) = image.shape, psf.shape
     rows, cols = np.nonzero(where)
     if len(rows) * min(psf.size, image.size) > MOST_PRODUCTS:

@@ -1,8 +1,8 @@
 """Fourier transforms along one axis, by the fastest library at hand.
 
-NumPy's arrays go through ducc0 where it is installed (extra `fast`; about half the time of SciPy's, whose builds use the narrowest
-vectors a processor may have), else through SciPy. Both err by some 1e-16 of the largest value. Arrays of another library with the
-Python array API stay there.
+NumPy's arrays go through ducc0 where it is installed (extra `fast`; about half the time of SciPy's,
+whose builds use the narrowest vectors a processor may have), else through SciPy. Both err by some
+1e-16 of the largest value. Arrays of another library with the Python array API stay there.
 """
 
 from __future__ import annotations
@@ -19,7 +19,9 @@ except ImportError:
 
 
 def rfft(rows, out) -> None:
-    """Write the transforms of the real float64 `rows` (row, n) into `out`, (row, n // 2 + 1) complex."""
+    """Write the transforms of the real float64 `rows` (row, n) into `out`, (row, n // 2 + 1)
+    complex.
+    """
     xp = namespace(rows)
     if xp is np and duccs:
         duccs.r2c(rows, axes=(1,), out=out)
@@ -45,7 +47,9 @@ def fft(columns):
 
 
 def ifft(columns):
-    """Return the columns whose transforms are the complex `columns` (n, column), which may be overwritten."""
+    """Return the columns whose transforms are the complex `columns` (n, column), which may be
+    overwritten.
+    """
     xp = namespace(columns)
     if xp is np and duccs:
         return duccs.c2c(columns, axes=(0,), forward=False, inorm=2, out=columns)

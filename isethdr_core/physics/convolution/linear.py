@@ -1,7 +1,8 @@
 """Convolution: linear, never circular, right in the dark beside light 1e12 times brighter.
 
-A float64 transform errs by the same small amount everywhere, so only pixels far darker than the brightest can suffer.
-Those are found afterwards from a bound on that error, and their light is summed directly.
+A float64 transform errs by the same small amount everywhere, so only pixels far darker than the
+brightest can suffer. Those are found afterwards from a bound on that error, and their light is
+summed directly.
 """
 
 from __future__ import annotations
@@ -15,12 +16,15 @@ from ..arrays import device, namespace
 from . import direct_sums, transform
 from .direct_sums import SUMMED
 
-RELATIVE = 3e-8  # of a pixel: what the exact way allows the transform, half of the rounding of a float32 result
+# of a pixel: what the exact way allows the transform, half of the rounding of a float32 result
+RELATIVE = 3e-8
 
 
 @dataclass(frozen=True)
 class Bound:
-    """How wrong a convolution may be: every pixel by `relative` of itself, but for `pixels` of them by `absolute` each."""
+    """How wrong a convolution may be: every pixel by `relative` of itself, but for `pixels` of them
+    by `absolute` each.
+    """
 
     relative: float
     absolute: float  # unit of image times psf; 0 where `pixels` is 0
@@ -29,7 +33,9 @@ class Bound:
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """A point spread function made ready for images of one shape, with its transform taken once; see `prepare`."""
+    """A point spread function made ready for images of one shape, with its transform taken once;
+    see `prepare`.
+    """
 
     psf: Any  # (ky, kx), cut to what an image of `shape` can use, its centre at (ky // 2, kx // 2)
     shape: tuple[int, int]  # (y, x) of the images
@@ -43,19 +49,22 @@ class Kernel:
 
 
 def prepare(psf, shape) -> Kernel:
-    """Return a point spread function ready for images of `shape`; it keeps `psf` and as many complex or real float64.
+    """Return a point spread function ready for images of `shape`; it keeps `psf` and as many
+    complex or real float64.
 
     Parameters
     ----------
-    psf : (ky, kx) array of any size, its centre at index (ky // 2, kx // 2). Reach beyond the image is not used. An array of
-        another library than NumPy, on a graphics processor say, stays there: images are then expected there too.
+    psf : (ky, kx) array of any size, its centre at index (ky // 2, kx // 2). Reach beyond the image
+        is not used. An array of another library than NumPy, on a graphics processor say, stays
+        there: images are then expected there too.
     shape : (y, x) pixels of the images it will be convolved with.
     """
     xp = namespace(psf)
     psf = xp.asarray(psf)
     if psf.ndim != 2 or len(shape) != 2:
         raise ValueError(
-            f"image and psf have {len(shape)} and {psf.ndim} dimensions; expected two each: convolve one band at a time"
+            f"image and psf have {len(shape)} and {psf.ndim} dimensions; expected two each:"
+            " convolve one band at a time"
         )
     if not (psf.dtype == xp.float32 or psf.dtype == xp.float64):
         psf = xp.astype(psf, xp.float64)
@@ -78,16 +87,20 @@ def convolve(image, psf, error_allowed: float = 0.0):
 
     Parameters
     ----------
-    image : (y, x) array, finite. Light outside it is zero. Of NumPy, or of any library with the Python array API.
-    psf : (ky, kx) array of any size, its centre at index (ky // 2, kx // 2), or a `Kernel` prepared for the image's shape.
-    error_allowed : largest relative error of any output pixel; 0 asks for the exact way. Above 1e-7 the pixels whose error may
-        reach it are summed directly, and others are not, so that a larger value only saves time.
+    image : (y, x) array, finite. Light outside it is zero. Of NumPy, or of any library with the
+        Python array API.
+    psf : (ky, kx) array of any size, its centre at index (ky // 2, kx // 2), or a `Kernel` prepared
+        for the image's shape.
+    error_allowed : largest relative error of any output pixel; 0 asks for the exact way. Above 1e-7
+        the pixels whose error may reach it are summed directly, and others are not, so that a
+        larger value only saves time.
 
     Returns
     -------
-    (y, x) float64, of the image's shape. Where `image` and `psf` are not negative, neither is the result, and a pixel is wrong by
-    at most max(error_allowed, 1e-7) of itself. Only where direct summation of all doubtful pixels would take more than
-    `convolution_direct.MOST_PRODUCTS` is that not kept: `convolve_with_bound` says what was.
+    (y, x) float64, of the image's shape. Where `image` and `psf` are not negative, neither is the
+    result, and a pixel is wrong by at most max(error_allowed, 1e-7) of itself. Only where direct
+    summation of all doubtful pixels would take more than `convolution_direct.MOST_PRODUCTS` is that
+    not kept: `convolve_with_bound` says what was.
     """
     return convolve_with_bound(image, psf, error_allowed)[0]
 
@@ -110,19 +123,23 @@ def convolve_into(
     gain: float = 1.0,
     apply=map,
 ) -> Bound:
-    """Write gain x the convolution of image x factor into `out`; return a bound on its error, the rounding to `out`'s dtype left out.
+    """Write gain x the convolution of image x factor into `out`; return a bound on its error, the
+    rounding to `out`'s dtype left out.
 
     Parameters
     ----------
-    out : (y, x) float32 or float64 array; no other array of the image's size is made but the transforms of its rows.
+    out : (y, x) float32 or float64 array; no other array of the image's size is made but the
+        transforms of its rows.
     image, kernel, error_allowed : as `convolve`.
     factor : None, or a (y, x) array not below 0 that the image is multiplied by on its way in.
-    apply : how to call a function for every block of rows or columns: `map`, or the `map` of a pool of threads.
+    apply : how to call a function for every block of rows or columns: `map`, or the `map` of a pool
+        of threads.
     """
     xp = namespace(image)
     if tuple(image.shape) != kernel.shape:
         raise ValueError(
-            f"the kernel was prepared for images of {kernel.shape}; got {image.shape}; prepare it for that shape"
+            f"the kernel was prepared for images of {kernel.shape}; got {image.shape}; prepare it"
+            " for that shape"
         )
     low, high = _range(image, xp)
     scale = max(-low, high) * (1.0 if factor is None else _range(factor, xp)[1])
@@ -173,7 +190,9 @@ def convolve_into(
 
 
 def _scaled(values, factors, out, xp):
-    """Write values x the product of `factors` into `out`, in one pass where the product itself is in range."""
+    """Write values x the product of `factors` into `out`, in one pass where the product itself is
+    in range.
+    """
     product = factors[0] * factors[1] * factors[2]
     if not 1e-290 < abs(product) < 1e290:
         values, product = values * factors[0] * factors[1], factors[2]
@@ -189,7 +208,8 @@ def _range(a, xp):
     low, high = float(xp.min(a)), float(xp.max(a))
     if not (np.isfinite(low) and np.isfinite(high)):
         raise ValueError(
-            "image or psf holds NaN or infinite values; expected finite numbers: one would spoil every pixel"
+            "image or psf holds NaN or infinite values; expected finite numbers: one would spoil"
+            " every pixel"
         )
     return low, high
 
@@ -199,7 +219,8 @@ def _crop(psf, shape, xp):
     for k, n in zip(psf.shape, shape):
         centre = k // 2
         cut.append(slice(max(0, centre - (n - 1)), min(centre + n, k)))
-    # The centre of what is left need not sit at size // 2 any more: pad at the end or the start until it does.
+    # The centre of what is left need not sit at size // 2 any more: pad at the end or the start
+    # until it does.
     part = psf[tuple(cut)]
     pad = []
     for k, s in zip(psf.shape, cut):

@@ -1,7 +1,9 @@
-"""Convolution of all bands at once, straight to channels: sum over bands of weight x (kernel of the band * light of the band).
+"""Convolution of all bands at once, straight to channels: sum over bands of weight x (kernel of the
+band * light of the band).
 
-Light is first projected onto K functionals of its spectrum (`spectral_basis`). K transforms go in and J come out, instead of one
-pair per band: the kernels of channel j and functional k are sums of the bands' transforms, made block by block by matrix products.
+Light is first projected onto K functionals of its spectrum (`spectral_basis`). K transforms go in
+and J come out, instead of one pair per band: the kernels of channel j and functional k are sums of
+the bands' transforms, made block by block by matrix products.
 """
 
 from __future__ import annotations
@@ -16,18 +18,20 @@ TOGETHER_BYTES = (
 
 
 def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, float]:
-    """Add the channels' convolutions to `out`; return the norms of all planes that went in, together, and of all that came out.
+    """Add the channels' convolutions to `out`; return the norms of all planes that went in,
+    together, and of all that came out.
 
     Parameters
     ----------
     out : (channel, y, x) float32 or float64.
     planes : planes(rows) returns those rows of the functionals of the light, (functional, row, x).
-    combine : (channel, functional, band): the weight of a band's kernel in the kernel of a channel and functional.
-    blocks : (band, block, sy, columns), transforms of the bands' kernels (`convolution_transform.spectrum`), whose precision, single or
-        double, is that of the work.
+    combine : (channel, functional, band): the weight of a band's kernel in the kernel of a channel
+        and functional.
+    blocks : (band, block, sy, columns), transforms of the bands' kernels
+        (`convolution_transform.spectrum`), whose precision, single or double, is that of the work.
     size : (y, x) of the transforms.
-    apply : `map`, or what does the same by several threads. Those of a linear algebra library had better be off meanwhile: they go on
-        spinning beside them.
+    apply : `map`, or what does the same by several threads. Those of a linear algebra library had
+        better be off meanwhile: they go on spinning beside them.
     """
     (outputs, count, bands), (ny, nx) = combine.shape, out.shape[1:]
     scale = float(np.abs(combine).max()) or 1.0  # so that single precision is in range for any unit
@@ -60,7 +64,9 @@ def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, floa
 
 
 def _weighted(parts, spectra, weights) -> list[np.ndarray]:
-    """Return per channel the sum over functionals of kernel x plane; `spectra` (band, y, x) are the bands' kernels there."""
+    """Return per channel the sum over functionals of kernel x plane; `spectra` (band, y, x) are the
+    bands' kernels there.
+    """
     real = not np.iscomplexobj(spectra)
     kernels = matrix_product(weights, spectra if real else spectra.view(weights.dtype))
     kernels = (kernels if real else kernels.view(spectra.dtype)).reshape(
@@ -76,7 +82,9 @@ def _weighted(parts, spectra, weights) -> list[np.ndarray]:
 
 
 def _back(out, half, scale, size, apply) -> float:
-    """Add one plane, transformed back, times `scale` to `out`; return the sum of squares without it."""
+    """Add one plane, transformed back, times `scale` to `out`; return the sum of squares without
+    it.
+    """
 
     def write(rows, values):
         total = transform.squares(values, np)

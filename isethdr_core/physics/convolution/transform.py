@@ -1,8 +1,9 @@
 """Transforms of padded images, in blocks of rows and columns that stay in the processor's cache.
 
-The padded image and its whole spectrum never exist: only the transforms along x of the rows that hold light. A spectrum of a point
-spread function is kept as blocks of columns, (block, sy, COLUMNS), in the order in which they are read, so that a mapped file serves.
-Arrays of any library with the Python array API work (`fourier`).
+The padded image and its whole spectrum never exist: only the transforms along x of the rows that
+hold light. A spectrum of a point spread function is kept as blocks of columns, (block, sy,
+COLUMNS), in the order in which they are read, so that a mapped file serves. Arrays of any library
+with the Python array API work (`fourier`).
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ def sizes(shape, kernel) -> tuple[int, int]:
 
 
 def spectrum(psf, size, peak: float, mirrored: bool):
-    """Return the transform of psf / peak, centred on [0, 0], in blocks of columns; real where psf equals its mirror image.
+    """Return the transform of psf / peak, centred on [0, 0], in blocks of columns; real where psf
+    equals its mirror image.
 
     Parameters
     ----------
@@ -71,7 +73,8 @@ def whole(blocks, size):
 
 
 def rows_of(ny: int, size, like, single=False):
-    """Return an empty array, where `like` is, for the transforms along x of one plane: (block of columns, y, column), as they are worked on.
+    """Return an empty array, where `like` is, for the transforms along x of one plane: (block of
+    columns, y, column), as they are worked on.
 
     Its precision, `single` or double, is that of all that follows.
     """
@@ -84,7 +87,8 @@ def rows_of(ny: int, size, like, single=False):
 
 
 def forward(read, halves, size, nx: int, apply=map) -> float:
-    """Fill `halves`, one array of `rows_of` per plane, with the transforms along x; return the sum of squares of all values.
+    """Fill `halves`, one array of `rows_of` per plane, with the transforms along x; return the sum
+    of squares of all values.
 
     Parameters
     ----------
@@ -116,12 +120,14 @@ def forward(read, halves, size, nx: int, apply=map) -> float:
 
 
 def columns(halves, multiply, size, apply=map) -> None:
-    """Transform planes along y, combine them, and transform back: the first planes of `halves` become the results.
+    """Transform planes along y, combine them, and transform back: the first planes of `halves`
+    become the results.
 
     Parameters
     ----------
-    multiply : multiply(block, planes) takes the number of a block of columns and its transforms, a list of (sy, columns) arrays that
-        it may overwrite, and returns the transforms of the outputs, at most as many.
+    multiply : multiply(block, planes) takes the number of a block of columns and its transforms, a
+        list of (sy, columns) arrays that it may overwrite, and returns the transforms of the
+        outputs, at most as many.
     """
     count, ny, _ = halves[0].shape
     local = threading.local()
@@ -140,7 +146,9 @@ def columns(halves, multiply, size, apply=map) -> None:
 
 
 def back(half, write, size, nx: int, apply=map) -> list:
-    """Transform the rows of one plane back; write(rows, values) takes each block (rows, nx). Return what it returned, block by block."""
+    """Transform the rows of one plane back; write(rows, values) takes each block (rows, nx). Return
+    what it returned, block by block.
+    """
     xp = namespace(half)
     count, ny, _ = half.shape
     local = threading.local()
@@ -166,11 +174,13 @@ def _blocks(size) -> int:
 
 
 def error(product: float, norm: float, size, single=False) -> float:
-    """Return a bound on the error of any pixel of a transform: rounding is white, 10 standard deviations of it.
+    """Return a bound on the error of any pixel of a transform: rounding is white, 10 standard
+    deviations of it.
 
     Parameters
     ----------
-    product : of the norms (roots of sums of squares) of image and kernel; `norm` : that of the result.
+    product : of the norms (roots of sums of squares) of image and kernel; `norm` : that of the
+        result.
     """
     count = float(np.prod(size))
     return (
@@ -193,7 +203,9 @@ def times(spectrum):
 
 
 def plain(image, spectrum, size):
-    """Return the convolution of a NumPy image (y, x) with a kernel's spectrum, and the root of the sum of the image's squares."""
+    """Return the convolution of a NumPy image (y, x) with a kernel's spectrum, and the root of the
+    sum of the image's squares.
+    """
 
     def read(rows, values):
         values[0] = image[rows]
@@ -209,7 +221,9 @@ def plain(image, spectrum, size):
 
 
 def _kept(local, name, shape, dtype, like):
-    """Return this thread's scratch array of one name and shape: fresh ones would cost as much as the transforms."""
+    """Return this thread's scratch array of one name and shape: fresh ones would cost as much as
+    the transforms.
+    """
     made = local.__dict__.setdefault("arrays", {})
     if (name, shape) not in made:
         made[name, shape] = namespace(like).zeros(shape, dtype=dtype, device=device(like))

@@ -1,18 +1,21 @@
-"""Charge of a pixel that overflows softly: dQ/dt = current(t) - overflow(Q), exact, for any light, without a time step.
+"""Charge of a pixel that overflows softly: dQ/dt = current(t) - overflow(Q), exact, for any light,
+without a time step.
 
-The overflow current grows by e for every `thermal_e` electrons (thermionic emission over the barrier of the overflow
-path; Miyauchi et al. 2023, "Light intensity and charge holding time dependence of pinned photodiode full well
-capacity", measure the logarithmic law that follows). With
+The overflow current grows by e for every `thermal_e` electrons (thermionic emission over the
+barrier of the overflow path; Miyauchi et al. 2023, "Light intensity and charge holding time
+dependence of pinned photodiode full well capacity", measure the logarithmic law that follows). With
 
     q = (Q - knee) / thermal,  a = current / thermal,  b = knee current / thermal,  u = exp(-q)
 
 it is linear, u' = b - a u, so that for any light whose arrived electrons A(t) are known
 
-    u(T) = u(0) exp(-A(T) / thermal) + b J,   J = integral of exp(-(A(T) - A(t)) / thermal) dt over the exposure.
+    u(T) = u(0) exp(-A(T) / thermal) + b J,   J = integral of exp(-(A(T) - A(t)) / thermal) dt over
+    the exposure.
 
-J is a time: how long the pixel remembers. It is T in darkness, thermal / current in a full well, elementary under constant
-light and an integral of a smooth function between 0 and 1 under any other. Charges follow from A(T) and J alone, by `settle`,
-in which nothing overflows. Under constant light no Lambert W is needed; with a linear leak it gives the steady state.
+J is a time: how long the pixel remembers. It is T in darkness, thermal / current in a full well,
+elementary under constant light and an integral of a smooth function between 0 and 1 under any
+other. Charges follow from A(T) and J alone, by `settle`, in which nothing overflows. Under constant
+light no Lambert W is needed; with a linear leak it gives the steady state.
 """
 
 from __future__ import annotations
@@ -50,7 +53,9 @@ class Well:
 
 
 def log_memory(x, duration_s) -> np.ndarray:
-    """Return log(duration x (1 - exp(-x)) / x), the log of J under constant light, for x >= 0; -inf for no duration."""
+    """Return log(duration x (1 - exp(-x)) / x), the log of J under constant light, for x >= 0; -inf
+    for no duration.
+    """
     small = x < 1e-4
     safe = np.where(small, 1.0, x)
     with np.errstate(divide="ignore"):
@@ -70,8 +75,9 @@ def settle(charge_e, arrived_e, log_memory_s, well: Well) -> tuple[np.ndarray, n
 
     Notes
     -----
-    With s = log(spilling share / staying share), spilled = thermal log(1 + e^s). For s > 0 the charge is
-    written from the knee, so that two large numbers are never subtracted; e^s itself is never computed.
+    With s = log(spilling share / staying share), spilled = thermal log(1 + e^s). For s > 0 the
+    charge is written from the knee, so that two large numbers are never subtracted; e^s itself is
+    never computed.
     """
     source, s = _odds(charge_e, arrived_e, log_memory_s, well)
     spilled = well.thermal_e * np.logaddexp(0.0, s)
@@ -81,7 +87,9 @@ def settle(charge_e, arrived_e, log_memory_s, well: Well) -> tuple[np.ndarray, n
 
 
 def flow(charge_e, current_e_per_s, duration_s, well: Well) -> tuple[np.ndarray, np.ndarray]:
-    """Return (charge, spilled charge), electrons, after `duration_s` of constant current; exact and elementary."""
+    """Return (charge, spilled charge), electrons, after `duration_s` of constant current; exact and
+    elementary.
+    """
     arrived = current_e_per_s * duration_s
     return settle(charge_e, arrived, log_memory(arrived / well.thermal_e, duration_s), well)
 
@@ -89,7 +97,9 @@ def flow(charge_e, current_e_per_s, duration_s, well: Well) -> tuple[np.ndarray,
 def flow_pieces(
     charge_e, currents_e_per_s, durations_s, well: Well
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (charge, spilled charge), electrons, after pieces of constant current, one after the other; exact."""
+    """Return (charge, spilled charge), electrons, after pieces of constant current, one after the
+    other; exact.
+    """
     spilled = 0.0
     for current, duration in zip(currents_e_per_s, durations_s, strict=True):
         charge_e, more = flow(charge_e, current, duration, well)
@@ -100,18 +110,22 @@ def flow_pieces(
 def flow_varying(
     charge_e, arriving_e, start_s, duration_s, well: Well
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (charge, spilled charge), electrons, after light that varies smoothly, whatever its strength.
+    """Return (charge, spilled charge), electrons, after light that varies smoothly, whatever its
+    strength.
 
     Parameters
     ----------
-    arriving_e : function (start_s, duration_s) -> electrons that arrive in that interval, per pixel.
-    start_s, duration_s : of the exposure; numbers, or arrays that broadcast with the frame (a rolling shutter's rows).
+    arriving_e : function (start_s, duration_s) -> electrons that arrive in that interval, per
+        pixel.
+    start_s, duration_s : of the exposure; numbers, or arrays that broadcast with the frame (a
+        rolling shutter's rows).
 
     Notes
     -----
-    J by Gauss-Legendre quadrature on panels that halve towards the end, down to the time in which one `thermal_e`
-    arrives: a full well remembers no longer. Every node costs one exponential; there is no stability limit. The first panel is
-    half the exposure, so light must vary smoothly over that: cut several periods with `flow_varying` from cut to cut.
+    J by Gauss-Legendre quadrature on panels that halve towards the end, down to the time in which
+    one `thermal_e` arrives: a full well remembers no longer. Every node costs one exponential;
+    there is no stability limit. The first panel is half the exposure, so light must vary smoothly
+    over that: cut several periods with `flow_varying` from cut to cut.
     """
     arrived = arriving_e(start_s, duration_s)
     halvings = int(np.ceil(np.log2(1.0 + np.max(arrived, initial=0.0) / well.thermal_e))) + 2
@@ -130,7 +144,9 @@ def flow_varying(
 
 
 def linear_limit_e(allowed_spill_e: float, duration_s: float, well: Well) -> float:
-    """Return the electrons that may arrive at constant light until `allowed_spill_e` of them are lost, by bisection."""
+    """Return the electrons that may arrive at constant light until `allowed_spill_e` of them are
+    lost, by bisection.
+    """
     low, high = 0.0, max(well.knee_e, 0.0) + 1e3 * well.thermal_e + allowed_spill_e
     while low < (middle := 0.5 * (low + high)) < high:
         if flow(0.0, middle / duration_s, duration_s, well)[1] > allowed_spill_e:
@@ -141,9 +157,11 @@ def linear_limit_e(allowed_spill_e: float, duration_s: float, well: Well) -> flo
 
 
 def arrived_from_charge(charge_e, duration_s: float, well: Well) -> np.ndarray:
-    """Return the electrons that arrived at constant light in `duration_s`, from the charge left: the inverse of `flow`.
+    """Return the electrons that arrived at constant light in `duration_s`, from the charge left:
+    the inverse of `flow`.
 
-    Newton's method in log(arrived), in which a full well's charge is a straight line. Readings below 0 come back as they are.
+    Newton's method in log(arrived), in which a full well's charge is a straight line. Readings
+    below 0 come back as they are.
     """
     charge = np.asarray(charge_e, float)
     excess = (charge - well.knee_e) / well.thermal_e + np.log(
@@ -163,7 +181,9 @@ def arrived_from_charge(charge_e, duration_s: float, well: Well) -> np.ndarray:
 
 
 def slope(arrived_e, duration_s, well: Well) -> np.ndarray:
-    """Return d charge / d arrived at constant light from an empty well: 1 below the knee, falling as 1 / arrived beyond."""
+    """Return d charge / d arrived at constant light from an empty well: 1 below the knee, falling
+    as 1 / arrived beyond.
+    """
     stays, spills, h = shares(0.0, arrived_e, duration_s, well)
     return stays + spills * h
 
@@ -171,9 +191,11 @@ def slope(arrived_e, duration_s, well: Well) -> np.ndarray:
 def shares(
     charge_e, arrived_e, duration_s, well: Well
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (P, R, h) of constant light: of a change of the first charge the share P stays and R = 1 - P spills.
+    """Return (P, R, h) of constant light: of a change of the first charge the share P stays and R =
+    1 - P spills.
 
-    h = 1/x - 1/(e^x - 1), x = arrived / thermal, falls from 1/2 to 0; P + R h is the same share for the arriving charge.
+    h = 1/x - 1/(e^x - 1), x = arrived / thermal, falls from 1/2 to 0; P + R h is the same share for
+    the arriving charge.
     """
     x = np.asarray(arrived_e / well.thermal_e, float)
     _, s = _odds(charge_e, arrived_e, log_memory(x, duration_s), well)
@@ -186,10 +208,12 @@ def shares(
 
 
 def steady_charge(current_e_per_s, well: Well, leak_per_s: float = 0.0) -> np.ndarray:
-    """Return the charge at which light, overflow and a leak of `leak_per_s` x charge balance, electrons.
+    """Return the charge at which light, overflow and a leak of `leak_per_s` x charge balance,
+    electrons.
 
-    A leak alone balances at current / leak, an overflow alone at a logarithm; both by Lambert W of an exponential
-    (Wright's omega; Corless and Jeffrey 2002, "The Wright omega function"), which does not overflow.
+    A leak alone balances at current / leak, an overflow alone at a logarithm; both by Lambert W of
+    an exponential (Wright's omega; Corless and Jeffrey 2002, "The Wright omega function"), which
+    does not overflow.
     """
     current = np.asarray(current_e_per_s, float)
     if leak_per_s == 0.0:
@@ -206,6 +230,8 @@ def steady_charge(current_e_per_s, well: Well, leak_per_s: float = 0.0) -> np.nd
 
 
 def _odds(charge_e, arrived_e, log_memory_s, well):
-    """Return (log(b J), s): s is the log of what the well forgets over what it keeps of its first charge."""
+    """Return (log(b J), s): s is the log of what the well forgets over what it keeps of its first
+    charge.
+    """
     source = np.log(well.knee_e_per_s / well.thermal_e) + log_memory_s
     return source, ((charge_e - well.knee_e) + arrived_e) / well.thermal_e + source

@@ -1,17 +1,22 @@
-"""Noise of a softly overflowing charge: mean, variance and covariance with what spilled, closed, and single draws.
+"""Noise of a softly overflowing charge: mean, variance and covariance with what spilled, closed,
+and single draws.
 
-Electrons arrive and leave one by one, so that to second order (van Kampen's linear noise approximation)
+Electrons arrive and leave one by one, so that to second order (van Kampen's linear noise
+approximation)
 
     dV/dt = 2 f'(Q) V + current + overflow(Q),   f(Q) = current - overflow(Q),
 
-along the exact mean Q(t). Under constant light the integral is elementary. With P, R = 1 - P, h of `charge_dynamics.shares`, N the
-electrons that arrive, k = P + R h the share of them that counts and rho = thermal R (1 - R h), a piece of light adds
+along the exact mean Q(t). Under constant light the integral is elementary. With P, R = 1 - P, h of
+`charge_dynamics.shares`, N the electrons that arrive, k = P + R h the share of them that counts and
+rho = thermal R (1 - R h), a piece of light adds
 
-    variance of the charge N k^2 + rho, of the spilled charge N (1 - k)^2 + rho, covariance N k (1 - k) - rho,
+    variance of the charge N k^2 + rho, of the spilled charge N (1 - k)^2 + rho, covariance N k (1 -
+    k) - rho,
 
-and passes on the first charge's deviation, P of it as charge and R as spill. So: given how many electrons arrived, the charge follows
-`flow` of that number, and rho is the thermal noise of which ones left. Without spill it is Poisson, in a full
-well the variance is `thermal_e`, however strong the light; charge plus spill is Poisson always.
+and passes on the first charge's deviation, P of it as charge and R as spill. So: given how many
+electrons arrived, the charge follows `flow` of that number, and rho is the thermal noise of which
+ones left. Without spill it is Poisson, in a full well the variance is `thermal_e`, however strong
+the light; charge plus spill is Poisson always.
 """
 
 from __future__ import annotations
@@ -25,7 +30,9 @@ from .noise import LARGEST_MEAN_E, poisson
 
 
 class Moments(NamedTuple):
-    """Means (e) and second moments (e^2) of the charge in the well and of all that spilled so far."""
+    """Means (e) and second moments (e^2) of the charge in the well and of all that spilled so
+    far.
+    """
 
     charge_e: np.ndarray
     spilled_e: np.ndarray
@@ -38,7 +45,9 @@ EMPTY = Moments(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def flow_moments(before: Moments, current_e_per_s, duration_s, well: Well) -> Moments:
-    """Return the moments after `duration_s` of constant current; pieces of light compose by repeated calls."""
+    """Return the moments after `duration_s` of constant current; pieces of light compose by
+    repeated calls.
+    """
     arrived = np.asarray(current_e_per_s * duration_s, float)
     stays, spills, h = shares(before.charge_e, arrived, duration_s, well)
     kept, lost = stays + spills * h, spills * (1 - h)
@@ -55,7 +64,8 @@ def flow_moments(before: Moments, current_e_per_s, duration_s, well: Well) -> Mo
 
 
 def draw_charge(arrived_e, word, duration_s: float, well: Well) -> np.ndarray:
-    """Return one draw of the charge left in the well, given how many electrons arrived in `duration_s` of constant light.
+    """Return one draw of the charge left in the well, given how many electrons arrived in
+    `duration_s` of constant light.
 
     Parameters
     ----------
@@ -64,8 +74,9 @@ def draw_charge(arrived_e, word, duration_s: float, well: Well) -> np.ndarray:
 
     Notes
     -----
-    The spill is its mean plus a centred Poisson count of variance rho. Where little spills rho is its mean, so it
-    is Poisson as it must be; rho never exceeds the mean, so it is never negative. Charge and spill add up to `arrived_e`.
+    The spill is its mean plus a centred Poisson count of variance rho. Where little spills rho is
+    its mean, so it is Poisson as it must be; rho never exceeds the mean, so it is never negative.
+    Charge and spill add up to `arrived_e`.
     """
     arrived = np.minimum(np.asarray(arrived_e, float), LARGEST_MEAN_E)
     charge, _ = flow(0.0, arrived / duration_s, duration_s, well)

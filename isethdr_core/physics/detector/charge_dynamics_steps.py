@@ -1,6 +1,8 @@
-"""Step by step integration of dQ/dt = light(t) - leak Q - overflow(Q), where `charge_dynamics` has no closed form.
+"""Step by step integration of dQ/dt = light(t) - leak Q - overflow(Q), where `charge_dynamics` has
+no closed form.
 
-Without a leak prefer `charge_dynamics.flow_varying`. Both methods here take any step at any light without overflowing.
+Without a leak prefer `charge_dynamics.flow_varying`. Both methods here take any step at any light
+without overflowing.
 """
 
 from __future__ import annotations
@@ -14,7 +16,8 @@ from .charge_dynamics import Well, flow
 
 
 def graded(duration_s: float, steps: int, smallest: float = 1e-12) -> np.ndarray:
-    """Return steps + 1 times from 0 to `duration_s`: half uniform, half shrinking towards the end by `smallest` in all.
+    """Return steps + 1 times from 0 to `duration_s`: half uniform, half shrinking towards the end
+    by `smallest` in all.
 
     A full well remembers only thermal / current seconds, so what counts is resolved there.
     """
@@ -32,7 +35,8 @@ def graded(duration_s: float, steps: int, smallest: float = 1e-12) -> np.ndarray
 
 
 def exponential_steps(charge_e, light_e_per_s, times_s, well: Well) -> np.ndarray:
-    """Return the charge after exact steps under the mean light of each (Simpson's rule); second order.
+    """Return the charge after exact steps under the mean light of each (Simpson's rule); second
+    order.
 
     Parameters
     ----------
@@ -50,9 +54,11 @@ def exponential_steps(charge_e, light_e_per_s, times_s, well: Well) -> np.ndarra
 def implicit_steps(
     charge_e, light_e_per_s, times_s, well: Well, leak_per_s: float = 0.0
 ) -> np.ndarray:
-    """Return the charge after implicit Euler steps, each solved exactly by Wright's omega function; first order.
+    """Return the charge after implicit Euler steps, each solved exactly by Wright's omega function;
+    first order.
 
-    Parameters as in `exponential_steps`; `leak_per_s` : share of the charge that leaks per second, 0 or more.
+    Parameters as in `exponential_steps`; `leak_per_s` : share of the charge that leaks per second,
+    0 or more.
     """
     for start, end in pairwise(times_s):
         step = end - start
@@ -61,7 +67,8 @@ def implicit_steps(
         log_source = np.log(step * well.knee_e_per_s / (weight * well.thermal_e))
         z = (free - well.knee_e) / well.thermal_e + log_source
         omega = wrightomega(z)
-        # omega + log(omega) = z: beyond the knee the second form does not subtract two large numbers
+        # omega + log(omega) = z: beyond the knee the second form does not subtract two large
+        # numbers
         above = well.knee_e + well.thermal_e * (np.log(np.where(z < 1, 1.0, omega)) - log_source)
         charge_e = np.where(z < 1, free - well.thermal_e * omega, above)
     return charge_e

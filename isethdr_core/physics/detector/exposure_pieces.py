@@ -1,4 +1,6 @@
-"""An exposure cut where lamps switch, so that within a piece each pulsed lamp is on or off: for pixels that are not linear."""
+"""An exposure cut where lamps switch, so that within a piece each pulsed lamp is on or off: for
+pixels that are not linear.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,8 @@ PER_PERIOD = 8  # pieces of a period of ripple, so that it is nearly straight wi
 def pieces(
     modulations, start_s, duration_s: float, per_period: int = PER_PERIOD
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (starts_s, durations_s), both (pieces, ...) with the shape of `start_s`, in order; together they are the exposure.
+    """Return (starts_s, durations_s), both (pieces, ...) with the shape of `start_s`, in order;
+    together they are the exposure.
 
     Rows that see fewer edges have pieces of no duration. Several lamps are cut at the edges of all.
 
@@ -51,7 +54,9 @@ def count(modulations, duration_s: float) -> float:
 
 
 def relative_in_pieces(modulation: Modulation, starts_s, durations_s) -> np.ndarray:
-    """Return the mean light of each piece relative to the mean over time; 0 in a piece of no duration."""
+    """Return the mean light of each piece relative to the mean over time; 0 in a piece of no
+    duration.
+    """
     some = durations_s > 0
     return np.where(
         some, light_s(modulation, starts_s, durations_s) / np.where(some, durations_s, 1.0), 0.0

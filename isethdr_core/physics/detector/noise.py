@@ -1,7 +1,8 @@
-"""Noise by inversion: one random word per pixel becomes a standard normal or an exact Poisson count.
+"""Noise by inversion: one random word per pixel becomes a standard normal or an exact Poisson
+count.
 
-Inversion makes every draw a monotone function of one word, so that a sweep over exposures keeps its noise and
-no pixel's draw depends on another's. Words come from `random_words`.
+Inversion makes every draw a monotone function of one word, so that a sweep over exposures keeps its
+noise and no pixel's draw depends on another's. Words come from `random_words`.
 """
 
 from __future__ import annotations
@@ -17,7 +18,9 @@ LARGEST_MEAN_E = 1e18  # float64 counts whole electrons to 9e15; the relative st
 
 
 def normal(word) -> np.ndarray:
-    """Return float64 standard normals by inversion of int64 words; the largest possible magnitude is 9.2."""
+    """Return float64 standard normals by inversion of int64 words; the largest possible magnitude
+    is 9.2.
+    """
     p, upper = tail(word)
     return ndtri(p, out=p) * (1.0 - 2.0 * upper)
 
@@ -49,7 +52,9 @@ def normal_float32(word) -> np.ndarray:
 
 
 def normal_pair(word) -> tuple[np.ndarray, np.ndarray]:
-    """Return two independent float32 standard normals from each int64 word (Box and Muller 1958); |z| < 6.8."""
+    """Return two independent float32 standard normals from each int64 word (Box and Muller 1958);
+    |z| < 6.8.
+    """
     u = np.asarray(word).view(np.uint64)
     open_unit = (u >> np.uint64(32)).astype(np.float32) * np.float32(2.0**-32) + np.float32(
         2.0**-33
@@ -74,13 +79,15 @@ def poisson(mean, word) -> np.ndarray:
 
     Notes
     -----
-    Below 4 e: the sum of the series. To 1e6 e: Cornish-Fisher to 1/mean, and every value within its error bound
-    of a step is decided by the incomplete gamma function, so the count is the exact quantile. Above: Cornish-Fisher
-    alone, quantile error below 2e-8 e within 6 sigma plus one float64 step of the mean (128 e at 1e18).
+    Below 4 e: the sum of the series. To 1e6 e: Cornish-Fisher to 1/mean, and every value within its
+    error bound of a step is decided by the incomplete gamma function, so the count is the exact
+    quantile. Above: Cornish-Fisher alone, quantile error below 2e-8 e within 6 sigma plus one
+    float64 step of the mean (128 e at 1e18).
 
     References
     ----------
-    Giles 2016, "Algorithm 955: approximation of the inverse Poisson cumulative distribution function".
+    Giles 2016, "Algorithm 955: approximation of the inverse Poisson cumulative distribution
+    function".
     """
     shape, mean, word = np.shape(mean), np.ravel(mean).astype(np.float64), np.ravel(word)
     if not np.all((mean >= 0) & (mean <= LARGEST_MEAN_E)):
@@ -99,7 +106,9 @@ def poisson(mean, word) -> np.ndarray:
 
 
 def poisson_image(mean, stream: tuple, y0: int = 0, x0: int = 0) -> np.ndarray:
-    """Return Poisson counts of a (y, x) rectangle of mean electrons whose upper left pixel is (y0, x0)."""
+    """Return Poisson counts of a (y, x) rectangle of mean electrons whose upper left pixel is (y0,
+    x0).
+    """
     mean = np.asarray(mean)
     height, width = mean.shape
     rows, out = rows_per_block(width), np.empty(mean.shape)
@@ -110,12 +119,15 @@ def poisson_image(mean, stream: tuple, y0: int = 0, x0: int = 0) -> np.ndarray:
 
 
 def rows_per_block(width: int) -> int:
-    """Return how many rows of `width` pixels keep a pass's temporaries in the second-level cache."""
+    """Return how many rows of `width` pixels keep a pass's temporaries in the second-level
+    cache.
+    """
     return max(1, 30_000 // max(width, 1))
 
 
 def _series(mean, word):
-    # `left` is how far the draw lies beyond the step from k - 1 to k; the near tail keeps 1e-12 electrons right too.
+    # `left` is how far the draw lies beyond the step from k - 1 to k; the near tail keeps 1e-12
+    # electrons right too.
     if mean.size and mean.max() < 0.69:  # only upper draws with p < mean can count anything
         p, upper = tail(word)
         some, count = np.flatnonzero(upper & (p < mean)), np.zeros_like(mean)

@@ -1,9 +1,9 @@
 """Random words that belong to a pixel: one 64-bit word per (stream, row, column).
 
-The word of pixel (y, x) is word x % 4 of Philox4x64-10 (Salmon et al. 2011, "Parallel random numbers: as easy
-as 1, 2, 3") with key = 128-bit hash of the stream and counter = [x // 4 + 1, y, 0, 0]. Image size, chunks, order,
-processes and the light in other pixels do not enter. A stream is a tuple of strings and numbers, as
-`isethdr_core.seeds.Generator` makes them.
+The word of pixel (y, x) is word x % 4 of Philox4x64-10 (Salmon et al. 2011, "Parallel random
+numbers: as easy as 1, 2, 3") with key = 128-bit hash of the stream and counter = [x // 4 + 1, y, 0,
+0]. Image size, chunks, order, processes and the light in other pixels do not enter. A stream is a
+tuple of strings and numbers, as `isethdr_core.seeds.Generator` makes them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,9 @@ import numpy as np
 
 
 def philox(stream: tuple) -> np.random.Philox:
-    """Return numpy's Philox, keyed by a tuple of str and int; tuples of other length or type get other keys."""
+    """Return numpy's Philox, keyed by a tuple of str and int; tuples of other length or type get
+    other keys.
+    """
     key = hashlib.blake2b(repr(tuple(stream)).encode(), digest_size=16).digest()
     return np.random.Philox(key=int.from_bytes(key, "little"))
 
@@ -35,7 +37,8 @@ def words(stream: tuple, y0: int, y1: int, x0: int, x1: int) -> np.ndarray:
     state, first = bits.state, x0 % 4
     out = np.empty((y1 - y0, x1 - x0), np.int64)
     for y in range(y0, y1):
-        # numpy adds 1 to the counter before it makes the next four words; position 4 says that none is left over
+        # numpy adds 1 to the counter before it makes the next four words; position 4 says that none
+        # is left over
         state["state"]["counter"][:] = x0 // 4, y, 0, 0
         state["buffer_pos"], state["has_uint32"] = 4, 0
         bits.state = state
@@ -44,8 +47,10 @@ def words(stream: tuple, y0: int, y1: int, x0: int, x1: int) -> np.ndarray:
 
 
 def tail(word) -> tuple[np.ndarray, np.ndarray]:
-    """Return (p, upper): the probability p in (0, 0.5] beyond the draw, above it where `upper`, else below it.
+    """Return (p, upper): the probability p in (0, 0.5] beyond the draw, above it where `upper`,
+    else below it.
 
-    The near tail keeps its relative precision down to p = 2^-65, where a number in (0, 1) would round to 1.
+    The near tail keeps its relative precision down to p = 2^-65, where a number in (0, 1) would
+    round to 1.
     """
     return ((word ^ (word >> 63)) + 0.5) * 2.0**-64, word >= 0

@@ -1,8 +1,10 @@
-"""Lamps that vary in time: exact light of any exposure, for pulse-width modulation and mains ripple.
+"""Lamps that vary in time: exact light of any exposure, for pulse-width modulation and mains
+ripple.
 
-Times are seconds, phases are periods (0..1). The phase of a moment is taken from the exact product of time and frequency, so
-that it is as good after a day as after a millisecond. Intervals are given as start and duration, because
-their end is a rounded sum. Everything broadcasts: one value, one per row, one per pixel.
+Times are seconds, phases are periods (0..1). The phase of a moment is taken from the exact product
+of time and frequency, so that it is as good after a day as after a millisecond. Intervals are given
+as start and duration, because their end is a rounded sum. Everything broadcasts: one value, one per
+row, one per pixel.
 """
 
 from __future__ import annotations
@@ -13,7 +15,9 @@ import numpy as np
 
 
 class Modulation(NamedTuple):
-    """How a light varies in time about its mean: pulse-width modulation (duty below 1), ripple (depth above 0), or not at all."""
+    """How a light varies in time about its mean: pulse-width modulation (duty below 1), ripple
+    (depth above 0), or not at all.
+    """
 
     frequency_hz: float = 0.0
     duty: float = 1.0  # share of the period in which it is on; then it is 1 / duty of its mean
@@ -27,7 +31,8 @@ def constant(modulation: Modulation) -> bool:
 
 
 def light_s(modulation: Modulation, start_s, duration_s) -> np.ndarray:
-    """Return the integral of the light over each exposure, relative to its mean over all time, seconds; exact.
+    """Return the integral of the light over each exposure, relative to its mean over all time,
+    seconds; exact.
 
     Parameters as in `square_wave_s` and `ripple_s`. At a frequency of 0 the state of `phase` lasts.
     """
@@ -43,17 +48,23 @@ def light_s(modulation: Modulation, start_s, duration_s) -> np.ndarray:
 
 
 def relative_light(modulation: Modulation, start_s, duration_s) -> np.ndarray:
-    """Return the mean light of each exposure, of a duration above 0, relative to its mean over all time; 1 for constant light."""
+    """Return the mean light of each exposure, of a duration above 0, relative to its mean over all
+    time; 1 for constant light.
+    """
     return light_s(modulation, start_s, duration_s) / duration_s
 
 
 def row_starts_s(rows: int, line_time_s: float, start_s: float = 0.0) -> np.ndarray:
-    """Return when each row's exposure starts, (rows, 1) seconds: a rolling shutter; a global one has a line time of 0."""
+    """Return when each row's exposure starts, (rows, 1) seconds: a rolling shutter; a global one
+    has a line time of 0.
+    """
     return (start_s + line_time_s * np.arange(rows))[:, None]
 
 
 def phase_at(time_s, frequency_hz, phase=0.0) -> np.ndarray:
-    """Return time x frequency + phase modulo 1, exact to rounding of the result (Dekker 1971, exact products)."""
+    """Return time x frequency + phase modulo 1, exact to rounding of the result (Dekker 1971, exact
+    products).
+    """
     t, f = np.asarray(time_s, float), np.asarray(frequency_hz, float)
     product = t * f
     split = 134217729.0  # 2^27 + 1 cuts a float64 into two halves whose products are exact
@@ -80,7 +91,8 @@ def square_wave_s(start_s, duration_s, frequency_hz, duty, phase=0.0) -> np.ndar
     periods = frequency * duration
     whole = np.floor(periods)
     rest = periods - whole
-    # this period's remaining light, and the next period's where the rest reaches it; never a difference of two counts
+    # this period's remaining light, and the next period's where the rest reaches it; never a
+    # difference of two counts
     on = np.clip(duty - at, 0.0, rest) + np.clip(rest - (1.0 - at), 0.0, duty)
     safe = np.where(frequency > 0, frequency, 1.0)
     still = np.where(at < duty, duration, 0.0)
@@ -88,10 +100,11 @@ def square_wave_s(start_s, duration_s, frequency_hz, duty, phase=0.0) -> np.ndar
 
 
 def ripple_s(start_s, duration_s, frequency_hz, depth, phase=0.0) -> np.ndarray:
-    """Return the integral of 1 + depth cos(2 pi (frequency t + phase)) over an exposure, seconds; exact.
+    """Return the integral of 1 + depth cos(2 pi (frequency t + phase)) over an exposure, seconds;
+    exact.
 
-    A lamp on mains of 50 or 60 Hz ripples at 100 or 120 Hz. `depth` 0..1; the mean light is 1. The error is relative to the
-    mean light's integral.
+    A lamp on mains of 50 or 60 Hz ripples at 100 or 120 Hz. `depth` 0..1; the mean light is 1. The
+    error is relative to the mean light's integral.
     """
     periods = np.asarray(frequency_hz, float) * duration_s
     middle = phase_at(start_s, frequency_hz, phase) + 0.5 * (
@@ -103,14 +116,15 @@ def ripple_s(start_s, duration_s, frequency_hz, depth, phase=0.0) -> np.ndarray:
 def square_wave_pieces(
     start_s, duration_s: float, frequency_hz: float, duty: float, phase: float = 0.0
 ):
-    """Return (durations_s, on): the pieces of constant light of an exposure, in order, for `charge_dynamics.flow_pieces`.
+    """Return (durations_s, on): the pieces of constant light of an exposure, in order, for
+    `charge_dynamics.flow_pieces`.
 
     Parameters as in `square_wave_s`, but for one duration and one lamp.
 
     Returns
     -------
-    durations_s, on : (pieces, ...) seconds and 0 or 1, alternating, with the shape of `start_s`; rows with fewer edges
-        have pieces of no duration, which change nothing.
+    durations_s, on : (pieces, ...) seconds and 0 or 1, alternating, with the shape of `start_s`;
+        rows with fewer edges have pieces of no duration, which change nothing.
     """
     at = phase_at(start_s, frequency_hz, phase)
     if frequency_hz * duration_s == 0 or not 0 < duty < 1:

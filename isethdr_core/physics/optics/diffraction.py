@@ -1,9 +1,11 @@
-"""Diffraction: the point spread function of any complex pupil, on the same image grid for every wavelength.
+"""Diffraction: the point spread function of any complex pupil, on the same image grid for every
+wavelength.
 
-Fraunhofer (Goodman 2005, Introduction to Fourier Optics, eq. 5-14): the field at image position u is the Fourier
-transform of the pupil at u / (wavelength * distance), and the point spread function its square. A value is the
-fraction of the light that passed the pupil; what is missing from a sum of 1 lies beyond the grid.
-Sign: an optical path difference W sends light to u = +distance * dW/dx, so tilt along +x moves the image to +x.
+Fraunhofer (Goodman 2005, Introduction to Fourier Optics, eq. 5-14): the field at image position u
+is the Fourier transform of the pupil at u / (wavelength * distance), and the point spread function
+its square. A value is the fraction of the light that passed the pupil; what is missing from a sum
+of 1 lies beyond the grid. Sign: an optical path difference W sends light to u = +distance * dW/dx,
+so tilt along +x moves the image to +x.
 """
 
 from __future__ import annotations
@@ -12,7 +14,8 @@ import numpy as np
 import scipy.fft as sf
 from scipy.special import j1
 
-MARGIN = 3  # rectangles around an integrated point spread: what is summed is circular, so its border is wrong
+# rectangles around an integrated point spread: what is summed is circular, so its border is wrong
+MARGIN = 3
 
 
 def psf_from_pupil(
@@ -36,10 +39,12 @@ def psf_from_pupil(
     wavelength_nm : one wavelength, or several.
     pupil_pitch_mm, focal_length_mm : pupil sampling; distance from pupil to image.
     pitch_um, size : the image grid: size x size samples, the axis at index size // 2.
-    energy_mm2 : the integral of |amplitude|^2; default as `energy_of`: for means over 400 cells across within 2e-4.
-    cell_means : whether `amplitude` holds means over cells (antialiased) and not samples: undoes what averaging costs off axis, and
-        what it costs the energy.
-    integrated : False: intensity at the sample times the sample's area. True: integral over the sample's square.
+    energy_mm2 : the integral of |amplitude|^2; default as `energy_of`: for means over 400 cells
+        across within 2e-4.
+    cell_means : whether `amplitude` holds means over cells (antialiased) and not samples: undoes
+        what averaging costs off axis, and what it costs the energy.
+    integrated : False: intensity at the sample times the sample's area. True: integral over the
+        sample's square.
 
     Returns
     -------
@@ -47,7 +52,8 @@ def psf_from_pupil(
 
     Raises
     ------
-    ValueError : when the pupil is too coarse for the image grid or for the phase; says how fine it has to be.
+    ValueError : when the pupil is too coarse for the image grid or for the phase; says how fine it
+        has to be.
     """
     amplitude = np.asarray(amplitude)
     opd_um = (
@@ -90,8 +96,9 @@ def psf_from_pupil(
 def energy_of(amplitude, pupil_pitch_mm: float, cell_means: bool = False) -> float:
     """Return the integral of |amplitude|^2 over a sampled pupil, mm2.
 
-    Samples are summed. Means over cells are too, but the square of a mean is less than the mean of squares: grey border cells miss
-    about 0.6 / samples across. What they miss is in proportion to the cell, so that the same sum over cells twice as wide tells it.
+    Samples are summed. Means over cells are too, but the square of a mean is less than the mean of
+    squares: grey border cells miss about 0.6 / samples across. What they miss is in proportion to
+    the cell, so that the same sum over cells twice as wide tells it.
     """
     amplitude = np.asarray(amplitude)
     fine = _squares(amplitude)
@@ -121,15 +128,18 @@ def _squares(amplitude) -> float:
 
 
 def phase(opd_um, wavelength_nm: float, amplitude=None) -> np.ndarray:
-    """Return exp(2 pi i OPD / wavelength); refuse a jump of half a wavelength or more between neighbours inside the pupil."""
+    """Return exp(2 pi i OPD / wavelength); refuse a jump of half a wavelength or more between
+    neighbours inside the pupil.
+    """
     opd_um = np.asarray(opd_um)
     inside = np.ones(opd_um.shape, bool) if amplitude is None else np.abs(amplitude) > 0
     steps = [np.where(_both(inside, a), np.abs(np.diff(opd_um, axis=a)), 0.0) for a in (0, 1)]
     jump = max((float(s.max()) for s in steps if s.size), default=0.0) / (wavelength_nm * 1e-3)
     if jump >= 0.5:
         raise ValueError(
-            f"the wavefront changes by {jump:.2f} wavelengths ({wavelength_nm:g} nm) between pupil samples; expected "
-            f"less than 0.5: sample the pupil {np.ceil(jump / 0.25):.0f} times finer"
+            f"the wavefront changes by {jump:.2f} wavelengths ({wavelength_nm:g} nm) between pupil"
+            f" samples; expected less than 0.5: sample the pupil {np.ceil(jump / 0.25):.0f} times"
+            " finer"
         )
     return np.exp(2j * np.pi / (wavelength_nm * 1e-3) * opd_um)
 
@@ -142,10 +152,12 @@ def _both(inside, axis):
 def sampled_psf(
     pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pitch_um, energy_mm2, cell_means=False
 ) -> np.ndarray:
-    """Return intensity times sample area at a (y, x) grid of `count` samples `pitch_um` apart, the axis at count // 2.
+    """Return intensity times sample area at a (y, x) grid of `count` samples `pitch_um` apart, the
+    axis at count // 2.
 
-    Arguments as `psf_from_pupil`, with pairs (y, x) for pitches and counts and a complex `pupil`. A chirp-z transform
-    (Bluestein 1970; Jurling 2018, Appl. Opt. 57, 8655) along each axis: no interpolation, any pitch.
+    Arguments as `psf_from_pupil`, with pairs (y, x) for pitches and counts and a complex `pupil`. A
+    chirp-z transform (Bluestein 1970; Jurling 2018, Appl. Opt. 57, 8655) along each axis: no
+    interpolation, any pitch.
     """
     field, loss, area = np.asarray(pupil), [], 1.0
     for axis in (1, 0):
@@ -154,19 +166,21 @@ def sampled_psf(
         )  # cycles per pupil and image sample
         if abs(turn) * count[axis] > 1.0:
             raise ValueError(
-                f"the image grid, {count[axis] * pitch_um[axis]:.6g} um, is wider than the "
-                f"{pitch_um[axis] / turn:.6g} um of a pupil pitch of "
-                f"{pupil_pitch_mm[axis]:.4g} mm at {wavelength_nm:g} nm; expected a pupil pitch below "
-                f"{pupil_pitch_mm[axis] / (turn * count[axis]):.4g} mm"
+                f"the image grid, {count[axis] * pitch_um[axis]:.6g} um, is wider than the"
+                f" {pitch_um[axis] / turn:.6g} um of a pupil pitch of {pupil_pitch_mm[axis]:.4g} mm"
+                f" at {wavelength_nm:g} nm; expected a pupil pitch below"
+                f" {pupil_pitch_mm[axis] / (turn * count[axis]):.4g} mm"
             )
         first = -(count[axis] // 2)
         field = _chirp_z(field, axis, turn, first, count[axis])
         # Means over cells multiply the field by the cell's sinc: divided out.
         loss.insert(
             0,
-            np.sinc((first + np.arange(count[axis])) * turn) ** -2
-            if cell_means
-            else np.ones(count[axis]),
+            (
+                np.sinc((first + np.arange(count[axis])) * turn) ** -2
+                if cell_means
+                else np.ones(count[axis])
+            ),
         )
         area *= pupil_pitch_mm[axis] * turn
     return (
@@ -175,7 +189,9 @@ def sampled_psf(
 
 
 def _chirp_z(a, axis, turn, first, count):
-    """Return sum over n of a[n] exp(-2 pi i turn n (first + k)), k < count, using 2 n k = n^2 + k^2 - (k - n)^2."""
+    """Return sum over n of a[n] exp(-2 pi i turn n (first + k)), k < count, using 2 n k = n^2 + k^2
+    - (k - n)^2.
+    """
     n, k = np.arange(a.shape[axis]), np.arange(count)
     size = sf.next_fast_len(len(n) + count - 1)
     lag = np.arange(-(len(n) - 1), count)
@@ -205,15 +221,17 @@ def integrated_psf(
     cell_means=False,
     boxes: int = 1,
 ) -> np.ndarray:
-    """Return the fraction of the energy on each rectangle of `pitch_um`; arguments as `sampled_psf`.
+    """Return the fraction of the energy on each rectangle of `pitch_um`; arguments as
+    `sampled_psf`.
 
-    The function is sampled finer than half of wavelength * f-number, where samples carry all of it, and its spectrum
-    multiplied by the sinc of the rectangle: exact, where sums of samples converge only as their pitch squared.
+    The function is sampled finer than half of wavelength * f-number, where samples carry all of it,
+    and its spectrum multiplied by the sinc of the rectangle: exact, where sums of samples converge
+    only as their pitch squared.
 
     Parameters
     ----------
-    boxes : 1: light of a point, integrated over a rectangle. 2: light of a uniform rectangle of the same size, integrated over
-        one.
+    boxes : 1: light of a point, integrated over a rectangle. 2: light of a uniform rectangle of the
+        same size, integrated over one.
     """
     extent = [
         np.ptp(np.flatnonzero(np.any(pupil, axis=1 - a))) + 1 if np.any(pupil) else 1
@@ -246,9 +264,11 @@ def integrated_psf(
 def integrated_airy(
     radius_mm, wavelength_nm, distance_mm, count, pitch_um, boxes: int = 1
 ) -> np.ndarray:
-    """Return `integrated_psf` of a clean round stop from the closed form of its point spread: no cells of a pupil, a tenth of the time.
+    """Return `integrated_psf` of a clean round stop from the closed form of its point spread: no
+    cells of a pupil, a tenth of the time.
 
-    Intensity pi (R / (wavelength distance))^2 (2 J1(v) / v)^2 at v = 2 pi R r / (wavelength distance) (Airy 1835; Goodman 2005, eq. 4-31).
+    Intensity pi (R / (wavelength distance))^2 (2 J1(v) / v)^2 at v = 2 pi R r / (wavelength
+    distance) (Airy 1835; Goodman 2005, eq. 4-31).
     """
     per_um = 2 * np.pi * radius_mm / (wavelength_nm * 1e-3 * distance_mm)
     wide, fine = _fine_grid(count, pitch_um, [np.pi / per_um] * 2)
@@ -263,7 +283,9 @@ def integrated_airy(
 
 
 def _fine_grid(count, pitch_um, cutoff_um):
-    """Return (y, x) numbers of samples, and how many of them make a rectangle, that carry all of a point spread and a margin."""
+    """Return (y, x) numbers of samples, and how many of them make a rectangle, that carry all of a
+    point spread and a margin.
+    """
     fine = [
         2 * int(np.ceil(p / c)) for p, c in zip(pitch_um, cutoff_um)
     ]  # even: the sinc is 0 at the highest frequency, nothing rings
@@ -271,7 +293,9 @@ def _fine_grid(count, pitch_um, cutoff_um):
 
 
 def _rectangles(count, wide, fine, boxes):
-    """Return what samples from the axis on, and their mirror images, add to each rectangle (rectangle, sample): the sinc^boxes of a spectrum as sums."""
+    """Return what samples from the axis on, and their mirror images, add to each rectangle
+    (rectangle, sample): the sinc^boxes of a spectrum as sums.
+    """
     weights, middle = sf.irfft(np.sinc(sf.rfftfreq(wide) * fine) ** boxes, wide) * fine, wide // 2
     lag = (MARGIN + np.arange(count)[:, None]) * fine - np.arange(wide)
     both = weights[np.abs(lag)]
@@ -280,16 +304,21 @@ def _rectangles(count, wide, fine, boxes):
 
 
 def _not_negative(out, pitch_um):
-    """Return light that is 0 where rounding and the circular border left some 1e-9 of the peak below."""
+    """Return light that is 0 where rounding and the circular border left some 1e-9 of the peak
+    below.
+    """
     lowest = float(out.min())
     if lowest < -1e-6 * float(out.max()):
         raise ValueError(
-            f"integration over {pitch_um} um left {lowest:.3g} of the light negative: pupil or image sampling is too coarse"
+            f"integration over {pitch_um} um left {lowest:.3g} of the light negative: pupil or"
+            " image sampling is too coarse"
         )
     return np.maximum(out, 0.0)
 
 
 def diffraction_mtf(frequency_per_um, wavelength_nm: float, f_number: float) -> np.ndarray:
-    """Return the modulation transfer of a perfect round pupil (Goodman 2005, eq. 6-31); frequency in cycles per micrometre."""
+    """Return the modulation transfer of a perfect round pupil (Goodman 2005, eq. 6-31); frequency
+    in cycles per micrometre.
+    """
     v = np.minimum(np.abs(frequency_per_um) * wavelength_nm * 1e-3 * f_number, 1.0)
     return 2 / np.pi * (np.arccos(v) - v * np.sqrt(1 - v * v))

@@ -1,8 +1,10 @@
-"""Distortion: maps between field coordinates and distorted ones (sensor position / focal length), and their exact inverses.
+"""Distortion: maps between field coordinates and distorted ones (sensor position / focal length),
+and their exact inverses.
 
-A map has `forward(x, y)`, `inverse(x, y)` and `area_ratio(x, y)`, the area on the sensor per area of the field. Field
-coordinates are tangents; `on_projection` gives the same lens for a field of another projection. An inverse is exact to 1e-12
-wherever the map is one to one, and a ValueError elsewhere.
+A map has `forward(x, y)`, `inverse(x, y)` and `area_ratio(x, y)`, the area on the sensor per area
+of the field. Field coordinates are tangents; `on_projection` gives the same lens for a field of
+another projection. An inverse is exact to 1e-12 wherever the map is one to one, and a ValueError
+elsewhere.
 """
 
 from __future__ import annotations
@@ -18,7 +20,9 @@ CLOSE = 1e-13  # of the field: residual of an inverse
 
 @dataclass(frozen=True)
 class BrownConrady:
-    """Radial and tangential polynomial (D. C. Brown, Photogramm. Eng. 32, 444 (1966)), in OpenCV's order of names."""
+    """Radial and tangential polynomial (D. C. Brown, Photogramm. Eng. 32, 444 (1966)), in OpenCV's
+    order of names.
+    """
 
     k1: float = 0.0
     k2: float = 0.0
@@ -27,7 +31,9 @@ class BrownConrady:
     p2: float = 0.0
 
     def forward(self, x, y):
-        """Return distorted (x, y): x (1 + k1 r^2 + ...) + 2 p1 x y + p2 (r^2 + 2 x^2), and y alike."""
+        """Return distorted (x, y): x (1 + k1 r^2 + ...) + 2 p1 x y + p2 (r^2 + 2 x^2), and y
+        alike.
+        """
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         r2 = x**2 + y**2
         radial = 1 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
@@ -48,13 +54,17 @@ class BrownConrady:
         )
 
     def area_ratio(self, x, y):
-        """Return the determinant of the map's derivative at tangents (broadcast); not above 0 where the field is folded over."""
+        """Return the determinant of the map's derivative at tangents (broadcast); not above 0 where
+        the field is folded over.
+        """
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         xx, xy, yy = self._jacobian(x, y)
         return np.where(self._single(np.hypot(x, y)), xx * yy - xy**2, 0.0)
 
     def inverse(self, x, y):
-        """Return ideal (x, y) by Newton's method; ValueError where the polynomial folds the field over."""
+        """Return ideal (x, y) by Newton's method; ValueError where the polynomial folds the field
+        over.
+        """
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         u, v, det = x.copy(), y.copy(), np.ones(x.shape)
         for _ in range(NEWTON_STEPS):
@@ -70,14 +80,18 @@ class BrownConrady:
         return u, v
 
     def _single(self, radius):
-        """Return whether distorted radius still grows everywhere up to `radius`, by the radial part alone."""
+        """Return whether distorted radius still grows everywhere up to `radius`, by the radial part
+        alone.
+        """
         r = np.linspace(0, 1, 257) * np.nanmax(radius, initial=0.0)
         grows = 1 + r**2 * (3 * self.k1 + r**2 * (5 * self.k2 + r**2 * 7 * self.k3))
         return radius < (r[np.argmax(grows <= 0)] if np.any(grows <= 0) else np.inf)
 
 
 class _Radial:
-    """A map that knows `radius(angle_rad)`, its `slope(angle_rad)` and `angle_rad(radius)`: the same all around the axis."""
+    """A map that knows `radius(angle_rad)`, its `slope(angle_rad)` and `angle_rad(radius)`: the
+    same all around the axis.
+    """
 
     def forward(self, x, y):
         """Return distorted (x, y) of tangents."""
@@ -90,7 +104,8 @@ class _Radial:
             angle = self.angle_rad(r)
             if np.any(angle >= np.pi / 2):
                 raise ValueError(
-                    f"field angle {np.degrees(angle.max()):.3g} degrees has no tangent; expected below 90"
+                    f"field angle {np.degrees(angle.max()):.3g} degrees has no tangent; expected"
+                    " below 90"
                 )
             return np.tan(angle)
 
@@ -105,7 +120,9 @@ class _Radial:
         )  # d(angle)^2 / d(tangent)^2
 
     def per_angle(self, angle):
-        """Return the area on the sensor per area of the plane of angles: radius / angle times slope."""
+        """Return the area on the sensor per area of the plane of angles: radius / angle times
+        slope.
+        """
         small = np.abs(angle) < 1e-9
         safe = np.where(small, 1.0, angle)
         return np.where(
@@ -117,7 +134,9 @@ class _Radial:
 
 @dataclass(frozen=True)
 class KannalaBrandt(_Radial):
-    """Fisheye: radius = angle + k1 angle^3 + k2 angle^5 + ... (Kannala and Brandt, IEEE Trans. PAMI 28, 1335 (2006), eq. 6)."""
+    """Fisheye: radius = angle + k1 angle^3 + k2 angle^5 + ... (Kannala and Brandt, IEEE Trans. PAMI
+    28, 1335 (2006), eq. 6).
+    """
 
     k1: float = 0.0
     k2: float = 0.0
@@ -135,15 +154,17 @@ class KannalaBrandt(_Radial):
         return 1 + t2 * (3 * self.k1 + t2 * (5 * self.k2 + t2 * (7 * self.k3 + t2 * 9 * self.k4)))
 
     def angle_rad(self, radius):
-        """Return the field angle at a distorted radius; ValueError beyond the largest radius of the fisheye."""
+        """Return the field angle at a distorted radius; ValueError beyond the largest radius of the
+        fisheye.
+        """
         radius = np.asarray(radius, float)
         grid = np.linspace(0, np.pi, 2049)
         curve = self.radius(grid)
         turn = int(np.argmax(np.diff(curve) <= 0)) if np.any(np.diff(curve) <= 0) else len(grid) - 1
         if np.any(radius > curve[turn]):
             raise ValueError(
-                f"radius {radius.max():.6g} is beyond {curve[turn]:.6g}, where this fisheye polynomial stops to grow; "
-                "expected a smaller field"
+                f"radius {radius.max():.6g} is beyond {curve[turn]:.6g}, where this fisheye"
+                " polynomial stops to grow; expected a smaller field"
             )
         angle = np.interp(radius, curve[: turn + 1], grid[: turn + 1])
         for _ in range(8):  # from a table of 2049 points: doubled digits each time
@@ -153,7 +174,9 @@ class KannalaBrandt(_Radial):
 
 @dataclass(frozen=True)
 class AngleTable(_Radial):
-    """A table of distorted radius against field angle: cubic spline of radius / angle over angle^2; both rise from above 0."""
+    """A table of distorted radius against field angle: cubic spline of radius / angle over angle^2;
+    both rise from above 0.
+    """
 
     angle_deg: tuple[float, ...]
     radius_per_focal_length: tuple[float, ...]
@@ -169,11 +192,13 @@ class AngleTable(_Radial):
             or not (t[0] > 0 and r[0] > 0 and np.all(np.diff(t) > 0) and np.all(np.diff(r) > 0))
         ):
             raise ValueError(
-                "a distortion table needs two columns of one length, both above 0 and rising: a falling radius has no inverse"
+                "a distortion table needs two columns of one length, both above 0 and rising: a"
+                " falling radius has no inverse"
             )
         if np.any(self._slope(np.linspace(0, t[-1], 4001)) <= 0):
             raise ValueError(
-                "the distortion table turns back between its points; expected more points or a smaller field"
+                "the distortion table turns back between its points; expected more points or a"
+                " smaller field"
             )
 
     @cached_property
@@ -185,7 +210,8 @@ class AngleTable(_Radial):
             np.array(self.radius_per_focal_length, float),
         )
         squares, ratio = t**2, r / t
-        # on the axis: the line through the first two ratios in angle^2, which is what third-order distortion does
+        # on the axis: the line through the first two ratios in angle^2, which is what third-order
+        # distortion does
         start = ratio[0] - (ratio[1] - ratio[0]) / (squares[1] - squares[0]) * squares[0]
         return CubicSpline(np.concatenate([[0.0], squares]), np.concatenate([[start], ratio]))
 
@@ -206,7 +232,9 @@ class AngleTable(_Radial):
         return self._ratio(angle**2) + 2 * angle**2 * self._ratio(angle**2, 1)
 
     def angle_rad(self, radius):
-        """Return the field angle, by Newton's method safeguarded by bisection; ValueError beyond the table."""
+        """Return the field angle, by Newton's method safeguarded by bisection; ValueError beyond
+        the table.
+        """
         largest, edge = self._end
         radius = self._within(radius, edge)
         low, high = np.zeros_like(radius), np.full_like(radius, largest)
@@ -226,8 +254,8 @@ class AngleTable(_Radial):
         value = np.asarray(value, float)
         if np.any(value > largest * (1 + 1e-12)):
             raise ValueError(
-                f"field {np.max(value):.6g} is beyond the distortion table, which ends at {largest:.6g}; "
-                "expected a smaller field or a longer table"
+                f"field {np.max(value):.6g} is beyond the distortion table, which ends at"
+                f" {largest:.6g}; expected a smaller field or a longer table"
             )
         return np.minimum(value, largest)
 
@@ -270,8 +298,8 @@ def on_projection(lens, projection: str = "tangent"):
 def _tangent(angle):
     if np.any(angle >= np.pi / 2):
         raise ValueError(
-            f"field angle {np.degrees(np.max(angle)):.3g} degrees has no tangent; this distortion ends below 90; "
-            "expected kannala_brandt or a table for wider fields"
+            f"field angle {np.degrees(np.max(angle)):.3g} degrees has no tangent; this distortion"
+            " ends below 90; expected kannala_brandt or a table for wider fields"
         )
     return np.tan(angle)
 
@@ -291,6 +319,6 @@ def _radially(x, y, function):
 def _check_inverse(miss, radius, single):
     if not np.all((miss <= 1e2 * CLOSE * (1 + radius)) & single):
         raise ValueError(
-            f"no single ideal position belongs to distorted radius {np.max(radius):.6g}: the polynomial folds back; "
-            "expected a smaller field or other coefficients"
+            f"no single ideal position belongs to distorted radius {np.max(radius):.6g}: the"
+            " polynomial folds back; expected a smaller field or other coefficients"
         )

@@ -1,8 +1,8 @@
 """Glasses: refractive index against wavelength, from published dispersion formulas.
 
-Sellmeier: n^2 - 1 = sum of B L^2 / (L^2 - C), L in micrometres. Sources: Schott optical glass catalogue of 2017-01-20
-(N-, SF, F glasses, indices in air); I. H. Malitson, J. Opt. Soc. Am. 55, 1205 (1965), fused silica; M. J. Dodge, Appl. Opt. 23,
-1980 (1984), MgF2, ordinary ray.
+Sellmeier: n^2 - 1 = sum of B L^2 / (L^2 - C), L in micrometres. Sources: Schott optical glass
+catalogue of 2017-01-20 (N-, SF, F glasses, indices in air); I. H. Malitson, J. Opt. Soc. Am. 55,
+1205 (1965), fused silica; M. J. Dodge, Appl. Opt. 23, 1980 (1984), MgF2, ordinary ray.
 """
 
 from __future__ import annotations
@@ -82,13 +82,15 @@ def index(glass, wavelength_nm):
 
     Parameters
     ----------
-    glass : a name of `SELLMEIER`, "air", a number (the same index everywhere), or "nd/Vd" ("1.6204/60.3"): Cauchy's
-        n = A + B / L^2 through nd at 587.56 nm and Abbe's number between 486.13 and 656.27 nm.
+    glass : a name of `SELLMEIER`, "air", a number (the same index everywhere), or "nd/Vd"
+        ("1.6204/60.3"): Cauchy's n = A + B / L^2 through nd at 587.56 nm and Abbe's number between
+        486.13 and 656.27 nm.
     wavelength_nm : one or more wavelengths, nm.
 
     Raises
     ------
-    ValueError : for an unknown glass, an index below 1, or a wavelength where the glass is not defined.
+    ValueError : for an unknown glass, an index below 1, or a wavelength where the glass is not
+        defined.
     """
     wave = np.asarray(wavelength_nm, float)
     if glass == "air":
@@ -104,7 +106,8 @@ def index(glass, wavelength_nm):
         near = difflib.get_close_matches(str(glass), SELLMEIER, 1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise ValueError(
-            f"glass {glass!r} is unknown{hint} (one of: air, {', '.join(SELLMEIER)}, a number, or nd/Vd)"
+            f"glass {glass!r} is unknown{hint} (one of: air, {', '.join(SELLMEIER)}, a number, or"
+            " nd/Vd)"
         )
     strengths, resonances, limits = SELLMEIER[glass]
     _check_range(glass, wave, limits)
@@ -142,5 +145,6 @@ def _check_range(glass, wave, limits):
     )
     if outside.size or not np.isfinite(wave).all():
         raise ValueError(
-            f"glass {glass} is undefined at {np.ravel(outside)[:1]} nm; expected {low:g} to {high:g} nm"
+            f"glass {glass} is undefined at {np.ravel(outside)[:1]} nm; expected {low:g} to"
+            f" {high:g} nm"
         )

@@ -1,9 +1,12 @@
-"""Lattice: the diffraction pattern of a pupil over a whole frame, one point per step of a square lattice.
+"""Lattice: the diffraction pattern of a pupil over a whole frame, one point per step of a square
+lattice.
 
-A field sampled at some step is the Fourier transform of the pupil summed modulo wavelength * distance / step (folded): exact at
-those points, and ten times cheaper than a chirp-z transform of that size. Light from beyond one period of the field comes back
-inside the frame (it wraps, in amplitude). Cells that average the pupil over smooth weights hold that light back: they multiply
-the field by their response, which falls towards the border of the period and is divided out of the frame again.
+A field sampled at some step is the Fourier transform of the pupil summed modulo wavelength *
+distance / step (folded): exact at those points, and ten times cheaper than a chirp-z transform of
+that size. Light from beyond one period of the field comes back inside the frame (it wraps, in
+amplitude). Cells that average the pupil over smooth weights hold that light back: they multiply the
+field by their response, which falls towards the border of the period and is divided out of the
+frame again.
 """
 
 from __future__ import annotations
@@ -19,7 +22,8 @@ ORDER = 7  # of the weights, a B-spline: so many boxes one after another
 
 
 def spline_taps(place, degree: int) -> list[np.ndarray]:
-    """Return the `degree` + 1 uniform B-splines that are not 0 at `place` past a knot, 0 to 1, the earliest first; they sum to 1.
+    """Return the `degree` + 1 uniform B-splines that are not 0 at `place` past a knot, 0 to 1, the
+    earliest first; they sum to 1.
 
     By the recursion of Cox and de Boor (Piegl and Tiller 1997, The NURBS Book, algorithm 2.2).
     """
@@ -40,22 +44,26 @@ def spline_response(cycles_per_cell) -> np.ndarray:
 
 
 def binomial_response(cycles_per_cell) -> np.ndarray:
-    """Return what cells of `fold_cells` leave of the field: means over half a cell, added up in pairs `ORDER` times."""
+    """Return what cells of `fold_cells` leave of the field: means over half a cell, added up in
+    pairs `ORDER` times.
+    """
     return np.sinc(cycles_per_cell / 2) * np.cos(np.pi * cycles_per_cell / 2) ** ORDER
 
 
 def fold_shapes(terms, radius: float, step, period, offset, chords_per_cell: int = 8) -> np.ndarray:
-    """Return the pupil of convex shapes, drawn in smooth cells and summed modulo `period`, without ever drawing it in full.
+    """Return the pupil of convex shapes, drawn in smooth cells and summed modulo `period`, without
+    ever drawing it in full.
 
-    A chord adds its two ends to rows of differences: a B-spline of `ORDER` across each end, the next lower one across the rows. A
-    chord that runs past the period goes on at the other side, turned by exp(-2 pi i offset). The cost does not grow with the
-    f-number.
+    A chord adds its two ends to rows of differences: a B-spline of `ORDER` across each end, the
+    next lower one across the rows. A chord that runs past the period goes on at the other side,
+    turned by exp(-2 pi i offset). The cost does not grow with the f-number.
 
     Parameters
     ----------
     terms : list of (shape, weight), as `pupil.opening` returns; mm.
     radius : half width of the pupil, mm.
-    step, period, offset : (y, x) cell size in mm, cells, and the point between image samples, -1 to 1.
+    step, period, offset : (y, x) cell size in mm, cells, and the point between image samples, -1 to
+        1.
 
     Returns
     -------
@@ -78,7 +86,8 @@ def fold_shapes(terms, radius: float, step, period, offset, chords_per_cell: int
     whole = np.floor(column).astype(np.intp)
     parts = spline_taps(column - whole, ORDER)
     taps = [(*np.divmod(whole + t - (ORDER - 1) // 2, px), part) for t, part in enumerate(parts)]
-    # From an end to infinity: this period from there on, all later periods in full. Earlier periods cancel between both ends.
+    # From an end to infinity: this period from there on, all later periods in full. Earlier periods
+    # cancel between both ends.
     before = sum(passed[p + 1] * part for p, _, part in taps)
     out = np.zeros((py, px + 2), np.complex64)
     level = (strip + 0.5) / sub
@@ -95,7 +104,9 @@ def fold_shapes(terms, radius: float, step, period, offset, chords_per_cell: int
 
 
 def _add(out, position, value):
-    """Add complex values at flat positions; real and imaginary parts apart, which NumPy does ten times faster."""
+    """Add complex values at flat positions; real and imaginary parts apart, which NumPy does ten
+    times faster.
+    """
     flat = out.reshape(-1).view(np.float32)
     np.add.at(flat, 2 * position, value.real.astype(np.float32))
     if np.any(value.imag):
@@ -103,11 +114,13 @@ def _add(out, position, value):
 
 
 def fold_cells(blocks, shape, period, offsets) -> list[np.ndarray]:
-    """Return a pupil of half cells, averaged over smooth weights and summed modulo `period`, once for every offset.
+    """Return a pupil of half cells, averaged over smooth weights and summed modulo `period`, once
+    for every offset.
 
     Parameters
     ----------
-    blocks : yields (first row, first column, complex (y, x) means over half cells) of disjoint parts of the pupil.
+    blocks : yields (first row, first column, complex (y, x) means over half cells) of disjoint
+        parts of the pupil.
     shape : (y, x) of the whole grid of half cells, even, centred on the axis.
     period, offsets : as `fold_shapes`; several (y, x) offsets.
 
@@ -130,7 +143,9 @@ def fold_cells(blocks, shape, period, offsets) -> list[np.ndarray]:
 
 
 def _gathered(block, axis, first, weights, reach):
-    """Return (first cell, cells) along `axis`: cell j takes half cells 2 j - reach to 2 j + 1 + reach, by `weights`."""
+    """Return (first cell, cells) along `axis`: cell j takes half cells 2 j - reach to 2 j + 1 +
+    reach, by `weights`.
+    """
     low = (first - 1 - reach) // 2  # the first cell that takes half cell `first`
     high = (first + block.shape[axis] - 1 + reach) // 2
     pad = [(0, 0), (0, 0)]
@@ -145,7 +160,9 @@ def _gathered(block, axis, first, weights, reach):
 
 
 def _wraps(first, count, period):
-    """Yield (number of the period, place in it, place from `first` on) of every piece that lies in one period."""
+    """Yield (number of the period, place in it, place from `first` on) of every piece that lies in
+    one period.
+    """
     start = 0
     while start < count:
         wrap, inside = divmod(first + start, period)
@@ -155,7 +172,9 @@ def _wraps(first, count, period):
 
 
 def _tilted(pupil, period, offset):
-    """Move the image by `offset` samples: within one period a ramp of phase, from one to the next the turn of `fold_shapes`."""
+    """Move the image by `offset` samples: within one period a ramp of phase, from one to the next
+    the turn of `fold_shapes`.
+    """
     for axis, (o, p) in enumerate(zip(offset, period)):
         if o:
             ramp = np.exp(-2j * np.pi * o / p * np.arange(p)).astype(np.complex64)
@@ -166,11 +185,13 @@ def _tilted(pupil, period, offset):
 def lattice_psf(
     folded, wavelength_nm, distance_mm, reach, pitch_um, energy_mm2, offset, response
 ) -> np.ndarray:
-    """Return intensity times the area of a lattice cell at samples -reach .. reach of a whole frame.
+    """Return intensity times the area of a lattice cell at samples -reach .. reach of a whole
+    frame.
 
     Parameters
     ----------
-    folded : (period_y, period_x) complex64 from `fold_shapes` or `fold_cells` with the same offset; overwritten.
+    folded : (period_y, period_x) complex64 from `fold_shapes` or `fold_cells` with the same offset;
+        overwritten.
     reach, pitch_um, offset : (y, x) samples, micrometres, and the point between samples.
     energy_mm2 : the integral of the squared amplitude.
     response : what the cells leave of the field, a function of cycles per cell, divided out.
@@ -203,5 +224,7 @@ def lattice_psf(
 
 
 def lattice_pitch_mm(wavelength_nm, period, distance_mm, pitch_um) -> tuple[float, float]:
-    """Return the (y, x) pupil pitch whose field repeats after `period` samples: wavelength * distance / (period * pitch)."""
+    """Return the (y, x) pupil pitch whose field repeats after `period` samples: wavelength *
+    distance / (period * pitch).
+    """
     return tuple(wavelength_nm * 1e-3 * distance_mm / (n * p) for n, p in zip(period, pitch_um))

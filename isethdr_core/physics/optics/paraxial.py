@@ -2,7 +2,8 @@
 
 The angle is dy / d(path length), so reflections need no mirror signs.
 
-Refraction: n' u' = n u - s c (n' - n) y; reflection: u' = u + 2 s c y; transfer: y' = y + L u; s = +1 towards larger z, else -1.
+Refraction: n' u' = n u - s c (n' - n) y; reflection: u' = u + 2 s c y; transfer: y' = y + L u; s =
++1 towards larger z, else -1.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ import numpy as np
 
 
 def matrices(surfaces, indices, path, start_mm: float) -> list[np.ndarray]:
-    """Return, for every step of a path, the matrix from the plane `start_mm` to just behind that surface.
+    """Return, for every step of a path, the matrix from the plane `start_mm` to just behind that
+    surface.
 
     Parameters
     ----------
@@ -63,7 +65,8 @@ def entrance_pupil(surfaces, indices) -> tuple[float, float]:
     to_stop = matrices(surfaces, indices, [(k, False) for k in range(stop + 1)], surfaces[0].z_mm)[
         -1
     ]
-    # the ray through the stop's centre: 0 = A y + B u, and it crosses the axis y / u before the first vertex
+    # the ray through the stop's centre: 0 = A y + B u, and it crosses the axis y / u before the
+    # first vertex
     return float(surfaces[0].z_mm + to_stop[0, 1] / to_stop[0, 0]), float(
         surfaces[stop].semi_diameter_mm / abs(to_stop[0, 0])
     )

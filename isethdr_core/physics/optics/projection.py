@@ -1,7 +1,9 @@
-"""Projections: how the coordinates of a field, (x, y), stand for directions, and what follows from it.
+"""Projections: how the coordinates of a field, (x, y), stand for directions, and what follows from
+it.
 
-tangent      x and y are tangents of the field angle, as of a pinhole: (x, y) = tan(theta) (cos phi, sin phi)
-equidistant  x and y are proportional to the field angle itself: (x, y) = theta (cos phi, sin phi), theta in radians up to pi
+tangent      x and y are tangents of the field angle, as of a pinhole: (x, y) = tan(theta) (cos phi,
+sin phi) equidistant  x and y are proportional to the field angle itself: (x, y) = theta (cos phi,
+sin phi), theta in radians up to pi
 """
 
 from __future__ import annotations
@@ -29,17 +31,20 @@ def direction(x, y, projection: str = "tangent") -> np.ndarray:
 
 
 def solid_angle_per_area(x, y, projection: str = "tangent"):
-    """Return d(solid angle) / (dx dy), sr: cos^3 theta for tangents, sin(theta) / theta for angles."""
+    """Return d(solid angle) / (dx dy), sr: cos^3 theta for tangents, sin(theta) / theta for
+    angles.
+    """
     if _equidistant(projection):
         return np.sinc(np.hypot(x, y) / np.pi)
     return (1 + np.square(x) + np.square(y)) ** -1.5
 
 
 def cos4(x, y, projection: str = "tangent"):
-    """Return the irradiance of a uniform scene through a flat entrance pupil, 1 on the axis, where a lens keeps the grid.
+    """Return the irradiance of a uniform scene through a flat entrance pupil, 1 on the axis, where
+    a lens keeps the grid.
 
-    The cosine of the pupil times the solid angle of a tile: cos^4 theta for tangents, cos(theta) sin(theta) / theta for angles;
-    below 0 beyond 90 degrees, where a flat pupil sees nothing.
+    The cosine of the pupil times the solid angle of a tile: cos^4 theta for tangents, cos(theta)
+    sin(theta) / theta for angles; below 0 beyond 90 degrees, where a flat pupil sees nothing.
     """
     if _equidistant(projection):
         return np.cos(np.hypot(x, y)) * solid_angle_per_area(x, y, projection)
@@ -47,7 +52,9 @@ def cos4(x, y, projection: str = "tangent"):
 
 
 def depth_m(distance_m, x, y, projection: str = "tangent"):
-    """Return depth along the axis, m, of points at `distance_m` along their rays; below 0 behind the camera."""
+    """Return depth along the axis, m, of points at `distance_m` along their rays; below 0 behind
+    the camera.
+    """
     cosine = np.cos(angle_rad(x, y, projection))
     distance_m, cosine = np.broadcast_arrays(np.asarray(distance_m, float), cosine)
     far = np.isinf(distance_m)

@@ -1,9 +1,10 @@
 """Pupil: blades, dust and scratches of an aperture, averaged exactly over the cells of any grid.
 
-Every shape is convex, so a horizontal line cuts it in one chord. A raster adds the two ends of each chord to a
-row of differences, and one cumulative sum fills all shapes: exact along x, a few lines per cell along y. Overlapping dirt
-multiplies: `opening` expands the product of all transmissions into a sum over shapes and their intersections.
-Lengths in millimetres, origin on the axis, x right, y down as in the image.
+Every shape is convex, so a horizontal line cuts it in one chord. A raster adds the two ends of each
+chord to a row of differences, and one cumulative sum fills all shapes: exact along x, a few lines
+per cell along y. Overlapping dirt multiplies: `opening` expands the product of all transmissions
+into a sum over shapes and their intersections. Lengths in millimetres, origin on the axis, x right,
+y down as in the image.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ import numpy as np
 
 MOST_TERMS = 20000  # of `opening`, which takes seconds for them
 GAUSS = (0.5 - 1 / 12**0.5, 0.5 + 1 / 12**0.5)  # places of the two-point rule, of equal weights
-LEVELS = 512  # level lines across a shape from which the height of its image under a linear map is bounded
+# level lines across a shape from which the height of its image under a linear map is bounded
+LEVELS = 512
 
 Matrix = tuple[
     tuple[float, float], tuple[float, float]
@@ -24,9 +26,11 @@ Matrix = tuple[
 
 @dataclass(frozen=True)
 class Convex:
-    """The intersection of half-planes (nx, ny, d): nx x + ny y <= d, of discs (x, y, radius) and of ellipses, within `low` <= y <= `high`.
+    """The intersection of half-planes (nx, ny, d): nx x + ny y <= d, of discs (x, y, radius) and of
+    ellipses, within `low` <= y <= `high`.
 
-    An ellipse (x, y, matrix) is the image of the unit disc under a linear map, moved to the centre (x, y).
+    An ellipse (x, y, matrix) is the image of the unit disc under a linear map, moved to the centre
+    (x, y).
     """
 
     planes: tuple[tuple[float, float, float], ...] = ()
@@ -55,7 +59,9 @@ class Convex:
         return not np.any(left < right)
 
     def chords(self, y) -> tuple[np.ndarray, np.ndarray]:
-        """Return where horizontal lines at `y` enter and leave the shape; left >= right where they miss it."""
+        """Return where horizontal lines at `y` enter and leave the shape; left >= right where they
+        miss it.
+        """
         left, right = np.full(y.shape, -np.inf), np.full(y.shape, np.inf)
         for xc, yc, r in self.discs:
             half = np.sqrt(np.maximum(r * r - (y - yc) ** 2, 0.0))
@@ -113,8 +119,9 @@ class Convex:
     def _mapped_height(self, forward) -> tuple[float, float]:
         """Return bounds (low, high) of y over the image of the shape under a linear map.
 
-        They are exact where level lines stay level. Else y of the image is a concave function of the level in the shape: its
-        maximum lies above no straight line through two neighbouring levels, continued by one more.
+        They are exact where level lines stay level. Else y of the image is a concave function of
+        the level in the shape: its maximum lies above no straight line through two neighbouring
+        levels, continued by one more.
         """
         yx, yy = forward[1]
         if yx == 0.0:
@@ -139,10 +146,11 @@ def disc(x: float, y: float, radius: float) -> Convex:
 
 
 def blades(radius: float, count: int, rotation_deg: float = 0.0, rounding: float = 0.0) -> Convex:
-    """Return an iris whose corners lie on a circle of `radius`; fewer than three blades make the full circle.
+    """Return an iris whose corners lie on a circle of `radius`; fewer than three blades make the
+    full circle.
 
-    Each blade's edge is an arc between two corners, of curvature `rounding` / `radius`: 0 is a straight edge, 1 the circle
-    itself.
+    Each blade's edge is an arc between two corners, of curvature `rounding` / `radius`: 0 is a
+    straight edge, 1 the circle itself.
     """
     if not 0.0 <= rounding <= 1.0:
         raise ValueError(f"rounding {rounding!r}; expected 0 (straight blades) to 1 (a circle)")
@@ -189,11 +197,12 @@ def dirt(
 ) -> list[tuple[Convex, float]]:
     """Draw dust and scratches over the square around a pupil of `radius` mm; no grid takes part.
 
-    Counts are Poisson; positions uniform; dust radii log-normal about the median `dust_radius_um` with sigma `dust_spread`;
-    scratches are straight, 0.4 to 1.6 of `scratch_length_um` long and 0.5 to 1.5 of `scratch_width_um` wide, in groups of
-    `together` parallel ones, 0.5 to 1.5 of `spacing_um` apart, whose direction is uniform from `direction_deg` (0 along x)
-    over `direction_range_deg`. Each takes a share of the amplitude uniform between the two ends of its `loss`. The same
-    arguments give the same dirt.
+    Counts are Poisson; positions uniform; dust radii log-normal about the median `dust_radius_um`
+    with sigma `dust_spread`; scratches are straight, 0.4 to 1.6 of `scratch_length_um` long and 0.5
+    to 1.5 of `scratch_width_um` wide, in groups of `together` parallel ones, 0.5 to 1.5 of
+    `spacing_um` apart, whose direction is uniform from `direction_deg` (0 along x) over
+    `direction_range_deg`. Each takes a share of the amplitude uniform between the two ends of its
+    `loss`. The same arguments give the same dirt.
 
     Returns
     -------
@@ -237,7 +246,8 @@ def dirt(
 
 
 def opening(aperture: Convex, losses) -> list[tuple[Convex, float]]:
-    """Expand aperture x product of (1 - loss) over all dirt into a sum of (shape, weight), each 1 x weight inside.
+    """Expand aperture x product of (1 - loss) over all dirt into a sum of (shape, weight), each 1 x
+    weight inside.
 
     A loss may be complex: 1 - a exp(i phase) of a grain that passes the amplitude a, retarded.
 
@@ -251,12 +261,15 @@ def opening(aperture: Convex, losses) -> list[tuple[Convex, float]]:
 
 
 def overlaps(aperture: Convex, dirt) -> list[tuple[Convex, tuple[int, ...]]]:
-    """Return every way in which shapes of dirt overlap within the aperture: (intersection, indices); raises as `opening`."""
+    """Return every way in which shapes of dirt overlap within the aperture: (intersection,
+    indices); raises as `opening`.
+    """
     found = [(aperture, ())]
     for index, shape in enumerate(dirt):
         if len(found) > MOST_TERMS:
             raise ValueError(
-                f"the aperture's dirt overlaps in more than {MOST_TERMS} ways; expected less or smaller dirt"
+                f"the aperture's dirt overlaps in more than {MOST_TERMS} ways; expected less or"
+                " smaller dirt"
             )
         both = [
             (part & shape, (*held, index))
@@ -268,12 +281,16 @@ def overlaps(aperture: Convex, dirt) -> list[tuple[Convex, tuple[int, ...]]]:
 
 
 def weighted(overlapping, losses) -> list[tuple[Convex, float]]:
-    """Return the sum of (shape, weight) that `opening` describes, from its `overlaps` and the loss of every shape of dirt."""
+    """Return the sum of (shape, weight) that `opening` describes, from its `overlaps` and the loss
+    of every shape of dirt.
+    """
     return [(part, prod((-losses[i] for i in held), start=1.0)) for part, held in overlapping]
 
 
 def energy(aperture: Convex, losses, strips: int = 4000) -> float:
-    """Return the integral of the squared amplitude, mm2: squares of products are products of squares, so areas suffice."""
+    """Return the integral of the squared amplitude, mm2: squares of products are products of
+    squares, so areas suffice.
+    """
     total, angle = (
         0.0,
         (np.arange(strips) + 0.5) * np.pi / strips,
@@ -294,7 +311,9 @@ def energy(aperture: Convex, losses, strips: int = 4000) -> float:
 
 
 def transmission(aperture: Convex, losses, x, y) -> np.ndarray:
-    """Return the amplitude transmission at points (x, y), broadcast: 0 outside, the product of (1 - loss) inside."""
+    """Return the amplitude transmission at points (x, y), broadcast: 0 outside, the product of (1 -
+    loss) inside.
+    """
     a = aperture.contains(x, y).astype(float)
     for shape, loss in losses:
         a = a * (1 - loss * shape.contains(x, y))
@@ -302,10 +321,11 @@ def transmission(aperture: Convex, losses, x, y) -> np.ndarray:
 
 
 def chord_ends(terms, y0: float, step: float, count: int, places=(0.5,)):
-    """Yield (strip, left, right, weight) of chords through strips of height `step` from `y0` on, for all terms.
+    """Yield (strip, left, right, weight) of chords through strips of height `step` from `y0` on,
+    for all terms.
 
-    `places` are those of the chords within what the shape's height leaves of its strip, so level edges are exact; the weights of a
-    strip sum to the part of it that is left.
+    `places` are those of the chords within what the shape's height leaves of its strip, so level
+    edges are exact; the weights of a strip sum to the part of it that is left.
     """
     edges = y0 + np.arange(count + 1) * step
     for shape, weight in terms:
@@ -327,8 +347,8 @@ def raster(terms, x, y, strips: int = 2) -> np.ndarray:
     ----------
     terms : list of (shape, weight), as `opening` returns.
     x, y : evenly spaced cell centres, mm.
-    strips : level strips per cell, with two chords each at Gauss's places: the mean over y is exact to the fourth power of their
-        height, along x it is exact.
+    strips : level strips per cell, with two chords each at Gauss's places: the mean over y is exact
+        to the fourth power of their height, along x it is exact.
 
     Returns
     -------

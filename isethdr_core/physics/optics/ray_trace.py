@@ -11,7 +11,9 @@ from .surfaces import Surface, intersect, normal
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """Where rays ended: arrays of any one shape; NaN where a ray missed a surface or was totally reflected."""
+    """Where rays ended: arrays of any one shape; NaN where a ray missed a surface or was totally
+    reflected.
+    """
 
     position_mm: np.ndarray  # (3, ...)
     direction: np.ndarray  # (3, ...), length 1
@@ -21,7 +23,8 @@ class Rays:
 
 
 def refract(direction, normals, n_from, n_to):
-    """Return refracted unit directions (3, ...), NaN beyond the critical angle; `normals` on either side.
+    """Return refracted unit directions (3, ...), NaN beyond the critical angle; `normals` on either
+    side.
 
     Snell's law as vectors: n' d' = n d + (n' cos' - n cos) N, with N along the light.
     """
@@ -44,7 +47,9 @@ def sequential(count: int) -> list[tuple[int, bool]]:
 
 
 def ghost_path(count: int, back: int, front: int) -> list[tuple[int, bool]]:
-    """Return the path of a ghost: on to surface `back`, reflected, back to `front`, reflected, on to the last of `count`."""
+    """Return the path of a ghost: on to surface `back`, reflected, back to `front`, reflected, on
+    to the last of `count`.
+    """
     if not 0 <= front < back < count:
         raise ValueError(
             f"a ghost needs 0 <= front < back < {count}; got front {front}, back {back}"
@@ -62,16 +67,18 @@ def follow(
     Parameters
     ----------
     surfaces : in the order of z.
-    indices : one more than surfaces: the refractive index before the first, between, and behind the last; numbers or arrays that
-        broadcast with the rays.
+    indices : one more than surfaces: the refractive index before the first, between, and behind the
+        last; numbers or arrays that broadcast with the rays.
     path : [(surface, whether it reflects), ...].
     position, direction : (3, ...) mm and unit vectors; light starts towards larger z.
-    power : function (surface, reflects, forward, cosine) that returns the fraction of power that goes on; None: 1.
+    power : function (surface, reflects, forward, cosine) that returns the fraction of power that
+        goes on; None: 1.
     keep_hits : keep (x, y) of every step.
 
     Returns
     -------
-    Rays on the last surface of the path. Rays that pass outside a semi-diameter go on, with a negative margin.
+    Rays on the last surface of the path. Rays that pass outside a semi-diameter go on, with a
+    negative margin.
     """
     shape = np.broadcast_shapes(
         *(np.shape(n) for n in indices), position.shape[1:], direction.shape[1:]
@@ -108,7 +115,9 @@ def follow(
 
 
 def collimated(x_mm, y_mm, z_mm: float, tangent_x, tangent_y):
-    """Return (position, direction), (3, ...), of parallel light that crosses the plane z at (x, y) with these tangents."""
+    """Return (position, direction), (3, ...), of parallel light that crosses the plane z at (x, y)
+    with these tangents.
+    """
     x, y, tx, ty = np.broadcast_arrays(
         *(np.asarray(v, float) for v in (x_mm, y_mm, tangent_x, tangent_y))
     )

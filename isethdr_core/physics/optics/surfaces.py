@@ -1,4 +1,6 @@
-"""Surfaces of revolution about z: where a ray meets them, and their normals. Millimetres; z along the light."""
+"""Surfaces of revolution about z: where a ray meets them, and their normals. Millimetres; z along
+the light.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ NEWTON_MM = 1e-11  # residual of an aspheric intersection
 
 @dataclass(frozen=True)
 class Surface:
-    """One interface: z = c r^2 / (1 + sqrt(1 - (1 + k) c^2 r^2)) + a4 r^4 + a6 r^6 + ..., from its vertex."""
+    """One interface: z = c r^2 / (1 + sqrt(1 - (1 + k) c^2 r^2)) + a4 r^4 + a6 r^6 + ..., from its
+    vertex.
+    """
 
     z_mm: float  # of the vertex
     curvature_per_mm: float = 0.0  # above 0: the centre lies at larger z
@@ -47,12 +51,14 @@ def intersect(surface: Surface, position, direction):
 
     Parameters
     ----------
-    position, direction : x, y, z stacked first, (3, ...); direction has length 1 and a z part that is not 0.
+    position, direction : x, y, z stacked first, (3, ...); direction has length 1 and a z part that
+        is not 0.
 
     Notes
     -----
-    The conic's quadratic equation is solved in the form without cancellation, from the vertex plane, so the sheet that holds the
-    vertex is found; aspheric terms by Newton's method from there.
+    The conic's quadratic equation is solved in the form without cancellation, from the vertex
+    plane, so the sheet that holds the vertex is found; aspheric terms by Newton's method from
+    there.
     """
     x, y, z = position
     dx, dy, dz = direction

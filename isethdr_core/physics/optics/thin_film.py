@@ -1,7 +1,8 @@
-"""Thin films: what a stack of layers between two media reflects and transmits, at any angle and wavelength.
+"""Thin films: what a stack of layers between two media reflects and transmits, at any angle and
+wavelength.
 
-Angles are given by the cosine of incidence in the first medium; indices may be complex n - ik (k >= 0 absorbs). With no layer the
-result is Fresnel's.
+Angles are given by the cosine of incidence in the first medium; indices may be complex n - ik (k >=
+0 absorbs). With no layer the result is Fresnel's.
 """
 
 from __future__ import annotations
@@ -14,26 +15,28 @@ def reflect(n_in, n_out, layers, cos_in, wavelength_nm):
 
     Parameters
     ----------
-    n_in, n_out : refractive index of the medium light comes from (real) and of the one behind the stack.
+    n_in, n_out : refractive index of the medium light comes from (real) and of the one behind the
+        stack.
     layers : [(index, thickness_nm), ...] from the side of incidence; empty for a bare surface.
     cos_in : cosine of the angle of incidence, 0 to 1.
     wavelength_nm : in vacuum. All arguments broadcast.
 
     Returns
     -------
-    R_s, R_p, T_s, T_p : fractions of the power through a unit of area of the surface; R + T = 1 where nothing absorbs, T = 0
-        beyond
-        the critical angle.
+    R_s, R_p, T_s, T_p : fractions of the power through a unit of area of the surface; R + T = 1
+        where nothing absorbs, T = 0 beyond the critical angle.
 
     References
     ----------
-    F. Abeles, Ann. Phys. 5, 596 (1950); H. A. Macleod, Thin-Film Optical Filters, chapter 2, characteristic matrix and equation
-    for R and T of an assembly (time dependence exp(+i w t), index n - ik).
+    F. Abeles, Ann. Phys. 5, 596 (1950); H. A. Macleod, Thin-Film Optical Filters, chapter 2,
+    characteristic matrix and equation for R and T of an assembly (time dependence exp(+i w t),
+    index n - ik).
     """
     cos_in = np.asarray(cos_in, float)
     if np.any(cos_in < 0) or np.any(cos_in > 1 + 1e-12):
         raise ValueError(
-            "the cosine of incidence is outside 0 to 1; give the angle to the normal on the side light comes from"
+            "the cosine of incidence is outside 0 to 1; give the angle to the normal on the side"
+            " light comes from"
         )
     if any(np.any(np.asarray(thickness) < 0) for _, thickness in layers):
         raise ValueError("a layer has a negative thickness; expected nm, 0 or more")
@@ -83,6 +86,7 @@ def _of_polarisation(n_in, n_out, cos_in, behind, inside, wavelength_nm, p):
             sine * own * electric + cosine * magnetic,
         )
     total = first * electric + magnetic
-    return np.abs((first * electric - magnetic) / total) ** 2, 4 * first * last.real / np.abs(
-        total
-    ) ** 2
+    return (
+        np.abs((first * electric - magnetic) / total) ** 2,
+        4 * first * last.real / np.abs(total) ** 2,
+    )

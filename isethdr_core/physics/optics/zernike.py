@@ -1,8 +1,10 @@
-"""Zernike: wavefronts from OSA/ANSI coefficients (ANSI Z80.28-2017; Thibos et al. 2002, J. Refract. Surg. 18, S652).
+"""Zernike: wavefronts from OSA/ANSI coefficients (ANSI Z80.28-2017; Thibos et al. 2002, J. Refract.
+Surg. 18, S652).
 
-Single index j = (n (n + 2) + m) / 2 from 0; orthonormal over the unit disk, so a coefficient in micrometres is the
-rms it adds to the wavefront. Powers of x and y serve low orders: a grid then costs one small matrix product. Their terms
-cancel at high orders (1e-8 is lost at order 20, everything at 50), so higher orders are computed by recurrence.
+Single index j = (n (n + 2) + m) / 2 from 0; orthonormal over the unit disk, so a coefficient in
+micrometres is the rms it adds to the wavefront. Powers of x and y serve low orders: a grid then
+costs one small matrix product. Their terms cancel at high orders (1e-8 is lost at order 20,
+everything at 50), so higher orders are computed by recurrence.
 """
 
 from __future__ import annotations
@@ -28,8 +30,8 @@ def order(j: int) -> tuple[int, int]:
     """
     if not 0 <= j <= LAST_INDEX or j != int(j):
         raise ValueError(
-            f"Zernike index {j!r}; expected an OSA/ANSI index 0, 1, 2, ... (4 is defocus) up to {LAST_INDEX}, the "
-            f"last of radial order {HIGHEST_ORDER}"
+            f"Zernike index {j!r}; expected an OSA/ANSI index 0, 1, 2, ... (4 is defocus) up to"
+            f" {LAST_INDEX}, the last of radial order {HIGHEST_ORDER}"
         )
     n = (isqrt(8 * int(j) + 1) - 1) // 2
     return n, 2 * int(j) - n * (n + 2)
@@ -60,7 +62,9 @@ def _powers(j: int) -> np.ndarray:
 
 
 class Terms(NamedTuple):
-    """Terms of the same |m|: W = rho^|m| sum over k of P_k(2 rho^2 - 1) (cosine[k] cos m theta + sine[k] sin m theta)."""
+    """Terms of the same |m|: W = rho^|m| sum over k of P_k(2 rho^2 - 1) (cosine[k] cos m theta +
+    sine[k] sin m theta).
+    """
 
     cosine: np.ndarray
     sine: np.ndarray
@@ -81,9 +85,10 @@ def wavefront_at(zernike_um, x, y) -> np.ndarray:
 
     Notes
     -----
-    R_n^m(rho) = rho^m P_k(2 rho^2 - 1), k = (n - m) / 2, with Jacobi polynomials of parameters (0, m) (Born and Wolf 1999,
-    section 9.2.1). Their three-term recurrence (see `jacobi`) is stable, as are those of Kintner (1976, Opt. Acta 23, 679) and
-    of Prata and Rusch (1989, Appl. Opt. 28, 749).
+    R_n^m(rho) = rho^m P_k(2 rho^2 - 1), k = (n - m) / 2, with Jacobi polynomials of parameters (0,
+    m) (Born and Wolf 1999, section 9.2.1). Their three-term recurrence (see `jacobi`) is stable, as
+    are those of Kintner (1976, Opt. Acta 23, 679) and of Prata and Rusch (1989, Appl. Opt. 28,
+    749).
     """
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
     t = 2 * (x * x + y * y) - 1
@@ -104,7 +109,9 @@ def wavefront_at(zernike_um, x, y) -> np.ndarray:
 
 
 def jacobi(count: int, a: int, b: int, t):
-    """Yield the Jacobi polynomials P_0 to P_(count - 1) of parameters (a, b) at `t`, by DLMF 18.9.2 (Szego 1975, eq. 4.5.1)."""
+    """Yield the Jacobi polynomials P_0 to P_(count - 1) of parameters (a, b) at `t`, by DLMF 18.9.2
+    (Szego 1975, eq. 4.5.1).
+    """
     before, now = np.zeros(np.shape(t)), np.ones(np.shape(t))
     for k in range(count):
         yield now
@@ -132,7 +139,9 @@ def _by_frequency(zernike_um) -> dict[int, Terms]:
 
 
 def zernike_basis(terms, x, y) -> np.ndarray:
-    """Return the values (point, term) of several terms at points of the pupil plane, one dimension, in pupil radii."""
+    """Return the values (point, term) of several terms at points of the pupil plane, one dimension,
+    in pupil radii.
+    """
     terms = tuple(int(j) for j in terms)
     degree = max(order(j)[0] for j in terms)
     powers_x, powers_y = (
@@ -147,7 +156,9 @@ def zernike_basis(terms, x, y) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def _coefficients(terms: tuple[int, ...], degree: int) -> np.ndarray:
-    """Return the (product of powers, term) coefficients of terms, products in the order of `zernike_basis`."""
+    """Return the (product of powers, term) coefficients of terms, products in the order of
+    `zernike_basis`.
+    """
     out = np.zeros((_terms_to(degree), len(terms)))
     for column, j in enumerate(terms):
         powers = _powers(j)
@@ -166,11 +177,13 @@ def wavefront_um(zernike_um, x, y) -> np.ndarray:
     Parameters
     ----------
     zernike_um : {OSA index: coefficient in micrometres}.
-    x, y : the grid's axes in pupil radii, (nx,) and (ny,); the polynomials continue beyond the disk.
+    x, y : the grid's axes in pupil radii, (nx,) and (ny,); the polynomials continue beyond the
+        disk.
 
     Returns
     -------
-    (ny, nx) float64, micrometres. Positive tilt along x moves the image to larger x (see `diffraction`).
+    (ny, nx) float64, micrometres. Positive tilt along x moves the image to larger x (see
+    `diffraction`).
     """
     x, y = np.asarray(x, float), np.asarray(y, float)
     low = {j: value for j, value in zernike_um.items() if order(j)[0] <= POWERS_ORDER}
@@ -183,33 +196,43 @@ def wavefront_um(zernike_um, x, y) -> np.ndarray:
 
 
 def steepest_slope_um(zernike_um) -> float:
-    """Return the largest gradient of the wavefront over the unit disk, micrometres per pupil radius.
+    """Return the largest gradient of the wavefront over the unit disk, micrometres per pupil
+    radius.
 
-    The disk is sampled so densely that at most 8 % of a maximum between samples are missed; a maximum at the rim is met.
+    The disk is sampled so densely that at most 8 % of a maximum between samples are missed; a
+    maximum at the rim is met.
     """
     return float(slopes_um(zernike_um).largest.max())
 
 
 class Slopes(NamedTuple):
-    """The largest gradient of a wavefront at each distance from the axis: pupil radii, micrometres per pupil radius."""
+    """The largest gradient of a wavefront at each distance from the axis: pupil radii, micrometres
+    per pupil radius.
+    """
 
     rho: np.ndarray
     largest: np.ndarray
 
 
 def slopes_um(zernike_um) -> Slopes:
-    """Return the largest gradient of the wavefront at distances from the axis, from 0 to the rim."""
+    """Return the largest gradient of the wavefront at distances from the axis, from 0 to the
+    rim.
+    """
     sampled = _on_the_disk(zernike_um)
     return Slopes(sampled.rho, np.hypot(sampled.along, sampled.across).max(axis=1))
 
 
 def largest_um(zernike_um) -> float:
-    """Return the largest size of the wavefront over the unit disk, micrometres; sampled as `steepest_slope_um`."""
+    """Return the largest size of the wavefront over the unit disk, micrometres; sampled as
+    `steepest_slope_um`.
+    """
     return float(np.abs(_on_the_disk(zernike_um).values).max())
 
 
 class _Sampled(NamedTuple):
-    """A wavefront over the disk (radius, angle): micrometres, and its slopes along and across the radius, per pupil radius."""
+    """A wavefront over the disk (radius, angle): micrometres, and its slopes along and across the
+    radius, per pupil radius.
+    """
 
     rho: np.ndarray
     values: np.ndarray
@@ -218,7 +241,9 @@ class _Sampled(NamedTuple):
 
 
 def _on_the_disk(zernike_um) -> _Sampled:
-    """Sample a wavefront, eight times per oscillation and more; radii crowd towards the rim as its oscillations do."""
+    """Sample a wavefront, eight times per oscillation and more; radii crowd towards the rim as its
+    oscillations do.
+    """
     by_frequency = _by_frequency(zernike_um)
     highest = max((2 * len(terms.cosine) + m for m, terms in by_frequency.items()), default=0)
     rho = np.cos(np.linspace(np.pi / 2, 0, max(RADII, 4 * highest + 1)))[:, None]
@@ -242,7 +267,9 @@ def _on_the_disk(zernike_um) -> _Sampled:
 
 
 def rotated(zernike_um, angle_rad: float) -> dict[int, float]:
-    """Return the coefficients of a wavefront turned by `angle_rad` counter-clockwise, y up: W(rho, theta - angle)."""
+    """Return the coefficients of a wavefront turned by `angle_rad` counter-clockwise, y up: W(rho,
+    theta - angle).
+    """
     out: dict[int, float] = {}
     for j, value in zernike_um.items():
         n, m = order(int(j))
@@ -256,7 +283,8 @@ def rotated(zernike_um, angle_rad: float) -> dict[int, float]:
 
 
 def mapped(zernike_um, matrix) -> dict[int, float]:
-    """Return the coefficients of the wavefront whose value at `matrix` (x, y) is that of the given one at (x, y).
+    """Return the coefficients of the wavefront whose value at `matrix` (x, y) is that of the given
+    one at (x, y).
 
     Parameters
     ----------
@@ -276,9 +304,11 @@ def _terms_to(degree: int) -> int:
 
 @lru_cache(maxsize=256)
 def _substitution(matrix, count: int) -> np.ndarray:
-    """Return the (new, given) coefficients of all terms up to `count` with `matrix`^-1 (x, y) in the place of (x, y).
+    """Return the (new, given) coefficients of all terms up to `count` with `matrix`^-1 (x, y) in
+    the place of (x, y).
 
-    A polynomial stays one of the same degree, so that its values at more places than terms determine it.
+    A polynomial stays one of the same degree, so that its values at more places than terms
+    determine it.
     """
     radius = np.sqrt((np.arange(count) + 0.5) / count)
     turn = (
@@ -292,7 +322,9 @@ def _substitution(matrix, count: int) -> np.ndarray:
 
 
 def polynomial(zernike_um) -> np.ndarray:
-    """Return c[k, l] such that the wavefront of {OSA index: um} is the sum of c x^k y^l, micrometres, x and y in pupil radii."""
+    """Return c[k, l] such that the wavefront of {OSA index: um} is the sum of c x^k y^l,
+    micrometres, x and y in pupil radii.
+    """
     size = 1 + max((order(j)[0] for j in zernike_um), default=0)
     c = np.zeros((size, size))
     for j, value in zernike_um.items():

@@ -39,7 +39,8 @@ def resample_mean(
 def integrate_tiles(
     values, x_in, y_in, x_out, y_out, width_out: float, height_out: float
 ) -> np.ndarray:
-    """Return the integral of constant tiles over each output rectangle; arguments as `resample_mean`.
+    """Return the integral of constant tiles over each output rectangle; arguments as
+    `resample_mean`.
 
     Returns
     -------
@@ -50,8 +51,8 @@ def integrate_tiles(
     along_y = overlaps(y_in, y_out, height_out, "y")
     if values.shape[-2:] != (along_y.shape[1], along_x.shape[1]):
         raise ValueError(
-            f"values of shape {values.shape} do not end in (y, x) = {(along_y.shape[1], along_x.shape[1])}, "
-            "the number of tile centres given"
+            f"values of shape {values.shape} do not end in (y, x) ="
+            f" {(along_y.shape[1], along_x.shape[1])}, the number of tile centres given"
         )
     out = np.empty((*values.shape[:-2], along_y.shape[0], along_x.shape[0]))
     for band in np.ndindex(
@@ -65,11 +66,13 @@ def integrate_tiles(
 def detail_error(
     deviation, x_in, y_in, x_out, y_out, width_out: float, height_out: float
 ) -> np.ndarray:
-    """Return how far the mean over each output rectangle may be off because tiles are taken for even.
+    """Return how far the mean over each output rectangle may be off because tiles are taken for
+    even.
 
     Parameters
     ----------
-    deviation : (y, x) standard deviation of the values within each tile. The other arguments are those of `resample_mean`.
+    deviation : (y, x) standard deviation of the values within each tile. The other arguments are
+        those of `resample_mean`.
 
     Returns
     -------
@@ -77,9 +80,10 @@ def detail_error(
 
     Notes
     -----
-    A rectangle that covers the fraction f of a tile errs there by the covariance of its indicator and the values, at most
-    sqrt(f (1 - f)) times their deviation (Cauchy and Schwarz), and not at all where it covers the tile or misses it. Errors of
-    different tiles add up in squares. With f = g h, the fractions along both axes, f (1 - f) <= g h ((1 - g) + (1 - h)).
+    A rectangle that covers the fraction f of a tile errs there by the covariance of its indicator
+    and the values, at most sqrt(f (1 - f)) times their deviation (Cauchy and Schwarz), and not at
+    all where it covers the tile or misses it. Errors of different tiles add up in squares. With f =
+    g h, the fractions along both axes, f (1 - f) <= g h ((1 - g) + (1 - h)).
     """
     tile_x, tile_y = (
         float(c[-1] - c[0]) / (len(c) - 1) for c in (np.asarray(x_in), np.asarray(y_in))
@@ -124,8 +128,9 @@ def overlaps(centres_in, centres_out, width_out: float, axis: str = "x") -> csr_
     outside = max(-low.min(), high.max() - count)
     if outside > SLACK * count:
         raise ValueError(
-            f"output rectangles reach {outside * pitch:.6g} ({outside:.3g} tiles) beyond the input along {axis}; "
-            f"the tiles cover {centres_in[0] - pitch / 2:.6g} to {centres_in[-1] + pitch / 2:.6g}"
+            f"output rectangles reach {outside * pitch:.6g} ({outside:.3g} tiles) beyond the input"
+            f" along {axis}; the tiles cover {centres_in[0] - pitch / 2:.6g} to"
+            f" {centres_in[-1] + pitch / 2:.6g}"
         )
     low, high = np.clip(_snapped(low), 0, count), np.clip(_snapped(high), 0, count)
     first = np.minimum(np.floor(low).astype(int), count - 1)
@@ -140,7 +145,8 @@ def overlaps(centres_in, centres_out, width_out: float, axis: str = "x") -> csr_
 def _snapped(border):
     """Return borders, in tiles, with those on a tile's border put exactly there.
 
-    Rounding would leave slivers of 1e-15 of a tile, which a neighbour 1e12 times brighter makes visible.
+    Rounding would leave slivers of 1e-15 of a tile, which a neighbour 1e12 times brighter makes
+    visible.
     """
     whole = np.rint(border)
     return np.where(np.abs(border - whole) < SLACK, whole, border)

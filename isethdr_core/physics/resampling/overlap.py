@@ -1,7 +1,8 @@
 """Overlap: areas that tiles seen through a distortion share with the tiles of a regular grid.
 
-The preimages of the output tiles are quadrilaterals that tile the input plane: neighbours share their corners, so no light is
-lost or counted twice, and every weight is an area of overlap, never negative.
+The preimages of the output tiles are quadrilaterals that tile the input plane: neighbours share
+their corners, so no light is lost or counted twice, and every weight is an area of overlap, never
+negative.
 """
 
 from __future__ import annotations
@@ -21,11 +22,13 @@ def borders(centres, pitch: float) -> np.ndarray:
 
 
 def overlap_areas(x_in, y_in, distortion, x_out, y_out) -> csr_array:
-    """Return the (output tile, input tile) matrix of the areas that preimages of output tiles share with input tiles.
+    """Return the (output tile, input tile) matrix of the areas that preimages of output tiles share
+    with input tiles.
 
     Parameters
     ----------
-    x_in, y_in, x_out, y_out : borders of evenly spaced tiles, (n + 1,), in field coordinates and in focal lengths.
+    x_in, y_in, x_out, y_out : borders of evenly spaced tiles, (n + 1,), in field coordinates and in
+        focal lengths.
     distortion : a map with `inverse(x, y)`.
 
     Raises
@@ -34,8 +37,9 @@ def overlap_areas(x_in, y_in, distortion, x_out, y_out) -> csr_array:
 
     Notes
     -----
-    Green's theorem: the part of a polygon in one tile column is the integral of (x - left border) dy along its border inside the
-    column, plus the column's width times dy where the border runs further right.
+    Green's theorem: the part of a polygon in one tile column is the integral of (x - left border)
+    dy along its border inside the column, plus the column's width times dy where the border runs
+    further right.
     """
     x_in, y_in, x_out, y_out = (np.asarray(b, float) for b in (x_in, y_in, x_out, y_out))
     parts = [
@@ -52,7 +56,8 @@ def _rows(x_in, y_in, distortion, x_out, y_out):
     beyond = max(-u.min(), u.max() - nx, -v.min(), v.max() - ny)
     if beyond > SLACK * max(nx, ny):
         raise ValueError(
-            f"the output reaches {beyond:.3g} tiles beyond the input; expected a wider input (margin) or a smaller output"
+            f"the output reaches {beyond:.3g} tiles beyond the input; expected a wider input"
+            " (margin) or a smaller output"
         )
     u, v = np.clip(u, 0, nx), np.clip(v, 0, ny)
     ring = [
@@ -82,7 +87,9 @@ def _rows(x_in, y_in, distortion, x_out, y_out):
 
 
 def _edge(start, end, first):
-    """Return (quadrilateral, column, row, signed area) that one side of every quadrilateral adds, in tiles."""
+    """Return (quadrilateral, column, row, signed area) that one side of every quadrilateral adds,
+    in tiles.
+    """
     (x0, y0), (x1, y1) = start, end
     cuts = [np.zeros_like(x0), np.ones_like(x0)]
     for a, b in ((x0, x1), (y0, y1)):

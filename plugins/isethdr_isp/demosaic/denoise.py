@@ -1,8 +1,9 @@
 """Denoise: non-local means of a mosaic, before it is demosaiced.
 
-Pixels at one place of the filter array are averaged where their surroundings, all channels of them, look alike (Buades, Coll, Morel
-2005, on the mosaic as Danielyan et al. 2009). Likeness is judged on stabilised values, whose noise is the same everywhere; the
-averages are of electrons, so that there is no inverse to be taken and none to leave a bias (docs/isp.md compares the two).
+Pixels at one place of the filter array are averaged where their surroundings, all channels of them,
+look alike (Buades, Coll, Morel 2005, on the mosaic as Danielyan et al. 2009). Likeness is judged on
+stabilised values, whose noise is the same everywhere; the averages are of electrons, so that there
+is no inverse to be taken and none to leave a bias (docs/isp.md compares the two).
 """
 
 from __future__ import annotations
@@ -18,24 +19,29 @@ from ..readout.noise_propagation import SampleNoise
 
 REACH = 10  # pixels to each side in which like ones are looked for
 PATCH = 5  # pixels, side of the surroundings
-ALIKE = 2.5  # mean squared difference of stabilised patches, of which noise makes 2 +- 0.6; below it the weight is 1
+# mean squared difference of stabilised patches, of which noise makes 2 +- 0.6; below it the weight
+# is 1
+ALIKE = 2.5
 SOFTNESS = 0.6  # beyond it, what costs 1 - 1/e of the weight
 BINS = 512
 
 
 def denoised(merged: Merged, cell_shape: tuple[int, int]) -> Merged:
-    """Return the mosaic averaged over alike pixels, with the temporal variance of every average; no fixed pattern is stated.
+    """Return the mosaic averaged over alike pixels, with the temporal variance of every average; no
+    fixed pattern is stated.
 
     Parameters
     ----------
-    merged : electrons and variance (y, x), samples independent of each other; those that are not valid stay as they are.
+    merged : electrons and variance (y, x), samples independent of each other; those that are not
+        valid stay as they are.
     cell_shape : rows and columns after which the filter array repeats.
 
     Notes
     -----
-    Var is the larger of sum w^2 Var and sum w^2 (x - mean)^2: what is stated of the samples, and how far they are apart. They are further
-    apart where faint texture was taken for noise, and which of it is averaged differs from shot to shot.
-    The weights follow the noise as well, which is not in it: see docs/isp.md.
+    Var is the larger of sum w^2 Var and sum w^2 (x - mean)^2: what is stated of the samples, and
+    how far they are apart. They are further apart where faint texture was taken for noise, and
+    which of it is averaged differs from shot to shot. The weights follow the noise as well, which
+    is not in it: see docs/isp.md.
     """
     x, variance, good = merged.signal_e, merged.variance_e2, merged.valid
     level = stabilised(x, variance, good)
@@ -71,9 +77,11 @@ def denoised(merged: Merged, cell_shape: tuple[int, int]) -> Merged:
 
 
 def stabilised(x, variance, good):
-    """Return values (y, x) with a noise of 1: the integral of dx / sqrt(Var(x) + 3/8), Var(x) as reported.
+    """Return values (y, x) with a noise of 1: the integral of dx / sqrt(Var(x) + 3/8), Var(x) as
+    reported.
 
-    For one capture, Var = x + v, this is the generalised Anscombe transformation 2 sqrt(x + 3/8 + v) (Murtagh, Starck, Bijaoui 1995).
+    For one capture, Var = x + v, this is the generalised Anscombe transformation 2 sqrt(x + 3/8 +
+    v) (Murtagh, Starck, Bijaoui 1995).
     """
     order = np.argsort(x[good], axis=None)
     if not len(order):
@@ -82,7 +90,8 @@ def stabilised(x, variance, good):
     values, spreads = x[good].ravel(), variance[good].ravel()
     place = np.array([values[part].mean() for part in parts])
     spread = np.array([spreads[part].mean() for part in parts])
-    # below 0 there is only noise around 0: what is reported there, from a pixel's own sample, is too small
+    # below 0 there is only noise around 0: what is reported there, from a pixel's own sample, is
+    # too small
     spread = np.maximum(
         spread, np.interp(min(0.0, place[-1]), place, spread) if place[0] < 0 else 0.0
     )
@@ -93,7 +102,9 @@ def stabilised(x, variance, good):
 
 
 def likeness(one, other):
-    """Return weights (y, x) in (0, 1] by the mean squared difference of stabilised surroundings; 1 where noise explains it."""
+    """Return weights (y, x) in (0, 1] by the mean squared difference of stabilised surroundings; 1
+    where noise explains it.
+    """
     from scipy.ndimage import uniform_filter
 
     difference = uniform_filter((one - other) ** 2, PATCH, mode="mirror")
@@ -101,7 +112,8 @@ def likeness(one, other):
 
 
 def shifts(cell_shape, shape):
-    """Return every second one of the shifts (rows, columns) that keep the filter array, column by column.
+    """Return every second one of the shifts (rows, columns) that keep the filter array, column by
+    column.
 
     The other half are their opposites.
     """

@@ -1,8 +1,10 @@
-"""Demosaic: every channel at every pixel, for any periodic filter array, as a linear map with known variance.
+"""Demosaic: every channel at every pixel, for any periodic filter array, as a linear map with known
+variance.
 
-A pixel keeps its own sample. A missing one is the value at that place of a plane fitted to the nearest samples of its
-channel, with tent weights: exact on constants and on linear ramps for any pattern, and the usual bilinear average on
-Bayer and on other 2 x 2 arrays. Borders are mirrored about the outermost pixel, which keeps the phase of the array.
+A pixel keeps its own sample. A missing one is the value at that place of a plane fitted to the
+nearest samples of its channel, with tent weights: exact on constants and on linear ramps for any
+pattern, and the usual bilinear average on Bayer and on other 2 x 2 arrays. Borders are mirrored
+about the outermost pixel, which keeps the phase of the array.
 """
 
 from __future__ import annotations
@@ -74,7 +76,8 @@ def bilinear(filters, channels: int) -> Kernels:
 
     Raises
     ------
-    UnitError : a channel is sampled nowhere, the array does not repeat, or the picture is smaller than the array needs.
+    UnitError : a channel is sampled nowhere, the array does not repeat, or the picture is smaller
+        than the array needs.
     """
     filters = np.asarray(filters)
     missing = sorted(set(range(channels)) - set(np.unique(filters).tolist()))
@@ -98,7 +101,8 @@ def bilinear(filters, channels: int) -> Kernels:
 
 
 def folded(row, column, taps, shape, repeat_edge: bool = False) -> Kernel:
-    """Return the kernel of `taps`, per channel a list of (dy, dx, weight), with samples beyond the border mirrored inside.
+    """Return the kernel of `taps`, per channel a list of (dy, dx, weight), with samples beyond the
+    border mirrored inside.
 
     Parameters
     ----------
@@ -118,13 +122,17 @@ def folded(row, column, taps, shape, repeat_edge: bool = False) -> Kernel:
 
 
 def _mirrored(place: int, count: int) -> int:
-    """Return the place within 0..count - 1 that a place beyond the border mirrors; the outermost one is not repeated."""
+    """Return the place within 0..count - 1 that a place beyond the border mirrors; the outermost
+    one is not repeated.
+    """
     place = abs(int(place))
     return place if place < count else 2 * (count - 1) - place
 
 
 def _with_edge(place: int, count: int) -> int:
-    """Return the place within 0..count - 1 that a place beyond the border mirrors; the outermost one is repeated."""
+    """Return the place within 0..count - 1 that a place beyond the border mirrors; the outermost
+    one is repeated.
+    """
     place = int(place)
     if place < 0:
         return -1 - place
@@ -132,9 +140,11 @@ def _with_edge(place: int, count: int) -> int:
 
 
 def plane_weights(where) -> list[tuple[int, int, float]]:
-    """Return (dy, dx, weight) of the samples `where` (square window, True at samples) that give the centre's value.
+    """Return (dy, dx, weight) of the samples `where` (square window, True at samples) that give the
+    centre's value.
 
-    Minimises sum w^2 / tent under sum w = 1, sum w dx = sum w dy = 0, in the smallest window that can meet them.
+    Minimises sum w^2 / tent under sum w = 1, sum w dx = sum w dy = 0, in the smallest window that
+    can meet them.
     """
     where = np.asarray(where, bool)
     return _solved(where.tobytes(), len(where))
@@ -175,7 +185,9 @@ def _solved(window: bytes, side: int) -> list[tuple[int, int, float]]:
 
 
 def places(filters):
-    """Return the rows and the columns grouped by equal surroundings, and the radius of the surroundings."""
+    """Return the rows and the columns grouped by equal surroundings, and the radius of the
+    surroundings.
+    """
     periods = array_period(filters)
     radius = min(max(*periods, 1), LARGEST_RADIUS)
     if min(filters.shape) <= radius:
@@ -194,7 +206,9 @@ def places(filters):
 
 
 def array_period(filters) -> tuple[int, int]:
-    """Return rows and columns after which a filter array (y, x) repeats; UnitError where it does not within 8."""
+    """Return rows and columns after which a filter array (y, x) repeats; UnitError where it does
+    not within 8.
+    """
     filters = np.asarray(filters)
     return _period(filters), _period(filters.T)
 
@@ -205,5 +219,6 @@ def _period(filters) -> int:
         if period >= len(filters) or np.array_equal(filters[period:], filters[:-period]):
             return min(period, len(filters))
     raise UnitError(
-        f"the filter array does not repeat within {LARGEST_RADIUS} pixels; expected a periodic colour filter array"
+        f"the filter array does not repeat within {LARGEST_RADIUS} pixels; expected a periodic"
+        " colour filter array"
     )

@@ -1,10 +1,13 @@
-"""Learned demosaic: one small linear filter for every place of the filter array and every local class.
+"""Learned demosaic: one small linear filter for every place of the filter array and every local
+class.
 
-Local, linear, learned (Jiang, Tian, Farrell, Wandell 2017): a table of 7 x 7 filters, chosen by `local_classes`. Every filter
-sums to 1 over the samples of the channel it makes and to 0 over those of every other, so a flat field of any colour comes back
-in the mean, whatever its class. The classes follow the noise, so no variance is stated.
+Local, linear, learned (Jiang, Tian, Farrell, Wandell 2017): a table of 7 x 7 filters, chosen by
+`local_classes`. Every filter sums to 1 over the samples of the channel it makes and to 0 over those
+of every other, so a flat field of any colour comes back in the mean, whatever its class. The
+classes follow the noise, so no variance is stated.
 
-The table is trained by `isethdr study train_demosaic` on simulated pictures and says so itself: see `provenance`.
+The table is trained by `isethdr study train_demosaic` on simulated pictures and says so itself: see
+`provenance`.
 """
 
 from __future__ import annotations
@@ -56,7 +59,8 @@ def learned(mosaic, filters, names, variance, table=None) -> np.ndarray:
 
 
 def _blocks(trained: np.ndarray, kinds: np.ndarray) -> Iterator[tuple]:
-    """Yield a filter (channel, tap) and the (row, column) indices of at most `AT_ONCE` of its pixels.
+    """Yield a filter (channel, tap) and the (row, column) indices of at most `AT_ONCE` of its
+    pixels.
 
     Parameters
     ----------
@@ -76,13 +80,17 @@ def _blocks(trained: np.ndarray, kinds: np.ndarray) -> Iterator[tuple]:
 
 
 def neighbourhoods(image, cell_shape):
-    """Return (y, x, 7, 7), the samples around every pixel; beyond the border those of the outermost cell are repeated."""
+    """Return (y, x, 7, 7), the samples around every pixel; beyond the border those of the outermost
+    cell are repeated.
+    """
     inside = [_inside(n, period) for n, period in zip(image.shape, cell_shape)]
     return np.lib.stride_tricks.sliding_window_view(image[np.ix_(*inside)], (SIDE, SIDE))
 
 
 def _inside(count: int, period: int):
-    """Return the places 0..count - 1 that stand for -3..count + 2, each at its own phase of the array."""
+    """Return the places 0..count - 1 that stand for -3..count + 2, each at its own phase of the
+    array.
+    """
     place = np.arange(-RADIUS, count + RADIUS)
     place[place < 0] %= period
     beyond = place >= count
@@ -91,7 +99,9 @@ def _inside(count: int, period: int):
 
 
 def matching(filters, names, table):
-    """Return the filters (row, column, class, channel, tap) of the array that `filters` repeats, from its upper left pixel on."""
+    """Return the filters (row, column, class, channel, tap) of the array that `filters` repeats,
+    from its upper left pixel on.
+    """
     seen = np.array(names)[filters]
     for cell, trained in table.items():
         tile = cell_of(cell)
@@ -103,7 +113,8 @@ def matching(filters, names, table):
                 own = [channels_of(cell).index(name) for name in names]
                 return np.roll(trained, (-dy, -dx), (0, 1))[:, :, :, own]
     raise UnitError(
-        f"no learned filters for this filter array; expected one of {', '.join(table)}, shifted or not; use isp.demosaic=guided"
+        f"no learned filters for this filter array; expected one of {', '.join(table)}, shifted or"
+        " not; use isp.demosaic=guided"
     )
 
 
@@ -144,7 +155,9 @@ def sampled(cell: str) -> np.ndarray:
 
 
 def exact(filters, cell: str) -> np.ndarray:
-    """Return filters (row, column, class, channel, tap) whose sums are exactly 1 over their own channel and 0 over every other."""
+    """Return filters (row, column, class, channel, tap) whose sums are exactly 1 over their own
+    channel and 0 over every other.
+    """
     taps = sampled(cell)[:, :, None]  # row, column, 1, sampled channel, tap
     sums = np.einsum(
         "yxkct,yxkst->yxkcs",
@@ -159,7 +172,9 @@ def exact(filters, cell: str) -> np.ndarray:
 
 @cache
 def load() -> dict[str, np.ndarray]:
-    """Return the shipped filters (row, column, class, channel, tap) by array; stored in half precision, sums restored."""
+    """Return the shipped filters (row, column, class, channel, tap) by array; stored in half
+    precision, sums restored.
+    """
     with np.load(TABLE) as held:
         return {
             cell: exact(held[cell].astype(float), cell)
@@ -169,6 +184,8 @@ def load() -> dict[str, np.ndarray]:
 
 
 def provenance() -> dict:
-    """Return how the shipped filters were made: the recipe, its hash, and what the pictures were."""
+    """Return how the shipped filters were made: the recipe, its hash, and what the pictures
+    were.
+    """
     with np.load(TABLE) as held:
         return json.loads(str(held["provenance"]))

@@ -1,12 +1,14 @@
-"""Local classes: which of a few kinds of neighbourhood every pixel of a mosaic lies in, for the learned demosaic.
+"""Local classes: which of a few kinds of neighbourhood every pixel of a mosaic lies in, for the
+learned demosaic.
 
 | feature   | classes                                                                                             |
 |-----------|-----------------------------------------------------------------------------------------------------|
 | level     | local mean over its noise: below 2.5, 6, 15, 40, above                                              |
 | contrast  | flat, where noise explains all change; else by the share of the change that runs along x             |
 
-Changes are differences of the two neighbours of a pixel, left and right or above and below, where both have one filter: on a
-Bayer array everywhere, on an array with white on a checkerboard at all other pixels.
+Changes are differences of the two neighbours of a pixel, left and right or above and below, where
+both have one filter: on a Bayer array everywhere, on an array with white on a checkerboard at all
+other pixels.
 """
 
 from __future__ import annotations
@@ -47,7 +49,8 @@ def classes(mosaic, filters, variance) -> np.ndarray:
 
 
 def _change(mosaic, filters, variance, axis):
-    """Return the local mean of the squared difference between the two neighbours along `axis`, where they have one filter.
+    """Return the local mean of the squared difference between the two neighbours along `axis`,
+    where they have one filter.
 
     And what noise alone makes of it, and how many differences there were.
     """

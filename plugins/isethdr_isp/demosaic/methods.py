@@ -1,4 +1,5 @@
-"""Ways to demosaic by name: the bilinear rule and a guided one for any array, two published ones for Bayer, a learned one.
+"""Ways to demosaic by name: the bilinear rule and a guided one for any array, two published ones
+for Bayer, a learned one.
 
 | method     | arrays | variance                                                      |
 |------------|--------|---------------------------------------------------------------|
@@ -25,7 +26,9 @@ from .interpolation import bilinear, demosaic, folded, interpolated, places, spo
 BAYER_ALONE = ("malvar", "menon")
 BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
 METHODS = ("bilinear", "guided", "malvar", "menon", "learned")
-RADIUS = 3  # pixels, half of the guided method's window: holds 4 samples or more of every channel of a 4 x 4 array
+# pixels, half of the guided method's window: holds 4 samples or more of every channel of a 4 x 4
+# array
+RADIUS = 3
 REACH = 2  # pixels that Malvar's 5 x 5 filters and Menon's final step look beyond a pixel
 
 
@@ -40,7 +43,9 @@ class Interpolated(NamedTuple):
 
 
 def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -> Interpolated:
-    """Return the mosaic demosaiced by `method`; `names` are those of the channels, the rest as in `demosaic`."""
+    """Return the mosaic demosaiced by `method`; `names` are those of the channels, the rest as in
+    `demosaic`.
+    """
     if method not in METHODS:
         raise ConfigError(f"isp demosaic {method!r} is unknown{did_you_mean(method, METHODS)}")
     if method == "learned" and len(names) > 1:
@@ -108,11 +113,14 @@ def _state_unknown_variance(method: str) -> None:
 
 
 def bayer(method: str, mosaic, filters, names):
-    """Return (channel, y, x) by Malvar, He, Cutler 2004 or Menon, Andriani, Calvagno 2007, through colour-demosaicing."""
+    """Return (channel, y, x) by Malvar, He, Cutler 2004 or Menon, Andriani, Calvagno 2007, through
+    colour-demosaicing.
+    """
     pattern = "".join(names[k] for k in np.asarray(filters)[:2, :2].ravel())
     if sorted(names) != ["B", "G", "R"] or pattern not in BAYER or not _repeats(filters):
         raise UnitError(
-            f"demosaic {method} is for Bayer arrays; this one begins with {pattern}; use isp.demosaic=guided"
+            f"demosaic {method} is for Bayer arrays; this one begins with {pattern}; use"
+            " isp.demosaic=guided"
         )
     try:
         import colour_demosaicing
@@ -142,7 +150,9 @@ def _repeats(filters) -> bool:
 
 
 def malvar_kernels(filters, names) -> Kernels:
-    """Return Malvar's rule as kernels: its answers to one sample of 1 at each place of the array."""
+    """Return Malvar's rule as kernels: its answers to one sample of 1 at each place of the
+    array.
+    """
     filters = np.asarray(filters)
     size, middle = 16, 8
     tile = np.tile(filters[:2, :2], (size // 2, size // 2))
@@ -174,12 +184,14 @@ def leading_channel(filters, channels: int) -> int | None:
 
 
 def _guided(mosaic, planes, filters, variance, lead: int):
-    """Return planes interpolated along a guide: the channel that is sampled most, green of Bayer or white of RGBW.
+    """Return planes interpolated along a guide: the channel that is sampled most, green of Bayer or
+    white of RGBW.
 
-    Residual interpolation (Kiku et al. 2013): each channel is locally a line in the guide, fitted over its own samples
-    (He et al. 2010); what is left at the samples is interpolated and added. The guide's noise is in the denominator
-    of the slope, so in the dark the line is flat and the bilinear rule comes back. A guide that is sampled no more than
-    other channels would spread its own aliasing to all.
+    Residual interpolation (Kiku et al. 2013): each channel is locally a line in the guide, fitted
+    over its own samples (He et al. 2010); what is left at the samples is interpolated and added.
+    The guide's noise is in the denominator of the slope, so in the dark the line is flat and the
+    bilinear rule comes back. A guide that is sampled no more than other channels would spread its
+    own aliasing to all.
     """
     filters = np.asarray(filters)
     guide = _along_edges(mosaic, planes[lead], filters == lead, variance)
@@ -197,7 +209,9 @@ def _guided(mosaic, planes, filters, variance, lead: int):
 
 
 def _along_edges(mosaic, plane, at, variance):
-    """Return the guide (y, x); on a checkerboard of samples, interpolated along the direction in which it changes less."""
+    """Return the guide (y, x); on a checkerboard of samples, interpolated along the direction in
+    which it changes less.
+    """
     from scipy.ndimage import uniform_filter
 
     padded, held = np.pad(mosaic, 1, mode="reflect"), np.pad(at, 1, mode="reflect")
@@ -224,7 +238,9 @@ def _along_edges(mosaic, plane, at, variance):
 
 
 def _local_line(guide, values, at, variance):
-    """Return slope and offset (y, x) of `values` against `guide` over the samples `at` of every window."""
+    """Return slope and offset (y, x) of `values` against `guide` over the samples `at` of every
+    window.
+    """
     from scipy.ndimage import uniform_filter
 
     def mean(a):

@@ -1,17 +1,19 @@
 """Combine: any number of captures of one shot into one mosaic of electrons, without bias.
 
-Weights must follow the noisy data, and such weights usually bias the result. For a charge t = N + n with N Poisson(m)
-and n normal(0, v), and any smooth G,
+Weights must follow the noisy data, and such weights usually bias the result. For a charge t = N + n
+with N Poisson(m) and n normal(0, v), and any smooth G,
 
-    E[t G(t)] = m E[G(t + 1)] + v E[G'(t)]                                    (Chen 1975; Stein 1981)
+    E[t G(t)] = m E[G(t + 1)] + v E[G'(t)]                                    (Chen 1975; Stein
+    1981)
 
 so that, with z an independent estimate of the signal m - d and d the known dark charge,
 
     x = t G(t) - v G'(t) - d G(t + 1) + z (1 - G(t + 1))
 
-has exactly the mean of the signal for every G. Here G is the weight of inverse variances times a ramp that ends just
-below saturation, one shot-noise deviation wide. Several reads of one charge are averaged first with constant weights.
-The weights look at the temporal noise alone; the fixed pattern goes along with the weights that result.
+has exactly the mean of the signal for every G. Here G is the weight of inverse variances times a
+ramp that ends just below saturation, one shot-noise deviation wide. Several reads of one charge are
+averaged first with constant weights. The weights look at the temporal noise alone; the fixed
+pattern goes along with the weights that result.
 """
 
 from __future__ import annotations
@@ -68,7 +70,8 @@ class Charge:
 def read_charge(reads: list[Readout], per_light) -> Charge:
     """Return one charge from all reads of it: those below their top, weighted by 1 / read variance.
 
-    The weights depend on no light, so nothing is biased, and the shot noise that the reads share is counted once.
+    The weights depend on no light, so nothing is biased, and the shot noise that the reads share is
+    counted once.
     """
     widest = max(reads, key=lambda r: r.top_e)
     total = np.zeros(widest.charge_e.shape)
@@ -104,7 +107,9 @@ def read_charge(reads: list[Readout], per_light) -> Charge:
 
 
 def fold(charges: list[Charge]) -> Merged:
-    """Return the mosaic in electrons of the last charge; `charges` runs from least to most sensitive."""
+    """Return the mosaic in electrons of the last charge; `charges` runs from least to most
+    sensitive.
+    """
     short = charges[0]
     z, z_var, valid = (
         short.t_e - short.dark_e,
@@ -146,7 +151,9 @@ def _relative(per_light, reference):
 
 
 def weight(t, charge: Charge, short: Charge, ratio):
-    """Return G and its derivative at `t`: share of the more sensitive charge against one that sees `ratio` of its light."""
+    """Return G and its derivative at `t`: share of the more sensitive charge against one that sees
+    `ratio` of its light.
+    """
     mean = np.maximum(t, 0.0)
     own = mean + charge.read_var_e2
     # what the shorter capture's variance would be at this light, in electrons of the longer one

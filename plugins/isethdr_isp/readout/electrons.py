@@ -1,4 +1,6 @@
-"""Readout: from DN back to electrons with their variance, and what one electron of a capture means in light."""
+"""Readout: from DN back to electrons with their variance, and what one electron of a capture means
+in light.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,8 @@ class Readout:
 
     charge_e: np.ndarray  # (y, x)
     saturated: np.ndarray  # (y, x) bool
-    read_var_e2: float  # read noise and quantisation; (y, x) where the steps grow with the light or the pixel bends
+    # read noise and quantisation; (y, x) where the steps grow with the light or the pixel bends
+    read_var_e2: float
     dark_e: float
     top_e: float  # largest charge still measured
     clear_top_e: float  # the same less the margin within which clipped charge may hide
@@ -47,12 +50,16 @@ class Readout:
     )  # how far another device would differ
 
     def variance_e2(self) -> np.ndarray:
-        """Return the variance (y, x) estimated from each pixel's own charge: charge + read variance."""
+        """Return the variance (y, x) estimated from each pixel's own charge: charge + read
+        variance.
+        """
         return charge_variance(self.charge_e, self.read_var_e2)
 
 
 def charge_variance(charge_e, read_var_e2):
-    """Return the estimated variance, e^2, of one read of a Poisson charge; kept above 0 where noise made it negative."""
+    """Return the estimated variance, e^2, of one read of a Poisson charge; kept above 0 where noise
+    made it negative.
+    """
     return np.maximum(charge_e + read_var_e2, VARIANCE_FLOOR * read_var_e2)
 
 
@@ -62,12 +69,13 @@ def readouts(captures, white_radiance) -> list[Readout]:
     Parameters
     ----------
     captures : captures Dataset.
-    white_radiance : (wavelength,) spectral radiance of a white of 1 cd/m2 on the captures' wavelengths.
+    white_radiance : (wavelength,) spectral radiance of a white of 1 cd/m2 on the captures'
+        wavelengths.
 
     Notes
     -----
-    Where a table `response_dn` says how the pixel bends, the electrons are those that had to arrive, and a pixel is saturated
-    only where the table ends.
+    Where a table `response_dn` says how the pixel bends, the electrons are those that had to
+    arrive, and a pixel is saturated only where the table ends.
     """
     per_photon = captures["quantum_efficiency"].values.astype(float)
     wavelength = captures.wavelength.values
@@ -122,10 +130,12 @@ def readouts(captures, white_radiance) -> list[Readout]:
 
 
 def decompanded(captures, i: int):
-    """Return linear DN (y, x) of capture `i`, linear DN per code there (y, x), and at the top; 1 without companding.
+    """Return linear DN (y, x) of capture `i`, linear DN per code there (y, x), and at the top; 1
+    without companding.
 
-    The sensor's table `companding_dn` -> `companding_linear_dn` is followed on straight lines between its entries; padding
-    with NaN is left out. Black level, gain, top and quantisation are those of linear DN, one step being one of them.
+    The sensor's table `companding_dn` -> `companding_linear_dn` is followed on straight lines
+    between its entries; padding with NaN is left out. Black level, gain, top and quantisation are
+    those of linear DN, one step being one of them.
     """
     raw = captures["raw"].values[i].astype(float)
     if "companding_dn" not in captures:
@@ -141,7 +151,9 @@ def decompanded(captures, i: int):
 
 
 def falloff(captures) -> np.ndarray:
-    """Return the relative illumination (y, x) that the lens states for these pixels, 1 on the axis."""
+    """Return the relative illumination (y, x) that the lens states for these pixels, 1 on the
+    axis.
+    """
     f_m = captures.attrs["focal_length_mm"] * 1e-3
     return camera_geometry.relative_illumination(
         captures.attrs, captures.x.values[None, :] / f_m, captures.y.values[:, None] / f_m
@@ -149,7 +161,9 @@ def falloff(captures) -> np.ndarray:
 
 
 def check_captures(captures) -> None:
-    """Raise UnitError unless `captures` holds all that docs/contracts.md lists, with sane values."""
+    """Raise UnitError unless `captures` holds all that docs/contracts.md lists, with sane
+    values.
+    """
     present = set(getattr(captures, "variables", ()))
     for name in (
         "raw",
@@ -163,7 +177,8 @@ def check_captures(captures) -> None:
     ):
         if name not in present:
             raise UnitError(
-                f"captures lack {name!r}; expected what a sensor returns (docs/contracts.md, Captures)"
+                f"captures lack {name!r}; expected what a sensor returns (docs/contracts.md,"
+                " Captures)"
             )
     for name in ATTRIBUTES:
         if name not in captures.attrs:
@@ -199,11 +214,13 @@ def check_captures(captures) -> None:
     efficiency = captures["quantum_efficiency"].values
     if not np.all((efficiency >= 0) & np.isfinite(efficiency)) or not efficiency.any():
         raise UnitError(
-            "captures have a quantum_efficiency below 0, not finite, or 0 throughout; expected electrons per photon, 0 to 1"
+            "captures have a quantum_efficiency below 0, not finite, or 0 throughout; expected"
+            " electrons per photon, 0 to 1"
         )
     if not np.all(np.isfinite(captures["black_dn"].values)):
         raise UnitError(
-            f"captures have black_dn = {captures['black_dn'].values}; expected finite DN with the top above the black level"
+            f"captures have black_dn = {captures['black_dn'].values}; expected finite DN with the"
+            " top above the black level"
         )
     if not np.all(np.isfinite(captures["raw"].values)):
         raise UnitError("raw holds NaN or infinite values; expected finite DN")
@@ -214,13 +231,14 @@ def check_captures(captures) -> None:
             )
     if not np.all(captures["top_dn"].values > captures["black_dn"].values):
         raise UnitError(
-            f"captures have top_dn = {captures['top_dn'].values}, black_dn = {captures['black_dn'].values}; "
-            "expected a top above the black level"
+            f"captures have top_dn = {captures['top_dn'].values}, black_dn ="
+            f" {captures['black_dn'].values}; expected a top above the black level"
         )
     channels = captures.sizes["channel"]
     if captures["filter"].values.max() >= channels:
         raise UnitError(
-            f"filter holds channel {captures['filter'].values.max()}; expected 0..{channels - 1}, an index into `channel`"
+            f"filter holds channel {captures['filter'].values.max()}; expected 0..{channels - 1},"
+            " an index into `channel`"
         )
     _check_companding(captures)
     check_responses(captures)
@@ -234,7 +252,8 @@ def _check_companding(captures):
         return
     if len(present) == 1:
         raise UnitError(
-            f"captures have {present[0]} alone; expected companding_dn and companding_linear_dn, or neither"
+            f"captures have {present[0]} alone; expected companding_dn and companding_linear_dn, or"
+            " neither"
         )
     for code, linear in zip(
         captures["companding_dn"].values, captures["companding_linear_dn"].values
@@ -242,13 +261,15 @@ def _check_companding(captures):
         held = np.isfinite(code) & np.isfinite(linear)
         if held.sum() < 2 or np.any(np.diff(code[held]) <= 0) or np.any(np.diff(linear[held]) <= 0):
             raise UnitError(
-                "a companding table does not rise from entry to entry; expected at least two rising pairs of "
-                "companding_dn and companding_linear_dn"
+                "a companding table does not rise from entry to entry; expected at least two rising"
+                " pairs of companding_dn and companding_linear_dn"
             )
 
 
 def chosen(captures, name: str):
-    """Return the captures Dataset with only the capture called `name`; the first one when the name is empty."""
+    """Return the captures Dataset with only the capture called `name`; the first one when the name
+    is empty.
+    """
     known = [str(c) for c in captures["capture"].values]
     if name and name not in known:
         raise UnitError(

@@ -1,4 +1,5 @@
-"""Fixed pattern: how far the samples of another device of the same model would differ from those of this one.
+"""Fixed pattern: how far the samples of another device of the same model would differ from those of
+this one.
 
 PRNU scales the signal, the dark spread scales the dark charge, offsets add to a reading. PRNU and
 dark spread belong to the
@@ -59,7 +60,9 @@ class WeightedRead(NamedTuple):
 
 
 def device_spread(captures, i: int, offset_gain: np.ndarray | float = 1.0) -> DeviceSpread:
-    """Return what capture `i` states; a term that the captures lack is 0, `silicon` is then `charge`."""
+    """Return what capture `i` states; a term that the captures lack is 0, `silicon` is then
+    `charge`.
+    """
     terms = {name: float(captures[name].values[i]) for name in TERMS if name in captures}
     silicon = captures[SILICON if SILICON in captures else "charge"].values[i]
     return DeviceSpread(**terms, silicon=int(silicon), offset_gain=offset_gain)
@@ -72,7 +75,8 @@ def check_device_spread(captures) -> None:
             continue
         if tuple(captures[name].dims) != ("capture",):
             raise UnitError(
-                f"captures have {name} with dims {tuple(captures[name].dims)}; expected ('capture',)"
+                f"captures have {name} with dims {tuple(captures[name].dims)}; expected"
+                " ('capture',)"
             )
         if not np.all((captures[name].values >= 0) & np.isfinite(captures[name].values)):
             unit = {"prnu": "a share of the mean", SILICON: "a whole number"}.get(name, "electrons")

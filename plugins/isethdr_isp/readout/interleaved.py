@@ -1,13 +1,15 @@
-"""Interleaved: one capture in which some pixels of the filter array collect less, merged with the interpolation.
+"""Interleaved: one capture in which some pixels of the filter array collect less, merged with the
+interpolation.
 
-Every colour has a long sample t at its upper case pixels and a short one at its lower case pixels, never both at one place. With
-the weight G of `combine`, A = t G(t) - v G'(t) - d G(t + 1), B = 1 - G(t + 1), and the linear interpolations U from the upper case
-pixels and L from the lower case ones, L taking z to z' at every pixel,
+Every colour has a long sample t at its upper case pixels and a short one at its lower case pixels,
+never both at one place. With the weight G of `combine`, A = t G(t) - v G'(t) - d G(t + 1), B = 1 -
+G(t + 1), and the linear interpolations U from the upper case pixels and L from the lower case ones,
+L taking z to z' at every pixel,
 
     x = U[A + z' B] + U[B] (z' - U[z'])
 
-t and z come from different pixels and are independent, so the mean of x is the signal on every linear ramp, whatever G. The last
-term keeps the detail of the short samples where they count.
+t and z come from different pixels and are independent, so the mean of x is the signal on every
+linear ramp, whatever G. The last term keeps the detail of the short samples where they count.
 """
 
 from __future__ import annotations
@@ -46,12 +48,13 @@ class Interleaved(NamedTuple):
 def merge_interleaved(captures, balance: str, shading_csv: str = "") -> Interleaved:
     """Return the capture as electrons of upper case pixels, one channel per colour.
 
-    A colour that comes in one case alone keeps it. Electrons are freed of dark charge and of the lens's falloff.
+    A colour that comes in one case alone keeps it. Electrons are freed of dark charge and of the
+    lens's falloff.
     """
     if captures.sizes["capture"] != 1:
         raise UnitError(
-            f"a shot of {captures.sizes['capture']} captures has upper and lower case filters; expected one capture; "
-            "choose one with captures.isel(capture=[0])"
+            f"a shot of {captures.sizes['capture']} captures has upper and lower case filters;"
+            " expected one capture; choose one with captures.isel(capture=[0])"
         )
     [read] = readouts(captures, light(balance, captures.wavelength.values))
     names, filters = [str(name) for name in captures["channel"].values], captures["filter"].values
@@ -64,8 +67,8 @@ def merge_interleaved(captures, balance: str, shading_csv: str = "") -> Interlea
     faint = [names[k] for pair in pairs.items() for k in pair if not read.sensitivity[k] > 0]
     if faint:
         raise UnitError(
-            f"filter {', '.join(faint)} passes nothing of {balance}, so its pixels cannot be compared; expected a quantum "
-            "efficiency above 0 somewhere in the bands"
+            f"filter {', '.join(faint)} passes nothing of {balance}, so its pixels cannot be"
+            " compared; expected a quantum efficiency above 0 somewhere in the bands"
         )
     level = shading(captures, shading_csv)
     ratio_of = np.ones(len(names))

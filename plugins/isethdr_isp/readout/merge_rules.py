@@ -1,8 +1,9 @@
 """Rules: other people's ways to merge a shot, under one signature, for comparison with ours.
 
-Each takes the reads of every charge, least sensitive charge first, and the electrons per unit of light of each charge's
-pixels, and returns `Merged` in absolute electrons of the most sensitive charge. A read counts while it is below 95 % of its
-top, ISETCam's saturated fraction. Variances are honest whatever the rule: reads of one charge share their shot noise.
+Each takes the reads of every charge, least sensitive charge first, and the electrons per unit of
+light of each charge's pixels, and returns `Merged` in absolute electrons of the most sensitive
+charge. A read counts while it is below 95 % of its top, ISETCam's saturated fraction. Variances are
+honest whatever the rule: reads of one charge share their shot noise.
 """
 
 from __future__ import annotations
@@ -22,20 +23,26 @@ def inverse_variance(groups: list[list[Readout]], per_light: list[np.ndarray]) -
 
 
 def isetcam(groups, per_light) -> Merged:
-    """Return ISETCam's rule 'saturated' (sensorComputeArray.m): the widest read of the most sensitive charge that is good.
+    """Return ISETCam's rule 'saturated' (sensorComputeArray.m): the widest read of the most
+    sensitive charge that is good.
 
-    Higher gains of one charge are never used. Nothing tests the least sensitive one in ISETCam; here it sets `valid`.
+    Higher gains of one charge are never used. Nothing tests the least sensitive one in ISETCam;
+    here it sets `valid`.
     """
     return _descend([[max(reads, key=lambda r: r.top_e)] for reads in groups], per_light)
 
 
 def average(groups, per_light) -> Merged:
-    """Return the paper's rule: the plain mean of the good reads of the most sensitive charge that has one."""
+    """Return the paper's rule: the plain mean of the good reads of the most sensitive charge that
+    has one.
+    """
     return _descend(groups, per_light)
 
 
 def poisson_sum(groups, per_light) -> Merged:
-    """Return the sum of charge over the sum of sensitivity of all good reads (Hanji et al. 2020, Poisson estimator)."""
+    """Return the sum of charge over the sum of sensitivity of all good reads (Hanji et al. 2020,
+    Poisson estimator).
+    """
     least = _descend(groups[:1], per_light[:1])
     electrons, light, variance = (np.zeros(least.signal_e.shape) for _ in range(3))
     source = least.source.copy()
@@ -70,7 +77,9 @@ def _good(read: Readout):
 
 
 def _descend(groups, per_light) -> Merged:
-    """Return the mean of the good reads of the most sensitive charge with one; the widest read of the least sensitive else."""
+    """Return the mean of the good reads of the most sensitive charge with one; the widest read of
+    the least sensitive else.
+    """
     out, chosen, parts = None, [], []
     for reads, light in zip(groups, per_light):  # least sensitive first, later ones overwrite
         good = np.array([_good(read) for read in reads])

@@ -19,7 +19,8 @@ Alike = Literal["same", "any"]
 
 
 class NoisePart(NamedTuple):
-    """One cause of noise: its variance in every sample, and which samples of a neighbourhood deviate alike.
+    """One cause of noise: its variance in every sample, and which samples of a neighbourhood
+    deviate alike.
 
     Samples deviate alike when their rows and their columns agree: "same" asks for the same row or
     column, "any" for
@@ -35,7 +36,8 @@ class NoisePart(NamedTuple):
         return self.rows == "same" and self.columns == "same"
 
     def samples(self):
-        """Return what `weighted` takes: standard deviations where samples deviate alike, else variances, (y, x).
+        """Return what `weighted` takes: standard deviations where samples deviate alike, else
+        variances, (y, x).
 
         One number, a standard deviation, where all samples have the same.
         """
@@ -52,7 +54,9 @@ class NoisePart(NamedTuple):
         return list(found.values())
 
     def weighted(self, weights, groups, near) -> np.ndarray:
-        """Return the variance (out, pixel) of `weights` (out, sample) times samples whose noise `near` is (sample, pixel)."""
+        """Return the variance (out, pixel) of `weights` (out, sample) times samples whose noise
+        `near` is (sample, pixel).
+        """
         if self.alone():
             return weights**2 @ near
         return sum((weights[:, group] @ near[group]) ** 2 for group in groups)
@@ -89,11 +93,15 @@ class NoiseMap(Protocol):
     """A demosaic as a linear map of the samples."""
 
     def variance(self, matrix, noise: SampleNoise) -> np.ndarray:
-        """Return the variance (out, y, x) of `matrix` (out, channel) times the interpolated channels."""
+        """Return the variance (out, y, x) of `matrix` (out, channel) times the interpolated
+        channels.
+        """
 
 
 class Kernel(NamedTuple):
-    """The weights that make every channel of the pixels at `rows` x `columns`; both are regular index arrays."""
+    """The weights that make every channel of the pixels at `rows` x `columns`; both are regular
+    index arrays.
+    """
 
     rows: np.ndarray
     columns: np.ndarray
@@ -131,7 +139,8 @@ class Kernels:
     shape: tuple[int, int]  # rows and columns of the mosaic
 
     def variance(self, matrix, noise: SampleNoise) -> np.ndarray:
-        """Return the variance (out, y, x) of `matrix` (out, channel) times the channels that the kernels make.
+        """Return the variance (out, y, x) of `matrix` (out, channel) times the channels that the
+        kernels make.
 
         Notes
         -----

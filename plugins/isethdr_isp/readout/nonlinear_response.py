@@ -1,4 +1,6 @@
-"""Bent response: the table by which a capture of a pixel that is not linear is read back, from linear DN to electrons."""
+"""Bent response: the table by which a capture of a pixel that is not linear is read back, from
+linear DN to electrons.
+"""
 
 from __future__ import annotations
 
@@ -13,25 +15,33 @@ NAMES = ("response_dn", "response_e", "response_variance_e2")
 
 @dataclass(frozen=True, eq=False)
 class BentResponse:
-    """Rising linear DN, the electrons that have to arrive for them and the variance of one reading, all (entry,)."""
+    """Rising linear DN, the electrons that have to arrive for them and the variance of one reading,
+    all (entry,).
+    """
 
     dn: np.ndarray
     electrons: np.ndarray  # dark charge included
     variance_e2: np.ndarray  # of one reading, the shot noise of the light included
 
     def electrons_at(self, dn) -> np.ndarray:
-        """Return the electrons that have to arrive for `dn`; the first straight piece goes on below the first entry."""
+        """Return the electrons that have to arrive for `dn`; the first straight piece goes on below
+        the first entry.
+        """
         slope = (self.electrons[1] - self.electrons[0]) / (self.dn[1] - self.dn[0])
         return np.interp(dn, self.dn, self.electrons) + slope * np.minimum(dn - self.dn[0], 0.0)
 
     def electrons_per_dn(self, dn) -> np.ndarray:
-        """Return the slope of the table at `dn`, electrons per DN; that of the first piece below the first entry."""
+        """Return the slope of the table at `dn`, electrons per DN; that of the first piece below
+        the first entry.
+        """
         slopes = np.diff(self.electrons) / np.diff(self.dn)
         place = np.searchsorted(self.dn, dn, side="right") - 1
         return slopes[np.clip(place, 0, len(slopes) - 1)]
 
     def read_variance_e2(self, dn) -> np.ndarray:
-        """Return what the variance of a reading has beyond the Poisson noise of the light, e^2, 0 or above."""
+        """Return what the variance of a reading has beyond the Poisson noise of the light, e^2, 0
+        or above.
+        """
         poisson = np.maximum(np.interp(dn, self.dn, self.electrons), 0.0)
         return np.maximum(np.interp(dn, self.dn, self.variance_e2) - poisson, 0.0)
 
@@ -46,13 +56,16 @@ def bent_response(captures, i: int) -> BentResponse | None:
 
 
 def check_responses(captures) -> None:
-    """Refuse a table that cannot be followed: part of one, too short, not rising, or without a variance."""
+    """Refuse a table that cannot be followed: part of one, too short, not rising, or without a
+    variance.
+    """
     present = [name for name in NAMES if name in captures]
     if not present:
         return
     if len(present) < len(NAMES):
         raise UnitError(
-            f"captures have {' and '.join(present)} alone; expected {', '.join(NAMES)}, or none of them"
+            f"captures have {' and '.join(present)} alone; expected {', '.join(NAMES)}, or none of"
+            " them"
         )
     for i in range(captures.sizes["capture"]):
         table = bent_response(captures, i)
@@ -64,7 +77,8 @@ def check_responses(captures) -> None:
             or np.any(np.diff(table.electrons) <= 0)
         ):
             raise UnitError(
-                "a response table does not rise from entry to entry; expected at least two rising pairs of response_dn and response_e"
+                "a response table does not rise from entry to entry; expected at least two rising"
+                " pairs of response_dn and response_e"
             )
         if np.any(table.variance_e2 < 0):
             raise UnitError("response_variance_e2 holds values below 0; expected variances in e2")

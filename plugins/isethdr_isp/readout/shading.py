@@ -1,7 +1,8 @@
-"""Shading: relative illumination, stated by the lens or measured on a flat field, divided out of every sample.
+"""Shading: relative illumination, stated by the lens or measured on a flat field, divided out of
+every sample.
 
-A measured table holds radius_mm on the sensor, from the axis, and the illumination there relative to the axis. Four even powers of
-the radius follow any lens without sharp vignetting.
+A measured table holds radius_mm on the sensor, from the axis, and the illumination there relative
+to the axis. Four even powers of the radius follow any lens without sharp vignetting.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ COLUMNS = ("radius_mm", "relative_illumination")
 
 
 def shading(captures, path: str = "") -> np.ndarray:
-    """Return the relative illumination (y, x) of these pixels: by the table at `path`, or as the lens states it.
+    """Return the relative illumination (y, x) of these pixels: by the table at `path`, or as the
+    lens states it.
 
     Raises
     ------
@@ -34,8 +36,8 @@ def shading(captures, path: str = "") -> np.ndarray:
     here = radii_mm(captures)
     if here.max() > radius_mm[-1] * (1 + 1e-6):
         raise UnitError(
-            f"isp.shading_csv={path!r} ends at {radius_mm[-1]:g} mm; expected up to {here.max():g} mm, the corner of this sensor; "
-            "measure it on the whole sensor"
+            f"isp.shading_csv={path!r} ends at {radius_mm[-1]:g} mm; expected up to {here.max():g}"
+            " mm, the corner of this sensor; measure it on the whole sensor"
         )
     return np.interp(here, radius_mm, relative)
 
@@ -48,19 +50,21 @@ def radii_mm(captures) -> np.ndarray:
 def measured_shading(captures, capture: str = ""):
     """Return (radius_mm, relative, standard_error) of a lens, from captures of a flat field.
 
-    Every channel is fitted by its own even polynomial of the radius, all samples alike, so that noise leaves no bias; what they say
-    relative to the axis is averaged by their electrons.
+    Every channel is fitted by its own even polynomial of the radius, all samples alike, so that
+    noise leaves no bias; what they say relative to the axis is averaged by their electrons.
 
     Raises
     ------
-    UnitError : saturated samples, or a field too dark to tell: a standard error above 2 % on the border.
+    UnitError : saturated samples, or a field too dark to tell: a standard error above 2 % on the
+        border.
     """
     check_captures(captures)
     one = chosen(captures, capture)
     [read] = readouts(one, light("daylight", one.wavelength.values))
     if read.saturated.any():
         raise UnitError(
-            f"{read.saturated.mean():.1%} of the flat field is saturated; expected none; expose less"
+            f"{read.saturated.mean():.1%} of the flat field is saturated; expected none; expose"
+            " less"
         )
     radius, filters = radii_mm(one), one["filter"].values
     largest = max(float(radius.max()), 1e-12)
@@ -75,7 +79,8 @@ def measured_shading(captures, capture: str = ""):
         fit, spread = inverse @ e, (inverse * read.variance_e2()[here]) @ inverse.T
         if not fit[0] > 0:
             raise UnitError(
-                f"channel {channel} of the flat field is dark on the axis; expected light everywhere"
+                f"channel {channel} of the flat field is dark on the axis; expected light"
+                " everywhere"
             )
         curve = at @ fit / fit[0]
         step = (at - curve[:, None] * at[:1]) / fit[
@@ -87,7 +92,8 @@ def measured_shading(captures, capture: str = ""):
     relative, error = total / weight, np.sqrt(variance) / weight
     if error[-1] > 0.02 * relative[-1] or not np.all(relative > 0):
         raise UnitError(
-            f"the flat field gives {relative[-1]:.3g} +- {error[-1]:.2g} on its border; expected 2 % or better; expose more"
+            f"the flat field gives {relative[-1]:.3g} +- {error[-1]:.2g} on its border; expected 2"
+            " % or better; expose more"
         )
     return grid * largest, relative, error
 
@@ -108,7 +114,8 @@ def read_shading(path) -> tuple[np.ndarray, np.ndarray]:
         table = np.array(rows, float)
     except (OSError, ValueError) as err:
         raise ConfigError(
-            f"isp.shading_csv={str(path)!r} cannot be read ({err}); expected the columns {', '.join(COLUMNS)}"
+            f"isp.shading_csv={str(path)!r} cannot be read ({err}); expected the columns"
+            f" {', '.join(COLUMNS)}"
         ) from None
     if (
         tuple(header) != COLUMNS
@@ -117,7 +124,7 @@ def read_shading(path) -> tuple[np.ndarray, np.ndarray]:
         or not np.all(table[:, 1] > 0)
     ):
         raise ConfigError(
-            f"isp.shading_csv={str(path)!r} holds {', '.join(header)}; expected the columns {', '.join(COLUMNS)} with rising radii "
-            "and values above 0"
+            f"isp.shading_csv={str(path)!r} holds {', '.join(header)}; expected the columns"
+            f" {', '.join(COLUMNS)} with rising radii and values above 0"
         )
     return table[:, 0], table[:, 1]

@@ -1,4 +1,6 @@
-"""Contrast detection: how likely it is that a contrast of the scene is still about the same contrast in the picture."""
+"""Contrast detection: how likely it is that a contrast of the scene is still about the same
+contrast in the picture.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ class Expected(NamedTuple):
 
 @dataclass(frozen=True)
 class ContrastDetection:
-    """Contrast detection probability (IEEE 2020): median over pixel pairs of each object and its surround, and of the frame."""
+    """Contrast detection probability (IEEE 2020): median over pixel pairs of each object and its
+    surround, and of the frame.
+    """
 
     MEAN_OF_PARTS: ClassVar[bool] = (
         True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
@@ -57,9 +61,10 @@ class ContrastDetection:
     def __call__(self, picture, truth, labels=None):
         """Return the median probability for the frame and for each object.
 
-        A pair of an object is one of its pixels and one outside it within `reach`. Pairs with a pixel that is not valid
-        count as not detected: what is saturated shows no contrast. The interval is that of a median, as if one pixel in
-        `SMOOTH` x `SMOOTH` were independent: the picture's mean is taken over such windows.
+        A pair of an object is one of its pixels and one outside it within `reach`. Pairs with a
+        pixel that is not valid count as not detected: what is saturated shows no contrast. The
+        interval is that of a median, as if one pixel in `SMOOTH` x `SMOOTH` were independent: the
+        picture's mean is taken over such windows.
         """
         from isethdr_core import ledger
         from isethdr_core.data.scores import Score
@@ -84,7 +89,9 @@ class ContrastDetection:
         return scores
 
     def map(self, picture, truth):
-        """Return (y, x) the mean probability of each pixel's pairs with the pixels `reach` away; NaN where none counts."""
+        """Return (y, x) the mean probability of each pixel's pairs with the pixels `reach` away;
+        NaN where none counts.
+        """
         return self._map(self._model(picture, truth))
 
     def _model(self, picture, truth) -> Expected:
@@ -168,7 +175,9 @@ class ContrastDetection:
         return np.where(count > 0, total / np.maximum(count, 1), np.nan).reshape(height, width)
 
     def _with_contrast(self, true, dy: int, dx: int):
-        """Return the pixels, as indices of the flat picture, that have about the lowest contrast or more with the one `dy` rows and `dx` columns on."""
+        """Return the pixels, as indices of the flat picture, that have about the lowest contrast or
+        more with the one `dy` rows and `dx` columns on.
+        """
         import numpy as np
 
         (height, width), left = true.shape, max(-dx, 0)
@@ -191,7 +200,9 @@ class ContrastDetection:
         return self._probability(model, *places)[0]
 
     def _probability(self, model, first, second):
-        """Return the probabilities of the pairs that have contrast, and these pairs; `first` and `second` are indices of the flat picture."""
+        """Return the probabilities of the pairs that have contrast, and these pairs; `first` and
+        `second` are indices of the flat picture.
+        """
         import numpy as np
 
         from .photon_counts import Signal, of_signals
@@ -228,11 +239,12 @@ def pair_probability(
 
     Notes
     -----
-    A pixel is a Poisson count times `step`, plus normal noise with the rest of its variance.
-    The sum over both counts is exact; where counts are many or read noise covers the steps, normal
-    distributions replace the counts with an error below 0.005 (`photon_counts.representation`).
-    A pair without any signal, 0 and 0, has no contrast and counts as not detected. The definition follows Geese,
-    Seger, Paolillo 2018 and IEEE Std 2020-2024; the order of bright and dark has to be kept.
+    A pixel is a Poisson count times `step`, plus normal noise with the rest of its variance. The
+    sum over both counts is exact; where counts are many or read noise covers the steps, normal
+    distributions replace the counts with an error below 0.005 (`photon_counts.representation`). A
+    pair without any signal, 0 and 0, has no contrast and counts as not detected. The definition
+    follows Geese, Seger, Paolillo 2018 and IEEE Std 2020-2024; the order of bright and dark has to
+    be kept.
     """
     import numpy as np
 
@@ -279,7 +291,9 @@ def both_positive(h, k, rho):
 
 
 def draw_pairs(mask, reach: int):
-    """Return (first, second) index pairs: pixels of `mask` and pixels outside it at most `reach` away."""
+    """Return (first, second) index pairs: pixels of `mask` and pixels outside it at most `reach`
+    away.
+    """
     import numpy as np
 
     rng = np.random.default_rng(

@@ -11,7 +11,9 @@ from ..limits import Fewest, Ring
 
 @dataclass(frozen=True)
 class ObjectContrast:
-    """Weber contrast of each object against a ring around it, in picture and truth, and the contrast's SNR per pixel."""
+    """Weber contrast of each object against a ring around it, in picture and truth, and the
+    contrast's SNR per pixel.
+    """
 
     ring: Ring = 0.2  # width of the ring over the square root of the object's area
     fewest_pixels: Fewest = 9  # objects with fewer valid pixels are left out
@@ -24,10 +26,12 @@ class ObjectContrast:
         return demand.with_labels("instance")
 
     def __call__(self, picture, truth, labels=None):
-        """Return three scores per object: object_contrast, object_contrast_truth, object_contrast_snr.
+        """Return three scores per object: object_contrast, object_contrast_truth,
+        object_contrast_snr.
 
-        Contrast is (mean Y of the object - mean Y of its ring) / mean Y of its ring. Its interval follows from the
-        reported variance. The SNR is the difference of the means over the deviation of one pixel's difference.
+        Contrast is (mean Y of the object - mean Y of its ring) / mean Y of its ring. Its interval
+        follows from the reported variance. The SNR is the difference of the means over the
+        deviation of one pixel's difference.
         """
         import numpy as np
 
@@ -63,7 +67,8 @@ class ObjectContrast:
                 continue
             v_in, v_around = variance[inside].mean(), variance[around].mean()
             contrast = _weber(mean, surround)
-            # d(contrast) of a quotient; each mean's variance is 9 times that of independent pixels at most (3 x 3 demosaic)
+            # d(contrast) of a quotient; each mean's variance is 9 times that of independent pixels
+            # at most (3 x 3 demosaic)
             spread = 3 * np.sqrt(
                 v_in / inside.sum() + (1 + contrast) ** 2 * v_around / around.sum()
             )

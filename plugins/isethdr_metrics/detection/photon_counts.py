@@ -1,4 +1,6 @@
-"""Photon counts: the probability that two noisy pixels show about their true contrast, down to 0 electrons."""
+"""Photon counts: the probability that two noisy pixels show about their true contrast, down to 0
+electrons.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Dynamic range: from the luminance that just shows to the brightest one measured, in the definitions in use."""
+"""Dynamic range: from the luminance that just shows to the brightest one measured, in the
+definitions in use.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ FALSE_ALARM = 1e-3
 
 @dataclass(frozen=True)
 class DynamicRange:
-    """Largest valid luminance over that where SNR = 1 (EMVA 1288), that of dark noise, and that where SNR = 10 dB, in dB."""
+    """Largest valid luminance over that where SNR = 1 (EMVA 1288), that of dark noise, and that
+    where SNR = 10 dB, in dB.
+    """
 
     # share of the pixels, from the dark end, whose variance is that of the dark
     darkest_share: Darkest = 0.2
@@ -31,11 +35,13 @@ class DynamicRange:
         | `dynamic_range_dark_noise`   | rms noise without light, as data sheets do: flatters by the shot noise    |
         | `dynamic_range_snr_10db`     | SNR = 10 dB, rms: about where something can be recognised                 |
 
-        The variance is fitted by a + b Y (read noise and shot noise, a and b not negative) from the dark to 12 times its noise, by
-        relative least squares through the medians of groups of pixels of like luminance, so that the few dark pixels that
-        flare has reached do not stand for all of them; SNR = s is where Y^2 = s^2 (a + b Y). A scene without a pixel that is not valid does not reach the sensor's
-        top: the range is then a lower bound, and has no upper confidence limit. The interval of a range is the jackknife's
-        over the groups of dark pixels, and the noise of the brightest pixel.
+        The variance is fitted by a + b Y (read noise and shot noise, a and b not negative) from the
+        dark to 12 times its noise, by relative least squares through the medians of groups of
+        pixels of like luminance, so that the few dark pixels that flare has reached do not stand
+        for all of them; SNR = s is where Y^2 = s^2 (a + b Y). A scene without a pixel that is not
+        valid does not reach the sensor's top: the range is then a lower bound, and has no upper
+        confidence limit. The interval of a range is the jackknife's over the groups of dark pixels,
+        and the noise of the brightest pixel.
         """
         import numpy as np
 
@@ -111,7 +117,9 @@ def highest_of_noise(noise: float, pixels: int) -> float:
 
 
 def lower_ends(light, noise) -> dict[str, float]:
-    """Return the luminance of each definition, cd/m2, from the line through light and noise variance."""
+    """Return the luminance of each definition, cd/m2, from the line through light and noise
+    variance.
+    """
     import numpy as np
 
     from .noise_line import line_through
@@ -125,7 +133,9 @@ def lower_ends(light, noise) -> dict[str, float]:
 
 
 def jackknife_sd(ends) -> float:
-    """Return the standard deviation of the logarithm of a lower end from its values without one group each (Efron 1982, eq. 3.1)."""
+    """Return the standard deviation of the logarithm of a lower end from its values without one
+    group each (Efron 1982, eq. 3.1).
+    """
     import numpy as np
 
     if len(ends) < 2 or min(ends) <= 0:

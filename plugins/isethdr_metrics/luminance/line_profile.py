@@ -11,7 +11,9 @@ from ..limits import Luminance, Row
 
 @dataclass(frozen=True)
 class LineProfile:
-    """Log luminance of picture and truth along a row, by default through the brightest lamp; scores their difference."""
+    """Log luminance of picture and truth along a row, by default through the brightest lamp; scores
+    their difference.
+    """
 
     row: Row = -1  # pixel row; -1 takes the row of the truth's brightest pixel
     floor_cd_m2: Luminance = 1e-3  # luminances below this count as this
@@ -20,7 +22,9 @@ class LineProfile:
         check_ranges(self)
 
     def __call__(self, picture, truth, labels=None):
-        """Return the rms difference of the two log10 profiles over the row, 95 % by resampling its twelfths."""
+        """Return the rms difference of the two log10 profiles over the row, 95 % by resampling its
+        twelfths.
+        """
         import numpy as np
 
         from isethdr_core.data.scores import Score
@@ -35,7 +39,9 @@ class LineProfile:
         return [Score("line_profile_error", value, "log10", "", low, high)]
 
     def profile(self, picture, truth) -> dict:
-        """Return row, x_m, log10_picture, log10_truth (log10 cd/m2), log10_low, log10_high (95 % of the noise), valid."""
+        """Return row, x_m, log10_picture, log10_truth (log10 cd/m2), log10_low, log10_high (95 % of
+        the noise), valid.
+        """
         import numpy as np
 
         from isethdr_core.errors import ConfigError

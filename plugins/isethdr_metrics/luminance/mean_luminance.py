@@ -14,7 +14,9 @@ class MeanLuminance:
         return demand.with_labels("instance")
 
     def __call__(self, picture, truth, labels=None):
-        """Return one score per region with valid pixels; the interval is that of the mean's reported variance."""
+        """Return one score per region with valid pixels; the interval is that of the mean's
+        reported variance.
+        """
         import numpy as np
 
         from isethdr_core import ledger
@@ -33,7 +35,8 @@ class MeanLuminance:
                 )
                 continue
             value = float(y[use].mean())
-            # demosaic makes neighbours dependent: sum the deviations over 3 x 3 cells, an upper bound for bilinear
+            # demosaic makes neighbours dependent: sum the deviations over 3 x 3 cells, an upper
+            # bound for bilinear
             half = 1.96 * 3 * float(np.sqrt(variance[use].sum())) / use.sum()
             out.append(Score("luminance", value, "cd m-2", name, value - half, value + half))
         return out

@@ -1,4 +1,6 @@
-"""Noise line: read noise and shot noise of a picture, from how its variance grows with luminance."""
+"""Noise line: read noise and shot noise of a picture, from how its variance grows with
+luminance.
+"""
 
 from __future__ import annotations
 

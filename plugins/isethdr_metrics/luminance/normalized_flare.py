@@ -1,4 +1,6 @@
-"""Normalised flare: how much light the camera puts where none should be, as a share of the brightest source."""
+"""Normalised flare: how much light the camera puts where none should be, as a share of the
+brightest source.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,9 @@ from ..limits import Guard
 
 @dataclass(frozen=True)
 class NormalizedFlare:
-    """Light beyond the truth, away from sources, over the brightest true luminance (IEEE 2020, direct reference)."""
+    """Light beyond the truth, away from sources, over the brightest true luminance (IEEE 2020,
+    direct reference).
+    """
 
     guard: Guard = 5  # pixels around a source that belong to it: its own blur is not flare
 
@@ -21,10 +25,11 @@ class NormalizedFlare:
     def __call__(self, picture, truth, labels=None):
         """Return the mean and the 99th percentile over the valid pixels beyond the guard.
 
-        IEEE Std 2020-2024 divides a picture of one lamp in the dark by the lamp's level in a reference picture that is not
-        saturated. Here the scene need not be dark, because its truth is known and subtracted: (Y - true Y) / source, the
-        source being the brightest pixel of the truth. Sources are pixels of half that, or lamps (`view.lamp_mask`). Noise
-        gives values around 0, so the mean is without bias; the percentile holds the noise of single pixels.
+        IEEE Std 2020-2024 divides a picture of one lamp in the dark by the lamp's level in a
+        reference picture that is not saturated. Here the scene need not be dark, because its truth
+        is known and subtracted: (Y - true Y) / source, the source being the brightest pixel of the
+        truth. Sources are pixels of half that, or lamps (`view.lamp_mask`). Noise gives values
+        around 0, so the mean is without bias; the percentile holds the noise of single pixels.
         """
         import numpy as np
         from scipy.ndimage import distance_transform_edt

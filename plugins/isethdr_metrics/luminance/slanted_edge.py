@@ -1,4 +1,6 @@
-"""Slanted edge: spatial frequency response after ISO 12233, with an interval from resampled segments of the edge."""
+"""Slanted edge: spatial frequency response after ISO 12233, with an interval from resampled
+segments of the edge.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,8 @@ from isethdr_core.plugins.ranges import check_ranges
 from ..limits import HalfWidth
 
 OVERSAMPLING = 4  # samples a pixel across the edge, as in ISO 12233
-SEGMENT = 12  # rows: one passage of the edge through a pixel at 5 degrees, so that a segment holds all phases
+# rows: one passage of the edge through a pixel at 5 degrees, so that a segment holds all phases
+SEGMENT = 12
 RESAMPLES = 200
 FEWEST_ROWS = 24
 STRAIGHT = 0.35  # pixels rms: how far the truth's edge may be from a line
@@ -18,7 +21,9 @@ FREQUENCIES = 101  # 0 .. 1 cycles per pixel
 
 @dataclass(frozen=True)
 class SlantedEdgeResponse:
-    """Spatial frequency response of the luminance across a slanted edge (ISO 12233 e-SFR): MTF50 and the value at Nyquist."""
+    """Spatial frequency response of the luminance across a slanted edge (ISO 12233 e-SFR): MTF50
+    and the value at Nyquist.
+    """
 
     half_width: HalfWidth = 32  # pixels to each side of the edge that are used
 
@@ -26,9 +31,11 @@ class SlantedEdgeResponse:
         check_ranges(self)
 
     def __call__(self, picture, truth, labels=None):
-        """Return slanted_edge_mtf50 (cycles per pixel) and slanted_edge_nyquist, with 95 % intervals, and the rows used.
+        """Return slanted_edge_mtf50 (cycles per pixel) and slanted_edge_nyquist, with 95 %
+        intervals, and the rows used.
 
-        Without one straight, slanted edge across the frame there is no response, and the number of rows is 0.
+        Without one straight, slanted edge across the frame there is no response, and the number of
+        rows is 0.
         """
         import numpy as np
         from scipy.special import stdtrit
@@ -78,11 +85,15 @@ class SlantedEdgeResponse:
         return [*scores, Score("slanted_edge_rows", float(found["rows"]), "rows")]
 
     def curve(self, picture, truth) -> dict:
-        """Return cycles_per_pixel, response, resampled (draw, frequency), angle_deg, rows, segments; empty without an edge.
+        """Return cycles_per_pixel, response, resampled (draw, frequency), angle_deg, rows,
+        segments; empty without an edge.
 
-        The line comes from the truth, which has no noise, so the response is right in the dark too. Values are sorted by
-        their distance from it into bins of a quarter pixel, each standing at the mean of its distances; the difference of neighbouring bins, windowed (Tukey, half of it
-        flat: a Hamming window cuts twice as much off the long tails of diffraction), is transformed. What binning and differencing take away, a sinc of a quarter pixel each, is given back.
+        The line comes from the truth, which has no noise, so the response is right in the dark too.
+        Values are sorted by their distance from it into bins of a quarter pixel, each standing at
+        the mean of its distances; the difference of neighbouring bins, windowed (Tukey, half of it
+        flat: a Hamming window cuts twice as much off the long tails of diffraction), is
+        transformed. What binning and differencing take away, a sinc of a quarter pixel each, is
+        given back.
         """
         import numpy as np
 
@@ -144,7 +155,9 @@ class SlantedEdgeResponse:
 
 
 def _line(true):
-    """Return (slope, offset) of column = offset + slope * row along the one upright edge of `true`, or None."""
+    """Return (slope, offset) of column = offset + slope * row along the one upright edge of `true`,
+    or None.
+    """
     import numpy as np
 
     step = np.diff(true, axis=1)
@@ -198,7 +211,9 @@ def _window(count: int):
 
 
 def _falls_to_half(frequency, response) -> float:
-    """Return where the response first falls below a half, cycles per pixel; the last frequency where it never does."""
+    """Return where the response first falls below a half, cycles per pixel; the last frequency
+    where it never does.
+    """
     import numpy as np
 
     below = np.flatnonzero(response < 0.5)

@@ -1,4 +1,6 @@
-"""SNR curve: signal to noise ratio against luminance, as reported and as measured against the truth."""
+"""SNR curve: signal to noise ratio against luminance, as reported and as measured against the
+truth.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,9 @@ FEWEST_PIXELS = 6 * PIXELS_PER_INDEPENDENT  # of a bin that a score may use
 
 @dataclass(frozen=True)
 class SnrCurve:
-    """SNR in dB at given luminances, from the picture's own variance; `curve` gives the whole table."""
+    """SNR in dB at given luminances, from the picture's own variance; `curve` gives the whole
+    table.
+    """
 
     # where to score, if the scene has it
     luminances_cd_m2: tuple[Luminance, ...] = (0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
@@ -61,8 +65,9 @@ class SnrCurve:
     def _at(self, rows, nearest: int, level: float) -> float:
         """Return the SNR in dB at `level` cd/m2, on the line through the nearest two rows.
 
-        The second row is the next one on the other side of the level. Where there is none within two
-        bins, it is the next one on the same side. The slope of one row alone is that of shot noise.
+        The second row is the next one on the other side of the level. Where there is none within
+        two bins, it is the next one on the same side. The slope of one row alone is that of shot
+        noise.
         """
         import numpy as np
 
@@ -83,11 +88,12 @@ class SnrCurve:
 
         Returns
         -------
-        dict of equally long arrays: luminance_cd_m2 (median of the bin), low_cd_m2 and high_cd_m2 (its borders),
-        snr_db (20 log10 of that over the root of the median reported variance: the pixel in the middle, not the few that
-        flare has reached), snr_measured_db (the same over the rms difference from the truth, so blur, demosaic and flare
-        count as noise), pixels, and snr_interval_db (bins, 2): the ends of its 95 % less snr_db, as if one pixel in 3 x 3 were independent,
-        because demosaic makes neighbours alike.
+        dict of equally long arrays: luminance_cd_m2 (median of the bin), low_cd_m2 and high_cd_m2
+        (its borders), snr_db (20 log10 of that over the root of the median reported variance: the
+        pixel in the middle, not the few that flare has reached), snr_measured_db (the same over the
+        rms difference from the truth, so blur, demosaic and flare count as noise), pixels, and
+        snr_interval_db (bins, 2): the ends of its 95 % less snr_db, as if one pixel in 3 x 3 were
+        independent, because demosaic makes neighbours alike.
         """
         import numpy as np
 
@@ -142,8 +148,8 @@ class SnrCurve:
 def _rows_with_enough_pixels(table: dict) -> dict:
     """Return the rows of the table whose medians rest on enough pixels.
 
-    A few pixels next to a lamp have its flare, and with it more noise than others of their luminance.
-    Renderer noise lifts other pixels into their bin, so its median would change.
+    A few pixels next to a lamp have its flare, and with it more noise than others of their
+    luminance. Renderer noise lifts other pixels into their bin, so its median would change.
     """
     enough = table["pixels"] >= FEWEST_PIXELS
     return {name: column[enough] for name, column in table.items()}

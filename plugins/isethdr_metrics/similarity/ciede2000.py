@@ -1,4 +1,6 @@
-"""Colour difference between a picture and its truth, both against one white: CIEDE2000, and the older CIE 94 and CIE 76."""
+"""Colour difference between a picture and its truth, both against one white: CIEDE2000, and the
+older CIE 94 and CIE 76.
+"""
 
 from __future__ import annotations
 
@@ -38,8 +40,9 @@ class Ciede2000:
     def __call__(self, picture, truth, labels=None):
         """Return the difference per region and, so that it can be read, the white that was used.
 
-        Pixels whose truth is brighter than the white are left out: CIELAB is defined for surfaces, not for lamps.
-        A pixel that is not valid counts as the white, which is what `view.display` shows for it.
+        Pixels whose truth is brighter than the white are left out: CIELAB is defined for surfaces,
+        not for lamps. A pixel that is not valid counts as the white, which is what `view.display`
+        shows for it.
         """
         import numpy as np
 
@@ -72,7 +75,9 @@ class Ciede2000:
 
 @dataclass(frozen=True)
 class Cie94(Ciede2000):
-    """Mean CIE 1994 difference (graphic arts) of pixels up to the white, weighted by the truth's chroma."""
+    """Mean CIE 1994 difference (graphic arts) of pixels up to the white, weighted by the truth's
+    chroma.
+    """
 
     formula: ClassVar[tuple[str, str, str]] = ("cie94", "de94", "dE94")
 

@@ -12,7 +12,9 @@ from ..limits import Compression, White
 
 @dataclass(frozen=True)
 class Ssim:
-    """Mean structural similarity (Wang et al. 2004) of picture and truth, both shown by the same display rendering."""
+    """Mean structural similarity (Wang et al. 2004) of picture and truth, both shown by the same
+    display rendering.
+    """
 
     MEAN_OF_PARTS: ClassVar[bool] = (
         True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
@@ -56,7 +58,8 @@ class Ssim:
             )
         white = self.white_cd_m2 or white_cd_m2(truth)
         shown = [display(p, white, self.compression) for p in (truth, picture)]
-        # float32 halves the time; the smallest stabilising constant is 6.5, rounding of the windowed squares 2e-3
+        # float32 halves the time; the smallest stabilising constant is 6.5, rounding of the
+        # windowed squares 2e-3
         found = (
             sum(
                 similarity(*(p[..., k].astype(np.float32) for p in shown), data_range=255.0)

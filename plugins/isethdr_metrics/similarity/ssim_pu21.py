@@ -1,4 +1,6 @@
-"""SSIM on PU21: structural similarity of two absolute luminances, encoded so that equal steps look equally large."""
+"""SSIM on PU21: structural similarity of two absolute luminances, encoded so that equal steps look
+equally large.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +8,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 LOWEST_CD_M2, HIGHEST_CD_M2 = 0.005, 10000.0  # for which PU21 was fitted
-# Mantiuk, Azimi 2021, "PU21: a novel perceptually uniform encoding", the fit "banding_glare", its default
+# Mantiuk, Azimi 2021, "PU21: a novel perceptually uniform encoding", the fit "banding_glare", its
+# default
 P = (
     0.353487901,
     0.3734658629,
@@ -20,7 +23,9 @@ P = (
 
 @dataclass(frozen=True)
 class SsimPu21:
-    """Mean SSIM of the PU21-encoded luminances of picture and truth, as an eye before the scene would see it: no tone map."""
+    """Mean SSIM of the PU21-encoded luminances of picture and truth, as an eye before the scene
+    would see it: no tone map.
+    """
 
     MEAN_OF_PARTS: ClassVar[bool] = (
         True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
@@ -31,10 +36,12 @@ class SsimPu21:
         return demand.with_labels("instance")
 
     def __call__(self, picture, truth, labels=None):
-        """Return the mean of the similarity map per region, and the share of the frame whose luminance PU21 cannot hold.
+        """Return the mean of the similarity map per region, and the share of the frame whose
+        luminance PU21 cannot hold.
 
-        Window and constants are those of `ssim`, with a range of 256, which PU21 gives to a display of 100 cd/m2.
-        The similarity of a pixel that is not valid is 0, unless its truth lies above what PU21 can hold.
+        Window and constants are those of `ssim`, with a range of 256, which PU21 gives to a display
+        of 100 cd/m2. The similarity of a pixel that is not valid is 0, unless its truth lies above
+        what PU21 can hold.
         """
         import numpy as np
 
@@ -47,7 +54,8 @@ class SsimPu21:
         y, true, valid = luminances(picture, truth)
         if min(y.shape) < 11:
             raise UnitError(
-                f"a picture of {y.shape} pixels is smaller than the window of SSIM; expected at least 11 rows and columns"
+                f"a picture of {y.shape} pixels is smaller than the window of SSIM; expected at"
+                " least 11 rows and columns"
             )
         found = similarity(pu21(true), pu21(y), data_range=256.0)
         found[~valid & (true < HIGHEST_CD_M2)] = 0.0
@@ -61,7 +69,9 @@ class SsimPu21:
 
 
 def pu21(luminance_cd_m2):
-    """Return PU21 code values of luminances in cd/m2, which are first clamped to 0.005 .. 10 000; 100 cd/m2 gives 256."""
+    """Return PU21 code values of luminances in cd/m2, which are first clamped to 0.005 .. 10 000;
+    100 cd/m2 gives 256.
+    """
     import numpy as np
 
     y = np.clip(luminance_cd_m2, LOWEST_CD_M2, HIGHEST_CD_M2) ** P[3]

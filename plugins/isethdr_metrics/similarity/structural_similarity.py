@@ -1,4 +1,6 @@
-"""Structural similarity of two planes, strip by strip: what is worked out on the way stays in the processor's memory."""
+"""Structural similarity of two planes, strip by strip: what is worked out on the way stays in the
+processor's memory.
+"""
 
 from __future__ import annotations
 
@@ -14,17 +16,20 @@ TAPS /= 2 * TAPS.sum() - TAPS[-1]
 
 
 def similarity(first, second, data_range: float) -> np.ndarray:
-    """Return the map (y, x) of structural similarity (Wang, Bovik, Sheikh, Simoncelli 2004, eq. 13) of two planes of one kind of float.
+    """Return the map (y, x) of structural similarity (Wang, Bovik, Sheikh, Simoncelli 2004, eq. 13)
+    of two planes of one kind of float.
 
     Parameters
     ----------
-    first, second : (y, x), float32 or float64; beyond its borders a plane goes on as its mirror image.
+    first, second : (y, x), float32 or float64; beyond its borders a plane goes on as its mirror
+        image.
     data_range : largest value less the smallest that there can be.
 
     Notes
     -----
-    Window and constants of the paper: Gaussian, 0.01 and 0.03. Both variances are needed as their sum alone, so that four windowed means are
-    enough; half of the range is taken off first, which leaves a quarter of the rounding of their squares.
+    Window and constants of the paper: Gaussian, 0.01 and 0.03. Both variances are needed as their
+    sum alone, so that four windowed means are enough; half of the range is taken off first, which
+    leaves a quarter of the rounding of their squares.
     """
     middle, of_means, of_variances = (
         data_range / 2,
@@ -57,7 +62,9 @@ def similarity(first, second, data_range: float) -> np.ndarray:
 
 
 def windowed(values) -> np.ndarray:
-    """Return the means of `values` (y, x) over the window, for the (y, x) less `REACH` on each side where all of it lies within."""
+    """Return the means of `values` (y, x) over the window, for the (y, x) less `REACH` on each side
+    where all of it lies within.
+    """
     for turn in (np.asarray, np.transpose):  # down, then across
         values = turn(values)
         kept = len(values) - 2 * REACH

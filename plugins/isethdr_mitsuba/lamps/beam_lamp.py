@@ -1,4 +1,5 @@
-"""The beam-limited area light as a Mitsuba emitter: for Mitsuba's own integrators, in every spectral variant.
+"""The beam-limited area light as a Mitsuba emitter: for Mitsuba's own integrators, in every
+spectral variant.
 
 Used where the integrator of this plugin cannot run, and as the independent check on its tables.
 """
@@ -13,7 +14,9 @@ from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_tabl
 
 PLUGIN = "isethdr_beam_lamp"
 NEAR_CLIP_M = 1e-3
-NEVER = 1e-7  # sampling weight of a lamp that is not looked for; with 0 Mitsuba would count what is found by chance in full
+# sampling weight of a lamp that is not looked for; with 0 Mitsuba would count what is found by
+# chance in full
+NEVER = 1e-7
 
 
 def beam_lamp(placed: PlacedLamp, hidden_from=None, mirrored_only: bool = False):
@@ -22,10 +25,10 @@ def beam_lamp(placed: PlacedLamp, hidden_from=None, mirrored_only: bool = False)
     Parameters
     ----------
     placed : lamp.
-    hidden_from : a point in the world, or None. Rays that start there do not see the emitter: the pinhole,
-        when the lamp's direct light is added by `visible_lamps`.
-    mirrored_only : shine on no surface, be seen in perfect mirrors and through panes only: where `spots` light the
-        surfaces. Switched by the attribute `on`.
+    hidden_from : a point in the world, or None. Rays that start there do not see the emitter: the
+        pinhole, when the lamp's direct light is added by `visible_lamps`.
+    mirrored_only : shine on no surface, be seen in perfect mirrors and through panes only: where
+        `spots` light the surfaces. Switched by the attribute `on`.
     """
     mi.register_emitter(PLUGIN, lambda properties: _beam_class()(properties))
     table = emission_table([placed.lamp.spectrum])[0] * placed.peak_cd_m2
@@ -51,7 +54,9 @@ def beam_lamp(placed: PlacedLamp, hidden_from=None, mirrored_only: bool = False)
 
 
 def film(wavelength_nm, step_nm: float, width: int, height: int) -> dict:
-    """Return a film with one top-hat channel per band, whose channels are integrals over the band (divide by step_nm)."""
+    """Return a film with one top-hat channel per band, whose channels are integrals over the band
+    (divide by step_nm).
+    """
     out = {
         "type": "specfilm",
         "width": width,
@@ -140,7 +145,8 @@ def _beam_class():
                 return mi.Spectrum(0)
             outwards = si.to_world(si.wi)
             start = si.p + outwards * dr.select(dr.isfinite(si.t), si.t, 0)
-            # camera rays start on the near plane; and float32 brings a start back to about 1e-6 of the ray's length
+            # camera rays start on the near plane; and float32 brings a start back to about 1e-6 of
+            # the ray's length
             far = dr.norm(start - self.hidden_from) > 3 * NEAR_CLIP_M + 1e-5 * dr.select(
                 dr.isfinite(si.t), si.t, 0
             )
@@ -159,7 +165,9 @@ def _beam_class():
 
         def pdf_direction(self, it, ds, active=True):
             if self.mirrored_only:
-                return 1e18  # so that rays from surfaces that a spot lights weigh nothing; those from mirrors ask no density
+                # so that rays from surfaces that a spot lights weigh nothing; those from mirrors
+                # ask no density
+                return 1e18
             return dr.select(
                 dr.dot(ds.d, ds.n) < 0, self.get_shape().pdf_direction(it, ds, active), 0.0
             )

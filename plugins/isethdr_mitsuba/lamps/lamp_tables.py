@@ -1,8 +1,9 @@
-"""Lamps as lookup tables: radiance by shape hit, and the choice of the point that a shadow ray aims at.
+"""Lamps as lookup tables: radiance by shape hit, and the choice of the point that a shadow ray aims
+at.
 
-Tables instead of Mitsuba emitters, because then a hundred lamps cost no more code than one, each group can be
-sampled by itself, and a lamp's group costs one lookup. `beam_lamp.py` is the same lamp as a Mitsuba emitter;
-tests hold the two together.
+Tables instead of Mitsuba emitters, because then a hundred lamps cost no more code than one, each
+group can be sampled by itself, and a lamp's group costs one lookup. `beam_lamp.py` is the same lamp
+as a Mitsuba emitter; tests hold the two together.
 """
 
 from __future__ import annotations
@@ -15,16 +16,19 @@ from ..world.geometry import World
 from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_table
 from .spatial_sampling import Chances, areas, light_at_points
 
-CANDIDATES = 12  # points weighed for one shadow ray: from 4 to 16 the cost grew 1.6 times, lamp noise fell to 0.5-1.0 of itself
+# points weighed for one shadow ray: from 4 to 16 the cost grew 1.6 times, lamp noise fell to
+# 0.5-1.0 of itself
+CANDIDATES = 12
 NOWHERE = 0xFFFF
 
 
 class LampTables:
     """Device tables of the lamps of a world, for the light groups that are wanted.
 
-    Group by group, a shadow ray's target is drawn by resampled importance sampling (Talbot 2005, eq. 5): of
-    `CANDIDATES` points on lamps of the group, which are drawn by their chances (`lamp_chances.py`), one is kept in proportion to the luminance
-    it would send here if nothing stood in between.
+    Group by group, a shadow ray's target is drawn by resampled importance sampling (Talbot 2005,
+    eq. 5): of `CANDIDATES` points on lamps of the group, which are drawn by their chances
+    (`lamp_chances.py`), one is kept in proportion to the luminance it would send here if nothing
+    stood in between.
     """
 
     def __init__(self, world: World, lamps: list[PlacedLamp], groups: list[str], sky=None):
@@ -41,7 +45,8 @@ class LampTables:
             self.groups.index(p.lamp.group) if p.lamp.group in self.groups else NOWHERE
             for p in lamps
         ] + [NOWHERE]
-        # an entry for "no lamp" at the end keeps every lookup inside its table; what a scene has is data, so that its kernel is that of other scenes
+        # an entry for "no lamp" at the end keeps every lookup inside its table; what a scene has is
+        # data, so that its kernel is that of other scenes
         self.none = dr.opaque(mi.UInt32, len(lamps))
         last = lambda values, fill: mi.Float([*values, fill])
         self.lamp_of_shape = mi.UInt32(
@@ -76,7 +81,9 @@ class LampTables:
         )
 
     def aim(self, scene, hits, camera, view, surfaces):
-        """Find out how likely each lamp is to be looked at from each part of the picture; before any `choose` and `density`."""
+        """Find out how likely each lamp is to be looked at from each part of the picture; before
+        any `choose` and `density`.
+        """
         known = (
             light_at_points(scene, hits, camera, view, surfaces, self)
             if self.placed
@@ -105,7 +112,9 @@ class LampTables:
         )
 
     def density(self, lamp, place, distance2, cos_lamp, active=True):
-        """Return the density per solid angle with which one candidate from `place` falls on this point of `lamp`."""
+        """Return the density per solid angle with which one candidate from `place` falls on this
+        point of `lamp`.
+        """
         return _density(
             dr.gather(mi.Float, self.per_area, lamp, active) * self.chances.of(lamp, place, active),
             distance2,
@@ -114,7 +123,9 @@ class LampTables:
 
     @dr.syntax
     def choose(self, g: int, rng, si, place, active):
-        """Return the row of a lamp's spectrum, a world point of it, its unit direction, luminance from there / density of the choice, and density of one candidate."""
+        """Return the row of a lamp's spectrum, a world point of it, its unit direction, luminance
+        from there / density of the choice, and density of one candidate.
+        """
         targets = self.targets[g]
         triangle, point = mi.UInt32(0), mi.Point3f(0)
         direction, shine, kept, total, density = (
@@ -173,10 +184,14 @@ def _density(per_area, distance2, cos_lamp):
 
 
 class _Targets:
-    """The triangles of one light group, those of each lamp by their area, and the beam of the lamp that each is of: all that a candidate asks for, side by side."""
+    """The triangles of one light group, those of each lamp by their area, and the beam of the lamp
+    that each is of: all that a candidate asks for, side by side.
+    """
 
     def __init__(self, count, lamps):
-        """`count` : lamps of all groups. `lamps` : {number: (row of its spectrum, lamp)} of this one."""
+        """`count` : lamps of all groups. `lamps` : {number: (row of its spectrum, lamp)} of this
+        one.
+        """
         self.count = len(lamps)
         if not lamps:
             return
@@ -227,13 +242,17 @@ class _Targets:
         )
 
     def at(self, triangle, active):
-        """Return of a triangle corner, both edges from there, normal, axis of its lamp, and the numbers that go with them: see `rows`."""
+        """Return of a triangle corner, both edges from there, normal, axis of its lamp, and the
+        numbers that go with them: see `rows`.
+        """
         rows = [dr.gather(mi.Vector4f, self.rows, 5 * triangle + k, active) for k in range(5)]
         return *(mi.Vector3f(r.x, r.y, r.z) for r in rows), [r.w for r in rows]
 
 
 def alias_table(chance) -> tuple[np.ndarray, np.ndarray]:
-    """Return (threshold, other): number k, drawn evenly, is kept with probability threshold[k], and is other[k] else (Walker 1977, Vose 1991)."""
+    """Return (threshold, other): number k, drawn evenly, is kept with probability threshold[k], and
+    is other[k] else (Walker 1977, Vose 1991).
+    """
     share = np.asarray(chance, float) * len(chance) / np.sum(chance)
     threshold, other = np.ones(len(share)), np.arange(len(share))
     small, large = list(np.flatnonzero(share < 1)), list(np.flatnonzero(share >= 1))

@@ -1,4 +1,6 @@
-"""Lamps in the world: from luminous intensity to radiance, with the beam pattern and the area that makes it."""
+"""Lamps in the world: from luminous intensity to radiance, with the beam pattern and the area that
+makes it.
+"""
 
 from __future__ import annotations
 
@@ -35,12 +37,16 @@ class PlacedLamp:
         return float(np.linalg.norm(_area_vectors(self.triangles), axis=1).sum())
 
     def pattern(self, cos_axis):
-        """Return radiance relative to that on the axis, at the cosine of the angle from the axis."""
+        """Return radiance relative to that on the axis, at the cosine of the angle from the
+        axis.
+        """
         return (beam(cos_axis, self.cos_inner, self.cos_outer) + self.floor) / (1 + self.floor)
 
 
 def beam(cos_axis, cos_inner: float, cos_outer: float):
-    """Return 1 within the inner cone, 0 beyond the outer, a smoothstep of the cosine between; 1 everywhere if Lambertian."""
+    """Return 1 within the inner cone, 0 beyond the outer, a smoothstep of the cosine between; 1
+    everywhere if Lambertian.
+    """
     if cos_inner <= LAMBERTIAN_COS:
         return np.ones_like(np.asarray(cos_axis, float))
     t = np.clip((cos_axis - cos_outer) / max(cos_inner - cos_outer, 1e-6), 0, 1)
@@ -59,8 +65,10 @@ def placed_lamps(description, normalise: str = "intensity", groups=None) -> list
     ----------
     description : SceneDescription.
     normalise : "intensity": `intensity_cd` is met on the axis, a narrower beam has less flux.
-        "flux": the lamp has the flux that a Lambertian one of `intensity_cd` has; a narrower beam is brighter.
-    groups : light groups that are wanted; None: all. Lamps of others are dark: the flux of a beam need not be integrated.
+        "flux": the lamp has the flux that a Lambertian one of `intensity_cd` has; a narrower beam
+        is brighter.
+    groups : light groups that are wanted; None: all. Lamps of others are dark: the flux of a beam
+        need not be integrated.
     """
     out = []
     for number, placed in enumerate(description.objects, 1):
@@ -73,7 +81,9 @@ def placed_lamps(description, normalise: str = "intensity", groups=None) -> list
 
 
 def world_triangles(part, pose) -> np.ndarray:
-    """Return the (n, 3, 3) triangles of `part` under `pose`; a mirroring pose keeps them facing outwards."""
+    """Return the (n, 3, 3) triangles of `part` under `pose`; a mirroring pose keeps them facing
+    outwards.
+    """
     v = np.asarray(part.vertices, float) @ pose[:3, :3].T + pose[:3, 3]
     tri = v[np.asarray(part.faces, int)]
     return tri[:, ::-1] if np.linalg.det(pose[:3, :3]) < 0 else tri
@@ -88,8 +98,9 @@ def _place(part, pose, number, name, normalise, dark):
         )
     if not 0 <= lamp.lambertian_share < 1 or lamp.outer_deg < lamp.inner_deg:
         raise ConfigError(
-            f"{where} has inner_deg {lamp.inner_deg:g}, outer_deg {lamp.outer_deg:g}, lambertian_share "
-            f"{lamp.lambertian_share:g}; expected inner <= outer and a share within [0, 1)"
+            f"{where} has inner_deg {lamp.inner_deg:g}, outer_deg {lamp.outer_deg:g},"
+            f" lambertian_share {lamp.lambertian_share:g}; expected inner <= outer and a share"
+            " within [0, 1)"
         )
     axis = pose[:3, :3] @ np.asarray(lamp.axis, float)
     axis /= np.linalg.norm(axis)
@@ -97,8 +108,9 @@ def _place(part, pose, number, name, normalise, dark):
     projected = float(np.maximum(vectors @ axis, 0).sum())
     if projected <= 1e-6 * np.linalg.norm(vectors, axis=1).sum():
         raise ConfigError(
-            f"{where} has no face towards its axis {np.round(axis, 3)}; expected faces counter-clockwise "
-            "seen from outside; turn the axis, or reverse the order of each face's vertices"
+            f"{where} has no face towards its axis {np.round(axis, 3)}; expected faces"
+            " counter-clockwise seen from outside; turn the axis, or reverse the order of each"
+            " face's vertices"
         )
     cos_inner, cos_outer = np.cos(
         np.radians([min(lamp.inner_deg, 90.0), min(lamp.outer_deg, 90.0)])
@@ -125,7 +137,9 @@ def _area_vectors(tri):
 
 
 def _beam_flux(vectors, axis, cos_inner, cos_outer):
-    """Return the flux, m2 sr, of faces with area `vectors` whose radiance is the beam pattern about `axis`."""
+    """Return the flux, m2 sr, of faces with area `vectors` whose radiance is the beam pattern about
+    `axis`.
+    """
     if cos_inner <= LAMBERTIAN_COS:
         return np.pi * np.linalg.norm(vectors, axis=1).sum()
     if np.allclose(vectors / np.linalg.norm(vectors, axis=1, keepdims=True), axis, atol=1e-6):
@@ -152,24 +166,29 @@ def _beam_flux(vectors, axis, cos_inner, cos_outer):
 
 
 def flat_beam_solid_angle(cos_inner: float, cos_outer: float) -> float:
-    """Return the integral of beam x cosine over directions, sr, of a flat lamp that faces along its axis.
+    """Return the integral of beam x cosine over directions, sr, of a flat lamp that faces along its
+    axis.
 
-    2 pi times: (1 - ci^2) / 2 inside the inner cone, and d (co / 2 + 0.35 d) with d = ci - co in the smoothstep.
+    2 pi times: (1 - ci^2) / 2 inside the inner cone, and d (co / 2 + 0.35 d) with d = ci - co in
+    the smoothstep.
     """
     d = cos_inner - cos_outer
     return 2 * np.pi * ((1 - cos_inner**2) / 2 + d * (cos_outer / 2 + 0.35 * d))
 
 
 def emission_table(spectra: list[Spectrum]) -> np.ndarray:
-    """Return (spectrum, SPECTRUM_NM) radiance, W m-2 sr-1 nm-1, of each relative spectrum at 1 cd/m2."""
+    """Return (spectrum, SPECTRUM_NM) radiance, W m-2 sr-1 nm-1, of each relative spectrum at 1
+    cd/m2.
+    """
     rows = []
     for s in spectra:
         value = s.at(SPECTRUM_NM)
         luminance = LM_PER_W * float(value @ v_lambda(SPECTRUM_NM))  # 1 nm steps
         if not luminance > 0 or value.min() < 0:
             raise ConfigError(
-                f"a lamp spectrum gives {luminance:g} lm/W-weighted light, least value {value.min():g}; "
-                "expected non-negative values with some light between 380 and 780 nm"
+                f"a lamp spectrum gives {luminance:g} lm/W-weighted light, least value"
+                f" {value.min():g}; expected non-negative values with some light between 380 and"
+                " 780 nm"
             )
         rows.append(value / luminance)
     return np.array(rows).reshape(len(rows), len(SPECTRUM_NM))

@@ -1,9 +1,12 @@
 """Chances: how likely a lamp is to be looked at from a surface, by what it sends to such places.
 
-A hundred lamps stand in a street at night, and two or three light a tile. So from a few points that the camera sees in each block of tiles, and one that
-each of those sees, all lamps are tried once: how much would come from there, and whether anything stands between. Points of a block tell how lamps are chosen
-from the first surface of a path there, points of a cell of the world from further ones; each has one vote. A quarter of the chances
-goes to all lamps alike: none is left out. (Many lamps chosen by place: Shirley, Wang, Zimmerman 1996, ACM Trans. Graph. 15, 1; here with what hides them.)
+A hundred lamps stand in a street at night, and two or three light a tile. So from a few points that
+the camera sees in each block of tiles, and one that each of those sees, all lamps are tried once:
+how much would come from there, and whether anything stands between. Points of a block tell how
+lamps are chosen from the first surface of a path there, points of a cell of the world from further
+ones; each has one vote. A quarter of the chances goes to all lamps alike: none is left out. (Many
+lamps chosen by place: Shirley, Wang, Zimmerman 1996, ACM Trans. Graph. 15, 1; here with what hides
+them.)
 """
 
 from __future__ import annotations
@@ -18,19 +21,24 @@ ACROSS = 64  # blocks, where there are as many tiles
 POINTS = 8  # of each block
 CELLS = 32, 12  # of the world: directions around the camera, and rings of distance ...
 RINGS_M = 1.0, 300.0  # ... from its first to its last, each so many times as far as the one before
-SLOTS = 4  # for each lamp of a group, one of which is its own: a quarter of the chances is the same for all
+# for each lamp of a group, one of which is its own: a quarter of the chances is the same for all
+SLOTS = 4
 MOST_TRIED = 1 << 24  # lamps from points, at once
 CLEAR_M = 1e-3  # from a surface on
 
 
 class Chances:
-    """Device tables of the chances of lamps at each place: the blocks of the picture come first, then the cells of the world.
+    """Device tables of the chances of lamps at each place: the blocks of the picture come first,
+    then the cells of the world.
 
-    A group has a list of lamps, `slots` (place, slot), each slot as likely as any other; `chance` (place, lamp) is the share of slots that a lamp has.
+    A group has a list of lamps, `slots` (place, slot), each slot as likely as any other; `chance`
+    (place, lamp) is the share of slots that a lamp has.
     """
 
     def __init__(self, camera, view, members, strength, place, light):
-        """`members` : numbers of each group's lamps. `strength` (lamp,) : what they go by where nothing is known. `light` (point, lamp) : what is, at `place` (point,)."""
+        """`members` : numbers of each group's lamps. `strength` (lamp,) : what they go by where
+        nothing is known. `light` (point, lamp) : what is, at `place` (point,).
+        """
         side, across, down = blocks_of(view)
         places = across * down + CELLS[0] * CELLS[1]
         chance, self.slots, self.count = np.zeros((places, len(strength))), [], []
@@ -83,21 +91,27 @@ def cell_of(away):
 
 
 def votes(places: int, place, light) -> np.ndarray:
-    """Return the sum (place, lamp) of what points at `place` (point,) vote for: shares of their own light (point, lamp), so that a bright one has no more say."""
+    """Return the sum (place, lamp) of what points at `place` (point,) vote for: shares of their own
+    light (point, lamp), so that a bright one has no more say.
+    """
     out, whole = np.zeros((places, light.shape[1])), light.sum(1, keepdims=True)
     np.add.at(out, place, np.divide(light, whole, out=np.zeros(light.shape), where=whole > 0))
     return out
 
 
 def blocks_of(view) -> tuple[int, int, int]:
-    """Return the tiles along the side of a block, and the blocks across and down the whole grid: they are the same whatever is left out of it."""
+    """Return the tiles along the side of a block, and the blocks across and down the whole grid:
+    they are the same whatever is left out of it.
+    """
     rows, columns = view.whole
     side = max(1, round(columns / ACROSS))
     return side, -(-columns // side), -(-rows // side)
 
 
 def slots_of(light, strength) -> np.ndarray:
-    """Return which lamp each slot holds (place, slot): each lamp has one, and the others in proportion to `light` (place, lamp), where it is dark `strength`."""
+    """Return which lamp each slot holds (place, slot): each lamp has one, and the others in
+    proportion to `light` (place, lamp), where it is dark `strength`.
+    """
     count = light.shape[1]
     ends = np.cumsum(np.where(light.sum(1, keepdims=True) > 0, light, strength), axis=1)
     ends /= ends[:, -1:]
@@ -122,7 +136,8 @@ def shares_of(slots, count: int) -> np.ndarray:
 
 
 def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndarray, np.ndarray]:
-    """Return (place, light): how much each lamp lights points (point, lamp), in one unit for all, and the place of each; what something hides lights nothing.
+    """Return (place, light): how much each lamp lights points (point, lamp), in one unit for all,
+    and the place of each; what something hides lights nothing.
 
     `lamps` : LampTables. A lamp is taken for a point in its middle, no nearer than it is large.
     """
@@ -170,7 +185,9 @@ def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndar
 
 
 def _met(scene, hits, surfaces, ray, active=True):
-    """Return points of surfaces that light can be looked for from, their normals towards where rays come from, and where there are any."""
+    """Return points of surfaces that light can be looked for from, their normals towards where rays
+    come from, and where there are any.
+    """
     si, shape = hits.meet(scene, ray, mi.Bool(active))
     lit = active & si.is_valid()
     lit &= surfaces.is_smooth(surfaces.material_at(shape, lit), lit)

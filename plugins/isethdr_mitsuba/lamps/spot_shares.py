@@ -27,7 +27,9 @@ def seen_points(scene, view) -> np.ndarray:
 
 
 def illuminance(spots: list[Spot], points) -> tuple[np.ndarray, np.ndarray]:
-    """Return (spot, point) illuminance, lx, of faces turned towards each spot with nothing in between; and distance, m."""
+    """Return (spot, point) illuminance, lx, of faces turned towards each spot with nothing in
+    between; and distance, m.
+    """
     found, distance = np.zeros((len(spots), len(points))), np.ones((len(spots), len(points)))
     for k, s in enumerate(spots):
         way = points - s.point
@@ -37,7 +39,9 @@ def illuminance(spots: list[Spot], points) -> tuple[np.ndarray, np.ndarray]:
 
 
 def shares(spots: list[Spot], lux) -> np.ndarray:
-    """Return how often each spot is looked for; they sum to 1. `lux`: (spot, point) of `illuminance`."""
+    """Return how often each spot is looked for; they sum to 1. `lux`: (spot, point) of
+    `illuminance`.
+    """
     strength = np.sqrt([s.peak_cd * np.radians(s.cutoff_deg) ** 2 for s in spots])
     total = lux.sum(0)
     part = lux[:, total > 0] / total[total > 0]
@@ -50,7 +54,9 @@ def shares(spots: list[Spot], lux) -> np.ndarray:
 
 
 def extent_error(spots: list[Spot], lux, distance) -> float:
-    """Return the mean over points, weighted by light, of (radius / distance)^2: a disc against the point in its place."""
+    """Return the mean over points, weighted by light, of (radius / distance)^2: a disc against the
+    point in its place.
+    """
     radius = np.array([s.radius_m for s in spots])
     error = np.minimum((radius[:, None] / distance) ** 2, 1)
     return float((error * lux).sum() / lux.sum()) if lux.sum() > 0 else 0.0

@@ -1,8 +1,10 @@
-"""Lamps as spots: the same candela from points in front of them, for the variant that has no compiler.
+"""Lamps as spots: the same candela from points in front of them, for the variant that has no
+compiler.
 
-Mitsuba has no area light with a beam, and one written in Python costs more than the rest of a scalar rendering. Its
-spot with a picture in front is compiled code: here a lamp becomes one spot for its beam and some for its Lambertian
-floor, a few of each where the lamp is large. What is lost is the lamp's extent: penumbrae, and the light close by.
+Mitsuba has no area light with a beam, and one written in Python costs more than the rest of a
+scalar rendering. Its spot with a picture in front is compiled code: here a lamp becomes one spot
+for its beam and some for its Lambertian floor, a few of each where the lamp is large. What is lost
+is the lamp's extent: penumbrae, and the light close by.
 """
 
 from __future__ import annotations
@@ -15,7 +17,8 @@ import numpy as np
 from .placed_lamps import LAMBERTIAN_COS, PlacedLamp, beam
 
 PIECE_M = 0.3  # larger lamps become several spots
-CLEAR_M = 2e-3  # spots stand this far in front of the foremost point of their piece, out of its own shadow
+# spots stand this far in front of the foremost point of their piece, out of its own shadow
+CLEAR_M = 2e-3
 WIDEST_DEG = 88.0  # of a spot: a Lambertian lamp loses 0.12 % of its flux beyond
 NARROW, WIDE = (
     128,
@@ -25,7 +28,9 @@ NARROW, WIDE = (
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """A point that shines about an axis: candela = `peak_cd` x picture, the picture in tangents up to that of `cutoff_deg`."""
+    """A point that shines about an axis: candela = `peak_cd` x picture, the picture in tangents up
+    to that of `cutoff_deg`.
+    """
 
     lamp: int  # index into the lamps
     point: np.ndarray  # (3,) m
@@ -75,7 +80,9 @@ def _beam(number, lamp):
 
 
 def _floor(number, lamp):
-    """One spot for the faces of a piece that look about the same way, as the flat face of their summed area."""
+    """One spot for the faces of a piece that look about the same way, as the flat face of their
+    summed area.
+    """
     level = lamp.peak_cd_m2 * (
         1.0 if lamp.cos_inner <= LAMBERTIAN_COS else lamp.floor / (1 + lamp.floor)
     )
@@ -121,7 +128,9 @@ def _cosine():
 
 
 def _pieces(triangles, facing_of):
-    """Return (area vectors, centre, corners) of the triangles in each cell of PIECE_M; large triangles are cut up first."""
+    """Return (area vectors, centre, corners) of the triangles in each cell of PIECE_M; large
+    triangles are cut up first.
+    """
     while True:
         longest = np.linalg.norm(triangles - np.roll(triangles, 1, 1), axis=2).max(1)
         large = longest > PIECE_M
@@ -151,7 +160,9 @@ def _pieces(triangles, facing_of):
 
 
 def _directions(cutoff_deg, count):
-    """Return (count, count, 3) unit vectors through the texel centres of a spot's picture, in its own axes."""
+    """Return (count, count, 3) unit vectors through the texel centres of a spot's picture, in its
+    own axes.
+    """
     tangent = ((np.arange(count) + 0.5) / count * 2 - 1) * np.tan(np.radians(cutoff_deg))
     y, x = np.meshgrid(tangent, tangent, indexing="ij")
     return _unit(np.stack([x, y, np.ones_like(x)], -1))

@@ -1,8 +1,9 @@
-"""Lamps seen directly, with their exact footprint: a lamp far smaller than a tile keeps its flux to the last digit.
+"""Lamps seen directly, with their exact footprint: a lamp far smaller than a tile keeps its flux to
+the last digit.
 
-Random paths meet a lamp that fills a thousandth of a tile once in a thousand paths, so its light would be noise.
-Here every lit triangle is cut along the borders of the tiles (exact areas), and rays to points spread over each
-piece tell which part of it nothing hides.
+Random paths meet a lamp that fills a thousandth of a tile once in a thousand paths, so its light
+would be noise. Here every lit triangle is cut along the borders of the tiles (exact areas), and
+rays to points spread over each piece tell which part of it nothing hides.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from .placed_lamps import SPECTRUM_NM, emission_table
 POINTS = 64  # rays to each piece of a lamp on a tile
 NEAR_M = 1e-3  # lamps nearer than this plane in front of the pinhole are not seen
 CHUNK = 20_000  # pieces handled at a time: bounds memory
-OFF = 5e-4  # of a lamp or of a tile, whichever is smaller, by which a side may bend on a grid of angles
+# of a lamp or of a tile, whichever is smaller, by which a side may bend on a grid of angles
+OFF = 5e-4
 
 
 def visible_lamps(world, view, lamps, groups, bands_nm, step_nm):
@@ -26,8 +28,9 @@ def visible_lamps(world, view, lamps, groups, bands_nm, step_nm):
     Returns
     -------
     layer : (group, wavelength, row, column) float64, W m-2 sr-1 nm-1, to be added.
-    error : the largest error of a piece, relative to it: 1 / POINTS where a lamp is partly hidden, 4 x OFF where sides are
-        arcs, 0 where every piece is all seen or all hidden on a grid of tangents.
+    error : the largest error of a piece, relative to it: 1 / POINTS where a lamp is partly hidden,
+        4 x OFF where sides are arcs, 0 where every piece is all seen or all hidden on a grid of
+        tangents.
     """
     spectra = list(dict.fromkeys(p.lamp.spectrum for p in lamps))
     bands = band_means(emission_table(spectra), bands_nm, step_nm)
@@ -59,7 +62,9 @@ def visible_lamps(world, view, lamps, groups, bands_nm, step_nm):
 
 
 def band_means(table, bands_nm, step_nm):
-    """Return (spectrum, band) means of tabulated spectra over bands of `step_nm`, exact for linear tables."""
+    """Return (spectrum, band) means of tabulated spectra over bands of `step_nm`, exact for linear
+    tables.
+    """
     inside = np.linspace(-0.5, 0.5, 401) * step_nm
     nm = np.clip(np.asarray(bands_nm)[:, None] + inside, SPECTRUM_NM[0], SPECTRUM_NM[-1])
     weight = np.r_[0.5, np.ones(399), 0.5] / 400
@@ -69,7 +74,9 @@ def band_means(table, bands_nm, step_nm):
 
 
 def _pieces(placed, view):
-    """Return the lit triangles cut along tile borders: polygons (n, m, 2) on the grid, their tiles, and normal and a corner in camera axes."""
+    """Return the lit triangles cut along tile borders: polygons (n, m, 2) on the grid, their tiles,
+    and normal and a corner in camera axes.
+    """
     tri = view.to_camera(placed.triangles.reshape(-1, 3)).reshape(-1, 3, 3)
     normal = np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0])
     lit = np.einsum("nk,nk->n", normal, tri[:, 0]) < 0  # faces the pinhole, which is at the origin
@@ -126,14 +133,17 @@ def _pieces(placed, view):
 
 
 def _plane(axis, edge, sign, count):
-    """Return (count, 3): its product with (x, y, 1) is `sign` times by how much the coordinate `axis` exceeds `edge`."""
+    """Return (count, 3): its product with (x, y, 1) is `sign` times by how much the coordinate
+    `axis` exceeds `edge`.
+    """
     plane = np.zeros((count, 3))
     plane[:, axis], plane[:, 2] = sign, -sign * np.asarray(edge)
     return plane
 
 
 def cut(polygon, plane, least=0.0):
-    """Return convex polygons (n, m, 3) cut to plane . point >= least, as (n, m + 1, 3) (Sutherland, Hodgman 1974).
+    """Return convex polygons (n, m, 3) cut to plane . point >= least, as (n, m + 1, 3) (Sutherland,
+    Hodgman 1974).
 
     Corners left over repeat the last one; a polygon with nothing left is NaN.
     """
@@ -156,7 +166,9 @@ def cut(polygon, plane, least=0.0):
 
 
 def _luminance(world, view, placed, index, flat, normal, corner):
-    """Return each piece's area on the grid times the mean luminance of its visible part, and that visible part."""
+    """Return each piece's area on the grid times the mean luminance of its visible part, and that
+    visible part.
+    """
     a, b = flat[:, 1:-1] - flat[:, :1], flat[:, 2:] - flat[:, :1]
     areas = np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]) / 2  # of the fan of triangles
     area = areas.sum(1)
@@ -193,7 +205,9 @@ def _spread(flat, areas):
 
 
 def _sees(world, view, direction, distance, index):
-    """Say for each ray from the pinhole whether it reaches lamp number `index` at `distance` unhindered."""
+    """Say for each ray from the pinhole whether it reaches lamp number `index` at `distance`
+    unhindered.
+    """
     shape = next(s.shape for s in world.shapes if s.lamp == index)
     if dr.is_jit_v(mi.Float):
         ray = mi.Ray3f(
@@ -204,7 +218,8 @@ def _sees(world, view, direction, distance, index):
         own = dr.reinterpret_array(mi.UInt32, hit.shape) == dr.reinterpret_array(
             mi.UInt32, mi.ShapePtr(shape)
         )
-        # 1e-4: float32 distances; a lamp's own lens or cover this near in front of it would not count as hiding it
+        # 1e-4: float32 distances; a lamp's own lens or cover this near in front of it would not
+        # count as hiding it
         return np.array(
             own | ~hit.is_valid() | (hit.t > mi.Float(distance.astype(np.float32)) * (1 - 1e-4))
         )

@@ -1,8 +1,11 @@
-"""How the paths of a tile begin: camera rays spread evenly over it, wavelengths over the places of its bands, and first directions.
+"""How the paths of a tile begin: camera rays spread evenly over it, wavelengths over the places of
+its bands, and first directions.
 
-Points of a tile are a sequence in which neighbours are far apart (Roberts 2018: multiples of the powers of 1 / 1.3247, the real root of x^3 = x + 1), moved
-by a random offset of each tile and pass; so are the wavelengths, by multiples of the golden section, and the directions, by multiples of the
-roots of 5 and 3 (Richtmyer 1951). Each point is as probable as any other. All in whole numbers of 32 bits, which wrap around by themselves.
+Points of a tile are a sequence in which neighbours are far apart (Roberts 2018: multiples of the
+powers of 1 / 1.3247, the real root of x^3 = x + 1), moved by a random offset of each tile and pass;
+so are the wavelengths, by multiples of the golden section, and the directions, by multiples of the
+roots of 5 and 3 (Richtmyer 1951). Each point is as probable as any other. All in whole numbers of
+32 bits, which wrap around by themselves.
 """
 
 from __future__ import annotations
@@ -18,7 +21,9 @@ WHOLE = 2.0**-32
 
 
 class Camera:
-    """A view on the device. What it holds is data, not literals: a kernel is that of other views too."""
+    """A view on the device. What it holds is data, not literals: a kernel is that of other views
+    too.
+    """
 
     def __init__(self, view):
         number, length = (
@@ -40,7 +45,9 @@ class Camera:
         )
 
     def place_of(self, tile):
-        """Return row and column of tiles in the whole grid, nothing left out, and their number there, which their random numbers go by."""
+        """Return row and column of tiles in the whole grid, nothing left out, and their number
+        there, which their random numbers go by.
+        """
         row, column = tile // self.columns + self.cut[0], tile % self.columns + self.cut[1]
         return row, column, row * self.whole_columns + column
 
@@ -62,7 +69,9 @@ class Camera:
 
 
 def offsets(seed, numbers):
-    """Return the random offsets of tiles: of the points (x, y), of the wavelengths and of the directions (two numbers), of 2^32."""
+    """Return the random offsets of tiles: of the points (x, y), of the wavelengths and of the
+    directions (two numbers), of 2^32.
+    """
     rng = stream(seed, numbers, "points")
     return (
         mi.Point2u(rng.next_uint32(), rng.next_uint32()),
@@ -72,7 +81,9 @@ def offsets(seed, numbers):
 
 
 def share(numbers):
-    """Return whole numbers, of 2^32, as shares from 0 to below 1, which 32 bits would be rounded up to."""
+    """Return whole numbers, of 2^32, as shares from 0 to below 1, which 32 bits would be rounded up
+    to.
+    """
     return mi.Point2f(numbers >> 8) * 2.0**-24
 
 

@@ -1,10 +1,12 @@
-"""The way for machines without a compiler: Mitsuba's own path integrator, group by group, four bands at a time.
+"""The way for machines without a compiler: Mitsuba's own path integrator, group by group, four
+bands at a time.
 
-All that happens along a path is compiled code: lamps light surfaces as spots (`spots.py`), and only a lamp met in a
-mirror or through a pane calls Python. One scene holds all lamps; a group is switched on by the spots' sampling weights. Another holds the sky.
-A film with exactly four bands of equal width gets exactly one wavelength per band and path, and the same seed gives
-all bands the same paths: no noise comes from the choice of wavelength, and colours hold together. A group's paths are named after it,
-so that its light does not depend on which others are asked for.
+All that happens along a path is compiled code: lamps light surfaces as spots (`spots.py`), and only
+a lamp met in a mirror or through a pane calls Python. One scene holds all lamps; a group is
+switched on by the spots' sampling weights. Another holds the sky. A film with exactly four bands of
+equal width gets exactly one wavelength per band and path, and the same seed gives all bands the
+same paths: no noise comes from the choice of wavelength, and colours hold together. A group's paths
+are named after it, so that its light does not depend on which others are asked for.
 """
 
 from __future__ import annotations
@@ -37,7 +39,8 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
     rows, columns = view.shape
     span = bands_nm[0] - settings.step_nm / 2, bands_nm[-1] + settings.step_nm / 2
     integrator = mi.load_dict({"type": "path", "max_depth": settings.max_depth, "rr_depth": 1000})
-    # a short last block is filled up with the bands before it, so that every film has four bands of equal area
+    # a short last block is filled up with the bands before it, so that every film has four bands of
+    # equal area
     starts = sorted({min(s, max(len(bands_nm) - BLOCK, 0)) for s in range(0, len(bands_nm), BLOCK)})
     sensors = [
         mi.load_dict(
@@ -82,7 +85,9 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
 
 
 def _block(bands_nm, start, step_nm):
-    """Return four band centres from number `start` on, made up beyond the last band where there are fewer."""
+    """Return four band centres from number `start` on, made up beyond the last band where there are
+    fewer.
+    """
     block = list(bands_nm[start : start + BLOCK])
     return block + [block[-1] + step_nm * (k + 1) for k in range(BLOCK - len(block))]
 
@@ -93,7 +98,9 @@ def _sky_scene(description, span):
 
 
 def _lamp_scene(description, view, lamps, groups, span):
-    """Return the Mitsuba scene of all lamps, and the function that leaves one group of them on and says if there are any."""
+    """Return the Mitsuba scene of all lamps, and the function that leaves one group of them on and
+    says if there are any.
+    """
     lights = spots([p if p.lamp.group in groups else replace(p, peak_cd_m2=0.0) for p in lamps])
     pictures = {id(s.picture): _picture(s.picture) for s in lights}  # many spots share one
     entries = {

@@ -1,8 +1,9 @@
 """What a ray meets, looked up in tables of all triangles.
 
-Mitsuba finds a hit's triangle, and then asks the shape itself where that is and how it is turned: one compiled function for each
-shape with numbers of its own in it. From tables the code is the same for every scene, and short: one kernel, compiled once, is taken from
-Dr.Jit's cache on disk ever after.
+Mitsuba finds a hit's triangle, and then asks the shape itself where that is and how it is turned:
+one compiled function for each shape with numbers of its own in it. From tables the code is the same
+for every scene, and short: one kernel, compiled once, is taken from Dr.Jit's cache on disk ever
+after.
 """
 
 from __future__ import annotations
@@ -42,7 +43,8 @@ class HitTables:
         self.first = mi.UInt32(world.table(lambda s: triangle.get(id(s), 0)))
         poses, part, parts = world.instances()
         self.part, self.parts = mi.UInt32(part), mi.UInt32(parts)
-        # from a list: rows of four are gathered in one go where memory is aligned, which NumPy's is by chance: another kernel
+        # from a list: rows of four are gathered in one go where memory is aligned, which NumPy's is
+        # by chance: another kernel
         self.to_world = mi.Float(poses[:, :3].ravel().tolist())
         # normals turn with the inverse transposed
         self.turn = mi.Float(
@@ -60,10 +62,13 @@ class HitTables:
         )
 
     def meet(self, scene, ray, active):
-        """Return the SurfaceInteraction3f of the first hit of `ray`, with t (infinite without one), p, n, sh_frame, wi and wavelengths, and the shape's number."""
+        """Return the SurfaceInteraction3f of the first hit of `ray`, with t (infinite without one),
+        p, n, sh_frame, wi and wavelengths, and the shape's number.
+        """
         found = scene.ray_intersect_preliminary(ray, active=active)
         hit = active & found.is_valid()
-        # 0, no instance, is a shape written out at its place; of an instance Mitsuba says which of its parts
+        # 0, no instance, is a shape written out at its place; of an instance Mitsuba says which of
+        # its parts
         placed = dr.reinterpret_array(mi.UInt32, found.instance)
         part = dr.gather(
             mi.UInt32,

@@ -1,11 +1,13 @@
 """One path, all bands, all light groups: the integrator.
 
-A path carries packets of four wavelengths, one per band (`spectra.py`): a value is an unbiased mean over its band. Directions are
-drawn once for all bands and all groups, and every group has random numbers of its own for its shadow rays, so that a group's light is
-bit for bit the same whether the other groups are rendered or not. Lamps seen directly are left to `visible_lamps.py`.
+A path carries packets of four wavelengths, one per band (`spectra.py`): a value is an unbiased mean
+over its band. Directions are drawn once for all bands and all groups, and every group has random
+numbers of its own for its shadow rays, so that a group's light is bit for bit the same whether the
+other groups are rendered or not. Lamps seen directly are left to `visible_lamps.py`.
 
-Compiled code goes through its tiles eight or sixteen at a time. Paths are of very different length: where one ends the next begins at
-once, so that all are busy. Some paths share a camera ray and go on from where it fell, each with its own wavelengths and directions.
+Compiled code goes through its tiles eight or sixteen at a time. Paths are of very different length:
+where one ends the next begins at once, so that all are busy. Some paths share a camera ray and go
+on from where it fell, each with its own wavelengths and directions.
 """
 
 from __future__ import annotations
@@ -23,8 +25,11 @@ from .hits import HitTables
 from .spectra import BandTable
 from .surface_tables import SurfaceTables
 
-MOST_SHARES = 4  # paths on one camera ray: two take 0.73, four 0.61 of the time of as many rays; eight 0.53, but 1.35 times the variance
-LEAST_RAYS = 64  # camera rays of a pass through each tile: as far as there are so many paths, none is shared before
+# paths on one camera ray: two take 0.73, four 0.61 of the time of as many rays; eight 0.53, but
+# 1.35 times the variance
+MOST_SHARES = 4
+# camera rays of a pass through each tile: as far as there are so many paths, none is shared before
+LEAST_RAYS = 64
 MOST_LANES = (
     16  # neighbours in compiled code that follow paths of one tile: they meet the same surfaces
 )
@@ -40,7 +45,8 @@ def paths(
     step_nm: float,
     max_depth: int,
 ):
-    """Return the function of one pass: (seed, samples) -> radiance of the tiles, summed over `samples` paths each.
+    """Return the function of one pass: (seed, samples) -> radiance of the tiles, summed over
+    `samples` paths each.
 
     Parameters
     ----------
@@ -53,9 +59,10 @@ def paths(
 
     Returns
     -------
-    function : of `seed` of the pass, `samples`, paths per tile, summed in float32, so at most about 1024, and `wanted`, numbers of the
-        light groups to follow (None: all). It returns a float32 array (group, band, tile), W m-2 sr-1 nm-1: 0 for groups that are not
-        wanted; the last band is repeated until there are whole packets of them.
+    function : of `seed` of the pass, `samples`, paths per tile, summed in float32, so at most about
+        1024, and `wanted`, numbers of the light groups to follow (None: all). It returns a float32
+        array (group, band, tile), W m-2 sr-1 nm-1: 0 for groups that are not wanted; the last band
+        is repeated until there are whole packets of them.
     """
     table = BandTable(np.vstack([surfaces.reflectance, lamps.emission]), wavelength_nm, step_nm)
     hits, camera, number = HitTables(world), Camera(view), lambda v: dr.opaque(mi.UInt32, v)
@@ -63,7 +70,8 @@ def paths(
     rows, lights = number(len(table.rows) + 1), number(len(surfaces.reflectance))
 
     def one_pass(seed, samples, wanted=None):
-        # data, not literals: one kernel for all passes, light groups wanted, and scenes of the same kinds of surfaces
+        # data, not literals: one kernel for all passes, light groups wanted, and scenes of the same
+        # kinds of surfaces
         lanes, shares = lanes_and_shares(samples)
         spectra = _Spectra(
             table.on_device(np.random.default_rng(seed).random()),
@@ -90,7 +98,9 @@ def paths(
 
 
 def lanes_and_shares(samples: int) -> tuple[int, int]:
-    """Return of a pass how many lanes of compiled code follow the `samples` paths of a tile, a power of two, and how many paths share a camera ray."""
+    """Return of a pass how many lanes of compiled code follow the `samples` paths of a tile, a
+    power of two, and how many paths share a camera ray.
+    """
     lanes = 1
     while lanes < MOST_LANES and samples >= 2 * lanes * LEAST_A_LANE:
         lanes *= 2
@@ -156,7 +166,8 @@ def _trace(
     ramp = mi.Spectrum(
         *RAMP_NM, *RAMP_NM
     )  # surfaces are evaluated with reflectance 0 and 1, side by side
-    # lanes take turns in the tile's one sequence of points, wavelengths and directions from the first surface
+    # lanes take turns in the tile's one sequence of points, wavelengths and directions from the
+    # first surface
     point, along, way = offsets(seed, tile)
     point += mi.Point2u(lane * ACROSS, lane * DOWN)
     along += lane * ALONG
@@ -214,7 +225,8 @@ def _trace(
                     for k in range(packets):
                         total[g][k] += dr.select((mine == g) & on[g], beta[k] * light[k] * level, 0)
 
-        # a path that ends makes room: for the next one where the camera's ray fell, or for the camera's next ray
+        # a path that ends makes room: for the next one where the camera's ray fell, or for the
+        # camera's next ray
         active = hit & (depth + 1 < max_depth)
         begun = going & (depth == 0)
         if begun & active:

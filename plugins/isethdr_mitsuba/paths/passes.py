@@ -1,6 +1,8 @@
-"""Passes of the integrator, summed in float64 outside Mitsuba, with the spread between passes as their noise.
+"""Passes of the integrator, summed in float64 outside Mitsuba, with the spread between passes as
+their noise.
 
-Either as many paths as are asked for; or on and on, each light group until its own noise is low enough.
+Either as many paths as are asked for; or on and on, each light group until its own noise is low
+enough.
 """
 
 from __future__ import annotations
@@ -26,7 +28,9 @@ NORMAL = 0.6744897501960817  # half of normal noise is within so many standard d
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Mean radiance (group, wavelength, row, column), float64, of the paths that were followed, how noisy it is, and what it took."""
+    """Mean radiance (group, wavelength, row, column), float64, of the paths that were followed, how
+    noisy it is, and what it took.
+    """
 
     radiance: np.ndarray
     noise: (
@@ -35,7 +39,9 @@ class Estimate:
     xyz_noise: (
         np.ndarray
     )  # (group, 3, row, column) standard errors of X, Y and Z, cd/m2; NaN after one pass alone
-    half_difference: np.ndarray  # (group, row, column) of the luminance that either half of the paths found, cd/m2; NaN after one pass alone
+    # (group, row, column) of the luminance that either half of the paths found, cd/m2; NaN after
+    # one pass alone
+    half_difference: np.ndarray
     samples: np.ndarray  # (group,) paths per tile
     seconds: np.ndarray  # (group,) of the passes that the group was part of
     first: np.ndarray  # (group,) number of the first path: those before it were known
@@ -57,9 +63,11 @@ def largest_pass(tiles: int) -> int:
 
 
 def next_rung(paths: int) -> int:
-    """Return at how many paths a light group's noise is looked at next: 1, 2, 3, 4, 6, 8, 12, 16, 24, ... 64, 80, 96, 112, 128, 160, ...
+    """Return at how many paths a light group's noise is looked at next: 1, 2, 3, 4, 6, 8, 12, 16,
+    24, ... 64, 80, 96, 112, 128, 160, ...
 
-    One ladder for all groups: those that go on share their passes, and none has other paths because of the others' noise.
+    One ladder for all groups: those that go on share their passes, and none has other paths because
+    of the others' noise.
     """
     octave = 1 << (paths.bit_length() - 1)
     step = max(octave // (4 if octave >= 64 else 2), 1)
@@ -73,13 +81,15 @@ def estimate(
 
     Parameters
     ----------
-    one_pass : function(seed, samples, wanted group indices) -> iterable of (group index, band index, (rows * columns) radiance);
-        what it gives for one group and band is summed.
+    one_pass : function(seed, samples, wanted group indices) -> iterable of (group index, band
+        index, (rows * columns) radiance); what it gives for one group and band is summed.
     settings : MitsubaRenderer: samples, error_allowed, most_samples and seed.
-    groups, wavelength_nm, shape : what the passes give. `whole` : the shape that sizes the passes, where tiles were left out of it.
-    known : {group: Known}, what earlier renderings found: only the paths that it lacks are followed, and none of its own again.
-    judged : (rows, columns) slices, the tiles whose noise decides; all where None. Those beyond the camera's field should not: with them or without, it
-        is the same number of paths.
+    groups, wavelength_nm, shape : what the passes give. `whole` : the shape that sizes the passes,
+        where tiles were left out of it.
+    known : {group: Known}, what earlier renderings found: only the paths that it lacks are
+        followed, and none of its own again.
+    judged : (rows, columns) slices, the tiles whose noise decides; all where None. Those beyond the
+        camera's field should not: with them or without, it is the same number of paths.
     """
     known = [(known or {}).get(g, Known()) for g in groups]
     sums, tiles = (
@@ -108,7 +118,9 @@ def estimate(
 
 
 def _refine(one_pass, settings, sums, tiles):
-    """Add passes until each group's noise is allowed; a group that is there is rendered no further."""
+    """Add passes until each group's noise is allowed; a group that is there is rendered no
+    further.
+    """
     while True:
         noise, paths = sums.whole_noise(), sums.whole_paths()
         wanted = [
@@ -128,7 +140,8 @@ def _refine(one_pass, settings, sums, tiles):
                 one_pass,
                 sizes,
                 some,
-                f"paths {done} to {done + more}: noise {noise[some].max():.2g}, {settings.error_allowed:g} allowed",
+                f"paths {done} to {done + more}: noise {noise[some].max():.2g},"
+                f" {settings.error_allowed:g} allowed",
             )
 
 
@@ -150,7 +163,9 @@ class _Sums:
         )
 
     def alike(self, wanted) -> list[list[int]]:
-        """Return `wanted` groups in lots that are at the same path and have as many: they can go on in one pass."""
+        """Return `wanted` groups in lots that are at the same path and have as many: they can go on
+        in one pass.
+        """
         lots: dict[tuple, list[int]] = {}
         for g in wanted:
             lots.setdefault((self._next(g), int(self.whole_paths()[g])), []).append(g)
@@ -195,7 +210,9 @@ class _Sums:
         return self.paths + [k.paths for k in self.known]
 
     def whole_noise(self):
-        """Return the noise per group of the mean of these paths and those known before; NaN where there is no light."""
+        """Return the noise per group of the mean of these paths and those known before; NaN where
+        there is no light.
+        """
         out = self.noise()
         for g, k in enumerate(self.known):
             if k.paths:
@@ -212,12 +229,16 @@ class _Sums:
         return self.total / np.maximum(self.paths, 1)[:, None, None]
 
     def noise(self):
-        """Return per group what the error of half of its light is below, over 0.6745: the standard error where noise is normal.
+        """Return per group what the error of half of its light is below, over 0.6745: the standard
+        error where noise is normal.
 
-        Relative, weighted by luminance, over tiles above 1 % of the group's mean, of the tiles judged. Halves of the paths say too little of light that few
-        paths meet, which both may have missed alike, and the standard errors of tiles and their neighbours too much, as rare bright paths are shared out:
-        it is the root mean square of both, or halves alone where they say more. The spread of each tile's own passes would say less than either: most tiles' few passes have met none of it.
-        Tiles that look into the sky have no noise, and say nothing of those that it lights: they are left out, where there are others.
+        Relative, weighted by luminance, over tiles above 1 % of the group's mean, of the tiles
+        judged. Halves of the paths say too little of light that few paths meet, which both may have
+        missed alike, and the standard errors of tiles and their neighbours too much, as rare bright
+        paths are shared out: it is the root mean square of both, or halves alone where they say
+        more. The spread of each tile's own passes would say less than either: most tiles' few
+        passes have met none of it. Tiles that look into the sky have no noise, and say nothing of
+        those that it lights: they are left out, where there are others.
         """
         out = np.full(len(self.total), np.nan)
         for g in range(len(out)):
@@ -262,12 +283,15 @@ class _Sums:
         return out
 
     def _standard_errors(self, g, of):
-        """Return the standard errors of X, Y, Z (3, row, column) of the tiles `of` (rows, columns): the spread of a tile and its neighbours, shared out by light.
+        """Return the standard errors of X, Y, Z (3, row, column) of the tiles `of` (rows, columns):
+        the spread of a tile and its neighbours, shared out by light.
 
-        Light that few paths meet makes a tile bright and its spread wide at once: a tile that met none of it is dark, and its own
-        spread says nothing. So the variance per light is that of 5 x 5 tiles, and the light that of the tile and of 3 x 3 around it, half
-        and half; but for tiles without any light, as of lamps the sky, which have no noise. One number for all colours would not do: a
-        red lamp may be all of the noise of red pixels beside little of the luminance.
+        Light that few paths meet makes a tile bright and its spread wide at once: a tile that met
+        none of it is dark, and its own spread says nothing. So the variance per light is that of 5
+        x 5 tiles, and the light that of the tile and of 3 x 3 around it, half and half; but for
+        tiles without any light, as of lamps the sky, which have no noise. One number for all
+        colours would not do: a red lamp may be all of the noise of red pixels beside little of the
+        luminance.
         """
         level = (self.weights @ self.total[g]).reshape(3, *self.shape)[:, *of] / self.paths[g]
         variance = np.maximum(
@@ -279,10 +303,12 @@ class _Sums:
         return np.where(level > 0, np.sqrt(per_light * (level + _around(level, 1)) / 2), 0.0)
 
     def half_difference(self):
-        """Return half of what two halves of the paths differ by in luminance (group, row, column), cd/m2.
+        """Return half of what two halves of the paths differ by in luminance (group, row, column),
+        cd/m2.
 
-        It has the variance of the mean itself, and the mean plus or minus it is light that was found, never negative. Where the halves are not
-        of one size, by a share d of all paths, the mean times d is taken off and the rest divided by sqrt(1 - d^2), which keeps the variance.
+        It has the variance of the mean itself, and the mean plus or minus it is light that was
+        found, never negative. Where the halves are not of one size, by a share d of all paths, the
+        mean times d is taken off and the rest divided by sqrt(1 - d^2), which keeps the variance.
         """
         out = np.full((len(self.total), *self.shape), np.nan)
         for g in range(len(out)):
@@ -291,7 +317,9 @@ class _Sums:
         return out
 
     def _half_differences(self, g):
-        """Return half the difference (split, tile) of each split of group `g`; NaN where a half has nearly all of the paths, never the first."""
+        """Return half the difference (split, tile) of each split of group `g`; NaN where a half has
+        nearly all of the paths, never the first.
+        """
         share = (self.more[g] / self.paths[g])[:, None]
         rest = 1 - share**2
         rest[1:][np.abs(share[1:]) > ONE_SIDED] = np.nan
@@ -299,7 +327,9 @@ class _Sums:
 
 
 def _around(values, reach):
-    """Return the mean (..., row, column) of the tiles so many rows and columns around each; not a running sum, which a lamp would leave its rounding in."""
+    """Return the mean (..., row, column) of the tiles so many rows and columns around each; not a
+    running sum, which a lamp would leave its rounding in.
+    """
     rows, columns = values.shape[-2:]
     wide, side = (
         np.pad(values, [(0, 0)] * (values.ndim - 2) + [(reach, reach)] * 2, mode="edge"),

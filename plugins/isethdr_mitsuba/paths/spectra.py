@@ -1,9 +1,12 @@
-"""Spectra on the device: colours of surfaces and of light, band by band, at the wavelengths that the paths of one pass carry.
+"""Spectra on the device: colours of surfaces and of light, band by band, at the wavelengths that
+the paths of one pass carry.
 
-A path carries one wavelength per band, at the same place of every band: there is no colour noise. The places of a pass are steps of half
-a nanometre, plus u for half of them and plus 1 - u for the others, in steps; u is drawn anew for each pass. Tables are linear
-between whole nanometres, so that all places together integrate a band exactly that begins and ends at whole or half ones: sums of
-(1 - u) f[j] + u f[j + 1] and of u f[j] + (1 - u) f[j + 1] make the trapezoid rule. Other bands, and products of spectra, are right on average over u.
+A path carries one wavelength per band, at the same place of every band: there is no colour noise.
+The places of a pass are steps of half a nanometre, plus u for half of them and plus 1 - u for the
+others, in steps; u is drawn anew for each pass. Tables are linear between whole nanometres, so that
+all places together integrate a band exactly that begins and ends at whole or half ones: sums of (1
+- u) f[j] + u f[j + 1] and of u f[j] + (1 - u) f[j + 1] make the trapezoid rule. Other bands, and
+products of spectra, are right on average over u.
 """
 
 from __future__ import annotations
@@ -17,7 +20,9 @@ from ..lamps.placed_lamps import SPECTRUM_NM
 
 
 class BandTable:
-    """Rows of spectra (row, nm) on the 1 nm grid SPECTRUM_NM, constant beyond its ends, in bands `step_nm` wide around `wavelength_nm`."""
+    """Rows of spectra (row, nm) on the 1 nm grid SPECTRUM_NM, constant beyond its ends, in bands
+    `step_nm` wide around `wavelength_nm`.
+    """
 
     def __init__(self, rows, wavelength_nm, step_nm: float):
         self.rows = np.asarray(rows, float)
@@ -35,7 +40,9 @@ class BandTable:
         self.places = 2 * steps
 
     def at(self, u: float) -> np.ndarray:
-        """Return the values (place, row + 1, band) of a pass whose places stand `u` (0 to 1) and 1 - u above whole steps; last comes the mean of the last row."""
+        """Return the values (place, row + 1, band) of a pass whose places stand `u` (0 to 1) and 1
+        - u above whole steps; last comes the mean of the last row.
+        """
         shift = np.stack(
             [self.starts_nm + u * self.spacing_nm, self.starts_nm + (1 - u) * self.spacing_nm], 1
         ).ravel()
@@ -51,5 +58,7 @@ class BandTable:
         )
 
     def on_device(self, u: float):
-        """Return `at(u)`, flat. From a list: packets are read in one go where memory is aligned, which NumPy's is by chance: another kernel."""
+        """Return `at(u)`, flat. From a list: packets are read in one go where memory is aligned,
+        which NumPy's is by chance: another kernel.
+        """
         return mi.Float(self.at(u).astype(np.float32).ravel().tolist())

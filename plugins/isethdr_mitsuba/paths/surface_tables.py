@@ -1,7 +1,8 @@
-"""Surfaces on the device: which material a ray met, its reflectance table, and one evaluation for all bands.
+"""Surfaces on the device: which material a ray met, its reflectance table, and one evaluation for
+all bands.
 
-Only surfaces that differ in more than colour are compiled, whatever Mitsuba holds besides (it gives every instance
-a surface of its own).
+Only surfaces that differ in more than colour are compiled, whatever Mitsuba holds besides (it gives
+every instance a surface of its own).
 """
 
 from __future__ import annotations
@@ -36,13 +37,16 @@ class SurfaceTables:
         return dr.gather(mi.UInt32, self.material_of, shape, active)
 
     def is_smooth(self, material, active):
-        """Say whether light from a lamp can be reflected other than as by a mirror or a clear pane."""
+        """Say whether light from a lamp can be reflected other than as by a mirror or a clear
+        pane.
+        """
         return dr.gather(mi.Bool, self.smooth, material, active)
 
     def towards(self, material, si, direction, active):
         """Return (value, density per solid angle) of the surface towards `direction` (local).
 
-        Values hold reflectance 0 in channel 0 and reflectance 1 in channel 1; the truth is linear between.
+        Values hold reflectance 0 in channel 0 and reflectance 1 in channel 1; the truth is linear
+        between.
         """
         kind = dr.gather(mi.UInt32, self.kind, material, active)
         return dr.switch(

@@ -12,7 +12,9 @@ PLUGIN = "isethdr_angle_sensor"
 
 
 def angle_sensor(view, film_entry: dict) -> dict:
-    """Return the Mitsuba camera of an equidistant `view`, of a scalar variant; `film_entry` as `beam_lamp.film`."""
+    """Return the Mitsuba camera of an equidistant `view`, of a scalar variant; `film_entry` as
+    `beam_lamp.film`.
+    """
     mi.register_sensor(PLUGIN, lambda properties: _sensor_class()(properties))
     matrix = np.eye(4)
     matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = (

@@ -1,8 +1,9 @@
 """Parts, models and poses as a Mitsuba scene.
 
-A lampless part of a model that stands in several places is stored once (shape group and instances); all others are
-written out at their place. Scenes are always loaded unmerged: Mitsuba's loader would else join shapes, which loses
-labels, breaks emitters written in Python, and makes renders differ between two loads.
+A lampless part of a model that stands in several places is stored once (shape group and instances);
+all others are written out at their place. Scenes are always loaded unmerged: Mitsuba's loader would
+else join shapes, which loses labels, breaks emitters written in Python, and makes renders differ
+between two loads.
 """
 
 from __future__ import annotations
@@ -31,20 +32,26 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """A loaded scene and its shapes. Keeps all of them alive as long as tables of their numbers are in use."""
+    """A loaded scene and its shapes. Keeps all of them alive as long as tables of their numbers are
+    in use.
+    """
 
     scene: mi.Scene
     shapes: list[Shape]
 
     def table(self, value_of, default: int = 0) -> np.ndarray:
-        """Return a table from Mitsuba's number of a shape to `value_of(Shape)`; `default` where there is none, as at 0."""
+        """Return a table from Mitsuba's number of a shape to `value_of(Shape)`; `default` where
+        there is none, as at 0.
+        """
         numbers = _numbers(s.shape for s in self.shapes)
         table = np.full(numbers.max(initial=0) + 1, default, np.uint32)
         table[numbers] = [value_of(s) for s in self.shapes]
         return table
 
     def instances(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return by Mitsuba's number of an instance its pose (n, 4, 4), unity elsewhere, as at 0; the place of its first part; and all parts' numbers."""
+        """Return by Mitsuba's number of an instance its pose (n, 4, 4), unity elsewhere, as at 0;
+        the place of its first part; and all parts' numbers.
+        """
         placed = [s for s in self.shapes if s.pose is not None]
         numbers = _numbers(s.shape for s in placed)
         poses, first, parts = (
@@ -73,8 +80,8 @@ def build_world(description, surfaces: dict, emitter_of=None, **extra) -> World:
     ----------
     description : SceneDescription.
     surfaces : Mitsuba BSDF of each material.
-    emitter_of : None, or a function from the index of a lamp to a Mitsuba emitter or None. The integrator of this
-        plugin needs no emitters: it finds lamps by the shape that a ray hits.
+    emitter_of : None, or a function from the index of a lamp to a Mitsuba emitter or None. The
+        integrator of this plugin needs no emitters: it finds lamps by the shape that a ray hits.
     extra : more entries of the scene dictionary.
     """
     times = Counter(o.model for o in description.objects)

@@ -1,8 +1,9 @@
 """Materials as Mitsuba surfaces.
 
-Every kind is linear in its reflectance R: value = a + b R. So one evaluation with R = 0 and R = 1 side by side gives
-all bands, and materials that differ in colour only share one surface (`ramp_surfaces`). Mitsuba's own integrators get
-the reflectance itself (`coloured_surfaces`), as evenly spaced tables, which are looked up without a search.
+Every kind is linear in its reflectance R: value = a + b R. So one evaluation with R = 0 and R = 1
+side by side gives all bands, and materials that differ in colour only share one surface
+(`ramp_surfaces`). Mitsuba's own integrators get the reflectance itself (`coloured_surfaces`), as
+evenly spaced tables, which are looked up without a search.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ RAMP = Spectrum(RAMP_NM, (0.0, 1.0))
 
 
 def ramp_surfaces(description) -> dict:
-    """Return a BSDF per material whose reflectance is 0 at RAMP_NM[0] and 1 at RAMP_NM[1]; equal ones are shared, between scenes too."""
+    """Return a BSDF per material whose reflectance is 0 at RAMP_NM[0] and 1 at RAMP_NM[1]; equal
+    ones are shared, between scenes too.
+    """
     import mitsuba as mi
 
     made = {}
@@ -32,7 +35,9 @@ def ramp_surfaces(description) -> dict:
 
 @lru_cache(maxsize=256)
 def _ramp_surface(variant, kind, **told):
-    """Return the BSDF of ramp reflectance. Kept: Mitsuba works out tables of each rough plastic, 0.05 CPU s. `variant` is whose types it is of."""
+    """Return the BSDF of ramp reflectance. Kept: Mitsuba works out tables of each rough plastic,
+    0.05 CPU s. `variant` is whose types it is of.
+    """
     import mitsuba as mi
 
     return mi.load_dict(surface(Material(kind, kind, RAMP, **told), *RAMP_NM))
@@ -50,7 +55,8 @@ def coloured_surfaces(description, first_nm: float, last_nm: float) -> dict:
 
 def regular(spectrum, first_nm: float, last_nm: float, limit: float = np.inf) -> dict:
     """Return `spectrum` as an evenly spaced Mitsuba table that covers first_nm to last_nm."""
-    # one step more on both ends: beyond its ends a regular table is 0, and bands are jittered by half their width
+    # one step more on both ends: beyond its ends a regular table is 0, and bands are jittered by
+    # half their width
     count = int(np.ceil((last_nm - first_nm) / STEP_NM)) + 3
     nm = first_nm - STEP_NM + STEP_NM * np.arange(count)
     value = np.clip(spectrum.at(nm), 0, limit)
@@ -69,7 +75,8 @@ def regular(spectrum, first_nm: float, last_nm: float, limit: float = np.inf) ->
 def surface(material, first_nm: float, last_nm: float) -> dict:
     """Return the Mitsuba dictionary of `material` for wavelengths first_nm to last_nm.
 
-    Opaque kinds reflect on both sides, so that the winding of a mesh does not matter; glass passes light both ways.
+    Opaque kinds reflect on both sides, so that the winding of a mesh does not matter; glass passes
+    light both ways.
     """
     table = regular(material.reflectance, first_nm, last_nm, limit=1.0)
     rough = material.roughness > 0
@@ -94,7 +101,8 @@ def surface(material, first_nm: float, last_nm: float) -> dict:
             **microfacets,
         }
     else:
-        # 'none' is a perfect mirror, so the reflectance is all there is; its rise towards grazing angles is left out
+        # 'none' is a perfect mirror, so the reflectance is all there is; its rise towards grazing
+        # angles is left out
         inner = {
             "type": "roughconductor" if rough else "conductor",
             "material": "none",

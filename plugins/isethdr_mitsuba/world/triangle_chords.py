@@ -1,7 +1,8 @@
 """Triangles on a grid of angles, whose sides are arcs there: cut up until chords will do.
 
-Tangents show straight lines as straight lines. Angles bend them, by about 0.08 of their length squared (radians) at 90 degrees
-off the axis, and without limit near the point behind the camera, where the grid of angles ends.
+Tangents show straight lines as straight lines. Angles bend them, by about 0.08 of their length
+squared (radians) at 90 degrees off the axis, and without limit near the point behind the camera,
+where the grid of angles ends.
 """
 
 from __future__ import annotations
@@ -9,11 +10,14 @@ from __future__ import annotations
 import numpy as np
 
 LONGEST = 0.2  # rad: longest side that is taken as it is
-LEVELS = 16  # each halves the sides; what is not straight then surrounds the point right behind the camera, or touches the pinhole
+# each halves the sides; what is not straight then surrounds the point right behind the camera, or
+# touches the pinhole
+LEVELS = 16
 
 
 def straightened(triangles, view, off: float):
-    """Return triangles whose sides are nearly straight on the grid of `view`, and of which of the given each is a part.
+    """Return triangles whose sides are nearly straight on the grid of `view`, and of which of the
+    given each is a part.
 
     Parameters
     ----------
@@ -22,7 +26,8 @@ def straightened(triangles, view, off: float):
 
     Returns
     -------
-    parts (m, 3, 3), m, and which (m,). Parts of one triangle cover it side by side; what lies wholly beyond the grid is dropped.
+    parts (m, 3, 3), m, and which (m,). Parts of one triangle cover it side by side; what lies
+    wholly beyond the grid is dropped.
     """
     triangles, which = np.asarray(triangles, float), np.arange(len(triangles))
     reach = np.hypot(np.abs(view.x).max() + view.pitch_x, np.abs(view.y).max() + view.pitch_y)
@@ -49,7 +54,9 @@ def straightened(triangles, view, off: float):
 
 
 def _halves(triangles):
-    """Return the points (n, 3, 3) that halve the angle under which each side is seen (angle bisector theorem)."""
+    """Return the points (n, 3, 3) that halve the angle under which each side is seen (angle
+    bisector theorem).
+    """
     after, length = np.roll(triangles, -1, 1), np.linalg.norm(triangles, axis=-1)
     share = length / np.maximum(length + np.roll(length, -1, 1), 1e-300)
     return triangles + share[..., None] * (after - triangles)

@@ -1,4 +1,6 @@
-"""View: the camera as a grid of tiles in tangents or angles, margin included, and its axes in the world."""
+"""View: the camera as a grid of tiles in tangents or angles, margin included, and its axes in the
+world.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ UNITS = {"tangent": "tangents", "equidistant": "angles"}
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Tiles seen by a pinhole: x (right) and y (down) of their centres, as `projection` says, and world axes (unit vectors)."""
+    """Tiles seen by a pinhole: x (right) and y (down) of their centres, as `projection` says, and
+    world axes (unit vectors).
+    """
 
     x: (
         np.ndarray
@@ -41,7 +45,9 @@ class View:
 
     @property
     def whole(self) -> tuple[int, int]:
-        """Rows and columns before any were left out: they number the tiles, so that a tile's paths do not depend on what is left out."""
+        """Rows and columns before any were left out: they number the tiles, so that a tile's paths
+        do not depend on what is left out.
+        """
         return self.shape[0] + 2 * self.cut[0], self.shape[1] + 2 * self.cut[1]
 
     def within_field(self) -> View:
@@ -68,11 +74,15 @@ class View:
         return np.asarray(directions, float) @ np.stack([self.right, self.down, self.forward])
 
     def rays(self, x, y) -> np.ndarray:
-        """Return (..., 3) unit vectors in camera axes that look at field coordinates (broadcast)."""
+        """Return (..., 3) unit vectors in camera axes that look at field coordinates
+        (broadcast).
+        """
         return np.moveaxis(projections.direction(x, y, self.projection), 0, -1)
 
     def coordinates(self, points) -> np.ndarray:
-        """Return (..., 2) field coordinates of points (..., 3) in camera axes; tangents only of what lies in front."""
+        """Return (..., 2) field coordinates of points (..., 3) in camera axes; tangents only of
+        what lies in front.
+        """
         x, y, z = np.moveaxis(np.asarray(points, float), -1, 0)
         if self.projection == "tangent":
             return np.stack([x / z, y / z], -1)
@@ -85,7 +95,9 @@ class View:
 
 
 def view_of(camera, width: int, height: int, margin: float) -> View:
-    """Return the view of `camera` with `width` x `height` tiles on its field and `margin` of that more on every side."""
+    """Return the view of `camera` with `width` x `height` tiles on its field and `margin` of that
+    more on every side.
+    """
     for name, value in (("width", width), ("height", height)):
         if value < 1:
             raise ConfigError(
@@ -93,11 +105,13 @@ def view_of(camera, width: int, height: int, margin: float) -> View:
             )
     if not 0 <= margin <= 2:
         raise ConfigError(
-            f"renderer margin is {margin:g}; expected 0 to 2 of the field on each side; type renderer.margin=0.1"
+            f"renderer margin is {margin:g}; expected 0 to 2 of the field on each side; type"
+            " renderer.margin=0.1"
         )
     if camera.projection not in projections.PROJECTIONS:
         raise ConfigError(
-            f"the camera's projection is {camera.projection!r}{did_you_mean(str(camera.projection), projections.PROJECTIONS)}"
+            "the camera's projection is"
+            f" {camera.projection!r}{did_you_mean(str(camera.projection), projections.PROJECTIONS)}"
         )
     degrees, widest = (
         camera.horizontal_field_deg,
@@ -105,8 +119,8 @@ def view_of(camera, width: int, height: int, margin: float) -> View:
     )
     if not 0 < degrees < widest:
         raise ConfigError(
-            f"the camera's horizontal field is {degrees:g} degrees; expected above 0 and below {widest:g} on a grid of "
-            f"{UNITS[camera.projection]}"
+            f"the camera's horizontal field is {degrees:g} degrees; expected above 0 and below"
+            f" {widest:g} on a grid of {UNITS[camera.projection]}"
             + "; type scene.projection=equidistant for more"
             * (camera.projection == "tangent")
         )
@@ -118,7 +132,8 @@ def view_of(camera, width: int, height: int, margin: float) -> View:
             f"the camera looks at its own position {camera.position_m}; expected another target_m"
         )
     forward /= length
-    # world z is up; a camera that looks straight up or down keeps world x (forward) as the top of its picture
+    # world z is up; a camera that looks straight up or down keeps world x (forward) as the top of
+    # its picture
     up = np.array([0.0, 0, 1]) if abs(forward[2]) < 1 - 1e-9 else np.array([1.0, 0, 0])
     right = np.cross(forward, up)
     right /= np.linalg.norm(right)
@@ -170,7 +185,9 @@ def _square(width: int, height: int, aspect: float) -> bool:
 
 
 def _check_reach(view, camera, margin):
-    """Refuse tiles where the grid has no directions, or stretches too far: before the rendering, which takes longest."""
+    """Refuse tiles where the grid has no directions, or stretches too far: before the rendering,
+    which takes longest.
+    """
     edge = [float(np.abs(c).max()) for c in (view.x, view.y)]
     if view.projection == "tangent":
         reach, most, where = float(np.degrees(np.arctan(max(edge)))), LARGEST_HALF_FIELD_DEG, "edge"
@@ -181,9 +198,13 @@ def _check_reach(view, camera, margin):
             180.0,
             "corners",
         )
-        instead = f"scene.horizontal_field_deg={np.floor(camera.horizontal_field_deg * 180 / reach):g}, or renderer.margin=0"
+        instead = (
+            f"scene.horizontal_field_deg={np.floor(camera.horizontal_field_deg * 180 / reach):g},"
+            " or renderer.margin=0"
+        )
     if reach > most:
         raise ConfigError(
-            f"the camera's field of {camera.horizontal_field_deg:g} degrees with a margin of {margin:g} reaches {reach:.1f} degrees off "
-            f"the axis at its {where}; expected at most {most:g} on a grid of {UNITS[view.projection]}; type {instead}"
+            f"the camera's field of {camera.horizontal_field_deg:g} degrees with a margin of"
+            f" {margin:g} reaches {reach:.1f} degrees off the axis at its {where}; expected at most"
+            f" {most:g} on a grid of {UNITS[view.projection]}; type {instead}"
         )

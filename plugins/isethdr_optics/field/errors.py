@@ -1,12 +1,15 @@
-"""Field errors: what errors of kernels do to light where point spreads vary over the field or colours are magnified.
+"""Field errors: what errors of kernels do to light where point spreads vary over the field or
+colours are magnified.
 
-A point spread that varies: all light beyond the cores is spread by the axis's kernel, each tile's scaled to what its own core leaves, so its
-errors are those of one kernel and scaled light; and for light that is not on the axis it is another kernel than its own, as the outermost place
-differs at most. Cores of places err beyond their exact part. Whether neighbouring places err alike is not known;
-their shares w sum to 1, so (sum of w e)^2 is at most the sum of w e^2 (Jensen): light times the root of the share is what is squared.
+A point spread that varies: all light beyond the cores is spread by the axis's kernel, each tile's
+scaled to what its own core leaves, so its errors are those of one kernel and scaled light; and for
+light that is not on the axis it is another kernel than its own, as the outermost place differs at
+most. Cores of places err beyond their exact part. Whether neighbouring places err alike is not
+known; their shares w sum to 1, so (sum of w e)^2 is at most the sum of w e^2 (Jensen): light times
+the root of the share is what is squared.
 
-Colours that are magnified differently: errors are found where the light was spread, and moved with the bands, those together whose images lie
-closer than errors are known.
+Colours that are magnified differently: errors are found where the light was spread, and moved with
+the bands, those together whose images lie closer than errors are known.
 """
 
 from __future__ import annotations
@@ -21,16 +24,20 @@ from .lateral_colour import READ, Course
 
 APART = (
     1 / 192
-)  # of the frame's longer side, at least half a tile: images closer than that count as one (errors are known over twice as much)
+    # of the frame's longer side, at least half a tile: images closer than that count as one (errors are
+    # known over twice as much)
+)
 
 
 def spread_errors(mixed, given, weights) -> tuple[np.ndarray, np.ndarray]:
-    """Return (deviation, bound) of the light that kernels bring, each (channel, y, x), on the sensor's tiles.
+    """Return (deviation, bound) of the light that kernels bring, each (channel, y, x), on the
+    sensor's tiles.
 
     Parameters
     ----------
     mixed : mixed radiance. `given` : `imaging.Parts` of its field.
-    weights : (channel, band) what is counted of irradiance, electrons per m2 and second for example.
+    weights : (channel, band) what is counted of irradiance, electrons per m2 and second for
+        example.
     """
     weights, sensor = np.asarray(weights, float), given.sensor
     if sensor.scales is None:

@@ -28,8 +28,9 @@ class PlaceLens(WavefrontLens):
     uneven: tuple[
         tuple[int, float], ...
     ] = ()  # (OSA index, value) of the amplitude over the stop, its mean square 1; none: even
-    # from a place in the stop to its direction cosines at the image, both in units of the stop that the f-number says; x right, y
-    # down; rims, wavefront and amplitude are given over the stop. None: the same place
+    # from a place in the stop to its direction cosines at the image, both in units of the stop that
+    # the f-number says; x right, y down; rims, wavefront and amplitude are given over the stop.
+    # None: the same place
     pupil_matrix: Matrix | None = None
 
     def colour_um(self, wavelength_nm: float) -> dict[int, float]:
@@ -43,7 +44,9 @@ class PlaceLens(WavefrontLens):
         return self._colours[wavelength_nm]
 
     def pupil_scale(self, wavelength_nm: float) -> float:
-        """Return the size of the exit pupil at a wavelength over that at the reference wavelength."""
+        """Return the size of the exit pupil at a wavelength over that at the reference
+        wavelength.
+        """
         if self.traced is None:
             return 1.0
         if wavelength_nm not in self._pupil_scales:
@@ -114,7 +117,9 @@ def node_lens(lens, more_um, azimuth_rad: float, angle_rad: float | None = None)
 
 
 def _turned_ellipse(meridional: float, sagittal: float, azimuth_rad: float) -> Matrix:
-    """Return the symmetric matrix that stretches along an azimuth and across it, x right, y down."""
+    """Return the symmetric matrix that stretches along an azimuth and across it, x right, y
+    down.
+    """
     mean, half = (meridional + sagittal) / 2, (meridional - sagittal) / 2
     straight, skew = half * cos(2 * azimuth_rad), -half * sin(2 * azimuth_rad)
     if abs(skew) < ROUNDING:  # level lines stay level
@@ -123,7 +128,9 @@ def _turned_ellipse(meridional: float, sagittal: float, azimuth_rad: float) -> M
 
 
 def _colour_alone(lens):
-    """Return the lens without what its colour does not depend on: kernels are kept under its name."""
+    """Return the lens without what its colour does not depend on: kernels are kept under its
+    name.
+    """
     return replace(
         lens,
         distortion="none",

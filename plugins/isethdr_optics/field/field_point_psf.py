@@ -1,9 +1,12 @@
-"""Place cores: kernels of a place of the field near their axis, for many bands from transforms at a few wavelengths.
+"""Place cores: kernels of a place of the field near their axis, for many bands from transforms at a
+few wavelengths.
 
-A place has a kernel of its own for every band, and there are a hundred places: transforms at all their wavelengths take far longer than
-the rest of an image. Drawn to the same scale, patterns of neighbouring wavelengths differ by what the phase has changed; straight lines
-between knots replace them (as `knots` does far from the axis). The pattern is taken at points fine enough to hold all of it, and
-weighted with the triangle that two tiles make of a point, drawn to scale for every wavelength of a band.
+A place has a kernel of its own for every band, and there are a hundred places: transforms at all
+their wavelengths take far longer than the rest of an image. Drawn to the same scale, patterns of
+neighbouring wavelengths differ by what the phase has changed; straight lines between knots replace
+them (as `knots` does far from the axis). The pattern is taken at points fine enough to hold all of
+it, and weighted with the triangle that two tiles make of a point, drawn to scale for every
+wavelength of a band.
 """
 
 from __future__ import annotations
@@ -32,20 +35,24 @@ PER_BLUR, PER_TILE = 2.5, 5.0  # points per wavelength x f-number, and per tile,
 ALIASED = 0.006  # share of a point's light, L1, that these leave: the largest measured
 TURNS = (
     1 / 8
-)  # of phase from one cell of the pupil to the next at most; a quarter of it where light is looked for to 0.3 %
+    # of phase from one cell of the pupil to the next at most; a quarter of it where light is looked for
+    # to 0.3 %
+)
 FEWEST, BORDER, USUAL, MOST = (
     256,
     4.0,
     768,
     4096,
 )  # cells across the stop, as `pupils.core_pitch_mm`
-WIDEST = 1024  # points from the axis: 512 wavelengths x f-number, beyond which lies 1e-3 of a point's light
+# points from the axis: 512 wavelengths x f-number, beyond which lies 1e-3 of a point's light
+WIDEST = 1024
 WORTH = 0.7  # of the transforms that all bands would take: fewer are worth lines
 FEWEST_READS = 2  # wavelengths of a band
 
 
 def made(lens, flares, wavelength_nm, pitch_um, half) -> kernels.Kernels:
-    """Return kernels of a place as `kernels.kernels` does, and the same way where that takes as few transforms.
+    """Return kernels of a place as `kernels.kernels` does, and the same way where that takes as few
+    transforms.
 
     Parameters
     ----------
@@ -76,7 +83,9 @@ def one(lens, flares, wavelength_nm: float, pitch_um, half) -> np.ndarray:
 
 
 def state(lenses, flares, wavelength_nm, half) -> None:
-    """State how far kernels between knots are from exact ones; `lenses` of places from the axis to the border of the field."""
+    """State how far kernels between knots are from exact ones; `lenses` of places from the axis to
+    the border of the field.
+    """
     wave, found = np.asarray(wavelength_nm, float), []
     for lens in lenses:
         read = _read(lens, flares, wave, half)
@@ -139,7 +148,9 @@ def _lines(lens, flares, wave, read, pitch_um, half) -> kernels.Kernels:
 
 
 def _light(lens, flares):
-    """Return functions: energy of the pupil (wavelength), mm2, and its amplitude (cells, wavelength); asked once where all wavelengths share it."""
+    """Return functions: energy of the pupil (wavelength), mm2, and its amplitude (cells,
+    wavelength); asked once where all wavelengths share it.
+    """
     known = sampled_pupil.all_shapes(flares)
     fixed = known and not sampled_pupil.delays_um(lens, flares)
     energy, stop = (
@@ -152,7 +163,8 @@ def _light(lens, flares):
 
 
 def _worth(read, width_nm) -> np.ndarray:
-    """Return which bands take fewer transforms by lines between knots than exactly: of a band alone, as if others like it lay on either side.
+    """Return which bands take fewer transforms by lines between knots than exactly: of a band
+    alone, as if others like it lay on either side.
 
     Bands as narrow as a line are exact unless there are many of them.
     """
@@ -183,7 +195,9 @@ def _read(lens, flares, wave, half):
 
 
 def _wavelengths(centre, width, half, change):
-    """Return wavelengths of a band: from one to the next no tile moves by more than itself, and the phase changes by half a radian at most."""
+    """Return wavelengths of a band: from one to the next no tile moves by more than itself, and the
+    phase changes by half a radian at most.
+    """
     count = max(
         np.hypot(*half) * width / centre,
         change(centre - width / 2, centre + width / 2) / APART if change else 0.0,
@@ -195,7 +209,8 @@ def _wavelengths(centre, width, half, change):
 
 
 def _ends(wave, change):
-    """Return (wavelength, (((knot, step), share), ...)) of its pattern: itself where the lens changes too fast, or is not known at knots.
+    """Return (wavelength, (((knot, step), share), ...)) of its pattern: itself where the lens
+    changes too fast, or is not known at knots.
 
     `change` : function of two wavelengths, radians rms; None where nobody knows.
     """
@@ -215,7 +230,8 @@ def _ends(wave, change):
 
 
 def _points(lens, energy, stop, wave, shortest, pitch_um, half):
-    """Return (fraction of the energy per point, (y, x), the axis in the middle; their distance, um) at a wavelength.
+    """Return (fraction of the energy per point, (y, x), the axis in the middle; their distance, um)
+    at a wavelength.
 
     Parameters
     ----------
@@ -259,7 +275,9 @@ def _rounded(cells):
 
 
 def _stop(lens, flares, cells, wave):
-    """Return the pupil of a place: the open one with its dirt, times what rims leave of each cell."""
+    """Return the pupil of a place: the open one with its dirt, times what rims leave of each
+    cell.
+    """
     radius, axis = (
         sampled_pupil.radius_mm(lens),
         sampled_pupil.axis_mm(lens, 2 * sampled_pupil.radius_mm(lens) / cells),
@@ -274,7 +292,9 @@ def _stop(lens, flares, cells, wave):
 
 
 def _tiles(given, scale, pitch_um, half) -> np.ndarray:
-    """Return the light from one tile to another, (y, x), of a pattern that is drawn to 1 / `scale`."""
+    """Return the light from one tile to another, (y, x), of a pattern that is drawn to 1 /
+    `scale`.
+    """
     pattern, step = given
     down, across = (
         _triangles(h, scale * p, step, pattern.shape[0]) for h, p in zip(half, pitch_um)
@@ -285,10 +305,11 @@ def _tiles(given, scale, pitch_um, half) -> np.ndarray:
 
 
 def _triangles(half, pitch_um, step_um, size):
-    """Return the weights (tile, point), sparse, that integrate a triangle two tiles wide about every tile over what runs through points.
+    """Return the weights (tile, point), sparse, that integrate a triangle two tiles wide about
+    every tile over what runs through points.
 
-    Between points runs Keys's cubic (1981, IEEE Trans. ASSP 29, 1153). A triangle is three ramps, so that its integral is that of ramps:
-    exact, kinks and all.
+    Between points runs Keys's cubic (1981, IEEE Trans. ASSP 29, 1153). A triangle is three ramps,
+    so that its integral is that of ramps: exact, kinks and all.
     """
     wide = pitch_um / step_um
     at = np.arange(-half, half + 1) * wide + size // 2
@@ -311,13 +332,17 @@ def _triangles(half, pitch_um, step_um, size):
 
 
 def _ramp(at):
-    """Return the integral of max(at - t, 0) times Keys's cubic at t: a ramp but for two points on either side of its kink."""
+    """Return the integral of max(at - t, 0) times Keys's cubic at t: a ramp but for two points on
+    either side of its kink.
+    """
     t = np.minimum(np.abs(at), 2.0)
     return np.maximum(at, 0.0) + np.where(t < 1, INNER(t), OUTER(t))
 
 
 def _ramps():
-    """Return what Keys's cubic adds to a ramp within one point of its kink, and beyond: its second integrals from the outside in."""
+    """Return what Keys's cubic adds to a ramp within one point of its kink, and beyond: its second
+    integrals from the outside in.
+    """
     inner, outer = (
         np.polynomial.Polynomial([1, 0, -2.5, 1.5]),
         np.polynomial.Polynomial([2, -4, 2.5, -0.5]),

@@ -1,7 +1,9 @@
-"""Field grid: where in the field the point spread is computed, and the weights by which a tile's light is shared by those places.
+"""Field grid: where in the field the point spread is computed, and the weights by which a tile's
+light is shared by those places.
 
-The grid is polar: one place on the axis, rings of places around it. Weights are linear along the radius and around the axis,
-never negative, and sum to 1 in every tile. A wavefront is known along +x of the field; anywhere else it is turned about the axis.
+The grid is polar: one place on the axis, rings of places around it. Weights are linear along the
+radius and around the axis, never negative, and sum to 1 in every tile. A wavefront is known along
++x of the field; anywhere else it is turned about the axis.
 """
 
 from __future__ import annotations
@@ -12,7 +14,9 @@ import numpy as np
 
 from isethdr_core.physics.optics.zernike import order
 
-AROUND = 8  # places on the first ring of an asymmetric wavefront; rings farther out have as many more as they are longer
+# places on the first ring of an asymmetric wavefront; rings farther out have as many more as they
+# are longer
+AROUND = 8
 
 
 @dataclass(frozen=True)
@@ -28,11 +32,13 @@ class Place:
 def thinned(
     rings: int, radius: float, symmetric: bool, between, around, allowed: float
 ) -> list[tuple[Place, tuple[float, float]]]:
-    """Return the grid without the rings and the places around the axis that it can do without, and each place's `step` for `weight`.
+    """Return the grid without the rings and the places around the axis that it can do without, and
+    each place's `step` for `weight`.
 
     Parameters
     ----------
-    between : function(inner radius, outer radius), error half way between two places. `around` : function(radius, angle between places).
+    between : function(inner radius, outer radius), error half way between two places. `around` :
+        function(radius, angle between places).
     allowed : the largest error.
     """
     known = [0.0, *_kept(between, 0, rings, radius / rings, allowed)]
@@ -51,7 +57,9 @@ def thinned(
 
 
 def _kept(between, first, last, step, allowed) -> list[float]:
-    """Return the radii beyond ring `first` up to `last` whose rings are needed; halves are asked for where they are whole rings."""
+    """Return the radii beyond ring `first` up to `last` whose rings are needed; halves are asked
+    for where they are whole rings.
+    """
     if (last - first) % 2 or between(first * step, last * step) <= allowed:
         return (
             [ring * step for ring in range(first + 1, last + 1)]
@@ -66,7 +74,9 @@ def _kept(between, first, last, step, allowed) -> list[float]:
 
 
 def places(rings: int, radius: float, symmetric: bool) -> list[Place]:
-    """Return the grid with `rings` rings up to `radius`; one place per ring where the wavefront is the same all around."""
+    """Return the grid with `rings` rings up to `radius`; one place per ring where the wavefront is
+    the same all around.
+    """
     out = [Place(0, 0.0, 0.0, 1)]
     for ring in range(1, rings + 1):
         count = 1 if symmetric else AROUND * ring
@@ -93,7 +103,9 @@ def weight(place: Place, step, x, y) -> np.ndarray:
 
 
 def first_quadrant(place: Place) -> tuple[Place, tuple[int, ...]]:
-    """Return the place among those from +x to +y that mirrors into `place`, and the axes (0: y, 1: x) along which to mirror."""
+    """Return the place among those from +x to +y that mirrors into `place`, and the axes (0: y, 1:
+    x) along which to mirror.
+    """
     turn = place.azimuth_rad % (2 * np.pi)
     flips = ((0,) if turn > np.pi + 1e-9 else ()) + ((1,) if np.cos(turn) < -1e-9 else ())
     return replace(
@@ -102,7 +114,9 @@ def first_quadrant(place: Place) -> tuple[Place, tuple[int, ...]]:
 
 
 def is_mirrored(wavefronts) -> bool:
-    """Return whether every wavefront is its own mirror image, up and down, as those of a round lens are along +x."""
+    """Return whether every wavefront is its own mirror image, up and down, as those of a round lens
+    are along +x.
+    """
     return all(order(int(j))[1] >= 0 for w in wavefronts for j, value in w.items() if value != 0)
 
 

@@ -1,8 +1,9 @@
 """Field imaging: point spreads that vary over the field, scattered from the source.
 
-A tile's light is shared by the places of a polar grid (`field_grid`), each share is spread by the exact core of that place's own
-point spread, and all light that goes farther by the tail of the axis: nothing is negative, and the energy is that of one point
-spread. Wavefronts are interpolated, not point spreads: the grid is as fine as the error allowed asks for.
+A tile's light is shared by the places of a polar grid (`field_grid`), each share is spread by the
+exact core of that place's own point spread, and all light that goes farther by the tail of the
+axis: nothing is negative, and the energy is that of one point spread. Wavefronts are interpolated,
+not point spreads: the grid is as fine as the error allowed asks for.
 """
 
 from __future__ import annotations
@@ -33,12 +34,16 @@ RINGS = (0, 1, 2, 4, 8)  # tried one after the other
 PARTS = (0.15, 0.25, 0.4, 0.6)  # of the exact core, tried as reach of the cores of places
 OUTERMOST = 0.75  # of the widest core
 ROUND = 1e-6  # radii of the stop, by which a round pupil may be off
-NO_BETTER = 1.25  # times the error at the widest reach: where that is more than allowed, but not twice as much, a narrower one is as good
+# times the error at the widest reach: where that is more than allowed, but not twice as much, a
+# narrower one is as good
+NO_BETTER = 1.25
 
 
 @dataclass(frozen=True, eq=False)
 class FieldKernels:
-    """What `image` needs of a lens whose point spread varies: kernels on the axis, and how to spread a band."""
+    """What `image` needs of a lens whose point spread varies: kernels on the axis, and how to
+    spread a band.
+    """
 
     axis: kernels.Kernels
     half: tuple[int, int]  # (y, x) tiles from the middle to the border of a core
@@ -46,12 +51,16 @@ class FieldKernels:
         tuple[tuple[slice, slice], np.ndarray]
     ]  # per place, a window of the frame and there the share of the light
     cores: list[kernels.Kernels]  # per place, that on the axis first
-    unlike: np.ndarray  # per octave, how far kernels of places may be from that of the axis, as `kernel_errors.deviation`
+    # per octave, how far kernels of places may be from that of the axis, as
+    # `kernel_errors.deviation`
+    unlike: np.ndarray
 
     def far_scale(self, band: int) -> np.ndarray:
-        """Return by how much the axis's light beyond the core is scaled for each tile of the frame (y, x): to what its own core leaves.
+        """Return by how much the axis's light beyond the core is scaled for each tile of the frame
+        (y, x): to what its own core leaves.
 
-        What the core of the axis leaves is read from the first place, which is sampled as the others are: so little is left that it shows.
+        What the core of the axis leaves is read from the first place, which is sampled as the
+        others are: so little is left that it shows.
         """
         rows, columns = (n // 2 + 1 for n in self.axis.bands[band].shape)
         out, left = (
@@ -64,7 +73,9 @@ class FieldKernels:
 
     @cached_property
     def far(self) -> kernels.Kernels | None:
-        """The kernels of all light beyond the cores; None where there is none, or where they are exact."""
+        """The kernels of all light beyond the cores; None where there is none, or where they are
+        exact.
+        """
         return None if self.axis.deviation is None else self._beyond(self.axis.deviation)
 
     @cached_property
@@ -91,7 +102,9 @@ class FieldKernels:
         )
 
     def spread(self, out, light, band: int, error_allowed: float = 0.0) -> Bound:
-        """Write the image of one band's light, (y, x), into `out`; return the bound of its convolutions, right to `error_allowed`, relative."""
+        """Write the image of one band's light, (y, x), into `out`; return the bound of its
+        convolutions, right to `error_allowed`, relative.
+        """
         axis = np.array(self.axis.bands[band], float)
         axis[self._middle(band)] = 0.0
         parts = [(wide, part, core.bands[band]) for wide, part, core in self.parts(light)]
@@ -102,7 +115,9 @@ class FieldKernels:
         return bound
 
     def parts(self, light, power: float = 1.0):
-        """Yield (window, part, kernels) of every place that light (..., y, x) falls to: its share to the `power`, room for its core around it."""
+        """Yield (window, part, kernels) of every place that light (..., y, x) falls to: its share
+        to the `power`, room for its core around it.
+        """
         for (window, share), core in zip(self.shares, self.cores):
             part = share**power * light[(..., *window)]
             if part.any():
@@ -117,9 +132,11 @@ class FieldKernels:
 
 
 def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> FieldKernels | None:
-    """Return the kernels of a lens whose point spread varies over the field of `mixed`, None where it does not.
+    """Return the kernels of a lens whose point spread varies over the field of `mixed`, None where
+    it does not.
 
-    States in the ledger the error of the grid, measured between its places by the kernels that belong there.
+    States in the ledger the error of the grid, measured between its places by the kernels that
+    belong there.
 
     Raises
     ------
@@ -222,7 +239,10 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
             grid.append(place)
             shares.append((window, share[window].astype(np.float32)))
     more = ", more than the error allowed" if error > lens.error_allowed else ""
-    label = f"point spread between {len(grid)} places of the field, L1, worst of {', '.join(f'{w:g}' for w in some)} nm{more}"
+    label = (
+        f"point spread between {len(grid)} places of the field, L1, worst of"
+        f" {', '.join(f'{w:g}' for w in some)} nm{more}"
+    )
     ledger.add_error(
         ErrorNote(
             error,
@@ -244,7 +264,10 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
     band_phase.state(along[1:], waves)
     field_point_psf.state(along, flares, waves, half)
     if half != tuple(n - 1 for n in mixed.shape[1:]):
-        label = f"kernel of the axis, taken for all places farther from a lamp than {half[1]} x {half[0]} tiles, where the field ends"
+        label = (
+            f"kernel of the axis, taken for all places farther from a lamp than {half[1]} x"
+            f" {half[0]} tiles, where the field ends"
+        )
         ledger.add_error(
             ErrorNote(
                 far_error, "relative per tile", "measured", label, KERNELS, Quantity.IRRADIANCE
@@ -252,7 +275,10 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
         )
     if any(one.speckle.any() for one in made.cores):
         speckle = max(float(one.speckle.max()) for one in made.cores)
-        label = "speckle of the kernels of places of the field, where their blur is wider than an exact core"
+        label = (
+            "speckle of the kernels of places of the field, where their blur is wider than an exact"
+            " core"
+        )
         ledger.add_error(
             ErrorNote(
                 speckle, "relative per tile", "statistical", label, KERNELS, Quantity.IRRADIANCE
@@ -272,9 +298,11 @@ def _shaped(flares) -> bool:
 
 
 def _half(along, waves, pitch_um, shape):
-    """Return the (y, x) reach of exact cores on the axis, or of the geometrical blur where it is wider, and the least that cores may have.
+    """Return the (y, x) reach of exact cores on the axis, or of the geometrical blur where it is
+    wider, and the least that cores may have.
 
-    `along` : the lenses of places from the axis to the border of the field. `waves` : at which they are judged, rising.
+    `along` : the lenses of places from the axis to the border of the field. `waves` : at which they
+        are judged, rising.
     """
     lens, ends = along[0], (waves[0], waves[-1])
     blur = sampled_pupil.blur_um(lens, waves[0] - WIDTH_NM / 2)
@@ -289,11 +317,13 @@ def _half(along, waves, pitch_um, shape):
 
 
 def _reach(pairs, least, allowed: float):
-    """Return the (y, x) reach beyond which places have the axis's kernel, how unlike theirs it is there per octave, and at most (L1).
+    """Return the (y, x) reach beyond which places have the axis's kernel, how unlike theirs it is
+    there per octave, and at most (L1).
 
     Parameters
     ----------
-    pairs : [(kernel of the axis, kernel of the outermost place), ...] of some bands; the latter within the widest reach there is.
+    pairs : [(kernel of the axis, kernel of the outermost place), ...] of some bands; the latter
+        within the widest reach there is.
     allowed : relative per tile, mean of an octave.
     """
     wide = [n // 2 for n in pairs[0][1].shape]
@@ -311,7 +341,9 @@ def _reach(pairs, least, allowed: float):
 
 
 def _unlike(pairs, wide, half):
-    """Return the error per octave (L1), relative, of the axis's kernel in the outermost place's stead beyond `half`, and its deviation."""
+    """Return the error per octave (L1), relative, of the axis's kernel in the outermost place's
+    stead beyond `half`, and its deviation.
+    """
     errors, deviations = [], []
     for axis, place in pairs:
         axis = np.asarray(axis, float)[
@@ -334,7 +366,8 @@ def _unlike(pairs, wide, half):
 
 
 def _error(core, rings, radius, symmetric) -> float:
-    """Return the largest L1 distance between true cores half way between places and the mean of those places' cores.
+    """Return the largest L1 distance between true cores half way between places and the mean of
+    those places' cores.
 
     Without rings: between cores off the axis and that on it.
     """
@@ -357,7 +390,9 @@ def _error(core, rings, radius, symmetric) -> float:
 
 
 def _thinned(core, rings, radius, symmetric, waves, allowed):
-    """Return the places that are needed of a grid, each with its `step`, and the error between them."""
+    """Return the places that are needed of a grid, each with its `step`, and the error between
+    them.
+    """
 
     def between(inner, outer):
         return max(_between(core, inner, outer, w) for w in waves)

@@ -1,6 +1,8 @@
-"""Lateral colour: an image whose size depends on wavelength, moved band by band on the sensor plane so that light is kept.
+"""Lateral colour: an image whose size depends on wavelength, moved band by band on the sensor plane
+so that light is kept.
 
-The magnification of a wavelength over that of the reference is a number, or a `Course` along the radius where chief rays are traced.
+The magnification of a wavelength over that of the reference is a number, or a `Course` along the
+radius where chief rays are traced.
 """
 
 from __future__ import annotations
@@ -18,7 +20,9 @@ from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
 
 from ..lenses import omissions
 
-UNCOVERED = 1e-3  # of a border tile that the smallest image does not reach: less than that does not make the field smaller
+# of a border tile that the smallest image does not reach: less than that does not make the field
+# smaller
+UNCOVERED = 1e-3
 ROUNDING = 1e-9  # of a tile
 TRACED = 33  # field angles at which chief rays are traced
 CLOSE = 1e-6  # tiles
@@ -39,11 +43,13 @@ class Course:
 
 
 def magnifications(lens, wavelength_nm, bent, widest_rad: float, projection: str, pitch) -> list:
-    """Return the magnification of every band over that of the reference: numbers, or courses where a lens traces its chief rays.
+    """Return the magnification of every band over that of the reference: numbers, or courses where
+    a lens traces its chief rays.
 
     Parameters
     ----------
-    bent : map of the reference from the field to the sensor; `widest_rad` the largest angle of the field.
+    bent : map of the reference from the field to the sensor; `widest_rad` the largest angle of the
+        field.
     pitch : (x, y) of the sensor's tiles, focal lengths.
     """
     wave = np.asarray(wavelength_nm, float)
@@ -64,7 +70,8 @@ def magnifications(lens, wavelength_nm, bent, widest_rad: float, projection: str
 
 
 def scales(lens, wavelength_nm) -> np.ndarray:
-    """Return the magnification of every wavelength over that of the reference: 1 + percent / 100, lines between table entries.
+    """Return the magnification of every wavelength over that of the reference: 1 + percent / 100,
+    lines between table entries.
 
     Raises
     ------
@@ -74,8 +81,8 @@ def scales(lens, wavelength_nm) -> np.ndarray:
     known, wave = sorted(table), np.asarray(wavelength_nm, float)
     if known and not known[0] <= wave.min() <= wave.max() <= known[-1]:
         raise ConfigError(
-            f"lens.lateral_colour_percent is known from {known[0]:g} to {known[-1]:g} nm; expected {wave.min():g} to {wave.max():g} nm "
-            "within it; add those wavelengths to the table"
+            f"lens.lateral_colour_percent is known from {known[0]:g} to {known[-1]:g} nm; expected"
+            f" {wave.min():g} to {wave.max():g} nm within it; add those wavelengths to the table"
         )
     return (
         1 + np.interp(wave, known, [table[w] for w in known]) / 100 if known else np.ones(len(wave))
@@ -83,10 +90,11 @@ def scales(lens, wavelength_nm) -> np.ndarray:
 
 
 def coloured(lens, mixed, plane, bent):
-    """Return the sensor plane with the magnification of every band, as many tiles larger as the largest image needs: no light is cut.
+    """Return the sensor plane with the magnification of every band, as many tiles larger as the
+    largest image needs: no light is cut.
 
-    The camera's field shrinks to what images of all bands cover. States in the ledger what this changes beside the light's place. The same
-    plane where all magnifications are 1.
+    The camera's field shrinks to what images of all bands cover. States in the ledger what this
+    changes beside the light's place. The same plane where all magnifications are 1.
     """
     wave, projection = mixed.wavelength.values.astype(float), camera_geometry.projection_of(mixed)
     pitch = [quantities.tile_pitch(mixed, d) for d in ("x", "y")]
@@ -108,7 +116,10 @@ def coloured(lens, mixed, plane, bent):
         for w, n, p in zip(plane.field, whole[::-1], pitch)
     )
     thinner = max(np.abs(s**-2.0 - 1).max() for s in (low, high))
-    label = "uniform light of a band, spread over a larger or smaller image, from what the attributes say"
+    label = (
+        "uniform light of a band, spread over a larger or smaller image, from what the"
+        " attributes say"
+    )
     ledger.add_error(
         ErrorNote(thinner, "relative", "measured", label, "magnified light", Quantity.ATTRIBUTES)
     )
@@ -144,7 +155,9 @@ def coloured(lens, mixed, plane, bent):
 
 
 def _wider(centres, pitch, scale):
-    """Return tile centres with as many more at either end as an image larger by `scale` needs, none for the last digits."""
+    """Return tile centres with as many more at either end as an image larger by `scale` needs, none
+    for the last digits.
+    """
     more = int(np.ceil(len(centres) / 2 * (scale - 1) - ROUNDING))
     if more <= 0:
         return centres
@@ -153,17 +166,20 @@ def _wider(centres, pitch, scale):
 
 
 def moved(light, magnification, shape) -> np.ndarray:
-    """Return constant tiles (y, x) on (y, x) tiles of `shape` and the same pitch, where a band's magnification sends them."""
+    """Return constant tiles (y, x) on (y, x) tiles of `shape` and the same pitch, where a band's
+    magnification sends them.
+    """
     if isinstance(magnification, Course):
         return displaced(light, magnification, shape)
     return magnified(light, magnification, shape)
 
 
 def displaced(light, course: Course, shape) -> np.ndarray:
-    """Return constant tiles (y, x), moved along the radius, on (y, x) tiles of `shape`: first along x in every row, then along y.
+    """Return constant tiles (y, x), moved along the radius, on (y, x) tiles of `shape`: first along
+    x in every row, then along y.
 
-    Every tile's light is spread evenly between the images of its borders: sums are kept but for what leaves the border, uniform light
-    comes out divided by the exact area ratio.
+    Every tile's light is spread evenly between the images of its borders: sums are kept but for
+    what leaves the border, uniform light comes out divided by the exact area ratio.
     """
     height, width = np.shape(light)
     rows = (np.arange(height) - (height - 1) / 2)[:, None]
@@ -182,7 +198,9 @@ def displaced(light, course: Course, shape) -> np.ndarray:
 
 
 def _along(light, borders, count):
-    """Return (row, count) tiles about the middle from (row, n) tiles whose borders lie at `borders` (row, n + 1) from the middle."""
+    """Return (row, count) tiles about the middle from (row, n) tiles whose borders lie at `borders`
+    (row, n + 1) from the middle.
+    """
     size = light.shape[1]
     out = np.zeros((len(light), count))
     left, right = borders[:, :-1] + count / 2, borders[:, 1:] + count / 2
@@ -199,9 +217,11 @@ def _along(light, borders, count):
 
 
 def magnified(light, scale: float, shape) -> np.ndarray:
-    """Return constant tiles (y, x), magnified about the middle by `scale`, on (y, x) tiles of `shape` and the same pitch.
+    """Return constant tiles (y, x), magnified about the middle by `scale`, on (y, x) tiles of
+    `shape` and the same pitch.
 
-    Every tile's light is spread evenly over its image, and shared by area: sums are kept but for what leaves the border.
+    Every tile's light is spread evenly over its image, and shared by area: sums are kept but for
+    what leaves the border.
     """
     out = np.asarray(light, float)
     for axis, count in enumerate(shape):
@@ -215,7 +235,9 @@ def magnified(light, scale: float, shape) -> np.ndarray:
 
 
 def _shares(size, count, scale):
-    """Return the first tile that each of `count` tiles takes light from, and the shares (tap, tile), 0 beyond the last of `size`."""
+    """Return the first tile that each of `count` tiles takes light from, and the shares (tap,
+    tile), 0 beyond the last of `size`.
+    """
     low = np.arange(count) - count / 2
     first = np.floor(low / scale + size / 2).astype(np.intp)
     number = first + np.arange(3)[:, None]

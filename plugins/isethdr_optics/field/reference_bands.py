@@ -1,7 +1,9 @@
-"""Reference bands: at which wavelengths the places of the field are chosen, whatever bands a run asks for.
+"""Reference bands: at which wavelengths the places of the field are chosen, whatever bands a run
+asks for.
 
-A band's image must not depend on which others are asked for, else leaving bands out would change what is kept. So what all bands share, the
-grid of places and the reach of their cores, is judged at fixed wavelengths of the part of the spectrum that bands lie in.
+A band's image must not depend on which others are asked for, else leaving bands out would change
+what is kept. So what all bands share, the grid of places and the reach of their cores, is judged at
+fixed wavelengths of the part of the spectrum that bands lie in.
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ WIDTH_NM = 10.0
 
 
 def references_nm(lens, wavelength_nm) -> list[float]:
-    """Return the wavelengths at which kernels of a lens are judged for some bands, rising; those of the bands where the lens ends before.
+    """Return the wavelengths at which kernels of a lens are judged for some bands, rising; those of
+    the bands where the lens ends before.
 
     Parameters
     ----------

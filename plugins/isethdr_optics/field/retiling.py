@@ -1,13 +1,12 @@
-"""Retiling: what moved tiles lose of their detail where they are shared among the tiles of the sensor plane.
+"""Retiling: what moved tiles lose of their detail where they are shared among the tiles of the
+sensor plane.
 
 Distortion and lateral colour move the image of a tile off the grid of the sensor plane. Its light
-is shared by area, and is even over
-each tile of the grid from there on. A pixel whose border divides a tile of the grid then gets a
-wrong part of the light within that
-tile: at most the standard deviation within the tile times sqrt(f (1 - f)) for the fraction f that
-the pixel covers
-(`isethdr_core.physics.resampling.area.detail_error`). The deviation follows from the means of the light and of
-its square.
+is shared by area, and is even over each tile of the grid from there on. A pixel whose border
+divides a tile of the grid then gets a wrong part of the light within that tile: at most the
+standard deviation within the tile times sqrt(f (1 - f)) for the fraction f that the pixel covers
+(`isethdr_core.physics.resampling.area.detail_error`). The deviation follows from the means of the
+light and of its square.
 """
 
 from __future__ import annotations
@@ -26,7 +25,9 @@ DETAIL, BORDER = (
 
 
 def detail(plane: SensorPlane, light) -> np.ndarray:
-    """Return the standard deviation of moved light (..., y, x) within each tile of the sensor plane, in the unit of the light."""
+    """Return the standard deviation of moved light (..., y, x) within each tile of the sensor
+    plane, in the unit of the light.
+    """
     out = np.empty((*light.shape[:-2], len(plane.y), len(plane.x)), light.dtype)
     even = np.ones(light.shape[-2:])
     for index in np.ndindex(light.shape[:-2]):
@@ -46,7 +47,8 @@ def border(plane: SensorPlane, moved) -> np.ndarray:
 
 
 def state(plane: SensorPlane, light, moved, on_sensor) -> None:
-    """State the errors of moving `light` (..., y, x), which lies on the field's tiles; nothing where the grid is kept.
+    """State the errors of moving `light` (..., y, x), which lies on the field's tiles; nothing
+    where the grid is kept.
 
     Parameters
     ----------

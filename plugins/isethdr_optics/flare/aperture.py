@@ -3,17 +3,21 @@
 A flare is a frozen dataclass with any of these methods; a lens honours every one it finds.
 
 `pupil(x_mm, y_mm, wavelength_nm)`
-    complex or real amplitude transmission at points of the pupil plane (broadcast; mm from the axis, x right, y down as in
-    the image). The lens multiplies it into its own round stop, averaged over 3 x 3 points per pupil cell.
+    complex or real amplitude transmission at points of the pupil plane (broadcast; mm from the
+    axis, x right, y down as in the image). The lens multiplies it into its own round stop, averaged
+    over 3 x 3 points per pupil cell.
 `pupil_shapes(radius_mm)`
-    instead of sampling `pupil`: (opening, [(shape, loss of amplitude), ...]) of `isethdr_core.physics.optics.pupil`, convex shapes in
-    mm, the same at all wavelengths, for a lens whose stop has `radius_mm`. The lens draws them exactly, and much faster. Dirt may
-    state a third number, the optical path difference in um that it adds to the light it passes.
+    instead of sampling `pupil`: (opening, [(shape, loss of amplitude), ...]) of
+    `isethdr_core.physics.optics.pupil`, convex shapes in mm, the same at all wavelengths, for a
+    lens whose stop has `radius_mm`. The lens draws them exactly, and much faster. Dirt may state a
+    third number, the optical path difference in um that it adds to the light it passes.
 `scatter(wavelength_nm, angle_rad)`
-    light scattered per steradian at `angle_rad` (array) from the unscattered ray, as a fraction of all light. Its integral
-    over the forward hemisphere is taken from the sharp image and spread: energy is conserved.
+    light scattered per steradian at `angle_rad` (array) from the unscattered ray, as a fraction of
+    all light. Its integral over the forward hemisphere is taken from the sharp image and spread:
+    energy is conserved.
 `irradiance(lens, mixed)`
-    light added on the sensor plane (ghosts), W m-2 nm-1, (wavelength, y, x) on the tiles of `mixed`.
+    light added on the sensor plane (ghosts), W m-2 nm-1, (wavelength, y, x) on the tiles of
+    `mixed`.
 """
 
 from __future__ import annotations
@@ -57,7 +61,8 @@ class ApertureFlare:
     scratch_width_um: Micrometres = 3.5  # mean
     scratch_length_um: Micrometres = 500.0  # mean
     seed: Seed = 1  # which dirt
-    radius_mm: PupilRadius = 0.0  # of the circle through the corners; 0: the stop of the lens (0.5 where no lens is known)
+    # of the circle through the corners; 0: the stop of the lens (0.5 where no lens is known)
+    radius_mm: PupilRadius = 0.0
     dust_spread: LogSpread = 0.5  # sigma of the logarithm of the dust's radius
     dust_opacity: tuple[Share, Share] = (
         0.5,
@@ -86,7 +91,9 @@ class ApertureFlare:
                 )
 
     def narrow(self, demand):
-        """Return the demand unchanged; refuse a delay that the bands it asks for are too wide for, before anything is computed."""
+        """Return the demand unchanged; refuse a delay that the bands it asks for are too wide for,
+        before anything is computed.
+        """
         if self.dust_delay_um and self.dust_per_mm2 and len(demand.wavelength_nm or ()):
             from isethdr_core.physics.radiometry import band_widths_nm
 
@@ -98,7 +105,9 @@ class ApertureFlare:
         return demand
 
     def pupil(self, x_mm, y_mm, wavelength_nm):
-        """Return the amplitude transmission at points of the pupil plane, complex where dust delays light."""
+        """Return the amplitude transmission at points of the pupil plane, complex where dust delays
+        light.
+        """
         import numpy as np
 
         from isethdr_core.physics.optics.pupil import transmission

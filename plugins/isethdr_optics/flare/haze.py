@@ -2,10 +2,12 @@
 
 With b = sin(angle) at normal incidence, the scatter function (BTDF, 1/sr) is proportional to
 
-    harvey_shack   (1 + (b / shoulder)^2)^(-slope / 2)      Harvey 1976; Harvey, Schroder, Choi, Duparre 2012, eq. 3
-    abg            1 / (1 + (b / shoulder)^slope)           A / (B + b^g) with g = slope, B = shoulder^g, A = peak B
+    harvey_shack   (1 + (b / shoulder)^2)^(-slope / 2)      Harvey 1976; Harvey, Schroder, Choi,
+    Duparre 2012, eq. 3 abg            1 / (1 + (b / shoulder)^slope)           A / (B + b^g) with g
+    = slope, B = shoulder^g, A = peak B
 
-Light per steradian is that times cos(angle). Both are scaled so that the hemisphere holds exactly the stated share.
+Light per steradian is that times cos(angle). Both are scaled so that the hemisphere holds exactly
+the stated share.
 """
 
 from __future__ import annotations
@@ -23,7 +25,9 @@ REFERENCE_NM = 550.0  # where `scattered` and `shoulder_deg` hold
 
 @dataclass(frozen=True)
 class HazeFlare:
-    """A veil around every light by scatter in the windscreen or lens: Harvey-Shack or ABg; default values are assumed."""
+    """A veil around every light by scatter in the windscreen or lens: Harvey-Shack or ABg; default
+    values are assumed.
+    """
 
     form: Literal["harvey_shack", "abg"] = "harvey_shack"  # of the scatter function
     scattered: Scattered = 0.01  # total integrated scatter, fraction of the light, at 550 nm
@@ -39,9 +43,11 @@ class HazeFlare:
         check_ranges(self)
 
     def total(self, wavelength_nm: float) -> float:
-        """Return the scattered share, 1 - (1 - scattered)^((550 nm / wavelength)^exponent): never above 1.
+        """Return the scattered share, 1 - (1 - scattered)^((550 nm / wavelength)^exponent): never
+        above 1.
 
-        For weak scatter a power of wavelength; exact for a rough surface, 1 - exp(-(2 pi dn rms / wavelength)^2).
+        For weak scatter a power of wavelength; exact for a rough surface, 1 - exp(-(2 pi dn rms /
+        wavelength)^2).
         """
         import numpy as np
 
@@ -49,7 +55,9 @@ class HazeFlare:
         return float(-np.expm1(np.log1p(-self.scattered) * power))
 
     def scatter(self, wavelength_nm, angle_rad):
-        """Return scattered light per steradian at `angle_rad` from the straight ray, as a fraction of all light."""
+        """Return scattered light per steradian at `angle_rad` from the straight ray, as a fraction
+        of all light.
+        """
         import numpy as np
 
         sine = np.sin(np.asarray(angle_rad, float))
@@ -75,7 +83,9 @@ def _relative(form, ratio, slope):
 
 @lru_cache(maxsize=256)
 def _hemisphere(form: str, shoulder: float, slope: float) -> float:
-    """Return 2 pi times the integral of the function over its peak, times b db, for b from 0 to 1."""
+    """Return 2 pi times the integral of the function over its peak, times b db, for b from 0 to
+    1.
+    """
     import numpy as np
 
     edges = np.concatenate(

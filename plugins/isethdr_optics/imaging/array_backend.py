@@ -1,7 +1,9 @@
-"""Elsewhere: bands convolved by another array library than NumPy, on a graphics processor say, where the environment asks for it.
+"""Elsewhere: bands convolved by another array library than NumPy, on a graphics processor say,
+where the environment asks for it.
 
-ISETHDR_ARRAYS names a library with the Python array API, and a device where it has several: `torch:cuda`, `cupy`. It is no part of a
-recipe: results differ by rounding only, within the bound that every convolution states.
+ISETHDR_ARRAYS names a library with the Python array API, and a device where it has several:
+`torch:cuda`, `cupy`. It is no part of a recipe: results differ by rounding only, within the bound
+that every convolution states.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ from isethdr_core.physics.convolution import convolve_into
 
 
 def place():
-    """Return the function that puts a NumPy array where ISETHDR_ARRAYS says; None where it says nothing.
+    """Return the function that puts a NumPy array where ISETHDR_ARRAYS says; None where it says
+    nothing.
 
     Raises
     ------
@@ -45,14 +48,16 @@ def place():
         on_host(put(np.zeros(1)))
     except Exception as err:  # whatever a library raises for a device that it does not have
         raise ConfigError(
-            f"ISETHDR_ARRAYS is {name!r}: {err}; expected an installed library with the Python array API, and a device of "
-            "it, as torch:cuda or cupy; unset it to compute with NumPy"
+            f"ISETHDR_ARRAYS is {name!r}: {err}; expected an installed library with the Python"
+            " array API, and a device of it, as torch:cuda or cupy; unset it to compute with NumPy"
         ) from err
     return put
 
 
 def convolve_there(put, out, image, kernel, error_allowed, factor, gain):
-    """Write a convolution made where `put` puts arrays into the NumPy array `out`; other arguments and result as `convolve_into`."""
+    """Write a convolution made where `put` puts arrays into the NumPy array `out`; other arguments
+    and result as `convolve_into`.
+    """
     there = kernel.__dict__.get("_there")  # of a frozen kernel: it is sent once
     if there is None or there[0] is not namespace(put(np.zeros(1))):
         there = (

@@ -20,7 +20,9 @@ STRIPS = 2  # of rows: work for as many threads as there are, whatever the numbe
 
 
 def radii(rate) -> np.ndarray:
-    """Return how far around each bright tile to correct: in the skirt of a kernel, r^-3, to where all fall to the same light."""
+    """Return how far around each bright tile to correct: in the skirt of a kernel, r^-3, to where
+    all fall to the same light.
+    """
     wanted = RADII[0] * np.cbrt(rate / max(float(rate.max(initial=0.0)), np.finfo(float).tiny))
     steps = np.array(RADII)[::-1]
     chosen = steps[np.searchsorted(steps, wanted)]
@@ -32,11 +34,13 @@ def radii(rate) -> np.ndarray:
 
 
 def correct(out, cube, relative, weights, fit, made, apply=map) -> None:
-    """Add to `out` (channel, y, x) what `fit` misses of the light of its bright tiles, as far as it falls near them.
+    """Add to `out` (channel, y, x) what `fit` misses of the light of its bright tiles, as far as it
+    falls near them.
 
     Parameters
     ----------
-    cube : (band, y, x); relative : None or (y, x); weights : (channel, band). `made` : `kernels.Kernels`.
+    cube : (band, y, x); relative : None or (y, x); weights : (channel, band). `made` :
+        `kernels.Kernels`.
     apply : how to call a function for every channel: `map`, or that of a pool of threads.
     """
     groups = []
@@ -72,7 +76,9 @@ def correct(out, cube, relative, weights, fit, made, apply=map) -> None:
 
 
 def _spread(out, first, weights, tiles, missed, cores, half):
-    """Add to rows of one channel, `out` from the row `first` on, what tiles of the whole frame bring."""
+    """Add to rows of one channel, `out` from the row `first` on, what tiles of the whole frame
+    bring.
+    """
     (ny, nx), shape = out.shape, tuple(2 * h + 1 for h in half)
     rows, columns = tiles // nx - first, tiles % nx
     reaches = (rows + half[0] >= 0) & (rows - half[0] < ny)

@@ -1,6 +1,7 @@
 """Imaging: mixed radiance to irradiance on the sensor plane.
 
-Radiance -> times throughput -> times falloff of its own field angle -> convolution, band by band -> added light of flares.
+Radiance -> times throughput -> times falloff of its own field angle -> convolution, band by band ->
+added light of flares.
 """
 
 from __future__ import annotations
@@ -46,10 +47,11 @@ class Parts:
 
 
 def image(lens, mixed, flares=(), error_allowed: float = 0.0):
-    """Return irradiance of `mixed` (wavelength, y, x) through a lens with flares; convolutions are right to `error_allowed`, relative.
+    """Return irradiance of `mixed` (wavelength, y, x) through a lens with flares; convolutions are
+    right to `error_allowed`, relative.
 
-    The whole grid takes part, margin included; nothing wraps. The output covers the same tiles, in metres, or those that a distortion
-    leaves (`sensor_plane`).
+    The whole grid takes part, margin included; nothing wraps. The output covers the same tiles, in
+    metres, or those that a distortion leaves (`sensor_plane`).
 
     Raises
     ------
@@ -60,7 +62,9 @@ def image(lens, mixed, flares=(), error_allowed: float = 0.0):
 
 
 def parts(lens, mixed, flares, response=None) -> Parts:
-    """Return what the lens makes of the field of checked `mixed`; with a sensor's `response` no more than that sensor can tell."""
+    """Return what the lens makes of the field of checked `mixed`; with a sensor's `response` no
+    more than that sensor can tell.
+    """
     sensor = sensor_plane(lens, mixed)
     wavelength_nm = mixed.wavelength.values.astype(float)
     f_m = 1e-3 * lens.focal_length_mm
@@ -160,7 +164,9 @@ def irradiance(lens, mixed, flares, given: Parts, error_allowed: float = 0.0):
 
 
 def on_sensor(lens, given: Parts, make, values, first, **attrs):
-    """Return make(values, first, x, y, ...), light on the sensor plane with the attributes of the lens."""
+    """Return make(values, first, x, y, ...), light on the sensor plane with the attributes of the
+    lens.
+    """
     f_m = 1e-3 * lens.focal_length_mm
     throughput_sr = lens.throughput_sr() * float(
         np.mean(given.gains / lens.gains_sr(given.wavelength_nm))
@@ -185,7 +191,9 @@ def on_sensor(lens, given: Parts, make, values, first, **attrs):
 
 
 def _band(out, light, kernel, relative, gain, apply, error_allowed, put):
-    """Write one band's irradiance into `out`; return the bound of its convolution, None where there is none."""
+    """Write one band's irradiance into `out`; return the bound of its convolution, None where there
+    is none.
+    """
     if kernel is None:
         out[...] = light * (gain if relative is None else gain * relative)
         return None
@@ -207,8 +215,8 @@ def _kernels(lens, flares, wavelength_nm, pitch_um, reach):
     for flare in flares:
         if hasattr(flare, "pupil") or hasattr(flare, "pupil_shapes"):
             raise ConfigError(
-                f"lens 'ideal' has no pupil for the flare {type(flare).__name__}; expected a lens with diffraction; "
-                "set lens=diffraction_limited, or remove that flare"
+                f"lens 'ideal' has no pupil for the flare {type(flare).__name__}; expected a lens"
+                " with diffraction; set lens=diffraction_limited, or remove that flare"
             )
     if not scatter.active(flares, wavelength_nm):
         return None
@@ -224,7 +232,9 @@ def _kernels(lens, flares, wavelength_nm, pitch_um, reach):
 
 
 def added_light(lens, mixed, flares, given: Parts):
-    """Yield the irradiance (wavelength, y, x) that each flare adds, and first what stands for a tail that was left out."""
+    """Yield the irradiance (wavelength, y, x) that each flare adds, and first what stands for a
+    tail that was left out.
+    """
     shape = (len(given.wavelength_nm), len(given.sensor.y), len(given.sensor.x))
     if isinstance(given.made, wing_truncation.NearKernels):
         yield (given.made.added * given.gains)[:, None, None]
@@ -238,8 +248,9 @@ def added_light(lens, mixed, flares, given: Parts):
             or added.attrs.get("units") != quantities.IRRADIANCE
         ):
             raise PluginError(
-                f"flare {type(flare).__name__} added light with dims {tuple(added.dims)}, shape {added.shape}, units "
-                f"{added.attrs.get('units')!r}; expected {quantities.MIXED_DIMS}, {shape}, {quantities.IRRADIANCE!r}"
+                f"flare {type(flare).__name__} added light with dims {tuple(added.dims)}, shape"
+                f" {added.shape}, units {added.attrs.get('units')!r}; expected"
+                f" {quantities.MIXED_DIMS}, {shape}, {quantities.IRRADIANCE!r}"
             )
         yield added.values
 
@@ -318,10 +329,12 @@ def state_kernels(made, mixed, lens, given: Parts):
 
 
 def _state_drawn_out(stretched: float) -> None:
-    """State that point spread functions are made for the axis and the reference wavelength, and drawn out with the image.
+    """State that point spread functions are made for the axis and the reference wavelength, and
+    drawn out with the image.
 
-    A kernel k(r) drawn out by s is k(r / s) / s^2. Its wings fall with the cube of r (Airy), so that they are wrong by s - 1: an error
-    of the spread light. Light that comes straight keeps its place and its sum.
+    A kernel k(r) drawn out by s is k(r / s) / s^2. Its wings fall with the cube of r (Airy), so
+    that they are wrong by s - 1: an error of the spread light. Light that comes straight keeps its
+    place and its sum.
     """
     label = "size of the point spread, drawn out as the image is"
     note = ErrorNote(
@@ -331,7 +344,9 @@ def _state_drawn_out(stretched: float) -> None:
 
 
 def _state_convolution(bounds, rounding):
-    """State the error of each band's convolution as it came out, and the `rounding` of the dtype they are kept in."""
+    """State the error of each band's convolution as it came out, and the `rounding` of the dtype
+    they are kept in.
+    """
     ledger.error(
         max(b.relative for b in bounds) + rounding,
         "relative",
@@ -345,5 +360,6 @@ def _state_convolution(bounds, rounding):
             worst.absolute,
             quantities.IRRADIANCE,
             "bound",
-            f"convolution of up to {tiles} tiles per band, too dark beside the lamps for the row above and too many to sum",
+            f"convolution of up to {tiles} tiles per band, too dark beside the lamps for the row"
+            " above and too many to sum",
         )

@@ -1,7 +1,9 @@
-"""Overlaid: the sum of many parts of an image, each convolved with a kernel of its own, right in every pixel of the sum.
+"""Overlaid: the sum of many parts of an image, each convolved with a kernel of its own, right in
+every pixel of the sum.
 
-A part fades out at its borders, where others take over: only the sum has to be right. All parts go through plain transforms
-first; those whose rounding could matter in a pixel of the sum are done again the exact way.
+A part fades out at its borders, where others take over: only the sum has to be right. All parts go
+through plain transforms first; those whose rounding could matter in a pixel of the sum are done
+again the exact way.
 """
 
 from __future__ import annotations
@@ -20,10 +22,12 @@ def overlaid(parts, shape, error_allowed: float = 0.0) -> tuple[np.ndarray, Boun
 
     Parameters
     ----------
-    parts : [(window, light, kernel), ...]: slices of the frame, light (y, x) of that window, never negative, and a kernel of odd
-        size, never negative, its centre in the middle. Light that leaves a window is lost.
+    parts : [(window, light, kernel), ...]: slices of the frame, light (y, x) of that window, never
+        negative, and a kernel of odd size, never negative, its centre in the middle. Light that
+        leaves a window is lost.
     shape : (y, x) of the frame.
-    error_allowed : relative, of every pixel of the sum; below `RELATIVE`, which float32 rounds away anyway, nothing is gained.
+    error_allowed : relative, of every pixel of the sum; below `RELATIVE`, which float32 rounds away
+        anyway, nothing is gained.
     """
     relative = max(error_allowed / 2, RELATIVE)  # the other half: parts that are done again
     images, errors = [], []
@@ -55,7 +59,9 @@ def _sums(parts, images, errors, shape):
 
 
 def _by_transform(light, kernel):
-    """Return the convolution, never below 0, and a bound on a pixel's error: white rounding, 10 standard deviations."""
+    """Return the convolution, never below 0, and a bound on a pixel's error: white rounding, 10
+    standard deviations.
+    """
     size = [
         sf.next_fast_len(n + min(k // 2, n - 1), real=True)
         for n, k in zip(light.shape, kernel.shape)

@@ -1,8 +1,11 @@
-"""Photocurrent: mixed radiance straight to electrons per area and time in each channel of one sensor.
+"""Photocurrent: mixed radiance straight to electrons per area and time in each channel of one
+sensor.
 
-A few functionals of the spectrum are convolved instead of every band (`physics.convolution_spectral`). Their number grows until the
-error that is left, computed exactly at some tiles of the scene itself, is far below the sensor's noise. Bright tiles, whose own light
-would have to be right to many more digits than noise allows elsewhere, get what is missing around them by direct sums.
+A few functionals of the spectrum are convolved instead of every band
+(`physics.convolution_spectral`). Their number grows until the error that is left, computed exactly
+at some tiles of the scene itself, is far below the sensor's noise. Bright tiles, whose own light
+would have to be right to many more digits than noise allows elsewhere, get what is missing around
+them by direct sums.
 """
 
 from __future__ import annotations
@@ -22,13 +25,16 @@ from .threads import threads
 
 
 def photocurrent(lens, mixed, flares, response, given: Parts | None = None):
-    """Return photocurrent of `mixed` (wavelength, y, x), or irradiance where that is no slower or more exact.
+    """Return photocurrent of `mixed` (wavelength, y, x), or irradiance where that is no slower or
+    more exact.
 
     Parameters
     ----------
-    response : `isethdr_core.demand.Response` of the sensor. The error in electrons, in every tile and channel, stays below
-        `noise_fraction_allowed` of the sensor's noise where it is not saturated; the ledger says what it was at the tiles looked at.
-    given : what the lens makes of the field of `mixed`, which has then been checked; None: as the lens makes it by itself.
+    response : `isethdr_core.demand.Response` of the sensor. The error in electrons, in every tile
+        and channel, stays below `noise_fraction_allowed` of the sensor's noise where it is not
+        saturated; the ledger says what it was at the tiles looked at.
+    given : what the lens makes of the field of `mixed`, which has then been checked; None: as the
+        lens makes it by itself.
 
     Raises
     ------
@@ -92,7 +98,8 @@ def _light(lens, mixed, flares, response, given: Parts):
         fit.noise_share,
         "standard deviations of the sensor's noise",
         "measured",
-        f"{_counted(fit)} functionals of the spectrum in place of {len(cube)} bands, largest of {fit.looked_at} values",
+        f"{_counted(fit)} functionals of the spectrum in place of {len(cube)} bands, largest of"
+        f" {fit.looked_at} values",
     )
     ledger.error(
         max(rounding_e, -low * response.area_exposure_m2_s),
@@ -106,9 +113,11 @@ def _light(lens, mixed, flares, response, given: Parts):
 
 
 def _planes(cube, relative, fit):
-    """Return two functions of rows: the functionals of the light there that the near part of the kernels takes, and those of the far part.
+    """Return two functions of rows: the functionals of the light there that the near part of the
+    kernels takes, and those of the far part.
 
-    The bands are read once: the near part is asked for all rows first, and what the far part will take of them is kept.
+    The bands are read once: the near part is asked for all rows first, and what the far part will
+    take of them is kept.
     """
     count = len(fit.near.project)
     project = np.concatenate(

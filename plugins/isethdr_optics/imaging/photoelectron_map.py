@@ -1,4 +1,6 @@
-"""Counted light: electrons that a sensor makes of a scene's light before it is spread, tile by tile and in blocks."""
+"""Counted light: electrons that a sensor makes of a scene's light before it is spread, tile by tile
+and in blocks.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ MOST_BLOCKS = 96  # along an axis
 
 @dataclass(frozen=True, eq=False)
 class Counted:
-    """A scene's light as one sensor counts it; `block` tiles along either axis make a block, fewer at the border."""
+    """A scene's light as one sensor counts it; `block` tiles along either axis make a block, fewer
+    at the border.
+    """
 
     block: int
     frame: tuple[int, int]  # (y, x) tiles
@@ -24,11 +28,15 @@ class Counted:
     whole: np.ndarray  # (y, x) electrons of all rows together
     sums: np.ndarray  # (row, y, x) electrons of blocks
     least: np.ndarray  # of any tile of the block
-    squares: np.ndarray  # (band, y, x): sums of the squares of radiance over blocks, at the largest relative illumination
+    # (band, y, x): sums of the squares of radiance over blocks, at the largest relative
+    # illumination
+    squares: np.ndarray
 
 
 def counted(lens, mixed, relative, response) -> Counted:
-    """Return what a sensor of `response` counts of mixed radiance; `relative` multiplies the tiles' light, (y, x) or 1."""
+    """Return what a sensor of `response` counts of mixed radiance; `relative` multiplies the tiles'
+    light, (y, x) or 1.
+    """
     weights = np.unique(
         lens.throughput_sr()
         * response.area_exposure_m2_s

@@ -1,4 +1,6 @@
-"""Light for one sensor: kernels no wider, ghosts no fainter, tiles no farther out than it can tell; the error left is for the rest."""
+"""Light for one sensor: kernels no wider, ghosts no fainter, tiles no farther out than it can tell;
+the error left is for the rest.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ NOT_WORTH = (
 
 
 def photocurrent(lens, mixed, flares, response):
-    """Return photocurrent of `mixed` for a sensor, or irradiance where that is better, as `photocurrent.photocurrent` does, in its window."""
+    """Return photocurrent of `mixed` for a sensor, or irradiance where that is better, as
+    `photocurrent.photocurrent` does, in its window.
+    """
     quantities.check_mixed(mixed)
     mixed, given, response = seen(lens, mixed, flares, response)
     flares, faint = seen_ghosts(lens, mixed, flares, given, response)

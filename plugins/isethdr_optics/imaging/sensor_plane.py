@@ -1,7 +1,8 @@
 """Sensor plane: where a lens sends the tiles of a field, and how much of their light.
 
-Light of a field's tile is multiplied by `relative`, spread by the lens on the field's own grid, then moved along the distortion:
-every sensor tile gets the light of the quadrilateral of the field that it looks at, so that the light of any region is kept.
+Light of a field's tile is multiplied by `relative`, spread by the lens on the field's own grid,
+then moved along the distortion: every sensor tile gets the light of the quadrilateral of the field
+that it looks at, so that the light of any region is kept.
 """
 
 from __future__ import annotations
@@ -35,9 +36,12 @@ class SensorPlane:
     attrs: (
         dict  # for irradiance: falloff, and distortion and projection where they are not the usual
     )
-    areas: object = None  # (sensor tile, field tile) shared areas over the area of a tile; None where the grid is kept
+    # (sensor tile, field tile) shared areas over the area of a tile; None where the grid is kept
+    areas: object = None
     scales: list | None = (
-        None  # magnification of every band over that of the reference, numbers or courses; None where all are 1
+        # magnification of every band over that of the reference, numbers or courses; None where all
+        # are 1
+        None
     )
     whole: tuple[int, int] | None = None  # (y, x) tiles before bands are magnified
     stretched: float = 0.0  # by how much images are drawn out at most, relative
@@ -46,7 +50,9 @@ class SensorPlane:
     )
 
     def move(self, values) -> np.ndarray:
-        """Return irradiance (..., y, x) on the sensor's tiles from that on the field's; the same array without distortion."""
+        """Return irradiance (..., y, x) on the sensor's tiles from that on the field's; the same
+        array without distortion.
+        """
         if self.areas is None and self.scales is None:
             return values
         out = np.empty((*values.shape[:-2], len(self.y), len(self.x)), values.dtype)
@@ -66,7 +72,9 @@ class SensorPlane:
         )
 
     def covered(self, mixed):
-        """Return `mixed`, dark tiles added all around where the sensor is larger: what flares add may fall there."""
+        """Return `mixed`, dark tiles added all around where the sensor is larger: what flares add
+        may fall there.
+        """
         more = [max(len(c) - mixed.sizes[d], 0) // 2 for d, c in (("y", self.y), ("x", self.x))]
         if not any(more):
             return mixed
@@ -87,7 +95,9 @@ class SensorPlane:
         )
 
     def cut(self, added):
-        """Return irradiance on the sensor's tiles, the middle of a larger grid of the same pitch."""
+        """Return irradiance on the sensor's tiles, the middle of a larger grid of the same
+        pitch.
+        """
         if added.sizes["y"] == len(self.y) and added.sizes["x"] == len(self.x):
             return added
         top, left = ((added.sizes[d] - len(c)) // 2 for d, c in (("y", self.y), ("x", self.x)))
@@ -95,20 +105,25 @@ class SensorPlane:
 
 
 def without_geometry(lens):
-    """Return the lens that spreads light as on the axis but has neither distortion nor falloff: kernels do not depend on them."""
+    """Return the lens that spreads light as on the axis but has neither distortion nor falloff:
+    kernels do not depend on them.
+    """
     axis = on_axis(lens)
     traced = {"lateral_colour": "none"} if hasattr(axis, "lateral_colour") else {}
     return replace(axis, distortion="none", falloff="none", lateral_colour_percent={}, **traced)
 
 
 def sensor_plane(lens, mixed) -> SensorPlane:
-    """Return the sensor plane of a lens for the field of `mixed`, and state in the ledger what distortion does.
+    """Return the sensor plane of a lens for the field of `mixed`, and state in the ledger what
+    distortion does.
 
-    The sensor's tiles have the pitch of the field's, and cover the largest centred rectangle that looks at known light only.
+    The sensor's tiles have the pitch of the field's, and cover the largest centred rectangle that
+    looks at known light only.
 
     Raises
     ------
-    ConfigError : a distortion that folds, or a table that ends, within the field; cos4 beyond 90 degrees.
+    ConfigError : a distortion that folds, or a table that ends, within the field; cos4 beyond 90
+        degrees.
     """
     x, y = (mixed[d].values.astype(float) for d in ("x", "y"))
     pitch = [quantities.tile_pitch(mixed, d) for d in ("x", "y")]
@@ -155,7 +170,8 @@ def sensor_plane(lens, mixed) -> SensorPlane:
 def image_size(
     lens, width: float, height: float, projection: str = "tangent"
 ) -> tuple[float, float]:
-    """Return (width, height) in focal lengths of the largest centred rectangle that looks into a field; at most 1e-6 too large.
+    """Return (width, height) in focal lengths of the largest centred rectangle that looks into a
+    field; at most 1e-6 too large.
 
     `sensor_plane` may find less, because it has whole tiles only.
     """
@@ -163,7 +179,8 @@ def image_size(
     bent = camera_geometry.distortion_map(
         lens.distortion_to(float(projections.angle_rad(*half, projection))), projection
     )
-    # 1e-6: a table over this field, without its margin, is not the last digits of the one over all of it
+    # 1e-6: a table over this field, without its margin, is not the last digits of the one over all
+    # of it
     seen = (
         1.0 if isinstance(bent, camera_geometry.Identity) else _inscribed(bent, half) * (1 + 1e-6)
     )
@@ -202,13 +219,15 @@ def _check_field(bent, half):
     if not single.all():
         radius = np.hypot(u, v)[~single].min()
         raise ConfigError(
-            f"lens.distortion folds the field over at {radius:.4g} from the axis, the field reaches "
-            f"{np.hypot(*half):.4g}; expected other coefficients or a smaller field"
+            f"lens.distortion folds the field over at {radius:.4g} from the axis, the field reaches"
+            f" {np.hypot(*half):.4g}; expected other coefficients or a smaller field"
         )
 
 
 def _inscribed(bent, half) -> float:
-    """Return the largest s such that the sensor's rectangle +-s `half` looks at nothing beyond +-`half` of the field."""
+    """Return the largest s such that the sensor's rectangle +-s `half` looks at nothing beyond
+    +-`half` of the field.
+    """
     side = np.linspace(-1, 1, BORDER_POINTS)
     u = np.concatenate([side, side, -np.ones_like(side), np.ones_like(side)]) * half[0]
     v = np.concatenate([-np.ones_like(side), np.ones_like(side), side, side]) * half[1]
@@ -226,25 +245,31 @@ def _inscribed(bent, half) -> float:
 
 
 def _tiles(count, width, pitch):
-    """Return tile centres, symmetric about the axis, as many as fit; one more or less than a multiple of two from `count`."""
+    """Return tile centres, symmetric about the axis, as many as fit; one more or less than a
+    multiple of two from `count`.
+    """
     fits = int(np.floor(width / pitch * (1 + 1e-12)))
     fits -= (fits - count) % 2
     if fits < 1:
         raise ConfigError(
-            "lens.distortion leaves no whole tile of the field on the sensor; expected a finer or wider field"
+            "lens.distortion leaves no whole tile of the field on the sensor; expected a finer or"
+            " wider field"
         )
     return quantities.centres(fits, fits * pitch)
 
 
 def _state(bent, uniform, attrs, sensor, half) -> float:
-    """State how far uniform light comes out from what the attributes say; return by how much distortion draws out images."""
+    """State how far uniform light comes out from what the attributes say; return by how much
+    distortion draws out images.
+    """
     x, y = np.meshgrid(*sensor)
     stated = camera_geometry.relative_illumination(attrs, x, y)
     ledger.error(
         np.abs(uniform.reshape(x.shape) - stated).max() / stated.max(),
         "relative",
         "measured",
-        "uniform light moved along the distortion: tiles have straight sides and one relative illumination each",
+        "uniform light moved along the distortion: tiles have straight sides and one relative"
+        " illumination each",
     )
     u, v = np.meshgrid(*(np.linspace(-h, h, 17) * (1 - 1e-4) for h in half))
     step = 1e-5 * max(half)

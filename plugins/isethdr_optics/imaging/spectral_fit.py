@@ -1,4 +1,6 @@
-"""Spectral fit: which functionals of a scene's spectra to convolve, so that what they cannot tell stays below the sensor's noise."""
+"""Spectral fit: which functionals of a scene's spectra to convolve, so that what they cannot tell
+stays below the sensor's noise.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,9 @@ WORST = (
     1.7,
     3.5,
     2.0,
-)  # of all tiles, over that of those looked at: of light from around, from all bright ones, from single ones
+    # of all tiles, over that of those looked at: of light from around, from all bright ones, from
+    # single ones
+)
 TOLERATED = FUNCTIONALS  # of the error allowed, at the worst of all tiles
 MOST = 12  # functionals; beyond them band by band is as fast
 
@@ -50,7 +54,9 @@ class Basis:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The functionals for the near and the far part of the kernels, and the tiles around which they are not enough."""
+    """The functionals for the near and the far part of the kernels, and the tiles around which they
+    are not enough.
+    """
 
     near: Basis
     far: Basis | None  # None where the kernels are not divided
@@ -63,7 +69,8 @@ class Fit:
 
 
 def fit(cube, given, weights, response, apply=map) -> Fit | None:
-    """Return the fewest functionals that tell the spectra of `cube` well enough for a sensor; None where too many are needed.
+    """Return the fewest functionals that tell the spectra of `cube` well enough for a sensor; None
+    where too many are needed.
 
     Parameters
     ----------
@@ -93,7 +100,9 @@ def fit(cube, given, weights, response, apply=map) -> Fit | None:
     allowed = TOLERATED * response.noise_fraction_allowed
 
     def fewest(known, points, share):
-        """Return the first basis whose `share` of the noise is allowed, and that share; (None, share) where there is none."""
+        """Return the first basis whose `share` of the noise is allowed, and that share; (None,
+        share) where there is none.
+        """
         rows, found = directions(known, moments, kernel_moments(points, weights)), np.inf
         for count in range(np.linalg.matrix_rank(known), min(MOST, len(cube) // 2) + 1):
             basis = Basis(rows[:count], predictor(rows[:count], moments))
@@ -127,7 +136,9 @@ def _rate(cube, total, apply):
 
 
 def _tiles(rate, shape):
-    """Return flat indices of the bright tiles, the brightest ones, and of tiles spread evenly over the frame."""
+    """Return flat indices of the bright tiles, the brightest ones, and of tiles spread evenly over
+    the frame.
+    """
     height, width = shape
     steps = [max(1, int(n // np.sqrt(SPECTRA * n / (height + width - n)))) for n in shape]
     rows, columns = (np.arange(s // 2, n, s) for s, n in zip(steps, shape))
@@ -144,7 +155,9 @@ def _spectra(cube, factor, tiles):
 
 
 class _Looks:
-    """Errors of a fit in standard deviations of the noise: at tiles lit by their neighbours, and by bright ones far away."""
+    """Errors of a fit in standard deviations of the noise: at tiles lit by their neighbours, and by
+    bright ones far away.
+    """
 
     def __init__(self, cube, factor, bright, others, spectra, weights, made, response):
         shape = cube.shape[1:]
@@ -195,7 +208,9 @@ class _Looks:
         self.single_light = self._from_single(self.single)
 
     def _beyond(self, radius):
-        """Return sampled kernels (point, band), those nearest to the axis that lie beyond a radius in tiles."""
+        """Return sampled kernels (point, band), those nearest to the axis that lie beyond a radius
+        in tiles.
+        """
         y, x = (
             np.arange(n) * step + first - middle
             for n, step, first, middle in zip(
@@ -209,7 +224,9 @@ class _Looks:
         return self.points.reshape(-1, self.points.shape[2])[order]
 
     def around_tiles(self, near) -> float:
-        """Return the largest error to be expected where light comes from a tile and its neighbours."""
+        """Return the largest error to be expected where light comes from a tile and its
+        neighbours.
+        """
         return WORST[0] * float(
             self._share(
                 self._from_neighbours(near.missed(self.near) * self.counts[..., None]),
@@ -218,7 +235,9 @@ class _Looks:
         )
 
     def of_bright(self, near, far) -> float:
-        """Return the largest error to be expected of light that comes from bright tiles, all together and single ones."""
+        """Return the largest error to be expected of light that comes from bright tiles, all
+        together and single ones.
+        """
         parts = (self.missed_near, near), (self.beyond, far)
         seen = sum(
             np.einsum("tsb,sb->tb", self.kernels * part, basis.missed(self.bright))
@@ -240,7 +259,9 @@ class _Looks:
         return np.einsum("nub,ub->nb", spectra, self.core) @ self.weights.T
 
     def _from_single(self, spectra):
-        """Return the (source, point, channel) photocurrent that single bright tiles make at points around them."""
+        """Return the (source, point, channel) photocurrent that single bright tiles make at points
+        around them.
+        """
         return np.einsum(
             "sb,jb,pb->spj",
             spectra,
@@ -255,7 +276,9 @@ class _Looks:
         return scale * np.abs(error) / noise
 
     def _kernels(self, away):
-        """Return the kernels (target, source, band) at the sampled points nearest to the ways (target, source, 2) in tiles."""
+        """Return the kernels (target, source, band) at the sampled points nearest to the ways
+        (target, source, 2) in tiles.
+        """
         index = [
             np.clip(
                 np.rint((away[..., a] + self.middle[a] - self.first[a]) / self.steps[a]).astype(

@@ -1,8 +1,10 @@
-"""Spread errors: what the errors of kernels do to the light of one scene, tile by tile; and kernels as right as a sensor needs.
+"""Spread errors: what the errors of kernels do to the light of one scene, tile by tile; and kernels
+as right as a sensor needs.
 
-Errors of different tiles of a kernel are independent but for neighbours (`kernel_errors.deviation`), and so are those of different
-bands, so a tile's light is off by the root of the sum of (L k d)^2 over the tiles and bands that it comes from. What the period of
-the far field adds may have one sign: its share of L k adds up as it is.
+Errors of different tiles of a kernel are independent but for neighbours
+(`kernel_errors.deviation`), and so are those of different bands, so a tile's light is off by the
+root of the sum of (L k d)^2 over the tiles and bands that it comes from. What the period of the far
+field adds may have one sign: its share of L k adds up as it is.
 """
 
 from __future__ import annotations
@@ -25,20 +27,25 @@ FINER = (
     0.25,
 )  # of the lens's own error: still finer lattices outgrow memory, and little is won
 HALVED = 0.35  # what is left of the errors of kernels that are asked for half the error, measured
-STATED = 2.0  # over what is found, 1.5 to 3.7 (docs/budget.md): kernels that are stated to be so much too coarse may well be fine enough
+# over what is found, 1.5 to 3.7 (docs/budget.md): kernels that are stated to be so much too coarse
+# may well be fine enough
+STATED = 2.0
 
 
 def spread_errors(mixed, given, weights) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return (deviation, bound) of the light that kernels bring, each (channel, y, x), on the sensor's tiles; None where it is not known.
+    """Return (deviation, bound) of the light that kernels bring, each (channel, y, x), on the
+    sensor's tiles; None where it is not known.
 
     Parameters
     ----------
     mixed : mixed radiance. `given` : `imaging.Parts` of its field.
-    weights : (channel, band) what is counted of irradiance, electrons per m2 and second for example.
+    weights : (channel, band) what is counted of irradiance, electrons per m2 and second for
+        example.
 
     Notes
     -----
-    All bands have the shape of the worst one's errors, scaled: kernels of neighbouring wavelengths fall alike.
+    All bands have the shape of the worst one's errors, scaled: kernels of neighbouring wavelengths
+    fall alike.
     """
     made, (ny, nx) = given.made, mixed.shape[1:]
     if given.field is not None or given.sensor.scales is not None:
@@ -65,13 +72,16 @@ def exact(made) -> bool:
 
 
 def fine_enough(make, lens, mixed, relative, response):
-    """Return kernels whose errors a sensor cannot tell in this scene, or the lens's own where that is out of reach, and their
-    `noise_share`; and what the sensor counts of the scene, None where nobody had to look.
+    """Return kernels whose errors a sensor cannot tell in this scene, or the lens's own where that
+    is out of reach, and their `noise_share`; and what the sensor counts of the scene, None where
+    nobody had to look.
 
     Parameters
     ----------
-    make : function(lens) -> `kernels.Kernels`. `lens` : with `speckle_error`, the largest error that kernels may have.
-    relative : factor of the tiles' light, (y, x) or 1. `response` : of the sensors, or None: the lens's own error is enough.
+    make : function(lens) -> `kernels.Kernels`. `lens` : with `speckle_error`, the largest error
+        that kernels may have.
+    relative : factor of the tiles' light, (y, x) or 1. `response` : of the sensors, or None: the
+        lens's own error is enough.
     """
     if response is None:
         return make(lens), 0.0, None
@@ -96,7 +106,9 @@ def fine_enough(make, lens, mixed, relative, response):
 
 
 def noise_share(made, seen: Counted, response) -> float:
-    """Return what 99 % of the tiles' errors are at most, over the noise of the sensor's charge; no tile is taken for brighter than it is."""
+    """Return what 99 % of the tiles' errors are at most, over the noise of the sensor's charge; no
+    tile is taken for brighter than it is.
+    """
     band_share, variance, wrapped, far = _kernels(made, seen.block, seen.frame)
     found = [0.0]
     for row, whole, least in zip(seen.weights, seen.sums, seen.least):
@@ -116,7 +128,9 @@ def noise_share(made, seen: Counted, response) -> float:
 
 
 def _kernels(made, block, frame):
-    """Return the error of every band over the worst one's, and what that one adds from block to block to variance, bound and light."""
+    """Return the error of every band over the worst one's, and what that one adds from block to
+    block to variance, bound and light.
+    """
     known = made.__dict__.setdefault("_error_kernels", {})  # of frozen kernels: made once
     if (block, frame) not in known:
         points, steps, first = made.sampled
@@ -155,9 +169,11 @@ def _kernels(made, block, frame):
 
 
 def _spread(light, kernel):
-    """Return the convolution of light (y, x) not below 0, or a little more than it: the bound on a transform's rounding is added.
+    """Return the convolution of light (y, x) not below 0, or a little more than it: the bound on a
+    transform's rounding is added.
 
-    Rounding is some 1e-16 of the lamps' light everywhere: far less than the noise of any tile, and no tile need be summed directly.
+    Rounding is some 1e-16 of the lamps' light everywhere: far less than the noise of any tile, and
+    no tile need be summed directly.
     """
     out, norm = transform.plain(light, kernel.spectrum, kernel.size)
     rounding = transform.error(norm * kernel.norm, float(np.linalg.norm(out)), kernel.size)

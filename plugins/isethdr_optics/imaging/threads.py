@@ -12,16 +12,19 @@ MOST_THREADS = 8
 
 
 def cpus() -> int:
-    """Return how many threads to use: OMP_NUM_THREADS where it is set, else the processors at hand."""
+    """Return how many threads to use: OMP_NUM_THREADS where it is set, else the processors at
+    hand.
+    """
     return int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count() or 1)
 
 
 @contextmanager
 def threads():
-    """Give `apply(function, items)`, which returns a list as `map` would, worked on by several threads; several callers may share it.
+    """Give `apply(function, items)`, which returns a list as `map` would, worked on by several
+    threads; several callers may share it.
 
-    Each thread takes one item after the other by itself: to hand out items of a millisecond one by one would cost as much as a tenth of
-    their work.
+    Each thread takes one item after the other by itself: to hand out items of a millisecond one by
+    one would cost as much as a tenth of their work.
     """
     count = min(cpus(), MOST_THREADS)
 
@@ -54,7 +57,8 @@ def threads():
 def executor(count: int):
     """Give a pool of `count` threads; a linear algebra library has one thread meanwhile.
 
-    Its own threads would go on spinning when they are done, beside those of the pool: kernels with phase took half as many CPU seconds more.
+    Its own threads would go on spinning when they are done, beside those of the pool: kernels with
+    phase took half as many CPU seconds more.
     """
     with _libraries().limit(limits=1, user_api="blas"), ThreadPoolExecutor(count) as pool:
         yield pool
@@ -62,7 +66,9 @@ def executor(count: int):
 
 @cache
 def _libraries():
-    """Return what controls the linear algebra libraries of this process; to look for them takes milliseconds."""
+    """Return what controls the linear algebra libraries of this process; to look for them takes
+    milliseconds.
+    """
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()

@@ -1,8 +1,11 @@
-"""Window: what a lens takes of the field, and makes light of, for sensors that see a window of the image plane only.
+"""Window: what a lens takes of the field, and makes light of, for sensors that see a window of the
+image plane only.
 
-Two bounds leave tiles beyond the window out. Kernels that end at a reach take nothing from beyond it: their bound (`tails`) is that of
-the whole field. Kernels of the full frame lose what tiles beyond some reach would send into the window, nowhere more than the brightest
-of them x the energy of the kernel beyond that reach. A lamp far outside so brings all of the field back, one within the window does not.
+Two bounds leave tiles beyond the window out. Kernels that end at a reach take nothing from beyond
+it: their bound (`tails`) is that of the whole field. Kernels of the full frame lose what tiles
+beyond some reach would send into the window, nowhere more than the brightest of them x the energy
+of the kernel beyond that reach. A lamp far outside so brings all of the field back, one within the
+window does not.
 """
 
 from __future__ import annotations
@@ -28,10 +31,11 @@ WHY = f"{core.WHY}, and too little of their light spreads to one"
 
 
 def seen(lens, mixed, flares, response):
-    """Return (mixed, parts, response): the tiles whose light a sensor of `response` can tell, what the lens makes of them, the error left.
+    """Return (mixed, parts, response): the tiles whose light a sensor of `response` can tell, what
+    the lens makes of them, the error left.
 
-    All tiles are kept where the response states no window, where light is moved, drawn twice or spread unlike over the field, and where
-    no bound says that tiles beyond are too dark.
+    All tiles are kept where the response states no window, where light is moved, drawn twice or
+    spread unlike over the field, and where no bound says that tiles beyond are too dark.
     """
     inner = _inner(lens, mixed, flares, response)
     if inner is None:
@@ -106,7 +110,9 @@ def _inner(lens, mixed, flares, response):
 
 
 def _without_dark(lens, mixed, flares, response, inner):
-    """Return (mixed, parts, response, reach, bound) without tiles so far out, and so dark, that the sensor cannot tell; None where none are."""
+    """Return (mixed, parts, response, reach, bound) without tiles so far out, and so dark, that the
+    sensor cannot tell; None where none are.
+    """
     plain, wave, frame = (
         without_geometry(lens),
         mixed.wavelength.values.astype(float),
@@ -163,7 +169,9 @@ def _without_dark(lens, mixed, flares, response, inner):
 
 
 def _within_kernels(lens, mixed, part, given, inner, reach):
-    """Return (mixed, parts) of those tiles of `part`, `reach` beyond the window, that kernels take light for the window from."""
+    """Return (mixed, parts) of those tiles of `part`, `reach` beyond the window, that kernels take
+    light for the window from.
+    """
     near = _cut(mixed, inner, [min(n // 2, reach) for n in given.made.bands[0].shape])
     if near.shape == part.shape:
         return part, given
@@ -180,7 +188,8 @@ def _within_kernels(lens, mixed, part, given, inner, reach):
 
 
 def _cut(mixed, inner, reach):
-    """Return the tiles of mixed radiance within `reach` (y, x) of a window, all of them where that is what they are.
+    """Return the tiles of mixed radiance within `reach` (y, x) of a window, all of them where that
+    is what they are.
 
     Attribute `tiles_beyond` : (y, x) from the window to where the light ends that is known.
     """
@@ -196,7 +205,9 @@ def _cut(mixed, inner, reach):
 
 
 def _largest_reach(inner, frame) -> int:
-    """Return how many tiles beyond the window may stay where that is to be worth while; -1 where none may."""
+    """Return how many tiles beyond the window may stay where that is to be worth while; -1 where
+    none may.
+    """
     reach = -1
     sides = [(inner[d].start, inner[d].stop, n) for d, n in zip(("y", "x"), frame)]
     while np.prod(
@@ -207,7 +218,9 @@ def _largest_reach(inner, frame) -> int:
 
 
 def _brightest(mixed, inner, factor):
-    """Return function(reach) -> the brightest light, per band, of tiles farther than `reach` from the window."""
+    """Return function(reach) -> the brightest light, per band, of tiles farther than `reach` from
+    the window.
+    """
     rows, columns = (mixed.values.max(axis=axis) for axis in (2, 1))
 
     def brightest(reach):
@@ -225,7 +238,9 @@ def _brightest(mixed, inner, factor):
 
 
 def _beyond(kernel, reach) -> float:
-    """Return the energy that a kernel has farther than `reach` tiles from its middle, along either axis."""
+    """Return the energy that a kernel has farther than `reach` tiles from its middle, along either
+    axis.
+    """
     return 1 - float(
         kernel[tuple(slice(max(n // 2 - reach, 0), n // 2 + reach + 1) for n in kernel.shape)].sum(
             dtype=float

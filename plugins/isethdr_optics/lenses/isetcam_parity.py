@@ -1,8 +1,9 @@
-"""ISETCam's optical image of a diffraction-limited lens, for comparison only: circular where ours is linear.
+"""ISETCam's optical image of a diffraction-limited lens, for comparison only: circular where ours
+is linear.
 
-Rules as in ISETCam's oiCalculateIrradiance, opticsDLCompute and opticsOTF (2021), off-axis falloff skipped: the irradiance is
-padded by an
-eighth of its size on every side, multiplied by the transfer function in the frequency domain, and made positive by abs().
+Rules as in ISETCam's oiCalculateIrradiance, opticsDLCompute and opticsOTF (2021), off-axis falloff
+skipped: the irradiance is padded by an eighth of its size on every side, multiplied by the transfer
+function in the frequency domain, and made positive by abs().
 """
 
 from __future__ import annotations
@@ -19,10 +20,12 @@ def optical_image(
 
     Parameters
     ----------
-    lens : a lens with `f_number`, `throughput_sr()` and, as magnification, the distance it is focused on.
+    lens : a lens with `f_number`, `throughput_sr()` and, as magnification, the distance it is
+        focused on.
     radiance : (wavelength, y, x) array, any radiance unit; y = x, a multiple of 8.
     wavelength_nm : (wavelength,) nm.
-    field_deg : full angle across the padded image; its frequencies are whole numbers of cycles per this angle.
+    field_deg : full angle across the padded image; its frequencies are whole numbers of cycles per
+        this angle.
     um_per_degree : image length that stands for a degree at every frequency, a constant.
 
     Returns

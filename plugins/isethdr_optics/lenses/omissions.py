@@ -1,4 +1,5 @@
-"""Omissions: what a lens spares, said in the plan before a run and again by the lens at work, in the same words.
+"""Omissions: what a lens spares, said in the plan before a run and again by the lens at work, in
+the same words.
 
 Each is exact but for rounding: forcing it in computes the same light in another way.
 """
@@ -8,7 +9,8 @@ from __future__ import annotations
 from isethdr_core import ledger
 
 ROUNDING = 1.2e-7  # relative, of light in float32
-SHARED = 3e-6  # relative: shares of places and cores are float32, tiles across the border of a core meet twice
+# relative: shares of places and cores are float32, tiles across the border of a core meet twice
+SHARED = 3e-6
 
 
 def no_distortion() -> None:

@@ -1,4 +1,6 @@
-"""The lens `prescription`: distortion, relative illumination, f-number and wavefronts of a traced lens prescription."""
+"""The lens `prescription`: distortion, relative illumination, f-number and wavefronts of a traced
+lens prescription.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +16,16 @@ from .thin_lens import DiffractionLimitedLens
 FIRST_NM, STEP_NM = (
     380.0,
     20.0,
-)  # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on others
-EVEN = 0.002  # rms of the amplitude over the stop: changes at most twice that share of a point's light (L1, Cauchy-Schwarz)
-BORDER_SHARE = 3.0  # of a point's light (L1) per radius by which the exit pupil is off its ellipse; measured 0.2 to 2.7
-BEYOND = 1.05  # times the field: as far as chief rays of the distortion go, for tiles that lateral colour adds around it
+    # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on others
+)
+# rms of the amplitude over the stop: changes at most twice that share of a point's light (L1,
+# Cauchy-Schwarz)
+EVEN = 0.002
+# of a point's light (L1) per radius by which the exit pupil is off its ellipse; measured 0.2 to 2.7
+BORDER_SHARE = 3.0
+# times the field: as far as chief rays of the distortion go, for tiles that lateral colour adds
+# around it
+BEYOND = 1.05
 FIELD_POINTS = (
     33  # of distortion and relative illumination, from the axis to the border of the field
 )
@@ -25,9 +33,12 @@ FIELD_POINTS = (
 
 @dataclass(frozen=True)
 class PrescribedLens(DiffractionLimitedLens):
-    """A real lens from its prescription: distortion, vignetting, throughput and wavefronts over the field by exact rays."""
+    """A real lens from its prescription: distortion, vignetting, throughput and wavefronts over the
+    field by exact rays.
+    """
 
-    prescription: str = "double_gauss"  # name, or path of a .yaml file; scaled to focal_length_mm, stopped to f_number
+    # name, or path of a .yaml file; scaled to focal_length_mm, stopped to f_number
+    prescription: str = "double_gauss"
     falloff: Literal["traced", "cos4", "none"] | Falloff = "traced"  # off the axis
     distortion: Literal["traced", "none"] | dict[str, Any] = "traced"
     lateral_colour: Literal["traced", "none"] = (
@@ -60,9 +71,11 @@ class PrescribedLens(DiffractionLimitedLens):
         return DiffractionLimitedLens.photocurrent(self, mixed, flares, response)
 
     def colour_at(self, angle_rad: float, wavelength_nm: float) -> dict[int, float]:
-        """Return what the traced wavefront of a wavelength has on top of `wavefront_at`, {OSA index: um}; nothing beside `focal_shift_um`.
+        """Return what the traced wavefront of a wavelength has on top of `wavefront_at`, {OSA
+        index: um}; nothing beside `focal_shift_um`.
 
-        Between traced wavelengths straight lines in 1 / wavelength^2, in which dispersion is nearly straight (Cauchy).
+        Between traced wavelengths straight lines in 1 / wavelength^2, in which dispersion is nearly
+        straight (Cauchy).
         """
         if self.focal_shift_um:
             return {}
@@ -78,7 +91,8 @@ class PrescribedLens(DiffractionLimitedLens):
         }
 
     def pupil_scale_at(self, angle_rad: float, wavelength_nm: float) -> float:
-        """Return the size of the exit pupil at a wavelength over that at the reference wavelength; 1 beside `focal_shift_um`.
+        """Return the size of the exit pupil at a wavelength over that at the reference wavelength;
+        1 beside `focal_shift_um`.
 
         Between traced wavelengths as `colour_at`.
         """
@@ -102,7 +116,9 @@ class PrescribedLens(DiffractionLimitedLens):
         ]
 
     def magnification_at(self, tangent, wavelength_nm: float):
-        """Return heights on the sensor of traced chief rays of a wavelength over those of the reference, at field tangents; 1: no lateral colour."""
+        """Return heights on the sensor of traced chief rays of a wavelength over those of the
+        reference, at field tangents; 1: no lateral colour.
+        """
         import numpy as np
 
         if self.lateral_colour != "traced":
@@ -114,7 +130,9 @@ class PrescribedLens(DiffractionLimitedLens):
         )
 
     def rims_at(self, angle_rad: float) -> tuple[tuple[float, float], ...]:
-        """Return the discs (x, radius), in stop radii, that cut the stop for light from an angle off the axis along +x."""
+        """Return the discs (x, radius), in stop radii, that cut the stop for light from an angle
+        off the axis along +x.
+        """
         from math import tan
 
         from ..prescription.rims import rims
@@ -122,9 +140,11 @@ class PrescribedLens(DiffractionLimitedLens):
         return rims(self.real(), tan(angle_rad))[0]
 
     def exit_pupil_at(self, angle_rad: float) -> tuple[float, float]:
-        """Return the (meridional, sagittal) radius of the exit pupil in direction cosines at the image of a field angle.
+        """Return the (meridional, sagittal) radius of the exit pupil in direction cosines at the
+        image of a field angle.
 
-        The unit is 1 / (2 x f-number), the radius that the f-number says. A negative radius is that of an inverted pupil.
+        The unit is 1 / (2 x f-number), the radius that the f-number says. A negative radius is that
+        of an inverted pupil.
 
         Raises
         ------
@@ -139,7 +159,8 @@ class PrescribedLens(DiffractionLimitedLens):
         return -2 * self.f_number * pupil.meridional, -2 * self.f_number * pupil.sagittal
 
     def amplitude_at(self, angle_rad: float) -> dict[int, float]:
-        """Return the amplitude over the stop of light from an angle off the axis along +x, {OSA index: value}, its mean square 1.
+        """Return the amplitude over the stop of light from an angle off the axis along +x, {OSA
+        index: value}, its mean square 1.
 
         Nothing where it is so even that the point spread does not show it.
         """
@@ -147,7 +168,9 @@ class PrescribedLens(DiffractionLimitedLens):
         return dict(terms) if uneven > EVEN else {}
 
     def input_files(self):
-        """Return the user's own prescription file, if one is named: its content is part of a run's name."""
+        """Return the user's own prescription file, if one is named: its content is part of a run's
+        name.
+        """
         return (self.prescription,) if self.prescription.endswith((".yaml", ".yml")) else ()
 
     def real(self):
@@ -157,10 +180,12 @@ class PrescribedLens(DiffractionLimitedLens):
         return _as_used(load(self.prescription), self.focal_length_mm, self.f_number)
 
     def throughput_sr(self) -> float:
-        """Return irradiance / radiance on the axis, sr, at the reference wavelength: the area of the beam that comes in, times transmittance, over
-        the area that the field's (tangent)^2 takes on the sensor.
+        """Return irradiance / radiance on the axis, sr, at the reference wavelength: the area of
+        the beam that comes in, times transmittance, over the area that the field's (tangent)^2
+        takes on the sensor.
 
-        Where `falloff` multiplies the field before it is moved, the distortion takes its own share of the latter: it is that of f^2 here.
+        Where `falloff` multiplies the field before it is moved, the distortion takes its own share
+        of the latter: it is that of f^2 here.
         """
         from isethdr_core.data.camera_geometry import distortion_map
 
@@ -178,7 +203,9 @@ class PrescribedLens(DiffractionLimitedLens):
         )
 
     def gains_sr(self, wavelength_nm):
-        """Return irradiance / radiance on the axis of bands, sr: colour makes the entrance pupil larger or smaller."""
+        """Return irradiance / radiance on the axis of bands, sr: colour makes the entrance pupil
+        larger or smaller.
+        """
         import numpy as np
 
         real = self.real()
@@ -194,7 +221,8 @@ class PrescribedLens(DiffractionLimitedLens):
         return self.wavefront == "traced"
 
     def wavefront_at(self, angle_rad: float) -> dict[int, float]:
-        """Return the traced wavefront {OSA index: um} of light from an angle off the axis, along +x of the field.
+        """Return the traced wavefront {OSA index: um} of light from an angle off the axis, along +x
+        of the field.
 
         Raises
         ------
@@ -214,7 +242,9 @@ class PrescribedLens(DiffractionLimitedLens):
         return _traced_distortion(self.real(), angle_rad)
 
     def falloff_to(self, angle_rad: float):
-        """Return cos4, none or {field angle deg: relative illumination on the sensor} up to `angle_rad`, traced by default."""
+        """Return cos4, none or {field angle deg: relative illumination on the sensor} up to
+        `angle_rad`, traced by default.
+        """
         if self.falloff != "traced":
             return self.falloff
         import numpy as np
@@ -240,25 +270,33 @@ class PrescribedLens(DiffractionLimitedLens):
     def image_size_m(
         self, width: float, height: float, projection: str = "tangent"
     ) -> tuple[float, float]:
-        """Return (width, height) in metres of the sensor plane that looks into a field; ConfigError where no light gets to its corners."""
+        """Return (width, height) in metres of the sensor plane that looks into a field; ConfigError
+        where no light gets to its corners.
+        """
         from ..prescription.field import check
 
         check(self, width, height, projection)
         return DiffractionLimitedLens.image_size_m(self, width, height, projection)
 
     def state_field(self, width: float, height: float, projection: str = "tangent") -> None:
-        """State in the ledger what rims take from the corners of a field wider than the prescription is made for."""
+        """State in the ledger what rims take from the corners of a field wider than the
+        prescription is made for.
+        """
         from ..prescription.field import state
 
         state(self, width, height, projection)
 
     def beam(self, tangent: float) -> float:
-        """Return the area of the beam that comes in from a field tangent, across the axis, over that on the axis."""
+        """Return the area of the beam that comes in from a field tangent, across the axis, over
+        that on the axis.
+        """
         axis, found = _areas(self.real(), (0.0, abs(float(tangent))))
         return float(found / axis)
 
     def relative_illumination(self, tangent):
-        """Return irradiance of a uniform scene at field tangents, 1 on the axis, as it would be without distortion."""
+        """Return irradiance of a uniform scene at field tangents, 1 on the axis, as it would be
+        without distortion.
+        """
         import numpy as np
 
         tangent = np.abs(np.atleast_1d(np.asarray(tangent, float)))
@@ -266,7 +304,9 @@ class PrescribedLens(DiffractionLimitedLens):
         return (1 + tangent**2) ** -2 * area[1:] / area[0]
 
     def _state(self, mixed, ledger):
-        """State what the prescription would do that this lens does not, at the border of the field it is made for."""
+        """State what the prescription would do that this lens does not, at the border of the field
+        it is made for.
+        """
         import numpy as np
 
         from isethdr_core.data.camera_geometry import projection_of
@@ -284,7 +324,10 @@ class PrescribedLens(DiffractionLimitedLens):
         edge = min(float(np.tan(widest)), float(np.tan(np.radians(real.half_field_deg))))
         if "traced" == self.distortion == self.falloff:
             value = self._uneven(widest, mixed.wavelength.values.astype(float))
-            label = "uniform light by rays counted from places of the sensor, first and last band, from what the attributes say"
+            label = (
+                "uniform light by rays counted from places of the sensor, first and last band, from"
+                " what the attributes say"
+            )
             note = ErrorNote(
                 value,
                 "of that on the axis",
@@ -349,7 +392,9 @@ class PrescribedLens(DiffractionLimitedLens):
         shape_error(rims(real, float(np.tan(widest)))[1], "radii of the stop", label, "rims")
 
     def _uneven(self, widest_rad, waves):
-        """Return how far uniform light is from throughput x relative illumination at most, over that on the axis."""
+        """Return how far uniform light is from throughput x relative illumination at most, over
+        that on the axis.
+        """
         import numpy as np
 
         from isethdr_core.data.camera_geometry import table_values
@@ -372,7 +417,9 @@ class PrescribedLens(DiffractionLimitedLens):
 
 
 def _between_um(lens, angle_rad, wavelength_nm):
-    """Return how wrong the wavefront is half way between the traced wavelengths around one, um rms without tilt."""
+    """Return how wrong the wavefront is half way between the traced wavelengths around one, um rms
+    without tilt.
+    """
     middle = FIRST_NM + STEP_NM * ((wavelength_nm - FIRST_NM) // STEP_NM + 0.5)
     real, own = lens.real(), lens.colour_at(angle_rad, middle)
     exact, known = (

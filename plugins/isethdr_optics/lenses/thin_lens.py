@@ -1,6 +1,7 @@
 """Lenses: thin, shift-invariant, with a round stop of diameter focal length / f-number.
 
-`lens(mixed, flares)` gives irradiance, `lens.psf(...)` the point spread function, `lens.throughput(...)` irradiance per radiance.
+`lens(mixed, flares)` gives irradiance, `lens.psf(...)` the point spread function,
+`lens.throughput(...)` irradiance per radiance.
 """
 
 from __future__ import annotations
@@ -55,14 +56,17 @@ class IdealLens:
     def __call__(self, mixed, flares=(), error_allowed=0.0):
         """Return irradiance of mixed radiance; scatter and added light of `flares` are honoured.
 
-        `error_allowed` is relative, of what the lens may take for its convolutions; 0 asks for the exact way.
+        `error_allowed` is relative, of what the lens may take for its convolutions; 0 asks for the
+        exact way.
         """
         from ..imaging.irradiance import image
 
         return image(self, mixed, _sequence(flares), error_allowed)
 
     def photocurrent(self, mixed, flares, response):
-        """Return photocurrent of mixed radiance in the window of a sensor's response, or irradiance where that is better for its light."""
+        """Return photocurrent of mixed radiance in the window of a sensor's response, or irradiance
+        where that is better for its light.
+        """
         from isethdr_core.data.temporal_modulation import DIM
 
         from ..imaging.sensor_limited import photocurrent
@@ -80,7 +84,9 @@ class IdealLens:
         return f_m / (self.object_distance_m - f_m)
 
     def throughput_sr(self) -> float:
-        """Return irradiance / radiance on the axis of a uniform scene with a clean round stop, sr."""
+        """Return irradiance / radiance on the axis of a uniform scene with a clean round stop,
+        sr.
+        """
         from isethdr_core.physics.radiometry import irradiance_factor, irradiance_factor_aplanatic
 
         rule = irradiance_factor if self.pupil == "tangent" else irradiance_factor_aplanatic
@@ -93,17 +99,22 @@ class IdealLens:
         return np.full(len(wavelength_nm), self.throughput_sr())
 
     def distortion_to(self, angle_rad: float) -> str | dict:
-        """Return the distortion of a field up to `angle_rad`, as `isethdr_core.data.camera_geometry.distortion_map` takes it."""
+        """Return the distortion of a field up to `angle_rad`, as
+        `isethdr_core.data.camera_geometry.distortion_map` takes it.
+        """
         return self.distortion
 
     def falloff_to(self, angle_rad: float):
-        """Return cos4, none or {field angle deg: relative illumination on the sensor} of a field up to `angle_rad`."""
+        """Return cos4, none or {field angle deg: relative illumination on the sensor} of a field up
+        to `angle_rad`.
+        """
         return self.falloff
 
     def image_size_m(
         self, width: float, height: float, projection: str = "tangent"
     ) -> tuple[float, float]:
-        """Return (width, height) in metres of the largest centred rectangle of the sensor plane that looks into a field.
+        """Return (width, height) in metres of the largest centred rectangle of the sensor plane
+        that looks into a field.
 
         `width` and `height` are in the projection's unit: tangents of the field angle, or radians.
         """
@@ -122,7 +133,8 @@ class IdealLens:
         return demand
 
     def kernel_bytes(self, frame, flares) -> float:
-        """Return the bytes that kernels over an `isethdr_core.pipeline.memory.Frame` take, and what they are made of; 0 without blur.
+        """Return the bytes that kernels over an `isethdr_core.pipeline.memory.Frame` take, and what
+        they are made of; 0 without blur.
 
         Raises
         ------
@@ -133,9 +145,11 @@ class IdealLens:
         return kernel_bytes(self, _sequence(flares), frame)
 
     def spread_errors(self, mixed, flares, weights, response=None):
-        """Return how wrong the kernels may make light of `mixed`: (deviation, bound), each (channel, y, x).
+        """Return how wrong the kernels may make light of `mixed`: (deviation, bound), each
+        (channel, y, x).
 
-        `weights` (channel, band): what is counted of irradiance; `response` as the light was asked for. One tile per tile of that light.
+        `weights` (channel, band): what is counted of irradiance; `response` as the light was asked
+        for. One tile per tile of that light.
         """
         from isethdr_core import ledger
 
@@ -147,7 +161,9 @@ class IdealLens:
             return errors_on_window(spread_errors(mixed, given, weights), self, given, response)
 
     def keeps_light(self, flares) -> bool:
-        """Return whether the light of every tile stays where the tile is: no blur, no flare, nothing moved."""
+        """Return whether the light of every tile stays where the tile is: no blur, no flare,
+        nothing moved.
+        """
         return not (
             flares
             or hasattr(self, "zernike_um")
@@ -156,7 +172,9 @@ class IdealLens:
         )
 
     def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=()):
-        """Return the point spread function (wavelength, y, x): all light on the sample at index size // 2."""
+        """Return the point spread function (wavelength, y, x): all light on the sample at index
+        size // 2.
+        """
         import numpy as np
 
         from ..psf.kernels import psf_array
@@ -184,11 +202,15 @@ class DiffractionLimitedLens(IdealLens):
     pupil_matrix = None  # nor an exit pupil that differs from the round stop of its f-number
 
     def colour_um(self, wavelength_nm: float) -> dict[int, float]:
-        """Return what a wavelength's wavefront has on top of that of all, {OSA index: um}: nothing beside `focal_shift_um`."""
+        """Return what a wavelength's wavefront has on top of that of all, {OSA index: um}: nothing
+        beside `focal_shift_um`.
+        """
         return {}
 
     def pupil_scale(self, wavelength_nm: float) -> float:
-        """Return the size of the exit pupil at a wavelength over that of the pupil that shapes are drawn in: the same."""
+        """Return the size of the exit pupil at a wavelength over that of the pupil that shapes are
+        drawn in: the same.
+        """
         return 1.0
 
     def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=(), integrated=None):
@@ -199,16 +221,14 @@ class DiffractionLimitedLens(IdealLens):
         wavelength_nm : one or more wavelengths, nm.
         pitch_um, size : size x size samples `pitch_um` apart, the axis at index size // 2.
         flares : list or dictionary of flares.
-        integrated : False: intensity at each sample's centre times its area. True: integral over each sample's square. None: the
-            first
-            where the pitch is below wavelength x f-number for all wavelengths (then the samples sum to the energy), else the
-            second.
+        integrated : False: intensity at each sample's centre times its area. True: integral over
+            each sample's square. None: the first where the pitch is below wavelength x f-number for
+            all wavelengths (then the samples sum to the energy), else the second.
 
         Returns
         -------
-        DataArray (wavelength, y, x), y and x in metres: the fraction of the light through the pupil on each sample. What is
-        missing from
-        a sum of 1 falls outside.
+        DataArray (wavelength, y, x), y and x in metres: the fraction of the light through the pupil
+        on each sample. What is missing from a sum of 1 falls outside.
         """
         from ..field.field_point_lens import on_axis
         from ..psf.kernels import point_spread
@@ -227,7 +247,8 @@ class WavefrontLens(DiffractionLimitedLens):
     )  # {OSA index: rms in micrometres}; 4 is defocus; over the whole stop
     field_zernike_um: dict[FieldAngle, Zernikes] = field(
         default_factory=dict
-    )  # {field angle deg: what comes on top, for light from +x}; lines between, turned about the axis
+        # {field angle deg: what comes on top, for light from +x}; lines between, turned about the axis
+    )
     # share of a point's light that the grid of places in the field may put wrong
     error_allowed: ErrorAllowed = 0.05
 
@@ -241,7 +262,8 @@ class WavefrontLens(DiffractionLimitedLens):
         return bool(self.field_zernike_um)
 
     def wavefront_at(self, angle_rad: float) -> dict[int, float]:
-        """Return what comes on top of `zernike_um`, {OSA index: um}, for light from an angle off the axis, along +x of the field.
+        """Return what comes on top of `zernike_um`, {OSA index: um}, for light from an angle off
+        the axis, along +x of the field.
 
         Raises
         ------
@@ -254,8 +276,8 @@ class WavefrontLens(DiffractionLimitedLens):
         known, angle = list(self.field_zernike_um), float(np.degrees(angle_rad))
         if angle > known[-1] * (1 + 1e-9):
             raise ConfigError(
-                f"lens.field_zernike_um ends at {known[-1]:g} degrees, the field reaches {angle:.4g}; "
-                "expected a longer table, or a smaller field"
+                f"lens.field_zernike_um ends at {known[-1]:g} degrees, the field reaches"
+                f" {angle:.4g}; expected a longer table, or a smaller field"
             )
         table = self.field_zernike_um.values()
         return {
@@ -278,8 +300,8 @@ def _check(lens):
         place()  # what it names is there
     if not lens.object_distance_m > 2e-3 * lens.focal_length_mm:
         raise ConfigError(
-            f"lens.object_distance_m is {lens.object_distance_m!r}; expected metres, more than twice the focal length; "
-            "set lens.object_distance_m=.inf for a far object"
+            f"lens.object_distance_m is {lens.object_distance_m!r}; expected metres, more than"
+            " twice the focal length; set lens.object_distance_m=.inf for a far object"
         )
     _check_geometry(lens)
 
@@ -292,8 +314,8 @@ def _check_field(lens):
         len(angles) < 2 or angles[0] != 0 or any(a >= b for a, b in zip(angles, angles[1:]))
     ):
         raise ConfigError(
-            f"lens.field_zernike_um has the field angles {angles}; expected degrees that rise from 0, at least two; "
-            "type for example +lens.field_zernike_um={0:{},20:{8:0.2}}"
+            f"lens.field_zernike_um has the field angles {angles}; expected degrees that rise from"
+            " 0, at least two; type for example +lens.field_zernike_um={0:{},20:{8:0.2}}"
         )
 
 
@@ -310,6 +332,7 @@ def _check_geometry(lens):
     rising = all(a < b for a, b in zip(angles, angles[1:]))
     if len(angles) < 2 or angles[0] != 0 or not rising:
         raise ConfigError(
-            f"lens.falloff is {lens.falloff!r}; expected field angles in degrees that rise from 0, each with a relative "
-            "illumination of 0 or more; type for example lens.falloff={0:1,20:0.8}"
+            f"lens.falloff is {lens.falloff!r}; expected field angles in degrees that rise from 0,"
+            " each with a relative illumination of 0 or more; type for example"
+            " lens.falloff={0:1,20:0.8}"
         )

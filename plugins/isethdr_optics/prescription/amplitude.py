@@ -1,9 +1,11 @@
-"""Amplitude over the pupil of a prescription: how unevenly a beam that comes in even leaves for the image, as Zernike coefficients.
+"""Amplitude over the pupil of a prescription: how unevenly a beam that comes in even leaves for the
+image, as Zernike coefficients.
 
-The image depends on directions: it is the transform of the amplitude over direction cosines. Power per area of direction cosines is power
-per area of the incoming beam x the area of that beam per area of direction cosines (a Jacobian) x what surfaces and coatings
-transmit along the ray; its root is the amplitude. A lens that keeps the sine condition off the axis too, one free of coma, is even here
-(Abbe; Born and Wolf 1999, section 4.5), however unevenly its stop is filled.
+The image depends on directions: it is the transform of the amplitude over direction cosines. Power
+per area of direction cosines is power per area of the incoming beam x the area of that beam per
+area of direction cosines (a Jacobian) x what surfaces and coatings transmit along the ray; its root
+is the amplitude. A lens that keeps the sine condition off the axis too, one free of coma, is even
+here (Abbe; Born and Wolf 1999, section 4.5), however unevenly its stop is filled.
 """
 
 from __future__ import annotations
@@ -28,7 +30,8 @@ LEAST = 1e-7  # coefficients below are rounding
 def amplitude(
     lens, tangent: float, wavelength_nm: float
 ) -> tuple[tuple[tuple[int, float], ...], float]:
-    """Return the amplitude of light from a field tangent along +x, ((OSA index, value), ...) over the exit pupil, and how uneven it is, rms.
+    """Return the amplitude of light from a field tangent along +x, ((OSA index, value), ...) over
+    the exit pupil, and how uneven it is, rms.
 
     Parameters
     ----------
@@ -36,7 +39,8 @@ def amplitude(
 
     Notes
     -----
-    The mean square over the exit pupil is 1. Terms odd in y, which a lens of revolution cannot have, are not fitted. Light is unpolarised.
+    The mean square over the exit pupil is 1. Terms odd in y, which a lens of revolution cannot
+    have, are not fitted. Light is unpolarised.
 
     Raises
     ------

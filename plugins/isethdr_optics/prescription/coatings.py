@@ -1,12 +1,16 @@
 """Coatings by name, and tables of what every surface of a prescription reflects, by band and angle.
 
-none          bare glass
-mgf2          a quarter wave of MgF2 at 550 nm
-multilayer    quarter 1.38, half 2.05, quarter 1.70 at 520 nm: below 0.6 % from 420 to 680 nm, 0.1 % in the middle (three layers of
-              the kind of J. T. Cox, G. Hass and A. Thelen, J. Opt. Soc. Am. 52, 965 (1962), not their numbers)
-broadband     1.38, 2.05, 1.38, 2.05, 1.38, 94.9, 136.7, 41.0, 20.8 and 43.7 nm thick: below 0.55 % from 400 to 700 nm and up to 20 degrees on
-              glass of 1.5 to 1.63; least squares of the reflectance on 1.52 and 1.62 found the thicknesses
-infrared_cut  (half-L H half-L)^9, H 2.35 and L 1.46, centred on 850 nm: reflects 730 to 1000 nm, ripples below
+none          bare glass mgf2          a quarter wave of MgF2 at 550 nm multilayer    quarter 1.38,
+half 2.05, quarter 1.70 at 520 nm: below 0.6 % from 420 to 680 nm, 0.1 % in the middle (three layers
+of
+              the kind of J. T. Cox, G. Hass and A. Thelen, J. Opt. Soc. Am. 52, 965 (1962), not
+              their numbers)
+broadband     1.38, 2.05, 1.38, 2.05, 1.38, 94.9, 136.7, 41.0, 20.8 and 43.7 nm thick: below 0.55 %
+from 400 to 700 nm and up to 20 degrees on
+              glass of 1.5 to 1.63; least squares of the reflectance on 1.52 and 1.62 found the
+              thicknesses
+infrared_cut  (half-L H half-L)^9, H 2.35 and L 1.46, centred on 850 nm: reflects 730 to 1000 nm,
+ripples below
 """
 
 from __future__ import annotations
@@ -55,7 +59,9 @@ def layers(coating: str, wavelength_nm):
 
 
 class Powers:
-    """What every surface passes on: call with (surface, reflects, forward, cosine); cosine (band, ...) or broadcasting to it."""
+    """What every surface passes on: call with (surface, reflects, forward, cosine); cosine (band,
+    ...) or broadcasting to it.
+    """
 
     def __init__(self, prescription, wavelength_nm, sensor_reflectance: float = 0.0):
         self.prescription = prescription
@@ -65,7 +71,9 @@ class Powers:
         self._tables = {}
 
     def __call__(self, k, reflects, forward, cosine):
-        """Return the fraction of unpolarised power that goes on; the sensor counts all light that arrives."""
+        """Return the fraction of unpolarised power that goes on; the sensor counts all light that
+        arrives.
+        """
         if k == len(self.prescription.surfaces) - 1:
             return self.sensor_reflectance if reflects else 1.0
         if self.prescription.media[k] == self.prescription.media[k + 1]:

@@ -30,9 +30,13 @@ AZIMUTHS = 180  # of the places on the border of the stop
 
 
 class ExitPupil(NamedTuple):
-    """The image of the stop in direction cosines: an ellipse, and how far the true border is from it."""
+    """The image of the stop in direction cosines: an ellipse, and how far the true border is from
+    it.
+    """
 
-    meridional: float  # direction cosine along x, towards the image, per radius of the stop; below 0 where the pupil is upright
+    # direction cosine along x, towards the image, per radius of the stop; below 0 where the pupil
+    # is upright
+    meridional: float
     sagittal: float  # the same along y
     centre: float  # direction cosine along x of its middle
     off_ellipse: float  # largest distance of the border from the ellipse, radii of the stop
@@ -43,7 +47,8 @@ class PupilRays(NamedTuple):
 
     filled: FilledStop
     places: np.ndarray  # (2, ...): x and y, 1 on the border of the ellipse
-    lag_mm: np.ndarray  # path from the foot of the image on the ray to the sphere less that of a ray through the image
+    # path from the foot of the image on the ray to the sphere less that of a ray through the image
+    lag_mm: np.ndarray
     image_mm: float  # of the chief ray on the sensor, along x
     scale: float  # size of the ellipse over that at the reference wavelength
 
@@ -69,7 +74,8 @@ def exit_pupil(lens: Prescription, tangent: float, wavelength_nm: float) -> Exit
 def pupil_rays(
     lens: Prescription, tangent: float, wavelength_nm: float, reach: float = 1.0
 ) -> PupilRays:
-    """Return rays from a field tangent along +x and where they cross the exit pupil, in units of its radii.
+    """Return rays from a field tangent along +x and where they cross the exit pupil, in units of
+    its radii.
 
     The unit is the exit pupil at the reference wavelength times a scale of the same area at this
     wavelength. So one shape of the
@@ -94,7 +100,9 @@ def pupil_rays(
 
 
 def _seen(lens, image_mm, wavelength_nm, filled):
-    """Return direction cosines (x, y) from the exit sphere to the image, and `PupilRays.lag_mm`; finite for a pupil at infinity too."""
+    """Return direction cosines (x, y) from the exit sphere to the image, and `PupilRays.lag_mm`;
+    finite for a pupil at infinity too.
+    """
     position, direction = filled.rays.position_mm, filled.rays.direction
     beside = np.stack([position[0] - image_mm, position[1], 0 * position[2]])
     foot = beside - np.sum(beside * direction, axis=0) * direction
@@ -105,7 +113,9 @@ def _seen(lens, image_mm, wavelength_nm, filled):
 
 
 def _sphere_curvature_per_mm(lens, image_mm, indices):
-    """Return 1 / the radius of the sphere around an image point through the paraxial exit pupil; below 0 for one behind the sensor."""
+    """Return 1 / the radius of the sphere around an image point through the paraxial exit pupil;
+    below 0 for one behind the sensor.
+    """
     behind = [(k, False) for k in range(lens.stop + 1, len(lens.surfaces) - 1)]
     stop_z, last_z, sensor_z = (
         lens.surfaces[lens.stop].z_mm,
@@ -122,7 +132,9 @@ def _sphere_curvature_per_mm(lens, image_mm, indices):
 
 
 def _ellipse(filled, cosines) -> ExitPupil:
-    """Return the ellipse nearest to the border of the stop in direction cosines, from polynomials fitted over the stop."""
+    """Return the ellipse nearest to the border of the stop in direction cosines, from polynomials
+    fitted over the stop.
+    """
     terms = range((HIGHEST + 1) * (HIGHEST + 2) // 2)
     turn = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
     along, across = np.cos(turn), np.sin(turn)

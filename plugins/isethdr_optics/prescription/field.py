@@ -1,4 +1,6 @@
-"""Field of a prescription: whether its beam gets to the corners of the camera's field, told before anything is computed."""
+"""Field of a prescription: whether its beam gets to the corners of the camera's field, told before
+anything is computed.
+"""
 
 from __future__ import annotations
 
@@ -13,18 +15,22 @@ MARGIN = 1.2  # times the camera's field: what renderers add around it has to be
 
 
 def check(lens, width: float, height: float, projection: str) -> None:
-    """Raise ConfigError where rims leave next to nothing of the beam towards a corner of the field, or where rays miss a surface just beyond.
+    """Raise ConfigError where rims leave next to nothing of the beam towards a corner of the field,
+    or where rays miss a surface just beyond.
 
     Parameters
     ----------
-    lens : `PrescribedLens`. `width`, `height` : of the camera's field, tangents, or radians where `projection` is equidistant.
+    lens : `PrescribedLens`. `width`, `height` : of the camera's field, tangents, or radians where
+        `projection` is equidistant.
     """
     corner = _corner(width, height, projection)
     if _left(lens, corner) < DARK:
         raise ConfigError(
-            f"prescription {lens.real().name!r} sends no light to the corners of the camera's field, {math.degrees(corner):.1f} degrees off the axis; "
-            f"expected a field within the {lens.real().half_field_deg:g} degrees it is made for: "
-            f"type scene.horizontal_field_deg={_fits(lens, width, height, projection):g}, or another lens.prescription"
+            f"prescription {lens.real().name!r} sends no light to the corners of the camera's"
+            f" field, {math.degrees(corner):.1f} degrees off the axis; expected a field within the"
+            f" {lens.real().half_field_deg:g} degrees it is made for: type"
+            f" scene.horizontal_field_deg={_fits(lens, width, height, projection):g}, or another"
+            " lens.prescription"
         )
     widest = _corner(MARGIN * width, MARGIN * height, projection)
     lens.falloff_to(widest)
@@ -33,13 +39,16 @@ def check(lens, width: float, height: float, projection: str) -> None:
 
 
 def state(lens, width: float, height: float, projection: str) -> None:
-    """State in the ledger how much rims cut of the beam towards the corners of a field that is wider than the prescription is made for."""
+    """State in the ledger how much rims cut of the beam towards the corners of a field that is
+    wider than the prescription is made for.
+    """
     corner, made_for = _corner(width, height, projection), lens.real().half_field_deg
     if math.degrees(corner) > made_for * (1 + 1e-9):
         ledger.left_out(
-            f"light towards the corners of the camera's field, {math.degrees(corner):.1f} degrees off the axis",
-            f"rims stop it: the prescription is made for {made_for:g} degrees, which scene.horizontal_field_deg="
-            f"{_fits(lens, width, height, projection):g} stays within",
+            f"light towards the corners of the camera's field, {math.degrees(corner):.1f} degrees"
+            " off the axis",
+            f"rims stop it: the prescription is made for {made_for:g} degrees, which"
+            f" scene.horizontal_field_deg={_fits(lens, width, height, projection):g} stays within",
             max(0.0, 1 - _left(lens, corner)),
             "of the beam on the axis",
         )
@@ -55,7 +64,9 @@ def _left(lens, angle) -> float:
 
 
 def _fits(lens, width, height, projection) -> float:
-    """Return the horizontal field, degrees, of the same shape whose corners are as far off the axis as the prescription is made for."""
+    """Return the horizontal field, degrees, of the same shape whose corners are as far off the axis
+    as the prescription is made for.
+    """
     made_for, half = math.radians(lens.real().half_field_deg), math.hypot(width, height) / 2
     if projection == "tangent":
         wide = 2 * math.degrees(math.atan(math.tan(made_for) * width / 2 / half))

@@ -1,8 +1,9 @@
-"""Figures of a lens from exact rays: chief rays, distortion, working f-number, relative illumination, focal length.
+"""Figures of a lens from exact rays: chief rays, distortion, working f-number, relative
+illumination, focal length.
 
-Directions are given as tangents in the orientation of the image: light that comes from +x is traced towards +x (the lens is
-turned by
-180 degrees, which changes nothing else), so a lamp at tangent t lands near + focal length x t.
+Directions are given as tangents in the orientation of the image: light that comes from +x is traced
+towards +x (the lens is turned by 180 degrees, which changes nothing else), so a lamp at tangent t
+lands near + focal length x t.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ GRID = 160  # rays across the front, for areas
 
 
 def chief_mm(lens, tangent, wavelength_nm: float) -> np.ndarray:
-    """Return where rays through the middle of the stop meet the sensor, mm, for field tangents; aimed by the secant method.
+    """Return where rays through the middle of the stop meet the sensor, mm, for field tangents;
+    aimed by the secant method.
 
     Raises
     ------
@@ -66,8 +68,9 @@ def _aimed(lens, tangent, wavelength_nm, relative_height):
     if lost.any():
         angle = np.degrees(np.arctan(np.abs(tangent[lost]).min()))
         raise ConfigError(
-            f"prescription {lens.name!r}: rays {angle:.1f} degrees off the axis miss a surface on their way through the "
-            f"stop; expected a field within its {lens.half_field_deg:g} degrees; type a smaller scene.horizontal_field_deg"
+            f"prescription {lens.name!r}: rays {angle:.1f} degrees off the axis miss a surface on"
+            f" their way through the stop; expected a field within its {lens.half_field_deg:g}"
+            " degrees; type a smaller scene.horizontal_field_deg"
         )
     return rays
 
@@ -82,7 +85,9 @@ def distortion(lens, tangent, wavelength_nm: float | None = None) -> np.ndarray:
 
 
 def _sensor_scale_mm(lens, wavelength_nm):
-    """Return height / tangent of the paraxial chief ray: the focal length where the sensor is in focus."""
+    """Return height / tangent of the paraxial chief ray: the focal length where the sensor is in
+    focus.
+    """
     indices, front, optics = lens.indices(wavelength_nm), lens.surfaces[0].z_mm, lens.surfaces[:-1]
     pupil_z, _ = paraxial.entrance_pupil(optics, indices)
     whole = paraxial.matrices(lens.surfaces, indices, sequential(len(lens.surfaces)), front)[-1]
@@ -99,7 +104,9 @@ def working_f_number(lens, wavelength_nm: float | None = None) -> float:
 def spot_radius_mm(
     lens, tangent: float, wavelength_nm: float | None = None, grid: int = 40
 ) -> float:
-    """Return the rms distance of rays of one field tangent from their centroid on the sensor, mm; 0 where none gets through."""
+    """Return the rms distance of rays of one field tangent from their centroid on the sensor, mm; 0
+    where none gets through.
+    """
     wave = wavelength_nm or lens.reference_nm
     indices, front = lens.indices(wave), lens.surfaces[0].z_mm
     pupil_z, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
@@ -114,9 +121,11 @@ def spot_radius_mm(
 def pupil_area_mm2(
     lens, tangent, wavelength_nm: float | None = None, grid: int = GRID
 ) -> np.ndarray:
-    """Return, per field tangent, the area of the entrance beam that reaches the sensor, in a plane across the axis, mm2.
+    """Return, per field tangent, the area of the entrance beam that reaches the sensor, in a plane
+    across the axis, mm2.
 
-    Cells that the border of the beam crosses count by the part inside, to first order in the smallest margin along the ray.
+    Cells that the border of the beam crosses count by the part inside, to first order in the
+    smallest margin along the ray.
     """
     wave = wavelength_nm or lens.reference_nm
     tangent = np.atleast_1d(np.asarray(tangent, float))
@@ -136,10 +145,12 @@ def pupil_area_mm2(
 
 
 def seen_sr(lens, height_mm: float, wavelength_nm: float, grid: int = GRID) -> float:
-    """Return irradiance / radiance of a uniform scene at a place of the sensor, sr: rays from there, back through all rims, into the scene.
+    """Return irradiance / radiance of a uniform scene at a place of the sensor, sr: rays from
+    there, back through all rims, into the scene.
 
-    E = L times the integral of cos over the solid angle that looks out. Nothing is taken from the scene's side: neither an entrance pupil
-    nor chief rays nor the size of an image, so that coma and borders of the beam that move with the field count as they do in a camera.
+    E = L times the integral of cos over the solid angle that looks out. Nothing is taken from the
+    scene's side: neither an entrance pupil nor chief rays nor the size of an image, so that coma
+    and borders of the beam that move with the field count as they do in a camera.
     """
     sensor = lens.surfaces[-1].z_mm
     optics = [
@@ -169,7 +180,9 @@ def seen_sr(lens, height_mm: float, wavelength_nm: float, grid: int = GRID) -> f
 
 
 def _inside(margin):
-    """Return the part of every cell of a grid of rays that gets through, to first order in the smallest margin along the ray."""
+    """Return the part of every cell of a grid of rays that gets through, to first order in the
+    smallest margin along the ray.
+    """
     margin = np.where(np.isfinite(margin), margin, -1.0)
     gy, gx = np.gradient(margin)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -179,9 +192,9 @@ def _inside(margin):
 def relative_illumination(lens, tangent, wavelength_nm: float | None = None) -> np.ndarray:
     """Return irradiance of a uniform scene at field tangents over that on the axis.
 
-    E = L dOmega cos A / dA' with A the entrance area, dOmega = cos^3 d(tangent)^2 and dA' the area of the image of
-    d(tangent)^2: cos^4,
-    vignetting, pupil aberration and distortion together; losses at surfaces, small and even, are left out.
+    E = L dOmega cos A / dA' with A the entrance area, dOmega = cos^3 d(tangent)^2 and dA' the area
+    of the image of d(tangent)^2: cos^4, vignetting, pupil aberration and distortion together;
+    losses at surfaces, small and even, are left out.
     """
     wave = wavelength_nm or lens.reference_nm
     tangent = np.abs(np.atleast_1d(np.asarray(tangent, float)))

@@ -1,14 +1,15 @@
-"""Lens prescriptions: surfaces, glasses, coatings and stop of a real lens, read from YAML; scaled, stopped down, focused.
+"""Lens prescriptions: surfaces, glasses, coatings and stop of a real lens, read from YAML; scaled,
+stopped down, focused.
 
-A prescription is a list of rows from front to back; a row holds the surface and what lies behind it:
+A prescription is a list of rows from front to back; a row holds the surface and what lies behind
+it:
 
     {radius_mm, thickness_mm, glass, conic, aspheric, semi_diameter_mm, coating, role}
     {stop: true, thickness_mm, semi_diameter_mm}
 
-`radius_mm` .inf (the default) is a plane, `glass` air, `aspheric` [a4, a6, ...]. The sensor lies `thickness_mm` behind the
-last row,
-or, without it, in the paraxial focus at `reference_nm`. Rows with `role` infrared_filter or cover_glass are the plates of a
-camera.
+`radius_mm` .inf (the default) is a plane, `glass` air, `aspheric` [a4, a6, ...]. The sensor lies
+`thickness_mm` behind the last row, or, without it, in the paraxial focus at `reference_nm`. Rows
+with `role` infrared_filter or cover_glass are the plates of a camera.
 """
 
 from __future__ import annotations
@@ -93,12 +94,15 @@ class Prescription:
         )
 
     def stopped(self, f_number: float) -> Prescription:
-        """Return the lens with the stop set so that the entrance pupil is focal length / f-number wide (paraxially)."""
+        """Return the lens with the stop set so that the entrance pupil is focal length / f-number
+        wide (paraxially).
+        """
         _check_f_number(f_number, self.name)
         if f_number < self.f_number * (1 - 1e-9):
             raise ConfigError(
-                f"prescription {self.name!r} opens to f/{self.f_number:g}; f/{f_number:g} is more than its surfaces pass; "
-                f"set lens.f_number={self.f_number:g} or choose another prescription"
+                f"prescription {self.name!r} opens to f/{self.f_number:g}; f/{f_number:g} is more"
+                f" than its surfaces pass; set lens.f_number={self.f_number:g} or choose another"
+                " prescription"
             )
         wide = paraxial.entrance_pupil(self.surfaces[:-1], self.indices(self.reference_nm))[1]
         shrink = self.focal_length_mm() / f_number / 2 / wide
@@ -108,7 +112,9 @@ class Prescription:
         return replace(self, surfaces=tuple(surfaces))
 
     def with_coating(self, coating: str) -> Prescription:
-        """Return the lens with one coating on every surface between glass and air, filters' infrared cut excepted."""
+        """Return the lens with one coating on every surface between glass and air, filters'
+        infrared cut excepted.
+        """
         check_coating(coating)
         return replace(
             self, coatings=tuple(coating if c != "infrared_cut" else c for c in self.coatings)
@@ -131,7 +137,8 @@ def load(name: str) -> Prescription:
     path = Path(name) if str(name).endswith((".yaml", ".yml")) else FOLDER / f"{name}.yaml"
     if not path.is_file():
         raise ConfigError(
-            f"prescription {str(name)!r} is unknown{did_you_mean(name, names())}, or give the path of a .yaml file"
+            f"prescription {str(name)!r} is unknown{did_you_mean(name, names())}, or give the path"
+            " of a .yaml file"
         )
     return _read(str(path), path.stat().st_mtime_ns)
 
@@ -156,8 +163,8 @@ def parse(data: dict) -> Prescription:
 
     Raises
     ------
-    ConfigError : for unknown keys, glasses, coatings; a negative thickness; no stop, two, or one behind the lens; an f-number
-        below 0.5.
+    ConfigError : for unknown keys, glasses, coatings; a negative thickness; no stop, two, or one
+        behind the lens; an f-number below 0.5.
     """
     if (
         not isinstance(data, dict)
@@ -165,7 +172,8 @@ def parse(data: dict) -> Prescription:
         or not data["surfaces"]
     ):
         raise ConfigError(
-            f"a prescription is a mapping with {', '.join(HEAD)}; expected at least one row in 'surfaces'"
+            f"a prescription is a mapping with {', '.join(HEAD)}; expected at least one row in"
+            " 'surfaces'"
         )
     for number, row in enumerate(data["surfaces"], 1):
         if not isinstance(row, dict):
@@ -197,23 +205,26 @@ def parse(data: dict) -> Prescription:
     )
     if media[-1] != "air":
         raise ConfigError(
-            f"prescription {name!r} ends in {media[-1]}; expected air before the sensor: give the last surface"
+            f"prescription {name!r} ends in {media[-1]}; expected air before the sensor: give the"
+            " last surface"
         )
     power = lens.focal_length_mm()
     if not 0 < power < np.inf:
         raise ConfigError(
-            f"prescription {name!r} has a focal length of {power:g} mm; expected a lens that makes an image"
+            f"prescription {name!r} has a focal length of {power:g} mm; expected a lens that makes"
+            " an image"
         )
     if surfaces[lens.stop].z_mm < next(s.z_mm for s in surfaces if not s.is_stop) - power:
         raise ConfigError(
-            f"prescription {name!r}: the stop lies outside the lens, more than a focal length ({power:g} mm) in front; "
-            "expected closer"
+            f"prescription {name!r}: the stop lies outside the lens, more than a focal length"
+            f" ({power:g} mm) in front; expected closer"
         )
     if "thickness_mm" not in rows[-1]:
         back = paraxial.back_focus_mm(surfaces, lens.indices(reference))
         if not back > 0:
             raise ConfigError(
-                f"prescription {name!r} focuses {back:g} mm behind its last surface; expected a distance above 0"
+                f"prescription {name!r} focuses {back:g} mm behind its last surface; expected a"
+                " distance above 0"
             )
         lens = replace(lens, surfaces=(*surfaces, Surface(z + back)))
     return lens
@@ -255,7 +266,8 @@ def _thickness(where, row):
     thickness = _number(where, row, "thickness_mm", 0.0)
     if not 0 <= thickness < np.inf:
         raise ConfigError(
-            f"{where}: thickness_mm is {thickness:g}; expected 0 or more: light goes from front to back"
+            f"{where}: thickness_mm is {thickness:g}; expected 0 or more: light goes from front to"
+            " back"
         )
     return thickness
 
@@ -268,7 +280,8 @@ def _coating(where, row, media):
         )
     if coating != "none" and "air" not in media[-2:]:
         raise ConfigError(
-            f"{where}: a coating between {media[-2]} and {media[-1]}; expected one between glass and air"
+            f"{where}: a coating between {media[-2]} and {media[-1]}; expected one between glass"
+            " and air"
         )
     if media[-1] not in glass.SELLMEIER:
         try:
@@ -291,8 +304,8 @@ def _check_stop(name, surfaces, media):
         )
     if stop == len(surfaces) - 1:
         raise ConfigError(
-            f"prescription {name!r}: the stop lies outside the lens, behind its last surface; expected between its surfaces "
-            "or in front"
+            f"prescription {name!r}: the stop lies outside the lens, behind its last surface;"
+            " expected between its surfaces or in front"
         )
 
 
@@ -305,5 +318,6 @@ def _check_keys(where, data, known):
 def _check_f_number(f_number, name):
     if not isinstance(f_number, int | float) or not f_number >= 0.5:
         raise ConfigError(
-            f"prescription {name!r}: f_number is {f_number!r}; expected at least 0.5, the limit of an aplanatic lens in air"
+            f"prescription {name!r}: f_number is {f_number!r}; expected at least 0.5, the limit of"
+            " an aplanatic lens in air"
         )

@@ -1,4 +1,6 @@
-"""Rays of a prescription over its stop: parallel light from one field point, traced to the sensor, and polynomials fitted to it."""
+"""Rays of a prescription over its stop: parallel light from one field point, traced to the sensor,
+and polynomials fitted to it.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ class FilledStop(NamedTuple):
 
 
 def fitted(basis, values) -> np.ndarray:
-    """Return the coefficients of least squares; by the normal equations, as Zernike terms over a filled disc are nearly orthogonal."""
+    """Return the coefficients of least squares; by the normal equations, as Zernike terms over a
+    filled disc are nearly orthogonal.
+    """
     return np.linalg.solve(basis.T @ basis, basis.T @ values)
 
 
@@ -47,8 +51,9 @@ def filling(lens, tangent: float, wavelength_nm: float, reach: float = 1.0) -> F
     if within.sum() < FEWEST:
         angle = np.degrees(np.arctan(tangent))
         raise ConfigError(
-            f"prescription {lens.name!r}: {within.sum()} of {FEWEST} rays {angle:.1f} degrees off the axis fill the stop; "
-            f"expected a field within its {lens.half_field_deg:g} degrees, or a smaller stop"
+            f"prescription {lens.name!r}: {within.sum()} of {FEWEST} rays {angle:.1f} degrees off"
+            f" the axis fill the stop; expected a field within its {lens.half_field_deg:g} degrees,"
+            " or a smaller stop"
         )
     return FilledStop(rays, stop, within)
 

@@ -1,7 +1,9 @@
-"""Rims: the part of a prescription's exit pupil that light off the axis fills, where rims of other surfaces cut its beam.
+"""Rims: the part of a prescription's exit pupil that light off the axis fills, where rims of other
+surfaces cut its beam.
 
-A rim seen from the stop is nearly a circle, and so it is in the exit pupil's own units, which make the stop a unit disc. Points
-where rays graze the rim are found there, and a circle is fitted to them.
+A rim seen from the stop is nearly a circle, and so it is in the exit pupil's own units, which make
+the stop a unit disc. Points where rays graze the rim are found there, and a circle is fitted to
+them.
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ TOUCHED = 1e-6  # of a rim's radius: how far beyond it a beam of the same size c
 
 @lru_cache(maxsize=256)
 def rims(lens, tangent: float) -> tuple[tuple[tuple[float, float], ...], float]:
-    """Return the discs (x, radius), centred on the meridional plane, that cut the stop for light from a field tangent along +x.
+    """Return the discs (x, radius), centred on the meridional plane, that cut the stop for light
+    from a field tangent along +x.
 
     Parameters
     ----------
@@ -33,8 +36,9 @@ def rims(lens, tangent: float) -> tuple[tuple[tuple[float, float], ...], float]:
 
     Returns
     -------
-    Discs in radii of the stop; and the largest distance of a grazing ray from its disc's border, in the same unit. No discs where only the
-    stop itself limits the beam, nor where rims leave less than `LEAST` of it: next to no light has no point spread worth knowing.
+    Discs in radii of the stop; and the largest distance of a grazing ray from its disc's border, in
+    the same unit. No discs where only the stop itself limits the beam, nor where rims leave less
+    than `LEAST` of it: next to no light has no point spread worth knowing.
     """
     (rays, _, within), places, *_ = pupil_rays(lens, tangent, lens.reference_nm, BEYOND)
     u, v = (s[within] for s in places)
@@ -68,7 +72,9 @@ def rims(lens, tangent: float) -> tuple[tuple[tuple[float, float], ...], float]:
 
 
 def _needed(cuts) -> list[int]:
-    """Return which of the masks (radius, azimuth) cut a place that none of the others does; one of those that are the same."""
+    """Return which of the masks (radius, azimuth) cut a place that none of the others does; one of
+    those that are the same.
+    """
     kept = list(range(len(cuts)))
     for n in sorted(kept, key=lambda n: cuts[n].sum()):
         others = [cuts[m] for m in kept if m != n]
@@ -78,7 +84,8 @@ def _needed(cuts) -> list[int]:
 
 
 def _heights(basis, hits) -> list:
-    """Return a function of places (x, y) in the stop for every surface: how far out rays cross it there, 1 on its rim.
+    """Return a function of places (x, y) in the stop for every surface: how far out rays cross it
+    there, 1 on its rim.
 
     `hits` : per surface (x, y) of the rays that the basis was taken at.
     """
@@ -98,7 +105,9 @@ def _heights(basis, hits) -> list:
 
 
 def _crossings(height, x0, y0):
-    """Return the places (x, y) in the stop, on straight lines from (x0, y0), where `height` passes 1."""
+    """Return the places (x, y) in the stop, on straight lines from (x0, y0), where `height` passes
+    1.
+    """
     turn = (np.arange(AZIMUTHS) + 0.5) * 2 * np.pi / AZIMUTHS
     dx, dy = np.cos(turn), np.sin(turn)
     along = x0 * dx + y0 * dy
@@ -113,7 +122,9 @@ def _crossings(height, x0, y0):
 
 
 def _circle(x, y):
-    """Return the centre on the x axis and the radius of the circle nearest to points, and the distance of the farthest from it."""
+    """Return the centre on the x axis and the radius of the circle nearest to points, and the
+    distance of the farthest from it.
+    """
     if (
         len(x) < 3
     ):  # a sliver between two lines from the start: narrower than some degrees of the stop's border

@@ -1,4 +1,6 @@
-"""Wavefronts of a prescription: optical paths of exact rays to the chief ray's image, as Zernike coefficients over its exit pupil."""
+"""Wavefronts of a prescription: optical paths of exact rays to the chief ray's image, as Zernike
+coefficients over its exit pupil.
+"""
 
 from __future__ import annotations
 
@@ -36,9 +38,10 @@ def zernike_um(lens: Prescription, tangent: float, wavelength_nm: float) -> Wave
 
     Notes
     -----
-    Optical path of a ray up to a sphere around the chief ray's place on the sensor that passes through the middle of the exit
-    pupil. Longer paths lag, and a lag that rises along x sends light to +x, as everywhere here. The coordinates are those of the
-    exit pupil. Terms that a lens of revolution cannot have (odd in y) are not fitted; piston is dropped.
+    Optical path of a ray up to a sphere around the chief ray's place on the sensor that passes
+    through the middle of the exit pupil. Longer paths lag, and a lag that rises along x sends light
+    to +x, as everywhere here. The coordinates are those of the exit pupil. Terms that a lens of
+    revolution cannot have (odd in y) are not fitted; piston is dropped.
 
     Raises
     ------
@@ -59,7 +62,9 @@ def zernike_um(lens: Prescription, tangent: float, wavelength_nm: float) -> Wave
 
 
 def _paths_mm(lens, indices, start, rays, image):
-    """Return optical path lengths from a wave in front of the lens to the foot of `image` on every ray."""
+    """Return optical path lengths from a wave in front of the lens to the foot of `image` on every
+    ray.
+    """
     position, direction = start
     total = indices[0] * np.sum(position * direction, axis=0)
     for k, surface in enumerate(lens.surfaces[:-1]):

@@ -1,4 +1,6 @@
-"""Exact core: a kernel near its axis, integrated over tiles and averaged over sub-bands; it does not depend on how the rest is made."""
+"""Exact core: a kernel near its axis, integrated over tiles and averaged over sub-bands; it does
+not depend on how the rest is made.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ _kept: dict[str, np.ndarray] | None = None
 
 @contextmanager
 def kept_cores():
-    """Keep the cores that are made inside: kernels that are made again there, with a smaller error, have the same."""
+    """Keep the cores that are made inside: kernels that are made again there, with a smaller error,
+    have the same.
+    """
     global _kept
     before, _kept = _kept, {}
     try:

@@ -1,8 +1,10 @@
-"""Knots: wavelengths at which lattices of a pupil with phase are made, a few for all bands; lines between.
+"""Knots: wavelengths at which lattices of a pupil with phase are made, a few for all bands; lines
+between.
 
-Drawn to the same scale, patterns of neighbouring wavelengths differ by what the phase has changed. A straight line between knots leaves, to
-second order, so much of a speckle times the square of that change. Far light comes from the rim and from dirt, so the largest change anywhere
-in the stop counts. Knots lie at fixed wavelengths: a band does not depend on which others there are.
+Drawn to the same scale, patterns of neighbouring wavelengths differ by what the phase has changed.
+A straight line between knots leaves, to second order, so much of a speckle times the square of that
+change. Far light comes from the rim and from dirt, so the largest change anywhere in the stop
+counts. Knots lie at fixed wavelengths: a band does not depend on which others there are.
 """
 
 from __future__ import annotations
@@ -20,13 +22,17 @@ from . import wings
 
 STEPS_NM = (80.0, 40.0, 20.0)  # between knots, tried one after the other
 APART = 0.35  # radians from knot to knot at most, anywhere in the stop
-STRAIGHT = 0.05  # relative per tile, L1, for a radian: an estimate, for what any two lattices differ by hides most of it (0.9 % clean, 0.12 % dirty)
+# relative per tile, L1, for a radian: an estimate, for what any two lattices differ by hides most
+# of it (0.9 % clean, 0.12 % dirty)
+STRAIGHT = 0.05
 WORTH = 2.0  # bands that a step has to span: two lattices are made in place of one
 HELD_BYTES = 1.6e9  # of lattices that are kept; the two pairs that a band reads, always
 
 
 class Knots:
-    """Lattices of one lens at fixed wavelengths, made when first asked for and kept while bands near by need them."""
+    """Lattices of one lens at fixed wavelengths, made when first asked for and kept while bands
+    near by need them.
+    """
 
     def __init__(self):
         self._made: OrderedDict[tuple, tuple] = OrderedDict()
@@ -35,7 +41,9 @@ class Knots:
     def around(
         self, plan, reach, middle: float, span: float, energy: float, fine: float
     ) -> list[list]:
-        """Return for either half [(lattice, share), ...] of the pattern at wavelength `middle`, to be read over `span`, nm."""
+        """Return for either half [(lattice, share), ...] of the pattern at wavelength `middle`, to
+        be read over `span`, nm.
+        """
         low, step = _cell(plan, middle, span)
         if not step:
             return [
@@ -71,13 +79,17 @@ class Knots:
 
 
 def error(plan, middle: float, span: float) -> float:
-    """Return the relative error per tile that straight lines between knots leave of light around a wavelength."""
+    """Return the relative error per tile that straight lines between knots leave of light around a
+    wavelength.
+    """
     low, step = _cell(plan, middle, span)
     return STRAIGHT * _change(plan, low, low + step) ** 2 if step else 0.0
 
 
 def _change(plan, first_nm, last_nm):
-    """Return the largest change of phase anywhere in the stop, radians, piston apart; dirt counts with all of its delay."""
+    """Return the largest change of phase anywhere in the stop, radians, piston apart; dirt counts
+    with all of its delay.
+    """
     first, last = (sampled_pupil.coefficients_um(plan.lens, w) for w in (first_nm, last_nm))
     waves = {
         j: 1e3 * (first.get(j, 0.0) / first_nm - last.get(j, 0.0) / last_nm)
@@ -94,7 +106,9 @@ def _change(plan, first_nm, last_nm):
 
 
 def _cell(plan, middle, span):
-    """Return the knot below a wavelength and the step to the next; a step of 0 where the lens changes too fast, or is not known at knots."""
+    """Return the knot below a wavelength and the step to the next; a step of 0 where the lens
+    changes too fast, or is not known at knots.
+    """
     if not sampled_pupil.all_shapes(plan.flares):
         return middle, 0.0
     for step in STEPS_NM:

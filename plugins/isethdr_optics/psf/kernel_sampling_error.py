@@ -1,4 +1,5 @@
-"""Kernel errors: how wrong a kernel is beyond its exact core, from the difference between its two independent halves.
+"""Kernel errors: how wrong a kernel is beyond its exact core, from the difference between its two
+independent halves.
 
 Stated per octave of the distance to the lamp: 1 to 2 tiles, 2 to 4, and so on.
 """
@@ -31,7 +32,9 @@ def core(wrong) -> int:
 
 
 def by_octave(wrong, kernel) -> np.ndarray:
-    """Return the sum of the magnitudes of `wrong` over that of the kernel's values where it is not 0, per octave."""
+    """Return the sum of the magnitudes of `wrong` over that of the kernel's values where it is not
+    0, per octave.
+    """
     rows = slice(None, None, max(1, len(kernel) // ROWS))
     wrong, light = np.abs(wrong[rows]), kernel[rows]
     octave, seen = octaves(kernel.shape)[rows], wrong > 0
@@ -39,11 +42,12 @@ def by_octave(wrong, kernel) -> np.ndarray:
 
 
 def deviation(wrong, kernel) -> np.ndarray:
-    """Return per octave the relative standard deviation d with which light of any pattern goes wrong: variance sum of (d k L)^2.
+    """Return per octave the relative standard deviation d with which light of any pattern goes
+    wrong: variance sum of (d k L)^2.
 
-    Root mean square of `wrong` over that of the kernel, times the root of the number of tiles that err alike. Light L of neighbouring
-    tiles meets errors that are alike: sum of L_s L_t C_st is at most the sum of L_s^2 times that of C_st over t, as
-    2 L_s L_t <= L_s^2 + L_t^2.
+    Root mean square of `wrong` over that of the kernel, times the root of the number of tiles that
+    err alike. Light L of neighbouring tiles meets errors that are alike: sum of L_s L_t C_st is at
+    most the sum of L_s^2 times that of C_st over t, as 2 L_s L_t <= L_s^2 + L_t^2.
     """
     octave, rows = octaves(kernel.shape), slice(None, None, max(1, len(kernel) // (2 * ROWS)))
     seen = wrong[rows] != 0
@@ -55,7 +59,9 @@ def deviation(wrong, kernel) -> np.ndarray:
 
 
 def _alike(wrong, octave):
-    """Return how many tiles err alike, per octave: variance of the sum over a block / sum of variances, the largest of all blocks."""
+    """Return how many tiles err alike, per octave: variance of the sum over a block / sum of
+    variances, the largest of all blocks.
+    """
     ny, nx = wrong.shape
     y = np.arange(ny - ny // 2)  # from the axis on
     y = y[

@@ -1,4 +1,6 @@
-"""Kernel spectra: the transforms of a lens's kernels, taken once and mapped from disk by every process that forms images."""
+"""Kernel spectra: the transforms of a lens's kernels, taken once and mapped from disk by every
+process that forms images.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +53,9 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Divided:
-    """Kernels of all bands in two parts, of which they are the sums: near a lamp, and far from it."""
+    """Kernels of all bands in two parts, of which they are the sums: near a lamp, and far from
+    it.
+    """
 
     near: Part
     far: Part | None  # None where all is near
@@ -68,7 +72,8 @@ def spectra(bands, name: str | None) -> Spectra:
 
     Parameters
     ----------
-    name : under which the transforms are kept on disk; None: nowhere. They are read from there, or taken now.
+    name : under which the transforms are kept on disk; None: nowhere. They are read from there, or
+        taken now.
     """
     shape, size = _shape(bands), sizes(_shape(bands), bands[0].shape)
 
@@ -90,10 +95,12 @@ def spectra(bands, name: str | None) -> Spectra:
 
 
 def divided(bands, name: str | None) -> Divided:
-    """Return the transforms of what falls within NEAR tiles and, in single precision, of what falls farther; arguments as `spectra`.
+    """Return the transforms of what falls within NEAR tiles and, in single precision, of what falls
+    farther; arguments as `spectra`.
 
-    Near a lamp light is bright and must be right to many digits, but so small a kernel has small transforms. Far from it the full frame
-    is needed, but hardly any light arrives. In a small frame all is near.
+    Near a lamp light is bright and must be right to many digits, but so small a kernel has small
+    transforms. Far from it the full frame is needed, but hardly any light arrives. In a small frame
+    all is near.
     """
     shape, full = _shape(bands), sizes(_shape(bands), bands[0].shape)
     cut = tuple(slice(max(0, n // 2 - NEAR), n // 2 + NEAR + 1) for n in bands[0].shape)
@@ -129,7 +136,9 @@ def profile(values) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _kept(name, one, bands):
-    """Return facts (fact, band) and arrays (band, ...) of one(kernel) -> (facts, array): from disk, written there, or held."""
+    """Return facts (fact, band) and arrays (band, ...) of one(kernel) -> (facts, array): from disk,
+    written there, or held.
+    """
     found = kernel_store.load(name) if name else None
     facts = []
 

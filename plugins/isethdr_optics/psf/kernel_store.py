@@ -1,8 +1,10 @@
-"""Kernel store: kernels and their transforms kept on disk between processes, under a name made of all that they depend on.
+"""Kernel store: kernels and their transforms kept on disk between processes, under a name made of
+all that they depend on.
 
-A file holds, one after another in NumPy's format: one array per band, facts (float64), checksums (uint32). It is written under a temporary
-name and renamed, so any number of processes may share a folder; each maps the arrays into memory, where they are held once for all.
-Where nothing can be written, nothing is kept.
+A file holds, one after another in NumPy's format: one array per band, facts (float64), checksums
+(uint32). It is written under a temporary name and renamed, so any number of processes may share a
+folder; each maps the arrays into memory, where they are held once for all. Where nothing can be
+written, nothing is kept.
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ ABANDONED_S = 3600.0  # age at which a temporary file's writer is taken for dead
 
 
 def name(lens, flares, wavelength_nm, pitch_um, reach, way: str | None = None) -> str | None:
-    """Return the file's name for kernels of these arguments and of the code that makes them; None where they have no such name.
+    """Return the file's name for kernels of these arguments and of the code that makes them; None
+    where they have no such name.
 
     `way` : in which they are made, where there is more than one.
     """
@@ -63,7 +66,9 @@ def _folder() -> Path:
 
 
 def load(key: str):
-    """Return (facts, arrays): (fact, band) float64 and (band, ...), mapped; None where missing or damaged."""
+    """Return (facts, arrays): (fact, band) float64 and (band, ...), mapped; None where missing or
+    damaged.
+    """
     path = _folder() / f"{key}.npy"
     try:
         with open(path, "rb") as file:
@@ -124,12 +129,16 @@ def remove_parts(key: str) -> None:
 
 
 def _check(a) -> int:
-    """Return the sum of an array's 32-bit words, modulo 2^32: it changes with any one bit, and costs no more than reading."""
+    """Return the sum of an array's 32-bit words, modulo 2^32: it changes with any one bit, and
+    costs no more than reading.
+    """
     return int(np.add.reduce(np.ascontiguousarray(a).reshape(-1).view(np.uint32), dtype=np.uint32))
 
 
 def _remove_oldest(folder):
-    """Keep the folder below its limit; a file that another process has mapped lives on until that lets go of it."""
+    """Keep the folder below its limit; a file that another process has mapped lives on until that
+    lets go of it.
+    """
     for path in folder.glob(".*.tmp"):
         if time.time() - path.stat().st_mtime > ABANDONED_S:
             path.unlink(missing_ok=True)

@@ -1,9 +1,10 @@
-"""Kernels: how much of a tile's light reaches every other tile, averaged over a band, over the whole frame.
+"""Kernels: how much of a tile's light reaches every other tile, averaged over a band, over the
+whole frame.
 
-A kernel is the point spread function averaged over the source tile and integrated over the receiving one. Close to the axis this
-is
-exact (`integrated_psf`); farther out it is an average over many points and wavelengths (`far`). What remains there is speckle,
-measured by the difference between two halves of the points.
+A kernel is the point spread function averaged over the source tile and integrated over the
+receiving one. Close to the axis this is exact (`integrated_psf`); farther out it is an average over
+many points and wavelengths (`far`). What remains there is speckle, measured by the difference
+between two halves of the points.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ from .exact_core import exact_core
 from .wings import tile_sums
 
 CORE_SAMPLES = 240  # image samples from the axis to the border of the exact core
-CORE_TILES = 1e6  # of an exact core that covers a frame of tiles finer than its samples: a second a wavelength
+# of an exact core that covers a frame of tiles finer than its samples: a second a wavelength
+CORE_TILES = 1e6
 MOST_WAVELENGTHS = 32  # per band, however wide
 MOST_TILES = 4e6  # of a kernel whose coarse tiles were divided
 CACHE_BYTES = 3 << 30  # of kernels held by this process and not by a file
@@ -53,18 +55,25 @@ class Kernels:
 
     bands: list[np.ndarray]
     outside: np.ndarray  # fraction of the energy beyond the kernel, per band
-    speckle: np.ndarray  # (band, octave of radius from 1 to 2 tiles on) relative L1 error per tile; 0 in the exact core
+    # (band, octave of radius from 1 to 2 tiles on) relative L1 error per tile; 0 in the exact core
+    speckle: np.ndarray
     transmitted: (
         np.ndarray
     )  # light through the pupil / light through the clean round stop, per band
-    wrap: float = 0.0  # relative, light wrapped into tiles near the kernel's border by the period of the far field
+    # relative, light wrapped into tiles near the kernel's border by the period of the far field
+    wrap: float = 0.0
     deviation: np.ndarray | None = (
-        None  # (band, octave) relative, of light of any pattern, as `kernel_errors.deviation`; None: exact
+        # (band, octave) relative, of light of any pattern, as `kernel_errors.deviation`; None:
+        # exact
+        None
     )
     core: np.ndarray | None = (
-        None  # per band, tiles from the axis, along y and along x, within which it holds for nothing: exact
+        # per band, tiles from the axis, along y and along x, within which it holds for nothing:
+        # exact
+        None
     )
-    keep: tuple = ()  # what the cache's key names: objects stay alive, so that an id is never used twice
+    # what the cache's key names: objects stay alive, so that an id is never used twice
+    keep: tuple = ()
 
     name: str | None = None  # under which they are kept on disk
 
@@ -78,7 +87,9 @@ class Kernels:
 
     @cached_property
     def sampled(self) -> tuple[np.ndarray, list[int], list[int]]:
-        """Points of the kernels (y, x, band), every so many tiles along (y, x), from which tiles on: what they are like far and wide."""
+        """Points of the kernels (y, x, band), every so many tiles along (y, x), from which tiles
+        on: what they are like far and wide.
+        """
         steps = [max(1, n // SAMPLED) for n in self.bands[0].shape]
         first = [s // 3 for s in steps]
         cut = tuple(slice(f, None, s) for f, s in zip(first, steps))
@@ -86,12 +97,16 @@ class Kernels:
 
     @cached_property
     def spectra(self) -> kernel_spectra.Spectra | None:
-        """The kernels with their transforms, for images of the full frame; None where nothing is on disk and memory is too small."""
+        """The kernels with their transforms, for images of the full frame; None where nothing is on
+        disk and memory is too small.
+        """
         return kernel_spectra.spectra(self.bands, self.name) if self._fits else None
 
     @cached_property
     def divided(self) -> kernel_spectra.Divided | None:
-        """The kernels' near and far parts with their transforms, for images of the full frame; None as `spectra`."""
+        """The kernels' near and far parts with their transforms, for images of the full frame; None
+        as `spectra`.
+        """
         return kernel_spectra.divided(self.bands, self.name) if self._fits else None
 
     @cached_property
@@ -110,7 +125,9 @@ class Kernels:
 
     @property
     def held_bytes(self) -> int:
-        """Memory of this process that the kernels and their transforms take; mapped files take none."""
+        """Memory of this process that the kernels and their transforms take; mapped files take
+        none.
+        """
         made = [self.__dict__.get(n) for n in ("spectra", "divided")]
         return sum(b.nbytes for b in self.bands if not isinstance(b, np.memmap)) + sum(
             m.held_bytes for m in made if m
@@ -122,13 +139,15 @@ _lock = Lock()
 
 
 def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
-    """Return the kernels of a lens with `flares` for bands centred on `wavelength_nm`; kept in the process and on disk.
+    """Return the kernels of a lens with `flares` for bands centred on `wavelength_nm`; kept in the
+    process and on disk.
 
     Parameters
     ----------
     pitch_um : (y, x) tile pitch.
     reach : (y, x) tiles from the axis to the kernel's border; (ny - 1, nx - 1) is the full frame.
-    make : function of the same arguments that makes them another way; these are kept on disk however fast they were made.
+    make : function of the same arguments that makes them another way; these are kept on disk
+        however fast they were made.
     """
     wavelength_nm = np.asarray(wavelength_nm, float)
     key = (
@@ -283,7 +302,9 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None
 
 
 def _split(lens, shortest_nm, pitch_um, reach):
-    """Return into how many parts, per axis, to divide tiles that are much wider than the core of the point spread function."""
+    """Return into how many parts, per axis, to divide tiles that are much wider than the core of
+    the point spread function.
+    """
     if shortest_nm <= 0:
         return 1
     wanted = np.ceil(max(pitch_um) / (8 * sampled_pupil.blur_um(lens, shortest_nm)))
@@ -293,8 +314,9 @@ def _split(lens, shortest_nm, pitch_um, reach):
 def core_half(lens, shortest_nm: float, pitch_um, reach) -> tuple[int, int]:
     """Return the (y, x) tiles from the axis to the border of the exact core, `reach` at most.
 
-    Samples are half the finest detail, wavelength x f-number, wide or finer. Where tiles are finer still (slow lenses, small pixels)
-    and the frame is no wider than the core would be in such details, the core covers all of it, up to `CORE_TILES`.
+    Samples are half the finest detail, wavelength x f-number, wide or finer. Where tiles are finer
+    still (slow lenses, small pixels) and the frame is no wider than the core would be in such
+    details, the core covers all of it, up to `CORE_TILES`.
     """
     blur = sampled_pupil.blur_um(lens, shortest_nm)
     half = [
@@ -309,7 +331,9 @@ def core_half(lens, shortest_nm: float, pitch_um, reach) -> tuple[int, int]:
 
 
 def _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach) -> list:
-    """Return what `far.shared` makes for all bands, or nothing where it would be wrong or exact cores cover the frame."""
+    """Return what `far.shared` makes for all bands, or nothing where it would be wrong or exact
+    cores cover the frame.
+    """
     shortest = wavelength_nm - width_nm / 2
     if shortest.min() <= 0 or sampled_pupil.has_phase(lens, flares):
         return []
@@ -326,7 +350,9 @@ def without_lattices(lens, shortest_nm: float, pitch_um, reach) -> bool:
 
 
 class Grid(NamedTuple):
-    """Tiles of a kernel before it is summed: parts of a tile per axis, (y, x) um of a part, parts from the axis to the border."""
+    """Tiles of a kernel before it is summed: parts of a tile per axis, (y, x) um of a part, parts
+    from the axis to the border.
+    """
 
     split: int
     pitch_um: list[float]
@@ -334,7 +360,9 @@ class Grid(NamedTuple):
 
 
 def fine_tiles(lens, shortest_nm, pitch_um, reach) -> Grid:
-    """Return the tiles that a kernel is made of: parts of those of the frame where they are much wider than the finest detail."""
+    """Return the tiles that a kernel is made of: parts of those of the frame where they are much
+    wider than the finest detail.
+    """
     split = _split(lens, shortest_nm, pitch_um, reach)
     return Grid(split, [p / split for p in pitch_um], [r * split + split - 1 for r in reach])
 
@@ -359,7 +387,8 @@ class _Plan:
         self.shortest, self.longest = centre_nm - width_nm / 2, centre_nm + width_nm / 2
         if self.shortest <= 0:
             raise ConfigError(
-                f"the band at {centre_nm:g} nm is {width_nm:g} nm wide: it reaches 0; expected closer wavelengths"
+                f"the band at {centre_nm:g} nm is {width_nm:g} nm wide: it reaches 0; expected"
+                " closer wavelengths"
             )
         self.half = core_half(lens, self.shortest, pitch_um, reach)
         extent = max(2 * (h + 4) * p for h, p in zip(self.half, pitch_um))
@@ -373,7 +402,9 @@ class _Plan:
         )
 
     def band(self, centre, width):
-        """Return one band's kernel without scatter, how its halves differ (None: exact), and the energy of its pupil, mm2."""
+        """Return one band's kernel without scatter, how its halves differ (None: exact), and the
+        energy of its pupil, mm2.
+        """
         lens, flares = self.lens, self.flares
         energy = self.energy or sampled_pupil.open_energy_mm2(lens, flares, centre)
         waves = self.wavelengths(
@@ -383,10 +414,8 @@ class _Plan:
         kernel, wrong = core, None
         if self.half != self.reach:
             kernel, wrong = wings.rings(self, centre, width, energy)
-            if (
-                straight := 0.0
-                if self.lattices
-                else interpolation_wavelengths.error(self, centre, width)
+            if straight := (
+                0.0 if self.lattices else interpolation_wavelengths.error(self, centre, width)
             ):  # both halves go along the same lines
                 wrong *= np.float32(
                     np.hypot(
@@ -399,7 +428,9 @@ class _Plan:
         return kernel, wrong, energy
 
     def wavelengths(self, centre, width, radius, least):
-        """Return midpoints of equal sub-bands of the core: from one to the next the pattern at `radius` tiles moves by a speckle at most."""
+        """Return midpoints of equal sub-bands of the core: from one to the next the pattern at
+        `radius` tiles moves by a speckle at most.
+        """
         pitch = max(self.pitch)
         count = radius * pitch * width / (centre * sampled_pupil.blur_um(self.lens, centre))
         count = max(

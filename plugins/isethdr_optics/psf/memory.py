@@ -1,4 +1,6 @@
-"""Memory: what point spread functions and kernels take, and a refusal of those that the machine cannot hold."""
+"""Memory: what point spread functions and kernels take, and a refusal of those that the machine
+cannot hold.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,9 @@ from isethdr_core.plugins.ranges import LEAST_NM, MOST_NM
 
 
 def check_psf(waves, pitch_um, size) -> None:
-    """Refuse a point spread function of no wavelength, no pitch, or more samples than the memory holds."""
+    """Refuse a point spread function of no wavelength, no pitch, or more samples than the memory
+    holds.
+    """
     if not (np.all(waves >= LEAST_NM) and np.all(waves <= MOST_NM)) or waves.size == 0:
         raise ConfigError(
             f"psf has wavelength_nm={waves.tolist()}; expected one or more in nanometres, "
@@ -19,7 +23,8 @@ def check_psf(waves, pitch_um, size) -> None:
         )
     if not (np.isfinite(pitch_um) and pitch_um > 0) or size < 1:
         raise ConfigError(
-            f"psf has pitch_um={pitch_um!r}, size={size!r}; expected a pitch above 0 and one sample or more"
+            f"psf has pitch_um={pitch_um!r}, size={size!r}; expected a pitch above 0 and one sample"
+            " or more"
         )
     need = Need(
         f"a point spread function of {size} x {size} samples",
@@ -30,16 +35,20 @@ def check_psf(waves, pitch_um, size) -> None:
 
 
 def check_kernels(lens, wavelength_nm, pitch_um, reach) -> None:
-    """Refuse kernels, with their lattices, that the memory does not hold or that would take hours."""
+    """Refuse kernels, with their lattices, that the memory does not hold or that would take
+    hours.
+    """
     what = f"kernels of {len(wavelength_nm)} bands over {reach[0] + 1} x {reach[1] + 1} tiles"
     size = _kernel_bytes(lens, wavelength_nm, pitch_um, reach)
     check_fits([Need(what, size, "render fewer bands or a smaller field")])
 
 
 def kernel_bytes(lens, flares, frame: Frame) -> float:
-    """Return the bytes of the kernels of all bands over a frame, and of the lattices that they are read from.
+    """Return the bytes of the kernels of all bands over a frame, and of the lattices that they are
+    read from.
 
-    With a sensor's response kernels may end at `tails.WORTH` of the frame: so much is certain, and `check_kernels` sees the rest.
+    With a sensor's response kernels may end at `tails.WORTH` of the frame: so much is certain, and
+    `check_kernels` sees the rest.
     """
     from ..pupil import sampled_pupil
     from . import wing_truncation
@@ -60,7 +69,9 @@ def kernel_bytes(lens, flares, frame: Frame) -> float:
 
 
 def _kernel_bytes(lens, wavelength_nm, pitch_um, reach) -> float:
-    """Return the bytes of kernels that reach so many (y, x) tiles, and of lattices; those of traced lenses are not counted."""
+    """Return the bytes of kernels that reach so many (y, x) tiles, and of lattices; those of traced
+    lenses are not counted.
+    """
     from . import kernels, wings
 
     held = float(FLOAT32_BYTES * len(wavelength_nm) * np.prod([2.0 * r + 1 for r in reach]))

@@ -1,4 +1,6 @@
-"""Scatter: part of the light leaves the sharp image and is spread by angle; the sum stays the same."""
+"""Scatter: part of the light leaves the sharp image and is spread by angle; the sum stays the
+same.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ def active(flares, wavelength_nm) -> list:
 
 
 def total(flare, wavelength_nm: float) -> float:
-    """Return the scattered fraction: the integral of 2 pi sin(angle) scatter over the forward hemisphere."""
+    """Return the scattered fraction: the integral of 2 pi sin(angle) scatter over the forward
+    hemisphere.
+    """
     edges = np.concatenate(
         [[0.0], np.geomspace(1e-6, np.pi / 2, 400)]
     )  # decades of angle: scatter often rises steeply to its axis
@@ -32,12 +36,15 @@ def total(flare, wavelength_nm: float) -> float:
 
 
 def mix(kernel, flares, wavelength_nm: float, pitch_um, focal_length_mm: float) -> np.ndarray:
-    """Return (1 - scattered fraction) kernel + scatter per sample, for a (y, x) kernel whose axis is at index size // 2."""
+    """Return (1 - scattered fraction) kernel + scatter per sample, for a (y, x) kernel whose axis
+    is at index size // 2.
+    """
     for flare in active(flares, wavelength_nm):
         part = total(flare, wavelength_nm)
         if not part < 1:
             raise ConfigError(
-                f"flare {type(flare).__name__} scatters {part:.3g} of the light at {wavelength_nm:g} nm; expected less than 1"
+                f"flare {type(flare).__name__} scatters {part:.3g} of the light at"
+                f" {wavelength_nm:g} nm; expected less than 1"
             )
         spread = _per_sample(flare, wavelength_nm, kernel.shape, pitch_um, focal_length_mm, part)
         kernel = (1 - part) * kernel + spread
@@ -45,7 +52,9 @@ def mix(kernel, flares, wavelength_nm: float, pitch_um, focal_length_mm: float) 
 
 
 def _per_sample(flare, wavelength_nm, shape, pitch_um, focal_length_mm, part):
-    """Integrate scatter over samples: radially where it is steep, so that the axis sample has its share whatever the peak."""
+    """Integrate scatter over samples: radially where it is steep, so that the axis sample has its
+    share whatever the peak.
+    """
     f = focal_length_mm * 1e3
     x = (np.arange(shape[1]) - shape[1] // 2) * pitch_um[1] / f
     y = (np.arange(shape[0]) - shape[0] // 2) * pitch_um[0] / f
@@ -69,7 +78,8 @@ def _per_sample(flare, wavelength_nm, shape, pitch_um, focal_length_mm, part):
         .sum((1, 3))
     )
     out[np.ix_(rows, cols)] = block * (px * py / fine**2)
-    # The axis sample: what lies inside the largest disc in it by the radial integral, the corners by sums.
+    # The axis sample: what lies inside the largest disc in it by the radial integral, the corners
+    # by sums.
     r = min(px, py) / 2
     edges = np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 200)]) * np.arctan(r)
     node, weight = np.polynomial.legendre.leggauss(6)
@@ -86,7 +96,9 @@ def _per_sample(flare, wavelength_nm, shape, pitch_um, focal_length_mm, part):
 
 
 def _density(flare, wavelength_nm, x, y):
-    """Return scatter per unit of tangent-plane area: times cos^3, the solid angle of a flat sensor's area."""
+    """Return scatter per unit of tangent-plane area: times cos^3, the solid angle of a flat
+    sensor's area.
+    """
     r2 = x**2 + y**2
     return _values(flare, wavelength_nm, np.arctan(np.sqrt(r2))) * (1 + r2) ** -1.5
 
@@ -97,7 +109,7 @@ def _values(flare, wavelength_nm, angle):
     )
     if not np.isfinite(values).all() or values.min() < 0:
         raise ConfigError(
-            f"flare {type(flare).__name__} scatters a negative or infinite amount at {wavelength_nm:g} nm; "
-            "expected finite fractions per steradian >= 0"
+            f"flare {type(flare).__name__} scatters a negative or infinite amount at"
+            f" {wavelength_nm:g} nm; expected finite fractions per steradian >= 0"
         )
     return values

@@ -1,9 +1,12 @@
-"""Tails: light that is spread so far, and so thin, that no sensor can tell; kernels then end where it begins.
+"""Tails: light that is spread so far, and so thin, that no sensor can tell; kernels then end where
+it begins.
 
-What falls beyond a kernel that ends at some reach is known without knowing where: its energy is 1 less the kernel's sum. In any tile
-it adds something between nothing and that energy times the brightest tile's light. The middle of both is added to every tile, so half
-of it is the largest error, in every band, exactly; the least noise of any tile is known from the light that stays in its own tile. No
-scene with a lamp in it comes below its noise by this rule, and then nothing is left out.
+What falls beyond a kernel that ends at some reach is known without knowing where: its energy is 1
+less the kernel's sum. In any tile it adds something between nothing and that energy times the
+brightest tile's light. The middle of both is added to every tile, so half of it is the largest
+error, in every band, exactly; the least noise of any tile is known from the light that stays in its
+own tile. No scene with a lamp in it comes below its noise by this rule, and then nothing is left
+out.
 """
 
 from __future__ import annotations
@@ -44,7 +47,9 @@ class NearKernels(kernels.Kernels):
 
     @cached_property
     def spectra(self) -> kernel_spectra.Spectra | None:
-        """The kernels with their transforms, for images of the frame; None where memory is too small."""
+        """The kernels with their transforms, for images of the frame; None where memory is too
+        small.
+        """
         first = self._ready(0)
         if 2 * len(self.bands) * first.spectrum.nbytes > kernels.SPECTRA_BYTES:
             return None
@@ -79,11 +84,13 @@ class NearKernels(kernels.Kernels):
 
 
 def near_kernels(make, lens, flares, mixed, sensor, pitch_um, response) -> NearKernels | None:
-    """Return kernels that end where a sensor no longer sees the difference; None where all of the frame is needed.
+    """Return kernels that end where a sensor no longer sees the difference; None where all of the
+    frame is needed.
 
     Parameters
     ----------
-    make : function((y, x) reach) -> `kernels.Kernels` of the bands of `mixed`. `lens` : without geometry.
+    make : function((y, x) reach) -> `kernels.Kernels` of the bands of `mixed`. `lens` : without
+        geometry.
     sensor : `sensor_plane.SensorPlane`. `pitch_um` : (y, x) of a tile.
     response : `isethdr_core.demand.Response` of the sensors; None where all light is asked for.
     """
@@ -139,7 +146,8 @@ def state(made: NearKernels) -> None:
     """State what was left out, and its bound."""
     rows, columns = (n // 2 for n in made.bands[0].shape)
     ledger.left_out(
-        f"where light goes that is spread more than {columns} x {rows} tiles, {made.outside.max():.2g} of it at most",
+        f"where light goes that is spread more than {columns} x {rows} tiles,"
+        f" {made.outside.max():.2g} of it at most",
         "no tile is so bright that the sensor could tell",
         made.noise_share,
         UNIT,
@@ -176,11 +184,13 @@ class Light:
         return cube.max(axis=(1, 2)).astype(float) * float(np.max(self.relative))
 
     def share(self, outside, centre=1.0, everywhere: bool = False, most=None) -> float:
-        """Return the largest error / the least noise: bound where all tiles are looked at `everywhere`, else at best so much.
+        """Return the largest error / the least noise: bound where all tiles are looked at
+        `everywhere`, else at best so much.
 
         Parameters
         ----------
-        outside : per band, energy beyond the kernel. `centre` : per band, what of a tile's light stays there.
+        outside : per band, energy beyond the kernel. `centre` : per band, what of a tile's light
+            stays there.
         most : the brightest light, per band; None: of all tiles.
         """
         error = self.weights @ (outside * (self.most if most is None else most)) / 2
@@ -199,7 +209,9 @@ class Light:
 
 
 def _core(lens, wavelength_nm, pitch_um, shape) -> tuple[int, int]:
-    """Return the (y, x) tiles within which kernels are exact: nearer nothing is to be had by ending them."""
+    """Return the (y, x) tiles within which kernels are exact: nearer nothing is to be had by ending
+    them.
+    """
     blur = sampled_pupil.blur_um(lens, float(wavelength_nm.min()))
     return tuple(
         min(n - 1, max(3, int(kernels.CORE_SAMPLES / max(2.0, np.ceil(2 * p / blur)))))

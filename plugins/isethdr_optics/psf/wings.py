@@ -1,14 +1,16 @@
 """Far: kernels beyond the exact core, from the diffraction pattern on lattices of points.
 
-A lattice (`physics.lattice`) holds the pattern of one wavelength somewhat finer than its speckles, at half the distance that they
-may lie apart without loss. Weighting its points with the triangle that two constant tiles make of a point gives tile means, on a
-grid finer than tiles. The pattern of a neighbouring wavelength is the same, scaled about the axis: the mean over a band reads the
-grid at tile centres drawn in and out, for so many wavelengths that from one to the next no tile moves by more than half a tile.
-Speckles thus become radial streaks, whatever the number of bands.
+A lattice (`physics.lattice`) holds the pattern of one wavelength somewhat finer than its speckles,
+at half the distance that they may lie apart without loss. Weighting its points with the triangle
+that two constant tiles make of a point gives tile means, on a grid finer than tiles. The pattern of
+a neighbouring wavelength is the same, scaled about the axis: the mean over a band reads the grid at
+tile centres drawn in and out, for so many wavelengths that from one to the next no tile moves by
+more than half a tile. Speckles thus become radial streaks, whatever the number of bands.
 
-Without phase one pattern scales to all wavelengths: two lattices, half a step apart, serve every band. With a wavefront or a
-third-party pupil a pair of lattices serves a part of the band, over which the phase hardly changes. Either way two independent
-halves result, and half their difference states the error.
+Without phase one pattern scales to all wavelengths: two lattices, half a step apart, serve every
+band. With a wavefront or a third-party pupil a pair of lattices serves a part of the band, over
+which the phase hardly changes. Either way two independent halves result, and half their difference
+states the error.
 """
 
 from __future__ import annotations
@@ -25,9 +27,13 @@ from isethdr_core.physics.optics import lattice as lattices
 from ..pupil import sampled_pupil
 from . import kernel_sampling_error
 
-REFERENCE_NM = 380.0  # of the shared lattices where all bands are longer: a band then does not depend on which others there are
+# of the shared lattices where all bands are longer: a band then does not depend on which others
+# there are
+REFERENCE_NM = 380.0
 PERIOD = 3.0  # of the field, in reaches
-WRAP = 0.018  # largest error that this leaves in the border tiles (L1, against a period of 7; clean round pupil with a wavefront)
+# largest error that this leaves in the border tiles (L1, against a period of 7; clean round pupil
+# with a wavefront)
+WRAP = 0.018
 WRAP_SHARED = 0.0015  # and of a pupil without phase, whose lattices serve all bands
 RING_PUPIL = 500  # least cells across the stop
 SHARED_SAMPLES = 1.2e8  # of one shared lattice, about a gigabyte while it is made
@@ -35,10 +41,15 @@ OWN_SAMPLES = (
     1.2e8  # of a lattice with phase: the same while it is made, a third of that while it is kept
 )
 GRID = 3  # of tile means, per tile: the nearest stands in for a place between them
-CLEAR = 1.0  # of the highest spatial frequency: what a lattice takes for lower ones; beside those that tiles pass, hardly any light has them
-ENOUGH = 16  # samples across a wide tile: it and its neighbours then hold 600, whose mean is right to 3 %
+# of the highest spatial frequency: what a lattice takes for lower ones; beside those that tiles
+# pass, hardly any light has them
+CLEAR = 1.0
+# samples across a wide tile: it and its neighbours then hold 600, whose mean is right to 3 %
+ENOUGH = 16
 FARTHEST = 4  # wavelengths x f-number between samples
-SMOOTH = 12  # samples per wavelength x f-number, at most: between them a line is right to 3 % of the finest detail
+# samples per wavelength x f-number, at most: between them a line is right to 3 % of the finest
+# detail
+SMOOTH = 12
 READS = 1.0  # per tile that a tile moves within the band, of either half
 ROWS, COLUMNS = 32, 240  # of a block of tiles that is read at once
 LEAST_READS, MOST_READS = 12, 256
@@ -50,7 +61,9 @@ MOST_ACROSS, MOST_ACROSS_PHASE = (
     3e5,
     8e4,
 )  # cells across a pupil: a minute where it is shapes alone; twenty, cell by cell, with phase
-BELOW_NM = 80.0  # from the shortest wavelength down to the lattice that it is read from, at most: the widest of `knots.STEPS_NM`
+# from the shortest wavelength down to the lattice that it is read from, at most: the widest of
+# `knots.STEPS_NM`
+BELOW_NM = 80.0
 CHORD_BYTES = 3000  # for every row of cells of a pupil of shapes
 PHASE_CHANGE = 0.3  # radians rms, from one end of a part of the band to the other
 UNKNOWN_PARTS = 2  # of a band, for a third-party pupil whose phase may change with wavelength
@@ -59,7 +72,9 @@ MOST_PARTS = 16
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Samples of a pattern: values[i, j] is the fraction of the energy per sample at (index - middle + offset) * step."""
+    """Samples of a pattern: values[i, j] is the fraction of the energy per sample at (index -
+    middle + offset) * step.
+    """
 
     values: np.ndarray
     step_um: tuple[
@@ -70,7 +85,9 @@ class Lattice:
 
 
 def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
-    """Return two lattices, shifted by half a step, of the pattern of a pupil without phase, for all wavelengths of a frame."""
+    """Return two lattices, shifted by half a step, of the pattern of a pupil without phase, for all
+    wavelengths of a frame.
+    """
     wave = min(shortest_nm, REFERENCE_NM)
     step, far, period, cells = _sampling(
         lens,
@@ -100,7 +117,9 @@ def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
 
 
 def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
-    """Return two lattices, shifted by half a step, of the pattern at one wavelength, to be read up to `stretch` times the frame."""
+    """Return two lattices, shifted by half a step, of the pattern at one wavelength, to be read up
+    to `stretch` times the frame.
+    """
     lens, flares = plan.lens, plan.flares
     step, far, period, cells = _sampling(
         lens, wave, plan.pitch, reach, stretch, OWN_SAMPLES, fine, plan.split
@@ -127,7 +146,8 @@ def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
 def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, split=1, shared=False):
     """Return (step um, samples to the border, period, cells mm) of a lattice.
 
-    `split` : parts of a tile, per axis, of which `pitch_um` is one. So wide a tile holds many speckles, and samples of it are enough.
+    `split` : parts of a tile, per axis, of which `pitch_um` is one. So wide a tile holds many
+        speckles, and samples of it are enough.
     """
     extent = [(r + 1) * p * stretch for r, p in zip(reach, pitch_um)]
     blur, pitch = sampled_pupil.blur_um(lens, wave), min(pitch_um)
@@ -160,7 +180,8 @@ def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, split=1, shared=
 
 
 def lattice_bytes(lens, shortest_nm: float, tiles) -> float:
-    """Return the bytes of the two lattices of a pupil while the second is made: a complex field over its period, and both patterns.
+    """Return the bytes of the two lattices of a pupil while the second is made: a complex field
+    over its period, and both patterns.
 
     Parameters
     ----------
@@ -192,14 +213,16 @@ def lattice_bytes(lens, shortest_nm: float, tiles) -> float:
 def _check_pupil(lens, wave_nm: float, cells_mm, most: float) -> float:
     """Return the cells across a lattice's pupil; refuse more than `most`, before they are drawn.
 
-    Their number is the width of the lattice's period in wavelengths x f-number: large frames of fast lenses take many.
+    Their number is the width of the lattice's period in wavelengths x f-number: large frames of
+    fast lenses take many.
     """
     across = 2 * sampled_pupil.radius_mm(lens) / min(cells_mm)
     if across > most:
         raise ConfigError(
-            f"at f/{lens.f_number:g} and {wave_nm:g} nm this frame is {across / PERIOD:.3g} times wavelength x f-number wide: its kernels "
-            f"would take a pupil of {across:.3g} cells across; expected at most {most:g}; type "
-            f"lens.f_number={1.05 * lens.f_number * across / most:.2g} or more, or a smaller field"
+            f"at f/{lens.f_number:g} and {wave_nm:g} nm this frame is {across / PERIOD:.3g} times"
+            f" wavelength x f-number wide: its kernels would take a pupil of {across:.3g} cells"
+            f" across; expected at most {most:g}; type"
+            f" lens.f_number={1.05 * lens.f_number * across / most:.2g} or more, or a smaller field"
         )
     return across
 
@@ -207,7 +230,8 @@ def _check_pupil(lens, wave_nm: float, cells_mm, most: float) -> float:
 def rings(plan, centre, width, energy):
     """Return the kernel of a band beyond the core, and half the difference of its halves, 0 within.
 
-    Where their error is more than the lens allows, as far out as that is, finer rings take their place.
+    Where their error is more than the lens allows, as far out as that is, finer rings take their
+    place.
     """
     reach, fine = plan.reach, FINER[0]
     kernel, wrong = ring(plan, reach, plan.half, centre, width, energy, fine)
@@ -236,13 +260,17 @@ def _errors(plan, kernel, wrong):
 
 
 def _whole(fine, split):
-    """Return the slices of a function sampled `split` times per tile that hold whole tiles, one in the middle."""
+    """Return the slices of a function sampled `split` times per tile that hold whole tiles, one in
+    the middle.
+    """
     reach = [(n // 2 - (split - 1)) // split * split + split - 1 for n in fine.shape]
     return tuple(slice(n // 2 - r, n // 2 + r + 1) for n, r in zip(fine.shape, reach))
 
 
 def tile_sums(fine, s):
-    """Return tile-to-tile sums of a function sampled s times per tile: triangular weights along both axes."""
+    """Return tile-to-tile sums of a function sampled s times per tile: triangular weights along
+    both axes.
+    """
     if s == 1:
         return fine
     weight = ((s - np.abs(np.arange(-(s - 1), s))) / s).astype(fine.dtype)
@@ -253,12 +281,16 @@ def tile_sums(fine, s):
 
 
 def _wanted(lens):
-    """Return how fine lattices with phase are for the error that a lens allows: what they miss falls faster than their samples grow."""
+    """Return how fine lattices with phase are for the error that a lens allows: what they miss
+    falls faster than their samples grow.
+    """
     return max(1.0, DEFAULT_ERROR / lens.speckle_error) ** 0.5
 
 
 def _finer(plan, wave, reach, nearer, fine):
-    """Return how fine the next ring is to be, within `nearer`; 0 where memory allows no finer lattice: more reads alone change little."""
+    """Return how fine the next ring is to be, within `nearer`; 0 where memory allows no finer
+    lattice: more reads alone change little.
+    """
     if plan.lattices:
         return next((f for f in FINER if f > fine), 0)
     wanted, tries = _wanted(plan.lens), ((reach, fine), *((nearer, f) for f in FINER))
@@ -270,7 +302,8 @@ def _finer(plan, wave, reach, nearer, fine):
 
 
 def ring(plan, reach, hole, centre, width, energy, fine=1):
-    """Return a ring's kernel, averaged over the band, and half the difference of its halves, 0 in the `hole`.
+    """Return a ring's kernel, averaged over the band, and half the difference of its halves, 0 in
+    the `hole`.
 
     `fine` times as many wavelengths and places between tiles are read as usual.
     """
@@ -309,12 +342,14 @@ def ring(plan, reach, hole, centre, width, energy, fine=1):
 
 
 def check_delay(delay_um: float, wavelength_nm, width_nm, beside: float = 0.0) -> None:
-    """Raise ConfigError where dust delays light by so much that the phase changes by more within a band than its parts can follow.
+    """Raise ConfigError where dust delays light by so much that the phase changes by more within a
+    band than its parts can follow.
 
     Parameters
     ----------
     delay_um : largest optical path difference of a grain.
-    wavelength_nm, width_nm : centres and widths of the bands; `beside` the change of the lens's own phase within a band, radians rms.
+    wavelength_nm, width_nm : centres and widths of the bands; `beside` the change of the lens's own
+        phase within a band, radians rms.
     """
     wave, width = np.asarray(wavelength_nm, float), np.asarray(width_nm, float)
     change = 2e3 * np.pi * abs(delay_um) * (1 / (wave - width / 2) - 1 / (wave + width / 2))
@@ -322,9 +357,11 @@ def check_delay(delay_um: float, wavelength_nm, width_nm, beside: float = 0.0) -
     if np.hypot(change[worst], beside) > most:
         allowed_um = 0.95 * abs(delay_um) * max(most**2 - beside**2, 0.0) ** 0.5 / change[worst]
         raise ConfigError(
-            f"dust_delay_um is {delay_um:g}: within the band at {wave[worst]:g} nm, {width[worst]:g} nm wide, its phase changes by "
-            f"{change[worst]:.3g} rad{f', the lens by {beside:.3g}' if beside else ''}; expected at most {most:g} rad together; "
-            f"type flare.NAME.dust_delay_um={allowed_um:.2g} or less, or take narrower bands"
+            f"dust_delay_um is {delay_um:g}: within the band at {wave[worst]:g} nm,"
+            f" {width[worst]:g} nm wide, its phase changes by {change[worst]:.3g}"
+            f" rad{f', the lens by {beside:.3g}' if beside else ''}; expected at most {most:g} rad"
+            f" together; type flare.NAME.dust_delay_um={allowed_um:.2g} or less, or take narrower"
+            " bands"
         )
 
 
@@ -344,16 +381,19 @@ def _parts(plan, centre, width):
 
 
 def _read(out, half, given, middle, span, pitch_um, reach, grid, often, weight):
-    """Add `weight` x the mean over a part of a band to `out`, whose rows start at the kernel's first.
+    """Add `weight` x the mean over a part of a band to `out`, whose rows start at the kernel's
+    first.
 
     Parameters
     ----------
-    half : 0 or 1, of all wavelengths those that are read. `given` : [(lattice, share), ...] of the pattern at `middle`.
+    half : 0 or 1, of all wavelengths those that are read. `given` : [(lattice, share), ...] of the
+        pattern at `middle`.
     often : times the usual number of wavelengths.
 
     Notes
     -----
-    Blocks of tiles stay in the processor's cache, and each reads as many wavelengths as its own outermost tile asks for.
+    Blocks of tiles stay in the processor's cache, and each reads as many wavelengths as its own
+    outermost tile asks for.
     """
     draw = 1 / (1 - span / 2 / middle)
     border = [int(np.ceil(r * draw * grid)) + 1 for r in reach]
@@ -404,7 +444,9 @@ def _blocks(count, size):
 
 
 def _tile_means(given, wave, pitch_um, grid, rows, cols):
-    """Return the light from one tile to another, for places `rows` and `cols` in units of a tile / grid, the sum of shares of lattices."""
+    """Return the light from one tile to another, for places `rows` and `cols` in units of a tile /
+    grid, the sum of shares of lattices.
+    """
     out = np.zeros((len(rows), len(cols)), np.float32)
     for lattice, share in given:
         scale = wave / lattice.wavelength_nm
@@ -423,7 +465,9 @@ def _tile_means(given, wave, pitch_um, grid, rows, cols):
 
 
 def _triangles(at_um, pitch_um, half_um, step_um, offset, size):
-    """Return the weights (place, sample), sparse, of a triangle about every place; they sum to a tile's samples."""
+    """Return the weights (place, sample), sparse, of a triangle about every place; they sum to a
+    tile's samples.
+    """
     half_um = max(half_um, step_um)  # below a step: between two samples
     at = at_um / step_um - offset + size // 2
     taps = int(2 * half_um / step_um) + 1

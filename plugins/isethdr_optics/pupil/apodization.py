@@ -1,4 +1,6 @@
-"""Uneven: light that does not fill the stop evenly, as an amplitude in Zernike terms whose mean square over the stop is 1."""
+"""Uneven: light that does not fill the stop evenly, as an amplitude in Zernike terms whose mean
+square over the stop is 1.
+"""
 
 from __future__ import annotations
 
@@ -13,13 +15,16 @@ SAMPLES = 384  # across the stop, from which the share of an opening's light is 
 
 
 def amplitude(terms, x, y) -> np.ndarray:
-    """Return the amplitude (y, x), float32, of ((OSA index, value), ...) at places in stop radii, y down."""
+    """Return the amplitude (y, x), float32, of ((OSA index, value), ...) at places in stop radii, y
+    down.
+    """
     return wavefront_um(dict(terms), x, -y).astype(np.float32)
 
 
 @lru_cache(maxsize=64)
 def share(terms, opening, dirt, radius_mm: float) -> float:
-    """Return the light that uneven light sends through an opening with dirt over that of even light; 1 for the whole stop.
+    """Return the light that uneven light sends through an opening with dirt over that of even
+    light; 1 for the whole stop.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
 """Band phase: lenses and dust whose phase changes within a band by more than its parts can follow.
 
-Far kernels are made of parts of a band. Within a part (`far._parts`) the pattern of its middle is taken for all wavelengths, scaled: its speckles stand still where those of the lens
-would wash out. To second order in the change of phase that leaves up to change^2 / 24 of a speckle.
+Far kernels are made of parts of a band. Within a part (`far._parts`) the pattern of its middle is
+taken for all wavelengths, scaled: its speckles stand still where those of the lens would wash out.
+To second order in the change of phase that leaves up to change^2 / 24 of a speckle.
 """
 
 from __future__ import annotations
@@ -16,14 +17,16 @@ from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
 from ..psf import wings
 from . import sampled_pupil
 
-# Relative per tile, L1 per octave, for a radian rms within a part: measured 0.004 to 0.030 against 40 and 100 parts (f/4 and f/8, tiles of
-# 1.5 to 6 um, defocus, coma and spherical aberration of 3.7 to 13 rad within a band, with and without dirt). Speckles of full contrast: 1 / 24.
+# Relative per tile, L1 per octave, for a radian rms within a part: measured 0.004 to 0.030 against
+# 40 and 100 parts (f/4 and f/8, tiles of 1.5 to 6 um, defocus, coma and spherical aberration of 3.7
+# to 13 rad within a band, with and without dirt). Speckles of full contrast: 1 / 24.
 STANDING = 0.04
 MOST_RAD = 2.5  # within a part: as far as this was measured
 
 
 def check(lens, flares, wavelength_nm) -> None:
-    """Raise ConfigError where dirt delays light, or a wavefront changes its phase, by more within a band than can be followed.
+    """Raise ConfigError where dirt delays light, or a wavefront changes its phase, by more within a
+    band than can be followed.
 
     It says how narrow bands have to be.
     """
@@ -36,18 +39,24 @@ def check(lens, flares, wavelength_nm) -> None:
     most = MOST_RAD * wings.MOST_PARTS
     if change > most:
         raise ConfigError(
-            f"the phase of the lens changes by {change:.3g} rad rms within the band at {wave:g} nm, {width:.3g} nm wide: its far kernel would "
-            f"take {_needed(change)} parts; expected at most {most:g} rad; take bands of {0.95 * most / change * width:.2g} nm or less, or a "
-            "smaller wavefront"
+            f"the phase of the lens changes by {change:.3g} rad rms within the band at {wave:g} nm,"
+            f" {width:.3g} nm wide: its far kernel would take {_needed(change)} parts; expected at"
+            f" most {most:g} rad; take bands of {0.95 * most / change * width:.2g} nm or less, or a"
+            " smaller wavefront"
         )
 
 
 def state(lenses, wavelength_nm) -> None:
-    """State in the ledger what more parts of a band than are made would change; `lenses` of the places of the field."""
+    """State in the ledger what more parts of a band than are made would change; `lenses` of the
+    places of the field.
+    """
     change, wave, _ = _worst(lenses, wavelength_nm)
     if _needed(change) > wings.MOST_PARTS:
         value = STANDING * (change / wings.MOST_PARTS) ** 2
-        label = f"speckle that {_needed(change)} parts of the band at {wave:g} nm would wash out, made of {wings.MOST_PARTS}"
+        label = (
+            f"speckle that {_needed(change)} parts of the band at {wave:g} nm would wash out, made"
+            f" of {wings.MOST_PARTS}"
+        )
         ledger.add_error(
             ErrorNote(
                 value,
@@ -65,7 +74,9 @@ def _needed(change: float) -> int:
 
 
 def _worst(lenses, wavelength_nm):
-    """Return the largest change of a lens's own phase within a band, radians rms, and that band's centre and width, nm."""
+    """Return the largest change of a lens's own phase within a band, radians rms, and that band's
+    centre and width, nm.
+    """
     wave, width = np.asarray(wavelength_nm, float), band_widths_nm(wavelength_nm)
     found = [
         (sampled_pupil.phase_change(one, (), w - d / 2, w + d / 2), w, d)

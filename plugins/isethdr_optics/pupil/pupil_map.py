@@ -1,4 +1,5 @@
-"""Pupil map: from places in the stop to places in the pupil that the image sees, for functions given over the stop.
+"""Pupil map: from places in the stop to places in the pupil that the image sees, for functions
+given over the stop.
 
 A lens has a `pupil_matrix` where both differ (`place_lens`). It is written for x right and y down;
 Zernike terms have y up.

@@ -26,7 +26,9 @@ MOST_SAMPLES = 8192
 ENERGY_SAMPLES = 2048  # across the stop, where its energy is not known from shapes
 DARK = 1e-6  # of the stop's light: less is the rounding of sums over shapes
 FINE_TURNS = 1 / 32  # of phase per cell at most, where amplitude and phase are multiplied
-CELLS = 4e-4  # of a point's light (L1) at most, that cells so fine put wrong: measured against cells a third as wide, orders 2 to 40
+# of a point's light (L1) at most, that cells so fine put wrong: measured against cells a third as
+# wide, orders 2 to 40
+CELLS = 4e-4
 PARTS = (
     1,
     2,
@@ -38,7 +40,9 @@ PARTS = (
     16,
 )  # of a cell, per axis: half a turn per cell, the most that is not refused, takes 16
 BLOCK = 16  # cells, per axis, that are divided alike
-UNRESOLVED = 0.8  # of a pupil's energy is left in means over cells when its phase turns a quarter wave from cell to cell
+# of a pupil's energy is left in means over cells when its phase turns a quarter wave from cell to
+# cell
+UNRESOLVED = 0.8
 
 
 def radius_mm(lens) -> float:
@@ -47,7 +51,9 @@ def radius_mm(lens) -> float:
 
 
 def reach_mm(lens) -> float:
-    """Return the distance from the axis, mm, beyond which the pupil is dark: the stop's radius, or more where its image is larger."""
+    """Return the distance from the axis, mm, beyond which the pupil is dark: the stop's radius, or
+    more where its image is larger.
+    """
     return radius_mm(lens) * max(
         1.0, float(np.linalg.norm(lens.pupil_matrix, 2)) if lens.pupil_matrix else 1.0
     )
@@ -65,7 +71,9 @@ def distance_mm(lens) -> float:
 
 
 def scaled_nm(lens, wavelength_nm: float) -> float:
-    """Return the wavelength, nm, whose diffraction pattern has the size of this one's, with the pupil that shapes are drawn in."""
+    """Return the wavelength, nm, whose diffraction pattern has the size of this one's, with the
+    pupil that shapes are drawn in.
+    """
     return wavelength_nm / lens.pupil_scale(wavelength_nm)
 
 
@@ -75,13 +83,17 @@ def blur_um(lens, wavelength_nm: float) -> float:
 
 
 def axis_mm(lens, pitch_mm: float) -> np.ndarray:
-    """Return cell centres, symmetric about the axis, that cover the pupil with a cell to spare on either side."""
+    """Return cell centres, symmetric about the axis, that cover the pupil with a cell to spare on
+    either side.
+    """
     half = int(np.ceil(reach_mm(lens) / pitch_mm)) + 1
     return (np.arange(2 * half) - half + 0.5) * pitch_mm
 
 
 def _shapes(lens, flares) -> tuple:
-    """Return the stop cut by rims and every iris, and all dirt: (opening, ((shape, loss of amplitude, delay um or nothing), ...))."""
+    """Return the stop cut by rims and every iris, and all dirt: (opening, ((shape, loss of
+    amplitude, delay um or nothing), ...)).
+    """
     given = [f.pupil_shapes(radius_mm(lens)) for f in flares if hasattr(f, "pupil_shapes")]
     opening = shapes.disc(0.0, 0.0, radius_mm(lens))
     for rim in lens.rims:
@@ -92,7 +104,9 @@ def _shapes(lens, flares) -> tuple:
 
 
 def terms(lens, flares, wavelength_nm: float | None = None) -> list:
-    """Return the stop and all flares with shapes as one sum of (shape, weight); weights are complex where dirt delays light."""
+    """Return the stop and all flares with shapes as one sum of (shape, weight); weights are complex
+    where dirt delays light.
+    """
     opening, dirt = _shapes(lens, flares)
     try:
         return _terms(opening, dirt, wavelength_nm if _delays(dirt) else None, lens.pupil_matrix)
@@ -121,7 +135,9 @@ def _loss(loss, delay_um=0.0, *, wavelength_nm):
 
 
 def delays_um(lens, flares) -> set[float]:
-    """Return the optical path differences, um, that shapes of dirt add; none where all dirt takes amplitude alone."""
+    """Return the optical path differences, um, that shapes of dirt add; none where all dirt takes
+    amplitude alone.
+    """
     return _delays(_shapes(lens, flares)[1])
 
 
@@ -132,11 +148,13 @@ def _delays(dirt):
 def amplitude(
     lens, flares, x_mm, y_mm, wavelength_nm: float, points: int = 3, strips: int = 2
 ) -> np.ndarray:
-    """Return the mean amplitude transmission (y, x) of each cell, real or complex, without the wavefront.
+    """Return the mean amplitude transmission (y, x) of each cell, real or complex, without the
+    wavefront.
 
     Parameters
     ----------
-    points : samples per cell and axis of a third-party pupil; `strips` of a cell that shapes are drawn in, see `pupil.raster`.
+    points : samples per cell and axis of a third-party pupil; `strips` of a cell that shapes are
+        drawn in, see `pupil.raster`.
     """
     low, high = y_mm[0] - (y_mm[1] - y_mm[0]), y_mm[-1] + (y_mm[1] - y_mm[0])
     near = [t for t in terms(lens, flares, wavelength_nm) if t[0].low < high and t[0].high > low]
@@ -167,21 +185,26 @@ def _sampled(flare, pupil_matrix, x_mm, y_mm, wavelength_nm, points):
         )
     if float(np.mean(np.abs(mean) ** 2)) < UNRESOLVED * energy / points**2:
         raise ConfigError(
-            f"flare {type(flare).__name__} has a pupil that changes by more than about a quarter wave per cell of "
-            f"{1e3 * max(step_x, step_y):.3g} um; expected a smoother phase, or a pupil written as shapes"
+            f"flare {type(flare).__name__} has a pupil that changes by more than about a quarter"
+            f" wave per cell of {1e3 * max(step_x, step_y):.3g} um; expected a smoother phase, or a"
+            " pupil written as shapes"
         )
     return np.broadcast_to(mean, (len(y_mm), len(x_mm)))
 
 
 def has_phase(lens, flares) -> bool:
-    """Return whether the pupil may be complex: without phase a point spread function equals its mirror image."""
+    """Return whether the pupil may be complex: without phase a point spread function equals its
+    mirror image.
+    """
     return bool(
         lens.zernike_um or lens.focal_shift_um or lens.traced or delays_um(lens, flares)
     ) or not all_shapes(flares)
 
 
 def round_and_clean(lens, flares) -> bool:
-    """Return whether the pupil is the round stop alone, without phase, rims, blades or dirt: its point spread has a closed form."""
+    """Return whether the pupil is the round stop alone, without phase, rims, blades or dirt: its
+    point spread has a closed form.
+    """
     changed = lens.rims or lens.uneven or lens.pupil_matrix
     return not (
         has_phase(lens, flares) or changed or any(hasattr(f, "pupil_shapes") for f in flares)
@@ -189,7 +212,8 @@ def round_and_clean(lens, flares) -> bool:
 
 
 def phase_change(lens, flares, first_nm: float, last_nm: float) -> float:
-    """Return by how much the phase of lens and dirt differs between two wavelengths, radians rms over the pupil (piston apart).
+    """Return by how much the phase of lens and dirt differs between two wavelengths, radians rms
+    over the pupil (piston apart).
 
     Dirt counts with all of its phase, wherever it lies: far from the axis its light is alone.
     """
@@ -207,15 +231,18 @@ def _turns_per_cell(lens, step_mm: float, wavelength_nm: float) -> float:
 
 
 def with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
-    """Return the cells times exp(2 pi i OPD / wavelength) of the lens; refuse a phase the cells cannot follow."""
+    """Return the cells times exp(2 pi i OPD / wavelength) of the lens; refuse a phase the cells
+    cannot follow.
+    """
     wavefront = coefficients_um(lens, wavelength_nm)
     if not (wavefront or lens.uneven):
         return cells
     jump = _turns_per_cell(lens, max(x_mm[1] - x_mm[0], y_mm[1] - y_mm[0]), wavelength_nm)
     if jump >= 0.5:
         raise ConfigError(
-            f"the wavefront changes by {jump:.2f} wavelengths per pupil sample at {wavelength_nm:g} nm: its blur is wider than "
-            "the image; expected smaller lens.zernike_um, or a wider field"
+            f"the wavefront changes by {jump:.2f} wavelengths per pupil sample at {wavelength_nm:g}"
+            " nm: its blur is wider than the image; expected smaller lens.zernike_um, or a wider"
+            " field"
         )
     out = np.empty(cells.shape, np.complex64)
     for start in range(
@@ -227,7 +254,8 @@ def with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
 
 
 def _turned(lens, wavefront, cells, x_mm, y_mm, wavelength_nm):
-    """Return rows of cells times the phase at their centres and what the mean over a cell leaves of it.
+    """Return rows of cells times the phase at their centres and what the mean over a cell leaves of
+    it.
 
     OSA's y points up, the rows of an image down.
     """
@@ -254,10 +282,12 @@ def _turned(lens, wavefront, cells, x_mm, y_mm, wavelength_nm):
 
 
 def _opd_um(lens, wavefront, x, y) -> np.ndarray:
-    """Return the optical path difference (y, x) in the open part of every cell, micrometres; `x` and `y` in pupil radii, y up.
+    """Return the optical path difference (y, x) in the open part of every cell, micrometres; `x`
+    and `y` in pupil radii, y up.
 
-    Polynomials grow without limit beyond the rim, the more the higher their order. Cells that the rim crosses take the value at
-    the middle of what lies inside, cells beyond it the value at the rim. Along the radius a cell reaches `half` either way.
+    Polynomials grow without limit beyond the rim, the more the higher their order. Cells that the
+    rim crosses take the value at the middle of what lies inside, cells beyond it the value at the
+    rim. Along the radius a cell reaches `half` either way.
     """
     out = wavefront_um(over_pupil(lens, wavefront), x, y)
     step_x, step_y = abs(x[1] - x[0]), abs(y[1] - y[0])
@@ -275,16 +305,20 @@ def _opd_um(lens, wavefront, x, y) -> np.ndarray:
 
 
 def _uneven_amplitude(lens, x_mm, y_mm):
-    """Return the amplitude (y, x) of light that does not fill the stop evenly, over cells of the pupil."""
+    """Return the amplitude (y, x) of light that does not fill the stop evenly, over cells of the
+    pupil.
+    """
     terms = tuple(over_pupil(lens, dict(lens.uneven)).items())
     return apodization.amplitude(terms, x_mm / radius_mm(lens), y_mm / radius_mm(lens))
 
 
 def resolved(lens, flares, x_mm, y_mm, wavelength_nm: float, cells=None) -> np.ndarray:
-    """Return the means over cells of amplitude times phase, from cells as fine as the wavefront asks.
+    """Return the means over cells of amplitude times phase, from cells as fine as the wavefront
+    asks.
 
-    At the rim the product of two means is not the mean of the product: a quarter wave per cell makes the light on the axis of a
-    strongly defocused point wrong by a fifth. The error falls with the square of the step: 0.3 % at `FINE_TURNS` per cell.
+    At the rim the product of two means is not the mean of the product: a quarter wave per cell
+    makes the light on the axis of a strongly defocused point wrong by a fifth. The error falls with
+    the square of the step: 0.3 % at `FINE_TURNS` per cell.
 
     Parameters
     ----------
@@ -298,7 +332,9 @@ def resolved(lens, flares, x_mm, y_mm, wavelength_nm: float, cells=None) -> np.n
 
 
 def _finely(lens, flares, x_mm, y_mm, wavelength_nm):
-    """Return the means over cells of products on finer cells, as fine as the wavefront asks in each block."""
+    """Return the means over cells of products on finer cells, as fine as the wavefront asks in each
+    block.
+    """
     out = np.zeros((len(y_mm), len(x_mm)), np.complex64)
     for first in range(0, len(y_mm), BLOCK):
         rows = slice(first, first + BLOCK)
@@ -316,7 +352,9 @@ def _finely(lens, flares, x_mm, y_mm, wavelength_nm):
 
 
 def _runs(lens, x_mm, y_mm, wavelength_nm):
-    """Return [(columns, parts), ...] of a strip of rows: blocks side by side that are divided alike, those beyond the rim left out."""
+    """Return [(columns, parts), ...] of a strip of rows: blocks side by side that are divided
+    alike, those beyond the rim left out.
+    """
     radius, step = radius_mm(lens), x_mm[1] - x_mm[0]
     tall = y_mm[1] - y_mm[0] if len(y_mm) > 1 else step
     rho, slope_um = slopes(lens, wavelength_nm)
@@ -364,7 +402,9 @@ def _product(lens, flares, x_mm, y_mm, wavelength_nm):
 
 
 def folded(lens, flares, wavelength_nm: float, cells_mm, period, offsets) -> list[np.ndarray]:
-    """Return the pupil with its wavefront in smooth cells, summed modulo `period`, for several offsets; see `lattice.fold_cells`."""
+    """Return the pupil with its wavefront in smooth cells, summed modulo `period`, for several
+    offsets; see `lattice.fold_cells`.
+    """
     half_y, half_x = (c / 2 for c in cells_mm)
     fine = _turns_per_cell(lens, max(half_y, half_x), wavelength_nm) > FINE_TURNS
     count_y, count_x = (2 * (int(np.ceil(reach_mm(lens) / c)) + 1) for c in cells_mm)
@@ -388,10 +428,12 @@ def folded(lens, flares, wavelength_nm: float, cells_mm, period, offsets) -> lis
 
 
 def phase_mean(turns) -> np.ndarray | float:
-    """Return what the mean over a cell leaves of a phase of `turns` wavelengths (y, x) at its centre, float32: sinc of the slopes.
+    """Return what the mean over a cell leaves of a phase of `turns` wavelengths (y, x) at its
+    centre, float32: sinc of the slopes.
 
-    Diffraction divides by the cell's sinc at every place of the image, since cells are means. A wavefront's slope sends light to
-    just that place, so a phase that was only sampled would come out brighter, by a tenth at a quarter wave per cell.
+    Diffraction divides by the cell's sinc at every place of the image, since cells are means. A
+    wavefront's slope sends light to just that place, so a phase that was only sampled would come
+    out brighter, by a tenth at a quarter wave per cell.
     """
     out = np.float32(1.0)
     for axis in (0, 1):
@@ -406,15 +448,19 @@ def phase_mean(turns) -> np.ndarray | float:
 
 
 def phase_samples(lens, wavelength_nm: float) -> float:
-    """Return the samples across the stop at which the wavefront changes by a quarter wave from one to the next at most."""
+    """Return the samples across the stop at which the wavefront changes by a quarter wave from one
+    to the next at most.
+    """
     return 8 * steepest_um(lens, wavelength_nm) / (wavelength_nm * 1e-3)
 
 
 def core_pitch_mm(lens, extent_um: float, wavelength_nm: float, least: int = CORE_SAMPLES) -> float:
-    """Return a pupil pitch that resolves the stop, an image `extent_um` wide, and the wavefront (a quarter wave per sample).
+    """Return a pupil pitch that resolves the stop, an image `extent_um` wide, and the wavefront (a
+    quarter wave per sample).
 
-    With less than `CORE_SAMPLES` as the `least` samples across the stop, a narrow image has no more than it needs to be as exact at its border
-    as a wide one: 2e-3 of what is there (measured against 2304; 5e-3 in the widest).
+    With less than `CORE_SAMPLES` as the `least` samples across the stop, a narrow image has no more
+    than it needs to be as exact at its border as a wide one: 2e-3 of what is there (measured
+    against 2304; 5e-3 in the widest).
     """
     diameter = 2 * radius_mm(lens)
     across = extent_um / blur_um(lens, wavelength_nm)
@@ -422,8 +468,8 @@ def core_pitch_mm(lens, extent_um: float, wavelength_nm: float, least: int = COR
     samples = max(samples, phase_samples(lens, wavelength_nm))
     if samples > MOST_SAMPLES:
         raise ConfigError(
-            f"the pupil would need {samples:.0f} samples across at {wavelength_nm:g} nm; expected at most {MOST_SAMPLES}: "
-            "ask for a smaller image, or smaller lens.zernike_um"
+            f"the pupil would need {samples:.0f} samples across at {wavelength_nm:g} nm; expected"
+            f" at most {MOST_SAMPLES}: ask for a smaller image, or smaller lens.zernike_um"
         )
     return diameter / samples
 
@@ -449,8 +495,8 @@ def open_energy_mm2(lens, flares, wavelength_nm: float) -> float:
         energy = energy_of(cells, pitch, cell_means=True)
     if not energy > DARK * stop_mm2(lens):
         raise ConfigError(
-            "the flares let no light through the pupil; expected a transmission above 0 somewhere; type less dirt, as "
-            "flare.NAME.dust_per_mm2=40"
+            "the flares let no light through the pupil; expected a transmission above 0 somewhere;"
+            " type less dirt, as flare.NAME.dust_per_mm2=40"
         )
     return energy
 

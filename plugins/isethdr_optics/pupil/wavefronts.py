@@ -1,4 +1,6 @@
-"""Wavefronts of a lens at a wavelength: its own, its colour's and its focus's, as Zernike coefficients; and how steep they are."""
+"""Wavefronts of a lens at a wavelength: its own, its colour's and its focus's, as Zernike
+coefficients; and how steep they are.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +15,8 @@ from isethdr_core.physics.optics.zernike import Slopes, slopes_um
 def coefficients_um(lens, wavelength_nm: float) -> dict[int, float]:
     """Return the lens's wavefront at one wavelength: {OSA index: micrometres rms}.
 
-    A focus that lies dz beyond the sensor is a wavefront of dz rho^2 / (8 N^2), N the working f-number (Goodman 2005, eq. 6-35,
-    parabolic): of OSA 4, dz / (16 sqrt(3) N^2).
+    A focus that lies dz beyond the sensor is a wavefront of dz rho^2 / (8 N^2), N the working
+    f-number (Goodman 2005, eq. 6-35, parabolic): of OSA 4, dz / (16 sqrt(3) N^2).
     """
     out = dict(lens.zernike_um or {})
     for j, value in lens.colour_um(wavelength_nm).items():
@@ -32,22 +34,25 @@ def _focal_shift_um(lens, wavelength_nm):
     known = sorted(table)
     if not known[0] <= wavelength_nm <= known[-1]:
         raise ConfigError(
-            f"lens.focal_shift_um is known from {known[0]:g} to {known[-1]:g} nm; expected {wavelength_nm:g} nm within it, the border "
-            "of a band; add that wavelength to the table"
+            f"lens.focal_shift_um is known from {known[0]:g} to {known[-1]:g} nm; expected"
+            f" {wavelength_nm:g} nm within it, the border of a band; add that wavelength to the"
+            " table"
         )
     return float(np.interp(wavelength_nm, known, [table[w] for w in known]))
 
 
 def steepest_um(lens, wavelength_nm: float) -> float:
-    """Return the largest gradient of the lens's wavefront, micrometres per radius of the stop that the f-number says."""
+    """Return the largest gradient of the lens's wavefront, micrometres per radius of the stop that
+    the f-number says.
+    """
     return float(slopes(lens, wavelength_nm).largest.max())
 
 
 def slopes(lens, wavelength_nm: float) -> Slopes:
     """Return the largest gradient of the lens's wavefront at distances from the axis in the stop.
 
-    Distances are in radii of the stop; gradients are over the pupil as the image sees it, in micrometres per radius of the stop
-    that the f-number says.
+    Distances are in radii of the stop; gradients are over the pupil as the image sees it, in
+    micrometres per radius of the stop that the f-number says.
     """
     found = _slopes(tuple(coefficients_um(lens, wavelength_nm).items()))
     if lens.pupil_matrix is None:

@@ -71,7 +71,8 @@ class Chart:
         return self.first_nm + self.step_nm * np.arange(count)
 
     def white(self):
-        """Return the illuminant's radiance per cd/m2, (wavelength,) W m-2 sr-1 nm-1: its luminance is 1.
+        """Return the illuminant's radiance per cd/m2, (wavelength,) W m-2 sr-1 nm-1: its luminance
+        is 1.
 
         Raises
         ------
@@ -86,12 +87,15 @@ class Chart:
         unit = float(luminance(relative, bands))
         if not unit > 0:
             raise ConfigError(
-                f"bands {bands[0]:g}-{bands[-1]:g} nm hold no visible light, so no luminance; type scene.first_nm=400"
+                f"bands {bands[0]:g}-{bands[-1]:g} nm hold no visible light, so no luminance; type"
+                " scene.first_nm=400"
             )
         return np.asarray(relative / unit)
 
     def tiles(self):
-        """Return x (width,), y (height,) tile centres and the pitch of a tile, in the projection's unit."""
+        """Return x (width,), y (height,) tile centres and the pitch of a tile, in the projection's
+        unit.
+        """
         from isethdr_core.quantities import centres
 
         half = math.radians(self.horizontal_field_deg) / 2
@@ -100,7 +104,9 @@ class Chart:
         return centres(self.width, field), centres(self.height, pitch * self.height), pitch
 
     def dataset(self, groups: dict, **labels):
-        """Return the chart's scene radiance Dataset from {group: (wavelength, y, x) radiance} and labels."""
+        """Return the chart's scene radiance Dataset from {group: (wavelength, y, x) radiance} and
+        labels.
+        """
         import numpy as np
 
         from isethdr_core import ledger
@@ -114,7 +120,8 @@ class Chart:
             max(float(np.max(np.abs(coarse / fine - 1))), 2.0**-24),
             "relative",
             "measured",
-            "spectrum of the light, averaged over each band, rounded to float32; tiles are covered exactly",
+            "spectrum of the light, averaged over each band, rounded to float32; tiles are covered"
+            " exactly",
         )
         x, y, pitch = self.tiles()
         field = (pitch * self.width, pitch * self.height)
@@ -138,7 +145,8 @@ class Chart:
 
 
 def band_means(spectrum, bands_nm, steps: int = STEPS):
-    """Return the means of `spectrum(wavelength_nm)` over the bands whose borders lie half way between `bands_nm`.
+    """Return the means of `spectrum(wavelength_nm)` over the bands whose borders lie half way
+    between `bands_nm`.
 
     Midpoint rule of `steps` in a band.
     """
@@ -151,7 +159,9 @@ def band_means(spectrum, bands_nm, steps: int = STEPS):
 
 
 def table(distribution):
-    """Return a function of the wavelength in nm: a colour-science distribution, linear between, constant beyond."""
+    """Return a function of the wavelength in nm: a colour-science distribution, linear between,
+    constant beyond.
+    """
     import numpy as np
 
     return lambda nm: np.interp(nm, distribution.wavelengths, distribution.values)
@@ -173,7 +183,9 @@ def chart_object(
 
 
 def category_of(instance):
-    """Return the category label (y, x) of an instance label: chart where there is an instance, else none."""
+    """Return the category label (y, x) of an instance label: chart where there is an instance, else
+    none.
+    """
     import numpy as np
 
     return np.where(instance > 0, CATEGORIES["chart"], 0).astype(np.uint16)

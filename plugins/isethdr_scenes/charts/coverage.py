@@ -8,8 +8,9 @@ import numpy as np
 def disc(x, y, pitch: float, centre_x: float, centre_y: float, radius: float) -> np.ndarray:
     """Return the fraction (y, x) of each tile that a disc covers; all lengths in one unit.
 
-    The area of the disc between its centre and each tile corner is known in closed form; the tile's own is the
-    second difference of it, exact to rounding whatever the size of the disc against the tile.
+    The area of the disc between its centre and each tile corner is known in closed form; the tile's
+    own is the second difference of it, exact to rounding whatever the size of the disc against the
+    tile.
     """
     edges_x = (np.append(x - pitch / 2, x[-1] + pitch / 2) - centre_x) / radius
     edges_y = (np.append(y - pitch / 2, y[-1] + pitch / 2) - centre_y) / radius
@@ -19,7 +20,9 @@ def disc(x, y, pitch: float, centre_x: float, centre_y: float, radius: float) ->
 
 
 def half_plane(x, y, pitch: float, angle_deg: float) -> np.ndarray:
-    """Return the fraction (y, x) of each tile right of a line through the origin, `angle_deg` clockwise from upright."""
+    """Return the fraction (y, x) of each tile right of a line through the origin, `angle_deg`
+    clockwise from upright.
+    """
     angle = np.radians(angle_deg)
     normal = np.cos(angle), np.sin(angle)
     # signed distance of tile centres in tiles; a tile reaches (|a| + |b|) / 2 to either side of it
@@ -41,7 +44,9 @@ def half_plane(x, y, pitch: float, angle_deg: float) -> np.ndarray:
 
 
 def _disc_corner(right, bottom):
-    """Return the area of the unit disc within 0..right and 0..bottom, odd in both: the integral of min(bottom, sqrt(1 - x^2))."""
+    """Return the area of the unit disc within 0..right and 0..bottom, odd in both: the integral of
+    min(bottom, sqrt(1 - x^2)).
+    """
     right, bottom = np.clip(right, -1, 1), np.clip(bottom, -1, 1)
     size, level = np.abs(right), np.abs(bottom)
     knee = np.sqrt(1 - level**2)

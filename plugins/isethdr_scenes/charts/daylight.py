@@ -1,4 +1,6 @@
-"""Daylight: the CIE's daylight illuminants from three tabulated functions, without a second of imports."""
+"""Daylight: the CIE's daylight illuminants from three tabulated functions, without a second of
+imports.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +15,12 @@ DAYLIGHT_K = {
 
 
 def daylight(temperature_k: float):
-    """Return a function of the wavelength in nm: daylight of a correlated colour temperature of 4000 to 25,000 K, 100 at 560 nm.
+    """Return a function of the wavelength in nm: daylight of a correlated colour temperature of
+    4000 to 25,000 K, 100 at 560 nm.
 
-    CIE 15:2018, eq. 4.6 to 4.11; between tabulated wavelengths linear, beyond them constant. M1 and M2 are rounded to three decimals,
-    as the CIE does for its published tables; 5000 K names 5000 x 1.4388 / 1.4380 K since the radiation constant was revised.
+    CIE 15:2018, eq. 4.6 to 4.11; between tabulated wavelengths linear, beyond them constant. M1 and
+    M2 are rounded to three decimals, as the CIE does for its published tables; 5000 K names 5000 x
+    1.4388 / 1.4380 K since the radiation constant was revised.
     """
     import numpy as np
 

@@ -16,7 +16,9 @@ class LuminanceRamp(Chart):
     decades: Decades = 8.0  # the first column is darker by 10 to this power
 
     def __call__(self):
-        """Return scene radiance with the single group `sky`; first and last column hold the end values exactly."""
+        """Return scene radiance with the single group `sky`; first and last column hold the end
+        values exactly.
+        """
         import numpy as np
 
         level = self.luminance_cd_m2 * np.logspace(-self.decades, 0.0, self.width)

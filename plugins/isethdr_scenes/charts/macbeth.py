@@ -18,7 +18,8 @@ class Macbeth(Chart):
     gap: Gap = 0.1  # width of the black frame between two patches, as a fraction of their spacing
 
     def reflectances(self):
-        """Return the names and the band means of the reflectance, (24, wavelength), left to right, top to bottom.
+        """Return the names and the band means of the reflectance, (24, wavelength), left to right,
+        top to bottom.
 
         Measured values of colour-science, `SDS_COLOURCHECKERS["ColorChecker N Ohta"]` (Ohta 1997).
         """
@@ -34,7 +35,8 @@ class Macbeth(Chart):
         import numpy as np
 
         names, reflectance = self.reflectances()
-        # in tiles: (6, width) and (4, height), the fraction of each tile that a column or row of patches covers
+        # in tiles: (6, width) and (4, height), the fraction of each tile that a column or row of
+        # patches covers
         across = _bars(self.width, COLUMNS, self.gap)
         down = _bars(self.height, ROWS, self.gap)
         cover = np.einsum("ry,cx->rcyx", down, across).reshape(
@@ -63,7 +65,9 @@ class Macbeth(Chart):
 
 
 def _bars(tiles: int, bars: int, gap: float):
-    """Return (bars, tiles): the fraction of each tile that each of `bars` equal bars covers, exactly."""
+    """Return (bars, tiles): the fraction of each tile that each of `bars` equal bars covers,
+    exactly.
+    """
     import numpy as np
 
     left = (np.arange(bars) + gap / 2)[:, None] * tiles / bars

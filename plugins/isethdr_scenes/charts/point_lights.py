@@ -12,7 +12,9 @@ from .chart import Chart, category_of, chart_object
 
 @dataclass(frozen=True)
 class PointLights(Chart):
-    """Five discs in a row, each ten times dimmer than the last, on a dark ground: flare and dynamic range."""
+    """Five discs in a row, each ten times dimmer than the last, on a dark ground: flare and dynamic
+    range.
+    """
 
     luminance_cd_m2: Luminance = 1e6  # of the first disc, on the left
     background_cd_m2: Luminance = 0.1
@@ -27,8 +29,8 @@ class PointLights(Chart):
             or 2 * self._radius() > self.tiles()[2] * self.height
         ):
             raise ConfigError(
-                f"{self.discs} discs of {self.disc_diameter_deg:g} degrees do not fit side by side into the field; "
-                "type scene.disc_diameter_deg=0.5"
+                f"{self.discs} discs of {self.disc_diameter_deg:g} degrees do not fit side by side"
+                " into the field; type scene.disc_diameter_deg=0.5"
             )
 
     def light_groups(self) -> tuple[str, ...]:
@@ -40,7 +42,9 @@ class PointLights(Chart):
         return [self.luminance_cd_m2 * self.step**-k for k in range(self.discs)]
 
     def __call__(self):
-        """Return scene radiance: group `headlights` holds the discs, `sky` the ground around them."""
+        """Return scene radiance: group `headlights` holds the discs, `sky` the ground around
+        them.
+        """
         import numpy as np
 
         from .coverage import disc

@@ -16,7 +16,9 @@ class SlantedEdge(Chart):
     contrast_ratio: Contrast = 10.0  # bright / dark
 
     def __call__(self):
-        """Return scene radiance with the single group `sky`; the bright side has `luminance_cd_m2`."""
+        """Return scene radiance with the single group `sky`; the bright side has
+        `luminance_cd_m2`.
+        """
         from .coverage import half_plane
 
         bright = half_plane(*self.tiles(), self.angle_deg)

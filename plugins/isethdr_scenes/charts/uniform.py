@@ -12,5 +12,7 @@ class Uniform(Chart):
     """Uniform field of one stated luminance."""
 
     def __call__(self):
-        """Return scene radiance with the single group `sky`, luminance `luminance_cd_m2` everywhere."""
+        """Return scene radiance with the single group `sky`, luminance `luminance_cd_m2`
+        everywhere.
+        """
         return self.dataset({"sky": (self.luminance_cd_m2 * self.white())[:, None, None]})

@@ -1,11 +1,14 @@
-"""Crosstalk: light and electrons that a neighbour collects. It moves means; nothing is gained or lost.
+"""Crosstalk: light and electrons that a neighbour collects. It moves means; nothing is gained or
+lost.
 
-A photon or electron that goes astray does so on its own, so the counts of all pixels stay independent Poisson counts:
-crosstalk acts on the mean charge, before the shot noise, and correlates no noise.
+A photon or electron that goes astray does so on its own, so the counts of all pixels stay
+independent Poisson counts: crosstalk acts on the mean charge, before the shot noise, and correlates
+no noise.
 
-Light spreads by diffraction between the microlens and the silicon, the more the longer its wave, so the share that goes astray is a
-power of the wavelength: of 1 where the diffraction angle counts (lambda / pitch; Catrysse and Wandell 2002, "Optical efficiency of image
-sensor pixels"). It carries the colour of the filter that it came through.
+Light spreads by diffraction between the microlens and the silicon, the more the longer its wave, so
+the share that goes astray is a power of the wavelength: of 1 where the diffraction angle counts
+(lambda / pitch; Catrysse and Wandell 2002, "Optical efficiency of image sensor pixels"). It carries
+the colour of the filter that it came through.
 """
 
 from __future__ import annotations
@@ -26,7 +29,9 @@ ELECTRICAL = (
 
 
 def kernel(optical_percent: float, electrical_percent: float) -> np.ndarray:
-    """Return the (5, 5) share of a pixel's electrons that each pixel about it collects; the sum is 1."""
+    """Return the (5, 5) share of a pixel's electrons that each pixel about it collects; the sum is
+    1.
+    """
     from scipy.signal import convolve2d
 
     centre = np.zeros((3, 3))
@@ -39,7 +44,9 @@ def kernel(optical_percent: float, electrical_percent: float) -> np.ndarray:
 
 
 def stray_share(model: SensorModel, wavelength_nm) -> np.ndarray:
-    """Return the share of a pixel's light that its neighbours collect, per wavelength; `optical_crosstalk_percent` holds at 550 nm."""
+    """Return the share of a pixel's light that its neighbours collect, per wavelength;
+    `optical_crosstalk_percent` holds at 550 nm.
+    """
     share = (
         model.optical_crosstalk_percent
         / 100
@@ -47,16 +54,19 @@ def stray_share(model: SensorModel, wavelength_nm) -> np.ndarray:
     )
     if np.any(share > LARGEST_SHARE):
         raise ConfigError(
-            f"sensor.optical_crosstalk_percent={model.optical_crosstalk_percent:g} and optical_crosstalk_power="
-            f"{model.optical_crosstalk_power:g} send {100 * share.max():.3g} % of the light astray within "
-            f"{np.min(wavelength_nm):g}..{np.max(wavelength_nm):g} nm; expected at most {100 * LARGEST_SHARE:g} %; "
-            "type a smaller sensor.optical_crosstalk_percent"
+            f"sensor.optical_crosstalk_percent={model.optical_crosstalk_percent:g} and"
+            f" optical_crosstalk_power={model.optical_crosstalk_power:g} send"
+            f" {100 * share.max():.3g} % of the light astray within"
+            f" {np.min(wavelength_nm):g}..{np.max(wavelength_nm):g} nm; expected at most"
+            f" {100 * LARGEST_SHARE:g} %; type a smaller sensor.optical_crosstalk_percent"
         )
     return share
 
 
 def parts(qe, model: SensorModel, wavelength_nm) -> list[np.ndarray]:
-    """Return the (channel, wavelength) electrons per photon that stay and that go astray as light; all of them where none does."""
+    """Return the (channel, wavelength) electrons per photon that stay and that go astray as light;
+    all of them where none does.
+    """
     if not model.optical_crosstalk_percent:
         return [qe]
     share = stray_share(model, wavelength_nm)
@@ -64,7 +74,9 @@ def parts(qe, model: SensorModel, wavelength_nm) -> list[np.ndarray]:
 
 
 def spread(parts_e, model: SensorModel) -> np.ndarray:
-    """Return mean light electrons after crosstalk, (y, x), from those of `parts`; the border mirrors, so that the sum stays."""
+    """Return mean light electrons after crosstalk, (y, x), from those of `parts`; the border
+    mirrors, so that the sum stays.
+    """
     if not model.optical_crosstalk_percent and not model.electrical_crosstalk_percent:
         return parts_e[0]
     height, width = parts_e[0].shape
@@ -80,7 +92,8 @@ def spread(parts_e, model: SensorModel) -> np.ndarray:
 
 
 def mixed_efficiency(qe, model: SensorModel, wavelength_nm) -> np.ndarray:
-    """Return the (channel, wavelength) electrons per photon of an evenly lit sensor, crosstalk between filters included.
+    """Return the (channel, wavelength) electrons per photon of an evenly lit sensor, crosstalk
+    between filters included.
 
     Pixels of one channel with unlike neighbours are averaged.
     """
@@ -99,5 +112,7 @@ def mixed_efficiency(qe, model: SensorModel, wavelength_nm) -> np.ndarray:
 
 
 def _kernels(model):
-    """Return where the electrons of each of `parts` are collected: light that stays, light that goes astray."""
+    """Return where the electrons of each of `parts` are collected: light that stays, light that
+    goes astray.
+    """
     return [kernel(optical, model.electrical_crosstalk_percent) for optical in (0.0, 100.0)]

@@ -10,22 +10,28 @@ REFERENCE_C, REFERENCE_K = 60.0, 333.15  # at which `thermal_e` is given
 
 
 def well(knee_e: float, thermal_e: float, knee_e_per_s: float, temperature_c: float):
-    """Return the `charge_dynamics.Well` of these fields; `thermal_e` is proportional to the absolute temperature."""
+    """Return the `charge_dynamics.Well` of these fields; `thermal_e` is proportional to the
+    absolute temperature.
+    """
     from isethdr_core.physics.detector.charge_dynamics import Well
 
     return Well(knee_e, thermal_e * (1 + (temperature_c - REFERENCE_C) / REFERENCE_K), knee_e_per_s)
 
 
 def check(sensor) -> None:
-    """Refuse fields of `sensor` that describe no knee, and blooming: what overflows here goes through its own path."""
+    """Refuse fields of `sensor` that describe no knee, and blooming: what overflows here goes
+    through its own path.
+    """
     for name in ("knee_e", "thermal_e", "knee_e_per_s"):
         value = getattr(sensor, name)
         if not 0 < value < inf:
             raise ConfigError(
-                f"sensor.{name} is {value!r}; expected a finite number above 0; type sensor.{name}=<number>"
+                f"sensor.{name} is {value!r}; expected a finite number above 0; type"
+                f" sensor.{name}=<number>"
             )
     if sensor.blooming_percent:
         raise ConfigError(
-            f"sensor.blooming_percent is {sensor.blooming_percent!r}; charge beyond the knee leaves through the overflow path "
-            "of this pixel; type sensor.blooming_percent=0, or use another sensor"
+            f"sensor.blooming_percent is {sensor.blooming_percent!r}; charge beyond the knee leaves"
+            " through the overflow path of this pixel; type sensor.blooming_percent=0, or use"
+            " another sensor"
         )

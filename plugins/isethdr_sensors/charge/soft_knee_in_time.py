@@ -1,6 +1,8 @@
-"""The charge of a pixel with a soft knee under light that varies during its exposure, composed from piece to piece.
+"""The charge of a pixel with a soft knee under light that varies during its exposure, composed from
+piece to piece.
 
-Whether a lamp flashes early or late in the exposure decides how much of its charge is still there at the end.
+Whether a lamp flashes early or late in the exposure decides how much of its charge is still there
+at the end.
 """
 
 from __future__ import annotations
@@ -24,14 +26,17 @@ def check(parts, exposure_s: float) -> None:
     if count(modulations, exposure_s) > MOST_PIECES:
         fastest = max(m.frequency_hz for m in modulations)
         raise ConfigError(
-            f"a light of {fastest:g} Hz switches too often within {exposure_s:g} s: this pixel bends, so it is followed from "
-            f"switch to switch; expected at most {MOST_PIECES} pieces in an exposure; type sensor=bayer, or make the light "
-            "constant: that fast, only its mean counts"
+            f"a light of {fastest:g} Hz switches too often within {exposure_s:g} s: this pixel"
+            f" bends, so it is followed from switch to switch; expected at most {MOST_PIECES}"
+            " pieces in an exposure; type sensor=bayer, or make the light constant: that fast,"
+            " only its mean counts"
         )
 
 
 def untouched_e(spilled_e: float, exposure_s: float, soft) -> float:
-    """Return the arrived electrons up to which at most `spilled_e` spill whenever they arrive: as if all came at once, at the start."""
+    """Return the arrived electrons up to which at most `spilled_e` spill whenever they arrive: as
+    if all came at once, at the start.
+    """
     return max(
         0.0, soft.knee_e + soft.thermal_e * np.log(spilled_e / (exposure_s * soft.knee_e_per_s))
     )
@@ -45,19 +50,23 @@ def worst_spill(charge_e: float, exposure_s: float, soft) -> float:
 def stays(
     total_e, parts, start_s, exposure_s: float, soft, limit_e: float, generator, first_row: int
 ) -> np.ndarray:
-    """Return the charge that stays in the photodiode, (y, x) of a block of rows; the rest of `total_e` spilled.
+    """Return the charge that stays in the photodiode, (y, x) of a block of rows; the rest of
+    `total_e` spilled.
 
     Parameters
     ----------
     total_e : (y, x) electrons that arrived: counts, or means without a generator.
-    parts : [(Modulation, (y, x) mean electrons of the exposure at the mean light over time), ...], dark charge among the constant ones.
-    start_s : (y, 1) start of each row's exposure. `limit_e` : arrived electrons up to which nothing spills.
+    parts : [(Modulation, (y, x) mean electrons of the exposure at the mean light over time), ...],
+        dark charge among the constant ones.
+    start_s : (y, 1) start of each row's exposure. `limit_e` : arrived electrons up to which nothing
+        spills.
     generator, first_row : key of the noise and the block's first row; None for the mean.
 
     Notes
     -----
-    Given the count, its shape in time is that of the mean. Which pulse the electrons came in, and which of them left, make
-    a variance that is what `flow_moments` finds less the part that the count explains.
+    Given the count, its shape in time is that of the mean. Which pulse the electrons came in, and
+    which of them left, make a variance that is what `flow_moments` finds less the part that the
+    count explains.
     """
     charge = np.array(total_e, float)
     y, x = np.nonzero(charge > limit_e)
@@ -106,7 +115,9 @@ def stays(
 
 
 def _varying(total_e, parts, start_s, exposure_s, soft) -> np.ndarray:
-    """Return the mean charge left of `total_e` by exact quadrature, (y, x); arguments as in `stays`."""
+    """Return the mean charge left of `total_e` by exact quadrature, (y, x); arguments as in
+    `stays`.
+    """
     mean = sum(part * (light_s(m, start_s, exposure_s) / exposure_s) for m, part in parts)
     scale = np.divide(total_e, mean, out=np.zeros_like(total_e), where=mean > 0) / exposure_s
     rates = [(m, part * scale) for m, part in parts]

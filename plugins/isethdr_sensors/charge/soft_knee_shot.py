@@ -1,4 +1,6 @@
-"""One shot of a pixel with a soft knee: as `shot`, with the photodiode's charge and what spilled from it kept apart."""
+"""One shot of a pixel with a soft knee: as `shot`, with the photodiode's charge and what spilled
+from it kept apart.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,8 @@ from . import full_well, soft_knee_in_time
 LINEAR_WITHIN = (
     1e-4  # share of the knee's charge that may have spilled where a reading still counts as linear
 )
-NOTHING_E = 1e-6  # mean spill below which the charge is left alone, so that it has the bits of a linear sensor
+# mean spill below which the charge is left alone, so that it has the bits of a linear sensor
+NOTHING_E = 1e-6
 
 
 def take_shot(model, soft, collects, light, generator):
@@ -29,14 +32,17 @@ def take_shot(model, soft, collects, light, generator):
 
     Parameters
     ----------
-    model : `SensorModel` of one photodiode; its full well is the capacity of photodiode and overflow capacitor together.
+    model : `SensorModel` of one photodiode; its full well is the capacity of photodiode and
+        overflow capacitor together.
     soft : `charge_dynamics.Well` of the photodiode.
-    collects : per reading, whether it reads the spilled charge as well (an overflow capacitor) or the photodiode alone.
+    collects : per reading, whether it reads the spilled charge as well (an overflow capacitor) or
+        the photodiode alone.
     light, generator : as in `shot.take_shot`.
 
     Notes
     -----
-    Readings of the photodiode alone are `saturated` where they stop being linear: `top_dn` says where.
+    Readings of the photodiode alone are `saturated` where they stop being linear: `top_dn` says
+    where.
     """
     shot.check_generator(model, generator)
     grid, filters, qe, parts = shot.component_electrons(model, light)
@@ -77,7 +83,9 @@ def tops(model, soft, collects) -> list[float]:
 
 
 def _state_in_time(model, soft, collects) -> None:
-    """State what light that varies does to readings that were to be linear, and to a table that reads a bent pixel back."""
+    """State what light that varies does to readings that were to be linear, and to a table that
+    reads a bent pixel back.
+    """
     alone_e = [
         (top - r.black_dn) / r.gain_dn_per_e
         for top, r, every in zip(tops(model, soft, collects), model.readings, collects)
@@ -105,7 +113,8 @@ def _state_in_time(model, soft, collects) -> None:
 def readings(
     model, soft, collects, light_e, generator, block_rows: int | None = None, in_time=None
 ):
-    """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons (y, x); parameters as in `take_shot`.
+    """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons (y, x);
+    parameters as in `take_shot`.
 
     `in_time` : for light that varies, [(Modulation, (y, x) electrons at the mean over time), ...].
     """
@@ -152,7 +161,9 @@ def readings(
 
 
 def arrived(mean_e, capacity_e: float, generator, first_row: int) -> np.ndarray:
-    """Return the electrons that arrive in a block of rows, (y, x): Poisson counts, or the means without a generator."""
+    """Return the electrons that arrive in a block of rows, (y, x): Poisson counts, or the means
+    without a generator.
+    """
     if generator is None:
         return np.asarray(mean_e, float)
     mean_e = (
@@ -189,6 +200,8 @@ def stays(
 
 
 def linear_top_dn(reading, exposure_s: float, soft, spilled_e: float) -> float:
-    """Return the largest code up to which at most `spilled_e` of the arrived charge have left the photodiode."""
+    """Return the largest code up to which at most `spilled_e` of the arrived charge have left the
+    photodiode.
+    """
     limit = reading.black_dn + reading.gain_dn_per_e * linear_limit_e(spilled_e, exposure_s, soft)
     return min(converter.top_code(reading), float(np.floor(limit)) if reading.bits else limit)

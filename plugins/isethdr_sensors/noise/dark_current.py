@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 REFERENCE_C = 60.0  # assumption: the temperature at which a sensor's dark_e_per_s is stated
-DOUBLING_K = 8.0  # assumption: common for pinned photodiodes near room temperature and above (5 to 10 K are reported)
+# assumption: common for pinned photodiodes near room temperature and above (5 to 10 K are reported)
+DOUBLING_K = 8.0
 
 
 def dark_electrons(dark_e_per_s: float, exposure_s: float, temperature_c: float) -> float:
-    """Return the mean dark charge of an exposure, electrons; `dark_e_per_s` holds at 60 degrees Celsius."""
+    """Return the mean dark charge of an exposure, electrons; `dark_e_per_s` holds at 60 degrees
+    Celsius.
+    """
     return dark_e_per_s * exposure_s * 2.0 ** ((temperature_c - REFERENCE_C) / DOUBLING_K)

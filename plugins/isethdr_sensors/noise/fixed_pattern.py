@@ -1,7 +1,8 @@
-"""Fixed pattern: what differs from pixel to pixel and stays from shot to shot, keyed by the device alone.
+"""Fixed pattern: what differs from pixel to pixel and stays from shot to shot, keyed by the device
+alone.
 
-PRNU scales the light's electrons, the dark spread scales the dark electrons, DSNU, column and row offsets add to a
-reading, hot pixels add dark electrons.
+PRNU scales the light's electrons, the dark spread scales the dark electrons, DSNU, column and row
+offsets add to a reading, hot pixels add dark electrons.
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ from isethdr_core.physics.detector import noise, random_words
 
 @lru_cache(maxsize=8)
 def pixel_map(stream: tuple, rows: int, columns: int) -> np.ndarray:
-    """Return a (y, x) float32 map of standard normals; pixel (y, x) of a device has one value at any sensor size."""
+    """Return a (y, x) float32 map of standard normals; pixel (y, x) of a device has one value at
+    any sensor size.
+    """
     out = np.empty((rows, columns), np.float32)
     block = noise.rows_per_block(columns)
     for y in range(0, rows, block):
@@ -26,7 +29,9 @@ def pixel_map(stream: tuple, rows: int, columns: int) -> np.ndarray:
 
 
 def factor(relative_rms: float, stream: tuple, rows: int, columns: int):
-    """Return factors around 1, (y, x) float32 and never negative, or the number 1 where there is no spread."""
+    """Return factors around 1, (y, x) float32 and never negative, or the number 1 where there is no
+    spread.
+    """
     if relative_rms == 0:
         return np.float32(1.0)
     return np.maximum(
@@ -47,10 +52,11 @@ def chosen(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def hot_dark(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray:
-    """Return (y, x) float32: what each pixel adds to the dark charge, relative to the mean of the hot pixels.
+    """Return (y, x) float32: what each pixel adds to the dark charge, relative to the mean of the
+    hot pixels.
 
-    0 for a share of 1 - `share` of the pixels, exponentially distributed with mean 1 among the others: published
-    histograms of dark current end in straight lines on a logarithmic axis.
+    0 for a share of 1 - `share` of the pixels, exponentially distributed with mean 1 among the
+    others: published histograms of dark current end in straight lines on a logarithmic axis.
     """
     hot = chosen(share, stream, rows, columns)
     out = np.zeros((rows, columns), np.float32)

@@ -1,8 +1,10 @@
-"""The variance that a reading of a lin-log pixel states of itself, such that its mean over a shot is the variance over that shot.
+"""The variance that a reading of a lin-log pixel states of itself, such that its mean over a shot
+is the variance over that shot.
 
-At the bend the variance of what is read back jumps twentyfold within three widths of the noise, and one reading does not know on
-which side it is. What it states is therefore solved for: levels of light across the bend, the distribution of their readings by
-quadrature over what arrives (Poisson) and over what the charge then scatters, and the rising table whose mean is right at all of them.
+At the bend the variance of what is read back jumps twentyfold within three widths of the noise, and
+one reading does not know on which side it is. What it states is therefore solved for: levels of
+light across the bend, the distribution of their readings by quadrature over what arrives (Poisson)
+and over what the charge then scatters, and the rising table whose mean is right at all of them.
 """
 
 from __future__ import annotations
@@ -12,7 +14,8 @@ from scipy.optimize import nnls
 
 BENDS, LOGARITHMIC = 0.97, 0.002  # slopes of the response between which the table is solved for
 LEVELS = 160  # of light across the bend, and parts of the table that rise alike, about
-NEAR = 0.01  # weight of a change of one rise against a relative error of one level: keeps the table smooth
+# weight of a change of one rise against a relative error of one level: keeps the table smooth
+NEAR = 0.01
 COUNTS, COUNT_SHARE = np.polynomial.hermite_e.hermegauss(21)
 NOISE = np.linspace(-5.0, 5.0, 81)  # even and close, as rounding makes steps
 SHARE = np.outer(COUNT_SHARE, np.exp(-(NOISE**2) / 2))
@@ -22,21 +25,24 @@ SHARE /= SHARE.sum()
 def scatter_of_readings(
     dn, electrons, width_dn, slopes, plain_e2, off_bend_e2, response, digital: bool
 ) -> np.ndarray:
-    """Return what the variance of a reading has beyond the electrons that it reads as, (entry,), e^2; it rises through the bend.
+    """Return what the variance of a reading has beyond the electrons that it reads as, (entry,),
+    e^2; it rises through the bend.
 
     Parameters
     ----------
     dn, electrons : the table that reads the pixel back, rising.
     width_dn : (entry,) rms of the reading of so many electrons, rounding included.
     slopes : (entry,) of the response, falling.
-    plain_e2 : (entry,) scatter of what is read back from so many electrons: the shape that is kept to where nothing else is asked.
+    plain_e2 : (entry,) scatter of what is read back from so many electrons: the shape that is kept
+        to where nothing else is asked.
     off_bend_e2 : (entry,) what is right where the response is straight or a logarithm.
     response : function from electrons that arrived to DN.
     digital : entries are whole codes one apart, and readings are rounded to them.
 
     Notes
     -----
-    Least squares of the relative error under rises of 0 or more (Lawson and Hanson 1974), drawn to the rises of `plain_e2` by ridge.
+    Least squares of the relative error under rises of 0 or more (Lawson and Hanson 1974), drawn to
+    the rises of `plain_e2` by ridge.
     """
     first, last = np.searchsorted(-slopes, (-BENDS, -LOGARITHMIC))
     if (
@@ -82,7 +88,9 @@ def every(entries: int) -> int:
 
 
 def readings(dn, arrived_e, electrons, width_dn, response, digital: bool) -> np.ndarray:
-    """Return readings (level, count, noise) in DN of each level of light; `SHARE` says how often each occurs."""
+    """Return readings (level, count, noise) in DN of each level of light; `SHARE` says how often
+    each occurs.
+    """
     count = np.maximum(arrived_e[:, None] + np.sqrt(arrived_e)[:, None] * COUNTS, 0.0)
     width = np.sqrt(np.maximum(np.interp(count, electrons, width_dn) ** 2 - digital / 12, 0.0))
     at = response(count)[:, :, None] + width[:, :, None] * NOISE
@@ -90,7 +98,9 @@ def readings(dn, arrived_e, electrons, width_dn, response, digital: bool) -> np.
 
 
 def shares_of_entries(dn, at) -> np.ndarray:
-    """Return the share (level, entry) of each entry in the readings of each level; between entries a reading is shared by distance."""
+    """Return the share (level, entry) of each entry in the readings of each level; between entries
+    a reading is shared by distance.
+    """
     place = np.clip(np.searchsorted(dn, at, side="right") - 1, 0, len(dn) - 2)
     part = (at - dn[place]) / (dn[place + 1] - dn[place])
     row = np.arange(len(at))[:, None, None] * len(dn) + place

@@ -1,7 +1,8 @@
-"""Read noise: one normal draw per pixel and reading, in electrons before the converter. It may make a value negative.
+"""Read noise: one normal draw per pixel and reading, in electrons before the converter. It may make
+a value negative.
 
-The tail: some pixels of a device (their source followers' random telegraph signal) read wider than the rest. The rms over all
-pixels stays the stated one.
+The tail: some pixels of a device (their source followers' random telegraph signal) read wider than
+the rest. The rms over all pixels stays the stated one.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ TAIL_WIDTH = 5.0  # read noise of a pixel in the tail / that of the others (assu
 
 
 def read_noise(read_noise_e, stream: tuple, first_row: int, rows: int, columns: int):
-    """Return (y, x) float32 electrons of zero mean and rms `read_noise_e` for `rows` rows from `first_row`.
+    """Return (y, x) float32 electrons of zero mean and rms `read_noise_e` for `rows` rows from
+    `first_row`.
 
     Parameters
     ----------

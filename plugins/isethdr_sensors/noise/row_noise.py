@@ -1,4 +1,6 @@
-"""Row noise: one normal offset per row and reading, new in every shot, from the circuits that all pixels of a row share."""
+"""Row noise: one normal offset per row and reading, new in every shot, from the circuits that all
+pixels of a row share.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,9 @@ from isethdr_core.physics.detector import noise, random_words
 
 
 def row_noise(row_noise_e: float, stream: tuple, first_row: int, rows: int) -> np.ndarray:
-    """Return (rows, 1) float32 electrons of zero mean and rms `row_noise_e`, for the rows from `first_row`."""
+    """Return (rows, 1) float32 electrons of zero mean and rms `row_noise_e`, for the rows from
+    `first_row`.
+    """
     return np.float32(row_noise_e) * noise.normal_float32(
         random_words.words(stream, first_row, first_row + rows, 0, 1)
     )

@@ -1,4 +1,6 @@
-"""Shot noise: the Poisson count of light and dark electrons, drawn once per photodiode and exposure."""
+"""Shot noise: the Poisson count of light and dark electrons, drawn once per photodiode and
+exposure.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Captures: the Dataset that leaves the sensor, with all that an image signal processor needs to read it back."""
+"""Captures: the Dataset that leaves the sensor, with all that an image signal processor needs to
+read it back.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Companding: a piecewise linear squeeze of linear codes into fewer bits, and the table that undoes it."""
+"""Companding: a piecewise linear squeeze of linear codes into fewer bits, and the table that undoes
+it.
+"""
 
 from __future__ import annotations
 
@@ -26,15 +28,18 @@ def table(knees, top_code: float) -> tuple[np.ndarray, np.ndarray]:
         or np.any(np.diff(companded) <= 0)
     ):
         raise ConfigError(
-            f"sensor.companding is {knees!r}; expected both linear DN and companded DN to increase from knee to knee"
+            f"sensor.companding is {knees!r}; expected both linear DN and companded DN to increase"
+            " from knee to knee"
         )
     if np.any(np.diff(companded) > np.diff(linear) * (1 + 1e-9)):
         raise ConfigError(
-            f"sensor.companding is {knees!r}; expected it to squeeze: no part may have more codes than it came with"
+            f"sensor.companding is {knees!r}; expected it to squeeze: no part may have more codes"
+            " than it came with"
         )
     if linear[-1] < top_code:
         raise ConfigError(
-            f"sensor.companding ends at {linear[-1]:g} DN; expected its last knee at the top code {top_code:g} or above"
+            f"sensor.companding ends at {linear[-1]:g} DN; expected its last knee at the top code"
+            f" {top_code:g} or above"
         )
     return linear, companded
 

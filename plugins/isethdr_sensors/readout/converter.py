@@ -36,7 +36,8 @@ def converter(
             raise ConfigError(f"sensor.{name} is {value!r}; expected a finite number above 0")
     if bits != int(bits) or not 0 <= bits <= 24:
         raise ConfigError(
-            f"sensor.bits is {bits!r}; expected a whole number within 1..24, or 0 to switch the converter off"
+            f"sensor.bits is {bits!r}; expected a whole number within 1..24, or 0 to switch the"
+            " converter off"
         )
     swing_e = swing_v / (conversion_gain_uv_per_e * 1e-6 * analog_gain)
     if bits == 0:
@@ -62,7 +63,9 @@ def top_code(reading: Reading) -> float:
 
 
 def top_dn(reading: Reading, diode: Photodiode) -> float:
-    """Return the largest code that still measures light: the top code, or the full well's where that comes first."""
+    """Return the largest code that still measures light: the top code, or the full well's where
+    that comes first.
+    """
     full = reading.black_dn + reading.gain_dn_per_e * diode.full_well_e
     return min(
         top_code(reading), float(np.floor(full + 1e-6)) if isfinite(full) and reading.bits else full
@@ -70,12 +73,16 @@ def top_dn(reading: Reading, diode: Photodiode) -> float:
 
 
 def quantisation_e(reading: Reading) -> float:
-    """Return one DN step in electrons; 0 when the converter is off. The rounding error's variance is step^2 / 12."""
+    """Return one DN step in electrons; 0 when the converter is off. The rounding error's variance
+    is step^2 / 12.
+    """
     return 1.0 / reading.gain_dn_per_e if reading.bits else 0.0
 
 
 def raw_dtype(readings):
-    """Return the type that holds every reading's codes: uint16, uint32, or float32 when a converter is off."""
+    """Return the type that holds every reading's codes: uint16, uint32, or float32 when a converter
+    is off.
+    """
     if any(reading.bits == 0 for reading in readings):
         return np.float32
     tops = [
@@ -86,7 +93,9 @@ def raw_dtype(readings):
 
 
 def digitise(electrons, reading: Reading) -> np.ndarray:
-    """Return linear DN, float64 and whole numbers when the converter is on, within 0 and the top code."""
+    """Return linear DN, float64 and whole numbers when the converter is on, within 0 and the top
+    code.
+    """
     dn = reading.black_dn + reading.gain_dn_per_e * electrons
     if reading.inl_dn:
         dn = dn + integral_nonlinearity_dn(dn, reading)
@@ -97,7 +106,8 @@ def digitise(electrons, reading: Reading) -> np.ndarray:
 
 
 def integral_nonlinearity_dn(dn, reading: Reading):
-    """Return how far the converter lies above a straight line, DN: one period of a sine from black to the top code.
+    """Return how far the converter lies above a straight line, DN: one period of a sine from black
+    to the top code.
 
     Both ends stay, so gain and black level do; the shape is an assumption, its size is `inl_dn`.
     """
@@ -111,12 +121,14 @@ def check_reading(reading: Reading) -> None:
         largest = (top_code(reading) - reading.black_dn) / (2 * np.pi)
         if not abs(reading.inl_dn) < largest:
             raise ConfigError(
-                f"sensor.inl_dn is {reading.inl_dn!r}; expected less than {largest:.4g} DN, so that codes still increase"
+                f"sensor.inl_dn is {reading.inl_dn!r}; expected less than {largest:.4g} DN, so that"
+                " codes still increase"
             )
     if reading.companding:
         if not reading.bits:
             raise ConfigError(
-                "sensor.companding squeezes codes, and sensor.bits=0 makes none; type sensor.bits=12"
+                "sensor.companding squeezes codes, and sensor.bits=0 makes none; type"
+                " sensor.bits=12"
             )
         companding.table(reading.companding, top_code(reading))
 
@@ -125,9 +137,9 @@ def check_codes(reading: Reading, diode: Photodiode) -> None:
     """Raise ConfigError where a full well is less than one code: nothing would be measured."""
     if top_dn(reading, diode) <= reading.black_dn:
         raise ConfigError(
-            f"sensor {reading.capture} has a full well of {diode.full_well_e:g} e and codes of "
-            f"{quantisation_e(reading):.4g} e; expected more than one code below the full well; type "
-            "a larger sensor.full_well_e, a smaller sensor.swing_v, or sensor.bits=0"
+            f"sensor {reading.capture} has a full well of {diode.full_well_e:g} e and codes of"
+            f" {quantisation_e(reading):.4g} e; expected more than one code below the full well;"
+            " type a larger sensor.full_well_e, a smaller sensor.swing_v, or sensor.bits=0"
         )
 
 

@@ -1,7 +1,9 @@
-"""The table that reads a lin-log pixel back: linear DN, the electrons that have to arrive for it, and their variance.
+"""The table that reads a lin-log pixel back: linear DN, the electrons that have to arrive for it,
+and their variance.
 
-Noise on a curve that steepens reads too bright on average: 0.16 % on the logarithm, 0.9 % at its bend. So the table is not the inverse
-of the response, but the function whose mean over the noise is the electrons that arrived.
+Noise on a curve that steepens reads too bright on average: 0.16 % on the logarithm, 0.9 % at its
+bend. So the table is not the inverse of the response, but the function whose mean over the noise is
+the electrons that arrived.
 """
 
 from __future__ import annotations
@@ -29,12 +31,14 @@ FINITE_E = 1e60  # where it ends while it is made: squares of it are numbers
 def response(
     reading, exposure_s: float, soft, noise: bool = True
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (DN, electrons, e^2): one entry per code beyond the linear part, so that nothing is interpolated there.
+    """Return (DN, electrons, e^2): one entry per code beyond the linear part, so that nothing is
+    interpolated there.
 
-    Light is constant over the exposure. The dark charge is part of the electrons, as it is below the knee. The variance is that of
-    one reading of so many electrons: charge, read noise and rounding, divided by the slope of the response squared; it is
-    Poisson's below the knee. The last entry is the top code, or the code of the most light that a shot may have, and measures no light: it stands
-    for all that is brighter.
+    Light is constant over the exposure. The dark charge is part of the electrons, as it is below
+    the knee. The variance is that of one reading of so many electrons: charge, read noise and
+    rounding, divided by the slope of the response squared; it is Poisson's below the knee. The last
+    entry is the top code, or the code of the most light that a shot may have, and measures no
+    light: it stands for all that is brighter.
 
     Parameters
     ----------
@@ -42,8 +46,9 @@ def response(
 
     Notes
     -----
-    The charge that `n` arriving electrons leave is `flow(n)` plus thermal noise of variance rho(n) that knows nothing of n. A table whose
-    mean over rho, read noise and rounding is n for every n is therefore without bias for any light and any pixel.
+    The charge that `n` arriving electrons leave is `flow(n)` plus thermal noise of variance rho(n)
+    that knows nothing of n. A table whose mean over rho, read noise and rounding is n for every n
+    is therefore without bias for any light and any pixel.
     """
     knee, top = linear_top_dn(reading, exposure_s, soft, STRAIGHT_E), converter.top_code(reading)
     step = 1.0 if reading.bits else (top - knee) / (ENTRIES - 1)
@@ -77,7 +82,8 @@ def response(
         )
         slopes = slope(electrons, exposure_s, soft)
         electrons, scatter_e2 = without_bias(bent, electrons, width_dn, line[-1])
-        # the mean reading is the count that arrived: its own variance and the scatter of readings about it add up
+        # the mean reading is the count that arrived: its own variance and the scatter of readings
+        # about it add up
         off_bend_e2 = np.maximum(as_mean(bent, scatter_e2, width_dn), read_var_e2)
         variance = electrons + scatter_of_readings(
             bent,
@@ -100,7 +106,8 @@ def response(
 
 
 def without_bias(dn, wanted, width_dn, lowest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rising table (entry,) whose mean over the noise is `wanted` at each entry, and its variance over the noise there.
+    """Return the rising table (entry,) whose mean over the noise is `wanted` at each entry, and its
+    variance over the noise there.
 
     Parameters
     ----------
@@ -110,14 +117,16 @@ def without_bias(dn, wanted, width_dn, lowest: float) -> tuple[np.ndarray, np.nd
 
     Notes
     -----
-    Van Cittert 1931: what the mean lacks is added, again and again. A shape finer than the noise does not come back.
+    Van Cittert 1931: what the mean lacks is added, again and again. A shape finer than the noise
+    does not come back.
     """
     out = wanted.copy()
     for left in reversed(range(ROUNDS)):
         values = over_noise(dn, out, width_dn)
         mean = values @ SHARE
         better = out + wanted - mean
-        # where noise is wider than the bend the corrections begin to swing: a table that does not rise cannot be read back
+        # where noise is wider than the bend the corrections begin to swing: a table that does not
+        # rise cannot be read back
         if not left or np.any(np.diff(better, prepend=lowest) <= 0):
             break
         out = better
@@ -125,7 +134,8 @@ def without_bias(dn, wanted, width_dn, lowest: float) -> tuple[np.ndarray, np.nd
 
 
 def as_mean(dn, wanted, width_dn) -> np.ndarray:
-    """Return the positive table (entry,) whose mean over the noise is `wanted`, where that is straight or exponential within the noise.
+    """Return the positive table (entry,) whose mean over the noise is `wanted`, where that is
+    straight or exponential within the noise.
 
     By ratios (Gold 1964), in which an exponential is right after one round.
     """
@@ -136,7 +146,9 @@ def as_mean(dn, wanted, width_dn) -> np.ndarray:
 
 
 def over_noise(dn, table, width_dn) -> np.ndarray:
-    """Return what the table gives to the readings (entry, node) of a normal noise about each entry."""
+    """Return what the table gives to the readings (entry, node) of a normal noise about each
+    entry.
+    """
     seen = dn[:, None] + width_dn[:, None] * NODES
     before, after = np.minimum(seen - dn[0], 0.0), np.maximum(seen - dn[-1], 0.0)
     slope_before, growth = (

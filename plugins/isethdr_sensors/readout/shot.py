@@ -1,4 +1,6 @@
-"""One shot, in the order in which it happens: light, crosstalk, shot noise, full well, readings, converter."""
+"""One shot, in the order in which it happens: light, crosstalk, shot noise, full well, readings,
+converter.
+"""
 
 from __future__ import annotations
 
@@ -30,8 +32,8 @@ def take_shot(model: SensorModel, light, generator):
     ----------
     model : what the sensor is made of.
     light : irradiance DataArray ([component,] wavelength, y, x), W m-2 nm-1.
-    generator : `isethdr_core.seeds.Generator`; its seed and scene key the shot, its device the fixed pattern.
-        May be None for a model without noise.
+    generator : `isethdr_core.seeds.Generator`; its seed and scene key the shot, its device the
+        fixed pattern. May be None for a model without noise.
     """
     check_generator(model, generator)
     grid, filters, qe, light_e = light_electrons(model, light)
@@ -50,7 +52,8 @@ def check_generator(model: SensorModel, generator) -> None:
 
 
 def expected_electrons(model: SensorModel, light):
-    """Return the mean electrons of light and dark charge, DataArray (capture, y, x): no noise, full well or converter.
+    """Return the mean electrons of light and dark charge, DataArray (capture, y, x): no noise, full
+    well or converter.
 
     It is affine in the light; in darkness it is `dark_e` of the captures.
     """
@@ -63,11 +66,16 @@ def expected_electrons(model: SensorModel, light):
 
 
 def state_errors(model: SensorModel, light) -> None:
-    """State in the ledger what every shot of `model` leaves out: light within bands, the converter's bend and its lower end."""
+    """State in the ledger what every shot of `model` leaves out: light within bands, the
+    converter's bend and its lower end.
+    """
     wavelength_nm = quantities.bands_nm(light)
     if len(wavelength_nm) > 1:
         value = smooth_spectrum_error(model, wavelength_nm, _mean_spectrum(light))
-        label = "light taken for even over each band: black bodies of 2000 to 20000 K, and the light's own mean spectrum"
+        label = (
+            "light taken for even over each band: black bodies of 2000 to 20000 K, and the light's"
+            " own mean spectrum"
+        )
         ledger.add_error(
             ErrorNote(value, "relative", "measured", label, "spectral bands", Quantity.ELECTRONS)
         )
@@ -84,7 +92,9 @@ def state_errors(model: SensorModel, light) -> None:
 
 
 def _mean_spectrum(light):
-    """Return the (band,) mean irradiance of light; None of photocurrent, whose spectrum is not known any more."""
+    """Return the (band,) mean irradiance of light; None of photocurrent, whose spectrum is not
+    known any more.
+    """
     if "wavelength" not in light.dims:
         return None
     return light.values.mean(
@@ -93,8 +103,8 @@ def _mean_spectrum(light):
 
 
 def light_electrons(model: SensorModel, light):
-    """Return the pixel grid, the filters (y, x), the quantum efficiency (channel, wavelength) with crosstalk between filters, and
-    per photodiode the mean light electrons (y, x) of the exposure.
+    """Return the pixel grid, the filters (y, x), the quantum efficiency (channel, wavelength) with
+    crosstalk between filters, and per photodiode the mean light electrons (y, x) of the exposure.
     """
     grid, filters, qe, parts = component_electrons(model, light)
     light_e = exposure_timing.together(model, parts, filters)
@@ -102,7 +112,9 @@ def light_electrons(model: SensorModel, light):
 
 
 def component_electrons(model: SensorModel, light):
-    """Return as `light_electrons`, but at last [(Modulation, per photodiode (y, x) electrons at the mean light over time), ...]."""
+    """Return as `light_electrons`, but at last [(Modulation, per photodiode (y, x) electrons at the
+    mean light over time), ...].
+    """
     parts = components(light)
     for _, one in parts:
         response.check_light(one)
@@ -124,22 +136,28 @@ def _mean_electrons(model, light, grid, filters, qe):
     x, y = light.x.values, light.y.values
     planes = response.channel_planes(model, light, qe)
     per_fill = {
-        fill: model.exposure_s
-        * crosstalk.spread(
-            [area_integration.electrons_per_s(p, x, y, grid, filters, fill) for p in planes], model
+        fill: (
+            model.exposure_s
+            * crosstalk.spread(
+                [area_integration.electrons_per_s(p, x, y, grid, filters, fill) for p in planes],
+                model,
+            )
         )
         for fill in {diode.fill_factor for diode in model.photodiodes}
     }
     return [
-        per_fill[diode.fill_factor]
-        if diode.exposure_share == 1
-        else per_fill[diode.fill_factor] * diode.exposure_share
+        (
+            per_fill[diode.fill_factor]
+            if diode.exposure_share == 1
+            else per_fill[diode.fill_factor] * diode.exposure_share
+        )
         for diode in model.photodiodes
     ]
 
 
 def readings(model: SensorModel, light_e, generator, block_rows: int | None = None):
-    """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons of each photodiode.
+    """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons of each
+    photodiode.
 
     Parameters
     ----------
@@ -148,8 +166,9 @@ def readings(model: SensorModel, light_e, generator, block_rows: int | None = No
 
     Notes
     -----
-    `saturated` is true where the charge fills the well or the converter gives its top code. The first cannot be
-    seen in the numbers: read noise may take a full well below the top code, and that value measures no light.
+    `saturated` is true where the charge fills the well or the converter gives its top code. The
+    first cannot be seen in the numbers: read noise may take a full well below the top code, and
+    that value measures no light.
     """
     height, width = light_e[0].shape
     raw = np.empty((len(model.readings), height, width), converter.raw_dtype(model.readings))
@@ -214,7 +233,8 @@ def read_dn(model: SensorModel, reading, electrons, offset_e, width_e, generator
 
     Parameters
     ----------
-    electrons : (y, x) charge; `offset_e`, `width_e` : the reading's offset and read noise there, numbers or maps.
+    electrons : (y, x) charge; `offset_e`, `width_e` : the reading's offset and read noise there,
+        numbers or maps.
     generator : key of the noise of the reading; not used by a model without noise.
     first_row : the block's first row, counted from the sensor's upper left pixel.
     """
@@ -232,7 +252,9 @@ def read_dn(model: SensorModel, reading, electrons, offset_e, width_e, generator
 
 
 def device_maps(model: SensorModel, generator, height: int, width: int):
-    """Return per photodiode the PRNU factor and the dark electrons, per reading offset and read noise: maps, rows or numbers."""
+    """Return per photodiode the PRNU factor and the dark electrons, per reading offset and read
+    noise: maps, rows or numbers.
+    """
     size = height, width
     dark = [dark_charge_e(model, diode) for diode in model.photodiodes]
     less = interleave.dark_map(model, *size)
@@ -269,9 +291,11 @@ def device_maps(model: SensorModel, generator, height: int, width: int):
         for level, r in zip(clamp, model.readings, strict=True)
     ]
     widths = [
-        read_noise.widths_e(r.read_noise_e, r.read_tail_percent, key(r.capture, "tail"), *size)
-        if r.read_tail_percent
-        else r.read_noise_e
+        (
+            read_noise.widths_e(r.read_noise_e, r.read_tail_percent, key(r.capture, "tail"), *size)
+            if r.read_tail_percent
+            else r.read_noise_e
+        )
         for r in model.readings
     ]
     return prnu, dark, offsets, widths

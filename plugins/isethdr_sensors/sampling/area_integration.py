@@ -1,6 +1,8 @@
-"""Area integration: from spectral irradiance to the electrons per second that each photodiode collects.
+"""Area integration: from spectral irradiance to the electrons per second that each photodiode
+collects.
 
-Bands are projected onto the filters first, so that 31 planes of light become three or four before any resampling.
+Bands are projected onto the filters first, so that 31 planes of light become three or four before
+any resampling.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ def electrons_per_m2_s(irradiance, wavelength_nm, qe) -> np.ndarray:
     wavelength_nm : band centres.
     qe : (channel, wavelength), electrons per photon.
     """
-    # sparse products add band by band in a fixed order; dense ones round by block shape and number of threads
+    # sparse products add band by band in a fixed order; dense ones round by block shape and number
+    # of threads
     weights = csr_array(qe * photons_per_energy(wavelength_nm))
     bands, height, width = irradiance.shape
     out = np.empty((weights.shape[0], height, width))
@@ -41,7 +44,8 @@ def electrons_per_m2_s(irradiance, wavelength_nm, qe) -> np.ndarray:
 def electrons_per_s(
     channel_planes, x_m, y_m, grid: PixelGrid, filters, fill_factor: float
 ) -> np.ndarray:
-    """Return the (y, x) electrons per second that the photodiode of each pixel collects under its own filter.
+    """Return the (y, x) electrons per second that the photodiode of each pixel collects under its
+    own filter.
 
     Parameters
     ----------
@@ -59,7 +63,9 @@ def electrons_per_s(
 
 
 def lattices(filters):
-    """Yield (columns, rows, channel): slices that hold one channel each and together every pixel once."""
+    """Yield (columns, rows, channel): slices that hold one channel each and together every pixel
+    once.
+    """
     row_period, column_period = (_period(f) for f in (filters, filters.T))
     for y in range(row_period):
         for x in range(column_period):
@@ -67,7 +73,9 @@ def lattices(filters):
 
 
 def _period(filters) -> int:
-    """Return the smallest shift along the first axis that leaves the pattern as it is; all of it where there is none."""
+    """Return the smallest shift along the first axis that leaves the pattern as it is; all of it
+    where there is none.
+    """
     return next(
         (p for p in range(1, len(filters)) if np.array_equal(filters[p:], filters[:-p])),
         len(filters),

@@ -1,7 +1,8 @@
 """ISETCam's spatial and voltage rules, for comparison only; our own rule is `area_integration`.
 
-ISETCam (fork state of May 2021) blurs each filter's plane with a small Gaussian and samples it bilinearly at pixel centres,
-where we integrate over the photodiode; its noise acts on volts and is clipped at 0. Plain functions on arrays.
+ISETCam (fork state of May 2021) blurs each filter's plane with a small Gaussian and samples it
+bilinearly at pixel centres, where we integrate over the photodiode; its noise acts on volts and is
+clipped at 0. Plain functions on arrays.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ class ClippedNoise(NamedTuple):
 
 
 def pixel_rate(photons, spectral_qe, band_nm, sample_um, pixel_um, filters):
-    """Return (y, x) electrons per m2 and second at pixel centres by ISETCam's rule (spatialIntegration, regridOI2ISA).
+    """Return (y, x) electrons per m2 and second at pixel centres by ISETCam's rule
+    (spatialIntegration, regridOI2ISA).
 
     Parameters
     ----------
@@ -39,7 +41,8 @@ def pixel_rate(photons, spectral_qe, band_nm, sample_um, pixel_um, filters):
 
     Notes
     -----
-    The kernel has n = ceil(pixel / sample) taps a side and a standard deviation of n / 4 samples; planes are zero outside.
+    The kernel has n = ceil(pixel / sample) taps a side and a standard deviation of n / 4 samples;
+    planes are zero outside.
     """
     from scipy.interpolate import RegularGridInterpolator
     from scipy.ndimage import convolve1d
@@ -66,7 +69,9 @@ def pixel_rate(photons, spectral_qe, band_nm, sample_um, pixel_um, filters):
 def volts(
     rate, exposure_s, photodiode_m2, conversion_gain_v_per_e, swing_v, analog_gain=1.0, offset_v=0.0
 ):
-    """Return noise-free volts (sensorCompute, noise flag 0); `analog_gain` divides, as in ISETCam."""
+    """Return noise-free volts (sensorCompute, noise flag 0); `analog_gain` divides, as in
+    ISETCam.
+    """
     return np.clip(
         (rate * exposure_s * photodiode_m2 * conversion_gain_v_per_e + offset_v) / analog_gain,
         0.0,
@@ -75,7 +80,8 @@ def volts(
 
 
 def noise_mean_and_variance(electrons, dark_e, conversion_gain_v_per_e, read_noise_v, prnu, dsnu_v):
-    """Return mean and variance of volts before clipping, fixed pattern redrawn every frame (sensorAddNoise, flag 2).
+    """Return mean and variance of volts before clipping, fixed pattern redrawn every frame
+    (sensorAddNoise, flag 2).
 
     v = (Poisson(electrons + dark) g + read) (1 + prnu n) + dsnu n', n and n' standard normals.
     """
@@ -87,10 +93,12 @@ def noise_mean_and_variance(electrons, dark_e, conversion_gain_v_per_e, read_noi
 def clipped_noise(
     electrons, dark_e, conversion_gain_v_per_e, read_noise_v, prnu, dsnu_v, swing_v
 ) -> ClippedNoise:
-    """Return what the clip to 0..swing leaves of `noise_mean_and_variance`'s volts (sensorCompute), numbers in and out.
+    """Return what the clip to 0..swing leaves of `noise_mean_and_variance`'s volts (sensorCompute),
+    numbers in and out.
 
-    A sum over whole electron counts; given the count, volts are normal but for read noise times PRNU, 1e-2 of the read noise.
-    With read noise, PRNU and DSNU of 0 it is ISETCam's noise flag 1, shot noise alone; that flag has no dark charge either.
+    A sum over whole electron counts; given the count, volts are normal but for read noise times
+    PRNU, 1e-2 of the read noise. With read noise, PRNU and DSNU of 0 it is ISETCam's noise flag 1,
+    shot noise alone; that flag has no dark charge either.
     """
     count, weight = _counts(electrons + dark_e)
     middle = count * conversion_gain_v_per_e
@@ -113,7 +121,9 @@ def clipped_noise(
 
 
 def _counts(mean_e):
-    """Return whole electron counts within 12 standard deviations and their probabilities, by ISETCam's rule (noiseShot)."""
+    """Return whole electron counts within 12 standard deviations and their probabilities, by
+    ISETCam's rule (noiseShot).
+    """
     from scipy.special import ndtr
     from scipy.stats import poisson
 
@@ -125,7 +135,9 @@ def _counts(mean_e):
 
 
 def _inside(middle, width, swing):
-    """Return the integrals of z^j phi(z), j = 0..4, over volts between 0 and `swing`, and the weights at or beyond both ends."""
+    """Return the integrals of z^j phi(z), j = 0..4, over volts between 0 and `swing`, and the
+    weights at or beyond both ends.
+    """
     from scipy.special import ndtr
 
     if not width.any():

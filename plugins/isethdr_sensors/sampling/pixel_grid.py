@@ -50,7 +50,9 @@ def pixel_grid(light, pitch_um: float, rows: int = 0, columns: int = 0) -> Pixel
 def pixel_counts(
     field_width_m: float, field_height_m: float, pitch_um: float, rows: int = 0, columns: int = 0
 ) -> tuple[int, int]:
-    """Return (rows, columns), 0 replaced by as many as fit into the field; ConfigError where more are asked for, or none fits."""
+    """Return (rows, columns), 0 replaced by as many as fit into the field; ConfigError where more
+    are asked for, or none fits.
+    """
     pitch = pitch_um * 1e-6
     return _count(field_height_m, pitch, rows, "rows", "high"), _count(
         field_width_m, pitch, columns, "columns", "wide"
@@ -58,7 +60,9 @@ def pixel_counts(
 
 
 def pixel_need(model: SensorModel, field_width_m: float, field_height_m: float) -> memory.Need:
-    """Return what the pixels of a sensor take from the shot to the scores, and the smallest pitch that the machine's memory holds."""
+    """Return what the pixels of a sensor take from the shot to the scores, and the smallest pitch
+    that the machine's memory holds.
+    """
     rows, columns = pixel_counts(
         field_width_m, field_height_m, model.pitch_um, model.rows, model.columns
     )
@@ -73,7 +77,9 @@ def pixel_need(model: SensorModel, field_width_m: float, field_height_m: float) 
 
 
 def window_m(pitch_um: float, rows: int, columns: int) -> tuple[float, float] | None:
-    """Return (width, height) that the pixels see of the image plane, inf along an axis that they fill; None where they fill both."""
+    """Return (width, height) that the pixels see of the image plane, inf along an axis that they
+    fill; None where they fill both.
+    """
     return (
         tuple(n * pitch_um * 1e-6 or np.inf for n in (columns, rows)) if rows or columns else None
     )
@@ -83,28 +89,31 @@ def _count(field_m, pitch, wanted, name, direction):
     fits = int(np.floor(field_m / pitch * (1 + ROUNDING)))
     if fits < 1:
         raise ConfigError(
-            f"one pixel of {pitch * 1e6:g} um is larger than the field, {field_m * 1e6:g} um {direction}; "
-            "type a smaller sensor.pitch_um or a longer lens.focal_length_mm"
+            f"one pixel of {pitch * 1e6:g} um is larger than the field, {field_m * 1e6:g} um"
+            f" {direction}; type a smaller sensor.pitch_um or a longer lens.focal_length_mm"
         )
     if wanted > fits:
         raise ConfigError(
-            f"sensor.{name}={wanted} at {pitch * 1e6:g} um is {wanted * pitch * 1e3:.4g} mm {direction}; the camera's "
-            f"field is {field_m * 1e3:.4g} mm, {fits} pixels; type sensor.{name}={fits}, or 0 to fill the field"
+            f"sensor.{name}={wanted} at {pitch * 1e6:g} um is {wanted * pitch * 1e3:.4g} mm"
+            f" {direction}; the camera's field is {field_m * 1e3:.4g} mm, {fits} pixels; type"
+            f" sensor.{name}={fits}, or 0 to fill the field"
         )
     return wanted or fits
 
 
 def check_tiles(light, grid: PixelGrid) -> None:
-    """Refuse light that does not cover the pixels; state in the ledger when its tiles are coarser than they are.
+    """Refuse light that does not cover the pixels; state in the ledger when its tiles are coarser
+    than they are.
 
-    The detail that is missing inside a tile cannot be known; the mean change from tile to tile tells its size.
+    The detail that is missing inside a tile cannot be known; the mean change from tile to tile
+    tells its size.
     """
     from isethdr_core.quantities import tile_pitch
 
     if min(light.sizes["x"], light.sizes["y"]) < 2:
         raise UnitError(
-            f"irradiance has {light.sizes['y']} x {light.sizes['x']} tiles; expected at least 2 x 2, "
-            "so that a tile has a size"
+            f"irradiance has {light.sizes['y']} x {light.sizes['x']} tiles; expected at least 2 x"
+            " 2, so that a tile has a size"
         )
     for name, centres in (("x", grid.x_m), ("y", grid.y_m)):
         tiles = light[name].values
@@ -113,8 +122,9 @@ def check_tiles(light, grid: PixelGrid) -> None:
         ) / 2
         if tiles[0] > centres[0] + spare or tiles[-1] < centres[-1] - spare:
             raise UnitError(
-                f"irradiance covers {name} only within {tiles[0]:.6g}..{tiles[-1]:.6g} m (tile centres), the pixels lie within "
-                f"{centres[0]:.6g}..{centres[-1]:.6g} m; expected tiles over all of field_width and field_height"
+                f"irradiance covers {name} only within {tiles[0]:.6g}..{tiles[-1]:.6g} m (tile"
+                f" centres), the pixels lie within {centres[0]:.6g}..{centres[-1]:.6g} m; expected"
+                " tiles over all of field_width and field_height"
             )
     tile = max(tile_pitch(light, "x"), tile_pitch(light, "y"))
     if tile > grid.pitch_m * (1 + ROUNDING):

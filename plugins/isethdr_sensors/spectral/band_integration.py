@@ -1,4 +1,6 @@
-"""Band integration: means of spectral curves over the bands of the light, and what is wrong with them for smooth spectra."""
+"""Band integration: means of spectral curves over the bands of the light, and what is wrong with
+them for smooth spectra.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +56,8 @@ def nodes(wavelength_nm, breaks_nm=()) -> Nodes:
 
 
 def photon_means(curve, at: Nodes, known=None) -> np.ndarray:
-    """Return the mean of a curve over each band, weighted as photons of an even energy spectrum are.
+    """Return the mean of a curve over each band, weighted as photons of an even energy spectrum
+    are.
 
     Parameters
     ----------
@@ -73,7 +76,8 @@ def photon_means(curve, at: Nodes, known=None) -> np.ndarray:
 
 
 def smooth_spectrum_error(response, curves, at: Nodes, wavelength_nm, spectrum=None) -> float:
-    """Return how wrong the electrons of a channel are at most, relative, for smooth spectra of which the band means are known.
+    """Return how wrong the electrons of a channel are at most, relative, for smooth spectra of
+    which the band means are known.
 
     Parameters
     ----------

@@ -23,7 +23,9 @@ ORDER = "RGBWCYM"  # channels come in this order, other letters after them
 
 
 def cell(pattern: str) -> tuple[str, ...]:
-    """Return the rows of a pattern: "RGGB" is ("RG", "GB"), "RG/WB" is ("RG", "WB"), "W" is ("W",)."""
+    """Return the rows of a pattern: "RGGB" is ("RG", "GB"), "RG/WB" is ("RG", "WB"), "W" is
+    ("W",).
+    """
     rows = tuple(pattern.split("/"))
     if len(rows) == 1:  # without a / only a square is clear; stripes are "RGB/RGB"
         side = isqrt(len(pattern))
@@ -34,8 +36,8 @@ def cell(pattern: str) -> tuple[str, ...]:
         )
     if not rows or not all(rows) or len({len(row) for row in rows}) > 1:
         raise ConfigError(
-            f"sensor.cfa={pattern!r} is no rectangle of letters; expected rows parted by /, e.g. RG/WB, "
-            "or a square, e.g. RGGB"
+            f"sensor.cfa={pattern!r} is no rectangle of letters; expected rows parted by /, e.g."
+            " RG/WB, or a square, e.g. RGGB"
         )
     return rows
 

@@ -1,4 +1,6 @@
-"""Quantum efficiency: electrons per photon of every filter, blocking filter included, and which bands matter."""
+"""Quantum efficiency: electrons per photon of every filter, blocking filter included, and which
+bands matter.
+"""
 
 from __future__ import annotations
 
@@ -22,11 +24,13 @@ BEYOND_NM = 10.0  # so far light may reach beyond a table's end: the sub-bands o
 
 
 def quantum_efficiency(model: SensorModel, wavelength_nm) -> np.ndarray:
-    """Return (channel, band) electrons per photon of light that is even over each band; channels as `colour_filter_array.channels`.
+    """Return (channel, band) electrons per photon of light that is even over each band; channels as
+    `colour_filter_array.channels`.
 
-    The curves are integrated over every band, so that a line between two band centres counts. Those of a table are straight from row to
-    row, and their integral is exact. A band that is partly beyond a table whose rows hold its centre has the mean of its known part.
-    A single band has no known width: its value is that at its centre.
+    The curves are integrated over every band, so that a line between two band centres counts. Those
+    of a table are straight from row to row, and their integral is exact. A band that is partly
+    beyond a table whose rows hold its centre has the mean of its known part. A single band has no
+    known width: its value is that at its centre.
 
     Raises
     ------
@@ -44,14 +48,17 @@ def quantum_efficiency(model: SensorModel, wavelength_nm) -> np.ndarray:
 
 
 def spectral_curve(model: SensorModel, wavelength_nm) -> np.ndarray:
-    """Return (channel, wavelength) electrons per photon at single wavelengths; channels as `colour_filter_array.channels`."""
+    """Return (channel, wavelength) electrons per photon at single wavelengths; channels as
+    `colour_filter_array.channels`.
+    """
     w = np.asarray(wavelength_nm, float)
     qe = np.stack([_curve(model, letter, w) for letter in channels(model.cfa)])
     if model.infrared_cut and model.curves != "unit":
         qe = qe * spectral_curves.infrared_cut(w)
     if qe.max() > 1.0 + 1e-12:
         raise ConfigError(
-            f"sensor.peak_qe={model.peak_qe} makes {qe.max():.3g} electrons per photon; expected at most 1"
+            f"sensor.peak_qe={model.peak_qe} makes {qe.max():.3g} electrons per photon; expected at"
+            " most 1"
         )
     return qe
 
@@ -62,8 +69,8 @@ def _seen(model, qe, w):
         return qe
     where = f"sensor.qe_csv={model.qe_csv!r}" if model.qe_csv else f"sensor.cfa={model.cfa!r}"
     raise ConfigError(
-        f"{where} makes no electron of light in bands at {w.min():g} to {w.max():g} nm; expected a filter that sees some of it; "
-        "take bands that hold the curve, or another curve"
+        f"{where} makes no electron of light in bands at {w.min():g} to {w.max():g} nm; expected a"
+        " filter that sees some of it; take bands that hold the curve, or another curve"
     )
 
 
@@ -75,7 +82,9 @@ def _breaks_nm(model) -> np.ndarray:
 
 
 def _known(model, at, w):
-    """Return which nodes a band's mean is over: those within the table, where the band's centre is; None without a table."""
+    """Return which nodes a band's mean is over: those within the table, where the band's centre is;
+    None without a table.
+    """
     if not model.qe_csv:
         return None
     table_nm = spectral_curves.read_csv(model.qe_csv)["wavelength_nm"]
@@ -85,9 +94,11 @@ def _known(model, at, w):
 
 
 def smooth_spectrum_error(model: SensorModel, wavelength_nm, spectrum=None) -> float:
-    """Return how wrong a channel's electrons are at most, relative, because light is taken for even over each band.
+    """Return how wrong a channel's electrons are at most, relative, because light is taken for even
+    over each band.
 
-    `spectrum` : (band,) mean energy per nm of the light; it is tried beside black bodies of 2000 to 20000 K.
+    `spectrum` : (band,) mean energy per nm of the light; it is tried beside black bodies of 2000 to
+        20000 K.
     """
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
@@ -102,9 +113,10 @@ def smooth_spectrum_error(model: SensorModel, wavelength_nm, spectrum=None) -> f
 def line_error(model: SensorModel, wavelength_nm) -> float:
     """Return a bound on what is wrong for any spectrum, a line at the edge of its band included.
 
-    A band holds the mean of its energy and no more, so light anywhere within it counts with the mean over the band. Electrons per joule
-    differ by no more than wavelength x quantum efficiency from its mean within a band: that difference, relative to the largest mean.
-    Times the electrons that all of the light's energy would make in the most sensitive band it bounds the error.
+    A band holds the mean of its energy and no more, so light anywhere within it counts with the
+    mean over the band. Electrons per joule differ by no more than wavelength x quantum efficiency
+    from its mean within a band: that difference, relative to the largest mean. Times the electrons
+    that all of the light's energy would make in the most sensitive band it bounds the error.
     """
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
@@ -121,7 +133,9 @@ def line_error(model: SensorModel, wavelength_nm) -> float:
 
 
 def narrow(model: SensorModel, demand):
-    """Return the demand for what the sensor sees: its window, and no outer band in which it is blind; states the bound."""
+    """Return the demand for what the sensor sees: its window, and no outer band in which it is
+    blind; states the bound.
+    """
     demand = replace(demand, window_m=window_m(model.pitch_um, model.rows, model.columns))
     if demand.wavelength_nm is None:
         return demand
@@ -150,7 +164,8 @@ def _curve(model, letter, w):
         if letter not in table:
             known = [name for name in table if name != "wavelength_nm"]
             raise ConfigError(
-                f"sensor.qe_csv={model.qe_csv!r} has no column for filter {letter!r}{did_you_mean(letter, known)}"
+                f"sensor.qe_csv={model.qe_csv!r} has no column for filter"
+                f" {letter!r}{did_you_mean(letter, known)}"
             )
         seen = table[letter] * (
             spectral_curves.infrared_cut(table["wavelength_nm"]) if model.infrared_cut else 1.0
@@ -170,7 +185,7 @@ def _check_cover(path, letter, table_nm, values, w):
     ):
         if beyond and values[end] > BLIND * values.max():
             raise ConfigError(
-                f"sensor.qe_csv={path!r}: filter {letter} still has {values[end]:.3g} electrons per photon at "
-                f"{table_nm[end]:g} nm, where the table ends; the light covers {w.min():g}..{w.max():g} nm; "
-                "add rows, the last one 0 where it is blind"
+                f"sensor.qe_csv={path!r}: filter {letter} still has {values[end]:.3g} electrons per"
+                f" photon at {table_nm[end]:g} nm, where the table ends; the light covers"
+                f" {w.min():g}..{w.max():g} nm; add rows, the last one 0 where it is blind"
             )

@@ -1,4 +1,6 @@
-"""Response: what a sensor asks of a lens that can answer in photocurrent, and how it reads either kind of light."""
+"""Response: what a sensor asks of a lens that can answer in photocurrent, and how it reads either
+kind of light.
+"""
 
 from __future__ import annotations
 
@@ -22,9 +24,11 @@ CLOSE = 1e-12  # relative: two computations of one quantum efficiency
 
 
 def ask(model: SensorModel, demand: Demand, longest_s: float) -> Demand:
-    """Return the demand with the response of a sensor that exposes for `longest_s` at most; without one where there is no noise.
+    """Return the demand with the response of a sensor that exposes for `longest_s` at most; without
+    one where there is no noise.
 
-    Without noise no error can be small beside it, so that light is asked for wavelength by wavelength.
+    Without noise no error can be small beside it, so that light is asked for wavelength by
+    wavelength.
     """
     if not model.noise:
         return demand
@@ -59,7 +63,9 @@ def full_scale_e(model: SensorModel) -> list[float]:
 
 
 def _efficiency(model, wavelength_nm) -> np.ndarray:
-    """Return (channel, wavelength) electrons per photon; channels as in `crosstalk.parts`, one part after the other."""
+    """Return (channel, wavelength) electrons per photon; channels as in `crosstalk.parts`, one part
+    after the other.
+    """
     return np.concatenate(
         crosstalk.parts(quantum_efficiency(model, wavelength_nm), model, wavelength_nm)
     )
@@ -72,7 +78,8 @@ def check_light(light) -> None:
 
 
 def channel_planes(model: SensorModel, light, qe) -> list[np.ndarray]:
-    """Return per part of `crosstalk.parts` the electrons per m2 and second (channel, y, x) on the light's own tiles.
+    """Return per part of `crosstalk.parts` the electrons per m2 and second (channel, y, x) on the
+    light's own tiles.
 
     `qe` is the (channel, wavelength) quantum efficiency at the light's bands.
     """
@@ -87,7 +94,8 @@ def channel_planes(model: SensorModel, light, qe) -> list[np.ndarray]:
     row = apart.argmin(1)
     if np.any(apart[np.arange(len(own)), row] > CLOSE * own.max()):
         raise UnitError(
-            "the photocurrent was made for another sensor: its quantum efficiencies differ; "
-            "call lens.photocurrent with the response that this sensor puts into the demand, or lens(...) for irradiance"
+            "the photocurrent was made for another sensor: its quantum efficiencies differ; call"
+            " lens.photocurrent with the response that this sensor puts into the demand, or"
+            " lens(...) for irradiance"
         )
     return np.split(light.values[row], len(own) // len(qe))

@@ -1,9 +1,11 @@
-"""Spectral curves of colour filters on silicon, fitted by us, and a user's own curve from a CSV file.
+"""Spectral curves of colour filters on silicon, fitted by us, and a user's own curve from a CSV
+file.
 
-Each filter is a sum of skewed Gaussians (amplitude, centre nm, width nm below the centre, width nm above it).
-Fitted by least squares to the AR0132AT data sheet's curves as ISETCam holds them, 380-780 nm in steps of 5 nm,
-relative to the largest peak. Residuals, rms / largest: R 0.008 / 0.023, G 0.005 / 0.014, B 0.007 / 0.039,
-W 0.005 / 0.017. ISETCam's public IMX363 curves are the same RGB shapes times 0.62.
+Each filter is a sum of skewed Gaussians (amplitude, centre nm, width nm below the centre, width nm
+above it). Fitted by least squares to the AR0132AT data sheet's curves as ISETCam holds them,
+380-780 nm in steps of 5 nm, relative to the largest peak. Residuals, rms / largest: R 0.008 /
+0.023, G 0.005 / 0.014, B 0.007 / 0.039, W 0.005 / 0.017. ISETCam's public IMX363 curves are the
+same RGB shapes times 0.62.
 """
 
 from __future__ import annotations
@@ -41,23 +43,29 @@ AR0132AT = {
 }
 
 
-# Filters that the data sheet does not show, as edges on the clear curve (assumption): C is clear like W, yellow passes above
-# 500 nm and magenta all but a band about 540 nm. Edges of common dyes are about 30 nm wide (10 to 90 %).
+# Filters that the data sheet does not show, as edges on the clear curve (assumption): C is clear
+# like W, yellow passes above 500 nm and magenta all but a band about 540 nm. Edges of common dyes
+# are about 30 nm wide (10 to 90 %).
 LETTERS = (*AR0132AT, "C", "Y", "M")
 
 
 def check_letters(letters) -> None:
-    """Refuse letters that have no curve; a lower case letter is the same filter on a less sensitive pixel."""
+    """Refuse letters that have no curve; a lower case letter is the same filter on a less sensitive
+    pixel.
+    """
     for letter in letters:
         if letter.upper() not in LETTERS:
             raise ConfigError(
-                f"no spectral curve for filter {letter!r} of sensor.cfa{did_you_mean(letter, LETTERS)}; "
-                "give your own with sensor.qe_csv=<file>"
+                f"no spectral curve for filter {letter!r} of"
+                f" sensor.cfa{did_you_mean(letter, LETTERS)}; give your own with"
+                " sensor.qe_csv=<file>"
             )
 
 
 def filter_curve(letter: str, wavelength_nm) -> np.ndarray:
-    """Return the relative quantum efficiency of a filter; outside 380-780 nm the value at the end."""
+    """Return the relative quantum efficiency of a filter; outside 380-780 nm the value at the
+    end.
+    """
     check_letters(letter)
     w = np.clip(np.asarray(wavelength_nm, float), *FITTED_NM)
     if letter == "C":
@@ -75,7 +83,8 @@ def filter_curve(letter: str, wavelength_nm) -> np.ndarray:
 def infrared_cut(wavelength_nm) -> np.ndarray:
     """Return the transmittance of a camera's blocking filter, ultraviolet and infrared.
 
-    Three edges fitted to ISETCam's public measured filter, 380-780 nm: residual rms 0.020, largest 0.051.
+    Three edges fitted to ISETCam's public measured filter, 380-780 nm: residual rms 0.020, largest
+    0.051.
     """
     w = np.asarray(wavelength_nm, float)
 
@@ -87,11 +96,13 @@ def infrared_cut(wavelength_nm) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def read_csv(path: str) -> dict[str, np.ndarray]:
-    """Return the columns of a quantum efficiency table: `wavelength_nm` and one per filter, electrons per photon.
+    """Return the columns of a quantum efficiency table: `wavelength_nm` and one per filter,
+    electrons per photon.
 
     Raises
     ------
-    ConfigError : when the file is missing, has no column wavelength_nm, or holds a value outside 0..1.
+    ConfigError : when the file is missing, has no column wavelength_nm, or holds a value outside
+        0..1.
     """
     try:
         with open(path, newline="") as file:
@@ -108,7 +119,8 @@ def read_csv(path: str) -> dict[str, np.ndarray]:
         ) from problem
     if "wavelength_nm" not in columns or len(columns) < 2:
         raise ConfigError(
-            f"sensor.qe_csv={path!r} has columns {header}; expected wavelength_nm and one per filter, e.g. R,G,B"
+            f"sensor.qe_csv={path!r} has columns {header}; expected wavelength_nm and one per"
+            " filter, e.g. R,G,B"
         )
     if len(table) < 2 or np.any(np.diff(columns["wavelength_nm"]) <= 0):
         raise ConfigError(

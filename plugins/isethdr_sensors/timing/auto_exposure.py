@@ -1,4 +1,5 @@
-"""Automatic exposure: the time at which the metered level of the mean electrons meets its target. Noise does not enter.
+"""Automatic exposure: the time at which the metered level of the mean electrons meets its target.
+Noise does not enter.
 
 | rule         | metered level, as a share of the scale of a capture                                                       |
 |--------------|-----------------------------------------------------------------------------------------------------------|
@@ -6,8 +7,8 @@
 | `histogram`  | median over pixels: half of them lie below it, whatever the lamps do                                      |
 | `highlights` | brightest pixel, in the capture that fills last                                                           |
 
-All captures keep their shares of the exposure, so several exposures form a bracket around the solved one; or each is solved on its own
-(`exposed_each`).
+All captures keep their shares of the exposure, so several exposures form a bracket around the
+solved one; or each is solved on its own (`exposed_each`).
 """
 
 from __future__ import annotations
@@ -28,22 +29,27 @@ def check(sensor) -> None:
     """Refuse a rule, a target or limits that no exposure can meet."""
     if sensor.exposure_rule not in RULES:
         raise ConfigError(
-            f"sensor.exposure_rule is {sensor.exposure_rule!r}{did_you_mean(sensor.exposure_rule, RULES)}; expected one of {', '.join(RULES)}"
+            "sensor.exposure_rule is"
+            f" {sensor.exposure_rule!r}{did_you_mean(sensor.exposure_rule, RULES)}; expected one of"
+            f" {', '.join(RULES)}"
         )
     if not 0 < sensor.exposure_target < 1:
         raise ConfigError(
-            f"sensor.exposure_target is {sensor.exposure_target!r}; expected a share of the full scale between 0 and 1; "
-            "type sensor.exposure_target=0.5"
+            f"sensor.exposure_target is {sensor.exposure_target!r}; expected a share of the full"
+            " scale between 0 and 1; type sensor.exposure_target=0.5"
         )
     if not 0 < sensor.exposure_min_s <= sensor.exposure_max_s <= 3600:
         raise ConfigError(
-            f"sensor.exposure_min_s, exposure_max_s are {sensor.exposure_min_s!r}, {sensor.exposure_max_s!r}; expected seconds "
-            "above 0, at most 3600, the smaller one first"
+            f"sensor.exposure_min_s, exposure_max_s are {sensor.exposure_min_s!r},"
+            f" {sensor.exposure_max_s!r}; expected seconds above 0, at most 3600, the smaller one"
+            " first"
         )
 
 
 def exposed(sensor, light, generator):
-    """Return the captures of `sensor` at the exposure solved for this light; attribute `exposure_iterations` says in how many steps."""
+    """Return the captures of `sensor` at the exposure solved for this light; attribute
+    `exposure_iterations` says in how many steps.
+    """
     exposure_s, iterations = solve(sensor, light)
     out = replace(sensor, exposure_rule="fixed", exposure_s=exposure_s)(light, generator)
     out.attrs["exposure_iterations"] = iterations
@@ -51,10 +57,11 @@ def exposed(sensor, light, generator):
 
 
 def exposed_each(sensor, light, generator):
-    """Return the captures of a staggered sensor with every exposure solved: the first by the rule, the last for the brightest pixel.
+    """Return the captures of a staggered sensor with every exposure solved: the first by the rule,
+    the last for the brightest pixel.
 
-    Those between lie at equal ratios. Where the first already keeps the brightest pixel, the shares stay as they are: the bracket is
-    then wider than the light.
+    Those between lie at equal ratios. Where the first already keeps the brightest pixel, the shares
+    stay as they are: the bracket is then wider than the light.
     """
     first_s, iterations = solve(replace(sensor, exposure_each=False), light)
     last_s, more = solve(
@@ -74,11 +81,12 @@ def exposed_each(sensor, light, generator):
 
 
 def solve(sensor, light) -> tuple[float, int]:
-    """Return the exposure in seconds and the iterations of Brent's method; the residual goes to the ledger.
+    """Return the exposure in seconds and the iterations of Brent's method; the residual goes to the
+    ledger.
 
-    Mean electrons, dark charge included, are proportional to the exposure, so they are computed once. Light that varies in time is
-    metered by its mean over time: a camera meters over many frames. A target out of reach within
-    the limits gives the nearer limit.
+    Mean electrons, dark charge included, are proportional to the exposure, so they are computed
+    once. Light that varies in time is metered by its mean over time: a camera meters over many
+    frames. A target out of reach within the limits gives the nearer limit.
     """
     from scipy.optimize import brentq
 
@@ -114,7 +122,9 @@ def solve(sensor, light) -> tuple[float, int]:
 
 
 def _meter(rule: str, share_per_s):
-    """Return the metered level as a function of the exposure in seconds, from the shares (capture, y, x) filled per second."""
+    """Return the metered level as a function of the exposure in seconds, from the shares (capture,
+    y, x) filled per second.
+    """
     if rule == "highlights":
         brightest = share_per_s.max(axis=(1, 2)).min()
         return lambda t: brightest * t

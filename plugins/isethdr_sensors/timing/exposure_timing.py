@@ -1,7 +1,9 @@
-"""Exposure timing: when each row of each capture is exposed, and how much of light that varies falls into it.
+"""Exposure timing: when each row of each capture is exposed, and how much of light that varies
+falls into it.
 
-Time 0 is the start of the first row's first exposure. Rows follow each other by `line_time_s`; both photodiodes of a split
-pixel expose together, staggered exposures of a row one after the other. An interleaved shorter exposure ends with the longer one.
+Time 0 is the start of the first row's first exposure. Rows follow each other by `line_time_s`; both
+photodiodes of a split pixel expose together, staggered exposures of a row one after the other. An
+interleaved shorter exposure ends with the longer one.
 """
 
 from __future__ import annotations
@@ -20,7 +22,9 @@ def starts_s(model: SensorModel, diode: Photodiode, rows: int) -> np.ndarray:
 
 
 def relative(model: SensorModel, diode: Photodiode, modulation, filters):
-    """Return the light that falls into each exposure over that of the mean over time: (rows, 1), (y, x), or 1 for constant light."""
+    """Return the light that falls into each exposure over that of the mean over time: (rows, 1),
+    (y, x), or 1 for constant light.
+    """
     if constant(modulation):
         return 1.0
     start_s, exposure_s = starts_s(model, diode, len(filters)), model.exposure_of(diode)

@@ -151,7 +151,10 @@ def test_a_misspelled_hook_is_named_with_the_nearest(tmp_path):
 
 
 def test_a_hook_with_an_argument_that_does_not_exist_is_named(tmp_path):
-    source = "from isethdr_core import hookimpl\n\n@hookimpl\ndef isethdr_before_stage(stage, weather):\n    pass\n"
+    source = (
+        "from isethdr_core import hookimpl\n\n@hookimpl\ndef isethdr_before_stage(stage,"
+        " weather):\n    pass\n"
+    )
     shown = isethdr("plugins", "sensor", plugins=[write_plugin(tmp_path, "rainy", source)])
     assert shown.returncode == 0 and "rainy" in shown.stdout and "weather" in shown.stdout
 

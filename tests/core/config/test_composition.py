@@ -1,4 +1,6 @@
-"""Composing configs: the defaults, choices, experiments, and mistakes with the nearest valid name."""
+"""Composing configs: the defaults, choices, experiments, and mistakes with the nearest valid
+name.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +45,9 @@ def test_the_main_job_composes_and_builds():
 
 
 def turns():
-    """Return the overrides that choose every preset: one of each kind at a time, for composing takes a fifth of a second; experiments alone."""
+    """Return the overrides that choose every preset: one of each kind at a time, for composing
+    takes a fifth of a second; experiments alone.
+    """
     group = {"flare": "flare@flare.dirt", "metric": "metric@metric.snr"}
     of_kind = {}
     for kind, name in presets():

@@ -26,7 +26,9 @@ hydra:
 
 @pytest.fixture
 def work(tmp_path: Path, monkeypatch) -> Path:
-    """Return a working folder beside a folder of a stranger, each with an experiment that leaves a mark."""
+    """Return a working folder beside a folder of a stranger, each with an experiment that leaves a
+    mark.
+    """
     monkeypatch.delenv(trust.VARIABLE, raising=False)
     for owner in ("work/conf", "stranger"):
         folder = tmp_path / owner / "experiment"

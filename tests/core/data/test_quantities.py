@@ -1,4 +1,6 @@
-"""Every way in which data at a border can be wrong is refused, with what was wrong and what to do."""
+"""Every way in which data at a border can be wrong is refused, with what was wrong and what to
+do.
+"""
 
 from __future__ import annotations
 

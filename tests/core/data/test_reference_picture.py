@@ -1,4 +1,6 @@
-"""Truth: exact area means of the radiance on the picture's pixels, labels at its pixel centres, boxes in its pixels."""
+"""Truth: exact area means of the radiance on the picture's pixels, labels at its pixel centres,
+boxes in its pixels.
+"""
 
 import numpy as np
 import pytest
@@ -55,7 +57,8 @@ def test_light_is_conserved_on_any_grid():
     grid = blank(ny=int(11 * 7.3), nx=int(7 * 7.3))
     inside = truth(tiles, grid).xyz.values[..., 1]
 
-    # integral over the pixels, tile by tile in one dimension at a time, with the same overlap done by hand
+    # integral over the pixels, tile by tile in one dimension at a time, with the same overlap done
+    # by hand
     def share(count, pixels):
         edges = (np.arange(count + 1) - count / 2) * 7.3
         return np.clip(np.diff(np.clip(edges, -pixels / 2, pixels / 2)), 0, None)
@@ -69,7 +72,8 @@ def test_twelve_decades_side_by_side_do_not_touch():
     radiance[:, 3, 4] = 1e6
     y = truth(cube(radiance), blank()).xyz.values[..., 1]
     dark = float(xyz(np.full((3, 1, 1), np.float32(1e-6)), W)[0, 0, 1])
-    # a tile overlaps its neighbour by rounding of the grid alone: 1e-16 of a tile times 1e12 is 1e-4 of the dark one
+    # a tile overlaps its neighbour by rounding of the grid alone: 1e-16 of a tile times 1e12 is
+    # 1e-4 of the dark one
     assert np.delete(y.ravel(), 3 * 8 + 4).max() == pytest.approx(dark, rel=1e-2)
 
 
@@ -93,7 +97,8 @@ def test_labels_come_from_the_tile_under_the_pixel_centre():
     labels = labels_on(scene(instance, []), blank(ny=3, nx=5))
     assert labels["instance"].shape == (3, 5) and labels["instance"].dtype == np.uint32
     assert "radiance" not in labels and labels.attrs["lamps"]
-    # neighbouring pixels are two tiles apart in both directions, and all lie in the middle of the frame
+    # neighbouring pixels are two tiles apart in both directions, and all lie in the middle of the
+    # frame
     assert set(np.diff(labels["instance"].values, axis=1).ravel()) == {2}
     assert set(np.diff(labels["instance"].values, axis=0).ravel()) == {44}
     assert abs(float(labels["instance"].values[1, 2]) - instance[8:10, 10:12].mean()) < 12

@@ -1,4 +1,6 @@
-"""The denoising preview: means stay, noise falls, edges and lamps stay, nothing without noise is touched, and it is no light."""
+"""The denoising preview: means stay, noise falls, edges and lamps stay, nothing without noise is
+touched, and it is no light.
+"""
 
 import numpy as np
 import pytest
@@ -12,7 +14,9 @@ BANDS = [450.0, 550.0, 650.0]
 
 
 def scene(radiance, noise_share, **labels):
-    """Return scene radiance (group, band, y, x) whose X, Y, Z are noisy by a share of themselves."""
+    """Return scene radiance (group, band, y, x) whose X, Y, Z are noisy by a share of
+    themselves.
+    """
     y, x = (quantities.centres(n, 0.01 * n) for n in SHAPE)
     out = quantities.scene_radiance(
         radiance, [f"g{k}" for k in range(len(radiance))], BANDS, x, y, **labels
@@ -26,7 +30,9 @@ def scene(radiance, noise_share, **labels):
 
 
 def noisy(mean, share, seed=0):
-    """Return radiance (1, band, y, x) of a mean (y, x), all bands with one factor of chance, as paths have it."""
+    """Return radiance (1, band, y, x) of a mean (y, x), all bands with one factor of chance, as
+    paths have it.
+    """
     factor = 1 + share * np.random.default_rng(seed).standard_normal(SHAPE)
     return np.broadcast_to(mean * np.maximum(factor, 0), (1, len(BANDS), *SHAPE))
 
@@ -37,8 +43,11 @@ def test_noise_of_an_even_field_falls_by_a_large_factor_and_its_mean_stays():
     spread = [v[0, 1].std() / v[0, 1].mean() for v in (before, after)]
     assert (
         spread[1] < spread[0] / 5
-    )  # 121 tiles are averaged, fewer at the borders; weights that follow the noise take some of the 11 times back
-    # what is left is correlated over a tile's neighbourhood: the mean of 768 tiles is known to 0.2 / sqrt(768) = 0.7 %, before and after
+        # 121 tiles are averaged, fewer at the borders; weights that follow the noise take some of the
+        # 11 times back
+    )
+    # what is left is correlated over a tile's neighbourhood: the mean of 768 tiles is known to 0.2
+    # / sqrt(768) = 0.7 %, before and after
     assert after.mean() == pytest.approx(before.mean(), rel=0.01)
 
 
@@ -67,7 +76,8 @@ def test_other_objects_normals_and_distances_are_not_averaged():
 
     without = step({})
     for name, labels in kinds.items():
-        # of a step of 0.26 of the mean; 11 x 6 tiles of one side average to 0.5 / sqrt(66) = 0.06 of it, 24 rows to less
+        # of a step of 0.26 of the mean; 11 x 6 tiles of one side average to 0.5 / sqrt(66) = 0.06
+        # of it, 24 rows to less
         assert step(labels) == pytest.approx(0.26, abs=0.12), name
     assert without < 0.08  # smeared over 10 columns
 

@@ -1,4 +1,6 @@
-"""Local tone: relative to a stated white, blind to what is far, exact where nothing changes, detail kept where it must be."""
+"""Local tone: relative to a stated white, blind to what is far, exact where nothing changes, detail
+kept where it must be.
+"""
 
 import numpy as np
 import pytest
@@ -19,7 +21,9 @@ BOTH = pytest.mark.parametrize("operator", OPERATORS)
 
 
 def scene(rows=160, columns=200):
-    """Return relative luminance: a dark room with texture and a bright opening a thousand times brighter."""
+    """Return relative luminance: a dark room with texture and a bright opening a thousand times
+    brighter.
+    """
     y, x = np.mgrid[:rows, :columns]
     texture = 1 + 0.4 * np.sin(0.5 * x + 0.3 * y) * np.cos(0.2 * y)
     return texture * np.where((x > 120) & (y > 40) & (y < 110), 0.5, 5e-4)
@@ -36,7 +40,9 @@ def test_pyramids_come_back_whole():
 
 @pytest.mark.parametrize("operator", ["global", *OPERATORS])
 def test_exposures_are_comparable(operator):
-    """The same light with the same white looks the same, whatever unit; more light never looks darker; no own maximum is used."""
+    """The same light with the same white looks the same, whatever unit; more light never looks
+    darker; no own maximum is used.
+    """
     t = scene()
     xyz = t[..., None] * D65_XYZ
     same = display_view.display(xyz * 300.0, 300.0, operator=operator)
@@ -77,7 +83,8 @@ def test_local_laplacian_keeps_small_contrasts_and_shrinks_large_ones():
         t = np.exp(np.where(x < 128, -step, 0.0) - 1.0) * np.ones((64, 1))
         shown = np.log(OPERATORS["local_laplacian"](t))
         seen = shown[32, 132] - shown[32, 123]
-        # close to the edge the step is what the remapping makes of it; the coarsest level shrinks the small one a little
+        # close to the edge the step is what the remapping makes of it; the coarsest level shrinks
+        # the small one a little
         assert seen == pytest.approx(kept * step, rel=0.15)
 
 

@@ -1,4 +1,6 @@
-"""Bands that nobody sees, or that hold no light, are left out; nothing that is kept changes beyond the bound."""
+"""Bands that nobody sees, or that hold no light, are left out; nothing that is kept changes beyond
+the bound.
+"""
 
 from __future__ import annotations
 
@@ -106,5 +108,6 @@ def test_photocurrent_of_fewer_bands_is_read_as_that_of_all(names, monkeypatch):
     sd = next(e.value for e in rows[0].errors if "noise" in e.unit)
     for sensor in sensors.values():
         few, every = (sensor.expected(v).values for v in (light, parts.lens(mixed)))
-        # the lens's own bound in noise, of which half an electron squared of reading at least; 1e-5: bands in float32 and those left out
+        # the lens's own bound in noise, of which half an electron squared of reading at least;
+        # 1e-5: bands in float32 and those left out
         assert (np.abs(few - every) <= sd * np.sqrt(every + 0.5) + 1e-5 * every.max()).all()

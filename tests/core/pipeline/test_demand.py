@@ -1,4 +1,6 @@
-"""Needs flow from the scores to the scene: narrowing, and the union of what several cameras need."""
+"""Needs flow from the scores to the scene: narrowing, and the union of what several cameras
+need.
+"""
 
 from __future__ import annotations
 

@@ -107,7 +107,8 @@ def test_barrel_distortion_shrinks_the_image():
     bent = build("lens", "ideal", distortion={"model": "brown_conrady", "k1": -0.1}).image_size_m(
         0.8, 0.5
     )
-    # a barrel draws the corners in most: (0.4, 0.25) lands at (1 - 0.1 r^2) of itself. 2e-6: the answer may be 1e-6 too large
+    # a barrel draws the corners in most: (0.4, 0.25) lands at (1 - 0.1 r^2) of itself. 2e-6: the
+    # answer may be 1e-6 too large
     assert bent == pytest.approx(
         [(1 - 0.1 * (0.4**2 + 0.25**2)) * side for side in straight], rel=2e-6
     )

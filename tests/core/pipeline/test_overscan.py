@@ -1,4 +1,6 @@
-"""The renderer's margin is left out where no light of it can reach the camera's field, and nowhere else."""
+"""The renderer's margin is left out where no light of it can reach the camera's field, and nowhere
+else.
+"""
 
 from __future__ import annotations
 
@@ -78,7 +80,8 @@ def test_radiance_with_a_margin_serves_whoever_needs_none_and_not_the_other_way(
     assert len(found) == held and (missing is None) == bool(held)
     if missing:
         assert missing.margin is asked
-    # what is missing beside radiance with a margin is rendered with one: all stores of a run are of one grid
+    # what is missing beside radiance with a margin is rendered with one: all stores of a run are of
+    # one grid
     assert radiance_cache.held_and_missing(parts, Demand(groups=("sky", "lamps"), margin=asked))[
         1
     ].margin is (asked or stored)

@@ -1,4 +1,6 @@
-"""What a run is expected to take follows from the runs that are stored, scaled by size; what is not known is not guessed."""
+"""What a run is expected to take follows from the runs that are stored, scaled by size; what is not
+known is not guessed.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""A window of the image plane: sensors state it, cameras join theirs, a lens that keeps light in place gets no tile beyond it."""
+"""A window of the image plane: sensors state it, cameras join theirs, a lens that keeps light in
+place gets no tile beyond it.
+"""
 
 from __future__ import annotations
 
@@ -97,7 +99,9 @@ def light_of(lens, window_m, field=None, flares=()):
     ],
 )
 def test_a_tile_is_seen_as_soon_as_any_of_it_is(width, seen):
-    """12 tiles of 1: their borders are whole numbers from the axis. Two tiles at least, so that a tile has a size."""
+    """12 tiles of 1: their borders are whole numbers from the axis. Two tiles at least, so that a
+    tile has a size.
+    """
     assert window.within(centres(12, 12.0), width) == slice(*seen)
     assert (
         window.within(centres(11, 11.0), 1e-9).stop - window.within(centres(11, 11.0), 1e-9).start
@@ -172,7 +176,9 @@ def test_noise_of_the_scene_is_taken_from_the_tiles_that_light_has():
 
 
 def test_runs_of_cropped_cameras_keep_readings_pictures_truths_and_labels():
-    """Two crops, joined; noise and truth are where they were. 1e-6: readings without noise are float32, and pixels' borders are rounded."""
+    """Two crops, joined; noise and truth are where they were. 1e-6: readings without noise are
+    float32, and pixels' borders are rounded.
+    """
     cameras = [
         "~cameras.split_pixel",
         "~cameras.rgbw",
@@ -200,7 +206,9 @@ def test_runs_of_cropped_cameras_keep_readings_pictures_truths_and_labels():
 
 
 def test_a_run_through_a_lens_that_spreads_light_states_its_bound_among_the_errors_of_its_picture():
-    """A chart so dim that kernels end: the errors of kernels are those of the tiles that are left, or no picture's error could be stated."""
+    """A chart so dim that kernels end: the errors of kernels are those of the tiles that are left,
+    or no picture's error could be stated.
+    """
     job = [
         *SMALL,
         "lens=diffraction_limited",
@@ -233,7 +241,8 @@ def test_the_plan_says_which_share_of_the_field_nobody_looks_at():
     width = 2 * 4e-3 * np.tan(np.radians(2.0))
     assert (
         row.what
-        == f"{100 * (1 - 60e-6 * 30e-6 / (width * width * 16 / 24)):.3g} % of the camera's field through the lens"
+        == f"{100 * (1 - 60e-6 * 30e-6 / (width * width * 16 / 24)):.3g} % of the camera's field"
+        " through the lens"
         and row.bound == 0.0
     )
     rows = Ledger()
@@ -281,10 +290,14 @@ class Blinkered:
 
 @dataclass(frozen=True)
 class Shortsighted(IdealLens):
-    """Lens that spreads light to its neighbours and takes none from beyond the window that it is asked for."""
+    """Lens that spreads light to its neighbours and takes none from beyond the window that it is
+    asked for.
+    """
 
     def __call__(self, mixed, flares=(), error_allowed=0.0):
-        """Return irradiance, an eighth of every tile's light spread over the rows above and below."""
+        """Return irradiance, an eighth of every tile's light spread over the rows above and
+        below.
+        """
         light = IdealLens.__call__(self, mixed, flares)
         y = light.dims.index("y")
         wide = np.pad(light.values, [(1, 1) if d == y else (0, 0) for d in range(light.ndim)])

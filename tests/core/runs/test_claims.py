@@ -137,7 +137,9 @@ def test_ctrl_c_releases(tmp_path, worker):
 
 @pytest.mark.parametrize("step_s", [-1000, 1000])
 def test_clocks_of_other_machines_do_not_matter(tmp_path, step_s):
-    """A claim of another machine whose clock runs backwards, or far ahead: it lives as long as its time changes."""
+    """A claim of another machine whose clock runs backwards, or far ahead: it lives as long as its
+    time changes.
+    """
     path = tmp_path / ".scene.claim-7"
     path.write_text(
         json.dumps({"host": "elsewhere", "namespace": "", "process": 1, "started": "1"})

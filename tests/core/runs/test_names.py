@@ -1,4 +1,6 @@
-"""Names that become folders cannot leave a store: refused when the chain is built, and when a store is written."""
+"""Names that become folders cannot leave a store: refused when the chain is built, and when a store
+is written.
+"""
 
 from __future__ import annotations
 

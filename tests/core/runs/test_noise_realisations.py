@@ -90,7 +90,9 @@ def test_a_run_takes_draws_that_differ_in_noise_alone(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_the_intervals_of_a_rendered_scene_hold_the_noise_of_its_renderer():
-    """A chart whose half buffers differ by 30 % in every tile, against the same chart without noise."""
+    """A chart whose half buffers differ by 30 % in every tile, against the same chart without
+    noise.
+    """
     chart = [
         "scene=macbeth",
         "scene.width=48",

@@ -1,4 +1,6 @@
-"""Workers end when their parent is killed: those at work unwind first, those that cannot end all the same."""
+"""Workers end when their parent is killed: those at work unwind first, those that cannot end all
+the same.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The kernels that libraries chose are recorded with every run and scene, and are no part of a key."""
+"""The kernels that libraries chose are recorded with every run and scene, and are no part of a
+key.
+"""
 
 from __future__ import annotations
 

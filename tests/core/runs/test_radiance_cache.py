@@ -11,7 +11,9 @@ BLUE, GREEN, RED = 450.0, 550.0, 650.0
 
 
 def stored(groups, bands, asked=(), absent=()):
-    """Return attributes of a store: `asked` None where it was rendered at all of the renderer's bands."""
+    """Return attributes of a store: `asked` None where it was rendered at all of the renderer's
+    bands.
+    """
     return {
         "groups": groups,
         "absent_groups": absent,

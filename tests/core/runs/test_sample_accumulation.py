@@ -144,7 +144,8 @@ def test_groups_and_bands_are_pooled_one_by_one(tmp_path):
     )
     assert joined.attrs["paths"] == {"sky": 8, "lamps": 8}, "of the band that is known worst"
     assert joined.attrs["noise"]["lamps"] == 0.2
-    # bands put together in other ways may share their paths: their noise adds up as it is, never too little
+    # bands put together in other ways may share their paths: their noise adds up as it is, never
+    # too little
     one, two = both.xyz_noise.values[1].astype(float), more.xyz_noise.values[0].astype(float)
     np.testing.assert_allclose(
         joined.xyz_noise.values[1], np.hypot(8 * one, 24 * two) / 32 + one, rtol=1e-6

@@ -1,4 +1,6 @@
-"""What is written without the zarr library is what that library reads, of every kind and shape; damage is found."""
+"""What is written without the zarr library is what that library reads, of every kind and shape;
+damage is found.
+"""
 
 import warnings
 

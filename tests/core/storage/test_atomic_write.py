@@ -1,4 +1,6 @@
-"""Files are whole or not there; what a killed writer left goes away with the next one, what a living one writes stays."""
+"""Files are whole or not there; what a killed writer left goes away with the next one, what a
+living one writes stays.
+"""
 
 from __future__ import annotations
 

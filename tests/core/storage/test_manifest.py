@@ -92,7 +92,9 @@ def test_a_store_under_the_name_of_another_is_refused(stores, tmp_path):
 
 
 def test_damage_after_opening_is_named_when_the_part_is_read(stores, tmp_path):
-    """A lazy read compares the chunks that it needs, so that one tile stays as cheap as one tile."""
+    """A lazy read compares the chunks that it needs, so that one tile stays as cheap as one
+    tile.
+    """
     path, original, older = stores
     copy = tmp_path / path.name
     shutil.copytree(path, copy)

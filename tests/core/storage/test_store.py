@@ -1,4 +1,6 @@
-"""A store is whole or not there, whatever happens to its writer; and it holds what was written, to a stated error."""
+"""A store is whole or not there, whatever happens to its writer; and it holds what was written, to
+a stated error.
+"""
 
 import errno
 import json
@@ -38,7 +40,8 @@ def test_rounding_is_within_half_a_bit_and_unbiased():
         np.abs(error).max() <= 2.0**-11
     )  # half of the last kept bit, the best any rounding can do
     assert np.abs(error).max() > 0.95 * 2.0**-11  # and really 10 bits, not more
-    # rms error of uniform rounding is at most 2^-11/sqrt(3); the mean of 2e5 is then within 5 sigma of 0
+    # rms error of uniform rounding is at most 2^-11/sqrt(3); the mean of 2e5 is then within 5 sigma
+    # of 0
     assert abs(error.mean()) < 5 * 2.0**-11 / np.sqrt(3 * len(values))
     assert np.array_equal(keep_mantissa_bits(values, 23), values)
 

@@ -1,4 +1,6 @@
-"""What a run allows itself to be wrong by: bad values refused with what to type, good ones passed to where they count."""
+"""What a run allows itself to be wrong by: bad values refused with what to type, good ones passed
+to where they count.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,10 @@ SMALL = [
 def test_a_share_of_the_noise_is_above_0(value):
     with pytest.raises(
         ConfigError,
-        match=r"accuracy.noise_fraction_allowed is .*above 0.*type accuracy.noise_fraction_allowed=0.1",
+        match=(
+            r"accuracy.noise_fraction_allowed is .*above 0.*type"
+            r" accuracy.noise_fraction_allowed=0.1"
+        ),
     ):
         chain(compose([*SMALL, f"accuracy.noise_fraction_allowed={value}"]))
 
@@ -132,7 +137,8 @@ def test_no_other_division_costs_less(costs, allowed):
         sum(c.of(allowed * e) for c, e in zip(costs.values(), row))
         for row in [*tried, *rng.dirichlet(np.ones(len(costs)), 200).clip(1e-9)]
     )
-    # the least of a grid is above the least of all, by little: in a cell of half a percent, costs of power 3 change by 1.5 %
+    # the least of a grid is above the least of all, by little: in a cell of half a percent, costs
+    # of power 3 change by 1.5 %
     assert least <= found * (1 + 1e-12) + 1e-12 and found - least < 0.03 * (
         abs(least) + sum(c.seconds for c in costs.values())
     )

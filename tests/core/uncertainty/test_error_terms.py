@@ -1,4 +1,6 @@
-"""Error terms: code decides by their fields, old ledgers still load, and no figure of a picture is smaller than a part of it."""
+"""Error terms: code decides by their fields, old ledgers still load, and no figure of a picture is
+smaller than a part of it.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,9 @@ ROUNDING = 1e-6  # relative: figures are found by bisection to 1e-9
 
 
 def shot_of(seed: int, capture: str = "a", pixels: int = 400, **fields) -> Electrons:
-    """Return electrons over four decades, of which any share comes straight, and any noise of a renderer."""
+    """Return electrons over four decades, of which any share comes straight, and any noise of a
+    renderer.
+    """
     rng = np.random.default_rng(seed)
     total = 10.0 ** rng.uniform(0, 4, pixels)
     noise = rng.choice([0.0, 1.0]) * 10.0 ** rng.uniform(-3, 1) * rng.exponential(size=pixels)

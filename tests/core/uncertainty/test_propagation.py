@@ -20,7 +20,9 @@ TILES = (12, 16)
 
 
 def noisy(relative, level=100.0):
-    """Return the scene of a uniform field whose every tile has a relative noise, its mixed radiance, its light and a focal length for tiles of 3 um."""
+    """Return the scene of a uniform field whose every tile has a relative noise, its mixed
+    radiance, its light and a focal length for tiles of 3 um.
+    """
     size = {"width": TILES[1], "height": TILES[0], "horizontal_field_deg": 1.0}
     scene = build("scene", "uniform", luminance_cd_m2=level, **size)().load()
     groups = [str(g) for g in scene.light_group.values]
@@ -213,7 +215,9 @@ def test_a_run_ends_with_how_wrong_its_picture_is():
 
 
 def test_a_run_with_lamps_and_dust_keeps_what_is_allowed():
-    """Five discs up to 1e6 cd/m2 through dust, on tiles so coarse that most of the frame lies beyond the exact core of the kernels."""
+    """Five discs up to 1e6 cd/m2 through dust, on tiles so coarse that most of the frame lies
+    beyond the exact core of the kernels.
+    """
     config = [
         "scene=point_lights",
         "scene.width=32",

@@ -1,4 +1,6 @@
-"""How far the scene's noise moves scores: closed forms of a mean and of a mean square, whole and in parts, and who is asked what."""
+"""How far the scene's noise moves scores: closed forms of a mean and of a mean square, whole and in
+parts, and who is asked what.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ LEVEL = 100.0  # cd/m2
 
 
 def seen(relative, tiles=SMALL):
-    """Return (camera, scene, mixed, light, again) of a uniform field whose halves differ so much in every tile; a camera with three colours in every pixel."""
+    """Return (camera, scene, mixed, light, again) of a uniform field whose halves differ so much in
+    every tile; a camera with three colours in every pixel.
+    """
     scene = build(
         "scene", "uniform", width=tiles[1], height=tiles[0], luminance_cd_m2=LEVEL, step_nm=50.0
     )().load()
@@ -112,9 +116,12 @@ def test_parts_tell_it_of_the_whole():
 
 @pytest.mark.parametrize(("metric", "tiles"), [(Mean(2), SMALL), (PartMean(2), LARGE)])
 def test_what_noise_adds_to_one_side_is_stated_too(metric, tiles):
-    """The mean square of 1 + n with n of variance v is 1 + v: a shift that no number of tiles averages out."""
+    """The mean square of 1 + n with n of variance v is 1 + v: a shift that no number of tiles
+    averages out.
+    """
     error, said = stated([metric], *seen(0.4, tiles), count=30)["mean"]
-    # the mean shift itself scatters by 2 v^(1/2) over the root of tiles and changes: 0.3 % of the large one, 7 % of the small: three of these
+    # the mean shift itself scatters by 2 v^(1/2) over the root of tiles and changes: 0.3 % of the
+    # large one, 7 % of the small: three of these
     assert float(said.split("of it ")[1].split(" to")[0]) == pytest.approx(
         0.16, rel=0.03 if tiles is LARGE else 0.2
     )
@@ -123,7 +130,9 @@ def test_what_noise_adds_to_one_side_is_stated_too(metric, tiles):
 
 
 def test_no_light_becomes_negative():
-    """Halves that differ by more than the light itself, as rounding and pooling may leave them, differ by all of it: each tile has twice its light or none."""
+    """Halves that differ by more than the light itself, as rounding and pooling may leave them,
+    differ by all of it: each tile has twice its light or none.
+    """
     error, _ = stated([Mean(2)], *seen(5.0))["mean"]
     assert error == stated([Mean(2)], *seen(1.0))["mean"][0]
     assert error == pytest.approx(
@@ -164,7 +173,8 @@ def test_light_that_was_spread_stays():
         direct_share(light.copy(data=light.values / 2), mixed) == 1.0
     ).all()  # a lens may lose light that comes straight
     straight, _ = stated([Mean()], camera, scene, mixed, light, again)["mean"]
-    # three quarters of the light are veil: the picture is four times as bright, and moves as much as before
+    # three quarters of the light are veil: the picture is four times as bright, and moves as much
+    # as before
     assert stated(
         [Mean()], Camera(None, again(veiled), camera.truth, None), scene, mixed, veiled, again
     )["mean"][0] == pytest.approx(straight, rel=1e-4)
@@ -326,7 +336,9 @@ def test_smoothing_takes_away_noise_and_keeps_the_scene():
 
 
 def test_smoothing_tells_how_far_noise_has_shifted_a_score():
-    """The mean square of light with relative noise of variance v is 1 + v; without noise it is 1."""
+    """The mean square of light with relative noise of variance v is 1 + v; without noise it is
+    1.
+    """
     rng = np.random.default_rng(9)
     noise = 0.3
     camera, scene, mixed, light, _ = seen(noise * rng.standard_normal(SMALL))
@@ -348,7 +360,9 @@ def test_smoothing_tells_how_far_noise_has_shifted_a_score():
 
 
 def test_a_score_that_rests_on_few_tiles_is_known_with_fewer_degrees_of_freedom():
-    """The sum of eight tiles: each shows its noise once, and six changes take it with either sign."""
+    """The sum of eight tiles: each shows its noise once, and six changes take it with either
+    sign.
+    """
     rng = np.random.default_rng(2)
     trials, tiles, changes = 20000, score_errors.FEW_TILES, score_errors.CHANGES
     halves = rng.standard_normal((trials, 1, tiles))

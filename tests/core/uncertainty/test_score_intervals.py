@@ -1,4 +1,6 @@
-"""Intervals of scores hold what they say: counted over simulated scores whose true values are known."""
+"""Intervals of scores hold what they say: counted over simulated scores whose true values are
+known.
+"""
 
 from __future__ import annotations
 

@@ -84,7 +84,9 @@ class AcmeNano:
         )
 
     def _mean(self, light):
-        """Return (mean electrons (capture, y, x), filter index (y, x), quantum efficiency (channel, wavelength))."""
+        """Return (mean electrons (capture, y, x), filter index (y, x), quantum efficiency (channel,
+        wavelength)).
+        """
         import numpy as np
         import xarray as xr
 

@@ -1,4 +1,6 @@
-"""Denoise: flat fields keep their mean, variance falls and is stated, edges stay, noise does not matter to the stabilised values."""
+"""Denoise: flat fields keep their mean, variance falls and is stated, edges stay, noise does not
+matter to the stabilised values.
+"""
 
 import numpy as np
 import pytest
@@ -31,12 +33,14 @@ def test_a_flat_field_keeps_its_mean_and_loses_its_noise(level, cell, gain):
     rng = np.random.default_rng(4)
     before = [noisy(np.full((64, 64), level), rng) for _ in range(20)]
     after = [denoised(one, cell) for one in before]
-    # mean: 1 % at 1 e, else 0.3 %; it is compared with the mean of the same noise, so that no draw hides it
+    # mean: 1 % at 1 e, else 0.3 %; it is compared with the mean of the same noise, so that no draw
+    # hides it
     change = np.mean([a.signal_e for a in after]) - np.mean([b.signal_e for b in before])
     assert abs(change) < (0.01 if level == 1.0 else 0.003) * level
     variance = np.var([a.signal_e for a in after], axis=0).mean()
     assert variance < (level + READ**2) / gain
-    # 20 fields of some 40 (2 x 2) or 160 independent pixels: 5 %; the weights are not quite fixed: up to 10 %
+    # 20 fields of some 40 (2 x 2) or 160 independent pixels: 5 %; the weights are not quite fixed:
+    # up to 10 %
     assert np.mean([a.variance_e2 for a in after]) / variance == pytest.approx(1, abs=0.17)
 
 
@@ -107,7 +111,9 @@ def test_shifts_keep_the_array_and_come_with_their_opposites_once():
 @pytest.mark.parametrize("read", [0.5, 9.0])
 @pytest.mark.parametrize("level", [0.5, 1.0, 3.0])
 def test_the_darkest_flat_fields_keep_their_mean(level, read):
-    """From half an electron: within 0.02 of the noise of one pixel; averages of stabilised values, with the exact inverse, are up to 0.07 off."""
+    """From half an electron: within 0.02 of the noise of one pixel; averages of stabilised values,
+    with the exact inverse, are up to 0.07 off.
+    """
     rng, change = np.random.default_rng(14), []
     for _ in range(8):
         x = rng.poisson(level, (64, 64)) + read * rng.standard_normal((64, 64))
@@ -145,7 +151,9 @@ def test_unknown_denoisers_are_named(bench):
 
 
 def test_variance_is_that_of_the_weights(monkeypatch):
-    """Weights of a half everywhere: the variance of a weighted mean by hand, of samples that lie as far apart as stated, or farther."""
+    """Weights of a half everywhere: the variance of a weighted mean by hand, of samples that lie as
+    far apart as stated, or farther.
+    """
     from isethdr_isp.demosaic import denoise
 
     monkeypatch.setattr(denoise, "likeness", lambda one, other: np.full(one.shape, 0.5))
@@ -155,7 +163,8 @@ def test_variance_is_that_of_the_weights(monkeypatch):
     good, source = np.ones((40, 40), bool), np.zeros((40, 40), np.uint8)
     out = denoised(Merged(level, level + 4.0, good, source), (2, 2))
     assert out.variance_e2[20, 20] == pytest.approx(104 * share)
-    # every second sample of the shifts is 60 e brighter, so all lie 30 e from the mean: 900 e2, more than 104
+    # every second sample of the shifts is 60 e brighter, so all lie 30 e from the mean: 900 e2,
+    # more than 104
     level = level + 30.0 * (-1.0) ** (np.arange(40)[:, None] // 2 + np.arange(40) // 2)
     out = denoised(Merged(level, np.full((40, 40), 104.0), good, source), (2, 2))
     assert out.variance_e2[20, 20] == pytest.approx(900 * share, rel=0.01)

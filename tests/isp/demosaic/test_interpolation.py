@@ -58,11 +58,13 @@ def test_variance_is_that_of_the_linear_map():
     rng = np.random.default_rng(1)
     variance = rng.uniform(1, 5, filters.shape)
     _, reported, _ = demosaic(np.zeros(filters.shape), filters, 3, variance)
-    # the map itself, column by column: the answer to one sample of 1, then the law of propagation for independent samples
+    # the map itself, column by column: the answer to one sample of 1, then the law of propagation
+    # for independent samples
     impulses = np.eye(filters.size).reshape(-1, *filters.shape)
     answer = np.stack([demosaic(i, filters, 3)[0] for i in impulses], -1)
     expected = answer**2 @ variance.ravel()
-    # at the border a mirrored sample stands for two: there the reported variance treats the copies as independent
+    # at the border a mirrored sample stands for two: there the reported variance treats the copies
+    # as independent
     np.testing.assert_allclose(expected[:, 2:-2, 2:-2], reported[:, 2:-2, 2:-2], rtol=1e-12)
 
 

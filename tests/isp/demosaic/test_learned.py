@@ -1,4 +1,6 @@
-"""Learned demosaic: flat fields exact, a mean without bias, every order of an array, and a file that says what it is."""
+"""Learned demosaic: flat fields exact, a mean without bias, every order of an array, and a file
+that says what it is.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""Demosaic methods: exact where they must be, better where they claim to be, variance, clear errors."""
+"""Demosaic methods: exact where they must be, better where they claim to be, variance, clear
+errors.
+"""
 
 import sys
 
@@ -25,7 +27,9 @@ def tiled(pattern, shape=SHAPE):
 
 
 def textured(channels):
-    """Return planes (channel, y, x), electrons: fine stripes and edges seen alike by all channels, as in most of a scene."""
+    """Return planes (channel, y, x), electrons: fine stripes and edges seen alike by all channels,
+    as in most of a scene.
+    """
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
     shape = 1000 + 500 * np.sin(0.9 * x + 0.4 * y) + 600 * (x + 2 * y > 110)
     return np.array([0.6, 1.0, 0.7, 2.0])[:channels, None, None] * shape
@@ -63,7 +67,8 @@ def test_constants_of_any_sign_come_back_exactly(method):
     needs_package(method)
     planes = np.broadcast_to(np.array([-3.0, 40.0, 7.0])[:, None, None], (3, *SHAPE))
     seen = run(method, planes, BAYER, "RGB", noise=1.0).planes
-    # Malvar and Menon look beyond the border by rules of their own; 1e-9: rounding of sums over windows
+    # Malvar and Menon look beyond the border by rules of their own; 1e-9: rounding of sums over
+    # windows
     np.testing.assert_allclose(seen[:, 8:-8, 8:-8], planes[:, 8:-8, 8:-8], atol=1e-9)
 
 

@@ -1,4 +1,6 @@
-"""The stated variance of an unknown device: temporal noise and fixed pattern, each against an ensemble."""
+"""The stated variance of an unknown device: temporal noise and fixed pattern, each against an
+ensemble.
+"""
 
 import numpy as np
 import pytest
@@ -60,7 +62,9 @@ def uniform(level_cd_m2, pixels, pitch_um):
 
 
 def flat_of(sensor, electrons, pixels):
-    """Return the light that makes so many electrons in the most sensitive pixels of the most sensitive capture."""
+    """Return the light that makes so many electrons in the most sensitive pixels of the most
+    sensitive capture.
+    """
     one, none = (
         float(sensor.expected(uniform(level, 8, sensor.pitch_um)).max()) for level in (1.0, 1e-12)
     )
@@ -68,7 +72,9 @@ def flat_of(sensor, electrons, pixels):
 
 
 def mean_of_device(sensor, flat, shot, generator):
-    """Return the captures of one device without temporal noise: what its fixed pattern makes of the mean."""
+    """Return the captures of one device without temporal noise: what its fixed pattern makes of the
+    mean.
+    """
     from isethdr_sensors.readout.shot import device_maps, light_electrons
 
     model = sensor.model()
@@ -84,7 +90,9 @@ def mean_of_device(sensor, flat, shot, generator):
 
 
 def ensemble(name, electrons, devices, pixels, **isp):
-    """Return stated over true variance of X, Y, Z: of an unknown device, of the shots of one, of the devices' means."""
+    """Return stated over true variance of X, Y, Z: of an unknown device, of the shots of one, of
+    the devices' means.
+    """
     kind, fields = SENSORS[name]
     sensor, process = hdr.build("sensor", kind, **fields), MergeIsp(**isp)
     flat = flat_of(sensor, electrons, pixels)
@@ -200,7 +208,9 @@ def test_in_the_dark_the_sum_stays_above_zero(bench):
 
 
 def test_columns_deviate_alike_through_the_demosaic():
-    """Red at a blue pixel of Bayer is the mean of four samples in two columns: half of the variance of a column, not a quarter."""
+    """Red at a blue pixel of Bayer is the mean of four samples in two columns: half of the variance
+    of a column, not a quarter.
+    """
     filters = np.tile([[0, 1], [1, 2]], (6, 6))
     rule = bilinear(filters, 3)
     column = rule.variance(np.eye(3), SampleNoise((NoisePart(np.full((12, 12), 9.0), rows="any"),)))

@@ -1,4 +1,6 @@
-"""Two exposures or sensitivities in one filter array: right over the whole range, without bias, with honest variance."""
+"""Two exposures or sensitivities in one filter array: right over the whole range, without bias,
+with honest variance.
+"""
 
 import numpy as np
 import pytest
@@ -48,8 +50,9 @@ def test_a_ramp_over_the_whole_range_comes_back(varies, cfa):
     picture = MergeIsp()(shot(np.broadcast_to(ramp, (40, 240)), varies=varies, cfa=cfa))
     y, variance = picture.xyz.values[4:-4, 8:-8, 1], picture.variance.values[4:-4, 8:-8, 1]
     assert picture.valid.values.all()
-    # 32 rows, of which bilinear interpolation leaves some 10 independent: one standard error; 224 columns stay below 4.5 of them,
-    # and the whole ramp's mean, where errors of 2200 independent samples cancel, below 3
+    # 32 rows, of which bilinear interpolation leaves some 10 independent: one standard error; 224
+    # columns stay below 4.5 of them, and the whole ramp's mean, where errors of 2200 independent
+    # samples cancel, below 3
     error = (y.mean(0) - ramp[8:-8]) / np.sqrt(variance.mean(0) / 10)
     assert np.abs(error).max() < 4.5 and abs(error.mean()) < 3 / np.sqrt(224 / 3)
 
@@ -70,7 +73,9 @@ def test_short_samples_are_worth_little_in_the_dark_and_all_in_the_light(bench):
         long = captures["filter"].values == 1  # upper case green
         assert merged.valid.all()
         electrons = merged.planes[1][long][100:].mean()
-        if share:  # own sample: share^2 of its own shot noise and the rest of the interpolated short one's, read noise aside
+        # own sample: share^2 of its own shot noise and the rest of the interpolated short one's,
+        # read noise aside
+        if share:
             assert merged.variances[1][long][100:].mean() < 1.1 * electrons
         else:  # 1/16 of the light, interpolated from two or more samples
             assert merged.variances[1][long][100:].mean() > 3 * electrons

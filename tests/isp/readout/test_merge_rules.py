@@ -1,4 +1,6 @@
-"""Merge rules by name, the source of each pixel, companded captures, and pictures at the edge: saturated, dark, one pixel."""
+"""Merge rules by name, the source of each pixel, companded captures, and pictures at the edge:
+saturated, dark, one pixel.
+"""
 
 import numpy as np
 import pytest
@@ -38,7 +40,8 @@ def test_every_rule_is_absolute_and_reports_its_own_variance(bench, rule, level)
 
 def test_rules_differ_where_they_should(bench):
     noise = {rule: merged(bench, rule, 3).signal_e.var() for rule in RULES}
-    # ours and SPLG: read noise 3.05 and 0.83 e weighed by 1 / variance; their mean; the wide read alone
+    # ours and SPLG: read noise 3.05 and 0.83 e weighed by 1 / variance; their mean; the wide read
+    # alone
     assert noise["inverse_variance"] == pytest.approx(3 + 5 + 1 / (3.05**-2 + 0.83**-2), rel=0.05)
     assert noise["average"] == pytest.approx(3 + 5 + (3.05**2 + 0.83**2) / 4, rel=0.05)
     assert noise["isetcam"] == pytest.approx(3 + 5 + 3.05**2, rel=0.05)

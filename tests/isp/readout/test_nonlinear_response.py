@@ -55,12 +55,14 @@ def test_level_and_variance_of_draws(isp, electrons):
     picture = hdr.build("isp", isp)(captures)
     y, variance = picture.xyz.values[..., 1], picture.variance.values[..., 1]
     assert picture.valid.values.all()
-    # the table is without bias but for 0.04 % where it bends within a width of the noise; there readings state their variance to 5 %
+    # the table is without bias but for 0.04 % where it bends within a width of the noise; there
+    # readings state their variance to 5 %
     bend, bent = 2.03e4 < electrons < 2.4e4, electrons > 1.8e4
     assert abs(y.mean() / level - 1) < 4 * y.std() / level / SIZE + (
         4e-4 if bend else 1e-4 if bent else 0.0
     )
-    # 4 errors of a variance of 14 400 pixels, 1.2 % each; at the bend, where its tail is long, 3 % each
+    # 4 errors of a variance of 14 400 pixels, 1.2 % each; at the bend, where its tail is long, 3 %
+    # each
     assert variance.mean() / y.var() == pytest.approx(1, abs=0.05 + 0.09 if bend else 0.05)
 
 
@@ -107,7 +109,9 @@ def test_a_table_that_cannot_be_followed_is_refused(bad):
 
 
 def test_merge_folds_a_bent_capture_with_a_longer_linear_one():
-    """A bent capture of a tenth of the exposure and a linear one: each level comes from whichever measures it."""
+    """A bent capture of a tenth of the exposure and a linear one: each level comes from whichever
+    measures it.
+    """
     import xarray as xr
 
     for electrons in (1e3, 1e5, 1e7):

@@ -54,8 +54,8 @@ def test_a_picture_made_with_the_table_is_flat_and_its_variance_grows_with_the_c
     np.testing.assert_allclose(by_table.variance.values, by_lens.variance.values, rtol=5e-3)
     fall = shading(flat(bench))
     corner, centre = (by_lens.variance.values[y, x, 1] for y, x in ((2, 2), (30, 40)))
-    # shot noise of fall * N electrons over fall: variance goes with 1 / fall, where read noise is little; both are red
-    # pixels, and no sample is mirrored into them
+    # shot noise of fall * N electrons over fall: variance goes with 1 / fall, where read noise is
+    # little; both are red pixels, and no sample is mirrored into them
     assert corner / centre == pytest.approx(fall[30, 40] / fall[2, 2], rel=0.05)
 
 

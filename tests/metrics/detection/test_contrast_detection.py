@@ -83,7 +83,9 @@ def test_without_noise_a_contrast_is_seen_or_not():
 
 
 def scene():
-    """Return (luminance, labels): a pedestrian of 2 cd/m2 on 1 cd/m2, and a second far from the lamp."""
+    """Return (luminance, labels): a pedestrian of 2 cd/m2 on 1 cd/m2, and a second far from the
+    lamp.
+    """
     y, instance = np.ones((60, 90)), np.zeros((60, 90), np.uint32)
     instance[20:40, 20:28], instance[20:40, 70:78] = 1, 2
     y[instance > 0] = 2.0

@@ -1,4 +1,6 @@
-"""Photon counts: the pair probability against counting of Poisson electrons, its limits, and whole pictures."""
+"""Photon counts: the pair probability against counting of Poisson electrons, its limits, and whole
+pictures.
+"""
 
 import numpy as np
 import pytest
@@ -33,7 +35,9 @@ def picture(y, variance=0.0):
 
 
 def poisson_law(mean):
-    """Return all counts that matter and their probabilities, by the recurrence p(n) = p(n - 1) mean / n."""
+    """Return all counts that matter and their probabilities, by the recurrence p(n) = p(n - 1) mean
+    / n.
+    """
     counts = np.arange(int(mean + 8 * np.sqrt(mean) + 15))
     logs = (
         np.cumsum(np.log(np.concatenate([[1.0], mean / np.maximum(counts[1:], 1)])))
@@ -54,7 +58,9 @@ def summed(bright, dark, contrast):
 
 
 def drawn(bright, dark, read_noise_e, contrast, count=200_000):
-    """Return the share of simulated pairs that show the contrast; its standard error is below 0.0011."""
+    """Return the share of simulated pairs that show the contrast; its standard error is below
+    0.0011.
+    """
     rng = np.random.default_rng(5)
     b, d = (
         rng.poisson(m, count) + read_noise_e * rng.standard_normal(count) for m in (bright, dark)
@@ -86,14 +92,18 @@ def test_with_read_noise_it_agrees_with_simulated_pairs(electrons, read_noise_e)
 
 
 def test_normal_noise_would_be_wrong_where_electrons_are_few():
-    """The figures that made counting necessary: 0.16 instead of 0.085 at 2 electrons and a contrast of 0.2."""
+    """The figures that made counting necessary: 0.16 instead of 0.085 at 2 electrons and a contrast
+    of 0.2.
+    """
     exact = summed(2.4, 1.6, 0.2)
     assert pair_probability(2.4, 2.4, 1.6, 1.6, 0.2) == pytest.approx(exact, abs=1e-5)
     assert pair_probability(2.4, 2.4, 1.6, 1.6, 0.2, step=0.0) > exact + 0.05
 
 
 def test_the_representations_agree_where_they_meet():
-    """Either side of every limit: the jump is the error of the coarser representation, at most 0.005."""
+    """Either side of every limit: the jump is the error of the coarser representation, at most
+    0.005.
+    """
     for electrons, read_noise_e in (
         (5.0, 1.5),
         (19.99, 0.5),

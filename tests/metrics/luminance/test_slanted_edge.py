@@ -1,4 +1,6 @@
-"""Slanted edge: closed forms of pixel aperture and diffraction through the whole chain, interval, dark, pictures without an edge."""
+"""Slanted edge: closed forms of pixel aperture and diffraction through the whole chain, interval,
+dark, pictures without an edge.
+"""
 
 import math
 
@@ -14,7 +16,9 @@ PITCH_UM, TILES, FOCAL_MM, ANGLE = 3.0, 6, 4.0, 5.0
 
 
 def chain(lens="ideal", f_number=4.0, rows=48, columns=72, margin=30):
-    """Return (picture, truth) of the slanted edge in a narrow band around 550 nm, through a sensor without filters."""
+    """Return (picture, truth) of the slanted edge in a narrow band around 550 nm, through a sensor
+    without filters.
+    """
     width, height = (n * TILES + 2 * margin * TILES for n in (columns, rows))
     field = 2 * math.degrees(math.atan(width / TILES * PITCH_UM * 1e-3 / FOCAL_MM / 2))
     scene = hdr.build(

@@ -1,4 +1,6 @@
-"""Which lamps are looked at from where: by what they send to a part of the picture, hidden ones hardly, none never."""
+"""Which lamps are looked at from where: by what they send to a part of the picture, hidden ones
+hardly, none never.
+"""
 
 import numpy as np
 import pytest

@@ -28,12 +28,15 @@ def test_a_uniform_sky_returns_its_own_spectrum(make):
     ) == ["sky"]
     edges = ds.wavelength.values[:, None] + np.linspace(-5, 5, 1001)
     truth = sky.at(edges).mean(1)
-    # 64 tiles x 4096 wavelengths inside each band: the statistical error is below 1e-4; float32 sums add 1e-5
+    # 64 tiles x 4096 wavelengths inside each band: the statistical error is below 1e-4; float32
+    # sums add 1e-5
     np.testing.assert_allclose(ds.radiance[0].mean(("y", "x")), truth, rtol=3e-4)
 
 
 def test_white_furnace(make):
-    """Inside a closed diffuse sphere that glows everywhere, radiance is emission / (1 - reflectance)."""
+    """Inside a closed diffuse sphere that glows everywhere, radiance is emission / (1 -
+    reflectance).
+    """
     rho = 0.5
     mesh = sphere(12, inside_out=True)
     lamp = make.lamp("glow", "other", 1.0, make.flat(1.0), (1, 0, 0), 90.0, 90.0, 0.0)
@@ -73,7 +76,9 @@ def sphere(n, inside_out):
 
 @pytest.mark.parametrize("distance_m", [10.0, 1e2, 1e3, 1e4])
 def test_intensity_in_candela_gives_inverse_square_irradiance(make, distance_m):
-    """A facing white wall at distance d has luminance rho / pi * I / d^2, whatever the lamp's area."""
+    """A facing white wall at distance d has luminance rho / pi * I / d^2, whatever the lamp's
+    area.
+    """
     lamp = make.lamp("drl", "headlights", 500.0, make.flat(1.0), (1, 0, 0), 20.0, 40.0, 1e-3)
     wall = make.quad(0.01, 0.01)
     wall = wall[0] * [1, 1, 1] * 100, wall[1][:, ::-1]
@@ -92,12 +97,15 @@ def test_intensity_in_candela_gives_inverse_square_irradiance(make, distance_m):
     ds = MitsubaRenderer(**SMALL, samples=256, max_depth=2)(scene)
     wanted = 0.5 / np.pi * 500.0 / distance_m**2 * photopic_share(ds, make.flat(1.0))
     got = luminance(ds.radiance.values[0], ds.wavelength.values).mean()
-    # the lamp is 10 cm wide: at 10 m its edges are 2e-5 off the inverse square; the noise is of that order too
+    # the lamp is 10 cm wide: at 10 m its edges are 2e-5 off the inverse square; the noise is of
+    # that order too
     assert got == pytest.approx(wanted, rel=5e-4)
 
 
 def test_the_spread_of_passes_is_the_noise_of_the_mean(make):
-    """The error stated for 128 paths is the median deviation from a picture of many more, x 1 / 0.6745."""
+    """The error stated for 128 paths is the median deviation from a picture of many more, x 1 /
+    0.6745.
+    """
     scene, settings = make.street(6), {"width": 32, "height": 18, "margin": 0.0, "step_nm": 100.0}
     rows = ledger.Ledger()
     with ledger.stage(rows, "renderer") as row:
@@ -110,7 +118,8 @@ def test_the_spread_of_passes_is_the_noise_of_the_mean(make):
     a, b = (luminance(ds.radiance.values[0], ds.wavelength.values) for ds in (few, many))
     lit = (b > 0.01 * b.mean()) & (b < 100 * b.mean())
     found = np.median(np.abs(a[lit] / b[lit] - 1)) / 0.6745
-    # four passes know a standard error to 40 %, its median over tiles better, and the two medians weigh tiles differently
+    # four passes know a standard error to 40 %, its median over tiles better, and the two medians
+    # weigh tiles differently
     assert row.errors[0].what.endswith("streetlights") and 0.4 < row.errors[0].value / found < 2.5
 
 
@@ -124,7 +133,9 @@ def test_same_seed_gives_the_same_cube_and_another_seed_does_not(make):
 
 
 def test_a_group_is_the_same_bit_for_bit_when_the_others_are_not_rendered(make):
-    """So the groups' sum is the picture with all lamps on, and a group left out is absent, not black."""
+    """So the groups' sum is the picture with all lamps on, and a group left out is absent, not
+    black.
+    """
     scene, renderer = make.street(6), MitsubaRenderer(width=48, height=27, samples=8)
     whole = renderer(scene)
     assert list(whole.light_group.values) == ["sky", "headlights", "other", "streetlights"]
@@ -160,7 +171,8 @@ def test_all_lamps_in_one_group_give_the_sum_of_the_groups(make):
     )
     a, b = parts.radiance.sum("light_group").values.mean(0), one.radiance.values[0].mean(0)
     lit = a > 0.01 * a.mean()
-    # median of the signed relative difference of two noisy pictures of 512 paths on 100 tiles: no bias above 1 %
+    # median of the signed relative difference of two noisy pictures of 512 paths on 100 tiles: no
+    # bias above 1 %
     assert lit.sum() > 80 and abs(np.median(b[lit] / a[lit] - 1)) < 0.01
 
 
@@ -180,7 +192,9 @@ def test_only_the_bands_asked_for_are_rendered(make):
     ],
 )
 def test_agrees_with_mitsubas_own_path_integrator(make, group):
-    """Other code for lamps (emitter plugin), colours (spectral surfaces), choice of lamps and bands (a spectral film)."""
+    """Other code for lamps (emitter plugin), colours (spectral surfaces), choice of lamps and bands
+    (a spectral film).
+    """
     settings = {
         "width": 48,
         "height": 27,
@@ -205,8 +219,9 @@ def test_agrees_with_mitsubas_own_path_integrator(make, group):
     lit = ours.mean(0) > 1e-3 * ours.mean()
     z = ((ours.mean(0) - theirs.mean(0)) / np.maximum(error, 1e-300))[lit]
     assert lit.sum() > 30
-    # z of a mean of 8 against 8 is Student's t with 14 degrees of freedom: standard deviation 1.08; blocks share no path,
-    # so the mean of n of them is within 4 / sqrt(n); fireflies make the tails heavier, which leaves room up to 1.5
+    # z of a mean of 8 against 8 is Student's t with 14 degrees of freedom: standard deviation 1.08;
+    # blocks share no path, so the mean of n of them is within 4 / sqrt(n); fireflies make the tails
+    # heavier, which leaves room up to 1.5
     assert abs(z.mean()) < 4 / np.sqrt(len(z))
     assert 0.5 < z.std() < 1.5
     # and no bias that is lost in the noise of single blocks: 2 % of the median block
@@ -216,7 +231,9 @@ def test_agrees_with_mitsubas_own_path_integrator(make, group):
 
 
 def test_one_kernel_for_all_passes_light_groups_and_scenes(make):
-    """Compiling takes longer than many a pass: whatever differs in numbers only must find the first kernel again."""
+    """Compiling takes longer than many a pass: whatever differs in numbers only must find the first
+    kernel again.
+    """
     import drjit as dr
     import mitsuba as mi
     from isethdr_mitsuba.doctor import choose_variant
@@ -248,7 +265,9 @@ def test_one_kernel_for_all_passes_light_groups_and_scenes(make):
 
 
 def test_hits_are_those_of_mitsuba(make):
-    """Tables of triangles against Mitsuba's own shapes: written out and placed, turned, mirrored and stretched, flat and smooth."""
+    """Tables of triangles against Mitsuba's own shapes: written out and placed, turned, mirrored
+    and stretched, flat and smooth.
+    """
     from dataclasses import replace
 
     import drjit as dr
@@ -313,7 +332,9 @@ def test_hits_are_those_of_mitsuba(make):
 
 
 def pictures(make, scene, settings, group, way, repeats=8):
-    """Return `repeats` independent pictures (band, y, x) without the lamps seen directly: `path` ours, `own` Mitsuba's."""
+    """Return `repeats` independent pictures (band, y, x) without the lamps seen directly: `path`
+    ours, `own` Mitsuba's.
+    """
     import mitsuba as mi
     from isethdr_mitsuba.doctor import choose_variant
 

@@ -1,4 +1,6 @@
-"""Errors of kernels where point spreads vary over the field or colours are magnified: against kernels of more points."""
+"""Errors of kernels where point spreads vary over the field or colours are magnified: against
+kernels of more points.
+"""
 
 from dataclasses import replace
 
@@ -37,7 +39,9 @@ def street(shape=(34, 50), pitch_um=10.0):
     ids=["far", "places", "colour"],
 )
 def test_light_differs_from_that_of_finer_kernels_as_stated(monkeypatch, fields, core_samples):
-    """Errors of the tail alone; of places, whose blur reaches beyond what is exact of them; and moved with the colours."""
+    """Errors of the tail alone; of places, whose blur reaches beyond what is exact of them; and
+    moved with the colours.
+    """
     monkeypatch.setattr(kernels, "CORE_SAMPLES", core_samples)
     monkeypatch.setattr(
         field_point_psf, "WORTH", 0.0
@@ -63,8 +67,8 @@ def test_light_differs_from_that_of_finer_kernels_as_stated(monkeypatch, fields,
         deviation > 1e-5 * light,
     )  # less is near the rounding of float32
     share = (wrong / deviation)[lit]
-    # On the safe side: of normal deviates 1 in 100 is beyond 2.6, and the root of the mean square is 1. Not far from it: more is stated, as
-    # neighbours and places are taken to err alike.
+    # On the safe side: of normal deviates 1 in 100 is beyond 2.6, and the root of the mean square
+    # is 1. Not far from it: more is stated, as neighbours and places are taken to err alike.
     assert lit.mean() > 0.2 and np.quantile((wrong / (deviation + bound))[lit], 0.99) < 2.6
     assert 0.25 < np.sqrt(np.mean(share**2)) < 1.1
 
@@ -88,7 +92,8 @@ def test_a_lamp_off_the_axis_differs_from_its_own_kernel_as_stated(monkeypatch):
         np.maximum(np.abs(np.arange(34)[:, None] - 8), np.abs(np.arange(50) - 13)) > 24
     )  # beyond every core
     share = wrong[:, far] / deviation[:, far]
-    # Half way to the border. Of one lamp alone errors spread wider than normal deviates: by what its spikes have less.
+    # Half way to the border. Of one lamp alone errors spread wider than normal deviates: by what
+    # its spikes have less.
     assert 0.25 < np.sqrt(np.mean(share**2)) < 1.0 and np.quantile(share, 0.99) < 3.5
 
 

@@ -1,4 +1,6 @@
-"""Place cores: lines between wavelengths against exact kernels, and when they are not used; thinned grids of places."""
+"""Place cores: lines between wavelengths against exact kernels, and when they are not used; thinned
+grids of places.
+"""
 
 import numpy as np
 import pytest
@@ -98,7 +100,9 @@ def test_the_weights_of_all_tiles_sum_to_one_at_every_point():
 
 
 def test_a_thinned_grid_is_a_partition_of_unity_where_it_has_places():
-    """Point spreads that change beyond half of the field alone: rings stay there, and places around it on the outermost one."""
+    """Point spreads that change beyond half of the field alone: rings stay there, and places around
+    it on the outermost one.
+    """
 
     def between(inner, outer):
         return max(outer - max(inner, 0.5), 0.0)

@@ -1,4 +1,6 @@
-"""Field imaging: weights, turned wavefronts, the field-constant limit, places of the grid, energy, symmetry, the stated error."""
+"""Field imaging: weights, turned wavefronts, the field-constant limit, places of the grid, energy,
+symmetry, the stated error.
+"""
 
 import numpy as np
 import pytest
@@ -79,7 +81,8 @@ def test_a_wavefront_that_does_not_vary_gives_the_one_point_spread(monkeypatch):
         [bound] = [o.bound for o in left.left_out if "off the axis" in o.what]
     monkeypatch.setattr(imaging, "RINGS", (1,))  # force what was left out
     forced, varied = noted(lambda: constant(scene))
-    # of any tile: 1e-7 for float32 shares and results, 2e-6 where a tile is seen across the cores' border
+    # of any tile: 1e-7 for float32 shares and results, 2e-6 where a tile is seen across the cores'
+    # border
     np.testing.assert_allclose(forced.values, one.values, rtol=bound)
     assert bound == pytest.approx(3e-6)
     assert grid_error(varied) == 0.0
@@ -185,7 +188,9 @@ def test_bad_fields_are_refused():
 
 
 def gradients(coefficients, count=20000):
-    """Return the slopes (x, y) of a wavefront, um per radius, at even points of the stop, by differences."""
+    """Return the slopes (x, y) of a wavefront, um per radius, at even points of the stop, by
+    differences.
+    """
     rng, h = np.random.default_rng(0), 1e-5
     r, turn = np.sqrt(rng.random(count)), 2 * np.pi * rng.random(count)
     x, y = r * np.cos(turn), r * np.sin(turn)
@@ -200,7 +205,9 @@ def gradients(coefficients, count=20000):
     [("singlet", 8.0, 450.0), ("double_gauss", 4.0, 587.56), ("cooke_triplet", 5.6, 587.56)],
 )
 def test_slopes_of_a_traced_wavefront_land_where_the_rays_do(name, f_number, nm):
-    """Transverse aberration = dW / d(direction cosine): spot and centroid of rays that the wavefront never saw."""
+    """Transverse aberration = dW / d(direction cosine): spot and centroid of rays that the
+    wavefront never saw.
+    """
     from isethdr_optics.prescription.exit_pupil import exit_pupil
     from isethdr_optics.prescription.figures import chief_mm
 

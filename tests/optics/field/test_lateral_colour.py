@@ -49,8 +49,8 @@ def test_a_lamp_moves_by_its_height_times_the_magnification_and_keeps_its_light(
     for b, scale in enumerate(SCALES):
         for d, a in (("x", 0), ("y", 1)):
             at = float(light.values[b].sum(axis=a, dtype=float) @ light[d].values) / sums[b]
-            # Constant tiles shared by area: a tile's light that falls on two has its centroid off by an eighth of a tile at most,
-            # and on the barrel's three tiles by a quarter.
+            # Constant tiles shared by area: a tile's light that falls on two has its centroid off
+            # by an eighth of a tile at most, and on the barrel's three tiles by a quarter.
             allowed = (0.13 if distortion == "none" else 0.26) * PITCH * 4e-3
             assert abs(at - scale * centre[d]) < allowed, (b, d)
     moved = [abs(s - 1) * abs(centre["x"]) for s in SCALES]
@@ -118,7 +118,9 @@ def test_nothing_is_resampled_without_and_labels_follow_the_reference(monkeypatc
     ids=["table", "traced"],
 )
 def test_no_light_leaves_at_the_border(make):
-    """Light up to the border and lamps in its corners: every band keeps all of it, on the tiles that a larger image takes."""
+    """Light up to the border and lamps in its corners: every band keeps all of it, on the tiles
+    that a larger image takes.
+    """
     values = np.random.default_rng(7).uniform(0.5, 1.5, (30, 40))
     values[0, 0] = values[-1, 17] = 1e5
     moved, still = (
@@ -139,7 +141,9 @@ def test_no_light_leaves_at_the_border(make):
     "distortion", ["none", {"model": "brown_conrady", "k1": -0.2}], ids=["straight", "barrel"]
 )
 def test_tiles_that_the_sensor_plane_has_more_are_like_the_border_s(distortion):
-    """What asks how light of the field comes to the whole sensor plane (`scene_noise`) gets an answer there too."""
+    """What asks how light of the field comes to the whole sensor plane (`scene_noise`) gets an
+    answer there too.
+    """
     values = np.random.default_rng(2).uniform(0.5, 1.5, (96, 128))
     mixed, lens = (
         field(values),

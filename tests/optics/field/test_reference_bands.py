@@ -1,4 +1,6 @@
-"""Reference bands: what a band's image is made of does not depend on which other bands are asked for."""
+"""Reference bands: what a band's image is made of does not depend on which other bands are asked
+for.
+"""
 
 import numpy as np
 import pytest
@@ -13,7 +15,9 @@ from isethdr_core.testing import check
 
 
 def test_fewer_bands_leave_the_others_as_they_are():
-    """Neighbours in a row, so that bands keep their width: the same places, cores of the same reach, knots of the same size."""
+    """Neighbours in a row, so that bands keep their width: the same places, cores of the same
+    reach, knots of the same size.
+    """
     lens = WavefrontLens(
         f_number=8.0,
         field_zernike_um={0: {}, 15: {8: 0.12, 5: 0.06}},

@@ -97,7 +97,8 @@ def test_hexagon_takes_light_and_makes_six_spikes():
     light = np.histogram(
         np.degrees(np.arctan2(y, x))[ring] % 60, bins=12, range=(0, 60), weights=psf[ring]
     )[0]
-    # Blades face 30 degrees from the corners; spikes stand perpendicular to blades: at 30 degrees modulo 60.
+    # Blades face 30 degrees from the corners; spikes stand perpendicular to blades: at 30 degrees
+    # modulo 60.
     assert light[5:7].sum() > 5 * light[[0, 1, -1, -2]].sum()
     np.testing.assert_allclose(psf, psf[::-1, ::-1], rtol=1e-6, atol=1e-12)  # a pupil without phase
 

@@ -1,4 +1,6 @@
-"""Haze: the stated share over the hemisphere, closed forms, wavelength laws, limits, energy in a picture."""
+"""Haze: the stated share over the hemisphere, closed forms, wavelength laws, limits, energy in a
+picture.
+"""
 
 import numpy as np
 import pytest
@@ -83,7 +85,8 @@ def test_wavelength_laws():
     assert weak.total(440.0) / weak.total(880.0) == pytest.approx(
         4.0, rel=1e-4
     )  # 1 - exp(-x) = x to x / 2
-    # Roughness, weak: the function of sin(angle) / wavelength, its peak as wavelength^-4 (Rayleigh-Rice), slope above 2.
+    # Roughness, weak: the function of sin(angle) / wavelength, its peak as wavelength^-4
+    # (Rayleigh-Rice), slope above 2.
     steep = HazeFlare(scattered=1e-5, slope=4.0, shoulder_deg=0.1)
     assert steep.scatter(440.0, 0.0) / steep.scatter(880.0, 0.0) == pytest.approx(
         16.0, rel=1e-3
@@ -106,7 +109,8 @@ def test_nothing_scattered_changes_nothing():
 
 
 def test_a_picture_keeps_its_energy():
-    # Slope 4 and a shoulder of 0.5 degrees: beyond the frame, 10 degrees away, 0.3 % of the haze by the closed form of a disc.
+    # Slope 4 and a shoulder of 0.5 degrees: beyond the frame, 10 degrees away, 0.3 % of the haze by
+    # the closed form of a disc.
     lens, flare = IdealLens(falloff="none"), HazeFlare(scattered=0.1, shoulder_deg=0.5, slope=4.0)
     clean, hazy = lens(scene()), lens(scene(), [flare])
     assert hazy.values.min() >= 0

@@ -1,4 +1,6 @@
-"""Overlaid: sums of convolved parts against the exact convolution of each, beside lamps of 1e14 times the rest."""
+"""Overlaid: sums of convolved parts against the exact convolution of each, beside lamps of 1e14
+times the rest.
+"""
 
 import numpy as np
 import pytest
@@ -36,7 +38,9 @@ def test_every_pixel_of_the_sum_is_right(shape, kernel, lamp):
 
 @pytest.mark.parametrize("allowed", [1e-2, 1e-4])
 def test_an_error_allowed_is_kept_and_spares_work(allowed, monkeypatch):
-    """Beside a lamp of 1e13 a kernel that falls fast leaves pixels that the transform alone would get wrong by percents."""
+    """Beside a lamp of 1e13 a kernel that falls fast leaves pixels that the transform alone would
+    get wrong by percents.
+    """
     calls = []
     monkeypatch.setattr(
         overlaid_module,

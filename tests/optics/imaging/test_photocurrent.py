@@ -1,4 +1,6 @@
-"""Photocurrent: the short way through the lens against the long one, in units of the sensor's noise."""
+"""Photocurrent: the short way through the lens against the long one, in units of the sensor's
+noise.
+"""
 
 import dataclasses
 
@@ -26,7 +28,9 @@ def bump(centre, width):
 
 
 def night(level=1e6, seed=0, lamps=("sodium", "led"), noise=0.005, dtype=np.float32, shape=SHAPE):
-    """Return mixed radiance: four materials under daylight and lamplight, lamps of `level` times the road, 0.5 % of render noise."""
+    """Return mixed radiance: four materials under daylight and lamplight, lamps of `level` times
+    the road, 0.5 % of render noise.
+    """
     rng = np.random.default_rng(seed)
     light = {
         "sodium": 0.05 + bump(589, 6) + 0.5 * bump(568, 5),
@@ -66,7 +70,9 @@ def response(sensor):
 
 
 def compare(sensor, mixed, lens=LENS, flares=FLARES):
-    """Return |short - long| over the noise, the mean electrons, and what the ledger says of the short way; (capture, y, x)."""
+    """Return |short - long| over the noise, the mean electrons, and what the ledger says of the
+    short way; (capture, y, x).
+    """
     book = ledger.Ledger()
     with ledger.stage(book, "lens"):
         short = lens.photocurrent(mixed, flares, response(sensor))
@@ -122,7 +128,9 @@ def test_every_lens_that_can(lens):
 
 
 def large(monkeypatch, mirrored=True, shape=(150, 180)):
-    """Put kernels whose skirt and streaks change with wavelength in place of all; they are divided at 48 tiles, to save time; return them."""
+    """Put kernels whose skirt and streaks change with wavelength in place of all; they are divided
+    at 48 tiles, to save time; return them.
+    """
     for module in (kernel_spectra, spectral_fit):
         monkeypatch.setattr(module, "NEAR", 48)
     monkeypatch.setattr(bright_tiles, "RADII", (48, 32, 16, 8, 4))

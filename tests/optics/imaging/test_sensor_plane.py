@@ -1,4 +1,6 @@
-"""Sensor plane: light moved along a distortion, relative illumination, wide fields; truth and labels on the same map."""
+"""Sensor plane: light moved along a distortion, relative illumination, wide fields; truth and
+labels on the same map.
+"""
 
 import numpy as np
 import pytest
@@ -136,7 +138,9 @@ def test_only_known_light_is_looked_at():
 
 
 def pictured(light, pitch_um=30.0):
-    """Return an empty picture over the field of `light`, with the attributes that sensor and isp hand on."""
+    """Return an empty picture over the field of `light`, with the attributes that sensor and isp
+    hand on.
+    """
     rows, columns = (
         int(light.attrs[k] / (pitch_um * 1e-6)) for k in ("field_height", "field_width")
     )
@@ -195,7 +199,8 @@ def test_truth_and_labels_lie_where_the_light_is(distortion, projection):
         inside = binary_erosion(found == number, np.ones((3, 3)))
         want = y_of[ids == number][0]
         np.testing.assert_allclose(true["xyz"].values[inside][:, 1], want, rtol=1e-6)
-    # the picture that a noiseless camera takes, freed of the stated relative illumination, is the truth
+    # the picture that a noiseless camera takes, freed of the stated relative illumination, is the
+    # truth
     f_m = 4e-3
     seen = resample_mean(
         light.values[:1],
@@ -218,7 +223,8 @@ def test_truth_and_labels_lie_where_the_light_is(distortion, projection):
     for number in (
         1,
         2,
-    ):  # a quarter of a pixel: centroids of 1000 pixels, of which those on the border may go either way
+        # a quarter of a pixel: centroids of 1000 pixels, of which those on the border may go either way
+    ):
         lit = binary_dilation(found == number, iterations=8) & (radiance > (0.5 + 3.0 * number) / 2)
         there, said = (np.mean(np.nonzero(mask), axis=1) for mask in (lit, found == number))
         assert np.abs(there - said).max() < 0.25

@@ -1,4 +1,6 @@
-"""Errors of kernels carried to light: against repeats with kernels that are wrong as stated, and against finer kernels."""
+"""Errors of kernels carried to light: against repeats with kernels that are wrong as stated, and
+against finer kernels.
+"""
 
 from dataclasses import replace
 
@@ -34,7 +36,9 @@ def street(shape=(34, 50), pitch_um=10.0, lamp=1e6):
 
 
 def test_the_deviation_of_light_is_that_of_a_repeat():
-    """Kernels wrong by independent noise of a known size, and by noise that neighbours share: light of a road and of a lamp goes wrong as stated."""
+    """Kernels wrong by independent noise of a known size, and by noise that neighbours share: light
+    of a road and of a lamp goes wrong as stated.
+    """
     rng, shape = np.random.default_rng(0), (121, 161)
     y, x = (np.arange(n) - n // 2 for n in shape)
     radius = np.maximum(np.hypot(y[:, None], x), 1.0)
@@ -56,7 +60,8 @@ def test_the_deviation_of_light_is_that_of_a_repeat():
         variance = convolve(light**2, (kernel * stated[octave]) ** 2)
         found = np.mean([convolve(light, w) ** 2 for w in (wrong() for _ in range(40))], axis=0)
         ratio = np.sqrt(variance / found)
-        # 40 repeats: 11 % each pixel, less for their median; blocks of the stated error meet those of the noise at random, so that more is stated
+        # 40 repeats: 11 % each pixel, less for their median; blocks of the stated error meet those
+        # of the noise at random, so that more is stated
         assert 0.9 < np.median(ratio) < (1.25 if alike == 1 else 2.2)
         assert np.quantile(ratio, 0.01) > 0.65
 
@@ -72,7 +77,8 @@ def test_kernels_differ_from_finer_ones_as_stated():
         deviation > 1e-5 * light,
     )  # less is near the rounding of float32
     share = (wrong / (deviation + bound))[lit]
-    # of normal deviates half are below 0.67, 1 in 100 beyond 2.6; more is stated, as neighbours are taken to err alike
+    # of normal deviates half are below 0.67, 1 in 100 beyond 2.6; more is stated, as neighbours are
+    # taken to err alike
     assert lit.mean() > 0.2 and 0.1 < np.median(share) < 0.8 and np.quantile(share, 0.99) < 3.0
 
 
@@ -132,7 +138,8 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
         )
         / budget.KERNELS
     )
-    # half is enough; a quarter at once, where half is not; no kernel that can be made is fine enough, and none is made in vain
+    # half is enough; a quarter at once, where half is not; no kernel that can be made is fine
+    # enough, and none is made in vain
     for allowed, asked in ((share / 2, [1.0, 0.5]), (share / 5, [1.0, 0.25]), (share / 30, [1.0])):
         assert asked_for(1e9, replace(response, noise_fraction_allowed=allowed)) == asked
     assert asked_for(1e9, None) == [1.0]  # no sensor says what it can tell

@@ -1,4 +1,6 @@
-"""Blocks of work by several threads: what `map` gives, each item once, and linear algebra on one thread meanwhile."""
+"""Blocks of work by several threads: what `map` gives, each item once, and linear algebra on one
+thread meanwhile.
+"""
 
 import threading
 import time

@@ -1,4 +1,6 @@
-"""A window of the image plane: tiles beyond it are left out where a sensor in it cannot tell, and brought back by a lamp."""
+"""A window of the image plane: tiles beyond it are left out where a sensor in it cannot tell, and
+brought back by a lamp.
+"""
 
 from dataclasses import replace
 
@@ -26,7 +28,9 @@ MIDDLE = slice(7, 23), slice(16, 50)  # the tiles that it sees
 
 
 def scene(inside=1e-3, outside=1e-3, lamp=None, shape=SHAPE, bands=BANDS):
-    """Return mixed radiance of two levels, up to 30 % darker in places, and of one lamp 1e5 times as bright as its place (y, x)."""
+    """Return mixed radiance of two levels, up to 30 % darker in places, and of one lamp 1e5 times
+    as bright as its place (y, x).
+    """
     level = np.full(shape, outside)
     level[MIDDLE] = inside
     level *= (
@@ -45,7 +49,9 @@ def scene(inside=1e-3, outside=1e-3, lamp=None, shape=SHAPE, bands=BANDS):
 
 
 def asked(mixed, response=ASKED, lens=LENS, flares=()):
-    """Return the light that a lens makes for a response, and {why: left out}, and the errors stated in the sensor's noise."""
+    """Return the light that a lens makes for a response, and {why: left out}, and the errors stated
+    in the sensor's noise.
+    """
     book = ledger.Ledger()
     with ledger.stage(book, "lens"):
         light = lens.photocurrent(mixed, flares, response)
@@ -63,7 +69,9 @@ def off(light, exact):
 
 
 def test_even_light_takes_the_reach_of_kernels_that_end_and_loses_nothing_by_it():
-    """Beyond the kernels' reach nothing was taken before either: one bound for both, the same light but for the rounding of other transforms."""
+    """Beyond the kernels' reach nothing was taken before either: one bound for both, the same light
+    but for the rounding of other transforms.
+    """
     light, left, error = asked(scene(2e-3, 2e-3))
     every, before, as_much = asked(scene(2e-3, 2e-3), EVERYWHERE)
     row = left[window.WHY]
@@ -97,7 +105,9 @@ def test_a_lamp_in_the_window_leaves_dim_surroundings_out():
 
 
 def test_the_bound_is_that_of_the_worst_light_there_is(monkeypatch):
-    """A dark window amid even light: in its corners three quarters of what lies beyond the reach are missing, but for that beyond the frame."""
+    """A dark window amid even light: in its corners three quarters of what lies beyond the reach
+    are missing, but for that beyond the frame.
+    """
     monkeypatch.setattr(wing_truncation, "near_kernels", lambda *given: None)
     mixed = scene(1e-4, 1e-4)
     mixed.values[:] = mixed.values.max(axis=(1, 2), keepdims=True)

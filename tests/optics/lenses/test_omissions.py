@@ -1,4 +1,6 @@
-"""What a lens spares: rows of the plan, and that forcing each in changes no more than its row says."""
+"""What a lens spares: rows of the plan, and that forcing each in changes no more than its row
+says.
+"""
 
 import numpy as np
 import pytest
@@ -103,7 +105,9 @@ def test_bands_moved_along_a_lateral_colour_that_is_none_are_the_same_within_the
 
 
 def test_bands_that_no_sensor_sees_are_not_sent_through_the_lens_and_the_plan_says_so():
-    """`test_seen_bands` forces them in; here the plan's row, and that its number is what a run then drops."""
+    """`test_seen_bands` forces them in; here the plan's row, and that its number is what a run then
+    drops.
+    """
     known = [
         "scene.first_nm=400",
         "scene.last_nm=1100",

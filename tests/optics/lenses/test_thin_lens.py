@@ -62,8 +62,9 @@ def test_fast_lens_on_coarse_tiles_is_ideal():
     scene = mixed(np.random.default_rng(0).uniform(1, 2, (12, 14)), pitch_um=tile_um)
     kind = dict(f_number=1.0, falloff="none")
     got = DiffractionLimitedLens(**kind)(scene) / IdealLens(**kind)(scene)
-    # A tile keeps 1 - s of its light and trades s with tiles that differ by no more than its own value (1 to 2, and 0 outside).
-    # s = integral of (1 - MTF) tile^2 sinc^2 sinc^2, and 1 - MTF(f) <= min(1, 4 / pi blur f) <= the same of |fx| plus of |fy|.
+    # A tile keeps 1 - s of its light and trades s with tiles that differ by no more than its own
+    # value (1 to 2, and 0 outside). s = integral of (1 - MTF) tile^2 sinc^2 sinc^2, and 1 - MTF(f)
+    # <= min(1, 4 / pi blur f) <= the same of |fx| plus of |fy|.
     f = (np.arange(4_000_000) + 0.5) * 1e-6 / blur_um
     most = (
         4
@@ -93,7 +94,8 @@ def test_irradiance_conserves_energy_up_to_what_is_stated():
         light = LENS(mixed(point(41, 41, 5e4)))
     outside = book[0].errors[0].value
     share = float(light.sum()) / (5e4 * LENS.throughput_sr())
-    # The kernel reaches twice as far as the middle of the frame does, so at least what is stated is lost.
+    # The kernel reaches twice as far as the middle of the frame does, so at least what is stated is
+    # lost.
     assert 1 - 4 * outside < share <= 1 - outside
     assert 0 < outside < 0.01
 

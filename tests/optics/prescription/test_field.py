@@ -1,4 +1,6 @@
-"""Field of a prescription: a camera that looks beyond what its lens lets through is told so before anything is computed."""
+"""Field of a prescription: a camera that looks beyond what its lens lets through is told so before
+anything is computed.
+"""
 
 import re
 
@@ -53,7 +55,9 @@ def test_a_run_is_refused_when_it_is_put_together():
 
 
 def test_a_field_whose_margin_cannot_be_traced_is_refused():
-    """28 degrees to the corner get through the triplet; with a margin of a tenth on either side it is 32.6, where rays miss a surface."""
+    """28 degrees to the corner get through the triplet; with a margin of a tenth on either side it
+    is 32.6, where rays miss a surface.
+    """
     lens, wide = (
         PrescribedLens(prescription="cooke_triplet", f_number=8.0),
         camera_field(49.8, 16 / 9),

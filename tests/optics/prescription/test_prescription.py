@@ -1,4 +1,6 @@
-"""Prescriptions: published figures, hand values, laws of scaling, relative illumination, the lens made of one, bad input."""
+"""Prescriptions: published figures, hand values, laws of scaling, relative illumination, the lens
+made of one, bad input.
+"""
 
 import copy
 
@@ -35,7 +37,9 @@ GOOD = {
 
 
 def test_published_focal_lengths_and_back_focus():
-    """The designs are distributed as 100 mm f/3 with a back focus of 61.487536 mm, and as 50 mm f/5."""
+    """The designs are distributed as 100 mm f/3 with a back focus of 61.487536 mm, and as 50 mm
+    f/5.
+    """
     gauss, triplet = load("double_gauss"), load("cooke_triplet")
     assert gauss.focal_length_mm() == pytest.approx(100.0, abs=0.01)
     assert back_focus_mm(gauss.surfaces[:-1], gauss.indices(587.56)) == pytest.approx(
@@ -90,7 +94,9 @@ def test_chief_rays_tend_to_the_tangent_law_and_distortion_grows_with_its_square
 
 
 def test_a_stop_in_front_gives_cos4_over_the_jacobian():
-    """Nothing vignettes and the beam before the lens is the stop itself: what remains is geometry."""
+    """Nothing vignettes and the beam before the lens is the stop itself: what remains is
+    geometry.
+    """
     lens, t = load("singlet").stopped(8.0), np.array([0.05, 0.1, 0.15])
     area = pupil_area_mm2(lens, t, 550.0)
     stop = np.pi * lens.surfaces[lens.stop].semi_diameter_mm ** 2
@@ -107,7 +113,9 @@ def test_a_stop_in_front_gives_cos4_over_the_jacobian():
 
 
 def test_apertures_vignette_by_the_area_of_their_overlap():
-    """Two apertures of radius r, d apart, at field tangent t: the overlap of two discs d t apart."""
+    """Two apertures of radius r, d apart, at field tangent t: the overlap of two discs d t
+    apart.
+    """
     data = copy.deepcopy(GOOD)
     data["surfaces"] = [
         {"stop": True, "thickness_mm": 20.0, "semi_diameter_mm": 5.0},
@@ -142,7 +150,8 @@ def test_the_lens_reduces_to_the_perfect_one_on_its_axis():
     real = PrescribedLens(f_number=8.0, distortion="none", wavefront="none")
     perfect = DiffractionLimitedLens(f_number=8.0, pupil="aplanatic")
     ratio = real(scene) / perfect(scene)
-    # the double Gauss at f/8 keeps the sine condition to 2 parts in a thousand; cos4 to a percent within 3 degrees
+    # the double Gauss at f/8 keeps the sine condition to 2 parts in a thousand; cos4 to a percent
+    # within 3 degrees
     assert float(ratio[0, 15, 15]) == pytest.approx(1.0, abs=4e-3)
     assert float(abs(ratio - 1).max()) < 0.02
     assert real.relative_illumination([0.0, 0.1])[1] == pytest.approx(1.01**-2, rel=0.03)

@@ -1,4 +1,6 @@
-"""Knots: lattices of a few wavelengths for all bands, against lattices of each band's own; when they are not used."""
+"""Knots: lattices of a few wavelengths for all bands, against lattices of each band's own; when
+they are not used.
+"""
 
 from dataclasses import dataclass
 

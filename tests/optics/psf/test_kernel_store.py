@@ -1,4 +1,6 @@
-"""Kernel store: shared by processes, never wrong when damaged, named by everything that kernels depend on."""
+"""Kernel store: shared by processes, never wrong when damaged, named by everything that kernels
+depend on.
+"""
 
 import dataclasses
 import os
@@ -37,7 +39,9 @@ def everything_is_kept(monkeypatch):
 
 
 def made(monkeypatch=None):
-    """Return kernels as a new process would get them; with `monkeypatch`, computing any is an error."""
+    """Return kernels as a new process would get them; with `monkeypatch`, computing any is an
+    error.
+    """
     kernels._cache.clear()
     if monkeypatch:
         monkeypatch.setattr(kernels, "_made", None)

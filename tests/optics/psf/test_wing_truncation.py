@@ -1,4 +1,6 @@
-"""Tails left out: the sensor sees no more of it than the bound, one lamp is enough to bring them back."""
+"""Tails left out: the sensor sees no more of it than the bound, one lamp is enough to bring them
+back.
+"""
 
 from dataclasses import replace
 
@@ -125,12 +127,15 @@ def test_the_bound_holds_for_the_worst_light_there_is():
 
 
 def test_what_lies_beyond_a_kernel_is_known_in_closed_form():
-    """Round stop: J0^2 + J1^2 of the light lies beyond a radius; around a square, its mean over directions."""
+    """Round stop: J0^2 + J1^2 of the light lies beyond a radius; around a square, its mean over
+    directions.
+    """
     wave, reach = np.array([500.0, 600.0]), (15, 15)
     made = kernels.kernels(without_geometry(LENS), (), wave, PITCH_UM, reach)
     angle = np.linspace(-np.pi / 4, np.pi / 4, 4001)
     for outside, nm in zip(made.outside, wave, strict=True):
-        # tiles receive what constant tiles send: from between half and one and a half tiles beyond the middle of the last one
+        # tiles receive what constant tiles send: from between half and one and a half tiles beyond
+        # the middle of the last one
         beyond = [
             np.mean(jv(0, v) ** 2 + jv(1, v) ** 2)
             for border in (15.0, 16.0)

@@ -1,4 +1,6 @@
-"""Far kernels: tile by tile against direct sums, streaks along the radius, rings without spokes, phases, the period's border."""
+"""Far kernels: tile by tile against direct sums, streaks along the radius, rings without spokes,
+phases, the period's border.
+"""
 
 import numpy as np
 import pytest
@@ -14,7 +16,9 @@ CLEAN = ApertureFlare(blades=0, dust_per_mm2=0.0, scratches_per_mm2=0.0)
 
 
 def direct(lens, flare, centre, width, pitch_um, where, tiles=4, points=6, bands=12):
-    """Return tile-to-tile means about tile `where` (y, x) by a matrix transform: no lattice, no scaling, many sub-bands."""
+    """Return tile-to-tile means about tile `where` (y, x) by a matrix transform: no lattice, no
+    scaling, many sub-bands.
+    """
     axis = axis_mm(lens, lens.focal_length_mm / lens.f_number / 1000)
     at = (np.arange((tiles + 1) * points) + 0.5) / points - 1 - tiles // 2
     weight = np.zeros((tiles, len(at)))
@@ -92,8 +96,9 @@ def test_tiles_agree_with_direct_sums(lens, flare, centre, width):
         y, x = 90 + where[0], 100 + where[1]
         got = kernel[y - 2 : y + 2, x - 2 : x + 2]
         worst.append(np.abs(got - want).sum() / want.sum())
-    # Sixteen tiles may lie above the mean of all; the direct sums themselves (1000 cells, 6 points a tile) are right to 0.5 %.
-    # Parts of a band average the halves' difference away, and leave what the ledger states beside it: light wrapped near the border.
+    # Sixteen tiles may lie above the mean of all; the direct sums themselves (1000 cells, 6 points
+    # a tile) are right to 0.5 %. Parts of a band average the halves' difference away, and leave
+    # what the ledger states beside it: light wrapped near the border.
     assert (
         max(worst) < 1.5 * stated + 0.005 + (wings.WRAP if flare.dust_delay_um else 0.0)
         and np.mean(worst) < 0.03
@@ -117,7 +122,9 @@ def test_less_error_on_demand():
 
 
 def test_speckles_are_streaks_along_the_radius():
-    """A band of 40 nm draws a speckle at 78 tiles out over 6: neighbours along the radius agree, those across do not."""
+    """A band of 40 nm draws a speckle at 78 tiles out over 6: neighbours along the radius agree,
+    those across do not.
+    """
     flare = ApertureFlare(blades=0, dust_per_mm2=150.0, scratches_per_mm2=0.0)
     kernel, _ = one_band(DiffractionLimitedLens(), flare, 550.0, 40.0, 2.0, (100, 100))
     angle, radius = np.meshgrid(np.linspace(0, np.pi, 400, endpoint=False), np.arange(60, 96))
@@ -136,7 +143,9 @@ def test_speckles_are_streaks_along_the_radius():
 
 @pytest.mark.parametrize("f_number, pitch_um", [(2.8, 6.0), (4.0, 4.3)])
 def test_a_round_clean_pupil_has_rings_and_no_spokes(f_number, pitch_um):
-    """Tiles of one radius and one direction modulo the tile's own symmetry are alike: no lattice shows through."""
+    """Tiles of one radius and one direction modulo the tile's own symmetry are alike: no lattice
+    shows through.
+    """
     lens, reach = DiffractionLimitedLens(f_number=f_number, focal_length_mm=4.38), 110
     kernel, _ = one_band(lens, CLEAN, 550.0, 40.0, pitch_um, (reach, reach))
     y, x = np.indices(kernel.shape) - reach
@@ -145,12 +154,15 @@ def test_a_round_clean_pupil_has_rings_and_no_spokes(f_number, pitch_um):
     seen = (r > 40) & (r < 105)
     sector = (np.degrees(np.arctan2(y, x))[seen] // 3).astype(int)
     means = np.bincount(sector + 60, flat[seen]) / np.bincount(sector + 60)
-    # A tile is wider along its diagonal, and 30 rings of a band of 40 nm are not all smooth: 0.5 %. The streaks were 20 % dark.
+    # A tile is wider along its diagonal, and 30 rings of a band of 40 nm are not all smooth: 0.5 %.
+    # The streaks were 20 % dark.
     assert np.ptp(means) < 0.01 * means.mean()
 
 
 def compared(found, finer):
-    """Return (stated, true) error of the first band per octave beyond the exact core, the true one against finer kernels."""
+    """Return (stated, true) error of the first band per octave beyond the exact core, the true one
+    against finer kernels.
+    """
     wrong, core = found.bands[0] - finer.bands[0], int(found.core[0])
     wrong[tuple(slice(n // 2 - core, n // 2 + core + 1) for n in wrong.shape)] = 0.0
     seen = found.speckle[0] > 0
@@ -245,7 +257,8 @@ def test_what_the_period_wraps_into_the_border_is_stated(monkeypatch):
 
 
 def test_a_defocused_pattern_keeps_its_light():
-    # 20 waves at the rim: 350 um of geometric blur in a frame of 660 um; beyond it lies less than 1 % of a point's light
+    # 20 waves at the rim: 350 um of geometric blur in a frame of 660 um; beyond it lies less than 1
+    # % of a point's light
     lens = WavefrontLens(zernike_um={4: 20 * 0.55 / (2 * np.sqrt(3))})
     [band] = _made(lens, (), np.array([550.0]), (12.0, 12.0), (27, 27)).bands
     assert 0.985 < band.sum(dtype=float) < 1.001

@@ -1,4 +1,6 @@
-"""Phase that changes within a band by more than its parts follow: stated against more parts, refused beyond, silent below."""
+"""Phase that changes within a band by more than its parts follow: stated against more parts,
+refused beyond, silent below.
+"""
 
 import numpy as np
 import pytest
@@ -42,7 +44,8 @@ def test_too_few_parts_are_as_wrong_as_stated(monkeypatch):
     few = ring(1)[0]
     found = np.abs(few - true)[seen].sum() / true[seen].sum()
     assert error == pytest.approx(band_phase.STANDING * change**2) and "made of 1" in what
-    # tiles of 3 um hold some speckles each: stated is the most of any pupil and tile, for speckles of full contrast
+    # tiles of 3 um hold some speckles each: stated is the most of any pupil and tile, for speckles
+    # of full contrast
     assert error / 20 < found < error
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from isethdr_core.physics.colour import colour_spaces
 
-# Lab 1, Lab 2, CIEDE2000: rows of Sharma, Wu, Dalal 2005, table 1, chosen for its traps: hue means across 0 and 180
-# degrees, greys, large differences
+# Lab 1, Lab 2, CIEDE2000: rows of Sharma, Wu, Dalal 2005, table 1, chosen for its traps: hue means
+# across 0 and 180 degrees, greys, large differences
 SHARMA = np.array(
     [
         [50, 2.6772, -79.7751, 50, 0, -82.7485, 2.0425],
@@ -52,7 +52,9 @@ def test_ciede2000_gives_sharmas_pairs():
 
 
 def test_a_mean_hue_of_0_is_not_taken_for_360():
-    """Hues of 315 and 45 degrees, of rounded components: the middle is 0, where the rotation of blue ends in a step of 1e-5."""
+    """Hues of 315 and 45 degrees, of rounded components: the middle is 0, where the rotation of
+    blue ends in a step of 1e-5.
+    """
     a, b = np.array([[50.0, 3, -3]]), np.array([[50.0, 2, 2]])
     for k in (1.0, 1 / 3, 0.7, np.pi):  # 4e-14: what is left is rounding
         turned = [
@@ -118,7 +120,8 @@ def test_lab_and_srgb_equal_colour_science():
     )
     code = science.models.eotf_inverse_sRGB(np.clip(xyz, 0, 1))
     np.testing.assert_allclose(colour_spaces.srgb_encode(xyz), code, atol=1e-12)
-    # colour-science solves the matrix from primaries, the standard rounds it to four digits: 1e-3 is a quarter of a code
+    # colour-science solves the matrix from primaries, the standard rounds it to four digits: 1e-3
+    # is a quarter of a code
     np.testing.assert_allclose(
         colour_spaces.linear_srgb(xyz),
         science.XYZ_to_sRGB(xyz, apply_cctf_encoding=False),
@@ -142,7 +145,8 @@ def test_agrees_with_isetcam(isetcam):
     np.testing.assert_allclose(
         colour_spaces.srgb_encode(isetcam["lrgb_ramp"]), isetcam["srgb_ramp"], atol=1e-14
     )
-    # ISETCam keeps the matrix of the 1996 draft, which differs from the 1999 standard in the fourth digit
+    # ISETCam keeps the matrix of the 1996 draft, which differs from the 1999 standard in the fourth
+    # digit
     np.testing.assert_allclose(
         colour_spaces.linear_srgb(isetcam["xyz2srgb_in"]), isetcam["xyz2lrgb_out"], atol=2e-4
     )
@@ -150,7 +154,8 @@ def test_agrees_with_isetcam(isetcam):
 
 def test_round_trips_and_white():
     values = np.linspace(0, 1, 1001)
-    # the standard's two pieces meet to 1e-7 only, so a value next to the knee may take the other piece
+    # the standard's two pieces meet to 1e-7 only, so a value next to the knee may take the other
+    # piece
     np.testing.assert_allclose(
         colour_spaces.srgb_decode(colour_spaces.srgb_encode(values)), values, atol=1e-7
     )

@@ -1,4 +1,6 @@
-"""Transforms along one axis, by whichever library: against the sum that defines them, and there and back."""
+"""Transforms along one axis, by whichever library: against the sum that defines them, and there and
+back.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""Bands convolved together, straight to channels, against one convolution per band; and the basis that makes few functionals enough."""
+"""Bands convolved together, straight to channels, against one convolution per band; and the basis
+that makes few functionals enough.
+"""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -31,7 +33,9 @@ def psf(band, mirrored=True):
 
 
 def night(count=4):
-    """Return a cube (band, y, x) mixed from `count` spectra, with lamps of 1e8 times the background."""
+    """Return a cube (band, y, x) mixed from `count` spectra, with lamps of 1e8 times the
+    background.
+    """
     spectra = rng.uniform(0.1, 1, (count, BANDS))
     amount = rng.uniform(0.5, 1.5, (count, *SHAPE))
     amount[0, 20, 30] = amount[1, 5, 50] = 1e8

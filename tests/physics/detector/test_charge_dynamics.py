@@ -1,4 +1,6 @@
-"""Charge of a softly overflowing well against high-precision closed forms, limits and other ways of solving it."""
+"""Charge of a softly overflowing well against high-precision closed forms, limits and other ways of
+solving it.
+"""
 
 import mpmath as mp
 import numpy as np
@@ -13,7 +15,9 @@ T = 0.016
 
 
 def reference(q0, rates, times, well):
-    """Return (charge, spilled) through pieces of constant light with 60 digits, from the linear equation of u."""
+    """Return (charge, spilled) through pieces of constant light with 60 digits, from the linear
+    equation of u.
+    """
     knee, thermal, source = mp.mpf(well.knee_e), mp.mpf(well.thermal_e), mp.mpf(well.knee_e_per_s)
     q, spilled = mp.mpf(float(q0)), mp.mpf(0)
     for rate, t in zip(rates, times):
@@ -217,7 +221,9 @@ def test_implicit_steps_with_a_leak_reach_the_steady_state_at_any_step():
 
 
 def test_explicit_steps_would_fail_where_ours_do_not():
-    """The problem is stiff: one explicit step of a microsecond at 1e12 e/s leaves the well by orders of magnitude."""
+    """The problem is stiff: one explicit step of a microsecond at 1e12 e/s leaves the well by
+    orders of magnitude.
+    """
     q, h = 0.0, 1e-6
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(3):

@@ -1,4 +1,6 @@
-"""Noise of a softly overflowing well against its differential equation, the master equation and simulated electrons."""
+"""Noise of a softly overflowing well against its differential equation, the master equation and
+simulated electrons.
+"""
 
 import numpy as np
 import pytest
@@ -18,7 +20,9 @@ SMALL = cd.Well(
 
 
 def master_equation(rates, times, well, states=1100):
-    """Return mean and variance of the charge from the probabilities of every count, one electron in or out at a time."""
+    """Return mean and variance of the charge from the probabilities of every count, one electron in
+    or out at a time.
+    """
     count = np.arange(states, dtype=float)
     leaves = well.overflow_e_per_s(count)
     leaves[0] = 0.0
@@ -99,7 +103,8 @@ def test_moments_agree_with_the_master_equation(rates):
     for rate, t in zip(rates, times):
         got = noise.flow_moments(got, rate, t, SMALL)
     mean, variance = master_equation(rates, times, SMALL)
-    # what linearising costs: of the order of one electron of mean and 1 / thermal of the variance (here 4 %)
+    # what linearising costs: of the order of one electron of mean and 1 / thermal of the variance
+    # (here 4 %)
     assert float(got.charge_e) == pytest.approx(mean, abs=0.75)
     assert float(got.charge_var_e2) == pytest.approx(variance, rel=0.04)
 
@@ -146,12 +151,15 @@ def test_draws_have_these_moments(rate):
 
 @pytest.mark.parametrize("rate", [1.2e4, 3.5e4, 4e4, 4.5e4, 2e5, 1e9])
 def test_draws_agree_with_the_master_equation_even_at_the_knee(rate):
-    """Between straight line and logarithm the closed moments, which are linear there, are up to 2.9 e (0.5 %) and 17 % off."""
+    """Between straight line and logarithm the closed moments, which are linear there, are up to 2.9
+    e (0.5 %) and 17 % off.
+    """
     size = (100, 1000)
     arrived = poisson(np.full(size, rate * T), words(("test", "arrive"), 0, size[0], 0, size[1]))
     charge = noise.draw_charge(arrived, words(("test", "spill"), 0, size[0], 0, size[1]), T, SMALL)
     mean, variance = master_equation([rate], [T], SMALL, 1200)
-    # half an electron: electrons are counted, the equation is smooth; 8 %: variance of a sharply bent knee
+    # half an electron: electrons are counted, the equation is smooth; 8 %: variance of a sharply
+    # bent knee
     assert charge.mean() == pytest.approx(mean, abs=5 * np.sqrt(variance / charge.size) + 0.55)
     assert charge.var() == pytest.approx(variance, rel=5 * np.sqrt(2 / charge.size) + 0.08)
 

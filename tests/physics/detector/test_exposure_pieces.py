@@ -25,7 +25,8 @@ def test_the_mean_over_all_phases_is_the_mean_over_time(light):
         relative_light(light._replace(phase=p), 0.0123, 0.0041)
         for p in (np.arange(1000) + 0.5) / 1000
     ]
-    # the midpoint rule over four kinks, each of slope 1 / (duty f T): 1 / 8 of a step squared; a sine is summed exactly
+    # the midpoint rule over four kinks, each of slope 1 / (duty f T): 1 / 8 of a step squared; a
+    # sine is summed exactly
     assert np.mean(found) == pytest.approx(
         1.0, abs=0.5e-6 / light.duty / (light.frequency_hz * 0.0041) if light.duty < 1 else 1e-13
     )

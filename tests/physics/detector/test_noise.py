@@ -1,4 +1,6 @@
-"""Draws by inversion: exact distributions, monotone, finite from 0 to 1e18 electrons, the same in any cut."""
+"""Draws by inversion: exact distributions, monotone, finite from 0 to 1e18 electrons, the same in
+any cut.
+"""
 
 import numpy as np
 import pytest
@@ -81,7 +83,8 @@ def test_poisson_is_the_exact_quantile_into_both_tails(mean):
 
 
 def test_small_means_are_right_too():
-    # P(count >= 1) = 1 - exp(-1e-12) = 1e-12: words whose upper tail is just inside and just outside
+    # P(count >= 1) = 1 - exp(-1e-12) = 1e-12: words whose upper tail is just inside and just
+    # outside
     step = int(1e-12 * 2.0**64)
     assert_array_equal(noise.poisson(np.full(2, 1e-12), np.array([step - 2, step + 2])), [1, 0])
     assert_array_equal(noise.poisson(np.zeros(N), WORDS), 0)

@@ -1,4 +1,6 @@
-"""Light of lamps that vary in time: closed forms, limits, high precision, and phases that do not drift."""
+"""Light of lamps that vary in time: closed forms, limits, high precision, and phases that do not
+drift.
+"""
 
 from fractions import Fraction
 

@@ -81,7 +81,9 @@ ENCIRCLED = quad(lambda v: (2 * j1(v) / v - j1(0.5 * v) / v) ** 2 * v, 1e-9, FIR
 
 @pytest.mark.parametrize("n", [200, 400, 401])
 def test_encircled_energy_of_an_annulus_whose_energy_nobody_gives(n):
-    """Grey cells at both borders lack 3e-3 of the energy at 400 cells across; told that they are means, all but 2e-4 of it is found."""
+    """Grey cells at both borders lack 3e-3 of the energy at 400 cells across; told that they are
+    means, all but 2e-4 of it is found.
+    """
     assert ENCIRCLED == pytest.approx(0.4786, abs=1e-4)  # Mahajan 1991
     a, pitch, _ = pupil(n, 0.5)
     found = [
@@ -197,7 +199,9 @@ def test_the_closed_form_of_the_round_stop_is_what_finer_and_finer_cells_come_to
 
 
 def test_the_closed_form_of_the_round_stop_by_quadrature():
-    """Rectangles on the axis, beside it and in the far rings, by 80 x 80 Gauss-Legendre points each."""
+    """Rectangles on the axis, beside it and in the far rings, by 80 x 80 Gauss-Legendre points
+    each.
+    """
     pitch, found = (7.0, 5.0), integrated_airy(RADIUS, 550.0, FOCAL, (41, 51), (7.0, 5.0))
     at, weight = np.polynomial.legendre.leggauss(80)
     for row, column in ((20, 25), (21, 25), (20, 28), (3, 40), (40, 1)):

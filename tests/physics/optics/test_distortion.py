@@ -79,7 +79,8 @@ def test_a_table_of_a_known_lens_is_that_lens_between_its_points():
     angle = np.radians(np.linspace(1.5, 45, 30))
     table = AngleTable(tuple(np.degrees(angle)), tuple(2 * np.sin(angle / 2)))  # equisolid
     between = np.radians(np.linspace(0.1, 45, 1001))
-    # 1e-8: cubic spline of a smooth ratio over 30 points; the first interval, extrapolated to the axis, is the worst
+    # 1e-8: cubic spline of a smooth ratio over 30 points; the first interval, extrapolated to the
+    # axis, is the worst
     np.testing.assert_allclose(table.radius(between), 2 * np.sin(between / 2), rtol=1e-7)
 
 

@@ -1,4 +1,6 @@
-"""Glasses: indices and Abbe numbers of the makers' catalogue, model glasses, and where none is defined."""
+"""Glasses: indices and Abbe numbers of the makers' catalogue, model glasses, and where none is
+defined.
+"""
 
 import numpy as np
 import pytest

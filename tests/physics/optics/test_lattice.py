@@ -1,4 +1,6 @@
-"""Lattice: points of whole frames against the closed form of a round pupil and against chirp-z transforms."""
+"""Lattice: points of whole frames against the closed form of a round pupil and against chirp-z
+transforms.
+"""
 
 import numpy as np
 import pytest
@@ -50,7 +52,9 @@ def airy(pitch, reach, offset=(0.0, 0.0)):
 
 
 def test_spline_taps_are_boxes_convolved():
-    """A B-spline of degree 3 is four boxes one after another (Unser 1999): against a fine numerical convolution."""
+    """A B-spline of degree 3 is four boxes one after another (Unser 1999): against a fine numerical
+    convolution.
+    """
     box = np.full(400, 1 / 400)
     smooth = box
     for _ in range(3):
@@ -69,7 +73,9 @@ def test_spline_taps_are_boxes_convolved():
 @pytest.mark.parametrize("offset", [(0.0, 0.0), (0.5, 0.5), (0.3, -0.4)])
 @pytest.mark.parametrize("way, inside, border", [("shapes", 0.02, 0.06), ("cells", 0.1, 0.2)])
 def test_the_airy_pattern_to_the_border(way, inside, border, offset):
-    """Every point of a frame a third of the period wide, which is all that the period leaves to wrap."""
+    """Every point of a frame a third of the period wide, which is all that the period leaves to
+    wrap.
+    """
     pitch, reach, period = (6.0, 7.0), (100, 120), (300, 360)
     got = (
         drawn(period, pitch, reach, offset)
@@ -77,13 +83,15 @@ def test_the_airy_pattern_to_the_border(way, inside, border, offset):
         else celled(period, pitch, reach, [(0.0, 0.0), offset], {})[1]
     )
     want, v = airy(pitch, reach, offset)
-    # The envelope of the rings' amplitude, 2 sqrt(2 / pi) v^-1.5, is what an error is measured by: the rings themselves have zeros.
+    # The envelope of the rings' amplitude, 2 sqrt(2 / pi) v^-1.5, is what an error is measured by:
+    # the rings themselves have zeros.
     envelope = np.minimum(1.0, 2 * np.sqrt(2 / np.pi) * v**-1.5) * np.sqrt(
         np.pi / 4 * pitch[0] * pitch[1] / 2.2**2
     )
     error = np.abs(np.sqrt(got) - np.sqrt(want)) / envelope
-    # Left: what wraps, (1 / 2)^1.5 times the cells' response there, and what lines of a finite distance draw of the rim, all of one sign
-    # in a round pupil; largest at single points, a fourth of that in the mean.
+    # Left: what wraps, (1 / 2)^1.5 times the cells' response there, and what lines of a finite
+    # distance draw of the rim, all of one sign in a round pupil; largest at single points, a fourth
+    # of that in the mean.
     middle = (slice(45, -45), slice(54, -54))
     assert error[middle].max() < inside and error[middle].mean() < inside / 4
     assert error.max() < border and error.mean() < border / 4

@@ -37,7 +37,9 @@ def test_determinant_is_the_ratio_of_indices_forwards_and_back():
 
 @pytest.mark.parametrize("n", [1.5, 1.8])
 def test_the_ghost_of_a_thin_lens_by_hand(n):
-    """Two refractions and two reflections inside a thin lens: power times (3 n - 1) / (n - 1), 7 for n = 1.5."""
+    """Two refractions and two reflections inside a thin lens: power times (3 n - 1) / (n - 1), 7
+    for n = 1.5.
+    """
     surfaces, indices = [Surface(0.0, 0.02), Surface(1e-9, -0.01)], [1.0, n, 1.0]
     ghost = -matrices(surfaces, indices, ghost_path(2, 1, 0), 0.0)[-1][1, 0]
     assert ghost * focal_length_mm(surfaces, indices) == pytest.approx(

@@ -1,4 +1,6 @@
-"""Projection: directions, solid angles and depths of both kinds of coordinates are of the same sphere."""
+"""Projection: directions, solid angles and depths of both kinds of coordinates are of the same
+sphere.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""Exact rays: Snell's law, conics without aberration, aspheres, misses, paths, and their paraxial limit."""
+"""Exact rays: Snell's law, conics without aberration, aspheres, misses, paths, and their paraxial
+limit.
+"""
 
 import numpy as np
 import pytest
@@ -71,7 +73,8 @@ def test_a_paraboloid_has_a_perfect_focus_and_a_hyperboloid_too():
     p, d = collimated(x, 0 * x, -30.0, 0.0, 0.0)
     rays = follow([mirror, Surface(0.0)], [1.0, 1.0, 1.0], [(0, True), (1, False)], p, d)
     np.testing.assert_allclose(rays.position_mm[:2], 0, atol=1e-12)
-    # light in glass n leaves through a hyperboloid with k = -n^2 (Descartes' ovals for infinity): focus R / (n - 1)
+    # light in glass n leaves through a hyperboloid with k = -n^2 (Descartes' ovals for infinity):
+    # focus R / (n - 1)
     n, radius = 1.6, -12.0
     surfaces = [Surface(0.0, 1 / radius, -(n**2)), Surface(-radius / (n - 1))]
     p, d = collimated(x / 2, 0 * x, -30.0, 0.0, 0.0)
@@ -101,7 +104,9 @@ def lens():
     "path", [sequential(4), ghost_path(4, 1, 0), ghost_path(4, 3, 1), ghost_path(4, 3, 0)]
 )
 def test_small_rays_follow_the_matrices(path):
-    """The exact trace divided by the matrices tends to 1 with the square of the aperture: along every kind of path."""
+    """The exact trace divided by the matrices tends to 1 with the square of the aperture: along
+    every kind of path.
+    """
     surfaces, indices = lens()
     matrix = matrices(surfaces, indices, path, 0.0)[-1]
     error = []

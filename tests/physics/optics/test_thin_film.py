@@ -67,7 +67,8 @@ def test_total_and_frustrated_total_reflection():
     r_s, r_p, t_s, t_p = reflect(1.52, 1.0, [], beyond, 550.0)
     np.testing.assert_allclose([r_s, r_p], 1.0, rtol=1e-12)
     assert t_s == t_p == 0
-    # an air gap between two glasses: all through where it is closed, nothing where it is wide, monotonic between
+    # an air gap between two glasses: all through where it is closed, nothing where it is wide,
+    # monotonic between
     gaps = [
         reflect(1.52, 1.52, [(1.0, d)], beyond, 550.0)[2] for d in (0.0, 50.0, 150.0, 500.0, 5000.0)
     ]

@@ -29,7 +29,9 @@ RATIONAL = (
 
 
 def disk(rings=24, spokes=64):
-    """Quadrature points over the unit disk, exact for the polynomials used: Gauss-Legendre in rho^2, uniform in angle."""
+    """Quadrature points over the unit disk, exact for the polynomials used: Gauss-Legendre in
+    rho^2, uniform in angle.
+    """
     node, weight = np.polynomial.legendre.leggauss(rings)
     rho, angle = np.sqrt((node + 1) / 2), 2 * np.pi * np.arange(spokes) / spokes
     return (
@@ -89,7 +91,9 @@ def test_grid_equals_sum_of_terms_and_slope_is_that_of_defocus():
 
 
 def exact(j: int, x: Fraction, y: Fraction) -> float:
-    """Return Z_j by its sum of factorials (Born and Wolf 1999, eq. 9.2.5) in rational numbers: nothing is rounded before the end."""
+    """Return Z_j by its sum of factorials (Born and Wolf 1999, eq. 9.2.5) in rational numbers:
+    nothing is rounded before the end.
+    """
     n, m = order(j)
     a, squared = abs(m), x * x + y * y
     radial = sum(
@@ -137,7 +141,8 @@ def test_grid_of_low_and_high_orders_is_their_sum():
 def test_largest_slope_and_value_of_any_order(j):
     n, m = order(j)
     norm = (n + 1 if m == 0 else 2 * (n + 1)) ** 0.5
-    # both at the rim, where R = 1 and dR / d rho = (n (n + 2) - m^2) / 2; eight samples per oscillation miss 1 - cos(pi / 8) at most
+    # both at the rim, where R = 1 and dR / d rho = (n (n + 2) - m^2) / 2; eight samples per
+    # oscillation miss 1 - cos(pi / 8) at most
     assert steepest_slope_um({j: 1.0}) == pytest.approx(
         norm * max((n * (n + 2) - m * m) / 2, abs(m)), rel=0.08
     )

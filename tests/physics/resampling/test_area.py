@@ -100,7 +100,9 @@ def test_wrong_shape_or_spacing_is_refused():
 
 
 def test_detail_within_tiles_moves_a_rectangle_s_mean_by_no_more_than_stated():
-    """Tiles of 4 x 4 values, taken for even; rectangles of any size and place, those on the grid among them."""
+    """Tiles of 4 x 4 values, taken for even; rectangles of any size and place, those on the grid
+    among them.
+    """
     rng = np.random.default_rng(5)
     fine = rng.uniform(0, 1, (24, 32)) ** 4
     blocks = fine.reshape(6, 4, 8, 4)
@@ -115,7 +117,8 @@ def test_detail_within_tiles_moves_a_rectangle_s_mean_by_no_more_than_stated():
         even = resample_mean(coarse, grid(8, 1.0), grid(6, 1.0), x_out, y_out, width, height)
         stated = detail_error(deviation, grid(8, 1.0), grid(6, 1.0), x_out, y_out, width, height)
         worst.append(np.quantile(np.abs(exact - even) / stated, 0.99))
-    # errors of up to twelve tiles add up in squares: 99 % of the rectangles within what is stated, and not far below it
+    # errors of up to twelve tiles add up in squares: 99 % of the rectangles within what is stated,
+    # and not far below it
     assert 0.2 < min(worst) and max(worst) <= 1.0, worst
     aligned = detail_error(
         deviation, grid(8, 1.0), grid(6, 1.0), grid(4, 2.0), grid(6, 1.0), 2.0, 1.0

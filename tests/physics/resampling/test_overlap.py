@@ -39,7 +39,9 @@ def moved(light, lens, x_in, y_in, x_out, y_out):
 
 @pytest.mark.parametrize("lens", MAPS, ids=lambda m: type(m).__name__)
 def test_energy_is_kept(lens):
-    """Lamps of 1e9 inside: every watt that the map sends into the output arrives, whatever tiles it crosses."""
+    """Lamps of 1e9 inside: every watt that the map sends into the output arrives, whatever tiles it
+    crosses.
+    """
     x_in, y_in, x_out, y_out = grids()
     light = np.zeros((60, 60))
     light[22:38, 22:38] = 10 ** np.random.default_rng(2).uniform(0, 9, (16, 16))
@@ -52,7 +54,9 @@ def test_energy_is_kept(lens):
 
 
 def test_a_region_keeps_its_energy_where_the_map_sends_it():
-    """Two thirds of the light left of a line: the output's tiles left of the line's image hold as much."""
+    """Two thirds of the light left of a line: the output's tiles left of the line's image hold as
+    much.
+    """
     lens = KannalaBrandt()
     x_in, y_in = borders(centres(300, 1.2), 1.2 / 300), borders(centres(60, 0.24), 0.24 / 60)
     light = np.zeros((60, 300))
@@ -70,7 +74,9 @@ def test_a_region_keeps_its_energy_where_the_map_sends_it():
 
 
 def test_uniform_light_becomes_the_inverse_area_ratio():
-    """Squeezed light is brighter: irradiance goes with the area of ideal plane per area of sensor."""
+    """Squeezed light is brighter: irradiance goes with the area of ideal plane per area of
+    sensor.
+    """
     x_in, y_in, x_out, y_out = grids(120, 96)
     lens = BrownConrady(-0.2)
     out = moved(np.ones((120, 120)), lens, x_in, y_in, x_out, y_out)

@@ -1,4 +1,6 @@
-"""Pixels that bend under light that flashes: against the differential equation, and electron by electron."""
+"""Pixels that bend under light that flashes: against the differential equation, and electron by
+electron.
+"""
 
 from __future__ import annotations
 
@@ -121,7 +123,8 @@ def test_noise_agrees_with_pixels_followed_in_small_steps():
     parts, mean = frames(lights, np.zeros((100, 1)), 100)
     arrived = rng.poisson(mean).astype(float)
     found = in_time.stays(arrived, parts, np.zeros((100, 1)), T, WELL, LIMIT, generator(3), 0)
-    # 1 e: curvature (half an electron) and 5 standard errors of 16 e, 6000 pixels and 10 000; 12 %: 5 standard errors of a variance, steps, curvature
+    # 1 e: curvature (half an electron) and 5 standard errors of 16 e, 6000 pixels and 10 000; 12 %:
+    # 5 standard errors of a variance, steps, curvature
     assert found.mean() == pytest.approx(
         charge.mean(), abs=0.5 + 5 * 16 * np.sqrt(1 / 6000 + 1 / 10_000)
     )
@@ -149,7 +152,8 @@ def test_the_noise_that_the_count_explains_is_not_drawn_twice():
     parts, mean = frames(lights, np.zeros((100, 1)), 100)
     arrived = np.random.default_rng(6).poisson(mean).astype(float)
     found = in_time.stays(arrived, parts, np.zeros((100, 1)), T, WELL, LIMIT, generator(3), 0)
-    # 12 %: 5 standard errors of a variance from 10 000 draws are 7 %, curvature at the knee adds 4; drawn twice it would be 19
+    # 12 %: 5 standard errors of a variance from 10 000 draws are 7 %, curvature at the knee adds 4;
+    # drawn twice it would be 19
     assert found.var() == pytest.approx(float(moments.charge_var_e2[0]), rel=0.12)
 
 

@@ -123,7 +123,10 @@ def test_presets_name_only_fields_that_exist(preset):
 
 
 def test_import_is_light():
-    code = "import sys, isethdr_sensors; print([m for m in ('xarray', 'scipy', 'colour', 'mitsuba') if m in sys.modules])"
+    code = (
+        "import sys, isethdr_sensors; print([m for m in ('xarray', 'scipy', 'colour', 'mitsuba') if"
+        " m in sys.modules])"
+    )
     assert (
         subprocess.run(
             [sys.executable, "-c", code], capture_output=True, text=True, check=True

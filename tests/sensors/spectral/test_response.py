@@ -1,4 +1,6 @@
-"""Both kinds of light: photocurrent made from irradiance by hand gives the electrons that irradiance gives, in every sensor."""
+"""Both kinds of light: photocurrent made from irradiance by hand gives the electrons that
+irradiance gives, in every sensor.
+"""
 
 import numpy as np
 import pytest

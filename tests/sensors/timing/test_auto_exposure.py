@@ -132,7 +132,9 @@ def test_bad_fields_are_refused_by_name(fields, said):
 
 
 def test_each_exposure_is_solved_on_its_own(make_light):
-    """T1 meets its rule, the last keeps the brightest pixel at the target, the steps between are equal."""
+    """T1 meets its rule, the last keeps the brightest pixel at the target, the steps between are
+    equal.
+    """
     light = light_of(make_light)
     camera = sensor(
         "staggered",

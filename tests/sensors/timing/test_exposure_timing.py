@@ -19,13 +19,17 @@ QUIET = {"noise": False, "bits": 0}
 
 
 def two(make_light, modulation=PULSES, height=24):
-    """Return light of a constant scene and a lamp of its own modulation, and the two alone, on pixels of 3.75 um."""
+    """Return light of a constant scene and a lamp of its own modulation, and the two alone, on
+    pixels of 3.75 um.
+    """
     scene, lamp = (make_light(scale * pattern((5, height, 8)), 3.75) for scale in (1e-5, 1e-4))
     return stacked(["constant", "lamp"], [Modulation(), modulation], [scene, lamp]), scene, lamp
 
 
 def sampled(modulation, start, duration, samples=40_000):
-    """Return the mean of the modulation over each row by brute force, and how far that may be off."""
+    """Return the mean of the modulation over each row by brute force, and how far that may be
+    off.
+    """
     t = start + (np.arange(samples) + 0.5) * (duration / samples)
     turns = modulation.frequency_hz * t + modulation.phase
     if modulation.depth:
@@ -113,7 +117,8 @@ def test_the_mean_over_phases_is_the_mean_over_time(make_light):
         sensor.expected(light.assign_coords(phase=("component", [0.0, p]))).values
         for p in (np.arange(20) + 0.5) / 20
     ]
-    # straight between multiples of 0.1 periods, where the midpoint rule is exact; the sum beforehand is rounded to float32
+    # straight between multiples of 0.1 periods, where the midpoint rule is exact; the sum
+    # beforehand is rounded to float32
     np.testing.assert_allclose(
         np.mean(each, axis=0), sensor.expected(time_mean(light)).values, rtol=1e-6
     )

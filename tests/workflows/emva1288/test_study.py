@@ -1,4 +1,6 @@
-"""EMVA 1288: a simulated camera, measured by the standard's procedure, is found to be what it was made of."""
+"""EMVA 1288: a simulated camera, measured by the standard's procedure, is found to be what it was
+made of.
+"""
 
 import numpy as np
 import pytest
@@ -43,7 +45,8 @@ def agrees(rows, captures, channels):
             assert found >= FIGURES
     # 4 standard errors: one row in 16 000 lies beyond by chance
     assert not [r for r in rows if r["within"] == "NO"]
-    # standard errors must not be so wide that anything would pass: gain and full scale are known well
+    # standard errors must not be so wide that anything would pass: gain and full scale are known
+    # well
     assert all(r["standard_error"] < 0.01 * r["true"] for r in rows if r["figure"] == "system gain")
     assert all(
         r["standard_error"] < 0.001 * r["true"]
@@ -68,7 +71,9 @@ def test_a_bayer_camera_is_found_again():
 
 
 def dsnu_is_known(rows) -> int:
-    """Return how many captures and channels have a DSNU, each known better than it is large: 4 standard errors of its square below it."""
+    """Return how many captures and channels have a DSNU, each known better than it is large: 4
+    standard errors of its square below it.
+    """
     known = [r for r in rows if r["figure"] == "DSNU" and r["true"] > 0]
     # of the value itself 2 / 9 is asked for; it scatters, as its error is taken at the value found
     assert all(2 * r["standard_error"] < r["true"] for r in known), [
@@ -78,7 +83,9 @@ def dsnu_is_known(rows) -> int:
 
 
 def test_the_dark_series_is_made_of_the_bench_s_own_pictures():
-    """The short way to many dark pictures leaves out no term of the sensor: pattern, row noise, hot pixels, interleaved rows."""
+    """The short way to many dark pictures leaves out no term of the sensor: pattern, row noise, hot
+    pixels, interleaved rows.
+    """
     for name in ("split_pixel", "interleaved", "lofic"):
         sensor = chosen(name)
         bench = Bench(sensor, len(sensor.model().readings) - 1, 1, 540.0, 32, 7)
@@ -98,7 +105,9 @@ def test_the_dark_series_is_made_of_the_bench_s_own_pictures():
 
 
 def test_dark_pictures_asked_for_are_enough():
-    """Patterns from normal draws: the scatter of the variance found over 400 series is the share asked for."""
+    """Patterns from normal draws: the scatter of the variance found over 400 series is the share
+    asked for.
+    """
     rng, pixels, noise, pattern = np.random.default_rng(2), 900, 25.0, 1.0
     count = pictures_needed(noise, pattern, pixels)
     found = []
@@ -109,7 +118,8 @@ def test_dark_pictures_asked_for_are_enough():
         found.append(find.spatial(Stack(mean, noise / count, pixels, count)).value)
     # the pattern's own draws, sqrt(2 / 900), come on top
     expected = np.hypot(SHARE, np.sqrt(2 / pixels)) * pattern
-    # of 400 values a standard deviation is known to 3.5 %; the two noises are not quite apart: cross term 2 x 1 x noise / count
+    # of 400 values a standard deviation is known to 3.5 %; the two noises are not quite apart:
+    # cross term 2 x 1 x noise / count
     cross = 2 * np.sqrt(pattern * noise / count / pixels)
     assert (
         np.std(found) == pytest.approx(np.hypot(expected, cross), rel=0.12)
@@ -118,7 +128,9 @@ def test_dark_pictures_asked_for_are_enough():
 
 
 def test_a_wrong_camera_is_told_apart(monkeypatch):
-    """A truth that is 5 % off, or twice the dark noise, is not within the confidence: the loop can fail."""
+    """A truth that is 5 % off, or twice the dark noise, is not within the confidence: the loop can
+    fail.
+    """
     from isethdr_workflows.emva1288 import study as study
 
     made_of = study.made_of
@@ -279,5 +291,6 @@ def test_every_preset_is_found_again():
             for r in rows
             if r["figure"] in ("system gain", "PRNU", "saturation exposure")
         ]
-    # the errors are errors: 95 % lie within 2 of them. Channels of one photodiode share its noise, so fewer count than there are
+    # the errors are errors: 95 % lie within 2 of them. Channels of one photodiode share its noise,
+    # so fewer count than there are
     assert len(off) > 150 and 0.85 < np.mean(np.abs(off) < 2) and np.std(off) > 0.7

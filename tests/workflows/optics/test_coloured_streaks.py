@@ -1,4 +1,6 @@
-"""Coloured streaks: whole bands beat single wavelengths wherever kernels are not exact, within the error they state."""
+"""Coloured streaks: whole bands beat single wavelengths wherever kernels are not exact, within the
+error they state.
+"""
 
 import pytest
 from isethdr_workflows.optics.coloured_streaks import coloured_streaks

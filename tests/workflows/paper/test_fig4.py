@@ -1,4 +1,6 @@
-"""Flare by blades and dirt: the lights, what a cell's figures say, the sheet, and the table's order."""
+"""Flare by blades and dirt: the lights, what a cell's figures say, the sheet, and the table's
+order.
+"""
 
 import numpy as np
 import pytest

@@ -23,7 +23,8 @@ def test_short_exposures_miss_lamps_that_the_small_photodiode_keeps(tmp_path):
     )  # the instant is one in which that lamp is on
     small = rows["split_pixel", "SPLG"]
     assert small["lamps_seen"] == 5
-    # 1.44 periods: one pulse or two, of the 1.44 that the mean over time has; noise of 1500 e is 3 %, over some hundred pixels
+    # 1.44 periods: one pulse or two, of the 1.44 that the mean over time has; noise of 1500 e is 3
+    # %, over some hundred pixels
     assert small["darkest"] == pytest.approx(1 / 1.44, rel=0.02) and small[
         "brightest"
     ] == pytest.approx(2 / 1.44, rel=0.02)

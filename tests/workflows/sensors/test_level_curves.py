@@ -14,7 +14,8 @@ def test_light_is_seen_better_until_the_well_is_full():
     snr, seen = (np.array([r[key] for r in rows]) for key in ("snr_db", "detection"))
     full = next(k for k, r in enumerate(rows) if r["valid_percent"] < 50)
     assert np.all(np.diff(snr[:full]) > 0) and snr[0] < 0
-    # shot noise alone is 10 dB a decade, read noise alone 20; where neither stands for itself it lies between
+    # shot noise alone is 10 dB a decade, read noise alone 20; where neither stands for itself it
+    # lies between
     steps = np.diff(snr[:full])
     assert np.all(steps > 8) and np.all(steps < 21)
     assert (

@@ -45,18 +45,21 @@ STAGES = (
 
 
 def accuracy(stage: str = "", pictures: str = "", reference: int = 0) -> list[dict]:
-    """Measure error against seconds and memory for every stage with an accuracy knob: one work-precision diagram each.
+    """Measure error against seconds and memory for every stage with an accuracy knob: one
+    work-precision diagram each.
 
     Parameters
     ----------
     stage : one stage alone; empty takes all.
-    reference : points per tile of the reference of the stage `psf`, the one that can outgrow memory; 0 takes its own.
+    reference : points per tile of the reference of the stage `psf`, the one that can outgrow
+        memory; 0 takes its own.
     pictures : folder for the diagrams; empty draws none.
 
     Returns
     -------
-    rows with stage, setting, error and what it is one of, CPU seconds, peak memory above the start (MB), mark (`default`, `peer`),
-    front (no other setting is both better and cheaper), the reference and the reference's own error.
+    rows with stage, setting, error and what it is one of, CPU seconds, peak memory above the start
+    (MB), mark (`default`, `peer`), front (no other setting is both better and cheaper), the
+    reference and the reference's own error.
 
     Raises
     ------
@@ -72,11 +75,13 @@ def accuracy(stage: str = "", pictures: str = "", reference: int = 0) -> list[di
 
     if stage and stage not in STAGES:
         raise ConfigError(
-            f"study accuracy has no stage {stage!r}{did_you_mean(stage, STAGES)}; a stage without knobs has no diagram"
+            f"study accuracy has no stage {stage!r}{did_you_mean(stage, STAGES)}; a stage without"
+            " knobs has no diagram"
         )
     if reference and stage != "psf":
         raise ConfigError(
-            "study accuracy has a reference of a size to choose for the stage psf alone; type stage=psf"
+            "study accuracy has a reference of a size to choose for the stage psf alone; type"
+            " stage=psf"
         )
     rows = []
     for name in track([stage] if stage else list(STAGES), "stages"):

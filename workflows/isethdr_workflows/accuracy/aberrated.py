@@ -1,4 +1,6 @@
-"""Functionals of the spectrum in place of bands, through a pupil with a wavefront: kernels are no mirror images of themselves."""
+"""Functionals of the spectrum in place of bands, through a pupil with a wavefront: kernels are no
+mirror images of themselves.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,9 @@ ZERNIKE_UM = {4: 0.05, 5: 0.03, 8: 0.03, 12: 0.03}  # as the preset wavefront_au
 
 
 def measured() -> list[Work]:
-    """Return one diagram: largest error of a tile's electrons in standard deviations of the noise, against the noise allowed."""
+    """Return one diagram: largest error of a tile's electrons in standard deviations of the noise,
+    against the noise allowed.
+    """
     from isethdr_core.plugins.registry import build
 
     lens = build("lens", "wavefront", focal_length_mm=6.0, f_number=F_NUMBER, zernike_um=ZERNIKE_UM)

@@ -14,7 +14,9 @@ SAMPLES = 64
 
 
 def measured() -> list[Work]:
-    """Return one diagram: median relative error of a pixel's electrons, same random paths in all bands; seconds are those of the paths."""
+    """Return one diagram: median relative error of a pixel's electrons, same random paths in all
+    bands; seconds are those of the paths.
+    """
     from isethdr_core.plugins.registry import build
 
     scene = build("scene", "night_drive")()
@@ -52,7 +54,9 @@ def measured() -> list[Work]:
 
 
 def electrons(scene):
-    """Return mean electrons of a camera whose lens neither blurs nor vignettes, all groups with weight 1."""
+    """Return mean electrons of a camera whose lens neither blurs nor vignettes, all groups with
+    weight 1.
+    """
     from isethdr_core.plugins.registry import build
 
     mixed = build(

@@ -16,7 +16,9 @@ PIXELS = 200  # at which sums are taken
 
 
 def measured() -> list[Work]:
-    """Return one diagram: largest error of a tile's electrons in standard deviations of the noise, against the noise allowed."""
+    """Return one diagram: largest error of a tile's electrons in standard deviations of the noise,
+    against the noise allowed.
+    """
     from isethdr_core.plugins.registry import build
 
     return [
@@ -30,7 +32,9 @@ def measured() -> list[Work]:
 
 
 def against_bands(stage: str, lens, flares, shape) -> Work:
-    """Return the diagram of a lens with flares: functionals as the noise allowed asks for, and the way band by band; kernels are made before."""
+    """Return the diagram of a lens with flares: functionals as the noise allowed asks for, and the
+    way band by band; kernels are made before.
+    """
     from isethdr_optics.imaging.photocurrent import (
         photocurrent,  # the way alone, however small the frame
     )
@@ -82,7 +86,9 @@ def against_bands(stage: str, lens, flares, shape) -> Work:
 
 
 def night(shape):
-    """Return mixed radiance (wavelength, y, x) of daylight and sodium light on grey and coloured tiles, with two lamps 1e8 times as bright."""
+    """Return mixed radiance (wavelength, y, x) of daylight and sodium light on grey and coloured
+    tiles, with two lamps 1e8 times as bright.
+    """
     from isethdr_core import quantities
 
     rng, nm = np.random.default_rng(0), BANDS_NM[:, None, None]
@@ -97,7 +103,9 @@ def night(shape):
 
 
 def counting(response):
-    """Return electrons (channel, band) per W m-2 nm-1 in one exposure of the most sensitive photodiode."""
+    """Return electrons (channel, band) per W m-2 nm-1 in one exposure of the most sensitive
+    photodiode.
+    """
     from isethdr_core.physics.radiometry import photons_per_energy
 
     return (
@@ -106,7 +114,9 @@ def counting(response):
 
 
 def direct(mixed, lens, flares, response):
-    """Return rows and columns of some tiles, and their electrons (channel, tile): every tile and band summed in long double."""
+    """Return rows and columns of some tiles, and their electrons (channel, tile): every tile and
+    band summed in long double.
+    """
     from isethdr_optics.imaging.irradiance import parts
 
     given, rng = parts(lens, mixed, flares), np.random.default_rng(1)

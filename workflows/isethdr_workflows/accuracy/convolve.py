@@ -17,7 +17,9 @@ RATIO = 1e8  # lamp over background: a headlight beside a dark road
 
 
 def measured() -> list[Work]:
-    """Return one diagram: largest relative error of a sampled pixel beside lamps, kernels prepared."""
+    """Return one diagram: largest relative error of a sampled pixel beside lamps, kernels
+    prepared.
+    """
     from isethdr_core.physics.convolution import convolve
 
     psf = skirt(SHAPE)
@@ -67,7 +69,9 @@ def skirt(shape):
 
 
 def circular(psf, dtype):
-    """Return the common rule: the kernel cut to the frame, one transform of the frame's own size, light wrapped around."""
+    """Return the common rule: the kernel cut to the frame, one transform of the frame's own size,
+    light wrapped around.
+    """
     import scipy.fft as sf
 
     (ny, nx), (cy, cx) = SHAPE, (n // 2 for n in psf.shape)

@@ -12,12 +12,16 @@ BORDER = 8
 
 
 def measured() -> list[Work]:
-    """Return one diagram per filter array: rms error of luminance over its mean, on stripes that grow finer, 100 cd/m2."""
+    """Return one diagram per filter array: rms error of luminance over its mean, on stripes that
+    grow finer, 100 cd/m2.
+    """
     return [array(cfa, methods) for cfa, methods in ARRAYS.items()]
 
 
 def array(cfa: str, methods) -> Work:
-    """Return the diagram of one filter array; the truth is the same camera's without noise and with every colour in every pixel."""
+    """Return the diagram of one filter array; the truth is the same camera's without noise and with
+    every colour in every pixel.
+    """
     from isethdr_core import generator
     from isethdr_core.plugins.registry import build
     from isethdr_core.truth import truth

@@ -9,7 +9,9 @@ from .transport import ERROR_OF, LONG, median_error, rendered, setting
 
 
 def measured() -> list[Work]:
-    """Return one diagram per light group: error of a tile's luminance with and without denoising; seconds of paths and denoising of all groups."""
+    """Return one diagram per light group: error of a tile's luminance with and without denoising;
+    seconds of paths and denoising of all groups.
+    """
     from isethdr_core.display.preview import denoised, tristimulus
 
     long, own_errors, short = rendered()
@@ -41,7 +43,9 @@ def measured() -> list[Work]:
 
 
 def points(plain, clean, peers) -> list[Point]:
-    """Return the points of one group; those with denoising say as how many paths without it they are; None is no number of paths."""
+    """Return the points of one group; those with denoising say as how many paths without it they
+    are; None is no number of paths.
+    """
     out = [Point(setting(n), *rest, "" if n else "default", f"{n or ''}") for n, *rest in plain]
     out += [
         Point(f"{n} paths, denoised: as {as_paths(error, plain)}", error, *rest, "view", f"{n}")
@@ -51,7 +55,9 @@ def points(plain, clean, peers) -> list[Point]:
 
 
 def as_paths(error: float, plain) -> str:
-    """Return how many paths without denoising have an error: straight lines between logarithms, nothing beyond what was measured."""
+    """Return how many paths without denoising have an error: straight lines between logarithms,
+    nothing beyond what was measured.
+    """
     paths, errors = (np.array(v, float) for v in zip(*((n, e) for n, e, *_ in plain if n)))
     order = np.argsort(errors)
     if error < errors.min():
@@ -60,7 +66,9 @@ def as_paths(error: float, plain) -> str:
 
 
 def common_rule(scene) -> np.ndarray:
-    """Return X, Y, Z (light_group, 3, y, x) by non-local means of a picture's logarithm, one noise for all of it (scikit-image)."""
+    """Return X, Y, Z (light_group, 3, y, x) by non-local means of a picture's logarithm, one noise
+    for all of it (scikit-image).
+    """
     from skimage.restoration import denoise_nl_means
 
     from isethdr_core.display.preview import tristimulus

@@ -1,4 +1,6 @@
-"""Work-precision diagrams of a stage: error against CPU seconds, both logarithmic; one panel per diagram."""
+"""Work-precision diagrams of a stage: error against CPU seconds, both logarithmic; one panel per
+diagram.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +44,9 @@ PLACES = (
 
 
 def draw(works: list[Work], path) -> None:
-    """Write the diagrams of one stage, two panels a row, to `path` (png); exact settings sit at the bottom, failed ones at the top."""
+    """Write the diagrams of one stage, two panels a row, to `path` (png); exact settings sit at the
+    bottom, failed ones at the top.
+    """
     import matplotlib
 
     matplotlib.use("Agg")
@@ -150,7 +154,9 @@ def panel(ax, work: Work, wide: bool):
 
 
 def limits(ax, x, y) -> None:
-    """Set the axes around the points: most of a decade at least, with room for what is written beside them, and numbers where they fit."""
+    """Set the axes around the points: most of a decade at least, with room for what is written
+    beside them, and numbers where they fit.
+    """
     from matplotlib.ticker import FuncFormatter, LogLocator
 
     for values, axis, turn, room, least in (
@@ -167,7 +173,9 @@ def limits(ax, x, y) -> None:
 
 
 def label(fig, ax, texts, dots) -> None:
-    """Write beside each dot what it is, where that covers neither a dot nor another text; dots that lie together share one text."""
+    """Write beside each dot what it is, where that covers neither a dot nor another text; dots that
+    lie together share one text.
+    """
     render = fig.canvas.get_renderer()
     pixels = ax.transData.transform(dots)
     taken = [(x - 6, y - 6, x + 6, y + 6) for x, y in pixels]
@@ -204,7 +212,9 @@ def label(fig, ax, texts, dots) -> None:
 
 
 def together(pixels) -> list[list[int]]:
-    """Return groups of dots, from left to right, each at most `TOGETHER` pixels from the one before it in its group."""
+    """Return groups of dots, from left to right, each at most `TOGETHER` pixels from the one before
+    it in its group.
+    """
     groups: list[list[int]] = []
     for k in np.argsort(pixels[:, 0], kind="stable"):
         near = next((g for g in groups if np.hypot(*(pixels[k] - pixels[g[-1]])) <= TOGETHER), None)

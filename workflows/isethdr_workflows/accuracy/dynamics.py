@@ -14,7 +14,9 @@ PIXELS = 45000
 
 
 def measured() -> list[Work]:
-    """Return one diagram: largest relative error of the charge from 0.01 to 100 times saturation, a frame of 45 000 pixels."""
+    """Return one diagram: largest relative error of the charge from 0.01 to 100 times saturation, a
+    frame of 45 000 pixels.
+    """
     from isethdr_core.physics.detector.charge_dynamics import Well, flow
     from isethdr_core.physics.detector.charge_dynamics_steps import (
         exponential_steps,
@@ -75,7 +77,9 @@ def measured() -> list[Work]:
 
 
 def charge_e(level_e_per_s: float, well) -> float:
-    """Return the charge after `T_S` of constant light on an empty well: linear in exp(-charge / thermal), in 60 digits."""
+    """Return the charge after `T_S` of constant light on an empty well: linear in exp(-charge /
+    thermal), in 60 digits.
+    """
     import mpmath as mp
 
     with mp.workdps(60):
@@ -90,7 +94,9 @@ def charge_e(level_e_per_s: float, well) -> float:
 
 
 def runge_kutta_steps(light, times, well):
-    """Classical Runge-Kutta of order 4: explicit, so it must follow the fastest overflow step by step."""
+    """Classical Runge-Kutta of order 4: explicit, so it must follow the fastest overflow step by
+    step.
+    """
     charge = np.zeros(light.size)
     for start, end in pairwise(times):
         h = end - start

@@ -1,4 +1,6 @@
-"""Places of the field at which a point spread is made, against one point spread of its own for every tile."""
+"""Places of the field at which a point spread is made, against one point spread of its own for
+every tile.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ DECADES = 3.0  # of light, evenly spread, so that every part of the field counts
 
 
 def measured() -> list[Work]:
-    """Return one diagram: error of an image over the rings of places, kernels made anew each time."""
+    """Return one diagram: error of an image over the rings of places, kernels made anew each
+    time.
+    """
     from isethdr_optics import WavefrontLens
     from isethdr_optics.field import grid, imaging
 
@@ -65,7 +69,9 @@ def night():
 
 
 def one_per_tile(lens, mixed) -> np.ndarray:
-    """Return irradiance (y, x): every tile's light spread by the kernel of its own wavefront, summed tile by tile."""
+    """Return irradiance (y, x): every tile's light spread by the kernel of its own wavefront,
+    summed tile by tile.
+    """
     from isethdr_optics.field import grid
     from isethdr_optics.field.imaging import node_lens
     from isethdr_optics.psf import kernels
@@ -102,7 +108,9 @@ def anew(lens, mixed) -> np.ndarray:
 
 
 def nearest(place, step: float, x, y) -> np.ndarray:
-    """Return 1 at tiles (y, x) whose nearest place on the polar grid is `place`, else 0: a point spread per patch of the field."""
+    """Return 1 at tiles (y, x) whose nearest place on the polar grid is `place`, else 0: a point
+    spread per patch of the field.
+    """
     u, v = np.asarray(x, float)[None, :], np.asarray(y, float)[:, None]
     ring = np.rint(np.hypot(u, v) / step) == round(place.radius / step)
     if place.count == 1:

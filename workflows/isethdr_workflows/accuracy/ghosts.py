@@ -31,7 +31,9 @@ DOTS = 4000  # of a disc drawn from matrices
 
 
 def measured() -> list[Work]:
-    """Return two diagrams: error of ghosts in blocks of tiles, over the pairs kept and over the rays across a beam."""
+    """Return two diagrams: error of ghosts in blocks of tiles, over the pairs kept and over the
+    rays across a beam.
+    """
     from isethdr_optics import GhostFlare, IdealLens
     from isethdr_optics.flare.ghosts import trace
 
@@ -66,7 +68,10 @@ def measured() -> list[Work]:
                     "default" if nodes == trace.NODES else "",
                 )
             )
-    what = f"light of ghosts put wrong, L1 in blocks of {BLOCK} tiles, over the light of the lamp's image"
+    what = (
+        f"light of ghosts put wrong, L1 in blocks of {BLOCK} tiles, over the light of the lamp's"
+        " image"
+    )
     said = f"photons of chance, {BATCHES} x {PHOTONS} a pair, spheres by their centres"
     own = float(error.sum() / image_w * np.sqrt(2 / np.pi))  # mean of the size of a Gaussian error
     return [
@@ -105,11 +110,14 @@ def blocks(light):
 
 
 def by_chance(flare, lens, mixed):
-    """Return the power of the lamp's image, and of its ghosts per block with the standard error, W nm-1."""
+    """Return the power of the lamp's image, and of its ghosts per block with the standard error, W
+    nm-1.
+    """
     x, y = float(mixed.x[COLUMN]), float(mixed.y[TILES // 2])
     per_m2 = RADIANCE * PITCH**2 * (1 + x**2 + y**2) ** -2  # through a plane across the axis
     edges = np.arange(-TILES // 2, TILES // 2 + 1, BLOCK) * PITCH * FOCAL_MM
-    # the lamp's row is half a tile off the middle, 0.3 % of the frame: turned by that little about the axis
+    # the lamp's row is half a tile off the middle, 0.3 % of the frame: turned by that little about
+    # the axis
     mean, error = flux_by_chance(
         flare.of_lens(lens), float(np.hypot(x, y)), BAND_NM, edges, PHOTONS, BATCHES
     )
@@ -121,7 +129,9 @@ def by_chance(flare, lens, mixed):
 
 
 def discs(flare, lens, mixed, image_w: float):
-    """Return irradiance (y, x) of ghosts as even discs, where and as large as first-order optics says (Lee and Eisemann 2013)."""
+    """Return irradiance (y, x) of ghosts as even discs, where and as large as first-order optics
+    says (Lee and Eisemann 2013).
+    """
     from isethdr_optics.flare.ghosts import ghost_flare
 
     ghost_flare._ranked.cache_clear()

@@ -1,7 +1,9 @@
-"""Ghosts by photons of chance: nothing is shared with the plugin's rays but the prescription's numbers.
+"""Ghosts by photons of chance: nothing is shared with the plugin's rays but the prescription's
+numbers.
 
-Parallel light falls on the front at scattered points; every pair of surfaces is followed by itself. Spheres are met by way of
-their centres, and light is parted by Fresnel's sines and tangents of angles (1823) of bare surfaces.
+Parallel light falls on the front at scattered points; every pair of surfaces is followed by itself.
+Spheres are met by way of their centres, and light is parted by Fresnel's sines and tangents of
+angles (1823) of bare surfaces.
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ def flux_by_chance(
 
     Parameters
     ----------
-    lens : `isethdr_optics.prescription.prescription.Prescription` of uncoated spheres; its last surface is the sensor, which does not reflect.
+    lens : `isethdr_optics.prescription.prescription.Prescription` of uncoated spheres; its last
+        surface is the sensor, which does not reflect.
     tangent : of the lamp's field angle, along x.
     edges_mm : borders of the blocks on the sensor that light is summed in, the same along x and y.
     photons, batches : per pair; the batches' spread gives the error.
@@ -46,7 +49,9 @@ def flux_by_chance(
 
 
 def scattered(count: int, radius: float, seed):
-    """Return (x, y) of points over a disc, evenly scattered (Sobol 1967, scrambled by chance: each seed is an independent estimate)."""
+    """Return (x, y) of points over a disc, evenly scattered (Sobol 1967, scrambled by chance: each
+    seed is an independent estimate).
+    """
     from scipy.stats import qmc
 
     first, second = qmc.Sobol(2, rng=np.random.default_rng(seed)).random(count).T
@@ -56,7 +61,9 @@ def scattered(count: int, radius: float, seed):
 
 
 def landed(lens, n, start, tangent: float, front: int, back: int):
-    """Return (x, y) mm on the sensor and the weight of photons reflected at `back`, then at `front`; blocked ones are left out."""
+    """Return (x, y) mm on the sensor and the weight of photons reflected at `back`, then at
+    `front`; blocked ones are left out.
+    """
     surfaces, last = lens.surfaces, len(lens.surfaces) - 1
     at = np.stack([*start, np.full(start.shape[1], surfaces[0].z_mm)], axis=1)
     way = np.tile(np.array([tangent, 0.0, 1.0]) / np.hypot(1.0, tangent), (len(at), 1))
@@ -109,7 +116,9 @@ def met(surface, at, way):
 
 
 def fresnel(cosine, n_from: float, n_to: float):
-    """Return the reflectance of unpolarised light, and the cosine behind the surface, 0 where all is reflected."""
+    """Return the reflectance of unpolarised light, and the cosine behind the surface, 0 where all
+    is reflected.
+    """
     first = np.arccos(np.minimum(cosine, 1 - 1e-14))  # straight on, sines are 0 / 0
     sine = n_from / n_to * np.sin(first)
     second = np.arcsin(np.minimum(sine, 1.0))

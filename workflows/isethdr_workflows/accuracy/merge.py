@@ -10,7 +10,9 @@ DRAWS = 40000
 
 
 def measured() -> list[Work]:
-    """Return one diagram: how far a rule's rms error lies above the best rule's, mean over all levels away from the captures' ends."""
+    """Return one diagram: how far a rule's rms error lies above the best rule's, mean over all
+    levels away from the captures' ends.
+    """
     from isethdr_core.plugins.registry import build
 
     from ..isp.merge_rules import default_levels, judged, near_top, rules, shot

@@ -12,7 +12,9 @@ METRICS = ("dynamic_range", "ciede2000", "ssim", "log_luminance_error", "contras
 
 
 def measured() -> list[Work]:
-    """Return one diagram per metric: rms difference of its score, in units of its own scatter from draw to draw."""
+    """Return one diagram per metric: rms difference of its score, in units of its own scatter from
+    draw to draw.
+    """
     from isethdr_core.config.composition import compose
     from isethdr_core.plugins.registry import build
 
@@ -25,7 +27,8 @@ def measured() -> list[Work]:
         known = np.array([row[name] for row in many])
         scatter, points = float(known.std(ddof=1)), []
         for draws in DRAWS:
-            # CPU seconds are those of one group; its error is averaged over all groups of so many draws
+            # CPU seconds are those of one group; its error is averaged over all groups of so many
+            # draws
             _, cpu_s, peak_mb = timed(
                 lambda draws=draws, metric=metric: [
                     metric(*one(seed))[0].value for seed in range(draws)

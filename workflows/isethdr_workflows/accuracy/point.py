@@ -1,4 +1,6 @@
-"""One setting measured: its error, its CPU seconds, its memory; and which settings no other beats."""
+"""One setting measured: its error, its CPU seconds, its memory; and which settings no other
+beats.
+"""
 
 from __future__ import annotations
 
@@ -37,9 +39,11 @@ class Work:
 
 
 def timed(call, repeat: int = 2):
-    """Return (result, CPU seconds, peak MB above the start) of the cheapest of `repeat` calls, or of more where they are short.
+    """Return (result, CPU seconds, peak MB above the start) of the cheapest of `repeat` calls, or
+    of more where they are short.
 
-    CPU time bears a busy machine, but not quite: what others do to its caches shows, least in the cheapest call.
+    CPU time bears a busy machine, but not quite: what others do to its caches shows, least in the
+    cheapest call.
     """
     best, most, whole, calls, result = float("inf"), 0.0, 0.0, 0, None
     while calls < repeat or (calls < MOST_CALLS and whole < SHORT_S):
@@ -57,7 +61,8 @@ def timed(call, repeat: int = 2):
 def refuse_what_does_not_fit(
     what: str, count: int, needed_bytes, free_bytes: int | None = None
 ) -> None:
-    """Raise ConfigError where a reference needs more memory than is free: with its size, and the largest count that fits.
+    """Raise ConfigError where a reference needs more memory than is free: with its size, and the
+    largest count that fits.
 
     `needed_bytes` : function(count), rising.
     """
@@ -76,12 +81,15 @@ def refuse_what_does_not_fit(
         else "none fits: free memory first"
     )
     raise ConfigError(
-        f"{count} {what} take {needed_bytes(count) / 1e9:.3g} GB, {free / 1e9:.3g} GB are free; {nearest}"
+        f"{count} {what} take {needed_bytes(count) / 1e9:.3g} GB, {free / 1e9:.3g} GB are free;"
+        f" {nearest}"
     )
 
 
 def free_memory() -> int:
-    """Return the bytes of memory that may be taken without swapping (Linux); plenty where that is not known."""
+    """Return the bytes of memory that may be taken without swapping (Linux); plenty where that is
+    not known.
+    """
     try:
         with open("/proc/meminfo") as lines:
             return next(

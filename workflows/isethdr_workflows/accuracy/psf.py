@@ -1,4 +1,6 @@
-"""Sub-bands of a point spread and how far it is exact, against Airy's formula in many points and wavelengths."""
+"""Sub-bands of a point spread and how far it is exact, against Airy's formula in many points and
+wavelengths.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,8 @@ ARRAYS = 6  # of the reference's size that are in memory together
 
 
 def measured(reference: int = 0) -> list[Work]:
-    """Return two diagrams: L1 error of a band's kernel, over sub-bands, and over the tiles that it reaches.
+    """Return two diagrams: L1 error of a band's kernel, over sub-bands, and over the tiles that it
+    reaches.
 
     `reference` : points per tile and axis of the reference; 0 takes `POINTS`.
     """
@@ -60,7 +63,9 @@ def measured(reference: int = 0) -> list[Work]:
 
 
 def core(count: int, tiles: int = TILES) -> np.ndarray:
-    """Return the lens's kernel (y, x) of the band, `tiles` from the axis to its border, with `count` sub-bands; 0 as the lens chooses."""
+    """Return the lens's kernel (y, x) of the band, `tiles` from the axis to its border, with
+    `count` sub-bands; 0 as the lens chooses.
+    """
     from isethdr_optics import DiffractionLimitedLens
     from isethdr_optics.psf.kernels import _Plan
 
@@ -74,7 +79,9 @@ def core(count: int, tiles: int = TILES) -> np.ndarray:
 
 
 def airy(points: int) -> np.ndarray:
-    """Return the kernel (y, x) by midpoint sums of (2 J1(v) / v)^2, tile to tile, mean over the band (Airy 1835)."""
+    """Return the kernel (y, x) by midpoint sums of (2 J1(v) / v)^2, tile to tile, mean over the
+    band (Airy 1835).
+    """
     from isethdr_optics import DiffractionLimitedLens
     from isethdr_optics.pupil.sampled_pupil import distance_mm, radius_mm
     from scipy.special import j1

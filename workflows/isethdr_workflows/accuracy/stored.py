@@ -15,7 +15,9 @@ SIZE = (320, 180)  # tiles
 
 
 def measured() -> list[Work]:
-    """Return one diagram: error of a radiance read back against seconds to write and read it, with its size on disk."""
+    """Return one diagram: error of a radiance read back against seconds to write and read it, with
+    its size on disk.
+    """
     from isethdr_core import store
     from isethdr_core.storage.encoding import KEEPBITS
 
@@ -57,7 +59,9 @@ def measured() -> list[Work]:
 
 
 def radiance():
-    """Return the radiance of a colour chart with a grain of 2 %, as a rendering has it, over six decades."""
+    """Return the radiance of a colour chart with a grain of 2 %, as a rendering has it, over six
+    decades.
+    """
     from isethdr_core.plugins.registry import build
 
     scene = build("scene", "macbeth", width=SIZE[0], height=SIZE[1])().load()

@@ -1,4 +1,6 @@
-"""Paths per tile of the renderer, per light group, against a long rendering with other random numbers."""
+"""Paths per tile of the renderer, per light group, against a long rendering with other random
+numbers.
+"""
 
 from __future__ import annotations
 
@@ -18,10 +20,12 @@ ERROR_OF = "luminance-weighted median relative error of a tile"
 
 
 def measured() -> list[Work]:
-    """Return one diagram per light group: luminance-weighted median relative error of a tile's luminance, of tiles above 1 % of the mean.
+    """Return one diagram per light group: luminance-weighted median relative error of a tile's
+    luminance, of tiles above 1 % of the mean.
 
-    Tiles in which a lamp or the sky itself is seen are left out: their light is known without paths. Seconds are those of the passes that a group
-    was part of, with the others that were, without the scene's, which are the same for any number of paths.
+    Tiles in which a lamp or the sky itself is seen are left out: their light is known without
+    paths. Seconds are those of the passes that a group was part of, with the others that were,
+    without the scene's, which are the same for any number of paths.
     """
     long, own_errors, short = rendered()
     truth, points = luminance_of(long), {}
@@ -56,7 +60,9 @@ def setting(samples) -> str:
 
 @lru_cache(maxsize=1)
 def rendered():
-    """Return (long rendering, {group: its own error}, {samples or None: (rendering, CPU s of its paths, peak MB)}), with labels; made once."""
+    """Return (long rendering, {group: its own error}, {samples or None: (rendering, CPU s of its
+    paths, peak MB)}), with labels; made once.
+    """
     from isethdr_core.plugins.registry import build
 
     asked = (*SAMPLES, None)
@@ -84,10 +90,12 @@ def own_errors(scene) -> dict:
 
 
 def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
-    """Return [(scene radiance, CPU s of its paths, peak MB)], the scene being built once, for changed fields of the renderer in `runs`.
+    """Return [(scene radiance, CPU s of its paths, peak MB)], the scene being built once, for
+    changed fields of the renderer in `runs`.
 
-    The radiance comes with `source_seen` (light_group, y, x): where a lamp itself, which needs no paths, is more than 1 % of the light, or,
-    with the label distance, the sky is looked at. The first call of each kind compiles kernels, so that seconds are those of the cheapest of `repeat`.
+    The radiance comes with `source_seen` (light_group, y, x): where a lamp itself, which needs no
+    paths, is more than 1 % of the light, or, with the label distance, the sky is looked at. The
+    first call of each kind compiles kernels, so that seconds are those of the cheapest of `repeat`.
     """
     from isethdr_mitsuba import frame
 
@@ -145,7 +153,9 @@ def luminance_of(scene) -> dict:
 
 
 def median_error(found, truth, of=True) -> float:
-    """Return the relative error below which half of the light lies, over tiles `of` (y, x) above 1 % of the mean; the renderer's own unit."""
+    """Return the relative error below which half of the light lies, over tiles `of` (y, x) above 1
+    % of the mean; the renderer's own unit.
+    """
     used = (truth > 0.01 * truth.mean(where=of)) & of
     if not used.any():
         return 0.0

@@ -1,4 +1,5 @@
-"""Budget: whether the error allowed is kept, and what keeping it costs beside settings chosen by hand.
+"""Budget: whether the error allowed is kept, and what keeping it costs beside settings chosen by
+hand.
 
 | file     | what                                                          |
 |----------|---------------------------------------------------------------|
@@ -16,7 +17,8 @@ BITS, KERNELS, WAYS = (8, 10, 12, 16), (0.03, 0.015, 0.0075), ("photocurrent", "
 
 
 def budget(width: int = 96) -> list[dict]:
-    """Run three unseen scenes at three error allowances and compare with the truth, and with the best settings found by hand.
+    """Run three unseen scenes at three error allowances and compare with the truth, and with the
+    best settings found by hand.
 
     Parameters
     ----------
@@ -24,9 +26,10 @@ def budget(width: int = 96) -> list[dict]:
 
     Returns
     -------
-    rows with scene, camera, fraction of the noise allowed, share of unsaturated pixels within it, error of 99 % of them, what the ledger
-    states, CPU seconds with kernels to be made and with kernels at hand, both over those of the cheapest of the settings by hand that
-    keep 99 % of the pixels within the same fraction, those settings, and the truth's own error.
+    rows with scene, camera, fraction of the noise allowed, share of unsaturated pixels within it,
+    error of 99 % of them, what the ledger states, CPU seconds with kernels to be made and with
+    kernels at hand, both over those of the cheapest of the settings by hand that keep 99 % of the
+    pixels within the same fraction, those settings, and the truth's own error.
 
     Raises
     ------
@@ -66,7 +69,9 @@ def _truths(cases) -> dict:
 
 
 def _by_hand(cases, truths) -> dict:
-    """Return, per scene, [setting, errors, CPU seconds with kernels at hand, and with kernels to be made]."""
+    """Return, per scene, [setting, errors, CPU seconds with kernels at hand, and with kernels to be
+    made].
+    """
     from itertools import product
 
     from ..empty_home import empty_home
@@ -75,7 +80,8 @@ def _by_hand(cases, truths) -> dict:
     hand: dict[str, list] = {name: [] for name in cases}
     for kernels in KERNELS:
         with empty_home() as folder:
-            making_s = None  # kernels are the same for all scenes: the first run takes the time of making them
+            # kernels are the same for all scenes: the first run takes the time of making them
+            making_s = None
             for name, (bits, way) in product(cases, product(BITS, WAYS)):
                 done = by_hand(
                     *cases[name], setting := Setting(bits, kernels, way), folder, truths[name]

@@ -24,7 +24,9 @@ WARM = 1  # runs with kernels at hand
 
 @dataclass(frozen=True)
 class Setting:
-    """Choices that a person could make: mantissa bits kept, error of kernels, the way through the lens."""
+    """Choices that a person could make: mantissa bits kept, error of kernels, the way through the
+    lens.
+    """
 
     bits: int
     kernel_error: float
@@ -36,7 +38,9 @@ class Setting:
 
 @dataclass(frozen=True)
 class Done:
-    """Mean electrons of every capture, CPU seconds, and what the ledger says of the electrons' error."""
+    """Mean electrons of every capture, CPU seconds, and what the ledger says of the electrons'
+    error.
+    """
 
     electrons: list
     warm_s: float  # with kernels at hand
@@ -61,7 +65,9 @@ def parts_of(camera: str, lens) -> Chain:
 
 
 def planned(parts: Chain, scene, fraction: float, folder, truth: list) -> Done:
-    """Return what a run makes of stored radiance when so large a fraction of the noise is allowed."""
+    """Return what a run makes of stored radiance when so large a fraction of the noise is
+    allowed.
+    """
     (sensor,) = parts.cameras.values()
     demand = budget.budgeted(
         narrowed(sensor, Demand(wavelength_nm=tuple(scene.wavelength.values.tolist()))),
@@ -121,7 +127,9 @@ def _measured(parts, scene, way, bits, folder, truth) -> Done:
 
 
 def _stated(parts, demand, rows, mixed, light, scene, truth, fraction) -> float:
-    """Return what the last line of a run's ledger says of everything after the renderer, the worst capture's."""
+    """Return what the last line of a run's ledger says of everything after the renderer, the worst
+    capture's.
+    """
     asked = lens_errors.asked_of(
         parts.lens, tuple(parts.flares.values()), parts.cameras.values(), demand, mixed
     )
@@ -140,10 +148,12 @@ def _electrons(light, mixed, scene, truth):
 
 
 def exact(parts: Chain, scene) -> list:
-    """Return (captures, electrons, noise, unsaturated, own error) of a scene: every band in float64, nothing left out, finer kernels.
+    """Return (captures, electrons, noise, unsaturated, own error) of a scene: every band in
+    float64, nothing left out, finer kernels.
 
-    The convolution is SciPy's; kernels have their points elsewhere than those of any chain under test. Its own error is the standard
-    deviation of 99 % of the pixels that its kernels leave, in units of the noise.
+    The convolution is SciPy's; kernels have their points elsewhere than those of any chain under
+    test. Its own error is the standard deviation of 99 % of the pixels that its kernels leave, in
+    units of the noise.
     """
     from isethdr_optics.imaging.irradiance import parts as optics
 
@@ -194,7 +204,9 @@ def exact(parts: Chain, scene) -> list:
 
 
 def errors(done: Done, truth: list) -> np.ndarray:
-    """Return the errors of all unsaturated pixels of all captures, in standard deviations of the noise."""
+    """Return the errors of all unsaturated pixels of all captures, in standard deviations of the
+    noise.
+    """
     _, electrons, sigma, unsaturated, _ = truth
     return np.concatenate(
         [

@@ -1,4 +1,6 @@
-"""Three small scenes that no table of costs was made from: a tunnel's mouth, a street with one lamp, a chart at noon."""
+"""Three small scenes that no table of costs was made from: a tunnel's mouth, a street with one
+lamp, a chart at noon.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ CAMERAS = {"tunnel": "split_pixel", "street": "rgbw", "noon": "bayer"}
 
 
 def scene(name: str, width: int, focal_length_mm: float):
-    """Return scene radiance of two light groups, `width` x width * 9 / 16 tiles in the camera's field."""
+    """Return scene radiance of two light groups, `width` x width * 9 / 16 tiles in the camera's
+    field.
+    """
     field = [n * TILE_UM * 1e-3 / focal_length_mm for n in (width, width * 9 // 16)]
     nx, ny = (2 * round(n * MARGIN / 2) for n in (width, width * 9 // 16))
     pitch = field[0] / width
@@ -80,7 +84,9 @@ def _tunnel(x, y, rng):
 
 
 def _street(x, y, rng):
-    """A road at 0.02 to 2 cd/m2, lit by one lamp of 2e6 cd/m2 that is in the picture, a window of 50 cd/m2."""
+    """A road at 0.02 to 2 cd/m2, lit by one lamp of 2e6 cd/m2 that is in the picture, a window of
+    50 cd/m2.
+    """
     road = _paint(x.shape, rng, 4)
     ambient = _light(np.where(y < -0.1, 2e-3, 0.02) * np.ones(x.shape), DAYLIGHT) * road
     ambient += _light(50.0 * ((abs(x - 0.6) < 0.06) & (abs(y + 0.2) < 0.05)), SODIUM)

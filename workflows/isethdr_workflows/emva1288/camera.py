@@ -1,4 +1,6 @@
-"""A simulated camera on the bench of EMVA 1288: even narrow-band light of known photons, pairs and stacks of pictures."""
+"""A simulated camera on the bench of EMVA 1288: even narrow-band light of known photons, pairs and
+stacks of pictures.
+"""
 
 from __future__ import annotations
 
@@ -27,11 +29,13 @@ class Bench:
     seed: int
 
     def shot(self, photons: float, number: int):
-        """Return (DN of the channel's pixels (pixel,), their row, their column, saturated) of picture `number`.
+        """Return (DN of the channel's pixels (pixel,), their row, their column, saturated) of
+        picture `number`.
 
         Parameters
         ----------
-        photons : mean photons per pixel, counted over the whole pixel area, during the longest exposure.
+        photons : mean photons per pixel, counted over the whole pixel area, during the longest
+            exposure.
         """
         captures = self.sensor(self.light(photons), picture_key(self, photons, number))
         y, x = np.nonzero(
@@ -45,7 +49,9 @@ class Bench:
         )
 
     def efficiency(self) -> float:
-        """Return the electrons per photon of the channel, fill factor and share of the exposure included."""
+        """Return the electrons per photon of the channel, fill factor and share of the exposure
+        included.
+        """
         model = self.sensor.model()
         shot = self.sensor(self.light(0.0), generator(0, "bench", ""))
         diode = model.diode_of(model.readings[self.capture])
@@ -85,13 +91,17 @@ class Bench:
 
 
 def picture_key(bench: Bench, photons: float, number: int):
-    """Return the key of the noise of picture `number` of a level of light; the device is always the same."""
+    """Return the key of the noise of picture `number` of a level of light; the device is always the
+    same.
+    """
     return generator(bench.seed + number, "bench", f"{photons:.6g}")
 
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """What two pictures of one level say: mean DN, temporal variance DN^2, share of saturated pixels."""
+    """What two pictures of one level say: mean DN, temporal variance DN^2, share of saturated
+    pixels.
+    """
 
     photons: float
     mean_dn: float
@@ -101,7 +111,9 @@ class Pair:
 
 
 def pair(bench: Bench, photons: float) -> Pair:
-    """Return mean and temporal variance from the difference of two pictures (EMVA 1288 release 4.0, section 6.6)."""
+    """Return mean and temporal variance from the difference of two pictures (EMVA 1288 release 4.0,
+    section 6.6).
+    """
     first, second = (bench.shot(photons, k) for k in (0, 1))
     difference = first[0] - second[0]
     return Pair(

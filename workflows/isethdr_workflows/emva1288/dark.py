@@ -1,7 +1,9 @@
-"""The dark series of EMVA 1288: so many pictures without light that what differs from pixel to pixel stands out of their noise.
+"""The dark series of EMVA 1288: so many pictures without light that what differs from pixel to
+pixel stands out of their noise.
 
-The pattern of a low gain is a thousandth of its noise; the mean of n pictures hides it until n is in the thousands. All captures and
-channels are in one and the same pictures, so they are taken once for a camera.
+The pattern of a low gain is a thousandth of its noise; the mean of n pictures hides it until n is
+in the thousands. All captures and channels are in one and the same pictures, so they are taken once
+for a camera.
 """
 
 from __future__ import annotations
@@ -15,12 +17,16 @@ from .camera import BORDER, DARK, STACK, Bench, Stack, picture_key
 
 SHARE = (
     1 / 3
-)  # standard error of the pattern's variance over that variance: 4 standard errors of the DSNU are 0.7 of it
+    # standard error of the pattern's variance over that variance: 4 standard errors of the DSNU are 0.7
+    # of it
+)
 
 
 @dataclass(frozen=True, eq=False)
 class DarkSeries:
-    """Mean of dark pictures and the temporal variance of one of them, both (capture, y, x) in DN, without the border."""
+    """Mean of dark pictures and the temporal variance of one of them, both (capture, y, x) in DN,
+    without the border.
+    """
 
     mean_dn: np.ndarray
     temporal_dn2: np.ndarray
@@ -39,9 +45,11 @@ class DarkSeries:
 
 
 def dark_series(bench: Bench, pictures: int) -> DarkSeries:
-    """Return the average of `pictures` dark pictures of the bench's sensor, the very ones that `Bench.shot` takes.
+    """Return the average of `pictures` dark pictures of the bench's sensor, the very ones that
+    `Bench.shot` takes.
 
-    Only the readings are drawn again: grid, filters and spectra of the light are those of the first picture.
+    Only the readings are drawn again: grid, filters and spectra of the light are those of the first
+    picture.
     """
     from isethdr_sensors.readout.shot import readings
 
@@ -63,14 +71,18 @@ def dark_series(bench: Bench, pictures: int) -> DarkSeries:
 
 
 def black_dn(model) -> np.ndarray:
-    """Return the black level (capture, 1, 1), DN, without which squares of numbers lose no digits."""
+    """Return the black level (capture, 1, 1), DN, without which squares of numbers lose no
+    digits.
+    """
     return np.array([r.black_dn for r in model.readings], float)[:, None, None]
 
 
 def pictures_needed(noise_dn2: float, pattern_dn2: float, pixels: int) -> int:
-    """Return the pictures after which the variance of a pattern is known to `SHARE` of it, by closed form.
+    """Return the pictures after which the variance of a pattern is known to `SHARE` of it, by
+    closed form.
 
-    The variance of the mean's noise, noise / n, is known to sqrt(2 / pixels) of it. It is planned from what a data sheet states, not from
-    what the pictures show, as a series that ends when its result looks certain is biased.
+    The variance of the mean's noise, noise / n, is known to sqrt(2 / pixels) of it. It is planned
+    from what a data sheet states, not from what the pictures show, as a series that ends when its
+    result looks certain is biased.
     """
     return ceil(sqrt(2 / pixels) * noise_dn2 / (SHARE * pattern_dn2)) if pattern_dn2 > 0 else 0

@@ -1,7 +1,8 @@
-"""The estimates of EMVA 1288 (release 4.0, linear model) from pictures alone, each with its standard error.
+"""The estimates of EMVA 1288 (release 4.0, linear model) from pictures alone, each with its
+standard error.
 
-The standard asks for numbers without an error; the standard errors here are ours, from the scatter of variances, so that an estimate
-can be held against what the camera is known to be.
+The standard asks for numbers without an error; the standard errors here are ours, from the scatter
+of variances, so that an estimate can be held against what the camera is known to be.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ NODE_SHARE = NODE_SHARE / NODE_SHARE.sum()
 class Estimate:
     """One measured figure; `bound`: the standard states an upper limit only.
 
-    A figure that is the root of a difference of variances keeps that difference: near 0 only its error is normal.
+    A figure that is the root of a difference of variances keeps that difference: near 0 only its
+    error is normal.
     """
 
     value: float
@@ -57,7 +59,8 @@ def rounding_dn2(digital: bool) -> float:
 
 
 def gain_and_responsivity(pairs: list[Pair], dark: Pair, digital: bool):
-    """Return the system gain K (DN/e) and the responsivity R (DN/photon), both as slopes over the lower 70 % (section 6.6).
+    """Return the system gain K (DN/e) and the responsivity R (DN/photon), both as slopes over the
+    lower 70 % (section 6.6).
 
     Parameters
     ----------
@@ -73,7 +76,8 @@ def gain_and_responsivity(pairs: list[Pair], dark: Pair, digital: bool):
     mean = np.array([p.mean_dn - dark.mean_dn for p in lit])
     variance = np.array([p.variance_dn2 for p in lit])
     pixels = np.array([p.pixels for p in lit])
-    # weights from a first line, not from each measured variance: that would favour those found too small
+    # weights from a first line, not from each measured variance: that would favour those found too
+    # small
     first = np.polyfit(mean, variance, 1)
     weight = pixels / (2 * np.maximum(np.polyval(first, mean), variance.min()) ** 2)
     if resolved(dark, digital):
@@ -84,7 +88,9 @@ def gain_and_responsivity(pairs: list[Pair], dark: Pair, digital: bool):
         error = sqrt(
             1 / np.sum(weight * mean**2) + shared**2 * 2 * dark.variance_dn2**2 / dark.pixels
         )
-    else:  # rounding hides the dark noise, so its variance cannot be subtracted: the line finds its own floor
+    # rounding hides the dark noise, so its variance cannot be subtracted: the line finds its own
+    # floor
+    else:
         apart = mean - np.average(mean, weights=weight)
         slope = np.sum(weight * apart * variance) / np.sum(weight * apart**2)
         error = sqrt(1 / np.sum(weight * apart**2))
@@ -110,11 +116,14 @@ def resolved(dark: Pair, digital: bool) -> bool:
 
 
 def dark_noise_e(dark: Pair, gain: Estimate, digital: bool) -> Estimate:
-    """Return the temporal dark noise, electrons; where rounding hides it, its upper limit 0.40 DN (section 6.6)."""
+    """Return the temporal dark noise, electrons; where rounding hides it, its upper limit 0.40 DN
+    (section 6.6).
+    """
     if not resolved(dark, digital):
         return Estimate(0.40 / gain.value, 0.0, bound=True)
     variance = dark.variance_dn2 - rounding_dn2(digital)
-    # rounding adds 1/12 only on average over fractions of a step; the rest of its series (Widrow 1961) is at most this
+    # rounding adds 1/12 only on average over fractions of a step; the rest of its series (Widrow
+    # 1961) is at most this
     rest = (4 * variance + 1 / pi**2) * exp(-2 * pi**2 * variance) if digital else 0.0
     of_variance = sqrt(2 * dark.variance_dn2**2 / dark.pixels + rest**2)
     noise = sqrt(variance) / gain.value
@@ -124,7 +133,9 @@ def dark_noise_e(dark: Pair, gain: Estimate, digital: bool) -> Estimate:
 
 
 def saturation(pairs: list[Pair]) -> Pair:
-    """Return the level of largest temporal variance (section 6.6): beyond it, clipping takes noise away."""
+    """Return the level of largest temporal variance (section 6.6): beyond it, clipping takes noise
+    away.
+    """
     return max(pairs, key=lambda p: p.variance_dn2)
 
 
@@ -142,10 +153,12 @@ def full_well_e(blinded: Pair, dark: Pair, gain: Estimate, dark_noise: Estimate)
 def saturation_photons(
     pairs: list[Pair], dark: Pair, gain: Estimate, responsivity: Estimate, prnu_percent: float
 ) -> Estimate:
-    """Return the photons whose mean charge reaches the end of the scale, from how clipping takes the temporal noise away.
+    """Return the photons whose mean charge reaches the end of the scale, from how clipping takes
+    the temporal noise away.
 
-    The standard takes the level of largest variance, which is known to a few percent only: below the end the variance is flat. Here the
-    fall itself is fitted: at the end the noise of one pixel is 0.34 of what the transfer line says, whatever the gain.
+    The standard takes the level of largest variance, which is known to a few percent only: below
+    the end the variance is flat. Here the fall itself is fitted: at the end the noise of one pixel
+    is 0.34 of what the transfer line says, whatever the gain.
 
     Parameters
     ----------
@@ -193,7 +206,9 @@ def clipped_variance(t):
 
 
 def spatial(one: Stack) -> Estimate:
-    """Return the variance (DN^2) between pixels of a stack, freed of temporal noise (section 8.2)."""
+    """Return the variance (DN^2) between pixels of a stack, freed of temporal noise (section
+    8.2).
+    """
     raw = float(np.var(one.mean_dn, ddof=1))
     return Estimate(
         raw - one.left_dn2,
@@ -206,7 +221,8 @@ def dsnu_e(dark: Stack, gain: Estimate, shared: float) -> Estimate:
 
     Parameters
     ----------
-    shared : relative standard error of the pattern's own variance: of a few columns there are only a few draws.
+    shared : relative standard error of the pattern's own variance: of a few columns there are only
+        a few draws.
     """
     variance = spatial(dark)
     return root(
@@ -224,7 +240,9 @@ def root(square: float, error: float) -> Estimate:
 
 
 def prnu_percent(half: Stack, dark: Stack) -> Estimate:
-    """Return the photo response non-uniformity, percent rms, from a stack at half saturation (section 8.3)."""
+    """Return the photo response non-uniformity, percent rms, from a stack at half saturation
+    (section 8.3).
+    """
     lit, unlit = spatial(half), spatial(dark)
     signal = float(half.mean_dn.mean() - dark.mean_dn.mean())
     return root(
@@ -234,7 +252,9 @@ def prnu_percent(half: Stack, dark: Stack) -> Estimate:
 
 
 def linearity_error_percent(pairs: list[Pair], dark: Pair) -> Estimate:
-    """Return the mean deviation from the line of least relative deviations, 5 to 95 % of saturation, percent (section 7)."""
+    """Return the mean deviation from the line of least relative deviations, 5 to 95 % of
+    saturation, percent (section 7).
+    """
     top = saturation(pairs).photons
     lit = [p for p in pairs if 0.05 * top <= p.photons <= 0.95 * top]
     photons, mean = (

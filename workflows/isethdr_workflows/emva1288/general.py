@@ -1,8 +1,10 @@
-"""EMVA 1288 for cameras whose numbers are not linear in light: companded codes, soft knees, logarithms.
+"""EMVA 1288 for cameras whose numbers are not linear in light: companded codes, soft knees,
+logarithms.
 
-The standard's general model asks nothing of the response. Mean and temporal noise are measured level by level from pairs, and the
-noise is referred to the input by the slope of the measured response: no gain, no quantum efficiency. The truth is made without a
-picture: the distribution of the charge in closed form, pushed through the converter's curve by quadrature.
+The standard's general model asks nothing of the response. Mean and temporal noise are measured
+level by level from pairs, and the noise is referred to the input by the slope of the measured
+response: no gain, no quantum efficiency. The truth is made without a picture: the distribution of
+the charge in closed form, pushed through the converter's curve by quadrature.
 """
 
 from __future__ import annotations
@@ -24,7 +26,9 @@ BEYOND = (1.5, 10.0, 100.0, 1e4)  # of it, as far as the numbers go on
 
 
 def general_figures(bench: Bench):
-    """Yield (figure, unit, estimate, truth) of the bench's capture and channel: mean, temporal noise and SNR over its whole range."""
+    """Yield (figure, unit, estimate, truth) of the bench's capture and channel: mean, temporal
+    noise and SNR over its whole range.
+    """
     sensor, efficiency = bench.sensor, bench.efficiency()
     full_scale = sensor.full_scale_e()[bench.capture] / efficiency  # photons
     for share in (0.0, *SHARES, *BEYOND):
@@ -67,7 +71,9 @@ def general_figures(bench: Bench):
 
 
 def expected_dn(bench: Bench, light_e: float) -> tuple[float, float]:
-    """Return mean and temporal variance of the numbers of a pixel without fixed pattern, DN and DN^2, at so many mean light electrons."""
+    """Return mean and temporal variance of the numbers of a pixel without fixed pattern, DN and
+    DN^2, at so many mean light electrons.
+    """
     from isethdr_sensors.readout import converter
 
     model = bench.sensor.model()
@@ -77,7 +83,8 @@ def expected_dn(bench: Bench, light_e: float) -> tuple[float, float]:
         *charge_moments(bench, light_e + diode.dark_e_per_s * model.exposure_of(diode))
     )
     width = sqrt(reading.read_noise_e**2 + reading.row_noise_e**2)
-    # charge is clipped at the well before it is read, so the two noises are integrated one inside the other
+    # charge is clipped at the well before it is read, so the two noises are integrated one inside
+    # the other
     values = np.minimum(charge, diode.full_well_e)[:, None] + width * QUADRATURE[None, :]
     dn = converter.companded(converter.digitise(values, reading), reading)
     weight = share[:, None] * DENSITY
@@ -86,7 +93,9 @@ def expected_dn(bench: Bench, light_e: float) -> tuple[float, float]:
 
 
 def charge_distribution(mean_e: float, variance_e2: float):
-    """Return (charges, their probabilities): Poisson where little is spilled and it is no normal yet, normal beyond."""
+    """Return (charges, their probabilities): Poisson where little is spilled and it is no normal
+    yet, normal beyond.
+    """
     from scipy.stats import poisson
 
     if mean_e > NORMAL_FROM_E:
@@ -96,7 +105,9 @@ def charge_distribution(mean_e: float, variance_e2: float):
 
 
 def charge_moments(bench: Bench, arrived_e: float) -> tuple[float, float]:
-    """Return mean (e) and variance (e^2) of the charge that a capture reads: Poisson, or what a soft knee leaves of it."""
+    """Return mean (e) and variance (e^2) of the charge that a capture reads: Poisson, or what a
+    soft knee leaves of it.
+    """
     from isethdr_core.physics.detector.charge_dynamics_noise import EMPTY, flow_moments
 
     sensor = bench.sensor
@@ -109,7 +120,8 @@ def charge_moments(bench: Bench, arrived_e: float) -> tuple[float, float]:
 
 
 def mean_error_dn(bench: Bench, seen, slope_dn: float) -> float:
-    """Return the standard error of a channel's mean: temporal noise of two pictures, and the fixed patterns of the pixels.
+    """Return the standard error of a channel's mean: temporal noise of two pictures, and the fixed
+    patterns of the pixels.
 
     Parameters
     ----------
@@ -137,7 +149,9 @@ def mean_error_dn(bench: Bench, seen, slope_dn: float) -> float:
 
 
 def kurtosis_factor(bench: Bench) -> float:
-    """Return n times the relative variance of a sample variance: 2 for normal noise, more where some pixels read wider."""
+    """Return n times the relative variance of a sample variance: 2 for normal noise, more where
+    some pixels read wider.
+    """
     from isethdr_sensors.noise.read_noise import TAIL_WIDTH
 
     share = bench.sensor.model().readings[bench.capture].read_tail_percent / 100

@@ -1,8 +1,9 @@
 """EMVA 1288 on simulated cameras: the standard's procedure must find what the camera was made of.
 
-Every linear capture and every channel is measured from its pictures alone: photon transfer, dark series, stacks for non-uniformity,
-linearity. Companded codes and soft knees are measured by the general model (`emva1288_general`). What is found is held against the
-sensor's own fields, in units of the estimate's standard error.
+Every linear capture and every channel is measured from its pictures alone: photon transfer, dark
+series, stacks for non-uniformity, linearity. Companded codes and soft knees are measured by the
+general model (`emva1288_general`). What is found is held against the sensor's own fields, in units
+of the estimate's standard error.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from .camera import Bench, pair, stack
 from .dark import DarkSeries, dark_series, pictures_needed
 from .general import general_figures
 
-LEVELS = 24  # of the photon transfer series; the standard asks for at least 9, here over all of the range
+# of the photon transfer series; the standard asks for at least 9, here over all of the range
+LEVELS = 24
 NEAR_THE_END = np.linspace(-4, 4, 17)  # shot noises from the end of the scale
 
 
@@ -29,7 +31,8 @@ def emva1288(
     Parameters
     ----------
     sensor : name or preset, as in `isethdr run sensor=...`; `all` takes every one that has noise.
-    size : pixels a side. pictures : of a stack; the dark one has as many as the DSNU asks for, for low gains thousands. seed : of the noise.
+    size : pixels a side. pictures : of a stack; the dark one has as many as the DSNU asks for, for
+        low gains thousands. seed : of the noise.
     """
     names = measurable_sensors() if sensor == "all" else [sensor]
     return [
@@ -69,14 +72,18 @@ def measurable_sensors() -> list[str]:
 
 
 def measurable(sensor) -> bool:
-    """Return whether the standard has something to measure: noise, in the electrons of a photodiode."""
+    """Return whether the standard has something to measure: noise, in the electrons of a
+    photodiode.
+    """
     from isethdr_sensors.imaging_sensor import ImagingSensor
 
     return isinstance(sensor, ImagingSensor) and sensor.noise
 
 
 def bent(sensor) -> bool:
-    """Return whether some capture is not linear in light over all its numbers: companded codes, a soft knee."""
+    """Return whether some capture is not linear in light over all its numbers: companded codes, a
+    soft knee.
+    """
     return bool(sensor.companding) or hasattr(sensor, "well")
 
 
@@ -123,7 +130,9 @@ def measure(sensor, size: int, pictures: int, seed: int) -> list[dict]:
 
 
 def dark_pictures(bench: Bench) -> int:
-    """Return how many dark pictures the DSNU of the bench's capture and channel asks for; 0 where there is none or rounding hides it."""
+    """Return how many dark pictures the DSNU of the bench's capture and channel asks for; 0 where
+    there is none or rounding hides it.
+    """
     truth, digital = made_of(bench), bench.sensor.bits > 0
     noise_dn2 = (truth["gain"] * truth["dark_noise_e"]) ** 2 + find.rounding_dn2(digital)
     if digital and noise_dn2 < find.RESOLVED_DN2:
@@ -158,7 +167,9 @@ def verdict(found: find.Estimate, true: float) -> str:
 
 
 def figures(bench: Bench, pictures: int, series: DarkSeries):
-    """Yield (figure, unit, estimate, truth) of the bench's capture and channel by the linear model, with the camera's dark pictures."""
+    """Yield (figure, unit, estimate, truth) of the bench's capture and channel by the linear model,
+    with the camera's dark pictures.
+    """
     sensor = bench.sensor
     truth = made_of(bench)
     digital = sensor.bits > 0
@@ -202,7 +213,9 @@ def figures(bench: Bench, pictures: int, series: DarkSeries):
 
 
 def made_of(bench: Bench) -> dict:
-    """Return what the sensor's own fields say about the bench's capture and channel, in the standard's terms."""
+    """Return what the sensor's own fields say about the bench's capture and channel, in the
+    standard's terms.
+    """
     model = bench.sensor.model()
     reading = model.readings[bench.capture]
     diode = model.diode_of(reading)

@@ -1,7 +1,8 @@
-"""Dead leaves: pictures of overlapping shapes of every size, after Lee, Mumford, Huang 2001; their statistics are those of scenes.
+"""Dead leaves: pictures of overlapping shapes of every size, after Lee, Mumford, Huang 2001; their
+statistics are those of scenes.
 
-Shapes are discs and turned rectangles with power-law sizes. Each has one smooth reflectance and one brightness; some carry
-stripes down to the finest a pixel can tell. One light falls on all.
+Shapes are discs and turned rectangles with power-law sizes. Each has one smooth reflectance and one
+brightness; some carry stripes down to the finest a pixel can tell. One light falls on all.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""Demosaic methods compared: PSNR and colour difference on charts and on a stripe pattern, in light and in the dark."""
+"""Demosaic methods compared: PSNR and colour difference on charts and on a stripe pattern, in light
+and in the dark.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,8 @@ def demosaic_methods(rows: int = 120, columns: int = 160, luminances: str = "100
 
     Returns
     -------
-    rows with psnr_db (of displayed sRGB, 8 bit) and ciede2000 (mean), both against the true picture at the same white.
+    rows with psnr_db (of displayed sRGB, 8 bit) and ciede2000 (mean), both against the true picture
+    at the same white.
     """
     from isethdr_core import generator
     from isethdr_core.plugins.registry import build
@@ -56,7 +59,9 @@ def demosaic_methods(rows: int = 120, columns: int = 160, luminances: str = "100
 
 
 def radiance(chart: str, level: float, rows: int, columns: int):
-    """Return mixed radiance of a chart with a white of `level` cd/m2; stripes are a sine that grows finer to the right."""
+    """Return mixed radiance of a chart with a white of `level` cd/m2; stripes are a sine that grows
+    finer to the right.
+    """
     from isethdr_core.plugins.registry import build
 
     size = {"width": (columns + 8) * TILES, "height": (rows + 8) * TILES, "luminance_cd_m2": level}

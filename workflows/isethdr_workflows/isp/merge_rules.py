@@ -1,8 +1,10 @@
-"""Merge rules compared over eight decades of light: signal to noise, bias, and whether the reported variance is right.
+"""Merge rules compared over eight decades of light: signal to noise, bias, and whether the reported
+variance is right.
 
-One pixel of the split-pixel sensor is drawn many times at each level, through shot noise, full well, read noise and converter,
-and merged by every rule. Noise whose mean is known (the counts before the well, the read noises) is regressed out of the mean,
-so a bias of 0.1 % is one standard error at 1 e with 100 000 draws, where the plain mean shows 0.5 %.
+One pixel of the split-pixel sensor is drawn many times at each level, through shot noise, full
+well, read noise and converter, and merged by every rule. Noise whose mean is known (the counts
+before the well, the read noises) is regressed out of the mean, so a bias of 0.1 % is one standard
+error at 1 e with 100 000 draws, where the plain mean shows 0.5 %.
 """
 
 from __future__ import annotations
@@ -33,13 +35,15 @@ def merge_rules(draws: int = 100000, seed: int = 1, levels: str = "") -> list[di
     ----------
     draws : pixels per level.
     seed : of the random numbers.
-    levels : electrons of the large photodiode, parted by commas; empty takes eight decades up to the last end, and all ends of captures.
+    levels : electrons of the large photodiode, parted by commas; empty takes eight decades up to
+        the last end, and all ends of captures.
 
     Returns
     -------
-    rows with level_e, rule, snr_db (level over rms error), bias_percent and its standard error, reported_over_true (variance),
-    near_top (within 4 sd below to 3 sd above the end of a capture, where no rule can be good), and what a row stands for, empty
-    for a level of the table; the last rows are the figures of `asked`.
+    rows with level_e, rule, snr_db (level over rms error), bias_percent and its standard error,
+    reported_over_true (variance), near_top (within 4 sd below to 3 sd above the end of a capture,
+    where no rule can be good), and what a row stands for, empty for a level of the table; the last
+    rows are the figures of `asked`.
     """
     from isethdr_core.plugins.registry import build
 
@@ -70,7 +74,9 @@ def rules() -> dict:
 
 
 def own_noise(groups, per_light):
-    """Return the textbook mean: every read weighted by its own noisy inverse variance, reads taken as independent."""
+    """Return the textbook mean: every read weighted by its own noisy inverse variance, reads taken
+    as independent.
+    """
     from isethdr_isp.readout.combine import Merged
 
     total = weight = 0.0
@@ -106,7 +112,8 @@ def hard_switch(groups, per_light):
 
 
 def shot(model, level_e: float, draws: int, rng):
-    """Return (groups, per_light, controls) of `draws` pixels whose large photodiode collects `level_e` electrons of light.
+    """Return (groups, per_light, controls) of `draws` pixels whose large photodiode collects
+    `level_e` electrons of light.
 
     Controls (draw, control) are the parts of the noise whose mean is known to be 0.
     """
@@ -146,7 +153,9 @@ def shot(model, level_e: float, draws: int, rng):
 
 
 def judged(merged, controls, level_e: float) -> dict:
-    """Return signal to noise, bias with its standard error, and reported over true variance of one merged level."""
+    """Return signal to noise, bias with its standard error, and reported over true variance of one
+    merged level.
+    """
     x = merged.signal_e[0]
     scale = np.sqrt((controls**2).mean(0))
     a = np.column_stack([np.ones(len(x)), controls / np.where(scale > 0, scale, 1.0)])
@@ -157,9 +166,9 @@ def judged(merged, controls, level_e: float) -> dict:
         "snr_db": float(20 * np.log10(level_e / rms)),
         "bias_percent": float(100 * (fit[0] / level_e - 1)),
         "bias_error_percent": float(100 * rest.std() / np.sqrt(len(x)) / level_e),
-        "reported_over_true": float(merged.variance_e2.mean() / variance)
-        if variance > 0
-        else float("nan"),
+        "reported_over_true": (
+            float(merged.variance_e2.mean() / variance) if variance > 0 else float("nan")
+        ),
     }
 
 
@@ -187,16 +196,20 @@ def near_top(model, level_e: float) -> bool:
 
 
 def default_levels(model) -> list[float]:
-    """Return levels over eight decades, four a decade, and those around the end of every capture."""
+    """Return levels over eight decades, four a decade, and those around the end of every
+    capture.
+    """
     around = [end + k * sd for end, sd in zip(ends_e(model), ends_sd(model)) for k in TOPS_SD]
     return sorted({*np.geomspace(7e-3, 7e5, 33).round(6), *np.round(around, 1)})
 
 
 def asked(rows, model) -> list[dict]:
-    """Return the rows that answer what is asked of the default rule, from 1 e to 4 sd below the end of the small photodiode.
+    """Return the rows that answer what is asked of the default rule, from 1 e to 4 sd below the end
+    of the small photodiode.
 
-    Its worst bias (what two standard errors do not explain), its worst reported variance, and the rule that beats it by most: of
-    those unbiased at every level, and, stricter, of all at levels where they are unbiased, away from the ends of captures.
+    Its worst bias (what two standard errors do not explain), its worst reported variance, and the
+    rule that beats it by most: of those unbiased at every level, and, stricter, of all at levels
+    where they are unbiased, away from the ends of captures.
     """
     end, sd = max(zip(ends_e(model), ends_sd(model)))
     held = [r for r in rows if 1 <= r["level_e"] <= end - 4 * sd]
@@ -214,11 +227,17 @@ def asked(rows, model) -> list[dict]:
     out = [
         {
             **worst,
-            "asked": f"worst bias beyond 2 standard errors: {100 * _bias(worst):.3f} %; asked: below 0.1 %",
+            "asked": (
+                f"worst bias beyond 2 standard errors: {100 * _bias(worst):.3f} %; asked: below"
+                " 0.1 %"
+            ),
         },
         {
             **odd,
-            "asked": f"worst reported variance: {100 * (odd['reported_over_true'] - 1):+.1f} %; asked: within 5 %",
+            "asked": (
+                f"worst reported variance: {100 * (odd['reported_over_true'] - 1):+.1f} %; asked:"
+                " within 5 %"
+            ),
         },
     ]
     none = {key: float("nan") for key in worst} | {"rule": "none", "near_top": False}

@@ -1,7 +1,8 @@
-"""Train the learned demosaic: ridge regression of one linear filter per place of the array and local class.
+"""Train the learned demosaic: ridge regression of one linear filter per place of the array and
+local class.
 
-The pictures are `dead_leaves` seen through the sensors' own filter curves, with shot and read noise at levels from a few
-electrons up. No picture from anywhere else goes in.
+The pictures are `dead_leaves` seen through the sensors' own filter curves, with shot and read noise
+at levels from a few electrons up. No picture from anywhere else goes in.
 """
 
 from __future__ import annotations
@@ -21,7 +22,10 @@ RECIPE = {
     "read_noise_e": [0.5, 10.0],
     "ridge": 3e-4,
     "weight": "1 / (local variance + 1e-3 local mean^2)",
-    "scene": "dead leaves, 73 smooth reflectances in daylight, halogen, LED and sodium light, shapes and stripes by formula",
+    "scene": (
+        "dead leaves, 73 smooth reflectances in daylight, halogen, LED and sodium light, shapes and"
+        " stripes by formula"
+    ),
     "sensor": "filter curves of sensor=bayer with the array in place",
     "version": 1,
 }
@@ -40,8 +44,9 @@ def train_demosaic(
 
     Returns
     -------
-    rows with cfa, filters (count), samples (pixels learned from), rms errors of bilinear and learned planes on pictures of another
-    seed (relative to the noise-free mean), recipe (first digits of its hash), bytes of the file.
+    rows with cfa, filters (count), samples (pixels learned from), rms errors of bilinear and
+    learned planes on pictures of another seed (relative to the noise-free mean), recipe (first
+    digits of its hash), bytes of the file.
     """
     from isethdr_isp.demosaic.learned import TABLE, exact
 
@@ -87,7 +92,8 @@ def trained(cell: str, recipe: dict) -> np.ndarray:
     for number in range(recipe["pictures"]):
         planes, mosaic, filters, variance = example(cell, recipe, number)
         kinds, near = classes(mosaic, filters, variance), neighbourhoods(mosaic, tile.shape)
-        # errors count in units of the noise around, and where there is little of it in units of the signal around
+        # errors count in units of the noise around, and where there is little of it in units of the
+        # signal around
         weight = 1 / (local_mean(variance) + 1e-3 * local_mean(mosaic) ** 2)
         for y, x in np.ndindex(tile.shape):
             at = np.s_[y :: tile.shape[0], x :: tile.shape[1]]
@@ -105,9 +111,11 @@ def trained(cell: str, recipe: dict) -> np.ndarray:
 
 
 def solved(gram, cross, taps, base, ridge: float) -> np.ndarray:
-    """Return the filters that minimise the error under the sums of `learned.exact`, drawn to `base` by the ridge.
+    """Return the filters that minimise the error under the sums of `learned.exact`, drawn to `base`
+    by the ridge.
 
-    gram (row, column, class, tap, tap), cross (row, column, class, tap, channel), taps and base (row, column, channel, tap).
+    gram (row, column, class, tap, tap), cross (row, column, class, tap, channel), taps and base
+    (row, column, channel, tap).
     """
     out = np.empty((*gram.shape[:3], *base.shape[2:]))
     for y, x in np.ndindex(gram.shape[:2]):
@@ -123,7 +131,9 @@ def solved(gram, cross, taps, base, ridge: float) -> np.ndarray:
 
 
 def base_filters(cell: str) -> np.ndarray:
-    """Return the bilinear filters (row, column, channel, tap): what is used where nothing was learned."""
+    """Return the bilinear filters (row, column, channel, tap): what is used where nothing was
+    learned.
+    """
     from isethdr_isp.demosaic.interpolation import plane_weights
     from isethdr_isp.demosaic.learned import RADIUS, SIDE, sampled
 
@@ -136,7 +146,9 @@ def base_filters(cell: str) -> np.ndarray:
 
 
 def example(cell: str, recipe: dict, number: int):
-    """Return noise-free planes (channel, y, x), a noisy mosaic (y, x), its filters and its variance, all in electrons."""
+    """Return noise-free planes (channel, y, x), a noisy mosaic (y, x), its filters and its
+    variance, all in electrons.
+    """
     from isethdr_isp.demosaic.learned import cell_of, channels_of
 
     from .dead_leaves import dead_leaves
@@ -154,7 +166,9 @@ def example(cell: str, recipe: dict, number: int):
 
 
 def colours(cell: str, rng) -> np.ndarray:
-    """Return (surface, channel) electrons of smooth reflectances in one of the four lights, some of them paler."""
+    """Return (surface, channel) electrons of smooth reflectances in one of the four lights, some of
+    them paler.
+    """
     from isethdr_isp.spectra import LIGHTS, light, reflectances
 
     response = curves(cell)
@@ -181,7 +195,9 @@ def curves(cell: str) -> np.ndarray:
 
 
 def held_out(table: dict, cell: str, recipe: dict, pictures: int = 6) -> tuple[float, float]:
-    """Return the rms errors of bilinear and learned planes on pictures of another seed, relative to the mean of each plane."""
+    """Return the rms errors of bilinear and learned planes on pictures of another seed, relative to
+    the mean of each plane.
+    """
     from isethdr_isp.demosaic.interpolation import demosaic
     from isethdr_isp.demosaic.learned import channels_of, learned
 

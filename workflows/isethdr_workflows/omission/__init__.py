@@ -12,7 +12,8 @@ from isethdr_core.errors import ConfigError, did_you_mean
 
 
 def omission(case: str = "", rendered: int = 1) -> list[dict]:
-    """Run ten cases in two ways, leaving out what nobody needs and computing everything: work saved, and whether they agree.
+    """Run ten cases in two ways, leaving out what nobody needs and computing everything: work
+    saved, and whether they agree.
 
     Parameters
     ----------
@@ -21,8 +22,10 @@ def omission(case: str = "", rendered: int = 1) -> list[dict]:
 
     Returns
     -------
-    rows with case, what its plan leaves out, CPU seconds of the run and of the run with `leave_out=false`, the least of two each (five where nothing is rendered), their ratio, the
-    share of the second that the plan alone takes, the difference and its bound of the reading nearest to it, in electrons, and agree.
+    rows with case, what its plan leaves out, CPU seconds of the run and of the run with
+    `leave_out=false`, the least of two each (five where nothing is rendered), their ratio, the
+    share of the second that the plan alone takes, the difference and its bound of the reading
+    nearest to it, in electrons, and agree.
 
     Raises
     ------

@@ -1,4 +1,6 @@
-"""Both runs of a case, in turn and each in an empty home: their work, the largest difference of their readings, and what may differ."""
+"""Both runs of a case, in turn and each in an empty home: their work, the largest difference of
+their readings, and what may differ.
+"""
 
 from __future__ import annotations
 
@@ -28,12 +30,16 @@ NEEDLESS = (
 TURNS = {
     True: 2,
     False: 5,
-}  # of both runs, rendered or not: the first grows the process's memory, and short ones scatter by a fifth
+    # of both runs, rendered or not: the first grows the process's memory, and short ones scatter by a
+    # fifth
+}
 NOISE_SD = "standard deviations of the sensor's noise"
 
 
 def compared(name: str, case, turns: int | None = None) -> dict:
-    """Return the row of one case: both runs in turn, and the least work that each took, for what else the machine does adds to it."""
+    """Return the row of one case: both runs in turn, and the least work that each took, for what
+    else the machine does adds to it.
+    """
     from isethdr_core import compose
 
     config, whole = compose(list(case.overrides)), compose([*case.overrides, "leave_out=false"])
@@ -77,7 +83,9 @@ def measured(work):
 
 
 def planned(config):
-    """Return the ledger of a plan, made from the config as `isethdr plan` does, with the search for what is stored."""
+    """Return the ledger of a plan, made from the config as `isethdr plan` does, with the search for
+    what is stored.
+    """
     from isethdr_core.ledger import Ledger
     from isethdr_core.pipeline import runtime_estimate
     from isethdr_core.pipeline.chain import chain, plan
@@ -94,7 +102,9 @@ def planned(config):
 
 
 def readings_of(done) -> dict:
-    """Return what is compared of a finished run: captures in electrons, their noise, and the ledger."""
+    """Return what is compared of a finished run: captures in electrons, their noise, and the
+    ledger.
+    """
     [camera] = done.cameras
     shot = done.open(f"captures/{camera}").load()
     gain, black = (shot[name].values[:, None, None] for name in ("gain_dn_per_e", "black_dn"))
@@ -112,11 +122,13 @@ def readings_of(done) -> dict:
 
 
 def largest(few: dict, every: dict) -> tuple[float, float]:
-    """Return the difference of a reading that comes nearest to its bound or exceeds it most, and that bound, in electrons.
+    """Return the difference of a reading that comes nearest to its bound or exceeds it most, and
+    that bound, in electrons.
 
-    Light may differ by what the ledger bounds: the lens's error in standard deviations of noise, the bands that were left out, rounding.
-    A reading may differ by twice that, for a count follows its mean by at most so much, and where light differs at all by one
-    electron and one code more, because counts and codes are whole.
+    Light may differ by what the ledger bounds: the lens's error in standard deviations of noise,
+    the bands that were left out, rounding. A reading may differ by twice that, for a count follows
+    its mean by at most so much, and where light differs at all by one electron and one code more,
+    because counts and codes are whole.
     """
     apart = np.abs(few["electrons"] - every["electrons"])
     sd = sum(
@@ -138,12 +150,15 @@ def largest(few: dict, every: dict) -> tuple[float, float]:
 
 
 def needless(left) -> bool:
-    """Return whether something was left out because nobody needs it, not because it could not be known."""
+    """Return whether something was left out because nobody needs it, not because it could not be
+    known.
+    """
     return left.why.startswith(NEEDLESS)
 
 
 def warmed(rendered=()) -> None:
-    """Run a small chart, and every case that is to be `rendered` with two paths a tile both ways: no run pays for imports or compiled code.
+    """Run a small chart, and every case that is to be `rendered` with two paths a tile both ways:
+    no run pays for imports or compiled code.
 
     The one that came first would: code is compiled once per machine, whatever is left out.
     """

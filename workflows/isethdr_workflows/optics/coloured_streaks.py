@@ -1,4 +1,6 @@
-"""Coloured streaks: dust around a white lamp, bands of one wavelength each against bands integrated over their width."""
+"""Coloured streaks: dust around a white lamp, bands of one wavelength each against bands integrated
+over their width.
+"""
 
 from __future__ import annotations
 
@@ -14,18 +16,21 @@ GAP = 4  # white columns between both pictures
 
 
 def coloured_streaks(picture: str = "", tiles: int = 200, error: float = 0.03) -> list[dict]:
-    """Return one row per radius: the error of kernels of one wavelength, of integrated ones, and what those state.
+    """Return one row per radius: the error of kernels of one wavelength, of integrated ones, and
+    what those state.
 
     Parameters
     ----------
-    picture : file for both point spreads in colour, one wavelength per band on the left; empty writes none.
+    picture : file for both point spreads in colour, one wavelength per band on the left; empty
+        writes none.
     tiles : from the lamp to the picture's border.
     error : relative, allowed per tile.
 
     Returns
     -------
-    rows with radius_tiles, one_wavelength, integrated (relative L1 against bands integrated to 0.5 %, worst of three bands), stated
-    (by the kernels), sub_bands (speckles that the band draws out into one, at 550 nm).
+    rows with radius_tiles, one_wavelength, integrated (relative L1 against bands integrated to 0.5
+    %, worst of three bands), stated (by the kernels), sub_bands (speckles that the band draws out
+    into one, at 550 nm).
     """
     from isethdr_core.plugins.registry import build
 
@@ -52,7 +57,9 @@ def coloured_streaks(picture: str = "", tiles: int = 200, error: float = 0.03) -
 
 
 def compared(usual, fine, flare, wave: float, step: float, tiles: int) -> dict:
-    """Return {octave of radius: (error of one wavelength, error of the band's kernel, error it states)}."""
+    """Return {octave of radius: (error of one wavelength, error of the band's kernel, error it
+    states)}.
+    """
     from isethdr_optics.psf.kernels import kernels
 
     pitch, reach, waves = (
@@ -81,7 +88,9 @@ def compared(usual, fine, flare, wave: float, step: float, tiles: int) -> dict:
 
 
 def write_picture(path: str, lens, flare, tiles: int) -> None:
-    """Write both point spreads, each light divided by the mean of its radius, so that all radii show."""
+    """Write both point spreads, each light divided by the mean of its radius, so that all radii
+    show.
+    """
     from isethdr_optics.psf.kernels import kernels
     from PIL import Image
 
@@ -101,7 +110,9 @@ def write_picture(path: str, lens, flare, tiles: int) -> None:
 
 
 def shown(cube, waves) -> np.ndarray:
-    """Return sRGB (y, x, 3) uint8 of a point spread (band, y, x) of a lamp of equal energy, flat over the radius."""
+    """Return sRGB (y, x, 3) uint8 of a point spread (band, y, x) of a lamp of equal energy, flat
+    over the radius.
+    """
     from isethdr_core.physics.colour.colour_spaces import linear_srgb, srgb_encode
     from isethdr_core.physics.photometry import xyz
 

@@ -1,4 +1,6 @@
-"""Convolution methods compared: error against run time beside lamps of up to 1e12 times the background."""
+"""Convolution methods compared: error against run time beside lamps of up to 1e12 times the
+background.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,8 @@ SAMPLED = 40  # pixels at which long double sums are taken, and the darkest
 
 
 def convolution_methods(rows: int = 270, columns: int = 480) -> list[dict]:
-    """Return one row per lamp brightness and method, for a kernel that falls with the cube of distance over the whole frame.
+    """Return one row per lamp brightness and method, for a kernel that falls with the cube of
+    distance over the whole frame.
 
     Parameters
     ----------
@@ -20,7 +23,8 @@ def convolution_methods(rows: int = 270, columns: int = 480) -> list[dict]:
 
     Returns
     -------
-    rows with the largest relative error at sampled pixels, against long double sums, negative pixels, and CPU seconds with the kernel prepared.
+    rows with the largest relative error at sampled pixels, against long double sums, negative
+    pixels, and CPU seconds with the kernel prepared.
     """
     out = []
     y, x = np.arange(1 - rows, rows), np.arange(1 - columns, columns)
@@ -59,7 +63,9 @@ def frame(rows: int, columns: int, ratio: float):
 
 
 def prepare(psf, shape) -> dict:
-    """Return what the methods share: the product's kernel, the spectrum in both precisions, and the psf itself."""
+    """Return what the methods share: the product's kernel, the spectrum in both precisions, and the
+    psf itself.
+    """
     from isethdr_core.physics.convolution import prepare as ready
     from isethdr_core.physics.convolution.transform import whole
 

@@ -1,4 +1,6 @@
-"""Ghosts of a night drive: headlights reflected between the surfaces of a lens, bare and coated, through a six-bladed iris."""
+"""Ghosts of a night drive: headlights reflected between the surfaces of a lens, bare and coated,
+through a six-bladed iris.
+"""
 
 from __future__ import annotations
 
@@ -21,15 +23,16 @@ def ghosts_night(
 
     Parameters
     ----------
-    picture : file for the pictures (png or jpg): with the ghosts of each coating, and the ghosts alone; empty writes none.
+    picture : file for the pictures (png or jpg): with the ghosts of each coating, and the ghosts
+        alone; empty writes none.
     experiment, renderer : whose rendering is used; stored radiance serves.
 
     Returns
     -------
-    rows with coating, pairs (traced), strongest_pair (largest share of a lamp's light in the ghosts of one pair of surfaces, by
-    matrices, in the band where the coating is worst),
-    added (light of all ghosts on the sensor over that of the image), opposite (share of ghost light across the axis from the
-    brightest lamp), red_over_blue (of the ghosts over that of the image).
+    rows with coating, pairs (traced), strongest_pair (largest share of a lamp's light in the ghosts
+    of one pair of surfaces, by matrices, in the band where the coating is worst), added (light of
+    all ghosts on the sensor over that of the image), opposite (share of ghost light across the axis
+    from the brightest lamp), red_over_blue (of the ghosts over that of the image).
     """
     from ..paper.rendered_scene import rendered
 
@@ -80,7 +83,9 @@ def study(mixed, picture: str = "") -> list[dict]:
 
 
 def figures(clean, added, traced, left) -> dict:
-    """Return the figures of one coating from the image's irradiance, that of its ghosts, and the pairs of surfaces."""
+    """Return the figures of one coating from the image's irradiance, that of its ghosts, and the
+    pairs of surfaces.
+    """
     total = clean.values.sum(axis=0)
     row, column = np.unravel_index(int(total.argmax()), total.shape)
     ghosts = added.values.sum(axis=0, dtype=float)
@@ -101,7 +106,9 @@ def figures(clean, added, traced, left) -> dict:
 
 
 def seen(light, lens, white_cd_m2: float):
-    """Return sRGB bytes of irradiance, as the radiance of a scene that would make it, at a stated white."""
+    """Return sRGB bytes of irradiance, as the radiance of a scene that would make it, at a stated
+    white.
+    """
     from isethdr_core.display.display_view import display
     from isethdr_core.quantities import tristimulus
 

@@ -1,4 +1,6 @@
-"""Day and night: one rendering, two mixes of its light groups, and the light on the sensor along a line through a headlight."""
+"""Day and night: one rendering, two mixes of its light groups, and the light on the sensor along a
+line through a headlight.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,8 @@ from .rendered_scene import lux_of, rendered, through, write_sheet
 
 
 def paper_fig3(picture: str = "", scene: str = "night_drive") -> list[dict]:
-    """Return the illuminance on the sensor by day and by night, and the profile through the brightest headlight.
+    """Return the illuminance on the sensor by day and by night, and the profile through the
+    brightest headlight.
 
     Parameters
     ----------
@@ -17,7 +20,8 @@ def paper_fig3(picture: str = "", scene: str = "night_drive") -> list[dict]:
 
     Returns
     -------
-    rows with version, lux_headlight (peak), lux_median, decades between them, and sky_share of the light.
+    rows with version, lux_headlight (peak), lux_median, decades between them, and sky_share of the
+    light.
     """
     from isethdr_core.config.composition import compose
     from isethdr_core.pipeline.chain import chain

@@ -1,4 +1,6 @@
-"""Flare of apertures: blades across, dirt down, five lights that each step down by ten; a table and one picture sheet."""
+"""Flare of apertures: blades across, dirt down, five lights that each step down by ten; a table and
+one picture sheet.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,8 @@ MARGIN = 3  # white tiles between cells
 
 
 def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[dict]:
-    """Return one row per iris and density of dirt: the light it passes and the veil beside the lights.
+    """Return one row per iris and density of dirt: the light it passes and the veil beside the
+    lights.
 
     Parameters
     ----------
@@ -27,8 +30,8 @@ def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[d
 
     Returns
     -------
-    rows with transmitted (share of the open round stop), lux_peak, lux_median (what flare leaves in the dark), decades
-    between the two, and discs_seen (of five, twice the median ring around them).
+    rows with transmitted (share of the open round stop), lux_peak, lux_median (what flare leaves in
+    the dark), decades between the two, and discs_seen (of five, twice the median ring around them).
     """
     from isethdr_core.physics.photometry import luminance
     from isethdr_core.plugins.registry import build
@@ -62,7 +65,9 @@ def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[d
 
 
 def lights(width: int, height: int):
-    """Return mixed radiance of five discs, 1e6 to 1e2 cd/m2, on a ground of 1e-3 cd/m2; a tile is `PITCH_UM` on the sensor."""
+    """Return mixed radiance of five discs, 1e6 to 1e2 cd/m2, on a ground of 1e-3 cd/m2; a tile is
+    `PITCH_UM` on the sensor.
+    """
     from isethdr_core.plugins.registry import build
 
     field = np.degrees(2 * np.arctan(width * PITCH_UM * 1e-3 / FOCAL_MM / 2))

@@ -1,4 +1,6 @@
-"""Exposure ladder of a phone camera at night: road users come out of the dark and drown in the growing flare of headlights."""
+"""Exposure ladder of a phone camera at night: road users come out of the dark and drown in the
+growing flare of headlights.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +27,9 @@ def paper_fig5(picture: str = "", scene: str = "night_drive") -> list[dict]:
 
     Returns
     -------
-    rows with exposure_s, saturated_percent of the pixels, snr_person (median signal over noise of pixels of people and cyclists),
-    detection (median contrast detection probability of those objects).
+    rows with exposure_s, saturated_percent of the pixels, snr_person (median signal over noise of
+    pixels of people and cyclists), detection (median contrast detection probability of those
+    objects).
     """
     from isethdr_core.plugins.registry import build
 
@@ -62,7 +65,9 @@ def paper_fig5(picture: str = "", scene: str = "night_drive") -> list[dict]:
 
 
 def people(seen, true, labels, detection) -> dict:
-    """Return signal to noise and contrast detection of the people in a picture; NaN where there are none."""
+    """Return signal to noise and contrast detection of the people in a picture; NaN where there are
+    none.
+    """
     scores = [
         s
         for s in detection(seen, true, labels)

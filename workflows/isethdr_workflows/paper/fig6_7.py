@@ -1,4 +1,6 @@
-"""Split pixel, three captures: in a tunnel, and beside headlights whose flare fills the large photodiode."""
+"""Split pixel, three captures: in a tunnel, and beside headlights whose flare fills the large
+photodiode.
+"""
 
 from __future__ import annotations
 
@@ -20,8 +22,9 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
 
     Returns
     -------
-    rows with capture, saturated_percent, decades of luminance between the darkest pixel with a signal to noise of 1 and the
-    brightest that is not saturated, and log_error: median over pixels of |log10 of seen over true luminance|.
+    rows with capture, saturated_percent, decades of luminance between the darkest pixel with a
+    signal to noise of 1 and the brightest that is not saturated, and log_error: median over pixels
+    of |log10 of seen over true luminance|.
 
     Raises
     ------
@@ -75,7 +78,9 @@ def kept(seen, true) -> dict:
 
 
 def write(path: str, pictures: dict, true, white: float, row: int) -> None:
-    """Write the captures and their combination at one white, and the luminance along `row`, where most of the large photodiode is full."""
+    """Write the captures and their combination at one white, and the luminance along `row`, where
+    most of the large photodiode is full.
+    """
     views = [shown(p, white) for p in pictures.values()]
 
     def profile(axes):

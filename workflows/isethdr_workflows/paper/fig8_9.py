@@ -1,4 +1,6 @@
-"""RGB against RGBW filters from starlight to a lit room: structural similarity and colour error, classical and learned demosaic."""
+"""RGB against RGBW filters from starlight to a lit room: structural similarity and colour error,
+classical and learned demosaic.
+"""
 
 from __future__ import annotations
 
@@ -16,18 +18,21 @@ LENS = {"f_number": 4.0}
 def paper_fig8_9_classical(
     picture: str = "", scene: str = "night_drive", levels: int = 10, draws: int = 3
 ) -> list[dict]:
-    """Return SSIM of a driving scene by daylight and CIEDE2000 of a colour chart, against mean illuminance on the sensor.
+    """Return SSIM of a driving scene by daylight and CIEDE2000 of a colour chart, against mean
+    illuminance on the sensor.
 
     Parameters
     ----------
-    picture : file for the pictures at 0.1 and 0.25 lux and the two curves (png or jpg); empty writes none.
+    picture : file for the pictures at 0.1 and 0.25 lux and the two curves (png or jpg); empty
+        writes none.
     scene : experiment whose rendering is used, lit by its sky alone; its stored radiance serves.
     levels : mean illuminances, 0.01 to 10 lux, equal steps of their logarithm.
     draws : shots that each score is the mean of.
 
     Returns
     -------
-    rows with filters, demosaic, mean_lux, ssim and ciede2000, each with its standard error over shots.
+    rows with filters, demosaic, mean_lux, ssim and ciede2000, each with its standard error over
+    shots.
     """
     from isethdr_core.plugins.registry import build
 
@@ -95,7 +100,9 @@ def colour_chart():
 
 
 def at_noise(isp, sensor, mixed, light, scene, lux: float):
-    """Return the isp with its colour matrix solved for the noise at `lux`: clear pixels only help where noise counts beside colour."""
+    """Return the isp with its colour matrix solved for the noise at `lux`: clear pixels only help
+    where noise counts beside colour.
+    """
     from dataclasses import replace
 
     _, seen, _, _ = seen_by(sensor, isp, *at_level(mixed, light, lux), scene)

@@ -1,10 +1,14 @@
-"""What the figures of the paper share: a rendered scene with its lens and dirt, and sheets of labelled pictures."""
+"""What the figures of the paper share: a rendered scene with its lens and dirt, and sheets of
+labelled pictures.
+"""
 
 from __future__ import annotations
 
 
 def rendered(*overrides):
-    """Return (chain, scene radiance) of a composed config: read from its store, rendered only where it is not there."""
+    """Return (chain, scene radiance) of a composed config: read from its store, rendered only where
+    it is not there.
+    """
     from isethdr_core.config.composition import compose
     from isethdr_core.ledger import Ledger
     from isethdr_core.pipeline.chain import chain, plan
@@ -16,7 +20,9 @@ def rendered(*overrides):
 
 
 def through(parts, scene, lighting, **lens):
-    """Return (mixed radiance, irradiance) of a scene under `lighting`, through the chain's lens with its flares; `lens` changes fields."""
+    """Return (mixed radiance, irradiance) of a scene under `lighting`, through the chain's lens
+    with its flares; `lens` changes fields.
+    """
     from dataclasses import replace
 
     mixed = lighting(scene)
@@ -34,7 +40,9 @@ def seen_by(sensor, isp, mixed, light, scene, seed: int = 0):
 
 
 def write_sheet(path: str, rows: list[list], names: list[list[str]], plot=None) -> None:
-    """Write rows of pictures (y, x, 3 bytes) with their names, and below them what `plot(axes)` draws."""
+    """Write rows of pictures (y, x, 3 bytes) with their names, and below them what `plot(axes)`
+    draws.
+    """
     import matplotlib
 
     matplotlib.use("Agg")
@@ -78,7 +86,9 @@ def lux_of(light):
 
 
 def shown(picture, white_cd_m2: float):
-    """Return a picture in sRGB bytes at a stated white: no picture is ever scaled by its own maximum."""
+    """Return a picture in sRGB bytes at a stated white: no picture is ever scaled by its own
+    maximum.
+    """
     from isethdr_core.display.display_view import display
 
     return display(picture, white_cd_m2)

@@ -1,7 +1,9 @@
-"""LED lamps at night: short exposures that come while a lamp is dark, and a small photodiode that keeps all of them.
+"""LED lamps at night: short exposures that come while a lamp is dark, and a small photodiode that
+keeps all of them.
 
-Five lamps of 90 Hz, on for a tenth of the time, each with a phase of its own, seen by staggered exposures (the first saturates,
-the short ones see an instant) and by a split pixel (its small photodiode is exposed for as long as the large one).
+Five lamps of 90 Hz, on for a tenth of the time, each with a phase of its own, seen by staggered
+exposures (the first saturates, the short ones see an instant) and by a split pixel (its small
+photodiode is exposed for as long as the large one).
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ MISSED = 0.1  # of a lamp's mean luminance: below it the lamp is called missed
 
 
 def led_flicker(folder: str = "", phases: int = 400) -> list[dict]:
-    """Return one row per sensor and capture, and one per merged picture: how many of five LED lamps are there, how bright.
+    """Return one row per sensor and capture, and one per merged picture: how many of five LED lamps
+    are there, how bright.
 
     Parameters
     ----------
@@ -27,8 +30,9 @@ def led_flicker(folder: str = "", phases: int = 400) -> list[dict]:
 
     Returns
     -------
-    rows with sensor, capture, exposure_ms, starts_ms, never_lit_percent (phases at which a lamp gives this capture no light),
-    lamps_seen (of five), darkest and brightest lamp over its mean over time; saturated lamps count as seen, nan where all are.
+    rows with sensor, capture, exposure_ms, starts_ms, never_lit_percent (phases at which a lamp
+    gives this capture no light), lamps_seen (of five), darkest and brightest lamp over its mean
+    over time; saturated lamps count as seen, nan where all are.
     """
     shots = {name: shot(name) for name in ("staggered", "split_pixel")}
     rows = []
@@ -68,7 +72,9 @@ def led_flicker(folder: str = "", phases: int = 400) -> list[dict]:
 
 
 def shot(name: str):
-    """Return (sensor, captures, captures without noise of lamps that never flash, picture, truth)."""
+    """Return (sensor, captures, captures without noise of lamps that never flash, picture,
+    truth).
+    """
     from isethdr_core.data.temporal_modulation import time_mean
     from isethdr_core.plugins.registry import build
     from isethdr_core.seeds import generator
@@ -83,7 +89,9 @@ def shot(name: str):
 
 
 def lamps():
-    """Return mixed radiance of five LED lamps in a row on dark ground, each a light group of its own."""
+    """Return mixed radiance of five LED lamps in a row on dark ground, each a light group of its
+    own.
+    """
     import xarray as xr
 
     from isethdr_core.plugins.registry import build
@@ -120,7 +128,9 @@ def lamps():
 
 
 def electrons(data, k: int) -> np.ndarray:
-    """Return electrons (y, x) of capture `k`, dark charge included, of captures or of expected electrons."""
+    """Return electrons (y, x) of capture `k`, dark charge included, of captures or of expected
+    electrons.
+    """
     if not hasattr(data, "data_vars"):
         return data.values[k]
     return (data.raw.values[k].astype(float) - float(data.black_dn[k])) / float(
@@ -129,7 +139,9 @@ def electrons(data, k: int) -> np.ndarray:
 
 
 def lamp_levels(found, steady, grid) -> np.ndarray:
-    """Return the mean over each lamp's middle of `found`, over that of `steady` unless it is None."""
+    """Return the mean over each lamp's middle of `found`, over that of `steady` unless it is
+    None.
+    """
     height, width = grid.sizes["y"], grid.sizes["x"]
     half = max(2, width // 60)
     means = np.array(
@@ -147,7 +159,9 @@ def lamp_levels(found, steady, grid) -> np.ndarray:
 
 
 def never_lit_percent(model, diode, phases: int) -> float:
-    """Return the share of a lamp's phases at which an exposure of `diode` gets no light at all, percent."""
+    """Return the share of a lamp's phases at which an exposure of `diode` gets no light at all,
+    percent.
+    """
     from isethdr_core.physics.detector.temporal_modulation import Modulation, relative_light
 
     turns = (np.arange(phases) + 0.5) / phases

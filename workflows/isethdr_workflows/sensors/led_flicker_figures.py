@@ -1,4 +1,6 @@
-"""Figures of the study `led_flicker`: lamps in every capture, and the bands of a rolling shutter."""
+"""Figures of the study `led_flicker`: lamps in every capture, and the bands of a rolling
+shutter.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ BANDS_HZ, BANDS_DUTY = 1000.0, 0.3
 
 
 def draw_lamps(shots: dict, path: str) -> None:
-    """Write when lamps shine and captures are exposed, and what each capture and merged picture shows."""
+    """Write when lamps shine and captures are exposed, and what each capture and merged picture
+    shows.
+    """
     plt = _pyplot()
     longest = max(len(sensor.model().readings) for sensor, *_ in shots.values())
     fig = plt.figure(figsize=(10.5, 2.2 + 1.05 * (longest + 1)), layout="constrained")
@@ -40,7 +44,8 @@ def draw_lamps(shots: dict, path: str) -> None:
             "merged picture",
         )
     fig.suptitle(
-        f"Five LED lamps of {FREQUENCY_HZ:g} Hz, on for {100 * DUTY:g} % of the time, each with its own phase",
+        f"Five LED lamps of {FREQUENCY_HZ:g} Hz, on for {100 * DUTY:g} % of the time, each with its"
+        " own phase",
         fontsize=11,
     )
     fig.savefig(path, dpi=90)
@@ -77,7 +82,9 @@ def _show(ax, values, low, high, label):
 
 
 def bands(line_time_s: float, exposure_s: float, phase: float = 0.0):
-    """Return electrons (y, x) of a colour chart under a lamp of 1000 Hz, on for 30 % of the time, without noise; monochrome."""
+    """Return electrons (y, x) of a colour chart under a lamp of 1000 Hz, on for 30 % of the time,
+    without noise; monochrome.
+    """
     from isethdr_core.plugins.registry import build
 
     scene = build(
@@ -94,7 +101,9 @@ def bands(line_time_s: float, exposure_s: float, phase: float = 0.0):
 
 
 def draw_bands(path: str) -> None:
-    """Write a chart under a pulsed lamp as global and rolling shutters see it, each over what it is under steady light."""
+    """Write a chart under a pulsed lamp as global and rolling shutters see it, each over what it is
+    under steady light.
+    """
     plt = _pyplot()
     cases = [
         ("global, 0.25 ms, lamp on", 0.0, 2.5e-4, 0.0),
@@ -118,7 +127,8 @@ def draw_bands(path: str) -> None:
         below.tick_params(labelsize=7)
     axes[1, 0].set_ylabel("light of a row over\nthe mean over time", fontsize=8)
     fig.suptitle(
-        f"A chart under an LED of {BANDS_HZ:g} Hz, on for {100 * BANDS_DUTY:g} % of the time; 22.2 us from row to row",
+        f"A chart under an LED of {BANDS_HZ:g} Hz, on for {100 * BANDS_DUTY:g} % of the time; 22.2"
+        " us from row to row",
         fontsize=11,
     )
     fig.savefig(path, dpi=90)

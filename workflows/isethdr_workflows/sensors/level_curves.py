@@ -1,4 +1,6 @@
-"""Signal to noise and contrast detection of a sensor over eight decades of light, with the dips where captures take over."""
+"""Signal to noise and contrast detection of a sensor over eight decades of light, with the dips
+where captures take over.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +27,9 @@ def level_curves(
 
     Returns
     -------
-    rows with luminance_cd_m2 (of the brighter patch), snr_db (level over rms error, saturated pixels count as they are), detection
-    (share of pixel pairs whose measured contrast lies within 50 % of the true one, IEEE 2020) and valid_percent of the pixels.
+    rows with luminance_cd_m2 (of the brighter patch), snr_db (level over rms error, saturated
+    pixels count as they are), detection (share of pixel pairs whose measured contrast lies within
+    50 % of the true one, IEEE 2020) and valid_percent of the pixels.
 
     Raises
     ------
@@ -36,7 +39,8 @@ def level_curves(
 
     if not 0 < contrast_percent < 100:
         raise ConfigError(
-            f"contrast_percent is {contrast_percent!r}; expected percent above 0 and below 100; type contrast_percent=20"
+            f"contrast_percent is {contrast_percent!r}; expected percent above 0 and below 100;"
+            " type contrast_percent=20"
         )
     if per_decade < 1:
         raise ConfigError(
@@ -66,7 +70,9 @@ def level_curves(
 
 
 def viewer(sensor: str):
-    """Return a function (cd/m2, seed) -> (luminance of every pixel as seen, true luminance, valid) of a flat patch in daylight."""
+    """Return a function (cd/m2, seed) -> (luminance of every pixel as seen, true luminance, valid)
+    of a flat patch in daylight.
+    """
     from isethdr_core import generator
     from isethdr_core.plugins.registry import build
 

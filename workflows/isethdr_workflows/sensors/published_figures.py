@@ -1,7 +1,9 @@
-"""Published figures: what data sheets and papers state about sensors and light, and what the model makes of it.
+"""Published figures: what data sheets and papers state about sensors and light, and what the model
+makes of it.
 
-Each row is made by the components themselves (a shot, its captures, the merge), not by the formula that the figure came from, unless
-`how` says closed form. `limit` is the difference up to which a row counts as met; an empty limit marks a figure that we only report.
+Each row is made by the components themselves (a shot, its captures, the merge), not by the formula
+that the figure came from, unless `how` says closed form. `limit` is the difference up to which a
+row counts as met; an empty limit marks a figure that we only report.
 """
 
 from __future__ import annotations
@@ -46,7 +48,9 @@ def row(figure, published, ours, unit, limit, how) -> dict:
 
 
 def ar0132at(seed):
-    """Yield rows of the AR0132AT data sheet: SNR at the top, responsivity, dynamic range of one exposure."""
+    """Yield rows of the AR0132AT data sheet: SNR at the top, responsivity, dynamic range of one
+    exposure.
+    """
     from isethdr_core.plugins.registry import build
 
     # the data sheet's SNR is temporal: two shots, so that the fixed pattern cancels
@@ -172,7 +176,9 @@ def photon_budget():
 
 
 def responsivity(sensor, temperature_k: float) -> float:
-    """Return V/lux-s of the green pixels in black body light: electrons of one lux for one second times the conversion gain."""
+    """Return V/lux-s of the green pixels in black body light: electrons of one lux for one second
+    times the conversion gain.
+    """
     from dataclasses import replace
 
     from isethdr_core.physics.photometry import luminance
@@ -215,7 +221,9 @@ def irradiance(spectrum, wavelength_nm, pitch_um: float, throughput: float, size
 
 
 def snr_db(sensor, level_e: float, seed: int, capture: int = 0, size=(128, 128)):
-    """Return 20 log10(mean / temporal rms) of one capture at `level_e` mean electrons of its own photodiode; nan where some are saturated."""
+    """Return 20 log10(mean / temporal rms) of one capture at `level_e` mean electrons of its own
+    photodiode; nan where some are saturated.
+    """
     first, second = (electrons(sensor, level_e, capture, s, size) for s in (seed, seed + 1))
     if first[1] or second[1]:
         return np.nan
@@ -259,7 +267,9 @@ def snr_step_db(seed) -> float:
 
 
 def dynamic_range_db(sensor, seed, dark: int, bright: int) -> float:
-    """Return 20 log10(light that saturates capture `bright` / rms of capture `dark` in darkness), both in light of one photodiode."""
+    """Return 20 log10(light that saturates capture `bright` / rms of capture `dark` in darkness),
+    both in light of one photodiode.
+    """
     model = sensor.model()
     diodes = [model.diode_of(model.readings[k]) for k in (dark, bright)]
     per_light = [d.fill_factor * d.exposure_share for d in diodes]

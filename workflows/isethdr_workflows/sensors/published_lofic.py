@@ -1,4 +1,6 @@
-"""A LOFIC pixel against the title of its paper: gain by photon transfer, full well, largest SNR, on shots of the preset."""
+"""A LOFIC pixel against the title of its paper: gain by photon transfer, full well, largest SNR, on
+shots of the preset.
+"""
 
 from __future__ import annotations
 
@@ -72,7 +74,9 @@ def lofic_rows(seed: int):
 
 
 def measured(sensor, capture: int, light_e: float, seed: int) -> dict:
-    """Return what pictures of one capture say: conversion gain, full well, largest SNR, and the electrons they find of `light_e`."""
+    """Return what pictures of one capture say: conversion gain, full well, largest SNR, and the
+    electrons they find of `light_e`.
+    """
     bench, reading = Bench(sensor, capture, 0, 540.0, SIZE, seed), sensor.model().readings[capture]
     photons = 1 / bench.efficiency()  # of an electron
     top = min(reading.swing_e, sensor.full_well_e) * photons

@@ -1,4 +1,5 @@
-"""Stability: every stage and the whole chain through hard cases, each against a closed form or wider arithmetic.
+"""Stability: every stage and the whole chain through hard cases, each against a closed form or
+wider arithmetic.
 
 | file       | what                                                                       |
 |------------|----------------------------------------------------------------------------|

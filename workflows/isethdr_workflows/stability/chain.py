@@ -1,4 +1,6 @@
-"""The whole chain on charts: from the scene to the picture, against the truth and against closed forms."""
+"""The whole chain on charts: from the scene to the picture, against the truth and against closed
+forms.
+"""
 
 from __future__ import annotations
 
@@ -72,7 +74,9 @@ def _chart(name: str, shape=(24, 48), bands: int = 31, **fields):
 
 
 def ramp(decades: float) -> Measured:
-    """Equal ratios from column to column come out as they went in, whatever the balance of the camera."""
+    """Equal ratios from column to column come out as they went in, whatever the balance of the
+    camera.
+    """
     from isethdr_core.truth import truth
 
     mixed, picture = _through(_chart("luminance_ramp", decades=decades))
@@ -81,7 +85,9 @@ def ramp(decades: float) -> Measured:
 
 
 def uniform(level: float, bands: int = 31, shape=(24, 48)) -> Measured:
-    """A uniform field comes out uniform, at its level but for the colour of the light, which is one factor known from the filter."""
+    """A uniform field comes out uniform, at its level but for the colour of the light, which is one
+    factor known from the filter.
+    """
     mixed, picture = _through(_chart("uniform", shape, bands, luminance_cd_m2=level))
     factor = _balance_factor(mixed.wavelength.values)
     return Measured(
@@ -113,7 +119,9 @@ def _balance_factor(bands) -> float:
 
 
 def disc(tiles: float, lens: str = "ideal") -> Measured:
-    """A disc of any size sends out its area times its luminance, less what diffraction throws out of the frame, half of it 36 um high."""
+    """A disc of any size sends out its area times its luminance, less what diffraction throws out
+    of the frame, half of it 36 um high.
+    """
     shape, level = (24, 48), 1e9
     pitch = 2 * math.tan(math.radians(1.0)) / shape[1]
     degrees = 2 * math.degrees(math.atan(tiles * pitch / 2))
@@ -156,7 +164,8 @@ def pulls(name: str) -> Measured:
         picture.valid.values,
     )
     pull = (y - y.mean()) / np.sqrt(var)
-    # 4096 pulls give their rms to 1.1 % (1 sd); PRNU and columns add to shot noise and are not in the variance
+    # 4096 pulls give their rms to 1.1 % (1 sd); PRNU and columns add to shot noise and are not in
+    # the variance
     return Measured(
         abs(float(np.sqrt(np.mean(pull[valid] ** 2))) - 1) + (not valid.all()),
         0.1,

@@ -1,4 +1,6 @@
-"""Pixels that overflow: 18 decades of current over 10 of time, against the closed form in 80 decimal digits."""
+"""Pixels that overflow: 18 decades of current over 10 of time, against the closed form in 80
+decimal digits.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,8 @@ from .verdict import Measured
 
 CURRENTS = 10.0 ** np.arange(-3, 16)
 TIMES = (1e-6, 1e-3, 0.016, 1.0, 60.0, 3600.0)
-EXACT = 1e-13  # "exact" in float64: some ten roundings of 1e-16 and one of the logarithm's argument, up to 1e2
+# "exact" in float64: some ten roundings of 1e-16 and one of the logarithm's argument, up to 1e2
+EXACT = 1e-13
 
 
 def cases():
@@ -45,7 +48,9 @@ def _flow(knee, thermal, rate):
 
 
 def charge(knee: float, thermal: float, rate: float) -> Measured:
-    """Compare the charge left; relative to the larger of the charge and the thermal charge, in which the well counts."""
+    """Compare the charge left; relative to the larger of the charge and the thermal charge, in
+    which the well counts.
+    """
     found, _ = _flow(knee, thermal, rate)
     truth = [[exact(float(i), t, knee, thermal, rate)[0] for t in TIMES] for i in CURRENTS]
     return Measured(_worst(found, truth, knee), EXACT, "closed form in 80 digits, relative")
@@ -79,7 +84,9 @@ def _worst(found, truth, knee) -> float:
 def exact(
     current: float, time: float, knee: float, thermal: float, rate: float
 ) -> tuple[Decimal, Decimal]:
-    """Return (charge, spilled) from u' = b - a u solved for constant light, u = exp(-(Q - knee) / thermal)."""
+    """Return (charge, spilled) from u' = b - a u solved for constant light, u = exp(-(Q - knee) /
+    thermal).
+    """
     with localcontext() as context:
         context.prec, context.Emax, context.Emin = 80, 10**15, -(10**15)
         t, k, th, r = (Decimal(v) for v in (time, knee, thermal, rate))

@@ -1,4 +1,6 @@
-"""Processing: filters that do not tell colours apart, captures that disagree, no light and too much, against closed forms."""
+"""Processing: filters that do not tell colours apart, captures that disagree, no light and too
+much, against closed forms.
+"""
 
 from __future__ import annotations
 
@@ -77,7 +79,9 @@ def _off(picture, level: float = LEVEL) -> float:
 
 
 def equal_filters(name: str, apart: float, blind: bool = False, sensor: str = "bayer") -> Measured:
-    """A grey in the light of balance comes back exactly whatever the filters are: the matrix is made so."""
+    """A grey in the light of balance comes back exactly whatever the filters are: the matrix is
+    made so.
+    """
     shot = _shot(sensor, exposure_s=1e-3).copy(deep=True)
     green = shot.quantum_efficiency.values[:, 1].copy()
     before = [_of_white(shot, k) for k in range(3)]
@@ -101,7 +105,9 @@ def _of_white(shot, channel: int) -> float:
 
 
 def dark(name: str) -> Measured:
-    """No light: the mean is 0 within 5 standard errors of its own variance; columns share offsets."""
+    """No light: the mean is 0 within 5 standard errors of its own variance; columns share
+    offsets.
+    """
     from isethdr_core import generator
 
     picture = _picture(name, _shot(shape=(64, 64), level=0.0, generator=generator(5)))

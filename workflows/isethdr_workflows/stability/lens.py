@@ -15,7 +15,9 @@ from .verdict import Measured, relative, with_ledger
 GREEN = np.array([550.0])
 ROUNDING = 2.0**-23  # irradiance is float32: one step
 PUPIL = 1e-4  # kernel values (L1), as the plugin's `pupils.CORE_SAMPLES` states
-WAVEFRONT = 1e-2  # the same where the pupil is as coarse as a quarter wave per cell allows; no stage states a bound, this is asked
+# the same where the pupil is as coarse as a quarter wave per cell allows; no stage states a bound,
+# this is asked
+WAVEFRONT = 1e-2
 ORDERS = 4e-4  # of a point's light, as the plugin's `pupils.CELLS` states
 DEFOCUS = (0.5, 5.5, 50.5)  # waves
 
@@ -121,9 +123,11 @@ def beside() -> Measured:
 
 
 def peak(f_number: float, waves: float) -> Measured:
-    """A round pupil of area A gives A / (wavelength distance)^2 on the axis, times sinc^2 of the waves of defocus at its rim.
+    """A round pupil of area A gives A / (wavelength distance)^2 on the axis, times sinc^2 of the
+    waves of defocus at its rim.
 
-    Hopkins 1955, "The frequency response of a defocused optical system": the pupil's phase is uniform in the square of the radius.
+    Hopkins 1955, "The frequency response of a defocused optical system": the pupil's phase is
+    uniform in the square of the radius.
     """
     pitch_um = 0.05 * 0.55 * f_number
     found = float(
@@ -138,14 +142,18 @@ def peak(f_number: float, waves: float) -> Measured:
 
 
 def _defocused(f_number: float, waves: float):
-    """Return a lens whose wavefront at the rim is `waves` of 550 nm beyond that in the middle: OSA 4 is sqrt(3) (2 rho^2 - 1)."""
+    """Return a lens whose wavefront at the rim is `waves` of 550 nm beyond that in the middle: OSA
+    4 is sqrt(3) (2 rho^2 - 1).
+    """
     if not waves:
         return _lens("diffraction_limited", f_number=f_number)
     return _lens("wavefront", f_number=f_number, zernike_um={4: waves * 0.55 / (2 * math.sqrt(3))})
 
 
 def high_order(index: int) -> Measured:
-    """The light on the axis is the squared mean of the pupil function: over the angle a Bessel function, over the radius a sum."""
+    """The light on the axis is the squared mean of the pupil function: over the angle a Bessel
+    function, over the radius a sum.
+    """
     from scipy.special import eval_jacobi, jv
 
     from isethdr_core.physics.optics.zernike import order
@@ -167,7 +175,9 @@ def high_order(index: int) -> Measured:
 
 
 def too_large() -> None:
-    """A million by a million tiles, 31 bands: 500 TB of kernels alone are refused before they are made."""
+    """A million by a million tiles, 31 bands: 500 TB of kernels alone are refused before they are
+    made.
+    """
     from isethdr_core.pipeline.memory import Frame, check_run
     from isethdr_core.plugins.registry import build
 
@@ -176,7 +186,9 @@ def too_large() -> None:
 
 
 def pattern(waves: float) -> Measured:
-    """The whole pattern against the integral of a defocused round pupil over its radius (Born and Wolf, section 8.8), L1."""
+    """The whole pattern against the integral of a defocused round pupil over its radius (Born and
+    Wolf, section 8.8), L1.
+    """
     from scipy.special import j0
 
     width, count = 8 * 4.0 * waves * 0.55 + 40.0, 48
@@ -199,12 +211,15 @@ def pattern(waves: float) -> Measured:
 
 
 def spread(waves: float) -> Measured:
-    """All light lies within the geometric blur, 8 N W20 wide, but for what its edge diffracts: that of a clear stop, at most."""
+    """All light lies within the geometric blur, 8 N W20 wide, but for what its edge diffracts: that
+    of a clear stop, at most.
+    """
     width = 8 * 4.0 * waves * 0.55
     found = float(
         _defocused(4.0, waves).psf(550.0, (width + 400.0) / 256, 256, integrated=True).values.sum()
     )
-    # the light that leaves a frame 200 um beyond the blur is diffracted once, at the rim: less than that of a point there
+    # the light that leaves a frame 200 um beyond the blur is diffracted once, at the rim: less than
+    # that of a point there
     lost = beyond(200.0, 4.0)
     return Measured(
         max(found - 1, 1 - lost - found, 0.0),
@@ -214,7 +229,9 @@ def spread(waves: float) -> Measured:
 
 
 def beyond(half_um: float, f_number: float) -> float:
-    """Return the share of a point's light outside a square: J0^2 + J1^2 outside a circle (Rayleigh 1881), over all directions."""
+    """Return the share of a point's light outside a square: J0^2 + J1^2 outside a circle (Rayleigh
+    1881), over all directions.
+    """
     from scipy.special import j0, j1
 
     angle = (np.arange(20000) + 0.5) / 20000 * math.pi / 4
@@ -225,7 +242,9 @@ def beyond(half_um: float, f_number: float) -> float:
 def energy(
     f_number: float, count: int = 41, tile_um: float = 4.0, focal_length_mm: float = 4.0
 ) -> Measured:
-    """What one tile sends out arrives, but for what diffraction throws out of the frame of `count` x `count` tiles."""
+    """What one tile sends out arrives, but for what diffraction throws out of the frame of `count`
+    x `count` tiles.
+    """
     cube = np.zeros((1, count, count), np.float32)
     cube[0, count // 2, count // 2] = 1.0
     lens = _lens(

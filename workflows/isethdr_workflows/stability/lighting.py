@@ -1,4 +1,6 @@
-"""Lighting: light groups that are alike, weights far apart, targets out of reach, against the sums themselves in long double."""
+"""Lighting: light groups that are alike, weights far apart, targets out of reach, against the sums
+themselves in long double.
+"""
 
 from __future__ import annotations
 
@@ -70,7 +72,9 @@ def _lighting(name: str, **fields):
 
 
 def mixing(weights: dict) -> Measured:
-    """Compare with the weighted sum in long double; what is below float32's smallest number counts as dark."""
+    """Compare with the weighted sum in long double; what is below float32's smallest number counts
+    as dark.
+    """
     maps = {g: patchy(SHAPE, seed) for seed, g in enumerate(weights, 3)}
     light = scene(maps)
     found = _lighting("weights", weights=weights)(light).values
@@ -82,7 +86,9 @@ def mixing(weights: dict) -> Measured:
 
 
 def alike(apart: float, **wanted) -> Measured:
-    """Two groups that cannot be told apart: what the lighting says it reached is what the picture shows."""
+    """Two groups that cannot be told apart: what the lighting says it reached is what the picture
+    shows.
+    """
     first = patchy(SHAPE)
     maps = {"lamp": first, "sky": first * (1 + apart * patchy(SHAPE, 2))}
     targets = {"lamp": {"statistic": "mean", "cd_m2": 100.0}}

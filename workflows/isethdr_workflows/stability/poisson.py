@@ -1,4 +1,6 @@
-"""Poisson counts: the quantile of each random word, against sums of the distribution in long double."""
+"""Poisson counts: the quantile of each random word, against sums of the distribution in long
+double.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +38,9 @@ def _counts(mean: float) -> np.ndarray:
 
 
 def step_to_one(mean: float) -> Measured:
-    """Words just above and below the probability of a count of one or more; a word w >= 0 has p = (w + 1/2) 2^-64 beyond it."""
+    """Words just above and below the probability of a count of one or more; a word w >= 0 has p =
+    (w + 1/2) 2^-64 beyond it.
+    """
     from isethdr_core.physics.detector.noise import poisson
 
     m = Fraction(mean)
@@ -51,7 +55,9 @@ def step_to_one(mean: float) -> Measured:
 
 
 def quantiles(mean: float) -> Measured:
-    """Compare with the distribution summed outwards from its peak, 12 standard deviations, long double."""
+    """Compare with the distribution summed outwards from its peak, 12 standard deviations, long
+    double.
+    """
     word, found = _words(), _counts(mean)
     reach = int(12 * math.sqrt(mean) + 30)
     k = np.arange(max(0, int(mean) - reach), int(mean) + reach + 1)
@@ -88,7 +94,9 @@ def too_many() -> Measured:
 
 
 def largest() -> Measured:
-    """Compare with Cornish and Fisher's expansion, whose own error is below 1e-6 e here, in whole numbers that float64 lacks."""
+    """Compare with Cornish and Fisher's expansion, whose own error is below 1e-6 e here, in whole
+    numbers that float64 lacks.
+    """
     word, found = _words(), _counts(1e18)
     beyond = ((np.where(word < 0, -1 - word, word).astype(float) + 0.5) * 2.0**-64).tolist()
     z = [

@@ -1,4 +1,6 @@
-"""Sensors: exposures, gains and wells at their ends, one pixel, one row, a lamp smaller than a pixel, against closed forms."""
+"""Sensors: exposures, gains and wells at their ends, one pixel, one row, a lamp smaller than a
+pixel, against closed forms.
+"""
 
 from __future__ import annotations
 
@@ -74,7 +76,9 @@ def mean(level: float, seconds: float) -> Measured:
 
 
 def counts(seconds: float) -> Measured:
-    """Every decade of electron rates through a noisy shot without a converter: the mean count, or a pixel that says it is saturated."""
+    """Every decade of electron rates through a noisy shot without a converter: the mean count, or a
+    pixel that says it is saturated.
+    """
     from isethdr_sensors.readout.shot import readings
 
     from isethdr_core import generator
@@ -106,7 +110,9 @@ def counts(seconds: float) -> Measured:
 
 
 def speck() -> Measured:
-    """A tile a thousandth of a pixel wide, across the border of two pixels: both halves are found, nothing else is lit."""
+    """A tile a thousandth of a pixel wide, across the border of two pixels: both halves are found,
+    nothing else is lit.
+    """
     cube = np.zeros((1, 1000, 3000))
     cube[0, 500, 999:1001] = 1e6, 3e6
     found = (
@@ -145,7 +151,9 @@ def gain_read_back(gain: float) -> Measured:
 
 
 def read_back(**fields) -> Measured:
-    """Codes read back give the electrons to a step of the converter, or say that they are saturated."""
+    """Codes read back give the electrons to a step of the converter, or say that they are
+    saturated.
+    """
     from isethdr_isp.readout.electrons import check_captures, readouts
 
     sensor = _build("single", noise=False, dark_spread=0.0, prnu=0.0, column_e=0.0, **fields)
@@ -177,7 +185,9 @@ def read_back(**fields) -> Measured:
 
 
 def dark(name: str) -> Measured:
-    """Without light every capture's mean is black level and dark charge, in standard errors of the noise it states."""
+    """Without light every capture's mean is black level and dark charge, in standard errors of the
+    noise it states.
+    """
     from isethdr_isp.readout.electrons import readouts
 
     from isethdr_core import generator
@@ -190,7 +200,8 @@ def dark(name: str) -> Measured:
         readouts(shot, np.ones(3)), shot.read_noise_e.values, shot.quantisation_e.values
     ):
         rms = math.sqrt(noise**2 + step**2 / 12 + read.dark_e)
-        # columns and rows share offsets, pixels their dark spread: a tenth of the noise at most, and a step of the converter
+        # columns and rows share offsets, pixels their dark spread: a tenth of the noise at most,
+        # and a step of the converter
         worst = max(
             worst,
             abs(float(read.charge_e.mean()) - read.dark_e)

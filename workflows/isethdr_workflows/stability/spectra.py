@@ -124,7 +124,9 @@ def line_energy(nm: float) -> Measured:
 
 
 def line_photons(nm: float, cfa: str) -> Measured:
-    """A line off the middle of its band has photons of another energy and meets another efficiency; the sensor bounds that for any line."""
+    """A line off the middle of its band has photons of another energy and meets another efficiency;
+    the sensor bounds that for any line.
+    """
     from isethdr_core.plugins.registry import build
 
     bands = _bands(31)

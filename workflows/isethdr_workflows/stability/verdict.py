@@ -1,4 +1,6 @@
-"""Verdicts: every case names its outcome, right or refused with one of our errors; all else is wrong."""
+"""Verdicts: every case names its outcome, right or refused with one of our errors; all else is
+wrong.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,9 @@ class Measured:
 
 
 class Case(NamedTuple):
-    """One hard case: what is done, and the error that it must end in; None where it must be right."""
+    """One hard case: what is done, and the error that it must end in; None where it must be
+    right.
+    """
 
     name: str
     measure: Callable[[], object]
@@ -77,7 +81,9 @@ def judged(stage: str, case: Case) -> dict:
 
 
 def relative(found, truth) -> float:
-    """Return the largest relative error, in long double; a truth of exactly 0 must be met exactly."""
+    """Return the largest relative error, in long double; a truth of exactly 0 must be met
+    exactly.
+    """
     found, truth = np.asarray(found, np.longdouble), np.asarray(truth, np.longdouble)
     dark = truth == 0
     miss = np.where(

@@ -1,4 +1,6 @@
-"""Ghosts drawn: light sources found in the scene, and their rays laid down on grids of the right fineness, keeping the energy."""
+"""Ghosts drawn: light sources found in the scene, and their rays laid down on grids of the right
+fineness, keeping the energy.
+"""
 
 from __future__ import annotations
 
@@ -28,12 +30,13 @@ class Source:
 def sources(power, x, y, pitch) -> tuple[list[Source], float]:
     """Return light sources of an image, and the share of the light that is summed in blocks.
 
-    Bright bins become sources of their own, at their centroid and as wide as their light; the rest is summed in blocks, even
-    over each.
+    Bright bins become sources of their own, at their centroid and as wide as their light; the rest
+    is summed in blocks, even over each.
 
     Parameters
     ----------
-    power : (band, y, x) W m-2 nm-1 per tile through a plane across the axis: radiance x solid angle x cosine.
+    power : (band, y, x) W m-2 nm-1 per tile through a plane across the axis: radiance x solid angle
+        x cosine.
     x, y, pitch : tile centres and their (y, x) distances, tangents.
     """
     total = power.sum(axis=0)
@@ -90,7 +93,9 @@ def _source(light, x, y, pitch):
 
 
 class Canvas:
-    """Flux on the tiles of a sensor, drawn on grids 1, 2, 4, ... times coarser, with a border for what falls just outside."""
+    """Flux on the tiles of a sensor, drawn on grids 1, 2, 4, ... times coarser, with a border for
+    what falls just outside.
+    """
 
     def __init__(self, bands: int, x_mm, y_mm, pitch_mm):
         self.bands, self.shape = bands, (len(y_mm), len(x_mm))
@@ -108,9 +113,9 @@ class Canvas:
     def draw(self, x_mm, y_mm, flux, blur_mm: float = 0.0):
         """Add points (band, n) of `flux`, each shared linearly by the four nearest cells.
 
-        A source `blur_mm` from its middle to its border, seen in the ghost, is drawn on cells of that size: sharing and
-        interpolation
-        together spread a point with the variance of the source.
+        A source `blur_mm` from its middle to its border, seen in the ghost, is drawn on cells of
+        that size: sharing and interpolation together spread a point with the variance of the
+        source.
         """
         lit = flux > 0
         if not lit.any():
@@ -122,7 +127,8 @@ class Canvas:
         )
         level = int(np.clip(wanted, 0, np.ceil(np.log2(max(self.shape)))))
         grid, size = self._grid(level), 2.0**level
-        # cell centres at integers; two cells lie outside the sensor, so that the inner one has its share from both sides
+        # cell centres at integers; two cells lie outside the sensor, so that the inner one has its
+        # share from both sides
         u = (x_mm - self.corner[1]) / (self.pitch[1] * size) + 1.5
         v = (y_mm - self.corner[0]) / (self.pitch[0] * size) + 1.5
         iu, iv = np.floor(u).astype(int), np.floor(v).astype(int)
@@ -158,7 +164,9 @@ class Canvas:
 
 
 def _interpolation(fine, coarse, size):
-    """Return the (fine, coarse) matrix of linear interpolation; coarse cell k is centred at size (k - 3/2) - 1/2 fine cells."""
+    """Return the (fine, coarse) matrix of linear interpolation; coarse cell k is centred at size (k
+    - 3/2) - 1/2 fine cells.
+    """
     at = (np.arange(fine) + 0.5) / size + 1.5
     low = np.clip(np.floor(at).astype(int), 0, coarse - 2)
     out = np.zeros((fine, coarse))
@@ -176,7 +184,9 @@ class Iris:
     radius_mm: float  # of the stop
 
     def margin(self, x_mm, y_mm) -> np.ndarray:
-        """Return how far inside the nearest blade points of the stop lie, in apothems; below 0 they are blocked."""
+        """Return how far inside the nearest blade points of the stop lie, in apothems; below 0 they
+        are blocked.
+        """
         half = np.pi / self.blades
         normals = np.radians(self.rotation_deg) + half * (2 * np.arange(self.blades) + 1)
         farthest = np.max([x_mm * np.cos(a) + y_mm * np.sin(a) for a in normals], axis=0)
@@ -184,13 +194,16 @@ class Iris:
 
 
 def points(source: Source, low, high, tangents, limits, iris: Iris | None = None):
-    """Return (x mm, y mm, flux) (band, n) of one ghost of one source, and the half width of the source in it, mm.
+    """Return (x mm, y mm, flux) (band, n) of one ghost of one source, and the half width of the
+    source in it, mm.
 
     Parameters
     ----------
-    low, high : `ghosts_trace.Beam` at the two field `tangents`; between them positions, weights and margins go linearly.
+    low, high : `ghosts_trace.Beam` at the two field `tangents`; between them positions, weights and
+        margins go linearly.
     limits : the box both were traced over, mm.
-    iris : blades that stand still while the source turns about the axis; the beams then hold their crossings of the stop.
+    iris : blades that stand still while the source turns about the axis; the beams then hold their
+        crossings of the stop.
     """
     weave = _interpolation_of_nodes(low.x_mm.shape[-1], POINTS)
     radius = np.hypot(source.x, source.y)
@@ -219,7 +232,9 @@ def points(source: Source, low, high, tangents, limits, iris: Iris | None = None
 
 
 def _scale_mm(low, high, tangents):
-    """Return by how many mm a ghost moves on the sensor per tangent of its source, the larger of radially and around."""
+    """Return by how many mm a ghost moves on the sensor per tangent of its source, the larger of
+    radially and around.
+    """
     both = (low.margin > 0) & (high.margin > 0)
     if not both.any():
         return 0.0

@@ -1,4 +1,6 @@
-"""The flare `ghosts`: light reflected twice between surfaces of a lens prescription, on the sensor plane."""
+"""The flare `ghosts`: light reflected twice between surfaces of a lens prescription, on the sensor
+plane.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +15,14 @@ from ...lenses.limits import Blades, Direction
 
 @dataclass(frozen=True)
 class GhostFlare:
-    """Ghosts: reflections between pairs of surfaces of a lens prescription, traced with real rays and coatings."""
+    """Ghosts: reflections between pairs of surfaces of a lens prescription, traced with real rays
+    and coatings.
+    """
 
-    prescription: str = "double_gauss_camera"  # name, or path of a .yaml file; scaled to the lens, stopped to its f-number
-    coating: str = ""  # of all glass surfaces: none, mgf2, multilayer, broadband; empty: as the prescription says
+    # name, or path of a .yaml file; scaled to the lens, stopped to its f-number
+    prescription: str = "double_gauss_camera"
+    # of all glass surfaces: none, mgf2, multilayer, broadband; empty: as the prescription says
+    coating: str = ""
     error_allowed: Share = 1e-5  # share of the light that all pairs left out may sum to
     sensor_reflectance_percent: Percent = 2.0  # of the sensor, mirror-like
     blades: Blades = 0  # corners of the iris; below 3 it is round
@@ -31,15 +37,21 @@ class GhostFlare:
             check_coating(self.coating)
 
     def input_files(self):
-        """Return the user's own prescription file, if one is named: its content is part of a run's name."""
+        """Return the user's own prescription file, if one is named: its content is part of a run's
+        name.
+        """
         return (self.prescription,) if self.prescription.endswith((".yaml", ".yml")) else ()
 
     def irradiance(self, lens, mixed):
-        """Return the ghosts' light, W m-2 nm-1, (wavelength, y, x) on the tiles of `mixed` seen by `lens`."""
+        """Return the ghosts' light, W m-2 nm-1, (wavelength, y, x) on the tiles of `mixed` seen by
+        `lens`.
+        """
         return _irradiance(self, lens, mixed)
 
     def of_lens(self, lens):
-        """Return the prescription as it stands behind `lens`: its focal length, its f-number, this coating."""
+        """Return the prescription as it stands behind `lens`: its focal length, its f-number, this
+        coating.
+        """
         from ...prescription.prescription import load
 
         real = load(self.prescription).scaled(lens.focal_length_mm).stopped(lens.f_number)
@@ -55,7 +67,9 @@ class GhostFlare:
         return Iris(self.blades, self.rotation_deg, real.surfaces[real.stop].semi_diameter_mm)
 
     def pairs(self, lens, wavelength_nm, largest_tangent: float):
-        """Return (traced, left out), lists of `ghosts_trace.Pair`, strongest first and weakest first."""
+        """Return (traced, left out), lists of `ghosts_trace.Pair`, strongest first and weakest
+        first.
+        """
         from .trace import split
 
         wave = tuple(map(float, wavelength_nm))
@@ -67,7 +81,9 @@ class GhostFlare:
 
 RADIAL_BINS = 24  # of the field, in which rays of lamps are traced once and kept
 PART = "light of ghosts"  # the part of the light that the errors of ghosts act on
-DRAWING = 0.1  # of a tile's ghosts, in 99 % of the tiles; measured on three prescriptions against 4 times the rays and points
+# of a tile's ghosts, in 99 % of the tiles; measured on three prescriptions against 4 times the rays
+# and points
+DRAWING = 0.1
 MOST_BEAMS = 2000  # 0.3 MB each with 31 bands
 _beams: OrderedDict[tuple, tuple] = OrderedDict()
 
@@ -98,8 +114,8 @@ def _irradiance(flare, lens, mixed):
     quantities.check_mixed(mixed)
     if mixed.attrs.get("projection", "tangent") != "tangent":
         raise ConfigError(
-            f"ghosts of a field in {mixed.attrs['projection']!r} projection; expected tangents, which end at 75 degrees; "
-            "remove this flare"
+            f"ghosts of a field in {mixed.attrs['projection']!r} projection; expected tangents,"
+            " which end at 75 degrees; remove this flare"
         )
     wave = mixed.wavelength.values.astype(float)
     x, y = (mixed[d].values.astype(float) for d in ("x", "y"))
@@ -108,7 +124,8 @@ def _irradiance(flare, lens, mixed):
     real = flare.of_lens(lens)
     traced, left = flare.pairs(lens, wave, largest)
     powers = _powers(real, tuple(wave), flare.sensor_reflectance_percent / 100)
-    # radiance x solid angle (cos^3 of a tile in tangents) x cosine: power through a plane across the axis
+    # radiance x solid angle (cos^3 of a tile in tangents) x cosine: power through a plane across
+    # the axis
     seen = (1 + x[None, :] ** 2 + y[:, None] ** 2) ** -2 * pitch[0] * pitch[1] * lens.transmittance
     found, in_blocks = sources(mixed.values * seen, x, y, pitch)
     f = lens.focal_length_mm
@@ -148,7 +165,9 @@ def _irradiance(flare, lens, mixed):
 
 
 def _worth_drawing(found, traced, error_allowed):
-    """Return [(source, pair), ...] without the weakest, which sum to at most `error_allowed` of the light, and that sum."""
+    """Return [(source, pair), ...] without the weakest, which sum to at most `error_allowed` of the
+    light, and that sum.
+    """
     import numpy as np
 
     if not found or not traced:
@@ -163,7 +182,9 @@ def _worth_drawing(found, traced, error_allowed):
 
 
 def _tangents(source, largest):
-    """Return two field tangents around a source: the borders of its radial bin, or its own extent where that is wider."""
+    """Return two field tangents around a source: the borders of its radial bin, or its own extent
+    where that is wider.
+    """
     import numpy as np
 
     reach = np.hypot(source.half_x, source.half_y)
@@ -175,7 +196,9 @@ def _tangents(source, largest):
 
 
 def _beams_of(real, powers, pair, intervals, iris) -> dict:
-    """Return {(low, high) tangents: (box, beam at low, beam at high) or None where no light passes}, kept in the process."""
+    """Return {(low, high) tangents: (box, beam at low, beam at high) or None where no light
+    passes}, kept in the process.
+    """
     import numpy as np
 
     from .trace import beams, boxes
@@ -214,7 +237,10 @@ def _beams_of(real, powers, pair, intervals, iris) -> dict:
 def _state(ledger, traced, left, dim, in_blocks, added):
     from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
 
-    label = "ghosts of lamps, 99 % of the tiles; the mean over tiles is 0.04, their flux is right to 0.006"
+    label = (
+        "ghosts of lamps, 99 % of the tiles; the mean over tiles is 0.04, their flux is right to"
+        " 0.006"
+    )
     ledger.add_error(
         ErrorNote(
             DRAWING, "relative", "measured", label, "ghost drawing", Quantity.IRRADIANCE, PART

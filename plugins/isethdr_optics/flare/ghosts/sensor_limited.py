@@ -1,8 +1,10 @@
-"""Ghosts that a sensor can tell in this scene: the other pairs of surfaces are left out, with a bound on all their light together.
+"""Ghosts that a sensor can tell in this scene: the other pairs of surfaces are left out, with a
+bound on all their light together.
 
-A pair maps the field onto the sensor with a magnification of its own, so even if every tile were as bright as the brightest its
-ghost could nowhere be brighter than that tile's image x the pair's share of the light / magnification squared. That is paraxial;
-real rays of uniform light pile up to `PEAK` times as much.
+A pair maps the field onto the sensor with a magnification of its own, so even if every tile were as
+bright as the brightest its ghost could nowhere be brighter than that tile's image x the pair's
+share of the light / magnification squared. That is paraxial; real rays of uniform light pile up to
+`PEAK` times as much.
 """
 
 from __future__ import annotations
@@ -18,7 +20,9 @@ from ...psf import wing_truncation
 from .ghost_flare import GhostFlare
 
 SHARE = 0.25  # of the error allowed of light
-PEAK = 10.0  # measured, 6.8 at most: uniform light, four prescriptions at f/4 to f/8, coatings none, mgf2, multilayer
+# measured, 6.8 at most: uniform light, four prescriptions at f/4 to f/8, coatings none, mgf2,
+# multilayer
+PEAK = 10.0
 
 
 @dataclass(frozen=True)
@@ -35,7 +39,9 @@ class SeenGhosts(GhostFlare):
 
 
 def seen_ghosts(lens, mixed, flares, given, response) -> tuple[tuple, float]:
-    """Return the flares without ghosts that the sensor cannot tell, and a bound on those in standard deviations of its noise."""
+    """Return the flares without ghosts that the sensor cannot tell, and a bound on those in
+    standard deviations of its noise.
+    """
     if not any(type(flare) is GhostFlare for flare in flares):
         return flares, 0.0
     wave, total, out = given.wavelength_nm, 0.0, []
@@ -69,7 +75,9 @@ def seen_ghosts(lens, mixed, flares, given, response) -> tuple[tuple, float]:
 
 
 def _faint(flare, lens, mixed, wave, unit, allowed):
-    """Return the (front, back) of pairs whose ghosts together stay below what is `allowed`, and their bound."""
+    """Return the (front, back) of pairs whose ghosts together stay below what is `allowed`, and
+    their bound.
+    """
     x, y = (np.abs(mixed[d].values).max() for d in ("x", "y"))
     traced, _ = flare.pairs(lens, wave, float(np.hypot(x, y)))
     ranked = sorted(

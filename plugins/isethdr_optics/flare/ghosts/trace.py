@@ -1,7 +1,7 @@
 """Ghost pairs ranked by paraxial matrices, and the real rays of those that matter.
 
-All lengths in mm. Light from field tangent t travels towards +x (see `prescription_figures`), so ghosts come out in the
-orientation of the image.
+All lengths in mm. Light from field tangent t travels towards +x (see `prescription_figures`), so
+ghosts come out in the orientation of the image.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ class Pair:
 def rank(powers: Powers, largest_tangent: float) -> list[Pair]:
     """Return every pair of surfaces of the lens of `powers` that reflect, most light first.
 
-    The beam is the overlap of all apertures seen from the front; its area is taken as that of an ellipse with the overlap's
-    width in the
-    meridional plane, at the best of `FIELDS` angles up to `largest_tangent`.
+    The beam is the overlap of all apertures seen from the front; its area is taken as that of an
+    ellipse with the overlap's width in the meridional plane, at the best of `FIELDS` angles up to
+    `largest_tangent`.
     """
     lens = powers.prescription
     count = len(lens.surfaces)
@@ -77,7 +77,9 @@ def rank(powers: Powers, largest_tangent: float) -> list[Pair]:
 
 
 def _beam(lens, path, steps, tangents):
-    """Return (largest area over the tangents, half width on the axis) of what passes all apertures of a path."""
+    """Return (largest area over the tangents, half width on the axis) of what passes all apertures
+    of a path.
+    """
     limits = [
         (m[0, 0], m[0, 1], lens.surfaces[k].semi_diameter_mm)
         for (k, _), m in zip(path, steps)
@@ -91,7 +93,9 @@ def _beam(lens, path, steps, tangents):
 
 
 def _to_middle(lens, path, steps):
-    """Return the height, per tangent, of the ray through the middle of the stop at its first crossing."""
+    """Return the height, per tangent, of the ray through the middle of the stop at its first
+    crossing.
+    """
     at = next(
         m
         for (k, _), m in zip(path, steps)
@@ -101,7 +105,9 @@ def _to_middle(lens, path, steps):
 
 
 def split(pairs: list[Pair], error_allowed: float) -> tuple[list[Pair], list[Pair]]:
-    """Return (traced, left out): the weakest are left out while their shares sum to at most `error_allowed`."""
+    """Return (traced, left out): the weakest are left out while their shares sum to at most
+    `error_allowed`.
+    """
     kept, left, total = list(pairs), [], 0.0
     while kept and total + kept[-1].share <= error_allowed:
         total += kept[-1].share
@@ -122,7 +128,9 @@ class Beam:
 
 
 def boxes(lens, pair: Pair, intervals, wavelength_nm: float) -> list:
-    """Return, per (low, high) field tangents, the box (x, x, y, y) at the front vertex that holds a ghost's light, or None."""
+    """Return, per (low, high) field tangents, the box (x, x, y, y) at the front vertex that holds a
+    ghost's light, or None.
+    """
     indices, front_mm = lens.indices(wavelength_nm), lens.surfaces[0].z_mm
     half = _front_half_mm(lens, indices)
     step = 2 * half / SCAN
@@ -162,16 +170,18 @@ def _front_half_mm(lens, indices):
 def beams(
     lens, powers: Powers, pair: Pair, tangents, limits, nodes: int = NODES, iris: bool = False
 ) -> list[Beam]:
-    """Trace a ghost in all bands of `powers` from field tangents (along x), each through a grid over its own box of `limits`.
+    """Trace a ghost in all bands of `powers` from field tangents (along x), each through a grid
+    over its own box of `limits`.
 
-    Rays are traced at up to `SPECTRAL` wavelengths; between them positions go linearly (dispersion is smooth), while the power
-    is that of
-    every band's own coatings at the nearest traced angles. Only the half y > 0 is traced: the other is its mirror image.
-    With `iris`, beams say where they cross the stop.
+    Rays are traced at up to `SPECTRAL` wavelengths; between them positions go linearly (dispersion
+    is smooth), while the power is that of every band's own coatings at the nearest traced angles.
+    Only the half y > 0 is traced: the other is its mirror image. With `iris`, beams say where they
+    cross the stop.
     """
     if nodes % 2:
         raise ValueError(
-            f"{nodes} nodes; expected an even number, half of them on either side of the meridional plane"
+            f"{nodes} nodes; expected an even number, half of them on either side of the meridional"
+            " plane"
         )
     wave = powers.wavelength_nm
     traced = wave if len(wave) <= SPECTRAL else np.linspace(wave[0], wave[-1], SPECTRAL)

@@ -1,4 +1,6 @@
-"""Cutting: split a sheet exactly along the zero line of a scalar field, and the outlines to cut along."""
+"""Cutting: split a sheet exactly along the zero line of a scalar field, and the outlines to cut
+along.
+"""
 
 from __future__ import annotations
 
@@ -50,7 +52,9 @@ def cut(part, value):
 
 
 def hem(seam, shift, name: str, material: str) -> Piece:
-    """Return the strip from a seam to its copy moved by `shift`: a vector, or a distance along the normals, m."""
+    """Return the strip from a seam to its copy moved by `shift`: a vector, or a distance along the
+    normals, m.
+    """
     p, n = seam[:, :, 0], seam[:, :, 1]
     q = p + (n * shift if np.isscalar(shift) else np.asarray(shift, float))
     v = np.stack([p[:, 0], p[:, 1], q[:, 1], q[:, 0]], 1).reshape(-1, 3)

@@ -1,6 +1,7 @@
 """Implicit surfaces: smooth unions of tapered capsules, meshed by marching cubes.
 
-A field is a function of points (n, 3), negative inside, with `lo` and `hi`: the corners of a box around its surface.
+A field is a function of points (n, 3), negative inside, with `lo` and `hi`: the corners of a box
+around its surface.
 """
 
 from __future__ import annotations
@@ -27,9 +28,11 @@ def cone(a, b, ra: float, rb: float):
 
 
 def blend(fields, k: float = 0.03, folds: float = 0.0, seed: int = 0):
-    """Return the smooth union of `fields`; they melt together where they differ by less than `k` metres.
+    """Return the smooth union of `fields`; they melt together where they differ by less than `k`
+    metres.
 
-    The union is the quadratic smooth minimum. `folds` adds cloth-like waves of that height, m, drawn from `seed`.
+    The union is the quadratic smooth minimum. `folds` adds cloth-like waves of that height, m,
+    drawn from `seed`.
     """
     rng = np.random.default_rng(seed)
     waves = rng.normal(size=(5, 3)) * [
@@ -58,7 +61,9 @@ def blend(fields, k: float = 0.03, folds: float = 0.0, seed: int = 0):
 
 
 def skin_of(field, step: float, name: str, material: str) -> Piece:
-    """Return the zero surface of a field, sampled every `step` metres; normals are the field's own gradient."""
+    """Return the zero surface of a field, sampled every `step` metres; normals are the field's own
+    gradient.
+    """
     from skimage.measure import marching_cubes
 
     margin = 2.5 * step
@@ -74,9 +79,11 @@ def skin_of(field, step: float, name: str, material: str) -> Piece:
 
 
 def _sampled(field, axes, step: float) -> np.ndarray:
-    """Return the field on a grid: exact near its surface, elsewhere the value in the middle of a block of 4 x 4 x 4.
+    """Return the field on a grid: exact near its surface, elsewhere the value in the middle of a
+    block of 4 x 4 x 4.
 
-    No field here is steeper than 1.5, so a block whose middle is further away than 1.5 half diagonals has no surface.
+    No field here is steeper than 1.5, so a block whose middle is further away than 1.5 half
+    diagonals has no surface.
     """
     block = 4
     middles = [a[np.minimum(np.arange(0, len(a), block) + block // 2, len(a) - 1)] for a in axes]

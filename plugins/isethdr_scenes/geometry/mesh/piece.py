@@ -1,4 +1,5 @@
-"""Pieces: parts that can be moved, renamed and joined. An assembly collects them and becomes a Model.
+"""Pieces: parts that can be moved, renamed and joined. An assembly collects them and becomes a
+Model.
 
 Units are metres. Models stand on z = 0, look along +x, and have +y on their left.
 """
@@ -25,7 +26,8 @@ class Piece(Part):
         m = np.asarray(matrix, float)
         turn = m[:3, :3]
         vertices = self.vertices @ turn.T + m[:3, 3]
-        # normals follow the inverse transpose, so that a stretched ball keeps normals across its surface
+        # normals follow the inverse transpose, so that a stretched ball keeps normals across its
+        # surface
         normals = None if self.normals is None else unit(self.normals @ np.linalg.inv(turn))
         faces = self.faces if np.linalg.det(turn) > 0 else self.faces[:, ::-1]
         lit = self.lamp and replace(
@@ -59,7 +61,8 @@ class Assembly:
         return Assembly(name or self.name, [p.moved(matrix) for p in self.parts])
 
     def model(self, name: str | None = None) -> Model:
-        """Return the finished model: one part per material, and one part per lamp, left and right apart.
+        """Return the finished model: one part per material, and one part per lamp, left and right
+        apart.
 
         Fewer parts mean fewer shapes for the renderer. A lamp stays a part of its own because its
         intensity is that of the whole part.
@@ -117,7 +120,9 @@ def join(pieces, name: str) -> Piece:
 
 
 def face_areas(part: Part) -> np.ndarray:
-    """Return the vector areas of the faces, m2 (m, 3): along the outward normal, as long as the area."""
+    """Return the vector areas of the faces, m2 (m, 3): along the outward normal, as long as the
+    area.
+    """
     v, f = part.vertices, part.faces
     return _cross(v, f) / 2
 
@@ -141,7 +146,9 @@ def vertex_normals(vertices, faces) -> np.ndarray:
 
 
 def _cross(v, f):
-    """Return the cross product (m, 3) of two sides of each face: along the outward normal, twice as long as the area."""
+    """Return the cross product (m, 3) of two sides of each face: along the outward normal, twice as
+    long as the area.
+    """
     a = v[f[:, 0]]
     (ax, ay, az), (bx, by, bz) = (v[f[:, 1]] - a).T, (v[f[:, 2]] - a).T
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], 1)

@@ -14,7 +14,8 @@ def grid(points, name="grid", material="plastic_black", close_u=False, close_v=F
 
     Parameters
     ----------
-    points : (n, m, 3), m; u runs along the first axis, v along the second, and outward is d/du x d/dv
+    points : (n, m, 3), m; u runs along the first axis, v along the second, and outward is d/du x
+        d/dv
     close_u, close_v : join the last row or column to the first
     smooth : one normal per vertex, else one per face
     """
@@ -65,7 +66,8 @@ def box(centre, size, name="box", material="plastic_black", r=0.0, n=3):
 def lathe(profile, name="lathe", material="plastic_black", n=32, axis="y", turn=(0, 2 * np.pi)):
     """Return a profile of (radius, height) turned about an axis through `turn`, radians.
 
-    The outside is right when the profile goes up along the axis; a disc that looks along the axis runs from rim to centre.
+    The outside is right when the profile goes up along the axis; a disc that looks along the axis
+    runs from rim to centre.
     """
     r, h = np.asarray(profile, float).T
     full = abs(turn[1] - turn[0]) > 6.28

@@ -12,7 +12,9 @@ from .poses import two_bone
 
 
 def bicycle(colour="paint_blue", crank=35.0):
-    """Return (bicycle, pedals, grips, saddle) with the wheels on y = 0; `crank` in degrees; the last three are points (3,)."""
+    """Return (bicycle, pedals, grips, saddle) with the wheels on y = 0; `crank` in degrees; the
+    last three are points (3,).
+    """
     m = Assembly("bicycle")
     r, rear, front, bb = (
         0.335,

@@ -11,7 +11,9 @@ from ..mesh.primitives import ball, tube
 
 
 def deer(name="deer", height=1.0, antlers=True, head_up=1.0, step=0.16, turn=0.0, seed=0):
-    """`height` is at the shoulder (m); head_up 0 grazes, 1 looks up; step is the walking stride (m)."""
+    """`height` is at the shoulder (m); head_up 0 grazes, 1 looks up; step is the walking stride
+    (m).
+    """
     trunk = [
         cone((0.38, 0, 0.80), (0.10, 0, 0.78), 0.165, 0.175),
         cone((0.10, 0, 0.78), (-0.36, 0, 0.83), 0.175, 0.165),

@@ -171,7 +171,9 @@ def figure(j, look=Person(), name="person", seed=0):
 
 
 def pedestrian(look=Person(), phase=0.12, name="pedestrian", seed=0, stride=26.0):
-    """Return a walker who stands on z = 0; `phase` of the gait 0..1, `stride` of the hips in degrees."""
+    """Return a walker who stands on z = 0; `phase` of the gait 0..1, `stride` of the hips in
+    degrees.
+    """
     m = figure(walk(phase, stride), look, name, seed)
     low = min(p.vertices[:, 2].min() for p in m.parts)
     return m.moved(pose(z=-low))

@@ -14,7 +14,8 @@ from ..mesh.piece import pose
 LANE_M, SHOULDER_M = 3.5, 0.9
 EDGE_M = LANE_M + SHOULDER_M
 CROWN = 0.025  # fall of the carriageway from its middle to its edges, m per m
-# cross-section beside the road: |y|, height above the middle of the road: shoulder, ditch, field, hills
+# cross-section beside the road: |y|, height above the middle of the road: shoulder, ditch, field,
+# hills
 PROFILE = (
     (0, 0),
     (EDGE_M, -CROWN * EDGE_M),
@@ -67,7 +68,9 @@ class Ground:
     def place(
         self, s: float, y: float, turn_deg: float = 0.0, z: float | None = None
     ) -> np.ndarray:
-        """Return the (4, 4) pose of a model that stands at (s, y), turned from the road's direction."""
+        """Return the (4, 4) pose of a model that stands at (s, y), turned from the road's
+        direction.
+        """
         z = float(self.height(s, y)) if z is None else z
         return pose(*self.points(s, y, z), yaw=np.degrees(self.curvature_per_m * s) + turn_deg)
 

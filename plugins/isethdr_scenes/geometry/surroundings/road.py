@@ -18,7 +18,9 @@ def _strip(ground, s, y, name, material, above=0.0):
 
 
 def road(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assembly:
-    """Return carriageway, shoulders, lay-by, sealed cracks and markings (4 mm proud of the asphalt)."""
+    """Return carriageway, shoulders, lay-by, sealed cracks and markings (4 mm proud of the
+    asphalt).
+    """
     m = Assembly("road")
     s = np.arange(start_m, end_m + 0.1, 1.0)
     half = LINE_WIDTH_M / 2
@@ -57,7 +59,9 @@ def field(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assem
 
 
 def tufts(ground: Ground, start_m, end_m, seed, per_m2, near_m=5.1, far_m=11.0) -> np.ndarray:
-    """Return the roots (n, 3) of grass blades on both verges, in clumps, `per_m2` blades on average."""
+    """Return the roots (n, 3) of grass blades on both verges, in clumps, `per_m2` blades on
+    average.
+    """
     rng = np.random.default_rng(seed + 7)
     n = int((end_m - start_m) * (far_m - near_m) * 2 * per_m2)
     clumps = int(n / 14)

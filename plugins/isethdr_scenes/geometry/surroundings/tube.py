@@ -19,14 +19,18 @@ LUMINAIRE_M, LUMINAIRE_Z_M = 2.2, 4.75  # to either side of the middle, above th
 
 
 def section(n: int = 24) -> np.ndarray:
-    """Return the inner outline (k, 2) of (y, z) from the foot of the left wall over the vault to the right one."""
+    """Return the inner outline (k, 2) of (y, z) from the foot of the left wall over the vault to
+    the right one.
+    """
     t = np.linspace(0, np.pi, n)
     vault = np.stack([HALF_WIDTH_M * np.cos(t), SPRING_M + (TOP_M - SPRING_M) * np.sin(t)], 1)
     return np.concatenate([[(HALF_WIDTH_M, -0.4)], vault, [(-HALF_WIDTH_M, -0.4)]])
 
 
 def tunnel(ground: Ground, start_m: float, end_m: float) -> Assembly:
-    """Return a tunnel from a closed dark end at `start_m` to an open portal at `end_m`; faces look inwards."""
+    """Return a tunnel from a closed dark end at `start_m` to an open portal at `end_m`; faces look
+    inwards.
+    """
     outline = section()
     s = np.arange(start_m, end_m + 0.1, 2.0)
     s[-1] = end_m

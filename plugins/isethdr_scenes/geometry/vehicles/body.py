@@ -1,4 +1,6 @@
-"""A vehicle body: the shell as one sheet, out of which glass, lamps, gaps and wheel houses are cut."""
+"""A vehicle body: the shell as one sheet, out of which glass, lamps, gaps and wheel houses are
+cut.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ class Body:
         return v[d < 0.06, 2].max() if (d < 0.06).any() else float(self.upper(u))
 
     def take(self, name, material, value, sunk=0.0, rim=None, lamp=None, keep=True):
-        """Cut the region value < 0 out of the paint; `sunk` pushes it inwards and `rim` closes the step."""
+        """Cut the region value < 0 out of the paint; `sunk` pushes it inwards and `rim` closes the
+        step.
+        """
         inside, self.paint, seam = cut(self.paint, value)
         if sunk:
             inside = inside.offset(-sunk)
@@ -46,7 +50,9 @@ class Body:
         return inside
 
     def carve(self, part, name, material, value, lamp=None):
-        """Cut the region value < 0 out of a part taken before; return it and what is left, which both replace the part."""
+        """Cut the region value < 0 out of a part taken before; return it and what is left, which
+        both replace the part.
+        """
         self.parts = [p for p in self.parts if p is not part]
         inside, outside, _ = cut(part, value)
         inside = inside.named(name, material, lamp)
@@ -54,7 +60,9 @@ class Body:
         return inside, outside
 
     def line(self, distance, where, half=0.005, material="gap"):
-        """Cut a thin dark gap along distance(part) = 0 where where(part) < 0; both return one value per vertex, m."""
+        """Cut a thin dark gap along distance(part) = 0 where where(part) < 0; both return one value
+        per vertex, m.
+        """
         near, rest, _ = cut(self.paint, distance(self.paint) - half)
         below, band, _ = cut(near, distance(near) + half)
         hit, miss, _ = cut(band, where(band))
@@ -85,7 +93,9 @@ class Body:
                 self.parts.append(replace(well, vertices=well.vertices + [x, 0, self.tyre + 0.01]))
 
     def lining(self, z_min, material="interior"):
-        """Return the dark inner skin of the cabin above `z_min`: what is still paint, 3 cm inwards, facing inwards."""
+        """Return the dark inner skin of the cabin above `z_min`: what is still paint, 3 cm inwards,
+        facing inwards.
+        """
         _, keep, _ = cut(self.paint, self.paint.vertices[:, 2] - z_min)
         inner = keep.offset(-0.03)
         return replace(

@@ -1,4 +1,6 @@
-"""Passenger cars: a body from one of the shapes of `car_shapes`, its windows, gaps, wheels and fittings."""
+"""Passenger cars: a body from one of the shapes of `car_shapes`, its windows, gaps, wheels and
+fittings.
+"""
 
 from __future__ import annotations
 
@@ -78,7 +80,9 @@ def _screens(b: Body, c: Car):
 
 
 def _screen(b, c, name, material, z_range, margin, u_range, post):
-    """Cut a pane with a dark frame, as wide as the cabin at each height less `margin`; `post` half-width in its middle."""
+    """Cut a pane with a dark frame, as wide as the cabin at each height less `margin`; `post`
+    half-width in its middle.
+    """
     z = np.linspace(*z_range, 9)
     shoulder = float(b.belt(np.mean(u_range)))
     y = c.width / 2 * 0.93 * (1 - c.lean * np.maximum(z - shoulder, 0)) - margin
@@ -94,7 +98,9 @@ def _screen(b, c, name, material, z_range, margin, u_range, post):
 
 
 def _side_windows(b: Body, c: Car):
-    """Windows under the roof line and above the belt, posts between them; tinted behind the middle post."""
+    """Windows under the roof line and above the belt, posts between them; tinted behind the middle
+    post.
+    """
     cowl, top, back = c.roof[2], c.roof[3], c.roof[5]
     u = np.linspace(cowl[0] + 0.12, c.glass_end, 60)
     frame = np.interp(

@@ -15,7 +15,9 @@ from .wheels import plate
 
 
 def front(b: Body, c: Car):
-    """Cut grille, headlamps (see `headlamp`), position lamps, intake and fog lamps; add badge and plate."""
+    """Cut grille, headlamps (see `headlamp`), position lamps, intake and fog lamps; add badge and
+    plate.
+    """
     half, nose = c.width / 2, c.roof[0][1]
     ahead = lambda u, lim=0.5: u - lim
     z1, z0 = nose - 0.035, nose - 0.165

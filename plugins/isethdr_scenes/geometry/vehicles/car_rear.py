@@ -13,7 +13,9 @@ from .wheels import plate
 
 
 def rear(b: Body, c: Car):
-    """Cut tail lamps (tail, brake, indicator, reverse from outside to inside) and diffuser; add what is fitted."""
+    """Cut tail lamps (tail, brake, indicator, reverse from outside to inside) and diffuser; add
+    what is fitted.
+    """
     half, back = c.width / 2, (-1.0, 0.0, 0.0)
     u, ay, z, _ = b.at()
     shape = polygon(c.tail_lamp, 0.012)

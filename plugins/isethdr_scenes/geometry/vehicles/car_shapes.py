@@ -9,7 +9,8 @@ from dataclasses import dataclass
 class Car:
     """A passenger car. u runs from the front end to `length`; profiles are ((u, z), ...).
 
-    `roof` has eight points: nose, hood front, cowl, windscreen top, roof top, roof rear, rear window base, tail.
+    `roof` has eight points: nose, hood front, cowl, windscreen top, roof top, roof rear, rear
+    window base, tail.
     """
 
     length: float

@@ -1,4 +1,6 @@
-"""Round lamps in the front of a vehicle; a dipped beam is a lens of several modules (see `lamps`)."""
+"""Round lamps in the front of a vehicle; a dipped beam is a lens of several modules (see
+`lamps`).
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,8 @@ def round_lamp(
     bezel=0.012,
     material="lamp_white",
 ):
-    """Cut a chrome bezel and a round lens at `centre` (y, z) out of `part`, or out of the paint where None.
+    """Cut a chrome bezel and a round lens at `centre` (y, z) out of `part`, or out of the paint
+    where None.
 
     `kind` is a lamp kind, `low_beam` for all modules of `LOW_BEAM`, or `reflector` for a dark one.
     Returns what is left of `part`.
@@ -84,7 +87,8 @@ def _modules(body, lens, tag, centre, radius):
 def own_headlamps(
     forward_m: float, half_track_m: float, height_m: float, radius: float = 0.05
 ) -> Assembly:
-    """Return the two dipped beams of the camera's own car: bare lenses, so that nothing blocks the view.
+    """Return the two dipped beams of the camera's own car: bare lenses, so that nothing blocks the
+    view.
 
     The model's origin is on the road below the camera.
     """

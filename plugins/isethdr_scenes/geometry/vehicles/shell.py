@@ -16,7 +16,9 @@ from ..mesh.primitives import grid
 
 @dataclass(frozen=True)
 class Shell:
-    """Shape of a body. Profiles are ((u, z), ...) in metres; `upper` is the roof line, `belt` the shoulder."""
+    """Shape of a body. Profiles are ((u, z), ...) in metres; `upper` is the roof line, `belt` the
+    shoulder.
+    """
 
     length: float
     width: float
@@ -59,7 +61,9 @@ def _stations(s):
 
 
 def loft(shell: Shell, axles=(), tyre: float = 0.33) -> Piece:
-    """Return the closed skin of a body, with smooth normals; `axles` (u, m) and `tyre` radius make it bulge."""
+    """Return the closed skin of a body, with smooth normals; `axles` (u, m) and `tyre` radius make
+    it bulge.
+    """
     s = shell
     upper, belt = s.profiles()
     u = _stations(s)
@@ -126,7 +130,9 @@ def _bulge(s, p, axles, tyre):
 
 
 def _superellipse(n, up, across):
-    """Points of y^n + z^n = 1 from (1, 0) to (0, 1), denser towards the corner; without the first."""
+    """Points of y^n + z^n = 1 from (1, 0) to (0, 1), denser towards the corner; without the
+    first.
+    """
     corner = 0.5 ** (1 / n)
     t = np.linspace(0, 1, up + 1)[1:]
     z = corner * (1 - (1 - t) ** 1.6)

@@ -1,4 +1,6 @@
-"""Ghosts: flux by hand and by an independent Monte Carlo trace, position, colour, pruning, energy of the drawing, bad input."""
+"""Ghosts: flux by hand and by an independent Monte Carlo trace, position, colour, pruning, energy
+of the drawing, bad input.
+"""
 
 from dataclasses import replace
 
@@ -20,10 +22,11 @@ from ...lamp_ghosts import SINGLET, flux, lamp
 
 
 def monte_carlo(lens, tangent, count, seed=1):
-    """Trace single photons, each reflected or refracted by chance, until they reach the sensor; nothing shared with the product.
+    """Trace single photons, each reflected or refracted by chance, until they reach the sensor;
+    nothing shared with the product.
 
-    Spheres by their centres, Fresnel by sines and tangents of angles. Returns (x, y) of those reflected exactly twice, and the
-    start area.
+    Spheres by their centres, Fresnel by sines and tangents of angles. Returns (x, y) of those
+    reflected exactly twice, and the start area.
     """
     rng = np.random.default_rng(seed)
     stop, first, second, sensor = lens.surfaces
@@ -108,7 +111,8 @@ def test_flux_and_shape_against_an_independent_monte_carlo_trace(bare, column):
     wide = np.sqrt(weight.sum(0) @ (x_mm - mean) ** 2), np.sqrt(weight.sum(1) @ y_mm**2)
     size = spots.std(axis=0)
     assert mean == pytest.approx(spots[:, 0].mean(), abs=4 * size[0] * error + 0.005 * size[0])
-    # the tiles of 0.8 mm add their own width, one twelfth of the square each for the source and the drawing
+    # the tiles of 0.8 mm add their own width, one twelfth of the square each for the source and the
+    # drawing
     np.testing.assert_allclose(wide, np.hypot(size, 0.8 / np.sqrt(6)), rtol=0.02)
 
 
@@ -252,7 +256,9 @@ def test_the_canvas_keeps_energy_at_every_level():
 
 @pytest.mark.parametrize("tiles", [64, 75])
 def test_even_light_is_even_up_to_the_border(tiles):
-    """A grid of points far beyond the sensor, drawn at a coarse level: neither the border nor odd sizes show."""
+    """A grid of points far beyond the sensor, drawn at a coarse level: neither the border nor odd
+    sizes show.
+    """
     axis = quantities.centres(tiles, tiles * 0.1)
     canvas = Canvas(1, axis, axis, (0.1, 0.1))
     fine = (np.arange(480) + 0.5) / 480 * 24 - 12
@@ -317,7 +323,9 @@ def test_beams_are_kept(bare):
 
 
 def test_blades_take_their_share_of_the_stop_and_shape_the_ghost(bare):
-    """On the axis a ghost is the stop's own picture: a polygon of the right area, corners where the blades meet."""
+    """On the axis a ghost is the stop's own picture: a polygon of the right area, corners where the
+    blades meet.
+    """
     lens, scene = IdealLens(f_number=5.0, focal_length_mm=100.0), lamp(121, 0.013, 60, 60)
     flare = GhostFlare(bare, error_allowed=0.0, sensor_reflectance_percent=0.0)
     whole = flare.irradiance(lens, scene)
@@ -330,7 +338,8 @@ def test_blades_take_their_share_of_the_stop_and_shape_the_ghost(bare):
             share, rel=0.015
         )  # 48 points across, cut hard
         assert np.all(cut.values <= whole.values * (1 + 1e-6) + 1e-12 * whole.values.max())
-    # near the border light is left in the directions of the six corners, not between them; a mirrored iris would have them at 40
+    # near the border light is left in the directions of the six corners, not between them; a
+    # mirrored iris would have them at 40
     x, y = np.meshgrid(cut.x.values, cut.y.values)
     radius = np.hypot(x, y)[whole.values[0] > 0.2 * whole.values.max()].max()
     turn = np.degrees(np.arctan2(y, x)) % 60

@@ -1,4 +1,6 @@
-"""Ghosts that a sensor cannot tell are left out: what is left out stays below the bound, a lamp brings it back."""
+"""Ghosts that a sensor cannot tell are left out: what is left out stays below the bound, a lamp
+brings it back.
+"""
 
 from dataclasses import replace
 
@@ -67,7 +69,9 @@ def test_other_flares_and_ghosts_of_others_are_left_as_they_are():
     ("prescription", "coating"), [("double_gauss", ""), ("double_gauss_camera", "multilayer")]
 )
 def test_uniform_light_piles_up_no_more_than_the_factor_says(prescription, coating):
-    """The pairs that come nearest to it, on tiles three times finer than those it was measured on."""
+    """The pairs that come nearest to it, on tiles three times finer than those it was measured
+    on.
+    """
     n = np.array([54, 96])
     y, x = (quantities.centres(k, 0.7 * k / n[1]) for k in n)
     mixed = quantities.plane(np.ones((3, *n), np.float32), BANDS, x, y, quantities.RADIANCE)
