@@ -268,12 +268,14 @@ def _pass_on_lighting(base: duckdb.DuckDBPyConnection) -> None:
         SELECT scene, list_sort(list(DISTINCT lighting)) AS lightings
         FROM (SELECT properties->>'lighting' AS lighting,
                      unnest(CASE WHEN json_array_length(properties, '/scene_ids') > 0
-                            THEN from_json(properties->'/scene_ids', '["VARCHAR"]') ELSE [derived_from] END) AS scene
+                            THEN from_json(properties->'/scene_ids', '["VARCHAR"]')
+                             ELSE [derived_from] END) AS scene
               FROM shots WHERE kind = 'run')
         WHERE lighting IS NOT NULL GROUP BY scene
     """)
     base.execute("""
-        UPDATE shots SET properties = json_merge_patch(properties, json_object('lighting', lightings))
+        UPDATE shots
+        SET properties = json_merge_patch(properties, json_object('lighting', lightings))
         FROM (SELECT DISTINCT id, coalesce(lightings, []) AS lightings
               FROM shots LEFT JOIN used ON id = scene WHERE kind = 'scene') AS scenes
         WHERE shots.id = scenes.id AND shots.kind = 'scene'

@@ -32,14 +32,20 @@ SANDBOX = (
     "SET lock_configuration=true",
 )
 VIEWS = """
-CREATE VIEW stores AS SELECT id, kind, any_value(name) AS name, path, any_value(created) AS created, any_value(derived_from) AS derived_from,
-  list(camera) AS cameras, any_value(properties) AS properties, any_value(ledger) AS ledger, any_value(assets) AS assets
+CREATE VIEW stores AS SELECT id, kind, any_value(name) AS name, path,
+  any_value(created) AS created, any_value(derived_from) AS derived_from,
+  list(camera) AS cameras, any_value(properties) AS properties,
+  any_value(ledger) AS ledger, any_value(assets) AS assets
   FROM shots GROUP BY id, kind, path;
-CREATE VIEW objects AS SELECT id, kind, lighting, (o->>'instance')::BIGINT AS instance, o->>'name' AS name, o->>'category' AS category,
-  (o->>'distance_m')::DOUBLE AS distance_m, (o->>'visible_fraction')::DOUBLE AS visible_fraction, o->'box' AS box
-  FROM (SELECT id, kind, any_value(properties->>'lighting') AS lighting, unnest(from_json(any_value(objects), '["JSON"]')) AS o
+CREATE VIEW objects AS SELECT id, kind, lighting, (o->>'instance')::BIGINT AS instance,
+  o->>'name' AS name, o->>'category' AS category,
+  (o->>'distance_m')::DOUBLE AS distance_m, (o->>'visible_fraction')::DOUBLE AS visible_fraction,
+  o->'box' AS box
+  FROM (SELECT id, kind, any_value(properties->>'lighting') AS lighting,
+    unnest(from_json(any_value(objects), '["JSON"]')) AS o
         FROM shots GROUP BY id, kind);
-CREATE VIEW scores AS SELECT id, camera, sensor, lighting, s->>'metric' AS metric, s->>'object' AS object, (s->>'value')::DOUBLE AS value,
+CREATE VIEW scores AS SELECT id, camera, sensor, lighting, s->>'metric' AS metric,
+  s->>'object' AS object, (s->>'value')::DOUBLE AS value,
   s->>'unit' AS unit, (s->>'low')::DOUBLE AS low, (s->>'high')::DOUBLE AS high
   FROM (SELECT id, camera, properties->>'sensor' AS sensor, properties->>'lighting' AS lighting,
         unnest(from_json(scores, '["JSON"]')) AS s FROM shots);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
 
 from rich.table import Table
@@ -217,10 +218,11 @@ def print_plan(overrides) -> None:
     console.print(
         f"bands         {f'{len(bands)} from {bands[0]:g} to {bands[-1]:g} nm' if bands else 'all'}"
     )
-    console.print(
-        "window       "
-        f" {' x '.join(f'{1e3 * side:.4g}' for side in demand.window_m) + ' mm of the image plane' if demand.window_m else 'all'}"
-    )
+    window = "all"
+    if demand.window_m:
+        sides_mm = " x ".join(f"{1e3 * side:.4g}" for side in demand.window_m)
+        window = f"{sides_mm} mm of the image plane"
+    console.print(f"window        {window}")
     console.print(f"cameras       {', '.join(parts.cameras)}")
     held, missing = radiance_cache.held_and_missing(parts, demand)
     if parts.renderer is not None:
@@ -243,6 +245,11 @@ def print_plan(overrides) -> None:
     console.print(ledger_table(rows, details=True))
 
 
+def summary_of(cls: type) -> str:
+    """Return the first paragraph of a class's docstring as one line."""
+    return " ".join((inspect.getdoc(cls) or "no description").split("\n\n")[0].split())
+
+
 def print_plugins(kind: str = "") -> int:
     """Print every component with its fields; return how many plugins are broken."""
     from ..errors import ConfigError, did_you_mean
@@ -256,7 +263,7 @@ def print_plugins(kind: str = "") -> int:
         if kind in ("", k):
             console.print(k, style="bold")
         for comp in members if kind in ("", k) else []:
-            first = (comp.cls.__doc__ or "no description").strip().splitlines()[0]
+            first = summary_of(comp.cls)
             line = Text.assemble(
                 ("  " + comp.name, "cyan"),
                 f"  {first}  ",

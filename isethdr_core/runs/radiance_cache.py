@@ -309,7 +309,16 @@ def _render(parts, description, demand, so_far, rows, config, folder, recipe, sp
     )
     groups = [str(g) for g in radiance.light_group.values]
     asked = demand.groups if demand.groups is not None else description.light_groups()
-    name = f"{recipe}-{store.content_hash([sorted(groups), sorted(asked), sorted(demand.labels), demand.wavelength_nm, demand.margin, spent, so_far])[:8]}"
+    content = [
+        sorted(groups),
+        sorted(asked),
+        sorted(demand.labels),
+        demand.wavelength_nm,
+        demand.margin,
+        spent,
+        so_far,
+    ]
+    name = f"{recipe}-{store.content_hash(content)[:8]}"
     attributes = {
         "kind": "scene",
         "recipe": recipe,

@@ -1,12 +1,12 @@
 """Spectra a colour matrix is solved for: lights of a driving scene and smooth reflectances, all
 from formulas.
 
-| light    | formula                                                                                   |
-|----------|-------------------------------------------------------------------------------------------|
-| daylight | black body of 6504 K, the daylight locus without its absorption lines                     |
-| halogen  | black body of 3200 K, a head lamp                                                          |
-| led      | blue line 450 nm (sigma 10) and phosphor 560 nm (sigma 55), a white head lamp              |
-| sodium   | lines at 498, 569, 589, 616 nm (sigma 6) on 5 %, a high pressure street lamp               |
+| light    | formula                                                                       |
+|----------|-------------------------------------------------------------------------------|
+| daylight | black body of 6504 K, the daylight locus without its absorption lines         |
+| halogen  | black body of 3200 K, a head lamp                                             |
+| led      | blue line 450 nm (sigma 10) and phosphor 560 nm (sigma 55), a white head lamp |
+| sodium   | lines at 498, 569, 589, 616 nm (sigma 6) on 5 %, a high pressure street lamp  |
 """
 
 from __future__ import annotations

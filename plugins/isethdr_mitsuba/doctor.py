@@ -32,8 +32,10 @@ PROBE = """
 import sys, mitsuba as mi
 mi.set_variant(sys.argv[1])
 import drjit as dr, numpy as np
-scene = mi.load_dict({'type': 'scene', 'a': {'type': 'sphere'}, 'e': {'type': 'constant'}, 'i': {'type': 'path', 'max_depth': 3},
-    's': {'type': 'perspective', 'to_world': mi.ScalarTransform4f().look_at(origin=[0, 0, 4], target=[0, 0, 0], up=[0, 1, 0]),
+scene = mi.load_dict({'type': 'scene', 'a': {'type': 'sphere'}, 'e': {'type': 'constant'},
+    'i': {'type': 'path', 'max_depth': 3},
+    's': {'type': 'perspective', 'to_world': mi.ScalarTransform4f().look_at(
+        origin=[0, 0, 4], target=[0, 0, 0], up=[0, 1, 0]),
           'film': {'type': 'hdrfilm', 'width': 4, 'height': 4}}}, optimize=False)
 image = np.array(mi.render(scene, spp=4))
 if dr.is_jit_v(mi.Float):

@@ -1,15 +1,15 @@
 """Relative spectral power of the lamps: measured tables of colour-science, and three stated models.
 
-| name | what | source |
-|---|---|---|
-| halogen | tungsten halogen (H7) | model: black body at 3200 K (Planck) |
-| led_white | headlamp and street LED, about 5100 K | CIE 015:2018 illuminant LED-B4, `colour.SDS_ILLUMINANTS` |
-| led_warm | room light, about 2700 K | CIE 015:2018 illuminant LED-B1 |
-| sodium | high pressure sodium street lamp | "C100S54 (HPS)", `colour.SDS_LIGHT_SOURCES` |
-| metal_halide | metal halide | "MHC100/U/MP/4K", `colour.SDS_LIGHT_SOURCES` |
-| red | tail and brake LED | model: Gaussian at 630 nm, 18 nm wide (full width at half maximum) |
-| amber | indicator and marker LED | model: Gaussian at 592 nm, 16 nm wide |
-| daylight | CIE D65 | `colour.SDS_ILLUMINANTS` |
+| name         | what                                  | source                                |
+|--------------|---------------------------------------|---------------------------------------|
+| halogen      | tungsten halogen (H7)                 | model: black body at 3200 K (Planck)  |
+| led_white    | headlamp and street LED, about 5100 K | CIE 015:2018 illuminant LED-B4        |
+| led_warm     | room light, about 2700 K              | CIE 015:2018 illuminant LED-B1        |
+| sodium       | high pressure sodium street lamp      | "C100S54 (HPS)" of colour-science     |
+| metal_halide | metal halide                          | "MHC100/U/MP/4K" of colour-science    |
+| red          | tail and brake LED                    | model: Gaussian at 630 nm, FWHM 18 nm |
+| amber        | indicator and marker LED              | model: Gaussian at 592 nm, FWHM 16 nm |
+| daylight     | CIE D65                               | colour-science                        |
 
 Only the shape matters: a lamp's level is its candela. Each is scaled to a maximum of 1.
 """

@@ -113,7 +113,7 @@ def folder(tmp_path: Path) -> Path:
 )
 def test_every_statement_that_leaves_the_records_is_refused(folder: Path, statements: list[str]):
     before = {path: path.stat().st_mtime_ns for path in sorted(folder.parent.rglob("*"))}
-    texts = duckdb.sql("SELECT 'a Python variable'")  # noqa: F841 - a replacement scan would find it
+    texts = duckdb.sql("SELECT 'a Python variable'")  # noqa: F841
     names = {
         "folder": folder,
         "secret": folder.parent / "secret",

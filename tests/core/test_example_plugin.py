@@ -52,7 +52,8 @@ def test_it_composes_with_types_presets_and_experiments(acme):
 from isethdr_core import compose
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain import chain
-config = compose(["sensor=acme_nano", "sensor.dead_pixels=[[3,4],[5,6]]", "lens=acme_plastic", "~flare.dirt"])
+config = compose(["sensor=acme_nano", "sensor.dead_pixels=[[3,4],[5,6]]",
+                  "lens=acme_plastic", "~flare.dirt"])
 assert chain(config).cameras["acme_nano"].dead_pixels == ((3, 4), (5, 6))
 assert compose(["sensor=acme_nano_night"]).sensor.exposure_s == 0.033
 night = compose(["experiment=acme_night"])

@@ -51,7 +51,7 @@ def tutorial(number):
     """
     whole = [b for b in blocks("python") if "class " in b and "isethdr_components" in b]
     scope = {"__name__": __name__}
-    exec(compile(whole[number], "docs/plugins.md", "exec", dont_inherit=True), scope)  # noqa: S102 - the tutorial is what is tested
+    exec(compile(whole[number], "docs/plugins.md", "exec", dont_inherit=True), scope)  # noqa: S102
     globals()["Darkest"] = scope["Darkest"]  # where pickle looks for it
     [comp] = scope["isethdr_components"]()
     return comp

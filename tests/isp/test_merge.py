@@ -57,7 +57,8 @@ def test_expected_value_is_exact_by_quadrature(mean, dark, top):
     read, ratio = (
         5.0,
         2.0,
-        # a long capture of twice the light and much read noise, so that every term of the rule counts
+        # a long capture of twice the light and much read noise, so that every term of the rule
+        # counts
     )
     count = np.arange(0, 260)
     poisson = np.exp(

@@ -122,7 +122,7 @@ def test_the_ladder_of_paths_climbs_and_is_one_for_all():
     ]  # from wherever paths began
 
 
-def test_a_group_has_the_same_paths_whichever_others_there_are_and_however_much_lies_beyond_the_field():
+def test_the_paths_of_a_group_depend_neither_on_other_groups_nor_on_the_overscan():
     """Made-up passes whose tiles beyond the field are three times as noisy as those of it."""
     settings, inside = (
         SimpleNamespace(samples=16, error_allowed=0.1, most_samples=10_000, seed=4),

@@ -210,7 +210,8 @@ def test_uniform_light_thins_by_the_area_ratio_of_a_bent_course():
         out,
         want,
         rtol=2e-4,
-        # a tile's light is even between its borders, where the course thins by 0.8 % from tile to tile
+        # a tile's light is even between its borders, where the course thins by 0.8 % from tile to
+        # tile
     )
 
 

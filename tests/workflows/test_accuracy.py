@@ -98,7 +98,8 @@ def test_the_point_spread_is_airy_s(monkeypatch):
     one, four, chosen = bands.points
     assert (
         four.error < one.error / 3
-        # sub-bands are midpoints: a quarter of the step, a sixteenth of the error, down to other causes
+        # sub-bands are midpoints: a quarter of the step, a sixteenth of the error, down to other
+        # causes
     )
     assert chosen.error < 1e-4 and support.reference_error < 2e-5  # of the light, L1
     assert [p.error for p in support.points] == sorted(

@@ -1,10 +1,10 @@
 """Local classes: which of a few kinds of neighbourhood every pixel of a mosaic lies in, for the
 learned demosaic.
 
-| feature   | classes                                                                                             |
-|-----------|-----------------------------------------------------------------------------------------------------|
-| level     | local mean over its noise: below 2.5, 6, 15, 40, above                                              |
-| contrast  | flat, where noise explains all change; else by the share of the change that runs along x             |
+| feature  | classes                                                                |
+|----------|------------------------------------------------------------------------|
+| level    | local mean over its noise: below 2.5, 6, 15, 40, above                 |
+| contrast | flat where noise explains all change, else the share of change along x |
 
 Changes are differences of the two neighbours of a pixel, left and right or above and below, where
 both have one filter: on a Bayer array everywhere, on an array with white on a checkerboard at all

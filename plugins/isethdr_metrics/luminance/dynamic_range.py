@@ -29,11 +29,11 @@ class DynamicRange:
     def __call__(self, picture, truth, labels=None):
         """Return the range in dB by three definitions, and its ends in cd/m2.
 
-        | score                        | lower end                                                                |
-        |------------------------------|--------------------------------------------------------------------------|
-        | `dynamic_range`              | SNR = 1, the absolute sensitivity threshold of EMVA 1288 (release 4)      |
-        | `dynamic_range_dark_noise`   | rms noise without light, as data sheets do: flatters by the shot noise    |
-        | `dynamic_range_snr_10db`     | SNR = 10 dB, rms: about where something can be recognised                 |
+        | score                      | lower end                                           |
+        |----------------------------|-----------------------------------------------------|
+        | `dynamic_range`            | SNR = 1: absolute sensitivity threshold, EMVA 1288  |
+        | `dynamic_range_dark_noise` | rms noise without light: flatters by the shot noise |
+        | `dynamic_range_snr_10db`   | SNR = 10 dB, rms: objects can be recognised         |
 
         The variance is fitted by a + b Y (read noise and shot noise, a and b not negative) from the
         dark to 12 times its noise, by relative least squares through the medians of groups of

@@ -24,8 +24,8 @@ from .lateral_colour import READ, Course
 
 APART = (
     1 / 192
-    # of the frame's longer side, at least half a tile: images closer than that count as one (errors are
-    # known over twice as much)
+    # of the frame's longer side, at least half a tile: images closer than that count as one (errors
+    # are known over twice as much)
 )
 
 

@@ -35,8 +35,8 @@ PER_BLUR, PER_TILE = 2.5, 5.0  # points per wavelength x f-number, and per tile,
 ALIASED = 0.006  # share of a point's light, L1, that these leave: the largest measured
 TURNS = (
     1 / 8
-    # of phase from one cell of the pupil to the next at most; a quarter of it where light is looked for
-    # to 0.3 %
+    # of phase from one cell of the pupil to the next at most; a quarter of it where light is looked
+    # for to 0.3 %
 )
 FEWEST, BORDER, USUAL, MOST = (
     256,

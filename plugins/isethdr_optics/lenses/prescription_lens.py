@@ -16,7 +16,8 @@ from .thin_lens import DiffractionLimitedLens
 FIRST_NM, STEP_NM = (
     380.0,
     20.0,
-    # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on others
+    # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on
+    # others
 )
 # rms of the amplitude over the stop: changes at most twice that share of a point's light (L1,
 # Cauchy-Schwarz)

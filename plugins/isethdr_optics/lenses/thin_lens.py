@@ -247,7 +247,8 @@ class WavefrontLens(DiffractionLimitedLens):
     )  # {OSA index: rms in micrometres}; 4 is defocus; over the whole stop
     field_zernike_um: dict[FieldAngle, Zernikes] = field(
         default_factory=dict
-        # {field angle deg: what comes on top, for light from +x}; lines between, turned about the axis
+        # {field angle deg: what comes on top, for light from +x}; lines between, turned about the
+        # axis
     )
     # share of a point's light that the grid of places in the field may put wrong
     error_allowed: ErrorAllowed = 0.05

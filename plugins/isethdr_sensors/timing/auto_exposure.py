@@ -1,11 +1,11 @@
 """Automatic exposure: the time at which the metered level of the mean electrons meets its target.
 Noise does not enter.
 
-| rule         | metered level, as a share of the scale of a capture                                                       |
-|--------------|-----------------------------------------------------------------------------------------------------------|
-| `centre`     | mean over pixels, weighted by a Gaussian of a quarter of the diagonal around the centre, clipped at 1     |
-| `histogram`  | median over pixels: half of them lie below it, whatever the lamps do                                      |
-| `highlights` | brightest pixel, in the capture that fills last                                                           |
+| rule         | metered level, as a share of the scale of a capture                      |
+|--------------|--------------------------------------------------------------------------|
+| `centre`     | mean over pixels, weighted by a Gaussian, a quarter of the diagonal wide |
+| `histogram`  | median over pixels: half of them lie below it, whatever the lamps do     |
+| `highlights` | brightest pixel, in the capture that fills last                          |
 
 All captures keep their shares of the exposure, so several exposures form a bracket around the
 solved one; or each is solved on its own (`exposed_each`).

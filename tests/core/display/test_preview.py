@@ -43,8 +43,8 @@ def test_noise_of_an_even_field_falls_by_a_large_factor_and_its_mean_stays():
     spread = [v[0, 1].std() / v[0, 1].mean() for v in (before, after)]
     assert (
         spread[1] < spread[0] / 5
-        # 121 tiles are averaged, fewer at the borders; weights that follow the noise take some of the
-        # 11 times back
+        # 121 tiles are averaged, fewer at the borders; weights that follow the noise take some of
+        # the 11 times back
     )
     # what is left is correlated over a tile's neighbourhood: the mean of 768 tiles is known to 0.2
     # / sqrt(768) = 0.7 %, before and after

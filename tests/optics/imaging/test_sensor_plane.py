@@ -223,7 +223,8 @@ def test_truth_and_labels_lie_where_the_light_is(distortion, projection):
     for number in (
         1,
         2,
-        # a quarter of a pixel: centroids of 1000 pixels, of which those on the border may go either way
+        # a quarter of a pixel: centroids of 1000 pixels, of which those on the border may go either
+        # way
     ):
         lit = binary_dilation(found == number, iterations=8) & (radiance > (0.5 + 3.0 * number) / 2)
         there, said = (np.mean(np.nonzero(mask), axis=1) for mask in (lit, found == number))

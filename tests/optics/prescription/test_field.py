@@ -70,7 +70,7 @@ def test_a_field_whose_margin_cannot_be_traced_is_refused():
         lens.image_size_m(*wide)
 
 
-def test_the_plan_says_what_rims_take_from_the_corners_of_a_field_wider_than_the_prescription_is_made_for():
+def test_the_plan_says_what_rims_take_from_the_corners_of_too_wide_a_field():
     def corners(degrees):
         rows = Ledger()
         plan(chain(compose([*CHART, f"scene.horizontal_field_deg={degrees}"])), rows)

@@ -17,8 +17,8 @@ from .camera import BORDER, DARK, STACK, Bench, Stack, picture_key
 
 SHARE = (
     1 / 3
-    # standard error of the pattern's variance over that variance: 4 standard errors of the DSNU are 0.7
-    # of it
+    # standard error of the pattern's variance over that variance: 4 standard errors of the DSNU are
+    # 0.7 of it
 )
 
 

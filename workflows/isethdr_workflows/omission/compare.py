@@ -30,8 +30,8 @@ NEEDLESS = (
 TURNS = {
     True: 2,
     False: 5,
-    # of both runs, rendered or not: the first grows the process's memory, and short ones scatter by a
-    # fifth
+    # of both runs, rendered or not: the first grows the process's memory, and short ones scatter by
+    # a fifth
 }
 NOISE_SD = "standard deviations of the sensor's noise"
 
