@@ -1,11 +1,11 @@
 """Command line: the commands, their tables, and their progress.
 
-| module           | what                                                              |
-|------------------|-------------------------------------------------------------------|
-| `commands`       | `isethdr run/plan/study/plugins/doctor/catalog/...`               |
-| `progress`       | which stage is running, for how long, and how long it still takes |
-| `summary_tables` | the table of a run, the plan of one, and the list of plugins      |
-| `terminal`       | the one console that prints for people                            |
+| module           | what                                                                         |
+|------------------|------------------------------------------------------------------------------|
+| `commands`       | the commands `isethdr run`, `plan`, `plugins`, `doctor` and those of plugins |
+| `progress`       | which stage is running, for how long, and how long it still takes            |
+| `summary_tables` | the table of a run, the plan of one, and the list of plugins                 |
+| `terminal`       | the one console that prints for people, without markup                       |
 """
 
 from .commands import main as main

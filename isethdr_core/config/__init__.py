@@ -4,7 +4,7 @@
 |---------------|---------------------------------------------------------------------------|
 | `composition` | dataclass fields become typed config groups, presets join the search path |
 | `hydra_app`   | single runs, sweeps (`-m`) and launchers; a failure is one line           |
-| `sweeps`      | sweeps (`-m`): their mistakes found before the first job                  |
+| `sweeps`      | sweeps (`-m`): mistakes are found before the first job                    |
 | `trust`       | which folders a config file may come from, checked before Hydra opens any |
-| `conf/`       | presets                                                                   |
+| `conf/`       | the main config and the presets of lightings                              |
 """

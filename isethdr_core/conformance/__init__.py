@@ -1,21 +1,21 @@
 """Conformance kit: one line in a plugin's tests checks all that the component's kind promises.
 
-| module         | what                                                                           |
-|----------------|--------------------------------------------------------------------------------|
-| `counting`     | what a sensor's captures state                                                 |
-| `flare`        | an aperture takes light away, scatter is a probability                         |
-| `inputs`       | small inputs for the conformance kit, made from formulas                       |
-| `isp`          | absolute luminance from captures alone, estimates that are not clipped         |
-| `isp_readings` | whether an isp reads captures as they say, keeps places and colours            |
-| `lazy`         | sealed ones, which nobody may read, and those of a store                       |
-| `lens`         | linear, bands apart, no light made, right way up                               |
-| `lighting`     | the mix is the weighted sum of the groups, with the weights it states          |
-| `metric`       | scores from the labels it asked for, finite where the picture is good          |
-| `promise`      | how a promise is stated and checked                                            |
-| `ranges`       | NaN, infinity, fractions, values outside a range                               |
-| `renderer`     | what was demanded, a sky that is uniform, lamps of the stated candela          |
-| `scene`        | a description that a renderer can use, or scene radiance that is already known |
-| `sensor`       | expected electrons linear in light, noise keyed by pixel                       |
+| module         | what                                                                    |
+|----------------|-------------------------------------------------------------------------|
+| `counting`     | a sensor's stated electrons and noise against an independent count      |
+| `flare`        | promises of a flare: an aperture takes light away, scatter keeps energy |
+| `inputs`       | small inputs for the conformance kit, made from formulas                |
+| `isp`          | promises of an isp: absolute luminance, unclipped estimates             |
+| `isp_readings` | whether an isp reads captures as they say, keeps places and colours     |
+| `lazy`         | arrays that nobody may read, and arrays that are read piece by piece    |
+| `lens`         | promises of a lens: linear, bands apart, no light made, right way up    |
+| `lighting`     | promises of a lighting: the mix is the weighted sum of the groups       |
+| `metric`       | promises of a metric: finite scores from the labels it asked for        |
+| `promise`      | how a promise is stated and checked                                     |
+| `ranges`       | field values that a component must refuse: NaN, infinity, out of range  |
+| `renderer`     | promises of a renderer: stated candela, light linear in the lamps       |
+| `scene`        | promises of a scene: a usable description, or known scene radiance      |
+| `sensor`       | promises of a sensor: electrons linear in light, noise keyed by pixel   |
 
     from isethdr_core.testing import check
     def test_acme_nano(): check("sensor", "acme_nano", exposure_s=0.01)

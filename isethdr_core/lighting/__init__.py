@@ -1,15 +1,15 @@
 """Lighting: how much of each light group is in the picture.
 
-| module       | what                                                                   |
-|--------------|------------------------------------------------------------------------|
-| `iset_rules` | the ISETHDR paper's way to weights: lamps by their maximum             |
-| `limits`     | ranges of the fields of lightings                                      |
-| `mix`        | the weighted sum of light groups, and their luminance maps             |
-| `modulation` | the config's table, checked, with phases drawn from their ranges       |
-| `solver`     | one unknown at a time, each by a monotone search                       |
-| `target`     | which statistic of a light group shall reach which luminance           |
-| `targets`    | luminances per group, a dynamic range, a median or mean of the picture |
-| `weights`    | lighting whose weights are known beforehand                            |
+| module       | what                                                             |
+|--------------|------------------------------------------------------------------|
+| `iset_rules` | the ISETHDR paper's rules for weights                            |
+| `limits`     | ranges of the fields of lightings                                |
+| `mix`        | the weighted sum of light groups, and their luminance maps       |
+| `modulation` | how light groups vary in time: the config's table, checked       |
+| `solver`     | weights from luminance maps, one unknown at a time               |
+| `target`     | one photometric target: a statistic of a group and its luminance |
+| `targets`    | lighting whose weights are solved from photometric targets       |
+| `weights`    | lighting whose weights are known beforehand                      |
 """
 
 from __future__ import annotations

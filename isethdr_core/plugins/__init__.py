@@ -2,9 +2,9 @@
 
 | module      | what                                                                           |
 |-------------|--------------------------------------------------------------------------------|
-| `builtin`   | the members of the kind lighting                                               |
-| `component` | what a plugin offers under `kind/name`                                         |
-| `hookspecs` | all that a plugin may provide                                                  |
+| `builtin`   | the components of the core: lightings                                          |
+| `component` | what a plugin offers under `kind/name`; one component at work                  |
+| `hookspecs` | the six hooks of a plugin                                                      |
 | `ranges`    | which values a component's field may hold, declared where the field is defined |
 | `registry`  | collect plugins with pluggy and look components up by `kind/name`              |
 """

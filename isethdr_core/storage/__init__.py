@@ -3,10 +3,10 @@
 | module         | what                                                                            |
 |----------------|---------------------------------------------------------------------------------|
 | `arrays`       | datasets as files of zarr v3, written without an event loop                     |
-| `atomic_write` | what is being written, and what killed writers left behind                      |
-| `encoding`     | chunks, shards, codecs and rounding, decided in this one place                  |
-| `join`         | join the stores of one scene along light group and wavelength without reading   |
+| `atomic_write` | temporary names, renamed when whole; stale ones are removed                     |
+| `encoding`     | chunks, shards, codecs and rounding of stored arrays                            |
+| `join`         | stores of one scene joined along light group and wavelength, unread             |
 | `manifest`     | size and checksum of every file, so that damage is named and never read as data |
-| `reader`       | what differs from the manifest is an error, never a fill value                  |
+| `reader`       | reads compared with the manifest: a difference is an error                      |
 | `store`        | zarr v3 stores that are either whole or not there                               |
 """

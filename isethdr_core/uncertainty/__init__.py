@@ -2,12 +2,12 @@
 
 | module            | what                                                                       |
 |-------------------|----------------------------------------------------------------------------|
-| `budget`          | what a run may be wrong by, as a share of the sensor's noise               |
-| `error_terms`     | what a stated error acts on, on which part of the light                    |
-| `ledger`          | per stage the seconds, the peak memory, the error and what was left out    |
-| `lens_errors`     | what a lens knows of how wrong its kernels make the light of one scene     |
-| `propagation`     | every stage's stated error carried to the electrons of each capture        |
-| `render_noise`    | what of a scene's light is the renderer's own noise, tile by tile          |
-| `score_errors`    | how far the renderer's own noise moves the scores of a picture             |
+| `budget`          | the error allowed, and how the stages share it                             |
+| `error_terms`     | what a stated error acts on, and on which part of the light                |
+| `ledger`          | seconds, peak memory, errors and what was left out, per stage              |
+| `lens_errors`     | what a lens knows of its error in the light of one scene                   |
+| `propagation`     | stated errors carried to the electrons of each capture                     |
+| `render_noise`    | the renderer's own noise, tile by tile, and in the pixels of a camera      |
+| `score_errors`    | how far the renderer's noise moves the scores                              |
 | `score_intervals` | one 95 % interval per score, over sensor noise and renderer noise together |
 """

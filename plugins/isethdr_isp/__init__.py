@@ -4,7 +4,7 @@
 |----------------------|----------------------------------------------------------------------|
 | `develop`            | from a mosaic of electrons to a picture in cd/m2                     |
 | `development_fields` | the fields that every isp with a colour filter array shares          |
-| `hdr_white`          | HDR white, a view for parity with ISETCam                            |
+| `hdr_white`          | a view for parity with ISETCam: nearly saturated pixels turn white   |
 | `ideal`              | nothing but the inverse of an ideal sensor                           |
 | `linear`             | one capture to a picture, nothing but linear steps                   |
 | `merge`              | all captures of one shot to one picture                              |

@@ -3,7 +3,7 @@
 | module         | what                                                                 |
 |----------------|----------------------------------------------------------------------|
 | `limits`       | ranges of the fields of metrics                                      |
-| `pixel_shares` | how much of the frame, and of each object                            |
+| `pixel_shares` | shares of pixels that were measured and that are saturated           |
 | `regions`      | the frame and the objects in it, and what every metric needs of them |
 | `conf/`        | presets                                                              |
 | `detection/`   | whether contrasts and objects can still be told                      |

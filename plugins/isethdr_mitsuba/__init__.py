@@ -5,8 +5,8 @@
 | `doctor`   | which Mitsuba variants work on this machine, found out in a child process      |
 | `frame`    | world, passes, lamps seen directly, labels, and the Dataset made of them       |
 | `labels`   | labels by one ray through each tile's centre: exact, and all from the same hit |
-| `llvm`     | the system's, or a copy unpacked into the environment by `scripts/llvm.sh`     |
-| `renderer` | the renderer `mitsuba`: scene description and demand in                        |
+| `llvm`     | where LLVM is taken from                                                       |
+| `renderer` | the renderer `mitsuba`                                                         |
 | `conf/`    | presets                                                                        |
 | `lamps/`   | from candela to radiance, and which lamp a path looks for                      |
 | `paths/`   | the integrator, its passes, and the tables that it reads on the device         |

@@ -4,10 +4,10 @@
 |------------------|------------------------------------------------------------------------------|
 | `bayer`          | one photodiode and one reading per pixel under red, green or blue filters    |
 | `dual_gain`      | two readings of one charge, at high and at low conversion gain               |
-| `ideal`          | what every other sensor becomes when its effects are switched off            |
+| `ideal`          | the sensor that every other becomes when its effects are off                 |
 | `imaging_sensor` | the fields and calls that all photodiode sensors share                       |
 | `interleaved`    | two exposures or two sensitivities side by side in the filter array          |
-| `limits`         | generous, beyond any image sensor made                                       |
+| `limits`         | ranges of the fields of sensors                                              |
 | `lin_log`        | a pixel that follows light linearly to a knee and logarithmically beyond     |
 | `lofic`          | a photodiode that spills softly into a lateral overflow capacitor            |
 | `one_reading`    | the fields of a sensor that reads one photodiode per pixel once              |

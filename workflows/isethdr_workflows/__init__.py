@@ -1,20 +1,20 @@
 """Workflows: experiments, `isethdr run experiment=<name>`, and studies, `isethdr study <name>`.
 
-| module          | what                                                                         |
-|-----------------|------------------------------------------------------------------------------|
-| `empty_home`    | a study's own folder for stores and kernels, with none at hand               |
-| `preview`       | few paths, denoised light group by light group, no camera                    |
-| `study_command` | the command `isethdr study NAME key=value ...`: run a study, print its rows  |
-| `accuracy/`     | error against run time and memory of every stage that can be made cheaper or |
-| `budget/`       | whether the error allowed is kept                                            |
-| `conf/`         | presets                                                                      |
-| `emva1288/`     | simulated cameras measured by the machine vision standard                    |
-| `isp/`          | merge rules, demosaic methods, and training of the learned demosaic          |
-| `omission/`     | runs that leave out what they do not need beside the same runs that compute  |
-| `optics/`       | convolution methods, coloured streaks and ghosts                             |
-| `paper/`        | the figures of the ISETHDR paper, computed again                             |
-| `sensors/`      | studies of sensors over many decades of light and against published figures  |
-| `stability/`    | every stage and the whole chain through hard cases                           |
+| module          | what                                                                        |
+|-----------------|-----------------------------------------------------------------------------|
+| `empty_home`    | a study's own folder for stores and kernels                                 |
+| `preview`       | a first look at a scene: few samples, denoised                              |
+| `study_command` | the command `isethdr study`                                                 |
+| `accuracy/`     | error against run time of every stage that has a knob                       |
+| `budget/`       | whether the error allowed is kept                                           |
+| `conf/`         | presets                                                                     |
+| `emva1288/`     | simulated cameras measured by the machine vision standard                   |
+| `isp/`          | merge rules, demosaic methods, and training of the learned demosaic         |
+| `omission/`     | runs that leave out what they do not need, against runs that do not         |
+| `optics/`       | convolution methods, coloured streaks and ghosts                            |
+| `paper/`        | the figures of the ISETHDR paper, computed again                            |
+| `sensors/`      | studies of sensors over many decades of light and against published figures |
+| `stability/`    | every stage and the whole chain through hard cases                          |
 """
 
 from __future__ import annotations

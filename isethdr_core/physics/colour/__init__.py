@@ -1,7 +1,7 @@
 """Colour: colour spaces and differences, and a basis for spectra.
 
-| module           | what                                                            |
-|------------------|-----------------------------------------------------------------|
-| `colour_spaces`  | XYZ to linear and encoded sRGB, CIELAB, colour differences      |
-| `spectral_basis` | a few numbers per spectrum from which the sensor's answer to it |
+| module           | what                                                           |
+|------------------|----------------------------------------------------------------|
+| `colour_spaces`  | XYZ to linear and encoded sRGB, CIELAB, colour differences     |
+| `spectral_basis` | a few numbers per spectrum that give a sensor's response to it |
 """

@@ -2,11 +2,11 @@
 
 | module        | what                                                                       |
 |---------------|----------------------------------------------------------------------------|
-| `direct_sums` | the light of pixels so dark that the rounding of a transform could matter  |
-| `fourier`     | fourier transforms along one axis, by the fastest library at hand          |
+| `direct_sums` | direct sums for dark pixels beside very bright ones                        |
+| `fourier`     | Fourier transforms along one axis by the fastest library at hand           |
 | `linear`      | linear, never circular, right in the dark beside light 1e12 times brighter |
 | `spectral`    | convolution of all bands at once, straight to channels                     |
-| `transform`   | transforms of padded images                                                |
+| `transform`   | transforms of padded images in blocks that fit the cache                   |
 """
 
 from .linear import (

@@ -7,10 +7,10 @@
 | `glass`       | refractive index against wavelength, from published dispersion formulas |
 | `lattice`     | the diffraction pattern of a pupil over a whole frame                   |
 | `paraxial`    | paraxial matrices (height, angle) of any path through surfaces          |
-| `projection`  | how the coordinates of a field, (x, y), stand for directions            |
-| `pupil`       | blades, dust and scratches of an aperture                               |
+| `projection`  | how field coordinates stand for directions                              |
+| `pupil`       | blades, dust and scratches of an aperture, averaged over cells          |
 | `ray_trace`   | exact rays through a list of surfaces                                   |
-| `surfaces`    | where a ray meets them, and their normals                               |
+| `surfaces`    | surfaces of revolution: where a ray meets them, and their normals       |
 | `thin_film`   | what a stack of layers between two media reflects and transmits         |
-| `zernike`     | wavefronts from OSA/ANSI coefficients (ANSI Z80.28-2017; Thibos et al   |
+| `zernike`     | wavefronts from OSA/ANSI Zernike coefficients                           |
 """

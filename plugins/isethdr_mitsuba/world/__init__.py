@@ -5,6 +5,6 @@
 | `angle_sensor`    | a camera on a grid of angles for Mitsuba's own integrators           |
 | `geometry`        | parts, models and poses as a Mitsuba scene                           |
 | `materials`       | materials as Mitsuba surfaces                                        |
-| `triangle_chords` | triangles on a grid of angles, whose sides are arcs there            |
+| `triangle_chords` | triangles cut until chords serve for arcs on a grid of angles        |
 | `view`            | the camera as a grid of tiles in tangents or angles, margin included |
 """

@@ -2,9 +2,9 @@
 
 | module              | what                                                                      |
 |---------------------|---------------------------------------------------------------------------|
-| `isetcam_parity`    | ISETCam's optical image of a diffraction-limited lens                     |
+| `isetcam_parity`    | ISETCam's optical image, for comparison only                              |
 | `limits`            | ranges of the fields of lenses and flares, generous, each with its reason |
-| `omissions`         | what a lens spares, said in the plan before a run and again by the lens   |
-| `prescription_lens` | the lens `prescription`: distortion, relative illumination                |
-| `thin_lens`         | thin, shift-invariant, with a round stop of diameter focal length /       |
+| `omissions`         | what a lens leaves out, stated in the plan and at work                    |
+| `prescription_lens` | the lens `prescription`, from traced rays                                 |
+| `thin_lens`         | the lenses `ideal`, `diffraction_limited` and `wavefront`                 |
 """

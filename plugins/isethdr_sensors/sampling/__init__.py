@@ -1,8 +1,8 @@
 """Sampling: where the pixels lie, and how much light each photodiode collects.
 
-| module             | what                                                                      |
-|--------------------|---------------------------------------------------------------------------|
-| `area_integration` | from spectral irradiance to the electrons per second that each photodiode |
-| `isetcam_parity`   | ISETCam's spatial and voltage rules, for comparison only                  |
-| `pixel_grid`       | where the pixels lie in the camera's field                                |
+| module             | what                                                      |
+|--------------------|-----------------------------------------------------------|
+| `area_integration` | irradiance to the electrons per second of each photodiode |
+| `isetcam_parity`   | ISETCam's spatial and voltage rules, for comparison only  |
+| `pixel_grid`       | where the pixels lie in the camera's field                |
 """

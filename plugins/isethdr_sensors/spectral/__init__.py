@@ -4,7 +4,7 @@
 |-----------------------|------------------------------------------------------------------------|
 | `band_integration`    | means of spectral curves over the bands of the light                   |
 | `colour_filter_array` | a small text pattern, repeated from the upper left pixel of the sensor |
-| `quantum_efficiency`  | electrons per photon of every filter, blocking filter included         |
-| `response`            | what a sensor asks of a lens that can answer in photocurrent           |
-| `spectral_curves`     | spectral curves of colour filters on silicon, fitted by us             |
+| `quantum_efficiency`  | electrons per photon of every filter                                   |
+| `response`            | what a sensor asks of a lens that answers in photocurrent              |
+| `spectral_curves`     | fitted curves of colour filters on silicon, and curves from CSV files  |
 """

@@ -1,10 +1,10 @@
 """EMVA 1288: simulated cameras measured by the machine vision standard.
 
-| module      | what                                                                            |
-|-------------|---------------------------------------------------------------------------------|
-| `camera`    | even narrow-band light of known photons, pairs and stacks of pictures           |
-| `dark`      | so many pictures without light that what differs from pixel to pixel stands out |
-| `estimates` | the estimates of EMVA 1288 (release 4.0, linear model) from pictures alone      |
-| `general`   | EMVA 1288 for cameras whose numbers are not linear in light: companded codes    |
-| `study`     | the standard's procedure must find what the camera was made of                  |
+| module      | what                                                   |
+|-------------|--------------------------------------------------------|
+| `camera`    | a simulated camera on the standard's bench             |
+| `dark`      | the dark series                                        |
+| `estimates` | the standard's estimates, each with its standard error |
+| `general`   | its general model, for cameras that are not linear     |
+| `study`     | the study `emva1288`                                   |
 """

@@ -2,7 +2,7 @@
 
 | module                | what                                                                   |
 |-----------------------|------------------------------------------------------------------------|
-| `coloured_streaks`    | dust around a white lamp, bands of one wavelength each against bands   |
+| `coloured_streaks`    | streaks of a dusty lens: one wavelength per band, and whole bands      |
 | `convolution_methods` | error against run time beside lamps of up to 1e12 times the background |
-| `ghosts_night`        | headlights reflected between the surfaces of a lens, bare and coated   |
+| `ghosts_night`        | ghosts of a night drive, bare glass and coated                         |
 """

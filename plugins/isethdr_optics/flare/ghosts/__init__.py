@@ -1,9 +1,9 @@
 """Ghosts: light reflected twice between surfaces of a lens prescription.
 
-| module           | what                                                                 |
-|------------------|----------------------------------------------------------------------|
-| `draw`           | light sources found in the scene                                     |
-| `ghost_flare`    | the flare `ghosts`: light reflected twice between surfaces of a lens |
-| `sensor_limited` | the other pairs of surfaces are left out                             |
-| `trace`          | ghost pairs ranked by paraxial matrices                              |
+| module           | what                                                            |
+|------------------|-----------------------------------------------------------------|
+| `draw`           | light sources of the scene, and their ghost rays drawn on grids |
+| `ghost_flare`    | the flare `ghosts`                                              |
+| `sensor_limited` | the ghosts that a sensor can tell in this scene                 |
+| `trace`          | ghost pairs ranked by paraxial matrices, and their real rays    |
 """

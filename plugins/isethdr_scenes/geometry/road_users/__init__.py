@@ -1,10 +1,10 @@
 """Road users: people, cyclists and deer.
 
-| module    | what                                                                       |
-|-----------|----------------------------------------------------------------------------|
-| `cyclist` | a bicycle and its rider                                                    |
-| `deer`    | implicit body with legs, neck, head, ears, tail and optional antlers       |
-| `head`    | skull, face, hair or helmet                                                |
-| `person`  | implicit garments around posed joints                                      |
-| `poses`   | joints of a walker, and a two-bone chain for arms and legs that must reach |
+| module    | what                                                                 |
+|-----------|----------------------------------------------------------------------|
+| `cyclist` | a bicycle and its rider                                              |
+| `deer`    | implicit body with legs, neck, head, ears, tail and optional antlers |
+| `head`    | skull, face, hair or helmet                                          |
+| `person`  | implicit garments around posed joints                                |
+| `poses`   | joints of a walker, and arms and legs that reach                     |
 """

@@ -1,11 +1,11 @@
 """Surroundings: ground, road, tunnel, plants, houses and roadside furniture.
 
-| module     | what                                                                    |
-|------------|-------------------------------------------------------------------------|
-| `ground`   | where the road runs, and how high the land is beside it                 |
-| `house`    | a gable house with windows, some of them lit                            |
-| `plants`   | trees, bushes and grass                                                 |
-| `road`     | the road and the land beside it; where grass grows                      |
-| `roadside` | guard rail, marker post and street lamp                                 |
-| `tube`     | walls and vault, walkways, portal, and the luminaires under its ceiling |
+| module     | what                                                    |
+|------------|---------------------------------------------------------|
+| `ground`   | where the road runs, and how high the land is beside it |
+| `house`    | a gable house with windows, some of them lit            |
+| `plants`   | trees, bushes and grass                                 |
+| `road`     | the road and the land beside it; where grass grows      |
+| `roadside` | guard rail, marker post and street lamp                 |
+| `tube`     | a road tunnel with its luminaires                       |
 """
