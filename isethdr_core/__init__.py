@@ -30,28 +30,102 @@
 from __future__ import annotations
 
 import importlib
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
-_PUBLIC = {
-    "Component": "component",
-    "Stage": "component",
-    "hookimpl": "hookspecs",
-    "hookspec": "hookspecs",
+if TYPE_CHECKING:
+    from . import component as component
+    from . import demand as demand
+    from . import errors as errors
+    from . import hookspecs as hookspecs
+    from . import ledger as ledger
+    from . import quantities as quantities
+    from . import scene as scene
+    from . import seeds as seeds
+    from . import store as store
+    from . import testing as testing
+    from . import truth as truth
+    from .config.composition import compose as compose
+    from .data.scores import Score as Score
+    from .pipeline.demand import Demand as Demand
+    from .plugins.component import Component as Component
+    from .plugins.component import Stage as Stage
+    from .plugins.hookspecs import hookimpl as hookimpl
+    from .plugins.hookspecs import hookspec as hookspec
+    from .plugins.ranges import Range as Range
+    from .plugins.registry import build as build
+    from .plugins.registry import components as components
+    from .runs.run import run as run
+    from .runs.seeds import Generator as Generator
+    from .runs.seeds import generator as generator
+    from .storage.store import open_scene as open_scene
+
+    __version__: str
+
+__all__ = [
+    "Component",
+    "Demand",
+    "Generator",
+    "Range",
+    "Score",
+    "Stage",
+    "__version__",
+    "build",
+    "component",
+    "components",
+    "compose",
+    "demand",
+    "errors",
+    "generator",
+    "hookimpl",
+    "hookspec",
+    "hookspecs",
+    "ledger",
+    "open_scene",
+    "quantities",
+    "run",
+    "scene",
+    "seeds",
+    "store",
+    "testing",
+    "truth",
+]
+_MODULE_OF = {  # public name: the module of this package that defines it
+    "Component": "plugins.component",
+    "Demand": "pipeline.demand",
+    "Generator": "runs.seeds",
+    "Range": "plugins.ranges",
+    "Score": "data.scores",
+    "Stage": "plugins.component",
     "build": "plugins.registry",
     "components": "plugins.registry",
     "compose": "config.composition",
+    "generator": "runs.seeds",
+    "hookimpl": "plugins.hookspecs",
+    "hookspec": "plugins.hookspecs",
+    "open_scene": "storage.store",
     "run": "runs.run",
-    "open_scene": "store",
-    "generator": "seeds",
-    "Generator": "seeds",
-    "Demand": "demand",
-    "Score": "data.scores",
-    "Range": "plugins.ranges",
 }
-__all__ = sorted(_PUBLIC)
 
 
-def __getattr__(name: str):
-    """Import public names on first use: `isethdr --help` must not wait for xarray."""
-    if name in _PUBLIC:
-        return getattr(importlib.import_module(f".{_PUBLIC[name]}", __name__), name)
+def __getattr__(name: str) -> Any:
+    """Import a public name on first use, so that `isethdr --help` does not wait for xarray."""
+    if name == "__version__":
+        return _version()
+    if name in _MODULE_OF:
+        return getattr(importlib.import_module(f".{_MODULE_OF[name]}", __name__), name)
+    if name in __all__:
+        return importlib.import_module(f".{name}", __name__)
     raise AttributeError(f"module 'isethdr_core' has no attribute {name!r}")
+
+
+@cache
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("isethdr")
+
+
+def __dir__() -> list[str]:
+    """Return the public API."""
+    return sorted(__all__)

@@ -1,8 +1,8 @@
 """Public path of `uncertainty.ledger`."""
 
+from .uncertainty.error_terms import How
 from .uncertainty.ledger import (
     ABSOLUTE,
-    How,
     Ledger,
     LeftOut,
     Row,

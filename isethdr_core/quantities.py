@@ -10,7 +10,6 @@ from .data.quantities import (
     PHOTOCURRENT,
     RADIANCE,
     SCENE_DIMS,
-    UnitError,
     bands_nm,
     centres,
     check_irradiance,
@@ -26,6 +25,7 @@ from .data.quantities import (
     tile_pitch,
     tristimulus,
 )
+from .errors import UnitError
 
 __all__ = [
     "CHANNEL_DIMS",

@@ -1,5 +1,6 @@
 """Public path of `storage.store`."""
 
+from .storage.encoding import jsonable
 from .storage.store import (
     FORMAT,
     ROOT_FILE,
@@ -8,7 +9,6 @@ from .storage.store import (
     find_complete,
     holes,
     home,
-    jsonable,
     open_scene,
     open_store,
     read_attrs,

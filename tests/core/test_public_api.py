@@ -1,0 +1,153 @@
+"""The public API: its list, its types, its second spelling, and the import paths that stay."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import isethdr
+import isethdr_core
+
+ROOT = Path(__file__).parents[2]
+# what docs/plugins.md, the example plugin and the bundled plugins import from each
+STAYING = {
+    "isethdr_core": "Component Demand Generator Range Score Stage build components compose "
+    "generator hookimpl hookspec open_scene run __version__",
+    "isethdr_core.component": "Component Stage KINDS KEYED",
+    "isethdr_core.hookspecs": "hookimpl hookspec PROJECT",
+    "isethdr_core.errors": "CatalogError ConfigError IsetHdrError PluginError UnitError "
+    "did_you_mean",
+    "isethdr_core.quantities": "IRRADIANCE LARGEST_HALF_FIELD_DEG LUMINANCE MIXED_DIMS "
+    "PHOTOCURRENT RADIANCE bands_nm centres check_irradiance check_mixed check_photocurrent "
+    "check_scene full_field names photocurrent plane scene_radiance tile_pitch",
+    "isethdr_core.seeds": "Generator generator",
+    "isethdr_core.demand": "Demand Response",
+    "isethdr_core.ledger": "Ledger add_error error left_out light_part stage",
+    "isethdr_core.scene": "Camera Lamp Material Model Part Placed SceneDescription Spectrum flat",
+    "isethdr_core.store": "content_hash home open_scene open_store write_store",
+    "isethdr_core.testing": "check",
+    "isethdr_core.truth": "VARIANCE_KNOWN check_picture labels_on make_picture objects_on "
+    "total_variance truth variance_known",
+    "isethdr_core.physics.diffraction": "diffraction_mtf energy_of integrated_airy "
+    "integrated_psf psf_from_pupil",
+    "isethdr_core.physics.convolution": "Bound Kernel convolve convolve_with_bound prepare",
+    "isethdr_core.physics.radiometry": "band_widths_nm cos4_falloff irradiance_factor "
+    "irradiance_factor_aplanatic photons_from_energy photons_per_energy planck_radiance",
+    "isethdr_core.physics.photometry": "LM_PER_W luminance v_lambda xyz_weights",
+}
+
+
+@pytest.mark.parametrize("module", STAYING)
+def test_import_paths_that_stay(module):
+    found = importlib.import_module(module)
+    missing = [name for name in STAYING[module].split() if not hasattr(found, name)]
+    assert not missing, f"{module} no longer has {missing}: an outside plugin imports them"
+
+
+def annotated_names() -> set[str]:
+    """Return what `isethdr_core` offers to type checkers: names imported or declared for them
+    alone.
+    """
+    [block] = [
+        node
+        for node in ast.parse(Path(isethdr_core.__file__).read_text()).body
+        if isinstance(node, ast.If)
+    ]
+    names = set()
+    for node in block.body:
+        if isinstance(node, ast.ImportFrom):
+            assert all(alias.asname == alias.name for alias in node.names), ast.unparse(node)
+            names |= {alias.name for alias in node.names}
+        else:
+            names.add(node.target.id)
+    return names
+
+
+def test_the_list_of_the_api_is_what_type_checkers_see_and_dir_lists():
+    listed = set(isethdr_core.__all__)
+    assert annotated_names() == listed == set(dir(isethdr_core))
+    assert len(isethdr_core.__all__) == len(listed)
+
+
+def test_every_public_name_is_of_the_module_that_type_checkers_are_told():
+    for name in isethdr_core.__all__:
+        assert getattr(isethdr_core, name) is not None
+    with pytest.raises(AttributeError, match="'isethdr_core' has no attribute 'bild'"):
+        _ = isethdr_core.bild
+
+
+def test_the_version_is_that_of_the_installed_package():
+    from importlib.metadata import version
+
+    assert isethdr_core.__version__ == version("isethdr")
+
+
+def test_isethdr_is_the_same_api():
+    assert dir(isethdr) == dir(isethdr_core)
+    for name in isethdr_core.__all__:
+        assert getattr(isethdr, name) is getattr(isethdr_core, name)
+    with pytest.raises(AttributeError, match="'isethdr' has no attribute 'bild'"):
+        _ = isethdr.bild
+    assert not hasattr(isethdr, "__path__"), "a package would import every module a second time"
+
+
+CHECK = """
+import isethdr, isethdr_core, sys
+from isethdr import Component, ledger
+assert Component is isethdr_core.Component and ledger is isethdr_core.ledger
+assert not {"numpy", "xarray"} & set(sys.modules)
+assert isethdr.open_scene is isethdr_core.open_scene
+print(isethdr.__file__, isethdr_core.__file__, sep="\\n")
+"""
+
+
+def imported_from(*folders: Path) -> list[Path]:
+    """Return the files of both spellings, imported by a new process with these folders first."""
+    code = f"import sys; sys.path[:0] = {list(map(str, folders))!r}\n{CHECK}"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return [Path(line) for line in done.stdout.splitlines()]
+
+
+def test_both_spellings_from_the_tree():
+    assert imported_from(ROOT) == [ROOT / "isethdr.py", ROOT / "isethdr_core" / "__init__.py"]
+
+
+def built(how: str, folder: Path) -> Path:
+    """Return the wheel that hatchling builds of this tree."""
+    code = f"import hatchling.build as b; print(b.build_{how}({str(folder)!r}))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return folder / done.stdout.split()[-1]
+
+
+@pytest.mark.slow
+def test_the_wheel_ships_both_spellings_every_module_and_their_types(tmp_path):
+    pytest.importorskip("hatchling")
+    with zipfile.ZipFile(built("wheel", tmp_path)) as wheel:
+        shipped = set(wheel.namelist())
+        wheel.extractall(tmp_path / "site")
+    assert imported_from(tmp_path / "site")[0] == tmp_path / "site" / "isethdr.py"
+    packages = [ROOT / "isethdr_core", *ROOT.glob("[pcw]*/isethdr_*")]
+    assert len(packages) == 9
+    for package in packages:
+        assert f"{package.name}/py.typed" in shipped
+        for file in package.rglob("*.py"):
+            assert file.relative_to(package.parent).as_posix() in shipped
+
+
+@pytest.mark.slow
+def test_an_editable_install_finds_both_spellings(tmp_path):
+    pytest.importorskip("editables")
+    with zipfile.ZipFile(built("editable", tmp_path)) as wheel:
+        [path_file] = [name for name in wheel.namelist() if name.endswith(".pth")]
+        folders = wheel.read(path_file).decode().split()
+    assert imported_from(*map(Path, folders))[0] == ROOT / "isethdr.py"
