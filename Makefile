@@ -13,7 +13,7 @@ TEST_PLUGINS := --disable-plugin-autoload -p xdist -p _hypothesis_pytestplugin
 run: $(READY)
 	$(BIN)/isethdr run
 
-test: $(READY)
+test: lint
 	$(TEST_ENV) $(BIN)/python -m pytest $(TEST_PLUGINS) -n 2 --dist loadfile
 
 test-slow: $(READY)
@@ -22,8 +22,12 @@ test-slow: $(READY)
 bench: $(READY)
 	for file in benchmarks/*.py; do $(BIN)/python $$file || exit 1; done
 
+# all that continuous integration checks beside the tests; mypy and import-linter keep caches
 lint: $(READY)
-	$(BIN)/python -m ruff check .
+	$(BIN)/python -m ruff format --check --quiet .
+	$(BIN)/python -m ruff check --quiet .
+	$(BIN)/python -m mypy
+	$(BIN)/lint-imports --no-logo
 
 $(READY): pyproject.toml constraints.txt scripts/setup.sh scripts/llvm.sh
 	VENV=$(VENV) sh scripts/setup.sh

@@ -15,6 +15,7 @@ The command line prints it without a traceback.
 from __future__ import annotations
 
 import difflib
+from collections.abc import Iterable
 
 
 class IsetHdrError(Exception):
@@ -37,9 +38,9 @@ class PluginError(IsetHdrError):
     """A plugin does not load, or breaks the contract of its kind."""
 
 
-def did_you_mean(name: str, known) -> str:
+def did_you_mean(name: str, known: Iterable[object]) -> str:
     """Return `; did you mean 'x'? (one of: ...)` for a name that is not among `known`."""
-    known = sorted(map(str, known))
-    near = difflib.get_close_matches(str(name), known, 1)
+    names = sorted(map(str, known))
+    near = difflib.get_close_matches(str(name), names, 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
-    return f"{hint} (one of: {', '.join(known) or 'none'})"
+    return f"{hint} (one of: {', '.join(names) or 'none'})"

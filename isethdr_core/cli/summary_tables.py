@@ -281,9 +281,9 @@ def print_plugins(kind: str = "") -> int:
 
 def field_texts(cls: type) -> list[str]:
     """Return each field of a component as `name=default`, with its declared range in brackets."""
-    from ..plugins.ranges import annotations, range_text
+    from ..plugins.ranges import field_types, range_text
 
-    types = annotations(cls)
+    types = field_types(cls)
     texts = []
     for f in dataclasses.fields(cls):
         if f.init:

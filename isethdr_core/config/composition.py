@@ -5,20 +5,24 @@ path.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import MISSING, field, fields, make_dataclass
+from dataclasses import MISSING, Field, field, fields, make_dataclass
 from functools import cache
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
 from ..errors import ConfigError, IsetHdrError, did_you_mean
-from ..plugins.component import KINDS
+from ..plugins.component import KINDS, Component
 from ..plugins.registry import components, plugin_manager
 from .trust import check_overrides, own_folder
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
 
 CONFIG_MODULE = "isethdr_core.config.conf"
 
 
-def compose(overrides=(), config_name: str = "config"):
+def compose(overrides: Sequence[str] = (), config_name: str = "config") -> DictConfig:
     """Return the composed config, the same as the command line's `isethdr run <overrides>`.
 
     Parameters
@@ -43,7 +47,7 @@ def compose(overrides=(), config_name: str = "config"):
             return resolved(with_choices(config, config.hydra.runtime.choices))
 
 
-def check_choices(overrides) -> None:
+def check_choices(overrides: Sequence[str]) -> None:
     """Refuse a choice that is no name: Hydra resolves nothing there, and fails without a message.
 
     Raises
@@ -62,7 +66,7 @@ def check_choices(overrides) -> None:
 
 
 @contextmanager
-def user_mistakes():
+def user_mistakes() -> Iterator[None]:
     """Turn what Hydra and OmegaConf raise about a config into ConfigError.
 
     Hydra 1.3 checks some values not at all, so that any error may come of them: ValueError for
@@ -89,7 +93,7 @@ def user_mistakes():
         ) from None
 
 
-def resolved(config):
+def resolved(config: DictConfig) -> DictConfig:
     """Return the config once every `${...}` in it has been resolved.
 
     Raises
@@ -111,19 +115,17 @@ def resolved(config):
     return config
 
 
-def with_choices(config, choices):
+def with_choices(config: DictConfig, choices: DictConfig) -> DictConfig:
     """Return the config without Hydra's node, with the chosen presets by group under `choices`:
     names for people.
     """
     from omegaconf import OmegaConf, open_dict
 
+    chosen = OmegaConf.to_container(choices)
+    assert isinstance(chosen, dict)
     with open_dict(config):
         config.pop("hydra", None)
-        config.choices = {
-            k: v
-            for k, v in OmegaConf.to_container(choices).items()
-            if not k.startswith("hydra") and v
-        }
+        config.choices = {k: v for k, v in chosen.items() if v and not str(k).startswith("hydra")}
     return config
 
 
@@ -131,10 +133,11 @@ def explain(err: BaseException) -> str:
     """Return Hydra's or OmegaConf's complaint in our form: what was wrong, the nearest valid name,
     what to type.
     """
-    options = getattr(err, "options", None)
-    if options and getattr(err, "missing_cfg_file", None):
+    from hydra.errors import MissingConfigException
+
+    if isinstance(err, MissingConfigException) and err.options and err.missing_cfg_file:
         group, _, name = str(err.missing_cfg_file).rpartition("/")
-        known = [o for o in options if not o.startswith("_")]
+        known = [o for o in err.options if not o.startswith("_")]
         return (
             f"{group} {name!r} is not installed{did_you_mean(name, known)}; `isethdr plugins`"
             " describes them"
@@ -189,7 +192,7 @@ def register_with_hydra() -> None:
         )
 
 
-def schema(comp):
+def schema(comp: Component) -> type:
     """Return a typed Hydra node with the component's own fields plus its registry name."""
     from omegaconf import MISSING as UNSET
 
@@ -210,7 +213,7 @@ def schema(comp):
     return make_dataclass(f"{comp.cls.__name__}Config", columns)
 
 
-def hydra_type(annotation, f=None):
+def hydra_type(annotation: Any, f: Field[Any] | None = None) -> Any:
     """Return the annotation where OmegaConf 2.3 understands it, else `Any`.
 
     `Literal`, nested tuples and unions with containers are refused by OmegaConf; pydantic checks
@@ -243,21 +246,21 @@ def hydra_type(annotation, f=None):
     return annotation
 
 
-def _by_number(annotation) -> bool:
+def _by_number(annotation: Any) -> bool:
     """Return whether a table's keys are any numbers: OmegaConf would refuse 450 for a float and
     take 450.0 alone.
     """
     return get_origin(annotation) is dict and get_args(annotation)[0] is float
 
 
-def _open(default_factory):
+def _open(default_factory: Callable[[], Any]) -> Callable[[], Any]:
     """Return a factory of the same table, to which keys may be added."""
     from omegaconf import OmegaConf
 
     return lambda: OmegaConf.create(default_factory(), flags={"struct": False})
 
 
-def _search_path_plugin():
+def _search_path_plugin() -> type:
     from hydra.core.config_search_path import ConfigSearchPath
     from hydra.plugins.search_path_plugin import SearchPathPlugin
 
@@ -266,7 +269,8 @@ def _search_path_plugin():
 
         def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
             for impl in plugin_manager().hook.isethdr_config_paths.get_hookimpls():
-                for path in impl.function():
+                paths: Any = impl.function()
+                for path in paths:
                     search_path.append(provider=impl.plugin_name, path=path)
             if own_folder().is_dir():
                 search_path.append(provider="working folder", path=f"file://{own_folder()}")

@@ -27,12 +27,13 @@ made here.
 from __future__ import annotations
 
 import importlib
+from typing import Any
 
 from ..errors import ConfigError, did_you_mean
 from ..plugins.component import KINDS
 
 
-def check(kind: str, name: str, /, **fields) -> None:
+def check(kind: str, name: str, /, **fields: Any) -> None:
     """Check that the component `kind/name`, built with `fields`, keeps every promise of its kind.
 
     Raises

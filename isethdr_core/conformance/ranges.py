@@ -7,12 +7,12 @@ import types
 from collections.abc import Iterator
 from typing import Annotated, Any, Union, get_args, get_origin
 
-from ..plugins.ranges import NUMBERS, annotations, declared
+from ..plugins.ranges import NUMBERS, declared, field_types
 
 
 def bad_fields(component: Any) -> Iterator[dict[str, Any]]:
     """Yield {field: value} that `build` must refuse, each made from the component's own value."""
-    for name, annotation in annotations(type(component)).items():
+    for name, annotation in field_types(type(component)).items():
         for bad in outside(annotation, getattr(component, name)):
             yield {name: bad}
 

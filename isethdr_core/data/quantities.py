@@ -6,7 +6,11 @@ the `check_*` functions; attributes that xarray carried along by itself are neve
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from ..errors import UnitError, did_you_mean
@@ -25,7 +29,7 @@ LABELS = ("depth", "distance", "instance", "category", "normal")
 LARGEST_HALF_FIELD_DEG = 75.0
 
 
-def names(values) -> np.ndarray:
+def names(values: Iterable[str]) -> np.ndarray:
     """Return strings as the dtype that zarr stores portably."""
     return np.array(list(values), dtype=object)
 
@@ -36,7 +40,14 @@ def centres(count: int, full_width: float) -> np.ndarray:
 
 
 def scene_radiance(
-    radiance, groups, wavelength_nm, x, y, field=None, projection="tangent", **labels
+    radiance: npt.ArrayLike,
+    groups: Iterable[str],
+    wavelength_nm: npt.ArrayLike,
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    field: tuple[float, float] | None = None,
+    projection: str = "tangent",
+    **labels: npt.ArrayLike,
 ) -> xr.Dataset:
     """Return a scene radiance Dataset.
 
@@ -81,12 +92,12 @@ def scene_radiance(
     return ds
 
 
-def full_field(data) -> tuple[float, float]:
+def full_field(data: xr.DataArray | xr.Dataset) -> tuple[float, float]:
     """Return the full width and height that the tiles of `data` cover, in the unit of x and y."""
     return data.sizes["x"] * tile_pitch(data, "x"), data.sizes["y"] * tile_pitch(data, "y")
 
 
-def tile_pitch(data, dim: str) -> float:
+def tile_pitch(data: xr.DataArray | xr.Dataset, dim: str) -> float:
     """Return the distance between neighbouring tiles along `dim`, in the unit of the coordinate.
 
     A single tile has no neighbour: it then carries its width in the attribute `pitch_x` or
@@ -98,7 +109,14 @@ def tile_pitch(data, dim: str) -> float:
     return float(data.attrs.get(f"pitch_{dim}", 1.0))
 
 
-def plane(values, wavelength_nm, x, y, units, **attrs) -> xr.DataArray:
+def plane(
+    values: npt.ArrayLike,
+    wavelength_nm: npt.ArrayLike,
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    units: str,
+    **attrs: Any,
+) -> xr.DataArray:
     """Return a (wavelength, y, x) DataArray of mixed radiance or irradiance with its units and
     attributes.
     """
@@ -112,7 +130,15 @@ def plane(values, wavelength_nm, x, y, units, **attrs) -> xr.DataArray:
     return out
 
 
-def photocurrent(values, channels, x, y, wavelength_nm, efficiency, **attrs) -> xr.DataArray:
+def photocurrent(
+    values: npt.ArrayLike,
+    channels: Iterable[str],
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    wavelength_nm: npt.ArrayLike,
+    efficiency: npt.ArrayLike,
+    **attrs: Any,
+) -> xr.DataArray:
     """Return a (channel, y, x) DataArray of photocurrent on the sensor plane.
 
     `efficiency` (channel, wavelength), electrons per photon, and the bands `wavelength_nm` say
@@ -131,7 +157,7 @@ def photocurrent(values, channels, x, y, wavelength_nm, efficiency, **attrs) -> 
     )
 
 
-def bands_nm(light) -> np.ndarray:
+def bands_nm(light: xr.DataArray) -> np.ndarray:
     """Return the band centres of irradiance, or of the light that a photocurrent was made from."""
     return np.asarray(
         light.wavelength.values if "wavelength" in light.dims else light.attrs["wavelength_nm"],
@@ -218,7 +244,7 @@ def check_photocurrent(light: xr.DataArray) -> None:
     _check_lens_attributes(light, "photocurrent", ("wavelength_nm", "efficiency"))
 
 
-def _check_lens_attributes(light, what, more=()):
+def _check_lens_attributes(light: xr.DataArray, what: str, more: tuple[str, ...] = ()) -> None:
     for name in (
         "f_number",
         "focal_length_mm",
@@ -234,7 +260,7 @@ def _check_lens_attributes(light, what, more=()):
             )
 
 
-def _check_plane(data, units, what):
+def _check_plane(data: xr.DataArray, units: str, what: str) -> None:
     _check_dims(data, MIXED_DIMS, what)
     _check_units(data, units, what)
     if data.size == 0:
@@ -244,7 +270,7 @@ def _check_plane(data, units, what):
     _check_light(data, what)
 
 
-def _check_dims(data, dims, what):
+def _check_dims(data: xr.DataArray, dims: tuple[str, ...], what: str) -> None:
     if tuple(data.dims) != dims:
         raise UnitError(
             f"{what} has dims {tuple(map(str, data.dims))}; expected {dims}; use .transpose{dims}"
@@ -254,7 +280,7 @@ def _check_dims(data, dims, what):
             raise UnitError(f"{what} has no coordinate {dim!r}; expected coordinates for {dims}")
 
 
-def _check_units(data, units, what):
+def _check_units(data: xr.DataArray, units: str, what: str) -> None:
     found = data.attrs.get("units")
     if found != units:
         raise UnitError(
@@ -262,7 +288,7 @@ def _check_units(data, units, what):
         )
 
 
-def _check_bands(data, what):
+def _check_bands(data: xr.DataArray, what: str) -> None:
     w = np.asarray(data.wavelength.values, float)
     if not np.all(np.isfinite(w)) or np.any(w <= 0):
         raise UnitError(f"{what} has a wavelength that is not a positive number of nm: {w}")
@@ -278,7 +304,7 @@ def _check_bands(data, what):
         )
 
 
-def _check_uniform(data, what):
+def _check_uniform(data: xr.DataArray, what: str) -> None:
     for dim in ("x", "y"):
         c = np.asarray(data[dim].values, float)
         if len(c) > 1:
@@ -291,7 +317,7 @@ def _check_uniform(data, what):
                 )
 
 
-def _check_field(ds):
+def _check_field(ds: xr.Dataset) -> None:
     projection = ds.attrs.get("projection", "tangent")
     if projection not in PROJECTIONS:
         raise UnitError(
@@ -306,14 +332,14 @@ def _check_field(ds):
             f"a tangent grid reaches {half:.1f} degrees off axis; expected at most"
             f" {LARGEST_HALF_FIELD_DEG:g}; use projection 'equidistant' for wider cameras"
         )
-    if projection == "equidistant" and np.hypot(*edges) > np.pi:
+    if projection == "equidistant" and (corner := np.hypot(edges[0], edges[1])) > np.pi:
         raise UnitError(
-            f"the corners of an equidistant grid lie {np.degrees(np.hypot(*edges)):.1f} degrees off"
-            " axis; expected at most 180: there are no directions beyond"
+            f"the corners of an equidistant grid lie {np.degrees(corner):.1f} degrees off axis; "
+            "expected at most 180: there are no directions beyond"
         )
 
 
-def _check_light(data, what):
+def _check_light(data: xr.DataArray, what: str) -> None:
     if _plain_light(data.values):
         return
     low, high = float(np.min(data.values)), float(np.max(data.values))  # numpy's: NaN comes through
@@ -329,7 +355,7 @@ def _check_light(data, what):
         )
 
 
-def _plain_light(values) -> bool:
+def _plain_light(values: np.ndarray) -> bool:
     """Return True where one look at the bits shows that all is finite light; False says nothing.
 
     As unsigned integers floats grow from 0 to infinity, and what follows is no number or negative.

@@ -7,7 +7,10 @@ it is compared with.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from ..errors import UnitError
@@ -26,7 +29,13 @@ TIE = 1e-6  # of a tile: rounding of coordinates
 
 
 def make_picture(
-    xyz, variance, valid, x_m, y_m, fixed_pattern_variance=None, **attrs
+    xyz: npt.ArrayLike,
+    variance: npt.ArrayLike,
+    valid: npt.ArrayLike,
+    x_m: npt.ArrayLike,
+    y_m: npt.ArrayLike,
+    fixed_pattern_variance: npt.ArrayLike | None = None,
+    **attrs: Any,
 ) -> xr.Dataset:
     """Return a picture Dataset.
 
@@ -82,7 +91,7 @@ def variance_known(picture: xr.Dataset) -> bool:
     return bool(picture.attrs.get(VARIANCE_KNOWN, True))
 
 
-def check_picture(picture, what: str = "picture") -> None:
+def check_picture(picture: xr.Dataset, what: str = "picture") -> None:
     """Raise UnitError unless `picture` has xyz in cd/m2, variance and valid on one grid."""
     for name in ("xyz", "variance", "valid"):
         if name not in getattr(picture, "data_vars", {}):
@@ -150,7 +159,7 @@ def truth(mixed: xr.DataArray, picture: xr.Dataset) -> xr.Dataset:
     )
 
 
-def seen(tiles, field, picture) -> np.ndarray:
+def seen(tiles: np.ndarray, field: xr.DataArray | xr.Dataset, picture: xr.Dataset) -> np.ndarray:
     """Return the mean (..., y, x) of constant tiles (..., y, x) on the grid of `field` over the
     part of the field that each pixel looks at.
 
@@ -191,6 +200,8 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
     """
     f_m = _focal_length_m(picture)
     x, y = picture.x.values / f_m, picture.y.values / f_m
+    columns: Any
+    rows: Any
     if lens := _distortion(scene, picture):
         columns, rows = (
             xr.DataArray(_nearest(scene, d, c), dims=("y", "x"))
@@ -213,7 +224,7 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
     return out
 
 
-def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict]:
+def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict[str, Any]]:
     """Return the scene's object table with boxes [x, y, width, height] in pixels of `picture`, from
     its top left corner.
     """
@@ -238,7 +249,7 @@ def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict]:
     return out
 
 
-def _distortion(scene, picture):
+def _distortion(scene: xr.DataArray | xr.Dataset, picture: xr.Dataset) -> Any:
     """Return the map from the scene's field to the picture's sensor; None where the lens keeps the
     grid.
 
@@ -255,19 +266,19 @@ def _distortion(scene, picture):
     return None if isinstance(lens, camera_geometry.Identity) else lens
 
 
-def _field(scene, dim, borders):
+def _field(scene: xr.DataArray | xr.Dataset, dim: str, borders: npt.ArrayLike) -> np.ndarray:
     """Turn tile borders (0 = outer border of the first tile) into field coordinates."""
     return scene[dim].values[0] + (np.asarray(borders, float) - 0.5) * tile_pitch(scene, dim)
 
 
-def _pixels(picture, dim, positions):
+def _pixels(picture: xr.Dataset, dim: str, positions: npt.ArrayLike) -> np.ndarray:
     """Turn positions on the sensor, in focal lengths, into pixel borders of the picture."""
     return (np.asarray(positions) * _focal_length_m(picture) - picture[dim].values[0]) / _pitch_m(
         picture
     ) + 0.5
 
 
-def _nearest(scene, dim, tangents):
+def _nearest(scene: xr.DataArray | xr.Dataset, dim: str, tangents: np.ndarray) -> np.ndarray:
     centres = scene[dim].values
     place = (tangents - centres[0]) / tile_pitch(
         scene, dim
@@ -282,7 +293,7 @@ def _nearest(scene, dim, tangents):
     return np.clip(np.floor(place + TIE).astype(int), 0, len(centres) - 1)
 
 
-def _focal_length_m(picture) -> float:
+def _focal_length_m(picture: xr.Dataset) -> float:
     if "focal_length_mm" not in picture.attrs:
         raise UnitError(
             "the picture has no attribute 'focal_length_mm', so its pixels have no field angle; the"
@@ -291,7 +302,7 @@ def _focal_length_m(picture) -> float:
     return float(picture.attrs["focal_length_mm"]) * 1e-3
 
 
-def _pitch_m(picture) -> float:
+def _pitch_m(picture: xr.Dataset) -> float:
     if "pitch_um" not in picture.attrs:
         raise UnitError(
             "the picture has no attribute 'pitch_um'; the isp copies it from the captures"

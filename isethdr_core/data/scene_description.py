@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 
 @dataclass(frozen=True)
@@ -22,9 +23,9 @@ class Spectrum:
     wavelength_nm: tuple[float, ...]
     value: tuple[float, ...]
 
-    def at(self, wavelength_nm) -> np.ndarray:
+    def at(self, wavelength_nm: npt.ArrayLike) -> np.ndarray:
         """Return the values at `wavelength_nm` (any shape), in the unit of the table."""
-        return np.interp(wavelength_nm, self.wavelength_nm, self.value)
+        return np.interp(np.asarray(wavelength_nm, float), self.wavelength_nm, self.value)
 
 
 def flat(value: float) -> Spectrum:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from ..uncertainty import ledger
 
@@ -31,7 +32,7 @@ UNLIKE_SHARES = (
 )
 
 
-def unlike_shares(scores: list[dict]) -> dict[str, dict[str, float]]:
+def unlike_shares(scores: list[dict[str, Any]]) -> dict[str, dict[str, float]]:
     """Return the valid shares of the cameras, by object, where they differ by more than
     `UNLIKE_SHARES`.
 

@@ -2,6 +2,8 @@
 
 from .optics.diffraction import (
     MARGIN,
+    Counts,
+    Pair,
     diffraction_mtf,
     energy_of,
     integrated_airy,
@@ -12,7 +14,9 @@ from .optics.diffraction import (
 )
 
 __all__ = [
+    "Counts",
     "MARGIN",
+    "Pair",
     "diffraction_mtf",
     "energy_of",
     "integrated_airy",

@@ -11,6 +11,7 @@ from functools import cache
 from importlib.resources import files
 
 import numpy as np
+import numpy.typing as npt
 
 from .radiometry import band_widths_nm
 
@@ -24,29 +25,28 @@ def _table() -> np.ndarray:
         return np.loadtxt(f, delimiter=",", skiprows=1)
 
 
-def xyz_bar(wavelength_nm) -> np.ndarray:
+def xyz_bar(wavelength_nm: npt.ArrayLike) -> np.ndarray:
     """Return the colour matching functions (3, wavelength) at `wavelength_nm`; 0 outside 360-830
     nm.
     """
     t = _table()
-    return np.stack(
-        [np.interp(wavelength_nm, t[:, 0], t[:, k], left=0.0, right=0.0) for k in (1, 2, 3)]
-    )
+    nm = np.asarray(wavelength_nm, float)
+    return np.stack([np.interp(nm, t[:, 0], t[:, k], left=0.0, right=0.0) for k in (1, 2, 3)])
 
 
-def v_lambda(wavelength_nm) -> np.ndarray:
+def v_lambda(wavelength_nm: npt.ArrayLike) -> np.ndarray:
     """Return the luminous efficiency V (y-bar of 1931) at `wavelength_nm`; 0 outside 360-830 nm."""
     return xyz_bar(wavelength_nm)[1]
 
 
-def xyz_weights(wavelength_nm) -> np.ndarray:
+def xyz_weights(wavelength_nm: npt.ArrayLike) -> np.ndarray:
     """Return (3, wavelength) weights that turn band means (per nm) into X, Y, Z: 683 * cmf * band
     width.
     """
     return LM_PER_W * xyz_bar(wavelength_nm) * band_widths_nm(wavelength_nm)
 
 
-def luminance(radiance, wavelength_nm, axis: int = 0):
+def luminance(radiance: npt.ArrayLike, wavelength_nm: npt.ArrayLike, axis: int = 0) -> np.ndarray:
     """Return cd/m2 from spectral radiance in W m-2 sr-1 nm-1 with bands along `axis` (lux from
     irradiance).
     """
@@ -54,7 +54,7 @@ def luminance(radiance, wavelength_nm, axis: int = 0):
     return np.tensordot(w, np.asarray(radiance), axes=(0, axis))
 
 
-def xyz(radiance, wavelength_nm, axis: int = 0):
+def xyz(radiance: npt.ArrayLike, wavelength_nm: npt.ArrayLike, axis: int = 0) -> np.ndarray:
     """Return X, Y, Z stacked on the last axis from spectral radiance with bands along `axis`; Y in
     cd/m2.
     """

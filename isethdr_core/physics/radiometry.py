@@ -3,29 +3,35 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 from scipy.constants import c, h
 
 
-def photon_energy_j(wavelength_nm):
+def photon_energy_j(wavelength_nm: npt.ArrayLike) -> np.ndarray:
     """Return the energy of one photon, J, at `wavelength_nm`: h c / wavelength."""
-    return h * c / (np.asarray(wavelength_nm, float) * 1e-9)
+    energy: np.ndarray = h * c / (np.asarray(wavelength_nm, float) * 1e-9)
+    return energy
 
 
-def photons_from_energy(energy, wavelength_nm, axis: int = 0):
+def photons_from_energy(
+    energy: float | np.ndarray, wavelength_nm: npt.ArrayLike, axis: int = 0
+) -> np.ndarray:
     """Return photons per second (per whatever `energy` is per) from W; wavelengths in nm run along
     `axis`.
     """
     return energy / _along(photon_energy_j(wavelength_nm), np.ndim(energy), axis)
 
 
-def energy_from_photons(photons, wavelength_nm, axis: int = 0):
+def energy_from_photons(
+    photons: float | np.ndarray, wavelength_nm: npt.ArrayLike, axis: int = 0
+) -> np.ndarray:
     """Return W (per whatever `photons` is per) from photons per second; wavelengths in nm run along
     `axis`.
     """
     return photons * _along(photon_energy_j(wavelength_nm), np.ndim(photons), axis)
 
 
-def band_widths_nm(wavelength_nm):
+def band_widths_nm(wavelength_nm: npt.ArrayLike) -> np.ndarray:
     """Return the width of each band, nm, whose borders lie half way between the centres.
 
     The outer bands are symmetric about their centres. A single band has a width of 1 nm by
@@ -38,7 +44,7 @@ def band_widths_nm(wavelength_nm):
     return np.diff(np.concatenate([[2 * w[0] - inner[0]], inner, [2 * w[-1] - inner[-1]]]))
 
 
-def photons_per_energy(wavelength_nm) -> np.ndarray:
+def photons_per_energy(wavelength_nm: npt.ArrayLike) -> np.ndarray:
     """Return the photons (band,) of one joule per nm in each band: photons m-2 s-1 per W m-2
     nm-1.
     """
@@ -69,14 +75,14 @@ def irradiance_factor_aplanatic(f_number: float, magnification: float = 0.0) -> 
     return np.pi / (4.0 * f_number**2 * (1.0 + abs(magnification)) ** 2)
 
 
-def cos4_falloff(x_m, y_m, focal_length_m: float):
+def cos4_falloff(x_m: npt.ArrayLike, y_m: npt.ArrayLike, focal_length_m: float) -> np.ndarray:
     """Return relative illumination cos^4 of the field angle at sensor positions (broadcast), 1 on
     the axis.
     """
     return (1.0 + (np.square(x_m) + np.square(y_m)) / focal_length_m**2) ** -2.0
 
 
-def planck_radiance(wavelength_nm, temperature_k: float):
+def planck_radiance(wavelength_nm: npt.ArrayLike, temperature_k: float) -> np.ndarray:
     """Return black body spectral radiance, W m-2 sr-1 nm-1 (Planck 1901), at `wavelength_nm` and
     kelvin.
     """
@@ -86,7 +92,7 @@ def planck_radiance(wavelength_nm, temperature_k: float):
     return 2 * h * c**2 / wl**5 / np.expm1(h * c / (wl * k * temperature_k)) * 1e-9
 
 
-def _along(values, ndim, axis):
+def _along(values: np.ndarray, ndim: int, axis: int) -> np.ndarray:
     shape = [1] * ndim
     if ndim:
         shape[axis] = -1

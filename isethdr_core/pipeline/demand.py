@@ -8,7 +8,7 @@ with `ledger.left_out` what it dropped, why, and what dropping it can change.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -76,7 +76,7 @@ class Demand:
         None
     )
 
-    def with_groups(self, groups) -> Demand:
+    def with_groups(self, groups: Iterable[str]) -> Demand:
         """Return the demand for no other light group than `groups`."""
         kept = tuple(g for g in groups if self.groups is None or g in self.groups)
         return replace(self, groups=kept)

@@ -8,6 +8,6 @@ from .hookspecs import hookimpl
 
 
 @hookimpl
-def isethdr_components():
+def isethdr_components() -> list[Component]:
     """Return the lighting components."""
     return [Component("lighting", name, cls) for name, cls in COMPONENTS]

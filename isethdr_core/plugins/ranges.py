@@ -88,7 +88,7 @@ Seed = Annotated[int, Range(0, LARGEST_SEED)]
 
 
 @cache
-def annotations(cls: type) -> dict[str, Any]:
+def field_types(cls: type) -> dict[str, Any]:
     """Return the type of every field of a component class, with its ranges."""
     hints = get_type_hints(cls, include_extras=True)
     return {f.name: hints[f.name] for f in dataclasses.fields(cls) if f.init}
@@ -123,20 +123,21 @@ def check_ranges(component: Any) -> None:
     ------
     ConfigError : a value of the wrong type, outside its range, or not finite.
     """
-    cls = type(component)
-    values = {name: getattr(component, name) for name in annotations(cls)}
+    cls: type = type(component)
+    values = {name: getattr(component, name) for name in field_types(cls)}
     converted(cls.__name__, cls, values, "")
 
 
 @cache
 def _adapter(cls: type) -> Any:
     """Return what checks the fields of a class; cached because making it is slow."""
-    from pydantic import ConfigDict, TypeAdapter
+    from pydantic import ConfigDict, TypeAdapter, with_config
     from typing_extensions import TypedDict
 
-    fields = TypedDict(f"{cls.__name__}Fields", annotations(cls), total=False)  # type: ignore
-    fields.__pydantic_config__ = ConfigDict(allow_inf_nan=False, arbitrary_types_allowed=True)
-    return TypeAdapter(fields)
+    name = f"{cls.__name__}Fields"
+    fields = TypedDict(name, field_types(cls), total=False)  # type: ignore[misc]  # made at run time
+    strict = with_config(ConfigDict(allow_inf_nan=False, arbitrary_types_allowed=True))
+    return TypeAdapter(strict(fields))
 
 
 def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> str:
@@ -151,7 +152,7 @@ def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> 
     if value is not whole and deepest[0]["type"] != TOO_SHORT:
         wrong += f" with {SHORT.repr(value)} in it"
     expected = " or ".join(dict.fromkeys(map(_expectation, deepest)))
-    near = _nearest_choice(annotations(cls)[name], value)
+    near = _nearest_choice(field_types(cls)[name], value)
     hint = f"; did you mean {near!r}?" if near else ""
     example = near or _entry(whole, deepest[0]) or _example(cls, name)
     return (

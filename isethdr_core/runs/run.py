@@ -5,12 +5,13 @@ from __future__ import annotations
 import errno
 import os
 import traceback
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from threadpoolctl import threadpool_limits
 
@@ -37,6 +38,10 @@ from .provenance import fingerprint, input_digests, versions
 from .radiance_cache import described, held_and_missing, scene_radiance
 from .run_warnings import warnings_of
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from omegaconf import DictConfig
+
 
 @dataclass
 class Result:
@@ -57,12 +62,12 @@ class Result:
         return Ledger.from_records(self.attributes["ledger"])
 
     @property
-    def scores(self) -> list[dict]:
+    def scores(self) -> list[dict[str, Any]]:
         """One dictionary per camera, metric and object."""
         return self.attributes["scores"]
 
     @property
-    def warnings(self) -> list[dict]:
+    def warnings(self) -> list[dict[str, Any]]:
         """One dictionary per warning: key, camera, value, limit and unit (`run_warnings`)."""
         return self.attributes.get("warnings", [])
 
@@ -71,14 +76,14 @@ class Result:
         """Names of the cameras."""
         return self.attributes["cameras"]
 
-    def open(self, group: str):
+    def open(self, group: str) -> xr.Dataset:
         """Return one group of the store as a Dataset: `picture/bayer`, `captures/bayer`,
         `truth/bayer`, `light`, `versions/day`.
         """
         return store.open_store(self.path, group)
 
 
-def run(config) -> Result:
+def run(config: DictConfig) -> Result:
     """Run the chain that a composed config describes, or return the stored run of the same key.
 
     Raises
@@ -133,7 +138,7 @@ def check_writable(folder: Path) -> None:
         ) from err
 
 
-def run_key(config, parts: Chain) -> str:
+def run_key(config: Mapping[str, Any] | DictConfig, parts: Chain) -> str:
     """Return the hash of all that can change the result: resolved config (or its `plain` data),
     code, library versions, input files.
     """
@@ -148,19 +153,21 @@ def run_key(config, parts: Chain) -> str:
     )
 
 
-def plain(config) -> dict:
+def plain(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
     """Return a composed config as plain data, without Hydra's own node."""
     from omegaconf import OmegaConf
 
-    data = (
-        OmegaConf.to_container(config, resolve=True)
-        if OmegaConf.is_config(config)
-        else dict(config)
-    )
-    return {k: v for k, v in data.items() if k not in ("hydra", "experiment", "choices")}
+    if OmegaConf.is_config(config):
+        data = OmegaConf.to_container(config, resolve=True)
+    else:
+        data = dict(config)
+    assert isinstance(data, dict)
+    return {str(k): v for k, v in data.items() if k not in ("hydra", "experiment", "choices")}
 
 
-def _compute(config, settings: dict, parts: Chain, key: str, folder: Path) -> Path:
+def _compute(
+    config: DictConfig, settings: dict[str, Any], parts: Chain, key: str, folder: Path
+) -> Path:
     from .seeds import generator
 
     rows = Ledger()
@@ -199,7 +206,7 @@ def _compute(config, settings: dict, parts: Chain, key: str, folder: Path) -> Pa
     )
 
 
-def _groups(cameras: dict[str, Camera], shown) -> dict:
+def _groups(cameras: dict[str, Camera], shown: Mapping[str, xr.DataArray]) -> dict[str, Any]:
     groups = {f"versions/{name}": tristimulus(m) for name, m in shown.items()}
     for name, seen in cameras.items():
         # normals lie along a dimension `xyz`, and a picture has a variable of that name
@@ -217,7 +224,18 @@ def _groups(cameras: dict[str, Camera], shown) -> dict:
     return groups
 
 
-def _record(config, settings, parts, key, ids, scene, mixed, shown, cameras, rows) -> dict:
+def _record(
+    config: DictConfig,
+    settings: dict[str, Any],
+    parts: Chain,
+    key: str,
+    ids: list[str],
+    scene: xr.Dataset,
+    mixed: xr.DataArray,
+    shown: list[str],
+    cameras: dict[str, Camera],
+    rows: Ledger,
+) -> dict[str, Any]:
     choices = dict(config.get("choices") or {})
     return {
         "kind": "run",

@@ -24,11 +24,11 @@ class Generator:
     device: str = "A"
     scene: str = ""
 
-    def stream(self, *purpose) -> tuple:
+    def stream(self, *purpose: object) -> tuple[object, ...]:
         """Return the key of one shot-to-shot stream, e.g. `stream("LPHG", "read")`."""
         return ("shot", self.seed, self.device, self.scene, *purpose)
 
-    def device_stream(self, *purpose) -> tuple:
+    def device_stream(self, *purpose: object) -> tuple[object, ...]:
         """Return the key of a map that belongs to the device and persists from shot to shot."""
         return ("device", self.device, *purpose)
 

@@ -16,7 +16,7 @@ import json
 import os
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -52,7 +52,7 @@ def home() -> Path:
     return Path(os.environ.get("ISETHDR_HOME") or "runs")
 
 
-def content_hash(obj) -> str:
+def content_hash(obj: object) -> str:
     """Return 16 hex digits that name `obj` by its content; the order of dictionary keys does not
     matter.
     """
@@ -60,7 +60,7 @@ def content_hash(obj) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def find_complete(folder, name: str) -> Path | None:
+def find_complete(folder: str | os.PathLike[str], name: str) -> Path | None:
     """Return the path of the complete store `name` in `folder`, or None where it still has to be
     made.
 
@@ -75,7 +75,7 @@ def find_complete(folder, name: str) -> Path | None:
     return path
 
 
-def read_attrs(path) -> dict:
+def read_attrs(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Return the root attributes of a store, without reading any array.
 
     Raises
@@ -85,7 +85,7 @@ def read_attrs(path) -> dict:
     return _root(Path(path))[0]
 
 
-def _opened(path: Path) -> tuple[dict, Manifest | None]:
+def _opened(path: Path) -> tuple[dict[str, Any], Manifest | None]:
     """Return the root attributes and the manifest of a store whose files are all there with their
     size.
     """
@@ -95,7 +95,7 @@ def _opened(path: Path) -> tuple[dict, Manifest | None]:
     return attrs, manifest
 
 
-def _root(path: Path) -> tuple[dict, Manifest | None]:
+def _root(path: Path) -> tuple[dict[str, Any], Manifest | None]:
     """Return the root attributes, compared with the manifest, and the manifest; None for a store of
     format 1.
     """
@@ -138,7 +138,11 @@ def _root(path: Path) -> tuple[dict, Manifest | None]:
 
 
 def write_store(
-    folder, name: str, datasets: dict[str, xr.Dataset], attrs: dict, keepbits: int | None = KEEPBITS
+    folder: str | os.PathLike[str],
+    name: str,
+    datasets: dict[str, xr.Dataset],
+    attrs: dict[str, Any],
+    keepbits: int | None = KEEPBITS,
 ) -> Path:
     """Write a store as a whole, or nothing; keep the one that is there already.
 
@@ -201,7 +205,7 @@ def write_store(
     return final
 
 
-def _write(path: Path, name: str, datasets: dict, attrs: dict) -> None:
+def _write(path: Path, name: str, datasets: dict[str, xr.Dataset], attrs: dict[str, Any]) -> None:
     written = write_group(path, "", {})
     for key, ds in datasets.items():
         written |= write_dataset(path, key, ds)
@@ -212,7 +216,7 @@ def _write(path: Path, name: str, datasets: dict, attrs: dict) -> None:
     write_manifest(path, Manifest(name, written))
 
 
-def _check_written(path: Path, key: str, ds) -> None:
+def _check_written(path: Path, key: str, ds: xr.Dataset) -> None:
     import zarr
 
     for name in set(LIGHT) & set(ds.variables):
@@ -229,7 +233,7 @@ def _check_written(path: Path, key: str, ds) -> None:
             )
 
 
-def holes(array) -> str:
+def holes(array: Any) -> str:
     """Return where a zarr array of floats holds NaN, the value of what was never written; "" where
     nowhere.
     """
@@ -260,14 +264,14 @@ def _cannot_write(final: Path, error: OSError) -> CatalogError:
         errno.EACCES: "no permission to write there",
         errno.EPERM: "no permission to write there",
     }
-    reason = reasons.get(error.errno, str(error))
+    reason = reasons.get(error.errno or 0, str(error))
     return CatalogError(
         f"cannot write {final}: {reason}; nothing was left behind; "
         "make room or choose another folder with ISETHDR_HOME=/path"
     )
 
 
-def open_store(path, group: str = "") -> xr.Dataset:
+def open_store(path: str | os.PathLike[str], group: str = "") -> xr.Dataset:
     """Return one group of a complete store; arrays are read when their values are asked for.
 
     Raises
@@ -279,7 +283,7 @@ def open_store(path, group: str = "") -> xr.Dataset:
     path = Path(path)
     root, manifest = _opened(path)
     if manifest is None:
-        source = path
+        source: Any = path
     else:
         from .reader import ManifestStore  # needs zarr, which is slow to import
 
@@ -323,7 +327,7 @@ def _groups(path: Path) -> list[str]:
     return [name for name in names if name != MANIFEST]
 
 
-def open_scene(path_or_id) -> xr.Dataset:
+def open_scene(path_or_id: str | os.PathLike[str]) -> xr.Dataset:
     """Return stored scene radiance, joined with the sibling stores of its recipe that hold further
     groups or bands.
 
@@ -349,7 +353,7 @@ def open_scene(path_or_id) -> xr.Dataset:
     return join_scenes([base, *(open_store(p) for p in siblings)])
 
 
-def _scene_path(path_or_id) -> Path:
+def _scene_path(path_or_id: str | os.PathLike[str]) -> Path:
     path = Path(path_or_id)
     if path.suffix == ".zarr" or path.is_dir():
         return path
@@ -372,7 +376,7 @@ def _scene_path(path_or_id) -> Path:
     return min(found)
 
 
-def _complete_stores(folder: Path) -> list[tuple[Path, dict]]:
+def _complete_stores(folder: Path) -> list[tuple[Path, dict[str, Any]]]:
     stores = []
     for path in sorted(folder.glob("*.zarr")):
         try:

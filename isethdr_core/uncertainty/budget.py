@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from ..errors import ConfigError
 from ..pipeline.demand import Demand
@@ -40,7 +42,7 @@ def divided(allowed: float, costs: dict[str, Cost]) -> dict[str, float]:
     with the rate, which is found by halving.
     """
 
-    def errors(log_rate):
+    def errors(log_rate: float) -> dict[str, float]:
         return {
             k: math.exp((math.log(c.seconds * (c.power or 1.0)) - log_rate) / (1 + c.power))
             for k, c in costs.items()
@@ -87,7 +89,7 @@ class Allowed:
     render_error: float | None = None
 
 
-def allowed(config) -> Allowed:
+def allowed(config: Mapping[str, Any]) -> Allowed:
     """Return what a composed config allows; ConfigError for a share that is no number above 0."""
     node = config.get("accuracy") or {}
     known = ("noise_fraction_allowed", "render_error_allowed")
@@ -107,14 +109,14 @@ def allowed(config) -> Allowed:
     return Allowed(float(fraction), None if render is None else float(render))
 
 
-def _check(name, value, most, expected, example):
+def _check(name: str, value: object, most: float, expected: str, example: str) -> None:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= most:
         raise ConfigError(
             f"accuracy.{name} is {value!r}; expected {expected}; type accuracy.{name}={example}"
         )
 
 
-def with_render_error(renderer, given: Allowed):
+def with_render_error(renderer: Any, given: Allowed) -> Any:
     """Return the renderer told to go on until its noise is allowed; ConfigError where it cannot be
     told, or is told otherwise.
     """

@@ -4,6 +4,8 @@ reaches the pixels of a camera.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..data import camera_geometry
@@ -15,6 +17,10 @@ from ..physics.resampling.area import overlaps
 from ..physics.resampling.overlap import borders
 from ..pipeline import window
 
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    import xarray as xr
+
 # variable (light_group, xyz_channel, y, x) of a scene: standard errors of X, Y and Z, cd/m2
 NOISE = "xyz_noise"
 # variable (light_group, y, x): half of what two halves of a renderer's paths differ by in
@@ -23,7 +29,7 @@ HALVES = "half_difference"
 WINDOW_TILES = 3  # side of the window that tells noise from the scene
 
 
-def relative_noise(scene, mixed) -> np.ndarray | None:
+def relative_noise(scene: xr.Dataset, mixed: xr.DataArray) -> np.ndarray | None:
     """Return the relative standard errors (3, y, x) of X, Y and Z of `mixed`, constant over time,
     or None where the scene states none.
 
@@ -43,7 +49,7 @@ def relative_noise(scene, mixed) -> np.ndarray | None:
     return np.sqrt(squares) / np.where(level > 0, level, 1.0)
 
 
-def relative_halves(scene, mixed) -> np.ndarray | None:
+def relative_halves(scene: xr.Dataset, mixed: xr.DataArray) -> np.ndarray | None:
     """Return half of what two halves of the paths differ by in luminance (y, x), over that of
     `mixed`; at least -1 and at most 1.
 
@@ -62,7 +68,7 @@ def relative_halves(scene, mixed) -> np.ndarray | None:
     return np.clip(apart / np.where(level > 0, level, np.inf), -1.0, 1.0)
 
 
-def smoothing_change(halves, level_cd_m2) -> np.ndarray:
+def smoothing_change(halves: np.ndarray, level_cd_m2: np.ndarray) -> np.ndarray:
     """Return the relative change (y, x) of luminance that removes renderer noise where it hides the
     scene.
 
@@ -79,7 +85,7 @@ def smoothing_change(halves, level_cd_m2) -> np.ndarray:
     """
     from scipy.ndimage import correlate1d
 
-    def window_mean(values):
+    def window_mean(values: np.ndarray) -> np.ndarray:
         # running sums would carry the rounding error of a lamp along its whole row
         equal = np.full(WINDOW_TILES, 1 / WINDOW_TILES)
         return correlate1d(
@@ -96,12 +102,12 @@ def smoothing_change(halves, level_cd_m2) -> np.ndarray:
     return np.where(halves == 0, 0.0, relative)
 
 
-def luminance_cd_m2(mixed) -> np.ndarray:
+def luminance_cd_m2(mixed: xr.DataArray) -> np.ndarray:
     """Return the luminance (y, x) of `mixed`, constant over time."""
     return levels(mixed, xyz_weights(mixed.wavelength.values)[1:2])[0]
 
 
-def levels(mixed, weights) -> np.ndarray:
+def levels(mixed: xr.DataArray, weights: np.ndarray) -> np.ndarray:
     """Return sums over bands (k, y, x) of `weights` (k, wavelength) times light: in float64, a band
     at a time, with no copy of all.
     """
@@ -111,7 +117,7 @@ def levels(mixed, weights) -> np.ndarray:
     return out
 
 
-def nearest_xyz(sensitivity, wavelength_nm) -> int:
+def nearest_xyz(sensitivity: np.ndarray, wavelength_nm: npt.ArrayLike) -> int:
     """Return which of X, Y and Z a channel's `sensitivity` (wavelength,) is most like: the noise of
     that one is taken for its own.
     """
@@ -124,7 +130,9 @@ def nearest_xyz(sensitivity, wavelength_nm) -> int:
     return int(np.nanargmax(alike))
 
 
-def pixel_variance(variance, field, picture) -> np.ndarray:
+def pixel_variance(
+    variance: np.ndarray, field: xr.Dataset | xr.DataArray, picture: xr.Dataset
+) -> np.ndarray:
     """Return the variance (..., y, x) of a pixel's mean over tiles whose errors are independent,
     from theirs (..., y, x).
 
@@ -161,7 +169,7 @@ def pixel_variance(variance, field, picture) -> np.ndarray:
     return out.reshape(*np.shape(variance)[:-2], len(at["y"]), len(at["x"]))
 
 
-def direct_share(light, mixed) -> np.ndarray:
+def direct_share(light: xr.DataArray, mixed: xr.DataArray) -> np.ndarray:
     """Return the share (plane, y, x) of `light` that comes straight from the field: neither spread
     nor flare; 0 to 1, 0 where there is no light.
 
@@ -189,7 +197,7 @@ def direct_share(light, mixed) -> np.ndarray:
     return out
 
 
-def on_light(tiles, mixed, light) -> np.ndarray:
+def on_light(tiles: np.ndarray, mixed: xr.DataArray, light: xr.DataArray) -> np.ndarray:
     """Return tiles (..., y, x) of the field on the grid of `light`: those that it has, or the mean
     over what each tile of the sensor plane looks at.
 

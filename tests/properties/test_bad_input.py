@@ -24,7 +24,7 @@ from isethdr_core.conformance.ranges import bad_fields
 from isethdr_core.errors import ConfigError, IsetHdrError
 from isethdr_core.ledger import Ledger
 from isethdr_core.pipeline.chain import Chain, chain, plan
-from isethdr_core.plugins.ranges import annotations, declared, undeclared
+from isethdr_core.plugins.ranges import declared, field_types, undeclared
 from isethdr_core.plugins.registry import build, components
 from isethdr_core.runs.radiance_cache import held_and_missing
 from isethdr_core.runs.run import run_key
@@ -147,7 +147,7 @@ def draws(seed: int, count: int, turns: int):
         if keys:
             key, name = drawn.choice(keys), OmegaConf.select(config, place).name
             cls = components()[where[place], name].cls
-            yield number, place, key, typed(drawn, annotations(cls)[key])
+            yield number, place, key, typed(drawn, field_types(cls)[key])
 
 
 def typed(drawn: random.Random, annotation: Any) -> str:
@@ -250,7 +250,7 @@ def trouble(seed: int, count: int, turns: int) -> list[str]:
                 f"{case}: accepted {f.name}"
                 for part in parts.components()
                 for f in fields(part)
-                if not inside(annotations(type(part))[f.name], getattr(part, f.name))
+                if not inside(field_types(type(part))[f.name], getattr(part, f.name))
             ]
     return found
 
@@ -268,7 +268,7 @@ def test_every_number_of_a_bundled_component_declares_its_range():
     without = [
         f"{comp.kind} {comp.name}: {name}"
         for comp in components().values()
-        for name, annotation in annotations(comp.cls).items()
+        for name, annotation in field_types(comp.cls).items()
         if undeclared(annotation)
     ]
     assert not without

@@ -7,6 +7,7 @@ summed directly.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,7 +49,7 @@ class Kernel:
     positive: bool  # no value is below 0
 
 
-def prepare(psf, shape) -> Kernel:
+def prepare(psf: Any, shape: Sequence[int]) -> Kernel:
     """Return a point spread function ready for images of `shape`; it keeps `psf` and as many
     complex or real float64.
 
@@ -73,16 +74,22 @@ def prepare(psf, shape) -> Kernel:
     peak, size = max(-low, high), transform.sizes(shape, psf.shape)
     if peak == 0:
         return Kernel(
-            psf, tuple(shape), size, xp.zeros((0, size[0], 0), device=device(psf)), 0.0, 0.0, True
+            psf,
+            (shape[0], shape[1]),
+            size,
+            xp.zeros((0, size[0], 0), device=device(psf)),
+            0.0,
+            0.0,
+            True,
         )
     parts = (psf[i : min(i + 64, psf.shape[0]), :] for i in range(0, psf.shape[0], 64))
     norm = sum(transform.squares(xp.astype(part, xp.float64) / peak, xp) for part in parts) ** 0.5
     mirrored = all(n % 2 for n in psf.shape) and bool(xp.all(psf == xp.flip(psf)))
     spectrum = transform.spectrum(psf, size, peak, mirrored)
-    return Kernel(psf, tuple(shape), size, spectrum, peak, norm, low >= 0)
+    return Kernel(psf, (shape[0], shape[1]), size, spectrum, peak, norm, low >= 0)
 
 
-def convolve(image, psf, error_allowed: float = 0.0):
+def convolve(image: Any, psf: Any, error_allowed: float = 0.0) -> Any:
     """Return the linear convolution of an image with a point spread function.
 
     Parameters
@@ -105,7 +112,7 @@ def convolve(image, psf, error_allowed: float = 0.0):
     return convolve_with_bound(image, psf, error_allowed)[0]
 
 
-def convolve_with_bound(image, psf, error_allowed: float = 0.0) -> tuple[Any, Bound]:
+def convolve_with_bound(image: Any, psf: Any, error_allowed: float = 0.0) -> tuple[Any, Bound]:
     """Return the convolution and a bound on its error as it came out; arguments as `convolve`."""
     xp = namespace(image)
     image = xp.asarray(image)
@@ -115,13 +122,13 @@ def convolve_with_bound(image, psf, error_allowed: float = 0.0) -> tuple[Any, Bo
 
 
 def convolve_into(
-    out,
-    image,
+    out: Any,
+    image: Any,
     kernel: Kernel,
     error_allowed: float = 0.0,
-    factor=None,
+    factor: Any = None,
     gain: float = 1.0,
-    apply=map,
+    apply: Callable[..., Iterable[Any]] = map,
 ) -> Bound:
     """Write gain x the convolution of image x factor into `out`; return a bound on its error, the
     rounding to `out`'s dtype left out.
@@ -148,14 +155,14 @@ def convolve_into(
         return Bound(0.0, 0.0, 0)
     scale = scale if not 1e-100 < scale < 1e100 else 1.0  # squares stay in range for any unit
 
-    def read(rows, values):
+    def read(rows: slice, values: Any) -> None:
         values[0, ...] = image[rows, :]
         if factor is not None:
             values *= factor[rows, :]
         if scale != 1.0:
             values /= scale
 
-    def write(rows, values):
+    def write(rows: slice, values: Any) -> tuple[float, Any]:
         _scaled(values, (scale, gain, kernel.peak), out[rows, :], xp)
         return float(xp.min(values)), transform.squares(values, xp)
 
@@ -175,7 +182,7 @@ def convolve_into(
     ):  # no pixel is darker than `least`: most often far less than what is allowed
         return Bound((absolute / least if least > 0 else 0.0) + SUMMED, 0.0, 0)
 
-    def again(rows, values):
+    def again(rows: slice, values: Any) -> None:
         exact[rows, :] = values
 
     exact, light = (
@@ -189,7 +196,7 @@ def convolve_into(
     return Bound(allowed + SUMMED, absolute * scale * gain * kernel.peak, left)
 
 
-def _scaled(values, factors, out, xp):
+def _scaled(values: Any, factors: tuple[float, float, float], out: Any, xp: Any) -> None:
     """Write values x the product of `factors` into `out`, in one pass where the product itself is
     in range.
     """
@@ -202,7 +209,7 @@ def _scaled(values, factors, out, xp):
         out[...] = xp.astype(values * product, out.dtype)
 
 
-def _range(a, xp):
+def _range(a: Any, xp: Any) -> tuple[float, float]:
     if 0 in a.shape:
         return 0.0, 0.0
     low, high = float(xp.min(a)), float(xp.max(a))
@@ -214,7 +221,7 @@ def _range(a, xp):
     return low, high
 
 
-def _crop(psf, shape, xp):
+def _crop(psf: Any, shape: Sequence[int], xp: Any) -> Any:
     cut = []
     for k, n in zip(psf.shape, shape):
         centre = k // 2

@@ -10,18 +10,23 @@ so tilt along +x moves the image to +x.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+import numpy.typing as npt
 import scipy.fft as sf
 from scipy.special import j1
 
+Pair = Sequence[float]  # (y, x)
+Counts = Sequence[int]  # (y, x)
 # rectangles around an integrated point spread: what is summed is circular, so its border is wrong
 MARGIN = 3
 
 
 def psf_from_pupil(
-    amplitude,
-    opd_um,
-    wavelength_nm,
+    amplitude: npt.ArrayLike,
+    opd_um: npt.ArrayLike | None,
+    wavelength_nm: npt.ArrayLike,
     pupil_pitch_mm: float,
     focal_length_mm: float,
     pitch_um: float,
@@ -93,7 +98,7 @@ def psf_from_pupil(
     return out[0] if np.ndim(wavelength_nm) == 0 else np.stack(out)
 
 
-def energy_of(amplitude, pupil_pitch_mm: float, cell_means: bool = False) -> float:
+def energy_of(amplitude: npt.ArrayLike, pupil_pitch_mm: float, cell_means: bool = False) -> float:
     """Return the integral of |amplitude|^2 over a sampled pupil, mm2.
 
     Samples are summed. Means over cells are too, but the square of a mean is less than the mean of
@@ -123,11 +128,13 @@ def energy_of(amplitude, pupil_pitch_mm: float, cell_means: bool = False) -> flo
     return (2 * fine - float(np.mean(coarse))) * pupil_pitch_mm**2
 
 
-def _squares(amplitude) -> float:
+def _squares(amplitude: np.ndarray) -> float:
     return float(np.sum(amplitude.real**2 + amplitude.imag**2, dtype=float))
 
 
-def phase(opd_um, wavelength_nm: float, amplitude=None) -> np.ndarray:
+def phase(
+    opd_um: npt.ArrayLike, wavelength_nm: float, amplitude: npt.ArrayLike | None = None
+) -> np.ndarray:
     """Return exp(2 pi i OPD / wavelength); refuse a jump of half a wavelength or more between
     neighbours inside the pupil.
     """
@@ -144,13 +151,20 @@ def phase(opd_um, wavelength_nm: float, amplitude=None) -> np.ndarray:
     return np.exp(2j * np.pi / (wavelength_nm * 1e-3) * opd_um)
 
 
-def _both(inside, axis):
+def _both(inside: np.ndarray, axis: int) -> np.ndarray:
     first, second = np.delete(inside, -1, axis), np.delete(inside, 0, axis)
     return first & second
 
 
 def sampled_psf(
-    pupil, wavelength_nm, pupil_pitch_mm, distance_mm, count, pitch_um, energy_mm2, cell_means=False
+    pupil: np.ndarray,
+    wavelength_nm: float,
+    pupil_pitch_mm: Pair,
+    distance_mm: float,
+    count: Counts,
+    pitch_um: Pair,
+    energy_mm2: float,
+    cell_means: bool = False,
 ) -> np.ndarray:
     """Return intensity times sample area at a (y, x) grid of `count` samples `pitch_um` apart, the
     axis at count // 2.
@@ -159,7 +173,9 @@ def sampled_psf(
     chirp-z transform (Bluestein 1970; Jurling 2018, Appl. Opt. 57, 8655) along each axis: no
     interpolation, any pitch.
     """
-    field, loss, area = np.asarray(pupil), [], 1.0
+    field = np.asarray(pupil)
+    loss: list[np.ndarray] = []
+    area = 1.0
     for axis in (1, 0):
         turn = (
             pupil_pitch_mm[axis] * pitch_um[axis] / (wavelength_nm * 1e-3 * distance_mm)
@@ -188,7 +204,7 @@ def sampled_psf(
     )
 
 
-def _chirp_z(a, axis, turn, first, count):
+def _chirp_z(a: np.ndarray, axis: int, turn: float, first: float, count: int) -> np.ndarray:
     """Return sum over n of a[n] exp(-2 pi i turn n (first + k)), k < count, using 2 n k = n^2 + k^2
     - (k - n)^2.
     """
@@ -211,14 +227,14 @@ def _chirp_z(a, axis, turn, first, count):
 
 
 def integrated_psf(
-    pupil,
-    wavelength_nm,
-    pupil_pitch_mm,
-    distance_mm,
-    count,
-    pitch_um,
-    energy_mm2,
-    cell_means=False,
+    pupil: np.ndarray,
+    wavelength_nm: float,
+    pupil_pitch_mm: Pair,
+    distance_mm: float,
+    count: Counts,
+    pitch_um: Pair,
+    energy_mm2: float,
+    cell_means: bool = False,
     boxes: int = 1,
 ) -> np.ndarray:
     """Return the fraction of the energy on each rectangle of `pitch_um`; arguments as
@@ -262,7 +278,12 @@ def integrated_psf(
 
 
 def integrated_airy(
-    radius_mm, wavelength_nm, distance_mm, count, pitch_um, boxes: int = 1
+    radius_mm: float,
+    wavelength_nm: float,
+    distance_mm: float,
+    count: Counts,
+    pitch_um: Pair,
+    boxes: int = 1,
 ) -> np.ndarray:
     """Return `integrated_psf` of a clean round stop from the closed form of its point spread: no
     cells of a pupil, a tenth of the time.
@@ -282,7 +303,7 @@ def integrated_airy(
     return _not_negative(down @ quarter @ across.T, pitch_um)
 
 
-def _fine_grid(count, pitch_um, cutoff_um):
+def _fine_grid(count: Counts, pitch_um: Pair, cutoff_um: Pair) -> tuple[list[int], list[int]]:
     """Return (y, x) numbers of samples, and how many of them make a rectangle, that carry all of a
     point spread and a margin.
     """
@@ -292,7 +313,7 @@ def _fine_grid(count, pitch_um, cutoff_um):
     return [2 * (n // 2 + MARGIN) * q + 1 for n, q in zip(count, fine)], fine
 
 
-def _rectangles(count, wide, fine, boxes):
+def _rectangles(count: int, wide: int, fine: int, boxes: int) -> np.ndarray:
     """Return what samples from the axis on, and their mirror images, add to each rectangle
     (rectangle, sample): the sinc^boxes of a spectrum as sums.
     """
@@ -303,7 +324,7 @@ def _rectangles(count, wide, fine, boxes):
     return both[:, middle:]
 
 
-def _not_negative(out, pitch_um):
+def _not_negative(out: np.ndarray, pitch_um: Pair) -> np.ndarray:
     """Return light that is 0 where rounding and the circular border left some 1e-9 of the peak
     below.
     """
@@ -316,7 +337,9 @@ def _not_negative(out, pitch_um):
     return np.maximum(out, 0.0)
 
 
-def diffraction_mtf(frequency_per_um, wavelength_nm: float, f_number: float) -> np.ndarray:
+def diffraction_mtf(
+    frequency_per_um: npt.ArrayLike, wavelength_nm: float, f_number: float
+) -> np.ndarray:
     """Return the modulation transfer of a perfect round pupil (Goodman 2005, eq. 6-31); frequency
     in cycles per micrometre.
     """

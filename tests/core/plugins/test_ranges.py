@@ -14,7 +14,7 @@ from isethdr_core.component import Component
 from isethdr_core.config.composition import schema
 from isethdr_core.conformance.ranges import bad_fields
 from isethdr_core.errors import ConfigError
-from isethdr_core.plugins.ranges import annotations, check_ranges, on_command_line, range_text
+from isethdr_core.plugins.ranges import check_ranges, field_types, on_command_line, range_text
 
 
 @dataclass(frozen=True)
@@ -118,12 +118,12 @@ def test_hydra_sees_plain_types_and_people_see_the_ranges():
         "design_snr=20.0 (0.1 to inf)",
         "shift_um=0.0",
     ]
-    assert range_text(annotations(Probe)["zernike_um"]) == "0 to 230: -100 to 100"
+    assert range_text(field_types(Probe)["zernike_um"]) == "0 to 230: -100 to 100"
 
 
 def test_the_kit_tries_every_number_of_every_field():
     bad = list(bad_fields(Probe()))
-    assert {next(iter(b)) for b in bad} == set(annotations(Probe)) - {"notes"}
+    assert {next(iter(b)) for b in bad} == set(field_types(Probe)) - {"notes"}
     for values in bad:
         with pytest.raises(ConfigError, match="expected"):
             build("lens", "probe", **values)
