@@ -135,7 +135,7 @@ def _adapter(cls: type) -> Any:
     from typing_extensions import TypedDict
 
     name = f"{cls.__name__}Fields"
-    fields = TypedDict(name, field_types(cls), total=False)  # type: ignore[misc]  # made at run time
+    fields = TypedDict(name, field_types(cls), total=False)  # type: ignore[misc]
     strict = with_config(ConfigDict(allow_inf_nan=False, arbitrary_types_allowed=True))
     return TypeAdapter(strict(fields))
 
