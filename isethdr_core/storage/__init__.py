@@ -1,12 +1,13 @@
 """Storage: zarr stores that are either whole or not there, and that name their damage.
 
-| module         | what                                                                            |
-|----------------|---------------------------------------------------------------------------------|
-| `arrays`       | datasets as files of zarr v3, written without an event loop                     |
-| `atomic_write` | temporary names, renamed when whole; stale ones are removed                     |
-| `encoding`     | chunks, shards, codecs and rounding of stored arrays                            |
-| `join`         | stores of one scene joined along light group and wavelength, unread             |
-| `manifest`     | size and checksum of every file, so that damage is named and never read as data |
-| `reader`       | reads compared with the manifest: a difference is an error                      |
-| `store`        | zarr v3 stores that are either whole or not there                               |
+| module             | what                                                                     |
+|--------------------|--------------------------------------------------------------------------|
+| `arrays`           | datasets as files of zarr v3, written without an event loop              |
+| `atomic_write`     | temporary names, renamed when whole; stale ones are removed              |
+| `encoding`         | chunks, shards, codecs and rounding of stored arrays                     |
+| `join`             | stores of one scene joined along light group and wavelength, unread      |
+| `manifest`         | size and checksum of every file: damage is named and never read as data  |
+| `picture_rounding` | pictures in float32, rounded by their own noise                          |
+| `reader`           | reads compared with the manifest: a difference is an error               |
+| `store`            | zarr v3 stores that are either whole or not there                        |
 """

@@ -85,7 +85,7 @@ def _write_array(root: Path, folder: Path, variable, pool) -> dict[str, FileReco
     if values.dtype == object and all(isinstance(value, str) for value in values.flat):
         codecs, encoded, fill = [{"name": "vlen-utf8"}, CHECKSUM], _text, ""
     elif values.dtype.kind in FILL and values.itemsize <= 8:
-        blosc = compression(values.dtype)
+        blosc = compression(variable)
         codecs, encoded, fill = (
             [BYTES, {"name": "blosc", "configuration": blosc}, CHECKSUM],
             _blosc(blosc),

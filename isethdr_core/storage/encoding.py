@@ -5,8 +5,9 @@ the cube 2.9 times smaller than raw float32, where lossless codecs reach 1.3 at 
 further bit takes 6 % more; one shard per light group keeps a scene at a handful of files, and 8
 bands x 135 x 240 tiles inside it serve spectra, bands and tiles alike.
 
-Pictures are float64 and keep all their bits, most of which are noise: zstd and lz4 make them 1.2
-times smaller, lz4 in an eighth of the time.
+Pictures are float32 with as many mantissa bits as their own noise leaves meaning
+(`picture_rounding`). X, Y and Z lie in chunks of their own: a chunk of like numbers is a tenth
+smaller. Other float64 arrays keep all their bits; lz4 packs them in an eighth of the time of zstd.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from .picture_rounding import ROUNDING, rounded_picture
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,6 +37,7 @@ ONE_SHARD_EACH = (
     "component",
     "capture",
 )  # read one at a time, so never chunked across
+ONE_CHUNK_EACH = ("xyz_channel",)  # unlike numbers side by side do not compress
 
 
 def keep_mantissa_bits(values, bits: int = KEEPBITS) -> np.ndarray:
@@ -92,14 +96,16 @@ def bits_for(error_allowed: float) -> int | None:
 
 
 def portable(ds: xr.Dataset, keepbits: int | None) -> xr.Dataset:
-    """Return `ds` in memory, ready to be written: strings as objects, light as rounded float32,
-    plain attributes.
+    """Return `ds` in memory, ready to be written.
+
+    Strings are objects, light and pictures are rounded float32, and attributes are JSON types.
     """
     ds = ds.drop_encoding().compute()  # a lazy source must not write parts of a shard
     ds.attrs = jsonable(ds.attrs)
+    pictures = {} if keepbits is None else rounded_picture(ds)
     changed = {}
     for name in ds.variables:
-        variable = ds.variables[name].copy(deep=False)
+        variable = pictures.get(name, ds.variables[name]).copy(deep=False)
         variable.attrs = jsonable(variable.attrs)
         if variable.dtype.kind in "UST":
             variable = variable.astype(object)  # fixed-length strings are not portable zarr v3
@@ -116,12 +122,16 @@ def portable(ds: xr.Dataset, keepbits: int | None) -> xr.Dataset:
     return ds.assign(changed)  # all at once: xarray aligns everything at every single one
 
 
-def compression(dtype) -> dict:
-    """Return the configuration of the codec blosc for numbers of `dtype`."""
-    small, fast = {"cname": "zstd", "clevel": 3}, {"cname": "lz4", "clevel": 5}
+def compression(variable) -> dict:
+    """Return the configuration of the codec blosc for a variable that holds numbers."""
+    how = {"cname": "zstd", "clevel": 3}
+    if variable.dtype == np.float64:
+        how = {"cname": "lz4", "clevel": 5}
+    elif ROUNDING in variable.attrs:
+        how = {"cname": "zstd", "clevel": 5}  # 2 % smaller for 0.06 CPU s per million pixels
     return {
-        "typesize": dtype.itemsize,
-        **(fast if dtype == np.float64 else small),
+        "typesize": variable.dtype.itemsize,
+        **how,
         "shuffle": "bitshuffle",
         "blocksize": 0,
     }
@@ -137,13 +147,12 @@ def tiling(sizes: dict) -> tuple[tuple[int, ...], tuple[int, ...]]:
     chunks, shards, banded = [], [], "wavelength" in sizes
     for dim, size in sizes.items():
         most = (TILE if banded else PLANE).get(dim, size)
-        chunk = (
-            1
-            if dim in ONE_SHARD_EACH
-            else min(size, most)
-            if banded
-            else -(-size // max(1, -(-size // most)))
-        )
+        if dim in ONE_SHARD_EACH or dim in ONE_CHUNK_EACH:
+            chunk = 1
+        elif banded:
+            chunk = min(size, most)
+        else:
+            chunk = -(-size // max(1, -(-size // most)))
         chunks.append(chunk)
         shards.append(1 if dim in ONE_SHARD_EACH else -(-size // chunk) * chunk)
     return tuple(chunks), tuple(shards)

@@ -104,7 +104,7 @@ def test_layout_is_one_shard_per_group_of_whole_chunks(tmp_path):
 def test_planes_without_bands_lie_in_few_even_chunks():
     assert tiling({"capture": 3, "y": 1386, "x": 2079}) == ((1, 462, 693), (1, 1386, 2079))
     assert tiling({"y": 1, "x": 961, "xyz_channel": 3}) == (
-        (1, 481, 3),
+        (1, 481, 1),
         (1, 962, 3),
     )  # one that is not there, not 959
 

@@ -1,0 +1,115 @@
+"""Picture rounding: pictures in float32, with no more bits than their own noise leaves meaning.
+
+Bits below the noise of a pixel cannot be compressed and tell nothing. Each value is rounded to a
+multiple of a power of two that follows from its own variance. The rest of its mantissa is then the
+same in a whole row, and compresses to nearly nothing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+FIXED_PATTERN = "fixed_pattern_variance"  # as `truth.FIXED_PATTERN`, without its imports
+ROUNDING = "rounding"  # attribute of a rounded variable: its largest error
+SHARE_OF_SIGMA = 1 / 20  # largest rounding error of a value, in its standard deviations
+EXACT_BITS = 16  # mantissa bits of a value without variance: relative error 2^-17
+LUMINANCE_BITS = 7  # of the variance of Y, which every score reads: relative error 2^-8
+COLOUR_BITS = 2  # of the variances of X and Z: relative error 2^-3
+FIXED_PATTERN_BITS = 6  # of the total variance, of which the fixed pattern is a part: 2^-7 of it
+# grids of Y that are shifted against each other from row to row: more serve medians, but take more
+# disk where neighbouring pixels have grids of unlike spacing
+ROW_SHIFTS = {"xyz": 8, "variance": 64, FIXED_PATTERN: 1}
+TINY = np.finfo(np.float64).tiny
+NOTES = {
+    "xyz": "at most 1/20 of the standard deviation; without variance 2^-17, relative",
+    "variance": "at most 2^-8 (Y) and 2^-3 (X and Z), relative",
+    FIXED_PATTERN: "at most 2^-7 (Y) and 2^-3 (X and Z) of the total variance",
+}
+
+
+def rounded_picture(ds) -> dict:
+    """Return the rounded variables of a picture, by name; empty where `ds` is no picture.
+
+    Parameters
+    ----------
+    ds : Dataset in memory. A picture has `xyz` with the dimension `xyz_channel`, and may have
+        `variance` and `fixed_pattern_variance` of the same shape.
+
+    Returns
+    -------
+    dict : float32 variables, each with the attribute `ROUNDING`.
+
+    Notes
+    -----
+    The luminances of neighbouring rows are rounded to grids that are shifted against each other.
+    The largest error is the same, but medians and shares over many pixels are not those of one
+    grid. Values that float32 itself resolves less well are only as exact as float32.
+    """
+    found = {n: ds.variables[n] for n in NOTES if n in ds.variables}
+    if "xyz" not in found or found["xyz"].dims[-1:] != ("xyz_channel",):
+        return {}
+    if any(v.dims != found["xyz"].dims or v.dtype.kind != "f" for v in found.values()):
+        return {}
+    values = {name: variable.values.astype(np.float64) for name, variable in found.items()}
+    out = {}
+    for name, variable in found.items():
+        data = _on_grids(values[name], _quanta(name, values), ROW_SHIFTS[name])
+        out[name] = variable.copy(deep=False, data=data)
+        out[name].attrs = {**variable.attrs, ROUNDING: NOTES[name]}
+    return out
+
+
+def _quanta(name: str, values: dict) -> np.ndarray:
+    """Return the spacing of the grid that each value of the variable `name` is rounded to."""
+    xyz, variance = values["xyz"], values.get("variance")
+    if name == "xyz":
+        quanta = _relative(xyz, EXACT_BITS)
+        if variance is not None:
+            noisy = np.isfinite(variance) & (variance > 0)
+            sigma = np.sqrt(np.where(noisy, variance, 1.0))
+            quanta = np.where(noisy, _power_of_two(2 * SHARE_OF_SIGMA * sigma), quanta)
+        return quanta
+    total = variance
+    luminance_bits = LUMINANCE_BITS
+    if name == FIXED_PATTERN:
+        total = values[name] + (0.0 if variance is None else variance)
+        luminance_bits = FIXED_PATTERN_BITS
+    quanta = _relative(total, COLOUR_BITS)
+    quanta[..., 1] = _relative(total[..., 1], luminance_bits)
+    return quanta
+
+
+def _relative(values, bits: int) -> np.ndarray:
+    """Return the spacing of numbers with `bits` mantissa bits at each value."""
+    return _power_of_two(np.where(np.isfinite(values), np.abs(values), 1.0)) * 2.0**-bits
+
+
+def _power_of_two(values) -> np.ndarray:
+    """Return the largest power of two that is at most each value above 0."""
+    _, exponent = np.frexp(np.maximum(values, TINY * 2.0**64))
+    return np.ldexp(1.0, exponent - 1)
+
+
+def _on_grids(values, quanta, row_shifts: int) -> np.ndarray:
+    """Return float32 values (y, x, 3) on grids of the spacing `quanta`, shifted by row for Y."""
+    out = np.empty(values.shape, np.float32)
+    shifts = _shifts(len(values), row_shifts)[:, None]
+    for channel in range(values.shape[-1]):
+        one, quantum = values[..., channel], quanta[..., channel]
+        shift = shifts if channel == 1 else 0.0
+        held = np.isfinite(one)
+        grid = (np.rint(np.where(held, one, 0.0) / quantum - shift) + shift) * quantum
+        # a value of 0 has a meaning of its own: no light, no variance
+        out[..., channel] = np.where(held & (one != 0), grid, one)
+    return out
+
+
+def _shifts(rows: int, count: int) -> np.ndarray:
+    """Return the shift of each row's grid, in spacings: `count` values from 0 to 1, in turn.
+
+    The order is that of row numbers with their bits reversed, so that neighbours are far apart.
+    """
+    row, shift = np.arange(rows), np.zeros(rows)
+    for bit in range(count.bit_length() - 1):
+        shift += ((row >> bit) & 1) * 2.0 ** -(bit + 1)
+    return shift
