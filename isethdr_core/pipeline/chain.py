@@ -10,6 +10,7 @@ from inspect import signature
 from typing import Any
 
 from ..cli import progress
+from ..data.derived_once import shared, values_only
 from ..data.scores import Score, state_errors
 from ..errors import ConfigError, PluginError
 from ..plugins.component import Stage
@@ -376,10 +377,8 @@ def through_camera(
     seen = Camera(captures, picture, reference, labels)
 
     def again(draw: int) -> list[Score]:
-        """Return the scores of the same shot with other noise; what it states is as the first draw
-        stated it.
-        """
-        with book.stage(Ledger(), "draw"):
+        """Return the scores of the same shot with other noise; it states nothing of its own."""
+        with book.stage(Ledger(), "draw"), values_only():
             other = developed(
                 parts, sensor(light, generator.child(f"{generator.scene} draw {draw}"))
             )
@@ -389,34 +388,35 @@ def through_camera(
                 for score in metric(other, reference, labels)
             ]
 
-    for key, metric in parts.metrics.items():
-        seen.scores += stage(
-            rows,
-            "metric",
-            f"{key} {name}",
-            metric,
-            lambda k=key, m=metric: scored(k, m(picture, reference, labels)),
-        )
-    shots = [seen.scores]
-    if parts.draws > 1 and parts.metrics:
-        with book.stage(rows, f"draws {name}"):
-            others = (
-                [again(k) for k in range(1, parts.draws)]
-                if varies(parts, sensor)
-                else shots * (parts.draws - 1)
+    with shared(reference, labels):
+        for key, metric in parts.metrics.items():
+            seen.scores += stage(
+                rows,
+                "metric",
+                f"{key} {name}",
+                metric,
+                lambda k=key, m=metric: scored(k, m(picture, reference, labels)),
             )
-            shots += others
-            state_spread(over_draws(shots), parts.draws)
-    renderer = renderer_errors(
-        parts,
-        rows,
-        name,
-        light,
-        mixed,
-        scene,
-        seen,
-        lambda changed: developed(parts, sensor(changed, generator)),
-    )
+        shots = [seen.scores]
+        if parts.draws > 1 and parts.metrics:
+            with book.stage(rows, f"draws {name}"):
+                others = (
+                    [again(k) for k in range(1, parts.draws)]
+                    if varies(parts, sensor)
+                    else shots * (parts.draws - 1)
+                )
+                shots += others
+                state_spread(over_draws(shots), parts.draws)
+        renderer = renderer_errors(
+            parts,
+            rows,
+            name,
+            light,
+            mixed,
+            scene,
+            seen,
+            lambda changed: developed(parts, sensor(changed, generator)),
+        )
     seen.scores = over_draws(shots, renderer)
     state_picture(parts, rows, name, light, mixed, scene, seen, demand)
     return seen

@@ -16,6 +16,7 @@ import math
 
 import numpy as np
 
+from ..data.derived_once import values_only
 from ..data.reference_picture import seen
 from ..data.temporal_modulation import time_mean
 from . import ledger
@@ -295,5 +296,6 @@ def _values(scores) -> dict[ScoreKey, float]:
 
 
 def _ask(metric, picture, truth, labels, objects: bool = False):
-    with ledger.stage(Ledger(), "scores"):  # what they state of a changed scene is no news
+    # what they state of a changed scene is no news, and only their values count
+    with ledger.stage(Ledger(), "scores"), values_only():
         return [score for score in metric(picture, truth, labels) if objects or not score.object]

@@ -28,12 +28,12 @@ class PixelShares:
         from isethdr_core.data.saturation import saturated
         from isethdr_core.data.scores import Score
 
-        from .regions import frame_and_objects, luminances
+        from .regions import luminances, regions_of
 
         _, _, valid = luminances(picture, truth)
         shares, scores = (("valid_share", valid), ("saturated_share", saturated(picture))), []
-        for name, region in frame_and_objects(valid.shape, labels):
+        for region in regions_of(valid.shape, labels):
             for score, held in shares:
-                share = float(np.mean(held[region]))
-                scores.append(Score(score, share, "", name, share, share))
+                share = float(np.mean(region.of(held)))
+                scores.append(Score(score, share, "", region.name, share, share))
         return scores

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import NamedTuple
+
 import numpy as np
 
 from isethdr_core import ledger
+from isethdr_core.data.derived_once import intervals_wanted, once
 from isethdr_core.errors import UnitError
 from isethdr_core.truth import check_picture, total_variance, variance_known
 
@@ -53,31 +57,65 @@ def variance_stated(picture, score: str, unit: str) -> bool:
     return False
 
 
-def frame_and_objects(shape, labels):
-    """Yield (name, mask): the whole frame as "", then each labelled object that has a pixel in it.
+class Region(NamedTuple):
+    """The frame, or one labelled object in it."""
+
+    name: str  # "" for the frame
+    window: tuple[slice, slice]  # rows and columns of the frame that hold all of it
+    mask: np.ndarray  # bool, of the window
+    shape: tuple[int, int]  # of the frame
+
+    def of(self, values) -> np.ndarray:
+        """Return the values (y, x) of its pixels, flat."""
+        return values[self.window][self.mask]
+
+
+def regions_of(shape, labels) -> list[Region]:
+    """Return the whole frame as "", then each labelled object that has a pixel in it.
 
     Names come from the object table; an object without an entry is called by its number.
     """
-    yield "", np.ones(shape, bool)
+    return once(("regions", tuple(shape)), (labels,), lambda: _regions(tuple(shape), labels))
+
+
+def frame_and_objects(shape, labels):
+    """Yield (name, mask of the frame's shape) of each of `regions_of`."""
+    for region in regions_of(shape, labels):
+        mask = np.zeros(shape, bool)
+        mask[region.window] = region.mask
+        yield region.name, mask
+
+
+def _regions(shape, labels) -> list[Region]:
+    from scipy.ndimage import find_objects
+
+    everywhere = slice(0, shape[0]), slice(0, shape[1])
+    frame = Region("", everywhere, np.ones(shape, bool), shape)
     if labels is None or "instance" not in labels:
-        return
+        return [frame]
     instance = labels["instance"].values
-    if instance.shape != tuple(shape):
+    if instance.shape != shape:
         raise UnitError(
-            f"labels have shape {instance.shape}, the picture {tuple(shape)}; "
+            f"labels have shape {instance.shape}, the picture {shape}; "
             "use isethdr_core.truth.labels_on(scene, picture)"
         )
     known = {
         int(o["instance"]): str(o.get("name") or o.get("category") or o["instance"])
         for o in labels.attrs.get("objects", [])
     }
+    numbers, place = np.unique(instance, return_inverse=True)
+    windows = find_objects(place.reshape(shape).astype(np.int32) + 1)
     taken: set[str] = set()
-    for number in np.unique(instance[instance > 0]).tolist():
+    out = [frame]
+    for number, window in zip(numbers.tolist(), windows, strict=True):
+        if number <= 0:
+            continue
         name = known.get(number, str(number))
         if name in taken:
             name = f"{name} {number}"
         taken.add(name)
-        yield name, instance == number
+        out.append(Region(name, window, instance[window] == number, shape))
+    return out
 
 
 def median_interval(values, independent: int):
@@ -88,6 +126,8 @@ def median_interval(values, independent: int):
     it whatever the distribution (Conover 1999, section 3.2). Where these ranks do not exist,
     smallest and largest value bound the sample.
     """
+    if not intervals_wanted():
+        return float(np.quantile(values, 0.5)), NAN, NAN
     spread = 0.98 / np.sqrt(max(independent, 1))
     low, middle, high = np.quantile(values, [max(0.5 - spread, 0.0), 0.5, min(0.5 + spread, 1.0)])
     return float(middle), float(low), float(high)
@@ -100,24 +140,50 @@ def mean_interval(values, mask):
     rows, columns = (np.flatnonzero(mask.any(axis)) for axis in (1, 0))
     if not rows.size:
         return NAN, NAN, NAN
-    part = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    window = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    return mean_of(values, Region("", window, mask[window], mask.shape))
+
+
+def mean_of(values, region: Region, use=None):
+    """Return (mean, low, high) of `values` (y, x) over a region: 95 % by resampling blocks.
+
+    Parameters
+    ----------
+    values : (y, x), of the frame. `use` : bool (y, x), pixels of the frame that count; None: all.
+    """
+    mask = region.mask if use is None else region.mask & use[region.window]
+    held = np.where(mask, values[region.window], 0.0)
+    pixels = int(mask.sum())
+    if not pixels:
+        return NAN, NAN, NAN
+    if not intervals_wanted():
+        return float(held.sum(dtype=float) / pixels), NAN, NAN
     begin = [
         np.flatnonzero(np.diff(np.arange(n)[cut] * BLOCKS // n, prepend=-1))
-        for n, cut in zip(mask.shape, part, strict=True)
+        for n, cut in zip(region.shape, region.window, strict=True)
     ]
     count, total = (
         np.add.reduceat(np.add.reduceat(v, begin[1], axis=1, dtype=float), begin[0], axis=0).ravel()
-        for v in (mask[part], np.where(mask[part], values[part], 0.0))
+        for v in (mask, held)
     )
     mean = total.sum() / count.sum()
-    held = count > 0
-    if held.sum() < FEWEST_BLOCKS:
+    some = count > 0
+    if some.sum() < FEWEST_BLOCKS:
         return mean, NAN, NAN
-    count, total = count[held], total[held]
-    # resampling is part of the score's definition, so its seed is fixed: the same picture gives the
-    # same interval
-    picks = np.random.default_rng(0).multinomial(
-        len(count), np.full(len(count), 1 / len(count)), RESAMPLES
-    )
+    count, total = count[some], total[some]
+    picks = _picks(len(count))
     low, high = np.percentile(picks @ total / (picks @ count), [2.5, 97.5])
     return float(mean), float(low), float(high)
+
+
+@lru_cache(maxsize=32)
+def _picks(blocks: int) -> np.ndarray:
+    """Return how often each block is drawn in each resample.
+
+    The draw is part of a score's definition, so its seed is fixed.
+    """
+    return (
+        np.random.default_rng(0)
+        .multinomial(blocks, np.full(blocks, 1 / blocks), RESAMPLES)
+        .astype(float)
+    )

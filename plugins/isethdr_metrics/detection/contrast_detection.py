@@ -25,6 +25,27 @@ PIECE = (
 )
 
 
+class Pairs(NamedTuple):
+    """Pairs of pixels of a region with contrast in the truth, as indices of the flat picture."""
+
+    first: np.ndarray
+    second: np.ndarray
+    bright: np.ndarray  # the one that is truly brighter
+    dark: np.ndarray
+    contrast: np.ndarray  # of the truth
+
+
+class Asked(NamedTuple):
+    """What contrast detection looks at in one region; all of it follows from truth and labels."""
+
+    name: str
+    pairs: Pairs
+    pixels: int  # of the region; of the frame those that have contrast
+    place: (
+        np.ndarray | None
+    )  # of each pair's first pixel among the pixels that are asked; None: each pair counts
+
+
 class Expected(NamedTuple):
     """What the camera makes of each pixel (y, x) apart from this noise realisation, in cd/m2."""
 
@@ -66,24 +87,34 @@ class ContrastDetection:
         interval is that of a median, as if one pixel in `SMOOTH` x `SMOOTH` were independent: the
         picture's mean is taken over such windows.
         """
+        import numpy as np
+
         from isethdr_core import ledger
+        from isethdr_core.data.derived_once import once
         from isethdr_core.data.scores import Score
 
-        from ..regions import NAN, frame_and_objects, median_interval, variance_stated
+        from ..regions import NAN, median_interval, variance_stated
 
         if not variance_stated(picture, "contrast_detection", "probability"):
             return []
         model, scores = self._model(picture, truth), []
-        for name, mask in frame_and_objects(model.true.shape, labels):
-            if name:
-                found, pixels = self._pairs(model, *draw_pairs(mask, self.reach)), int(mask.sum())
-            else:
-                found, pixels = self._of_frame(model)
+        asked = once(
+            ("contrast", self.lowest_contrast_percent, self.reach),
+            (truth, labels),
+            lambda: self._asked(model.true, labels),
+        )
+        # all regions at once: many small calls would take several times as long
+        together = Pairs(*(np.concatenate(parts) for parts in zip(*(one.pairs for one in asked))))
+        value = self._probability(model, together)
+        ends = np.cumsum([one.pairs.first.size for one in asked])[:-1]
+        for one, found in zip(asked, np.split(value, ends), strict=True):
+            if one.place is not None:
+                found = np.bincount(one.place, found) / np.bincount(one.place)
             if found.size:
-                value, low, high = median_interval(found, min(found.size, pixels // SMOOTH**2))
-                scores.append(Score("contrast_detection", value, "", name, low, high))
+                median = median_interval(found, min(found.size, one.pixels // SMOOTH**2))
+                scores.append(Score("contrast_detection", median[0], "", one.name, *median[1:]))
             else:
-                what = f"contrast_detection of {name}" if name else "contrast_detection"
+                what = f"contrast_detection of {one.name}" if one.name else "contrast_detection"
                 why = "no two pixels of the reference picture differ by the lowest contrast"
                 ledger.left_out(what, why, NAN, "probability")
         return scores
@@ -107,6 +138,8 @@ class ContrastDetection:
         import numpy as np
         from scipy.ndimage import uniform_filter
 
+        from isethdr_core.data.derived_once import once
+
         from ..luminance.noise_line import noise_line
         from ..regions import luminance_variance, luminances
 
@@ -117,7 +150,8 @@ class ContrastDetection:
             total = uniform_filter(np.where(valid, values, 0.0), SMOOTH, mode="nearest")
             return np.where(share > 1e-9, total / np.maximum(share, 1e-9), values)
 
-        local_y, local_true = local(y), local(true)
+        local_y = local(y)
+        local_true = once(("local", valid.tobytes()), (truth,), lambda: local(true))
         kept = np.divide(local_y, local_true, out=np.ones_like(y), where=local_true > 0)
         mean = true * np.clip(kept, 0.0, 1.0) + np.maximum(local_y - local_true, 0.0)
         variance = luminance_variance(picture)
@@ -132,15 +166,36 @@ class ContrastDetection:
         shot = np.divide(variance - read, mean, out=np.zeros_like(y), where=mean > 0)
         return Expected(true, mean, variance, np.clip(shot, 0.0, step), valid)
 
-    def _of_frame(self, model: Expected):
-        """Return the mean probability of some pixels with contrast, and how many have any."""
+    def _asked(self, true, labels) -> list[Asked]:
+        """Return what is looked at in the frame and in each object."""
         import numpy as np
 
-        (height, width), r = model.true.shape, self.reach
+        from isethdr_core.data.derived_once import once
+
+        from ..regions import regions_of
+
+        frame, *objects = regions_of(true.shape, labels)
+        out = [self._of_frame(true)]
+        for region in objects:
+            drawn = once(
+                ("pairs", self.reach, region.name),
+                (labels,),
+                lambda r=region: draw_pairs_of(r, self.reach),
+            )
+            places = (np.ravel_multi_index(at, true.shape) for at in drawn)
+            pairs, _ = self._with_their_contrast(true, *places)
+            out.append(Asked(region.name, pairs, int(region.mask.sum()), None))
+        return out
+
+    def _of_frame(self, true) -> Asked:
+        """Return the pairs of some pixels with contrast, each with the pixels `reach` away."""
+        import numpy as np
+
+        (height, width), r = true.shape, self.reach
         steps = [(dy, dx) for dy in (-r, 0, r) for dx in (-r, 0, r) if dy or dx]
         held = np.zeros(height * width, bool)
         for dy, dx in steps[4:]:
-            firsts = self._with_contrast(model.true, dy, dx)
+            firsts = self._with_contrast(true, dy, dx)
             held[firsts] = held[firsts + dy * width + dx] = True
         pixels = np.flatnonzero(held)
         # the choice is part of the score's definition: the same picture has the same score
@@ -148,16 +203,19 @@ class ContrastDetection:
         if pixels.size > FRAME_PIXELS:
             chosen = np.random.default_rng(0).choice(pixels, FRAME_PIXELS, replace=False)
         row, column = np.divmod(chosen, width)
-        total, count = np.zeros(height * width), np.zeros(height * width)
+        places, found = [], []
         for dy, dx in steps:
             inside = (0 <= row + dy) & (row + dy < height)
             inside &= (0 <= column + dx) & (column + dx < width)
-            first = chosen[inside]
-            value, first, _ = self._probability(model, first, first + dy * width + dx)
-            total[first] += value
-            count[first] += 1
-        known = chosen[count[chosen] > 0]
-        return total[known] / count[known], pixels.size
+            place = np.flatnonzero(inside)
+            first = chosen[place]
+            pairs, counts = self._with_their_contrast(true, first, first + dy * width + dx)
+            places.append(place[counts])
+            found.append(pairs)
+        pairs = Pairs(*(np.concatenate(parts) for parts in zip(*found)))
+        # pixels without any pair that counts are none of the frame's
+        _, place = np.unique(np.concatenate(places), return_inverse=True)
+        return Asked("", pairs, pixels.size, place)
 
     def _map(self, model):
         import numpy as np
@@ -168,8 +226,9 @@ class ContrastDetection:
             firsts = self._with_contrast(model.true, dy, dx)
             for start in range(0, firsts.size, PIECE):
                 first = firsts[start : start + PIECE]
-                value, first, second = self._probability(model, first, first + dy * width + dx)
-                for of in (first, second):  # every pixel is first once and second once
+                pairs, _ = self._with_their_contrast(model.true, first, first + dy * width + dx)
+                value = self._probability(model, pairs)
+                for of in (pairs.first, pairs.second):  # every pixel is first once and second once
                     total[of] += value
                     count[of] += 1
         return np.where(count > 0, total / np.maximum(count, 1), np.nan).reshape(height, width)
@@ -193,30 +252,36 @@ class ContrastDetection:
             found.append((top + row) * width + left + column)
         return np.concatenate(found)
 
-    def _pairs(self, model, first, second):
-        import numpy as np
+    def _with_their_contrast(self, true, first, second):
+        """Return the pairs that have contrast, and which they are.
 
-        places = (np.ravel_multi_index(at, model.true.shape) for at in (first, second))
-        return self._probability(model, *places)[0]
-
-    def _probability(self, model, first, second):
-        """Return the probabilities of the pairs that have contrast, and these pairs; `first` and
-        `second` are indices of the flat picture.
+        Parameters
+        ----------
+        true : luminance (y, x). `first`, `second` : indices of the flat picture.
         """
         import numpy as np
 
-        from .photon_counts import Signal, of_signals
-
-        true, mean, variance, step, valid = (values.ravel() for values in model)
+        true = true.ravel()
         a, b = true[first], true[second]
         sums = a + b
         contrast = np.abs(a - b) / np.where(sums > 0, sums, 1.0)
         counts = np.flatnonzero((contrast > self.lowest_contrast_percent / 100) & (sums > 0))
         first, second, swap = first[counts], second[counts], a[counts] < b[counts]
-        pairs = np.where(swap, second, first), np.where(swap, first, second)
-        bright, dark = (Signal(mean[at], variance[at], step[at]) for at in pairs)
-        value = of_signals(bright, dark, contrast[counts], self.interval_percent / 100)
-        return np.where(valid[first] & valid[second], value, 0.0), first, second
+        bright, dark = np.where(swap, second, first), np.where(swap, first, second)
+        return Pairs(first, second, bright, dark, contrast[counts]), counts
+
+    def _probability(self, model: Expected, pairs: Pairs):
+        """Return the probability of each pair."""
+        import numpy as np
+
+        from .photon_counts import Signal, of_signals
+
+        _, mean, variance, step, valid = (values.ravel() for values in model)
+        bright, dark = (
+            Signal(mean[at], variance[at], step[at]) for at in (pairs.bright, pairs.dark)
+        )
+        value = of_signals(bright, dark, pairs.contrast, self.interval_percent / 100)
+        return np.where(valid[pairs.first] & valid[pairs.second], value, 0.0)
 
 
 def pair_probability(
@@ -296,22 +361,38 @@ def draw_pairs(mask, reach: int):
     """
     import numpy as np
 
-    rng = np.random.default_rng(
-        0
-    )  # the draw is part of the score's definition: the same picture, the same score
+    from ..regions import Region
+
     rows, columns = np.nonzero(mask)
-    window = tuple(slice(max(i.min() - 1, 0), i.max() + 2) for i in (rows, columns))
+    window = tuple(slice(i.min(), i.max() + 1) for i in (rows, columns))
+    return draw_pairs_of(Region("", window, mask[window], mask.shape), reach)
+
+
+def draw_pairs_of(region, reach: int):
+    """Return the `draw_pairs` of a region (`regions.Region`)."""
+    import numpy as np
     from scipy.ndimage import distance_transform_edt
 
-    near = distance_transform_edt(np.pad(mask[window], 1)[1:-1, 1:-1]) <= reach
-    inside = np.argwhere(near & mask[window]) + [window[0].start, window[1].start]
-    if mask.all() or not len(inside):  # an object that fills the frame has nothing beside it
-        none = np.zeros(0, int)
+    # one pixel more on each side, but for what is beyond the frame: that is not beside the object
+    window = tuple(
+        slice(max(cut.start - 1, 0), min(cut.stop + 1, size))
+        for cut, size in zip(region.window, region.shape, strict=True)
+    )
+    start = np.array([cut.start for cut in window])
+    mask = np.zeros([cut.stop - cut.start for cut in window], bool)
+    mask[tuple(slice(c.start - b, c.stop - b) for c, b in zip(region.window, start))] = region.mask
+    inside = np.argwhere((distance_transform_edt(mask) <= reach) & mask) + start
+    if region.mask.size == np.prod(region.shape) and region.mask.all() or not len(inside):
+        none = np.zeros(0, int)  # an object that fills the frame has nothing beside it
         return (none, none), (none, none)
+    # the draw is part of the score's definition: the same picture, the same score
+    rng = np.random.default_rng(0)
     pick = inside[rng.integers(len(inside), size=8 * PAIRS)]
     offsets = np.argwhere(np.hypot(*np.indices((2 * reach + 1,) * 2) - reach) <= reach) - reach
     other = pick + offsets[rng.integers(len(offsets), size=len(pick))]
-    held = np.all((other >= 0) & (other < mask.shape), axis=1)
-    held[held] = ~mask[tuple(other[held].T)]
+    held = np.all((other >= 0) & (other < region.shape), axis=1)
+    place = other - start
+    within = held & np.all((place >= 0) & (place < mask.shape), axis=1)
+    held[within] = ~mask[tuple(place[within].T)]
     pick, other = pick[held][:PAIRS], other[held][:PAIRS]
     return tuple(pick.T), tuple(other.T)

@@ -36,15 +36,10 @@ class ObjectContrast:
         import numpy as np
 
         from isethdr_core import ledger
+        from isethdr_core.data.derived_once import once
         from isethdr_core.data.scores import Score
 
-        from ..regions import (
-            NAN,
-            frame_and_objects,
-            luminance_variance,
-            luminances,
-            variance_stated,
-        )
+        from ..regions import NAN, luminance_variance, luminances, regions_of, variance_stated
 
         y, true, valid = luminances(picture, truth)
         if labels is None or "instance" not in labels:
@@ -52,33 +47,36 @@ class ObjectContrast:
             return []
         variance, scores = luminance_variance(picture), []
         noisy = variance_stated(picture, "object_contrast_snr", "")
-        for name, mask in list(frame_and_objects(y.shape, labels))[1:]:
-            ring = self._ring(mask)
-            inside, around = mask & valid, ring & valid
-            if inside.sum() < self.fewest_pixels or around.sum() < self.fewest_pixels:
-                why = f"{inside.sum()} valid pixels in it, {around.sum()} around it"
+        for region in regions_of(y.shape, labels)[1:]:
+            name = region.name
+            ring = once(("ring", self.ring, name), (labels,), lambda r=region: self._ring(r))
+            use, use_around = region.of(valid), ring.of(valid)
+            pixels, pixels_around = int(use.sum()), int(use_around.sum())
+            if pixels < self.fewest_pixels or pixels_around < self.fewest_pixels:
+                why = f"{pixels} valid pixels in it, {pixels_around} around it"
                 ledger.left_out(f"contrast of {name}", why, NAN, "Weber")
                 continue
-            mean, surround = y[inside].mean(), y[around].mean()
+            mean, surround = region.of(y)[use].mean(), ring.of(y)[use_around].mean()
             if not surround:
                 ledger.left_out(
                     f"contrast of {name}", "the picture shows no light around it", NAN, "Weber"
                 )
                 continue
-            v_in, v_around = variance[inside].mean(), variance[around].mean()
+            v_in, v_around = (
+                region.of(variance)[use].mean(),
+                ring.of(variance)[use_around].mean(),
+            )
             contrast = _weber(mean, surround)
             # d(contrast) of a quotient; each mean's variance is 9 times that of independent pixels
             # at most (3 x 3 demosaic)
-            spread = 3 * np.sqrt(
-                v_in / inside.sum() + (1 + contrast) ** 2 * v_around / around.sum()
-            )
+            spread = 3 * np.sqrt(v_in / pixels + (1 + contrast) ** 2 * v_around / pixels_around)
             half = 1.96 * spread / abs(surround)
             noise = np.sqrt(v_in + v_around)
             scores += [
                 Score("object_contrast", contrast, "Weber", name, contrast - half, contrast + half),
                 Score(
                     "object_contrast_truth",
-                    _weber(true[mask].mean(), true[ring].mean()),
+                    _weber(region.of(true).mean(), ring.of(true).mean()),
                     "Weber",
                     name,
                 ),
@@ -93,17 +91,26 @@ class ObjectContrast:
                 )
         return scores
 
-    def _ring(self, mask):
-        """Return the pixels around `mask` within the ring's width, at least two pixels wide."""
+    def _ring(self, region):
+        """Return the pixels around `region` within the ring's width, at least two pixels wide."""
         import numpy as np
-        from scipy.ndimage import binary_dilation
+        from scipy.ndimage import distance_transform_cdt
 
-        width = max(2, round(self.ring * float(np.sqrt(mask.sum()))))
-        rows, columns = np.nonzero(mask)
-        window = tuple(slice(max(i.min() - width, 0), i.max() + width + 1) for i in (rows, columns))
-        out = np.zeros_like(mask)
-        out[window] = binary_dilation(mask[window], iterations=width) & ~mask[window]
-        return out
+        width = max(2, round(self.ring * float(np.sqrt(region.mask.sum()))))
+        window = tuple(
+            slice(max(cut.start - width, 0), min(cut.stop + width, size))
+            for cut, size in zip(region.window, region.shape, strict=True)
+        )
+        mask = np.zeros([cut.stop - cut.start for cut in window], bool)
+        inner = tuple(
+            slice(cut.start - outer.start, cut.stop - outer.start)
+            for cut, outer in zip(region.window, window, strict=True)
+        )
+        mask[inner] = region.mask
+        # steps to a neighbour above, below or beside: one pass, whatever the width
+        steps = distance_transform_cdt(~mask, metric="taxicab")
+        around = (steps <= width) & ~mask
+        return region._replace(window=window, mask=around)
 
 
 def _weber(value, surround) -> float:

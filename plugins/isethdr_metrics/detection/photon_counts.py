@@ -21,6 +21,7 @@ SMOOTH_READ_NOISE_E, FEW_ELECTRONS = 1.5, 20.0
 LATTICE_READ_NOISE_E, SOME_ELECTRONS = 0.3, 300.0
 NORMAL, TWO_NORMALS, COUNTS = 0, 1, 2
 
+PIECE = 8192  # pairs worked out together: what is needed on the way stays in the processor's memory
 LARGEST_SUM = 2_000_000  # pairs of counts that are held in memory together
 
 
@@ -142,8 +143,8 @@ def _pieces(pairs, bright: Signal, dark: Signal, of_counts: bool):
     if not len(pairs):
         return
     if not of_counts:
-        for start in range(0, len(pairs), LARGEST_SUM // 4):
-            yield pairs[start : start + LARGEST_SUM // 4]
+        for start in range(0, len(pairs), PIECE):
+            yield pairs[start : start + PIECE]
         return
     counts = [_electrons(Signal(*(v[pairs] for v in signal)))[0] for signal in (bright, dark)]
     counts = [np.minimum(c, SOME_ELECTRONS) for c in counts]

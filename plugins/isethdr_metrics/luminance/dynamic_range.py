@@ -46,6 +46,7 @@ class DynamicRange:
         import numpy as np
 
         from isethdr_core import ledger
+        from isethdr_core.data.derived_once import intervals_wanted
         from isethdr_core.data.scores import Score
 
         from ..regions import NAN, luminance_variance, luminances, variance_stated
@@ -79,7 +80,7 @@ class DynamicRange:
         without = [
             lower_ends(np.delete(light, k), np.delete(noise, k))
             for k in range(len(light))
-            if len(light) > 2
+            if len(light) > 2 and intervals_wanted()
         ]
         scores = []
         for name, bottom in ends.items():

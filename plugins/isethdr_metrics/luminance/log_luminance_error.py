@@ -31,16 +31,17 @@ class LogLuminanceError:
         """
         import numpy as np
 
+        from isethdr_core.data.derived_once import once
         from isethdr_core.data.scores import Score
 
-        from ..regions import frame_and_objects, luminances, mean_interval
+        from ..regions import luminances, mean_of, regions_of
 
         y, true, _ = luminances(picture, truth)
-        square = (
-            np.log10(np.fmax(y, self.floor_cd_m2)) - np.log10(np.maximum(true, self.floor_cd_m2))
-        ) ** 2
+        floor = self.floor_cd_m2
+        true_log = once(("log", floor), (truth,), lambda: np.log10(np.maximum(true, floor)))
+        square = (np.log10(np.fmax(y, floor)) - true_log) ** 2
         return [
-            Score("log_luminance_error", value, "log10", name, low, high)
-            for name, region in frame_and_objects(y.shape, labels)
-            for value, low, high in [np.sqrt(mean_interval(square, region)).tolist()]
+            Score("log_luminance_error", value, "log10", region.name, low, high)
+            for region in regions_of(y.shape, labels)
+            for value, low, high in [np.sqrt(mean_of(square, region)).tolist()]
         ]

@@ -47,29 +47,34 @@ class Ciede2000:
         import numpy as np
 
         from isethdr_core import ledger
+        from isethdr_core.data.derived_once import once
         from isethdr_core.data.scores import Score
         from isethdr_core.display.display_view import white_cd_m2
         from isethdr_core.physics.colour import colour_spaces
 
-        from ..regions import frame_and_objects, luminances, mean_interval
+        from ..regions import luminances, mean_of, regions_of
 
         _, true, valid = luminances(picture, truth)
-        white = self.white_cd_m2 or white_cd_m2(truth)
+        white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
         score, function, unit = self.formula
         white_xyz = white * colour_spaces.D65_XYZ
         shown = np.where(valid[..., None], picture["xyz"].values, white_xyz)
-        both = (colour_spaces.lab(xyz, white_xyz) for xyz in (truth["xyz"].values, shown))
-        difference = getattr(colour_spaces, function)(*both)
+        true_lab = once(
+            ("lab", float(white)),
+            (truth,),
+            lambda: colour_spaces.lab(truth["xyz"].values, white_xyz),
+        )
+        difference = getattr(colour_spaces, function)(true_lab, colour_spaces.lab(shown, white_xyz))
         use = true <= white
         share = 1 - use.mean()
         if share > 0:
             why = "CIELAB has no meaning there"
             ledger.left_out("pixels above the white", why, share, "share of the frame")
         scores = []
-        for name, region in frame_and_objects(true.shape, labels):
-            if (region & use).any():
-                value, low, high = mean_interval(difference, region & use)
-                scores.append(Score(score, value, unit, name, low, high))
+        for region in regions_of(true.shape, labels):
+            if region.of(use).any():
+                value, low, high = mean_of(difference, region, use)
+                scores.append(Score(score, value, unit, region.name, low, high))
         return [*scores, Score(f"{score}_white", float(white), "cd m-2")]
 
 

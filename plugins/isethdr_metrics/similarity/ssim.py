@@ -42,11 +42,12 @@ class Ssim:
         """
         import numpy as np
 
+        from isethdr_core.data.derived_once import once
         from isethdr_core.data.scores import Score
         from isethdr_core.display.display_view import display, white_cd_m2
         from isethdr_core.errors import UnitError
 
-        from ..regions import frame_and_objects, luminances, mean_interval
+        from ..regions import luminances, mean_of, regions_of
         from .structural_similarity import similarity
 
         _, true, valid = luminances(picture, truth)
@@ -56,8 +57,13 @@ class Ssim:
                 f"a picture of {shape} pixels is smaller than the window of SSIM; "
                 "expected at least 11 rows and columns"
             )
-        white = self.white_cd_m2 or white_cd_m2(truth)
-        shown = [display(p, white, self.compression) for p in (truth, picture)]
+        white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
+        true_shown = once(
+            ("display", float(white), self.compression),
+            (truth,),
+            lambda: display(truth, white, self.compression),
+        )
+        shown = true_shown, display(picture, white, self.compression)
         # float32 halves the time; the smallest stabilising constant is 6.5, rounding of the
         # windowed squares 2e-3
         found = (
@@ -69,8 +75,8 @@ class Ssim:
         )
         found[~valid & (true < white)] = 0.0
         scores = [
-            Score("ssim", value, "", name, low, high)
-            for name, region in frame_and_objects(shape, labels)
-            for value, low, high in [mean_interval(found, region)]
+            Score("ssim", value, "", region.name, low, high)
+            for region in regions_of(shape, labels)
+            for value, low, high in [mean_of(found, region)]
         ]
         return [*scores, Score("ssim_white", float(white), "cd m-2")]

@@ -1,0 +1,121 @@
+"""Metrics that share what follows from the reference picture give the scores of each alone."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from isethdr_metrics import regions
+from isethdr_metrics.detection.contrast_detection import ContrastDetection
+from isethdr_metrics.detection.object_contrast import ObjectContrast
+from isethdr_metrics.luminance.dynamic_range import DynamicRange
+from isethdr_metrics.luminance.log_luminance_error import LogLuminanceError
+from isethdr_metrics.luminance.snr_curve import SnrCurve
+from isethdr_metrics.pixel_shares import PixelShares
+from isethdr_metrics.similarity.ciede2000 import Ciede2000
+from isethdr_metrics.similarity.ssim import Ssim
+
+from isethdr_core.data.derived_once import intervals_wanted, once, shared, values_only
+from isethdr_core.data.reference_picture import make_picture
+
+METRICS = [
+    ContrastDetection(),
+    ObjectContrast(),
+    DynamicRange(),
+    LogLuminanceError(),
+    SnrCurve(),
+    PixelShares(),
+    Ciede2000(),
+    Ssim(),
+]
+SHAPE = 60, 90
+
+
+def pair(seed, saturated=0.0):
+    """Return a noisy picture and its truth: bars of unlike luminance."""
+    random = np.random.default_rng(seed)
+    level = 10.0 ** (np.arange(SHAPE[1]) // 9 / 3)[None, :, None] * np.array([0.9, 1.0, 1.1])
+    true = np.broadcast_to(level, (*SHAPE, 3)).copy()
+    variance = 0.02 * true + 0.01
+    axes = np.arange(SHAPE[1]) * 1e-6, np.arange(SHAPE[0]) * 1e-6
+
+    def made(xyz, variance, valid):
+        xy = {"x_m": axes[0], "y_m": axes[1]}
+        return make_picture(xyz, variance, valid, **xy, focal_length_mm=4.0, pitch_um=1.0)
+
+    valid = random.random(SHAPE) >= saturated
+    noisy = true + np.sqrt(variance) * random.normal(size=true.shape)
+    return made(noisy, variance, valid), made(true, np.zeros_like(true), np.ones(SHAPE, bool))
+
+
+def labels():
+    """Return three objects, one of which touches the border and one of which has two parts."""
+    instance = np.zeros(SHAPE, np.uint32)
+    instance[10:30, 20:40] = 7
+    instance[50:, :12] = 2
+    instance[5:9, 70:74] = instance[40:44, 60:80] = 900_000
+    objects = [{"instance": 7, "name": "car"}, {"instance": 2, "name": "car"}]
+    return xr.Dataset({"instance": (("y", "x"), instance)}, attrs={"objects": objects})
+
+
+def rows_of(scores):
+    return [(s.metric, s.unit, s.object, s.value, s.low, s.high) for s in scores]
+
+
+@pytest.mark.parametrize("metric", METRICS, ids=lambda m: type(m).__name__)
+def test_scores_are_the_same_alone_and_shared(metric):
+    found = labels()
+    truth = pair(0)[1]
+    shots = [pair(seed, saturated)[0] for seed, saturated in ((1, 0.0), (2, 0.1), (1, 0.0))]
+    alone = [metric(shot, truth, found) for shot in shots]
+    with shared(truth, found):
+        together = [metric(shot, truth, found) for shot in shots]
+        with values_only():
+            values = [metric(shot, truth, found) for shot in shots]
+    assert alone[0]
+    for one, other, bare in zip(alone, together, values, strict=True):
+        np.testing.assert_equal(rows_of(one), rows_of(other))
+        assert [(s.metric, s.object) for s in one] == [(s.metric, s.object) for s in bare]
+        # sums in another order
+        np.testing.assert_allclose(
+            [s.value for s in bare], [s.value for s in one], rtol=1e-12, equal_nan=True
+        )
+
+
+def test_another_truth_within_the_block_has_scores_of_its_own():
+    """A changed scene has a truth of its own, and the labels of the first."""
+    found, metric = labels(), LogLuminanceError()
+    shot, truth = pair(1)
+    brighter = truth.assign(xyz=truth["xyz"].copy(data=2 * truth["xyz"].values))
+    alone = rows_of(metric(shot, brighter, found))
+    with shared(truth, found):
+        assert rows_of(metric(shot, truth, found)) != alone
+        np.testing.assert_equal(rows_of(metric(shot, brighter, found)), alone)
+
+
+def test_what_is_derived_ends_with_the_block():
+    calls = []
+
+    def compute():
+        calls.append(1)
+        return len(calls)
+
+    source, other = object(), object()
+    assert [once("a", (source,), compute) for _ in range(2)] == [1, 2]
+    with shared(source):
+        assert [once("a", (source,), compute) for _ in range(2)] == [3, 3]
+        assert once("b", (source, None), compute) == 4
+        assert [once("a", (other,), compute) for _ in range(2)] == [5, 6]
+    assert once("a", (source,), compute) == 7
+    assert intervals_wanted()
+    with values_only():
+        assert not intervals_wanted()
+
+
+def test_regions_are_the_frame_and_every_object():
+    found = regions.regions_of(SHAPE, labels())
+    instance = labels()["instance"].values
+    assert [r.name for r in found] == ["", "car", "car 7", "900000"]
+    for region, number in zip(found[1:], (2, 7, 900_000), strict=True):
+        whole = np.zeros(SHAPE, bool)
+        whole[region.window] = region.mask
+        np.testing.assert_array_equal(whole, instance == number)
+        np.testing.assert_array_equal(region.of(instance), instance[instance == number])
