@@ -44,6 +44,9 @@ def keep_mantissa_bits(values, bits: int = KEEPBITS) -> np.ndarray:
     """Round float32 values to `bits` explicit mantissa bits, to nearest, ties to even (so without
     bias).
 
+    The rounding is numcodecs' BitRound, used as a function: the stored arrays hold ordinary float32
+    values and name no such codec, so every reader of zarr can open them.
+
     Parameters
     ----------
     values : array, float32, any unit.
@@ -53,26 +56,26 @@ def keep_mantissa_bits(values, bits: int = KEEPBITS) -> np.ndarray:
     -------
     array : float32 of the same shape; relative error at most 2^-(bits + 1) for normal numbers.
         NaN and infinity pass unchanged, and so do the few values that would round up to infinity.
+
+    Raises
+    ------
+    ValueError : `bits` is outside 1 to 23.
     """
     if not 1 <= bits <= MANTISSA_BITS:
         raise ValueError(
             f"keepbits is {bits}; float32 has 1 to {MANTISSA_BITS} mantissa bits; use null to"
             " keep all"
         )
+    from numcodecs.bitround import BitRound  # slow to import
+
     values = np.asarray(values, np.float32)
-    drop = MANTISSA_BITS - bits
-    if drop == 0:
-        return values.copy()
-    word = values.view(np.uint32) if values.ndim else values.reshape(1).view(np.uint32)
-    # adding just under half of the last kept bit, plus that bit itself, rounds ties to even
-    rounded = (word >> np.uint32(drop)) & np.uint32(1)
-    rounded += word
-    rounded += np.uint32((1 << (drop - 1)) - 1)
-    rounded &= np.uint32(~((1 << drop) - 1) & 0xFFFFFFFF)
-    rounded = rounded.view(np.float32).reshape(values.shape)
-    lost = ~np.isfinite(rounded)
-    if lost.any():
-        rounded[lost] = values[lost]
+    if bits == MANTISSA_BITS:
+        return values.copy()  # BitRound would return the very same array
+    rounded = np.asarray(BitRound(bits).encode(values)).view(np.float32)
+    # BitRound carries the largest numbers into infinity and some NaN into numbers
+    exceptional = ~np.isfinite(rounded) | np.isnan(values)
+    if exceptional.any():
+        rounded[exceptional] = values[exceptional]
     return rounded
 
 

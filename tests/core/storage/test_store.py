@@ -51,6 +51,10 @@ def test_rounding_breaks_ties_to_even_and_keeps_what_is_not_finite():
     assert keep_mantissa_bits(tie, 10).tolist() == [1.0, 1 + 2.0**-9]
     odd = np.float32([0, -0.0, np.inf, -np.inf, np.nan, np.finfo(np.float32).max])
     assert np.array_equal(keep_mantissa_bits(odd, 10), odd, equal_nan=True)
+    # NaN with the first or the last of their payloads, which rounding would carry into infinity or
+    # into -0
+    payloads = np.array([0x7F800001, 0xFF800001, 0x7FFFFFFF, 0xFFFFFFFF], np.uint32)
+    assert np.isnan(keep_mantissa_bits(payloads.view(np.float32), 10)).all()
     with pytest.raises(ValueError, match="keepbits"):
         keep_mantissa_bits(odd, 0)
 
