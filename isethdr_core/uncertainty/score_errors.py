@@ -127,16 +127,16 @@ def known_within(count: int) -> float:
     """Return the factor within which the rms of `count` normal changes is their standard deviation,
     `SURE` of the times: a chi-squared share.
     """
+    from scipy.optimize import brentq
     from scipy.special import gammainc
 
-    low, high = 1.0, 100.0
-    for _ in range(40):
-        factor = math.sqrt(low * high)
-        share = gammainc(count / 2, count * factor**2 / 2) - gammainc(
-            count / 2, count / factor**2 / 2
-        )
-        low, high = (factor, high) if share < SURE else (low, factor)
-    return high
+    def share_beyond(factor: float) -> float:
+        low, high = gammainc(count / 2, np.array([factor**-2, factor**2]) * count / 2)
+        return float(high - low) - SURE
+
+    return brentq(
+        share_beyond, 1.0, 100.0
+    )  # the share rises from 0; with one change it is 0.99 at 100
 
 
 def _camera_of_changes(camera, mixed, light, again):

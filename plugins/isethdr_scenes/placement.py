@@ -85,18 +85,20 @@ def oncoming_lamp(ground: Ground, s_m: float) -> np.ndarray:
 
 
 def walk_beside(ground: Ground, y_m: float, bearing: float, seen_from) -> float:
-    """Return the s at which a walker at `y_m` is seen at that bearing (bisection; the bearing falls
-    with s).
+    """Return the s in m, 6 to 150, at which a walker at `y_m` is seen at that bearing, which falls
+    with s.
     """
-    near, far = 6.0, 150.0
-    for _ in range(40):
-        middle = 0.5 * (near + far)
-        near, far = (
-            (middle, far)
-            if bearing_deg(ground.on(middle, y_m), seen_from) > bearing
-            else (near, middle)
-        )
-    return 0.5 * (near + far)
+    from scipy.optimize import brentq
+
+    def beyond_deg(s_m: float) -> float:
+        return bearing_deg(ground.on(s_m, y_m), seen_from) - bearing
+
+    nearest, farthest = 6.0, 150.0
+    if beyond_deg(nearest) <= 0:
+        return nearest
+    if beyond_deg(farthest) > 0:
+        return farthest
+    return brentq(beyond_deg, nearest, farthest)
 
 
 def traffic(drive, ground: Ground, s: dict, rng) -> list[Spot]:

@@ -23,7 +23,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
+from scipy.optimize.elementwise import find_root
 from scipy.special import wrightomega
+
+ROUNDING = 4 * np.finfo(float).eps  # the closest relative tolerance that SciPy's root finders take
 
 # Gauss-Legendre nodes of one panel; 16 leave 1e-16 of exp(-x) on a panel with x up to 8
 NODES, WEIGHTS = (
@@ -145,38 +149,48 @@ def flow_varying(
 
 def linear_limit_e(allowed_spill_e: float, duration_s: float, well: Well) -> float:
     """Return the electrons that may arrive at constant light until `allowed_spill_e` of them are
-    lost, by bisection.
+    lost.
     """
-    low, high = 0.0, max(well.knee_e, 0.0) + 1e3 * well.thermal_e + allowed_spill_e
-    while low < (middle := 0.5 * (low + high)) < high:
-        if flow(0.0, middle / duration_s, duration_s, well)[1] > allowed_spill_e:
-            high = middle
-        else:
-            low = middle
-    return low
+
+    def excess_e(arrived_e: float) -> float:
+        _, spilled_e = flow(0.0, arrived_e / duration_s, duration_s, well)
+        return float(spilled_e) - allowed_spill_e
+
+    highest_e = max(well.knee_e, 0.0) + 1e3 * well.thermal_e + allowed_spill_e
+    return brentq(excess_e, 0.0, highest_e, xtol=1e-12, rtol=ROUNDING)
 
 
 def arrived_from_charge(charge_e, duration_s: float, well: Well) -> np.ndarray:
     """Return the electrons that arrived at constant light in `duration_s`, from the charge left:
     the inverse of `flow`.
 
-    Newton's method in log(arrived), in which a full well's charge is a straight line. Readings
-    below 0 come back as they are.
+    Readings at or below 0 come back as they are.
+
+    Notes
+    -----
+    With x = arrived / thermal and c = knee_e_per_s duration / thermal, the charge obeys exp((knee -
+    charge) / thermal) = exp(knee / thermal - x) + c (1 - e^-x) / x. Each term is at most the left
+    side, and one of them is at least half of it: arrived lies between `charge` and the larger of
+    charge + thermal log 2 and 2 c thermal exp((charge - knee) / thermal). The root is sought in
+    log(arrived), in which a full well's charge is a straight line.
     """
     charge = np.asarray(charge_e, float)
-    excess = (charge - well.knee_e) / well.thermal_e + np.log(
+    positive = np.maximum(charge, np.finfo(float).tiny)
+    excess = (positive - well.knee_e) / well.thermal_e + np.log(
         well.knee_e_per_s * duration_s / well.thermal_e
     )
-    # a full well has arrived = thermal exp(excess); all that is in the well has arrived
-    arrived = np.maximum(
-        np.maximum(charge, 1e-300), well.thermal_e * np.exp(np.minimum(excess, 600.0))
-    )
-    for _ in range(50):
-        found, _ = flow(0.0, arrived / duration_s, duration_s, well)
-        step = np.clip((charge - found) / (arrived * slope(arrived, duration_s, well)), -2.0, 2.0)
-        arrived = arrived * np.exp(np.where(charge > 0, step, 0.0))
-        if np.all(np.abs(step) <= 4e-16, where=charge > 0):
-            break
+    of_full_well = 2.0 * well.thermal_e * np.exp(np.minimum(excess, 600.0))  # 600: no overflow
+    highest = np.maximum(positive + np.log(2.0) * well.thermal_e, of_full_well)
+
+    def miss_e(log_arrived, wanted_e):
+        return flow(0.0, np.exp(log_arrived) / duration_s, duration_s, well)[0] - wanted_e
+
+    # 1e-6: rounding of `flow` must not move the root out of the bracket
+    bracket = np.log(positive) - 1e-6, np.log(highest) + 1e-6
+    root = find_root(miss_e, bracket, args=(positive,))
+    # no root: a charge that is nothing but rounding, or one that no light could leave
+    beyond = np.where(excess >= 600.0, highest, positive)
+    arrived = np.where(root.success, np.exp(root.x), beyond)
     return np.where(charge > 0, arrived, charge)
 
 
