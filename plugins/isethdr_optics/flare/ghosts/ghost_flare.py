@@ -4,9 +4,11 @@ plane.
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from dataclasses import dataclass
 from functools import lru_cache
+from threading import Lock
+
+from cachetools import LRUCache
 
 from isethdr_core.plugins.ranges import Percent, Share, check_ranges
 
@@ -85,7 +87,8 @@ PART = "light of ghosts"  # the part of the light that the errors of ghosts act 
 # and points
 DRAWING = 0.1
 MOST_BEAMS = 2000  # 0.3 MB each with 31 bands
-_beams: OrderedDict[tuple, tuple] = OrderedDict()
+_beams: LRUCache[tuple, tuple | None] = LRUCache(maxsize=MOST_BEAMS)
+_lock = Lock()  # reading an entry moves it
 
 
 @lru_cache(maxsize=8)
@@ -211,10 +214,12 @@ def _beams_of(real, powers, pair, intervals, iris) -> dict:
         pair.back,
         iris,
     )
-    new = [i for i in dict.fromkeys(intervals) if (lens, i) not in _beams]
+    with _lock:
+        found = {i: _beams[lens, i] for i in dict.fromkeys(intervals) if (lens, i) in _beams}
+    new = [i for i in dict.fromkeys(intervals) if i not in found]
     if new:
         limits = boxes(real, pair, new, float(np.median(powers.wavelength_nm)))
-        _beams.update({(lens, i): None for i in new})
+        found |= dict.fromkeys(new)
         lit = [(i, b) for i, b in zip(new, limits) if b is not None]
         if lit:
             made = beams(
@@ -225,13 +230,10 @@ def _beams_of(real, powers, pair, intervals, iris) -> dict:
                 [b for _, b in lit for _ in range(2)],
                 iris=iris,
             )
-            _beams.update(
-                {(lens, i): (b, *made[2 * n : 2 * n + 2]) for n, (i, b) in enumerate(lit)}
-            )
-    out = {i: _beams[lens, i] for i in intervals}
-    while len(_beams) > MOST_BEAMS:
-        _beams.popitem(last=False)
-    return out
+            found |= {i: (b, *made[2 * n : 2 * n + 2]) for n, (i, b) in enumerate(lit)}
+        with _lock:
+            _beams.update({(lens, i): found[i] for i in new})
+    return found
 
 
 def _state(ledger, traced, left, dim, in_blocks, added):
