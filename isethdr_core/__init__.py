@@ -5,6 +5,7 @@
 | `component`    | public path of `plugins.component`                                            |
 | `demand`       | public path of `pipeline.demand`                                              |
 | `errors`       | every error a user can cause, and which one to raise                          |
+| `extras`       | libraries that the base install leaves out: what asks for one says so         |
 | `hookspecs`    | public path of `plugins.hookspecs`                                            |
 | `ledger`       | public path of `uncertainty.ledger`                                           |
 | `quantities`   | public path of `data.quantities`                                              |

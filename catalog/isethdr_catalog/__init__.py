@@ -13,7 +13,12 @@
 
 from __future__ import annotations
 
+import logging
+from importlib.util import find_spec
+
 from isethdr_core.hookspecs import hookimpl
+
+log = logging.getLogger(__name__)
 
 
 @hookimpl
@@ -34,6 +39,12 @@ def isethdr_after_stage(stage):
         and stage.result.attributes.get("config", {}).get("report", True)
         and not stage.result.path.with_suffix(".html").exists()
     ):
+        if find_spec("matplotlib") is None:
+            log.warning(
+                "no report was written: its plots need matplotlib; "
+                "type pip install 'isethdr[report]', or report=false to run without"
+            )
+            return
         from .report import write_report
 
         write_report(stage.result)

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from isethdr_core.errors import CatalogError
+from isethdr_core.extras import needed
 from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
 
 from .record import COLUMNS, SCHEMA, records
@@ -112,7 +113,8 @@ def refresh(folder) -> Refreshed:
 
 
 def _refresh(folder: Path, current: dict[str, str]) -> Refreshed:
-    import duckdb
+    with needed("the index of the catalog", extra="catalog"):
+        import duckdb
 
     index = folder / "index.parquet"
     with duckdb.connect() as base:
@@ -187,7 +189,8 @@ def _known(base: duckdb.DuckDBPyConnection, index: Path) -> dict[str, str]:
     """Return the stamp of every store that the index holds, by path; nothing where the index cannot
     be used.
     """
-    import duckdb
+    with needed("the index of the catalog", extra="catalog"):
+        import duckdb
 
     columns = ", ".join(STORED_COLUMNS)
     try:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from isethdr_core.errors import CatalogError, did_you_mean
+from isethdr_core.extras import needed
 from isethdr_core.store import read_attrs
 
 from .index import load, stores
@@ -130,7 +131,8 @@ def sql(folder, text: str) -> tuple[list[str], list[tuple]]:
     ------
     CatalogError : the text holds no statement, does not run, or asks for more than the records.
     """
-    import duckdb
+    with needed("a query", extra="catalog"):
+        import duckdb
 
     with _connect(folder) as base:
         try:
@@ -166,7 +168,8 @@ def show(folder, name: str) -> dict:
 
 def _connect(folder: Path | str, details: bool = True) -> duckdb.DuckDBPyConnection:
     """Return a database in memory with the views, over the records of all stores."""
-    import duckdb
+    with needed("a query", extra="catalog"):
+        import duckdb
 
     base = duckdb.connect()
     load(base, folder, details)

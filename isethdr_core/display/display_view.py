@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import UnitError, did_you_mean
+from ..extras import needed
 from ..physics.colour.colour_spaces import linear_srgb, srgb_encode
 from .tone_mapping import OPERATORS
 from .white_balance import balanced
@@ -152,7 +153,8 @@ def false_colour(
     -------
     (uint8 RGB (y, x, 3), (low, high)). Values at or below 0 take the colour of `low`.
     """
-    import matplotlib
+    with needed("a picture in false colours", extra="report"):
+        import matplotlib
 
     y = luminance(luminance_cd_m2)
     lit = y[y > 0]

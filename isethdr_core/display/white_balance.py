@@ -10,15 +10,16 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import UnitError
+from ..extras import needed
 from ..physics.colour.colour_spaces import D65_XYZ
-
-# Bradford cone responses (Lam 1985; ICC.1:2010, annex E)
-CONES = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 
 
 def balanced(xyz, white_xyz) -> np.ndarray:
     """Return XYZ (y, x, 3) adapted from a light to D65: its white becomes a neutral of the same
     luminance (von Kries 1902).
+
+    Cone responses are Bradford's (Lam 1985; ICC.1:2010, annex E); colour-science computes the
+    matrix.
 
     Parameters
     ----------
@@ -29,6 +30,7 @@ def balanced(xyz, white_xyz) -> np.ndarray:
     Raises
     ------
     UnitError : a white without light, or outside what cones can see.
+    ConfigError : colour-science is not installed.
     """
     white = np.asarray(white_xyz, float)
     if white.shape != (3,) or not np.all(np.isfinite(white)) or not white[1] > 0:
@@ -36,13 +38,20 @@ def balanced(xyz, white_xyz) -> np.ndarray:
             f"white_xyz is {white_xyz!r}; expected XYZ of a white with Y above 0, such as"
             " picture.attrs['white_xyz']"
         )
-    seen, meant = CONES @ (white / white[1]), CONES @ D65_XYZ
-    if not np.all(seen > 0):
+    with needed("a white balanced view", extra="colour"):
+        import colour
+
+    white = white / white[1]
+    cone_responses = colour.adaptation.CAT_BRADFORD @ white
+    if not np.all(cone_responses > 0):
         raise UnitError(
-            f"white_xyz {white_xyz!r} is no colour of light: its cone responses are {seen};"
-            " expected all above 0"
+            f"white_xyz {white_xyz!r} is no colour of light: its cone responses are"
+            f" {cone_responses}; expected all above 0"
         )
-    return np.asarray(xyz, float) @ (np.linalg.inv(CONES) @ np.diag(meant / seen) @ CONES).T
+    adapted = colour.adaptation.matrix_chromatic_adaptation_VonKries(
+        white, D65_XYZ, transform="Bradford"
+    )
+    return np.asarray(xyz, float) @ adapted.T
 
 
 def grey_world(picture, lamps=None) -> np.ndarray:

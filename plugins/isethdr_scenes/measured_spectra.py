@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from isethdr_core import store
+from isethdr_core.extras import needed
 
 WAVELENGTH_NM = np.arange(380.0, 781.0, 5.0)
 TABLES = {  # name: (collection of colour-science, its key)
@@ -30,7 +31,9 @@ TABLES = {  # name: (collection of colour-science, its key)
 
 def measured(name: str) -> np.ndarray:
     """Return the relative spectral power (band,) of one of `TABLES` at `WAVELENGTH_NM`."""
-    path = store.home() / "spectra" / f"colour-science-{version('colour-science')}.json"
+    with needed("a measured spectrum", extra="colour"):
+        tables_of = version("colour-science")
+    path = store.home() / "spectra" / f"colour-science-{tables_of}.json"
     found = _read(path)
     if found is None:
         found = _looked_up()
@@ -39,7 +42,8 @@ def measured(name: str) -> np.ndarray:
 
 
 def _looked_up() -> dict[str, np.ndarray]:
-    import colour
+    with needed("a measured spectrum", extra="colour"):
+        import colour
 
     tables = {name: getattr(colour, collection)[key] for name, (collection, key) in TABLES.items()}
     return {

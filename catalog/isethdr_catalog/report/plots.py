@@ -9,6 +9,7 @@ import io
 import numpy as np
 from markupsafe import Markup
 
+from isethdr_core.extras import needed
 from isethdr_core.truth import total_variance
 
 COLOURS = {"truth": "#222222"}
@@ -16,10 +17,11 @@ CYCLE = ("#c1272d", "#0b6fa4", "#2e8b57", "#b8860b", "#6a4c93")
 
 
 def _svg(draw, width: float = 7.0, height: float = 3.4) -> Markup:
-    import matplotlib
+    with needed("a plot of the report", extra="report"):
+        import matplotlib
 
-    matplotlib.use("Agg", force=False)
-    from matplotlib import pyplot as plt
+        matplotlib.use("Agg", force=False)
+        from matplotlib import pyplot as plt
 
     with plt.rc_context(
         {

@@ -19,6 +19,7 @@ import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, UnitError, did_you_mean
+from isethdr_core.extras import needed
 
 from ..readout.noise_propagation import Kernels, NoiseMap
 from .interpolation import bilinear, demosaic, folded, interpolated, places, spoilt
@@ -122,13 +123,8 @@ def bayer(method: str, mosaic, filters, names):
             f"demosaic {method} is for Bayer arrays; this one begins with {pattern}; use"
             " isp.demosaic=guided"
         )
-    try:
+    with needed(f"demosaic {method} (isp.demosaic=bilinear does not)", extra="demosaic"):
         import colour_demosaicing
-    except ImportError as err:
-        raise ConfigError(
-            f"demosaic {method} needs colour-demosaicing, which is not installed; "
-            "type pip install 'isethdr[demosaic]' or use isp.demosaic=bilinear"
-        ) from err
     rule = {
         "malvar": colour_demosaicing.demosaicing_CFA_Bayer_Malvar2004,
         "menon": colour_demosaicing.demosaicing_CFA_Bayer_Menon2007,

@@ -8,6 +8,7 @@ from typing import Literal
 
 from isethdr_core.data.categories import CATEGORIES
 from isethdr_core.errors import ConfigError
+from isethdr_core.extras import needed
 from isethdr_core.plugins.ranges import Wavelength, check_ranges
 
 from ..limits import BandStep, Field, Luminance, Tiles
@@ -202,6 +203,7 @@ def _illuminant(name: str):
         )
     if name in DAYLIGHT_K:
         return daylight(DAYLIGHT_K[name])
-    import colour  # more than a second
+    with needed(f"the illuminant {name}", extra="colour"):
+        import colour  # more than a second
 
     return table(colour.SDS_ILLUMINANTS[name])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from isethdr_core.extras import needed
+
 from ..limits import Gap
 from .chart import Chart, band_means, category_of, chart_object, table
 
@@ -23,8 +25,10 @@ class Macbeth(Chart):
 
         Measured values of colour-science, `SDS_COLOURCHECKERS["ColorChecker N Ohta"]` (Ohta 1997).
         """
-        import colour
         import numpy as np
+
+        with needed("the chart macbeth", extra="colour"):
+            import colour
 
         patches = colour.SDS_COLOURCHECKERS["ColorChecker N Ohta"]
         bands = self.bands_nm()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.extras import needed
+
 from .point import Point, Work, timed
 from .transport import ERROR_OF, LONG, median_error, rendered, setting
 
@@ -69,7 +71,8 @@ def common_rule(scene) -> np.ndarray:
     """Return X, Y, Z (light_group, 3, y, x) by non-local means of a picture's logarithm, one noise
     for all of it (scikit-image).
     """
-    from skimage.restoration import denoise_nl_means
+    with needed("non-local means", extra="mitsuba"):
+        from skimage.restoration import denoise_nl_means
 
     from isethdr_core.display.preview import tristimulus
 

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from isethdr_core.extras import needed
+
 from .point import Work, front
 
 COLOURS = {"default": "#c0392b", "peer": "#7f8c8d", "view": "#2e8b57", "": "#2c6fad"}
@@ -47,10 +49,11 @@ def draw(works: list[Work], path) -> None:
     """Write the diagrams of one stage, two panels a row, to `path` (png); exact settings sit at the
     bottom, failed ones at the top.
     """
-    import matplotlib
+    with needed("a diagram", extra="report"):
+        import matplotlib
 
-    matplotlib.use("Agg")
-    from matplotlib import pyplot as plt
+        matplotlib.use("Agg")
+        from matplotlib import pyplot as plt
 
     columns = min(2, len(works))
     rows = -(-len(works) // columns)
@@ -157,7 +160,8 @@ def limits(ax, x, y) -> None:
     """Set the axes around the points: most of a decade at least, with room for what is written
     beside them, and numbers where they fit.
     """
-    from matplotlib.ticker import FuncFormatter, LogLocator
+    with needed("a diagram", extra="report"):
+        from matplotlib.ticker import FuncFormatter, LogLocator
 
     for values, axis, turn, room, least in (
         (x, ax.xaxis, ax.set_xlim, 0.5, 0.5),

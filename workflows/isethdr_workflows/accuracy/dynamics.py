@@ -6,6 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from isethdr_core.extras import needed
+
 from .point import Point, Work, timed
 
 T_S, KNEE_E, THERMAL_E = 0.016, 20000.0, 530.0
@@ -80,7 +82,8 @@ def charge_e(level_e_per_s: float, well) -> float:
     """Return the charge after `T_S` of constant light on an empty well: linear in exp(-charge /
     thermal), in 60 digits.
     """
-    import mpmath as mp
+    with needed("the exact charge", extra="test"):
+        import mpmath as mp
 
     with mp.workdps(60):
         a, end = mp.mpf(level_e_per_s) / well.thermal_e, mp.mpf(T_S)

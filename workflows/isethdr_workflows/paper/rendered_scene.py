@@ -4,6 +4,8 @@ labelled pictures.
 
 from __future__ import annotations
 
+from isethdr_core.extras import needed
+
 
 def rendered(*overrides):
     """Return (chain, scene radiance) of a composed config: read from its store, rendered only where
@@ -43,10 +45,11 @@ def write_sheet(path: str, rows: list[list], names: list[list[str]], plot=None) 
     """Write rows of pictures (y, x, 3 bytes) with their names, and below them what `plot(axes)`
     draws.
     """
-    import matplotlib
+    with needed("a drawing", extra="report"):
+        import matplotlib
 
-    matplotlib.use("Agg")
-    from matplotlib import pyplot as plt
+        matplotlib.use("Agg")
+        from matplotlib import pyplot as plt
 
     columns = max(map(len, rows))
     high, wide = rows[0][0].shape[:2]

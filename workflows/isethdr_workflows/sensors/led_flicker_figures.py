@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.extras import needed
+
 from .led_flicker import DUTY, FREQUENCY_HZ, LAMP_CD_M2, PHASES, electrons
 
 ON = "#e0a100"
@@ -136,9 +138,10 @@ def draw_bands(path: str) -> None:
 
 
 def _pyplot():
-    import matplotlib
+    with needed("a drawing", extra="report"):
+        import matplotlib
 
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
+        matplotlib.use("Agg")
+        from matplotlib import pyplot
 
     return pyplot

@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.extras import needed
+
 DECADES = (1e-3, 1e5)  # cd/m2
 F_NUMBER = 4.0
 
@@ -99,10 +101,11 @@ def viewer(sensor: str):
 
 def draw(path: str, rows: list[dict], sensor: str, contrast_percent: float) -> None:
     """Write both curves over luminance."""
-    import matplotlib
+    with needed("a drawing", extra="report"):
+        import matplotlib
 
-    matplotlib.use("Agg")
-    from matplotlib import pyplot as plt
+        matplotlib.use("Agg")
+        from matplotlib import pyplot as plt
 
     fig, axes = plt.subplots(2, 1, sharex=True, figsize=(8, 5.6), layout="constrained")
     luminance = [r["luminance_cd_m2"] for r in rows]

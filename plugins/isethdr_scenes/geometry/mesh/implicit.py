@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.extras import needed
+
 from .piece import Piece, unit
 
 
@@ -64,7 +66,8 @@ def skin_of(field, step: float, name: str, material: str) -> Piece:
     """Return the zero surface of a field, sampled every `step` metres; normals are the field's own
     gradient.
     """
-    from skimage.measure import marching_cubes
+    with needed("a surface of a level set", extra="mitsuba"):
+        from skimage.measure import marching_cubes
 
     margin = 2.5 * step
     axes = [np.arange(a - margin, b + margin + step, step) for a, b in zip(field.lo, field.hi)]

@@ -1,0 +1,113 @@
+"""What the base install holds is what the code imports; every other library says which extra brings
+it.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+import tomllib
+
+import numpy as np
+import pytest
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.extras import needed
+
+from .source import PRODUCT, ROOT, name_of, tree
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+IMPORT_NAMES = {"hydra_core": "hydra", "pillow": "PIL", "mitsuba": "mitsuba drjit"}
+# what a base dependency is built on and returns or accepts: hydra, omegaconf, pydantic
+TRANSITIVE = {"omegaconf", "yaml", "pydantic_core", "typing_extensions"}
+# one plugin needs its renderer for everything; the registry reports a plugin that cannot be
+# imported
+WHOLE_PLUGINS = {"isethdr_mitsuba": "mitsuba"}
+# an accelerator that replaces SciPy's transforms where it is there
+OPTIONAL = {"ducc0"}
+
+
+def import_names(requirements: list[str]) -> set[str]:
+    """Return the top-level modules of requirements such as `colour-science>=0.4`."""
+    found = set()
+    for requirement in requirements:
+        name = re.split(r"[<>=\[;]", requirement)[0].replace("-", "_")
+        found |= set(IMPORT_NAMES.get(name, name).split())
+    return found
+
+
+def unguarded(module: ast.Module) -> set[str]:
+    """Return the roots of all imports outside TYPE_CHECKING and outside a block `with
+    needed(...)`.
+    """
+    found = set()
+
+    def visit(node):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            return
+        if isinstance(node, ast.With) and ast.unparse(node.items[0]).startswith("needed("):
+            return
+        if isinstance(node, ast.Import):
+            found.update(alias.name.split(".")[0] for alias in node.names)
+        if isinstance(node, ast.ImportFrom) and not node.level:
+            found.add(node.module.split(".")[0])
+        for child in ast.iter_child_nodes(node):
+            visit(child)
+
+    visit(module)
+    return found
+
+
+def test_the_base_install_has_every_library_that_is_imported_without_more_ado():
+    base = import_names(PROJECT["dependencies"]) | TRANSITIVE | OPTIONAL
+    extras = PROJECT["optional-dependencies"]
+    wrong = []
+    for file in PRODUCT:
+        package = next(part for part in file.parts[::-1] if part.startswith("isethdr_"))
+        known = base | import_names(extras.get(WHOLE_PLUGINS.get(package), []))
+        wrong += [
+            f"{name_of(file)} imports {name}"
+            for name in sorted(unguarded(tree(file)) - known - set(sys.stdlib_module_names))
+            if not name.startswith("isethdr")
+        ]
+    assert not wrong, "\n".join([*wrong, "put these below `with needed(...)` (isethdr_core)"])
+
+
+def test_every_extra_that_an_error_names_exists():
+    named = {
+        keyword.value.value
+        for file in PRODUCT
+        for node in ast.walk(tree(file))
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "needed"
+        for keyword in node.keywords
+        if keyword.arg == "extra"
+    }
+    assert {"colour", "report", "catalog", "mitsuba"} <= named
+    assert named <= set(PROJECT["optional-dependencies"])
+
+
+def test_an_import_that_is_not_there_names_the_extra_and_other_errors_pass():
+    with pytest.raises(ConfigError, match=r"this needs no_such_thing, .* 'isethdr\[colour\]'"):
+        with needed("this", extra="colour"):
+            import no_such_thing  # noqa: F401
+    with pytest.raises(ZeroDivisionError), needed("this", extra="colour"):
+        raise ZeroDivisionError
+
+
+def test_calls_say_what_to_install(monkeypatch, tmp_path):
+    from isethdr_catalog.query import find
+
+    import isethdr_core as hdr
+    from isethdr_core.display import display_view
+
+    for name in ("colour", "matplotlib", "duckdb"):
+        monkeypatch.setitem(sys.modules, name, None)
+    for call, extra in (
+        (lambda: hdr.build("scene", "macbeth", width=12, height=8)(), "colour"),
+        (lambda: display_view.display(np.ones((2, 2, 3)), 1.0, white_xyz=np.ones(3)), "colour"),
+        (lambda: display_view.false_colour(np.ones((2, 2))), "report"),
+        (lambda: find(tmp_path), "catalog"),
+    ):
+        with pytest.raises(ConfigError, match=rf"isethdr\[{extra}\]"):
+            call()
