@@ -1,9 +1,10 @@
 """Datasets as files of zarr v3, written without an event loop.
 
-A run's store has thirty arrays, most of a few numbers. The zarr library hands each to an event loop
-and that to threads: 0.3 s of CPU time for arrays that hold next to nothing. What a store needs of
-the format is little: zarr core 3.0 with the codecs bytes, vlen-utf8, blosc, crc32c and
-sharding_indexed 1.0 (zarr-specs.readthedocs.io). Everything is read through that library.
+A run's store has 40 arrays per camera, most of a few numbers. The zarr library hands each to an
+event loop and that to threads. For a run of three cameras, cut to 32 x 32 pixels, this module took
+0.18 CPU s, the library 0.93 and xarray's `to_zarr` 1.1 (medians of nine). What a store needs of the
+format is little: zarr core 3.0 with the codecs bytes, vlen-utf8, blosc, crc32c and sharding_indexed
+1.0 (zarr-specs.readthedocs.io). Everything is read through that library.
 """
 
 from __future__ import annotations
