@@ -31,12 +31,11 @@ WHOLE = 10**6  # pixels: no picture is cut into parts
 
 def camera_of(scene, weights, tiles_wide, pitch_um):
     """Return (camera, its scores, metrics, mixed, scene, light, again) of a scene whose tiles are 3
-    um wide on the sensor: as `score_errors.state` takes them.
+    um wide on the sensor: as `score_errors.of_scores` takes them.
     """
     import isethdr_core as hdr
     from isethdr_core.pipeline.chain import Camera
     from isethdr_core.truth import truth
-    from isethdr_core.uncertainty import ledger
 
     mixed = hdr.build(
         "lighting",
@@ -57,8 +56,7 @@ def camera_of(scene, weights, tiles_wide, pitch_um):
     again = lambda changed: isp(sensor(changed, hdr.generator(seed=0)))
     picture = again(light)
     camera = Camera(None, picture, truth(mixed, picture), None)
-    with ledger.stage(ledger.Ledger(), "scores"):
-        scores = [s for metric in metrics for s in metric(picture, camera.truth, None)]
+    scores = [s for metric in metrics for s in metric(picture, camera.truth, None)]
     return camera, scores, metrics, mixed, scene, light, again
 
 
@@ -66,12 +64,10 @@ def stated(given, block: int, count: int) -> dict[str, float]:
     """Return the error that is stated of each score, with parts made of blocks of so many
     pixels.
     """
-    from isethdr_core.uncertainty import ledger, score_errors
+    from isethdr_core.uncertainty import score_errors
 
     score_errors.BLOCK = block
-    with ledger.stage(rows := ledger.Ledger(), "scores"):
-        score_errors.state(*given, count=count)
-    return {note.what.split(":")[0].removeprefix("score "): note.value for note in rows[0].errors}
+    return {t.part: t.value for t in score_errors.of_scores(*given, count=count).terms}
 
 
 def compare(title, description, weights, tiles, pitch_um, samples, seeds, judge, ways) -> None:

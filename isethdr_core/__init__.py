@@ -4,6 +4,7 @@
 |----------------|-------------------------------------------------------------------------------|
 | `component`    | public path of `plugins.component`                                            |
 | `demand`       | public path of `pipeline.demand`                                              |
+| `error_terms`  | public path of `uncertainty.error_terms`                                      |
 | `errors`       | every error a user can cause, and which one to raise                          |
 | `extras`       | libraries that the base install leaves out: what asks for one says so         |
 | `hookspecs`    | public path of `plugins.hookspecs`                                            |

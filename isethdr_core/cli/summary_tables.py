@@ -26,7 +26,7 @@ def print_result(result) -> None:
         if row.stage.startswith("picture ") and row.errors:
             console.print(
                 f"{row.stage}: off by at most {row.error:.3g} {row.error_unit}:"
-                f" {row.errors[0].what}",
+                f" {row.errors[0].label}",
                 soft_wrap=True,
             )
     console.print(score_table(result))
@@ -151,13 +151,16 @@ def forecast_table(expected: dict) -> Table:
 
 
 def worst_text(notes) -> str:
-    """Return the largest error in the unit and quantity of the first one, and how many more there
-    are: others cannot be compared.
+    """Return the largest error that is comparable with the first one, and how many more there
+    are.
     """
     if not notes:
         return ""
+    first = notes[0]
     alike = [
-        note for note in notes if (note.unit, note.quantity) == (notes[0].unit, notes[0].quantity)
+        note
+        for note in notes
+        if (note.unit, note.acts_on, note.part) == (first.unit, first.acts_on, first.part)
     ]
     worst = max(alike, key=lambda note: note.value)
     return f"{worst.value:.3g} {worst.unit} ({worst.how})" + (
@@ -167,7 +170,7 @@ def worst_text(notes) -> str:
 
 def error_text(note) -> str:
     """Return one stated error as text: value, unit, what it is of, how it is known."""
-    return f"{note.what + ' ' if note.what else ''}{note.value:.3g} {note.unit} ({note.how})"
+    return f"{note.label + ' ' if note.label else ''}{note.value:.3g} {note.unit} ({note.how})"
 
 
 def score_table(result) -> Table:

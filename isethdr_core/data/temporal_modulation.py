@@ -119,11 +119,18 @@ def each_component(call):
         if DIM not in getattr(light, "dims", ()):
             return call(self, light, *args, **kwargs)
         parts = components(light)
-        with ledger.parts_of_a_sum():
-            return stacked(
-                light[DIM].values,
-                [m for m, _ in parts],
-                (call(self, one, *args, **kwargs) for _, one in parts),
-            )
+        rows = []
+
+        def of_one(plane):
+            result, row = ledger.collected(lambda: call(self, plane, *args, **kwargs))
+            ledger.record_light_parts(row)
+            rows.append(row)
+            return result
+
+        out = stacked(
+            light[DIM].values, [m for m, _ in parts], (of_one(plane) for _, plane in parts)
+        )
+        ledger.record_row(ledger.row_of_sum(rows))
+        return out
 
     return over_components

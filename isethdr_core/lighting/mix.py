@@ -84,8 +84,9 @@ def mix(ds, weights: dict[str, float], modulation=None, **attrs):
     """
     for group, weight in weights.items():
         if weight == 0:
-            ledger.left_out(f"group {group}", "weight 0", 0.0, "cd/m2")
-    ledger.error(2.0**-24, "relative", "bound", "sums in float64, rounded once to float32")
+            ledger.left_out(f"group {group}", "weight 0", 0.0, "cd/m2", needless=True)
+    label = "sums in float64, rounded once to float32"
+    ledger.error(2.0**-24, "relative", "bound", label, key="rounding")
     parts = _parts(weights, modulation or {})
     width, height = field_size(ds)
     attrs = {

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from ..errors import ConfigError, did_you_mean
 from ..plugins.ranges import Percent, Seed, check_ranges
 from ..uncertainty import ledger
-from ..uncertainty.error_terms import ErrorNote, Quantity
+from ..uncertainty.error_terms import Quantity
 from . import target
 from .limits import Ratio, Reached, Weight
 from .weights import without_dark_groups
@@ -259,7 +259,5 @@ def _report(targets) -> str:
             )
     if targets:
         label = "photometric targets of the lighting"
-        ledger.add_error(
-            ErrorNote(worst, "relative", "measured", label, "targets", Quantity.TARGET)
-        )
+        ledger.error(worst, "relative", "measured", label, key="targets", acts_on=Quantity.TARGET)
     return "; ".join(missed)

@@ -110,5 +110,5 @@ def without_dark_groups(demand: Demand, weights, others: float) -> Demand:
         return demand
     for group in listed:
         if group not in kept:
-            ledger.left_out(f"group {group}", "weight 0", 0.0, "cd/m2")
+            ledger.left_out(f"group {group}", "weight 0", 0.0, "cd/m2", needless=True)
     return demand.with_groups(kept)

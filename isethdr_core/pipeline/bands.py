@@ -12,6 +12,7 @@ from dataclasses import replace
 from ..uncertainty import ledger
 from .demand import Demand
 
+BANDS = "bands"  # key of what is left out of the light by band
 UNSEEN = 1e-6  # of the largest colour matching function: beyond, a band adds nothing to the truth
 
 
@@ -44,6 +45,8 @@ def for_sensors_and_truth(offered, sensed) -> tuple[float, ...] | None:
         "neither a sensor nor the truth sees them",
         UNSEEN,
         "electrons, and luminance, of the same light at the peak",
+        key=BANDS,
+        needless=True,
     )
     return kept
 
@@ -61,13 +64,15 @@ def of_demand(scene, demand: Demand):
         "not demanded, so not read",
         0.0,
         "W m-2 sr-1 nm-1",
+        key=BANDS,
+        needless=True,
     )
     return scene.sel(wavelength=list(bands))
 
 
-def lit(mixed, wanted) -> tuple[float, ...]:
-    """Return the bands out of `wanted` between the first and the last in which `mixed` has any
-    light; inner ones are not looked at.
+def lit(mixed, wanted) -> ledger.Kept:
+    """Keep the bands out of `wanted` between the first and the last in which `mixed` has any light;
+    inner ones are not looked at.
     """
     bands = tuple(map(float, wanted))
 
@@ -76,11 +81,11 @@ def lit(mixed, wanted) -> tuple[float, ...]:
 
     ends = first(range(len(bands))), first(reversed(range(len(bands))))
     kept = bands[outer([k in ends for k in range(len(bands))])]
-    if len(kept) < len(bands):
-        ledger.left_out(
-            f"{len(bands) - len(kept)} of {len(bands)} bands", "no light in them", 0.0, "W m-2 nm-1"
-        )
-    return kept
+    if len(kept) == len(bands):
+        return ledger.Kept(kept)
+    dark = f"{len(bands) - len(kept)} of {len(bands)} bands"
+    omitted = ledger.LeftOut(dark, "no light in them", 0.0, "W m-2 nm-1", BANDS, needless=True)
+    return ledger.Kept(kept, (omitted,))
 
 
 def widened(light, every_nm, response):
@@ -141,5 +146,7 @@ def with_bands(demand: Demand, offered) -> Demand:
             "no sensor sees them",
             UNSEEN,
             "electrons per electron that the same photons make at the peak",
+            key=BANDS,
+            needless=True,
         )
     return replace(demand, wavelength_nm=for_sensors_and_truth(offered, demand.wavelength_nm))

@@ -230,6 +230,7 @@ def asked_backwards(parts: Chain) -> Demand:
             "no report is asked for, and only it shows it",
             0.0,
             "cd/m2",
+            needless=True,
         )
     for version in parts.unseen:
         book.left_out(
@@ -237,6 +238,7 @@ def asked_backwards(parts: Chain) -> Demand:
             "no report is asked for, and only it shows them",
             0.0,
             "cd/m2",
+            needless=True,
         )
     offered = bands.offered_nm(parts.renderer or parts.scene)
     demand = Demand(wavelength_nm=offered)
@@ -271,7 +273,9 @@ def state_labels(parts: Chain, demand: Demand) -> None:
 
     unread = [label for label in LABELS if label not in demand.labels]
     if parts.renderer is not None and unread:
-        book.left_out(f"labels {', '.join(unread)}", "no metric reads them", 0.0, "labels")
+        book.left_out(
+            f"labels {', '.join(unread)}", "no metric reads them", 0.0, "labels", needless=True
+        )
 
 
 def narrowed(component, demand: Demand) -> Demand:
@@ -339,9 +343,9 @@ def on_sensor(parts: Chain, mixed, demand: Demand):
     flares = tuple(parts.flares.values())
     if not parts.leave_out:
         return parts.lens(mixed, flares=flares)
-    mixed = window.without_unseen(parts.lens, mixed, flares, demand.window_m)
+    mixed = book.record_kept(window.without_unseen(parts.lens, mixed, flares, demand.window_m))
     every = mixed.wavelength.values
-    seen = bands.lit(mixed, bands.sensed_nm(parts.cameras.values(), every))
+    seen = book.record_kept(bands.lit(mixed, bands.sensed_nm(parts.cameras.values(), every)))
     if len(seen) < len(every):
         mixed = mixed.sel(wavelength=list(seen))
     if demand.response is not None and hasattr(parts.lens, "photocurrent"):
@@ -376,17 +380,19 @@ def through_camera(
         reference, labels = truth(mixed, picture), labels_on(scene, picture)
     seen = Camera(captures, picture, reference, labels)
 
+    def of_draw(draw: int) -> list[Score]:
+        noise = generator.child(f"{generator.scene} draw {draw}")
+        other = developed(parts, sensor(light, noise))
+        return [
+            score for metric in parts.metrics.values() for score in metric(other, reference, labels)
+        ]
+
     def again(draw: int) -> list[Score]:
-        """Return the scores of the same shot with other noise; it states nothing of its own."""
-        with book.stage(Ledger(), "draw"), values_only():
-            other = developed(
-                parts, sensor(light, generator.child(f"{generator.scene} draw {draw}"))
-            )
-            return [
-                score
-                for metric in parts.metrics.values()
-                for score in metric(other, reference, labels)
-            ]
+        """Return the scores of the same shot with other noise; its terms are those of the first
+        shot, and only its values count.
+        """
+        with values_only():
+            return book.collected(lambda: of_draw(draw)).result
 
     with shared(reference, labels):
         for key, metric in parts.metrics.items():
@@ -441,26 +447,22 @@ def renderer_errors(
 
     if not parts.metrics:
         return {}
-    with book.stage(own := Ledger(), f"scores {name}"):
+    with book.stage(rows, f"scores {name}") as row:
         if parts.draws > 1:
-            errors = score_errors.state(
+            found = score_errors.of_scores(
                 camera, camera.scores, parts.metrics.values(), mixed, scene, light, again
             )
         else:
-            errors = {}
-            book.left_out(
-                "intervals of scores",
-                "one shot does not tell how much the next one differs; draws=4 does",
-                float("inf"),
-                "1",
+            why = "one shot does not tell how much the next one differs; draws=4 does"
+            found = score_errors.ScoreErrors(
+                left_out=(book.LeftOut("intervals of scores", why, float("inf"), "1"),)
             )
-    (row,) = own
-    if row.errors:
-        rows.append(row)
-    # every row states an error: what this one left out belongs to the scores of the row before
-    else:
+        book.record(*found.terms)
+        row.left_out += found.left_out
+    if not row.errors:  # every row states an error: what was left out belongs to the row before
+        rows.pop()
         rows[-1].left_out += row.left_out
-    return errors
+    return found.errors
 
 
 def state_picture(
@@ -513,6 +515,7 @@ def varies(parts: Chain, sensor) -> bool:
         "the sensor has none: they would be the same",
         0.0,
         "relative",
+        needless=True,
     )
     return False
 

@@ -30,5 +30,6 @@ def left_out_where_unseen(demand: Demand, renderer, lens, flares, lightings) -> 
         "the lens spreads no light into it",
         0.0,
         "W m-2 sr-1 nm-1",
+        needless=True,
     )
     return replace(demand, margin=False)

@@ -61,8 +61,8 @@ def cut(mixed, inside: dict[str, slice]):
     return mixed.isel(inside).assign_attrs(field_width=width, field_height=height)
 
 
-def without_unseen(lens, mixed, flares, window_m):
-    """Return the tiles of `mixed` that a lens makes light of within a window: all, unless it keeps
+def without_unseen(lens, mixed, flares, window_m) -> ledger.Kept:
+    """Keep the tiles of `mixed` that a lens makes light of within a window: all, unless it keeps
     every tile's light in place.
 
     Parameters
@@ -70,25 +70,23 @@ def without_unseen(lens, mixed, flares, window_m):
     window_m : (width, height) in metres on the image plane, as `Demand.window_m`.
     """
     if window_m is None or not _keeps(lens, flares):
-        return mixed
+        return ledger.Kept(mixed)
     width_m, height_m = lens.image_size_m(1.0, 1.0, mixed.attrs.get("projection", "tangent"))
     part = cut(mixed, tiles(mixed, (window_m[0] / width_m, window_m[1] / height_m)))
-    if part is not mixed:
-        state(mixed, part, WHY, 0.0, IRRADIANCE)
-    return part
+    if part is mixed:
+        return ledger.Kept(mixed)
+    return ledger.Kept(part, (left_out(mixed, part, WHY, 0.0, IRRADIANCE),))
 
 
-def state(whole, part, why: str, bound: float, unit: str) -> None:
-    """State which tiles of the field are left out."""
+def left_out(whole, part, why: str, bound: float, unit: str) -> ledger.LeftOut:
+    """Return which tiles of the field are left out."""
     (height, width), (inner_height, inner_width) = whole.shape[-2:], part.shape[-2:]
     out = height * width - inner_height * inner_width
-    ledger.left_out(
+    what = (
         f"{out} of {height * width} tiles of the field, beyond the middle {inner_width} x"
-        f" {inner_height}",
-        why,
-        bound,
-        unit,
+        f" {inner_height}"
     )
+    return ledger.LeftOut(what, why, bound, unit, "tiles", needless=True)
 
 
 def planned(scene, lens, flares, window_m) -> None:
@@ -105,6 +103,7 @@ def planned(scene, lens, flares, window_m) -> None:
             "no sensor sees it",
             0.0,
             IRRADIANCE,
+            needless=True,
         )
 
 

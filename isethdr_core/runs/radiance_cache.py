@@ -26,8 +26,8 @@ from ..pipeline.early_checks import check_lightings
 from ..storage import store
 from ..storage.encoding import bits_for, rounding
 from ..uncertainty.budget import stored_error
-from ..uncertainty.error_terms import STORE_ROUNDING, ErrorNote, Quantity
-from ..uncertainty.ledger import Ledger, add_error, error, left_out
+from ..uncertainty.error_terms import RELATIVE, ErrorTerm, Quantity, Source
+from ..uncertainty.ledger import Ledger, error, left_out, record
 from .claims import claimed
 from .processor import kernels
 from .provenance import fingerprint, versions
@@ -39,6 +39,10 @@ CORE = tuple(
     f"isethdr_core.{name}"
     for name in ("scene", "quantities", "categories", "physics.photometry", "physics.radiometry")
 )
+
+
+ROUNDING = "store rounding"  # key of the rounding of stored radiance
+NOISE = "accumulated noise"  # key of the noise of several renderings together; part: light group
 
 
 def recipe_hash(parts: Chain) -> str:
@@ -190,23 +194,19 @@ def opened(folder, held: list[dict], demand: Demand, rows: Ledger, before=()):
     scenes = [store.open_store(folder / f"{s['id']}.zarr") for s in held]
     kept_bits = [s["radiance"].attrs.get("keepbits") for s in scenes]
     largest = max(map(rounding, kept_bits))
-    label = "radiance as stored, rounded in its mantissa"
-    add_error(ErrorNote(largest, "relative", "bound", label, STORE_ROUNDING, Quantity.RADIANCE))
-    said = [note for row in rows for note in row.errors]
-    notes = [
-        note
+    record(rounding_term(largest))
+    said = [term for row in rows for term in row.errors]
+    terms = [
+        term
         for s in held
         for row in Ledger.from_records(s["ledger"])
-        if row.stage.startswith("renderer")
-        for note in row.errors
+        if row.kind == "renderer"
+        for term in row.errors
     ]
     whole = join_scenes(scenes, demand.groups)
-    for note in (
-        notes if "paths" not in whole.attrs else [n for n in notes if n.how != "statistical"]
-    ):
-        if note not in said:
-            add_error(note)
-    _state_pooled(whole, held, before, said)
+    pooled = "paths" in whole.attrs  # then their noise together is stated
+    record(*(t for t in terms if t not in said and not (pooled and t.how == "statistical")))
+    _record_pooled(whole, held, before, said)
     joined = of_demand(whole, demand)
     return joined.assign_attrs(
         rendered_s=sum(
@@ -218,20 +218,28 @@ def opened(folder, held: list[dict], demand: Demand, rows: Ledger, before=()):
     )
 
 
-def _state_pooled(joined, held, before, said) -> None:
+def rounding_term(largest: float) -> ErrorTerm:
+    """Return the term of stored radiance whose mantissa is rounded by at most `largest`,
+    relative.
+    """
+    label = "radiance as stored, rounded in its mantissa"
+    source = Source("radiance", key=ROUNDING)
+    return ErrorTerm(source, Quantity.RADIANCE, None, largest, RELATIVE, "bound", label)
+
+
+def _record_pooled(joined, held, before, said) -> None:
     """State the noise of each light group of pooled stores, and how many of their paths were there
     before this run.
     """
+    # a renderer states the noise of each light group as that of a part of the radiance
+    stated = {t.part for t in said if t.source.kind == "renderer" and t.how == "statistical"}
     for group, paths in joined.attrs.get("paths", {}).items():
         noise = joined.attrs["noise"].get(group)
-        if noise is not None and not any(
-            note.what.endswith(f"light group {group}") for note in said
-        ):  # as a renderer does
-            error(
-                noise,
-                "relative",
-                "statistical",
-                f"{paths} paths a tile: median over tiles, light group {group}",
+        if noise is not None and group not in stated:
+            label = f"{paths} paths a tile: median over tiles, light group {group}"
+            source = Source("renderer", key=NOISE)
+            record(
+                ErrorTerm(source, Quantity.RADIANCE, group, noise, RELATIVE, "statistical", label)
             )
         if reused := known(
             [s for s in held if s["id"] in before], group, joined.wavelength.values

@@ -3,7 +3,8 @@
 | module            | what                                                                       |
 |-------------------|----------------------------------------------------------------------------|
 | `budget`          | the error allowed, and how the stages share it                             |
-| `error_terms`     | what a stated error acts on, and on which part of the light                |
+| `earlier_terms`   | error terms as stored by earlier versions, and stated by their plugins     |
+| `error_terms`     | stated errors as data: source, quantity, part, value, unit, how known      |
 | `ledger`          | seconds, peak memory, errors and what was left out, per stage              |
 | `lens_errors`     | what a lens knows of its error in the light of one scene                   |
 | `propagation`     | stated errors carried to the electrons of each capture                     |

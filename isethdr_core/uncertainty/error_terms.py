@@ -1,89 +1,167 @@
-"""Error terms: what a stated error acts on, on which part of the light, and which terms change a
-pixel's electrons.
-
-Code decides by the fields of a term (source, quantity, part, unit, how); its label `what` is for
-people and may be reworded freely.
-"""
+"""Error terms: stated errors as data. Code decides by their fields, never by their labels."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
 
 How = Literal["measured", "bound", "statistical"]  # a statistical value is one standard deviation
+
+RELATIVE = "relative"  # unit of a value that is a share of what the term acts on
+ABSOLUTE = ("W m-2 nm-1", "electrons", "e", "cd/m2")  # units in which errors of a sum add up
 
 
 class Quantity(StrEnum):
     """The quantity that an error acts on."""
 
-    UNSTATED = ""  # what the stage returns
     RADIANCE = "radiance"
-    IRRADIANCE = "irradiance"  # light on the sensor plane, photocurrent included
+    IRRADIANCE = "irradiance"
+    PHOTOCURRENT = "photocurrent"
     ELECTRONS = "electrons"
     PICTURE = "picture"
     SCORE = "score"
-    POINT_SPREAD = (
-        "point spread"  # shape of a point spread function: no pixel's error follows from it alone
-    )
-    ATTRIBUTES = "attributes"  # what the attributes of the data say: the data itself is right
-    TARGET = "target"  # what a solver was asked for: its result is right
+    # An error of these changes no electron, picture or score that follows from it alone.
+    RAW = "raw"  # digital numbers: what a sensor reads out
+    POINT_SPREAD = "point spread"  # shape of a point spread function
+    ATTRIBUTES = "attributes"  # what attributes of the data say; the data itself is right
+    TARGET = "target"  # what a solver or a run was asked for; its result is right
+    OTHER = "other"
 
 
-LIGHT = (Quantity.UNSTATED, Quantity.RADIANCE, Quantity.IRRADIANCE, Quantity.ELECTRONS)
+LIGHT = (Quantity.RADIANCE, Quantity.IRRADIANCE, Quantity.PHOTOCURRENT, Quantity.ELECTRONS)
 
-DIRECT = "direct light"  # electrons that come straight from the tiles a pixel looks at
-SPREAD = "spread light"  # all other electrons
-UNITS_OF_SPREAD = ("relative per tile", "relative of spread light")  # these units name their part
-
-KERNELS = "kernels"  # source of errors that a lens with `spread_errors` knows pixel by pixel
-STORE_ROUNDING = "store rounding"  # source of the rounding of stored radiance
+# what a stage of each kind returns: `ledger.error` without a quantity speaks of that
+RETURNED = {
+    "plan": Quantity.TARGET,
+    "scene": Quantity.RADIANCE,
+    "renderer": Quantity.RADIANCE,
+    "radiance": Quantity.RADIANCE,
+    "store": Quantity.RADIANCE,
+    "lighting": Quantity.RADIANCE,
+    "lens": Quantity.IRRADIANCE,
+    "flare": Quantity.IRRADIANCE,
+    "sensor": Quantity.RAW,
+    "isp": Quantity.PICTURE,
+    "truth": Quantity.PICTURE,
+    "metric": Quantity.SCORE,
+    "draws": Quantity.SCORE,
+    "scores": Quantity.SCORE,
+}
 
 
 @dataclass(frozen=True)
-class ErrorNote:
-    """One stated error.
+class Source:
+    """Where an error comes from: the stage, by kind and name, and a free key within that stage.
 
-    `source` is a free key, unique within its stage: terms that share source, quantity, part, unit
-    and `how` are alternatives, of
-    which the largest counts. `part` is `DIRECT`, `SPREAD` or a name under which the stage declared
-    the light (`ledger.light_part`);
-    empty: all light.
+    A term that a function returns holds the key alone. The ledger adds kind and name of the stage
+    that records it.
     """
 
+    kind: str = ""
+    name: str = ""
+    key: str = ""
+
+    def __str__(self) -> str:
+        stage = "/".join(filter(None, (self.kind, self.name)))
+        return f"{stage}: {self.key}" if self.key else stage
+
+
+@dataclass(frozen=True)
+class ErrorTerm:
+    """One stated error. Terms are equal when everything but their labels is.
+
+    Attributes
+    ----------
+    source : terms with one key that agree in source, quantity, part, unit and `how` are
+        alternatives, of which the largest counts. Terms without a key all count.
+    acts_on : the quantity that is wrong.
+    part : the part of that quantity, by the name under which its maker declared it: a part of the
+        light (`ledger.light_part`), a light group, a capture, a score. None: all of it.
+    value : in `unit`.
+    unit : `relative` is a share of what the term acts on.
+    how : how the value is known.
+    label : for people only.
+    """
+
+    source: Source
+    acts_on: Quantity
+    part: str | None
     value: float
     unit: str
     how: How
-    what: str = ""
-    source: str = ""
-    quantity: Quantity = Quantity.UNSTATED
-    part: str = ""
+    label: str = field(default="", compare=False)
+
+    def identity(self) -> tuple:
+        """Return all fields but the value and the label."""
+        return (self.source, self.acts_on, self.part, self.unit, self.how)
+
+
+def largest_alternatives(terms: Iterable[ErrorTerm]) -> list[ErrorTerm]:
+    """Return the largest of the terms that are alternatives; terms without a key are all kept."""
+    largest: dict[Any, ErrorTerm] = {}
+    for position, term in enumerate(terms):
+        key = term.identity() if term.source.key else position
+        if key not in largest or term.value > largest[key].value:
+            largest[key] = term
+    return list(largest.values())
+
+
+def of_sum(parts: Iterable[Iterable[ErrorTerm]]) -> list[ErrorTerm]:
+    """Return the terms of a sum of light, from those of its parts.
+
+    The k-th term of one identity in a part belongs to the k-th of that identity in every other
+    part. A relative value of the sum is at most the largest relative value of the parts; absolute
+    values add up.
+    """
+    together: dict[tuple, list[ErrorTerm]] = {}
+    for terms in parts:
+        seen: dict[tuple, int] = {}
+        for term in terms:
+            identity = term.identity()
+            count = seen[identity] = seen.get(identity, -1) + 1
+            together.setdefault((identity, count), []).append(term)
+    return [
+        replace(
+            max(terms, key=lambda term: term.value), value=total((t.value for t in terms), unit)
+        )
+        for ((*_, unit, _), _), terms in together.items()
+    ]
+
+
+def total(values: Iterable[float], unit: str) -> float:
+    """Return the error of a sum from the errors of its parts: see `of_sum`."""
+    return sum(values) if unit in ABSOLUTE else max(values)
+
+
+class Reading(StrEnum):
+    """How the electrons of a declared part of the light follow from what its maker declares."""
+
+    LIGHT = "light"  # the part itself, on the sensor plane: its mean over each pixel
+    DEVIATION = "deviation"  # standard deviation within each tile: what borders of pixels divide
+    IMAGE = "image"  # no light is handed over: all that comes from the tiles a pixel looks at
+    REST = "rest"  # no light is handed over: all light but that
 
 
 @dataclass(frozen=True, eq=False)
 class LightPart:
     """A part of the light that a stage declares, for its error terms to act on."""
 
-    light: xr.DataArray  # irradiance or photocurrent on the sensor plane
-    # standard deviation of the light within each tile: acts on the tiles that a pixel divides
-    within_tiles: bool = False
+    light: xr.DataArray | None  # irradiance or photocurrent on the sensor plane
+    reading: Reading = Reading.LIGHT
 
 
-def part_of(note: ErrorNote) -> str:
-    """Return the part of the light that a term acts on; empty: all light."""
-    return note.part or (SPREAD if note.unit in UNITS_OF_SPREAD else "")
-
-
-def largest_alternatives(notes: list[ErrorNote]) -> list[ErrorNote]:
-    """Return the largest term of each source, quantity, part, unit and `how`; terms without a
-    source are all kept.
+class ErrorMaps(NamedTuple):
+    """Errors of the light on the sensor plane, tile by tile, in place of some terms of its
+    maker.
     """
-    largest: dict[tuple, ErrorNote] = {}
-    for position, note in enumerate(notes):
-        key = (note.source or position, note.quantity, part_of(note), note.unit, note.how)
-        if key not in largest or note.value > largest[key].value:
-            largest[key] = note
-    return list(largest.values())
+
+    deviation: np.ndarray  # standard deviation of statistical errors, (channel, y, x)
+    bound: np.ndarray  # of all others, (channel, y, x)
+    replaces: tuple[str, ...] = ()  # keys of the terms that the maps say more exactly
+    label: str = ""  # for people only

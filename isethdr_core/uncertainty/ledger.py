@@ -2,48 +2,54 @@
 
 A stage reports from inside its `__call__`: `ledger.error(0.03, "relative", "statistical")`,
 `ledger.left_out("group streetlights", "weight 0", 0, "cd/m2")`. Outside a run both do nothing.
+A function that a stage calls more than once, or whose result it may discard, returns its terms with
+its result; the stage records those that hold (`record`). `collected` does this for a component,
+which reports by itself.
 """
 
 from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .error_terms import ErrorNote, How, LightPart
+from . import error_terms
+from .earlier_terms import PARTS, ErrorNote, term_of, unit_and_part
+from .error_terms import ErrorTerm, How, LightPart, Quantity, Reading, Source
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ABSOLUTE = (
-    "W m-2 nm-1",
-    "electrons",
-    "e",
-    "cd/m2",
-)  # units in which errors of parts of a sum add up
-
 
 @dataclass(frozen=True)
 class LeftOut:
-    """Something that was not computed, why, and the largest change that can make."""
+    """Something that was not computed, why, and the largest change that can make.
+
+    `what` and `why` are for people, `key` and `needless` for code.
+    """
 
     what: str
     why: str
     bound: float
     unit: str
+    key: str = ""
+    needless: bool = (
+        False  # nobody needs it; otherwise it is not known, or the setting leaves it out
+    )
 
 
 @dataclass
 class Row:
-    """One stage of one run."""
+    """One stage of one run; its title is `kind name`."""
 
     stage: str
     seconds: float = 0.0
     peak_bytes: int = 0
-    errors: list[ErrorNote] = field(default_factory=list)
+    errors: list[ErrorTerm] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
     light_parts: dict[str, LightPart] = field(
         default_factory=dict, compare=False, repr=False
@@ -59,8 +65,18 @@ class Row:
         """The unit of `error`."""
         return self.errors[0].unit if self.errors else ""
 
+    @property
+    def kind(self) -> str:
+        """The kind of the stage."""
+        return self.stage.partition(" ")[0]
 
-class Ledger(list):
+    def source(self, key: str = "") -> Source:
+        """Return the source of an error that this stage states."""
+        kind, _, name = self.stage.partition(" ")
+        return Source(kind, name, key)
+
+
+class Ledger(list[Row]):
     """The rows of a run, in the order of the stages."""
 
     def as_records(self) -> list[dict]:
@@ -68,14 +84,14 @@ class Ledger(list):
         return [_record(row) for row in self]
 
     @classmethod
-    def from_records(cls, records) -> Ledger:
-        """Return the ledger that `as_records` was called on."""
+    def from_records(cls, records: Iterable[dict]) -> Ledger:
+        """Return the ledger that `as_records` was called on, by this version or an earlier one."""
         return cls(
             Row(
                 r["stage"],
                 r["seconds"],
                 r["peak_bytes"],
-                [ErrorNote(**e) for e in r["errors"]],
+                [_term(e, r["stage"]) for e in r["errors"]],
                 [LeftOut(**o) for o in r["left_out"]],
             )
             for r in records
@@ -87,24 +103,63 @@ def _record(row: Row) -> dict:
     return {"stage": row.stage, "seconds": row.seconds, "peak_bytes": row.peak_bytes, **notes}
 
 
+def _term(stored: dict, stage: str) -> ErrorTerm:
+    if "acts_on" not in stored:  # written by an earlier version
+        source = Row(stage).source()
+        return term_of(ErrorNote(**stored), source.kind, source.name)
+    read = {"source": Source(**stored["source"]), "acts_on": Quantity(stored["acts_on"])}
+    return ErrorTerm(**(stored | read))
+
+
 _row: ContextVar[Row | None] = ContextVar("isethdr_ledger_row", default=None)
 
 
-def error(value: float, unit: str, how: How, what: str = "") -> None:
-    """State how wrong the running stage may be."""
+def error(
+    value: float,
+    unit: str,
+    how: How,
+    label: str = "",
+    *,
+    key: str = "",
+    acts_on: Quantity | None = None,
+    part: str | None = None,
+) -> None:
+    """State how wrong the running stage may be.
+
+    Parameters
+    ----------
+    value, unit, how, label, part : as in `ErrorTerm`.
+    key : sets the error apart within its stage; terms alike in all but value and label are then
+        alternatives.
+    acts_on : None: what a stage of this kind returns (`error_terms.RETURNED`).
+    """
     if row := _row.get():
-        row.errors.append(ErrorNote(float(value), unit, how, what))
+        unit, part = unit_and_part(unit, part)
+        quantity = acts_on or error_terms.RETURNED.get(row.kind, Quantity.OTHER)
+        record(ErrorTerm(Source(key=key), quantity, part, float(value), unit, how, label))
 
 
-def add_error(note: ErrorNote) -> None:
-    """State an error of the running stage with all its fields: source, quantity and part."""
+def record(*terms: ErrorTerm) -> None:
+    """Add error terms to the running stage; a source without a kind becomes this stage's."""
     if row := _row.get():
-        row.errors.append(replace(note, value=float(note.value)))
+        for term in terms:
+            source = term.source if term.source.kind else row.source(term.source.key)
+            row.errors.append(replace(term, source=source, value=float(term.value)))
+            if term.part in PARTS:  # of a plugin written for an earlier version
+                row.light_parts.setdefault(term.part, PARTS[term.part])
+
+
+def add_error(note: ErrorNote | ErrorTerm) -> None:
+    """Add an error term, or a note of an earlier version, to the running stage; see `record`."""
+    if row := _row.get():
+        source = row.source()
+        record(note if isinstance(note, ErrorTerm) else term_of(note, source.kind, source.name))
 
 
 def light_part(name: str, light: xr.DataArray, within_tiles: bool = False) -> None:
-    """Declare a part of the running stage's light that an error term acts on by its `part`; parts
-    of one name add up.
+    """Declare a part of the running stage's light that error terms act on by their `part`.
+
+    Parts of one name add up.
 
     Parameters
     ----------
@@ -112,10 +167,27 @@ def light_part(name: str, light: xr.DataArray, within_tiles: bool = False) -> No
     within_tiles : `light` is the standard deviation of the light within each tile, of which a pixel
         feels what its borders divide.
     """
+    reading = Reading.DEVIATION if within_tiles else Reading.LIGHT
+    _declare(name, LightPart(light, reading))
+
+
+def image_part(name: str) -> None:
+    """Declare the part of the running stage's light that comes from the tiles a pixel looks at."""
+    _declare(name, LightPart(None, Reading.IMAGE))
+
+
+def rest_part(name: str) -> None:
+    """Declare the part of the light that does not come from the tiles a pixel looks at."""
+    _declare(name, LightPart(None, Reading.REST))
+
+
+def _declare(name: str, part: LightPart) -> None:
     if row := _row.get():
-        if name in row.light_parts:
-            light = light.copy(data=row.light_parts[name].light.values + light.values)
-        row.light_parts[name] = LightPart(light, within_tiles)
+        known = row.light_parts.get(name)
+        if known is not None and known.light is not None and part.light is not None:
+            light = part.light.copy(data=known.light.values + part.light.values)
+            part = replace(part, light=light)
+        row.light_parts[name] = part
 
 
 def records_errors() -> bool:
@@ -131,41 +203,94 @@ def stated() -> bool:
     return row is None or bool(row.errors)
 
 
-def left_out(what: str, why: str, bound: float, unit: str) -> None:
-    """State what the running stage did not compute, and the largest change that can make."""
-    if row := _row.get():
-        row.left_out.append(LeftOut(what, why, float(bound), unit))
+def left_out(
+    what: str, why: str, bound: float, unit: str, *, key: str = "", needless: bool = False
+) -> None:
+    """State what the running stage did not compute, and the largest change that can make.
 
-
-@contextmanager
-def parts_of_a_sum():
-    """State once what parts of a sum of light state in the same words: the largest relative value,
-    the total of absolute ones.
+    Parameters
+    ----------
+    what, why : for people.
+    bound, unit : on the change.
+    key : what was left out, for code that asks for it.
+    needless : nobody needs it.
     """
-    row = _row.get()
-    before = (len(row.errors), len(row.left_out)) if row else (0, 0)
-    yield
-    if row:
-        for notes, first, field_name in (
-            (row.errors, before[0], "value"),
-            (row.left_out, before[1], "bound"),
-        ):
-            notes[first:] = _joined(notes[first:], field_name)
+    if row := _row.get():
+        row.left_out.append(LeftOut(what, why, float(bound), unit, key, needless))
 
 
-def _joined(notes, field_name: str) -> list:
-    kept: dict = {}
-    for note in notes:
-        same = replace(note, **{field_name: 0.0})  # all but the number
-        kept.setdefault(same, []).append(getattr(note, field_name))
-    return [
-        replace(same, **{field_name: sum(values) if same.unit in ABSOLUTE else max(values)})
-        for same, values in kept.items()
+class Kept(NamedTuple):
+    """What is kept of some data, and what that leaves out."""
+
+    kept: Any
+    left_out: tuple[LeftOut, ...] = ()
+
+
+def record_kept(kept: Kept) -> Any:
+    """Add what was left out to the running stage, and return what is kept."""
+    if row := _row.get():
+        row.left_out += kept.left_out
+    return kept.kept
+
+
+class Collected(NamedTuple):
+    """What a call returned, and what it stated."""
+
+    result: Any
+    row: Row
+
+
+def collected(call: Callable[[], Any]) -> Collected:
+    """Return `call()` and what it states, which does not become part of the running stage.
+
+    For components called again, whose terms have been recorded already, and for attempts that may
+    be discarded. `record_row` adds the terms of a result that is kept.
+    """
+    running = _row.get()
+    row = Row(running.stage if running else "")
+    token = _row.set(row if running else None)  # outside a run nobody asks
+    try:
+        return Collected(call(), row)
+    finally:
+        _row.reset(token)
+
+
+def record_row(other: Row) -> None:
+    """Add what another row states to the running stage."""
+    if row := _row.get():
+        record(*other.errors)
+        row.left_out += other.left_out
+        record_light_parts(other)
+
+
+def record_light_parts(other: Row) -> None:
+    """Move the light that another row declares to the running stage, where it adds up."""
+    for name, part in other.light_parts.items():
+        _declare(name, part)
+    other.light_parts = {}
+
+
+def row_of_sum(parts: Iterable[Row]) -> Row:
+    """Return what is stated of a sum of light, from what is stated of its parts.
+
+    Errors add up as in `error_terms.of_sum`. What was left out of several parts in the same words,
+    or under one key, is listed once.
+    """
+    parts = list(parts)
+    out = Row(parts[0].stage if parts else "", errors=error_terms.of_sum(p.errors for p in parts))
+    omitted: dict[tuple, list[LeftOut]] = {}
+    for note in (note for part in parts for note in part.left_out):
+        words = note.key or (note.what, note.why)
+        omitted.setdefault((words, note.unit), []).append(note)
+    out.left_out = [
+        replace(notes[0], bound=error_terms.total((n.bound for n in notes), unit))
+        for (_, unit), notes in omitted.items()
     ]
+    return out
 
 
 @contextmanager
-def stage(ledger: Ledger, name: str):
+def stage(ledger: Ledger, name: str) -> Iterator[Row]:
     """Time one stage, watch its peak memory, and collect what it states, into a new row."""
     row = Row(name)
     token = _row.set(row)

@@ -1,6 +1,4 @@
-"""Lens errors: what a lens knows of how wrong its kernels make the light of one scene, asked as the
-light itself was asked for.
-"""
+"""Lens errors: what a lens knows, tile by tile, of how wrong its light of one scene is."""
 
 from __future__ import annotations
 
@@ -8,12 +6,12 @@ import numpy as np
 
 from ..data.temporal_modulation import DIM
 from ..pipeline import bands, window
-from . import ledger
+from .earlier_terms import maps_of
 
 
 def asked_of(lens, flares, cameras, demand, mixed):
-    """Return function(mean light, weights) -> what `lens.spread_errors` returns; None where a lens
-    cannot say.
+    """Return function(mean light, weights) -> `ErrorMaps` or None, as `lens.spread_errors` returns;
+    None where a lens cannot say.
 
     Parameters
     ----------
@@ -25,22 +23,18 @@ def asked_of(lens, flares, cameras, demand, mixed):
     if not hasattr(lens, "spread_errors"):
         return None
     every = mixed.wavelength.values
-    with ledger.stage(ledger.Ledger(), "bands"):  # the lens's stage has said what was left out
-        seen = (
-            every if demand is None else np.array(bands.lit(mixed, bands.sensed_nm(cameras, every)))
-        )
+    seen = every
+    if demand is not None:
+        seen = np.array(bands.lit(mixed, bands.sensed_nm(cameras, every)).kept)
     response = None if demand is None or DIM in mixed.dims else demand.response
     kept = np.isin(every, seen)
 
     def errors(mean, weights):
-        with ledger.stage(ledger.Ledger(), "window"):  # said, too
-            part = (
-                mean
-                if demand is None
-                else window.without_unseen(lens, mean, flares, demand.window_m)
-            )
-        return lens.spread_errors(
-            part.sel(wavelength=every[kept]), flares, weights[:, kept], response
+        part = mean
+        if demand is not None:
+            part = window.without_unseen(lens, mean, flares, demand.window_m).kept
+        return maps_of(
+            lens.spread_errors(part.sel(wavelength=every[kept]), flares, weights[:, kept], response)
         )
 
     return errors

@@ -23,20 +23,16 @@ from ..data.temporal_modulation import time_mean
 from ..physics.radiometry import photons_per_energy
 from ..physics.resampling.area import detail_error, resample_mean
 from . import error_terms, ledger
-from .error_terms import ErrorNote, LightPart, Quantity
+from .error_terms import ErrorMaps, ErrorTerm, LightPart, Quantity, Reading, Source
 from .ledger import Row
 from .render_noise import nearest_xyz, pixel_variance, relative_noise
 
 UNIT = "standard deviations of the sensor's noise"
-AFTER = (
-    "scene",
-    "radiance",
-    "lighting",
-    "lens",
-)  # stages whose errors reach the electrons as light does
-RELATIVE = ("relative", "share of a point's light", *error_terms.UNITS_OF_SPREAD)
-UNITS = (*RELATIVE, IRRADIANCE, "electrons", UNIT)  # of errors that a pixel's electrons have
-# sources of the figures of a picture
+# kinds of the stages after the renderer whose errors reach the electrons as light does; of
+# `radiance` these are its own, the rounding of its store: what it restates is the renderer's
+AFTER = ("scene", "radiance", "lighting", "lens", "flare")
+UNITS = (error_terms.RELATIVE, IRRADIANCE, "electrons", UNIT)  # of errors of a pixel's electrons
+# keys of the figures of a picture
 RENDERER, AFTER_RENDERER, SENSOR, WHOLE = (
     "renderer",
     "all after the renderer",
@@ -54,20 +50,18 @@ SHARE = 0.99  # of the pixels, for the figure that speaks for a picture
 
 @dataclass(frozen=True, eq=False)
 class Electrons:
-    """Mean light electrons of one capture, (y, x): all of them, those that come straight from what
-    a pixel looks at, and the noise.
+    """Mean light electrons of one capture, (y, x): all of them, those of the tiles that a pixel
+    looks at, and the noise.
     """
 
     capture: str
     total: np.ndarray
-    direct: np.ndarray
+    image: np.ndarray  # from the tiles that a pixel looks at, none of it blurred or scattered
     sigma: np.ndarray  # standard deviation of shot, read and converter noise
     renderer: np.ndarray  # standard deviation that the noise of the scene makes
     unsaturated: np.ndarray
     per_irradiance: float  # electrons per W m-2 nm-1 in every band, of the most sensitive channel
-    spread: tuple[np.ndarray, np.ndarray] | None = (
-        None  # what the lens knows of its kernels: standard deviation and bound
-    )
+    maps: ErrorMaps | None = None  # (y, x) each: what the lens knows pixel by pixel
     parts: Mapping[str, np.ndarray] = field(
         default_factory=dict
     )  # electrons of the parts of the light that stages declared
@@ -113,12 +107,13 @@ def some_of(captures):
         f"others stand for them: one in {step} along each axis",
         3 * float(np.sqrt(SHARE * (1 - SHARE) / looked_at)),
         f"of the pixels, beside the {SHARE:.0%} that a figure speaks for",
+        needless=True,
     )
     return few
 
 
 def electrons(
-    captures, light, mixed, scene, whole: float = 0.0, spread_errors=None
+    captures, light, mixed, scene, whole: float = 0.0, error_maps=None
 ) -> list[Electrons]:
     """Return what each capture holds, from the light itself.
 
@@ -128,9 +123,9 @@ def electrons(
         mixed radiance that the light was made of.
     scene : scene radiance, with `xyz_noise` where a renderer states it.
     whole : relative noise of a scene that states none tile by tile, as `stated_noise`.
-    spread_errors : function(mixed, weights) -> (deviation, bound) of `weights` (channel, band)
-        times irradiance, each (channel, y, x) on the grid of `light`, or None: how wrong the lens's
-        kernels may make it. Where there is none, what the lens states is taken.
+    error_maps : function(mixed, weights) -> `ErrorMaps` of `weights` (channel, band) times
+        irradiance, on the grid of `light`, or None. Where there is none, the terms that the lens
+        states are taken.
     """
     light, mixed = time_mean(light), time_mean(mixed)
     f_m = captures.attrs["focal_length_mm"] * 1e-3
@@ -146,23 +141,23 @@ def electrons(
         if counting.tobytes() not in known:
             known[counting.tobytes()] = (
                 _rates(counting, captures, light, mixed, noise, gain, whole),
-                spread_errors and _spread(spread_errors(mixed, counting), captures, light),
+                error_maps and _at_filters(error_maps(mixed, counting), captures, light),
             )
         scale = float(one["exposure_s"]) * float(one["area_m2"])
-        (total, direct, renderer), spread = known[counting.tobytes()]
-        total, direct, renderer = scale * total, scale * direct, scale * renderer
+        (total, image, renderer), maps = known[counting.tobytes()]
+        total, image, renderer = scale * total, scale * image, scale * renderer
         read = float(one["read_noise_e"]) ** 2 + float(one["quantisation_e"]) ** 2 / 12
         sigma = np.sqrt(np.maximum(total + float(one["dark_e"]) + read, np.finfo(float).tiny))
         out.append(
             Electrons(
                 name,
                 total,
-                direct,
+                image,
                 sigma,
                 renderer,
                 ~one["saturated"].values,
                 scale * float(counting.sum(1).max()),
-                spread and tuple(scale * s for s in spread),
+                maps and maps._replace(deviation=scale * maps.deviation, bound=scale * maps.bound),
             )
         )
     return out
@@ -177,21 +172,27 @@ def with_parts(shots: list[Electrons], captures, rows: list[Row]) -> list[Electr
         return shots
     out = []
     for k, shot in enumerate(shots):
-        one = captures.isel(capture=k)
-        counting = one["quantum_efficiency"].values * photons_per_energy(captures.wavelength.values)
-        scale = float(one["exposure_s"]) * float(one["area_m2"])
-        parts = {
-            name: scale * _at_pixels(counting, captures, part) for name, part in declared.items()
-        }
+        parts = {}
+        for name, part in declared.items():
+            if part.reading is Reading.IMAGE:
+                parts[name] = shot.image
+            elif part.reading is Reading.REST:
+                parts[name] = np.maximum(shot.total - shot.image, 0.0)
+            else:
+                parts[name] = _at_pixels(captures.isel(capture=k), part)
         out.append(replace(shot, parts=parts))
     return out
 
 
-def _at_pixels(counting, captures, part: LightPart) -> np.ndarray:
-    """Return the electrons per m2 and second that a part of the light makes at each pixel in its
-    own channel.
+def _at_pixels(captures, part: LightPart) -> np.ndarray:
+    """Return the electrons of one capture that a part of the light makes at each pixel in its own
+    channel.
     """
-    light, over_pixels = part.light, detail_error if part.within_tiles else resample_mean
+    light = part.light
+    energy = photons_per_energy(captures.wavelength.values)
+    counting = captures["quantum_efficiency"].values * energy
+    scale = float(captures["exposure_s"]) * float(captures["area_m2"])
+    over_pixels = detail_error if part.reading is Reading.DEVIATION else resample_mean
     side, place = captures.attrs["pitch_um"] * 1e-6, (captures.x.values, captures.y.values)
     filters = captures["filter"].values
     out = np.zeros(filters.shape)
@@ -200,18 +201,18 @@ def _at_pixels(counting, captures, part: LightPart) -> np.ndarray:
         if mine.any():
             plane = _plane(row, captures, light)
             out[mine] = over_pixels(plane, light.x.values, light.y.values, *place, side, side)[mine]
-    return out
+    return scale * out
 
 
-def _spread(errors, captures, light):
-    """Return errors (channel, y, x) of light at each pixel in its own channel: neighbouring tiles
-    as if they erred alike.
+def _at_filters(maps: ErrorMaps | None, captures, light) -> ErrorMaps | None:
+    """Return maps (channel, y, x) of light at each pixel in its own channel: neighbouring tiles as
+    if they erred alike.
     """
-    if errors is None:
+    if maps is None:
         return None
     side, filters = captures.attrs["pitch_um"] * 1e-6, captures["filter"].values
-    out = np.zeros((len(errors), *filters.shape))
-    for whole, planes in zip(out, errors):
+    out = np.zeros((2, *filters.shape))
+    for whole, planes in zip(out, (maps.deviation, maps.bound)):
         for channel, plane in enumerate(planes):
             if (mine := filters == channel).any():
                 whole[mine] = resample_mean(
@@ -223,31 +224,32 @@ def _spread(errors, captures, light):
                     side,
                     side,
                 )[mine]
-    return tuple(out)
+    return maps._replace(deviation=out[0], bound=out[1])
 
 
 def stated_noise(rows: list[Row]) -> float:
     """Return the largest relative noise that a renderer states as one number for a light group; 0
     where there is no renderer.
     """
-    notes = [
-        note
-        for row in rows
-        if row.stage.split(" ")[0] in ("renderer", "radiance")
-        for note in row.errors
-    ]
     return max(
-        (n.value for n in notes if n.unit == "relative" and n.how == "statistical"), default=0.0
+        (
+            term.value
+            for row in rows
+            for term in row.errors
+            if term.source.kind == "renderer"
+            and (term.unit, term.how) == (error_terms.RELATIVE, "statistical")
+        ),
+        default=0.0,
     )
 
 
 def _rates(counting, captures, light, mixed, noise, gain, whole):
-    """Return per m2 and second, at each pixel in its own channel: all electrons, the direct ones,
-    and their standard deviation.
+    """Return per m2 and second, at each pixel in its own channel: all electrons, those of the tiles
+    it looks at, and their standard deviation.
     """
     side, place = captures.attrs["pitch_um"] * 1e-6, (captures.x.values, captures.y.values)
     filters = captures["filter"].values
-    total, direct, variance = (
+    total, image, variance = (
         np.zeros(filters.shape),
         np.zeros(filters.shape),
         np.zeros(filters.shape),
@@ -260,7 +262,7 @@ def _rates(counting, captures, light, mixed, noise, gain, whole):
         total[mine] = resample_mean(
             _plane(row, captures, light), light.x.values, light.y.values, *place, side, side
         )[mine]
-        direct[mine] = (gain * seen(tiles, mixed, captures))[mine]
+        image[mine] = (gain * seen(tiles, mixed, captures))[mine]
         if noise is not None:
             variance[mine] = (
                 gain**2
@@ -268,7 +270,7 @@ def _rates(counting, captures, light, mixed, noise, gain, whole):
                     (noise[nearest_xyz(row, mixed.wavelength.values)] * tiles) ** 2, mixed, captures
                 )
             )[mine]
-    return total, direct, np.sqrt(variance) if noise is not None else whole * direct
+    return total, image, np.sqrt(variance) if noise is not None else whole * image
 
 
 def _plane(row, captures, light):
@@ -292,21 +294,20 @@ def _sum(row, cube):
     return out
 
 
-def after(shot: Electrons, notes: Sequence[ErrorNote]) -> tuple[np.ndarray, np.ndarray]:
-    """Return (bound, standard deviation), (y, x) in electrons of one capture, of what `notes` of
+def after(shot: Electrons, terms: Sequence[ErrorTerm]) -> tuple[np.ndarray, np.ndarray]:
+    """Return (bound, standard deviation), (y, x) in electrons of one capture, of what `terms` of
     the stages after the renderer leave.
 
-    Notes without a way to electrons are skipped.
+    Terms without a way to electrons are skipped.
     """
-    spread = np.maximum(shot.total - shot.direct, 0.0)
     linear, squares = np.zeros(shot.total.shape), np.zeros(shot.total.shape)
-    if shot.spread:
-        linear, squares = linear + shot.spread[1], squares + shot.spread[0] ** 2
-    for note in notes:
-        error_e = _in_electrons(note, shot, spread)
+    if shot.maps:
+        linear, squares = linear + shot.maps.bound, squares + shot.maps.deviation**2
+    for term in terms:
+        error_e = _in_electrons(term, shot)
         if error_e is None:
             continue
-        if note.how == "statistical":
+        if term.how == "statistical":
             squares += error_e**2
         else:
             linear += error_e
@@ -333,68 +334,63 @@ def within(bound, deviation, share: float = SHARE) -> float:
     return high
 
 
-def _in_electrons(note, shot: Electrons, spread):
-    if note.unit in RELATIVE:
-        known = {
-            "": shot.total,
-            error_terms.SPREAD: spread,
-            error_terms.DIRECT: shot.direct,
-            **shot.parts,
-        }
-        return note.value * known.get(
-            error_terms.part_of(note), shot.total
-        )  # a part that nobody declared is at most all light
-    return {
-        IRRADIANCE: note.value * shot.per_irradiance,
-        "electrons": note.value,
-        UNIT: note.value * shot.sigma,
-    }.get(note.unit)
-
-
-def notes_after(rows: list[Row], kernels: bool = True) -> tuple[list[ErrorNote], list[ErrorNote]]:
-    """Return the errors that stages after the renderer state, those that have a way to electrons
-    and those that have none.
-
-    Without `kernels` but for those of kernels: they are known pixel by pixel. What a sensor states
-    is no part of them.
+def _in_electrons(term: ErrorTerm, shot: Electrons):
+    """Return the electrons that a term makes a pixel wrong by, (y, x) or one for all; None where
+    its unit has no way to them.
     """
-    notes = [
-        note
+    if term.unit == error_terms.RELATIVE:
+        # a part that nobody declared is at most all light
+        return term.value * (shot.parts.get(term.part, shot.total) if term.part else shot.total)
+    return {
+        IRRADIANCE: term.value * shot.per_irradiance,
+        "electrons": term.value,
+        UNIT: term.value * shot.sigma,
+    }.get(term.unit)
+
+
+def terms_after(
+    rows: list[Row], replaced: Sequence[str] = ()
+) -> tuple[list[ErrorTerm], list[ErrorTerm]]:
+    """Return the errors of the stages after the renderer, up to the sensor: those that have a way
+    to electrons and those that have none.
+
+    Parameters
+    ----------
+    rows : of a ledger. What a row restates counts as its source says.
+    replaced : keys of the lens's terms that are known pixel by pixel and left out here.
+    """
+    terms = [
+        term
         for row in rows
-        for note in row.errors
-        if _after_renderer(row.stage.split(" ")[0], note)
+        for term in row.errors
+        if term.source.kind in AFTER and term.acts_on != Quantity.TARGET
     ]
     kept, without = [], []
-    for note in error_terms.largest_alternatives(notes):
-        if note.unit not in UNITS or note.quantity not in error_terms.LIGHT:
-            without += [note] if note.value else []
-        elif kernels or note.source != error_terms.KERNELS:
-            kept.append(note)
+    for term in error_terms.largest_alternatives(terms):
+        if term.unit not in UNITS or term.acts_on not in error_terms.LIGHT:
+            without += [term] if term.value else []
+        elif not (term.source.kind == "lens" and term.source.key in replaced):
+            kept.append(term)
     return kept, without
 
 
-def _after_renderer(kind: str, note: ErrorNote) -> bool:
-    """Return whether a note is an error of the stages after the renderer.
-
-    A row `radiance` restates what the renderer stated, and adds the rounding of its store.
-    """
-    if kind == "radiance":
-        return note.source == error_terms.STORE_ROUNDING
-    return kind in AFTER and note.quantity != Quantity.TARGET
+def _terms_of(shot: Electrons, rows: list[Row]) -> tuple[list[ErrorTerm], list[ErrorTerm]]:
+    return terms_after(rows, shot.maps.replaces if shot.maps else ())
 
 
-def notes_of_sensor(rows: list[Row]) -> list[ErrorNote]:
+def terms_of_sensor(rows: list[Row]) -> list[ErrorTerm]:
     """Return what sensors state of the electrons that they count; noise and non-linearity belong to
     the sensor and are no errors.
     """
-    rows = [row for row in rows if row.stage.split(" ")[0] == "sensor"]
-    notes = [
-        note
+    terms = [
+        term
         for row in rows
-        for note in row.errors
-        if note.quantity == Quantity.ELECTRONS and note.unit in UNITS
+        for term in row.errors
+        if term.source.kind == "sensor"
+        and term.acts_on == Quantity.ELECTRONS
+        and term.unit in UNITS
     ]
-    return error_terms.largest_alternatives(notes)
+    return error_terms.largest_alternatives(terms)
 
 
 @dataclass(frozen=True)
@@ -412,18 +408,18 @@ class Figures:
 
 
 def figures_of(
-    shot: Electrons, notes: list[ErrorNote], of_sensor: Sequence[ErrorNote] = ()
+    shot: Electrons, terms: list[ErrorTerm], of_sensor: Sequence[ErrorTerm] = ()
 ) -> Figures | None:
     """Return the figures of one capture, None where all its pixels are saturated.
 
-    `notes` : of the stages after the renderer. `of_sensor` : as `notes_of_sensor`.
+    `terms` : of the stages after the renderer. `of_sensor` : as `terms_of_sensor`.
     """
     seen = shot.unsaturated
     if not seen.any():
         return None
     renderer = shot.renderer[seen] / shot.sigma[seen]
-    bound, deviation = (e[seen] / shot.sigma[seen] for e in after(shot, notes))
-    counting = [e[seen] / shot.sigma[seen] for e in after(replace(shot, spread=None), of_sensor)]
+    bound, deviation = (e[seen] / shot.sigma[seen] for e in after(shot, terms))
+    counting = [e[seen] / shot.sigma[seen] for e in after(replace(shot, maps=None), of_sensor)]
     bounds, deviations = bound + counting[0], np.sqrt(renderer**2 + deviation**2 + counting[1] ** 2)
     return Figures(
         whole=within(bounds, deviations),
@@ -447,13 +443,12 @@ def state(
     allowed : share of the noise that everything after the renderer may take.
     seconds : of the rendering, and of everything after it.
     """
-    notes, counting = (
-        {shot.capture: notes_after(rows, kernels=shot.spread is None) for shot in shots},
-        notes_of_sensor(rows),
-    )
-    found = [one for shot in shots if (one := figures_of(shot, notes[shot.capture][0], counting))]
+    terms = {shot.capture: _terms_of(shot, rows) for shot in shots}
+    counting = terms_of_sensor(rows)
+    found = [one for shot in shots if (one := figures_of(shot, terms[shot.capture][0], counting))]
     if not found:
-        ledger.error(0.0, UNIT, "statistical", "no pixel is below saturation")
+        label = "no pixel is below saturation"
+        _record_figure(0.0, "statistical", label, WHOLE)
         return
     most = max(found, key=lambda one: one.whole)
     label = (
@@ -462,17 +457,15 @@ def state(
         f" {allowed:g} is allowed, {seconds[1]:.3g} s{_why(found, shots, rows, allowed)}; the"
         f" sensor counts to {most.sensor:.3g}"
     )
-    _state_figure(most.whole, "statistical", label, WHOLE)
+    _record_figure(most.whole, "statistical", label, WHOLE)
     for one in found:
-        _state_figure(
-            one.renderer, "statistical", f"electrons of {one.capture}: renderer", RENDERER
-        )
-        label = f"electrons of {one.capture}: all after the renderer"
-        _state_figure(one.later, "bound", label, AFTER_RENDERER)
-        _state_figure(
-            one.sensor, "bound", f"electrons of {one.capture}: counted by the sensor", SENSOR
-        )
-    if any(row.stage.startswith("radiance") for row in rows) and not any(
+        of = f"electrons of {one.capture}"
+        _record_figure(one.renderer, "statistical", f"{of}: renderer", RENDERER, one.capture)
+        label = f"{of}: all after the renderer"
+        _record_figure(one.later, "bound", label, AFTER_RENDERER, one.capture)
+        label = f"{of}: counted by the sensor"
+        _record_figure(one.sensor, "bound", label, SENSOR, one.capture)
+    if any(row.kind == "radiance" for row in rows) and not any(
         shot.renderer.any() for shot in shots
     ):
         ledger.left_out(
@@ -481,14 +474,17 @@ def state(
             np.inf,
             UNIT,
         )
-    for note in notes[shots[-1].capture][1]:
+    for term in terms[shots[-1].capture][1]:
         ledger.left_out(
-            note.what, "no error of a pixel's electrons follows from it", note.value, note.unit
+            term.label, "no error of a pixel's electrons follows from it", term.value, term.unit
         )
 
 
-def _state_figure(value: float, how: error_terms.How, what: str, source: str) -> None:
-    ledger.add_error(ErrorNote(value, UNIT, how, what, source, Quantity.ELECTRONS))
+def _record_figure(
+    value: float, how: error_terms.How, label: str, key: str, capture: str | None = None
+) -> None:
+    term = ErrorTerm(Source(key=key), Quantity.ELECTRONS, capture, value, UNIT, how, label)
+    ledger.record(term)
 
 
 def _why(found: list[Figures], shots, rows, allowed) -> str:
@@ -497,20 +493,12 @@ def _why(found: list[Figures], shots, rows, allowed) -> str:
     if most.later <= allowed:
         return ""
     shot = next(s for s in shots if s.capture == most.capture)
-    alone = replace(shot, spread=None, renderer=np.zeros_like(shot.renderer))
-    causes = [
-        (figures_of(alone, [note]).later, note.what)
-        for note in notes_after(rows, shot.spread is None)[0]
-    ]
-    if shot.spread:
-        causes.append(
-            (
-                figures_of(replace(alone, spread=shot.spread), []).later,
-                "kernels beyond their exact core",
-            )
-        )
-    share, what = max(causes)
-    return f"; more than allowed, {share:.3g} of it by: {what}"
+    alone = replace(shot, maps=None, renderer=np.zeros_like(shot.renderer))
+    causes = [(figures_of(alone, [term]).later, term) for term in _terms_of(shot, rows)[0]]
+    if shot.maps:
+        causes.append((figures_of(replace(alone, maps=shot.maps), []).later, shot.maps))
+    share, cause = max(causes, key=lambda one: one[0])
+    return f"; more than allowed, {share:.3g} of it by: {cause.label}"
 
 
 def seconds(rows: list[Row], camera: str, scene) -> tuple[float, float]:
@@ -520,7 +508,7 @@ def seconds(rows: list[Row], camera: str, scene) -> tuple[float, float]:
     own = [
         row.seconds
         for row in rows
-        if row.stage.split(" ")[0] in ("radiance", "lighting", "lens")
+        if row.kind in ("radiance", "lighting", "lens")
         or row.stage in (f"sensor {camera}", f"isp {camera}")
     ]
     return float(scene.attrs.get("rendered_s", 0.0)), sum(own)

@@ -13,6 +13,7 @@ away: it tells how far noise has shifted a score already.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,7 +21,8 @@ from ..data.derived_once import values_only
 from ..data.reference_picture import seen
 from ..data.temporal_modulation import time_mean
 from . import ledger
-from .ledger import Ledger
+from .error_terms import ErrorTerm, Quantity, Source
+from .ledger import LeftOut
 from .render_noise import (
     NOISE,
     direct_share,
@@ -31,6 +33,7 @@ from .render_noise import (
 )
 from .score_intervals import NOT_MEASURED, RendererError, ScoreKey, key_of
 
+RENDERER = "renderer"  # key of the terms
 RENDERED = "rendered_s"  # attribute of scenes that a renderer made
 CHANGES = 6  # of the scene, for scores of whole pictures
 SURE = 0.9  # share of runs for which the stated factor holds
@@ -45,11 +48,19 @@ SIDE = (
 BLOCK = 48
 
 
-def state(
+@dataclass(frozen=True)
+class ScoreErrors:
+    """The error that the renderer's noise leaves in each score, and what the ledger says of it."""
+
+    errors: dict[ScoreKey, RendererError] = field(default_factory=dict)
+    terms: tuple[ErrorTerm, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+
+
+def of_scores(
     camera, scores, metrics, mixed, scene, light, again, count: int = CHANGES
-) -> dict[ScoreKey, RendererError]:
-    """State in the ledger, and return, the error that the scene's noise leaves in each score, in
-    its unit.
+) -> ScoreErrors:
+    """Return the error that the scene's noise leaves in each score, in its unit.
 
     Parameters
     ----------
@@ -64,8 +75,8 @@ def state(
 
     Returns
     -------
-    The error of each score; empty where the scene stores no half buffers. It is `NOT_MEASURED` for
-    a score that the smoothed scene lacks, or all but one of the changed scenes. It has scores of
+    The error of each score; none where the scene stores no half buffers. It is `NOT_MEASURED` for a
+    score that the smoothed scene lacks, or all but one of the changed scenes. It has scores of
     objects where the picture is too small to be cut into parts.
     """
     mixed, metrics = time_mean(mixed), list(metrics)
@@ -73,8 +84,8 @@ def state(
     if apart is None or not metrics:
         if metrics and (NOISE in scene or RENDERED in scene.attrs):
             why = "the scene has no half buffers: the intervals hold the noise realisations only"
-            ledger.left_out("renderer noise in scores", why, math.inf, "1")
-        return {}
+            return ScoreErrors(left_out=(LeftOut("renderer noise in scores", why, math.inf, "1"),))
+        return ScoreErrors()
     parts = _parts(camera.truth)
     of_parts = [metric for metric in metrics if parts and getattr(metric, "MEAN_OF_PARTS", False)]
     of_whole = [metric for metric in metrics if metric not in of_parts]
@@ -100,27 +111,25 @@ def state(
     pair = pair_of(smoothing_change(apart, luminance_cd_m2(mixed)))
     every = [*whole, *((metric, None, _before(scores)) for metric in of_parts)]
     _add_moves(smoothed, pair, every, objects=not parts)
+    left_out, terms = [], []
     if parts and any(score.object for score in scores):
         why = (
             "objects of large pictures are not measured again: their intervals hold the noise"
             " realisations only"
         )
-        ledger.left_out("renderer noise in scores of objects", why, math.inf, "1")
+        left_out.append(LeftOut("renderer noise in scores of objects", why, math.inf, "1"))
     for (name, unit, _), found in samples.items():
-        _state(
-            name,
-            unit,
-            *_of_frame(np.array(found)),
-            f"changes of {len(found)} parts of the picture",
-            len(found) - 1,
-        )
+        how = f"changes of {len(found)} parts of the picture"
+        terms += _terms(name, unit, *_of_frame(np.array(found)), how, len(found) - 1)
     for (name, unit, of_object), found in moved.items():
         if not of_object:
             rms, shift = math.sqrt(np.mean(np.square(found))), float(np.mean(found))
-            _state(name, unit, rms, shift, f"{len(found)} changes of the scene", len(found))
+            how = f"{len(found)} changes of the scene"
+            terms += _terms(name, unit, rms, shift, how, len(found))
     asked = {key_of(score) for score in scores if not (parts and score.object)}
     measured = _errors(samples, smoothed, SIDE) | _errors(moved, smoothed)
-    return dict.fromkeys(asked, NOT_MEASURED) | measured
+    errors = dict.fromkeys(asked, NOT_MEASURED) | measured
+    return ScoreErrors(errors, tuple(terms), tuple(left_out))
 
 
 def known_within(count: int) -> float:
@@ -153,8 +162,9 @@ def _camera_of_changes(camera, mixed, light, again):
     def pair(change):
         share = seen(change * level, mixed, camera.picture) / np.where(true > 0, true, 1.0)
         factor = 1 + straight * on_light(change.astype(np.float32), mixed, light)
-        with ledger.stage(Ledger(), "again"):  # what stages state of a changed scene is no news
-            picture = again(light.copy(data=light.values * factor.astype(light.dtype)))
+        changed = light.copy(data=light.values * factor.astype(light.dtype))
+        # the terms of a changed scene are those of the scene, which have been recorded
+        picture = ledger.collected(lambda: again(changed)).result
         return picture, camera.truth.assign(xyz=xyz.copy(data=xyz.values * (1 + share[..., None])))
 
     return pair
@@ -279,16 +289,18 @@ def _add(found, after, before) -> None:
             found.setdefault(name, []).append(value - before[name])
 
 
-def _state(name, unit, rms, shift, how, free) -> None:
-    if free > 0:
-        side = f", of it {shift:.2g} to one side" if shift else ""
-        ledger.error(
-            rms,
-            unit or "1",
-            "statistical",
-            f"score {name}: renderer{side}, by {how}, right within a factor of"
-            f" {known_within(free):.1f}",
-        )
+def _terms(name, unit, rms, shift, how, free) -> list[ErrorTerm]:
+    """Return the term of one score, none where nothing is known of it (`free` degrees of
+    freedom).
+    """
+    if free <= 0:
+        return []
+    side = f", of it {shift:.2g} to one side" if shift else ""
+    label = (
+        f"score {name}: renderer{side}, by {how}, right within a factor of {known_within(free):.1f}"
+    )
+    source = Source(key=RENDERER)
+    return [ErrorTerm(source, Quantity.SCORE, name, rms, unit or "1", "statistical", label)]
 
 
 def _values(scores) -> dict[ScoreKey, float]:
@@ -296,6 +308,7 @@ def _values(scores) -> dict[ScoreKey, float]:
 
 
 def _ask(metric, picture, truth, labels, objects: bool = False):
-    # what they state of a changed scene is no news, and only their values count
-    with ledger.stage(Ledger(), "scores"), values_only():
-        return [score for score in metric(picture, truth, labels) if objects or not score.object]
+    # its terms are those of the picture, which have been recorded; only its values count
+    with values_only():
+        scores = ledger.collected(lambda: metric(picture, truth, labels)).result
+    return [score for score in scores if objects or not score.object]

@@ -163,6 +163,8 @@ def state_noise(result, groups, settings):
             f"{samples} paths a tile{stored}, {seconds:.3g} s, nine of ten tiles within"
             f" {rare_light(samples):.1f} times what is stated of each: median over tiles, light"
             f" group {group}",
+            key="sampling noise",
+            part=group,
         )
         if settings.error_allowed is not None and noise > settings.error_allowed:
             needed = math.ceil(samples * (noise / settings.error_allowed) ** 2)

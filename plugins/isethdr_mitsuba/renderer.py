@@ -195,7 +195,7 @@ class MitsubaRenderer:
                 f" {', '.join(asked) or 'none'}" + did_you_mean(asked[0] if asked else "", there)
             )
         for name in set(there) - set(kept):
-            ledger.left_out(f"light group {name}", "not demanded", 0.0, "cd/m2")
+            ledger.left_out(f"light group {name}", "not demanded", 0.0, "cd/m2", needless=True)
         return kept
 
     def check_field(self, width: float, height: float, projection: str) -> None:
@@ -236,5 +236,7 @@ class MitsubaRenderer:
                 "wavelengths not demanded",
                 0.0,
                 "W m-2 sr-1 nm-1",
+                key="bands",
+                needless=True,
             )
         return kept

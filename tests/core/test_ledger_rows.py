@@ -63,7 +63,7 @@ def check_rows(rows):
         )
         for note in row.errors:
             assert 0 <= note.value < math.inf, (row.stage, note)
-            assert note.unit and note.what and note.how in get_args(ledger.How), (row.stage, note)
+            assert note.unit and note.label and note.how in get_args(ledger.How), (row.stage, note)
 
 
 def test_every_row_of_a_chart_run_states_an_error():
@@ -128,7 +128,7 @@ def test_every_row_of_a_rendered_run_states_an_error_and_a_later_run_restates_th
     assert rows["renderer flat"].error == 0.03 and rows["store scene"].error == rounded <= rounding(
         KEEPBITS
     )
-    allowed = next(e.value for e in rows["plan"].errors if "allowed of light" in e.what)
+    allowed = next(e.value for e in rows["plan"].errors if "allowed of light" in e.label)
     assert (
         rounded <= STORE * allowed < 2 * rounded
     )  # the fewest bits that are within the store's share

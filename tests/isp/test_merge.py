@@ -173,7 +173,7 @@ def test_captures_with_unlike_filters_agree_on_the_balance_light_and_say_how_far
     with ledger.stage(book, "isp") as row:
         picture = MergeIsp()(captures)
     np.testing.assert_allclose(picture.xyz.values[..., 1], 20000, rtol=1e-5)
-    assert any("unlike filter curves" in e.what and 0.001 < e.value < 0.2 for e in row.errors)
+    assert any("unlike filter curves" in e.label and 0.001 < e.value < 0.2 for e in row.errors)
 
 
 def test_isetcams_rule_agrees_with_its_own_numbers(reference):

@@ -38,7 +38,7 @@ def test_grey_in_any_other_light_is_off_by_no_more_than_stated(bench):
     for name in LIGHTS:
         with ledger.stage(book, "isp") as row:
             picture = LinearIsp()(bench.make(bench.mosaic_of(light(name, bench.WAVELENGTH), SHAPE)))
-        [bound] = [e.value for e in row.errors if "grey" in e.what]
+        [bound] = [e.value for e in row.errors if "grey" in e.label]
         assert 0 < bound < 0.1
         assert abs(picture.xyz.values[5, 5, 1] - 1) <= bound * (1 + 1e-9)
 

@@ -168,9 +168,9 @@ def test_a_group_that_cannot_get_there_is_given_up_and_said_so(make, capsys):
         )(make.street(2))
     said = capsys.readouterr().err
     assert "light group headlights has a noise of" in said and "type renderer.most_samples=" in said
-    noise = {e.what.split()[-1]: e.value for e in row.errors if "light group" in e.what}
+    noise = {e.label.split()[-1]: e.value for e in row.errors if "light group" in e.label}
     assert noise == ds.attrs["noise"] and noise["headlights"] > 1e-3
-    assert "12 paths a tile" in next(e.what for e in row.errors if e.what.endswith("headlights"))
+    assert "12 paths a tile" in next(e.label for e in row.errors if e.label.endswith("headlights"))
 
 
 def test_known_paths_are_not_followed_again_and_count(make):

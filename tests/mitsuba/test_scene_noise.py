@@ -16,7 +16,7 @@ from isethdr_core.physics.photometry import xyz_weights
 from isethdr_core.pipeline.chain import Camera
 from isethdr_core.plugins.registry import build
 from isethdr_core.truth import truth
-from isethdr_core.uncertainty import ledger, propagation, score_errors
+from isethdr_core.uncertainty import propagation, score_errors
 
 SEEDS = 12
 
@@ -94,14 +94,12 @@ def test_scores_are_as_far_off_as_one_rendering_says(make):
         )(mixed)
         picture = again(light)
         camera = Camera(None, picture, truth(mixed, picture), None)
-        with ledger.stage(ledger.Ledger(), "metrics"):
-            found = [s for metric in metrics for s in metric(picture, camera.truth, None)]
-        with ledger.stage(ledger.Ledger(), "scores") as row:
-            score_errors.state(camera, found, metrics, mixed, scene, light, again)
+        found = [s for metric in metrics for s in metric(picture, camera.truth, None)]
+        stated = score_errors.of_scores(camera, found, metrics, mixed, scene, light, again)
         for s in found:
             scores.setdefault(s.metric, []).append(s.value)
-        for note in row.errors:
-            said.setdefault(note.what.split(":")[0].removeprefix("score "), []).append(note.value)
+        for term in stated.terms:
+            said.setdefault(term.part, []).append(term.value)
     for name in (
         "luminance",
         "snr_at_2",

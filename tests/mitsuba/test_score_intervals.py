@@ -16,7 +16,7 @@ import isethdr_core as hdr
 from isethdr_core.pipeline.chain import Camera
 from isethdr_core.runs.noise_realisations import over_draws
 from isethdr_core.truth import truth
-from isethdr_core.uncertainty import ledger, score_errors
+from isethdr_core.uncertainty import score_errors
 
 METRICS = ("ideal", "snr_curve", "dynamic_range", "ciede2000", "ssim", "log_luminance_error")
 SEEDS, SAMPLES = range(12), 96
@@ -43,9 +43,8 @@ def scores_of(scene, noise: str, shots: int) -> list:
         for k in range(shots)
     ]
     camera = Camera(None, picture, reference, None)
-    with ledger.stage(ledger.Ledger(), "scores"):
-        errors = score_errors.state(camera, draws[0], metrics, mixed, scene, light, shot)
-    return over_draws(draws, errors)
+    found = score_errors.of_scores(camera, draws[0], metrics, mixed, scene, light, shot)
+    return over_draws(draws, found.errors)
 
 
 @pytest.mark.slow

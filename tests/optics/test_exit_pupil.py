@@ -211,9 +211,6 @@ def test_the_ledger_states_what_the_ellipse_leaves():
             ),
             ledger,
         )
-    [stated] = [e for e in rows[0].errors if "exit pupil" in e.what]
-    assert (
-        stated.unit == "share of a point's light"
-        and np.abs(found - wanted).sum() < stated.value < 0.04
-    )
-    assert not any("foreshortened" in e.what for e in rows[0].errors)
+    [stated] = [e for e in rows[0].errors if e.source.key == "exit pupil"]
+    assert stated.unit == "relative" and np.abs(found - wanted).sum() < stated.value < 0.04
+    assert not any("foreshortened" in e.label for e in rows[0].errors)

@@ -94,7 +94,7 @@ def test_truth_and_labels_lie_on_the_picture(lens, isethdr_home):
         assert x - 1 <= columns.min() and columns.max() + 1 <= x + width + 1
         assert y - 1 <= rows.min() and rows.max() + 1 <= y + height + 1
     row = next(r for r in result.ledger if r.stage.startswith("lens"))
-    assert any("along the distortion" in e.what for e in row.errors)
+    assert any("along the distortion" in e.label for e in row.errors)
 
 
 @pytest.mark.slow

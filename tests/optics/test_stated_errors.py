@@ -57,7 +57,9 @@ def stated(lens, flares, mixed, exposure_s) -> Stated:
     [shot] = propagation.with_parts(shots, captures, rows)
     with ledger.stage(ledger.Ledger(), "picture") as row:
         propagation.state([shot], rows, 0.1, (0.0, 0.0))
-    return Stated(shot, captures, next(e.value for e in row.errors if e.source == AFTER_RENDERER))
+    return Stated(
+        shot, captures, next(e.value for e in row.errors if e.source.key == AFTER_RENDERER)
+    )
 
 
 def found(of: Stated, electrons) -> float:

@@ -230,7 +230,7 @@ def test_the_ledger_and_bad_use():
     with ledger.stage(rows, "lens"):
         sensor_plane(lens, scene(0.05, 0.002, (450.0, 550.0, 650.0), 4))
     assert any("within a band" in o.what for o in rows[0].left_out) and any(
-        "larger or smaller image" in e.what for e in rows[0].errors
+        "larger or smaller image" in e.label for e in rows[0].errors
     )
     with pytest.raises(ConfigError, match="miss a surface"):
         sensor_plane(lens, scene(3.0, 0.1, (450.0,), 4))

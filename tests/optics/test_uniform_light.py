@@ -91,7 +91,7 @@ def test_uniform_light_is_what_rays_counted_from_the_sensor_say(name, f_number, 
     )
     with ledger.stage(rows, "lens"):
         lens._state(light, ledger)
-    [allowed] = [e.value for e in rows[0].errors if "counted" in e.what]
+    [allowed] = [e.value for e in rows[0].errors if "counted" in e.label]
     for part in (0.0, 0.5, 0.9):
         at = int(np.argmin(np.abs(plane.x - part * plane.x[-1])))
         for band, wave in enumerate(waves):

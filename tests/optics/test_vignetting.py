@@ -189,4 +189,4 @@ def test_a_vignetted_kernel_keeps_its_light_and_the_ledger_says_how_well_rims_ar
             ),
             ledger,
         )
-    assert any("rims" in e.what and 0 < e.value < 1e-3 for e in rows[0].errors)
+    assert any("rims" in e.label and 0 < e.value < 1e-3 for e in rows[0].errors)

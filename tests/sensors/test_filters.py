@@ -209,7 +209,7 @@ def test_a_line_narrower_than_a_band_counts_as_it_is(tmp_path, make_light, centr
     assert response.sum() * 10 == pytest.approx(0.05 * centre_nm, rel=1e-12)
     with stage(rows := Ledger(), "sensor"):
         shot = sensor(make_light(np.full((31, 4, 4), 1e-3), 3.75, bands), None)
-    [note] = [e for e in rows[0].errors if e.quantity == Quantity.ELECTRONS]
+    [note] = [e for e in rows[0].errors if e.acts_on == Quantity.ELECTRONS]
     assert np.isfinite(note.value) and 0 < note.value < 0.1 and float(shot.raw.min()) > 0
     fine = np.arange(395.0005, 705.0, 0.001)
     for kelvin in (2400.0, 6500.0, 15000.0):

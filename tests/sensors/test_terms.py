@@ -267,7 +267,7 @@ def test_integral_nonlinearity(flat):
     ledger = Ledger()
     with stage(ledger, "sensor"):
         SingleSensor(inl_dn=5.0, pitch_um=3.0)(flat(0.0), generator())
-    (note,) = [e for e in ledger[0].errors if "non-linearity" in e.what]
+    (note,) = [e for e in ledger[0].errors if "non-linearity" in e.label]
     assert_allclose(note.value, 5 * 25455 / 4031, rtol=1e-4)
 
 

@@ -28,7 +28,7 @@ def run(*overrides):
 
 
 def functionals(result):
-    return [e.what for row in result.ledger for e in row.errors if "functionals" in e.what]
+    return [e.label for row in result.ledger for e in row.errors if "functionals" in e.label]
 
 
 @pytest.fixture(autouse=True)

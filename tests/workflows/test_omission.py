@@ -12,7 +12,8 @@ from isethdr_workflows.omission.compare import NOISE_SD, compared, largest
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import LeftOut, Row
-from isethdr_core.uncertainty.ledger import ErrorNote
+from isethdr_core.pipeline.bands import BANDS
+from isethdr_core.uncertainty import ledger
 
 
 def test_there_are_ten_cases():
@@ -89,7 +90,8 @@ def readings(electrons, rows=()):
 
 
 def test_what_may_differ_is_what_the_ledger_bounds():
-    lens = Row("lens l", errors=[ErrorNote(0.1, NOISE_SD, "measured")])
+    with ledger.stage(ledger.Ledger(), "lens l") as lens:
+        ledger.error(0.1, NOISE_SD, "measured")
     # twice 0.1 of 10 e, one electron, one code of 2 e
     assert largest(readings([100.0, 104.0], [lens]), readings([100.0, 100.0]))[1] == pytest.approx(
         2 * 1.0 + 1 + 2, rel=1e-3
@@ -98,7 +100,7 @@ def test_what_may_differ_is_what_the_ledger_bounds():
     assert difference == 9.0 > bound
     blind = Row(
         "plan",
-        left_out=[LeftOut("3 of 5 bands", "neither a sensor nor the truth sees them", 1e-6, "e")],
+        left_out=[LeftOut("some", "unseen", 1e-6, "e", BANDS, needless=True)],
     )
     assert largest(readings([100.0], [blind]), readings([100.0]))[1] == pytest.approx(3.0, rel=1e-3)
     assert largest(readings([100.0, 100.5]), readings([100.0, 100.0])) == (0.5, 0.0), (
@@ -109,7 +111,7 @@ def test_what_may_differ_is_what_the_ledger_bounds():
 def test_reasons_that_are_no_omission_are_not_counted():
     unknown = Row(
         "sensor s",
-        left_out=[LeftOut("where in its bands light lies", "it holds band means", 0.5, "e")],
+        left_out=[LeftOut("where in its bands light lies", "it holds band means", 0.5, "e", BANDS)],
     )
     assert largest(readings([1.0], [unknown]), readings([1.0])) == (0.0, 0.0)
 

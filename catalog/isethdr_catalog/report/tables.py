@@ -66,13 +66,11 @@ def ledger(rows: Ledger) -> Markup:
     for row in rows:
         errors: list[Part] = []
         for error in row.errors:
-            errors.append(Part(f"{error.what} "))
+            errors.append(Part(f"{error.label} "))
             errors.append(Part(number(error.value), strong=True))
             errors.append(Part(f" {error.unit}"))
-            acts_on = [text for text in (error.quantity, error.part) if text]
-            errors.append(
-                Part(f"{error.how}, of {', '.join(acts_on)}" if acts_on else error.how, small=True)
-            )
+            acts_on = ", ".join(filter(None, (error.acts_on, error.part)))
+            errors.append(Part(f"{error.how}, of {acts_on}", small=True))
         cells: list[Cell] = [row.stage, f"{row.seconds:.2f}", f"{row.peak_bytes / 1e6:,.0f}"]
         body.append([*cells, errors or number(None)])
     seconds = sum(row.seconds for row in rows)

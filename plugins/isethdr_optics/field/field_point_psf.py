@@ -22,7 +22,6 @@ from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics import pupil as shapes
 from isethdr_core.physics.radiometry import band_widths_nm
-from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
 
 from ..psf import kernel_sampling_error, kernels, scatter
 from ..pupil import sampled_pupil
@@ -98,17 +97,11 @@ def state(lenses, flares, wavelength_nm, half) -> None:
         found += [sampled_pupil.phase_change(lens, flares, c[0], c[-1]) for c in cells]
     if found:
         value = ALIASED + STRAIGHT * max(found) ** 2
-        label = "point spreads of places, drawn between those of some wavelengths, L1"
-        ledger.add_error(
-            ErrorNote(
-                value,
-                "share of a point's light",
-                "measured",
-                label,
-                "place wavelengths",
-                Quantity.IRRADIANCE,
-            )
+        label = (
+            "point spreads of places, drawn between those of some wavelengths: share of a point's"
+            " light, L1"
         )
+        ledger.error(value, "relative", "measured", label, key="place wavelengths")
 
 
 def _lines(lens, flares, wave, read, pitch_um, half) -> kernels.Kernels:
@@ -264,9 +257,12 @@ def _points(lens, energy, stop, wave, shortest, pitch_um, half):
         field = sf.fft(field, size, axis=a).take(kept, axis=a, mode="wrap")
     loss = np.sinc(kept / size) ** -2  # cells are means
     scale = (2 * radius / cells / size) ** 2 / total
-    return np.square(np.abs(field)) * (loss[:, None] * scale).astype(np.float32) * loss.astype(
-        np.float32
-    ), step
+    return (
+        np.square(np.abs(field))
+        * (loss[:, None] * scale).astype(np.float32)
+        * loss.astype(np.float32),
+        step,
+    )
 
 
 def _rounded(cells):

@@ -18,12 +18,12 @@ from isethdr_core.cli.progress import shown, track
 from isethdr_core.data import camera_geometry
 from isethdr_core.physics.convolution import Bound
 from isethdr_core.physics.optics import projection as projections
-from isethdr_core.uncertainty.error_terms import KERNELS, ErrorNote, Quantity
 
 from ..imaging.overlap_add import overlaid
 from ..imaging.threads import MOST_THREADS, cpus, executor
 from ..lenses import omissions
 from ..psf import kernel_sampling_error, kernels
+from ..psf.error_parts import AXIS_KERNEL, SPECKLE, SPREAD
 from ..pupil import band_phase, sampled_pupil
 from . import field_point_psf
 from . import grid as field_grid
@@ -240,19 +240,10 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
             shares.append((window, share[window].astype(np.float32)))
     more = ", more than the error allowed" if error > lens.error_allowed else ""
     label = (
-        f"point spread between {len(grid)} places of the field, L1, worst of"
-        f" {', '.join(f'{w:g}' for w in some)} nm{more}"
+        f"point spread between {len(grid)} places of the field, share of a point's light, L1, worst"
+        f" of {', '.join(f'{w:g}' for w in some)} nm{more}"
     )
-    ledger.add_error(
-        ErrorNote(
-            error,
-            "share of a point's light",
-            "measured",
-            label,
-            "field places",
-            Quantity.IRRADIANCE,
-        )
-    )
+    ledger.error(error, "relative", "measured", label, key="field places")
     with executor(min(cpus(), MOST_THREADS)) as pool:
         made = FieldKernels(
             axis,
@@ -268,22 +259,14 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
             f"kernel of the axis, taken for all places farther from a lamp than {half[1]} x"
             f" {half[0]} tiles, where the field ends"
         )
-        ledger.add_error(
-            ErrorNote(
-                far_error, "relative per tile", "measured", label, KERNELS, Quantity.IRRADIANCE
-            )
-        )
+        ledger.error(far_error, "relative", "measured", label, key=AXIS_KERNEL, part=SPREAD)
     if any(one.speckle.any() for one in made.cores):
         speckle = max(float(one.speckle.max()) for one in made.cores)
         label = (
             "speckle of the kernels of places of the field, where their blur is wider than an exact"
             " core"
         )
-        ledger.add_error(
-            ErrorNote(
-                speckle, "relative per tile", "statistical", label, KERNELS, Quantity.IRRADIANCE
-            )
-        )
+        ledger.error(speckle, "relative", "statistical", label, key=SPECKLE, part=SPREAD)
     return made
 
 

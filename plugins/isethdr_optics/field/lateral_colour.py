@@ -16,7 +16,7 @@ from isethdr_core.data import camera_geometry
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics import projection as projections
 from isethdr_core.physics.radiometry import band_widths_nm
-from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
+from isethdr_core.uncertainty.error_terms import Quantity
 
 from ..lenses import omissions
 
@@ -120,8 +120,8 @@ def coloured(lens, mixed, plane, bent):
         "uniform light of a band, spread over a larger or smaller image, from what the"
         " attributes say"
     )
-    ledger.add_error(
-        ErrorNote(thinner, "relative", "measured", label, "magnified light", Quantity.ATTRIBUTES)
+    ledger.error(
+        thinner, "relative", "measured", label, key="magnified light", acts_on=Quantity.ATTRIBUTES
     )
     larger = max(np.abs(s - 1).max() for s in (low, high))
     lacking = [

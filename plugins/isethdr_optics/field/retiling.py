@@ -14,7 +14,6 @@ from __future__ import annotations
 import numpy as np
 
 from isethdr_core import ledger
-from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
 
 from ..imaging.sensor_plane import SensorPlane
 
@@ -62,14 +61,8 @@ def state(plane: SensorPlane, light, moved, on_sensor) -> None:
     label = (
         "detail of the size of a tile, where moved tiles are shared among those of the sensor plane"
     )
-    ledger.add_error(
-        ErrorNote(1.0, "relative", "measured", label, "retiling", Quantity.IRRADIANCE, DETAIL)
-    )
+    ledger.error(1.0, "relative", "measured", label, key="retiling", part=DETAIL)
     if plane.lacking:
         ledger.light_part(BORDER, on_sensor(border(plane, moved)))
         label = "light that border tiles lack, of the smallest band's image"
-        ledger.add_error(
-            ErrorNote(
-                plane.lacking, "relative", "bound", label, "border", Quantity.IRRADIANCE, BORDER
-            )
-        )
+        ledger.error(plane.lacking, "relative", "bound", label, key="border", part=BORDER)

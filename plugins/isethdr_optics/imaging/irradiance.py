@@ -15,12 +15,13 @@ import scipy.fft as sf
 from isethdr_core import ledger, quantities
 from isethdr_core.errors import ConfigError, PluginError
 from isethdr_core.physics.convolution import convolve_into
-from isethdr_core.uncertainty.error_terms import KERNELS, SPREAD, ErrorNote, Quantity
+from isethdr_core.uncertainty.error_terms import Quantity
 
 from ..field import retiling
 from ..field.imaging import field_kernels
 from ..psf import kernels as kernel_module
 from ..psf import scatter, wing_truncation
+from ..psf.error_parts import FAR_PERIOD, SPECKLE, SPREAD
 from ..pupil import band_phase, sampled_pupil
 from . import array_backend
 from .photoelectron_map import Counted
@@ -266,8 +267,10 @@ def state_kernels(made, mixed, lens, given: Parts):
             "relative",
             "bound",
             "irradiance of tiles: no blur, a product, rounded to float32",
+            key="rounding",
         )
         return
+    ledger.rest_part(SPREAD)
     if isinstance(made, wing_truncation.NearKernels):
         wing_truncation.state(made)
     else:
@@ -276,34 +279,25 @@ def state_kernels(made, mixed, lens, given: Parts):
             "fraction of energy",
             "measured",
             "light spread beyond the rendered frame",
+            key="beyond the frame",
+            acts_on=Quantity.POINT_SPREAD,
         )
     for octave, error in enumerate(made.speckle.max(axis=0) if made.speckle.any() else ()):
         if error > 0:
             label = f"speckle of the kernel {2**octave} to {2 ** (octave + 1)} tiles from a lamp"
-            ledger.add_error(
-                ErrorNote(
-                    error, "relative per tile", "statistical", label, KERNELS, Quantity.IRRADIANCE
-                )
-            )
+            ledger.error(error, "relative", "statistical", label, key=SPECKLE, part=SPREAD)
     if getattr(lens, "zernike_um", None):
         ledger.error(
             sampled_pupil.CELLS,
             "fraction of energy",
             "measured",
             "point spread near the axis, from cells of a pupil with a wavefront",
+            key="cells of the pupil",
+            acts_on=Quantity.POINT_SPREAD,
         )
     if made.wrap:
         label = "kernel near the border of the frame, from the period of its far field"
-        ledger.add_error(
-            ErrorNote(
-                made.wrap,
-                "relative of spread light",
-                "measured",
-                label,
-                KERNELS,
-                Quantity.IRRADIANCE,
-            )
-        )
+        ledger.error(made.wrap, "relative", "measured", label, key=FAR_PERIOD, part=SPREAD)
     if given.sensor.stretched:
         _state_drawn_out(given.sensor.stretched)
     margin = mixed.attrs.get("tiles_beyond") or [
@@ -337,10 +331,7 @@ def _state_drawn_out(stretched: float) -> None:
     place and its sum.
     """
     label = "size of the point spread, drawn out as the image is"
-    note = ErrorNote(
-        stretched, "relative", "measured", label, "point spread size", Quantity.IRRADIANCE, SPREAD
-    )
-    ledger.add_error(note)
+    ledger.error(stretched, "relative", "measured", label, key="point spread size", part=SPREAD)
 
 
 def _state_convolution(bounds, rounding):
@@ -352,6 +343,7 @@ def _state_convolution(bounds, rounding):
         "relative",
         "bound",
         "convolution of the given kernel",
+        key="convolution",
     )
     if any(b.pixels for b in bounds):
         worst = max(bounds, key=lambda b: b.absolute)
@@ -362,4 +354,5 @@ def _state_convolution(bounds, rounding):
             "bound",
             f"convolution of up to {tiles} tiles per band, too dark beside the lamps for the row"
             " above and too many to sum",
+            key="convolution of dark tiles",
         )

@@ -17,11 +17,14 @@ from isethdr_core.physics.convolution.spectral import channels, matrix_product
 from isethdr_core.physics.convolution.transform import error
 from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.uncertainty.budget import CONVOLUTION, TRANSFORMS
+from isethdr_core.uncertainty.error_terms import Quantity
 
 from ..field import retiling
 from . import bright_tiles, spectral_fit
 from .irradiance import Parts, added_light, irradiance, on_sensor, parts, state_kernels
 from .threads import threads
+
+FUNCTIONALS = "functionals"  # key of the error of the functionals of the spectrum
 
 
 def photocurrent(lens, mixed, flares, response, given: Parts | None = None):
@@ -100,12 +103,16 @@ def _light(lens, mixed, flares, response, given: Parts):
         "measured",
         f"{_counted(fit)} functionals of the spectrum in place of {len(cube)} bands, largest of"
         f" {fit.looked_at} values",
+        key=FUNCTIONALS,
+        acts_on=Quantity.PHOTOCURRENT,
     )
     ledger.error(
         max(rounding_e, -low * response.area_exposure_m2_s),
         "electrons",
         "bound",
         "rounding of the transforms, and what was lifted to zero",
+        key="transforms",
+        acts_on=Quantity.ELECTRONS,
     )
     for added in added_light(lens, mixed, flares, given):
         light.values += np.tensordot(counting, added, 1)

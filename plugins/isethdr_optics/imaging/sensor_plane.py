@@ -270,6 +270,7 @@ def _state(bent, uniform, attrs, sensor, half) -> float:
         "measured",
         "uniform light moved along the distortion: tiles have straight sides and one relative"
         " illumination each",
+        key="uniform light",
     )
     u, v = np.meshgrid(*(np.linspace(-h, h, 17) * (1 - 1e-4) for h in half))
     step = 1e-5 * max(half)

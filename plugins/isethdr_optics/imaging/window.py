@@ -40,29 +40,28 @@ def seen(lens, mixed, flares, response):
     inner = _inner(lens, mixed, flares, response)
     if inner is None:
         return mixed, parts(lens, mixed, flares, response), response
-    with ledger.parts_of_a_sum():  # what is tried and given up states the same
-        found = _without_dark(lens, mixed, flares, response, inner)
-        part, given, left, reach, share = found or (
-            mixed,
-            parts(lens, mixed, flares, response),
-            response,
-            max(mixed.shape),
-            0.0,
-        )
+    tried = ledger.collected(lambda: _without_dark(lens, mixed, flares, response, inner))
+    if tried.result:
+        ledger.record_row(tried.row)
+        part, given, left, reach, share = tried.result
+    else:
+        part, left, reach, share = mixed, response, max(mixed.shape), 0.0
+        given = parts(lens, mixed, flares, response)
     if isinstance(
         given.made, wing_truncation.NearKernels
     ):  # nothing from farther away is taken anyway
         part, given = _within_kernels(lens, mixed, part, given, inner, reach)
     if part is not mixed:
-        core.state(
-            mixed, part, WHY, share + getattr(given.made, "noise_share", 0.0), wing_truncation.UNIT
-        )
+        bound = share + getattr(given.made, "noise_share", 0.0)
+        omitted = core.left_out(mixed, part, WHY, bound, wing_truncation.UNIT)
+        ledger.record_kept(ledger.Kept(part, (omitted,)))
     if share:
         ledger.error(
             share,
             wing_truncation.UNIT,
             "bound",
             "light of tiles beyond the window that sensors see, left out",
+            key="tiles beyond the window",
         )
     return part, given, left
 
@@ -77,14 +76,15 @@ def on_window(light, response):
 
 
 def errors_on_window(errors, lens, given: Parts, response):
-    """Return arrays (channel, y, x) of the sensor plane's tiles at those of `on_window`."""
+    """Return error maps (channel, y, x) of the sensor plane's tiles at those of `on_window`."""
     if errors is None or response is None or response.window_m is None:
         return errors
     columns, rows = (
         core.within(c * 1e-3 * lens.focal_length_mm, side)
         for c, side in zip((given.sensor.x, given.sensor.y), response.window_m)
     )
-    return tuple(e[:, rows, columns] for e in errors)
+    deviation, bound = (e[:, rows, columns] for e in (errors.deviation, errors.bound))
+    return errors._replace(deviation=deviation, bound=bound)
 
 
 def _inner(lens, mixed, flares, response):
@@ -121,8 +121,7 @@ def _without_dark(lens, mixed, flares, response, inner):
     most = _largest_reach(inner, frame)
     if most < 0:
         return None
-    with ledger.stage(ledger.Ledger(), "window"):  # not yet decided upon
-        relative = sensor_plane(lens, mixed).relative
+    relative = ledger.collected(lambda: sensor_plane(lens, mixed)).result.relative
     pitch_um = tuple(
         1e3 * lens.focal_length_mm * quantities.tile_pitch(mixed, d) for d in ("y", "x")
     )
@@ -175,8 +174,8 @@ def _within_kernels(lens, mixed, part, given, inner, reach):
     near = _cut(mixed, inner, [min(n // 2, reach) for n in given.made.bands[0].shape])
     if near.shape == part.shape:
         return part, given
-    with ledger.stage(ledger.Ledger(), "window"):  # it has said what it is like
-        plane = sensor_plane(lens, near)
+    # its terms are those of the whole field, which have been recorded
+    plane = ledger.collected(lambda: sensor_plane(lens, near)).result
     made = replace(given.made, frame=near.shape[1:])
     return near, replace(
         given,

@@ -312,7 +312,7 @@ class PrescribedLens(DiffractionLimitedLens):
 
         from isethdr_core.data.camera_geometry import projection_of
         from isethdr_core.physics.optics.projection import angle_rad
-        from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
+        from isethdr_core.uncertainty.error_terms import Quantity
 
         from ..prescription.exit_pupil import exit_pupil
         from ..prescription.figures import distortion, spot_radius_mm
@@ -329,15 +329,14 @@ class PrescribedLens(DiffractionLimitedLens):
                 "uniform light by rays counted from places of the sensor, first and last band, from"
                 " what the attributes say"
             )
-            note = ErrorNote(
+            ledger.error(
                 value,
                 "of that on the axis",
                 "measured",
                 label,
-                "traced illumination",
-                Quantity.ATTRIBUTES,
+                key="traced illumination",
+                acts_on=Quantity.ATTRIBUTES,
             )
-            ledger.add_error(note)
         if self.distortion == "none" and edge > 0:
             bent = abs(float(distortion(real, edge)[0]))
             ledger.left_out(
@@ -356,10 +355,8 @@ class PrescribedLens(DiffractionLimitedLens):
         fitted = [_traced_wavefront(real, a)[1] for a in (0.0, widest)]
         between = max(_between_um(self, a, float(wave[0])) for a in (0.0, widest))
 
-        def shape_error(value, unit, label, source):
-            ledger.add_error(
-                ErrorNote(value, unit, "measured", label, source, Quantity.POINT_SPREAD)
-            )
+        def shape_error(value, unit, label, key):
+            ledger.error(value, unit, "measured", label, key=key, acts_on=Quantity.POINT_SPREAD)
 
         shape_error(max(fitted), "um rms", "wavefront that its Zernike terms leave", "Zernike fit")
         shape_error(between, "um rms", "wavefront between traced wavelengths", "traced wavelengths")
@@ -379,16 +376,8 @@ class PrescribedLens(DiffractionLimitedLens):
             exit_pupil(real, float(np.tan(a)), real.reference_nm).off_ellipse
             for a in np.linspace(0.0, widest, 5)
         )
-        label = "exit pupil off the axis, drawn as an ellipse, L1"
-        note = ErrorNote(
-            BORDER_SHARE * border,
-            "share of a point's light",
-            "measured",
-            label,
-            "exit pupil",
-            Quantity.IRRADIANCE,
-        )
-        ledger.add_error(note)
+        label = "exit pupil off the axis, drawn as an ellipse: share of a point's light, L1"
+        ledger.error(BORDER_SHARE * border, "relative", "measured", label, key="exit pupil")
         label = "rims that cut the stop off the axis, drawn as arcs of circles"
         shape_error(rims(real, float(np.tan(widest)))[1], "radii of the stop", label, "rims")
 

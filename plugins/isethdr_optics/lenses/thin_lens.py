@@ -145,20 +145,26 @@ class IdealLens:
         return kernel_bytes(self, _sequence(flares), frame)
 
     def spread_errors(self, mixed, flares, weights, response=None):
-        """Return how wrong the kernels may make light of `mixed`: (deviation, bound), each
-        (channel, y, x).
+        """Return how wrong the kernels may make light of `mixed`, as
+        `isethdr_core.uncertainty.error_terms.ErrorMaps` (channel, y, x).
 
         `weights` (channel, band): what is counted of irradiance; `response` as the light was asked
         for. One tile per tile of that light.
         """
         from isethdr_core import ledger
+        from isethdr_core.uncertainty.error_terms import ErrorMaps
 
         from ..field.errors import spread_errors
         from ..imaging.window import errors_on_window, seen
+        from ..psf.error_parts import KERNELS
 
-        with ledger.stage(ledger.Ledger(), "spread errors"):  # what the parts state has been stated
-            mixed, given, _ = seen(self, mixed, _sequence(flares), response)
-            return errors_on_window(spread_errors(mixed, given, weights), self, given, response)
+        # the terms of the plan have been recorded with its light
+        (mixed, given, _), _ = ledger.collected(
+            lambda: seen(self, mixed, _sequence(flares), response)
+        )
+        label = "kernels beyond their exact core"
+        maps = ErrorMaps(*spread_errors(mixed, given, weights), KERNELS, label)
+        return errors_on_window(maps, self, given, response)
 
     def keeps_light(self, flares) -> bool:
         """Return whether the light of every tile stays where the tile is: no blur, no flare,

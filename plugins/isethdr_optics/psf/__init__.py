@@ -2,6 +2,7 @@
 
 | module                      | what                                                             |
 |-----------------------------|------------------------------------------------------------------|
+| `error_parts`               | parts of the light and keys that errors of the lens share        |
 | `exact_core`                | a kernel near its axis, integrated over tiles and bands          |
 | `interpolation_wavelengths` | wavelengths at which patterns of a pupil with phase are made     |
 | `kernel_sampling_error`     | how wrong a kernel is beyond its exact core                      |

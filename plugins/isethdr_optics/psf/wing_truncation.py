@@ -151,12 +151,14 @@ def state(made: NearKernels) -> None:
         "no tile is so bright that the sensor could tell",
         made.noise_share,
         UNIT,
+        needless=True,
     )
     ledger.error(
         made.noise_share,
         UNIT,
         "bound",
         "far tail of the point spread, the same light added to every tile in its place",
+        key="far tail",
     )
 
 

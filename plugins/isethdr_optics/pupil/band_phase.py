@@ -12,9 +12,9 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.radiometry import band_widths_nm
-from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
 
 from ..psf import wings
+from ..psf.error_parts import SPREAD
 from . import sampled_pupil
 
 # Relative per tile, L1 per octave, for a radian rms within a part: measured 0.004 to 0.030 against
@@ -57,16 +57,7 @@ def state(lenses, wavelength_nm) -> None:
             f"speckle that {_needed(change)} parts of the band at {wave:g} nm would wash out, made"
             f" of {wings.MOST_PARTS}"
         )
-        ledger.add_error(
-            ErrorNote(
-                value,
-                "relative of spread light",
-                "measured",
-                label,
-                "band phase",
-                Quantity.IRRADIANCE,
-            )
-        )
+        ledger.error(value, "relative", "measured", label, key="band phase", part=SPREAD)
 
 
 def _needed(change: float) -> int:

@@ -64,6 +64,7 @@ def take_shot(model, soft, collects, light, generator):
         "nothing spills in them",
         NOTHING_E,
         "e",
+        needless=True,
     )
     raw, saturated = readings(model, soft, collects, light_e, generator, in_time=in_time)
     out = captures.captures(model, light, grid, raw, saturated, filters, qe)

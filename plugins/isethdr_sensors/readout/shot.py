@@ -10,7 +10,7 @@ from isethdr_core import ledger, quantities
 from isethdr_core.data.temporal_modulation import components
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.detector.noise import LARGEST_MEAN_E, rows_per_block
-from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
+from isethdr_core.uncertainty.error_terms import Quantity
 
 from ..charge import blooming, crosstalk, full_well
 from ..noise import fixed_pattern, read_noise, row_noise, shot_noise
@@ -51,6 +51,9 @@ def check_generator(model: SensorModel, generator) -> None:
         )
 
 
+PLACE_IN_BAND = "place in band"  # key of what is left out: where in its bands light lies
+
+
 def expected_electrons(model: SensorModel, light):
     """Return the mean electrons of light and dark charge, DataArray (capture, y, x): no noise, full
     well or converter.
@@ -76,14 +79,15 @@ def state_errors(model: SensorModel, light) -> None:
             "light taken for even over each band: black bodies of 2000 to 20000 K, and the light's"
             " own mean spectrum"
         )
-        ledger.add_error(
-            ErrorNote(value, "relative", "measured", label, "spectral bands", Quantity.ELECTRONS)
+        ledger.error(
+            value, "relative", "measured", label, key="spectral bands", acts_on=Quantity.ELECTRONS
         )
         ledger.left_out(
             "where in its bands light lies",
             "it holds band means, counted as if even over each band",
             line_error(model, wavelength_nm),
             "of the electrons that the same energy makes in the filters' strongest band",
+            key=PLACE_IN_BAND,
         )
     for reading in model.readings:
         converter.state_nonlinearity(reading)

@@ -151,6 +151,8 @@ def narrow(model: SensorModel, demand):
             "quantum efficiency below 1e-6 of its peak",
             NEGLIGIBLE,
             "electrons per electron that the same photons make at the peak",
+            key="bands",
+            needless=True,
         )
     return replace(demand, wavelength_nm=tuple(kept))
 

@@ -2,14 +2,20 @@
 
 from isethdr_core.cli.summary_tables import metrics_together, score_text, worst_text
 from isethdr_core.ledger import Ledger, LeftOut, Row
-from isethdr_core.uncertainty.ledger import ErrorNote
+
+from ..stated_rows import row, said
 
 
 def test_metrics_of_a_camera_are_one_row_and_nothing_is_lost():
     ledger = Ledger(
         [
             Row("lens ideal", 1.0, 5),
-            Row("metric ssim bayer", 2.0, 7, [ErrorNote(1.0, "dB", "bound")]),
+            Row(
+                "metric ssim bayer",
+                2.0,
+                7,
+                row("metric ssim bayer", said(1.0, "dB", "bound")).errors,
+            ),
             Row("metric snr bayer", 0.5, 3, [], [LeftOut("a", "b", 0.0, "dB")]),
             Row("metric ssim rgbw", 0.25, 9),
         ]
@@ -22,14 +28,11 @@ def test_metrics_of_a_camera_are_one_row_and_nothing_is_lost():
 
 
 def test_the_worst_error_stands_for_the_others():
-    notes = [
-        ErrorNote(0.01, "relative", "bound"),
-        ErrorNote(0.2, "relative", "statistical", "speckle"),
-    ]
-    assert worst_text(notes) == "0.2 relative (statistical) +1"
-    assert (
-        worst_text([*notes, ErrorNote(5.0, "dB", "bound")]) == "0.2 relative (statistical) +2"
-    )  # decibels say nothing about it
+    terms = [said(0.01, "relative", "bound"), said(0.2, "relative", "statistical")]
+    assert worst_text(row("lens l", *terms).errors) == "0.2 relative (statistical) +1"
+    # decibels say nothing about it, nor does an error of a part of the light
+    terms += [said(5.0, "dB", "bound"), said(0.5, "relative", "bound", part="halo")]
+    assert worst_text(row("lens l", *terms).errors) == "0.2 relative (statistical) +3"
     assert worst_text([]) == ""
 
 

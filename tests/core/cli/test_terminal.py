@@ -18,7 +18,7 @@ from isethdr_core.ledger import Ledger, LeftOut, Row
 from isethdr_core.plugins import registry
 from isethdr_core.runs.run_warnings import SATURATED_FRAME, RunWarning
 from isethdr_core.storage import store
-from isethdr_core.uncertainty.ledger import ErrorNote
+from isethdr_core.uncertainty.error_terms import ErrorTerm, Quantity, Source
 
 STRANGE = ["[red]bold[/red]", "[/]", ":car:", "[link=file:///x]y[/link]", "a[0]", "\\[b]"]
 
@@ -29,7 +29,8 @@ def narrow(monkeypatch):
 
 
 def a_result(text: str, folder: Path) -> SimpleNamespace:
-    note, omission = ErrorNote(0.5, text, "bound", text), LeftOut(text, text, 1.0, text)
+    term = ErrorTerm(Source("picture", text), Quantity.ELECTRONS, text, 0.5, text, "bound", text)
+    omission = LeftOut(text, text, 1.0, text)
     score = {"metric": text, "unit": text, "camera": text, "object": ""}
     return SimpleNamespace(
         computed=False,
@@ -37,7 +38,7 @@ def a_result(text: str, folder: Path) -> SimpleNamespace:
         path=folder / "run.zarr",
         attributes={"lighting_notes": {text: text}},
         warnings=[asdict(RunWarning(SATURATED_FRAME, text, 0.5, 0.05, text))],
-        ledger=Ledger([Row(f"picture {text}", errors=[note], left_out=[omission])]),
+        ledger=Ledger([Row(f"picture {text}", errors=[term], left_out=[omission])]),
         cameras=[text],
         scores=[score | {"value": 1.0, "low": None, "high": None}],
     )

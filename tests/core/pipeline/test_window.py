@@ -150,7 +150,9 @@ def test_a_lens_that_keeps_light_in_place_makes_the_same_bits_of_fewer_tiles():
 
 @pytest.mark.parametrize("window_m", [(480e-6, 320e-6), (1.0, 1.0), (np.inf, np.inf)])
 def test_a_window_as_large_as_the_field_changes_nothing(window_m):
-    assert window.without_unseen(build("lens", "ideal"), field := mixed(), (), window_m) is field
+    assert (
+        window.without_unseen(build("lens", "ideal"), field := mixed(), (), window_m).kept is field
+    )
 
 
 def test_a_lens_that_spreads_light_or_says_nothing_is_given_all():
@@ -161,7 +163,7 @@ def test_a_lens_that_spreads_light_or_says_nothing_is_given_all():
         (build("lens", "ideal", distortion={"model": "brown_conrady", "k1": -0.1}), ()),
         (SimpleNamespace(), ()),
     ):
-        assert window.without_unseen(lens, field := mixed(), flares, tiny) is field
+        assert window.without_unseen(lens, field := mixed(), flares, tiny).kept is field
 
 
 def test_light_that_varies_in_time_is_cut_like_any_other():
@@ -222,7 +224,7 @@ def test_a_run_through_a_lens_that_spreads_light_states_its_bound_among_the_erro
     [lens] = [r for r in few.ledger if r.stage.startswith("lens")]
     [row] = [o for o in lens.left_out if o.why.startswith(window.WHY)]
     [picture] = [r for r in few.ledger if r.stage.startswith("picture")]
-    stated = {e.what: e.value for e in picture.errors if e.how == "bound"}
+    stated = {e.label: e.value for e in picture.errors if e.how == "bound"}
     assert 0 < row.bound <= stated["electrons of single: all after the renderer"] < 0.1
 
 

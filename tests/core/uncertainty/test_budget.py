@@ -176,7 +176,7 @@ def test_the_plan_passes_it_on():
     assert demand.error_allowed == pytest.approx(
         left / sqrt(full_e), rel=0.05
     )  # read noise is little beside a full well
-    assert any("0.5 of the noise" in e.what for e in rows[0].errors)
+    assert any("0.5 of the noise" in e.label for e in rows[0].errors)
     assert (
         plan(chain(compose([*SMALL, "sensor.noise=false"])), ledger.Ledger()).error_allowed == 0.0
     )  # without noise nothing is small

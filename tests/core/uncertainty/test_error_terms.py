@@ -4,6 +4,7 @@ smaller than a part of it.
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -14,8 +15,10 @@ from hypothesis import strategies as st
 
 from isethdr_core.data import quantities
 from isethdr_core.ledger import Ledger, Row
+from isethdr_core.runs import radiance_cache
 from isethdr_core.uncertainty import error_terms, ledger, propagation
-from isethdr_core.uncertainty.error_terms import DIRECT, SPREAD, ErrorNote, Quantity
+from isethdr_core.uncertainty.earlier_terms import DIRECT, SPREAD, ErrorNote
+from isethdr_core.uncertainty.error_terms import ErrorTerm, Quantity, Source
 from isethdr_core.uncertainty.propagation import (
     AFTER_RENDERER,
     RENDERER,
@@ -25,65 +28,68 @@ from isethdr_core.uncertainty.propagation import (
     Electrons,
 )
 
+from ..stated_rows import row, said
+
 ROUNDING = 1e-6  # relative: figures are found by bisection to 1e-9
+LENS = Source("lens", "l")
 
 
 def shot_of(seed: int, capture: str = "a", pixels: int = 400, **fields) -> Electrons:
-    """Return electrons over four decades, of which any share comes straight, and any noise of a
-    renderer.
+    """Return electrons over four decades, of which any share comes from the tiles looked at, and
+    any noise of a renderer.
     """
     rng = np.random.default_rng(seed)
     total = 10.0 ** rng.uniform(0, 4, pixels)
     noise = rng.choice([0.0, 1.0]) * 10.0 ** rng.uniform(-3, 1) * rng.exponential(size=pixels)
     sigma = np.sqrt(total + 4.0)
     lit = rng.random(pixels) < rng.uniform(0.05, 1.0)
-    return Electrons(
-        capture, total, total * rng.random(pixels), sigma, noise * sigma, lit, 2.0, **fields
-    )
+    image = total * rng.random(pixels)
+    parts = {"halo": np.maximum(total - image, 0.0)}
+    return Electrons(capture, total, image, sigma, noise * sigma, lit, 2.0, parts=parts, **fields)
 
 
-def stated(shots, rows) -> list[ErrorNote]:
+def stated(shots, rows) -> list[ErrorTerm]:
     with ledger.stage(Ledger(), "picture") as row:
         propagation.state(shots, rows, 0.1, (0.0, 0.0))
     return row.errors
 
 
-NOTES = st.builds(
-    ErrorNote,
-    value=st.floats(0, 0.2),
-    unit=st.sampled_from(
-        [*propagation.RELATIVE, quantities.IRRADIANCE, "electrons", UNIT, "fraction of energy"]
+TERMS = st.builds(
+    ErrorTerm,
+    source=st.builds(
+        Source,
+        st.sampled_from(["scene", "renderer", "radiance", "lighting", "lens", "sensor"]),
+        st.sampled_from(["n", "m"]),
+        st.sampled_from(["", "a", "b"]),
     ),
+    acts_on=st.sampled_from(list(Quantity)),
+    part=st.sampled_from([None, "halo", "light that nobody declared"]),
+    value=st.floats(0, 0.2),
+    unit=st.sampled_from([*propagation.UNITS, "fraction of energy"]),
     how=st.sampled_from(["measured", "bound", "statistical"]),
-    what=st.sampled_from(["kernel", "radiance as stored", ""]),
-    source=st.sampled_from(["", "a", "b", error_terms.KERNELS]),
-    quantity=st.sampled_from(list(Quantity)),
-    part=st.sampled_from(["", DIRECT, SPREAD, "light of a flare"]),
+    label=st.text(max_size=30),
 )
 LEDGERS = st.lists(
-    st.tuples(st.sampled_from(["scene s", "radiance", "lighting n", "lens l", "sensor c"]), NOTES),
+    st.tuples(st.sampled_from(["scene s", "radiance", "lighting n", "lens l", "sensor c"]), TERMS),
     max_size=8,
 )
 
 
 @settings(max_examples=60, deadline=None)
 @given(LEDGERS, st.integers(0, 10**6), st.booleans())
-def test_no_figure_is_smaller_than_a_part_of_it(notes, seed, two):
-    rows = [Row(stage, errors=[note]) for stage, note in notes]
+def test_no_figure_is_smaller_than_a_part_of_it(terms, seed, two):
+    rows = [Row(stage, errors=[term]) for stage, term in terms]
     shots = [shot_of(seed + k, capture) for k, capture in enumerate("ab"[: 1 + two])]
     whole, *parts = stated(shots, rows)
     if not any(shot.unsaturated.any() for shot in shots):
         return
-    assert whole.source == WHOLE and {note.source for note in parts} == {
-        RENDERER,
-        AFTER_RENDERER,
-        SENSOR,
-    }
-    assert whole.value * (1 + ROUNDING) >= max(note.value for note in parts)
+    keys = {term.source.key for term in parts}
+    assert whole.source.key == WHOLE and keys == {RENDERER, AFTER_RENDERER, SENSOR}
+    assert whole.value * (1 + ROUNDING) >= max(term.value for term in parts)
     for shot in shots:  # and the figure of every stage alone is at most that of all
-        kept, _ = propagation.notes_after(rows)
+        kept, _ = propagation.terms_after(rows)
         if shot.unsaturated.any():
-            alone = [propagation.figures_of(shot, [note]).later for note in kept]
+            alone = [propagation.figures_of(shot, [term]).later for term in kept]
             assert (
                 max(alone, default=0.0)
                 <= propagation.figures_of(shot, kept).later * (1 + ROUNDING) + 1e-12
@@ -91,37 +97,31 @@ def test_no_figure_is_smaller_than_a_part_of_it(notes, seed, two):
 
 
 @settings(max_examples=40, deadline=None)
-@given(LEDGERS, st.integers(0, 10**6))
-def test_labels_decide_nothing(notes, seed):
-    rows, shot = [Row(stage, errors=[note]) for stage, note in notes], shot_of(seed)
+@given(LEDGERS, st.lists(st.text(), min_size=8, max_size=8), st.integers(0, 10**6))
+def test_labels_decide_nothing(terms, words, seed):
+    rows, shot = [Row(stage, errors=[term]) for stage, term in terms], shot_of(seed)
     relabelled = [
-        Row(stage, errors=[replace(note, what=f"other words {k}")])
-        for k, (stage, note) in enumerate(notes)
+        Row(stage, errors=[replace(term, label=word)])
+        for (stage, term), word in zip(terms, words, strict=False)
     ]
-    assert [n.value for n in stated([shot], rows)] == [n.value for n in stated([shot], relabelled)]
+    assert stated([shot], rows) == stated([shot], relabelled)
+    assert propagation.stated_noise(rows) == propagation.stated_noise(relabelled)
+    summed = [ledger.row_of_sum(each).errors for each in (rows, relabelled)]
+    assert summed[0] == summed[1] and rows == relabelled
 
 
 def test_the_headline_of_a_bound_and_of_two_deviations_in_closed_form():
     ones = np.ones(50)
     shot = Electrons("a", 1e4 * ones, 1e4 * ones, 100 * ones, 30 * ones, ones > 0, 2.0)
-    rows = [Row("lens l", errors=[ErrorNote(0.4, UNIT, "statistical")])]
-    whole, renderer, later, _ = (note.value for note in stated([shot], rows))
+    rows = [row("lens l", said(0.4, UNIT, "statistical"))]
+    whole, renderer, later, _ = (term.value for term in stated([shot], rows))
     # 99 % of normal deviates are within 2.5758 standard deviations: 0.3 and 0.4 of the noise,
     # together 0.5
     assert (renderer, later, whole) == pytest.approx((0.77274, 1.03032, 1.2879), rel=1e-4)
-    rows = [
-        Row(
-            "lens l",
-            errors=[ErrorNote(0.2, UNIT, "bound"), ErrorNote(1e-3, "relative", "measured")],
-        )
-    ]
-    rows.append(
-        Row(
-            "sensor s",
-            errors=[ErrorNote(2e-3, "relative", "measured", quantity=Quantity.ELECTRONS)],
-        )
-    )
-    whole, renderer, later, sensor = (note.value for note in stated([shot], rows))
+    rows = [row("lens l", said(0.2, UNIT, "bound"), said(1e-3, "relative", "measured"))]
+    counted = said(2e-3, "relative", "measured", acts_on=Quantity.ELECTRONS)
+    rows.append(row("sensor s", counted))
+    whole, renderer, later, sensor = (term.value for term in stated([shot], rows))
     assert sensor == pytest.approx(0.2, rel=1e-6)
     assert later == pytest.approx(0.3, rel=1e-6) and whole == pytest.approx(
         0.5 + renderer, rel=1e-6
@@ -129,69 +129,139 @@ def test_the_headline_of_a_bound_and_of_two_deviations_in_closed_form():
 
 
 def test_an_error_acts_on_its_part_of_the_light_alone():
+    """The core takes any name for a part: of light that is handed over, of the image, of the
+    rest.
+    """
     ones = np.ones(4)
-    shot = Electrons(
-        "a",
-        1000 * ones,
-        700 * ones,
-        ones,
-        0 * ones,
-        ones > 0,
-        2.0,
-        parts={"light of a flare": 20 * ones},
-    )
+    shot = Electrons("a", 1000 * ones, 700 * ones, ones, 0 * ones, ones > 0, 2.0)
+    with ledger.stage(Ledger(), "lens l") as declared:
+        ledger.image_part("x")
+        ledger.rest_part("y")
+    [shot] = propagation.with_parts([shot], None, [declared])
+    shot = replace(shot, parts=shot.parts | {"z": 20 * ones})
 
-    def bound(**fields):
-        return propagation.after(shot, [ErrorNote(0.1, "relative", "bound", **fields)])[0][0]
+    def bound(part):
+        term = ErrorTerm(LENS, Quantity.IRRADIANCE, part, 0.1, "relative", "bound")
+        return propagation.after(shot, [term])[0][0]
 
-    assert [
-        bound(),
-        bound(part=DIRECT),
-        bound(part=SPREAD),
-        bound(part="light of a flare"),
-    ] == pytest.approx([100, 70, 30, 2])
-    assert bound(part="light that nobody declared") == pytest.approx(
-        100
-    )  # no part is more than all light
+    assert [bound(part) for part in (None, "x", "y", "z")] == pytest.approx([100, 70, 30, 2])
+    assert bound("light that nobody declared") == pytest.approx(100)  # no more than all light
 
 
 def test_what_attributes_say_and_shapes_are_no_errors_of_a_pixel():
-    for quantity in (Quantity.ATTRIBUTES, Quantity.POINT_SPREAD, Quantity.SCORE, Quantity.PICTURE):
-        note = ErrorNote(0.3, "relative", "measured", "said", quantity=quantity)
-        assert propagation.notes_after([Row("lens l", errors=[note])]) == ([], [note])
+    for quantity in set(Quantity) - set(error_terms.LIGHT) - {Quantity.TARGET}:
+        stage = row("lens l", said(0.3, "relative", "measured", acts_on=quantity))
+        assert propagation.terms_after([stage]) == ([], stage.errors)
 
 
 def test_a_sensor_states_errors_of_electrons_and_keeps_those_of_its_own():
-    counted = ErrorNote(0.01, "relative", "bound", quantity=Quantity.ELECTRONS)
-    own = ErrorNote(0.5, "electrons", "bound", "non-linearity")
-    rows = [Row("sensor s", errors=[counted, own])]
-    assert propagation.notes_of_sensor(rows) == [counted] and propagation.notes_after(rows) == (
-        [],
-        [],
-    )
+    counted = said(0.01, "relative", "bound", acts_on=Quantity.ELECTRONS)
+    stage = row("sensor s", counted, said(0.5, "electrons", "bound", "non-linearity"))
+    assert stage.errors[1].acts_on == Quantity.RAW
+    assert propagation.terms_of_sensor([stage]) == stage.errors[:1]
+    assert propagation.terms_after([stage]) == ([], [])
 
 
-def test_a_ledger_stored_without_the_new_fields_loads():
-    old = [
+def test_a_stage_without_a_word_on_it_speaks_of_what_it_returns():
+    for kind, quantity in (
+        ("scene", Quantity.RADIANCE),
+        ("lens", Quantity.IRRADIANCE),
+        ("sensor", Quantity.RAW),
+        ("isp", Quantity.PICTURE),
+        ("metric", Quantity.SCORE),
+        ("something else", Quantity.OTHER),
+    ):
+        [term] = row(f"{kind} n", said(1.0, "relative", "bound")).errors
+        assert term.acts_on == quantity and term.source.kind == kind.split()[0]
+    [term] = row("metric ssim bayer", said(1.0, "1", "bound")).errors
+    assert term.source == Source("metric", "ssim bayer")
+
+
+def test_errors_of_a_sum_of_light():
+    """The largest relative value, the total of absolute ones; terms of one identity are matched in
+    their order.
+    """
+
+    def part(relative, absolute, *more):
+        keyed = [said(value, "relative", "statistical", key="octave") for value in more]
+        return row(
+            "lens l",
+            said(relative, "relative", "bound"),
+            said(absolute, "electrons", "bound"),
+            *keyed,
+        )
+
+    summed = ledger.row_of_sum([part(0.1, 2.0, 0.5, 0.3), part(0.4, 3.0, 0.2, 0.7, 0.1)]).errors
+    assert [term.value for term in summed] == [0.4, 5.0, 0.5, 0.7, 0.1]
+    assert [term.value for term in error_terms.largest_alternatives(summed)] == [0.4, 5.0, 0.7]
+
+
+def test_left_out_of_several_parts_is_listed_once():
+    def part(what, bound, key=""):
+        with ledger.stage(Ledger(), "lens l") as stated:
+            ledger.left_out(what, "too dark", bound, "relative", key=key)
+        return stated
+
+    rows = [part("a", 0.1), part("a", 0.2), part("3 of 5", 0.1, "bands"), part("4", 0.3, "bands")]
+    assert [left.bound for left in ledger.row_of_sum(rows).left_out] == [0.2, 0.3]
+
+
+def test_what_a_call_states_comes_back_with_its_result():
+    def call():
+        ledger.error(0.1, "relative", "bound")
+        ledger.left_out("a", "b", 0.0, "1")
+        ledger.rest_part("halo")
+        return 7
+
+    with ledger.stage(Ledger(), "lens l") as stage:
+        found = ledger.collected(call)
+        assert found.result == 7 and stage == replace(stage, errors=[], left_out=[])
+        ledger.record_row(found.row)
+    assert stage.errors == found.row.errors and stage.errors[0].source == LENS
+    assert len(stage.left_out) == 1 and "halo" in stage.light_parts
+    assert ledger.collected(ledger.records_errors).result is False  # nobody asks outside a run
+
+
+def test_ledgers_of_earlier_versions_load():
+    def old(value, unit, how, **fields):
+        return {"value": value, "unit": unit, "how": how, "what": "", **fields}
+
+    records = [
         {
             "stage": "lens l",
             "seconds": 1.0,
             "peak_bytes": 2,
-            "left_out": [],
+            "left_out": [{"what": "a", "why": "b", "bound": 0.0, "unit": "1"}],
             "errors": [
-                {
-                    "value": 0.02,
-                    "unit": "relative per tile",
-                    "how": "statistical",
-                    "what": "speckle",
-                }
+                old(0.02, "relative per tile", "statistical"),
+                old(0.1, "relative", "bound", source="k", quantity="irradiance", part="ghosts"),
+                old(0.3, "share of a point's light", "measured", source="", quantity="", part=""),
+                old(0.5, "um rms", "measured", source="z", quantity="point spread", part=""),
             ],
         }
     ]
-    [row] = Ledger.from_records(old)
-    assert (
-        error_terms.part_of(row.errors[0]) == SPREAD and row.errors[0].quantity == Quantity.UNSTATED
-    )
+    [stage] = Ledger.from_records(json.loads(json.dumps(records)))
+    assert stage.errors == [
+        ErrorTerm(LENS, Quantity.IRRADIANCE, SPREAD, 0.02, "relative", "statistical"),
+        ErrorTerm(replace(LENS, key="k"), Quantity.IRRADIANCE, "ghosts", 0.1, "relative", "bound"),
+        ErrorTerm(LENS, Quantity.IRRADIANCE, None, 0.3, "relative", "measured"),
+        ErrorTerm(replace(LENS, key="z"), Quantity.POINT_SPREAD, None, 0.5, "um rms", "measured"),
+    ]
+    assert Ledger.from_records(Ledger([stage]).as_records()) == [stage]
+    assert len(stage.left_out) == 1 and not stage.left_out[0].needless
+
+
+def test_notes_of_earlier_plugins_act_on_what_they_did():
+    ones = np.ones(4)
+    shot = Electrons("a", 1000 * ones, 700 * ones, ones, 0 * ones, ones > 0, 2.0)
+    with ledger.stage(Ledger(), "lens l") as stage:
+        ledger.add_error(ErrorNote(0.1, "relative", "bound", "", "a", Quantity.IRRADIANCE, SPREAD))
+        ledger.add_error(ErrorNote(0.1, "relative", "bound", part=DIRECT))
+        ledger.add_error(ErrorNote(0.2, "relative per tile", "bound"))
+        ledger.error(0.3, "share of a point's light", "bound")
+    [shot] = propagation.with_parts([shot], None, [stage])
+    each = [propagation.after(shot, [term])[0][0] for term in propagation.terms_after([stage])[0]]
+    assert each == pytest.approx([30, 70, 60, 300])
 
 
 def test_declared_light_adds_up_and_is_not_stored():
@@ -208,3 +278,34 @@ def test_declared_light_adds_up_and_is_not_stored():
         "light_parts" not in rows.as_records()[0] and Ledger.from_records(rows.as_records()) == rows
     )
     ledger.light_part("outside a run", light)  # nobody listens: nothing fails
+
+
+def test_stored_terms_are_restated_by_their_fields(monkeypatch, tmp_path):
+    """A term of this run is not stated twice, whatever its label; noise of pooled stores only where
+    no renderer of this run did.
+    """
+    with ledger.stage(fresh := Ledger(), "renderer r"):
+        ledger.error(0.1, "relative", "statistical", "new words", part="sky")
+    with ledger.stage(old := Ledger(), "renderer r"):
+        ledger.error(0.1, "relative", "statistical", "old words", part="sky")
+        ledger.error(0.2, "relative", "bound", "of its own")
+    scene = xr.Dataset({"radiance": xr.DataArray(0.0, attrs={"keepbits": 10})})
+    whole = scene.assign_coords(wavelength=[550.0])
+    held = [{"id": "s", "ledger": old.as_records()}]
+    monkeypatch.setattr("isethdr_core.storage.store.open_store", lambda path: scene)
+    monkeypatch.setattr(radiance_cache, "of_demand", lambda joined, demand: joined)
+    monkeypatch.setattr(radiance_cache, "known", lambda *_: radiance_cache.Known())
+
+    def restated(attributes, rows):
+        joined = whole.assign_attrs(attributes)
+        monkeypatch.setattr("isethdr_core.storage.join.join_scenes", lambda *_: joined)
+        with ledger.stage(Ledger(), "radiance") as stage:
+            radiance_cache.opened(tmp_path, held, radiance_cache.Demand(), rows)
+        return [(t.source.kind, t.part, t.value) for t in stage.errors[1:]]
+
+    assert restated({}, fresh) == [("renderer", None, 0.2)]
+    assert restated({}, Ledger()) == [("renderer", "sky", 0.1), ("renderer", None, 0.2)]
+    pooled = {"paths": {"sky": 8, "lamps": 8}, "noise": {"sky": 0.05, "lamps": 0.07}}
+    of_lamps = ("renderer", "lamps", 0.07)
+    assert restated(pooled, fresh) == [("renderer", None, 0.2), of_lamps]
+    assert restated(pooled, Ledger())[1:] == [("renderer", "sky", 0.05), of_lamps]

@@ -10,11 +10,14 @@ import isethdr_core as hdr
 from isethdr_core.data import quantities
 from isethdr_core.ledger import Row
 from isethdr_core.plugins.registry import build
+from isethdr_core.runs import radiance_cache
 from isethdr_core.truth import seen
 from isethdr_core.uncertainty import ledger, propagation
-from isethdr_core.uncertainty.error_terms import KERNELS, STORE_ROUNDING, ErrorNote, Quantity
+from isethdr_core.uncertainty.error_terms import ErrorMaps, Quantity
 from isethdr_core.uncertainty.propagation import UNIT, Electrons
 from isethdr_core.uncertainty.render_noise import NOISE, nearest_xyz, pixel_variance
+
+from ..stated_rows import row, said
 
 TILES = (12, 16)
 
@@ -55,7 +58,7 @@ def test_a_tile_per_pixel_has_its_tile_s_noise():
     np.testing.assert_allclose(
         shot.total, mean_e, rtol=1e-6
     )  # float32 light, another way to sum it
-    np.testing.assert_allclose(shot.direct, mean_e, rtol=1e-6)  # no blur
+    np.testing.assert_allclose(shot.image, mean_e, rtol=1e-6)  # no blur
     np.testing.assert_allclose(shot.renderer, 0.02 * mean_e, rtol=1e-5)
     read2 = float(captures.read_noise_e[0]) ** 2 + float(captures.quantisation_e[0]) ** 2 / 12
     np.testing.assert_allclose(
@@ -87,45 +90,48 @@ def test_variance_of_a_mean_as_a_repeat_finds_it(pitch_um):
 def test_bounds_add_up_and_statistics_add_up_in_squares():
     ones = np.ones((2, 2))
     shot = Electrons("a", 1000 * ones, 900 * ones, 40 * ones, 3 * ones, ones > 0, 2.0)
-    notes = [
-        ErrorNote(1e-3, "relative", "bound"),
-        ErrorNote(0.5, "electrons", "bound"),
-        ErrorNote(0.25, quantities.IRRADIANCE, "measured"),
-        ErrorNote(0.03, "relative per tile", "statistical"),
-        ErrorNote(0.1, UNIT, "statistical"),
-    ]
+    stated = row(
+        "lens l",
+        said(1e-3, "relative", "bound"),
+        said(0.5, "electrons", "bound"),
+        said(0.25, quantities.IRRADIANCE, "measured"),
+        said(0.03, "relative", "statistical", part="halo"),
+        said(0.1, UNIT, "statistical"),
+        rest="halo",
+    )
+    [shot] = propagation.with_parts([shot], None, [stated])
     # 1 + 0.5 + 0.25 x 2 of all; 3 % of the hundred that were spread, and a tenth of the noise
-    for found, want in zip(propagation.after(shot, notes), (2.0, np.hypot(3.0, 4.0))):
+    for found, want in zip(propagation.after(shot, stated.errors), (2.0, np.hypot(3.0, 4.0))):
         np.testing.assert_allclose(found, want, rtol=1e-14)
 
 
 def test_what_a_lens_knows_of_its_kernels_takes_the_place_of_what_it_stated():
     ones = np.ones((2, 2))
-    shot = Electrons(
-        "a", 1000 * ones, 900 * ones, 40 * ones, 3 * ones, ones > 0, 2.0, (5 * ones, 0.25 * ones)
+    maps = ErrorMaps(5 * ones, 0.25 * ones, ("grain", "border"), "errors tile by tile")
+    shot = Electrons("a", 1000 * ones, 900 * ones, 40 * ones, 3 * ones, ones > 0, 2.0, maps)
+    stated = row(
+        "lens l",
+        said(0.02, "relative", "statistical", key="grain", part="halo"),
+        said(1e-3, "relative", "bound"),
+        said(0.015, "relative", "measured", key="border", part="halo"),
+        said(0.01, "relative", "measured", key="band phase", part="halo"),
+        rest="halo",
     )
-    notes = [
-        ErrorNote(0.02, "relative per tile", "statistical", "speckle", KERNELS),
-        ErrorNote(1e-3, "relative", "bound"),
-        ErrorNote(0.015, "relative of spread light", "measured", "near the border", KERNELS),
-        ErrorNote(0.01, "relative of spread light", "measured", "within the band", "band phase"),
-    ]
-    rows = [Row("lens l", errors=notes)]
-    notes, _ = propagation.notes_after(rows, kernels=False)
-    bound, deviation = propagation.after(shot, notes)
-    np.testing.assert_allclose(
-        bound, 0.25 + 1.0 + 1.0, rtol=1e-14
-    )  # of its own, of all light, of spread light
+    [shot] = propagation.with_parts([shot], None, [stated])
+    terms, _ = propagation.terms_after([stated], maps.replaces)
+    bound, deviation = propagation.after(shot, terms)
+    # the map's, a thousandth of all light, a hundredth of the halo
+    np.testing.assert_allclose(bound, 0.25 + 1.0 + 1.0, rtol=1e-14)
     np.testing.assert_allclose(deviation, 5.0, rtol=1e-14)
-    said = _said([shot], rows, 0.01)
-    assert "where 0.01 is allowed" in said and "by: kernels beyond their exact core" in said
-    assert "more than allowed" not in _said([shot], rows, 1.0)
+    label = _said([shot], [stated], 0.01)
+    assert "where 0.01 is allowed" in label and "by: errors tile by tile" in label
+    assert "more than allowed" not in _said([shot], [stated], 1.0)
 
 
 def _said(shots, rows, allowed):
     with ledger.stage(ledger.Ledger(), "picture") as row:
         propagation.state(shots, rows, allowed, (0.0, 0.0))
-    return row.errors[0].what
+    return row.errors[0].label
 
 
 def test_a_share_of_all_errors_is_within():
@@ -141,38 +147,30 @@ def test_a_share_of_all_errors_is_within():
 
 
 def test_what_the_renderer_and_targets_say_is_not_counted_twice():
-    rows = [
-        Row(
-            "renderer mitsuba",
-            errors=[ErrorNote(0.1, "relative", "statistical", "light group sky")],
-        ),
-        Row(
-            "radiance",
-            errors=[
-                ErrorNote(5e-4, "relative", "bound", "rounded", STORE_ROUNDING),
-                ErrorNote(0.1, "relative", "statistical", "group"),
-            ],
-        ),
-        Row(
+    noise = said(0.1, "relative", "statistical", part="sky")
+    with ledger.stage(rows := ledger.Ledger(), "renderer r"):
+        ledger.error(**noise)
+    with ledger.stage(rows, "radiance"):  # restates, and adds its own
+        ledger.record(*rows[0].errors, radiance_cache.rounding_term(5e-4))
+    rows.append(
+        row(
             "lighting night",
-            errors=[
-                ErrorNote(1e-7, "relative", "bound"),
-                ErrorNote(0.3, "relative", "measured", "targets", quantity=Quantity.TARGET),
-            ],
-        ),
-        Row(
+            said(1e-7, "relative", "bound"),
+            said(0.3, "relative", "measured", acts_on=Quantity.TARGET),
+        )
+    )
+    rows.append(
+        row(
             "lens l",
-            errors=[
-                ErrorNote(0.01, "relative per tile", "statistical", "2 to 4", KERNELS),
-                ErrorNote(0.03, "relative per tile", "statistical", "4 to 8", KERNELS),
-                ErrorNote(0.2, "fraction of energy", "measured", "light beyond"),
-            ],
-        ),
-    ]
-    kept, without = propagation.notes_after(rows)
-    assert sorted(n.value for n in kept) == [1e-7, 5e-4, 0.03] and [n.what for n in without] == [
-        "light beyond"
-    ]
+            said(0.01, "relative", "statistical", "2 to 4", key="grain", part="halo"),
+            said(0.03, "relative", "statistical", "4 to 8", key="grain", part="halo"),
+            said(0.2, "fraction of energy", "measured", "light beyond"),
+        )
+    )
+    kept, without = propagation.terms_after(rows)
+    assert sorted(n.value for n in kept) == [1e-7, 5e-4, 0.03]
+    assert [n.value for n in without] == [0.2]
+    assert propagation.stated_noise(rows) == 0.1
 
 
 def test_a_sensor_s_channel_takes_the_noise_of_its_colour():
@@ -211,7 +209,7 @@ def test_a_run_ends_with_how_wrong_its_picture_is():
     )
     row = hdr.run(config).ledger[-1]
     assert row.stage == "picture bayer" and row.error_unit == UNIT and 0 < row.error < 0.1
-    assert "renderer 0, 0 s" in row.errors[0].what and "0.1 is allowed" in row.errors[0].what
+    assert "renderer 0, 0 s" in row.errors[0].label and "0.1 is allowed" in row.errors[0].label
 
 
 def test_a_run_with_lamps_and_dust_keeps_what_is_allowed():
@@ -247,14 +245,14 @@ def test_a_run_with_lamps_and_dust_keeps_what_is_allowed():
     ]
     ledger_of = {row.stage: row for row in hdr.run(hdr.compose(config)).ledger}
     first, *others = ledger_of["picture bayer"].errors
-    reached = next(e.value for e in others if e.source == propagation.AFTER_RENDERER)
+    reached = next(e.value for e in others if e.source.key == propagation.AFTER_RENDERER)
     assert any(
-        "speckle" in e.what for e in ledger_of["lens diffraction_limited"].errors
+        e.source.key == "kernel speckle" for e in ledger_of["lens diffraction_limited"].errors
     )  # kernels are not exact
     assert (
         0 < reached < 0.1
-        and f"all after it {reached:.3g} where 0.1 is allowed" in first.what
-        and "more than" not in first.what
+        and f"all after it {reached:.3g} where 0.1 is allowed" in first.label
+        and "more than" not in first.label
     )
 
 
@@ -266,17 +264,15 @@ def test_noise_stated_as_one_number_is_taken_for_all_direct_light():
     )
     whole = propagation.stated_noise(
         [
-            Row(
-                "radiance",
-                errors=[
-                    ErrorNote(0.03, "relative", "statistical"),
-                    ErrorNote(0.9, "relative", "bound"),
-                ],
+            row(
+                "renderer r",
+                said(0.03, "relative", "statistical"),
+                said(0.9, "relative", "bound"),
             )
         ]
     )
     (shot,) = propagation.electrons(captures, light, mixed, scene, whole)
-    np.testing.assert_allclose(shot.renderer, 0.03 * shot.direct, rtol=1e-12)
+    np.testing.assert_allclose(shot.renderer, 0.03 * shot.image, rtol=1e-12)
 
 
 def test_some_pixels_stand_for_all():
@@ -312,7 +308,7 @@ def test_some_pixels_hold_what_they_hold_among_all():
         propagation.electrons(c, light, mixed, scene)
         for c in (propagation.some_of(captures), captures)
     )
-    for name in ("total", "direct", "renderer", "sigma", "unsaturated"):
+    for name in ("total", "image", "renderer", "sigma", "unsaturated"):
         np.testing.assert_array_equal(getattr(few, name), getattr(every, name)[1::3, 1::3])
 
 

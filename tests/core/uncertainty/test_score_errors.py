@@ -16,7 +16,7 @@ from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.pipeline.chain import Camera
 from isethdr_core.plugins.registry import build
 from isethdr_core.truth import make_picture, truth
-from isethdr_core.uncertainty import ledger, score_errors
+from isethdr_core.uncertainty import score_errors
 from isethdr_core.uncertainty.render_noise import (
     HALVES,
     NOISE,
@@ -75,12 +75,8 @@ def seen(relative, tiles=SMALL):
 def stated(metrics, camera, scene, mixed, light, again, **count):
     """Return {score: (rms error, what it says)}."""
     scores = [s for metric in metrics for s in metric(camera.picture, camera.truth, camera.labels)]
-    with ledger.stage(rows := ledger.Ledger(), "scores"):
-        score_errors.state(camera, scores, metrics, mixed, scene, light, again, **count)
-    return {
-        note.what.split(":")[0].removeprefix("score "): (note.value, note.what)
-        for note in rows[0].errors
-    }
+    found = score_errors.of_scores(camera, scores, metrics, mixed, scene, light, again, **count)
+    return {term.part: (term.value, term.label) for term in found.terms}
 
 
 class Mean:
@@ -158,10 +154,9 @@ def test_noise_without_halves_leaves_scores_without_errors_and_says_so():
         (scene.drop_vars(HALVES), []),
         (scene.drop_vars(HALVES).assign({NOISE: scene[HALVES]}), ["renderer noise in scores"]),
     ):
-        with ledger.stage(rows := ledger.Ledger(), "scores"):
-            assert score_errors.state(camera, [], [Mean()], mixed, noisy, light, again) == {}
-        assert [left.what for row in rows for left in row.left_out] == said
-        assert not any(row.errors for row in rows)
+        found = score_errors.of_scores(camera, [], [Mean()], mixed, noisy, light, again)
+        assert found.errors == {} and found.terms == ()
+        assert [left.what for left in found.left_out] == said
 
 
 def test_light_that_was_spread_stays():
@@ -287,8 +282,8 @@ def test_every_score_of_a_small_picture_has_an_error_those_of_objects_too():
         return [Score("mean", mean, "cd m-2"), Score("mean", 2 * mean, "cd m-2", "car"), *rare]
 
     scores = both(camera.picture, camera.truth, camera.labels)
-    with ledger.stage(rows := ledger.Ledger(), "scores"):
-        errors = score_errors.state(camera, scores, [both], mixed, scene, light, again)
+    found = score_errors.of_scores(camera, scores, [both], mixed, scene, light, again)
+    errors = found.errors
     frame, car = (errors["mean", "cd m-2", name] for name in ("", "car"))
     assert frame.standard_error > 0
     few = 1 / (score_errors.CHANGES - 1) + 1 / score_errors.FEW_TILES
@@ -296,19 +291,16 @@ def test_every_score_of_a_small_picture_has_an_error_those_of_objects_too():
     assert car.standard_error == pytest.approx(2 * frame.standard_error)
     # a score that no changed scene has: its error is not known
     assert np.isnan(errors["rare", "dB", ""].standard_error)
-    assert [note.what.split(":")[0] for note in rows[0].errors] == [
-        "score mean"
-    ]  # of the frame alone
+    assert [term.part for term in found.terms] == ["mean"]  # of the frame alone
 
 
 def test_objects_of_a_large_picture_are_said_to_lack_renderer_noise():
     camera, scene, mixed, light, again = seen(0.1, LARGE)
     camera.labels = xr.Dataset({"instance": (("y", "x"), np.ones(LARGE, np.uint32))})
     scores = [Score("mean", 1.0, "", "car")]
-    with ledger.stage(rows := ledger.Ledger(), "scores"):
-        metric = lambda picture, truth, labels: scores
-        errors = score_errors.state(camera, scores, [metric], mixed, scene, light, again)
-    assert errors == {} and [left.what for left in rows[0].left_out] == [
+    metric = lambda picture, truth, labels: scores
+    found = score_errors.of_scores(camera, scores, [metric], mixed, scene, light, again)
+    assert found.errors == {} and [left.what for left in found.left_out] == [
         "renderer noise in scores of objects"
     ]
 
@@ -353,7 +345,7 @@ def test_smoothing_tells_how_far_noise_has_shifted_a_score():
         return picture.assign(xyz=picture.xyz.copy(data=picture.xyz.values * share[..., None]))
 
     scores = Mean(2)(picture, picture)
-    errors = score_errors.state(camera, scores, [Mean(2)], mixed, scene, light, again)
+    errors = score_errors.of_scores(camera, scores, [Mean(2)], mixed, scene, light, again).errors
     error = errors["mean", "", ""]
     # the window's mean keeps a ninth of the variance, tiles that differ by chance keep more
     assert -1.1 * noise**2 < error.less_noise < -0.4 * noise**2

@@ -120,7 +120,7 @@ def test_the_spread_of_passes_is_the_noise_of_the_mean(make):
     found = np.median(np.abs(a[lit] / b[lit] - 1)) / 0.6745
     # four passes know a standard error to 40 %, its median over tiles better, and the two medians
     # weigh tiles differently
-    assert row.errors[0].what.endswith("streetlights") and 0.4 < row.errors[0].value / found < 2.5
+    assert row.errors[0].label.endswith("streetlights") and 0.4 < row.errors[0].value / found < 2.5
 
 
 def test_same_seed_gives_the_same_cube_and_another_seed_does_not(make):

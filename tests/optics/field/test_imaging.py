@@ -37,7 +37,7 @@ def noted(call):
 
 
 def grid_error(row):
-    return next(e.value for e in row.errors if "places of the field" in e.what)
+    return next(e.value for e in row.errors if "places of the field" in e.label)
 
 
 def wave(coefficients, x, y):
@@ -259,7 +259,7 @@ def test_the_lens_of_a_prescription_images_with_its_own_wavefronts():
     axis = node_lens(lens, lens.wavefront_at(0.0), 0.0, 0.0)(scene)
     ratio = lens.gains_sr([550.0])[0] / axis.throughput_sr  # the traced beam
     np.testing.assert_allclose(own.values, axis.values * ratio, rtol=1e-4)
-    assert any("between traced wavelengths" in e.what for e in row.errors)
+    assert any("between traced wavelengths" in e.label for e in row.errors)
     traced_f_number = 4.0 / lens.exit_pupil_at(0.0)[0]
     reference = WavefrontLens(
         f_number=traced_f_number, focal_length_mm=8.0, zernike_um=lens.wavefront_at(0.0)

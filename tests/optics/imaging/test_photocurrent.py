@@ -92,7 +92,7 @@ def test_far_below_the_noise_for_every_sensor(name):
     assert (
         share[dark].max() < 0.1 and share.max() < 0.2
     )  # what is promised: a tenth below full well, a fifth above it
-    (note,) = [e for e in row.errors if "functionals" in e.what]
+    (note,) = [e for e in row.errors if "functionals" in e.label]
     assert (
         share[dark].max() < 1.5 * note.value + 1e-3
     )  # the ledger's figure is of a sample: the worst of all may lie above it
@@ -159,8 +159,8 @@ def test_kernels_divided_into_near_and_far(monkeypatch, mirrored, level):
     sensor = build("sensor", "bayer", pitch_um=3.0)
     share, electrons, row = compare(sensor, night(level, shape=(150, 180)))
     assert share[electrons < 1e5].max() < 0.1 and share.max() < 0.2
-    assert any("far from a lamp" in e.what for e in row.errors)
-    rounding = next(e for e in row.errors if "rounding of the transforms" in e.what).value
+    assert any("far from a lamp" in e.label for e in row.errors)
+    rounding = next(e for e in row.errors if "rounding of the transforms" in e.label).value
     assert 0 < rounding < 0.1  # electrons: single precision beside a lamp of 1e8
 
 
@@ -193,7 +193,7 @@ def test_bad_functionals_are_seen_to_be_bad(monkeypatch):
             spectral_fit, "directions", lambda known, *m, o=list(order): best(known[:3], *m)[o]
         )
         share, _, row = compare(build("sensor", "bayer", pitch_um=3.0), night(1e8))
-        (note,) = [e.value for e in row.errors if "functionals" in e.what]
+        (note,) = [e.value for e in row.errors if "functionals" in e.label]
         found.append((note, share.max()))
     (good_note, good), (bad_note, bad) = found
     assert bad_note > 2 * good_note and bad > 2 * good

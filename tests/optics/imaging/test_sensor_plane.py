@@ -99,7 +99,7 @@ def test_uniform_light_follows_the_relative_illumination_that_is_stated(distorti
     x, y = (light[d].values / 4e-3 for d in ("x", "y"))
     stated = camera_geometry.relative_illumination(light.attrs, x[None, :], y[:, None])
     measured = light.values[0] / (2.0 * light.attrs["throughput_sr"])
-    error = next(e.value for e in row.errors if "uniform" in e.what)
+    error = next(e.value for e in row.errors if "uniform" in e.label)
     # float32; the error itself: at most a quarter of what cos4 changes over a tile of 0.015
     np.testing.assert_allclose(measured, stated, atol=(error + 1e-6) * stated.max())
     assert error < 3e-3

@@ -187,7 +187,7 @@ def test_ledger_states_the_convolution_as_it_happened(monkeypatch):
         book = ledger.Ledger()
         with ledger.stage(book, "lens"):
             light = LENS(mixed(values, 3.0))
-        books.append(({e.what: e for e in book[0].errors}, light))
+        books.append(({e.label: e for e in book[0].errors}, light))
     (whole, exact), (cut, rough) = books
     assert not any("too dark" in w for w in whole)
     assert whole["convolution of the given kernel"].value < 1e-7

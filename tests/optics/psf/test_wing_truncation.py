@@ -74,7 +74,7 @@ def test_forced_in_it_changes_nothing_beyond_the_bound(flares, bands):
     assert left.unit == wing_truncation.UNIT and 0 < left.bound <= wing_truncation.SHARE * 0.1
     few, every = (SENSOR.expected(light).values for light in (short, LENS(mixed, flares)))
     share = np.abs(few - every) / np.sqrt(every + max(response().read_noise_e, 1.0) ** 2)
-    rest = sum(e.value for e in book[0].errors if "functionals" in e.what)
+    rest = sum(e.value for e in book[0].errors if "functionals" in e.label)
     assert share.max() <= left.bound + rest + 1e-4
     assert share.max() > 0.3 * left.bound, "uniform light comes near to the bound in the corners"
 

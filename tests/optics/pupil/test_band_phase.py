@@ -23,7 +23,7 @@ def stated(lens, waves):
     rows = ledger.Ledger()
     with ledger.stage(rows, "lens"):
         band_phase.state((lens,), np.asarray(waves))
-    return [(e.value, e.what) for e in rows[0].errors]
+    return [(e.value, e.label) for e in rows[0].errors]
 
 
 def test_too_few_parts_are_as_wrong_as_stated(monkeypatch):
@@ -75,4 +75,4 @@ def test_a_lens_states_it_in_its_ledger(monkeypatch):
     rows = ledger.Ledger()
     with ledger.stage(rows, "lens"):
         WavefrontLens(zernike_um={8: 0.3})(scene)
-    assert any("speckle that 2 parts" in e.what for e in rows[0].errors)
+    assert any("speckle that 2 parts" in e.label for e in rows[0].errors)

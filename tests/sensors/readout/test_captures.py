@@ -102,7 +102,7 @@ def test_coarse_tiles_are_stated(make_light):
         ledger = Ledger()
         with stage(ledger, "sensor"):
             IdealSensor(pitch_um=pitch)(light)
-        assert sum("tiles" in note.what for note in ledger[0].errors) == notes
+        assert sum("tiles" in note.label for note in ledger[0].errors) == notes
 
 
 @pytest.mark.parametrize("preset", ["bayer_imx363", "split_pixel_isethdr", "ideal_photon_counter"])

@@ -50,7 +50,7 @@ def test_the_level_meets_its_target(rule, make_light):
     }[rule]
     # a code of the converter's top, 6.3 e of 25 455
     assert level == pytest.approx(0.4, rel=3e-4)
-    assert row.errors[0].value < 1e-9 and "iterations" in row.errors[0].what
+    assert row.errors[0].value < 1e-9 and "iterations" in row.errors[0].label
 
 
 @pytest.mark.parametrize(("limits", "expected_s"), [((1e-9, 1e-8), 1e-8), ((50.0, 100.0), 50.0)])
@@ -59,7 +59,7 @@ def test_limits_hold_and_are_stated(limits, expected_s, make_light):
     with ledger.stage(ledger.Ledger(), "sensor") as row:
         found, iterations = auto_exposure.solve(camera, light_of(make_light))
     assert (found, iterations) == (expected_s, 0)
-    assert "at its limit" in row.errors[0].what and row.errors[0].value > 0.1
+    assert "at its limit" in row.errors[0].label and row.errors[0].value > 0.1
 
 
 @pytest.mark.parametrize(

@@ -35,9 +35,7 @@ def against_bands(stage: str, lens, flares, shape) -> Work:
     """Return the diagram of a lens with flares: functionals as the noise allowed asks for, and the
     way band by band; kernels are made before.
     """
-    from isethdr_optics.imaging.photocurrent import (
-        photocurrent,  # the way alone, however small the frame
-    )
+    from isethdr_optics.imaging.photocurrent import FUNCTIONALS, photocurrent
 
     from isethdr_core import ledger
     from isethdr_core.demand import Demand
@@ -62,10 +60,8 @@ def against_bands(stage: str, lens, flares, shape) -> Work:
         asked = replace(response, noise_fraction_allowed=allowed)
         with ledger.stage(ledger.Ledger(), "lens") as row:
             photocurrent(lens, mixed, flares, asked)
-        name = next(
-            (e.what.split(" ")[0] + " functionals" for e in row.errors if "functionals" in e.what),
-            "band by band",
-        )
+        counts = [e.label.split(" ")[0] for e in row.errors if e.source.key == FUNCTIONALS]
+        name = f"{counts[0]} functionals" if counts else "band by band"
         point(
             f"{allowed:g} allowed: {name}",
             lambda asked=asked: photocurrent(lens, mixed, flares, asked),

@@ -13,10 +13,10 @@ from isethdr_core.demand import Demand
 from isethdr_core.ledger import Ledger, Row
 from isethdr_core.pipeline.chain import Chain, narrowed, on_sensor
 from isethdr_core.plugins.registry import build
+from isethdr_core.runs import radiance_cache
 from isethdr_core.seeds import generator
 from isethdr_core.storage.encoding import bits_for, rounding
 from isethdr_core.uncertainty import budget, lens_errors, propagation
-from isethdr_core.uncertainty.error_terms import STORE_ROUNDING, ErrorNote, Quantity
 
 FINER = 9.0  # times less than a lens allows kernels by itself: the truth's, on other points
 WARM = 1  # runs with kernels at hand
@@ -80,10 +80,7 @@ def planned(parts: Chain, scene, fraction: float, folder, truth: list) -> Done:
     rows, mixed = Ledger(), parts.lighting(scene)
     with ledger.stage(rows, "lens"):
         light = on_sensor(parts, mixed, demand)
-    note = ErrorNote(
-        rounding(bits), "relative", "bound", "radiance as stored", STORE_ROUNDING, Quantity.RADIANCE
-    )
-    rows.append(Row("radiance", errors=[note]))
+    rows.append(Row("radiance", errors=[radiance_cache.rounding_term(rounding(bits))]))
     return replace(done, stated=_stated(parts, demand, rows, mixed, light, scene, truth, fraction))
 
 
@@ -133,14 +130,10 @@ def _stated(parts, demand, rows, mixed, light, scene, truth, fraction) -> float:
     asked = lens_errors.asked_of(
         parts.lens, tuple(parts.flares.values()), parts.cameras.values(), demand, mixed
     )
+    shots = propagation.electrons(truth[0], light, mixed, scene, 0.0, asked)
     with ledger.stage(Ledger(), "picture") as row:
-        propagation.state(
-            propagation.electrons(truth[0], light, mixed, scene, 0.0, asked),
-            rows,
-            fraction,
-            (0.0, 0.0),
-        )
-    return max(e.value for e in row.errors if e.source == propagation.AFTER_RENDERER)
+        propagation.state(propagation.with_parts(shots, truth[0], rows), rows, fraction, (0.0, 0.0))
+    return max(e.value for e in row.errors if e.source.key == propagation.AFTER_RENDERER)
 
 
 def _electrons(light, mixed, scene, truth):
@@ -159,8 +152,7 @@ def exact(parts: Chain, scene) -> list:
 
     lens = replace(parts.lens, speckle_error=parts.lens.speckle_error / FINER)
     flares, mixed = tuple(parts.flares.values()), parts.lighting(scene)
-    with ledger.stage(Ledger(), "truth"):
-        given, light = optics(lens, mixed, flares), lens(mixed, flares=flares)
+    given, light = optics(lens, mixed, flares), lens(mixed, flares=flares)
     factor = 1.0 if given.relative is None else given.relative
     cube = np.stack(
         [
@@ -180,17 +172,16 @@ def exact(parts: Chain, scene) -> list:
     )
     (sensor,) = parts.cameras.values()
     captures = sensor(light, generator(seed=0))
-    with ledger.stage(Ledger(), "truth"):
-        shots = propagation.electrons(
-            captures,
-            light,
-            mixed,
-            scene,
-            0.0,
-            lambda mean, weights: lens.spread_errors(mean, flares, weights),
-        )
+    shots = propagation.electrons(
+        captures,
+        light,
+        mixed,
+        scene,
+        0.0,
+        lambda mean, weights: lens.spread_errors(mean, flares, weights),
+    )
     own = max(
-        float(np.quantile((s.spread[0] / s.sigma)[s.unsaturated], propagation.SHARE))
+        float(np.quantile((s.maps.deviation / s.sigma)[s.unsaturated], propagation.SHARE))
         for s in shots
         if s.unsaturated.any()
     )

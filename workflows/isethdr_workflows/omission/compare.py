@@ -8,25 +8,11 @@ import time
 
 import numpy as np
 
+from isethdr_core.pipeline.bands import BANDS
+
 from ..empty_home import empty_home
 
 FLOAT32 = 2.0**-22  # relative: irradiance and what is made of it, each rounded to float32
-NEEDLESS = (
-    "weight 0",
-    "not demanded",
-    "wavelengths not demanded",
-    "neither a sensor",
-    "quantum efficiency below",
-    "no light in them",
-    "no report",
-    "others stand for them",
-    "the sensor has none",
-    "nothing spills in them",
-    "no metric reads",
-    "no sensor sees",
-    "the lens spreads no light",
-    "no tile is so bright",
-)  # how the reasons begin
 TURNS = {
     True: 2,
     False: 5,
@@ -53,7 +39,7 @@ def compared(name: str, case, turns: int | None = None) -> dict:
         "case": name,
         "left out": "; ".join(
             dict.fromkeys(
-                o.what for row in (*asked, *few["ledger"]) for o in row.left_out if needless(o)
+                o.what for row in (*asked, *few["ledger"]) for o in row.left_out if o.needless
             )
         ),
         "cpu_s": few_s,
@@ -135,10 +121,10 @@ def largest(few: dict, every: dict) -> tuple[float, float]:
         error.value
         for row in few["ledger"]
         for error in row.errors
-        if row.stage.startswith("lens") and error.unit == NOISE_SD
+        if error.source.kind == "lens" and error.unit == NOISE_SD
     )
     bands = sum(
-        o.bound for row in few["ledger"] for o in row.left_out if needless(o) and "bands" in o.what
+        o.bound for row in few["ledger"] for o in row.left_out if o.needless and o.key == BANDS
     )
     light = (
         sd * every["noise_e"]
@@ -147,13 +133,6 @@ def largest(few: dict, every: dict) -> tuple[float, float]:
     bound = 2 * light + (light > 0) * (every["step_e"] + every["noisy"])
     worst = np.unravel_index(np.argmax(apart - bound), apart.shape)
     return float(apart[worst]), float(bound[worst])
-
-
-def needless(left) -> bool:
-    """Return whether something was left out because nobody needs it, not because it could not be
-    known.
-    """
-    return left.why.startswith(NEEDLESS)
 
 
 def warmed(rendered=()) -> None:

@@ -269,7 +269,7 @@ def decades() -> Measured:
     image[6, 7] = 1e12
     lens = _lens("diffraction_limited", falloff="none")
     light, row = with_ledger(lambda: lens(mixed(image[None], GREEN)))
-    bound = next(e.value for e in row.errors if e.what == "convolution of the given kernel")
+    bound = next(e.value for e in row.errors if e.source.key == "convolution")
     kernel = kernels(lens, (), GREEN, (4.0, 4.0), (23, 31)).bands[0]
     truth = summed(image.astype(float) * (lens.throughput_sr()), kernel.astype(float))
     return Measured(

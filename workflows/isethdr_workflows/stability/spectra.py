@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from isethdr_sensors.readout.shot import PLACE_IN_BAND
 
 from isethdr_core.errors import ConfigError, UnitError
 
@@ -146,9 +147,7 @@ def line_photons(nm: float, cfa: str) -> Measured:
         irradiance(np.full((1, 4, 4), 1e-3), np.array([nm]))
     ).values  # the same energy, 1 nm wide where it is
     miss = float(np.abs(sensor.expected(light).values - truth).max()) / at_peak
-    stated = next(
-        left.bound for left in row.left_out if left.what == "where in its bands light lies"
-    )
+    stated = next(left.bound for left in row.left_out if left.key == PLACE_IN_BAND)
     return Measured(
         miss,
         stated,

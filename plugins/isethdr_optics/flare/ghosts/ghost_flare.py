@@ -237,23 +237,18 @@ def _beams_of(real, powers, pair, intervals, iris) -> dict:
 
 
 def _state(ledger, traced, left, dim, in_blocks, added):
-    from isethdr_core.uncertainty.error_terms import ErrorNote, Quantity
-
     label = (
         "ghosts of lamps, 99 % of the tiles; the mean over tiles is 0.04, their flux is right to"
         " 0.006"
     )
-    ledger.add_error(
-        ErrorNote(
-            DRAWING, "relative", "measured", label, "ghost drawing", Quantity.IRRADIANCE, PART
-        )
-    )
+    ledger.error(DRAWING, "relative", "measured", label, key="ghost drawing", part=PART)
     ledger.light_part(PART, added)
     ledger.error(
         in_blocks * sum(p.share for p in traced),
         "fraction of energy",
         "bound",
         "ghosts of light that is summed in blocks of directions",
+        key="ghosts of blocks",
     )
     if left:
         named = ", ".join(f"{p.front}-{p.back}" for p in left[-6:][::-1]) + (

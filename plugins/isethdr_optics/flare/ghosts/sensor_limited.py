@@ -93,11 +93,8 @@ def _faint(flare, lens, mixed, wave, unit, allowed):
         "no tile is so bright that the sensor could tell",
         bounds[count - 1],
         wing_truncation.UNIT,
+        needless=True,
     )
-    ledger.error(
-        bounds[count - 1],
-        wing_truncation.UNIT,
-        "bound",
-        "ghosts of pairs of surfaces that were left out",
-    )
+    label = "ghosts of pairs of surfaces that were left out"
+    ledger.error(bounds[count - 1], wing_truncation.UNIT, "bound", label)
     return tuple((front, back) for _, front, back in ranked[:count]), float(bounds[count - 1])

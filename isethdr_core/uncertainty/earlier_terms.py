@@ -1,0 +1,75 @@
+"""Error terms in the spelling of earlier versions: stored ledgers, and plugins written for them.
+
+Until this version a term had the fields value, unit, how, what, source, quantity and part, and some
+units named a part of the light. Accepted until version 1.0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .error_terms import (
+    RELATIVE,
+    RETURNED,
+    ErrorMaps,
+    ErrorTerm,
+    How,
+    LightPart,
+    Quantity,
+    Reading,
+    Source,
+)
+
+DIRECT = "direct light"
+SPREAD = "spread light"
+PARTS = {DIRECT: LightPart(None, Reading.IMAGE), SPREAD: LightPart(None, Reading.REST)}
+UNITS = {  # {unit: part of the light that its value is a share of}
+    "relative per tile": SPREAD,
+    "relative of spread light": SPREAD,
+    "share of a point's light": None,
+}
+# keys of the terms that a lens's deviation and bound stand for
+KERNELS = ("kernels", *(f"kernels, {unit}" for unit in UNITS))
+
+
+@dataclass(frozen=True)
+class ErrorNote:
+    """One stated error, as `ledger.add_error` took it; `ledger.record` takes an `ErrorTerm`."""
+
+    value: float
+    unit: str
+    how: How
+    what: str = ""
+    source: str = ""
+    quantity: Quantity | str = ""
+    part: str = ""
+
+
+def term_of(note: ErrorNote, kind: str, name: str) -> ErrorTerm:
+    """Return the term of an earlier note that a stage of this kind and name stated."""
+    unit, part = unit_and_part(note.unit, note.part or None)
+    # A key set apart what the unit now leaves alike.
+    key = f"{note.source}, {note.unit}" if note.source and unit != note.unit else note.source
+    return ErrorTerm(
+        Source(kind, name, key),
+        Quantity(note.quantity) if note.quantity else RETURNED.get(kind, Quantity.OTHER),
+        part,
+        float(note.value),
+        unit,
+        note.how,
+        note.what,
+    )
+
+
+def unit_and_part(unit: str, part: str | None) -> tuple[str, str | None]:
+    """Return a unit without the part of the light that it names, and that part."""
+    if unit not in UNITS:
+        return unit, part
+    return RELATIVE, part or UNITS[unit]
+
+
+def maps_of(errors: ErrorMaps | tuple | None) -> ErrorMaps | None:
+    """Return the error maps of a lens that returned (deviation, bound)."""
+    if errors is None or isinstance(errors, ErrorMaps):
+        return errors
+    return ErrorMaps(*errors, replaces=KERNELS, label="kernels")
