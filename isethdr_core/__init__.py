@@ -38,6 +38,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from . import component as component
     from . import demand as demand
+    from . import error_terms as error_terms
     from . import errors as errors
     from . import hookspecs as hookspecs
     from . import ledger as ledger
@@ -77,6 +78,7 @@ __all__ = [
     "components",
     "compose",
     "demand",
+    "error_terms",
     "errors",
     "generator",
     "hookimpl",
