@@ -15,6 +15,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from scipy.optimize import brentq
+
 from ..errors import ConfigError
 from ..pipeline.demand import Demand
 from . import ledger
@@ -39,7 +41,7 @@ def divided(allowed: float, costs: dict[str, Cost]) -> dict[str, float]:
 
     Lagrange: at the least total every stage gains as much from a little more error, -cost'(e) =
     rate, so that e = (seconds x power / rate)^(1 / (1 + power)), or seconds / rate. The sum falls
-    with the rate, which is found by halving.
+    with the rate.
     """
 
     def errors(log_rate: float) -> dict[str, float]:
@@ -48,11 +50,10 @@ def divided(allowed: float, costs: dict[str, Cost]) -> dict[str, float]:
             for k, c in costs.items()
         }
 
-    low, high = -700.0, 700.0
-    for _ in range(80):
-        middle = (low + high) / 2
-        low, high = (middle, high) if sum(errors(middle).values()) > allowed else (low, middle)
-    return errors(high)
+    def beyond(log_rate: float) -> float:
+        return math.log(sum(errors(log_rate).values()) / allowed)
+
+    return errors(brentq(beyond, -600.0, 600.0))  # as far as exp goes
 
 
 # Measured (docs/budget.md): CPU seconds for a million values, tiles x bands, of a night drive;

@@ -318,20 +318,25 @@ def within(bound, deviation, share: float = SHARE) -> float:
     """Return what a share of all errors is at most: each is a bound plus the magnitude of a normal
     deviate with its own deviation.
     """
+    from scipy.optimize import bisect
     from scipy.special import erf
 
     step = max(1, bound.size // MOST_PIXELS) | 1  # odd: all colours of a filter array take part
     bound, deviation = (np.ravel(a)[::step].astype(float) for a in (bound, deviation))
-    low, high = 0.0, float((bound + 10 * deviation).max())
     scale = np.sqrt(2) * np.maximum(deviation, np.finfo(float).tiny)
-    for _ in range(60):
-        middle = (low + high) / 2
+
+    def missing(limit: float) -> float:
         with np.errstate(over="ignore"):  # far above a bound without deviation: erf(inf) is 1
-            below = np.where(middle >= bound, erf(np.maximum(middle - bound, 0.0) / scale), 0.0)
-        low, high = (middle, high) if below.mean() < share else (low, middle)
-        if high - low <= CLOSE * high:
-            break
-    return high
+            below = np.where(limit >= bound, erf(np.maximum(limit - bound, 0.0) / scale), 0.0)
+        return wanted - float(below.mean())
+
+    # just below: a limit that holds the very share is not a root, the smallest such limit is
+    wanted = float(np.nextafter(share, 0.0))
+    highest = float((bound + 10 * deviation).max())
+    if missing(highest) > 0:
+        return highest  # most errors are bounds of this very value
+    # halving: bounds without deviation make steps, at which faster methods gain nothing
+    return bisect(missing, 0.0, highest, xtol=np.finfo(float).tiny, rtol=CLOSE)
 
 
 def _in_electrons(term: ErrorTerm, shot: Electrons):
