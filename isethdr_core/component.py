@@ -5,6 +5,7 @@ from .plugins.component import (
     KINDS,
     Component,
     Stage,
+    class_getter,
 )
 
 __all__ = [
@@ -12,4 +13,5 @@ __all__ = [
     "KEYED",
     "KINDS",
     "Stage",
+    "class_getter",
 ]

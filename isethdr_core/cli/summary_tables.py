@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
-import inspect
 import math
 
 from rich.table import Table
 from rich.text import Text
 
 from ..data.scores import objects_remark, shares_remark, unlike_shares
+from ..errors import ConfigError, did_you_mean
+from ..plugins import registry
 from ..plugins.component import KINDS
+from ..plugins.descriptions import descriptions
 from ..runs.run_warnings import sentence
 from .terminal import console as open_console
 from .terminal import print_path
@@ -248,53 +249,28 @@ def print_plan(overrides) -> None:
     console.print(ledger_table(rows, details=True))
 
 
-def summary_of(cls: type) -> str:
-    """Return the first paragraph of a class's docstring as one line."""
-    return " ".join((inspect.getdoc(cls) or "no description").split("\n\n")[0].split())
-
-
 def print_plugins(kind: str = "") -> int:
     """Print every component with its fields; return how many plugins are broken."""
-    from ..errors import ConfigError, did_you_mean
-    from ..plugins.registry import broken_plugins, components, package_of_component
-
     if kind and kind not in KINDS:
         raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
     console = open_console()
-    for k in KINDS:
-        members = sorted((c for c in components().values() if c.kind == k), key=lambda c: c.name)
-        if kind in ("", k):
-            console.print(k, style="bold")
-        for comp in members if kind in ("", k) else []:
-            first = summary_of(comp.cls)
+    kinds = [kind] if kind else list(KINDS)
+    members = [comp for comp in registry.components().values() if comp.kind in kinds]
+    shown, failed = descriptions(members)
+    for k in kinds:
+        console.print(k, style="bold")
+        for comp in sorted((c for c in shown if c.kind == k), key=lambda c: c.name):
             line = Text.assemble(
                 ("  " + comp.name, "cyan"),
-                f"  {first}  ",
-                (f"({package_of_component(comp)})", "dim"),
+                f"  {shown[comp].summary}  ",
+                (f"({comp.package})", "dim"),
             )
             console.print(line, soft_wrap=True)
-            fields = "  ".join(field_texts(comp.cls))
-            if fields:
+            if shown[comp].fields:
+                fields = "  ".join(shown[comp].fields)
                 console.print(f"      {fields}", style="dim", soft_wrap=True)
-    for broken in broken_plugins():
+    every = [*registry.broken_plugins(), *failed]
+    for broken in every:
         text = f"broken plugin {broken.entry_point} (package {broken.package}): {broken.reason}"
         console.print(text, style="bold red")
-    return len(broken_plugins())
-
-
-def field_texts(cls: type) -> list[str]:
-    """Return each field of a component as `name=default`, with its declared range in brackets."""
-    from ..plugins.ranges import field_types, range_text
-
-    types = field_types(cls)
-    texts = []
-    for f in dataclasses.fields(cls):
-        if f.init:
-            limits = range_text(types[f.name])
-            texts.append(f"{f.name}={default_text(f)}" + (f" ({limits})" if limits else ""))
-    return texts
-
-
-def default_text(f: dataclasses.Field) -> str:
-    """Return a field's default as the command line would write it."""
-    return repr(f.default if f.default is not dataclasses.MISSING else f.default_factory())
+    return len(every)

@@ -3,6 +3,7 @@
 | module        | what                                                                      |
 |---------------|---------------------------------------------------------------------------|
 | `composition` | dataclass fields become typed config groups, presets join the search path |
+| `component_source` | the config group entry of each component, made when it is chosen |
 | `hydra_app`   | single runs, sweeps (`-m`) and launchers; a failure is one line           |
 | `sweeps`      | sweeps (`-m`): mistakes are found before the first job                    |
 | `trust`       | which folders a config file may come from, checked before Hydra opens any |

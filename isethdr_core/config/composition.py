@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
 from ..errors import ConfigError, IsetHdrError, did_you_mean
 from ..plugins.component import KINDS, Component
-from ..plugins.registry import components, plugin_manager
+from ..plugins.registry import class_of, components, plugin_manager
 from .trust import check_overrides, own_folder
 
 if TYPE_CHECKING:
@@ -172,8 +172,8 @@ def explain(err: BaseException) -> str:
 
 def _keys_of(schema_name: str) -> list[str]:
     for comp in components().values():
-        if f"{comp.cls.__name__}Config" == schema_name:
-            return [f.name for f in fields(comp.cls) if f.init]
+        if comp.class_name + "Config" == schema_name:
+            return [f.name for f in fields(class_of(comp)) if f.init]
     return [*KINDS, "cameras", "versions", "seed", "device", "experiment"]
 
 
@@ -182,23 +182,22 @@ def register_with_hydra() -> None:
     """Make components and presets known to Hydra; call once before `hydra.main` or
     `hydra.compose`.
     """
-    from hydra.core.config_store import ConfigStore
     from hydra.core.plugins import Plugins
 
+    from .component_source import ComponentSource
+
+    Plugins.instance().register(ComponentSource)
     Plugins.instance().register(_search_path_plugin())
-    for comp in components().values():
-        ConfigStore.instance().store(
-            group=comp.kind, name=comp.name, node=schema(comp), provider="isethdr"
-        )
 
 
 def schema(comp: Component) -> type:
     """Return a typed Hydra node with the component's own fields plus its registry name."""
     from omegaconf import MISSING as UNSET
 
-    hints = get_type_hints(comp.cls)
+    cls = class_of(comp)
+    hints = get_type_hints(cls)
     columns = [("name", str, field(default=comp.name))]
-    for f in fields(comp.cls):
+    for f in fields(cls):
         if not f.init:
             continue
         if f.default_factory is not MISSING:
@@ -210,7 +209,7 @@ def schema(comp: Component) -> type:
         else:
             default = field(default=UNSET if f.default is MISSING else f.default)
         columns.append((f.name, hydra_type(hints[f.name], f), default))
-    return make_dataclass(f"{comp.cls.__name__}Config", columns)
+    return make_dataclass(f"{cls.__name__}Config", columns)
 
 
 def hydra_type(annotation: Any, f: Field[Any] | None = None) -> Any:
@@ -264,6 +263,8 @@ def _search_path_plugin() -> type:
     from hydra.core.config_search_path import ConfigSearchPath
     from hydra.plugins.search_path_plugin import SearchPathPlugin
 
+    from .component_source import SCHEME
+
     class IsethdrSearchPath(SearchPathPlugin):
         """Adds the folders with presets that plugins ship."""
 
@@ -272,6 +273,7 @@ def _search_path_plugin() -> type:
                 paths: Any = impl.function()
                 for path in paths:
                     search_path.append(provider=impl.plugin_name, path=path)
+            search_path.append(provider="isethdr", path=f"{SCHEME}://")
             if own_folder().is_dir():
                 search_path.append(provider="working folder", path=f"file://{own_folder()}")
 

@@ -14,13 +14,12 @@
 
 from __future__ import annotations
 
-from .iset_rules import IsetLighting
-from .targets import TargetsLighting
-from .weights import IdealLighting, WeightsLighting
+from ..plugins.component import Component, class_getter
 
 COMPONENTS = [
-    ("weights", WeightsLighting),
-    ("ideal", IdealLighting),
-    ("targets", TargetsLighting),
-    ("iset", IsetLighting),
+    Component("lighting", "weights", "isethdr_core.lighting.weights:WeightsLighting"),
+    Component("lighting", "ideal", "isethdr_core.lighting.weights:IdealLighting"),
+    Component("lighting", "targets", "isethdr_core.lighting.targets:TargetsLighting"),
+    Component("lighting", "iset", "isethdr_core.lighting.iset_rules:IsetLighting"),
 ]
+__getattr__ = class_getter(__name__, COMPONENTS)

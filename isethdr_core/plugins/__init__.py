@@ -4,6 +4,7 @@
 |-------------|--------------------------------------------------------------------------------|
 | `builtin`   | the components of the core: lightings                                          |
 | `component` | what a plugin offers under `kind/name`; one component at work                  |
+| `descriptions` | what `isethdr plugins` prints of each component, kept on disk |
 | `hookspecs` | the six hooks of a plugin                                                      |
 | `ranges`    | which values a component's field may hold, declared where the field is defined |
 | `registry`  | collect plugins with pluggy and look components up by `kind/name`              |

@@ -10,4 +10,4 @@ from .hookspecs import hookimpl
 @hookimpl
 def isethdr_components() -> list[Component]:
     """Return the lighting components."""
-    return [Component("lighting", name, cls) for name, cls in COMPONENTS]
+    return COMPONENTS

@@ -28,8 +28,8 @@ hookimpl = pluggy.HookimplMarker(PROJECT)
 def isethdr_components() -> Iterable[Component]:
     """Return the components this plugin offers.
 
-    Called once per process, also by `isethdr plugins`: import heavy libraries inside the
-    component's `__call__`, not at the top of the module.
+    Called once per process, also by `isethdr --help`. A class whose module imports heavy libraries
+    is registered by its place, `Component("lens", "acme", "acme.lenses:AcmeLens")`.
     """
 
 

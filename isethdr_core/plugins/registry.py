@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import logging
 import os
+import re
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
@@ -21,6 +22,7 @@ from .component import KEYED, KINDS, Component
 from .ranges import converted
 
 log = logging.getLogger(__name__)
+PLACE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")  # package.module:Class
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ def build(kind: str, name: str, /, **fields):
     known = {n: c for (k, n), c in components().items() if k == kind}
     if name not in known:
         raise ConfigError(f"{kind} {name!r} is not installed{did_you_mean(name, known)}")
-    cls = known[name].cls
+    cls = class_of(known[name])
     allowed = [f.name for f in dataclasses.fields(cls) if f.init]
     for key in fields:
         if key not in allowed:
@@ -137,6 +139,26 @@ def build(kind: str, name: str, /, **fields):
         return cls(**values)
     except (ValueError, TypeError, ArithmeticError) as err:  # a plain check in __post_init__
         raise ConfigError(f"{who}: {err}") from err
+
+
+@cache
+def class_of(comp: Component) -> type:
+    """Return the class of a component, imported if need be, once it is known to keep its contract.
+
+    Raises
+    ------
+    PluginError : the class cannot be imported, or is no frozen dataclass whose fields have
+        defaults.
+    """
+    try:
+        cls = comp.cls
+    except Exception as err:  # a third party's code: anything may happen
+        raise PluginError(
+            f"{comp.kind}/{comp.name} of package {comp.package!r} did not load "
+            f"({comp.target}: {type(err).__name__}: {err})"
+        ) from err
+    _check_class(comp, cls)
+    return cls
 
 
 def on_command_line_before(kind: str) -> str:
@@ -165,7 +187,7 @@ def package_of(entry: metadata.EntryPoint) -> str:
 
 def package_of_component(comp: Component) -> str:
     """Return the import package a component came from."""
-    return comp.cls.__module__.split(".")[0]
+    return comp.package
 
 
 def _package_name(plugin) -> str:
@@ -180,14 +202,24 @@ def _check(comp) -> None:
         )
     if comp.kind not in KINDS:
         raise PluginError(f"{comp.kind}/{comp.name}: unknown kind{did_you_mean(comp.kind, KINDS)}")
-    if not (dataclasses.is_dataclass(comp.cls) and comp.cls.__dataclass_params__.frozen):
+    if isinstance(comp.target, type):
+        class_of(comp)
+    elif not (isinstance(comp.target, str) and PLACE.fullmatch(comp.target)):
         raise PluginError(
-            f"{comp.kind}/{comp.name}: {comp.cls.__qualname__} must be a frozen dataclass; "
+            f"{comp.kind}/{comp.name}: {comp.target!r} is no class; "
+            'expected a class or "package.module:Class"'
+        )
+
+
+def _check_class(comp: Component, cls: type) -> None:
+    if not (dataclasses.is_dataclass(cls) and cls.__dataclass_params__.frozen):
+        raise PluginError(
+            f"{comp.kind}/{comp.name}: {cls.__qualname__} must be a frozen dataclass; "
             "write @dataclass(frozen=True) above it"
         )
     missing = [
         f.name
-        for f in dataclasses.fields(comp.cls)
+        for f in dataclasses.fields(cls)
         if f.init and f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
     ]
     if missing:

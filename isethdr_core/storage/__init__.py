@@ -5,6 +5,7 @@
 | `arrays`           | datasets as files of zarr v3, written without an event loop              |
 | `atomic_write`     | temporary names, renamed when whole; stale ones are removed              |
 | `encoding`         | chunks, shards, codecs and rounding of stored arrays                     |
+| `home_folder`      | the folder of all that is stored                                         |
 | `join`             | stores of one scene joined along light group and wavelength, unread      |
 | `manifest`         | size and checksum of every file: damage is named and never read as data  |
 | `picture_rounding` | pictures in float32, rounded by their own noise                          |

@@ -26,6 +26,7 @@ from ..uncertainty import ledger
 from .arrays import write_dataset, write_group
 from .atomic_write import remove_leftovers, temporary_path
 from .encoding import KEEPBITS, LIGHT, jsonable, portable, restored, rounding
+from .home_folder import home as home
 from .manifest import (
     ADVICE,
     MANIFEST,
@@ -45,11 +46,6 @@ if TYPE_CHECKING:
 FORMAT = 2  # of the layout below the root; raised when an older reader would misread a newer store
 WITHOUT_MANIFEST = 1  # the format before manifests: `isethdr catalog adopt` adds one
 ROOT_FILE = "zarr.json"
-
-
-def home() -> Path:
-    """Return the folder that holds `scenes/` and `runs/`: the variable ISETHDR_HOME, or ./runs."""
-    return Path(os.environ.get("ISETHDR_HOME") or "runs")
 
 
 def content_hash(obj: object) -> str:

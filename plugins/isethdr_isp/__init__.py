@@ -15,22 +15,21 @@
 | `readout/`           | from DN back to electrons, several captures into one                 |
 """
 
-from isethdr_core.component import Component
+from isethdr_core.component import Component, class_getter
 from isethdr_core.hookspecs import hookimpl
 
-from .ideal import IdealIsp
-from .linear import LinearIsp
-from .merge import MergeIsp
+COMPONENTS = [
+    Component("isp", "ideal", "isethdr_isp.ideal:IdealIsp"),
+    Component("isp", "linear", "isethdr_isp.linear:LinearIsp"),
+    Component("isp", "merge", "isethdr_isp.merge:MergeIsp"),
+]
+__getattr__ = class_getter(__name__, COMPONENTS)
 
 
 @hookimpl
 def isethdr_components():
     """Return the image signal processors."""
-    return [
-        Component("isp", "ideal", IdealIsp),
-        Component("isp", "linear", LinearIsp),
-        Component("isp", "merge", MergeIsp),
-    ]
+    return COMPONENTS
 
 
 @hookimpl

@@ -11,41 +11,44 @@
 | `similarity/`  | how alike a picture and its reference look                           |
 """
 
-from isethdr_core.component import Component
+from isethdr_core.component import Component, class_getter
 from isethdr_core.hookspecs import hookimpl
 
-from .detection.contrast_detection import ContrastDetection
-from .detection.object_contrast import ObjectContrast
-from .luminance.dynamic_range import DynamicRange
-from .luminance.line_profile import LineProfile
-from .luminance.log_luminance_error import LogLuminanceError
-from .luminance.mean_luminance import MeanLuminance
-from .luminance.normalized_flare import NormalizedFlare
-from .luminance.slanted_edge import SlantedEdgeResponse
-from .luminance.snr_curve import SnrCurve
-from .pixel_shares import PixelShares
-from .similarity.ciede2000 import Cie76, Cie94, Ciede2000
-from .similarity.ssim import Ssim
-from .similarity.ssim_pu21 import SsimPu21
+COMPONENTS = [
+    Component("metric", "ideal", "isethdr_metrics.luminance.mean_luminance:MeanLuminance"),
+    Component("metric", "dynamic_range", "isethdr_metrics.luminance.dynamic_range:DynamicRange"),
+    Component("metric", "snr_curve", "isethdr_metrics.luminance.snr_curve:SnrCurve"),
+    Component("metric", "ciede2000", "isethdr_metrics.similarity.ciede2000:Ciede2000"),
+    Component("metric", "cie94", "isethdr_metrics.similarity.ciede2000:Cie94"),
+    Component("metric", "cie76", "isethdr_metrics.similarity.ciede2000:Cie76"),
+    Component("metric", "ssim", "isethdr_metrics.similarity.ssim:Ssim"),
+    Component(
+        "metric",
+        "log_luminance_error",
+        "isethdr_metrics.luminance.log_luminance_error:LogLuminanceError",
+    ),
+    Component("metric", "line_profile", "isethdr_metrics.luminance.line_profile:LineProfile"),
+    Component(
+        "metric", "object_contrast", "isethdr_metrics.detection.object_contrast:ObjectContrast"
+    ),
+    Component(
+        "metric",
+        "contrast_detection",
+        "isethdr_metrics.detection.contrast_detection:ContrastDetection",
+    ),
+    Component(
+        "metric", "normalized_flare", "isethdr_metrics.luminance.normalized_flare:NormalizedFlare"
+    ),
+    Component(
+        "metric", "slanted_edge", "isethdr_metrics.luminance.slanted_edge:SlantedEdgeResponse"
+    ),
+    Component("metric", "ssim_pu21", "isethdr_metrics.similarity.ssim_pu21:SsimPu21"),
+    Component("metric", "pixel_shares", "isethdr_metrics.pixel_shares:PixelShares"),
+]
+__getattr__ = class_getter(__name__, COMPONENTS)
 
 
 @hookimpl
 def isethdr_components():
     """Return the metrics."""
-    return [
-        Component("metric", "ideal", MeanLuminance),
-        Component("metric", "dynamic_range", DynamicRange),
-        Component("metric", "snr_curve", SnrCurve),
-        Component("metric", "ciede2000", Ciede2000),
-        Component("metric", "cie94", Cie94),
-        Component("metric", "cie76", Cie76),
-        Component("metric", "ssim", Ssim),
-        Component("metric", "log_luminance_error", LogLuminanceError),
-        Component("metric", "line_profile", LineProfile),
-        Component("metric", "object_contrast", ObjectContrast),
-        Component("metric", "contrast_detection", ContrastDetection),
-        Component("metric", "normalized_flare", NormalizedFlare),
-        Component("metric", "slanted_edge", SlantedEdgeResponse),
-        Component("metric", "ssim_pu21", SsimPu21),
-        Component("metric", "pixel_shares", PixelShares),
-    ]
+    return COMPONENTS

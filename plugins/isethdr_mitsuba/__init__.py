@@ -13,16 +13,20 @@
 | `world/`   | a scene description as Mitsuba objects, and the camera's grid of tiles         |
 """
 
-from isethdr_core.component import Component
+from isethdr_core.component import Component, class_getter
 from isethdr_core.hookspecs import hookimpl
 
 from .doctor import doctor_command
-from .renderer import MitsubaRenderer
+
+COMPONENTS = [
+    Component("renderer", "mitsuba", "isethdr_mitsuba.renderer:MitsubaRenderer"),
+]
+__getattr__ = class_getter(__name__, COMPONENTS)
 
 
 @hookimpl
 def isethdr_components():
-    return [Component("renderer", "mitsuba", MitsubaRenderer)]
+    return COMPONENTS
 
 
 @hookimpl

@@ -14,29 +14,28 @@
 
 from __future__ import annotations
 
-from isethdr_core.component import Component
+from isethdr_core.component import Component, class_getter
 from isethdr_core.hookspecs import hookimpl
 
-from .flare.aperture import ApertureFlare, IdealFlare
-from .flare.ghosts.ghost_flare import GhostFlare
-from .flare.haze import HazeFlare
-from .lenses.prescription_lens import PrescribedLens
-from .lenses.thin_lens import DiffractionLimitedLens, IdealLens, WavefrontLens
+COMPONENTS = [
+    Component("lens", "ideal", "isethdr_optics.lenses.thin_lens:IdealLens"),
+    Component(
+        "lens", "diffraction_limited", "isethdr_optics.lenses.thin_lens:DiffractionLimitedLens"
+    ),
+    Component("lens", "wavefront", "isethdr_optics.lenses.thin_lens:WavefrontLens"),
+    Component("lens", "prescription", "isethdr_optics.lenses.prescription_lens:PrescribedLens"),
+    Component("flare", "ideal", "isethdr_optics.flare.aperture:IdealFlare"),
+    Component("flare", "aperture", "isethdr_optics.flare.aperture:ApertureFlare"),
+    Component("flare", "haze", "isethdr_optics.flare.haze:HazeFlare"),
+    Component("flare", "ghosts", "isethdr_optics.flare.ghosts.ghost_flare:GhostFlare"),
+]
+__getattr__ = class_getter(__name__, COMPONENTS)
 
 
 @hookimpl
 def isethdr_components():
     """Return the bundled lenses and flares."""
-    return [
-        Component("lens", "ideal", IdealLens),
-        Component("lens", "diffraction_limited", DiffractionLimitedLens),
-        Component("lens", "wavefront", WavefrontLens),
-        Component("lens", "prescription", PrescribedLens),
-        Component("flare", "ideal", IdealFlare),
-        Component("flare", "aperture", ApertureFlare),
-        Component("flare", "haze", HazeFlare),
-        Component("flare", "ghosts", GhostFlare),
-    ]
+    return COMPONENTS
 
 
 @hookimpl

@@ -14,22 +14,27 @@
 | iset_exr_files | the files of such a scene: EXR and MAT |
 """
 
-from isethdr_core.component import Component
+from isethdr_core.component import Component, class_getter
 from isethdr_core.hookspecs import hookimpl
 
-from . import charts, iset_exr
-from .night_drive import NightDrive
-from .tunnel import Tunnel
+COMPONENTS = [
+    Component("scene", "night_drive", "isethdr_scenes.night_drive:NightDrive"),
+    Component("scene", "tunnel", "isethdr_scenes.tunnel:Tunnel"),
+    Component("scene", "uniform", "isethdr_scenes.charts.uniform:Uniform"),
+    Component("scene", "ideal", "isethdr_scenes.charts.uniform:Uniform"),
+    Component("scene", "macbeth", "isethdr_scenes.charts.macbeth:Macbeth"),
+    Component("scene", "slanted_edge", "isethdr_scenes.charts.slanted_edge:SlantedEdge"),
+    Component("scene", "point_lights", "isethdr_scenes.charts.point_lights:PointLights"),
+    Component("scene", "luminance_ramp", "isethdr_scenes.charts.luminance_ramp:LuminanceRamp"),
+    Component("scene", "iset_exr", "isethdr_scenes.iset_exr:IsetExr"),
+]
+__getattr__ = class_getter(__name__, COMPONENTS)
 
 
 @hookimpl
 def isethdr_components():
     """Return the scenes."""
-    own = [("night_drive", NightDrive), ("tunnel", Tunnel)]
-    return [
-        Component("scene", name, cls)
-        for name, cls in (*own, *charts.COMPONENTS, *iset_exr.COMPONENTS)
-    ]
+    return COMPONENTS
 
 
 @hookimpl

@@ -216,6 +216,3 @@ class IsetExr:
             f"{folder} has no EXR file of scene"
             f" {self.scene_id!r}{did_you_mean(self.scene_id, known)}; type scene.scene_id=<id>"
         )
-
-
-COMPONENTS = [("iset_exr", IsetExr)]

@@ -25,35 +25,27 @@
 | `timing/`        | when each row is exposed, and for how long                                   |
 """
 
-from isethdr_core.component import Component
+from isethdr_core.component import Component, class_getter
 from isethdr_core.hookspecs import hookimpl
 
-from .bayer import BayerSensor
-from .dual_gain import DualGainSensor
-from .ideal import IdealSensor
-from .interleaved import InterleavedSensor
-from .lin_log import LinLogSensor
-from .lofic import LoficSensor
-from .rgbw import RgbwSensor
-from .single import SingleSensor
-from .split_pixel import SplitPixelSensor
-from .staggered import StaggeredSensor
+COMPONENTS = [
+    Component("sensor", "ideal", "isethdr_sensors.ideal:IdealSensor"),
+    Component("sensor", "bayer", "isethdr_sensors.bayer:BayerSensor"),
+    Component("sensor", "rgbw", "isethdr_sensors.rgbw:RgbwSensor"),
+    Component("sensor", "split_pixel", "isethdr_sensors.split_pixel:SplitPixelSensor"),
+    Component("sensor", "single", "isethdr_sensors.single:SingleSensor"),
+    Component("sensor", "dual_gain", "isethdr_sensors.dual_gain:DualGainSensor"),
+    Component("sensor", "staggered", "isethdr_sensors.staggered:StaggeredSensor"),
+    Component("sensor", "interleaved", "isethdr_sensors.interleaved:InterleavedSensor"),
+    Component("sensor", "lofic", "isethdr_sensors.lofic:LoficSensor"),
+    Component("sensor", "lin_log", "isethdr_sensors.lin_log:LinLogSensor"),
+]
+__getattr__ = class_getter(__name__, COMPONENTS)
 
 
 @hookimpl
 def isethdr_components():
-    return [
-        Component("sensor", "ideal", IdealSensor),
-        Component("sensor", "bayer", BayerSensor),
-        Component("sensor", "rgbw", RgbwSensor),
-        Component("sensor", "split_pixel", SplitPixelSensor),
-        Component("sensor", "single", SingleSensor),
-        Component("sensor", "dual_gain", DualGainSensor),
-        Component("sensor", "staggered", StaggeredSensor),
-        Component("sensor", "interleaved", InterleavedSensor),
-        Component("sensor", "lofic", LoficSensor),
-        Component("sensor", "lin_log", LinLogSensor),
-    ]
+    return COMPONENTS
 
 
 @hookimpl

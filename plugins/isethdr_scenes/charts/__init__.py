@@ -11,20 +11,3 @@
 | `daylight`       | the CIE's daylight illuminants                                     |
 | `coverage`       | exact areas of discs and half planes in tiles                     |
 """
-
-from __future__ import annotations
-
-from .luminance_ramp import LuminanceRamp
-from .macbeth import Macbeth
-from .point_lights import PointLights
-from .slanted_edge import SlantedEdge
-from .uniform import Uniform
-
-COMPONENTS = [
-    ("uniform", Uniform),
-    ("ideal", Uniform),
-    ("macbeth", Macbeth),
-    ("slanted_edge", SlantedEdge),
-    ("point_lights", PointLights),
-    ("luminance_ramp", LuminanceRamp),
-]

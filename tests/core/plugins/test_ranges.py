@@ -9,11 +9,11 @@ from typing import Annotated, Any, Literal
 import pytest
 
 from isethdr_core import Range, build
-from isethdr_core.cli.summary_tables import field_texts
 from isethdr_core.component import Component
 from isethdr_core.config.composition import schema
 from isethdr_core.conformance.ranges import bad_fields
 from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.descriptions import field_texts
 from isethdr_core.plugins.ranges import check_ranges, field_types, on_command_line, range_text
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import dataclass
 from typing import Literal
 
@@ -87,6 +89,8 @@ def test_what_a_component_must_be():
         (Component("sensor", "x", NoDefault), "'rows' has no default"),
         (Component("sensr", "x", Nano), "unknown kind; did you mean 'sensor'"),
         ("nano", "expected isethdr_core.Component"),
+        (Component("sensor", "x", "acme.Nano"), 'expected a class or "package.module:Class"'),
+        (Component("sensor", "x", None), 'expected a class or "package.module:Class"'),
     ):
         with pytest.raises(PluginError, match=message):
             _check(comp)
@@ -113,3 +117,44 @@ def test_built_ins_come_through_the_same_entry_points():
         "isethdr_isp",
         "isethdr_metrics",
     }
+
+
+def test_a_class_registered_by_its_place_is_imported_on_use():
+    code = """
+import sys
+from isethdr_core.plugins.registry import build, class_of, components
+comp = components()["isp", "merge"]
+assert comp.target == "isethdr_isp.merge:MergeIsp" and comp.package == "isethdr_isp"
+assert comp.class_name == "MergeIsp"
+assert not {"isethdr_isp.merge", "numpy", "xarray"} & set(sys.modules)
+made = build("isp", "merge")
+assert type(made) is comp.cls is class_of(comp) and type(made).__module__ == "isethdr_isp.merge"
+from isethdr_isp import MergeIsp
+assert MergeIsp is comp.cls
+try:
+    from isethdr_isp import MergedIsp
+except ImportError as err:
+    assert "MergedIsp" in str(err)
+else:
+    raise AssertionError("a class that nobody offers was found")
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_hydra_imports_the_chosen_components_alone():
+    code = """
+import sys
+from isethdr_core import compose
+compose(["scene=uniform", "~renderer", "lens=ideal", "~flare.dirt", "sensor=bayer"])
+assert "isethdr_sensors.bayer" in sys.modules
+assert not {"isethdr_sensors.lofic", "isethdr_scenes.tunnel"} & set(sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_class_that_does_not_load_is_said_with_its_package(offer):
+    offer("lens", "lost", "acme_lost.lenses:Lost")
+    with pytest.raises(PluginError, match="lens/lost of package 'acme_lost' did not load"):
+        build("lens", "lost")

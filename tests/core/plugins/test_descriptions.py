@@ -1,0 +1,77 @@
+"""What `isethdr plugins` prints: kept until a file changes, and never kept of a class that is
+broken.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+
+import pytest
+
+from isethdr_core.plugins import descriptions as d
+from isethdr_core.plugins.component import Component
+
+SOURCE = '''
+"""A package of one module."""
+from dataclasses import dataclass
+@dataclass(frozen=True)
+class Acme:
+    """{summary}"""
+    gain_db: float = 3.0
+'''
+
+
+@pytest.fixture
+def acme(tmp_path, monkeypatch):
+    """Return a function that writes a package whose class is registered by its place."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def write(summary: str) -> Component:
+        file = tmp_path / "acme_described.py"
+        file.write_text(SOURCE.format(summary=summary))
+        os.utime(file, ns=(1, len(summary)))
+        forget()
+        return Component("sensor", "acme", "acme_described:Acme")
+
+    yield write
+    forget()
+
+
+def forget() -> None:
+    """Do as a new process does."""
+    sys.modules.pop("acme_described", None)
+    d._state.cache_clear()
+    d.class_of.cache_clear()
+
+
+def test_a_kept_description_imports_nothing(acme):
+    comp = acme("As it was.")
+    first, broken = d.descriptions([comp])
+    assert first[comp] == d.Description("As it was.", ["gain_db=3.0"]) and not broken
+    forget()
+    again, _ = d.descriptions([Component("sensor", "acme", "acme_described:Acme")])
+    assert again == first and "acme_described" not in sys.modules
+
+
+def test_a_changed_file_is_described_anew(acme):
+    d.descriptions([acme("As it was.")])
+    comp = acme("As it is now.")
+    assert d.descriptions([comp])[0][comp].summary == "As it is now."
+
+
+def test_a_damaged_file_is_made_anew(acme):
+    comp = acme("As it was.")
+    d.cache_file().parent.mkdir(parents=True)
+    for text in ("{", "[]", json.dumps({"x": 1}), json.dumps({"x": {"summary": ""}})):
+        d.cache_file().write_text(text)
+        assert d.descriptions([comp])[0][comp].summary == "As it was."
+
+
+def test_what_does_not_load_is_said_with_its_package():
+    lost = Component("lens", "lost", "acme_lost.lenses:Lost")
+    found, [broken] = d.descriptions([lost])
+    assert not found and broken.package == "acme_lost" and broken.entry_point == "lens/lost"
+    assert "acme_lost.lenses:Lost: ModuleNotFoundError" in broken.reason
+    assert not d.cache_file().exists()
