@@ -13,7 +13,7 @@ from isethdr_core.cli import progress
 
 CODE = """
 import time
-from isethdr_core import progress
+from isethdr_core.cli import progress
 progress.SHOWN_AFTER_S = 0.2
 with progress.shown("renderer mitsuba"):
     for part in progress.track(range(4), "rendering"):

@@ -21,7 +21,7 @@ from joblib import Parallel, delayed
 
 def work(folder, number, stubborn):
     import os, time
-    from isethdr_core import parent_watch
+    from isethdr_core.runs import parent_watch
     parent_watch.LOOK_S, parent_watch.UNWIND_S = 0.05, 0.5
     parent_watch.end_with_parent()
     (folder / f"{os.getpid()}.began").touch()

@@ -23,7 +23,7 @@ OTHER = {
     tuple: lambda v: (v[0] * 0.9, *v[1:]),
 }
 SCRIPT = """
-from isethdr_optics import kernels
+from isethdr_optics.psf import kernels
 from test_kernel_store import FLARES, LENS, SAMPLING
 kernels.WORTH_KEEPING_S = 0.0
 if {refuse}:
