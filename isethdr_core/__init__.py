@@ -20,6 +20,7 @@
 | `conformance/` | one line in a plugin's tests checks all that the component's kind promises    |
 | `data/`        | what crosses the borders between stages, with its units and checks            |
 | `display/`     | how a linear picture or a rendering is looked at. Never a stage               |
+| `identity/`    | what a result is called: which code, libraries and data made it               |
 | `lighting/`    | how much of each light group is in the picture                                |
 | `physics/`     | one per function, on plain arrays; numpy, scipy, array-api-compat and         |
 | `pipeline/`    | the chain of stages, and what can be known of it before anything is computed  |

@@ -205,17 +205,15 @@ def print_plan(overrides) -> None:
     from ..pipeline import runtime_estimate
     from ..pipeline.chain import chain, plan
     from ..runs import radiance_cache, run
-    from ..storage import store
     from ..uncertainty.ledger import Ledger
 
     console, rows = open_console(), Ledger()
     config = compose(overrides)
     parts = chain(config)
     demand = plan(parts, rows)
-    key = run.run_key(config, parts)
-    stored = store.find_complete(store.home() / "runs", key)
+    stored = run.find_run(config, parts)
     if stored:
-        console.print(f"run {key} is stored: nothing to compute")
+        console.print(f"run {stored.stem} is stored: nothing to compute")
     console.print(f"light groups  {', '.join(demand.groups) if demand.groups else 'all'}")
     console.print(f"labels        {', '.join(sorted(demand.labels)) or 'none'}")
     bands = demand.wavelength_nm

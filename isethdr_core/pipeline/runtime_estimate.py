@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import CatalogError
-from ..runs.radiance_cache import described
+from ..identity.earlier_names import same_class
 from ..storage import store
 
 NEWEST = 32  # runs, and stores of scenes, that are looked at: reading one takes a millisecond
@@ -38,7 +38,7 @@ def expected_s(parts, config: dict, missing) -> dict[str, float]:
                 if kind not in RENDERING or (kind == "scene" and parts.renderer is None):
                     _nearer(found, row, size(config, kind) / size(attributes["config"], kind))
     for attributes in _newest("scenes") if missing is not None else ():
-        if attributes["scene"]["class"] == described(parts.scene)["class"]:
+        if same_class(attributes["scene"], parts.scene):
             for row in attributes["ledger"]:
                 kind = row["stage"].split()[0]
                 if kind in RENDERING:

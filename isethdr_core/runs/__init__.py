@@ -7,7 +7,7 @@
 | `noise_realisations`  | scores over several noise realisations of one shot                   |
 | `parent_watch`        | workers of a sweep end with the process that started them            |
 | `processor`           | which processor computed a result, and which library kernels it used |
-| `provenance`          | versions and source digests of the packages that took part           |
+| `provenance`          | code of the components, library versions, input files                |
 | `radiance_cache`      | stored scene radiance: what is missing is rendered                   |
 | `run`                 | one stored run, named by the hash of what made it                    |
 | `run_warnings`        | exposures that make the scores of a run say little                   |

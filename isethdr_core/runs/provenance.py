@@ -1,13 +1,16 @@
-"""What made a result: versions and source digests of the packages that took part."""
+"""What made a result: the code of the components that took part, library versions, input files."""
 
 from __future__ import annotations
 
 import hashlib
 import os
 from functools import cache
-from importlib import metadata, util
-from pathlib import Path
+from importlib import metadata
 
+from ..identity.code_digest import Code, code_of, frame_code, keep
+from ..plugins import registry
+
+CORE = "core"  # the frame's name beside `kind/name` of components
 LIBRARIES = (
     "isethdr",
     "numpy",
@@ -21,36 +24,52 @@ LIBRARIES = (
 )
 
 
-@cache
-def source_digest(package: str) -> str:
-    """Return a digest of all Python, YAML and CSV sources of an import package or module: it names
-    the code that ran.
+def identity(component: object) -> str:
+    """Return `kind/name` under which a component's class is registered.
 
-    Presets below `conf` do not enter: what was chosen from them is in the config.
+    A class without a registered name has its own name. A class with several has the first of them.
     """
-    spec = util.find_spec(package)
-    digest = hashlib.sha256()
-    if spec and not spec.submodule_search_locations and spec.has_location:  # a plugin of one file
-        digest.update(Path(spec.origin).read_bytes())
-    for folder in sorted(spec.submodule_search_locations or []) if spec else []:
-        for path in sorted(Path(folder).rglob("*")):
-            inside = path.relative_to(folder)
-            if path.suffix in (".py", ".yaml", ".csv") and "conf" not in inside.parts:
-                digest.update(inside.as_posix().encode())
-                digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    names = sorted(
+        f"{kind}/{name}"
+        for (kind, name), offered in registry.components().items()
+        if offered.cls is type(component)
+    )
+    return names[0] if names else type(component).__qualname__
 
 
-def fingerprint(*components, core: tuple[str, ...] = ("isethdr_core",)) -> dict[str, str]:
-    """Return the source digest of each component's package, and of the parts of the core that they
-    rely on.
+def fingerprint(*components: object, frame: bool = False) -> dict[str, str]:
+    """Return the digest of the code of each component by its identity; None is no component.
+
+    Parameters
+    ----------
+    frame : add the part of the core that runs the chain, as `core`.
     """
-    packages = set(core) | {type(c).__module__.split(".")[0] for c in components if c is not None}
-    return {name: source_digest(name) for name in sorted(packages)}
+    return {name: code.digest for name, code in _codes(components, frame).items()}
+
+
+def have_source(*components: object) -> bool:
+    """Return whether the code of all components can be told in another process."""
+    return all(code_of(component).has_source for component in components)
+
+
+def libraries(*components: object, frame: bool = False) -> dict[str, str]:
+    """Return the version of each library that the code of components imports, by distribution."""
+    found: dict[str, str] = {}
+    for code in _codes(components, frame).values():
+        found |= code.libraries
+    return dict(sorted(found.items()))
+
+
+def _codes(components: tuple[object, ...], frame: bool) -> dict[str, Code]:
+    found = {identity(c): code_of(c) for c in components if c is not None}
+    if frame:
+        found[CORE] = frame_code()
+    keep()
+    return dict(sorted(found.items()))
 
 
 def versions() -> dict[str, str]:
-    """Return the version of every library that can change a result; absent ones are left out."""
+    """Return the versions that are written beside results, for people; absent ones are left out."""
     return dict(_versions())
 
 

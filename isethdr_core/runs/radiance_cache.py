@@ -19,6 +19,7 @@ from pathlib import Path
 
 from ..data.scene_description import SceneDescription
 from ..errors import CatalogError, ConfigError
+from ..identity.earlier_names import radiance_names
 from ..pipeline.bands import of_demand
 from ..pipeline.chain import Chain, stage
 from ..pipeline.demand import Demand
@@ -30,15 +31,8 @@ from ..uncertainty.error_terms import RELATIVE, ErrorTerm, Quantity, Source
 from ..uncertainty.ledger import Ledger, error, left_out, record
 from .claims import claimed
 from .processor import kernels
-from .provenance import fingerprint, versions
+from .provenance import fingerprint, identity, libraries, versions
 from .sample_accumulation import ALL_BANDS, Known, holds, known
-
-# what scenes and renderers use of the core: an edit elsewhere in it must not ask for another
-# rendering
-CORE = tuple(
-    f"isethdr_core.{name}"
-    for name in ("scene", "quantities", "categories", "physics.photometry", "physics.radiometry")
-)
 
 
 ROUNDING = "store rounding"  # key of the rounding of stored radiance
@@ -46,21 +40,33 @@ NOISE = "accumulated noise"  # key of the noise of several renderings together; 
 
 
 def recipe_hash(parts: Chain) -> str:
-    """Return the name of the radiance that the scene and the renderer describe together."""
-    return store.content_hash(
+    """Return the name of the radiance that the scene and the renderer describe together.
+
+    An earlier name of the same radiance is returned where only that one is stored.
+    """
+    name = store.content_hash(
         {
             "scene": described(parts.scene),
             "renderer": described(parts.renderer, without=effort(parts)),
-            "code": fingerprint(parts.scene, parts.renderer, core=CORE),
-            "versions": versions(),
+            "code": fingerprint(parts.scene, parts.renderer),
+            "versions": libraries(parts.scene, parts.renderer),
         }
     )
+    folder = store.home() / "scenes"
+    if _is_stored(folder, name):
+        return name
+    earlier = radiance_names(parts.scene, parts.renderer, effort(parts))
+    return next((n for n in earlier if _is_stored(folder, n)), name)
+
+
+def _is_stored(folder: Path, recipe: str) -> bool:
+    return any(folder.glob(f"{recipe}-*.zarr"))
 
 
 def described(component, without=()) -> dict:
-    """Return a component's class and fields as plain data."""
+    """Return a component's identity (kind and registered name) and fields as plain data."""
     fields = {k: v for k, v in asdict(component).items() if k not in without}
-    return {"class": f"{type(component).__module__}.{type(component).__qualname__}", **fields}
+    return {"component": identity(component), **fields}
 
 
 def effort(parts: Chain) -> tuple[str, ...]:
@@ -345,7 +351,8 @@ def _render(parts, description, demand, so_far, rows, config, folder, recipe, sp
         "lamps": radiance.attrs.get("lamps", []),
         "noise": radiance.attrs.get("noise", {}),
         "path_span": radiance.attrs.get("path_span", {}),
-        "versions": versions(),
+        "versions": versions() | libraries(parts.scene, parts.renderer),
+        "code": fingerprint(parts.scene, parts.renderer),
         "kernels": kernels(parts.scene, parts.renderer),
         "ledger": rows.as_records(),
         "created": datetime.now(UTC).isoformat(timespec="seconds"),

@@ -17,6 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from ..data.quantities import tristimulus
 from ..errors import CatalogError
+from ..identity.earlier_names import run_names
 from ..pipeline.chain import (
     SHOWN,
     Camera,
@@ -34,7 +35,7 @@ from ..plugins.registry import plugin_manager
 from ..storage import store
 from ..uncertainty.ledger import Ledger
 from .processor import kernels
-from .provenance import fingerprint, input_digests, versions
+from .provenance import fingerprint, input_digests, libraries, versions
 from .radiance_cache import described, held_and_missing, scene_radiance
 from .run_warnings import warnings_of
 
@@ -94,7 +95,7 @@ def run(config: DictConfig) -> Result:
     parts, settings = chain(config), plain(config)
     key = run_key(settings, parts)
     folder = store.home() / "runs"
-    path = store.find_complete(folder, key)
+    path = find_run(settings, parts)
     if path is not None:
         return announced(Result(path, store.read_attrs(path), computed=False), parts)
     check_writable(folder)
@@ -139,18 +140,38 @@ def check_writable(folder: Path) -> None:
 
 
 def run_key(config: Mapping[str, Any] | DictConfig, parts: Chain) -> str:
-    """Return the hash of all that can change the result: resolved config (or its `plain` data),
-    code, library versions, input files.
+    """Return the hash of all that can change the result.
+
+    That is the resolved config (or its `plain` data), the code of the components and of the core,
+    the versions of the libraries that they import, and the input files.
     """
     components = parts.components()
     return store.content_hash(
         {
             "config": plain(config),
-            "code": fingerprint(*components),
-            "versions": versions(),
+            "code": fingerprint(*components, frame=True),
+            "versions": libraries(*components, frame=True),
             "inputs": input_digests(*components),
         }
     )
+
+
+def find_run(config: Mapping[str, Any] | DictConfig, parts: Chain) -> Path | None:
+    """Return the complete store of a run, under its name or an earlier one, or None.
+
+    Raises
+    ------
+    CatalogError : the store is damaged.
+    """
+    folder, settings = store.home() / "runs", plain(config)
+    if path := store.find_complete(folder, run_key(settings, parts)):
+        return path
+    components = parts.components()
+    if not folder.is_dir():
+        return None
+    earlier = run_names(settings, components, input_digests(*components))
+    found = (store.find_complete(folder, name) for name in earlier)
+    return next(filter(None, found), None)
 
 
 def plain(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
@@ -269,8 +290,8 @@ def _record(
             for warning in warnings_of(name, seen.picture, seen.truth, seen.labels)
         ],
         "ledger": rows.as_records(),
-        "versions": versions(),
+        "versions": versions() | libraries(*parts.components(), frame=True),
         "kernels": kernels(*parts.components()),
-        "code": fingerprint(*parts.components()),
+        "code": fingerprint(*parts.components(), frame=True),
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
     }

@@ -31,6 +31,8 @@ def name(lens, flares, wavelength_nm, pitch_um, reach, way: str | None = None) -
 
     `way` : in which they are made, where there is more than one.
     """
+    if not provenance.have_source(lens, *flares):
+        return None
     try:
         return store.content_hash(
             {
@@ -41,24 +43,17 @@ def name(lens, flares, wavelength_nm, pitch_um, reach, way: str | None = None) -
                     list(reach),
                     way,
                 ],
-                "code": provenance.fingerprint(
-                    lens, *flares, core=("isethdr_core.physics", __package__)
-                ),
+                "code": provenance.fingerprint(lens, *flares),
                 "files": provenance.input_digests(lens, *flares),
-                "versions": [np.__version__, provenance.versions().get("scipy")],
+                "versions": provenance.libraries(lens, *flares),
             }
         )
-    except (
-        TypeError,
-        ValueError,
-        ImportError,
-        OSError,
-    ):  # fields that are no values, or a class typed at a prompt
+    except (TypeError, ValueError, OSError):  # fields that are no values
         return None
 
 
 def _named(component):
-    return [type(component).__module__, type(component).__qualname__, store.jsonable(component)]
+    return [provenance.identity(component), store.jsonable(component)]
 
 
 def _folder() -> Path:

@@ -1,56 +1,50 @@
 """Provenance: an edit that can change a result changes its name, and no other."""
 
-import sys
-
-import pytest
-
-from isethdr_core.runs.provenance import fingerprint, input_digests, source_digest, versions
-
-
-@pytest.fixture
-def package(tmp_path, monkeypatch):
-    folder = tmp_path / "isethdr_made_up"
-    (folder / "conf").mkdir(parents=True)
-    (folder / "__init__.py").write_text("A = 1\n")
-    (folder / "conf" / "night.yaml").write_text("a: 1\n")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    yield folder
-    sys.modules.pop("isethdr_made_up", None)
+from isethdr_core import build
+from isethdr_core.identity.code_digest import frame_code
+from isethdr_core.runs import provenance
+from isethdr_core.runs.provenance import (
+    fingerprint,
+    have_source,
+    identity,
+    input_digests,
+    libraries,
+)
 
 
-def digest():
-    source_digest.cache_clear()
-    return source_digest("isethdr_made_up")
+def test_a_component_is_named_by_kind_and_registered_name(offer):
+    lens = build("lens", "wavefront")
+    assert identity(lens) == "lens/wavefront"
+    moved = type("Wavefront", (type(lens),), {"__module__": "elsewhere.lenses"})
+    assert identity(moved()) == "Wavefront"  # as long as nobody registers it
+    offer("lens", "wavefront", moved)
+    assert identity(moved()) == "lens/wavefront"
 
 
-def test_source_changes_the_digest_and_a_preset_does_not(package):
-    first = digest()
-    (package / "conf" / "night.yaml").write_text("a: 2\n")
-    assert digest() == first
-    (package / "table.csv").write_text("1,2\n")
-    second = digest()
-    assert second != first
-    (package / "__init__.py").write_text("A = 2\n")
-    assert digest() != second
+def test_a_class_registered_twice_has_one_name():
+    assert identity(build("scene", "uniform")) == identity(build("scene", "ideal")) == "scene/ideal"
 
 
-def test_a_module_of_one_file_has_a_digest_of_its_own(tmp_path, monkeypatch):
-    monkeypatch.syspath_prepend(str(tmp_path))
-    (tmp_path / "isethdr_one_file.py").write_text("A = 1\n")
-    source_digest.cache_clear()
-    first = source_digest("isethdr_one_file")
-    (tmp_path / "isethdr_one_file.py").write_text("A = 2\n")
-    source_digest.cache_clear()
-    assert source_digest("isethdr_one_file") != first
+def test_the_fingerprint_names_each_component_and_the_frame():
+    lens, flare = build("lens", "ideal"), build("flare", "haze")
+    found = fingerprint(lens, None, flare, frame=True)
+    assert list(found) == ["core", "flare/haze", "lens/ideal"]
+    assert found["core"] == frame_code().digest
+    assert fingerprint(flare) == {"flare/haze": found["flare/haze"]}
 
 
-def test_a_part_of_the_core_does_not_answer_for_the_rest():
-    assert set(fingerprint(core=("isethdr_core.scene",))) == {"isethdr_core.scene"}
-    assert (
-        fingerprint(core=("isethdr_core.scene",))["isethdr_core.scene"]
-        != fingerprint()["isethdr_core"]
-    )
-    assert "numpy" in versions()
+def test_versions_are_those_of_libraries_that_the_components_import():
+    scene, renderer = build("scene", "uniform"), build("renderer", "mitsuba")
+    assert "mitsuba" in libraries(renderer) and "mitsuba" not in libraries(scene)
+    assert "colour-science" in libraries(scene) and "hydra-core" not in libraries(scene)
+    assert libraries(scene).items() <= libraries(scene, renderer).items()
+    assert {"isethdr", "numpy"} <= provenance.versions().keys()  # beside the result, for people
+
+
+def test_a_class_typed_at_a_prompt_has_no_source():
+    scope: dict = {"__name__": "prompt"}
+    exec("class Lens: pass", scope)  # noqa: S102 - as typed at a prompt
+    assert not have_source(scope["Lens"]()) and have_source(build("lens", "ideal"))
 
 
 def test_input_files_are_named_by_their_content(tmp_path):

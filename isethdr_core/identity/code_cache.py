@@ -1,0 +1,139 @@
+"""Code cache: facts of files and digests of components, kept in the process and between processes.
+
+Facts are kept by the content of a file, digests by the state (time of change, size) of every file
+and folder that they rest on. Both files lie in the user's cache folder and may be deleted at any
+time. Where nothing can be written, nothing is kept.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from .code_facts import RULES, Facts, digest_of, facts_of
+
+MOST_ENTRIES = 4000  # of a cache file; those added last stay
+
+Stamp = tuple[int, int]  # time of the last change (ns) and size (bytes)
+
+
+def stamp_of(path: str) -> Stamp:
+    """Return the state of a file or folder; (0, 0) where there is none."""
+    try:
+        state = os.stat(path)
+    except OSError:
+        return 0, 0
+    return state.st_mtime_ns, state.st_size
+
+
+class KeptTable:
+    """A table of JSON records in one file, read when first asked for and replaced as a whole."""
+
+    def __init__(self, path: Path | None):
+        self._path = path
+        self._records: dict[str, Any] | None = None
+        self._new: dict[str, Any] = {}
+
+    def get(self, key: str) -> Any:
+        """Return a record, None where there is none."""
+        if self._records is None:
+            self._records = self._read()
+        return self._new.get(key) or self._records.get(key)
+
+    def put(self, key: str, record: Any) -> None:
+        """Add a record; `save` writes it."""
+        self._new[key] = record
+
+    def save(self) -> None:
+        """Write what is new, beside what other processes have written."""
+        if not self._new or self._path is None:
+            return
+        self._records = self._read() | self._new
+        self._new = {}
+        records = dict(list(self._records.items())[-MOST_ENTRIES:])
+        temporary = self._path.with_name(f".{self._path.name}.{os.getpid()}")
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            temporary.write_text(json.dumps(records))
+            os.replace(temporary, self._path)
+        except OSError:
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+    def _read(self) -> dict[str, Any]:
+        with suppress(OSError, ValueError):
+            if self._path is not None:
+                found = json.loads(self._path.read_bytes())
+                return found if isinstance(found, dict) else {}
+        return {}
+
+
+class CodeCache:
+    """Facts and digests.
+
+    Parameters
+    ----------
+    folder : where they are kept between processes; None: nowhere.
+    """
+
+    def __init__(self, folder: Path | None):
+        version = f"{RULES}_{sys.version_info.major}.{sys.version_info.minor}"
+        self._kept_facts = KeptTable(folder and folder / f"code_facts_{version}.json")
+        self._kept_digests = KeptTable(folder and folder / f"code_digests_{version}.json")
+        self._facts: dict[str, Facts] = {}
+        self._contents: dict[str, tuple[Stamp, str]] = {}
+
+    def content(self, path: str) -> str:
+        """Return the digest of a file's bytes; it is read again only when its state changes."""
+        stamp = stamp_of(path)
+        known = self._contents.get(path)
+        if known is None or known[0] != stamp:
+            with open(path, "rb") as file:
+                known = self._contents[path] = stamp, digest_of(file.read())
+        return known[1]
+
+    def facts(self, path: str) -> Facts:
+        """Return the facts of a Python file."""
+        key = self.content(path)
+        if key not in self._facts:
+            record = self._kept_facts.get(key)
+            if record is None:
+                with open(path, "rb") as file:
+                    self._facts[key] = facts_of(file.read())
+                self._kept_facts.put(key, asdict(self._facts[key]))
+            else:
+                self._facts[key] = Facts.from_record(record)
+        return self._facts[key]
+
+    def digest(self, key: str, made: Callable[[], tuple[dict, list[str]]]) -> dict:
+        """Return the record of `key`, made again where something that it rests on has changed.
+
+        Parameters
+        ----------
+        made : returns the record, and the paths that it rests on.
+        """
+        kept = self._kept_digests.get(key)
+        if kept is not None:
+            if all(stamp_of(path) == tuple(stamp) for path, stamp in kept["stamps"].items()):
+                return kept["record"]
+        record, paths = made()
+        # of a file as it was when it was read
+        stamps = {path: self._contents.get(path, (stamp_of(path),))[0] for path in sorted(paths)}
+        self._kept_digests.put(key, {"record": record, "stamps": stamps})
+        return record
+
+    def save(self) -> None:
+        """Keep what is new for later processes."""
+        self._kept_facts.save()
+        self._kept_digests.save()
+
+
+def cache_folder() -> Path:
+    """Return the folder of the user's caches."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "isethdr"

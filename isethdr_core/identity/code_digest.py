@@ -1,0 +1,630 @@
+"""Code digest: which code makes a component's results, whatever its modules are called.
+
+The digest of a component is made of
+
+- the normal form (`code_facts`) of its module and of every module that static imports reach from
+  there, those inside functions included. An imported name is written as what it resolves to, by
+  content, so neither module paths nor re-exports enter;
+- the bytes of every data file of the package that these modules name, and of compiled modules;
+- of the core, only what lies in `FOLLOWED`: laws and data that components compute with. The rest of
+  the core, the frame (`frame_code`), runs the chain, and enters the name of a run;
+- the module of a component that is built by its kind and name;
+- the whole package, where a module imports something that its text does not tell.
+
+Installed libraries are named by version (`Code.libraries`), not by content. Nothing is imported to
+find all this out. A package that is not installed, but lies on the path, counts as the component's
+own.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.machinery
+import os
+import sys
+import sysconfig
+import uuid
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import metadata, util
+from pathlib import Path
+from typing import NamedTuple
+
+from ..plugins import registry
+from .code_cache import CodeCache, cache_folder
+from .code_facts import Facts, Reference, Spec
+
+CORE = "isethdr_core"
+# what components compute with; every other part of the core belongs to the frame
+FOLLOWED = (
+    "isethdr_core.physics",
+    "isethdr_core.lighting",
+    "isethdr_core.data",
+    "isethdr_core.display",
+)
+# parts of the core that change no result: what is shown, written, waited for, refused or forecast
+WITHOUT_RESULT = (
+    "isethdr_core.cli",
+    "isethdr_core.config",
+    "isethdr_core.conformance",
+    "isethdr_core.errors",
+    "isethdr_core.identity",
+    "isethdr_core.pipeline.runtime_estimate",
+    "isethdr_core.plugins.hookspecs",
+    "isethdr_core.runs.claims",
+    "isethdr_core.runs.names",
+    "isethdr_core.runs.parent_watch",
+    "isethdr_core.runs.processor",
+    "isethdr_core.runs.provenance",
+    "isethdr_core.storage.arrays",
+    "isethdr_core.storage.atomic_write",
+    "isethdr_core.storage.join",
+    "isethdr_core.storage.manifest",
+    "isethdr_core.storage.reader",
+    "isethdr_core.storage.store",
+)
+ROUNDS = 3  # a module's references are told apart by what they lead to, so many imports deep
+PRESETS = "conf"  # folders with presets: what was chosen of them is in the config
+COMPILED = tuple(importlib.machinery.EXTENSION_SUFFIXES)
+NO_DATA = (".py", ".pyc", ".pyi", ".typed", *COMPILED)
+# libraries whose import name is not the name they are installed by
+INSTALLED_AS = {
+    "OpenEXR": "OpenEXR",
+    "colour": "colour-science",
+    "colour_demosaicing": "colour-demosaicing",
+    "array_api_compat": "array-api-compat",
+    "drjit": "drjit",
+    "hydra": "hydra-core",
+    "omegaconf": "omegaconf",
+    "skimage": "scikit-image",
+    "PIL": "pillow",
+    "yaml": "PyYAML",
+    "google_crc32c": "google-crc32c",
+}
+ABSENT = "not installed"
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Which modules of the core belong to a component, and which to nothing."""
+
+    core: str = CORE
+    followed: tuple[str, ...] = FOLLOWED
+    without_result: tuple[str, ...] = WITHOUT_RESULT
+
+
+@dataclass(frozen=True)
+class Code:
+    """The code behind a result."""
+
+    digest: str
+    libraries: dict[str, str] = field(default_factory=dict)  # distribution: version
+    modules: tuple[str, ...] = ()  # what was reached, for people
+    data: tuple[str, ...] = ()  # data files and compiled modules, below their package
+    has_source: bool = True  # False: its digest holds in this process alone
+
+
+class Target(NamedTuple):
+    """What a reference resolves to."""
+
+    kind: str  # module: followed; library; outside: neither; unknown: any module of the package
+    module: str  # dotted name of a followed module
+    name: str  # the rest, or the dotted name outside
+    through: tuple[str, ...] = ()  # modules that run on the way
+
+
+class Located(NamedTuple):
+    """Where a module lies."""
+
+    path: str
+    is_package: bool
+
+
+class Sources:
+    """The Python packages that can be imported here, read as text.
+
+    Parameters
+    ----------
+    folders : where packages are looked for; None: wherever Python looks for them.
+    cache : of what each file says.
+    """
+
+    def __init__(self, folders: Iterable[Path] | None = None, cache: CodeCache | None = None):
+        self._folders = None if folders is None else [str(folder) for folder in folders]
+        self.cache = cache or CodeCache(cache_folder())
+        self._tops: dict[str, str] = {}
+        self._located: dict[str, Located | None] = {}
+        self._data: dict[str, _Data] = {}
+        self._below: dict[str, list[str]] = {}
+
+    def top(self, name: str) -> str:
+        """Return `builtin`, `library`, `absent` or `own`: whose a package of this name is."""
+        if name not in self._tops:
+            self._tops[name] = self._whose(name)
+        return self._tops[name]
+
+    def _whose(self, name: str) -> str:
+        if name in sys.stdlib_module_names or name in sys.builtin_module_names:
+            return "builtin"
+        if name.startswith("isethdr_"):
+            return "own"
+        found = self.locate(name)
+        if found is None:
+            return "own" if name in sys.modules and self._folders is None else "absent"
+        return "library" if _installed(found.path) else "own"
+
+    def locate(self, module: str) -> Located | None:
+        """Return where a module of an own package lies; None where there is none of that name."""
+        if module not in self._located:
+            parent, _, last = module.rpartition(".")
+            if not parent:
+                found = self._top_level(module)
+            else:
+                above = self.locate(parent)
+                folder = os.path.dirname(above.path) if above and above.is_package else None
+                found = _in_folder(folder, last) if folder else None
+            if found is None and self._folders is None:
+                found = _loaded(module)
+            self._located[module] = found
+        return self._located[module]
+
+    def _top_level(self, name: str) -> Located | None:
+        if self._folders is not None:
+            for folder in self._folders:
+                if found := _in_folder(folder, name):
+                    return found
+            if name.startswith("isethdr_"):
+                return None
+        try:
+            spec = util.find_spec(name)
+        except (ValueError, ImportError):  # made in this process, without a spec
+            return None
+        if spec is None:
+            return None
+        if spec.origin and spec.has_location:
+            return Located(spec.origin, spec.submodule_search_locations is not None)
+        for folder in spec.submodule_search_locations or ():
+            return Located(os.path.join(folder, "__init__.py"), True)
+        return None
+
+    def package_folder(self, module: str) -> str:
+        """Return the folder of the package at the top of a module's name."""
+        top = self.locate(module.partition(".")[0])
+        return os.path.dirname(top.path) if top and top.is_package else ""
+
+    def data_of(self, module: str) -> _Data:
+        """Return the data files of the package that a module belongs to."""
+        folder = self.package_folder(module)
+        if folder not in self._data:
+            self._data[folder] = _Data.below(folder)
+        return self._data[folder]
+
+    def folders_of(self, modules: Iterable[str]) -> list[str]:
+        """Return the folders of the packages of `modules`; each new file changes their state."""
+        packages = {self.package_folder(module) for module in modules} - {""}
+        return sorted({here for folder in packages for here in self._folders_below(folder)})
+
+    def _folders_below(self, folder: str) -> list[str]:
+        if folder not in self._below:
+            self._below[folder] = [
+                here for here, _, _ in os.walk(folder) if os.path.basename(here) != "__pycache__"
+            ]
+        return self._below[folder]
+
+    def all_modules(self, module: str) -> list[str]:
+        """Return every module of the package that a module belongs to, presets left out."""
+        top, folder = module.partition(".")[0], self.package_folder(module)
+        if not folder:
+            return [top]
+        found = []
+        for path in sorted(Path(folder).rglob("*.py")):
+            parts = [top, *path.relative_to(folder).with_suffix("").parts]
+            if PRESETS not in parts:
+                found.append(".".join(parts[:-1] if parts[-1] == "__init__" else parts))
+        return found
+
+
+@dataclass
+class _Data:
+    """Data files of one package, found by the last part of their path."""
+
+    folder: str = ""
+    by_name: dict[str, list[str]] = field(default_factory=dict)
+    by_folder: dict[str, list[str]] = field(default_factory=dict)
+    by_suffix: dict[str, list[str]] = field(default_factory=dict)
+
+    @classmethod
+    def below(cls, folder: str) -> _Data:
+        found = cls(folder)
+        packages = set()
+        for here, folders, files in os.walk(folder) if folder else ():
+            folders[:] = sorted(f for f in folders if f not in (PRESETS, "__pycache__"))
+            if any(name.endswith(".py") for name in files):
+                packages.add(here)
+            above = [p for p in _folders_between(folder, here) if p not in packages]
+            for name in sorted(files):
+                if name.endswith(NO_DATA):
+                    continue
+                path = os.path.join(here, name)
+                found.by_name.setdefault(name, []).append(path)
+                found.by_suffix.setdefault(os.path.splitext(name)[1], []).append(path)
+                for part in above:
+                    found.by_folder.setdefault(os.path.basename(part), []).append(path)
+        return found
+
+    def named(self, text: str) -> list[str]:
+        """Return the files that a string names: a file, or all of a folder without modules."""
+        last = text.rpartition("/")[2]
+        return self.by_name.get(last) or self.by_folder.get(last) or []
+
+
+def _folders_between(top: str, folder: str) -> list[str]:
+    """Return the folders from below `top` down to `folder`."""
+    parts = Path(folder).relative_to(top).parts
+    return [os.path.join(top, *parts[: n + 1]) for n in range(len(parts))]
+
+
+def _loaded(module: str) -> Located | None:
+    """Return where a module lies that is loaded in this process and found nowhere on the path."""
+    origin = getattr(sys.modules.get(module), "__file__", None)
+    return Located(origin, os.path.basename(origin) == "__init__.py") if origin else None
+
+
+def _in_folder(folder: str, name: str) -> Located | None:
+    package = os.path.join(folder, name, "__init__.py")
+    if os.path.isfile(package):
+        return Located(package, True)
+    for suffix in (".py", *COMPILED):
+        if os.path.isfile(path := os.path.join(folder, name + suffix)):
+            return Located(path, False)
+    if os.path.isdir(os.path.join(folder, name)):
+        return Located(package, True)  # a package without a file of its own
+    return None
+
+
+@cache
+def _installation_folders() -> tuple[str, ...]:
+    return tuple({sysconfig.get_path(p) + os.sep for p in ("purelib", "platlib")})
+
+
+def _installed(path: str) -> bool:
+    parts = Path(path).parts
+    return (
+        path.startswith(_installation_folders())
+        or "site-packages" in parts
+        or "dist-packages" in parts
+    )
+
+
+class CodeReader:
+    """Resolve imports over the text of packages, and digest what they reach."""
+
+    def __init__(self, sources: Sources | None = None, rules: Rules | None = None):
+        self.sources = sources or Sources()
+        self.rules = rules or Rules()
+        self._modules: dict[str, _Module] = {}
+
+    def code(self, module: str, name: str) -> Code:
+        """Return the code of the class or function `name` of a module.
+
+        Raises
+        ------
+        LookupError : the module has no text here.
+        """
+        return self._digest([module], [name])
+
+    def frame(self) -> Code:
+        """Return the code of the frame: the core beside `FOLLOWED`, and what that reaches of it."""
+        rules = self.rules
+        apart = (*rules.followed, *rules.without_result)
+        modules = self.sources.all_modules(rules.core)
+        roots = [m for m in modules if m != rules.core and not _within(m, apart)]
+        everything = Rules(rules.core, (rules.core,), rules.without_result)
+        return CodeReader(self.sources, everything)._digest(sorted(roots), [])
+
+    def _digest(self, roots: list[str], names: list[str]) -> Code:
+        places = [self.sources.locate(root) for root in roots]
+        key = repr((self.rules, [place and place.path for place in places], names))
+        key = hashlib.sha256(key.encode()).hexdigest()[:32]
+        record = self.sources.cache.digest(key, lambda: self._made(roots, names))
+        return Code(
+            record["digest"],
+            dict(version_of(name) for name in record["libraries"]),
+            tuple(record["modules"]),
+            tuple(record["data"]),
+        )
+
+    def _made(self, roots: list[str], names: list[str]) -> tuple[dict, list[str]]:
+        """Return the record of what `roots` reach, and the files and folders that it rests on."""
+        reached = self._reached(roots)
+        hashes = {name: module.own for name, module in reached.items()}
+        for _ in range(ROUNDS):
+            hashes = {name: module.with_references(hashes) for name, module in reached.items()}
+        own = [hashes[root] for root in roots] if names else []
+        others = sorted({h for name, h in hashes.items() if not reached[name].only_imports})
+        digest = hashlib.sha256("\n".join([*names, *own, "", *others]).encode()).hexdigest()[:16]
+        record = {
+            "digest": digest,
+            "libraries": sorted({library for m in reached.values() for library in m.libraries}),
+            "modules": sorted(reached),
+            "data": sorted({path for m in reached.values() for path in m.data}),
+        }
+        files = {path for module in reached.values() for path in module.files}
+        return record, [*files, *self.sources.folders_of(reached)]
+
+    def _reached(self, roots: list[str]) -> dict[str, _Module]:
+        reached: dict[str, _Module] = {}
+        waiting = list(roots)
+        while waiting:
+            name = waiting.pop()
+            if name in reached:
+                continue
+            module = reached[name] = self._module(name)
+            waiting += sorted(module.next - reached.keys())
+        return reached
+
+    def _module(self, name: str) -> _Module:
+        """Return what a module says and where its references lead."""
+        if name not in self._modules:
+            self._modules[name] = self._read(name)
+        return self._modules[name]
+
+    def _read(self, name: str) -> _Module:
+        located = self.sources.locate(name)
+        if located is None:
+            raise LookupError(f"no source of the module {name}")
+        if not os.path.isfile(located.path):  # a package without a file of its own
+            return _Module(name, digest_empty(), only_imports=True)
+        if not located.path.endswith(".py"):
+            content = self.sources.cache.content(located.path)
+            return _Module(name, content, files={located.path}, data={located.path})
+        facts = self.sources.cache.facts(located.path)
+        found = _Module(name, facts.tree, only_imports=facts.only_imports)
+        found.files.add(located.path)
+        for spec in facts.imports:
+            if spec.name != "*":
+                self._follow(found, self.resolve(name, spec, ()))
+            else:
+                self._follow(found, self.resolve(name, Spec(spec.level, spec.module, ""), ()))
+        found.next |= {module for built in facts.builds if (module := self._registered(built))}
+        for reference in facts.references:
+            target = self._reference(name, reference)
+            self._follow(found, target)
+            found.targets.append(target)
+        self._data_of(found, facts)
+        if facts.dynamic and not self._is_core(name):
+            self._whole_package(found)
+        found.next.discard(name)
+        return found
+
+    def _reference(self, module: str, reference: Reference) -> Target:
+        attributes = tuple(filter(None, reference.attributes.split(".")))
+        return self.resolve(module, reference.spec, attributes)
+
+    def _registered(self, built: str) -> str:
+        """Return the module of the component `kind/name`; empty where there is none."""
+        kind, _, name = built.partition("/")
+        offered = registry.components().get((kind, name))
+        return offered.cls.__module__ if offered else ""
+
+    def _data_of(self, found: _Module, facts: Facts) -> None:
+        data = self.sources.data_of(found.name)
+        digest = self.sources.cache.content
+        for text in facts.strings:
+            files = data.named(text) if data.by_name else []
+            found.strings.append(
+                ",".join(f"{_below(path, text)}={digest(path)}" for path in files) or text
+            )
+            found.add_data(files, data.folder)
+        for suffix in facts.suffixes:
+            files = data.by_suffix.get(suffix, [])
+            found.strings += sorted(f"{os.path.basename(path)}={digest(path)}" for path in files)
+            found.add_data(files, data.folder)
+
+    def _whole_package(self, found: _Module) -> None:
+        found.next |= set(self.sources.all_modules(found.name))
+        data = self.sources.data_of(found.name)
+        files = [path for group in data.by_name.values() for path in group]
+        found.strings += sorted(
+            f"{os.path.basename(p)}={self.sources.cache.content(p)}" for p in files
+        )
+        found.add_data(files, data.folder)
+
+    def _follow(self, found: _Module, target: Target) -> None:
+        found.next |= set(target.through)
+        if target.kind == "module":
+            found.next.add(target.module)
+        elif target.kind == "library":
+            found.libraries.add(target.name.partition(".")[0])
+        elif target.kind == "unknown" and not self._is_core(found.name):
+            self._whole_package(found)
+
+    # imports
+
+    def _is_core(self, module: str) -> bool:
+        return module.partition(".")[0] == self.rules.core
+
+    def _is_followed(self, module: str) -> bool:
+        if not self._is_core(module):
+            return True
+        return _within(module, self.rules.followed) and not _within(
+            module, self.rules.without_result
+        )
+
+    def resolve(self, module: str, spec: Spec, attributes: tuple[str, ...]) -> Target:
+        """Return what an import of `module` leads to, with the attributes read from it."""
+        parts = [*filter(None, spec.module.split("."))]
+        if spec.level:
+            here = module.split(".")
+            located = self.sources.locate(module)
+            drop = spec.level - (1 if located and located.is_package else 0)
+            parts = [*here[: len(here) - drop], *parts]
+        rest = [*filter(None, [spec.name if spec.name != "*" else ""]), *attributes]
+        if not parts:
+            return Target("outside", "", ".".join(rest))
+        whose = self.sources.top(parts[0])
+        if whose == "builtin":
+            return Target("outside", "", ".".join([*parts, *rest]))
+        if whose in ("library", "absent"):
+            return Target("library", "", ".".join([*parts, *rest]))
+        at, through = parts[0], self._on_the_way(parts[0])
+        for part in parts[1:]:
+            at = f"{at}.{part}"
+            if self.sources.locate(at) is None:
+                return Target("outside", "", at)  # of another platform or version: cannot run
+            through += self._on_the_way(at)
+        if parts[1:] and through and through[-1] == at:
+            through = through[:-1]
+        return self._descend(at, rest, tuple(through), 0)
+
+    def _descend(self, at: str, rest: list[str], through: tuple[str, ...], depth: int) -> Target:
+        """Follow names from a module to where they are defined, through what passes them on."""
+        located = self.sources.locate(at)
+        facts = self._facts(located)
+        if not rest or facts is None:
+            return self._at(at, rest, through)
+        name, more = rest[0], rest[1:]
+        passed = facts.imported.get(name)
+        if passed is None and name not in facts.defined and name in facts.lazy:
+            passed = _lazy_spec(facts.lazy[name], name)
+        if passed is not None and depth < 20:
+            target = self.resolve(at, passed, tuple(more))
+            if target.kind != "outside" or target.name:
+                own = () if facts.only_imports or located.is_package else self._run(at)
+                return target._replace(through=(*through, *own, *target.through))
+        if name in facts.defined:
+            return self._at(at, rest, through)
+        if located.is_package and self.sources.locate(f"{at}.{name}") is not None:
+            below = f"{at}.{name}"
+            return self._descend(below, more, (*through, *self._on_the_way(below)), depth + 1)
+        for star in facts.stars:
+            target = self.resolve(at, Spec(star.level, star.module, name), tuple(more))
+            if target.kind == "module" and target.name:
+                return target._replace(through=(*through, *target.through))
+        if facts.has_getattr and self._is_followed(at):
+            return Target("unknown", at, name, through)
+        return self._at(at, rest, through)
+
+    def _at(self, module: str, rest: list[str], through: tuple[str, ...]) -> Target:
+        through = tuple(m for m in through if m != module)
+        if self._is_followed(module):
+            return Target("module", module, ".".join(rest), through)
+        return Target("outside", "", ".".join(["core", *rest]), through)
+
+    def _run(self, module: str) -> tuple[str, ...]:
+        return (module,) if self._is_followed(module) else ()
+
+    def _on_the_way(self, package: str) -> tuple[str, ...]:
+        """Return a package whose file does something when what lies below it is imported."""
+        located = self.sources.locate(package)
+        if located is None or not located.is_package:
+            return ()
+        facts = self._facts(located)
+        return self._run(package) if facts is not None and facts.has_effects else ()
+
+    def _facts(self, located: Located | None) -> Facts | None:
+        if located is None or not located.path.endswith(".py"):
+            return None
+        if not os.path.isfile(located.path):
+            return Facts(digest_empty(), only_imports=True)
+        return self.sources.cache.facts(located.path)
+
+
+@dataclass
+class _Module:
+    """One followed module, its imports resolved."""
+
+    name: str
+    own: str  # digest of its normal form
+    only_imports: bool = False
+    targets: list[Target] = field(default_factory=list)  # of its references, as they are numbered
+    strings: list[str] = field(default_factory=list)  # as they are numbered; data by content
+    next: set[str] = field(default_factory=set)
+    libraries: set[str] = field(default_factory=set)
+    data: set[str] = field(default_factory=set)
+    files: set[str] = field(default_factory=set)
+
+    def add_data(self, files: list[str], folder: str) -> None:
+        """Note data files of the package in `folder`."""
+        self.data |= {os.path.relpath(path, os.path.dirname(folder)) for path in files}
+        self.files |= set(files)
+
+    def with_references(self, hashes: dict[str, str]) -> str:
+        """Return the digest of the module with each reference told by the content it leads to."""
+        lines = [self.own]
+        lines += [f"{target.name}@{hashes.get(target.module, '')}" for target in self.targets]
+        lines += self.strings
+        return hashlib.blake2b("\n".join(lines).encode(), digest_size=16).hexdigest()
+
+
+def _below(path: str, text: str) -> str:
+    """Return a data file's name: empty where `text` names the file, else its path in the folder."""
+    last = text.rpartition("/")[2]
+    parts = Path(path).parts
+    if parts[-1] == last:
+        return ""
+    return "/".join(parts[len(parts) - parts[::-1].index(last) :])
+
+
+def _within(module: str, prefixes: tuple[str, ...]) -> bool:
+    return module in prefixes or module.startswith(tuple(f"{p}." for p in prefixes))
+
+
+def _lazy_spec(entry: str, name: str) -> Spec:
+    """Return the import of an entry of a lazy table: `module`, `.module` or `module:name`."""
+    module, _, attribute = entry.partition(":")
+    stripped = module.lstrip(".")
+    return Spec(len(module) - len(stripped) or 1, stripped, attribute or name)
+
+
+def digest_empty() -> str:
+    """Return the digest of a module that says nothing."""
+    return "empty"
+
+
+@cache
+def version_of(library: str) -> tuple[str, str]:
+    """Return the distribution and the version of a library by the name that it is imported by."""
+    for name in (INSTALLED_AS.get(library, library), library.replace("_", "-")):
+        with suppress(metadata.PackageNotFoundError):
+            return name, metadata.version(name)
+    for name in metadata.packages_distributions().get(library, ()):
+        return name, metadata.version(name)
+    return library, ABSENT
+
+
+@cache
+def reader() -> CodeReader:
+    """Return the reader of the packages of this process."""
+    return CodeReader()
+
+
+@cache
+def code_of_class(cls: type) -> Code:
+    """Return the code of a component's class, as it is when it is first asked for in a process.
+
+    A class without source text, typed at a prompt for example, has a digest of this process alone:
+    its results are never taken for those of another.
+    """
+    try:
+        return reader().code(cls.__module__, cls.__qualname__)
+    except (LookupError, OSError):
+        return Code(f"process {uuid.uuid4().hex[:8]}", has_source=False)
+
+
+def code_of(component: object) -> Code:
+    """Return the code of a component."""
+    return code_of_class(type(component))
+
+
+@cache
+def frame_code() -> Code:
+    """Return the code of the core that runs a chain."""
+    return reader().frame()
+
+
+def keep() -> None:
+    """Keep what has been read for later processes."""
+    reader().sources.cache.save()

@@ -1,0 +1,282 @@
+"""Earlier names: what runs and radiance were called while whole packages named the code.
+
+Until code was digested by component (`code_digest`), a name held the digests of all bytes of the
+packages that took part, and the module path of each class. Such results are still served as long as
+the code is the same: `earlier_names.json` states, for each commit whose results may be stored, the
+old parts of the names, and the digest that each component has in that commit. A component that has
+the same digest now is unchanged. A component that has another one is unchanged only where the table
+`unchanged` says so for exactly these two digests, with the reason, and for values of its fields
+that were tested. Anything else has no earlier name.
+
+`scripts/earlier_names.py` writes the file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import MISSING, Field, asdict, dataclass, fields
+from functools import cache
+from importlib import util
+from pathlib import Path
+from typing import Any
+
+from ..plugins import registry
+from ..runs import provenance
+from ..storage.encoding import jsonable
+from ..storage.store import content_hash
+from .code_digest import code_of_class, frame_code
+
+TABLE = Path(__file__).with_name("earlier_names.json")
+RADIANCE_CORE = (  # parts of the core that named radiance
+    "isethdr_core.scene",
+    "isethdr_core.quantities",
+    "isethdr_core.categories",
+    "isethdr_core.physics.photometry",
+    "isethdr_core.physics.radiometry",
+)
+CORE_PACKAGE = "isethdr_core"
+# keys of a config that hold one component, and those that hold several, with their kind
+COMPONENTS = {kind: kind for kind in ("scene", "renderer", "lighting", "lens", "sensor", "isp")}
+FREE = ("device", "seed", "draws")  # settings that name noise, or say how much of it
+TABLES = {"versions": "lighting", "flare": "flare", "cameras": "sensor", "metric": "metric"}
+
+
+@dataclass(frozen=True)
+class Edition:
+    """The code of one commit, as the names of that time state it."""
+
+    commit: str
+    version: str  # of the distribution
+    packages: dict[str, str]  # digest of the bytes of a package, or of a module of the core
+    components: dict[str, dict]  # by identity: class, fields, code
+    frame: str  # digest of the part of the core that runs a chain
+    settings: dict[str, Any]  # what a config holds beside components, by default
+
+
+class Different(Exception):
+    """A part of the chain is not what it was in the edition, so there is no earlier name."""
+
+
+def radiance_names(scene: object, renderer: object, effort: Sequence[str]) -> Iterator[str]:
+    """Yield the names under which the radiance of a scene and a renderer may be stored.
+
+    Parameters
+    ----------
+    effort : fields of the renderer that buy accuracy only, and so are no part of the name.
+    """
+    for edition in editions():
+        try:
+            yield content_hash(
+                {
+                    "scene": _described(edition, scene),
+                    "renderer": _described(edition, renderer, effort),
+                    "code": _packages(edition, (scene, renderer), RADIANCE_CORE),
+                    "versions": _versions(edition),
+                }
+            )
+        except Different:
+            continue
+
+
+def run_names(config: dict, components: Sequence[object], inputs: dict) -> Iterator[str]:
+    """Yield the names under which a run may be stored.
+
+    Parameters
+    ----------
+    config : the composed config as plain data. `inputs` : digests of input files, by path.
+    """
+    for edition in editions():
+        try:
+            for component in components:
+                _described(edition, component)
+            _same(edition, provenance.CORE, edition.frame, flat_settings(config))
+            yield content_hash(
+                {
+                    "config": _settings(edition, config),
+                    "code": _packages(edition, components, (CORE_PACKAGE,)),
+                    "versions": _versions(edition),
+                    "inputs": inputs,
+                }
+            )
+        except Different:
+            continue
+
+
+def same_class(stored: dict, component: object) -> bool:
+    """Return whether a component's record in a store, old or new, is of this component's class."""
+    name = provenance.identity(component)
+    if "component" in stored:
+        return stored["component"] == name
+    return any(
+        edition.components.get(name, {}).get("class") == stored.get("class")
+        for edition in editions()
+    )
+
+
+@cache
+def editions() -> tuple[Edition, ...]:
+    """Return the editions of the table."""
+    return tuple(Edition(**edition) for edition in _table()["editions"])
+
+
+@cache
+def _table() -> dict:
+    return json.loads(TABLE.read_text())
+
+
+def _described(edition: Edition, component: object, without: Sequence[str] = ()) -> dict:
+    """Return a component as it was described in an edition."""
+    values = {k: v for k, v in asdict(component).items() if k not in without}
+    known = edition.components.get(provenance.identity(component))
+    if known is None:  # of another package: its names are made of what it is now
+        cls = type(component)
+        return {"class": f"{cls.__module__}.{cls.__qualname__}", **values}
+    _same(edition, provenance.identity(component), known["code"], values)
+    for added in fields(component):
+        if added.name in values and added.name not in known["fields"]:
+            if values.pop(added.name) != _default(added):
+                raise Different(added.name)
+    return {"class": known["class"], **values}
+
+
+def _default(added: Field) -> Any:
+    return added.default_factory() if added.default_factory is not MISSING else added.default
+
+
+def _same(edition: Edition, name: str, before: str, values: Mapping[str, Any]) -> None:
+    """Raise Different unless the code behind `name` makes what it made in the edition.
+
+    Parameters
+    ----------
+    before : digest in the edition. `values` : fields of the component, or settings of the run.
+    """
+    now = _digest_now(name)
+    if now == before:
+        return
+    for entry in _table()["unchanged"]:
+        if (entry["of"], entry["from"], entry["to"]) == (name, before, now):
+            tested = entry["tested"]
+            if all(value_class(v) in tested.get(key, ()) for key, v in values.items()):
+                return
+    raise Different(name)
+
+
+def _digest_now(name: str) -> str:
+    if name == provenance.CORE:
+        return frame_code().digest
+    kind, _, registered = name.partition("/")
+    return code_of_class(registry.components()[kind, registered].cls).digest
+
+
+def value_class(value: Any) -> str:
+    """Return which values of a field count as tested together: all finite numbers but zero do."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        if value == 0:
+            return "zero"
+        return "number" if math.isfinite(value) else "not finite"
+    return json.dumps(jsonable(value), sort_keys=True)
+
+
+def _packages(
+    edition: Edition, components: Sequence[object], core: tuple[str, ...]
+) -> dict[str, str]:
+    """Return the digest of every package that took part, as it was in the edition."""
+    names = set(core)
+    for component in components:
+        known = edition.components.get(provenance.identity(component))
+        path = known["class"] if known else type(component).__module__
+        names.add(path.partition(".")[0])
+    return {name: edition.packages.get(name) or bytes_digest(name) for name in sorted(names)}
+
+
+def _versions(edition: Edition) -> dict[str, str]:
+    return provenance.versions() | {"isethdr": edition.version}
+
+
+def _settings(edition: Edition, config: dict) -> dict:
+    """Return a config as plain data as it would have been in the edition.
+
+    Fields that components have got since are left out: `_described` has found them at their
+    defaults. Other new keys are left out where they have the value that changes nothing.
+    """
+    found = {}
+    for key, value in config.items():
+        if key in COMPONENTS:
+            found[key] = _component_node(edition, COMPONENTS[key], value)
+        elif key in TABLES:
+            nodes = (value or {}).items()
+            found[key] = value and {
+                name: _component_node(edition, TABLES[key], node) for name, node in nodes
+            }
+        elif key in edition.settings:
+            found[key] = _known_keys(edition.settings[key], key, value)
+        elif not _changes_nothing(key, value):
+            raise Different(key)
+    return found
+
+
+def _component_node(edition: Edition, kind: str, node: Any) -> Any:
+    known = edition.components.get(f"{kind}/{node['name']}") if node else None
+    if known is None:
+        return node
+    return {k: v for k, v in node.items() if k == "name" or k in known["fields"]}
+
+
+def _known_keys(known: Any, path: str, value: Any) -> Any:
+    if not (isinstance(known, dict) and isinstance(value, dict)):
+        return value
+    found = {}
+    for key, inner in value.items():
+        if key in known:
+            found[key] = _known_keys(known[key], f"{path}.{key}", inner)
+        elif not _changes_nothing(f"{path}.{key}", inner):
+            raise Different(f"{path}.{key}")
+    return found
+
+
+def _changes_nothing(path: str, value: Any) -> bool:
+    new = _table()["new_settings"]
+    return path in new and new[path] == value
+
+
+def flat_settings(config: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings of a run that choose what is done: those beside components and names."""
+    found: dict[str, Any] = {}
+    for key, value in config.items():
+        if key in COMPONENTS or key in TABLES or key in FREE:
+            continue
+        if isinstance(value, dict):
+            found |= {f"{key}.{inner}": v for inner, v in value.items()}
+        else:
+            found[key] = value
+    return found
+
+
+def bytes_digest(package: str) -> str:
+    """Return the digest of all Python, YAML and CSV files of a package or module."""
+    spec = util.find_spec(package)
+    if spec is None:
+        raise Different(package)
+    if spec.submodule_search_locations is None:
+        return file_digest(Path(spec.origin)) if spec.has_location else folder_digest([])
+    return folder_digest([Path(folder) for folder in sorted(spec.submodule_search_locations)])
+
+
+def file_digest(path: Path) -> str:
+    """Return the digest of a module that is one file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+
+
+def folder_digest(folders: Sequence[Path]) -> str:
+    """Return the digest of the files of a package; presets below `conf` do not enter."""
+    digest = hashlib.sha256()
+    for folder in folders:
+        for path in sorted(folder.rglob("*")):
+            inside = path.relative_to(folder)
+            if path.suffix in (".py", ".yaml", ".csv") and "conf" not in inside.parts:
+                digest.update(inside.as_posix().encode())
+                digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
