@@ -134,6 +134,7 @@ def explain(err: BaseException) -> str:
     what to type.
     """
     from hydra.errors import MissingConfigException
+    from omegaconf.errors import ConfigAttributeError, ConfigKeyError
 
     if isinstance(err, MissingConfigException) and err.options and err.missing_cfg_file:
         group, _, name = str(err.missing_cfg_file).rpartition("/")
@@ -142,32 +143,39 @@ def explain(err: BaseException) -> str:
             f"{group} {name!r} is not installed{did_you_mean(name, known)}; `isethdr plugins`"
             " describes them"
         )
+    # Hydra wraps what OmegaConf raises about an override
+    for missing in (err, err.__cause__):
+        if isinstance(missing, ConfigAttributeError | ConfigKeyError):
+            return _no_such_key(missing, overridden=missing is not err, text=str(err))
     text = " ".join(str(e).strip() for e in (err, err.__cause__) if e is not None)
-    if missing := re.search(r"Key '([^']+)' (?:is )?not in '?(\w+)'?", text):
-        key, owner = missing.groups()
-        where, append = (
-            re.search(r"override '([^']+)'", text),
-            re.search(r"append to your config use (\S+)", text),
-        )
-        if where and append and owner == "struct" and key in KINDS:
-            return f"{where.group(1)} has no owner: no {key} is chosen; type {key}=<name> before it"
-        if (
-            where and append and owner == "struct" and re.search(r"full_key: \S+\.", text)
-        ):  # a table that users fill
-            return (
-                f"the config has no key {where.group(1)!r}; to add it to the table type"
-                f" {append.group(1)}"
-            )
-        return (
-            "the config has no key"
-            f" {where.group(1) if where else key!r}{did_you_mean(key, _keys_of(owner))}"
-        )
     lines = [
         line.strip()
         for line in text.splitlines()
         if line.strip() and not line.strip().startswith("object_type")
     ]
     return "; ".join(lines)
+
+
+def _no_such_key(missing: Any, overridden: bool, text: str) -> str:
+    """Return the complaint about a key that a config lacks.
+
+    Parameters
+    ----------
+    missing : OmegaConf's error, whose fields decide.
+    overridden : an override asked for the key.
+    text : Hydra's message: it alone quotes the override.
+    """
+    key, owner = str(missing.key), missing.object_type
+    quoted = re.search(r"override '([^']+)'", text)
+    where = quoted.group(1) if overridden and quoted else key
+    if overridden and owner is dict and key in KINDS:
+        return f"{where} has no owner: no {key} is chosen; type {key}=<name> before it"
+    if overridden and owner is dict and "." in str(missing.full_key):  # a table that users fill
+        added = re.search(r"append to your config use (\S+)", text)
+        typed = added.group(1) if added else f"+{where}=<value>"
+        return f"the config has no key {where!r}; to add it to the table type {typed}"
+    known = _keys_of(getattr(owner, "__name__", ""))
+    return f"the config has no key {where!r}{did_you_mean(key, known)}"
 
 
 def _keys_of(schema_name: str) -> list[str]:

@@ -16,6 +16,8 @@ from isethdr_optics.flare.ghosts import draw, ghost_flare, trace
 
 import isethdr_core as hdr
 from isethdr_core.data import quantities
+from isethdr_core.data.temporal_modulation import stacked
+from isethdr_core.physics.detector.temporal_modulation import Modulation
 from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.physics.resampling.area import resample_mean
 from isethdr_core.plugins.registry import build
@@ -40,6 +42,7 @@ class Stated(NamedTuple):
     shot: propagation.Electrons
     captures: object
     figure: float
+    rows: ledger.Ledger
 
 
 def stated(lens, flares, mixed, exposure_s) -> Stated:
@@ -57,9 +60,8 @@ def stated(lens, flares, mixed, exposure_s) -> Stated:
     [shot] = propagation.with_parts(shots, captures, rows)
     with ledger.stage(ledger.Ledger(), "picture") as row:
         propagation.state([shot], rows, 0.1, (0.0, 0.0))
-    return Stated(
-        shot, captures, next(e.value for e in row.errors if e.source.key == AFTER_RENDERER)
-    )
+    figure = next(e.value for e in row.errors if e.source.key == AFTER_RENDERER)
+    return Stated(shot, captures, figure, rows)
 
 
 def found(of: Stated, electrons) -> float:
@@ -128,3 +130,23 @@ def test_ghosts(monkeypatch, bare):
     np.testing.assert_allclose(
         light, of.shot.total - without, atol=1e-5 * without.max()
     )  # float32 light
+
+
+def test_labels_decide_nothing(monkeypatch):
+    """Lateral colour, dust and light of two components: every label replaced by random text."""
+    lens = DiffractionLimitedLens(focal_length_mm=F_MM, lateral_colour_percent=MAGNIFIED_PERCENT)
+    dusty = (build("flare", "aperture", seed=1),)
+    steady = scene((24, 32), 3e-3 / F_MM, (450.0, 550.0, 650.0), 2.0, 0.5)
+    pulsed = stacked(["a", "b"], [Modulation(), Modulation(90.0, 0.1)], [steady, steady / 2])
+    named = stated(lens, dusty, pulsed, 0.01)
+    words, term = np.random.default_rng(3), ledger.ErrorTerm
+
+    def relabelled(*fields):
+        return term(*fields[:6], label=words.bytes(9).hex())
+
+    monkeypatch.setattr(ledger, "ErrorTerm", relabelled)
+    nameless = stated(lens, dusty, pulsed, 0.01)
+    assert nameless.figure == named.figure and named.figure > 0
+    old, new = (of.rows[0].errors for of in (named, nameless))
+    assert old == new and len(old) >= 5  # equal but for their labels
+    assert not {e.label for e in old} & {e.label for e in new}

@@ -1,0 +1,34 @@
+"""A function that reports too much returns its terms; nobody opens a ledger to throw it away."""
+
+from __future__ import annotations
+
+import ast
+
+from .source import PRODUCT, name_of, tree
+
+
+def opens_one(call: ast.Call) -> bool:
+    """Return whether a call is `stage(Ledger(), ...)`, whose rows nobody can read."""
+    called = call.func.attr if isinstance(call.func, ast.Attribute) else None
+    called = called or (call.func.id if isinstance(call.func, ast.Name) else "")
+    if called != "stage" or not call.args or not isinstance(call.args[0], ast.Call):
+        return False
+    made = call.args[0].func
+    return (made.attr if isinstance(made, ast.Attribute) else getattr(made, "id", "")) == "Ledger"
+
+
+def test_no_ledger_is_opened_to_keep_a_function_quiet():
+    found = [
+        f"{name_of(file)}:{node.lineno}"
+        for file in PRODUCT
+        if not name_of(file).startswith("workflows")  # studies read the row that they open
+        for node in ast.walk(tree(file))
+        if isinstance(node, ast.Call) and opens_one(node)
+    ]
+    assert not found, f"return the terms with the result instead: {', '.join(found)}"
+
+
+def test_one_that_is_thrown_away_is_seen():
+    silent = ast.parse('with ledger.stage(ledger.Ledger(), "x"): pass').body[0]
+    kept = ast.parse('with stage(rows, "x"): pass').body[0]
+    assert opens_one(silent.items[0].context_expr) and not opens_one(kept.items[0].context_expr)
