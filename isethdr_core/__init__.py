@@ -9,7 +9,9 @@
 | `extras`       | libraries that the base install leaves out: what asks for one says so         |
 | `hookspecs`    | public path of `plugins.hookspecs`                                            |
 | `ledger`       | public path of `uncertainty.ledger`                                           |
+| `light_in_time` | public path of `data.temporal_modulation`                                     |
 | `quantities`   | public path of `data.quantities`                                              |
+| `ranges`       | public path of `plugins.ranges`                                               |
 | `scene`        | public path of `data.scene_description`                                       |
 | `seeds`        | public path of `runs.seeds`                                                   |
 | `store`        | public path of `storage.store`                                                |
@@ -52,6 +54,7 @@ if TYPE_CHECKING:
     from .config.composition import compose as compose
     from .data.scores import Score as Score
     from .pipeline.demand import Demand as Demand
+    from .plugins.component import PLUGIN_API as PLUGIN_API
     from .plugins.component import Component as Component
     from .plugins.component import Stage as Stage
     from .plugins.hookspecs import hookimpl as hookimpl
@@ -70,6 +73,7 @@ __all__ = [
     "Component",
     "Demand",
     "Generator",
+    "PLUGIN_API",
     "Range",
     "Score",
     "Stage",
@@ -99,6 +103,7 @@ _MODULE_OF = {  # public name: the module of this package that defines it
     "Component": "plugins.component",
     "Demand": "pipeline.demand",
     "Generator": "runs.seeds",
+    "PLUGIN_API": "plugins.component",
     "Range": "plugins.ranges",
     "Score": "data.scores",
     "Stage": "plugins.component",

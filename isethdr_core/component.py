@@ -3,6 +3,7 @@
 from .plugins.component import (
     KEYED,
     KINDS,
+    PLUGIN_API,
     Component,
     Stage,
     class_getter,
@@ -12,6 +13,7 @@ __all__ = [
     "Component",
     "KEYED",
     "KINDS",
+    "PLUGIN_API",
     "Stage",
     "class_getter",
 ]

@@ -7,23 +7,25 @@ from __future__ import annotations
 import numpy as np
 
 from ..data.quantities import check_irradiance
+from ..plugins.protocols import FLARES, AddsLight, ScattersLight, TransmitsPupil
 from .inputs import damaged_planes, mixed, some
 from .promise import close, holds, keeps, refuses, repeatable, same
-
-WAYS = ("pupil", "scatter", "irradiance")
 
 
 def check(who: str, flare) -> None:
     """Check one flare, alone and in an installed lens."""
-    ways = [w for w in WAYS if callable(getattr(flare, w, None))]
-    holds(who, f"has at least one of the methods {', '.join(WAYS)}", ways)
-    if "pupil" in ways:
+    holds(
+        who,
+        "has at least one of the methods pupil, scatter, irradiance",
+        isinstance(flare, FLARES),
+    )
+    if isinstance(flare, TransmitsPupil):
         check_pupil(who, flare)
-    if "scatter" in ways:
+    if isinstance(flare, ScattersLight):
         check_scatter(who, flare)
-    if "irradiance" in ways:
+    if isinstance(flare, AddsLight):
         check_added(who, flare)
-    check_in_lens(who, flare, "irradiance" in ways)
+    check_in_lens(who, flare, isinstance(flare, AddsLight))
 
 
 def check_pupil(who: str, flare) -> None:

@@ -15,6 +15,7 @@ from ..physics.detector.temporal_modulation import Modulation
 from ..physics.radiometry import photons_per_energy
 from ..pipeline import window
 from ..pipeline.demand import Demand, Response
+from ..plugins.protocols import HasPointSpread, MakesPhotocurrent, NarrowsDemand
 from .inputs import damaged_planes, in_components, mixed
 from .lazy import same_from_store
 from .promise import close, holds, keeps, refuses, repeatable, same, stated
@@ -46,10 +47,10 @@ def check(who: str, lens) -> None:
     _check_linear(who, lens, scene, out)
     _check_energy(who, lens)
     _check_orientation(who, lens)
-    if hasattr(lens, "psf"):
+    if isinstance(lens, HasPointSpread):
         _check_psf(who, lens)
     _check_components(who, lens, scene, out)
-    if hasattr(lens, "narrow"):
+    if isinstance(lens, NarrowsDemand):
         kept = lens.narrow(
             Demand(wavelength_nm=tuple(scene.wavelength.values.tolist()))
         ).wavelength_nm
@@ -60,7 +61,7 @@ def check(who: str, lens) -> None:
             "passes no light in a band that its narrow drops",
             float(dark.max() if dark.size else 0.0) <= 1e-6 * float(out.max()),
         )
-    if hasattr(lens, "photocurrent"):
+    if isinstance(lens, MakesPhotocurrent):
         _check_photocurrent(who, lens, scene, out)
         _check_window(who, lens, scene)
     for what, bad in damaged_planes(scene):

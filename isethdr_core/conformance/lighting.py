@@ -9,6 +9,7 @@ import numpy as np
 from ..data.quantities import check_mixed
 from ..data.temporal_modulation import time_mean
 from ..pipeline.demand import Demand
+from ..plugins.protocols import NarrowsDemand
 from .inputs import GROUPS, damaged_scenes, scene
 from .lazy import same_from_store
 from .promise import close, fortran, holds, keeps, refuses, repeatable, stated
@@ -59,7 +60,7 @@ def check(who: str, lighting) -> None:
     close(
         who, "the order of the light groups does not matter", turned.values, out.values, 1e-5, 1e-30
     )
-    if hasattr(lighting, "narrow"):
+    if isinstance(lighting, NarrowsDemand):
         kept = lighting.narrow(Demand(groups=GROUPS)).groups
         with keeps(who, "needs no light group that its narrow drops"):
             part = time_mean(lighting(radiance.sel(light_group=list(kept))))

@@ -14,6 +14,7 @@ from ..data.reference_picture import labels_on, make_picture, truth
 from ..data.scores import Score, state_errors
 from ..errors import IsetHdrError
 from ..pipeline.demand import Demand
+from ..plugins.protocols import NarrowsDemand
 from .inputs import FOCAL_LENGTH_MM, mixed, pattern, scene
 from .lazy import same_from_store, sealed
 from .promise import holds, keeps, repeatable, same, stated
@@ -25,7 +26,7 @@ def check(who: str, metric) -> None:
     """Check one metric on a picture with noise, on a perfect one, and on one without a valid
     pixel.
     """
-    if hasattr(metric, "narrow"):
+    if isinstance(metric, NarrowsDemand):
         asked = Demand(groups=("sky", "headlights"), wavelength_nm=(450.0, 550.0, 650.0))
         less = metric.narrow(asked)
         holds(
@@ -92,8 +93,7 @@ def labels_asked_for(metric):
     """Return labels with those alone that the metric's `narrow` asks for, as a run would render
     them.
     """
-    narrow = getattr(metric, "narrow", None)
-    asked = narrow(Demand()).labels if narrow else frozenset()
+    asked = metric.narrow(Demand()).labels if isinstance(metric, NarrowsDemand) else frozenset()
     everything = scene()
     return labels_on(
         everything.drop_vars(

@@ -8,9 +8,11 @@ import re
 from contextlib import contextmanager
 
 import numpy as np
+import xarray as xr
 
 from ..errors import ConfigError, IsetHdrError
 from ..pipeline.demand import Demand
+from ..plugins.protocols import NarrowsDemand
 from ..plugins.registry import build
 from ..runs.radiance_cache import described
 from ..storage.store import content_hash
@@ -146,7 +148,7 @@ def alike(who: str, promise: str, got, want) -> None:
 
 def fortran(data):
     """Return a copy of a DataArray or Dataset whose arrays lie in memory the other way round."""
-    if hasattr(data, "data_vars"):
+    if isinstance(data, xr.Dataset):
         return data.assign(
             {k: v.copy(data=np.asfortranarray(v.values)) for k, v in data.data_vars.items()}
         )
@@ -155,9 +157,9 @@ def fortran(data):
 
 def arrays(result) -> dict[str, np.ndarray]:
     """Return every array of a DataArray, Dataset, array or list of scores, by name."""
-    if hasattr(result, "data_vars"):
+    if isinstance(result, xr.Dataset):
         return {str(k): v.values for k, v in result.variables.items()}
-    if hasattr(result, "coords"):
+    if isinstance(result, xr.DataArray):
         return {"values": result.values, **{str(k): v.values for k, v in result.coords.items()}}
     if isinstance(result, list):
         return {"scores": np.array([repr(item) for item in result])}
@@ -199,7 +201,7 @@ def check_component(who: str, kind: str, name: str, component, fields: dict) -> 
         pass
     for bad in bad_fields(component):
         refuses(who, f"the field {bad}", lambda b=bad: build(kind, name, **{**fields, **b}))
-    if hasattr(component, "narrow"):
+    if isinstance(component, NarrowsDemand):
         with keeps(who, "narrow(demand) returns a Demand"):
             _check_narrow(who, component)
 

@@ -11,6 +11,7 @@ import numpy as np
 from ..data.quantities import tile_pitch
 from ..pipeline import window
 from ..pipeline.demand import Demand
+from ..plugins.protocols import DeclaresNoise, HasPixelCounts, HasPixelPitch, NarrowsDemand
 from ..runs.seeds import generator
 from .counting import check_electrons, check_filters, check_scatter
 from .inputs import damaged_planes, in_components, irradiance, pattern
@@ -130,10 +131,11 @@ def dim_light(who: str, sensor):
     """Return a patterned field, as wide as 24 x 32 pixels or the sensor's own, that makes at most
     `SIGNAL_E` electrons.
     """
-    pitch_m = float(getattr(sensor, "pitch_um", 3.0)) * 1e-6
-    height, width = (
-        int(getattr(sensor, side, None) or count) for side, count in (("rows", 24), ("columns", 32))
+    pitch_m = 1e-6 * float(sensor.pitch_um if isinstance(sensor, HasPixelPitch) else 3.0)
+    rows, columns = (
+        (sensor.rows, sensor.columns) if isinstance(sensor, HasPixelCounts) else (None, None)
     )
+    height, width = int(rows or 24), int(columns or 32)
     tiles = (12, 16)  # coarser than the pixels: sensors integrate constant tiles exactly
     values = 1e-3 * pattern((31, *tiles))
     light = irradiance(values, *tiles, pitch_m * max(height / tiles[0], width / tiles[1]))
@@ -151,7 +153,7 @@ def _check_narrow(who, sensor, light, mean):
     bands = tuple(light.wavelength.values.tolist())
     kept = (
         sensor.narrow(Demand(wavelength_nm=bands)).wavelength_nm
-        if hasattr(sensor, "narrow")
+        if isinstance(sensor, NarrowsDemand)
         else bands
     )
     if kept == bands:
@@ -163,7 +165,7 @@ def _check_narrow(who, sensor, light, mean):
 
 
 def _check_window(who, sensor, light):
-    seen = sensor.narrow(Demand()).window_m if hasattr(sensor, "narrow") else None
+    seen = sensor.narrow(Demand()).window_m if isinstance(sensor, NarrowsDemand) else None
     if seen is None:
         return
     tiles = tuple(2 * light.sizes[d] for d in ("y", "x"))
@@ -274,7 +276,7 @@ def _check_quiet(who, sensor, light):
     """A sensor that can be told `noise=False` then is its own mean, but for the steps of its
     converter.
     """
-    if not isinstance(getattr(sensor, "noise", None), bool):
+    if not (isinstance(sensor, DeclaresNoise) and isinstance(sensor.noise, bool)):
         return
     quiet = replace(sensor, noise=False) if sensor.noise else sensor
     shot = quiet(light, KEY)

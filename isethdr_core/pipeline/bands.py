@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ..plugins.protocols import KnowsItsBands, NarrowsDemand
 from ..uncertainty import ledger
 from .demand import Demand
 
@@ -20,8 +21,7 @@ def offered_nm(source) -> tuple[float, ...] | None:
     """Return the band centres, nm, that a scene or renderer would make; None where it does not say
     beforehand.
     """
-    known = getattr(source, "bands_nm", None)
-    return tuple(map(float, known())) if known else None
+    return tuple(map(float, source.bands_nm())) if isinstance(source, KnowsItsBands) else None
 
 
 def for_sensors_and_truth(offered, sensed) -> tuple[float, ...] | None:
@@ -127,8 +127,8 @@ def sensed_nm(sensors, bands) -> tuple[float, ...]:
     asked = Demand(wavelength_nm=tuple(map(float, bands)))
     kept: set[float] = set()
     for sensor in sensors:
-        narrow = getattr(sensor, "narrow", None)
-        kept |= set((narrow(asked) if narrow else asked).wavelength_nm or asked.wavelength_nm)
+        narrowed = sensor.narrow(asked) if isinstance(sensor, NarrowsDemand) else asked
+        kept |= set(narrowed.wavelength_nm or asked.wavelength_nm)
     return tuple(sorted(kept))
 
 

@@ -14,6 +14,7 @@ from ..data.derived_once import shared, values_only
 from ..data.scores import Score, state_errors
 from ..errors import ConfigError, PluginError
 from ..plugins.component import Stage
+from ..plugins.protocols import DeclaresNoise, MakesPhotocurrent, NarrowsDemand
 from ..plugins.registry import build_from_config, plugin_manager
 from ..runs.names import check_names
 from ..runs.noise_realisations import over_draws, state_spread
@@ -280,8 +281,7 @@ def state_labels(parts: Chain, demand: Demand) -> None:
 
 def narrowed(component, demand: Demand) -> Demand:
     """Return the demand as the component narrows it, or unchanged."""
-    narrow = getattr(component, "narrow", None)
-    return narrow(demand) if narrow else demand
+    return component.narrow(demand) if isinstance(component, NarrowsDemand) else demand
 
 
 def union(demands: list[Demand]) -> Demand:
@@ -348,7 +348,7 @@ def on_sensor(parts: Chain, mixed, demand: Demand):
     seen = book.record_kept(bands.lit(mixed, bands.sensed_nm(parts.cameras.values(), every)))
     if len(seen) < len(every):
         mixed = mixed.sel(wavelength=list(seen))
-    if demand.response is not None and hasattr(parts.lens, "photocurrent"):
+    if demand.response is not None and isinstance(parts.lens, MakesPhotocurrent):
         light = parts.lens.photocurrent(mixed, flares, demand.response)
     else:
         known = (
@@ -508,7 +508,8 @@ def varies(parts: Chain, sensor) -> bool:
     """Return whether another draw of the noise makes another picture; a sensor without noise says
     so in its field `noise`.
     """
-    if not parts.leave_out or getattr(sensor, "noise", True):
+    noisy = not isinstance(sensor, DeclaresNoise) or sensor.noise
+    if not parts.leave_out or noisy:
         return True
     book.left_out(
         f"{parts.draws - 1} more draws of the noise",

@@ -1,15 +1,22 @@
 """Field of view: whether the camera's field covers every sensor, found out before anything is
 computed.
 
-Three optional methods tell: `camera_field()` of a scene, `image_size_m(width, height, projection)`
-of a lens and `check_field(width_m, height_m)` of a sensor. Where one is missing, the sensor finds
-out when the light arrives. A lens may have a fourth, `state_field(width, height, projection)`: what
-becomes of light at the border of the field, for the ledger of the plan.
+A scene, a lens and a sensor tell together: `KnowsItsField`, `KnowsImageSize` and `ChecksImageSize`.
+Where one of them does not, the sensor finds out when the light arrives. A lens may state in the
+ledger what becomes of light at the border (`StatesFieldBorder`).
 """
 
 from __future__ import annotations
 
 import math
+
+from ..plugins.protocols import (
+    ChecksCameraField,
+    ChecksImageSize,
+    KnowsImageSize,
+    KnowsItsField,
+    StatesFieldBorder,
+)
 
 
 def camera_field(
@@ -32,30 +39,21 @@ def check_fields(scene, lens, sensors) -> None:
     """Raise ConfigError where a sensor is larger than the image of the camera's field; silent where
     that is not known yet.
     """
-    known = getattr(scene, "camera_field", None), getattr(lens, "image_size_m", None)
-    if not all(known):
+    if not (isinstance(scene, KnowsItsField) and isinstance(lens, KnowsImageSize)):
         return
-    field, image_size_m = known
-    size_m = image_size_m(*field())
+    size_m = lens.image_size_m(*scene.camera_field())
     for sensor in sensors:
-        if check := getattr(sensor, "check_field", None):
-            check(*size_m)
+        if isinstance(sensor, ChecksImageSize):
+            sensor.check_field(*size_m)
 
 
 def check_rendered(scene, renderer) -> None:
-    """Raise ConfigError where a renderer cannot put its tiles on the camera's field.
-
-    Its optional method `check_field(width, height, projection)` says so.
-    """
-    known = getattr(scene, "camera_field", None), getattr(renderer, "check_field", None)
-    if all(known):
-        field, check = known
-        check(*field())
+    """Raise ConfigError where a renderer cannot put its tiles on the camera's field."""
+    if isinstance(scene, KnowsItsField) and isinstance(renderer, ChecksCameraField):
+        renderer.check_field(*scene.camera_field())
 
 
 def state_field(scene, lens) -> None:
     """Let a lens say in the ledger what becomes of light at the border of the camera's field."""
-    known = getattr(scene, "camera_field", None), getattr(lens, "state_field", None)
-    if all(known):
-        field, state = known
-        state(*field())
+    if isinstance(scene, KnowsItsField) and isinstance(lens, StatesFieldBorder):
+        lens.state_field(*scene.camera_field())

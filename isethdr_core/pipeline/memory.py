@@ -1,7 +1,7 @@
 """Memory: what a run will hold, refused while it is planned where the machine has less.
 
-Scenes and renderers, lenses and sensors may say how much they will hold, by the protocols here.
-What says nothing is not counted.
+Scenes and renderers, lenses and sensors may say how much they will hold (`protocols`). Memory of
+components that do not is not counted.
 """
 
 from __future__ import annotations
@@ -12,9 +12,16 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple
 
 from ..errors import ConfigError
+from ..plugins.protocols import (
+    CountsKernels,
+    CountsPixels,
+    CountsTiles,
+    KnowsImageSize,
+    KnowsItsField,
+)
 
 FLOAT32_BYTES = 4
 STEP = 0.9  # from one size of frame that is tried to the next
@@ -46,48 +53,6 @@ class Need(NamedTuple):
     advice: str
 
 
-@runtime_checkable
-class CountsTiles(Protocol):
-    """A scene or renderer that knows the size of its frame."""
-
-    def tile_counts(self, margin: bool) -> tuple[int, int]:
-        """Return (rows, columns) of tiles, with those beyond the camera's field if `margin`."""
-
-
-@runtime_checkable
-class LooksAtField(Protocol):
-    """A scene that knows the camera's field."""
-
-    def camera_field(self) -> tuple[float, float, str]:
-        """Return (width, height, projection)."""
-
-
-@runtime_checkable
-class CountsKernels(Protocol):
-    """A lens that knows what its kernels take; it refuses what it cannot compute at all."""
-
-    def kernel_bytes(self, frame: Frame, flares: Sequence[Any]) -> float:
-        """Return the bytes of point spread kernels and of what they are made of."""
-
-
-@runtime_checkable
-class MakesImages(Protocol):
-    """A lens that knows the size of its image."""
-
-    def image_size_m(
-        self, width: float, height: float, projection: str = "tangent"
-    ) -> tuple[float, float]:
-        """Return (width, height) in metres."""
-
-
-@runtime_checkable
-class CountsPixels(Protocol):
-    """A sensor that knows what its captures and the pictures made of them take."""
-
-    def pixel_need(self, width_m: float, height_m: float) -> Need:
-        """Return what the pixels over an image of this size take, from the shot to the scores."""
-
-
 def check_run(
     source: Any,
     scene: Any,
@@ -109,7 +74,7 @@ def check_run(
     """
     light = _light_needs(source, lens, flares, frame) if frame is not None else []
     check_fits(light)
-    if isinstance(scene, LooksAtField) and isinstance(lens, MakesImages):
+    if isinstance(scene, KnowsItsField) and isinstance(lens, KnowsImageSize):
         size_m = lens.image_size_m(*scene.camera_field())
         for sensor in sensors:
             if isinstance(sensor, CountsPixels):
@@ -121,7 +86,7 @@ def frame_of(
 ) -> Frame | None:
     """Return the frame that a renderer or scene will make; None where it does not say."""
     if wavelength_nm is None or not (
-        isinstance(source, CountsTiles) and isinstance(scene, LooksAtField)
+        isinstance(source, CountsTiles) and isinstance(scene, KnowsItsField)
     ):
         return None
     width, height, _ = scene.camera_field()
@@ -187,7 +152,7 @@ def _smaller(source: CountsTiles, lens, flares, frame: Frame) -> str:
     """Return how to ask for a frame of the same field that fits, found by trial: not all of a
     lens's memory grows with the frame.
     """
-    kind = "scene" if isinstance(source, LooksAtField) else "renderer"
+    kind = "scene" if isinstance(source, KnowsItsField) else "renderer"
     nominal, most, scale = source.tile_counts(margin=False), machine_bytes(), 1.0
     while scale * min(nominal) > 2:
         scale *= STEP

@@ -1,14 +1,15 @@
 """Margin: tiles beyond the camera's field, rendered so that a lens can spread their light into it.
 
-A lens that spreads none says so with `keeps_light(flares) -> bool`, a lighting that looks at
-nothing beyond the field with `WITHIN_FIELD = True`. Where all do, the margin is left out; where any
-of them says nothing, it stays.
+A lens that spreads none says so (`KeepsLight`), and a lighting that looks at nothing beyond the
+field does (`LooksWithinField`). Where all do, the margin is left out; where any of them does not,
+it stays.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+from ..plugins.protocols import KeepsLight, LooksWithinField, RendersMargin
 from ..uncertainty import ledger
 from .demand import Demand
 
@@ -17,12 +18,12 @@ def left_out_where_unseen(demand: Demand, renderer, lens, flares, lightings) -> 
     """Return the demand without the renderer's margin where no light of it can reach the camera's
     field.
     """
-    keeps = getattr(lens, "keeps_light", None)
     if not (
-        getattr(renderer, "margin", 0)
-        and keeps
-        and keeps(flares)
-        and all(getattr(light, "WITHIN_FIELD", False) for light in lightings)
+        isinstance(renderer, RendersMargin)
+        and renderer.margin
+        and isinstance(lens, KeepsLight)
+        and lens.keeps_light(flares)
+        and all(isinstance(light, LooksWithinField) and light.WITHIN_FIELD for light in lightings)
     ):
         return demand
     ledger.left_out(

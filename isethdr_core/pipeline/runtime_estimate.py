@@ -14,6 +14,7 @@ from typing import Any
 
 from ..errors import CatalogError
 from ..identity.earlier_names import same_class
+from ..plugins.protocols import EstimatesSamples
 from ..storage import store
 
 NEWEST = 32  # runs, and stores of scenes, that are looked at: reading one takes a millisecond
@@ -105,15 +106,12 @@ def _rendering(renderer, now: dict, missing, attributes) -> float:
     paths of all light groups.
     """
     bands = (len(missing.wavelength_nm or ()) or _bands(now)) / len(attributes["wavelength_nm"])
-    wanted, expected = (
-        missing.groups or attributes["all_groups"],
-        getattr(renderer, "expected_paths", lambda paths, noise: paths),
-    )
+    wanted = missing.groups or attributes["all_groups"]
     then = {
         group: end - first for group, (first, end) in attributes.get("path_span", {}).items()
     } or dict.fromkeys(attributes["groups"], 1)
     again = {
-        group: expected(paths, attributes.get("noise", {}).get(group))
+        group: _expected_paths(renderer, paths, attributes.get("noise", {}).get(group))
         for group, paths in then.items()
     }
     typical = sum(again.values()) / len(again)  # of a group that this store lacks
@@ -124,6 +122,13 @@ def _rendering(renderer, now: dict, missing, attributes) -> float:
         * _tiles(now)
         / _tiles(attributes["renderer"])
     )
+
+
+def _expected_paths(renderer, paths: int, noise: float | None) -> float:
+    """Return the samples per tile that a light group will take: as before if nobody can tell."""
+    if isinstance(renderer, EstimatesSamples):
+        return renderer.expected_paths(paths, noise)
+    return paths
 
 
 def _nearer(found, row, ratio: float) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 
+from ..plugins.protocols import KeepsLight, KnowsImageSize, KnowsItsField
 from ..uncertainty import ledger
 
 SLIVER = (
@@ -91,7 +92,7 @@ def left_out(whole, part, why: str, bound: float, unit: str) -> ledger.LeftOut:
 
 def planned(scene, lens, flares, window_m) -> None:
     """State what is known beforehand: the share of the camera's field that goes through no lens."""
-    if window_m is None or not hasattr(scene, "camera_field") or not _keeps(lens, flares):
+    if window_m is None or not isinstance(scene, KnowsItsField) or not _keeps(lens, flares):
         return
     seen = math.prod(
         min(side / full, 1.0)
@@ -108,5 +109,8 @@ def planned(scene, lens, flares, window_m) -> None:
 
 
 def _keeps(lens, flares) -> bool:
-    keeps = getattr(lens, "keeps_light", None)
-    return bool(keeps and hasattr(lens, "image_size_m") and keeps(flares))
+    return (
+        isinstance(lens, KeepsLight)
+        and isinstance(lens, KnowsImageSize)
+        and lens.keeps_light(flares)
+    )

@@ -2,10 +2,12 @@
 
 | module      | what                                                                           |
 |-------------|--------------------------------------------------------------------------------|
+| `abilities` | compare a component's class with the Protocols of its kind                     |
 | `builtin`   | the components of the core: lightings                                          |
 | `component` | what a plugin offers under `kind/name`; one component at work                  |
 | `descriptions` | what `isethdr plugins` prints of each component, kept on disk |
 | `hookspecs` | the six hooks of a plugin                                                      |
+| `protocols` | what each kind is called with, and the abilities that it may offer             |
 | `ranges`    | which values a component's field may hold, declared where the field is defined |
 | `registry`  | collect plugins with pluggy and look components up by `kind/name`              |
 """

@@ -6,23 +6,26 @@ ISETHDR_PLUGINS limits them: `all` (default), or a comma-separated list of entry
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import logging
 import os
 import re
 from dataclasses import dataclass
 from functools import cache
-from importlib import metadata
+from importlib import metadata, util
+from pathlib import Path
 
 import pluggy
 
 from ..errors import ConfigError, PluginError, did_you_mean
-from . import hookspecs
-from .component import KEYED, KINDS, Component
+from . import abilities, hookspecs
+from .component import KEYED, KINDS, PLUGIN_API, Component
 from .ranges import converted
 
 log = logging.getLogger(__name__)
 PLACE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")  # package.module:Class
+API_ASKED = "ISETHDR_PLUGIN_API"  # name in a plugin's module: the `PLUGIN_API` that it relies on
 
 
 @dataclass(frozen=True)
@@ -51,20 +54,19 @@ def plugin_manager() -> pluggy.PluginManager:
         name = f"{entry.name} of {package_of(entry)}" if pm.has_plugin(entry.name) else entry.name
         try:
             plugin = entry.load()
+            _refuse_newer(getattr(plugin, API_ASKED, 1))
             pm.register(plugin, name=name)
             _refuse_unknown_hooks(pm, name, plugin)
         except Exception as err:  # a third party's code: anything may happen
             if pm.has_plugin(name):
                 pm.unregister(name=name)
-            _broken.append(
-                BrokenPlugin(entry.name, package_of(entry), f"{type(err).__name__}: {err}")
-            )
+            reason = _newer_by_source(entry) or f"{type(err).__name__}: {err}"
+            _broken.append(BrokenPlugin(entry.name, package_of(entry), reason))
             log.error(
-                "plugin %r of package %r did not load and is skipped (%s: %s)",
+                "plugin %r of package %r did not load and is skipped (%s)",
                 entry.name,
                 package_of(entry),
-                type(err).__name__,
-                err,
+                reason,
             )
     return pm
 
@@ -226,6 +228,38 @@ def _check_class(comp: Component, cls: type) -> None:
         raise PluginError(
             f"{comp.kind}/{comp.name}: field {missing[0]!r} has no default; every field needs one"
         )
+    abilities.check(comp.kind, comp.name, cls)
+
+
+def _refuse_newer(asked: object) -> None:
+    """Refuse a plugin that was written for a newer core: what it relies on may not be there."""
+    if isinstance(asked, bool) or not isinstance(asked, int) or asked < 1:
+        raise PluginError(
+            f"{API_ASKED} is {asked!r}; expected a whole number from 1 to {PLUGIN_API}"
+        )
+    if asked > PLUGIN_API:
+        raise PluginError(
+            f"it needs plugin API {asked}, this isethdr has {PLUGIN_API}; "
+            "install a newer isethdr, or an older version of the plugin"
+        )
+
+
+def _newer_by_source(entry: metadata.EntryPoint) -> str:
+    """Return that a plugin was written for a newer core, if its source says so; else nothing.
+
+    Such a plugin often fails while it imports what is not there yet, before its number can be read.
+    """
+    try:
+        spec = util.find_spec(entry.module)
+        source = Path(spec.origin).read_text() if spec and spec.origin else ""
+        for node in ast.parse(source).body:
+            if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == API_ASKED:
+                _refuse_newer(ast.literal_eval(node.value))
+    except PluginError as err:
+        return f"PluginError: {err}"
+    except Exception:  # noqa: BLE001 - why the plugin failed is known already
+        return ""
+    return ""
 
 
 def _refuse_unknown_hooks(pm, name, plugin) -> None:

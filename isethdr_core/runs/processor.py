@@ -13,21 +13,11 @@ import os
 import platform
 from functools import cache
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+
+from ..plugins.protocols import ChoosesKernels
 
 # of x86 and of ARM, as Linux names them
 CPUINFO = ("vendor_id", "cpu family", "model", "model name", "CPU implementer", "CPU part")
-
-
-@runtime_checkable
-class ChoosesKernels(Protocol):
-    """A component whose library compiles or picks code for the processor."""
-
-    def kernels(self) -> dict[str, str]:
-        """Return what was picked in this process, by the library's name; nothing where it has not
-        been used.
-        """
-        ...
 
 
 def kernels(*components: object) -> dict[str, str]:

@@ -9,6 +9,7 @@ from importlib import metadata
 
 from ..identity.code_digest import Code, code_of, frame_code, keep
 from ..plugins import registry
+from ..plugins.protocols import ReadsFiles
 
 CORE = "core"  # the frame's name beside `kind/name` of components
 LIBRARIES = (
@@ -91,7 +92,8 @@ def input_digests(*components) -> dict[str, str]:
     """
     found = {}
     for component in components:
-        for path in filter(os.path.isfile, getattr(component, "input_files", tuple)()):
+        named = component.input_files() if isinstance(component, ReadsFiles) else ()
+        for path in filter(os.path.isfile, named):
             with open(path, "rb") as file:
                 found[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()[:16]
     return found

@@ -24,6 +24,7 @@ from ..pipeline.bands import of_demand
 from ..pipeline.chain import Chain, stage
 from ..pipeline.demand import Demand
 from ..pipeline.early_checks import check_lightings
+from ..plugins.protocols import AccumulatesSamples, NamesItsEffort
 from ..storage import store
 from ..storage.encoding import bits_for, rounding
 from ..uncertainty.budget import stored_error
@@ -33,7 +34,6 @@ from .claims import claimed
 from .processor import kernels
 from .provenance import fingerprint, identity, libraries, versions
 from .sample_accumulation import ALL_BANDS, Known, holds, known
-
 
 ROUNDING = "store rounding"  # key of the rounding of stored radiance
 NOISE = "accumulated noise"  # key of the noise of several renderings together; part: light group
@@ -71,7 +71,8 @@ def described(component, without=()) -> dict:
 
 def effort(parts: Chain) -> tuple[str, ...]:
     """Return the renderer's fields that buy accuracy only."""
-    return tuple(getattr(type(parts.renderer), "effort_fields", ()))
+    renderer = parts.renderer
+    return tuple(renderer.effort_fields) if isinstance(renderer, NamesItsEffort) else ()
 
 
 def scene_radiance(parts: Chain, demand: Demand, rows: Ledger, config):
@@ -163,7 +164,7 @@ def held_and_missing(parts: Chain, demand: Demand) -> tuple[list[dict], Demand |
 
 def goes_on(parts: Chain):
     """Return the renderer's method `enough`; None where it cannot go on from what is stored."""
-    return getattr(parts.renderer, "enough", None)
+    return parts.renderer.enough if isinstance(parts.renderer, AccumulatesSamples) else None
 
 
 def known_of(parts: Chain, held: list[dict], missing: Demand, groups) -> dict[str, Known] | None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..data.temporal_modulation import DIM
 from ..pipeline import bands, window
+from ..plugins.protocols import StatesErrors
 from .earlier_terms import maps_of
 
 
@@ -20,7 +21,7 @@ def asked_of(lens, flares, cameras, demand, mixed):
     weights : (channel, band), for every band of the mean light; the lens is asked for those that it
         made light of, so that no kernel has to be made again.
     """
-    if not hasattr(lens, "spread_errors"):
+    if not isinstance(lens, StatesErrors):
         return None
     every = mixed.wavelength.values
     seen = every

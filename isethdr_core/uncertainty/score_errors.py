@@ -20,6 +20,7 @@ import numpy as np
 from ..data.derived_once import values_only
 from ..data.reference_picture import seen
 from ..data.temporal_modulation import time_mean
+from ..plugins.protocols import HasMeanOfParts
 from . import ledger
 from .error_terms import ErrorTerm, Quantity, Source
 from .ledger import LeftOut
@@ -87,7 +88,7 @@ def of_scores(
             return ScoreErrors(left_out=(LeftOut("renderer noise in scores", why, math.inf, "1"),))
         return ScoreErrors()
     parts = _parts(camera.truth)
-    of_parts = [metric for metric in metrics if parts and getattr(metric, "MEAN_OF_PARTS", False)]
+    of_parts = [metric for metric in metrics if parts and _is_mean_of_parts(metric)]
     of_whole = [metric for metric in metrics if metric not in of_parts]
     if parts:
         whole = _of_whole(of_whole, camera, scores)
@@ -130,6 +131,10 @@ def of_scores(
     measured = _errors(samples, smoothed, SIDE) | _errors(moved, smoothed)
     errors = dict.fromkeys(asked, NOT_MEASURED) | measured
     return ScoreErrors(errors, tuple(terms), tuple(left_out))
+
+
+def _is_mean_of_parts(metric) -> bool:
+    return isinstance(metric, HasMeanOfParts) and metric.MEAN_OF_PARTS
 
 
 def known_within(count: int) -> float:

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 # what docs/plugins.md, the example plugin and the bundled plugins import from each
 STAYING = {
     "isethdr_core": "Component Demand Generator Range Score Stage build components compose "
-    "generator hookimpl hookspec open_scene run __version__",
+    "generator hookimpl hookspec open_scene run __version__ PLUGIN_API",
     "isethdr_core.component": "Component Stage KINDS KEYED",
     "isethdr_core.hookspecs": "hookimpl hookspec PROJECT",
     "isethdr_core.errors": "CatalogError ConfigError IsetHdrError PluginError UnitError "
@@ -32,6 +32,9 @@ STAYING = {
     "isethdr_core.scene": "Camera Lamp Material Model Part Placed SceneDescription Spectrum flat",
     "isethdr_core.store": "content_hash home open_scene open_store write_store",
     "isethdr_core.testing": "check",
+    "isethdr_core.light_in_time": "components each_component stacked time_mean wrong",
+    "isethdr_core.ranges": "Percent Range Seed Share check_ranges",
+    "isethdr_core.error_terms": "DIRECT SPREAD ErrorNote Quantity",
     "isethdr_core.truth": "VARIANCE_KNOWN check_picture labels_on make_picture objects_on "
     "total_variance truth variance_known",
     "isethdr_core.physics.diffraction": "diffraction_mtf energy_of integrated_airy "
@@ -39,6 +42,10 @@ STAYING = {
     "isethdr_core.physics.convolution": "Bound Kernel convolve convolve_with_bound prepare",
     "isethdr_core.physics.radiometry": "band_widths_nm cos4_falloff irradiance_factor "
     "irradiance_factor_aplanatic photons_from_energy photons_per_energy planck_radiance",
+    "isethdr_core.physics.area": "integrate_tiles",
+    "isethdr_core.physics.modulation": "Modulation",
+    "isethdr_core.physics.noise": "normal poisson_image",
+    "isethdr_core.physics.random_words": "words",
     "isethdr_core.physics.photometry": "LM_PER_W luminance v_lambda xyz_weights",
 }
 

@@ -10,7 +10,7 @@ import re
 import pytest
 
 from isethdr_core.component import KINDS
-from isethdr_core.plugins import hookspecs
+from isethdr_core.plugins import abilities, hookspecs, protocols
 from isethdr_core.plugins.registry import components
 from isethdr_core.testing import check
 
@@ -110,3 +110,29 @@ def test_every_kind_and_border_is_in_the_glossary():
 def test_no_word_is_explained_twice():
     words = [w for w in re.findall(r"^\| ([\w -]+?) \|", GLOSSARY, re.MULTILINE) if w != "word"]
     assert len(words) == len(set(words)), sorted(w for w in words if words.count(w) > 1)
+
+
+def test_the_contracts_list_every_ability_with_its_parameters():
+    kinds: dict[type, list[str]] = {protocol: ["any"] for protocol in protocols.OF_ANY_KIND}
+    for kind, offered in protocols.OPTIONAL.items():
+        for protocol in offered:
+            kinds.setdefault(protocol, []).append(kind)
+    for protocol, of in kinds.items():
+        members = [
+            f"{name}({', '.join(signature.parameters)})"
+            for name, signature in abilities.methods(protocol).items()
+            if name != abilities.CALL
+        ]
+        members += [
+            *(n for n in vars(protocol) if n in abilities.fields(protocol)),
+            *abilities.constants(protocol),
+        ]
+        written = ", ".join(f"`{member}`" for member in members)
+        row = f"| {', '.join(of)} | `{protocol.__name__}` | {written} | "
+        assert f"\n{row}" in CONTRACTS, f"docs/contracts.md needs a row: {row}"
+
+
+def test_no_ability_is_listed_that_does_not_exist():
+    listed = set(re.findall(r"^\| [a-z, ]+ \| `([A-Z]\w+)` \|", CONTRACTS, re.MULTILINE))
+    known = {p.__name__ for kind in KINDS for p in protocols.abilities_of(kind)}
+    assert listed == known

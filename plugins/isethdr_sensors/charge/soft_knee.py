@@ -3,10 +3,23 @@
 from __future__ import annotations
 
 from math import inf
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from isethdr_core.errors import ConfigError
 
+if TYPE_CHECKING:
+    from isethdr_core.physics.detector.charge_dynamics import Well
+
 REFERENCE_C, REFERENCE_K = 60.0, 333.15  # at which `thermal_e` is given
+
+
+@runtime_checkable
+class HasSoftKnee(Protocol):
+    """A sensor whose photodiode loses charge before it is full, so that captures bend."""
+
+    def well(self) -> Well:
+        """Return the soft knee of its pixels."""
+        ...
 
 
 def well(knee_e: float, thermal_e: float, knee_e_per_s: float, temperature_c: float):

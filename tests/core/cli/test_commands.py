@@ -16,6 +16,9 @@ from isethdr_core import Component, hookimpl
 class Copy:
     """A sensor of the same name as another."""
 
+    def __call__(self, light, generator):
+        return light
+
 @hookimpl
 def {hook}():
     return [Component("sensor", "{name}", Copy)]

@@ -33,6 +33,9 @@ class Probe:
     ends: tuple[Annotated[float, Range(0, 1)], Annotated[float, Range(0, 1)]] = (0.5, 1.0)
     notes: dict[str, Any] = field(default_factory=dict)
 
+    def __call__(self, mixed, flares=()):
+        return mixed
+
     def __post_init__(self) -> None:
         check_ranges(self)
 
@@ -103,6 +106,9 @@ def test_a_plain_check_of_a_plugin_becomes_our_error(offer):
         def __post_init__(self):
             raise ValueError("no such lens")
 
+        def __call__(self, mixed, flares=()):
+            return mixed
+
     offer("lens", "checked", Checked)
     with pytest.raises(ConfigError, match="lens 'checked': no such lens"):
         build("lens", "checked")
@@ -137,6 +143,9 @@ def test_a_range_belongs_to_a_number(offer):
         """A lens whose range annotates more than a number."""
 
         shift_um: Annotated[float | None, Range(0, 1)] = None
+
+        def __call__(self, mixed, flares=()):
+            return mixed
 
     offer("lens", "vague", Vague)
     with pytest.raises(TypeError, match="expected int or float"):

@@ -108,12 +108,13 @@ def charge_moments(bench: Bench, arrived_e: float) -> tuple[float, float]:
     """Return mean (e) and variance (e^2) of the charge that a capture reads: Poisson, or what a
     soft knee leaves of it.
     """
+    from isethdr_sensors.charge.soft_knee import HasSoftKnee
+
     from isethdr_core.physics.detector.charge_dynamics_noise import EMPTY, flow_moments
 
     sensor = bench.sensor
-    if (
-        not hasattr(sensor, "well") or sensor.model().readings[bench.capture].capture == "LCG"
-    ):  # all the charge is read
+    all_read = sensor.model().readings[bench.capture].capture == "LCG"
+    if all_read or not isinstance(sensor, HasSoftKnee):
         return arrived_e, arrived_e
     left = flow_moments(EMPTY, arrived_e / sensor.exposure_s, sensor.exposure_s, sensor.well())
     return float(left.charge_e), float(left.charge_var_e2)

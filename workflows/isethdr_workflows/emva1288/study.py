@@ -84,7 +84,9 @@ def bent(sensor) -> bool:
     """Return whether some capture is not linear in light over all its numbers: companded codes, a
     soft knee.
     """
-    return bool(sensor.companding) or hasattr(sensor, "well")
+    from isethdr_sensors.charge.soft_knee import HasSoftKnee
+
+    return bool(sensor.companding) or isinstance(sensor, HasSoftKnee)
 
 
 def linear_captures(sensor) -> list[int]:

@@ -1,0 +1,256 @@
+"""Check a component's class against the Protocols of its kind, when its plugin is loaded.
+
+The core would never call a method whose name is misspelt, and would fail late in a run on one that
+takes other parameters. Both are refused here, with the right name and parameters.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import inspect
+from functools import cache, cached_property
+from typing import Any, NamedTuple
+
+from ..errors import PluginError, did_you_mean
+from . import protocols
+
+NEAR = 0.8  # difflib ratio: two letters swapped in a word of five; bundled methods reach 0.76
+CALL = "__call__"
+
+
+class Arguments(NamedTuple):
+    """One way in which the core passes its arguments: so many by position, these by name."""
+
+    by_position: int
+    by_name: tuple[str, ...]
+
+
+def check(kind: str, name: str, cls: type) -> None:
+    """Refuse a class that lacks what its kind must have, or offers an ability that cannot be used.
+
+    Parameters
+    ----------
+    kind, name : under which the class is offered.
+
+    Raises
+    ------
+    PluginError : a required method is missing, a method has the wrong parameters, or a public name
+        is nearly that of an ability. The message holds the right name and parameters.
+    """
+    who = f"{kind}/{name}"
+    for protocol in protocols.required_of(kind):
+        _check_required(who, kind, protocol, cls)
+    for protocol in protocols.abilities_of(kind):
+        _check_offered(who, protocol, cls)
+    _check_spelling(who, kind, cls)
+
+
+@cache
+def methods(protocol: type) -> dict[str, inspect.Signature]:
+    """Return {name: signature without self} of the methods of a Protocol."""
+    return {
+        name: _without_self(inspect.signature(member))
+        for name, member in vars(protocol).items()
+        if inspect.isfunction(member) and (name == CALL or not name.startswith("_"))
+    }
+
+
+@cache
+def constants(protocol: type) -> frozenset[str]:
+    """Return the names of a Protocol's members that are class attributes."""
+    return frozenset(vars(protocol).get("__annotations__", {}))
+
+
+@cache
+def fields(protocol: type) -> frozenset[str]:
+    """Return the names of a Protocol's members that may be fields of a component."""
+    return frozenset(n for n, member in vars(protocol).items() if isinstance(member, property))
+
+
+@cache
+def names(kind: str) -> frozenset[str]:
+    """Return every name that the core uses of a component of a kind."""
+    known = (*protocols.required_of(kind), *protocols.abilities_of(kind))
+    return frozenset(name for p in known for name in (*methods(p), *constants(p), *fields(p)))
+
+
+def written(name: str, protocol: type) -> str:
+    """Return a Protocol's method as it is written: its name, parameters and types."""
+    return f"{name}{methods(protocol)[name]}".replace("'", "")
+
+
+def _check_required(who: str, kind: str, protocol: type, cls: type) -> None:
+    """Check the methods of a kind. Only a missing call is refused: no run needs the others."""
+    for name in methods(protocol):
+        called = _called_as(kind, protocol, cls) if name == CALL else protocol
+        if offers(cls, name):
+            _check_method(who, called, name, cls)
+        elif name == CALL:
+            raise PluginError(
+                f"{who}: {cls.__qualname__} cannot be called; expected the method "
+                f"{written(name, called)} ({called.__name__})"
+            )
+
+
+def _called_as(kind: str, protocol: type, cls: type) -> type:
+    """Return the Protocol of a class's call: an ability that changes the call, or its kind."""
+    for ability in protocols.abilities_of(kind):
+        own = [name for name in methods(ability) if name != CALL]
+        if CALL in methods(ability) and all(offers(cls, name) for name in own):
+            return ability
+    return protocol
+
+
+def _check_offered(who: str, protocol: type, cls: type) -> None:
+    for name in methods(protocol):
+        if name != CALL and offers(cls, name):
+            _check_method(who, protocol, name, cls)
+    if protocol is protocols.NamesItsEffort and offers(cls, "effort_fields"):
+        _check_effort(who, cls)
+
+
+def _check_effort(who: str, cls: type) -> None:
+    fields = _fields(cls)
+    for name in _raw(cls, "effort_fields") or ():
+        if name not in fields:
+            raise PluginError(
+                f"{who}: effort_fields names {name!r}, which is no field"
+                f"{did_you_mean(name, fields)}"
+            )
+
+
+def _check_method(who: str, protocol: type, name: str, cls: type) -> None:
+    raw = _raw(cls, name)
+    if name in _fields(cls):
+        other = "a field"
+    elif isinstance(raw, property | cached_property):
+        other = "a property"
+    else:
+        other = "" if _callable(raw) else f"{raw!r}"
+    if other:
+        raise PluginError(
+            f"{who}: {name!r} is {other}; expected the method {written(name, protocol)} "
+            f"({protocol.__name__})"
+        )
+    if problem := _problem(raw, protocol, name):
+        raise PluginError(
+            f"{who}: method {name}{_own_signature(raw)} cannot be called as "
+            f"{written(name, protocol)} ({protocol.__name__}): {problem}"
+        )
+
+
+def _check_spelling(who: str, kind: str, cls: type) -> None:
+    elsewhere = frozenset().union(*map(names, protocols.OPTIONAL)) - names(kind)
+    known = (*protocols.required_of(kind), *protocols.abilities_of(kind))
+    callables = {name: p for p in known for name in methods(p) if name != CALL}
+    values = {name: p for p in known for name in constants(p)}
+    for name in _public(cls):
+        if name not in names(kind) and name not in elsewhere:
+            _refuse_near(who, name, cls, callables if _callable(_raw(cls, name)) else values)
+
+
+def _refuse_near(who: str, name: str, cls: type, known: dict[str, type]) -> None:
+    """Refuse a public name that is nearly one of `known` {name: Protocol}.
+
+    The name may stay where the class offers the right one, too, and where it is a method that the
+    core could not call in place of the right one.
+    """
+    near = _nearest(name, tuple(known))
+    if near is None or offers(cls, near):
+        return
+    protocol, raw = known[near], _raw(cls, name)
+    if near in methods(protocol):
+        if _problem(raw, protocol, near):
+            return
+        right, what = written(near, protocol), "method"
+    else:
+        right, what = near, "class attribute"
+    raise PluginError(
+        f"{who}: nothing asks for the {what} {name!r}; did you mean {right} ({protocol.__name__})? "
+        "If it is meant to be another, begin its name with an underscore"
+    )
+
+
+@cache
+def _nearest(name: str, known: tuple[str, ...]) -> str | None:
+    return next(iter(difflib.get_close_matches(name, known, 1, NEAR)), None)
+
+
+def offers(cls: type, name: str) -> bool:
+    """Return whether a class has a field, method or attribute that is not set to None."""
+    return name in _fields(cls) or _raw(cls, name) is not None
+
+
+@cache
+def _fields(cls: type) -> frozenset[str]:
+    fields = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
+    return frozenset(f.name for f in fields)
+
+
+@cache
+def _members(cls: type) -> dict[str, Any]:
+    """Return {name: what a class or its bases hold under it}, without calling any descriptor."""
+    return {name: raw for base in reversed(cls.__mro__) for name, raw in vars(base).items()}
+
+
+def _raw(cls: type, name: str) -> Any:
+    return _members(cls).get(name)
+
+
+def _public(cls: type) -> list[str]:
+    """Return the public names of a class and its bases that are no fields."""
+    return [n for n in _members(cls) if not n.startswith("_") and n not in _fields(cls)]
+
+
+def _callable(raw: Any) -> bool:
+    return callable(raw) or isinstance(raw, staticmethod | classmethod)
+
+
+def _function(raw: Any) -> Any:
+    return raw.__func__ if isinstance(raw, staticmethod | classmethod) else raw
+
+
+def _own_signature(raw: Any) -> str:
+    return str(inspect.signature(_function(raw))).replace("'", "")
+
+
+def _problem(raw: Any, protocol: type, name: str) -> str:
+    """Return why a method cannot be called as a Protocol says; empty where it can."""
+    if inspect.isfunction(raw):
+        return _problem_of(raw, True, protocol, name)
+    return _problem_of.__wrapped__(_function(raw), isinstance(raw, classmethod), protocol, name)
+
+
+@cache
+def _problem_of(function: Any, bound: bool, protocol: type, name: str) -> str:
+    """Return the same of a function, which gets the component or its class first if `bound`."""
+    try:
+        signature = inspect.signature(function)
+    except (ValueError, TypeError):  # a compiled function that does not tell
+        return ""
+    for arguments in _calls(protocol, name):
+        given = [None] * (bound + arguments.by_position)
+        try:
+            signature.bind(*given, **dict.fromkeys(arguments.by_name))
+        except TypeError as err:
+            return str(err)
+    return ""
+
+
+@cache
+def _calls(protocol: type, name: str) -> tuple[Arguments, ...]:
+    """Return the ways of a call: all arguments or the required ones, by position or by name."""
+    every = tuple(methods(protocol)[name].parameters.values())
+    required = tuple(p for p in every if p.default is p.empty)
+    ways = []
+    for some in (every, required):
+        plain = [p.name for p in some if p.kind is p.POSITIONAL_OR_KEYWORD]
+        first = sum(p.kind is p.POSITIONAL_ONLY for p in some)
+        named = tuple(p.name for p in some if p.kind is p.KEYWORD_ONLY)
+        ways += [Arguments(first + len(plain), named), Arguments(first, (*plain, *named))]
+    return tuple(dict.fromkeys(ways))
+
+
+def _without_self(signature: inspect.Signature) -> inspect.Signature:
+    return signature.replace(parameters=list(signature.parameters.values())[1:])

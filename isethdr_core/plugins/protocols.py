@@ -1,0 +1,666 @@
+"""Contracts of components: what each kind is called with, and what it may offer besides.
+
+The first part holds one Protocol per kind. The second part holds one small Protocol per optional
+ability. The core asks `isinstance(component, Ability)`, and uses the ability where it is offered.
+When a plugin is loaded, `abilities.check` compares its classes with these Protocols: a misspelt
+method, or one with parameters that the core could not pass, is an error.
+
+A `/` in a signature means that the core passes what stands before it by position. A plugin may
+name those parameters as it likes. All others may be passed by name.
+
+Members other than methods are class attributes, or fields of the dataclass. A class withdraws an
+ability of its base class by setting the method to None.
+
+Python remembers the classes that have all methods of a Protocol. A method must not be taken from a
+class after `isinstance` was first asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias, runtime_checkable
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    import numpy as np
+    import numpy.typing as npt
+    import xarray as xr
+
+    from ..data.scene_description import SceneDescription
+    from ..data.scores import Score
+    from ..pipeline.demand import Demand, Response
+    from ..pipeline.early_checks import ShotForm
+    from ..pipeline.memory import Frame, Need
+    from ..runs.sample_accumulation import Known
+    from ..runs.seeds import Generator
+    from ..uncertainty.error_terms import ErrorMaps
+
+    Numbers: TypeAlias = npt.NDArray[np.floating[Any]]
+
+
+# --- kinds: what every component of the kind has --------------------------------------------------
+
+
+@runtime_checkable
+class Scene(Protocol):
+    """What the camera looks at: geometry, materials and lamps, or the light itself."""
+
+    def __call__(self) -> SceneDescription | xr.Dataset:
+        """Return the description for a renderer, or scene radiance where it is already known.
+
+        Returns
+        -------
+        `isethdr_core.scene.SceneDescription`, or a Dataset with the variable
+        `radiance (light_group, wavelength, y, x)` in W m-2 sr-1 nm-1.
+        """
+
+
+@runtime_checkable
+class Renderer(Protocol):
+    """Makes scene radiance from a scene description."""
+
+    def __call__(self, description: SceneDescription, demand: Demand, /) -> xr.Dataset:
+        """Return scene radiance with the light groups, bands and labels that the demand asks for.
+
+        Parameters
+        ----------
+        description : the scene, lengths in metres.
+        demand : what later stages need.
+
+        Returns
+        -------
+        Dataset with `radiance (light_group, wavelength, y, x)`, float32, W m-2 sr-1 nm-1.
+        """
+
+
+@runtime_checkable
+class Lighting(Protocol):
+    """Mixes the light groups of a scene."""
+
+    def __call__(self, radiance: xr.Dataset, /) -> xr.DataArray:
+        """Return mixed radiance, with the weights used in the attribute `weights` {group: weight}.
+
+        Parameters
+        ----------
+        radiance : scene radiance, `radiance (light_group, wavelength, y, x)` in W m-2 sr-1 nm-1.
+
+        Returns
+        -------
+        DataArray `([component,] wavelength, y, x)`, W m-2 sr-1 nm-1.
+        """
+
+
+@runtime_checkable
+class Lens(Protocol):
+    """Images mixed radiance onto the sensor plane."""
+
+    def __call__(self, mixed: xr.DataArray, /, *, flares: Sequence[Flare] = ()) -> xr.DataArray:
+        """Return irradiance on the sensor plane.
+
+        Parameters
+        ----------
+        mixed : `([component,] wavelength, y, x)` in W m-2 sr-1 nm-1; x and y as the attribute
+            `projection` says: tangents of the field angle, or radians.
+        flares : any number, in any order.
+
+        Returns
+        -------
+        DataArray `([component,] wavelength, y, x)`, W m-2 nm-1; x and y in metres.
+        """
+
+
+@runtime_checkable
+class Sensor(Protocol):
+    """Turns light on the sensor plane into captures."""
+
+    def __call__(self, light: xr.DataArray, generator: Generator, /) -> xr.Dataset:
+        """Return all captures of one shot.
+
+        Parameters
+        ----------
+        light : irradiance `([component,] wavelength, y, x)` in W m-2 nm-1, or photocurrent
+            `([component,] channel, y, x)` in electrons m-2 s-1; x and y in metres.
+        generator : key of all random numbers of the shot.
+
+        Returns
+        -------
+        Dataset with `raw (capture, y, x)` in DN and what is needed to read it (docs/contracts.md).
+        """
+
+    def expected(self, light: xr.DataArray, /) -> xr.DataArray:
+        """Return mean electrons (capture, y, x) without noise, dark charge included.
+
+        Parameters
+        ----------
+        light : as for the call.
+        """
+
+
+@runtime_checkable
+class Isp(Protocol):
+    """Image signal processing: makes a picture of captures."""
+
+    def __call__(self, captures: xr.Dataset, /) -> xr.Dataset:
+        """Return the picture.
+
+        Parameters
+        ----------
+        captures : of one shot, `raw (capture, y, x)` in DN.
+
+        Returns
+        -------
+        Dataset with `xyz (y, x, xyz_channel)`, Y in cd/m2, `variance` in (cd/m2)^2, and
+        `valid (y, x)`.
+        """
+
+
+@runtime_checkable
+class Metric(Protocol):
+    """Scores a picture."""
+
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None, /
+    ) -> list[Score]:
+        """Return scores.
+
+        Parameters
+        ----------
+        picture, truth : with and without the camera's errors, on one grid of pixels.
+        labels : per pixel, those that `narrow` asked for; None where there are none.
+        """
+
+
+@runtime_checkable
+class TransmitsPupil(Protocol):
+    """A flare that changes the light in the pupil."""
+
+    def pupil(self, x_mm: Numbers, y_mm: Numbers, wavelength_nm: float, /) -> Numbers:
+        """Return the complex transmission of the amplitude; its modulus is at most 1.
+
+        Parameters
+        ----------
+        x_mm, y_mm : places in the pupil, mm, 0 on the axis, arrays of one shape.
+        wavelength_nm : of the light, nm.
+
+        Returns
+        -------
+        Complex numbers of the shape of `x_mm`.
+        """
+
+
+@runtime_checkable
+class ScattersLight(Protocol):
+    """A flare that scatters light by an angle."""
+
+    def scatter(self, wavelength_nm: float, angle_rad: Numbers, /) -> Numbers:
+        """Return the share of the light that is scattered, per steradian.
+
+        Its integral over the hemisphere is at most 1.
+
+        Parameters
+        ----------
+        wavelength_nm : of the light, nm.
+        angle_rad : between the scattered ray and the straight one, rad.
+
+        Returns
+        -------
+        Numbers of 0 or more, 1/sr, of the shape of `angle_rad`.
+        """
+
+
+@runtime_checkable
+class AddsLight(Protocol):
+    """A flare that adds light to the image, such as ghosts."""
+
+    def irradiance(self, lens: Lens, mixed: xr.DataArray, /) -> xr.DataArray:
+        """Return the irradiance that comes on top of the image, linear in `mixed`.
+
+        Parameters
+        ----------
+        lens : that images the scene. `mixed` : as its call takes it.
+
+        Returns
+        -------
+        DataArray `(wavelength, y, x)`, W m-2 nm-1, on the grid of the lens's own answer.
+        """
+
+
+# a flare has at least one of these
+Flare: TypeAlias = TransmitsPupil | ScattersLight | AddsLight
+
+
+# --- abilities of any kind ------------------------------------------------------------------------
+
+
+@runtime_checkable
+class NarrowsDemand(Protocol):
+    """A component that does not need all that later stages would let it have."""
+
+    def narrow(self, demand: Demand, /) -> Demand:
+        """Return a smaller demand; nothing that it drops may matter to the component.
+
+        What is dropped is stated with `ledger.left_out`.
+        """
+
+
+@runtime_checkable
+class ReadsFiles(Protocol):
+    """A component whose result depends on the content of files."""
+
+    def input_files(self) -> Iterable[str | PathLike[str]]:
+        """Return the paths of those files; their content is part of a run's name."""
+
+
+@runtime_checkable
+class ChoosesKernels(Protocol):
+    """A component whose library compiles or picks code for the processor."""
+
+    def kernels(self) -> dict[str, str]:
+        """Return {library: what it picked in this process}, for those that were used."""
+        ...
+
+
+# --- abilities of scenes and renderers ------------------------------------------------------------
+
+
+@runtime_checkable
+class KnowsItsBands(Protocol):
+    """A scene or renderer that knows its bands before it makes any light."""
+
+    def bands_nm(self) -> Iterable[float]:
+        """Return the centres of all bands that it would make, nm, ascending."""
+
+
+@runtime_checkable
+class CountsTiles(Protocol):
+    """A scene or renderer that knows the size of its frame."""
+
+    def tile_counts(self, margin: bool) -> tuple[int, int]:
+        """Return (rows, columns) of tiles, with those beyond the camera's field if `margin`."""
+        ...
+
+
+@runtime_checkable
+class KnowsItsField(Protocol):
+    """A scene that knows the camera's field."""
+
+    def camera_field(self) -> tuple[float, float, str]:
+        """Return (width, height, projection) of the field: tangents, or radians if equidistant."""
+        ...
+
+
+@runtime_checkable
+class ListsGroups(Protocol):
+    """A scene that knows its light groups before it is made."""
+
+    def light_groups(self) -> tuple[str, ...]:
+        """Return the names of the light groups that the scene has.
+
+        Lightings that name others are refused.
+        """
+        ...
+
+
+@runtime_checkable
+class ChecksFiles(Protocol):
+    """A scene that can check its files without reading their light."""
+
+    def check_files(self) -> None:
+        """Raise CatalogError or UnitError where a file of the scene cannot be right."""
+
+
+@runtime_checkable
+class ChecksCameraField(Protocol):
+    """A renderer that cannot put its tiles on every field."""
+
+    def check_field(self, width: float, height: float, projection: str, /) -> None:
+        """Raise ConfigError where the tiles do not fit the camera's field.
+
+        Parameters
+        ----------
+        width, height : of the field, in the unit of x and y.
+        projection : "tangent" or "equidistant".
+        """
+
+
+@runtime_checkable
+class RendersMargin(Protocol):
+    """A renderer that makes tiles beyond the camera's field when the demand asks for them."""
+
+    @property
+    def margin(self) -> float:
+        """Width of the border on each side, as a share of the field."""
+        ...
+
+
+@runtime_checkable
+class NamesItsEffort(Protocol):
+    """A renderer with fields that buy accuracy and do not change the answer."""
+
+    effort_fields: ClassVar[Sequence[str]]  # their names; a store that spent more serves as well
+
+
+@runtime_checkable
+class AccumulatesSamples(Protocol):
+    """A renderer that goes on from what is stored instead of starting again.
+
+    It is called with a third argument. Its radiance states in the attribute `path_span`,
+    {group: [first, end]}, which samples of each light group it took. Renderings of different
+    samples are pooled.
+    """
+
+    def __call__(
+        self,
+        description: SceneDescription,
+        demand: Demand,
+        known: Mapping[str, Known],
+        /,
+    ) -> xr.Dataset:
+        """Return scene radiance made of other samples than those already taken.
+
+        Parameters
+        ----------
+        description, demand : as of `Renderer`.
+        known : {light group: `isethdr_core.runs.sample_accumulation.Known`}, what is stored of each
+            light group asked for.
+        """
+        ...
+
+    def enough(self, paths: int, noise: float | None, /) -> bool:
+        """Return whether a light group needs no more samples.
+
+        Parameters
+        ----------
+        paths : samples per tile so far.
+        noise : relative, of their mean; None where no light was found.
+        """
+        ...
+
+
+@runtime_checkable
+class EstimatesSamples(Protocol):
+    """A renderer that can tell how many samples it will take."""
+
+    def expected_paths(self, paths: int, noise: float | None, /) -> float:
+        """Return the samples per tile that a light group will take.
+
+        Parameters
+        ----------
+        paths : samples per tile that it once took. `noise` : relative, as known after those.
+        """
+        ...
+
+
+# --- abilities of lightings -----------------------------------------------------------------------
+
+
+@runtime_checkable
+class LooksWithinField(Protocol):
+    """A lighting that can say whether tiles beyond the camera's field change its weights."""
+
+    WITHIN_FIELD: ClassVar[bool]  # True: they do not
+
+
+@runtime_checkable
+class ChecksGroups(Protocol):
+    """A lighting that names light groups."""
+
+    def check_groups(self, groups: Sequence[str], /) -> None:
+        """Raise ConfigError where the lighting needs a group that is not among `groups`."""
+
+
+# --- abilities of lenses --------------------------------------------------------------------------
+
+
+@runtime_checkable
+class KnowsImageSize(Protocol):
+    """A lens that knows the size of its image."""
+
+    def image_size_m(self, width: float, height: float, projection: str, /) -> tuple[float, float]:
+        """Return (width, height) in metres of the image of a field, the largest rectangle in it.
+
+        Parameters
+        ----------
+        width, height : of the field, in the unit of the projection: tangents, or radians.
+        projection : "tangent" or "equidistant".
+        """
+        ...
+
+
+@runtime_checkable
+class StatesFieldBorder(Protocol):
+    """A lens that loses light at the border of a field."""
+
+    def state_field(self, width: float, height: float, projection: str, /) -> None:
+        """State in the ledger what becomes of light at the border of the camera's field.
+
+        Parameters
+        ----------
+        width, height, projection : as of `KnowsImageSize.image_size_m`.
+        """
+
+
+@runtime_checkable
+class KeepsLight(Protocol):
+    """A lens that can leave the light of every tile where the tile is."""
+
+    def keeps_light(self, flares: Sequence[Flare], /) -> bool:
+        """Return whether it does: no blur, no flare, no distortion."""
+        ...
+
+
+@runtime_checkable
+class CountsKernels(Protocol):
+    """A lens that knows the memory of its kernels, and refuses what it cannot compute at all."""
+
+    def kernel_bytes(self, frame: Frame, flares: Sequence[Flare], /) -> float:
+        """Return the bytes of point spread kernels over a frame, and of what they are made of."""
+        ...
+
+
+@runtime_checkable
+class MakesPhotocurrent(Protocol):
+    """A lens that can answer with the photocurrent of one sensor instead of irradiance."""
+
+    def photocurrent(
+        self, mixed: xr.DataArray, flares: Sequence[Flare], response: Response, /
+    ) -> xr.DataArray:
+        """Return photocurrent in the window of the sensor, or irradiance where that is cheaper.
+
+        Parameters
+        ----------
+        mixed, flares : as for the call of a lens.
+        response : of all sensors; its `noise_fraction_allowed` is the error allowed.
+
+        Returns
+        -------
+        DataArray `([component,] channel, y, x)`, electrons m-2 s-1, or irradiance.
+        """
+        ...
+
+
+@runtime_checkable
+class StatesErrors(Protocol):
+    """A lens that knows, tile by tile, how wrong its kernels make the light."""
+
+    def spread_errors(
+        self,
+        mixed: xr.DataArray,
+        flares: Sequence[Flare],
+        weights: Numbers,
+        response: Response | None,
+        /,
+    ) -> ErrorMaps | tuple[Numbers, Numbers] | None:
+        """Return how wrong the light is, tile by tile.
+
+        Parameters
+        ----------
+        mixed, flares, response : as the light was asked for; response None for irradiance.
+        weights : (channel, band), what is counted of the irradiance of each band.
+
+        Returns
+        -------
+        Standard deviation and bound, each (channel, y, x), in the unit that `weights` make of
+        irradiance; None where they are not known. A tuple is accepted until version 1.0.
+        """
+        ...
+
+
+@runtime_checkable
+class HasPointSpread(Protocol):
+    """A lens that shows its point spread function on the axis."""
+
+    def psf(self, wavelength_nm: Sequence[float], pitch_um: float, size: int) -> xr.DataArray:
+        """Return the share of the light on each sample, (wavelength, y, x), at most 1 in sum.
+
+        Parameters
+        ----------
+        wavelength_nm : wavelengths, nm.
+        pitch_um : between samples, um.
+        size : samples along each side; the axis is at index size // 2.
+        """
+        ...
+
+
+# --- abilities of sensors -------------------------------------------------------------------------
+
+
+@runtime_checkable
+class DeclaresNoise(Protocol):
+    """A sensor that says whether its shots differ."""
+
+    @property
+    def noise(self) -> bool:
+        """False: every noise realisation is the same, so one is enough."""
+        ...
+
+
+@runtime_checkable
+class HasPixelPitch(Protocol):
+    """A sensor with a pixel pitch; the conformance kit makes light of that size."""
+
+    @property
+    def pitch_um(self) -> float:
+        """Distance between pixel centres, um."""
+        ...
+
+
+@runtime_checkable
+class HasPixelCounts(Protocol):
+    """A sensor whose numbers of pixels are fields."""
+
+    @property
+    def rows(self) -> int | None:
+        """Rows of pixels; None: as many as fill the field."""
+        ...
+
+    @property
+    def columns(self) -> int | None:
+        """Columns of pixels; None: as many as fill the field."""
+        ...
+
+
+@runtime_checkable
+class ChecksImageSize(Protocol):
+    """A sensor whose pixels may not fit into an image."""
+
+    def check_field(self, width_m: float, height_m: float, /) -> None:
+        """Raise ConfigError where the pixels do not fit into an image of this size, metres."""
+
+
+@runtime_checkable
+class CountsPixels(Protocol):
+    """A sensor that knows what its captures and the pictures made of them take."""
+
+    def pixel_need(self, width_m: float, height_m: float, /) -> Need:
+        """Return the memory of the pixels over an image of this size, metres, in a whole run."""
+        ...
+
+
+@runtime_checkable
+class ListsCaptures(Protocol):
+    """A sensor that knows the form of its captures before it takes a shot."""
+
+    def shot_form(self) -> ShotForm:
+        """Return the names of the captures and the filter array."""
+        ...
+
+
+# --- abilities of image signal processing ---------------------------------------------------------
+
+
+@runtime_checkable
+class ChecksCaptures(Protocol):
+    """Image signal processing that depends on the names of captures or on the filter array."""
+
+    def check_shot(self, form: ShotForm, /) -> None:
+        """Raise ConfigError where captures of this form cannot be processed."""
+
+
+# --- abilities of metrics -------------------------------------------------------------------------
+
+
+@runtime_checkable
+class HasMeanOfParts(Protocol):
+    """A metric that can say whether its score is nearly the mean of the scores of parts."""
+
+    MEAN_OF_PARTS: ClassVar[bool]  # True: it is, and needs no labels
+
+
+# --- which kind may offer what --------------------------------------------------------------------
+
+REQUIRED: dict[str, type] = {  # a flare has at least one of `FLARES` instead
+    "scene": Scene,
+    "renderer": Renderer,
+    "lighting": Lighting,
+    "lens": Lens,
+    "sensor": Sensor,
+    "isp": Isp,
+    "metric": Metric,
+}
+FLARES: tuple[type, ...] = (TransmitsPupil, ScattersLight, AddsLight)
+OF_ANY_KIND: tuple[type, ...] = (NarrowsDemand, ReadsFiles, ChoosesKernels)
+OPTIONAL: dict[str, tuple[type, ...]] = {
+    "scene": (KnowsItsBands, CountsTiles, KnowsItsField, ListsGroups, ChecksFiles),
+    "renderer": (
+        KnowsItsBands,
+        CountsTiles,
+        ChecksCameraField,
+        RendersMargin,
+        NamesItsEffort,
+        AccumulatesSamples,
+        EstimatesSamples,
+    ),
+    "lighting": (LooksWithinField, ChecksGroups),
+    "lens": (
+        KnowsImageSize,
+        StatesFieldBorder,
+        KeepsLight,
+        CountsKernels,
+        MakesPhotocurrent,
+        StatesErrors,
+        HasPointSpread,
+    ),
+    "flare": FLARES,
+    "sensor": (
+        DeclaresNoise,
+        HasPixelPitch,
+        HasPixelCounts,
+        ChecksImageSize,
+        CountsPixels,
+        ListsCaptures,
+    ),
+    "isp": (ChecksCaptures,),
+    "metric": (HasMeanOfParts,),
+}
+
+
+def required_of(kind: str) -> tuple[type, ...]:
+    """Return the Protocols that every component of a kind follows."""
+    return (REQUIRED[kind],) if kind in REQUIRED else ()
+
+
+def abilities_of(kind: str) -> tuple[type, ...]:
+    """Return the Protocols of all abilities that a component of a kind may offer."""
+    return (*OPTIONAL[kind], *OF_ANY_KIND)

@@ -1,0 +1,19 @@
+"""Public path of `plugins.ranges`."""
+
+from .plugins.ranges import (
+    Percent,
+    Range,
+    Seed,
+    Share,
+    Wavelength,
+    check_ranges,
+)
+
+__all__ = [
+    "Percent",
+    "Range",
+    "Seed",
+    "Share",
+    "Wavelength",
+    "check_ranges",
+]

@@ -1,0 +1,298 @@
+"""Contracts of components: what each kind may offer, and what is refused at loading."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from dataclasses import dataclass, make_dataclass
+from functools import cached_property
+
+import pytest
+
+import isethdr_core
+from isethdr_core.component import KINDS
+from isethdr_core.errors import PluginError
+from isethdr_core.plugins import abilities, protocols
+from isethdr_core.plugins.registry import components
+
+from ..command_line import isethdr, write_plugin
+
+# (kind, Protocol, method) of every optional method
+OFFERED = [
+    (kind, protocol, name)
+    for kind in KINDS
+    for protocol in protocols.abilities_of(kind)
+    for name in abilities.methods(protocol)
+    if name != abilities.CALL
+]
+
+
+def name_of(case) -> str:
+    return case.__name__ if isinstance(case, type) else str(case)
+
+
+def body(*parameters: str):
+    """Return a method with parameters of these names."""
+    scope: dict = {}
+    exec(f"def method(self, {', '.join(parameters)}): return None", scope)  # noqa: S102 - a toy
+    return scope["method"]
+
+
+def component(kind: str, **members) -> type:
+    """Return a class that can be called as its kind is, with more members."""
+    for protocol in protocols.required_of(kind):
+        for name in abilities.methods(protocol):
+            members.setdefault(name, right(protocol, name))
+    return make_dataclass("Toy", [], namespace=members, frozen=True)
+
+
+def right(protocol: type, name: str):
+    """Return a method that a Protocol's call fits, with other names where they may differ."""
+    parameters = abilities.methods(protocol)[name].parameters.values()
+    named = [f"_{k}" if p.kind is p.POSITIONAL_ONLY else p.name for k, p in enumerate(parameters)]
+    optional = ["" if p.default is p.empty else "=None" for p in parameters]
+    return body(*map(str.__add__, named, optional))
+
+
+def called(protocol: type) -> dict:
+    """Return the call of an ability that changes it."""
+    own = abilities.CALL in abilities.methods(protocol)
+    return {abilities.CALL: right(protocol, abilities.CALL)} if own else {}
+
+
+def misspelt(name: str) -> list[str]:
+    """Return a name without one of its letters, with one too many, and with two of them swapped."""
+    middle = len(name) // 2
+    wrong = [name[:middle] + name[middle + 1 :], f"{name}s"]
+    if len(name) >= 5 and name[1] != name[2]:  # in a shorter name, swapped letters are another word
+        wrong.append(name[0] + name[2] + name[1] + name[3:])
+    return wrong
+
+
+@pytest.mark.parametrize(("kind", "protocol", "name"), OFFERED, ids=name_of)
+def test_a_method_as_the_protocol_says_is_an_ability(kind, protocol, name):
+    members = {
+        n: right(protocol, n)
+        for n in abilities.methods(protocol)
+        if n not in (abilities.CALL, name)
+    }
+    offered = component(kind, **members, **called(protocol), **{name: right(protocol, name)})
+    abilities.check(kind, "toy", offered)
+    assert isinstance(offered(), protocol)
+    assert not isinstance(component(kind, **members)(), protocol)
+
+
+@pytest.mark.parametrize(("kind", "protocol", "name"), OFFERED, ids=name_of)
+def test_a_misspelt_method_is_refused_with_the_right_name(kind, protocol, name):
+    for wrong in misspelt(name):
+        offered = component(kind, **{wrong: right(protocol, name)})
+        with pytest.raises(PluginError, match=re.escape(f"{wrong!r}; did you mean {name}(")):
+            abilities.check(kind, "toy", offered)
+
+
+@pytest.mark.parametrize(("kind", "protocol", "name"), OFFERED, ids=name_of)
+def test_a_method_with_other_parameters_is_refused_with_the_right_ones(kind, protocol, name):
+    count = len(abilities.methods(protocol)[name].parameters)
+    wrong = [body(*(f"_{k}" for k in range(count + 1)))]
+    wrong += [body(*(f"_{k}" for k in range(count - 1)))] if count else []
+    for method in wrong:
+        with pytest.raises(PluginError) as caught:
+            abilities.check(kind, "toy", component(kind, **called(protocol), **{name: method}))
+        said = str(caught.value)
+        assert f"cannot be called as {abilities.written(name, protocol)}" in said, said
+        assert protocol.__name__ in said
+
+
+@pytest.mark.parametrize("name", ["WITHIN_FEILD", "WITHIN_FIELDS"])
+def test_a_misspelt_class_attribute_is_refused(name):
+    with pytest.raises(PluginError, match=f"{name}'; did you mean WITHIN_FIELD"):
+        abilities.check("lighting", "toy", component("lighting", **{name: True}))
+
+
+@pytest.mark.parametrize("kind", sorted(protocols.REQUIRED))
+def test_a_component_that_cannot_be_called_is_refused(kind):
+    [protocol] = protocols.required_of(kind)
+    for members in ({}, {"__call__": body(*"abcdef")}):
+        offered = make_dataclass("Toy", [], namespace=members, frozen=True)
+        with pytest.raises(PluginError, match=re.escape(abilities.written("__call__", protocol))):
+            abilities.check(kind, "toy", offered)
+
+
+def test_a_renderer_that_goes_on_is_called_with_what_is_known():
+    methods = {"enough": body("paths", "noise"), "__call__": body("description", "demand")}
+    with pytest.raises(PluginError, match="known.*AccumulatesSamples.*too many positional"):
+        abilities.check("renderer", "toy", component("renderer", **methods))
+    methods["__call__"] = body("description", "demand", "known")  # which need not have a default
+    abilities.check("renderer", "toy", component("renderer", **methods))
+
+
+def test_what_is_no_method_is_refused_in_its_place():
+    for value, said in (
+        (property(lambda self: (550.0,)), "is a property"),
+        (cached_property(lambda self: (550.0,)), "is a property"),
+        ((550.0,), r"is \(550.0,\)"),
+    ):
+        with pytest.raises(PluginError, match=f"'bands_nm' {said}; expected the method bands_nm"):
+            abilities.check("scene", "toy", component("scene", bands_nm=value))
+
+    @dataclass(frozen=True)
+    class Field:
+        """A scene with a field of the name of an ability."""
+
+        bands_nm: tuple[float, ...] = ()
+
+        def __call__(self):
+            return None
+
+    with pytest.raises(PluginError, match="'bands_nm' is a field; expected the method"):
+        abilities.check("scene", "toy", Field)
+
+
+def test_methods_of_other_forms_are_checked_alike():
+    class Forms:
+        """Not a component: holds methods."""
+
+        @staticmethod
+        def narrow(demand):
+            return demand
+
+        @classmethod
+        def input_files(cls):
+            return ()
+
+    forms = vars(Forms)
+    abilities.check(
+        "isp", "toy", component("isp", narrow=forms["narrow"], input_files=forms["input_files"])
+    )
+    with pytest.raises(PluginError, match="cannot be called as input_files"):
+        abilities.check("isp", "toy", component("isp", input_files=forms["narrow"]))
+    with pytest.raises(PluginError, match="cannot be called as narrow"):
+        abilities.check("isp", "toy", component("isp", narrow=forms["input_files"]))
+
+
+def test_an_ability_that_is_withdrawn_is_not_there():
+    base = component("lens", keeps_light=body("flares"))
+    less = type("Less", (base,), {"keeps_light": None, "__doc__": "Another lens."})
+    abilities.check("lens", "toy", less)
+    assert isinstance(base(), protocols.KeepsLight)
+    assert not isinstance(less(), protocols.KeepsLight)
+
+
+def test_methods_of_a_plugins_own_are_let_alone():
+    own = {
+        "kernel": body("wavelength_nm"),  # nearly `kernels`, which is called without arguments
+        "check_files": body("folder"),  # an ability of scenes, and not far from `check_field`
+        "check_bend": body("width_m", "height_m"),
+        "_narow": body("demand"),
+        "pupils": body("x_mm", "y_mm", "wavelength_nm"),  # nearly an ability of flares
+    }
+    for kind in ("sensor", "lens", "renderer"):
+        abilities.check(kind, "toy", component(kind, **own))
+    both = {"pupil": own["pupils"], "pupils": own["pupils"]}
+    abilities.check("flare", "toy", component("flare", **both))
+
+
+def test_effort_names_fields():
+    @dataclass(frozen=True)
+    class Tracer:
+        """A renderer."""
+
+        samples: int = 4
+        effort_fields = ("sample",)
+
+        def __call__(self, description, demand):
+            return None
+
+    with pytest.raises(PluginError, match="names 'sample', which is no field; did you mean 'samp"):
+        abilities.check("renderer", "toy", Tracer)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_names_of_one_kind_are_not_taken_for_each_other(kind):
+    known = sorted(abilities.names(kind))
+    near = [(a, b) for a in known for b in known if a != b and abilities._nearest(a, (b,))]
+    assert not near
+
+
+def test_every_ability_is_offered_by_a_bundled_component():
+    made = {kind: [] for kind in KINDS}
+    for (kind, _), offered in components().items():
+        if offered.cls.__module__.startswith("isethdr_"):
+            made[kind].append(offered.cls())
+    for kind in KINDS:
+        for protocol in protocols.abilities_of(kind):
+            if protocol not in protocols.OF_ANY_KIND:
+                assert any(isinstance(c, protocol) for c in made[kind]), f"{kind}: {protocol}"
+    everything = [c for some in made.values() for c in some]
+    for protocol in protocols.OF_ANY_KIND:
+        assert any(isinstance(c, protocol) for c in everything), protocol
+
+
+@pytest.mark.parametrize("kind", sorted(protocols.REQUIRED))
+def test_bundled_components_follow_the_protocol_of_their_kind(kind):
+    [protocol] = protocols.required_of(kind)
+    for (its_kind, name), offered in components().items():
+        if its_kind == kind:
+            assert isinstance(offered.cls(), protocol), name
+
+
+def test_every_protocol_is_documented():
+    for protocol in {p for kind in KINDS for p in protocols.abilities_of(kind)}:
+        assert inspect.getdoc(protocol), protocol
+        for name in abilities.methods(protocol):
+            assert inspect.getdoc(getattr(protocol, name)), f"{protocol.__name__}.{name}"
+
+
+LENS = '''
+from dataclasses import dataclass
+from isethdr_core import Component, hookimpl
+{head}
+
+@dataclass(frozen=True)
+class Acme:
+    """A lens of Acme."""
+
+    def __call__(self, mixed, flares=()):
+        return mixed
+
+    def {method}:
+        return True
+
+@hookimpl
+def isethdr_components():
+    return [Component("lens", "acme", Acme)]
+'''
+
+
+@pytest.mark.parametrize(
+    ("head", "method", "said"),
+    [
+        ("", "keep_light(self, flares)", "did you mean keeps_light("),
+        ("", "keeps_light(self)", "cannot be called as keeps_light("),
+        ("ISETHDR_PLUGIN_API = {newer}", "keeps_light(self, flares)", "it needs plugin API"),
+        (
+            "from isethdr_core import something_new\nISETHDR_PLUGIN_API = {newer}",
+            "keeps_light(self, flares)",
+            "it needs plugin API",
+        ),
+        ("ISETHDR_PLUGIN_API = '2'", "keeps_light(self, flares)", "expected a whole number"),
+        ("ISETHDR_PLUGIN_API = {current}", "keeps_light(self, flares)", ""),
+    ],
+    ids=["misspelt", "mis-signed", "newer", "newer import", "no number", "current"],
+)
+def test_a_plugin_with_such_a_fault_is_one_line_and_the_others_go_on(tmp_path, head, method, said):
+    api = isethdr_core.PLUGIN_API
+    source = LENS.format(head=head.format(newer=api + 1, current=api), method=method)
+    shown = isethdr(
+        "plugins",
+        "lens",
+        plugins=[write_plugin(tmp_path, "acme", source)],
+        ISETHDR_PLUGINS="core,optics,acme",
+    )
+    assert shown.returncode == 0 and "diffraction_limited" in shown.stdout
+    if not said:
+        assert "acme" in shown.stdout and not shown.stderr
+        return
+    assert "A lens of Acme" not in shown.stdout
+    [line] = [line for line in shown.stderr.splitlines() if line]
+    assert "skipped" in line and said in line and "acme" in line

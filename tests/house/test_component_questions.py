@@ -1,0 +1,84 @@
+"""What a component can do is asked by type, `isinstance(lens, KeepsLight)`, never by `hasattr`."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+from .source import PRODUCT, name_of, tree
+
+LOADING = "a plugin is looked over when it is loaded"
+DATA = "data, not a component: anything may be passed here"
+ERROR = "an exception of another library, of which some have it"
+LIBRARY = "another library, or what it read from a file"
+# {file: {call as Python writes it: why it may stay}}
+MAY_STAY = {
+    "isethdr_core/config/hydra_app.py": {"getattr(err, '__notes__', [])": ERROR},
+    "isethdr_core/data/reference_picture.py": {"getattr(picture, 'data_vars', {})": DATA},
+    "isethdr_core/data/temporal_modulation.py": {"getattr(light, 'dims', ())": DATA},
+    "isethdr_core/display/display_view.py": {"hasattr(picture, 'data_vars')": DATA},
+    "isethdr_core/plugins/registry.py": {
+        "getattr(plugin, '__name__', type(plugin).__module__)": LOADING,
+        "getattr(plugin, API_ASKED, 1)": LOADING,
+        "hasattr(getattr(plugin, attribute), 'isethdr_impl')": LOADING,
+    },
+    "plugins/isethdr_isp/readout/electrons.py": {"getattr(captures, 'variables', ())": DATA},
+    "plugins/isethdr_scenes/iset_exr_files.py": {
+        "getattr(content.get('sceneMeta'), 'depthMap', None)": LIBRARY
+    },
+}
+
+
+def questions(node: ast.AST) -> Iterator[str]:
+    """Yield the calls that ask whether an object has something, as Python writes them.
+
+    `getattr(object, name)` with a name from a list fails where there is nothing: it reads a field
+    that is known to be there, and asks nothing.
+    """
+    for call in ast.walk(node):
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name):
+            asked = call.func.id == "getattr" and (
+                len(call.args) > 2 or isinstance(call.args[1], ast.Constant)
+            )
+            if asked or call.func.id == "hasattr":
+                yield ast.unparse(call)
+
+
+def found() -> dict[str, set[str]]:
+    """Return {file: its questions}."""
+    every = {name_of(file): set(questions(tree(file))) for file in PRODUCT if not later(file)}
+    return {name: calls for name, calls in every.items() if calls}
+
+
+def later(file: Path) -> bool:
+    """Return whether a file is not held to this rule yet."""
+    return name_of(file).startswith("plugins/isethdr_optics/")
+
+
+def test_nobody_asks_a_component_for_its_attributes():
+    wrong = [
+        f"{name}: {call}"
+        for name, calls in found().items()
+        for call in sorted(calls - MAY_STAY.get(name, {}).keys())
+    ]
+    assert not wrong, (
+        "ask isinstance with a Protocol of isethdr_core.plugins.protocols, or say in MAY_STAY why"
+        " not:\n" + "\n".join(wrong)
+    )
+
+
+def test_the_list_is_not_out_of_date():
+    calls = found()
+    gone = [
+        f"{name}: {call}"
+        for name, may_stay in MAY_STAY.items()
+        for call in sorted(may_stay.keys() - calls.get(name, set()))
+    ]
+    assert not gone, "MAY_STAY lists what is not there any more:\n" + "\n".join(gone)
+
+
+def test_the_rule_finds_questions():
+    asked = "hasattr(lens, 'psf'); getattr(lens, 'psf'); getattr(lens, name, None)"
+    assert len(list(questions(ast.parse(asked)))) == 3
+    assert not list(questions(ast.parse("getattr(lens, name); isinstance(lens, KeepsLight)")))
