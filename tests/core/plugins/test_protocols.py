@@ -260,7 +260,7 @@ class Acme:
 
 @hookimpl
 def isethdr_components():
-    return [Component("lens", "acme", Acme)]
+    return [Component("lens", "acme", {offered})]
 '''
 
 
@@ -282,7 +282,8 @@ def isethdr_components():
 )
 def test_a_plugin_with_such_a_fault_is_one_line_and_the_others_go_on(tmp_path, head, method, said):
     api = isethdr_core.PLUGIN_API
-    source = LENS.format(head=head.format(newer=api + 1, current=api), method=method)
+    head = head.format(newer=api + 1, current=api)
+    source = LENS.format(head=head, method=method, offered="Acme")
     shown = isethdr(
         "plugins",
         "lens",
@@ -296,3 +297,13 @@ def test_a_plugin_with_such_a_fault_is_one_line_and_the_others_go_on(tmp_path, h
     assert "A lens of Acme" not in shown.stdout
     [line] = [line for line in shown.stderr.splitlines() if line]
     assert "skipped" in line and said in line and "acme" in line
+
+
+def test_a_class_that_is_loaded_on_first_use_is_checked_then(tmp_path):
+    source = LENS.format(head="", method="keep_light(self, flares)", offered='"acme:Acme"')
+    folder = write_plugin(tmp_path, "acme", source)
+    assert isethdr("--help", plugins=[folder]).stderr == ""
+    for command in (("plugins", "lens"), ("plan", "lens=acme")):
+        shown = isethdr(*command, plugins=[folder])
+        assert "did you mean keeps_light(" in shown.stdout + shown.stderr
+        assert "Traceback" not in shown.stderr
