@@ -12,12 +12,22 @@ LOADING = "a plugin is looked over when it is loaded"
 DATA = "data, not a component: anything may be passed here"
 ERROR = "an exception of another library, of which some have it"
 LIBRARY = "another library, or what it read from a file"
+MODULE = "a module, or the syntax tree of one"
 # {file: {call as Python writes it: why it may stay}}
 MAY_STAY = {
+    "isethdr_core/config/composition.py": {"getattr(owner, '__name__', '')": ERROR},
     "isethdr_core/config/hydra_app.py": {"getattr(err, '__notes__', [])": ERROR},
     "isethdr_core/data/reference_picture.py": {"getattr(picture, 'data_vars', {})": DATA},
     "isethdr_core/data/temporal_modulation.py": {"getattr(light, 'dims', ())": DATA},
     "isethdr_core/display/display_view.py": {"hasattr(picture, 'data_vars')": DATA},
+    "isethdr_core/identity/code_digest.py": {
+        "getattr(sys.modules.get(module), '__file__', None)": MODULE
+    },
+    "isethdr_core/identity/code_facts.py": {
+        "getattr(node, key, None)": MODULE,
+        "getattr(node, name, None)": MODULE,
+        "getattr(statement, 'value', None)": MODULE,
+    },
     "isethdr_core/plugins/registry.py": {
         "getattr(plugin, '__name__', type(plugin).__module__)": LOADING,
         "getattr(plugin, API_ASKED, 1)": LOADING,
