@@ -1,8 +1,8 @@
-"""Derived once: what follows from reference picture and labels alone, for all realisations.
+"""Derived once: what follows from light, reference picture and labels alone, for all realisations.
 
-A run asks its metrics again and again: in every noise realisation, and after changes of the scene.
-The reference picture and the labels mostly stay the same objects. Within `shared(...)` a metric
-computes what depends on these alone once. Outside of it, everything is computed on each call.
+A run asks sensor and metrics again and again: in every noise realisation, and after changes of the
+scene. Light, reference picture and labels mostly stay the same objects. Within `shared(...)` what
+depends on these alone is computed once. Outside of it, everything is computed on each call.
 """
 
 from __future__ import annotations
@@ -34,9 +34,11 @@ def shared(*sources: Any) -> Iterator[None]:
 
     Parameters
     ----------
-    sources : objects that nobody changes within the block, such as a reference picture.
+    sources : objects that nobody changes within the block, such as a reference picture. A block
+        within another knows the objects and results of that one too.
     """
-    token = _scope.set(_Scope(sources))
+    around = _scope.get() or _Scope(())
+    token = _scope.set(_Scope((*around.sources, *sources), dict(around.results)))
     try:
         yield
     finally:
@@ -48,7 +50,7 @@ def once(key: Hashable, sources: tuple[Any, ...], compute: Callable[[], T]) -> T
 
     Parameters
     ----------
-    key : names the computation and all its parameters.
+    key : names the computation and all its parameters. One without a hash is never found again.
     sources : the objects that the result depends on, compared by identity; None depends on nothing.
     compute : function without arguments that states nothing in the ledger. Nobody may change what
         it returns.
@@ -59,6 +61,10 @@ def once(key: Hashable, sources: tuple[Any, ...], compute: Callable[[], T]) -> T
     if any(s is not None and all(s is not known for known in scope.sources) for s in sources):
         return compute()
     whole = key, tuple(map(id, sources))
+    try:
+        hash(whole)
+    except TypeError:  # a parameter that cannot be compared, such as an array
+        return compute()
     if whole not in scope.results:
         scope.results[whole] = compute()
     return scope.results[whole]

@@ -394,7 +394,7 @@ def through_camera(
         with values_only():
             return book.collected(lambda: of_draw(draw)).result
 
-    with shared(reference, labels):
+    with shared(reference, labels, light):
         for key, metric in parts.metrics.items():
             seen.scores += stage(
                 rows,

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..data.derived_once import values_only
+from ..data.derived_once import shared, values_only
 from ..data.reference_picture import seen
 from ..data.temporal_modulation import time_mean
 from ..plugins.protocols import HasMeanOfParts
@@ -90,28 +90,30 @@ def of_scores(
     parts = _parts(camera.truth)
     of_parts = [metric for metric in metrics if parts and _is_mean_of_parts(metric)]
     of_whole = [metric for metric in metrics if metric not in of_parts]
-    if parts:
-        whole = _of_whole(of_whole, camera, scores)
-    else:
-        whole = [(metric, camera.labels, _values(scores)) for metric in of_whole]
     pair_of = _camera_of_changes(camera, mixed, light, again)
     moved, samples = {}, {}
-    for k in range(max(SIDE * bool(of_parts), count * bool(whole))):
-        pair = pair_of(_by_lot(apart, k))
-        for part in parts[k] if of_parts and k < SIDE else ():
-            _add(
-                samples,
-                *(
-                    _of_part(of_parts, *both, part)
-                    for both in (pair, (camera.picture, camera.truth))
-                ),
-            )
-        if k < count:
-            _add_moves(moved, pair, whole, objects=not parts)
     smoothed: dict[ScoreKey, list[float]] = {}
-    pair = pair_of(smoothing_change(apart, luminance_cd_m2(mixed)))
-    every = [*whole, *((metric, None, _before(scores)) for metric in of_parts)]
-    _add_moves(smoothed, pair, every, objects=not parts)
+    few = _with_one_object(camera.labels) if parts else camera.labels
+    with shared(few):
+        if parts:
+            whole = _of_whole(of_whole, camera, scores, few)
+        else:
+            whole = [(metric, camera.labels, _values(scores)) for metric in of_whole]
+        for k in range(max(SIDE * bool(of_parts), count * bool(whole))):
+            pair = pair_of(_by_lot(apart, k))
+            for part in parts[k] if of_parts and k < SIDE else ():
+                _add(
+                    samples,
+                    *(
+                        _of_part(of_parts, *both, part)
+                        for both in (pair, (camera.picture, camera.truth))
+                    ),
+                )
+            if k < count:
+                _add_moves(moved, pair, whole, objects=not parts)
+        pair = pair_of(smoothing_change(apart, luminance_cd_m2(mixed)))
+        every = [*whole, *((metric, None, _before(scores)) for metric in of_parts)]
+        _add_moves(smoothed, pair, every, objects=not parts)
     left_out, terms = [], []
     if parts and any(score.object for score in scores):
         why = (
@@ -205,7 +207,8 @@ def _parts(picture) -> list[list[dict]]:
 
 def _of_part(metrics, picture, truth, part):
     picture, truth = picture.isel(part), truth.isel(part)
-    return _values(score for metric in metrics for score in _ask(metric, picture, truth, None))
+    with shared(truth):
+        return _values(score for metric in metrics for score in _ask(metric, picture, truth, None))
 
 
 def _of_frame(found) -> tuple[float, float]:
@@ -250,15 +253,15 @@ def _before(scores) -> dict[ScoreKey, float]:
     return _values(score for score in scores if not score.object)
 
 
-def _of_whole(metrics, camera, scores) -> list[tuple]:
+def _of_whole(metrics, camera, scores, few) -> list[tuple]:
     """Return (metric, labels, scores before) of metrics that say something of the whole picture.
 
-    Labels come with one object only where the picture's scores are the same with it: objects cost
-    most of the time.
+    Labels are `few`, those with one object only, where the picture's scores are the same with them:
+    objects cost most of the time.
     """
     before, out = _before(scores), []
     for metric in metrics:
-        labels = _with_one_object(camera.labels)
+        labels = few
         found = _ask(metric, camera.picture, camera.truth, labels)
         if not all(
             np.array_equal(s.value, before.get(key_of(s), math.inf), equal_nan=True) for s in found
@@ -281,8 +284,10 @@ def _add_moves(found, pair, asked, objects: bool) -> None:
     """Add to `found` by how much the scores of a changed picture and truth differ from those
     before.
     """
-    for metric, labels, before in asked:
-        _add(found, _values(_ask(metric, *pair, labels, objects)), before)
+    _, truth = pair
+    with shared(truth):
+        for metric, labels, before in asked:
+            _add(found, _values(_ask(metric, *pair, labels, objects)), before)
 
 
 def _add(found, after, before) -> None:

@@ -103,13 +103,14 @@ def _regions(shape, labels) -> list[Region]:
         int(o["instance"]): str(o.get("name") or o.get("category") or o["instance"])
         for o in labels.attrs.get("objects", [])
     }
-    numbers, place = np.unique(instance, return_inverse=True)
-    windows = find_objects(place.reshape(shape).astype(np.int32) + 1)
+    labelled = np.flatnonzero(instance > 0)  # few: sorting all pixels would take most of the time
+    numbers, place = np.unique(instance.ravel()[labelled], return_inverse=True)
+    order = np.zeros(instance.size, np.int32)
+    order[labelled] = place + 1
+    windows = find_objects(order.reshape(shape))
     taken: set[str] = set()
     out = [frame]
     for number, window in zip(numbers.tolist(), windows, strict=True):
-        if number <= 0:
-            continue
         name = known.get(number, str(number))
         if name in taken:
             name = f"{name} {number}"
@@ -156,8 +157,9 @@ def mean_of(values, region: Region, use=None):
     pixels = int(mask.sum())
     if not pixels:
         return NAN, NAN, NAN
+    mean = float(held.sum(dtype=float) / pixels)
     if not intervals_wanted():
-        return float(held.sum(dtype=float) / pixels), NAN, NAN
+        return mean, NAN, NAN
     begin = [
         np.flatnonzero(np.diff(np.arange(n)[cut] * BLOCKS // n, prepend=-1))
         for n, cut in zip(region.shape, region.window, strict=True)
@@ -166,14 +168,13 @@ def mean_of(values, region: Region, use=None):
         np.add.reduceat(np.add.reduceat(v, begin[1], axis=1, dtype=float), begin[0], axis=0).ravel()
         for v in (mask, held)
     )
-    mean = total.sum() / count.sum()
     some = count > 0
     if some.sum() < FEWEST_BLOCKS:
         return mean, NAN, NAN
     count, total = count[some], total[some]
     picks = _picks(len(count))
     low, high = np.percentile(picks @ total / (picks @ count), [2.5, 97.5])
-    return float(mean), float(low), float(high)
+    return mean, float(low), float(high)
 
 
 @lru_cache(maxsize=32)

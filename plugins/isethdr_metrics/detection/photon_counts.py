@@ -11,7 +11,7 @@ from scipy.special import gammaln, ndtr, xlogy
 
 from .contrast_detection import both_positive
 
-FAR_SD = 5.0  # a mean this many standard deviations above 0 is never measured below 0
+FAR_SD = 6.0  # a sum this many standard deviations above 0 is never measured below 0: 1e-9
 TIE = 1e-9  # relative: a ratio of counts this close to an end of the interval lies on the end
 NO_READ_NOISE = 1e-12  # share of the variance; less than this is rounding of the shot noise
 
@@ -196,8 +196,9 @@ def _wedge(bright, bright_variance, dark, dark_variance, contrast, interval):
     # both have to be positive: above the lower end and below the upper end of the interval
     h, k = mean[0] / safe[0], -mean[1] / safe[1]
     out = ndtr(h) + ndtr(k) - 1  # exact but for pairs that are measured negative
+    # outside the wedge by both of its sides lies only what has a negative sum
     near = FAR_SD * np.sqrt(bright_variance + dark_variance)
-    close = (np.minimum(bright, dark) < near) & ~noise_free
+    close = (bright + dark < near) & ~noise_free
     if np.any(close):
         together = (1 - low) * (1 - high) * bright_variance
         together = together + (1 + low) * (1 + high) * dark_variance

@@ -97,16 +97,23 @@ class SnrCurve:
         """
         import numpy as np
 
+        from isethdr_core.data.derived_once import once
+
         from ..regions import luminance_variance, luminances, median_interval
 
         y, true, valid = luminances(picture, truth)
         use = valid & (true > 0)
-        bin_of = np.floor(np.log10(true[use]) * self.bins_per_decade + 1e-9).astype(int)
-        lowest = bin_of.min(initial=0)
-        held = np.bincount(bin_of - lowest)
-        present, count = np.flatnonzero(held) + lowest, held[held > 0]
-        index = (np.cumsum(held > 0) - 1).astype(np.uint16)[bin_of - lowest]
-        order = np.argsort(index, kind="stable")  # two bytes: sorted by counting
+
+        def bins():
+            bin_of = np.floor(np.log10(true[use]) * self.bins_per_decade + 1e-9).astype(int)
+            lowest = bin_of.min(initial=0)
+            held = np.bincount(bin_of - lowest)
+            index = (np.cumsum(held > 0) - 1).astype(np.uint16)[bin_of - lowest]
+            order = np.argsort(index, kind="stable")  # two bytes: sorted by counting
+            return np.flatnonzero(held) + lowest, held[held > 0], index, order
+
+        key = "bins", self.bins_per_decade, valid.tobytes()
+        present, count, index, order = once(key, (truth,), bins)
 
         def mean(values):
             return np.bincount(index, values[use], minlength=len(present)) / count
@@ -125,7 +132,8 @@ class SnrCurve:
                 .T
             )
 
-        signal, (reported, least, most) = medians(true)[0], medians(luminance_variance(picture))
+        signal = once(("signal", *key), (truth,), lambda: medians(true)[0])
+        reported, least, most = medians(luminance_variance(picture))
         with np.errstate(
             divide="ignore", invalid="ignore"
         ):  # a noise-free picture has an infinite SNR

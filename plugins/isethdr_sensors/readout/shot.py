@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from isethdr_core import ledger, quantities
+from isethdr_core.data.derived_once import once
 from isethdr_core.data.temporal_modulation import components
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.detector.noise import LARGEST_MEAN_E, rows_per_block
@@ -36,7 +37,9 @@ def take_shot(model: SensorModel, light, generator):
         fixed pattern. May be None for a model without noise.
     """
     check_generator(model, generator)
-    grid, filters, qe, light_e = light_electrons(model, light)
+    # the same for every realisation of the noise
+    key = "light electrons", model
+    grid, filters, qe, light_e = once(key, (light,), lambda: light_electrons(model, light))
     state_errors(model, light)
     raw, saturated = readings(model, light_e, generator)
     return captures.captures(model, light, grid, raw, saturated, filters, qe)
@@ -177,7 +180,12 @@ def readings(model: SensorModel, light_e, generator, block_rows: int | None = No
     height, width = light_e[0].shape
     raw = np.empty((len(model.readings), height, width), converter.raw_dtype(model.readings))
     saturated = np.empty(raw.shape, bool)
-    prnu, dark, offsets, widths = device_maps(model, generator, height, width)
+    device = generator.device if generator is not None else None
+    prnu, dark, offsets, widths = once(
+        ("device maps", model, device, height, width),
+        (),
+        lambda: device_maps(model, generator, height, width),
+    )
     step = block_rows or rows_per_block(width)
     blocks = [slice(y, min(y + step, height)) for y in range(0, height, step)]
 
