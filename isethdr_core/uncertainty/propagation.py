@@ -333,8 +333,8 @@ def within(bound, deviation, share: float = SHARE) -> float:
     # just below: a limit that holds the very share is not a root, the smallest such limit is
     wanted = float(np.nextafter(share, 0.0))
     highest = float((bound + 10 * deviation).max())
-    if missing(highest) > 0:
-        return highest  # most errors are bounds of this very value
+    if not np.isfinite(highest) or missing(highest) > 0:
+        return highest  # some error has no bound, or most are bounds of this very value
     # halving: bounds without deviation make steps, at which faster methods gain nothing
     return bisect(missing, 0.0, highest, xtol=np.finfo(float).tiny, rtol=CLOSE)
 

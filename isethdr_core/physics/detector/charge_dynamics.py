@@ -149,13 +149,15 @@ def flow_varying(
 
 def linear_limit_e(allowed_spill_e: float, duration_s: float, well: Well) -> float:
     """Return the electrons that may arrive at constant light until `allowed_spill_e` of them are
-    lost.
+    lost; 0 where more than that is lost in the dark.
     """
 
     def excess_e(arrived_e: float) -> float:
         _, spilled_e = flow(0.0, arrived_e / duration_s, duration_s, well)
         return float(spilled_e) - allowed_spill_e
 
+    if excess_e(0.0) >= 0:
+        return 0.0
     highest_e = max(well.knee_e, 0.0) + 1e3 * well.thermal_e + allowed_spill_e
     return brentq(excess_e, 0.0, highest_e, xtol=1e-12, rtol=ROUNDING)
 

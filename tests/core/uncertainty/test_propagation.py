@@ -144,6 +144,8 @@ def test_a_share_of_all_errors_is_within():
     assert propagation.within(np.zeros(9), np.ones(9)) == pytest.approx(
         2.5758, rel=2e-4
     )  # of a normal deviate
+    assert propagation.within(np.array([0.1, np.inf]), np.ones(2)) == np.inf
+    assert propagation.within(np.zeros(3), np.array([1.0, 1.0, np.inf])) == np.inf
 
 
 def test_what_the_renderer_and_targets_say_is_not_counted_twice():

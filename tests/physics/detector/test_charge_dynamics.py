@@ -127,6 +127,8 @@ def test_linear_limit_loses_what_is_allowed():
     limit = cd.linear_limit_e(0.5, T, WELL)
     assert cd.flow(0.0, limit / T, T, WELL)[1] == pytest.approx(0.5, rel=1e-9)
     assert cd.linear_limit_e(0.05, T, WELL) < limit < cd.linear_limit_e(5.0, T, WELL)
+    shallow = cd.Well(knee_e=150.0, thermal_e=400.0, knee_e_per_s=1e6)
+    assert cd.linear_limit_e(1e-6, T, shallow) == 0.0  # an empty well loses more in the dark
 
 
 def rippled(levels):
