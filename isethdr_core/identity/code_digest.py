@@ -37,6 +37,7 @@ from .code_cache import CodeCache, cache_folder
 from .code_facts import Facts, Reference, Spec
 
 CORE = "isethdr_core"
+SECOND_SPELLING = "isethdr"  # the same names
 # what components compute with; every other part of the core belongs to the frame
 FOLLOWED = (
     "isethdr_core.physics",
@@ -388,7 +389,8 @@ class CodeReader:
                 self._follow(found, self.resolve(name, spec, ()))
             else:
                 self._follow(found, self.resolve(name, Spec(spec.level, spec.module, ""), ()))
-        found.next |= {module for built in facts.builds if (module := self._registered(built))}
+        for built in facts.builds:
+            self._follow(found, self._registered(built))
         for reference in facts.references:
             target = self._reference(name, reference)
             self._follow(found, target)
@@ -403,11 +405,17 @@ class CodeReader:
         attributes = tuple(filter(None, reference.attributes.split(".")))
         return self.resolve(module, reference.spec, attributes)
 
-    def _registered(self, built: str) -> str:
-        """Return the module of the component `kind/name`; empty where there is none."""
+    def _registered(self, built: str) -> Target:
+        """Return where the class of the component `kind/name` is; nothing where there is none."""
         kind, _, name = built.partition("/")
         offered = registry.components().get((kind, name))
-        return offered.cls.__module__ if offered else ""
+        if offered is None:
+            return Target("outside", "", built)
+        if isinstance(offered.target, str):
+            module, _, name = offered.target.partition(":")
+        else:
+            module, name = offered.target.__module__, offered.class_name
+        return self.resolve(module, Spec(0, module, name), ())
 
     def _data_of(self, found: _Module, facts: Facts) -> None:
         data = self.sources.data_of(found.name)
@@ -464,6 +472,8 @@ class CodeReader:
         rest = [*filter(None, [spec.name if spec.name != "*" else ""]), *attributes]
         if not parts:
             return Target("outside", "", ".".join(rest))
+        if parts[0] == SECOND_SPELLING:
+            parts[0] = self.rules.core
         whose = self.sources.top(parts[0])
         if whose == "builtin":
             return Target("outside", "", ".".join([*parts, *rest]))

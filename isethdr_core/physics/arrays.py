@@ -4,8 +4,21 @@ say.
 
 from __future__ import annotations
 
+from importlib import import_module
+from types import ModuleType
+
 import array_api_compat
 import numpy as np
+
+
+def imported_library(name: str) -> ModuleType:
+    """Import the array library of a name, for example "torch", that a user has chosen.
+
+    Raises
+    ------
+    ImportError : it is not installed.
+    """
+    return import_module(name)
 
 
 def namespace(a):

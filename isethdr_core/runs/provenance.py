@@ -30,12 +30,13 @@ def identity(component: object) -> str:
 
     A class without a registered name has its own name. A class with several has the first of them.
     """
+    cls = type(component)
     names = sorted(
         f"{kind}/{name}"
         for (kind, name), offered in registry.components().items()
-        if offered.cls is type(component)
+        if offered.class_name == cls.__name__ and offered.cls is cls
     )
-    return names[0] if names else type(component).__qualname__
+    return names[0] if names else cls.__qualname__
 
 
 def fingerprint(*components: object, frame: bool = False) -> dict[str, str]:

@@ -8,7 +8,6 @@ that every convolution states.
 
 from __future__ import annotations
 
-import importlib
 import os
 from dataclasses import replace
 
@@ -16,7 +15,7 @@ import array_api_compat
 import numpy as np
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.physics.arrays import device, namespace, on_host
+from isethdr_core.physics.arrays import device, imported_library, namespace, on_host
 from isethdr_core.physics.convolution import convolve_into
 
 
@@ -33,7 +32,7 @@ def place():
         return None
     library, _, where = name.partition(":")
     try:
-        xp = array_api_compat.array_namespace(importlib.import_module(library).asarray([0.0]))
+        xp = array_api_compat.array_namespace(imported_library(library).asarray([0.0]))
         on = (
             device(xp.asarray([0.0]))
             if not where

@@ -389,6 +389,30 @@ def test_the_lists_of_modules_of_the_core_name_modules_that_exist():
     assert [name for name in names if reader().sources.locate(name) is None] == []
 
 
+def test_what_components_compute_with_imports_nothing_unknown_but_array_libraries():
+    sources = reader().sources
+    unknown = [
+        name
+        for name in sources.all_modules("isethdr_core")
+        if name.startswith(tuple(f"{above}." for above in code_digest.FOLLOWED))
+        and sources.cache.facts(sources.locate(name).path).dynamic
+    ]
+    assert unknown == ["isethdr_core.physics.arrays"]  # a user's choice; it changes rounding only
+
+
+def test_the_second_spelling_of_the_core_is_the_core(tmp_path):
+    text = "import {0} as hdr\nfrom {0} import Score\n\n\nclass Lens:\n    s = Score, hdr.Score\n"
+    digests = set()
+    for spelling in ("isethdr", "isethdr_core"):
+        folder = tmp_path / spelling
+        written(folder, {"acme/__init__.py": "", "acme/lens.py": text.format(spelling)})
+        code = CodeReader(Sources([folder, *map(Path, sys.path)], CodeCache(None)))
+        found = code.code("acme.lens", "Lens")
+        assert "isethdr_core.data.scores" in found.modules
+        digests.add(found.digest)
+    assert len(digests) == 1
+
+
 def test_a_second_process_parses_nothing(tmp_path, monkeypatch):
     cls = components()["lens", "wavefront"].cls
     first = CodeReader(Sources(cache=CodeCache(tmp_path)))
