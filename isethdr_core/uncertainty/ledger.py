@@ -134,9 +134,11 @@ def error(
     acts_on : None: what a stage of this kind returns (`error_terms.RETURNED`).
     """
     if row := _row.get():
-        unit, part = unit_and_part(unit, part)
+        spelt, (unit, part) = unit, unit_and_part(unit, part)
         quantity = acts_on or error_terms.RETURNED.get(row.kind, Quantity.OTHER)
         record(ErrorTerm(Source(key=key), quantity, part, float(value), unit, how, label))
+        if spelt != unit:
+            _declare_earlier(row, part)
 
 
 def record(*terms: ErrorTerm) -> None:
@@ -145,15 +147,22 @@ def record(*terms: ErrorTerm) -> None:
         for term in terms:
             source = term.source if term.source.kind else row.source(term.source.key)
             row.errors.append(replace(term, source=source, value=float(term.value)))
-            if term.part in PARTS:  # of a plugin written for an earlier version
-                row.light_parts.setdefault(term.part, PARTS[term.part])
 
 
 def add_error(note: ErrorNote | ErrorTerm) -> None:
     """Add an error term, or a note of an earlier version, to the running stage; see `record`."""
-    if row := _row.get():
-        source = row.source()
-        record(note if isinstance(note, ErrorTerm) else term_of(note, source.kind, source.name))
+    if isinstance(note, ErrorTerm):
+        record(note)
+    elif row := _row.get():
+        term = term_of(note, row.source().kind, row.source().name)
+        record(term)
+        _declare_earlier(row, term.part)
+
+
+def _declare_earlier(row: Row, part: str | None) -> None:
+    """Declare a part that a plugin of an earlier version need not declare."""
+    if part in PARTS:
+        row.light_parts.setdefault(part, PARTS[part])
 
 
 def light_part(name: str, light: xr.DataArray, within_tiles: bool = False) -> None:

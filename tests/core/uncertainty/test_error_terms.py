@@ -145,7 +145,8 @@ def test_an_error_acts_on_its_part_of_the_light_alone():
         return propagation.after(shot, [term])[0][0]
 
     assert [bound(part) for part in (None, "x", "y", "z")] == pytest.approx([100, 70, 30, 2])
-    assert bound("light that nobody declared") == pytest.approx(100)  # no more than all light
+    for word in ("light that nobody declared", SPREAD, DIRECT):
+        assert bound(word) == pytest.approx(100)  # no more than all light
 
 
 def test_what_attributes_say_and_shapes_are_no_errors_of_a_pixel():
@@ -259,9 +260,10 @@ def test_notes_of_earlier_plugins_act_on_what_they_did():
         ledger.add_error(ErrorNote(0.1, "relative", "bound", part=DIRECT))
         ledger.add_error(ErrorNote(0.2, "relative per tile", "bound"))
         ledger.error(0.3, "share of a point's light", "bound")
+        ledger.error(0.4, "relative of spread light", "bound")
     [shot] = propagation.with_parts([shot], None, [stage])
     each = [propagation.after(shot, [term])[0][0] for term in propagation.terms_after([stage])[0]]
-    assert each == pytest.approx([30, 70, 60, 300])
+    assert each == pytest.approx([30, 70, 60, 300, 120])
 
 
 def test_declared_light_adds_up_and_is_not_stored():
