@@ -4,7 +4,15 @@
 
 from __future__ import annotations
 
+import json
+
 import typer
+from rich.table import Table
+
+from isethdr_core.cli.terminal import console, print_path
+from isethdr_core.data.scores import UNLIKE_SHARES, are_unlike
+from isethdr_core.errors import CatalogError
+from isethdr_core.storage.home_folder import home
 
 catalog = typer.Typer(
     no_args_is_help=True, help="Find, query, check and index stored scenes and runs."
@@ -25,9 +33,6 @@ def find(
     limit: int = typer.Option(50, help="most rows listed"),
 ) -> None:
     """Print one row per scene, and per camera of a run."""
-    from isethdr_core.errors import CatalogError
-    from isethdr_core.store import home
-
     from .query import find as query
 
     pairs = dict(c.split("=", 1) for c in conditions or () if "=" in c)
@@ -48,8 +53,6 @@ def find(
 
 def _remark_on_shares(rows: list[dict]) -> str:
     """Return a remark where the rows show scores of pictures with unlike shares of valid pixels."""
-    from isethdr_core.data.scores import UNLIKE_SHARES, are_unlike
-
     shares = [row["valid_share"] for row in rows if row.get("valid_share") is not None]
     if not are_unlike(shares):
         return ""
@@ -67,8 +70,6 @@ def _remark_on_shares(rows: list[dict]) -> str:
 )
 def sql(text: str) -> None:
     """Print the result of one DuckDB query."""
-    from isethdr_core.store import home
-
     from .query import sql as query
 
     _table(*query(home(), text))
@@ -82,10 +83,7 @@ def sql(text: str) -> None:
 )
 def show(name: str) -> None:
     """Print the root attributes as JSON."""
-    import json
-
     from isethdr_core.storage.encoding import jsonable
-    from isethdr_core.store import home
 
     from .query import show as query
 
@@ -97,8 +95,6 @@ def show(name: str) -> None:
 )
 def verify() -> None:
     """Print one row per store."""
-    from isethdr_core.store import home
-
     from .verify import verify as check
 
     reports = check(home())
@@ -114,8 +110,6 @@ def verify() -> None:
 @catalog.command(help="Give stores of format 1 a manifest; exit code 1 if any cannot have one.")
 def adopt() -> None:
     """Print how many stores were adopted, and why others were not."""
-    from isethdr_core.store import home
-
     from .adopt import adopt as adopt_all
 
     done = adopt_all(home())
@@ -135,9 +129,6 @@ def adopt() -> None:
 )
 def refresh() -> None:
     """Print how many records there are and which stores were skipped."""
-    from isethdr_core.cli.terminal import print_path
-    from isethdr_core.store import home
-
     from .index import refresh as rebuild
 
     done = rebuild(home())
@@ -148,8 +139,6 @@ def refresh() -> None:
 
 def _count(text: str | int) -> int:
     """Return a number of rows that a user typed."""
-    from isethdr_core.errors import CatalogError
-
     if not str(text).isdecimal():
         raise CatalogError(
             f"limit is {text!r}; expected a whole number of rows; type for example limit=50"
@@ -158,10 +147,6 @@ def _count(text: str | int) -> int:
 
 
 def _table(columns, rows) -> None:
-    from rich.table import Table
-
-    from isethdr_core.cli.terminal import console
-
     table = Table(*map(str, columns), box=None)
     for row in rows:
         table.add_row(*("" if cell is None else str(cell) for cell in row))

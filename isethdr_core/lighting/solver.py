@@ -7,7 +7,6 @@ every weight.
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
 
 _LARGEST_STEP = 200  # doublings in a bracket search: 60 decades, more than any light
 
@@ -103,4 +102,6 @@ def _root(function, low: float, high: float) -> float:
     """Return the root between two brackets to the last bits of float64, however small it is."""
     if function(low) == 0:
         return low
+    from scipy.optimize import brentq  # slow to import
+
     return float(brentq(function, low, high, xtol=1e-300, rtol=1e-14, maxiter=500))

@@ -15,8 +15,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from scipy.optimize import brentq
-
 from ..errors import ConfigError
 from ..pipeline.demand import Demand
 from . import ledger
@@ -52,6 +50,8 @@ def divided(allowed: float, costs: dict[str, Cost]) -> dict[str, float]:
 
     def beyond(log_rate: float) -> float:
         return math.log(sum(errors(log_rate).values()) / allowed)
+
+    from scipy.optimize import brentq  # slow to import
 
     return errors(brentq(beyond, -600.0, 600.0))  # as far as exp goes
 

@@ -9,6 +9,9 @@ from typing import Annotated, Literal
 from isethdr_core.pipeline.early_checks import ShotForm
 from isethdr_core.plugins.ranges import Range, check_ranges
 
+from .demosaic.methods import check_array
+from .readout.shading import read_shading
+
 
 @dataclass(frozen=True)
 class Development:
@@ -31,14 +34,10 @@ class Development:
         """Refuse values outside their ranges, and a table that cannot be read."""
         check_ranges(self)
         if self.shading_csv:
-            from .readout.shading import read_shading
-
             read_shading(self.shading_csv)
 
     def check_shot(self, form: ShotForm) -> None:
         """Raise ConfigError where `demosaic` is not for the filter array."""
-        from .demosaic.methods import check_array
-
         check_array(self.demosaic, form.filters)
 
     def input_files(self):

@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.errors import ConfigError
+
 
 def hdr_white(displayed, filled, start: float = 0.95, blur_px: float = 1.0) -> np.ndarray:
     """Return displayed linear RGB blended to white where the mosaic is nearly full.
@@ -32,8 +34,6 @@ def hdr_white(displayed, filled, start: float = 0.95, blur_px: float = 1.0) -> n
     valid.
     """
     from scipy.ndimage import correlate1d
-
-    from isethdr_core.errors import ConfigError
 
     displayed, filled = np.asarray(displayed, float), np.asarray(filled, float)
     if not 0 <= start < 1:

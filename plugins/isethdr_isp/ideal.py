@@ -4,6 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from isethdr_core.errors import UnitError
+
+from .develop import PictureNoise, develop, finish, picture_attrs, solve_matrix
+from .development_fields import Development
+from .readout.combine import plain
+from .readout.electrons import check_captures, chosen, falloff, readouts
+from .spectra import light
+
 
 @dataclass(frozen=True)
 class IdealIsp:
@@ -18,16 +28,6 @@ class IdealIsp:
         Without a filter array every capture is one channel at every pixel. With one, the first
         capture is demosaiced. The colour matrix takes no account of noise.
         """
-        import numpy as np
-
-        from isethdr_core.errors import UnitError
-
-        from .develop import PictureNoise, develop, finish, picture_attrs, solve_matrix
-        from .development_fields import Development
-        from .readout.combine import plain
-        from .readout.electrons import check_captures, chosen, falloff, readouts
-        from .spectra import light
-
         check_captures(captures)
         filters = captures["filter"].values
         alone = np.all(filters == filters[0, 0])

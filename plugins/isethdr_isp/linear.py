@@ -7,7 +7,11 @@ from dataclasses import dataclass
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.pipeline.early_checks import ShotForm
 
+from .develop import develop
 from .development_fields import Development
+from .readout.combine import fold, read_charge
+from .readout.electrons import check_captures, chosen, readouts
+from .spectra import light
 
 
 @dataclass(frozen=True)
@@ -32,11 +36,6 @@ class LinearIsp(Development):
         """Return the picture of one capture; a pixel is valid when no saturated sample went into
         it.
         """
-        from .develop import develop
-        from .readout.combine import fold, read_charge
-        from .readout.electrons import check_captures, chosen, readouts
-        from .spectra import light
-
         check_captures(captures)
         one = chosen(captures, self.capture)
         [read] = readouts(one, light(self.balance, one.wavelength.values))

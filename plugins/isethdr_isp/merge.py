@@ -5,7 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.errors import ConfigError, UnitError, did_you_mean
+
+from .develop import PictureNoise, develop, finish, floor_e2, picture_attrs, solve_matrix
 from .development_fields import Development
+from .readout.electrons import check_captures, readouts
+from .readout.interleaved import is_interleaved, merge_interleaved
+from .readout.merge_rules import RULES
+from .spectra import light, radiances
 
 # two generations of one photodiode differ by about 0.1, two primary colours by far more than 1
 LARGEST_MISMATCH = 0.5
@@ -28,13 +38,6 @@ class MergeIsp(Development):
         Its variable `source` (y, x) is the number of the capture that weighs most in the pixel's
         own sample.
         """
-        from isethdr_core.errors import ConfigError, did_you_mean
-
-        from .develop import develop
-        from .readout.electrons import check_captures
-        from .readout.interleaved import is_interleaved
-        from .readout.merge_rules import RULES
-
         if self.rule not in RULES:
             raise ConfigError(f"isp rule {self.rule!r} is unknown{did_you_mean(self.rule, RULES)}")
         check_captures(captures)
@@ -51,13 +54,6 @@ class MergeIsp(Development):
         """Return the picture of one capture whose filter array holds two exposures or
         sensitivities.
         """
-        import numpy as np
-
-        from isethdr_core.errors import ConfigError
-
-        from .develop import PictureNoise, finish, floor_e2, picture_attrs, solve_matrix
-        from .readout.interleaved import merge_interleaved
-
         for field, only in (
             ("rule", "inverse_variance"),
             ("demosaic", "bilinear"),
@@ -90,13 +86,6 @@ def charges(captures, balance: str):
     """Return the reads of every charge, least sensitive charge first, and its pixels' electrons per
     cd/m2 (y, x).
     """
-    import numpy as np
-
-    from isethdr_core.errors import UnitError
-
-    from .readout.electrons import readouts
-    from .spectra import light
-
     by_charge: dict[int, list] = {}
     reads = readouts(captures, light(balance, captures.wavelength.values))
     for number, read in zip(captures["charge"].values.tolist(), reads):
@@ -121,13 +110,6 @@ def _state_spectral_mismatch(groups, wavelength_nm) -> None:
     """State how far captures of unlike filter curves disagree on coloured light: they agree on the
     balance light only.
     """
-    import numpy as np
-
-    from isethdr_core import ledger
-    from isethdr_core.errors import UnitError
-
-    from .spectra import radiances
-
     long, samples = groups[-1][0], radiances(wavelength_nm)
     reference = samples @ (long.response / long.sensitivity[:, None]).T
     shorter = (samples @ (g[0].response / g[0].sensitivity[:, None]).T for g in groups[:-1])

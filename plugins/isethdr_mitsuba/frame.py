@@ -12,6 +12,7 @@ from isethdr_core.quantities import scene_radiance
 
 from .lamps.placed_lamps import placed_lamps
 from .paths.passes import estimate
+from .world.materials import ramp_surfaces
 from .world.view import view_of
 
 
@@ -38,7 +39,6 @@ def render_frame(
     from .labels import cut_labels, label_tiles
     from .lamps.visible_lamps import visible_lamps
     from .world.geometry import build_world
-    from .world.materials import ramp_surfaces
 
     view = wide = view_of(description.camera, settings.width, settings.height, settings.margin)
     if not (

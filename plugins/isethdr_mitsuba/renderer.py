@@ -6,9 +6,15 @@ import sys
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
+import numpy as np
+
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.plugins.ranges import Range, Seed, Wavelength, check_ranges
+
+from .doctor import choose_variant
+from .frame import render_frame
+from .world.view import check_square
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -135,9 +141,6 @@ class MitsubaRenderer:
         `known` says what earlier renderings found: only paths that they lack are followed, and only
         those are in what is returned.
         """
-        from .doctor import choose_variant
-        from .frame import render_frame
-
         wanted, bands = self._groups(description, demand), self._bands(demand)
         variant = choose_variant(self.variant)
         if variant == SCALAR:
@@ -200,8 +203,6 @@ class MitsubaRenderer:
 
     def check_field(self, width: float, height: float, projection: str) -> None:
         """Refuse a number of tiles that cannot lie on a camera's field: before any work."""
-        from .world.view import check_square
-
         if self.variant == "scalar" and projection == "tangent":
             check_square(self.width, self.height, width / height)
 
@@ -215,8 +216,6 @@ class MitsubaRenderer:
         return tuple(map(float, self._bands(None)))
 
     def _bands(self, demand):
-        import numpy as np
-
         bands = self.first_nm + self.step_nm * np.arange(
             int((self.last_nm - self.first_nm) / self.step_nm + 1 + 1e-9)
         )

@@ -12,17 +12,22 @@ import math
 import re
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.errors import CatalogError, ConfigError, UnitError, did_you_mean
+from isethdr_core.physics.photometry import luminance
 from isethdr_core.plugins.ranges import check_ranges
+from isethdr_core.quantities import centres, scene_radiance
 
+from . import iset_exr_files as files
+from .iset_exr_files import there
 from .limits import FileField, Luminance
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import xarray as xr
 
 FILES = {
@@ -60,10 +65,6 @@ class IsetExr:
         ------
         CatalogError : no file of the scene is there.
         """
-        from pathlib import Path
-
-        from .iset_exr_files import there
-
         found = sorted(Path(self.folder).expanduser().glob(f"{self.scene_id}_*.exr"))
         if not found:
             raise self._missing()
@@ -87,8 +88,6 @@ class IsetExr:
             twice.
         UnitError : the map of distances does not hold distances.
         """
-        from . import iset_exr_files as files
-
         for path in self._light_files().values():
             files.check_channels(path)
         path = self._path(".mat")
@@ -98,8 +97,6 @@ class IsetExr:
 
     def _light_files(self) -> dict[str, Path]:
         """Return the files of radiance that are there, by light group."""
-        from . import iset_exr_files as files
-
         paths = {group: self._path(f"_{name}.exr") for group, name in FILES.items()}
         found = {group: path for group, path in paths.items() if files.there(path)}
         if not found:
@@ -116,12 +113,6 @@ class IsetExr:
         UnitError : light in a file is negative or not finite, or two files differ in size or
             wavelengths.
         """
-        import numpy as np
-
-        from isethdr_core.quantities import centres, scene_radiance
-
-        from . import iset_exr_files as files
-
         found = self._light_files()
         for group in [
             g for g in FILES if g not in found
@@ -163,14 +154,10 @@ class IsetExr:
         return ds
 
     def _scale(self, light, nm) -> float:
-        from isethdr_core.physics.photometry import luminance
-
         mean = float(luminance(light, nm).mean())
         return self.normalise_cd_m2 / mean if mean > 0 else 1.0
 
     def _labels(self, shape) -> dict:
-        from . import iset_exr_files as files
-
         labels = {}
         for label, suffix, read in (
             ("instance", "_instanceID.exr", files.read_instance),
@@ -197,13 +184,9 @@ class IsetExr:
         return labels
 
     def _path(self, suffix: str):
-        from pathlib import Path
-
         return Path(self.folder).expanduser() / f"{self.scene_id}{suffix}"
 
     def _missing(self) -> CatalogError:
-        from pathlib import Path
-
         folder = Path(self.folder).expanduser()
         if not folder.is_dir():
             return CatalogError(

@@ -20,6 +20,8 @@ from functools import cache
 
 import numpy as np
 
+from isethdr_core.physics.photometry import luminance
+from isethdr_core.physics.radiometry import planck_radiance
 from isethdr_core.scene import Spectrum
 
 from .measured_spectra import TABLES, WAVELENGTH_NM, measured
@@ -35,8 +37,6 @@ NAMES = (*TABLES, *GAUSSIAN, "halogen")
 @cache
 def spectrum_of(name: str) -> Spectrum:
     """Return the relative spectral power `name` of the table above, 380-780 nm in steps of 5 nm."""
-    from isethdr_core.physics.radiometry import planck_radiance
-
     if name in TABLES:
         power = measured(name)
     elif name in GAUSSIAN:
@@ -51,8 +51,6 @@ def spectrum_of(name: str) -> Spectrum:
 
 def sky_of(luminance_cd_m2: float, name: str = "daylight") -> Spectrum:
     """Return a sky radiance, W m-2 sr-1 nm-1, of that luminance and the spectral shape `name`."""
-    from isethdr_core.physics.photometry import luminance
-
     shape = spectrum_of(name)
     fine = np.arange(360.0, 831.0)
     scale = luminance_cd_m2 / float(luminance(shape.at(fine), fine))

@@ -5,9 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from isethdr_core.pipeline.field_check import camera_field
 from isethdr_core.plugins.ranges import Range, Seed, check_ranges
 
+from .builders import describe
+from .lamps import groups_of
 from .limits import Aspect, CameraHeight, RoadField, SkyLuminance, Spacing
+from .placement import OWN_LANE_M
+from .placement_tunnel import plan
 from .validation import check_order
 
 # where the things of the scene still stand beside each other
@@ -62,9 +67,6 @@ class Tunnel:
         SceneDescription
             Light groups `sky`, `headlights`, `streetlights` (the luminaires) and `other`.
         """
-        from .builders import describe
-        from .placement import OWN_LANE_M
-
         ground, spots = self.plan()
         target = ground.points(40.0, OWN_LANE_M + 0.6, self.camera_height_m + 0.25)
         return describe(
@@ -78,19 +80,13 @@ class Tunnel:
 
     def light_groups(self) -> tuple[str, ...]:
         """Return the light groups, from where things stand: no mesh is built."""
-        from .lamps import groups_of
-
         _, spots = self.plan()
         return groups_of(kind for spot in spots for kind in spot.lamps)
 
     def camera_field(self):
         """Return (width, height, projection) of the camera's field."""
-        from isethdr_core.pipeline.field_check import camera_field
-
         return camera_field(self.horizontal_field_deg, self.aspect, self.projection)
 
     def plan(self):
         """Return (ground, spots): where everything stands, without building a mesh."""
-        from .placement_tunnel import plan
-
         return plan(self)

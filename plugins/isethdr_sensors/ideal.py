@@ -9,7 +9,11 @@ from isethdr_core.pipeline.early_checks import ShotForm
 from isethdr_core.plugins.ranges import check_ranges
 
 from .limits import Exposure, FillFactor, Pitch, Pixels, QuantumEfficiency
+from .readout.shot import expected_electrons, take_shot
+from .sampling.pixel_grid import pixel_counts, pixel_need
 from .sensor_model import Photodiode, Reading, SensorModel
+from .spectral.colour_filter_array import cell
+from .spectral.quantum_efficiency import narrow
 
 
 @dataclass(frozen=True)
@@ -63,41 +67,29 @@ class IdealSensor:
 
     def __call__(self, light, generator=None):
         """Return captures of one shot; `generator` is not used."""
-        from .readout.shot import take_shot
-
         return take_shot(self.model(), light, generator)
 
     def expected(self, light):
         """Return mean electrons (capture, y, x)."""
-        from .readout.shot import expected_electrons
-
         return expected_electrons(self.model(), light)
 
     def shot_form(self) -> ShotForm:
         """Return the names of the captures and the filter array, known before a shot."""
-        from .spectral.colour_filter_array import cell
-
         names = tuple(reading.capture for reading in self.model().readings)
         return ShotForm(names, cell(self.cfa))
 
     def check_field(self, width_m: float, height_m: float):
         """Refuse a field, in metres on the sensor plane, that the pixels do not fit into."""
-        from .sampling.pixel_grid import pixel_counts
-
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
     def pixel_need(self, width_m: float, height_m: float):
         """Return what the pixels over an image of this size, in metres, take in memory, as
         `isethdr_core.pipeline.memory.Need`.
         """
-        from .sampling.pixel_grid import pixel_need
-
         return pixel_need(self.model(), width_m, height_m)
 
     def narrow(self, demand):
         """Return the demand for what the sensor sees: its window, and no outer band in which it is
         blind.
         """
-        from .spectral.quantum_efficiency import narrow
-
         return narrow(self.model(), demand)

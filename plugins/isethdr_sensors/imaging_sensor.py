@@ -24,7 +24,12 @@ from .limits import (
     Temperature,
 )
 from .readout.converter import check_codes, check_reading
+from .readout.shot import expected_electrons, take_shot
+from .sampling.pixel_grid import pixel_counts, pixel_need
 from .sensor_model import SensorModel
+from .spectral.colour_filter_array import cell
+from .spectral.quantum_efficiency import narrow
+from .spectral.response import ask, full_scale_e
 from .timing import auto_exposure
 
 
@@ -137,50 +142,35 @@ class ImagingSensor:
 
     def take(self, light, generator):
         """Return captures of one shot at `exposure_s`."""
-        from .readout.shot import take_shot
-
         return take_shot(self.model(), light, generator)
 
     def full_scale_e(self) -> list[float]:
         """Return the electrons of every capture at which it stops measuring light."""
-        from .spectral.response import full_scale_e
-
         return full_scale_e(self.model())
 
     def expected(self, light):
         """Return mean electrons (capture, y, x), dark charge included."""
-        from .readout.shot import expected_electrons
-
         return expected_electrons(self.model(), light)
 
     def shot_form(self) -> ShotForm:
         """Return the names of the captures and the filter array, known before a shot."""
-        from .spectral.colour_filter_array import cell
-
         names = tuple(reading.capture for reading in self.model().readings)
         return ShotForm(names, cell(self.cfa))
 
     def check_field(self, width_m: float, height_m: float):
         """Refuse a field, in metres on the sensor plane, that the pixels do not fit into."""
-        from .sampling.pixel_grid import pixel_counts
-
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
     def pixel_need(self, width_m: float, height_m: float):
         """Return what the pixels over an image of this size, in metres, take in memory, as
         `isethdr_core.pipeline.memory.Need`.
         """
-        from .sampling.pixel_grid import pixel_need
-
         return pixel_need(self.model(), width_m, height_m)
 
     def narrow(self, demand):
         """Return the demand for what the sensor sees, its window and no outer band in which it is
         blind, and with its response.
         """
-        from .spectral.quantum_efficiency import narrow
-        from .spectral.response import ask
-
         model = self.model()
         return ask(
             model,

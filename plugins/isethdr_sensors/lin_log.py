@@ -8,10 +8,13 @@ from dataclasses import dataclass
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
+from isethdr_core.physics.detector.charge_dynamics import linear_limit_e
 
 from .charge import soft_knee
+from .charge.soft_knee_shot import take_shot
 from .limits import Charge, ChargeRate
 from .one_reading import OneReadingSensor
+from .readout.lin_log_response import STRAIGHT_E, response
 from .sensor_model import Photodiode, SensorModel
 
 BIAS = (
@@ -48,9 +51,6 @@ class LinLogSensor(OneReadingSensor):
         """
         if reading.bits:
             return
-        from isethdr_core.physics.detector.charge_dynamics import linear_limit_e
-
-        from .readout.lin_log_response import STRAIGHT_E
 
         soft = self.well()
         straight_e = linear_limit_e(STRAIGHT_E, self.exposure_s, soft)
@@ -80,9 +80,6 @@ class LinLogSensor(OneReadingSensor):
         """Return captures of one shot at `exposure_s`, with the table that reads it back; light is
         constant over the exposure.
         """
-        from .charge.soft_knee_shot import take_shot
-        from .readout.lin_log_response import response
-
         out = take_shot(self.model(), self.well(), (False,), light, generator)
         if self.noise:
             ledger.error(

@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .charge import soft_knee
+from .charge.soft_knee_shot import take_shot
 from .imaging_sensor import ImagingSensor
 from .limits import (
     Capacity,
@@ -105,6 +106,4 @@ class LoficSensor(ImagingSensor):
 
     def take(self, light, generator):
         """Return captures of one shot at `exposure_s`."""
-        from .charge.soft_knee_shot import take_shot
-
         return take_shot(self.model(), self.well(), (True, False), light, generator)

@@ -8,12 +8,12 @@ import os
 import tempfile
 from contextlib import contextmanager
 
+from isethdr_optics.psf import kernels
+
 
 @contextmanager
 def empty_home():
     """Yield a new home folder; the one before is back afterwards, and the new one gone."""
-    from isethdr_optics.psf import kernels
-
     before = os.environ.get("ISETHDR_HOME")
     with tempfile.TemporaryDirectory() as folder:
         os.environ["ISETHDR_HOME"] = folder

@@ -4,6 +4,17 @@ nothing of it is stored as light.
 
 from __future__ import annotations
 
+import time
+
+import numpy as np
+
+from isethdr_core import Demand
+from isethdr_core.config.composition import compose
+from isethdr_core.display.display_view import display, white_cd_m2
+from isethdr_core.display.preview import denoised, tristimulus
+from isethdr_core.errors import ConfigError
+from isethdr_core.pipeline.chain import chain
+
 LABELS = frozenset({"instance", "normal", "distance"})
 
 
@@ -34,17 +45,7 @@ def preview(
     ConfigError : `denoise` is neither 0 nor 1; as the renderer.
     UnitError : too few paths to know their noise.
     """
-    import time
-
-    import numpy as np
     from PIL import Image
-
-    from isethdr_core import Demand
-    from isethdr_core.config.composition import compose
-    from isethdr_core.display.display_view import display, white_cd_m2
-    from isethdr_core.display.preview import denoised, tristimulus
-    from isethdr_core.errors import ConfigError
-    from isethdr_core.pipeline.chain import chain
 
     if denoise not in (0, 1):
         raise ConfigError(
@@ -88,7 +89,5 @@ def moved(now, before) -> float:
     """Return by how much luminance (y, x) changed: the median, relative, of tiles above 1 % of the
     mean; 0 where there is no light.
     """
-    import numpy as np
-
     lit = before > 0.01 * before.mean()
     return float(np.median(np.abs(now[lit] / before[lit] - 1))) if lit.any() else 0.0

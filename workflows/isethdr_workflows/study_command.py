@@ -6,13 +6,19 @@ from __future__ import annotations
 
 import csv
 import inspect
+from datetime import UTC, datetime
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.table import Table
 
+from isethdr_core.cli.terminal import console, print_path
 from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.runs.provenance import versions
+
+from . import STUDIES
 
 NUMBERS = {"int": int, "float": float}
 
@@ -25,10 +31,6 @@ def study(
     csv_file: Annotated[str, typer.Option("--csv", help="also write the rows to this file")] = "",
 ) -> None:
     """Run a study: a table of results that needs no scene. Without a name: list the studies."""
-    from isethdr_core.cli.terminal import print_path
-
-    from . import STUDIES
-
     if not name:
         for known in STUDIES:
             typer.echo(f"{known}: {(inspect.getdoc(function_of(known)) or '').splitlines()[0]}")
@@ -49,8 +51,6 @@ def study(
 
 def function_of(name: str):
     """Return the function of a study."""
-    from . import STUDIES
-
     if name not in STUDIES:
         raise ConfigError(f"no study {name!r}{did_you_mean(name, STUDIES)}")
     module, function = STUDIES[name].split(":")
@@ -84,12 +84,9 @@ def keep(name: str, settings: list[str], rows: list[dict]):
     """Return the path of the store that keeps the rows for the catalog: `isethdr catalog find
     kind=study name=accuracy`.
     """
-    from datetime import UTC, datetime
-
     import xarray as xr
 
     from isethdr_core import store
-    from isethdr_core.runs.provenance import versions
 
     columns = {key: ("row", [row.get(key) for row in rows]) for key in (rows[0] if rows else ())}
     created = datetime.now(UTC).isoformat(timespec="seconds")
@@ -125,10 +122,6 @@ def keep(name: str, settings: list[str], rows: list[dict]):
 
 def show(rows: list[dict], title: str) -> None:
     """Print rows as one table; numbers with four digits."""
-    from rich.table import Table
-
-    from isethdr_core.cli.terminal import console
-
     table = Table(*(rows[0] if rows else ["no rows"]), title=title)
     for row in rows:
         table.add_row(*(f"{v:.4g}" if isinstance(v, float) else str(v) for v in row.values()))

@@ -13,13 +13,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from isethdr_core.storage.atomic_write import write_text
+
 
 def write_report(result) -> Path:
     """Write `<key>.html` beside the run's store and return its path; written whole or not at
     all.
     """
-    from isethdr_core.storage.atomic_write import write_text
-
     from .page import page
 
     path = result.path.with_suffix(".html")

@@ -23,8 +23,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.optimize.elementwise import find_root
 from scipy.special import wrightomega
 
 ROUNDING = 4 * np.finfo(float).eps  # the closest relative tolerance that SciPy's root finders take
@@ -159,6 +157,8 @@ def linear_limit_e(allowed_spill_e: float, duration_s: float, well: Well) -> flo
     if excess_e(0.0) >= 0:
         return 0.0
     highest_e = max(well.knee_e, 0.0) + 1e3 * well.thermal_e + allowed_spill_e
+    from scipy.optimize import brentq  # slow to import
+
     return brentq(excess_e, 0.0, highest_e, xtol=1e-12, rtol=ROUNDING)
 
 
@@ -189,6 +189,8 @@ def arrived_from_charge(charge_e, duration_s: float, well: Well) -> np.ndarray:
 
     # 1e-6: rounding of `flow` must not move the root out of the bracket
     bracket = np.log(positive) - 1e-6, np.log(highest) + 1e-6
+    from scipy.optimize.elementwise import find_root  # slow to import
+
     root = find_root(miss_e, bracket, args=(positive,))
     # no root: a charge that is nothing but rounding, or one that no light could leave
     beyond = np.where(excess >= 600.0, highest, positive)

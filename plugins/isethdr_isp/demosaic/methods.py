@@ -22,6 +22,7 @@ from isethdr_core.errors import ConfigError, UnitError, did_you_mean
 from isethdr_core.extras import needed
 
 from ..readout.noise_propagation import Kernels, NoiseMap
+from . import learned
 from .interpolation import bilinear, demosaic, folded, interpolated, places, spoilt
 
 BAYER_ALONE = ("malvar", "menon")
@@ -50,8 +51,6 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
     if method not in METHODS:
         raise ConfigError(f"isp demosaic {method!r} is unknown{did_you_mean(method, METHODS)}")
     if method == "learned" and len(names) > 1:
-        from . import learned
-
         _state_unknown_variance(method)
         planes = learned.learned(mosaic, filters, names, variance)
         return Interpolated(planes, _near(bad, learned.RADIUS), None)
@@ -88,8 +87,6 @@ def check_array(method: str, cell: Sequence[str]) -> None:
     if len(set("".join(cell))) == 1:  # every pixel samples the only channel
         return
     if method == "learned":
-        from . import learned
-
         known = learned.arrays()
         if not any(learned.is_shifted(cell, array) for array in known):
             raise ConfigError(

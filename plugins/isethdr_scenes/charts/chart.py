@@ -6,10 +6,17 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
+from isethdr_core import ledger
 from isethdr_core.data.categories import CATEGORIES
 from isethdr_core.errors import ConfigError
 from isethdr_core.extras import needed
+from isethdr_core.physics.photometry import luminance
+from isethdr_core.physics.radiometry import band_widths_nm
+from isethdr_core.pipeline.field_check import camera_field
 from isethdr_core.plugins.ranges import Wavelength, check_ranges
+from isethdr_core.quantities import centres, scene_radiance
 
 from ..limits import BandStep, Field, Luminance, Tiles
 from .daylight import DAYLIGHT_K, daylight
@@ -56,8 +63,6 @@ class Chart:
 
     def camera_field(self):
         """Return (width, height, projection) of the chart."""
-        from isethdr_core.pipeline.field_check import camera_field
-
         return camera_field(self.horizontal_field_deg, self.width / self.height, self.projection)
 
     def tile_counts(self, margin: bool) -> tuple[int, int]:
@@ -66,8 +71,6 @@ class Chart:
 
     def bands_nm(self):
         """Return the band centres, nm, from `first_nm` up to at most `last_nm`."""
-        import numpy as np
-
         count = math.floor((self.last_nm - self.first_nm) / self.step_nm + 1e-9) + 1
         return self.first_nm + self.step_nm * np.arange(count)
 
@@ -79,10 +82,6 @@ class Chart:
         ------
         ConfigError : no band is visible, so no luminance can be reached.
         """
-        import numpy as np
-
-        from isethdr_core.physics.photometry import luminance
-
         bands = self.bands_nm()
         relative = band_means(_illuminant(self.spectrum), bands)
         unit = float(luminance(relative, bands))
@@ -97,8 +96,6 @@ class Chart:
         """Return x (width,), y (height,) tile centres and the pitch of a tile, in the projection's
         unit.
         """
-        from isethdr_core.quantities import centres
-
         half = math.radians(self.horizontal_field_deg) / 2
         field = 2 * (math.tan(half) if self.projection == "tangent" else half)
         pitch = field / self.width
@@ -108,11 +105,6 @@ class Chart:
         """Return the chart's scene radiance Dataset from {group: (wavelength, y, x) radiance} and
         labels.
         """
-        import numpy as np
-
-        from isethdr_core import ledger
-        from isethdr_core.quantities import scene_radiance
-
         coarse, fine = (
             band_means(_illuminant(self.spectrum), self.bands_nm(), steps)
             for steps in (STEPS, 8 * STEPS)
@@ -151,10 +143,6 @@ def band_means(spectrum, bands_nm, steps: int = STEPS):
 
     Midpoint rule of `steps` in a band.
     """
-    import numpy as np
-
-    from isethdr_core.physics.radiometry import band_widths_nm
-
     inside = (np.arange(steps) + 0.5) / steps - 0.5
     return spectrum(bands_nm[:, None] + inside * band_widths_nm(bands_nm)[:, None]).mean(1)
 
@@ -163,8 +151,6 @@ def table(distribution):
     """Return a function of the wavelength in nm: a colour-science distribution, linear between,
     constant beyond.
     """
-    import numpy as np
-
     return lambda nm: np.interp(nm, distribution.wavelengths, distribution.values)
 
 
@@ -187,14 +173,10 @@ def category_of(instance):
     """Return the category label (y, x) of an instance label: chart where there is an instance, else
     none.
     """
-    import numpy as np
-
     return np.where(instance > 0, CATEGORIES["chart"], 0).astype(np.uint16)
 
 
 def _illuminant(name: str):
-    import numpy as np
-
     if name == "E":
         return lambda nm: np.ones_like(nm)
     if name == "A":  # CIE 15:2018, eq. 4.1 (relative; 1 at 560 nm)

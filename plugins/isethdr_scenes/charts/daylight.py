@@ -8,6 +8,8 @@ import csv
 from functools import cache
 from importlib.resources import files
 
+import numpy as np
+
 DAYLIGHT_K = {
     name: kelvin * 1.4388 / 1.4380
     for name, kelvin in {"D50": 5000, "D55": 5500, "D65": 6500, "D75": 7500}.items()
@@ -22,8 +24,6 @@ def daylight(temperature_k: float):
     M2 are rounded to three decimals, as the CIE does for its published tables; 5000 K names 5000 x
     1.4388 / 1.4380 K since the radiation constant was revised.
     """
-    import numpy as np
-
     nm, s0, s1, s2 = _components()
     k = 1e3 / temperature_k
     if temperature_k <= 7000:
@@ -43,8 +43,6 @@ def daylight(temperature_k: float):
 @cache
 def _components():
     """Return wavelength_nm, S0, S1, S2 (CIE 15:2018, table 6)."""
-    import numpy as np
-
     with files(__package__).joinpath("cie_daylight.csv").open() as file:
         rows = list(csv.DictReader(file))
     return [

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..limits import Decades, Luminance
 from .chart import Chart
 
@@ -19,7 +21,5 @@ class LuminanceRamp(Chart):
         """Return scene radiance with the single group `sky`; first and last column hold the end
         values exactly.
         """
-        import numpy as np
-
         level = self.luminance_cd_m2 * np.logspace(-self.decades, 0.0, self.width)
         return self.dataset({"sky": self.white()[:, None, None] * level})

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from isethdr_core.extras import needed
 
 from ..limits import Gap
@@ -25,8 +27,6 @@ class Macbeth(Chart):
 
         Measured values of colour-science, `SDS_COLOURCHECKERS["ColorChecker N Ohta"]` (Ohta 1997).
         """
-        import numpy as np
-
         with needed("the chart macbeth", extra="colour"):
             import colour
 
@@ -36,8 +36,6 @@ class Macbeth(Chart):
 
     def __call__(self):
         """Return scene radiance with the single group `sky`, and each patch as an object."""
-        import numpy as np
-
         names, reflectance = self.reflectances()
         # in tiles: (6, width) and (4, height), the fraction of each tile that a column or row of
         # patches covers
@@ -72,8 +70,6 @@ def _bars(tiles: int, bars: int, gap: float):
     """Return (bars, tiles): the fraction of each tile that each of `bars` equal bars covers,
     exactly.
     """
-    import numpy as np
-
     left = (np.arange(bars) + gap / 2)[:, None] * tiles / bars
     right = (np.arange(bars) + 1 - gap / 2)[:, None] * tiles / bars
     tile = np.arange(tiles)

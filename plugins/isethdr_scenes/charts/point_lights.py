@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+
+import numpy as np
 
 from isethdr_core.errors import ConfigError
 
 from ..limits import Diameter, Discs, Luminance, Step
 from .chart import Chart, category_of, chart_object
+from .coverage import disc
 
 
 @dataclass(frozen=True)
@@ -45,10 +49,6 @@ class PointLights(Chart):
         """Return scene radiance: group `headlights` holds the discs, `sky` the ground around
         them.
         """
-        import numpy as np
-
-        from .coverage import disc
-
         x, y, pitch = self.tiles()
         radius = self._radius()
         positions = (np.arange(self.discs) - (self.discs - 1) / 2) * (
@@ -86,8 +86,6 @@ class PointLights(Chart):
         return ds
 
     def _radius(self) -> float:
-        import math
-
         return math.tan(math.radians(self.disc_diameter_deg) / 2)
 
     def _row_width(self) -> float:

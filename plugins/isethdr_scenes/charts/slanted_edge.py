@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from ..limits import Angle, Contrast
 from .chart import Chart
+from .coverage import half_plane
 
 
 @dataclass(frozen=True)
@@ -19,8 +20,6 @@ class SlantedEdge(Chart):
         """Return scene radiance with the single group `sky`; the bright side has
         `luminance_cd_m2`.
         """
-        from .coverage import half_plane
-
         bright = half_plane(*self.tiles(), self.angle_deg)
         dark = 1 / self.contrast_ratio
         return self.dataset(

@@ -6,6 +6,7 @@ from math import inf
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.physics.detector.charge_dynamics import Well
 
 if TYPE_CHECKING:
     from isethdr_core.physics.detector.charge_dynamics import Well
@@ -26,8 +27,6 @@ def well(knee_e: float, thermal_e: float, knee_e_per_s: float, temperature_c: fl
     """Return the `charge_dynamics.Well` of these fields; `thermal_e` is proportional to the
     absolute temperature.
     """
-    from isethdr_core.physics.detector.charge_dynamics import Well
-
     return Well(knee_e, thermal_e * (1 + (temperature_c - REFERENCE_C) / REFERENCE_K), knee_e_per_s)
 
 

@@ -10,7 +10,6 @@ and over what the charge then scatters, and the rising table whose mean is right
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import nnls
 
 BENDS, LOGARITHMIC = 0.97, 0.002  # slopes of the response between which the table is solved for
 LEVELS = 160  # of light across the bend, and parts of the table that rise alike, about
@@ -72,6 +71,8 @@ def scatter_of_readings(
         1
     )  # light whose readings all are one code says nothing of their variance
     count = part[-1] + 1
+    from scipy.optimize import nnls  # slow to import
+
     factors, _ = nnls(
         np.vstack([by_part[known], NEAR * np.eye(count)]),
         np.append(wanted[known], np.full(count, NEAR)),

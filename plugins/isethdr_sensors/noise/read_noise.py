@@ -14,6 +14,8 @@ import numpy as np
 
 from isethdr_core.physics.detector import noise, random_words
 
+from .fixed_pattern import chosen
+
 TAIL_WIDTH = 5.0  # read noise of a pixel in the tail / that of the others (assumption)
 
 
@@ -35,8 +37,6 @@ def widths_e(
     read_noise_e: float, tail_percent: float, stream: tuple, rows: int, columns: int
 ) -> np.ndarray:
     """Return the (y, x) float32 rms of every pixel's read noise; `stream` is the device's."""
-    from .fixed_pattern import chosen
-
     share = tail_percent / 100
     body = read_noise_e / sqrt(1 - share + share * TAIL_WIDTH**2)
     out = np.full((rows, columns), body, np.float32)

@@ -11,6 +11,7 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 
 NORMAL_FROM_E = (
     25.0  # mean electrons from which ISETCam draws a rounded normal instead of a Poisson count
@@ -124,7 +125,6 @@ def _counts(mean_e):
     """Return whole electron counts within 12 standard deviations and their probabilities, by
     ISETCam's rule (noiseShot).
     """
-    from scipy.special import ndtr
     from scipy.stats import poisson
 
     reach = 12 * np.sqrt(mean_e) + 12
@@ -138,8 +138,6 @@ def _inside(middle, width, swing):
     """Return the integrals of z^j phi(z), j = 0..4, over volts between 0 and `swing`, and the
     weights at or beyond both ends.
     """
-    from scipy.special import ndtr
-
     if not width.any():
         low, high = middle <= 0, middle >= swing
         return [~(low | high), *(np.zeros(middle.shape),) * 4], low, high

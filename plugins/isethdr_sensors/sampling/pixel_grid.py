@@ -10,6 +10,7 @@ from isethdr_core import ledger
 from isethdr_core.data.temporal_modulation import time_mean
 from isethdr_core.errors import ConfigError, UnitError
 from isethdr_core.pipeline import memory
+from isethdr_core.quantities import tile_pitch
 
 from ..sensor_model import SensorModel
 
@@ -108,8 +109,6 @@ def check_tiles(light, grid: PixelGrid) -> None:
     The detail that is missing inside a tile cannot be known; the mean change from tile to tile
     tells its size.
     """
-    from isethdr_core.quantities import tile_pitch
-
     if min(light.sizes["x"], light.sizes["y"]) < 2:
         raise UnitError(
             f"irradiance has {light.sizes['y']} x {light.sizes['x']} tiles; expected at least 2 x"

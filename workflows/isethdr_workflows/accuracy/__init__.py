@@ -24,7 +24,14 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from pathlib import Path
+
+from isethdr_core.cli.progress import track
 from isethdr_core.errors import ConfigError, did_you_mean
+
+from .diagram import draw
+from .point import as_rows
 
 STAGES = (
     "transport",
@@ -65,14 +72,6 @@ def accuracy(stage: str = "", pictures: str = "", reference: int = 0) -> list[di
     ------
     ConfigError : an unknown stage, or a reference that does not fit in memory.
     """
-    from importlib import import_module
-    from pathlib import Path
-
-    from isethdr_core.cli.progress import track
-
-    from .diagram import draw
-    from .point import as_rows
-
     if stage and stage not in STAGES:
         raise ConfigError(
             f"study accuracy has no stage {stage!r}{did_you_mean(stage, STAGES)}; a stage without"

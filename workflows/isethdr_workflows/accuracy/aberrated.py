@@ -4,6 +4,8 @@ mirror images of themselves.
 
 from __future__ import annotations
 
+from isethdr_core.plugins.registry import build
+
 from .basis import against_bands
 from .point import Work
 
@@ -18,7 +20,5 @@ def measured() -> list[Work]:
     """Return one diagram: largest error of a tile's electrons in standard deviations of the noise,
     against the noise allowed.
     """
-    from isethdr_core.plugins.registry import build
-
     lens = build("lens", "wavefront", focal_length_mm=6.0, f_number=F_NUMBER, zernike_um=ZERNIKE_UM)
     return [against_bands("aberrated", lens, (build("flare", "aperture"),), SHAPE)]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.plugins.registry import build
+
 from .point import Point, Work
 from .transport import of_paths
 
@@ -17,8 +19,6 @@ def measured() -> list[Work]:
     """Return one diagram: median relative error of a pixel's electrons, same random paths in all
     bands; seconds are those of the paths.
     """
-    from isethdr_core.plugins.registry import build
-
     scene = build("scene", "night_drive")()
     default = build("renderer", "mitsuba").step_nm
     render = {
@@ -57,8 +57,6 @@ def electrons(scene):
     """Return mean electrons of a camera whose lens neither blurs nor vignettes, all groups with
     weight 1.
     """
-    from isethdr_core.plugins.registry import build
-
     mixed = build(
         "lighting", "weights", weights=dict.fromkeys(map(str, scene.light_group.values), 1.0)
     )(scene)

@@ -5,6 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from isethdr_optics.imaging.irradiance import parts
+from isethdr_optics.imaging.photocurrent import FUNCTIONALS, photocurrent
+
+from isethdr_core import ledger, quantities
+from isethdr_core.demand import Demand
+from isethdr_core.physics.radiometry import photons_per_energy
+from isethdr_core.plugins.registry import build
+from isethdr_core.uncertainty.budget import Allowed
 
 from .point import Point, Work, timed
 
@@ -19,8 +27,6 @@ def measured() -> list[Work]:
     """Return one diagram: largest error of a tile's electrons in standard deviations of the noise,
     against the noise allowed.
     """
-    from isethdr_core.plugins.registry import build
-
     return [
         against_bands(
             "basis",
@@ -35,13 +41,6 @@ def against_bands(stage: str, lens, flares, shape) -> Work:
     """Return the diagram of a lens with flares: functionals as the noise allowed asks for, and the
     way band by band; kernels are made before.
     """
-    from isethdr_optics.imaging.photocurrent import FUNCTIONALS, photocurrent
-
-    from isethdr_core import ledger
-    from isethdr_core.demand import Demand
-    from isethdr_core.plugins.registry import build
-    from isethdr_core.uncertainty.budget import Allowed
-
     mixed = night(shape)
     response = build("sensor", "bayer", pitch_um=3.0).narrow(Demand()).response
     rows, columns, truth = direct(
@@ -85,8 +84,6 @@ def night(shape):
     """Return mixed radiance (wavelength, y, x) of daylight and sodium light on grey and coloured
     tiles, with two lamps 1e8 times as bright.
     """
-    from isethdr_core import quantities
-
     rng, nm = np.random.default_rng(0), BANDS_NM[:, None, None]
     led = np.exp(-0.5 * ((nm - 450) / 9) ** 2) + 0.7 * np.exp(-0.5 * ((nm - 560) / 55) ** 2)
     sodium, day = np.exp(-0.5 * ((nm - 589) / 6) ** 2) + 0.02, 1.5 - nm / 700
@@ -102,8 +99,6 @@ def counting(response):
     """Return electrons (channel, band) per W m-2 nm-1 in one exposure of the most sensitive
     photodiode.
     """
-    from isethdr_core.physics.radiometry import photons_per_energy
-
     return (
         response.efficiency(BANDS_NM) * photons_per_energy(BANDS_NM) * response.area_exposure_m2_s
     )
@@ -113,8 +108,6 @@ def direct(mixed, lens, flares, response):
     """Return rows and columns of some tiles, and their electrons (channel, tile): every tile and
     band summed in long double.
     """
-    from isethdr_optics.imaging.irradiance import parts
-
     given, rng = parts(lens, mixed, flares), np.random.default_rng(1)
     height, width = mixed.shape[1:]
     rows, columns = rng.integers(0, height, PIXELS), rng.integers(0, width, PIXELS)

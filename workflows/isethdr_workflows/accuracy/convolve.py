@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy.fft as sf
+
+from isethdr_core.physics.convolution import convolve
 
 from ..optics.convolution_methods import METHODS, direct, frame, prepare
 from .point import Point, Work, timed
@@ -20,8 +23,6 @@ def measured() -> list[Work]:
     """Return one diagram: largest relative error of a sampled pixel beside lamps, kernels
     prepared.
     """
-    from isethdr_core.physics.convolution import convolve
-
     psf = skirt(SHAPE)
     prepared, image = prepare(psf, SHAPE), frame(*SHAPE, RATIO)
     pixels, truth = direct(
@@ -72,8 +73,6 @@ def circular(psf, dtype):
     """Return the common rule: the kernel cut to the frame, one transform of the frame's own size,
     light wrapped around.
     """
-    import scipy.fft as sf
-
     (ny, nx), (cy, cx) = SHAPE, (n // 2 for n in psf.shape)
     cut = psf[cy - ny // 2 : cy - ny // 2 + ny, cx - nx // 2 : cx - nx // 2 + nx].astype(dtype)
     spectrum = sf.rfft2(np.roll(cut / cut.sum(), (-(ny // 2), -(nx // 2)), (0, 1)))

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core import generator
+from isethdr_core.plugins.registry import build
+from isethdr_core.truth import truth
+
 from ..isp.demosaic_methods import ARRAYS, PITCH_UM, radiance
 from .point import Point, Work, timed
 
@@ -22,10 +26,6 @@ def array(cfa: str, methods) -> Work:
     """Return the diagram of one filter array; the truth is the same camera's without noise and with
     every colour in every pixel.
     """
-    from isethdr_core import generator
-    from isethdr_core.plugins.registry import build
-    from isethdr_core.truth import truth
-
     rows, columns = SIZE
     mixed = radiance("stripes", 100.0, rows, columns)
     focal_mm = PITCH_UM * 1e-3 / (mixed.attrs["field_width"] / (columns + 8))

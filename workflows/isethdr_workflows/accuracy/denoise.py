@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.display.preview import denoised, tristimulus
 from isethdr_core.extras import needed
 
 from .point import Point, Work, timed
@@ -14,8 +15,6 @@ def measured() -> list[Work]:
     """Return one diagram per light group: error of a tile's luminance with and without denoising;
     seconds of paths and denoising of all groups.
     """
-    from isethdr_core.display.preview import denoised, tristimulus
-
     long, own_errors, short = rendered()
     ways = {"plain": tristimulus, "clean": denoised, "peers": common_rule}
     truth, kept = tristimulus(long)[:, 1], {name: {} for name in ways}
@@ -73,8 +72,6 @@ def common_rule(scene) -> np.ndarray:
     """
     with needed("non-local means", extra="mitsuba"):
         from skimage.restoration import denoise_nl_means
-
-    from isethdr_core.display.preview import tristimulus
 
     out = []
     for xyz in tristimulus(scene):

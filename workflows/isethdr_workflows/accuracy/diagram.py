@@ -5,6 +5,7 @@ diagram.
 from __future__ import annotations
 
 import textwrap
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -93,8 +94,6 @@ def draw(works: list[Work], path) -> None:
 
 def save(fig, path) -> None:
     """Write a figure with 200 colours: half the bytes, nothing to be seen."""
-    from io import BytesIO
-
     from PIL import Image
 
     whole = BytesIO()

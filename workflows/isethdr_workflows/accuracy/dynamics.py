@@ -7,6 +7,12 @@ from itertools import pairwise
 import numpy as np
 
 from isethdr_core.extras import needed
+from isethdr_core.physics.detector.charge_dynamics import Well, flow
+from isethdr_core.physics.detector.charge_dynamics_steps import (
+    exponential_steps,
+    graded,
+    implicit_steps,
+)
 
 from .point import Point, Work, timed
 
@@ -19,13 +25,6 @@ def measured() -> list[Work]:
     """Return one diagram: largest relative error of the charge from 0.01 to 100 times saturation, a
     frame of 45 000 pixels.
     """
-    from isethdr_core.physics.detector.charge_dynamics import Well, flow
-    from isethdr_core.physics.detector.charge_dynamics_steps import (
-        exponential_steps,
-        graded,
-        implicit_steps,
-    )
-
     well = Well(KNEE_E, THERMAL_E)
     levels = KNEE_E / T_S * TIMES_SATURATION
     wanted = np.array([charge_e(level, well) for level in levels])

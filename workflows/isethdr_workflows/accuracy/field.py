@@ -5,6 +5,12 @@ every tile.
 from __future__ import annotations
 
 import numpy as np
+from isethdr_optics import WavefrontLens
+from isethdr_optics.field import grid, imaging
+from isethdr_optics.field.imaging import node_lens
+from isethdr_optics.psf import kernels
+
+from isethdr_core import quantities
 
 from .changed import changed
 from .point import Point, Work, timed
@@ -25,9 +31,6 @@ def measured() -> list[Work]:
     """Return one diagram: error of an image over the rings of places, kernels made anew each
     time.
     """
-    from isethdr_optics import WavefrontLens
-    from isethdr_optics.field import grid, imaging
-
     lens, mixed = WavefrontLens(field_zernike_um=FIELD_ZERNIKE_UM, falloff="none"), night()
     truth, points = one_per_tile(lens, mixed), []
 
@@ -61,8 +64,6 @@ def measured() -> list[Work]:
 
 def night():
     """Return mixed radiance of one band, tiles of chance over `DECADES`."""
-    from isethdr_core import quantities
-
     light = 10.0 ** (DECADES * np.random.default_rng(0).random((1, *SHAPE)))
     y, x = (quantities.centres(n, n * PITCH) for n in SHAPE)
     return quantities.plane(light, [BAND_NM], x, y, quantities.RADIANCE)
@@ -72,10 +73,6 @@ def one_per_tile(lens, mixed) -> np.ndarray:
     """Return irradiance (y, x): every tile's light spread by the kernel of its own wavefront,
     summed tile by tile.
     """
-    from isethdr_optics.field import grid
-    from isethdr_optics.field.imaging import node_lens
-    from isethdr_optics.psf import kernels
-
     x, y = mixed.x.values, mixed.y.values
     pitch_um, reach = (1e3 * lens.focal_length_mm * PITCH,) * 2, tuple(n - 1 for n in SHAPE)
     known, out = {}, np.zeros(SHAPE)
@@ -101,8 +98,6 @@ def one_per_tile(lens, mixed) -> np.ndarray:
 
 def anew(lens, mixed) -> np.ndarray:
     """Return irradiance (y, x) with no kernel known before."""
-    from isethdr_optics.psf import kernels
-
     kernels._cache.clear()
     return lens(mixed).values[0].astype(float)
 

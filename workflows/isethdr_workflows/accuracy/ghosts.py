@@ -6,6 +6,10 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from isethdr_optics import GhostFlare, IdealLens
+from isethdr_optics.flare.ghosts import ghost_flare, trace
+
+from isethdr_core import quantities
 
 from .changed import changed
 from .ghosts_by_chance import flux_by_chance
@@ -34,9 +38,6 @@ def measured() -> list[Work]:
     """Return two diagrams: error of ghosts in blocks of tiles, over the pairs kept and over the
     rays across a beam.
     """
-    from isethdr_optics import GhostFlare, IdealLens
-    from isethdr_optics.flare.ghosts import trace
-
     lens, mixed = IdealLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM), lamp()
     flare = GhostFlare(PRESCRIPTION, coating=COATING, sensor_reflectance_percent=0.0)
     image_w, truth, error = by_chance(flare, lens, mixed)
@@ -82,8 +83,6 @@ def measured() -> list[Work]:
 
 def lamp():
     """Return mixed radiance of one band, dark but for one tile."""
-    from isethdr_core import quantities
-
     x, values = quantities.centres(TILES, TILES * PITCH), np.zeros((1, TILES, TILES))
     values[:, TILES // 2, COLUMN] = RADIANCE
     return quantities.plane(values, [BAND_NM], x, x, quantities.RADIANCE)
@@ -96,8 +95,6 @@ def largest(mixed) -> float:
 
 def anew(flare, lens, mixed):
     """Return the ghosts' irradiance (y, x) with no ray known before."""
-    from isethdr_optics.flare.ghosts import ghost_flare
-
     ghost_flare._beams.clear()
     ghost_flare._ranked.cache_clear()
     return flare.irradiance(lens, mixed).values[0]
@@ -132,8 +129,6 @@ def discs(flare, lens, mixed, image_w: float):
     """Return irradiance (y, x) of ghosts as even discs, where and as large as first-order optics
     says (Lee and Eisemann 2013).
     """
-    from isethdr_optics.flare.ghosts import ghost_flare
-
     ghost_flare._ranked.cache_clear()
     traced, _ = flare.pairs(lens, [BAND_NM], largest(mixed))
     k = np.arange(DOTS)

@@ -9,6 +9,7 @@ angles (1823) of bare surfaces.
 from __future__ import annotations
 
 import numpy as np
+from scipy.stats import qmc
 
 MORE = 1.15  # start disc over the first surface: oblique light crosses its plane displaced
 
@@ -52,8 +53,6 @@ def scattered(count: int, radius: float, seed):
     """Return (x, y) of points over a disc, evenly scattered (Sobol 1967, scrambled by chance: each
     seed is an independent estimate).
     """
-    from scipy.stats import qmc
-
     first, second = qmc.Sobol(2, rng=np.random.default_rng(seed)).random(count).T
     return (
         radius * np.sqrt(first) * np.array([np.cos(2 * np.pi * second), np.sin(2 * np.pi * second)])

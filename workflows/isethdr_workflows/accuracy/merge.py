@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.plugins.registry import build
+
+from ..isp.merge_rules import default_levels, judged, near_top, rules, shot
 from .point import Point, Work, timed
 
 DRAWS = 40000
@@ -13,10 +16,6 @@ def measured() -> list[Work]:
     """Return one diagram: how far a rule's rms error lies above the best rule's, mean over all
     levels away from the captures' ends.
     """
-    from isethdr_core.plugins.registry import build
-
-    from ..isp.merge_rules import default_levels, judged, near_top, rules, shot
-
     model, rng = build("sensor", "split_pixel").model(), np.random.default_rng(1)
     default = build("isp", "merge").rule
     levels = [level for level in default_levels(model) if level >= 1 and not near_top(model, level)]

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core import generator
+from isethdr_core.config.composition import compose
+from isethdr_core.plugins.registry import build
+from isethdr_core.truth import truth
+
 from .point import Point, Work, timed
 
 DRAWS = (1, 2, 4, 8, 16)
@@ -15,9 +20,6 @@ def measured() -> list[Work]:
     """Return one diagram per metric: rms difference of its score, in units of its own scatter from
     draw to draw.
     """
-    from isethdr_core.config.composition import compose
-    from isethdr_core.plugins.registry import build
-
     default = compose([]).draws
     metrics = {name: build("metric", name) for name in METRICS}
     one = shooter()
@@ -63,10 +65,6 @@ def measured() -> list[Work]:
 
 def shooter():
     """Return a function seed -> (picture, truth, labels) of a colour chart in dim light."""
-    from isethdr_core import generator
-    from isethdr_core.plugins.registry import build
-    from isethdr_core.truth import truth
-
     mixed = build("lighting", "weights", weights={"sky": 1.0})(
         build("scene", "macbeth", width=160, height=120, luminance_cd_m2=5.0)()
     )

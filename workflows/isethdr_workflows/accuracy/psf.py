@@ -5,6 +5,10 @@ wavelengths.
 from __future__ import annotations
 
 import numpy as np
+from isethdr_optics import DiffractionLimitedLens
+from isethdr_optics.psf.kernels import _Plan
+from isethdr_optics.pupil.sampled_pupil import distance_mm, radius_mm
+from scipy.special import j1
 
 from .point import Point, Work, refuse_what_does_not_fit, timed
 
@@ -66,9 +70,6 @@ def core(count: int, tiles: int = TILES) -> np.ndarray:
     """Return the lens's kernel (y, x) of the band, `tiles` from the axis to its border, with
     `count` sub-bands; 0 as the lens chooses.
     """
-    from isethdr_optics import DiffractionLimitedLens
-    from isethdr_optics.psf.kernels import _Plan
-
     lens = DiffractionLimitedLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
     plan = _Plan(lens, (), BAND_NM, WIDTH_NM, (TILE_UM, TILE_UM), (tiles, tiles), 1, [])
     if count:
@@ -82,10 +83,6 @@ def airy(points: int) -> np.ndarray:
     """Return the kernel (y, x) by midpoint sums of (2 J1(v) / v)^2, tile to tile, mean over the
     band (Airy 1835).
     """
-    from isethdr_optics import DiffractionLimitedLens
-    from isethdr_optics.pupil.sampled_pupil import distance_mm, radius_mm
-    from scipy.special import j1
-
     lens = DiffractionLimitedLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
     sine = radius_mm(lens) / distance_mm(
         lens

@@ -7,6 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from isethdr_core import store
+from isethdr_core.plugins.registry import build
+from isethdr_core.storage.encoding import KEEPBITS
+
 from .point import Point, Work, timed
 
 BITS = (4, 6, 8, 10, 12, 16, None)  # None keeps all 23
@@ -18,9 +22,6 @@ def measured() -> list[Work]:
     """Return one diagram: error of a radiance read back against seconds to write and read it, with
     its size on disk.
     """
-    from isethdr_core import store
-    from isethdr_core.storage.encoding import KEEPBITS
-
     scene = radiance()
     exact, points = scene.radiance.values.astype(float), []
     with tempfile.TemporaryDirectory() as folder:
@@ -62,8 +63,6 @@ def radiance():
     """Return the radiance of a colour chart with a grain of 2 %, as a rendering has it, over six
     decades.
     """
-    from isethdr_core.plugins.registry import build
-
     scene = build("scene", "macbeth", width=SIZE[0], height=SIZE[1])().load()
     rng = np.random.default_rng(3)
     grain = rng.normal(1, 0.02, scene.radiance.shape) * 10 ** rng.uniform(

@@ -8,6 +8,11 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
+from isethdr_mitsuba import frame
+
+from isethdr_core import Demand
+from isethdr_core.physics.photometry import luminance
+from isethdr_core.plugins.registry import build
 
 from .changed import changed
 from .point import Point, Work, timed
@@ -63,8 +68,6 @@ def rendered():
     """Return (long rendering, {group: its own error}, {samples or None: (rendering, CPU s of its
     paths, peak MB)}), with labels; made once.
     """
-    from isethdr_core.plugins.registry import build
-
     asked = (*SAMPLES, None)
     runs = [{"samples": LONG, "seed": 97}, *({"samples": n, "seed": 1} for n in asked)]
     (long, _, _), *short = of_paths(
@@ -97,10 +100,6 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
     paths, is more than 1 % of the light, or, with the label distance, the sky is looked at. The
     first call of each kind compiles kernels, so that seconds are those of the cheapest of `repeat`.
     """
-    from isethdr_mitsuba import frame
-
-    from isethdr_core import Demand
-
     plain, kept = frame.estimate, []
 
     def estimate(one_pass, settings, *given, **named):
@@ -143,8 +142,6 @@ def with_paths(found, paths, lamps):
 
 def luminance_of(scene) -> dict:
     """Return {group: luminance in cd/m2 (y, x)}."""
-    from isethdr_core.physics.photometry import luminance
-
     nm = scene.wavelength.values
     return {
         str(g): luminance(scene.radiance.sel(light_group=g).values.astype(float), nm)

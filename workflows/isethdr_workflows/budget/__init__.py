@@ -9,6 +9,18 @@ hand.
 
 from __future__ import annotations
 
+from itertools import product
+
+import numpy as np
+
+from isethdr_core.cli.progress import track
+from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.registry import build
+
+from ..empty_home import empty_home
+from .chains import Setting, by_hand, errors, exact, parts_of, planned
+from .scenes import CAMERAS, scene
+
 LEAST_WIDTH = 16
 SHARE = 0.99
 AGAIN = 5  # times that both are run in turns
@@ -35,13 +47,6 @@ def budget(width: int = 96) -> list[dict]:
     ------
     ConfigError : a width that leaves no field.
     """
-    from isethdr_core.cli.progress import track
-    from isethdr_core.errors import ConfigError
-    from isethdr_core.plugins.registry import build
-
-    from .chains import parts_of
-    from .scenes import CAMERAS, scene
-
     if width < LEAST_WIDTH:
         raise ConfigError(
             f"study budget has width={width}; expected at least {LEAST_WIDTH} tiles; type width=96"
@@ -61,9 +66,6 @@ def budget(width: int = 96) -> list[dict]:
 
 
 def _truths(cases) -> dict:
-    from ..empty_home import empty_home
-    from .chains import exact
-
     with empty_home():
         return {name: exact(*case) for name, case in cases.items()}
 
@@ -72,11 +74,6 @@ def _by_hand(cases, truths) -> dict:
     """Return, per scene, [setting, errors, CPU seconds with kernels at hand, and with kernels to be
     made].
     """
-    from itertools import product
-
-    from ..empty_home import empty_home
-    from .chains import Setting, by_hand, errors
-
     hand: dict[str, list] = {name: [] for name in cases}
     for kernels in KERNELS:
         with empty_home() as folder:
@@ -94,11 +91,6 @@ def _by_hand(cases, truths) -> dict:
 
 
 def _row(name, parts, scene, fraction, truth, hand) -> dict:
-    import numpy as np
-
-    from ..empty_home import empty_home
-    from .chains import by_hand, errors, planned
-
     kept = [h for h in hand if np.mean(h[1] <= fraction) >= SHARE]
     best, best_warm = (min(kept, key=lambda h, k=k: h[k])[0] if kept else None for k in (3, 2))
     with empty_home() as folder:

@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
+from isethdr_optics.imaging.irradiance import parts as optics
 from scipy.signal import fftconvolve
 
 from isethdr_core import ledger, quantities, store
@@ -148,8 +149,6 @@ def exact(parts: Chain, scene) -> list:
     test. Its own error is the standard deviation of 99 % of the pixels that its kernels leave, in
     units of the noise.
     """
-    from isethdr_optics.imaging.irradiance import parts as optics
-
     lens = replace(parts.lens, speckle_error=parts.lens.speckle_error / FINER)
     flares, mixed = tuple(parts.flares.values()), parts.lighting(scene)
     given, light = optics(lens, mixed, flares), lens(mixed, flares=flares)

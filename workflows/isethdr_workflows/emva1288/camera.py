@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from isethdr_core.physics.radiometry import photon_energy_j
+from isethdr_core.quantities import IRRADIANCE, centres, plane
 from isethdr_core.seeds import generator
 
 BAND_NM = 10.0
@@ -64,8 +65,6 @@ class Bench:
 
     def light(self, photons: float):
         """Return even irradiance of `photons` per pixel and exposure at the wavelength."""
-        from isethdr_core.quantities import IRRADIANCE, centres, plane
-
         pitch = self.sensor.pitch_um * 1e-6
         level = (
             photons

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from math import ceil, sqrt
 
 import numpy as np
+from isethdr_sensors.readout.shot import readings
 
 from .camera import BORDER, DARK, STACK, Bench, Stack, picture_key
 
@@ -51,8 +52,6 @@ def dark_series(bench: Bench, pictures: int) -> DarkSeries:
     Only the readings are drawn again: grid, filters and spectra of the light are those of the first
     picture.
     """
-    from isethdr_sensors.readout.shot import readings
-
     model, middle = bench.sensor.model(), slice(BORDER, -BORDER)
     filters = bench.sensor(bench.light(DARK), picture_key(bench, DARK, STACK))["filter"].values
     nothing = [np.zeros(filters.shape) for _ in model.photodiodes]

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from math import exp, pi, sqrt
 
 import numpy as np
+from scipy.optimize import least_squares
+from scipy.special import ndtr
 
 from .camera import Pair, Stack
 
@@ -165,8 +167,6 @@ def saturation_photons(
     pairs : levels, some of them within a few shot noises of the end.
     prnu_percent : spread of the pixels' response: each meets the end at a light of its own.
     """
-    from scipy.optimize import least_squares
-
     top = saturation(pairs).photons
     near = [p for p in pairs if p.photons > 0.9 * top]
     photons, pixels = np.array([p.photons for p in near]), np.array([p.pixels for p in near])
@@ -198,8 +198,6 @@ def saturation_photons(
 
 def clipped_variance(t):
     """Return the variance of a standard normal that is clipped at `t` above its mean."""
-    from scipy.special import ndtr
-
     density, beyond = np.exp(-0.5 * t * t) / sqrt(2 * pi), ndtr(-t)
     mean = t * beyond - density
     return 1 - beyond - t * density + t * t * beyond - mean**2

@@ -12,6 +12,12 @@ from __future__ import annotations
 from math import sqrt
 
 import numpy as np
+from isethdr_sensors.charge.soft_knee import HasSoftKnee
+from isethdr_sensors.noise.read_noise import TAIL_WIDTH
+from isethdr_sensors.readout import converter
+from scipy.stats import poisson
+
+from isethdr_core.physics.detector.charge_dynamics_noise import EMPTY, flow_moments
 
 from .camera import Bench, pair
 from .estimates import Estimate
@@ -74,8 +80,6 @@ def expected_dn(bench: Bench, light_e: float) -> tuple[float, float]:
     """Return mean and temporal variance of the numbers of a pixel without fixed pattern, DN and
     DN^2, at so many mean light electrons.
     """
-    from isethdr_sensors.readout import converter
-
     model = bench.sensor.model()
     reading = model.readings[bench.capture]
     diode = model.diode_of(reading)
@@ -96,8 +100,6 @@ def charge_distribution(mean_e: float, variance_e2: float):
     """Return (charges, their probabilities): Poisson where little is spilled and it is no normal
     yet, normal beyond.
     """
-    from scipy.stats import poisson
-
     if mean_e > NORMAL_FROM_E:
         return mean_e + sqrt(variance_e2) * QUADRATURE, DENSITY
     count = np.arange(np.ceil(mean_e + 12 * sqrt(mean_e) + 12))
@@ -108,10 +110,6 @@ def charge_moments(bench: Bench, arrived_e: float) -> tuple[float, float]:
     """Return mean (e) and variance (e^2) of the charge that a capture reads: Poisson, or what a
     soft knee leaves of it.
     """
-    from isethdr_sensors.charge.soft_knee import HasSoftKnee
-
-    from isethdr_core.physics.detector.charge_dynamics_noise import EMPTY, flow_moments
-
     sensor = bench.sensor
     all_read = sensor.model().readings[bench.capture].capture == "LCG"
     if all_read or not isinstance(sensor, HasSoftKnee):
@@ -153,8 +151,6 @@ def kurtosis_factor(bench: Bench) -> float:
     """Return n times the relative variance of a sample variance: 2 for normal noise, more where
     some pixels read wider.
     """
-    from isethdr_sensors.noise.read_noise import TAIL_WIDTH
-
     share = bench.sensor.model().readings[bench.capture].read_tail_percent / 100
     body = 1 / (1 - share + share * TAIL_WIDTH**2)
     return 3 * body**2 * (1 - share + share * TAIL_WIDTH**4) - 1

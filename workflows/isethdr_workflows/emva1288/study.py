@@ -9,9 +9,17 @@ of the estimate's standard error.
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib.resources import files
 from math import sqrt
 
 import numpy as np
+from isethdr_sensors import isethdr_components
+from isethdr_sensors.charge.soft_knee import HasSoftKnee
+from isethdr_sensors.imaging_sensor import ImagingSensor
+
+from isethdr_core.config.composition import compose
+from isethdr_core.plugins.registry import build
+from isethdr_core.seeds import generator
 
 from . import estimates as find
 from .camera import Bench, pair, stack
@@ -46,19 +54,12 @@ def chosen(name: str):
     """Return the sensor of that name or preset."""
     from omegaconf import OmegaConf
 
-    from isethdr_core.config.composition import compose
-    from isethdr_core.plugins.registry import build
-
     fields = OmegaConf.to_container(compose([f"sensor={name}"]).sensor, resolve=True)
     return build("sensor", fields.pop("name"), **fields)
 
 
 def measurable_sensors() -> list[str]:
     """Return the sensors of this house and their presets that have noise to measure."""
-    from importlib.resources import files
-
-    from isethdr_sensors import isethdr_components
-
     presets = [
         f.name.removesuffix(".yaml")
         for f in files("isethdr_sensors.conf").joinpath("sensor").iterdir()
@@ -75,8 +76,6 @@ def measurable(sensor) -> bool:
     """Return whether the standard has something to measure: noise, in the electrons of a
     photodiode.
     """
-    from isethdr_sensors.imaging_sensor import ImagingSensor
-
     return isinstance(sensor, ImagingSensor) and sensor.noise
 
 
@@ -84,8 +83,6 @@ def bent(sensor) -> bool:
     """Return whether some capture is not linear in light over all its numbers: companded codes, a
     soft knee.
     """
-    from isethdr_sensors.charge.soft_knee import HasSoftKnee
-
     return bool(sensor.companding) or isinstance(sensor, HasSoftKnee)
 
 
@@ -247,6 +244,4 @@ def made_of(bench: Bench) -> dict:
 
 
 def _key(seed):
-    from isethdr_core.seeds import generator
-
     return generator(seed, "bench", "")

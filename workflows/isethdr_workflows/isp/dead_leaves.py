@@ -8,6 +8,7 @@ brightness; some carry stripes down to the finest a pixel can tell. One light fa
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import gaussian_filter
 
 FINE = 4  # samples per pixel, each way
 SHAPES_PER_PIXEL = 0.06
@@ -53,7 +54,6 @@ def dead_leaves(rows: int, columns: int, colours, rng) -> np.ndarray:
             else leaf[:, None, None]
         )
         out[:, y0:y1, x0:x1] = np.where(inside, value, out[:, y0:y1, x0:x1])
-    from scipy.ndimage import gaussian_filter
 
     blur = FINE * rng.uniform(0.0, 0.5)  # pixels: lenses from perfect to soft
     out = gaussian_filter(out, (0, blur, blur), mode="mirror")

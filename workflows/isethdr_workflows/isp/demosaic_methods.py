@@ -6,6 +6,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core import generator
+from isethdr_core.display.display_view import display, white_cd_m2
+from isethdr_core.physics.colour.colour_spaces import D65_XYZ, de2000, lab
+from isethdr_core.plugins.registry import build
+from isethdr_core.truth import truth
+
 CHARTS = {"macbeth": {}, "slanted_edge": {"contrast_ratio": 10.0}, "stripes": {}}
 ARRAYS = {
     "RGGB": ("bilinear", "guided", "malvar", "menon", "learned"),
@@ -30,9 +36,6 @@ def demosaic_methods(rows: int = 120, columns: int = 160, luminances: str = "100
     rows with psnr_db (of displayed sRGB, 8 bit) and ciede2000 (mean), both against the true picture
     at the same white.
     """
-    from isethdr_core import generator
-    from isethdr_core.plugins.registry import build
-
     out = []
     for level in (float(v) for v in luminances.split(",")):
         for chart in CHARTS:
@@ -62,8 +65,6 @@ def radiance(chart: str, level: float, rows: int, columns: int):
     """Return mixed radiance of a chart with a white of `level` cd/m2; stripes are a sine that grows
     finer to the right.
     """
-    from isethdr_core.plugins.registry import build
-
     size = {"width": (columns + 8) * TILES, "height": (rows + 8) * TILES, "luminance_cd_m2": level}
     scene = build("scene", "uniform" if chart == "stripes" else chart, **size, **CHARTS[chart])()
     mixed = build("lighting", "weights", weights={"sky": 1.0})(scene)
@@ -79,11 +80,6 @@ def radiance(chart: str, level: float, rows: int, columns: int):
 
 def scored(mixed, shot, method: str) -> dict:
     """Return PSNR and CIEDE2000 of one shot."""
-    from isethdr_core.display.display_view import display, white_cd_m2
-    from isethdr_core.physics.colour.colour_spaces import D65_XYZ, de2000, lab
-    from isethdr_core.plugins.registry import build
-    from isethdr_core.truth import truth
-
     picture = build("isp", "linear", demosaic=method)(shot)
     true = truth(mixed, picture)
     white, inner = white_cd_m2(true), (slice(BORDER, -BORDER), slice(BORDER, -BORDER))

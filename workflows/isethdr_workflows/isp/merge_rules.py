@@ -10,6 +10,11 @@ error at 1 e with 100 000 draws, where the plain mean shows 0.5 %.
 from __future__ import annotations
 
 import numpy as np
+from isethdr_isp.readout.combine import Merged, charge_variance, read_charge
+from isethdr_isp.readout.electrons import MARGIN, Readout
+from isethdr_isp.readout.merge_rules import RULES
+
+from isethdr_core.plugins.registry import build
 
 TOPS_SD = (
     -8,
@@ -45,8 +50,6 @@ def merge_rules(draws: int = 100000, seed: int = 1, levels: str = "") -> list[di
     where no rule can be good), and what a row stands for, empty for a level of the table; the last
     rows are the figures of `asked`.
     """
-    from isethdr_core.plugins.registry import build
-
     model = build("sensor", "split_pixel").model()
     rng = np.random.default_rng(seed)
     rows = []
@@ -68,8 +71,6 @@ def merge_rules(draws: int = 100000, seed: int = 1, levels: str = "") -> list[di
 
 def rules() -> dict:
     """Return the isp's rules and two that only serve comparison."""
-    from isethdr_isp.readout.merge_rules import RULES
-
     return {**RULES, "own_noise": own_noise, "hard_switch": hard_switch}
 
 
@@ -77,8 +78,6 @@ def own_noise(groups, per_light):
     """Return the textbook mean: every read weighted by its own noisy inverse variance, reads taken
     as independent.
     """
-    from isethdr_isp.readout.combine import Merged
-
     total = weight = 0.0
     for reads, light in zip(groups, per_light):
         ratio = light / per_light[-1]
@@ -101,8 +100,6 @@ def own_noise(groups, per_light):
 
 def hard_switch(groups, per_light):
     """Return the most sensitive charge below its top, best read, without blending."""
-    from isethdr_isp.readout.combine import Merged, charge_variance, read_charge
-
     x = v = None
     for reads, light in zip(groups, per_light):
         c, ratio = read_charge(reads, light), light / per_light[-1]
@@ -117,8 +114,6 @@ def shot(model, level_e: float, draws: int, rng):
 
     Controls (draw, control) are the parts of the noise whose mean is known to be 0.
     """
-    from isethdr_isp.readout.electrons import MARGIN, Readout
-
     count, charge, dark, controls = {}, {}, {}, []
     largest = max(d.fill_factor for d in model.photodiodes)
     for k, diode in enumerate(model.photodiodes):

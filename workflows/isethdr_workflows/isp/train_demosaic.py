@@ -12,6 +12,25 @@ import json
 from pathlib import Path
 
 import numpy as np
+from isethdr_isp.demosaic.interpolation import demosaic, plane_weights
+from isethdr_isp.demosaic.learned import (
+    RADIUS,
+    SIDE,
+    TABLE,
+    cell_of,
+    channels_of,
+    exact,
+    learned,
+    neighbourhoods,
+    sampled,
+)
+from isethdr_isp.demosaic.local_classes import COUNT, classes, local_mean
+from isethdr_isp.spectra import LIGHTS, light, reflectances
+from isethdr_sensors.spectral.quantum_efficiency import quantum_efficiency
+
+from isethdr_core.plugins.registry import build
+
+from .dead_leaves import dead_leaves
 
 ARRAYS = ("RG/GB", "RG/WB", "WGWR/GWRW/WBWG/BWGW")
 RECIPE = {
@@ -48,8 +67,6 @@ def train_demosaic(
     learned planes on pictures of another seed (relative to the noise-free mean), recipe (first
     digits of its hash), bytes of the file.
     """
-    from isethdr_isp.demosaic.learned import TABLE, exact
-
     recipe = {**RECIPE, "pictures": pictures}
     names = arrays.split(",")
     tables = {cell: trained(cell, recipe) for cell in names}
@@ -82,9 +99,6 @@ def recipe_hash(recipe: dict) -> str:
 
 def trained(cell: str, recipe: dict) -> np.ndarray:
     """Return filters (row, column, class, channel, tap) of one array."""
-    from isethdr_isp.demosaic.learned import cell_of, channels_of, neighbourhoods, sampled
-    from isethdr_isp.demosaic.local_classes import COUNT, classes, local_mean
-
     tile, channels, taps = cell_of(cell), channels_of(cell), sampled(cell)
     size = taps.shape[-1]
     gram = np.zeros((*tile.shape, COUNT, size, size))
@@ -134,9 +148,6 @@ def base_filters(cell: str) -> np.ndarray:
     """Return the bilinear filters (row, column, channel, tap): what is used where nothing was
     learned.
     """
-    from isethdr_isp.demosaic.interpolation import plane_weights
-    from isethdr_isp.demosaic.learned import RADIUS, SIDE, sampled
-
     taps = sampled(cell)
     out = np.zeros(taps.shape)
     for place in np.ndindex(taps.shape[:3]):
@@ -149,10 +160,6 @@ def example(cell: str, recipe: dict, number: int):
     """Return noise-free planes (channel, y, x), a noisy mosaic (y, x), its filters and its
     variance, all in electrons.
     """
-    from isethdr_isp.demosaic.learned import cell_of, channels_of
-
-    from .dead_leaves import dead_leaves
-
     rng = np.random.default_rng([recipe["seed"], number])
     side, tile, channels = recipe["side_px"], cell_of(cell), channels_of(cell)
     planes = dead_leaves(side, side, colours(cell, rng), rng)
@@ -169,8 +176,6 @@ def colours(cell: str, rng) -> np.ndarray:
     """Return (surface, channel) electrons of smooth reflectances in one of the four lights, some of
     them paler.
     """
-    from isethdr_isp.spectra import LIGHTS, light, reflectances
-
     response = curves(cell)
     lit = reflectances(WAVELENGTH_NM) * light(LIGHTS[rng.integers(len(LIGHTS))], WAVELENGTH_NM)
     seen = lit @ response.T
@@ -184,10 +189,6 @@ WAVELENGTH_NM = np.arange(400.0, 701.0, 10.0)
 
 def curves(cell: str) -> np.ndarray:
     """Return (channel, wavelength) electrons per energy of the simulated camera's filters."""
-    from isethdr_sensors.spectral.quantum_efficiency import quantum_efficiency
-
-    from isethdr_core.plugins.registry import build
-
     return (
         quantum_efficiency(build("sensor", "bayer", cfa=cell).model(), WAVELENGTH_NM)
         * WAVELENGTH_NM
@@ -198,9 +199,6 @@ def held_out(table: dict, cell: str, recipe: dict, pictures: int = 6) -> tuple[f
     """Return the rms errors of bilinear and learned planes on pictures of another seed, relative to
     the mean of each plane.
     """
-    from isethdr_isp.demosaic.interpolation import demosaic
-    from isethdr_isp.demosaic.learned import channels_of, learned
-
     channels, errors = channels_of(cell), []
     for number in range(pictures):
         planes, mosaic, filters, variance = example(

@@ -8,7 +8,11 @@
 
 from __future__ import annotations
 
+from isethdr_core.cli.progress import track
 from isethdr_core.errors import ConfigError, did_you_mean
+
+from .cases import CASES
+from .compare import compared, warmed
 
 
 def omission(case: str = "", rendered: int = 1) -> list[dict]:
@@ -31,11 +35,6 @@ def omission(case: str = "", rendered: int = 1) -> list[dict]:
     ------
     ConfigError : no such case.
     """
-    from isethdr_core.cli.progress import track
-
-    from .cases import CASES
-    from .compare import compared, warmed
-
     known = {name: entry for name, entry in CASES.items() if rendered or not entry.rendered}
     if case and case not in known:
         raise ConfigError(f"study omission has no case {case!r}{did_you_mean(case, known)}")

@@ -8,9 +8,16 @@ import time
 
 import numpy as np
 
+from isethdr_core import compose, run
+from isethdr_core.ledger import Ledger
+from isethdr_core.pipeline import runtime_estimate
 from isethdr_core.pipeline.bands import BANDS
+from isethdr_core.pipeline.chain import chain, plan
+from isethdr_core.runs import radiance_cache
+from isethdr_core.runs import run as runs
 
 from ..empty_home import empty_home
+from .cases import CHART, CLEAN, SHARP, TILES
 
 FLOAT32 = 2.0**-22  # relative: irradiance and what is made of it, each rounded to float32
 TURNS = {
@@ -26,8 +33,6 @@ def compared(name: str, case, turns: int | None = None) -> dict:
     """Return the row of one case: both runs in turn, and the least work that each took, for what
     else the machine does adds to it.
     """
-    from isethdr_core import compose
-
     config, whole = compose(list(case.overrides)), compose([*case.overrides, "leave_out=false"])
     with empty_home():
         asked, plan_s = measured(lambda: planned(config))
@@ -54,8 +59,6 @@ def compared(name: str, case, turns: int | None = None) -> dict:
 
 def fresh(config) -> tuple[dict, float]:
     """Return (what is compared of a run in an empty home, CPU seconds of the run)."""
-    from isethdr_core import run
-
     with empty_home():
         done, spent_s = measured(lambda: run(config))
         return readings_of(done), spent_s
@@ -72,12 +75,6 @@ def planned(config):
     """Return the ledger of a plan, made from the config as `isethdr plan` does, with the search for
     what is stored.
     """
-    from isethdr_core.ledger import Ledger
-    from isethdr_core.pipeline import runtime_estimate
-    from isethdr_core.pipeline.chain import chain, plan
-    from isethdr_core.runs import radiance_cache
-    from isethdr_core.runs import run as runs
-
     rows, parts = Ledger(), chain(config)
     demand = plan(parts, rows)
     runs.run_key(config, parts)
@@ -141,10 +138,6 @@ def warmed(rendered=()) -> None:
 
     The one that came first would: code is compiled once per machine, whatever is left out.
     """
-    from isethdr_core import compose, run
-
-    from .cases import CHART, CLEAN, SHARP, TILES
-
     with empty_home():
         run(
             compose(

@@ -5,6 +5,11 @@ over their width.
 from __future__ import annotations
 
 import numpy as np
+from isethdr_optics.psf.kernels import kernels
+
+from isethdr_core.physics.colour.colour_spaces import linear_srgb, srgb_encode
+from isethdr_core.physics.photometry import xyz
+from isethdr_core.plugins.registry import build
 
 BANDS_NM = (400.0, 700.0, 10.0)
 F_NUMBER, PITCH_UM = 4.0, 3.0
@@ -32,8 +37,6 @@ def coloured_streaks(picture: str = "", tiles: int = 200, error: float = 0.03) -
     %, worst of three bands), stated (by the kernels), sub_bands (speckles that the band draws out
     into one, at 550 nm).
     """
-    from isethdr_core.plugins.registry import build
-
     flare = build("flare", "aperture", **DUST)
     usual, fine = (
         build("lens", "diffraction_limited", f_number=F_NUMBER, speckle_error=e)
@@ -60,8 +63,6 @@ def compared(usual, fine, flare, wave: float, step: float, tiles: int) -> dict:
     """Return {octave of radius: (error of one wavelength, error of the band's kernel, error it
     states)}.
     """
-    from isethdr_optics.psf.kernels import kernels
-
     pitch, reach, waves = (
         (PITCH_UM, PITCH_UM),
         (tiles, tiles),
@@ -91,7 +92,6 @@ def write_picture(path: str, lens, flare, tiles: int) -> None:
     """Write both point spreads, each light divided by the mean of its radius, so that all radii
     show.
     """
-    from isethdr_optics.psf.kernels import kernels
     from PIL import Image
 
     first, last, step = BANDS_NM
@@ -113,9 +113,6 @@ def shown(cube, waves) -> np.ndarray:
     """Return sRGB (y, x, 3) uint8 of a point spread (band, y, x) of a lamp of equal energy, flat
     over the radius.
     """
-    from isethdr_core.physics.colour.colour_spaces import linear_srgb, srgb_encode
-    from isethdr_core.physics.photometry import xyz
-
     value = xyz(cube.astype(float), waves)
     value /= xyz(np.ones((len(waves), 1)), waves)[..., 1].max()
     middle = cube.shape[1] // 2

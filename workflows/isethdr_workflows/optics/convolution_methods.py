@@ -7,6 +7,11 @@ from __future__ import annotations
 from time import process_time
 
 import numpy as np
+import scipy.fft as sf
+
+from isethdr_core.physics.convolution import convolve
+from isethdr_core.physics.convolution import prepare as ready
+from isethdr_core.physics.convolution.transform import whole
 
 RATIOS = (1e2, 1e4, 1e6, 1e8, 1e12)
 LAMPS = 30  # of one pixel each
@@ -66,9 +71,6 @@ def prepare(psf, shape) -> dict:
     """Return what the methods share: the product's kernel, the spectrum in both precisions, and the
     psf itself.
     """
-    from isethdr_core.physics.convolution import prepare as ready
-    from isethdr_core.physics.convolution.transform import whole
-
     kernel = ready(psf, shape)
     spectrum = whole(kernel.spectrum, kernel.size) * kernel.peak
     return {
@@ -82,15 +84,11 @@ def prepare(psf, shape) -> dict:
 
 def product(image, prepared):
     """Return what the lenses use: float64, doubtful pixels summed directly."""
-    from isethdr_core.physics.convolution import convolve
-
     return convolve(image, prepared["product"])
 
 
 def transform(image, prepared, dtype):
     """Return the plain transform in one precision."""
-    import scipy.fft as sf
-
     spectrum = sf.rfft2(image.astype(dtype), prepared["size"])
     spectrum *= prepared[dtype]
     return sf.irfft2(spectrum, prepared["size"])[: image.shape[0], : image.shape[1]]

@@ -6,6 +6,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.display.display_view import display
+from isethdr_core.plugins.registry import build
+from isethdr_core.quantities import tristimulus
+
+from ..paper.rendered_scene import rendered, write_sheet
+
 COATINGS = {
     "none": 1.0,
     "mgf2": 0.05,
@@ -34,16 +40,12 @@ def ghosts_night(
     all ghosts on the sensor over that of the image), opposite (share of ghost light across the axis
     from the brightest lamp), red_over_blue (of the ghosts over that of the image).
     """
-    from ..paper.rendered_scene import rendered
-
     parts, radiance = rendered(f"experiment={experiment}", f"renderer={renderer}")
     return study(parts.lighting(radiance), picture)
 
 
 def study(mixed, picture: str = "") -> list[dict]:
     """Return the rows of `ghosts_night` for mixed radiance, and write the pictures."""
-    from isethdr_core.plugins.registry import build
-
     lens = build("lens", "diffraction_limited", **LENS)
     clean = lens(mixed)
     rows, sheet, names = [], [[], []], [[], []]
@@ -76,8 +78,6 @@ def study(mixed, picture: str = "") -> list[dict]:
             sheet[row].append(seen(light, lens, top))
             names[row].append(name)
     if picture:
-        from ..paper.rendered_scene import write_sheet
-
         write_sheet(picture, sheet, names)
     return rows
 
@@ -109,8 +109,5 @@ def seen(light, lens, white_cd_m2: float):
     """Return sRGB bytes of irradiance, as the radiance of a scene that would make it, at a stated
     white.
     """
-    from isethdr_core.display.display_view import display
-    from isethdr_core.quantities import tristimulus
-
     scene = light.copy(data=light.values / lens.throughput_sr())
     return display(tristimulus(scene), white_cd_m2)

@@ -6,6 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.config.composition import compose
+from isethdr_core.display.display_view import false_colour
+from isethdr_core.pipeline.chain import chain
+
 from .rendered_scene import lux_of, rendered, through, write_sheet
 
 
@@ -23,9 +27,6 @@ def paper_fig3(picture: str = "", scene: str = "night_drive") -> list[dict]:
     rows with version, lux_headlight (peak), lux_median, decades between them, and sky_share of the
     light.
     """
-    from isethdr_core.config.composition import compose
-    from isethdr_core.pipeline.chain import chain
-
     parts, radiance = rendered(f"experiment={scene}")
     lightings = {
         "night": parts.lighting,
@@ -52,8 +53,6 @@ def paper_fig3(picture: str = "", scene: str = "night_drive") -> list[dict]:
 
 def write(path: str, light: dict, row: int) -> None:
     """Write the views in false colour on one scale, with the line, and its profile."""
-    from isethdr_core.display.display_view import false_colour
-
     low, high = (
         min(float(np.percentile(v, 1)) for v in light.values()),
         max(float(v.max()) for v in light.values()),

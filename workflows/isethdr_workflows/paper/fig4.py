@@ -6,6 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.display.display_view import false_colour
+from isethdr_core.physics.photometry import luminance
+from isethdr_core.plugins.registry import build
+
 BLADES = (4, 5, 6, 8, 0)  # 0: round
 DIRT = {  # dust grains and scratches per mm2 of pupil: assumed densities, from dense to none
     "dense": (120.0, 40.0),
@@ -33,9 +37,6 @@ def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[d
     rows with transmitted (share of the open round stop), lux_peak, lux_median (what flare leaves in
     the dark), decades between the two, and discs_seen (of five, twice the median ring around them).
     """
-    from isethdr_core.physics.photometry import luminance
-    from isethdr_core.plugins.registry import build
-
     mixed = lights(width, height)
     lens = build(
         "lens", "diffraction_limited", f_number=F_NUMBER, focal_length_mm=FOCAL_MM, falloff="none"
@@ -68,8 +69,6 @@ def lights(width: int, height: int):
     """Return mixed radiance of five discs, 1e6 to 1e2 cd/m2, on a ground of 1e-3 cd/m2; a tile is
     `PITCH_UM` on the sensor.
     """
-    from isethdr_core.plugins.registry import build
-
     field = np.degrees(2 * np.arctan(width * PITCH_UM * 1e-3 / FOCAL_MM / 2))
     scene = build(
         "scene",
@@ -107,8 +106,6 @@ def figures(lux) -> dict:
 def write_sheet(path: str, cells: list) -> None:
     """Write cells, one row per density of dirt, as one picture; all share one logarithmic scale."""
     from PIL import Image
-
-    from isethdr_core.display.display_view import false_colour
 
     top = max(float(c.max()) for c in cells)
     (height, width), columns = cells[0].shape, len(BLADES)

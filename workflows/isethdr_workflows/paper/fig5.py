@@ -4,7 +4,11 @@ growing flare of headlights.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+
+from isethdr_core.plugins.registry import build
 
 from .rendered_scene import rendered, seen_by, shown, thinned, through, write_sheet
 
@@ -31,8 +35,6 @@ def paper_fig5(picture: str = "", scene: str = "night_drive") -> list[dict]:
     pixels of people and cyclists), detection (median contrast detection probability of those
     objects).
     """
-    from isethdr_core.plugins.registry import build
-
     parts, radiance = rendered(f"experiment={scene}", f"sensor={SENSOR}")
     mixed, light = through(parts, radiance, parts.lighting, **PHONE)
     (sensor,), isp, detection = (
@@ -42,8 +44,6 @@ def paper_fig5(picture: str = "", scene: str = "night_drive") -> list[dict]:
     )
     rows, views = [], []
     for exposure_s, white in zip(EXPOSURES_S, WHITE_CD_M2):
-        from dataclasses import replace
-
         shot, seen, true, labels = seen_by(
             replace(sensor, exposure_s=exposure_s), isp, mixed, light, radiance
         )

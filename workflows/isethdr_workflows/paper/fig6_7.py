@@ -6,6 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.display.display_view import white_cd_m2
+from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.plugins.registry import build
+
 from .rendered_scene import rendered, seen_by, shown, through, write_sheet
 
 SCENES = {"tunnel": "tunnel_exit", "night": "night_drive"}
@@ -30,10 +34,6 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
     ------
     ConfigError : an unknown scene.
     """
-    from isethdr_core.display.display_view import white_cd_m2
-    from isethdr_core.errors import ConfigError, did_you_mean
-    from isethdr_core.plugins.registry import build
-
     if scene not in SCENES:
         raise ConfigError(f"study paper_fig6_7 has no scene {scene!r}{did_you_mean(scene, SCENES)}")
     parts, radiance = rendered(f"experiment={SCENES[scene]}", "sensor=split_pixel")

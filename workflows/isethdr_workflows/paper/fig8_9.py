@@ -4,7 +4,12 @@ classical and learned demosaic.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+
+from isethdr_core.display.display_view import white_cd_m2
+from isethdr_core.plugins.registry import build
 
 from .rendered_scene import lux_of, rendered, seen_by, shown, through, write_sheet
 
@@ -34,8 +39,6 @@ def paper_fig8_9_classical(
     rows with filters, demosaic, mean_lux, ssim and ciede2000, each with its standard error over
     shots.
     """
-    from isethdr_core.plugins.registry import build
-
     street, chart = driving(scene), colour_chart()
     rows, views, names = [], [], []
     for filters, name in SENSORS.items():
@@ -76,8 +79,6 @@ def paper_fig8_9_classical(
 
 def driving(scene: str):
     """Return (mixed, irradiance, scene radiance) of a rendered scene by daylight."""
-    from dataclasses import replace
-
     parts, radiance = rendered(f"experiment={scene}", "lighting=day")
     mixed, light = through(replace(parts, flares={}), radiance, parts.lighting, **LENS)
     return mixed, light, radiance
@@ -85,8 +86,6 @@ def driving(scene: str):
 
 def colour_chart():
     """Return (mixed, irradiance, scene radiance) of the chart with 24 patches."""
-    from isethdr_core.plugins.registry import build
-
     scene = build("scene", "macbeth", width=240, height=160)()
     mixed = build("lighting", "weights", weights={"sky": 1.0})(scene)
     light = build(
@@ -103,8 +102,6 @@ def at_noise(isp, sensor, mixed, light, scene, lux: float):
     """Return the isp with its colour matrix solved for the noise at `lux`: clear pixels only help
     where noise counts beside colour.
     """
-    from dataclasses import replace
-
     _, seen, _, _ = seen_by(sensor, isp, *at_level(mixed, light, lux), scene)
     y, variance = seen["xyz"].values[..., 1], seen["variance"].values[..., 1]
     return replace(isp, design_snr=float(np.clip(np.median(y / np.sqrt(variance)), *DESIGN_SNR)))
@@ -129,8 +126,6 @@ def scored(metric, sensor, isp, mixed, light, scene, lux: float, draws: int) -> 
 
 def one(sensor, isp, mixed, light, scene, lux: float):
     """Return the displayed picture of one shot; the white is the truth's."""
-    from isethdr_core.display.display_view import white_cd_m2
-
     _, seen, true, _ = seen_by(sensor, isp, *at_level(mixed, light, lux), scene)
     return shown(seen, white_cd_m2(true))
 

@@ -4,18 +4,23 @@ labelled pictures.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from isethdr_core import generator
+from isethdr_core.config.composition import compose
+from isethdr_core.display.display_view import display
 from isethdr_core.extras import needed
+from isethdr_core.ledger import Ledger
+from isethdr_core.physics.photometry import luminance
+from isethdr_core.pipeline.chain import chain, plan
+from isethdr_core.runs.radiance_cache import scene_radiance
+from isethdr_core.truth import labels_on, truth
 
 
 def rendered(*overrides):
     """Return (chain, scene radiance) of a composed config: read from its store, rendered only where
     it is not there.
     """
-    from isethdr_core.config.composition import compose
-    from isethdr_core.ledger import Ledger
-    from isethdr_core.pipeline.chain import chain, plan
-    from isethdr_core.runs.radiance_cache import scene_radiance
-
     config, rows = compose(list(overrides)), Ledger()
     parts = chain(config)
     return parts, scene_radiance(parts, plan(parts, rows), rows, config)[0]
@@ -25,17 +30,12 @@ def through(parts, scene, lighting, **lens):
     """Return (mixed radiance, irradiance) of a scene under `lighting`, through the chain's lens
     with its flares; `lens` changes fields.
     """
-    from dataclasses import replace
-
     mixed = lighting(scene)
     return mixed, replace(parts.lens, **lens)(mixed, flares=tuple(parts.flares.values()))
 
 
 def seen_by(sensor, isp, mixed, light, scene, seed: int = 0):
     """Return (captures, picture, truth, labels) of one shot."""
-    from isethdr_core import generator
-    from isethdr_core.truth import labels_on, truth
-
     shot = sensor(light, generator(seed=seed))
     picture = isp(shot)
     return shot, picture, truth(mixed, picture), labels_on(scene, picture)
@@ -83,8 +83,6 @@ def write_sheet(path: str, rows: list[list], names: list[list[str]], plot=None) 
 
 def lux_of(light):
     """Return illuminance (y, x) of an irradiance, lux, float64."""
-    from isethdr_core.physics.photometry import luminance
-
     return luminance(light.values.astype(float), light.wavelength.values)
 
 
@@ -92,8 +90,6 @@ def shown(picture, white_cd_m2: float):
     """Return a picture in sRGB bytes at a stated white: no picture is ever scaled by its own
     maximum.
     """
-    from isethdr_core.display.display_view import display
-
     return display(picture, white_cd_m2)
 
 

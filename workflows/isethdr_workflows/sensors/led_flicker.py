@@ -11,6 +11,12 @@ from __future__ import annotations
 import os
 
 import numpy as np
+import xarray as xr
+
+from isethdr_core.data.temporal_modulation import time_mean
+from isethdr_core.physics.detector.temporal_modulation import Modulation, relative_light
+from isethdr_core.plugins.registry import build
+from isethdr_core.seeds import generator
 
 LAMPS, LAMP_CD_M2, GROUND_CD_M2 = 5, 2e4, 2.0
 FREQUENCY_HZ, DUTY = 90.0, 0.1
@@ -75,9 +81,6 @@ def shot(name: str):
     """Return (sensor, captures, captures without noise of lamps that never flash, picture,
     truth).
     """
-    from isethdr_core.data.temporal_modulation import time_mean
-    from isethdr_core.plugins.registry import build
-    from isethdr_core.seeds import generator
     from isethdr_core.truth import truth
 
     mixed = lamps()
@@ -92,10 +95,6 @@ def lamps():
     """Return mixed radiance of five LED lamps in a row on dark ground, each a light group of its
     own.
     """
-    import xarray as xr
-
-    from isethdr_core.plugins.registry import build
-
     chart = build(
         "scene",
         "point_lights",
@@ -164,8 +163,6 @@ def never_lit_percent(model, diode, phases: int) -> float:
     """Return the share of a lamp's phases at which an exposure of `diode` gets no light at all,
     percent.
     """
-    from isethdr_core.physics.detector.temporal_modulation import Modulation, relative_light
-
     turns = (np.arange(phases) + 0.5) / phases
     lit = [
         relative_light(Modulation(FREQUENCY_HZ, DUTY, 0.0, turn), 0.0, model.exposure_of(diode)) > 0

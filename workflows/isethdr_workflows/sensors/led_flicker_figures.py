@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from isethdr_core.extras import needed
+from isethdr_core.plugins.registry import build
 
 from .led_flicker import DUTY, FREQUENCY_HZ, LAMP_CD_M2, PHASES, electrons
 
@@ -87,8 +88,6 @@ def bands(line_time_s: float, exposure_s: float, phase: float = 0.0):
     """Return electrons (y, x) of a colour chart under a lamp of 1000 Hz, on for 30 % of the time,
     without noise; monochrome.
     """
-    from isethdr_core.plugins.registry import build
-
     scene = build(
         "scene", "macbeth", width=240, height=160, horizontal_field_deg=16.0, luminance_cd_m2=100.0
     )()

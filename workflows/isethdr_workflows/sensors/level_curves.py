@@ -6,7 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core import generator
+from isethdr_core.errors import ConfigError
 from isethdr_core.extras import needed
+from isethdr_core.plugins.registry import build
 
 DECADES = (1e-3, 1e5)  # cd/m2
 F_NUMBER = 4.0
@@ -37,8 +40,6 @@ def level_curves(
     ------
     ConfigError : a contrast that no pair of patches can have, fewer than one level a decade.
     """
-    from isethdr_core.errors import ConfigError
-
     if not 0 < contrast_percent < 100:
         raise ConfigError(
             f"contrast_percent is {contrast_percent!r}; expected percent above 0 and below 100;"
@@ -75,9 +76,6 @@ def viewer(sensor: str):
     """Return a function (cd/m2, seed) -> (luminance of every pixel as seen, true luminance, valid)
     of a flat patch in daylight.
     """
-    from isethdr_core import generator
-    from isethdr_core.plugins.registry import build
-
     mixed = build("lighting", "weights", weights={"sky": 1.0})(
         build("scene", "uniform", width=80, height=80, luminance_cd_m2=1.0)()
     )

@@ -8,15 +8,24 @@ row counts as met; an empty limit marks a figure that we only report.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+from isethdr_sensors.readout.shot import readings
+
+from isethdr_core.physics.photometry import luminance
+from isethdr_core.physics.radiometry import planck_radiance
+from isethdr_core.plugins.registry import build
+from isethdr_core.quantities import IRRADIANCE, centres, plane
+from isethdr_core.seeds import generator
+
+from .published_lofic import lofic_rows
 
 BANDS_NM = np.arange(380.0, 781.0, 5.0)
 
 
 def published_figures(seed: int = 1) -> list[dict]:
     """Compare the sensors with figures that data sheets and papers state."""
-    from .published_lofic import lofic_rows
-
     rows = [
         *ar0132at(seed),
         *split_pixel(seed),
@@ -51,8 +60,6 @@ def ar0132at(seed):
     """Yield rows of the AR0132AT data sheet: SNR at the top, responsivity, dynamic range of one
     exposure.
     """
-    from isethdr_core.plugins.registry import build
-
     # the data sheet's SNR is temporal: two shots, so that the fixed pattern cancels
     yield row(
         "AR0132AT largest SNR",
@@ -99,8 +106,6 @@ def ar0132at(seed):
 
 def split_pixel(seed):
     """Yield the dynamic range and the step of the split-pixel sensor from its own numbers."""
-    from isethdr_core.plugins.registry import build
-
     model = build("sensor", "split_pixel").model()
     large, small = model.photodiodes
     top = small.full_well_e * large.fill_factor / small.fill_factor
@@ -142,8 +147,6 @@ def split_pixel(seed):
 
 def lofic(seed):
     """Return the SNR of the overflow reading where light is 18 % of the full scale."""
-    from isethdr_core.plugins.registry import build
-
     sensor = build("sensor", "lofic")
     return row(
         "LOFIC 5.6 um, SNR at 18 % of the full scale, at least",
@@ -157,8 +160,6 @@ def lofic(seed):
 
 def photon_budget():
     """Return the photons of 1 cd/m2 at 555 nm, f/4, on a 3 um pixel in 16 ms."""
-    from isethdr_core.plugins.registry import build
-
     wavelength = np.array([545.0, 555.0, 565.0])
     throughput = np.pi / (1 + 4 * 4.0**2)
     light = irradiance(
@@ -179,11 +180,6 @@ def responsivity(sensor, temperature_k: float) -> float:
     """Return V/lux-s of the green pixels in black body light: electrons of one lux for one second
     times the conversion gain.
     """
-    from dataclasses import replace
-
-    from isethdr_core.physics.photometry import luminance
-    from isethdr_core.physics.radiometry import planck_radiance
-
     spectrum = planck_radiance(BANDS_NM, temperature_k)
     light = irradiance(spectrum / luminance(spectrum, BANDS_NM), BANDS_NM, sensor.pitch_um, 1.0)
     second = replace(sensor, exposure_s=1.0, dark_e_per_s=0.0)
@@ -198,8 +194,6 @@ def responsivity(sensor, temperature_k: float) -> float:
 
 def irradiance(spectrum, wavelength_nm, pitch_um: float, throughput: float, size=(8, 8)):
     """Return even irradiance (wavelength, y, x) on tiles of one pixel."""
-    from isethdr_core.quantities import IRRADIANCE, centres, plane
-
     pitch = pitch_um * 1e-6
     x, y = centres(size[1], size[1] * pitch), centres(size[0], size[0] * pitch)
     values = np.broadcast_to(
@@ -232,10 +226,6 @@ def snr_db(sensor, level_e: float, seed: int, capture: int = 0, size=(128, 128))
 
 def electrons(sensor, level_e, capture, seed, size):
     """Return (electrons read back, whether more than 0.1 % of them are saturated)."""
-    from isethdr_sensors.readout.shot import readings
-
-    from isethdr_core.seeds import generator
-
     model = sensor.model()
     reading = model.readings[capture]
     raw, saturated = readings(
@@ -256,8 +246,6 @@ def largest_snr_db(sensor, seed) -> float:
 
 def snr_step_db(seed) -> float:
     """Return the SNR of LPLG just below its top less that of SPLG in the same light."""
-    from isethdr_core.plugins.registry import build
-
     sensor = build("sensor", "split_pixel")
     large, small = sensor.model().photodiodes
     level = large.full_well_e - 5 * np.sqrt(large.full_well_e)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..emva1288 import estimates as find
 from ..emva1288.camera import Bench, pair
+from ..emva1288.study import chosen
 
 PRESET = "lofic_miyauchi2019"
 PUBLISHED = {
@@ -32,8 +33,6 @@ SIZE = 128  # pixels a side
 
 def lofic_rows(seed: int):
     """Yield (figure, published, ours, unit, limit, how) of the pixel of 2.8 um."""
-    from ..emva1288.study import chosen
-
     sensor = replace(chosen(PRESET), cfa="W")
     well, microvolts = PUBLISHED["full_well_e"], PUBLISHED["conversion_gain_uv_per_e"]
     light_e = 0.5 * sensor.model().readings[1].swing_e  # both gains read it

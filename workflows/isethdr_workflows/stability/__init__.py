@@ -19,7 +19,11 @@ wider arithmetic.
 
 from __future__ import annotations
 
+from importlib import import_module
+
 from isethdr_core.errors import ConfigError, did_you_mean
+
+from .verdict import Case, judged
 
 STAGES = (
     "convolve",
@@ -51,10 +55,6 @@ def stability(stage: str = "", slow: int = 0) -> list[dict]:
     rows with stage, case, expected outcome (right, or the error it must end in), verdict, error and
     bound in the same unit, and what the error is one of, or the message of a refusal.
     """
-    from importlib import import_module
-
-    from .verdict import Case, judged
-
     if stage and stage not in STAGES:
         raise ConfigError(f"study stability has no stage {stage!r}{did_you_mean(stage, STAGES)}")
     options = {"chain": {"slow": slow}}

@@ -9,8 +9,13 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from isethdr_mitsuba.world.view import nearest_square
+from scipy.io import savemat
 
+from isethdr_core import compose, generator
 from isethdr_core.errors import CatalogError, ConfigError, UnitError
+from isethdr_core.pipeline.chain import chain
+from isethdr_core.plugins.registry import build
 
 from .inputs import irradiance, mixed
 from .verdict import Measured
@@ -87,8 +92,6 @@ def cases() -> Iterator[tuple]:
 
 def built(kind: str, name: str, fields: dict):
     """Build a component."""
-    from isethdr_core.plugins.registry import build
-
     return build(kind, name, **fields)
 
 
@@ -105,8 +108,6 @@ def spread(scale: float):
 
 def keyed(seed: float):
     """Ask for the key of noise."""
-    from isethdr_core import generator
-
     return generator(seed=seed)
 
 
@@ -118,9 +119,6 @@ def without_generator():
 
 def planned_scalar(width: int = 100, height: int = 56):
     """Build the chain of a run with the renderer for machines without a compiler."""
-    from isethdr_core import compose
-    from isethdr_core.pipeline.chain import chain
-
     return chain(
         compose(["renderer.variant=scalar", f"renderer.width={width}", f"renderer.height={height}"])
     )
@@ -128,8 +126,6 @@ def planned_scalar(width: int = 100, height: int = 56):
 
 def advised() -> Measured:
     """Take the advice of the refusal: it is accepted."""
-    from isethdr_mitsuba.world.view import nearest_square
-
     planned_scalar(*nearest_square(100, 16 / 9))
     return Measured(0.0, 0.0, "no error")
 
@@ -145,7 +141,6 @@ def cells() -> np.ndarray:
 def deposit(depth=None, twice: bool = False, dangling: bool = False):
     """Write a scene of the ISETHDR deposit with one thing wrong, and read it."""
     import OpenEXR
-    from scipy.io import savemat
 
     light = np.ones(SHAPE, np.float32)
     channels = {f"S0.{nm},000nm": light for nm in BANDS}

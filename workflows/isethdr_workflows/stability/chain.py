@@ -7,8 +7,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from isethdr_isp.spectra import light
+from isethdr_sensors.spectral.quantum_efficiency import quantum_efficiency
 
+from isethdr_core import generator
 from isethdr_core.errors import UnitError
+from isethdr_core.physics.photometry import luminance
+from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
+from isethdr_core.plugins.registry import build
+from isethdr_core.quantities import tile_pitch
+from isethdr_core.truth import truth
 
 from .lens import beyond
 from .verdict import Measured, relative
@@ -40,9 +48,6 @@ def cases(slow: int = 0):
 
 def _through(scene, lens: str = "ideal", sensor=None, isp=None, noise: bool = False):
     """Return (mixed, picture)."""
-    from isethdr_core import generator
-    from isethdr_core.plugins.registry import build
-
     mixed = build("lighting", "ideal")(scene)
     light = build("lens", lens, focal_length_mm=_focal_mm(mixed))(mixed)
     captures = (sensor or build("sensor", "ideal", pitch_um=3.0, cfa="W"))(
@@ -53,14 +58,10 @@ def _through(scene, lens: str = "ideal", sensor=None, isp=None, noise: bool = Fa
 
 def _focal_mm(mixed) -> float:
     """Return the focal length at which a tile is as wide as a pixel of 3 um."""
-    from isethdr_core.quantities import tile_pitch
-
     return 3e-3 * (1 + 1e-6) / tile_pitch(mixed, "x")
 
 
 def _chart(name: str, shape=(24, 48), bands: int = 31, **fields):
-    from isethdr_core.plugins.registry import build
-
     return build(
         "scene",
         name,
@@ -77,8 +78,6 @@ def ramp(decades: float) -> Measured:
     """Equal ratios from column to column come out as they went in, whatever the balance of the
     camera.
     """
-    from isethdr_core.truth import truth
-
     mixed, picture = _through(_chart("luminance_ramp", decades=decades))
     ratio = picture.xyz.values[..., 1] / truth(mixed, picture).xyz.values[..., 1]
     return Measured(float(np.ptp(ratio) / ratio.mean()), FLOAT32, "true ratios, relative")
@@ -99,13 +98,6 @@ def uniform(level: float, bands: int = 31, shape=(24, 48)) -> Measured:
 
 def _balance_factor(bands) -> float:
     """Return Y of equal energy of 1 cd/m2 as a clear pixel balanced for daylight reads it."""
-    from isethdr_isp.spectra import light
-    from isethdr_sensors.spectral.quantum_efficiency import quantum_efficiency
-
-    from isethdr_core.physics.photometry import luminance
-    from isethdr_core.physics.radiometry import band_widths_nm, photon_energy_j
-    from isethdr_core.plugins.registry import build
-
     response = (
         quantum_efficiency(build("sensor", "ideal", cfa="W").model(), bands)[0]
         * band_widths_nm(bands)
@@ -149,8 +141,6 @@ def disc(tiles: float, lens: str = "ideal") -> Measured:
 
 def pulls(name: str) -> Measured:
     """Valid pixels lie around their mean as the reported variance says: rms of the pulls near 1."""
-    from isethdr_core.plugins.registry import build
-
     scene = _chart("uniform", (64, 64), luminance_cd_m2=20.0)
     _, picture = _through(
         scene,

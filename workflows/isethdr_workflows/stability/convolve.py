@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.physics.convolution import convolve_with_bound
+
 from .inputs import patchy
 from .verdict import Measured, relative
 
@@ -48,8 +50,6 @@ def wide(reach: int = 24) -> np.ndarray:
 
 def direct(image) -> Measured:
     """Compare with the sum of shifted pictures in long double."""
-    from isethdr_core.physics.convolution import convolve_with_bound
-
     psf = wide()
     found, bound = convolve_with_bound(image, psf)
     return Measured(

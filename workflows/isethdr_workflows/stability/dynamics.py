@@ -9,6 +9,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.physics.detector.charge_dynamics import Well, arrived_from_charge, flow, slope
 from isethdr_core.plugins.registry import build
 
 from .verdict import Measured
@@ -41,8 +42,6 @@ def _grid():
 
 
 def _flow(knee, thermal, rate):
-    from isethdr_core.physics.detector.charge_dynamics import Well, flow
-
     current, time = _grid()
     return flow(0.0, current, time, Well(knee, thermal, rate))
 
@@ -108,8 +107,6 @@ def exact(
 
 def read_back() -> Measured:
     """Compare arrived charge with what the charge left says, where a full well still tells."""
-    from isethdr_core.physics.detector.charge_dynamics import Well, arrived_from_charge, flow, slope
-
     well, arrived = Well(7000.0, 240.0, 4.4e5), np.geomspace(1e-3, 1e12, 200)
     left, _ = flow(0.0, arrived / 0.016, 0.016, well)
     back = arrived_from_charge(left, 0.016, well)
@@ -124,8 +121,6 @@ def read_back() -> Measured:
 
 def dark() -> Measured:
     """An empty well in the dark loses what the overflow at charge 0 takes, and no more."""
-    from isethdr_core.physics.detector.charge_dynamics import Well, flow
-
     left, lost = flow(0.0, 0.0, 3600.0, Well(7000.0, 240.0, 4.4e5))
     true = -240.0 * np.log1p(3600.0 * 4.4e5 / 240.0 * np.exp(-7000.0 / 240.0))
     return Measured(

@@ -5,8 +5,13 @@ much, against closed forms.
 from __future__ import annotations
 
 import numpy as np
+from isethdr_isp.spectra import light
 
+from isethdr_core import generator
 from isethdr_core.errors import UnitError
+from isethdr_core.physics.colour.colour_spaces import colour_matrix
+from isethdr_core.physics.radiometry import photon_energy_j
+from isethdr_core.plugins.registry import build
 
 from .inputs import BANDS, THROUGHPUT_SR, irradiance
 from .verdict import Measured, relative
@@ -50,14 +55,10 @@ def cases():
 
 
 def _white(level: float = LEVEL):
-    from isethdr_isp.spectra import light
-
     return level * light("daylight", BANDS)
 
 
 def _shot(sensor: str = "bayer", shape=(24, 24), level: float = LEVEL, generator=None, **fields):
-    from isethdr_core.plugins.registry import build
-
     cube = np.broadcast_to(
         (_white(level) * THROUGHPUT_SR)[:, None, None],
         (len(BANDS), 2 * shape[0] + 2, 2 * shape[1] + 2),
@@ -69,8 +70,6 @@ def _shot(sensor: str = "bayer", shape=(24, 24), level: float = LEVEL, generator
 
 
 def _picture(name: str, shot):
-    from isethdr_core.plugins.registry import build
-
     return build("isp", name)(shot)
 
 
@@ -99,8 +98,6 @@ def equal_filters(name: str, apart: float, blind: bool = False, sensor: str = "b
 
 
 def _of_white(shot, channel: int) -> float:
-    from isethdr_core.physics.radiometry import photon_energy_j
-
     return float(shot.quantum_efficiency.values[0, channel] @ (_white() / photon_energy_j(BANDS)))
 
 
@@ -108,8 +105,6 @@ def dark(name: str) -> Measured:
     """No light: the mean is 0 within 5 standard errors of its own variance; columns share
     offsets.
     """
-    from isethdr_core import generator
-
     picture = _picture(name, _shot(shape=(64, 64), level=0.0, generator=generator(5)))
     y, rms = picture.xyz.values[..., 1], np.sqrt(picture.variance.values[..., 1].mean())
     # neighbours share samples: 4096 pixels count as 1000; fixed patterns are a tenth of the noise
@@ -120,8 +115,6 @@ def dark(name: str) -> Measured:
 
 def blinded(name: str) -> Measured:
     """No pixel is valid, and no number is anything but finite."""
-    from isethdr_core import generator
-
     picture = _picture(name, _shot(level=1e12, generator=generator(5)))
     wrong = (
         picture.valid.values.mean()
@@ -142,8 +135,6 @@ def one_filter(name: str, rows: int, columns: int, cfa: str = "W") -> Measured:
 
 def level_back(level: float) -> Measured:
     """The ideal sensor's picture keeps its level."""
-    from isethdr_core.plugins.registry import build
-
     cube = np.broadcast_to((_white(level) * THROUGHPUT_SR)[:, None, None], (len(BANDS), 24, 24))
     return Measured(
         _off(_picture("linear", build("sensor", "ideal", pitch_um=3.0)(irradiance(cube))), level),
@@ -167,8 +158,6 @@ def disagree(factor: float) -> Measured:
 
 def one_colour() -> Measured:
     """With samples that are all the white itself, the matrix still keeps the white."""
-    from isethdr_core.physics.colour.colour_spaces import colour_matrix
-
     white, xyz = np.array([1.0, 2.0, 3.0]), np.array([0.9, 1.0, 1.1])
     matrix = colour_matrix(np.tile(white, (5, 1)), np.tile(xyz, (5, 1)), white, xyz)
     return Measured(relative(matrix @ white, xyz), 1e-14, "the white's XYZ, relative")

@@ -5,8 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from isethdr_optics.psf.kernels import kernels
+from scipy.special import eval_jacobi, j0, j1, jv
 
 from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.physics.optics.zernike import order
+from isethdr_core.pipeline.memory import Frame, check_run
+from isethdr_core.plugins.registry import build
 
 from .convolve import summed
 from .inputs import mixed, patchy
@@ -98,8 +103,6 @@ def cases():
 
 
 def _lens(name: str, **fields):
-    from isethdr_core.plugins.registry import build
-
     return build("lens", name, **fields)
 
 
@@ -154,10 +157,6 @@ def high_order(index: int) -> Measured:
     """The light on the axis is the squared mean of the pupil function: over the angle a Bessel
     function, over the radius a sum.
     """
-    from scipy.special import eval_jacobi, jv
-
-    from isethdr_core.physics.optics.zernike import order
-
     rms_um, f_number, pitch_um = 0.01, 4.0, 0.11
     n, m = order(index)
     node, weight = np.polynomial.legendre.leggauss(600)
@@ -178,9 +177,6 @@ def too_large() -> None:
     """A million by a million tiles, 31 bands: 500 TB of kernels alone are refused before they are
     made.
     """
-    from isethdr_core.pipeline.memory import Frame, check_run
-    from isethdr_core.plugins.registry import build
-
     frame = Frame(10**6, 10**6, (1e-6, 1e-6), tuple(np.arange(400.0, 701.0, 10.0)), sensed=False)
     check_run(build("scene", "uniform"), None, _lens("diffraction_limited"), (), (), frame)
 
@@ -189,8 +185,6 @@ def pattern(waves: float) -> Measured:
     """The whole pattern against the integral of a defocused round pupil over its radius (Born and
     Wolf, section 8.8), L1.
     """
-    from scipy.special import j0
-
     width, count = 8 * 4.0 * waves * 0.55 + 40.0, 48
     found = _defocused(4.0, waves).psf(550.0, width / count, count, integrated=False).values[0]
     at = (np.arange(count) - count // 2) * width / count
@@ -232,8 +226,6 @@ def beyond(half_um: float, f_number: float) -> float:
     """Return the share of a point's light outside a square: J0^2 + J1^2 outside a circle (Rayleigh
     1881), over all directions.
     """
-    from scipy.special import j0, j1
-
     angle = (np.arange(20000) + 0.5) / 20000 * math.pi / 4
     v = math.pi * half_um / np.cos(angle) / (0.55 * f_number)
     return float(np.mean(j0(v) ** 2 + j1(v) ** 2))
@@ -263,8 +255,6 @@ def energy(
 
 def decades() -> Measured:
     """A picture through the lens's own kernel, summed directly."""
-    from isethdr_optics.psf.kernels import kernels
-
     image = patchy((24, 32)).astype(np.float32)
     image[6, 7] = 1e12
     lens = _lens("diffraction_limited", falloff="none")

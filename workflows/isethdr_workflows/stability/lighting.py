@@ -7,8 +7,10 @@ from __future__ import annotations
 import numpy as np
 
 from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.physics.photometry import luminance
+from isethdr_core.plugins.registry import build
 
-from .inputs import patchy, scene
+from .inputs import BANDS, patchy, scene
 from .verdict import Measured, relative
 
 HALF_STEP = 2.0**-24  # mixed light is rounded to float32 once
@@ -66,8 +68,6 @@ def _night() -> dict:
 
 
 def _lighting(name: str, **fields):
-    from isethdr_core.plugins.registry import build
-
     return build("lighting", name, **fields)
 
 
@@ -141,10 +141,6 @@ def _shown(maps, out_of_reach: bool = False, **fields) -> Measured:
 
 def _of_group(maps, weights, group, fields) -> float:
     """Return the statistic of one group's own luminance after its weight, cd/m2."""
-    from isethdr_core.physics.photometry import luminance
-
-    from .inputs import BANDS
-
     own = (
         maps[group].astype(np.float32).astype(float)
         * float(luminance(np.ones(len(BANDS)), BANDS))
@@ -154,8 +150,6 @@ def _of_group(maps, weights, group, fields) -> float:
 
 
 def _seen(mixed, name: str) -> float:
-    from isethdr_core.physics.photometry import luminance
-
     seen = luminance(mixed.values.astype(float), mixed.wavelength.values)
     if name == "dynamic_range":
         low, high = np.percentile(seen, [1.0, 100.0], method="hazen")

@@ -9,6 +9,12 @@ from fractions import Fraction
 from statistics import NormalDist
 
 import numpy as np
+from isethdr_sensors.readout.shot import readings
+
+from isethdr_core import generator
+from isethdr_core.physics.detector.noise import poisson
+from isethdr_core.physics.detector.random_words import words
+from isethdr_core.plugins.registry import build
 
 from .verdict import Measured
 
@@ -25,14 +31,10 @@ def cases():
 
 
 def _words(count: int = 400) -> np.ndarray:
-    from isethdr_core.physics.detector.random_words import words
-
     return words(("stability",), 0, 1, 0, count)[0]
 
 
 def _counts(mean: float) -> np.ndarray:
-    from isethdr_core.physics.detector.noise import poisson
-
     word = _words()
     return poisson(np.full(word.shape, mean), word)
 
@@ -41,8 +43,6 @@ def step_to_one(mean: float) -> Measured:
     """Words just above and below the probability of a count of one or more; a word w >= 0 has p =
     (w + 1/2) 2^-64 beyond it.
     """
-    from isethdr_core.physics.detector.noise import poisson
-
     m = Fraction(mean)
     edge = (m - m**2 / 2) * 2**64 - Fraction(
         1, 2
@@ -81,11 +81,6 @@ def quantiles(mean: float) -> Measured:
 
 def too_many() -> Measured:
     """More electrons than can be counted are marked as saturated, whatever the well holds."""
-    from isethdr_sensors.readout.shot import readings
-
-    from isethdr_core import generator
-    from isethdr_core.plugins.registry import build
-
     sensor = build("sensor", "single", bits=0, swing_v=1e20, full_well_e=math.inf)
     saturated = readings(sensor.model(), [np.full((8, 8), 2e18)], generator(1))[1]
     return Measured(

@@ -8,8 +8,12 @@ import math
 from functools import partial
 
 import numpy as np
+from isethdr_isp.readout.electrons import check_captures, readouts
+from isethdr_sensors.readout.shot import readings
 
+from isethdr_core import generator
 from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.registry import build
 
 from .inputs import PITCH_UM, irradiance
 from .spectra import PLANCK_LIGHT
@@ -61,8 +65,6 @@ def cases():
 
 
 def _build(name: str, **fields):
-    from isethdr_core.plugins.registry import build
-
     return build("sensor", name, **fields)
 
 
@@ -79,10 +81,6 @@ def counts(seconds: float) -> Measured:
     """Every decade of electron rates through a noisy shot without a converter: the mean count, or a
     pixel that says it is saturated.
     """
-    from isethdr_sensors.readout.shot import readings
-
-    from isethdr_core import generator
-
     sensor = _build(
         "single",
         exposure_s=seconds,
@@ -154,8 +152,6 @@ def read_back(**fields) -> Measured:
     """Codes read back give the electrons to a step of the converter, or say that they are
     saturated.
     """
-    from isethdr_isp.readout.electrons import check_captures, readouts
-
     sensor = _build("single", noise=False, dark_spread=0.0, prnu=0.0, column_e=0.0, **fields)
     model = sensor.model()
     swing = min(model.readings[0].swing_e, model.photodiodes[0].full_well_e)
@@ -188,10 +184,6 @@ def dark(name: str) -> Measured:
     """Without light every capture's mean is black level and dark charge, in standard errors of the
     noise it states.
     """
-    from isethdr_isp.readout.electrons import readouts
-
-    from isethdr_core import generator
-
     shot = _build(name, rows=64, columns=64)(
         irradiance(np.zeros((3, 130, 130)), np.array([450.0, 550.0, 650.0])), generator(3)
     )
@@ -212,8 +204,6 @@ def dark(name: str) -> Measured:
 
 def saturated(name: str) -> Measured:
     """Every pixel of every capture says so, and every code is finite."""
-    from isethdr_core import generator
-
     shot = _build(name, rows=16, columns=16)(
         irradiance(np.full((3, 40, 40), 1e12), np.array([450.0, 550.0, 650.0])), generator(3)
     )

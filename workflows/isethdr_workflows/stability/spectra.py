@@ -5,9 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from isethdr_scenes.charts.chart import band_means
 from isethdr_sensors.readout.shot import PLACE_IN_BAND
 
 from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.physics.photometry import luminance
+from isethdr_core.plugins.registry import build
+from isethdr_core.truth import truth
 
 from .inputs import irradiance
 from .verdict import Measured, relative, with_ledger
@@ -47,8 +51,6 @@ def _bands(count: int) -> np.ndarray:
 
 def photons(count: int) -> Measured:
     """Photons are energy over h c / wavelength, band by band; a single band is 1 nm wide."""
-    from isethdr_core.plugins.registry import build
-
     bands = _bands(count)
     sensor = build("sensor", "ideal", cfa="W", curves="unit")
     light = irradiance(np.full((count, 4, 4), 1e-3), bands)
@@ -61,16 +63,11 @@ def photons(count: int) -> Measured:
 
 
 def _white(first: float, last: float):
-    from isethdr_core.plugins.registry import build
-
     return build("scene", "uniform", first_nm=first, last_nm=last, width=4, height=4).white()
 
 
 def chart(count: int) -> Measured:
     """A chart has the luminance it states, whatever its bands."""
-    from isethdr_core.physics.photometry import luminance
-    from isethdr_core.plugins.registry import build
-
     bands = _bands(count)
     step = 300.0 / max(count - 1, 1)
     scene = build(
@@ -93,9 +90,6 @@ def chart(count: int) -> Measured:
 
 def camera(count: int) -> Measured:
     """Y of a grey in daylight is off by no more than the colour matrix states."""
-    from isethdr_core.plugins.registry import build
-    from isethdr_core.truth import truth
-
     scene = build(
         "scene",
         "uniform",
@@ -118,8 +112,6 @@ def camera(count: int) -> Measured:
 
 def line_energy(nm: float) -> Measured:
     """Band means keep the energy of a line to the steps they are averaged in, 20 a band."""
-    from isethdr_scenes.charts.chart import band_means
-
     found = band_means(lambda w: (np.abs(w - nm) < 0.5).astype(float), _bands(31)).sum() * 10.0
     return Measured(abs(found - 1.0), 1e-9, "1 nm of energy, relative")
 
@@ -128,8 +120,6 @@ def line_photons(nm: float, cfa: str) -> Measured:
     """A line off the middle of its band has photons of another energy and meets another efficiency;
     the sensor bounds that for any line.
     """
-    from isethdr_core.plugins.registry import build
-
     bands = _bands(31)
     k, share = divmod((nm - 400.0) / 10.0, 1.0)
     cube = np.zeros((31, 4, 4))
@@ -157,8 +147,6 @@ def line_photons(nm: float, cfa: str) -> Measured:
 
 def monochromatic() -> Measured:
     """One watt at 555 nm, a single band of 1 nm, is 683 lm."""
-    from isethdr_core.physics.photometry import luminance
-
     return Measured(
         abs(float(luminance(np.ones(1), np.array([555.0]))) / 683.0 - 1),
         1e-15,
@@ -168,7 +156,5 @@ def monochromatic() -> Measured:
 
 def backwards():
     """Bands out of order would have negative widths."""
-    from isethdr_core.plugins.registry import build
-
     light = irradiance(np.ones((3, 4, 4)), np.array([650.0, 550.0, 450.0]))
     return build("sensor", "ideal").expected(light)
