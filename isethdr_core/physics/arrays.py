@@ -37,8 +37,8 @@ def device(a):
 
 def on_host(a) -> np.ndarray:
     """Return the values of `a` as a NumPy array: `a` itself where it is one, else a copy."""
-    if isinstance(a, np.ndarray):
-        return a
+    if namespace(a) is np:
+        return np.asarray(a)
     try:
         return np.from_dlpack(a, device="cpu", copy=True)
     except (

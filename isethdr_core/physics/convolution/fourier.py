@@ -46,6 +46,26 @@ def fft(columns):
     return sf.fft(columns, axis=0, overwrite_x=True) if xp is np else xp.fft.fft(columns, axis=0)
 
 
+def hermitian(columns, n: int) -> np.ndarray:
+    """Return the transforms, real (n, column), of NumPy columns of which the first n // 2 + 1
+    values are given.
+
+    The others are the conjugates of these in reverse order.
+    """
+    if duccs:
+        return duccs.c2r(columns, axes=(0,), lastsize=n, forward=True)
+    return sf.hfft(columns, n, axis=0)
+
+
+def fft_rows(rows):
+    """Return the transforms of the complex `rows` (row, n), a NumPy array, which may be
+    overwritten.
+    """
+    if duccs:
+        return duccs.c2c(rows, axes=(1,), out=rows)
+    return sf.fft(rows, axis=1, overwrite_x=True)
+
+
 def ifft(columns):
     """Return the columns whose transforms are the complex `columns` (n, column), which may be
     overwritten.

@@ -16,6 +16,7 @@ import numpy as np
 from ..arrays import device, namespace
 from . import direct_sums, transform
 from .direct_sums import SUMMED
+from .mirrored import Mirrored
 
 # of a pixel: what the exact way allows the transform, half of the rounding of a float32 result
 RELATIVE = 3e-8
@@ -57,9 +58,11 @@ def prepare(psf: Any, shape: Sequence[int]) -> Kernel:
     ----------
     psf : (ky, kx) array of any size, its centre at index (ky // 2, kx // 2). Reach beyond the image
         is not used. An array of another library than NumPy, on a graphics processor say, stays
-        there: images are then expected there too.
+        there: images are then expected there too. Of a `Mirrored` one only the half is kept.
     shape : (y, x) pixels of the images it will be convolved with.
     """
+    if isinstance(psf, Mirrored):
+        return _prepare_mirrored(psf, shape)
     xp = namespace(psf)
     psf = xp.asarray(psf)
     if psf.ndim != 2 or len(shape) != 2:
@@ -86,6 +89,18 @@ def prepare(psf: Any, shape: Sequence[int]) -> Kernel:
     norm = sum(transform.squares(xp.astype(part, xp.float64) / peak, xp) for part in parts) ** 0.5
     mirrored = all(n % 2 for n in psf.shape) and bool(xp.all(psf == xp.flip(psf)))
     spectrum = transform.spectrum(psf, size, peak, mirrored)
+    return Kernel(psf, (shape[0], shape[1]), size, spectrum, peak, norm, low >= 0)
+
+
+def _prepare_mirrored(psf: Mirrored, shape: Sequence[int]) -> Kernel:
+    """Return `prepare` of a kernel of which half is kept."""
+    psf = psf.within(*(n - 1 for n in shape))
+    low, high = _range(psf.half, np)
+    peak, size = max(-low, high), transform.sizes(shape, psf.shape)
+    if peak == 0:
+        return Kernel(psf, (shape[0], shape[1]), size, np.zeros((0, size[0], 0)), 0.0, 0.0, True)
+    spectrum = transform.mirrored_spectrum(psf.half, size, peak)
+    norm = psf.squares() ** 0.5 / peak
     return Kernel(psf, (shape[0], shape[1]), size, spectrum, peak, norm, low >= 0)
 
 

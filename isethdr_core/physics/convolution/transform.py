@@ -67,6 +67,30 @@ def spectrum(psf, size, peak: float, mirrored: bool):
     return out
 
 
+def mirrored_spectrum(half, size, peak: float) -> np.ndarray:
+    """Return `spectrum` of a NumPy array that equals its mirror image, from its rows y = 0 .. cy.
+
+    Along x rows of negative y have conjugate transforms, so that transforms along y of a Hermitian
+    half give the real result.
+    """
+    (rows, kx), (sy, sx) = half.shape, size
+    middle, count = kx // 2, _blocks(size)
+    lines = np.zeros((rows, count * COLUMNS), complex)
+    for start in range(0, rows, ROWS):
+        cut = slice(start, min(start + ROWS, rows))
+        padded = np.zeros((cut.stop - cut.start, sx))
+        padded[:, : kx - middle] = half[cut, middle:]
+        padded[:, sx - middle :] = half[cut, :middle]
+        padded /= peak
+        fourier.rfft(padded, lines[cut, : sx // 2 + 1])
+    out = np.empty((count, sy, COLUMNS))
+    for block, values in enumerate(out):
+        padded = np.zeros((sy // 2 + 1, COLUMNS), complex)
+        padded[:rows] = lines[:, block * COLUMNS : (block + 1) * COLUMNS]
+        values[...] = fourier.hermitian(padded, sy)
+    return out
+
+
 def whole(blocks, size):
     """Return a spectrum of `spectrum` as one (sy, sx // 2 + 1) array."""
     return np.moveaxis(blocks, 0, 1).reshape(size[0], -1)[:, : size[1] // 2 + 1]

@@ -10,6 +10,7 @@
 | `kernel_store`              | kernels and their transforms kept on disk between processes      |
 | `kernels`                   | how much of a tile's light reaches every other tile              |
 | `memory`                    | the memory that kernels take; refused where the machine has less |
+| `scaled_pattern`            | kernels of all bands of a pupil without phase                    |
 | `scatter`                   | energy-conserving scatter mixed into a kernel                    |
 | `wing_truncation`           | where a kernel ends because no sensor can tell                   |
 | `wings`                     | kernels beyond the exact core, from lattices of the pattern      |

@@ -92,3 +92,55 @@ def _alike(wrong, octave):
 
 def _ratio(a, b):
     return np.divide(a, b, out=np.zeros(OCTAVES), where=b > 0)
+
+
+class ColumnErrors:
+    """What `by_octave` and `deviation` say of whole kernels, from a few columns of tiles in which
+    the error is known.
+    """
+
+    def __init__(self):
+        self._sums = np.zeros((5, OCTAVES))  # |wrong|, wrong, light, wrong^2, light^2
+        self._blocks = np.zeros((len(BLOCKS), 3, OCTAVES))  # count, of sums, of parts
+
+    def add(self, wrong, light, first: int, core: tuple[int, int]) -> None:
+        """Take columns of tiles, (y, column), from `first` on, the axis in the middle of y; tiles
+        within `core` (y, x) do not count.
+        """
+        y, x = np.arange(len(wrong)) - len(wrong) // 2, first + np.arange(wrong.shape[1])
+        radius = np.hypot(y[:, None], x)
+        octave = np.minimum(np.log2(radius), OCTAVES - 1).astype(np.int8)
+        beyond = (np.abs(y)[:, None] > core[0]) | (x > core[1])
+        parts = np.abs(wrong), wrong, light, wrong**2, light**2
+        self._sums += [np.bincount(octave[beyond], a[beyond], OCTAVES) for a in parts]
+        octave = np.where(beyond, octave, -1)
+        level = wrong * radius**3  # kernels fall as r^-3: all of an octave counts alike
+        for m, into in zip(BLOCKS, self._blocks):
+            rows, columns = (n // m for n in level.shape)
+            if not (rows and columns):
+                break
+            shape, cut = (rows, m, columns, m), (slice(rows * m), slice(columns * m))
+            own, blocks = octave[cut].reshape(shape), level[cut].reshape(shape)
+            place = own[:, 0, :, 0]
+            whole = (own == place[:, None, :, None]).all((1, 3)) & (place >= 0)
+            of_sum, of_parts = blocks.sum((1, 3)) ** 2, (blocks**2).sum((1, 3))
+            parts = np.ones(whole.shape), of_sum, of_parts
+            into += [np.bincount(place[whole], a[whole], OCTAVES) for a in parts]
+
+    def relative(self) -> np.ndarray:
+        """Return the sum of the magnitudes of the error over that of the light, per octave."""
+        return _ratio(self._sums[0], self._sums[2])
+
+    def mean(self) -> np.ndarray:
+        """Return the sum of the error over that of the light, per octave."""
+        return _ratio(self._sums[1], self._sums[2])
+
+    def deviation(self) -> np.ndarray:
+        """Return the relative standard deviation with which light of any pattern goes wrong, per
+        octave, as `deviation`.
+        """
+        alike = np.ones(OCTAVES)
+        for count, of_sum, of_parts in self._blocks:
+            found = np.maximum(alike, _ratio(of_sum, of_parts))
+            alike = np.where(count >= LEAST_BLOCKS, found, alike)
+        return np.sqrt(_ratio(self._sums[3], self._sums[4]) * alike)

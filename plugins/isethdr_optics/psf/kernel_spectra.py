@@ -6,10 +6,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import chain
+from threading import Lock
 
 import numpy as np
 
 from isethdr_core.physics.convolution import Kernel, prepare
+from isethdr_core.physics.convolution.mirrored import Mirrored
 from isethdr_core.physics.convolution.transform import sizes
 
 from . import kernel_store
@@ -67,6 +69,36 @@ class Divided:
         return sum(_held(p.blocks) for p in (self.near, self.far) if p)
 
 
+class KeptTransforms:
+    """Transforms of kernels, made for one image after the other, and kept from the second image on
+    as far as memory is allowed.
+    """
+
+    def __init__(self, bands, most_bytes: float):
+        self._bands, self._left = bands, most_bytes
+        self._asked: set[int] = set()
+        self._kept: dict[int, Kernel] = {}
+        self._lock = Lock()
+
+    @property
+    def held_bytes(self) -> int:
+        """Memory of this process that the transforms take."""
+        return sum(k.spectrum.nbytes for k in self._kept.values())
+
+    def kernel(self, band: int) -> Kernel:
+        """Return one band's kernel with its transform, for images of the full frame."""
+        found = self._kept.get(band)
+        if found is not None:
+            return found
+        made = prepare(self._bands[band], _shape(self._bands))
+        with self._lock:
+            if band in self._asked and made.spectrum.nbytes <= self._left:
+                self._left -= made.spectrum.nbytes
+                self._kept[band] = made
+            self._asked.add(band)
+        return made
+
+
 def spectra(bands, name: str | None) -> Spectra:
     """Return the transforms of kernels (y, x), each of the full frame.
 
@@ -108,13 +140,19 @@ def divided(bands, name: str | None) -> Divided:
     if whole:
         cut = (slice(None), slice(None))
 
+    half = [c.stop - c.start >> 1 for c in cut] if not whole else [n // 2 for n in bands[0].shape]
+
     def near(values):
-        kernel = prepare(values[cut], shape)
+        inner = values.within(*half) if isinstance(values, Mirrored) else values[cut]
+        kernel = prepare(inner, shape)
         return [kernel.peak, kernel.norm, *np.concatenate(profile(values))], kernel.spectrum
 
     def far(values):
-        rest = np.array(values)
-        rest[cut] = 0.0
+        if isinstance(values, Mirrored):
+            rest = values.beyond(*half)
+        else:
+            rest = np.array(values)
+            rest[cut] = 0.0
         kernel = prepare(rest, shape)
         return [kernel.peak, kernel.norm], kernel.spectrum.astype(
             np.complex64 if np.iscomplexobj(kernel.spectrum) else np.float32

@@ -10,6 +10,7 @@ between two halves of the points.
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import dataclass, is_dataclass
 from functools import cached_property
 from threading import Lock
@@ -21,6 +22,7 @@ import numpy as np
 from isethdr_core.cli.progress import track
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics import convolution
+from isethdr_core.physics.convolution.mirrored import Mirrored
 from isethdr_core.physics.diffraction import psf_from_pupil
 from isethdr_core.physics.radiometry import band_widths_nm
 
@@ -32,6 +34,7 @@ from . import (
     kernel_spectra,
     kernel_store,
     memory,
+    scaled_pattern,
     scatter,
     wings,
 )
@@ -39,6 +42,7 @@ from .exact_core import exact_core
 from .wings import tile_sums
 
 CORE_SAMPLES = 240  # image samples from the axis to the border of the exact core
+WIDER = 1.25  # times its size, an exact core may be made to cover a frame
 # of an exact core that covers a frame of tiles finer than its samples: a second a wavelength
 CORE_TILES = 1e6
 MOST_WAVELENGTHS = 32  # per band, however wide
@@ -53,7 +57,7 @@ WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
 class Kernels:
     """Kernels of all bands (float32, the axis in the middle) and what is known of their errors."""
 
-    bands: list[np.ndarray]
+    bands: Sequence[np.ndarray | Mirrored]
     outside: np.ndarray  # fraction of the energy beyond the kernel, per band
     # (band, octave of radius from 1 to 2 tiles on) relative L1 error per tile; 0 in the exact core
     speckle: np.ndarray
@@ -96,6 +100,16 @@ class Kernels:
         return np.stack([np.asarray(b[cut], float) for b in self.bands], axis=-1), steps, first
 
     @cached_property
+    def centre(self) -> np.ndarray:
+        """Share of a tile's light that stays in it, per band."""
+        return np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in self.bands], float)
+
+    @cached_property
+    def transforms(self) -> kernel_spectra.KeptTransforms:
+        """The transforms of kernels that are on no disk, for images of the full frame."""
+        return kernel_spectra.KeptTransforms(self.bands, SPECTRA_BYTES)
+
+    @cached_property
     def spectra(self) -> kernel_spectra.Spectra | None:
         """The kernels with their transforms, for images of the full frame; None where nothing is on
         disk and memory is too small.
@@ -119,6 +133,8 @@ class Kernels:
 
     def ready(self, band: int) -> convolution.Kernel:
         """Return one band's kernel with its transform, for images of the full frame."""
+        if isinstance(self.bands[band], Mirrored):
+            return self.transforms.kernel(band)
         if self.spectra:
             return self.spectra.kernels[band]
         return convolution.prepare(self.bands[band], [n // 2 + 1 for n in self.bands[band].shape])
@@ -128,7 +144,7 @@ class Kernels:
         """Memory of this process that the kernels and their transforms take; mapped files take
         none.
         """
-        made = [self.__dict__.get(n) for n in ("spectra", "divided")]
+        made = [self.__dict__.get(n) for n in ("spectra", "divided", "transforms")]
         return sum(b.nbytes for b in self.bands if not isinstance(b, np.memmap)) + sum(
             m.held_bytes for m in made if m
         )
@@ -162,15 +178,17 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
         if key in _cache:
             _cache.move_to_end(key)
             return _cache[key]
+    # Kernels from one pattern are made faster than they are read from a disk: none are kept there
     described = all(map(_described, (lens, *flares)))
+    quick = not make and _frame(lens, flares, wavelength_nm, pitch_um, reach) is not None
     name = (
         kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach, make and make.__module__)
-        if described
+        if described and not quick
         else None
     )
     made = _stored(name)
     if made is None:
-        memory.check_kernels(lens, wavelength_nm, pitch_um, reach)
+        memory.check_kernels(lens, flares, wavelength_nm, pitch_um, reach)
         band_phase.check(lens, flares, wavelength_nm)
         start = perf_counter()
         made = (
@@ -215,7 +233,7 @@ def _stored(name):
 
 
 def _mirrored(kernel) -> bool:
-    return np.array_equal(kernel, kernel[::-1, ::-1])
+    return isinstance(kernel, Mirrored) or np.array_equal(kernel, kernel[::-1, ::-1])
 
 
 def joined(first, some: Kernels, others: Kernels) -> Kernels:
@@ -231,8 +249,55 @@ def joined(first, some: Kernels, others: Kernels) -> Kernels:
     )
 
 
+def _frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm=None):
+    """Return the `scaled_pattern.Frame` of bands and tiles, or None where one pattern does not
+    serve them.
+    """
+    width_nm = band_widths_nm(wavelength_nm) if width_nm is None else width_nm
+    edges = np.stack([wavelength_nm - width_nm / 2, wavelength_nm + width_nm / 2], axis=1)
+    if edges.min() <= 0:
+        return None
+    shortest = float(edges.min())
+    split, *_ = fine_tiles(lens, shortest, pitch_um, reach)
+    if split > 1 or without_lattices(lens, shortest, pitch_um, reach):
+        return None
+    half = core_half(lens, shortest, pitch_um, reach)
+    if all(r <= WIDER * h for r, h in zip(reach, half)):
+        half = tuple(reach)  # a little more of the exact core costs less than rings
+    frame = scaled_pattern.Frame(edges, tuple(pitch_um), tuple(reach), tuple(half))
+    return frame if scaled_pattern.serves(lens, flares, frame) else None
+
+
+def _scaled(lens, flares, frame) -> Kernels:
+    """Return kernels of all bands from one pattern."""
+    with executor(min(cpus(), MOST_THREADS)) as pool:
+        halves, errors = scaled_pattern.fine_enough(lens, flares, frame, pool.map)
+    if scatter.active(flares, frame.edges_nm.mean(axis=1)):
+        for half, wave in zip(halves, frame.edges_nm.mean(axis=1)):
+            whole = np.asarray(Mirrored(half))
+            mixed = scatter.mix(whole, flares, wave, frame.pitch_um, lens.focal_length_mm)
+            half[...] = mixed[len(whole) // 2 :]
+    bands, count = [Mirrored(half) for half in halves], len(halves)
+    energy = sampled_pupil.open_energy_mm2(
+        lens, flares, frame.shortest_nm
+    ) / sampled_pupil.stop_mm2(lens)
+    return Kernels(
+        bands,
+        np.array([1 - float(b.sum(dtype=float)) for b in bands]),
+        np.tile(errors.relative, (count, 1)),
+        np.full(count, energy),
+        max(errors.mean, scaled_pattern.WRAP) if errors.relative.any() else 0.0,
+        np.tile(errors.deviation, (count, 1)),
+        np.full(count, float(min(frame.core) if errors.relative.any() else max(bands[0].shape))),
+        (lens, flares),
+    )
+
+
 def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None) -> Kernels:
     width_nm = band_widths_nm(wavelength_nm) if width_nm is None else width_nm
+    frame = _frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm)
+    if frame is not None:
+        return _scaled(lens, flares, frame)
     lattices = _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach)
     mirrored, shared = not sampled_pupil.has_phase(lens, flares), interpolation_wavelengths.Knots()
 

@@ -34,12 +34,12 @@ def check_psf(waves, pitch_um, size) -> None:
     check_fits([need])
 
 
-def check_kernels(lens, wavelength_nm, pitch_um, reach) -> None:
+def check_kernels(lens, flares, wavelength_nm, pitch_um, reach) -> None:
     """Refuse kernels, with their lattices, that the memory does not hold or that would take
     hours.
     """
     what = f"kernels of {len(wavelength_nm)} bands over {reach[0] + 1} x {reach[1] + 1} tiles"
-    size = _kernel_bytes(lens, wavelength_nm, pitch_um, reach)
+    size = _kernel_bytes(lens, flares, wavelength_nm, pitch_um, reach)
     check_fits([Need(what, size, "render fewer bands or a smaller field")])
 
 
@@ -65,14 +65,14 @@ def kernel_bytes(lens, flares, frame: Frame) -> float:
         sampled_pupil.core_pitch_mm(
             lens, min(pitch_um), wave.min(), sampled_pupil.FEWEST_SAMPLES
         )  # refuses what no pupil can follow
-    return _kernel_bytes(lens, wave, pitch_um, reach)
+    return _kernel_bytes(lens, flares, wave, pitch_um, reach)
 
 
-def _kernel_bytes(lens, wavelength_nm, pitch_um, reach) -> float:
+def _kernel_bytes(lens, flares, wavelength_nm, pitch_um, reach) -> float:
     """Return the bytes of kernels that reach so many (y, x) tiles, and of lattices; those of traced
     lenses are not counted.
     """
-    from . import kernels, wings
+    from . import kernels, scaled_pattern, wings
 
     held = float(FLOAT32_BYTES * len(wavelength_nm) * np.prod([2.0 * r + 1 for r in reach]))
     shortest = float(np.min(wavelength_nm - band_widths_nm(wavelength_nm) / 2))
@@ -85,6 +85,9 @@ def _kernel_bytes(lens, wavelength_nm, pitch_um, reach) -> float:
         return held
     if kernels.without_lattices(lens, shortest, pitch_um, reach):
         return held
+    frame = kernels._frame(lens, flares, wavelength_nm, pitch_um, reach)
+    if frame is not None:
+        return scaled_pattern.memory_bytes(lens, frame)
     return held + wings.lattice_bytes(
         lens, shortest, kernels.fine_tiles(lens, shortest, pitch_um, reach)
     )

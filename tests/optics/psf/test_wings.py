@@ -114,9 +114,9 @@ def test_less_error_on_demand():
             (4.3, 4.3),
             (90, 100),
         )
-        for e in (0.03, 0.008)
+        for e in (0.03, 0.003)
     )
-    assert fine.speckle.max() <= 0.008 < usual.speckle.max() <= 0.03
+    assert fine.speckle.max() <= 0.003 < usual.speckle.max() <= 0.03
     difference = np.abs(usual.bands[0] - fine.bands[0]).sum() / usual.bands[0].sum()
     assert difference < usual.speckle.max()
 

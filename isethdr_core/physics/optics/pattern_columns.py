@@ -1,0 +1,128 @@
+"""Pattern columns: the light from one tile to another in a few columns of tiles, straight from the
+pupil's chords.
+
+Along x every chord of the pupil is integrated in closed form, so columns may lie anywhere; along y
+it is transformed in smooth cells. No lattice, ray or running sum takes part: what comes out tells
+how wrong kernels are that were made with them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft as sf
+from scipy.sparse import csc_array, csr_array
+
+from ..convolution import fourier
+from .half_plane_pattern import RealPupil, chords
+from .lattice import ORDER, spline_response, spline_taps
+
+STEP = 0.42  # of wavelength x f-number; 0.5 holds all of the pattern
+PERIOD = 3.0  # of the field along y, in reaches
+BLOCK = 32  # columns at a time
+MOVES = (
+    1.2  # tiles that the outermost tile moves from one wavelength of a band to the next, at most
+)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Columns of tiles and the band that they are asked for."""
+
+    first: int  # of `count` columns, tiles from the axis
+    count: int
+    reach: int  # tiles from the axis to both ends of the columns
+    pitch_um: tuple[float, float]  # (y, x)
+    band_nm: tuple[float, float]  # both ends
+
+
+def columns(pupil: RealPupil, place: Place) -> np.ndarray:
+    """Return the band's mean light from one tile to another, (y = -reach .. reach, column), as a
+    fraction of the pupil's energy.
+    """
+    short, long = place.band_nm
+    pitch_y, pitch_x = place.pitch_um
+    step = STEP * short * 1e-3 * pupil.distance_mm / (2 * pupil.radius_mm)
+    far = int(np.ceil((place.reach + 2) * pitch_y / step)) + 1
+    last = place.first + place.count
+    near = int((place.first - 1) * pitch_x * short / long / step) - 1
+    across = step * np.arange(near, int(np.ceil(last * pitch_x / step)) + 2)
+    density = _density(pupil, short, across, far, step)
+    outer = np.hypot(last * pitch_x, place.reach * pitch_y) / min(pitch_x, pitch_y)
+    count = int(np.ceil(max(6, outer * (long - short) / short / MOVES)))
+    total = 0.0
+    for wave in short + (np.arange(count) + 0.5) / count * (long - short):
+        u = short / wave
+        right = _triangles(np.arange(place.first, last), u * pitch_x, across)
+        down = _triangles(
+            np.arange(-place.reach, place.reach + 1), u * pitch_y, step * np.arange(-far, far + 1)
+        )
+        total = total + u**2 * (down @ (right @ density).T)
+    area = pitch_x * pitch_y
+    return np.asarray(total) * (area / count)
+
+
+def _triangles(tiles, pitch_um, at_um) -> csr_array:
+    """Return weights (tile, sample) of triangles as wide as two tiles; they sum to 1."""
+    step = at_um[1] - at_um[0]
+    centre = (tiles * pitch_um - at_um[0]) / step
+    taps = int(2 * pitch_um / step) + 2
+    first = np.ceil(centre - pitch_um / step).astype(np.int32)
+    sample = first[:, None] + np.arange(taps, dtype=np.int32)
+    weight = np.maximum(0.0, 1 - np.abs(sample - centre[:, None]) * (step / pitch_um))
+    weight /= weight.sum(axis=1, keepdims=True)
+    sample = np.clip(sample, 0, len(at_um) - 1)  # of weight 0
+    ends = np.arange(len(tiles) + 1, dtype=np.int32) * taps
+    return csr_array((weight.ravel(), sample.ravel(), ends), (len(tiles), len(at_um)))
+
+
+def _density(pupil, wavelength_nm, across_um, far, step_um) -> np.ndarray:
+    """Return the pattern (column, y) per um2 at `across_um` and at -far .. far steps along y."""
+    period = sf.next_fast_len(int(np.ceil(PERIOD * far)))
+    scale = wavelength_nm * 1e-6 * pupil.distance_mm  # mm2
+    cell = 1e3 * scale / (period * step_um)  # mm
+    rows = 2 * (int(np.ceil(pupil.radius_mm / cell)) + (ORDER + 1) // 2)
+    # Chords of slanted edges turn the faster from row to row the farther the columns lie
+    strips = int(np.ceil(1.5 + across_um[-1] / (far * step_um)))
+    lines = chords(pupil, cell, rows, strips)
+    grid = _smooth_cells(lines, rows)
+    fields = np.zeros((len(across_um), period), np.complex64)
+    frequency = 1e-3 * across_um / scale  # cycles per mm
+    for start in range(0, len(frequency), BLOCK):
+        now = frequency[start : start + BLOCK]
+        turns = _powers(lines.left, now) - _powers(lines.right, now)
+        gain = (cell / (2j * np.pi * now)).astype(np.complex64)
+        for field, turn, factor in zip(fields[start : start + BLOCK], turns, gain):
+            field[:rows] = grid @ turn * factor
+    fields = fourier.fft_rows(fields)
+    y = np.arange(-far, far + 1)
+    gain = spline_response(y / period) ** -2 * (1e-6 / (scale**2 * pupil.energy_mm2))
+    fields = np.concatenate([fields[:, period - far :], fields[:, : far + 1]], axis=1)
+    return (fields.real**2 + fields.imag**2) * gain
+
+
+def _powers(place_mm, frequency) -> np.ndarray:
+    """Return exp(-2 pi i place frequency), (frequency, place) complex64, for evenly spaced
+    frequencies: powers by products.
+    """
+    step = frequency[1] - frequency[0] if len(frequency) > 1 else 0.0
+    out = np.empty((len(frequency), len(place_mm)), np.complex64)
+    out[0] = np.exp(-2j * np.pi * frequency[0] * place_mm)
+    known = 1
+    while known < len(frequency):
+        turn = np.exp(-2j * np.pi * known * step * place_mm).astype(np.complex64)
+        more = min(known, len(frequency) - known)
+        np.multiply(out[:more], turn, out=out[known : known + more])
+        known += more
+    return out
+
+
+def _smooth_cells(lines, rows) -> csc_array:
+    """Return the (row, chord) weights of cells smoothed by B-splines along y."""
+    row = np.floor(lines.level).astype(np.int32)
+    taps = np.stack(spline_taps(lines.level - row, ORDER - 1), axis=1) * lines.weight[:, None]
+    rows_of = row[:, None] + np.arange(ORDER, dtype=np.int32) - ORDER // 2
+    ends = np.arange(len(row) + 1, dtype=np.int32) * ORDER
+    parts = taps.astype(np.complex64).ravel(), rows_of.ravel(), ends
+    return csc_array(parts, (rows, len(row)))

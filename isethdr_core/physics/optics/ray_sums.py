@@ -1,0 +1,282 @@
+"""Ray sums: band means of a pattern that only scales with wavelength, by one running sum along
+every ray from the axis.
+
+With P the pattern at the wavelength w0 and u = w0 / w, light at (s, t s) on the ray of slope t has
+the density u^2 P(u s, t u s). Its mean over a band from a to b is
+
+    w0 / ((b - a) s)  x  integral of P(r, t r) dr from r = s w0 / b to s w0 / a.
+
+One running sum along a ray therefore serves all bands, whatever their width: each border of a band
+is one read. A tile's width across the ray is an interval of slopes, the same for all wavelengths:
+one sparse matrix serves all bands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_array
+
+# of the outermost to the innermost tile of a ring: its tiles share rays, and running sums keep
+# their digits
+RATIO = 1.4
+LINES = 64  # of the lattice, per block of work
+TOGETHER = 30000  # rays whose means are averaged over tiles at once: some megabytes
+TILES = 16  # along the major axis, per block of work: a cache line of float32
+
+
+@dataclass(frozen=True, eq=False)
+class Sector:
+    """The quarter plane |minor| <= major about one axis, lattice and tiles; pairs are (major,
+    minor).
+    """
+
+    lines: Callable[[int, int], np.ndarray]  # (first, last) -> samples (major, minor), float32
+    middle: int  # index of minor 0 in a line
+    step_um: float
+    pitch_um: tuple[float, float]
+    wavelength_nm: float  # of the pattern
+    edges_nm: np.ndarray  # (band, 2)
+
+
+class Ring(NamedTuple):
+    """Tiles low < major <= high, |minor| <= min(major - less, minor)."""
+
+    low: int
+    high: int
+    minor: int
+    less: int
+
+
+class Columns(NamedTuple):
+    """Means of tiles `first` and following along the major axis: (band, major, minor); of a tile j
+    those with |minor| <= j hold.
+    """
+
+    first: int
+    values: np.ndarray
+
+
+def rings(low: int, high: int) -> list[tuple[int, int]]:
+    """Return (low, high) of rings that share their rays, from the inside."""
+    bounds = [high]
+    while bounds[0] > low:
+        bounds.insert(0, max(low, int(bounds[0] / RATIO)))
+    return list(zip(bounds[:-1], bounds[1:]))
+
+
+def band_means(
+    sector: Sector,
+    ring: Ring,
+    rays_per_tile: float,
+    places: int,
+    write: Callable[[Columns], None],
+    apply: Callable = map,
+) -> None:
+    """Compute the light from one tile to another, averaged over each band, for all tiles of one
+    ring.
+
+    Parameters
+    ----------
+    rays_per_tile : at the ring's outermost tiles; it has more farther in.
+    places : along the major axis, that stand for the triangle which two tiles make of a point.
+    write : takes blocks of results.
+    apply : how to call a function for every block: `map`, or the `map` of a pool of threads.
+    """
+    rays = _rays(sector, ring, rays_per_tile)
+    sums = _running_sums(sector, rays, apply)
+    reader = _Reader(sector, ring, rays, sums, places)
+    starts = range(ring.low + 1, ring.high + 1, TILES)
+    for _ in apply(lambda j: write(reader.columns(j, min(j + TILES, ring.high + 1))), starts):
+        pass
+
+
+@dataclass(frozen=True, eq=False)
+class _Rays:
+    pace: float  # from one slope to the next, minor tiles per major tile
+    half: int  # slopes on either side of 0
+    first: int  # line of the lattice that the sums start at
+    last: int
+
+
+def _rays(sector, ring, rays_per_tile) -> _Rays:
+    pace = 1 / (rays_per_tile * ring.high)
+    widest = min(1.0, ring.minor / (ring.low + 1)) + 2.5 / max(ring.low, 1)
+    u = sector.wavelength_nm / sector.edges_nm
+    per_tile = sector.pitch_um[0] / sector.step_um
+    first = max(0, int((ring.low - 1) * u.min() * per_tile) - 1)
+    last = int(np.ceil((ring.high + 1.2) * u.max() * per_tile)) + 2
+    return _Rays(pace, int(np.ceil(widest / pace)), first, last)
+
+
+def _running_sums(sector, rays, apply) -> np.ndarray:
+    """Return sums[k, ray] of the samples of lines first .. first + k - 1, each a line between two
+    samples.
+    """
+    slopes = np.arange(-rays.half, rays.half + 1) * (
+        rays.pace * sector.pitch_um[1] / sector.pitch_um[0]
+    )
+    sums = np.empty((rays.last - rays.first + 1, len(slopes)), np.float32)
+    sums[0] = 0.0
+
+    def read(start):
+        lines = sector.lines(start, min(start + LINES, rays.last))
+        for k, line in enumerate(lines, start - rays.first + 1):
+            at = slopes * (k + rays.first - 1) + sector.middle
+            whole = at.astype(np.int32)
+            into = sums[k]
+            np.take(np.diff(line), whole, out=into, mode="clip")
+            into *= (at - whole).astype(np.float32)
+            into += line.take(whole, mode="clip")
+
+    def gather(start):
+        part = sums[:, start : start + width]
+        np.cumsum(part, axis=0, out=part)
+
+    for _ in apply(read, range(rays.first, rays.last, LINES)):
+        pass
+    width = 256  # rays at a time: rows of a kilobyte
+    for _ in apply(gather, range(0, sums.shape[1], width)):
+        pass
+    return sums
+
+
+class _Reader:
+    """Reads running sums at the borders of all bands and averages them over tiles."""
+
+    def __init__(self, sector, ring, rays, sums, places):
+        self.sector, self.ring, self.rays, self.sums = sector, ring, rays, sums
+        edges = sector.edges_nm
+        self.u, where = np.unique(sector.wavelength_nm / edges, return_inverse=True)
+        self.where = where.reshape(edges.shape)
+        # What a sum of lines between samples is, in light on a tile at major 1, minor 0
+        self.factor = sector.pitch_um[1] * sector.step_um * sector.wavelength_nm
+        self.factor = self.factor / (edges[:, 1] - edges[:, 0])
+        self.inside, self.weights = _triangle_rule(places)
+        # Where the band alone spreads a tile along the ray, the tile's length still makes it wider
+        # across a slanted ray:
+        # two triangles, as far apart as the tile's triangle along the major axis is wide
+        self.lean = np.sqrt(1 / 6) if places == 1 else 0.0
+        # A triangle across the rays is drawn narrower by what lines between samples widen it, in
+        # the image of a middle wavelength
+        wider = (sector.step_um / sector.pitch_um[1]) ** 2 / (6 * self.u[0] * self.u[-1])
+        self.narrow = np.sqrt(max(0.5, 1 - 6 * wider))
+
+    def columns(self, first: int, last: int) -> Columns:
+        """Return the means of tiles first .. last - 1 along the major axis."""
+        most = min(last - 1 - self.ring.less, self.ring.minor)
+        out = np.zeros((len(self.where), last - first, 2 * most + 1), np.float32)
+        for start in range(
+            first, last, count := max(1, TOGETHER // (2 * self._rays_to(last) * len(self.inside)))
+        ):
+            group = range(start, min(start + count, last))
+            made, end = self._tiles(group), 0
+            for j in group:
+                own = self._most(j)
+                begin, end = end, end + 2 * own + 1
+                out[:, j - first, most - own : most + own + 1] = made[begin:end].T
+        return Columns(first, out)
+
+    def _most(self, j):
+        return min(j - self.ring.less, self.ring.minor)
+
+    def _rays_to(self, j):
+        """Return the slopes on either side of 0 that tiles of column j lie on."""
+        return min(self.rays.half, int((self._most(j) + 2) / ((j - 1) * self.rays.pace)) + 1)
+
+    def _tiles(self, group):
+        """Return the means of the tiles of some columns, one column after the other, (tile, band).
+
+        They are one sparse product: to set up one for every column would take longer than it takes
+        itself.
+        """
+        changes, weights, ends, total = [], [], [], 0
+        for j in group:
+            reach, i = self._rays_to(j), np.arange(-self._most(j), self._most(j) + 1)
+            cut = slice(self.rays.half - reach, self.rays.half + reach + 1)
+            places = []
+            for inside, weight in zip(self.inside, self.weights):
+                x = j + inside
+                rows, matrix = self._borders(x, weight)
+                changes.append(self.sums[rows, cut].T @ matrix)
+                at, half = i / (x * self.rays.pace) + reach, self.narrow / (x * self.rays.pace)
+                lean = self.lean * np.abs(i) / (j * x * self.rays.pace)
+                ray, share = _triangles(at, half, 2 * reach + 1, lean)
+                places.append((ray + total, share))
+                total += 2 * reach + 1
+            taps = [np.concatenate(part, axis=1) for part in zip(*places)]
+            weights.append(taps)
+            ends.append(np.full(len(i), taps[0].shape[1], np.int32))
+        ray, share = (np.concatenate([w[k].ravel() for w in weights]) for k in (0, 1))
+        ends = np.concatenate([[0], np.cumsum(np.concatenate(ends))]).astype(np.int32)
+        return csr_array((share, ray, ends), (len(ends) - 1, total)) @ np.concatenate(changes)
+
+    def _borders(self, x, weight):
+        """Return rows of the sums and (row, band) weights that make band means of them; reads lie
+        on lines between rows.
+        """
+        per_tile = self.sector.pitch_um[0] / self.sector.step_um
+        at = x * self.u * per_tile + 0.5 - self.rays.first
+        whole = at.astype(np.intp)
+        part = at - whole
+        matrix = np.zeros((2 * len(at), len(self.where)))
+        band, scale = np.arange(len(self.where)), self.factor * (weight / x)
+        for edge, sign in ((0, scale), (1, -scale)):
+            one = self.where[:, edge]
+            matrix[one, band] += sign * (1 - part[one])
+            matrix[one + len(at), band] += sign * part[one]
+        return np.concatenate([whole, whole + 1]), matrix.astype(np.float32)
+
+
+def _triangle_rule(places: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return places within a triangle of half width 1 and their weights: sum 1 and, from two on,
+    the triangle's variance of 1/6.
+    """
+    inside = (np.arange(places) + 0.5) / places * 2 - 1
+    weights = (1 - np.abs(inside)) / (1 - np.abs(inside)).sum()
+    if places > 1:
+        inside *= np.sqrt(1 / 6 / (weights @ inside**2))
+    return inside, weights
+
+
+def _triangles(at, half: float, size: int, lean) -> tuple[np.ndarray, np.ndarray]:
+    """Return rays and weights (place, tap) of triangles of `half` width `lean` to both sides of
+    every place; weights sum to 1.
+    """
+    half = max(half, 1.0)  # never narrower than from one ray to the next
+    wide = half + float(np.max(lean))
+    taps = int(2 * wide) + 1
+    first = np.clip(np.ceil(at - wide), 0, max(0, size - taps))
+    away = first[:, None] + np.arange(taps) - at[:, None]
+    if wide > half:
+        away = np.abs(away)  # symmetric
+        lean = lean[:, None]
+        weight = np.maximum(0.0, half - np.abs(away - lean)) + np.maximum(0.0, half - away - lean)
+    else:
+        weight = np.maximum(0.0, half - np.abs(away))
+    weight /= weight.sum(axis=1, keepdims=True)
+    ray = first.astype(np.int32)[:, None] + np.arange(taps, dtype=np.int32)
+    return ray, weight.astype(np.float32)
+
+
+def sectors(pattern, pitch_um, edges_nm) -> Iterator[Sector]:
+    """Yield the sectors |y| <= x and |x| < y of a `half_plane_pattern.HalfPattern`; `pitch_um` is
+    (y, x).
+    """
+    middle, density = pattern.middle, pattern.density
+    wide = min(len(density) - 1, int(1.1 * middle) + 8)  # |x| < y, and a little beyond
+
+    def columns(first, last):
+        return density[first:last]
+
+    def rows(first, last):
+        right = density[: wide + 1, middle + first : middle + last].T
+        left = density[1 : wide + 1, middle - last + 1 : middle - first + 1].T[::-1, ::-1]
+        return np.concatenate([left, right], axis=1)
+
+    edges = np.asarray(edges_nm, float)
+    for lines, zero, pitch in ((columns, middle, pitch_um[::-1]), (rows, wide, pitch_um)):
+        yield Sector(lines, zero, pattern.step_um, tuple(pitch), pattern.wavelength_nm, edges)

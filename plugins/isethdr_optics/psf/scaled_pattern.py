@@ -1,0 +1,334 @@
+"""Scaled pattern: kernels of all bands of a pupil without phase, from its diffraction pattern at
+one wavelength.
+
+Close to the axis tiles are integrated exactly, by weights on band-limited samples (`tile_weights`).
+Farther out means over tiles and bands are read from running sums along rays (`ray_sums`), ring by
+ring, from lattices that are finer the nearer they are: there a band moves a tile's light by so
+little that few speckles are averaged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from isethdr_core.physics.diffraction import sampled_psf
+from isethdr_core.physics.optics import half_plane_pattern as patterns
+from isethdr_core.physics.optics import pattern_columns, ray_sums
+from isethdr_core.physics.optics.tile_weights import BEYOND, STEP, tile_weights
+
+from ..pupil import sampled_pupil
+from . import kernel_sampling_error
+
+PLACES = 5.5  # under a tile's triangle, over the tiles that its light moves within a band
+MOST_SAMPLES = 3e8  # of the period of a lattice
+FINEST = 8.0  # times the samples and rays that are read as usual
+USUAL_TILE = (
+    1.9  # wavelengths x f-number wide; wider ones take more rays, so that these lie as close
+)
+USUAL_ERROR = 0.03  # of a tile's light that these leave at most
+LEAST_CORE = 8  # tiles from the axis: nearer, rays are too few
+WORTH = 0.9  # of the error: finer kernels that leave more of it are not made finer still
+FEWEST = 2.0  # samples across a tile
+MOST_ACROSS = 1e5  # cells across the pupil
+NARROWEST = 2e-4  # of a band, relative: a line of 0.1 nm
+WRAP = (
+    0.0015  # largest error of the border tiles from the period of the field, as `far.WRAP_SHARED`
+)
+COLUMNS = 8  # of tiles, looked at together
+ELSEWHERE = (
+    1.25  # times their errors' deviation is stated: whole kernels showed up to 1.5, most below 1.2
+)
+
+
+@dataclass(frozen=True)
+class Level:
+    """How finely rings are read where a band moves light by less than `moves` tiles."""
+
+    moves: float
+    step: float  # of the lattice, wavelengths x f-number
+    per_tile: float  # samples along each axis of a tile, at least
+    rays: float  # per tile, at a ring's outermost
+
+
+LEVELS = (
+    Level(1.8, 0.4, 4.0, 3.0),
+    Level(5.5, 0.45, 4.0, 3.0),
+    Level(np.inf, 0.7, 2.5, 2.0),
+)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Bands and tiles that kernels are asked for; pairs are (y, x)."""
+
+    edges_nm: np.ndarray  # (band, 2)
+    pitch_um: tuple[float, float]
+    reach: tuple[int, int]
+    core: tuple[int, int]
+
+    @property
+    def shortest_nm(self) -> float:
+        """Of all bands."""
+        return float(self.edges_nm.min())
+
+    @property
+    def narrowest(self) -> float:
+        """Least width of a band over its longest wavelength: what part of its distance to the axis
+        a tile's light moves by.
+        """
+        return float((np.diff(self.edges_nm)[:, 0] / self.edges_nm[:, 1]).min())
+
+
+def serves(lens, flares, frame: Frame) -> bool:
+    """Return whether kernels of a frame can be made from one pattern: no phase, and lattices that
+    memory and patience allow.
+
+    Tiles finer than the finest detail need lattices finer than theirs.
+    """
+    if min(frame.core) < LEAST_CORE:
+        return False
+    if sampled_pupil.has_phase(lens, flares) or lens.uneven:
+        return False
+    lattice = _lattices(lens, frame)[-1]
+    across = lattice.step_um * max(lattice.period) / sampled_pupil.blur_um(lens, frame.shortest_nm)
+    coarse = lattice.step_um > min(frame.pitch_um) / FEWEST
+    return frame.narrowest >= NARROWEST and across <= MOST_ACROSS and not coarse
+
+
+def memory_bytes(lens, frame: Frame) -> float:
+    """Return the bytes of the kernels of a frame, and of the largest lattice while it is made."""
+    rows, columns = frame.reach
+    held = 4.0 * len(frame.edges_nm) * (rows + 1) * (2.0 * columns + 1)
+    return held + max(lattice.bytes for lattice in _lattices(lens, frame))
+
+
+def fine_enough(lens, flares, frame: Frame, apply: Callable = map) -> tuple[np.ndarray, Errors]:
+    """Return `halves` and their `errors`, as finely made as `lens.speckle_error` asks for and
+    `FINEST` allows.
+    """
+    fine = min(FINEST, max(1.0, USUAL_ERROR / lens.speckle_error))
+    core = core_halves(lens, flares, frame, apply)
+    before = np.inf
+    while True:
+        made = halves(lens, flares, frame, core, fine, apply)
+        found = errors(lens, flares, frame, made, apply)
+        worst = found.relative.max()
+        if worst <= lens.speckle_error or fine >= FINEST or worst > WORTH * before:
+            return made, found
+        before = worst
+        fine = min(FINEST, fine * max(1.5, 1.2 * worst / lens.speckle_error))
+
+
+def pupil_of(lens, flares, wavelength_nm: float) -> patterns.RealPupil:
+    """Return the pupil of a lens without phase."""
+    return patterns.RealPupil(
+        sampled_pupil.terms(lens, flares),
+        sampled_pupil.reach_mm(lens),
+        sampled_pupil.distance_mm(lens),
+        sampled_pupil.open_energy_mm2(lens, flares, wavelength_nm),
+    )
+
+
+def halves(
+    lens, flares, frame: Frame, core: np.ndarray, fine: float = 1.0, apply: Callable = map
+) -> np.ndarray:
+    """Return (band, y = 0 .. reach, x = -reach .. reach) float32; the other half is the mirror
+    image.
+
+    Parameters
+    ----------
+    core : of `core_halves`. `fine` : times the samples and rays that are read as usual.
+    apply : `map`, or the `map` of a pool of threads.
+    """
+    rows, columns = frame.reach
+    out = np.empty((len(frame.edges_nm), rows + 1, 2 * columns + 1), np.float32)
+    core_y, core_x = frame.core
+    inner, pupil = min(frame.core), pupil_of(lens, flares, frame.shortest_nm)
+    wave = sampled_pupil.scaled_nm(lens, frame.shortest_nm)
+    edges = np.vectorize(lambda w: sampled_pupil.scaled_nm(lens, w))(frame.edges_nm)
+    for level, outer in _reaches(frame):
+        if max(outer) <= inner:
+            continue
+        lattice = _lattice(lens, frame, level, outer, fine)
+        pattern = patterns.half_pattern(pupil, wave, lattice, apply)
+        across, along = ray_sums.sectors(pattern, frame.pitch_um, edges)
+        rays = _rays(lens, frame, level) * np.sqrt(fine)
+        for low, high in ray_sums.rings(inner, outer[1]):
+            ring = ray_sums.Ring(low, high, outer[0], 0)
+            places, write = _places(frame, low, fine), _columns(out, frame)
+            ray_sums.band_means(across, ring, rays, places, write, apply)
+        for low, high in ray_sums.rings(inner, outer[0]):
+            ring = ray_sums.Ring(low, high, outer[1], 1)
+            places, write = _places(frame, low, fine), _rows(out, frame)
+            ray_sums.band_means(along, ring, rays, places, write, apply)
+        inner = max(outer)
+    out[:, : core_y + 1, columns - core_x : columns + core_x + 1] = core
+    return out
+
+
+def _reaches(frame):
+    """Yield levels and the (y, x) tiles from the axis to the border of each."""
+    for level in LEVELS if frame.core != frame.reach else ():
+        border = level.moves / frame.narrowest
+        yield level, [int(min(r, max(border, c))) for r, c in zip(frame.reach, frame.core)]
+
+
+def _lattices(lens, frame):
+    """Return the lattices of all levels, the largest last; those of a frame within its core too."""
+    levels = list(_reaches(frame)) or [(LEVELS[-1], frame.reach)]
+    return [_lattice(lens, frame, level, outer, 1.0) for level, outer in levels]
+
+
+def _lattice(lens, frame, level, outer, fine):
+    pitch, blur = min(frame.pitch_um), sampled_pupil.blur_um(lens, frame.shortest_nm)
+    step = min(level.step * blur, pitch / level.per_tile) / np.sqrt(fine)
+    extent = [(r + 2) * p for r, p in zip(outer, frame.pitch_um)]
+    step = max(step, patterns.PERIOD * np.sqrt(np.prod(extent) / MOST_SAMPLES))
+    return patterns.half_lattice(extent, step, patterns.PERIOD)
+
+
+def _rays(lens, frame, level) -> float:
+    """Return the rays per tile at a ring's outermost: as close as in a tile of usual width."""
+    blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
+    return level.rays * max(1.0, max(frame.pitch_um) / (USUAL_TILE * blur))
+
+
+def _places(frame, low, fine) -> int:
+    return int(max(1, np.ceil(PLACES * np.sqrt(fine) / (low * frame.narrowest) - 0.05)))
+
+
+def _columns(out, frame):
+    """Return what writes blocks of columns, |y| <= x; tiles beyond the diagonal are written again
+    by rows.
+    """
+    middle = frame.reach[1]
+
+    def write(block):
+        _, count, size = block.values.shape
+        half = size // 2
+        right = slice(middle + block.first, middle + block.first + count)
+        left = slice(middle - block.first - count + 1, middle - block.first + 1)
+        for band, values in zip(out, block.values):
+            band[: half + 1, right] = values[:, half:].T
+            band[: half + 1, left] = values[::-1, half::-1].T
+
+    return write
+
+
+def _rows(out, frame):
+    """Return what writes blocks of rows, |x| < y."""
+    middle = frame.reach[1]
+
+    def write(block):
+        half = block.values.shape[2] // 2
+        for k in range(block.values.shape[1]):
+            own = min(block.first + k - 1, half)
+            into = slice(middle - own, middle + own + 1)
+            out[:, block.first + k, into] = block.values[:, k, half - own : half + own + 1]
+
+    return write
+
+
+def core_halves(lens, flares, frame: Frame, apply: Callable = map) -> np.ndarray:
+    """Return (band, y = 0 .. core, x = -core .. core), integrated exactly over tiles and averaged
+    over wavelengths of each band.
+
+    The pattern is sampled once, where samples carry all of it; each wavelength weights the samples
+    drawn to its scale.
+    """
+    wave, pitch, core = frame.shortest_nm, frame.pitch_um, frame.core
+    h = sampled_pupil.blur_um(lens, wave) * STEP
+    far = [int(np.ceil((c + 1.5) * p / h)) + BEYOND for c, p in zip(core, pitch)]
+    extent = 2 * h * (max(far) + 1)
+    cell = sampled_pupil.core_pitch_mm(lens, extent, wave, sampled_pupil.FEWEST_SAMPLES)
+    axis = sampled_pupil.axis_mm(lens, cell)
+    cells = sampled_pupil.amplitude(lens, flares, axis, axis, wave).astype(float)
+    psf = sampled_psf(
+        cells,
+        sampled_pupil.scaled_nm(lens, wave),
+        (cell, cell),
+        sampled_pupil.distance_mm(lens),
+        [2 * n + 1 for n in far],
+        (h, h),
+        sampled_pupil.open_energy_mm2(lens, flares, wave),
+        cell_means=True,
+    )
+    down, across = (np.arange(-n, n + 1) for n in far)
+
+    def one(wavelength_nm):
+        u = sampled_pupil.scaled_nm(lens, wave) / sampled_pupil.scaled_nm(lens, wavelength_nm)
+        tall, wide = (p * u / h for p in pitch)
+        rows = tile_weights(np.arange(core[0] + 1) * tall, down, tall)
+        columns = tile_weights(np.arange(-core[1], core[1] + 1) * wide, across, wide)
+        return rows @ psf @ columns.T
+
+    waves = [_core_wavelengths(lens, band, pitch, core) for band in frame.edges_nm]
+    made = iter(apply(one, [w for band in waves for w in band]))
+    return np.stack([sum(next(made) for _ in band) / len(band) for band in waves]).astype(
+        np.float32
+    )
+
+
+def _core_wavelengths(lens, band_nm, pitch_um, core):
+    """Return midpoints of equal sub-bands: from one to the next the pattern at the core's border
+    moves by a speckle at most.
+    """
+    low, high = band_nm
+    middle, width = (low + high) / 2, high - low
+    count = max(core) * max(pitch_um) * width / (middle * sampled_pupil.blur_um(lens, middle))
+    count = int(np.clip(np.ceil(count), 3 if width > 1.5 else 1, 32))
+    return middle + ((np.arange(count) + 0.5) / count - 0.5) * width
+
+
+class Errors(NamedTuple):
+    """How wrong kernels are beyond the exact core, per octave of radius; the largest of the bands
+    looked at.
+    """
+
+    relative: np.ndarray  # mean magnitude per tile
+    deviation: np.ndarray  # as `kernel_errors.deviation`
+    mean: float  # largest relative error of an octave's light as a whole
+
+
+def errors(lens, flares, frame: Frame, made: np.ndarray, apply: Callable = map) -> Errors:
+    """Return what direct sums over the pupil say of kernels, in four groups of eight columns of
+    tiles.
+
+    Columns cross all octaves beyond their own. Long wavelengths err most near the core, where they
+    hold the fewest speckles, short ones far from it, where they ask most of the lattice.
+    """
+    if frame.core == frame.reach:
+        return Errors(*np.zeros((2, kernel_sampling_error.OCTAVES)), 0.0)
+    reach, order = frame.reach[1], np.argsort(frame.edges_nm[:, 0])
+    last = max(2, reach + 1 - COLUMNS)
+    near = min(frame.core[1] + 1, last)
+    far = min(max(near, int(0.75 * reach)), last)
+    middle = int(np.sqrt(near * far))
+    short, long = order[0], order[-1]
+    asked = {(near, short), (near, long), (middle, long), (far, short)}
+
+    def one(place):
+        first, band = place
+        wrong, light = _wrong(lens, flares, frame, made[band], first, band)
+        found = kernel_sampling_error.ColumnErrors()
+        found.add(wrong, light, first, frame.core)
+        return found.relative(), found.deviation(), np.abs(found.mean())
+
+    relative, deviation, mean = (np.max(part, axis=0) for part in zip(*apply(one, sorted(asked))))
+    return Errors(relative, ELSEWHERE * deviation, float(mean.max()))
+
+
+def _wrong(lens, flares, frame, half, first, band):
+    """Return the error and the light, (y, column), of columns from `first` on."""
+    count = min(COLUMNS, frame.reach[1] + 1 - first)
+    edges = tuple(float(sampled_pupil.scaled_nm(lens, w)) for w in frame.edges_nm[band])
+    place = pattern_columns.Place(first, count, frame.reach[0], frame.pitch_um, edges)
+    light = pattern_columns.columns(pupil_of(lens, flares, frame.shortest_nm), place)
+    middle = frame.reach[1]
+    right = half[:, middle + first : middle + first + count]
+    left = half[:0:-1, middle - first - count + 1 : middle - first + 1][:, ::-1]
+    return np.concatenate([left, right]) - light, light

@@ -1,0 +1,111 @@
+"""Kernels from one pattern: against kernels made finer, those of single wavelengths' lattices,
+direct sums over the pupil, and what is stated of their errors.
+"""
+
+import numpy as np
+import pytest
+from isethdr_optics import ApertureFlare, DiffractionLimitedLens, HazeFlare, WavefrontLens
+from isethdr_optics.psf import kernel_sampling_error, kernel_store, kernels, scaled_pattern, wings
+
+from isethdr_core.physics.convolution.mirrored import Mirrored
+
+LENS, DIRT = DiffractionLimitedLens(), (ApertureFlare(),)
+BANDS = np.array([450.0, 550.0, 650.0])
+WIDTHS = np.full(3, 10.0)
+
+
+def beyond(core, wrong):
+    """Return a copy of an error that is 0 in the exact core."""
+    rows, columns = (n // 2 for n in wrong.shape)
+    out = np.array(wrong, float)
+    out[rows - core : rows + core + 1, columns - core : columns + core + 1] = 0.0
+    return out
+
+
+@pytest.mark.parametrize(
+    "lens, pitch_um, reach",
+    [
+        (LENS, 4.3, (64, 110)),
+        (DiffractionLimitedLens(f_number=1.8), 3.0, (40, 62)),
+        (DiffractionLimitedLens(f_number=5.6), 3.0, (130, 90)),
+    ],
+)
+def test_errors_are_those_against_finer_kernels(lens, pitch_um, reach):
+    args = DIRT, BANDS, (pitch_um, pitch_um), reach
+    usual = kernels._made(lens, *args, width_nm=WIDTHS)
+    finer = DiffractionLimitedLens(f_number=lens.f_number, speckle_error=0.03 / 4)
+    truth = kernels._made(finer, *args, width_nm=WIDTHS)
+    assert isinstance(usual.bands[0], Mirrored) and usual.speckle.max() <= lens.speckle_error
+    core = int(usual.core[0])
+    found = [
+        kernel_sampling_error.by_octave(beyond(core, np.asarray(a) - np.asarray(b)), np.asarray(b))
+        for a, b in zip(usual.bands, truth.bands)
+    ]
+    # a few columns stand for whole octaves, and the finer kernels err by some themselves
+    assert (np.max(found, axis=0) < 1.6 * usual.speckle[0] + 0.004).all()
+
+
+def test_they_agree_with_kernels_of_lattices_of_their_own(monkeypatch):
+    args = LENS, DIRT, BANDS, (4.3, 4.3), (64, 110)
+    quick = kernels._made(*args, width_nm=WIDTHS)
+    monkeypatch.setattr(scaled_pattern, "serves", lambda *how: False)
+    other = kernels._made(*args, width_nm=WIDTHS)
+    core = int(min(quick.core[0], *other.core))
+    for band, (a, b) in enumerate(zip(quick.bands, other.bands)):
+        b = np.asarray(b, float)
+        middle = tuple(slice(n // 2 - 30, n // 2 + 31) for n in b.shape)
+        # the pattern of the core is sampled once and drawn to scale: 1e-4 of a point's light
+        assert np.abs(np.asarray(a)[middle] - b[middle]).sum() < 1e-4
+        wrong = kernel_sampling_error.by_octave(beyond(core, np.asarray(a) - b), b)
+        stated = quick.speckle[band] + other.speckle[band]
+        assert (wrong <= stated).all() and wrong.any()
+    np.testing.assert_allclose(quick.outside, other.outside, atol=2e-5)
+    np.testing.assert_allclose(quick.transmitted, other.transmitted, rtol=1e-9)
+
+
+def test_columns_looked_at_are_those_of_direct_sums():
+    """What the errors are read from agrees with kernels made on lattices of their own."""
+    frame = kernels._frame(LENS, DIRT, BANDS, (4.3, 4.3), (64, 110), WIDTHS)
+    half = np.zeros((65, 221), np.float32)
+    wrong, light = scaled_pattern._wrong(LENS, DIRT, frame, half, 80, 1)
+    np.testing.assert_array_equal(wrong, -light)
+    lattices = wings.shared(LENS, DIRT, 445.0, (4.3, 4.3), (64, 110))
+    plan = kernels._Plan(LENS, DIRT, 550.0, 10.0, (4.3, 4.3), (64, 110), 1, lattices)
+    want = plan.band(550.0, 10.0)[0][:, 110 + 80 : 110 + 88]
+    assert np.abs(light - want).sum() < 0.02 * want.sum()
+
+
+def test_scatter_is_mixed_in():
+    args = BANDS, (4.3, 4.3), (64, 110)
+    haze = HazeFlare()
+    clear, hazy = kernels._made(LENS, DIRT, *args), kernels._made(LENS, (*DIRT, haze), *args)
+    assert np.asarray(hazy.bands[1]).min() > 0
+    assert hazy.bands[1][0, 0] > 1.2 * clear.bands[1][0, 0]
+    np.testing.assert_array_equal(hazy.bands[1][::-1, ::-1], np.asarray(hazy.bands[1]))
+
+
+def test_phase_uneven_light_and_wide_tiles_go_another_way():
+    reach = (64, 110)
+
+    def serves(lens, flares=DIRT, pitch_um=4.3):
+        return kernels._frame(lens, flares, BANDS, (pitch_um,) * 2, reach, WIDTHS) is not None
+
+    assert serves(LENS) and serves(LENS, ()) and serves(WavefrontLens())
+    assert not serves(WavefrontLens(zernike_um={4: 0.01}))
+    assert not serves(DiffractionLimitedLens(focal_shift_um={400.0: 5.0, 700.0: 0.0}))
+    assert not serves(LENS, (ApertureFlare(dust_delay_um=1.0),))
+    assert not serves(LENS, DIRT, 60.0)
+
+
+def test_nothing_is_kept_on_disk(isethdr_home, monkeypatch):
+    monkeypatch.setattr(kernels, "WORTH_KEEPING_S", 0.0)
+    monkeypatch.setattr(kernel_store, "save", None)  # calling it would fail
+    kernels._cache.clear()
+    made = kernels.kernels(LENS, DIRT, BANDS, (4.3, 4.3), (64, 110))
+    assert made is kernels.kernels(LENS, DIRT, BANDS, (4.3, 4.3), (64, 110))
+    assert not (isethdr_home / "kernels").exists()
+    image = np.random.default_rng(0).uniform(0.5, 1.5, (65, 111))
+    before, first, again = made.held_bytes, made.ready(1), made.ready(1)
+    assert first is not again and made.ready(1) is again  # kept from the second image on
+    assert made.held_bytes - before == again.spectrum.nbytes
+    assert image.shape == again.shape

@@ -1,0 +1,83 @@
+"""Means over tiles and bands of a pattern that scales, and columns of tiles straight from chords:
+both against the closed form of a clean round stop.
+"""
+
+import numpy as np
+import pytest
+
+from isethdr_core.physics.optics import half_plane_pattern as patterns
+from isethdr_core.physics.optics import pattern_columns, ray_sums
+from isethdr_core.physics.optics.diffraction import integrated_airy
+from isethdr_core.physics.optics.pupil import disc
+from isethdr_core.physics.optics.tile_weights import BEYOND, STEP, tile_weights
+
+RADIUS_MM, DISTANCE_MM, PITCH_UM = 0.5, 4.0, 3.0
+ROUND = patterns.RealPupil(
+    [(disc(0.0, 0.0, RADIUS_MM), 1.0)], RADIUS_MM, DISTANCE_MM, np.pi * RADIUS_MM**2
+)
+REACH = 60
+
+
+def airy(band_nm, count):
+    """Return the kernel of a clean round stop, averaged over `count` wavelengths of a band."""
+    low, high = band_nm
+    waves = low + (np.arange(count) + 0.5) / count * (high - low)
+    size = (2 * REACH + 1,) * 2
+    return sum(
+        integrated_airy(RADIUS_MM, w, DISTANCE_MM, size, (PITCH_UM,) * 2, boxes=2) for w in waves
+    ) / len(waves)
+
+
+@pytest.mark.parametrize("band_nm", [(549.9, 550.1), (540.0, 560.0)])
+def test_columns_of_a_round_stop_are_those_of_its_closed_form(band_nm):
+    place = pattern_columns.Place(30, 8, REACH, (PITCH_UM,) * 2, band_nm)
+    found = pattern_columns.columns(ROUND, place)
+    want = airy(band_nm, 1 if band_nm[0] > 549 else 12)[:, REACH + 30 : REACH + 38]
+    # samples 0.42 wavelengths x f-number apart under triangles that have corners: 0.5 %
+    assert np.abs(found - want).sum() < 0.005 * want.sum()
+
+
+def test_rays_give_the_means_of_every_band():
+    edges = np.array([[400.0, 420.0], [540.0, 560.0], [690.0, 710.0]])
+    blur_um = 0.4 * DISTANCE_MM / (2 * RADIUS_MM)
+    lattice = patterns.half_lattice([(REACH + 2) * PITCH_UM] * 2, 0.4 * blur_um)
+    pattern = patterns.half_pattern(ROUND, 400.0, lattice)
+    across, along = ray_sums.sectors(pattern, (PITCH_UM, PITCH_UM), edges)
+    low, blocks = 30, []
+    for less, sector in enumerate((across, along)):
+        for ring in ray_sums.rings(low, REACH):
+            ring = ray_sums.Ring(*ring, REACH, less)
+            ray_sums.band_means(sector, ring, 3.0, 4, lambda b, s=less: blocks.append((s, b)))
+    for number, band in enumerate(edges):
+        want, wrong, light = airy(band, 12), 0.0, 0.0
+        for less, block in blocks:
+            for k, values in enumerate(block.values[number]):
+                major = block.first + k
+                i = np.arange(less - major, major - less + 1)
+                own = values[len(values) // 2 + i]
+                true = (
+                    want[REACH + i, REACH + major] if not less else want[REACH + major, REACH + i]
+                )
+                wrong, light = wrong + np.abs(own - true).sum(), light + true.sum()
+        assert wrong < 0.02 * light  # the error that lattices this fine are made for
+
+
+def test_a_wide_pupil_is_summed_modulo_the_period():
+    """The pattern at samples farther apart than a wavelength x f-number is that of finer ones."""
+    step = 0.35 * 0.55 * DISTANCE_MM / (2 * RADIUS_MM)
+    fine = patterns.half_pattern(ROUND, 550.0, patterns.half_lattice((150.0, 150.0), step))
+    coarse = patterns.half_pattern(ROUND, 550.0, patterns.half_lattice((150.0, 150.0), 4 * step))
+    far = 25  # samples of the coarse one
+    some = fine.density[: 4 * far : 4, fine.middle - 4 * far : fine.middle + 4 * far + 1 : 4]
+    same = coarse.density[:far, coarse.middle - far : coarse.middle + far + 1]
+    # float32 sums of cells of order 1 leave 1e-7 of the peak's amplitude
+    np.testing.assert_allclose(same, some, rtol=0.02, atol=3e-7 * some.max())
+
+
+def test_weights_integrate_a_band_limited_function_over_tiles():
+    """A cosine of 0.3 cycles per sample, averaged over two tiles, is a cosine times sinc^2."""
+    width, frequency = 3.3, 0.3 * STEP / (1 / 3)
+    samples, at = np.arange(-3 * BEYOND, 3 * BEYOND + 1), np.linspace(-20.0, 20.0, 17)
+    found = tile_weights(at, samples, width) @ np.cos(2 * np.pi * frequency * samples)
+    want = width * np.sinc(frequency * width) ** 2 * np.cos(2 * np.pi * frequency * at)
+    np.testing.assert_allclose(found, want, atol=1e-3)  # the table's lines between places
