@@ -46,3 +46,14 @@ def test_columns(library, made, tolerance):
     assert there.dtype == made
     np.testing.assert_allclose(there, matrix(90) @ columns, atol=tolerance)
     np.testing.assert_allclose(fourier.ifft(there.copy()), columns, atol=tolerance)
+
+
+@pytest.mark.parametrize("made, tolerance", [(np.complex128, 1e-13), (np.complex64, 1e-4)])
+def test_rows_of_complex_values_and_hermitian_columns(library, made, tolerance):
+    rows = (rng.uniform(-1, 1, (5, 90)) + 1j * rng.uniform(-1, 1, (5, 90))).astype(made)
+    np.testing.assert_allclose(fourier.fft_rows(rows.copy()), rows @ matrix(90), atol=tolerance)
+    half = rows[:, :46].T.copy()
+    half[0], half[45] = half[0].real, half[45].real
+    whole = np.concatenate([half, half[44:0:-1].conj()])
+    found = fourier.hermitian(half, 90)
+    np.testing.assert_allclose(found, (matrix(90) @ whole).real, atol=tolerance)
