@@ -100,3 +100,14 @@ def test_maps_that_fold_or_end_are_refused():
         AngleTable((5.0, 10.0), (0.1, 0.05))
     with pytest.raises(ValueError, match="finite"):
         TABLE.inverse(np.nan, 0.0)
+
+
+@pytest.mark.parametrize("k1", [-0.4, -0.15, -0.04])
+def test_a_fisheye_is_inverted_up_to_where_it_stops_to_grow(k1):
+    fisheye = KannalaBrandt(k1)
+    edge = 1 / np.sqrt(-3 * k1)  # the slope 1 + 3 k1 angle^2 is 0 there
+    largest = fisheye.radius(np.minimum(edge, np.pi))
+    radius = largest * (1 - np.logspace(-6, 0, 50))
+    angle = fisheye.angle_rad(radius)
+    assert np.all(angle <= edge)
+    np.testing.assert_allclose(fisheye.radius(angle), radius, atol=1e-12)  # as the module promises
