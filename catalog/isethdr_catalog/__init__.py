@@ -1,14 +1,15 @@
 """Catalog: find, query, check and index what is stored.
 
-| module     | what                                                               |
-|------------|--------------------------------------------------------------------|
-| `record`   | what is known of one store, from its root attributes alone          |
-| `index`    | `refresh`: rebuild index.parquet, a cache of all records            |
-| `query`    | `find`, `sql`, `show`                                               |
-| `verify`   | read every file and name what is damaged                            |
-| `adopt`    | give stores of format 1 a manifest                                  |
-| `commands` | `isethdr catalog find|sql|show|verify|adopt|refresh`                      |
-| `report`   | one self-contained page per run                                     |
+| module          | what                                                       |
+|-----------------|------------------------------------------------------------|
+| `record`        | what is known of one store, from its root attributes alone |
+| `index`         | `refresh`: rebuild index.parquet, a cache of all records   |
+| `query`         | `find`, `sql`, `show`                                      |
+| `stored_scores` | what a metric says of the pictures of a stored run         |
+| `verify`        | read every file and name what is damaged                   |
+| `adopt`         | give stores of format 1 a manifest                         |
+| `commands`      | `isethdr catalog find|sql|show|score|verify|adopt|refresh` |
+| `report`        | one self-contained page per run                            |
 """
 
 from __future__ import annotations

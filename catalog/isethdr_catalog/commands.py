@@ -1,5 +1,5 @@
-"""Commands: `isethdr catalog find|sql|show|verify|adopt|refresh`, on the folder ISETHDR_HOME or
-./runs.
+"""Commands: `isethdr catalog find|sql|show|score|verify|adopt|refresh`, on the folder ISETHDR_HOME
+or ./runs.
 """
 
 from __future__ import annotations
@@ -88,6 +88,36 @@ def show(name: str) -> None:
     from .query import show as query
 
     print(json.dumps(jsonable(query(home(), name)), indent=2))
+
+
+@catalog.command(
+    help=(
+        "Ask a metric about the stored pictures of a run: isethdr catalog score ID"
+        " metric=ssim_pu21, and fields of the metric as name=value"
+    )
+)
+def score(
+    name: str, asked: list[str] = typer.Argument(help="metric=name, then field=value")
+) -> None:
+    """Print one row per camera and score; nothing is stored."""
+    from omegaconf import OmegaConf
+
+    from isethdr_core.plugins.registry import build
+
+    from .query import show as query
+    from .stored_scores import scores_of
+
+    if wrong := [text for text in asked if "=" not in text]:
+        raise CatalogError(
+            f"{wrong[0]!r} has no value; expected name=value, for example metric=ssim_pu21"
+        )
+    fields = dict(OmegaConf.to_container(OmegaConf.from_dotlist(asked)))
+    if "metric" not in fields:
+        raise CatalogError("no metric is named; type for example metric=ssim_pu21")
+    metric = build("metric", fields.pop("metric"), **fields)
+    rows = scores_of(query(home(), name)["path"], metric)
+    columns = ("camera", "metric", "object", "value", "unit", "low", "high")
+    _table(columns, [[row[column] for column in columns] for row in rows])
 
 
 @catalog.command(

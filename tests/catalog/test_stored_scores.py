@@ -1,0 +1,87 @@
+"""A metric that a run did not ask for reads the run's stored pictures."""
+
+import re
+
+import pytest
+from isethdr_catalog.commands import catalog
+from isethdr_catalog.stored_scores import scores_of
+from typer.testing import CliRunner
+
+import isethdr_core as hdr
+from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.pipeline import chain
+
+SMALL = [
+    "experiment=five_lights",
+    "lens=ideal",
+    "~flare@flare.dirt",
+    "scene.width=64",
+    "scene.height=36",
+    "draws=1",
+    "report=false",
+]
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    return tmp_path_factory.mktemp("home")
+
+
+@pytest.fixture
+def result(home, monkeypatch):
+    """One run for all tests of this file."""
+    monkeypatch.setenv("ISETHDR_HOME", str(home))
+    return hdr.run(hdr.compose(SMALL))
+
+
+def test_a_stored_picture_has_the_scores_of_its_run(result):
+    """With one shot the run's scores are those of the picture that is stored, but for rounding."""
+    for name in ("ssim", "pixel_shares"):
+        found = scores_of(result.path, hdr.build("metric", name))
+        assert found
+        assert {row["camera"] for row in found} == set(result.cameras)
+        for row in found:
+            (before,) = (
+                s["value"]
+                for s in result.scores
+                if all(s[k] == row[k] for k in ("camera", "metric", "object"))
+            )
+            half = (row["high"] - row["low"]) / 2
+            # pictures are rounded to a twentieth of their noise: less in a mean of many pixels;
+            # the white is one number of the reference, which is rounded by 2^-17
+            tolerance = half / 20 if half > 0 else 1e-5 * abs(before)
+            assert row["value"] == pytest.approx(before, abs=tolerance)
+
+
+def test_a_new_metric_runs_no_stage(result, monkeypatch):
+    def refused(*_):
+        raise AssertionError("a stage of the chain ran")
+
+    monkeypatch.setattr(chain, "stage", refused)
+    metric = hdr.build("metric", "ssim_pu21")
+    files = sorted(result.path.rglob("*"))
+    rows = scores_of(result.path, metric)
+    assert rows
+    assert not {s["metric"] for s in result.scores} & {row["metric"] for row in rows}
+    assert {row["camera"] for row in rows} == set(result.cameras)
+    assert sorted(result.path.rglob("*")) == files
+
+
+def test_the_command_prints_what_the_function_returns(result):
+    call = CliRunner().invoke
+    out = call(catalog, ["score", result.key[:8], "metric=ssim", "compression=10"])
+    assert out.exit_code == 0, out.exception
+    for camera in result.cameras:
+        assert re.search(rf"{camera} +\S+", out.output)
+    assert "no metric" in str(call(catalog, ["score", result.key[:8], "bins=3"]).exception)
+    assert "has no value" in str(call(catalog, ["score", result.key[:8], "ssim"]).exception)
+    wrong = call(catalog, ["score", result.key[:8], "metric=ssim", "white=3"]).exception
+    assert isinstance(wrong, ConfigError)
+
+
+def test_only_runs_have_pictures(result, tmp_path):
+    from isethdr_core import store
+
+    scene = store.write_store(tmp_path, "s", {}, {"kind": "scene"})
+    with pytest.raises(CatalogError, match="holds a scene; expected a run"):
+        scores_of(scene, hdr.build("metric", "ssim"))
