@@ -318,7 +318,7 @@ def within(bound, deviation, share: float = SHARE) -> float:
     """Return what a share of all errors is at most: each is a bound plus the magnitude of a normal
     deviate with its own deviation.
     """
-    from scipy.optimize import bisect
+    from scipy.optimize import brentq
     from scipy.special import erf
 
     step = max(1, bound.size // MOST_PIXELS) | 1  # odd: all colours of a filter array take part
@@ -335,8 +335,9 @@ def within(bound, deviation, share: float = SHARE) -> float:
     highest = float((bound + 10 * deviation).max())
     if not np.isfinite(highest) or missing(highest) > 0:
         return highest  # some error has no bound, or most are bounds of this very value
-    # halving: bounds without deviation make steps, at which faster methods gain nothing
-    return bisect(missing, 0.0, highest, xtol=np.finfo(float).tiny, rtol=CLOSE)
+    # bounds without deviation make steps, at which the method needs more evaluations than usual
+    xtol = np.finfo(float).tiny
+    return brentq(missing, 0.0, highest, xtol=xtol, rtol=CLOSE, maxiter=1000)
 
 
 def _in_electrons(term: ErrorTerm, shot: Electrons):

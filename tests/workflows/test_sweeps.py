@@ -38,14 +38,14 @@ def attributes(home):
 
 
 def test_a_sweep_stores_every_combination_once_and_the_same_from_every_launcher(
-    isethdr_home, tmp_path
+    isethdr_home, tmp_path, monkeypatch, capsys
 ):
     other, few = tmp_path / "joblib", [*SWEEP[:-1], "seed=1"]
     parallel = start(
         *few, "hydra/launcher=joblib", "hydra.launcher.n_jobs=2", ISETHDR_HOME=str(other)
     )
-    basic = isethdr(*SWEEP)
-    assert basic.returncode == 0, basic.stderr
+    code, said = here(monkeypatch, capsys, *SWEEP)
+    assert code == 0, said
     made = stores(isethdr_home)
     found = {(a["choices"]["sensor"], a["config"]["seed"]) for a in attributes(isethdr_home)}
     assert len(made) == 4 and found == {(s, seed) for s in ("bayer", "rgbw") for seed in (1, 2)}
