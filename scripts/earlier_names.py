@@ -7,7 +7,7 @@ and the digest that each component has there under the rules of `code_digest`. A
 same digest in this checkout is unchanged: its syntax trees and data are the same.
 
 A component with another digest is claimed to be unchanged only with `--measure`, and only for
-values of its fields with which runs agree in both checkouts: raw values and radiance bit by bit,
+values of its fields with which runs agree in both checkouts: raw values bit by bit, radiance,
 pictures and scores to `AGREES`. The runs take every registered name, every preset, and every other
 choice of a field of few values. The reason in the file states how many runs agree, and the largest
 difference. Everything else is listed under `not_claimed`, and its results have no earlier name.
@@ -24,12 +24,13 @@ import sys
 import tempfile
 import tomllib
 from collections.abc import Iterable
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any, NamedTuple
 
 ROOT = Path(__file__).parents[1]
-COMMITS = ("32bac9b", "841e2ee")
-AGREES = 1e-6  # relative: what pictures and scores may differ by while numbers are not to change
+COMMITS = ("841e2ee", "32bac9b")
+AGREES = 1e-6  # relative, of radiance, pictures and scores: numbers that are not to change
 PACKAGES = (
     "isethdr_core",
     "isethdr_scenes",
@@ -56,6 +57,7 @@ FLAT_OTHER = "composition forecast errors hookspecs conf testing"
 FLAT_WITHOUT_RESULT = tuple(
     f"isethdr_core.{name}" for name in f"{FLAT_SHOWN} {FLAT_STORED} {FLAT_OTHER}".split()
 )
+DEFAULT_METRICS = "shares dynamic_range snr colour ssim log_luminance contrast detection".split()
 BASE = (
     "~renderer",
     "~versions",
@@ -67,6 +69,7 @@ BASE = (
     "sensor.rows=0",
     "draws=2",
     "report=false",
+    *(f"~metric.{name}" for name in DEFAULT_METRICS),
 )
 RENDERED = ("renderer.width=32", "renderer.height=18", "renderer.samples=4", "renderer.step_nm=100")
 CHARTS = ("uniform", "macbeth", "slanted_edge", "point_lights", "luminance_ramp")
@@ -121,7 +124,8 @@ def cases(changed: set[str]) -> dict[str, list[str]]:
 
     Parameters
     ----------
-    changed : components whose code is another, of which every choice is run.
+    changed : components whose code is another, of which every choice is run. Of a kind without
+        such a component nothing is run.
     """
     from isethdr_core import components
 
@@ -136,16 +140,19 @@ def cases(changed: set[str]) -> dict[str, list[str]]:
         head = [f"{kind}={name}" for kind, name in chosen.items()]
         return [*head, *BASE, *more]
 
-    found = {"main job": [*MAIN, *RENDERED], "every metric": case(*all_metrics)}
-    found["all computed"] = case("leave_out=false")
-    found["with a report"] = case("report=true")
-    found |= {f"scene {name}": case(scene=name) for name in CHARTS}
-    for kind in ("lens", "sensor", "isp", "lighting"):
+    found: dict[str, list[str]] = {}
+    if any(name.partition("/")[0] in ("core", "metric") for name in changed):
+        found = {"main job": [*MAIN, *RENDERED], "every metric": case(*all_metrics)}
+        found["all computed"] = case("leave_out=false", *all_metrics)
+        found["with a report"] = case("report=true")
+    kinds = {name.partition("/")[0] for name in changed}
+    found |= {f"scene {name}": case(scene=name) for name in CHARTS if "scene" in kinds}
+    for kind in kinds & {"lens", "sensor", "isp", "lighting"}:
         for name in chosen_of(kind, known):
             found[f"{kind} {name}"] = case(**{kind: name})
             for choice in choices_of(known.get((kind, name)), f"{kind}/{name}" in changed):
                 found[f"{kind} {name} {choice}"] = case(f"{kind}.{choice}", **{kind: name})
-    for name in chosen_of("flare", known):
+    for name in chosen_of("flare", known) if "flare" in kinds else ():
         one = f"+flare@flare.one={name}"
         found[f"flare {name}"] = case(one)
         for choice in choices_of(known.get(("flare", name)), f"flare/{name}" in changed):
@@ -175,8 +182,8 @@ def chosen_of(kind: str, known: Any) -> list[str]:
     return sorted({name for k, name in known if k == kind} | {preset.stem for preset in presets})
 
 
-def measure(out: Path, changed: set[str]) -> None:
-    """Run every case and write pictures, raw values and scores; radiance of the rendered scenes."""
+def measure(out: Path, changed: set[str], match: str) -> None:
+    """Run every case and write raw values, pictures, scores, and radiance of rendered scenes."""
     import numpy as np
 
     import isethdr_core as hdr
@@ -185,7 +192,12 @@ def measure(out: Path, changed: set[str]) -> None:
 
     arrays: dict[str, Any] = {}
     record: dict[str, dict] = {}
+    seen: dict[tuple[str, str], Any] = {}
+    watch(seen)
     for name, overrides in cases(changed).items():
+        if not fnmatch(name, match):
+            continue
+        seen.clear()
         try:
             config = hdr.compose(overrides)
             result = hdr.run(config)
@@ -196,21 +208,63 @@ def measure(out: Path, changed: set[str]) -> None:
             f"{s['camera']} {s['metric']} {s.get('object')}": s["value"] for s in result.scores
         }
         record[name] = {"uses": used(config), "scores": scores}
-        for camera in result.cameras:
+        for (kind, camera), made in seen.items():
             label = f"{name}|{camera}"
-            arrays[f"{label}|raw"] = result.open(f"captures/{camera}")["raw"].values
-            arrays[f"{label}|picture"] = result.open(f"picture/{camera}")["xyz"].values
-            arrays[f"{label}|variance"] = result.open(f"picture/{camera}")["variance"].values
-    fields = {key.rpartition(".")[2]: json.loads(v) for key, _, v in map(_parts, RENDERED)}
-    for scene in ("night_drive", "tunnel"):
+            if kind == "sensor":
+                arrays[f"{label}|raw"] = made["raw"].values
+            else:
+                arrays[f"{label}|picture"] = made["xyz"].values
+                arrays[f"{label}|variance"] = made["variance"].values
+    for name, (scene, fields) in renderings(changed).items():
+        if not fnmatch(name, match):
+            continue
         renderer, described = hdr.build("renderer", "mitsuba", **fields), hdr.build("scene", scene)
-        arrays[f"{scene}|radiance"] = renderer(described(), Demand())["radiance"].values
-        record[scene] = {
+        try:
+            arrays[f"{name}|radiance"] = renderer(described(), Demand())["radiance"].values
+        except IsetHdrError as err:
+            record[name] = {"refused": str(err)}
+            continue
+        record[name] = {
             "uses": {f"scene/{scene}": _classes(described), "renderer/mitsuba": _classes(renderer)},
             "scores": {},
         }
     np.savez(out / "arrays.npz", **arrays)
     (out / "record.json").write_text(json.dumps(record))
+
+
+def watch(seen: dict[tuple[str, str], Any]) -> None:
+    """Put captures and pictures as stages return them, before any rounding, into `seen`."""
+    from isethdr_core import hookimpl
+
+    try:
+        from isethdr_core.plugins.registry import plugin_manager
+    except ImportError:  # a checkout of before the folders
+        from isethdr_core.registry import plugin_manager
+
+    class Watch:
+        @hookimpl
+        def isethdr_after_stage(self, stage: Any) -> None:
+            if stage.kind in ("sensor", "isp"):
+                seen[stage.kind, stage.name] = stage.result
+
+    plugin_manager().register(Watch())
+
+
+def renderings(changed: set[str]) -> dict[str, tuple[str, dict[str, Any]]]:
+    """Return (scene, fields of the renderer) of the renderings that are compared, by name."""
+    from isethdr_core import components
+
+    small = {key.rpartition(".")[2]: json.loads(v) for key, _, v in map(_parts, RENDERED)}
+    by_noise = {k: v for k, v in small.items() if k != "samples"} | {"error_allowed": 0.5}
+    found = {name: (name, small) for name in ("night_drive", "tunnel")}
+    found["night_drive by its noise"] = "night_drive", by_noise
+    wanted = "renderer/mitsuba" in changed
+    if not wanted and not any(name.startswith("scene/") for name in changed):
+        return {}
+    for choice in choices_of(components()["renderer", "mitsuba"], wanted):
+        key, _, value = _parts(choice)
+        found[f"night_drive {choice}"] = "night_drive", small | {key: json.loads(value)}
+    return found
 
 
 def _parts(override: str) -> tuple[str, str, str]:
@@ -271,8 +325,13 @@ def _add(found: dict[str, list[str]], more: dict[str, list[str]]) -> None:
 # beside each other
 
 
-def write(commits: list[str], measured: bool) -> None:
-    """Write the table for `commits`."""
+def write(commits: list[str], match: str) -> None:
+    """Write the table for `commits`.
+
+    Parameters
+    ----------
+    match : pattern of the names of runs to compare where code differs; empty: none.
+    """
     from isethdr_core.identity import earlier_names
     from isethdr_core.identity.code_digest import CodeReader, Rules, Sources
 
@@ -299,18 +358,20 @@ def write(commits: list[str], measured: bool) -> None:
             table["new_settings"] |= new_settings(edition["settings"], settings)
             before = {name: c["code"] for name, c in edition["components"].items()}
             before["core"] = edition["frame"]
-            changed = {n for n, d in before.items() if digests.get(n) != d}
-            runs = differences(root, Path(scratch), changed) if measured and changed else []
+            known = {(e["of"], e["from"], e["to"]) for e in table["unchanged"]}
+            differ = {n for n, d in before.items() if digests.get(n) != d}
+            changed = {n for n in differ if (n, before[n], digests.get(n)) not in known}
+            runs = differences(root, Path(scratch), changed, match) if match and changed else []
             claims = claimed(changed & digests.keys(), runs)
             for name in sorted(changed):
                 entry = {"of": name, "commit": commit, "from": before[name]}
                 entry["to"] = digests.get(name, "no longer registered")
-                if claims.get(name):
+                if name in claims:
                     entry["tested"] = claims[name]
                     table["unchanged"].append(entry | {"reason": reason(name, runs)})
                 else:
                     table["not_claimed"].append(entry | {"reason": reason(name, runs)})
-            print(commit, f"{len(before) - len(changed)} of {len(before)} have the same code")
+            print(commit, f"{len(before) - len(differ)} of {len(before)} have the same code")
     earlier_names.TABLE.write_text(json.dumps(table, indent=1) + "\n")
     for kind in ("unchanged", "not_claimed"):
         for entry in table[kind]:
@@ -321,7 +382,7 @@ class Compared(NamedTuple):
     """One run in both checkouts, and how its components were set."""
 
     name: str
-    difference: float  # largest, relative; infinite where raw values or radiance differ at all
+    difference: float  # largest, relative; infinite where raw values differ at all
     uses: dict[str, dict[str, list[str]]]  # classes of values, by component and field
 
 
@@ -331,22 +392,23 @@ def claimed(changed: set[str], runs: list[Compared]) -> dict[str, dict[str, list
     Runs that agree speak for all their components. A run that differs must have a component that
     no run speaks for; otherwise nothing is claimed of those of its components whose code changed.
     """
-    claims: dict[str, dict[str, list[str]]] = {name: {} for name in changed}
+    claims: dict[str, dict[str, list[str]]] = {}
     for run in runs:
         if run.difference <= AGREES:
             for name in changed & run.uses.keys():
-                _add(claims[name], run.uses[name])
+                _add(claims.setdefault(name, {}), run.uses[name])
     for run in runs:
-        if run.difference > AGREES and all(
-            _covers(claims[name], run.uses[name]) for name in changed & run.uses.keys()
-        ):
-            for name in changed & run.uses.keys():
-                claims[name] = {}
+        used = changed & run.uses.keys()
+        if run.difference > AGREES and all(_covers(claims.get(n), run.uses[n]) for n in used):
+            for name in used:
+                del claims[name]
     return claims
 
 
-def _covers(claim: dict[str, list[str]], classes: dict[str, list[str]]) -> bool:
-    return all(set(values) <= set(claim.get(key, ())) for key, values in classes.items())
+def _covers(claim: dict[str, list[str]] | None, classes: dict[str, list[str]]) -> bool:
+    return claim is not None and all(
+        set(values) <= set(claim.get(key, ())) for key, values in classes.items()
+    )
 
 
 def reason(name: str, runs: list[Compared]) -> str:
@@ -420,17 +482,17 @@ def extract(commit: str, root: Path) -> None:
     subprocess.run(["tar", "x", "-C", str(root)], input=archive, check=True)
 
 
-def worker(root: Path, task: str, out: Path | None = None, changed: Iterable[str] = ()) -> Any:
+def worker(root: Path, task: str, out: Path | None = None, more: Iterable[str] = ()) -> Any:
     """Run one task of this script in a process that imports from a checkout."""
     command = [sys.executable, __file__, "--task", task, "--root", str(root)]
-    command += ["--out", str(out), "--changed", *sorted(changed)] if out else []
+    command += ["--out", str(out), *more] if out else []
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
     environment |= {"ISETHDR_HOME": str(out / "home")} if out else {}
     done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True, cwd=root)
     return json.loads(done.stdout.splitlines()[-1]) if task == "describe" else None
 
 
-def differences(root: Path, scratch: Path, changed: set[str]) -> list[Compared]:
+def differences(root: Path, scratch: Path, changed: set[str], match: str) -> list[Compared]:
     """Return every run that both checkouts can make, compared."""
     import numpy as np
 
@@ -438,20 +500,21 @@ def differences(root: Path, scratch: Path, changed: set[str]) -> list[Compared]:
     for tree in (root, ROOT):
         out = scratch / f"measured {root.name} {'now' if tree == ROOT else 'then'}"
         out.mkdir()
-        worker(tree, "measure", out, changed)
+        worker(tree, "measure", out, ["--match", match, "--changed", *sorted(changed)])
         outs.append(out)
     before, now = (json.loads((out / "record.json").read_text()) for out in outs)
     arrays = [np.load(out / "arrays.npz") for out in outs]
     found = []
     for name, run in now.items():
-        if "refused" in run or "refused" in before.get(name, {"refused": ""}):
+        refused = [r["refused"] for r in (before.get(name, {}), run) if "refused" in r]
+        if refused or name not in before:
+            print(f"not compared: {name}: {refused}")
             continue
         pairs = [(before[name]["scores"].get(k), v) for k, v in run["scores"].items()]
         values = [relative(np.array(a, float), np.array(b, float)) for a, b in pairs]
         for key in (k for k in arrays[0].files if k.startswith(f"{name}|")):
             difference = relative(arrays[0][key], arrays[1][key])
-            exact = key.endswith(("|raw", "|radiance"))
-            values.append(math.inf if exact and difference else difference)
+            values.append(math.inf if key.endswith("|raw") and difference else difference)
         found.append(Compared(name, max(values), run["uses"]))
     return found
 
@@ -476,6 +539,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("commits", nargs="*", default=COMMITS)
     parser.add_argument("--measure", action="store_true", help="compare runs where code differs")
+    parser.add_argument("--match", default="*", help="names of the runs to compare, as a pattern")
     parser.add_argument("--task", help=argparse.SUPPRESS)
     parser.add_argument("--root", type=Path, default=ROOT, help=argparse.SUPPRESS)
     parser.add_argument("--out", type=Path, help=argparse.SUPPRESS)
@@ -485,9 +549,9 @@ def main() -> None:
     if given.task == "describe":
         print(json.dumps(describe()))
     elif given.task == "measure":
-        measure(given.out, set(given.changed))
+        measure(given.out, set(given.changed), given.match)
     else:
-        write(list(given.commits), given.measure)
+        write(list(given.commits), given.match if given.measure else "")
 
 
 if __name__ == "__main__":
