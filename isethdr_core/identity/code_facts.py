@@ -29,7 +29,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-RULES = 1  # raised when the normal form changes: every digest then changes
+RULES = 2  # raised when the normal form changes: every digest then changes
 PATH_LIKE = re.compile(r"[\w.*-]+(/[\w.*-]+)*")  # strings that may name a file or a folder
 SUFFIX = re.compile(r".*(\.[A-Za-z]\w*)", re.DOTALL)
 EXCEPTIONS = {
@@ -157,7 +157,9 @@ class _NormalForm:
         self._text_depth = 0
         top = _scope("module", tree.body)
         self._scopes = [top]
-        self._everywhere = _everywhere(tree)
+        self._imports = _import_statements(tree)
+        self._everywhere = _everywhere(self._imports)
+        self._calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
         self._texts: set[int] = set()
         self._find_texts()
 
@@ -171,9 +173,9 @@ class _NormalForm:
             references=list(self._references),
             strings=list(self._strings),
             suffixes=sorted(self._suffixes),
-            imports=sorted(set(_imports(self._tree)) | set(self._named_imports())),
+            imports=sorted({*_imports(self._imports), *self._named_imports()}),
             imported={k: s for k, s in top.imported.items() if k not in top.bound},
-            stars=[s for s in _imports(self._tree) if s.name == "*"],
+            stars=sorted(s for s in _imports(self._imports) if s.name == "*"),
             defined=sorted(top.bound),
             lazy=_lazy_table(self._tree),
             has_getattr="__getattr__" in top.bound,
@@ -188,12 +190,10 @@ class _NormalForm:
     def _find_texts(self) -> None:
         """Mark the arguments that are text for people, then the variables that go nowhere else."""
         loggers = _loggers(self._tree)
-        for node in ast.walk(self._tree):
-            if isinstance(node, ast.Call):
-                self._texts.update(id(a) for a in self._text_arguments(node, loggers))
-        for node in ast.walk(self._tree):
-            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                self._texts.update(_text_variables(node, self._texts))
+        for call in self._calls:
+            self._texts.update(id(a) for a in self._text_arguments(call, loggers))
+        for function in _outer_functions(self._tree) if self._texts else ():
+            self._texts.update(_text_variables(function, self._texts))
 
     def _text_arguments(self, call: ast.Call, loggers: set[str]) -> Iterator[ast.expr]:
         dotted = _dotted(call.func)
@@ -437,8 +437,8 @@ class _NormalForm:
 
     def _named_imports(self) -> Iterator[Spec]:
         """Yield the modules that are imported by a call with their name in plain text."""
-        for node in ast.walk(self._tree):
-            if isinstance(node, ast.Call) and self._called(node) in DYNAMIC and node.args:
+        for node in self._calls:
+            if self._called(node) in DYNAMIC and node.args:
                 first = node.args[0]
                 if isinstance(first, ast.Constant) and isinstance(first.value, str):
                     module = first.value.lstrip(".")
@@ -503,21 +503,24 @@ def _bindings(node: ast.Import | ast.ImportFrom) -> Iterator[tuple[str, Spec]]:
             yield alias.name.partition(".")[0], Spec(0, alias.name.partition(".")[0], "")
 
 
-def _running(tree: ast.AST) -> Iterator[ast.AST]:
-    """Yield all nodes but those that only type checkers read."""
-    for node in ast.iter_child_nodes(tree):
-        if isinstance(node, ast.If) and _for_type_checkers(node):
-            for statement in node.orelse:
-                yield statement
-                yield from _running(statement)
-        else:
-            yield node
-            yield from _running(node)
+def _import_statements(tree: ast.AST) -> list[ast.Import | ast.ImportFrom]:
+    """Return all import statements but those that only type checkers read."""
+    found: list[ast.Import | ast.ImportFrom] = []
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            found.append(node)
+        elif isinstance(node, ast.If) and _for_type_checkers(node):
+            waiting += node.orelse
+        elif not isinstance(node, ast.expr):
+            waiting += ast.iter_child_nodes(node)
+    return found
 
 
-def _imports(tree: ast.Module) -> list[Spec]:
+def _imports(statements: Iterable[ast.Import | ast.ImportFrom]) -> list[Spec]:
     found = []
-    for node in _running(tree):
+    for node in statements:
         if isinstance(node, ast.ImportFrom) and node.module != "__future__":
             found += [Spec(node.level, node.module or "", alias.name) for alias in node.names]
         elif isinstance(node, ast.Import):
@@ -525,12 +528,11 @@ def _imports(tree: ast.Module) -> list[Spec]:
     return found
 
 
-def _everywhere(tree: ast.Module) -> dict[str, Spec]:
-    """Return every name that any import of the file binds."""
+def _everywhere(statements: Iterable[ast.Import | ast.ImportFrom]) -> dict[str, Spec]:
+    """Return every name that any import of the file binds; of several the first in the file."""
     found: dict[str, Spec] = {}
-    for node in _running(tree):
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            found |= dict(_bindings(node))
+    for node in sorted(statements, key=lambda s: s.lineno, reverse=True):
+        found |= dict(_bindings(node))
     return found
 
 
@@ -584,29 +586,43 @@ def _lazy_table(tree: ast.Module) -> dict[str, str]:
 
 
 def _loggers(tree: ast.Module) -> set[str]:
-    """Return `logging` and the names that `logging.getLogger` is assigned to."""
+    """Return `logging` and the names that `logging.getLogger` is assigned to at the top."""
     found = {"logging"}
-    for node in ast.walk(tree):
+    for node in tree.body:
         if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call):
             if _dotted(node.value.func).rpartition(".")[2] == "getLogger":
                 found |= {_dotted(t) for t in node.targets}
     return found
 
 
+def _outer_functions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
+    """Yield the functions that lie in no other function."""
+    waiting: list[ast.stmt] = list(tree.body)
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield node
+        else:
+            waiting += [n for n in ast.iter_child_nodes(node) if isinstance(n, ast.stmt)]
+
+
 def _text_variables(function: ast.AST, texts: set[int]) -> set[int]:
     """Return the values of local variables that are read inside texts for people only."""
+    nodes = list(ast.walk(function))
     inside = {
         id(n)
-        for node in ast.walk(function)
+        for node in nodes
         if id(node) in texts
         for n in ast.walk(node)
         if isinstance(n, ast.Name)
     }
+    if not inside:
+        return set()
     values: dict[str, list[ast.expr]] = {}
     read: dict[str, list[bool]] = {}
     bound_otherwise: set[str] = set()
     single: set[int] = set()
-    for node in ast.walk(function):
+    for node in nodes:
         if isinstance(node, ast.Assign) and len(node.targets) == 1:
             if isinstance(node.targets[0], ast.Name):
                 values.setdefault(node.targets[0].id, []).append(node.value)
@@ -615,7 +631,7 @@ def _text_variables(function: ast.AST, texts: set[int]) -> set[int]:
             bound_otherwise |= set(node.names)
         elif isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name):
             bound_otherwise.add(node.target.id)
-    for node in ast.walk(function):
+    for node in nodes:
         if isinstance(node, ast.Name):
             if isinstance(node.ctx, ast.Load):
                 read.setdefault(node.id, []).append(id(node) in inside)
