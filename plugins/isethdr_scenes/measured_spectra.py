@@ -31,7 +31,7 @@ TABLES = {  # name: (collection of colour-science, its key)
 
 def measured(name: str) -> np.ndarray:
     """Return the relative spectral power (band,) of one of `TABLES` at `WAVELENGTH_NM`."""
-    with needed("a measured spectrum", extra="colour"):
+    with needed("a lamp's measured spectrum", extra="mitsuba"):
         tables_of = version("colour-science")
     path = store.home() / "spectra" / f"colour-science-{tables_of}.json"
     found = _read(path)
@@ -42,7 +42,7 @@ def measured(name: str) -> np.ndarray:
 
 
 def _looked_up() -> dict[str, np.ndarray]:
-    with needed("a measured spectrum", extra="colour"):
+    with needed("a lamp's measured spectrum", extra="mitsuba"):
         import colour
 
     tables = {name: getattr(colour, collection)[key] for name, (collection, key) in TABLES.items()}
