@@ -11,7 +11,9 @@ import sys
 
 import typer
 
-from ..errors import IsetHdrError
+from ..errors import ConfigError, IsetHdrError
+from ..plugins.registry import plugin_manager
+from .summary_tables import print_plan, print_plugins
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -49,9 +51,6 @@ def run(context: typer.Context) -> None:
 )
 def plan(context: typer.Context) -> None:
     """Print the demand, what is already stored, and what would be left out and why."""
-    from ..errors import ConfigError
-    from .summary_tables import print_plan
-
     if flags := [a for a in context.args if a.startswith("-")]:
         raise ConfigError(
             f"plan has no option {flags[0]!r}; expected overrides; "
@@ -68,8 +67,6 @@ def plugins(
     strict: bool = typer.Option(False, help="exit with an error when a plugin is broken"),
 ) -> None:
     """Print one table per kind; broken plugins come last, in red."""
-    from .summary_tables import print_plugins
-
     if print_plugins(kind) and strict:
         raise typer.Exit(1)
 
@@ -78,8 +75,6 @@ def main() -> None:
     """Entry point of the `isethdr` command: a user's mistake is one clear line, never a
     traceback.
     """
-    from ..plugins.registry import plugin_manager
-
     try:
         plugin_manager().hook.isethdr_commands(app=app)
         app()

@@ -7,12 +7,14 @@ import math
 from rich.table import Table
 from rich.text import Text
 
+from ..config.composition import compose
 from ..data.scores import objects_remark, shares_remark, unlike_shares
 from ..errors import ConfigError, did_you_mean
 from ..plugins import registry
 from ..plugins.component import KINDS
 from ..plugins.descriptions import descriptions
 from ..runs.run_warnings import sentence
+from ..uncertainty.ledger import Ledger, Row
 from .terminal import console as open_console
 from .terminal import print_path
 
@@ -89,8 +91,6 @@ def metrics_together(ledger) -> list:
     """Return the rows with all metrics of one camera in one, so that the table of a run fits a
     screen.
     """
-    from ..uncertainty.ledger import Row
-
     rows: dict[str, Row] = {}
     for row in ledger:
         title = title_of(row.stage)
@@ -201,11 +201,9 @@ def score_text(score: dict) -> str:
 
 def print_plan(overrides) -> None:
     """Print what a run would compute, what is stored already, and what is left out and why."""
-    from ..config.composition import compose
     from ..pipeline import runtime_estimate
     from ..pipeline.chain import chain, plan
     from ..runs import radiance_cache, run
-    from ..uncertainty.ledger import Ledger
 
     console, rows = open_console(), Ledger()
     config = compose(overrides)

@@ -11,6 +11,17 @@ from dataclasses import MISSING, Field, field, fields, make_dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
+import hydra
+from hydra.core.config_search_path import ConfigSearchPath
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.plugins import Plugins
+from hydra.errors import HydraException, MissingConfigException, OverrideParseException
+from hydra.plugins.search_path_plugin import SearchPathPlugin
+from omegaconf import MISSING as UNSET
+from omegaconf import OmegaConf, open_dict
+from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
+
 from ..errors import ConfigError, IsetHdrError, did_you_mean
 from ..plugins.component import KINDS, Component
 from ..plugins.registry import class_of, components, plugin_manager
@@ -34,9 +45,6 @@ def compose(overrides: Sequence[str] = (), config_name: str = "config") -> DictC
     ------
     ConfigError : an unknown group, name or key, or a value of the wrong type.
     """
-    import hydra
-    from hydra.core.global_hydra import GlobalHydra
-
     register_with_hydra()
     GlobalHydra.instance().clear()
     with user_mistakes():
@@ -54,8 +62,6 @@ def check_choices(overrides: Sequence[str]) -> None:
     ------
     ConfigError : an interpolation is given where the name of a config is expected.
     """
-    from hydra.core.override_parser.overrides_parser import OverridesParser
-
     for override in OverridesParser.create().parse_overrides(list(overrides)):
         group, value = override.key_or_group.partition("@")[0], override.value()
         if group in (*KINDS, "experiment") and "${" in str(value):
@@ -72,9 +78,6 @@ def user_mistakes() -> Iterator[None]:
     Hydra 1.3 checks some values not at all, so that any error may come of them: ValueError for
     `renderer=null`, TypeError for `scene=[1]`, AssertionError for `+lighting=${seed}`.
     """
-    from hydra.errors import HydraException, OverrideParseException
-    from omegaconf.errors import OmegaConfBaseException
-
     try:
         yield
     except OverrideParseException as err:
@@ -100,9 +103,6 @@ def resolved(config: DictConfig) -> DictConfig:
     ------
     ConfigError : one names a key, a variable or a resolver that does not exist.
     """
-    from omegaconf import OmegaConf
-    from omegaconf.errors import OmegaConfBaseException
-
     try:
         OmegaConf.to_container(config, resolve=True)
     except OmegaConfBaseException as err:
@@ -119,8 +119,6 @@ def with_choices(config: DictConfig, choices: DictConfig) -> DictConfig:
     """Return the config without Hydra's node, with the chosen presets by group under `choices`:
     names for people.
     """
-    from omegaconf import OmegaConf, open_dict
-
     chosen = OmegaConf.to_container(choices)
     assert isinstance(chosen, dict)
     with open_dict(config):
@@ -133,9 +131,6 @@ def explain(err: BaseException) -> str:
     """Return Hydra's or OmegaConf's complaint in our form: what was wrong, the nearest valid name,
     what to type.
     """
-    from hydra.errors import MissingConfigException
-    from omegaconf.errors import ConfigAttributeError, ConfigKeyError
-
     if isinstance(err, MissingConfigException) and err.options and err.missing_cfg_file:
         group, _, name = str(err.missing_cfg_file).rpartition("/")
         known = [o for o in err.options if not o.startswith("_")]
@@ -190,8 +185,6 @@ def register_with_hydra() -> None:
     """Make components and presets known to Hydra; call once before `hydra.main` or
     `hydra.compose`.
     """
-    from hydra.core.plugins import Plugins
-
     from .component_source import ComponentSource
 
     Plugins.instance().register(ComponentSource)
@@ -200,8 +193,6 @@ def register_with_hydra() -> None:
 
 def schema(comp: Component) -> type:
     """Return a typed Hydra node with the component's own fields plus its registry name."""
-    from omegaconf import MISSING as UNSET
-
     cls = class_of(comp)
     hints = get_type_hints(cls)
     columns = [("name", str, field(default=comp.name))]
@@ -226,9 +217,6 @@ def hydra_type(annotation: Any, f: Field[Any] | None = None) -> Any:
     `Literal`, nested tuples and unions with containers are refused by OmegaConf; pydantic checks
     them when the component is built.
     """
-    from omegaconf import OmegaConf
-    from omegaconf.errors import OmegaConfBaseException
-
     if _by_number(annotation):
         return Any
     if annotation is bool:
@@ -262,15 +250,10 @@ def _by_number(annotation: Any) -> bool:
 
 def _open(default_factory: Callable[[], Any]) -> Callable[[], Any]:
     """Return a factory of the same table, to which keys may be added."""
-    from omegaconf import OmegaConf
-
     return lambda: OmegaConf.create(default_factory(), flags={"struct": False})
 
 
 def _search_path_plugin() -> type:
-    from hydra.core.config_search_path import ConfigSearchPath
-    from hydra.plugins.search_path_plugin import SearchPathPlugin
-
     from .component_source import SCHEME
 
     class IsethdrSearchPath(SearchPathPlugin):

@@ -7,7 +7,15 @@ from __future__ import annotations
 import os
 import sys
 
+import hydra
+from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
+
+from ..cli.summary_tables import print_result
+from ..errors import IsetHdrError
 from ..runs.parent_watch import end_with_parent, exit_on_sigterm
+from ..runs.run import check_writable, run
+from ..storage.store import home
 from .composition import CONFIG_MODULE, compose, register_with_hydra, user_mistakes, with_choices
 from .sweeps import prepared
 from .trust import check_arguments
@@ -25,9 +33,6 @@ class JobsFailed(Exception):
 
 def run_with_hydra(arguments: list[str]) -> None:
     """Run once, or sweep with `-m`; Hydra reads the arguments as if they were the command line."""
-    from ..runs.run import check_writable
-    from ..storage.store import home
-
     register_with_hydra()
     with user_mistakes():
         check_arguments(arguments)
@@ -51,8 +56,6 @@ def run_with_hydra(arguments: list[str]) -> None:
 
 
 def _start_hydra() -> None:
-    import hydra
-
     try:
         hydra.main(version_base="1.3", config_path=f"pkg://{CONFIG_MODULE}", config_name="config")(
             task
@@ -67,12 +70,6 @@ def task(config) -> None:
 
     In a sweep the other jobs go on; `JobsFailed` comes back once they have run.
     """
-    from hydra.core.hydra_config import HydraConfig
-    from hydra.types import RunMode
-
-    from ..cli.summary_tables import print_result
-    from ..runs.run import run
-
     end_with_parent()
     hydra_config = HydraConfig.get()
     sweeping = hydra_config.mode == RunMode.MULTIRUN
@@ -95,8 +92,6 @@ def complaint(err: Exception) -> tuple[str, int]:
     """Return one line about a failure, and the exit code: a component's crash names the stage and
     where the traceback is.
     """
-    from ..errors import IsetHdrError
-
     if isinstance(err, IsetHdrError):
         return str(err), MISTAKE
     where = "; ".join(getattr(err, "__notes__", []))

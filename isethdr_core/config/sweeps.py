@@ -7,6 +7,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from hydra.core.override_parser.overrides_parser import OverridesParser
+
 from ..errors import ConfigError, IsetHdrError
 from ..pipeline.chain import chain
 from ..plugins.component import KINDS
@@ -24,8 +26,6 @@ def prepared(arguments: list[str]) -> list[str]:
     ------
     ConfigError : a name, key or value is wrong; no job has started yet.
     """
-    from hydra.core.override_parser.overrides_parser import OverridesParser
-
     flags = [a for a in arguments if a.startswith("-")]
     if not set(flags) <= {"-m", "--multirun"}:
         return arguments

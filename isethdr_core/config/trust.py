@@ -16,6 +16,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
+from hydra._internal.utils import get_args_parser
+from hydra.core.override_parser.overrides_parser import OverridesParser
+
 from ..errors import ConfigError
 
 OWN_FOLDER = "conf"
@@ -59,8 +62,6 @@ def check_overrides(overrides: Iterable[str]) -> None:
     ConfigError : `hydra.searchpath` names such a folder, or a choice leaves its config group with
         `..`.
     """
-    from hydra.core.override_parser.overrides_parser import OverridesParser
-
     for override in OverridesParser.create().parse_overrides(list(overrides)):
         key, value = override.get_key_element().lstrip("+~"), override.value()
         if key == "hydra.searchpath" or key.startswith("hydra.searchpath."):
@@ -79,8 +80,6 @@ def check_arguments(arguments: Sequence[str]) -> None:
         and a
         pickled config of `--experimental-rerun`, which is code as well.
     """
-    from hydra._internal.utils import get_args_parser
-
     args, rest = get_args_parser().parse_known_args(list(arguments))
     if args.config_dir is not None:
         check_folder(args.config_dir)

@@ -31,6 +31,7 @@ from typing import Any
 
 from ..errors import ConfigError, did_you_mean
 from ..plugins.component import KINDS
+from ..plugins.registry import build
 
 
 def check(kind: str, name: str, /, **fields: Any) -> None:
@@ -41,7 +42,6 @@ def check(kind: str, name: str, /, **fields: Any) -> None:
     AssertionError : the first broken promise, with the component's name.
     ConfigError : no such kind, name or field.
     """
-    from ..plugins.registry import build
     from .promise import check_component
 
     if kind not in KINDS:

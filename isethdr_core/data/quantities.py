@@ -15,7 +15,9 @@ import xarray as xr
 
 from ..errors import UnitError, did_you_mean
 from ..physics.optics.projection import PROJECTIONS
+from ..physics.photometry import xyz
 from ..plugins.ranges import LEAST_NM, MOST_NM
+from .temporal_modulation import time_mean
 
 RADIANCE = "W m-2 sr-1 nm-1"
 IRRADIANCE = "W m-2 nm-1"
@@ -169,9 +171,6 @@ def tristimulus(mixed: xr.DataArray) -> xr.Dataset:
     """Return `xyz` (y, x, xyz_channel) of mixed radiance, X, Y, Z with Y in cd/m2; the mean over
     time of light that varies.
     """
-    from ..physics.photometry import xyz
-    from .temporal_modulation import time_mean
-
     mixed = time_mean(mixed)
     return xr.Dataset(
         {

@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import wraps
 
 import numpy as np
+import xarray as xr
 
 from ..errors import UnitError
 from ..physics.detector.temporal_modulation import Modulation
@@ -27,8 +28,6 @@ def stacked(names, modulations, planes):
     names : of the components. `modulations` : a `Modulation` each.
     planes : iterable of as many DataArrays.
     """
-    import xarray as xr
-
     out = None
     for k, plane in enumerate(planes):
         if out is None:

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..data.quantities import check_scene_form
 from ..errors import UnitError
+from ..physics.photometry import xyz
 
 REACH = 5  # tiles to each side in which like ones are looked for
 PATCH = 3  # tiles, side of the surroundings that are compared
@@ -29,8 +30,6 @@ FAR = 1e6
 
 def tristimulus(scene) -> np.ndarray:
     """Return X, Y, Z (light_group, 3, y, x) of scene radiance, cd/m2."""
-    from ..physics.photometry import xyz
-
     check_scene_form(scene)
     return np.stack(
         [

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 
 from ..errors import ConfigError, did_you_mean
 from ..plugins.ranges import Seed, Share, check_ranges
+from . import mix, solver
 from .limits import Ratio, Reached
+from .target import uniform
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,9 +41,6 @@ class IsetLighting:
         """Return mixed radiance, W m-2 sr-1 nm-1; `iset_weights` in its attributes are those before
         the median's scale.
         """
-        from . import mix, solver
-        from .target import uniform
-
         found = mix.group_names(radiance)
         self.check_groups(found)
         maps = {g: mix.luminance_map(radiance, g) for g in GROUPS}

@@ -14,8 +14,10 @@ from ..errors import ConfigError, did_you_mean
 from ..plugins.ranges import Percent, Seed, check_ranges
 from ..uncertainty import ledger
 from ..uncertainty.error_terms import Quantity
-from . import target
+from . import mix, solver, target
 from .limits import Ratio, Reached, Weight
+from .mix import all_weights
+from .modulation import check_groups, parse
 from .weights import without_dark_groups
 
 if TYPE_CHECKING:
@@ -78,8 +80,6 @@ class TargetsLighting:
         Attributes: `weights`; `targets` {name: {wanted, reached}}; `infeasible`, a text, "" where
         all were reached.
         """
-        from . import mix
-
         groups = mix.group_names(radiance)
         weights, targets = self._solve(radiance, groups)
         infeasible = _report(targets)
@@ -89,9 +89,6 @@ class TargetsLighting:
         """Raise ConfigError where a target, weight or modulation names a group that is not
         there.
         """
-        from .mix import all_weights
-        from .modulation import check_groups
-
         for t in self._own(groups):
             if t.group not in groups:
                 raise ConfigError(
@@ -128,8 +125,6 @@ class TargetsLighting:
 
     def _varying(self):
         """Return the modulation of the groups whose weight may differ from 0."""
-        from .modulation import parse
-
         known = self._known()
         return {
             g: m
@@ -145,8 +140,6 @@ class TargetsLighting:
 
     def _solve(self, radiance, groups):
         """Return the weight of every group, and {name: {wanted, reached}} of every target."""
-        from . import mix
-
         map_of = cache(
             lambda group: mix.luminance_map(radiance, group)
         )  # read once, and only where a target asks
@@ -177,8 +170,6 @@ class TargetsLighting:
         """Return the weights after the ambient group, then all, moved to the picture's targets; and
         what was reached.
         """
-        from . import solver
-
         level, ambient = self._level(), map_of(moving)
         rest = sum((w * map_of(g) for g, w in weights.items() if g != moving and w), 0.0 * ambient)
         if self.dynamic_range:
@@ -210,8 +201,6 @@ class TargetsLighting:
 
 def _statistic(radiance, t: target.Target, map_of) -> float:
     """Return the statistic a target speaks of, cd/m2, of its group at weight 1."""
-    from . import solver
-
     if t.statistic == "lamp_axis":
         return _lamp_axis(radiance, t)
     return solver.statistic(map_of(t.group), t.statistic, t.percentile)

@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..plugins.ranges import Seed, check_ranges
 from ..uncertainty import ledger
+from . import mix
 from .limits import Luminance, Weight
+from .mix import all_weights
+from .modulation import check_groups, parse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,8 +42,6 @@ class WeightsLighting:
         """Return mixed radiance, W m-2 sr-1 nm-1; `weights` in its attributes multiply the scene's
         own radiance.
         """
-        from . import mix
-
         weights = mix.all_weights(self.weights, self.others, mix.group_names(radiance))
         if self.relative_to_mean_cd_m2:
             weights = {g: w and w * self._scale(radiance, g) for g, w in weights.items()}
@@ -48,9 +49,6 @@ class WeightsLighting:
 
     def check_groups(self, groups: Sequence[str]) -> None:
         """Raise ConfigError where a weight or a modulation names a group that is not there."""
-        from .mix import all_weights
-        from .modulation import check_groups
-
         all_weights(self.weights, self.others, groups)
         check_groups(self._varying(), groups)
 
@@ -60,8 +58,6 @@ class WeightsLighting:
 
     def _varying(self):
         """Return the modulation of the groups that have a weight."""
-        from .modulation import parse
-
         return {
             g: m
             for g, m in parse(self.modulation, self.seed).items()
@@ -69,8 +65,6 @@ class WeightsLighting:
         }
 
     def _scale(self, radiance, group):
-        from . import mix
-
         mean = float(mix.luminance_map(radiance, group).mean())
         if mean == 0:
             ledger.left_out(
@@ -91,8 +85,6 @@ class IdealLighting:
 
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
         """Return mixed radiance, W m-2 sr-1 nm-1: the plain sum of all groups."""
-        from . import mix
-
         return mix.mix(radiance, dict.fromkeys(mix.group_names(radiance), 1.0))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy.constants import c, h
+from scipy.constants import c, h, k
 
 
 def photon_energy_j(wavelength_nm: npt.ArrayLike) -> np.ndarray:
@@ -86,8 +86,6 @@ def planck_radiance(wavelength_nm: npt.ArrayLike, temperature_k: float) -> np.nd
     """Return black body spectral radiance, W m-2 sr-1 nm-1 (Planck 1901), at `wavelength_nm` and
     kelvin.
     """
-    from scipy.constants import k
-
     wl = np.asarray(wavelength_nm, float) * 1e-9
     return 2 * h * c**2 / wl**5 / np.expm1(h * c / (wl * k * temperature_k)) * 1e-9
 

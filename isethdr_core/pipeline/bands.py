@@ -9,6 +9,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
+from ..physics.photometry import xyz_weights
 from ..plugins.protocols import KnowsItsBands, NarrowsDemand
 from ..uncertainty import ledger
 from .demand import Demand
@@ -30,9 +33,6 @@ def for_sensors_and_truth(offered, sensed) -> tuple[float, ...] | None:
     """
     if offered is None or sensed is None:
         return None
-    import numpy as np
-
-    from ..physics.photometry import xyz_weights
 
     weight = xyz_weights(offered).max(0)
     inside = outer(np.isin(offered, sensed) | (weight > UNSEEN * weight.max()))
@@ -94,8 +94,6 @@ def widened(light, every_nm, response):
 
     `response` : that photocurrent was made for.
     """
-    import numpy as np
-
     if "wavelength" in light.dims:
         return light.reindex(wavelength=every_nm, fill_value=0.0)
     whole = response.efficiency(np.asarray(every_nm, float))
@@ -113,8 +111,6 @@ def outer(needed) -> slice:
     """Return the slice from the first to the last true entry, of two entries at least; everything
     where none is true.
     """
-    import numpy as np
-
     where = np.flatnonzero(needed)
     if not len(where) or len(needed) < 2:
         return slice(0, len(needed))

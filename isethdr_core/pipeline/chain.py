@@ -10,7 +10,11 @@ from inspect import signature
 from typing import Any
 
 from ..cli import progress
+from ..config.composition import resolved
 from ..data.derived_once import shared, values_only
+from ..data.quantities import LABELS
+from ..data.reference_picture import labels_on, truth
+from ..data.saturation import with_saturation
 from ..data.scores import Score, state_errors
 from ..errors import ConfigError, PluginError
 from ..plugins.component import Stage
@@ -19,7 +23,7 @@ from ..plugins.registry import build_from_config, plugin_manager
 from ..runs.names import check_names
 from ..runs.noise_realisations import over_draws, state_spread
 from ..runs.seeds import checked_seed
-from ..uncertainty import budget
+from ..uncertainty import budget, lens_errors, propagation, score_errors
 from ..uncertainty import ledger as book
 from ..uncertainty.ledger import Ledger
 from ..uncertainty.score_intervals import RendererError, ScoreKey
@@ -157,8 +161,6 @@ def checked_config(config):
     """
     from omegaconf import DictConfig, OmegaConf
 
-    from ..config.composition import resolved
-
     if not isinstance(config, DictConfig | dict):
         raise ConfigError(
             f"the config is {config!r}; expected a composed config; "
@@ -270,8 +272,6 @@ def asked_of_sensors(parts: Chain, demand: Demand) -> Demand:
 
 def state_labels(parts: Chain, demand: Demand) -> None:
     """State which labels a renderer need not make."""
-    from ..data.quantities import LABELS
-
     unread = [label for label in LABELS if label not in demand.labels]
     if parts.renderer is not None and unread:
         book.left_out(
@@ -362,8 +362,6 @@ def on_sensor(parts: Chain, mixed, demand: Demand):
 
 def developed(parts: Chain, captures):
     """Return the picture that the isp makes of the captures, with its saturated pixels marked."""
-    from ..data.saturation import with_saturation
-
     return with_saturation(parts.isp(captures), captures)
 
 
@@ -371,8 +369,6 @@ def through_camera(
     parts: Chain, rows: Ledger, name: str, light, mixed, scene, generator, demand: Demand
 ) -> Camera:
     """Return what the camera `name` makes of the light, and its scores against truth."""
-    from ..data.reference_picture import labels_on, truth
-
     sensor = parts.cameras[name]
     captures = stage(rows, "sensor", name, sensor, lambda: sensor(light, generator))
     picture = stage(rows, "isp", name, parts.isp, lambda: developed(parts, captures))
@@ -443,8 +439,6 @@ def renderer_errors(
     The error of each score; empty where the scene states no renderer noise and where scores have no
     interval.
     """
-    from ..uncertainty import score_errors
-
     if not parts.metrics:
         return {}
     with book.stage(rows, f"scores {name}") as row:
@@ -471,8 +465,6 @@ def state_picture(
     """Add the row that says how wrong the picture is, in units of the sensor's noise, and what that
     took.
     """
-    from ..uncertainty import lens_errors, propagation
-
     with book.stage(rows, f"picture {name}"):
         if lacking := propagation.missing(camera.captures):
             book.error(

@@ -12,6 +12,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from .window import wider
 
 
@@ -44,8 +46,6 @@ class Response:
 
     def __add__(self, other: Response) -> Response:
         """Return the response of both sensors together, to the noise of the finer one."""
-        import numpy as np
-
         return Response(
             self.channels + other.channels,
             lambda w: np.concatenate([self.efficiency(w), other.efficiency(w)]),

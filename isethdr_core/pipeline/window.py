@@ -11,6 +11,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from ..data.quantities import full_field
 from ..plugins.protocols import KeepsLight, KnowsImageSize, KnowsItsField
 from ..uncertainty import ledger
 
@@ -39,8 +42,6 @@ def within(centres, side) -> slice:
     """Return the slice of evenly spaced tiles, by their centres, that an interval of length `side`
     about 0 sees; two at least.
     """
-    import numpy as np
-
     pitch = (centres[-1] - centres[0]) / max(len(centres) - 1, 1)
     seen = np.flatnonzero(np.abs(centres) - pitch / 2 < side / 2 - SLIVER * pitch)
     if len(seen) < 2:  # a tile's size is known from its neighbour
@@ -52,8 +53,6 @@ def cut(mixed, inside: dict[str, slice]):
     """Return those tiles of mixed radiance, or all of them where that is what they are; the
     camera's field stays what it was.
     """
-    from ..data.quantities import full_field
-
     if all(mixed.sizes[d] == len(range(mixed.sizes[d])[s]) for d, s in inside.items()):
         return mixed
     width, height = (

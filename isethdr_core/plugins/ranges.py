@@ -17,6 +17,8 @@ from functools import cache
 from reprlib import Repr
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
+from typing_extensions import TypedDict
+
 from ..errors import ConfigError
 
 OUTSIDE = "outside_range"  # pydantic error type of a number outside its declared range
@@ -132,7 +134,6 @@ def check_ranges(component: Any) -> None:
 def _adapter(cls: type) -> Any:
     """Return what checks the fields of a class; cached because making it is slow."""
     from pydantic import ConfigDict, TypeAdapter, with_config
-    from typing_extensions import TypedDict
 
     name = f"{cls.__name__}Fields"
     fields = TypedDict(name, field_types(cls), total=False)  # type: ignore[misc]

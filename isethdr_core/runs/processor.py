@@ -14,6 +14,9 @@ import platform
 from functools import cache
 from pathlib import Path
 
+import numpy
+from threadpoolctl import threadpool_info
+
 from ..plugins.protocols import ChoosesKernels
 
 # of x86 and of ARM, as Linux names them
@@ -54,16 +57,12 @@ def _processor() -> str:
 
 def _vector_instructions() -> str:
     """Return the instruction sets for which NumPy has loops and which this process uses."""
-    import numpy
-
     extensions = numpy.show_config(mode="dicts").get("SIMD Extensions", {})
     return " ".join([*extensions.get("baseline", ()), *extensions.get("found", ())])
 
 
 def _linear_algebra() -> dict[str, str]:
     """Return the kernel of each BLAS library that is loaded, by the folder of the library."""
-    from threadpoolctl import threadpool_info
-
     found = {}
     for library in threadpool_info():
         if library["user_api"] == "blas":

@@ -27,6 +27,7 @@ from ..pipeline.early_checks import check_lightings
 from ..plugins.protocols import AccumulatesSamples, NamesItsEffort
 from ..storage import store
 from ..storage.encoding import bits_for, rounding
+from ..storage.join import join_scenes
 from ..uncertainty.budget import stored_error
 from ..uncertainty.error_terms import RELATIVE, ErrorTerm, Quantity, Source
 from ..uncertainty.ledger import Ledger, error, left_out, record
@@ -196,8 +197,6 @@ def opened(folder, held: list[dict], demand: Demand, rows: Ledger, before=()):
 
     `before` : names of those that this run did not render, whose paths it did not have to follow.
     """
-    from ..storage.join import join_scenes
-
     scenes = [store.open_store(folder / f"{s['id']}.zarr") for s in held]
     kept_bits = [s["radiance"].attrs.get("keepbits") for s in scenes]
     largest = max(map(rounding, kept_bits))

@@ -38,6 +38,7 @@ from .processor import kernels
 from .provenance import fingerprint, input_digests, libraries, versions
 from .radiance_cache import described, held_and_missing, scene_radiance
 from .run_warnings import warnings_of
+from .seeds import generator
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -189,8 +190,6 @@ def plain(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
 def _compute(
     config: DictConfig, settings: dict[str, Any], parts: Chain, key: str, folder: Path
 ) -> Path:
-    from .seeds import generator
-
     rows = Ledger()
     demand = plan(parts, rows)
     expected = expected_s(parts, settings, held_and_missing(parts, demand)[1])

@@ -12,6 +12,8 @@ smaller. Other float64 arrays keep all their bits; lz4 packs them in an eighth o
 
 from __future__ import annotations
 
+import dataclasses
+from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -165,9 +167,6 @@ def jsonable(value):
     """Return `value` made of JSON types only; NaN and infinities become the strings of the zarr v3
     standard.
     """
-    import dataclasses
-    from pathlib import PurePath
-
     if isinstance(value, np.generic):
         value = value.item()
     if value is None or isinstance(value, (str, bool, int)):

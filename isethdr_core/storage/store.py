@@ -16,9 +16,10 @@ import json
 import os
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ..errors import CatalogError
 from ..runs.names import check_path
@@ -27,6 +28,7 @@ from .arrays import write_dataset, write_group
 from .atomic_write import remove_leftovers, temporary_path
 from .encoding import KEEPBITS, LIGHT, jsonable, portable, restored, rounding
 from .home_folder import home as home
+from .join import join_scenes
 from .manifest import (
     ADVICE,
     MANIFEST,
@@ -39,9 +41,6 @@ from .manifest import (
     read_manifest,
     write_manifest,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FORMAT = 2  # of the layout below the root; raised when an older reader would misread a newer store
 WITHOUT_MANIFEST = 1  # the format before manifests: `isethdr catalog adopt` adds one
@@ -274,8 +273,6 @@ def open_store(path: str | os.PathLike[str], group: str = "") -> xr.Dataset:
     ------
     CatalogError : as `read_attrs`; or no such group.
     """
-    import xarray as xr
-
     path = Path(path)
     root, manifest = _opened(path)
     if manifest is None:
@@ -336,8 +333,6 @@ def open_scene(path_or_id: str | os.PathLike[str]) -> xr.Dataset:
     -------
     Dataset : scene radiance and labels; only the groups, bands and tiles that are used are read.
     """
-    from .join import join_scenes
-
     path = _scene_path(path_or_id)
     base = open_store(path)
     recipe = base.attrs.get("recipe")

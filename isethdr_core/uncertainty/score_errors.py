@@ -16,6 +16,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.special import gammainc
 
 from ..data.derived_once import shared, values_only
 from ..data.reference_picture import seen
@@ -144,7 +145,6 @@ def known_within(count: int) -> float:
     `SURE` of the times: a chi-squared share.
     """
     from scipy.optimize import brentq
-    from scipy.special import gammainc
 
     def share_beyond(factor: float) -> float:
         low, high = gammainc(count / 2, np.array([factor**-2, factor**2]) * count / 2)

@@ -12,6 +12,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from scipy.special import ndtri, stdtrit
+
 from ..data.scores import Score
 
 CONFIDENCE = 0.95
@@ -106,7 +108,5 @@ def degrees_of_freedom(variances: tuple[float, ...], freedoms: tuple[float, ...]
 
 def student_factor(freedom: float) -> float:
     """Return how many standard errors half of a 95 % interval is, for these degrees of freedom."""
-    from scipy.special import ndtri, stdtrit
-
     upper = (1 + CONFIDENCE) / 2
     return float(ndtri(upper) if math.isinf(freedom) else stdtrit(freedom, upper))

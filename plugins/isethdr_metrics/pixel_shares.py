@@ -6,6 +6,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from isethdr_core.data.saturation import saturated
+from isethdr_core.data.scores import Score
+
+from .regions import luminances, regions_of
+
 
 @dataclass(frozen=True)
 class PixelShares:
@@ -23,13 +30,6 @@ class PixelShares:
         A picture without the variable `saturated` (`isethdr_core.data.saturation`) counts every
         pixel that is not valid as saturated.
         """
-        import numpy as np
-
-        from isethdr_core.data.saturation import saturated
-        from isethdr_core.data.scores import Score
-
-        from .regions import luminances, regions_of
-
         _, _, valid = luminances(picture, truth)
         shares, scores = (("valid_share", valid), ("saturated_share", saturated(picture))), []
         for region in regions_of(valid.shape, labels):

@@ -5,14 +5,27 @@ contrast in the picture.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
+import numpy as np
+from scipy.special import ndtr, owens_t
+
+from isethdr_core import ledger
+from isethdr_core.data.derived_once import once
+from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Percent, Reach
-
-if TYPE_CHECKING:
-    import numpy as np
+from ..luminance.noise_line import noise_line
+from ..regions import (
+    NAN,
+    Region,
+    luminance_variance,
+    luminances,
+    median_interval,
+    regions_of,
+    variance_stated,
+)
 
 PAIRS = 4000  # drawn per object: the median is then known to about 0.01
 FRAME_PIXELS = 4000  # drawn for the frame's score, for the same reason
@@ -87,14 +100,6 @@ class ContrastDetection:
         interval is that of a median, as if one pixel in `SMOOTH` x `SMOOTH` were independent: the
         picture's mean is taken over such windows.
         """
-        import numpy as np
-
-        from isethdr_core import ledger
-        from isethdr_core.data.derived_once import once
-        from isethdr_core.data.scores import Score
-
-        from ..regions import NAN, median_interval, variance_stated
-
         if not variance_stated(picture, "contrast_detection", "probability"):
             return []
         model, scores = self._model(picture, truth), []
@@ -135,13 +140,7 @@ class ContrastDetection:
         ratio where the picture is darker. The variance is the shot noise of that mean plus the
         local mean of the other noise.
         """
-        import numpy as np
         from scipy.ndimage import uniform_filter
-
-        from isethdr_core.data.derived_once import once
-
-        from ..luminance.noise_line import noise_line
-        from ..regions import luminance_variance, luminances
 
         y, true, valid = luminances(picture, truth)
         share = uniform_filter(valid.astype(float), SMOOTH, mode="nearest")
@@ -168,12 +167,6 @@ class ContrastDetection:
 
     def _asked(self, true, labels) -> list[Asked]:
         """Return what is looked at in the frame and in each object."""
-        import numpy as np
-
-        from isethdr_core.data.derived_once import once
-
-        from ..regions import regions_of
-
         frame, *objects = regions_of(true.shape, labels)
         out = [self._of_frame(true)]
         for region in objects:
@@ -189,8 +182,6 @@ class ContrastDetection:
 
     def _of_frame(self, true) -> Asked:
         """Return the pairs of some pixels with contrast, each with the pixels `reach` away."""
-        import numpy as np
-
         (height, width), r = true.shape, self.reach
         steps = [(dy, dx) for dy in (-r, 0, r) for dx in (-r, 0, r) if dy or dx]
         held = np.zeros(height * width, bool)
@@ -218,8 +209,6 @@ class ContrastDetection:
         return Asked("", pairs, pixels.size, place)
 
     def _map(self, model):
-        import numpy as np
-
         (height, width), r = model.true.shape, self.reach
         total, count = np.zeros(height * width), np.zeros(height * width)
         for dy, dx in ((0, r), (r, 0), (r, r), (r, -r)):
@@ -237,8 +226,6 @@ class ContrastDetection:
         """Return the pixels, as indices of the flat picture, that have about the lowest contrast or
         more with the one `dy` rows and `dx` columns on.
         """
-        import numpy as np
-
         (height, width), left = true.shape, max(-dx, 0)
         across, rows = max(width - abs(dx), 0), max(PIECE // width, 1)
         least, found = (
@@ -259,8 +246,6 @@ class ContrastDetection:
         ----------
         true : luminance (y, x). `first`, `second` : indices of the flat picture.
         """
-        import numpy as np
-
         true = true.ravel()
         a, b = true[first], true[second]
         sums = a + b
@@ -272,8 +257,6 @@ class ContrastDetection:
 
     def _probability(self, model: Expected, pairs: Pairs):
         """Return the probability of each pair."""
-        import numpy as np
-
         from .photon_counts import Signal, of_signals
 
         _, mean, variance, step, valid = (values.ravel() for values in model)
@@ -311,8 +294,6 @@ def pair_probability(
     follows Geese, Seger, Paolillo 2018 and IEEE Std 2020-2024; the order of bright and dark has to
     be kept.
     """
-    import numpy as np
-
     from .photon_counts import Signal, of_signals
 
     values = np.broadcast_arrays(bright, bright_variance, dark, dark_variance, contrast)
@@ -329,8 +310,6 @@ def pair_probability(
 
 def _growth(bright, bright_variance, dark, dark_variance):
     """Return how much the variance grows per unit of the mean, 0 where it does not grow."""
-    import numpy as np
-
     apart = bright - dark
     slope = (bright_variance - dark_variance) / np.where(apart > 0, apart, 1.0)
     return np.where(apart > 0, np.maximum(slope, 0.0), 0.0)
@@ -343,9 +322,6 @@ def both_positive(h, k, rho):
     -----
     Owen 1956, eq. 2.1.
     """
-    import numpy as np
-    from scipy.special import ndtr, owens_t
-
     tiny = 1e-12
     h, k, rho = (np.asarray(v, float) for v in (h, k, rho))
     h, k = (np.where(np.abs(v) < tiny, tiny, v) for v in (h, k))
@@ -359,10 +335,6 @@ def draw_pairs(mask, reach: int):
     """Return (first, second) index pairs: pixels of `mask` and pixels outside it at most `reach`
     away.
     """
-    import numpy as np
-
-    from ..regions import Region
-
     rows, columns = np.nonzero(mask)
     window = tuple(slice(i.min(), i.max() + 1) for i in (rows, columns))
     return draw_pairs_of(Region("", window, mask[window], mask.shape), reach)
@@ -370,7 +342,6 @@ def draw_pairs(mask, reach: int):
 
 def draw_pairs_of(region, reach: int):
     """Return the `draw_pairs` of a region (`regions.Region`)."""
-    import numpy as np
     from scipy.ndimage import distance_transform_edt
 
     # one pixel more on each side, but for what is beyond the frame: that is not beside the object

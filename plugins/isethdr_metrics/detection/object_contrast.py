@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.data.derived_once import once
+from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Fewest, Ring
+from ..regions import NAN, luminance_variance, luminances, regions_of, variance_stated
 
 
 @dataclass(frozen=True)
@@ -33,14 +39,6 @@ class ObjectContrast:
         follows from the reported variance. The SNR is the difference of the means over the
         deviation of one pixel's difference.
         """
-        import numpy as np
-
-        from isethdr_core import ledger
-        from isethdr_core.data.derived_once import once
-        from isethdr_core.data.scores import Score
-
-        from ..regions import NAN, luminance_variance, luminances, regions_of, variance_stated
-
         y, true, valid = luminances(picture, truth)
         if labels is None or "instance" not in labels:
             ledger.left_out("object_contrast", "the scene has no label 'instance'", NAN, "Weber")
@@ -93,7 +91,6 @@ class ObjectContrast:
 
     def _ring(self, region):
         """Return the pixels around `region` within the ring's width, at least two pixels wide."""
-        import numpy as np
         from scipy.ndimage import distance_transform_cdt
 
         width = max(2, round(self.ring * float(np.sqrt(region.mask.sum()))))

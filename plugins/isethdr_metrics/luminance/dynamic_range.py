@@ -6,9 +6,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from scipy.special import ndtri
+
+from isethdr_core import ledger
+from isethdr_core.data.derived_once import intervals_wanted
+from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Darkest
+from ..regions import NAN, luminance_variance, luminances, variance_stated
+from .noise_line import dark_medians, line_through
 
 # chance that noise alone passes for a signal in a picture without any
 FALSE_ALARM = 1e-3
@@ -43,15 +51,6 @@ class DynamicRange:
         confidence limit. The interval of a range is the jackknife's over the groups of dark pixels,
         and the noise of the brightest pixel.
         """
-        import numpy as np
-
-        from isethdr_core import ledger
-        from isethdr_core.data.derived_once import intervals_wanted
-        from isethdr_core.data.scores import Score
-
-        from ..regions import NAN, luminance_variance, luminances, variance_stated
-        from .noise_line import dark_medians
-
         y, true, valid = luminances(picture, truth)
         if not variance_stated(picture, "dynamic_range", "dB"):
             return []
@@ -112,8 +111,6 @@ def highest_of_noise(noise: float, pixels: int) -> float:
     ----------
     noise : standard deviation of a pixel, any unit. `pixels` : how many there are.
     """
-    from scipy.special import ndtri
-
     return float(-ndtri(FALSE_ALARM / pixels) * noise)
 
 
@@ -121,10 +118,6 @@ def lower_ends(light, noise) -> dict[str, float]:
     """Return the luminance of each definition, cd/m2, from the line through light and noise
     variance.
     """
-    import numpy as np
-
-    from .noise_line import line_through
-
     a, b = line_through(light, noise)
     return {
         "": (b + np.sqrt(b * b + 4 * a)) / 2,
@@ -137,8 +130,6 @@ def jackknife_sd(ends) -> float:
     """Return the standard deviation of the logarithm of a lower end from its values without one
     group each (Efron 1982, eq. 3.1).
     """
-    import numpy as np
-
     if len(ends) < 2 or min(ends) <= 0:
         return float("nan")
     logs = np.log(ends)

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from isethdr_core.data.scores import Score
+from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Luminance, Row
+from ..regions import luminance_variance, luminances, mean_interval
 
 
 @dataclass(frozen=True)
@@ -25,12 +30,6 @@ class LineProfile:
         """Return the rms difference of the two log10 profiles over the row, 95 % by resampling its
         twelfths.
         """
-        import numpy as np
-
-        from isethdr_core.data.scores import Score
-
-        from ..regions import mean_interval
-
         line = self.profile(picture, truth)
         square = (line["log10_picture"] - line["log10_truth"]) ** 2
         value, low, high = np.sqrt(
@@ -42,12 +41,6 @@ class LineProfile:
         """Return row, x_m, log10_picture, log10_truth (log10 cd/m2), log10_low, log10_high (95 % of
         the noise), valid.
         """
-        import numpy as np
-
-        from isethdr_core.errors import ConfigError
-
-        from ..regions import luminance_variance, luminances
-
         y, true, valid = luminances(picture, truth)
         if not -1 <= self.row < len(y):
             raise ConfigError(

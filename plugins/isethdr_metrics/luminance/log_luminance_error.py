@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from isethdr_core.data.derived_once import once
+from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Luminance
+from ..regions import luminances, mean_of, regions_of
 
 
 @dataclass(frozen=True)
@@ -29,13 +34,6 @@ class LogLuminanceError:
         A saturated pixel counts with the luminance that the picture gives it, which is the highest
         that it can measure.
         """
-        import numpy as np
-
-        from isethdr_core.data.derived_once import once
-        from isethdr_core.data.scores import Score
-
-        from ..regions import luminances, mean_of, regions_of
-
         y, true, _ = luminances(picture, truth)
         floor = self.floor_cd_m2
         true_log = once(("log", floor), (truth,), lambda: np.log10(np.maximum(true, floor)))

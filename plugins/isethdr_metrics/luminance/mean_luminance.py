@@ -4,6 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.data.scores import Score
+
+from ..regions import NAN, frame_and_objects, luminance_variance, luminances
+
 
 @dataclass(frozen=True)
 class MeanLuminance:
@@ -17,13 +24,6 @@ class MeanLuminance:
         """Return one score per region with valid pixels; the interval is that of the mean's
         reported variance.
         """
-        import numpy as np
-
-        from isethdr_core import ledger
-        from isethdr_core.data.scores import Score
-
-        from ..regions import NAN, frame_and_objects, luminance_variance, luminances
-
         y, _, valid = luminances(picture, truth)
         variance = luminance_variance(picture)
         out = []

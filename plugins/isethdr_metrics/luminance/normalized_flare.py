@@ -6,9 +6,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.data.scores import Score
+from isethdr_core.display.display_view import lamp_mask
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Guard
+from ..regions import NAN, luminances, mean_interval
 
 
 @dataclass(frozen=True)
@@ -31,14 +37,7 @@ class NormalizedFlare:
         truth. Sources are pixels of half that, or lamps (`view.lamp_mask`). Noise gives values
         around 0, so the mean is without bias; the percentile holds the noise of single pixels.
         """
-        import numpy as np
         from scipy.ndimage import distance_transform_edt
-
-        from isethdr_core import ledger
-        from isethdr_core.data.scores import Score
-        from isethdr_core.display.display_view import lamp_mask
-
-        from ..regions import NAN, luminances, mean_interval
 
         y, true, valid = luminances(picture, truth)
         source = float(true.max())

@@ -6,9 +6,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from scipy.special import stdtrit
+
+from isethdr_core import ledger
+from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import HalfWidth
+from ..regions import NAN, luminances
 
 OVERSAMPLING = 4  # samples a pixel across the edge, as in ISO 12233
 # rows: one passage of the edge through a pixel at 5 degrees, so that a segment holds all phases
@@ -37,14 +43,6 @@ class SlantedEdgeResponse:
         Without one straight, slanted edge across the frame there is no response, and the number of
         rows is 0.
         """
-        import numpy as np
-        from scipy.special import stdtrit
-
-        from isethdr_core import ledger
-        from isethdr_core.data.scores import Score
-
-        from ..regions import NAN
-
         found = self.curve(picture, truth)
         if not found:
             ledger.left_out(
@@ -95,10 +93,6 @@ class SlantedEdgeResponse:
         transformed. What binning and differencing take away, a sinc of a quarter pixel each, is
         given back.
         """
-        import numpy as np
-
-        from ..regions import luminances
-
         y, true, valid = luminances(picture, truth)
         sides = [(_line(t), t, v, w) for t, v, w in ((true, y, valid), (true.T, y.T, valid.T))]
         sides = [side for side in sides if side[0] is not None]
@@ -158,8 +152,6 @@ def _line(true):
     """Return (slope, offset) of column = offset + slope * row along the one upright edge of `true`,
     or None.
     """
-    import numpy as np
-
     step = np.diff(true, axis=1)
     sign = np.sign(step.sum())
     strength = np.maximum(sign * step, 0.0)
@@ -191,8 +183,6 @@ def _room(slope, offset, shape) -> int:
 
 def _line_spread(count, across, total):
     """Return the windowed line spread from the sums of one resample of segments."""
-    import numpy as np
-
     held = count > 0
     # a bin's samples do not fill it evenly: it counts at the mean of their places
     profile = np.interp(
@@ -204,8 +194,6 @@ def _line_spread(count, across, total):
 
 def _window(count: int):
     """Return a Tukey window: flat over the middle half, a cosine at both ends."""
-    import numpy as np
-
     edge = np.minimum(np.arange(count), np.arange(count)[::-1]) / (count - 1)
     return np.where(edge < 0.25, 0.5 - 0.5 * np.cos(4 * np.pi * edge), 1.0)
 
@@ -214,8 +202,6 @@ def _falls_to_half(frequency, response) -> float:
     """Return where the response first falls below a half, cycles per pixel; the last frequency
     where it never does.
     """
-    import numpy as np
-
     below = np.flatnonzero(response < 0.5)
     if not len(below) or below[0] == 0:
         return float(frequency[-1])

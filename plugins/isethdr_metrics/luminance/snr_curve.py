@@ -6,9 +6,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.data.derived_once import once
+from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Bins, Luminance
+from ..regions import check_pair, luminance_variance, luminances, median_interval, variance_stated
 
 PIXELS_PER_INDEPENDENT = 9  # demosaic makes neighbours alike: one pixel in 3 x 3 is independent
 # a median lies between the smallest and the largest of n values but for 2 * 0.5**n: 95 % takes 6
@@ -34,13 +40,6 @@ class SnrCurve:
         A bin of true luminance is used where it has at least `FEWEST_PIXELS` valid pixels. The
         median luminance of one such bin must lie within the width of a bin from the score's.
         """
-        import numpy as np
-
-        from isethdr_core import ledger
-        from isethdr_core.data.scores import Score
-
-        from ..regions import check_pair, variance_stated
-
         check_pair(picture, truth)
         if not variance_stated(picture, "SNR", "dB"):
             return []
@@ -69,8 +68,6 @@ class SnrCurve:
         two bins, it is the next one on the same side. The slope of one row alone is that of shot
         noise.
         """
-        import numpy as np
-
         x, snr = np.log10(rows["luminance_cd_m2"] / level), rows["snr_db"]
         across = 1 if x[nearest] < 0 else -1
         for second in (nearest + across, nearest - across):
@@ -95,12 +92,6 @@ class SnrCurve:
         snr_interval_db (bins, 2): the ends of its 95 % less snr_db, as if one pixel in 3 x 3 were
         independent, because demosaic makes neighbours alike.
         """
-        import numpy as np
-
-        from isethdr_core.data.derived_once import once
-
-        from ..regions import luminance_variance, luminances, median_interval
-
         y, true, valid = luminances(picture, truth)
         use = valid & (true > 0)
 

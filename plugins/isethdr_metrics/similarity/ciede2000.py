@@ -7,9 +7,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.data.derived_once import once
+from isethdr_core.data.scores import Score
+from isethdr_core.display.display_view import white_cd_m2
+from isethdr_core.physics.colour import colour_spaces
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import White
+from ..regions import luminances, mean_of, regions_of
 
 
 @dataclass(frozen=True)
@@ -44,16 +52,6 @@ class Ciede2000:
         not for lamps. A pixel that is not valid counts as the white, which is what `view.display`
         shows for it.
         """
-        import numpy as np
-
-        from isethdr_core import ledger
-        from isethdr_core.data.derived_once import once
-        from isethdr_core.data.scores import Score
-        from isethdr_core.display.display_view import white_cd_m2
-        from isethdr_core.physics.colour import colour_spaces
-
-        from ..regions import luminances, mean_of, regions_of
-
         _, true, valid = luminances(picture, truth)
         white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
         score, function, unit = self.formula

@@ -5,9 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
+from isethdr_core.data.derived_once import once
+from isethdr_core.data.scores import Score
+from isethdr_core.display.display_view import display, white_cd_m2
+from isethdr_core.errors import UnitError
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Compression, White
+from ..regions import luminances, mean_of, regions_of
+from .structural_similarity import similarity
 
 
 @dataclass(frozen=True)
@@ -40,16 +48,6 @@ class Ssim:
         averaged. A pixel that is not valid shows nothing of a truth below the white: its similarity
         is 0. Above the white a display shows both as white.
         """
-        import numpy as np
-
-        from isethdr_core.data.derived_once import once
-        from isethdr_core.data.scores import Score
-        from isethdr_core.display.display_view import display, white_cd_m2
-        from isethdr_core.errors import UnitError
-
-        from ..regions import luminances, mean_of, regions_of
-        from .structural_similarity import similarity
-
         _, true, valid = luminances(picture, truth)
         shape = valid.shape
         if min(shape) < 11:

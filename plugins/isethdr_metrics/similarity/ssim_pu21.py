@@ -7,6 +7,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
+from isethdr_core.data.scores import Score
+from isethdr_core.errors import UnitError
+
+from ..regions import frame_and_objects, luminances, mean_interval
+from .structural_similarity import similarity
+
 LOWEST_CD_M2, HIGHEST_CD_M2 = 0.005, 10000.0  # for which PU21 was fitted
 # Mantiuk, Azimi 2021, "PU21: a novel perceptually uniform encoding", the fit "banding_glare", its
 # default
@@ -43,14 +51,6 @@ class SsimPu21:
         of 100 cd/m2. The similarity of a pixel that is not valid is 0, unless its truth lies above
         what PU21 can hold.
         """
-        import numpy as np
-
-        from isethdr_core.data.scores import Score
-        from isethdr_core.errors import UnitError
-
-        from ..regions import frame_and_objects, luminances, mean_interval
-        from .structural_similarity import similarity
-
         y, true, valid = luminances(picture, truth)
         if min(y.shape) < 11:
             raise UnitError(
@@ -72,7 +72,5 @@ def pu21(luminance_cd_m2):
     """Return PU21 code values of luminances in cd/m2, which are first clamped to 0.005 .. 10 000;
     100 cd/m2 gives 256.
     """
-    import numpy as np
-
     y = np.clip(luminance_cd_m2, LOWEST_CD_M2, HIGHEST_CD_M2) ** P[3]
     return np.maximum(P[6] * (((P[0] + P[1] * y) / (1 + P[2] * y)) ** P[4] - P[5]), 0.0)
