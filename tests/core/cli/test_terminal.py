@@ -61,6 +61,8 @@ def test_plugins_are_listed_as_they_are_named(text, monkeypatch, capsys):
     class Sensor:
         __doc__ = f"A sensor {text}."
 
+        def __call__(self, light, generator): ...
+
     known = {("sensor", "odd"): Component("sensor", "odd", Sensor)}
     broken = (registry.BrokenPlugin("odd", "acme", f"it says {text}"),)
     monkeypatch.setattr(registry, "components", lambda: known)

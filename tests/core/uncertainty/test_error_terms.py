@@ -300,7 +300,7 @@ def test_stored_terms_are_restated_by_their_fields(monkeypatch, tmp_path):
 
     def restated(attributes, rows):
         joined = whole.assign_attrs(attributes)
-        monkeypatch.setattr("isethdr_core.storage.join.join_scenes", lambda *_: joined)
+        monkeypatch.setattr("isethdr_core.runs.radiance_cache.join_scenes", lambda *_: joined)
         with ledger.stage(Ledger(), "radiance") as stage:
             radiance_cache.opened(tmp_path, held, radiance_cache.Demand(), rows)
         return [(t.source.kind, t.part, t.value) for t in stage.errors[1:]]
