@@ -12,6 +12,7 @@ from rich.table import Table
 from isethdr_core.cli.terminal import console, print_path
 from isethdr_core.data.scores import UNLIKE_SHARES, are_unlike
 from isethdr_core.errors import CatalogError
+from isethdr_core.plugins.registry import build
 from isethdr_core.storage.home_folder import home
 
 catalog = typer.Typer(
@@ -101,8 +102,6 @@ def score(
 ) -> None:
     """Print one row per camera and score; nothing is stored."""
     from omegaconf import OmegaConf
-
-    from isethdr_core.plugins.registry import build
 
     from .query import show as query
     from .stored_scores import scores_of

@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.special import erf
 
 from ..data import camera_geometry
 from ..data.quantities import IRRADIANCE, PHOTOCURRENT
@@ -319,7 +320,6 @@ def within(bound, deviation, share: float = SHARE) -> float:
     deviate with its own deviation.
     """
     from scipy.optimize import brentq
-    from scipy.special import erf
 
     step = max(1, bound.size // MOST_PIXELS) | 1  # odd: all colours of a filter array take part
     bound, deviation = (np.ravel(a)[::step].astype(float) for a in (bound, deviation))

@@ -130,8 +130,6 @@ def electrons(data, k: int) -> np.ndarray:
     """Return electrons (y, x) of capture `k`, dark charge included, of captures or of expected
     electrons.
     """
-    import xarray as xr
-
     if not isinstance(data, xr.Dataset):
         return data.values[k]
     return (data.raw.values[k].astype(float) - float(data.black_dn[k])) / float(
