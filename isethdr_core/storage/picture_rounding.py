@@ -20,6 +20,7 @@ FIXED_PATTERN_BITS = 6  # of the total variance, of which the fixed pattern is a
 # disk where neighbouring pixels have grids of unlike spacing
 ROW_SHIFTS = {"xyz": 8, "variance": 64, FIXED_PATTERN: 1}
 TINY = np.finfo(np.float64).tiny
+EXPONENT = np.int64(0x7FF0_0000_0000_0000)  # bits of a float64: alone they are a power of two
 NOTES = {
     "xyz": "at most 1/20 of the standard deviation; without variance 2^-17, relative",
     "variance": "at most 2^-8 (Y) and 2^-3 (X and Z), relative",
@@ -86,8 +87,8 @@ def _relative(values, bits: int) -> np.ndarray:
 
 def _power_of_two(values) -> np.ndarray:
     """Return the largest power of two that is at most each value above 0."""
-    _, exponent = np.frexp(np.maximum(values, TINY * 2.0**64))
-    return np.ldexp(1.0, exponent - 1)
+    whole = np.maximum(values, TINY * 2.0**64)
+    return (whole.view(np.int64) & EXPONENT).view(np.float64)
 
 
 def _on_grids(values, quanta, row_shifts: int) -> np.ndarray:
@@ -98,9 +99,12 @@ def _on_grids(values, quanta, row_shifts: int) -> np.ndarray:
         one, quantum = values[..., channel], quanta[..., channel]
         shift = shifts if channel == 1 else 0.0
         held = np.isfinite(one)
-        grid = (np.rint(np.where(held, one, 0.0) / quantum - shift) + shift) * quantum
-        # a value of 0 has a meaning of its own: no light, no variance
-        out[..., channel] = np.where(held & (one != 0), grid, one)
+        held &= one != 0  # 0 has a meaning of its own: no light, no variance
+        grid = np.where(held, one, 0.0) * (1 / quantum) - shift
+        np.rint(grid, out=grid)
+        grid += shift
+        grid *= quantum
+        out[..., channel] = np.where(held, grid, one)
     return out
 
 
