@@ -21,6 +21,7 @@ import sys
 import tempfile
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import scipy.fft as sf
@@ -237,15 +238,13 @@ def errors(scene, aberrated):
     """Return how far photocurrent is from irradiance by the same kernels, in standard deviations of
     the noise: largest below full well, above it.
     """
-    from isethdr_optics.imaging import irradiance
-
     (lens, flares), (sensor, response) = optics(aberrated), camera()
     short = lens.photocurrent(scene, flares, response)
     if "channel" not in short.dims:
         return float("nan"), float("nan")
     short = sensor.expected(short).values
     long = sensor.expected(
-        irradiance.irradiance(lens, scene, flares, irradiance.parts(lens, scene, flares, response))
+        replace(lens.plan(flares, scene, response), response=None, error_allowed=0.0).image(scene)
     ).values
     share = np.abs(short - long) / np.sqrt(long + response.read_noise_e**2)
     return share[long < FULL_WELL_E].max(initial=0.0), share[long >= FULL_WELL_E].max(initial=0.0)

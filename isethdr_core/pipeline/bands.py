@@ -1,5 +1,4 @@
-"""Bands that can be left out: outer ones that neither a sensor nor the truth sees, and outer ones
-without light.
+"""Bands that can be left out: outer ones that neither a sensor nor the truth sees.
 
 Only outer bands are ever dropped, and two always stay: the width of a band comes from the distance
 to its neighbours.
@@ -68,38 +67,6 @@ def of_demand(scene, demand: Demand):
         needless=True,
     )
     return scene.sel(wavelength=list(bands))
-
-
-def lit(mixed, wanted) -> ledger.Kept:
-    """Keep the bands out of `wanted` between the first and the last in which `mixed` has any light;
-    inner ones are not looked at.
-    """
-    bands = tuple(map(float, wanted))
-
-    def first(order) -> int | None:
-        return next((k for k in order if mixed.sel(wavelength=bands[k]).values.any()), None)
-
-    ends = first(range(len(bands))), first(reversed(range(len(bands))))
-    kept = bands[outer([k in ends for k in range(len(bands))])]
-    if len(kept) == len(bands):
-        return ledger.Kept(kept)
-    dark = f"{len(bands) - len(kept)} of {len(bands)} bands"
-    omitted = ledger.LeftOut(dark, "no light in them", 0.0, "W m-2 nm-1", BANDS, needless=True)
-    return ledger.Kept(kept, (omitted,))
-
-
-def widened(light, every_nm, response):
-    """Return light that went through the lens in fewer bands as light in `every_nm`: the others are
-    dark, and captures keep their wavelengths.
-
-    `response` : that photocurrent was made for.
-    """
-    if "wavelength" in light.dims:
-        return light.reindex(wavelength=every_nm, fill_value=0.0)
-    whole = response.efficiency(np.asarray(every_nm, float))
-    part = whole[:, np.isin(every_nm, light.attrs["wavelength_nm"])]
-    rows = [int(np.abs(part - own).max(1).argmin()) for own in light.attrs["efficiency"]]
-    return light.assign_attrs(wavelength_nm=np.asarray(every_nm, float), efficiency=whole[rows])
 
 
 def _between(offered, sensed):

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from inspect import signature
 from typing import Any
 
 from ..cli import progress
@@ -18,18 +17,19 @@ from ..data.saturation import with_saturation
 from ..data.scores import Score, state_errors
 from ..errors import ConfigError, PluginError
 from ..plugins.component import Stage
-from ..plugins.protocols import DeclaresNoise, MakesPhotocurrent, NarrowsDemand
+from ..plugins.protocols import DeclaresNoise, NarrowsDemand
 from ..plugins.registry import build_from_config, plugin_manager
 from ..runs.names import check_names
 from ..runs.noise_realisations import over_draws, state_spread
 from ..runs.seeds import checked_seed
-from ..uncertainty import budget, lens_errors, propagation, score_errors
+from ..uncertainty import budget, propagation, score_errors
 from ..uncertainty import ledger as book
 from ..uncertainty.ledger import Ledger
 from ..uncertainty.score_intervals import RendererError, ScoreKey
 from . import bands, early_checks, memory, overscan, window
 from .demand import Demand
 from .field_check import check_fields, check_rendered, state_field
+from .imaging_plan import ImagingPlan, LightBudget, TrivialPlan, imaged, plans_imaging
 
 
 @dataclass(frozen=True)
@@ -336,28 +336,25 @@ def stage(rows: Ledger, kind: str, name: str, component, call):
     return at_work.result
 
 
+def imaging_plan(parts: Chain, mixed, demand: Demand) -> ImagingPlan:
+    """Return how the light on the sensor plane is made of mixed radiance: as the lens plans it,
+    else with nothing left out.
+    """
+    flares = tuple(parts.flares.values())
+    if not parts.leave_out:
+        return TrivialPlan(parts.lens, flares)
+    if not plans_imaging(parts.lens):
+        return TrivialPlan(parts.lens, flares, demand.response, demand.error_allowed)
+    sensed_nm = bands.sensed_nm(parts.cameras.values(), mixed.wavelength.values)
+    asked = LightBudget(demand.error_allowed, demand.window_m, sensed_nm)
+    return parts.lens.plan(flares, mixed, demand.response, asked)
+
+
 def on_sensor(parts: Chain, mixed, demand: Demand):
     """Return the light on the sensor plane: photocurrent where all sensors ask for it and the lens
     can, else irradiance.
     """
-    flares = tuple(parts.flares.values())
-    if not parts.leave_out:
-        return parts.lens(mixed, flares=flares)
-    mixed = book.record_kept(window.without_unseen(parts.lens, mixed, flares, demand.window_m))
-    every = mixed.wavelength.values
-    seen = book.record_kept(bands.lit(mixed, bands.sensed_nm(parts.cameras.values(), every)))
-    if len(seen) < len(every):
-        mixed = mixed.sel(wavelength=list(seen))
-    if demand.response is not None and isinstance(parts.lens, MakesPhotocurrent):
-        light = parts.lens.photocurrent(mixed, flares, demand.response)
-    else:
-        known = (
-            {"error_allowed": demand.error_allowed}
-            if "error_allowed" in signature(parts.lens.__call__).parameters
-            else {}
-        )
-        light = parts.lens(mixed, flares=flares, **known)
-    return bands.widened(light, every, demand.response) if len(seen) < len(every) else light
+    return imaged(imaging_plan(parts, mixed, demand), mixed)
 
 
 def developed(parts: Chain, captures):
@@ -474,13 +471,7 @@ def state_picture(
                 f"not known: the captures lack {', '.join(lacking)}",
             )
             return
-        errors = lens_errors.asked_of(
-            parts.lens,
-            tuple(parts.flares.values()),
-            parts.cameras.values(),
-            demand if parts.leave_out else None,
-            mixed,
-        )
+        errors = imaging_plan(parts, mixed, demand).light_errors
         looked_at = propagation.some_of(camera.captures) if parts.leave_out else camera.captures
         own = [
             row

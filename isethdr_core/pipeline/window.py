@@ -1,10 +1,8 @@
-"""Window: what sensors see of the image plane, and the tiles of the field that need not go through
-the lens because none is there.
+"""Window: what sensors see of the image plane.
 
 A sensor smaller than the field states its window in the demand, centred on the axis; one that says
-nothing sees everything. A lens that keeps every tile's light in place (`keeps_light(flares)`) is
-given the tiles of the window alone. Any other knows for itself how far its light spreads: it finds
-the window in the response that it is asked with.
+nothing sees everything. What need not go through the lens is decided in its plan (`imaging_plan`).
+Beforehand it is known of a lens that keeps every tile's light in place (`keeps_light(flares)`).
 """
 
 from __future__ import annotations
@@ -20,7 +18,6 @@ from ..uncertainty import ledger
 SLIVER = (
     1e-10  # of a tile: rounding of coordinates; the area that a sensor sees of such a tile is none
 )
-WHY = "no sensor sees them"
 IRRADIANCE = "W m-2 nm-1"  # as `quantities`, which needs xarray
 
 
@@ -59,34 +56,6 @@ def cut(mixed, inside: dict[str, slice]):
         mixed.attrs.get(k) or n for k, n in zip(("field_width", "field_height"), full_field(mixed))
     )
     return mixed.isel(inside).assign_attrs(field_width=width, field_height=height)
-
-
-def without_unseen(lens, mixed, flares, window_m) -> ledger.Kept:
-    """Keep the tiles of `mixed` that a lens makes light of within a window: all, unless it keeps
-    every tile's light in place.
-
-    Parameters
-    ----------
-    window_m : (width, height) in metres on the image plane, as `Demand.window_m`.
-    """
-    if window_m is None or not _keeps(lens, flares):
-        return ledger.Kept(mixed)
-    width_m, height_m = lens.image_size_m(1.0, 1.0, mixed.attrs.get("projection", "tangent"))
-    part = cut(mixed, tiles(mixed, (window_m[0] / width_m, window_m[1] / height_m)))
-    if part is mixed:
-        return ledger.Kept(mixed)
-    return ledger.Kept(part, (left_out(mixed, part, WHY, 0.0, IRRADIANCE),))
-
-
-def left_out(whole, part, why: str, bound: float, unit: str) -> ledger.LeftOut:
-    """Return which tiles of the field are left out."""
-    (height, width), (inner_height, inner_width) = whole.shape[-2:], part.shape[-2:]
-    out = height * width - inner_height * inner_width
-    what = (
-        f"{out} of {height * width} tiles of the field, beyond the middle {inner_width} x"
-        f" {inner_height}"
-    )
-    return ledger.LeftOut(what, why, bound, unit, "tiles", needless=True)
 
 
 def planned(scene, lens, flares, window_m) -> None:

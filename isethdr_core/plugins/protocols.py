@@ -31,10 +31,12 @@ if TYPE_CHECKING:
     from ..data.scores import Score
     from ..pipeline.demand import Demand, Response
     from ..pipeline.early_checks import ShotForm
+    from ..pipeline.imaging_plan import LightBudget
     from ..pipeline.memory import Frame, Need
     from ..runs.sample_accumulation import Known
     from ..runs.seeds import Generator
-    from ..uncertainty.error_terms import ErrorMaps
+    from ..uncertainty.error_terms import ErrorMaps, ErrorTerm
+    from ..uncertainty.ledger import LeftOut
 
     Numbers: TypeAlias = npt.NDArray[np.floating[Any]]
 
@@ -459,6 +461,61 @@ class CountsKernels(Protocol):
         ...
 
 
+class ImagingPlan(Protocol):
+    """How the light of one field is made; `PlansImaging` returns it."""
+
+    @property
+    def terms(self) -> Sequence[ErrorTerm]:
+        """The errors that are known before any light is made."""
+        ...
+
+    @property
+    def left_out(self) -> Sequence[LeftOut]:
+        """What is not computed, with a bound on what that changes."""
+        ...
+
+    def image(self, mixed: xr.DataArray, /) -> xr.DataArray:
+        """Return irradiance or photocurrent of mixed radiance on the planned field."""
+        ...
+
+    def light_errors(self, mixed: xr.DataArray, weights: Numbers, /) -> ErrorMaps | None:
+        """Return how wrong the lens makes the light of `mixed`, tile by tile, (channel, y, x).
+
+        Parameters
+        ----------
+        weights : (channel, band), what is counted of the irradiance of each band of `mixed`.
+
+        Returns
+        -------
+        One tile per tile of the light that `image` makes; None where that is not known.
+        """
+        ...
+
+
+@runtime_checkable
+class PlansImaging(Protocol):
+    """A lens that decides once what of a field, and of its own effects, is needed."""
+
+    def plan(
+        self,
+        flares: Sequence[Flare],
+        field: xr.DataArray,
+        response: Response | None,
+        budget: LightBudget,
+        /,
+    ) -> ImagingPlan:
+        """Return the plan of imaging a field.
+
+        Parameters
+        ----------
+        flares : as for the call of a lens.
+        field : mixed radiance `([component,] wavelength, y, x)`.
+        response : of all sensors; None where one of them needs light wavelength by wavelength.
+        budget : what of the light is needed, and how wrong it may be.
+        """
+        ...
+
+
 @runtime_checkable
 class MakesPhotocurrent(Protocol):
     """A lens that can answer with the photocurrent of one sensor instead of irradiance."""
@@ -638,6 +695,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         StatesFieldBorder,
         KeepsLight,
         CountsKernels,
+        PlansImaging,
         MakesPhotocurrent,
         StatesErrors,
         HasPointSpread,

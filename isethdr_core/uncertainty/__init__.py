@@ -6,7 +6,6 @@
 | `earlier_terms`   | error terms as stored by earlier versions, and stated by their plugins     |
 | `error_terms`     | stated errors as data: source, quantity, part, value, unit, how known      |
 | `ledger`          | seconds, peak memory, errors and what was left out, per stage              |
-| `lens_errors`     | what a lens knows of its error in the light of one scene                   |
 | `propagation`     | stated errors carried to the electrons of each capture                     |
 | `render_noise`    | the renderer's own noise, tile by tile, and in the pixels of a camera      |
 | `score_errors`    | how far the renderer's noise moves the scores                              |

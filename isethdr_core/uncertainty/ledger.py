@@ -264,6 +264,25 @@ def collected(call: Callable[[], Any]) -> Collected:
         _row.reset(token)
 
 
+@contextmanager
+def gathered(title: str) -> Iterator[Row]:
+    """Collect what is stated inside in a row of its own, in a run or not; none of it is stated.
+
+    For plans, which carry their terms until somebody makes the light.
+
+    Parameters
+    ----------
+    title : of the row where no stage of that kind is running.
+    """
+    running = _row.get()
+    row = Row(running.stage if running and running.kind == Row(title).kind else title)
+    token = _row.set(row)
+    try:
+        yield row
+    finally:
+        _row.reset(token)
+
+
 def record_row(other: Row) -> None:
     """Add what another row states to the running stage."""
     if row := _row.get():

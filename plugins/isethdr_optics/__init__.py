@@ -7,6 +7,7 @@
 | `flare/`        | dirty apertures, haze and ghosts                                           |
 | `imaging/`      | mixed radiance to irradiance or photocurrent on the sensor plane           |
 | `lenses/`       | the components, their fields and their ranges                              |
+| `plan/`         | what of a field is needed, decided once, and applied to light              |
 | `prescription/` | a real lens from its surfaces, glasses, coatings and stop                  |
 | `psf/`          | how much of a tile's light reaches every other tile                        |
 | `pupil/`        | stop, wavefront, apodization and flares of a lens put together on any grid |
@@ -22,7 +23,7 @@ COMPONENTS = [
     Component(
         "lens", "diffraction_limited", "isethdr_optics.lenses.thin_lens:DiffractionLimitedLens"
     ),
-    Component("lens", "wavefront", "isethdr_optics.lenses.thin_lens:WavefrontLens"),
+    Component("lens", "wavefront", "isethdr_optics.lenses.wavefront_lens:WavefrontLens"),
     Component("lens", "prescription", "isethdr_optics.lenses.prescription_lens:PrescribedLens"),
     Component("flare", "ideal", "isethdr_optics.flare.aperture:IdealFlare"),
     Component("flare", "aperture", "isethdr_optics.flare.aperture:ApertureFlare"),

@@ -22,14 +22,14 @@ def chain(sensor):
 
 
 def test_blind_bands_are_not_transformed_and_nothing_is_lost(monkeypatch):
-    from isethdr_optics.imaging import irradiance
+    from isethdr_optics.imaging import irradiance as imaging
 
-    seen, image = [], irradiance.image
+    seen, irradiance = [], imaging.irradiance
     monkeypatch.setattr(
-        irradiance,
-        "image",
-        lambda lens, mixed, *rest: (
-            seen.append(mixed.wavelength.values) or image(lens, mixed, *rest)
+        imaging,
+        "irradiance",
+        lambda cube, optics, *rest: (
+            seen.append(optics.wavelength_nm) or irradiance(cube, optics, *rest)
         ),
     )
     values = np.random.default_rng(1).random((len(BANDS), 24, 32)).astype(np.float32)

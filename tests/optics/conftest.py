@@ -2,7 +2,7 @@
 
 import pytest
 import yaml
-from isethdr_optics.imaging import sensor_limited
+from isethdr_optics.plan import planning
 
 from .lamp_ghosts import SINGLET
 
@@ -10,7 +10,7 @@ from .lamp_ghosts import SINGLET
 @pytest.fixture(autouse=True)
 def small_frames_go_the_way_of_large_ones(monkeypatch):
     """Photocurrent is tried whatever the size of the frame."""
-    monkeypatch.setattr(sensor_limited, "WORTH", 0)
+    monkeypatch.setattr(planning, "WORTH", 0)
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, PrescribedLens
-from isethdr_optics.field.field_point_lens import node_lens
+from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.prescription.exit_pupil import exit_pupil
 from isethdr_optics.pupil import sampled_pupil
 
@@ -205,12 +205,7 @@ def test_the_ledger_states_what_the_ellipse_leaves():
     lens = PrescribedLens(f_number=3.0, focal_length_mm=FOCAL_MM, distortion="none", falloff="none")
     x, rows = quantities.centres(9, 2 * np.tan(np.radians(14.0))), ledger.Ledger()
     with ledger.stage(rows, "lens"):
-        lens._state(
-            quantities.plane(
-                np.ones((1, 9, 1)), [REFERENCE_NM], x[4:5], x, quantities.RADIANCE, pitch_x=0.05
-            ),
-            ledger,
-        )
+        lens.state_limits(float(np.arctan(x.max())), [REFERENCE_NM])
     [stated] = [e for e in rows[0].errors if e.source.key == "exit pupil"]
     assert stated.unit == "relative" and np.abs(found - wanted).sum() < stated.value < 0.04
     assert not any("foreshortened" in e.label for e in rows[0].errors)

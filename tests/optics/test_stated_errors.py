@@ -20,8 +20,9 @@ from isethdr_core.data.temporal_modulation import stacked
 from isethdr_core.physics.detector.temporal_modulation import Modulation
 from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.physics.resampling.area import resample_mean
+from isethdr_core.pipeline.imaging_plan import TrivialPlan
 from isethdr_core.plugins.registry import build
-from isethdr_core.uncertainty import ledger, lens_errors, propagation
+from isethdr_core.uncertainty import ledger, propagation
 from isethdr_core.uncertainty.propagation import AFTER_RENDERER
 
 F_MM = 4.0
@@ -55,7 +56,7 @@ def stated(lens, flares, mixed, exposure_s) -> Stated:
         exposure_s=exposure_s,
     )
     captures = sensor(light, hdr.generator(seed=0))
-    errors = lens_errors.asked_of(lens, flares, [sensor], None, mixed)
+    errors = TrivialPlan(lens, flares).light_errors
     shots = propagation.electrons(captures, light, mixed, mixed, 0.0, errors)
     [shot] = propagation.with_parts(shots, captures, rows)
     with ledger.stage(ledger.Ledger(), "picture") as row:

@@ -5,9 +5,9 @@ against other rays.
 import numpy as np
 import pytest
 from isethdr_optics import PrescribedLens, WavefrontLens
-from isethdr_optics.field.field_point_lens import node_lens
 from isethdr_optics.field.lateral_colour import Course, displaced, magnified
 from isethdr_optics.imaging.sensor_plane import sensor_plane
+from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.prescription.wavefront import zernike_um
 from isethdr_optics.pupil import sampled_pupil
 

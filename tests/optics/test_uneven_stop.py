@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, PrescribedLens
-from isethdr_optics.field.field_point_lens import node_lens
+from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.prescription.amplitude import amplitude
 from isethdr_optics.prescription.exit_pupil import exit_pupil
 from isethdr_optics.prescription.prescription import load

@@ -90,7 +90,7 @@ def test_uniform_light_is_what_rays_counted_from_the_sensor_say(name, f_number, 
         * lens.gains_sr(waves)[:, None, None]
     )
     with ledger.stage(rows, "lens"):
-        lens._state(light, ledger)
+        lens.state_limits(float(np.arctan(np.hypot(x.max(), y.max()))), light.wavelength.values)
     [allowed] = [e.value for e in rows[0].errors if "counted" in e.label]
     for part in (0.0, 0.5, 0.9):
         at = int(np.argmin(np.abs(plane.x - part * plane.x[-1])))

@@ -4,7 +4,7 @@ serve later runs.
 
 import numpy as np
 import pytest
-from isethdr_optics.imaging import sensor_limited
+from isethdr_optics.plan import planning
 from isethdr_optics.psf import kernels
 
 import isethdr_core as hdr
@@ -34,7 +34,7 @@ def functionals(result):
 @pytest.fixture(autouse=True)
 def every_kernel_is_kept(monkeypatch):
     monkeypatch.setattr(kernels, "WORTH_KEEPING_S", 0.0)
-    monkeypatch.setattr(sensor_limited, "WORTH", 0)  # however small the frame
+    monkeypatch.setattr(planning, "WORTH", 0)  # however small the frame
     kernels._cache.clear()
     yield
     kernels._cache.clear()

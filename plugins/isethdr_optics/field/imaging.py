@@ -10,24 +10,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.cli.progress import shown, track
-from isethdr_core.data import camera_geometry
 from isethdr_core.physics.convolution import Bound
 from isethdr_core.physics.optics import projection as projections
 
 from ..imaging.overlap_add import overlaid
 from ..imaging.threads import MOST_THREADS, cpus, executor
-from ..lenses import omissions
-from ..psf import kernel_sampling_error, kernels
+from ..psf import band_phase, kernel_sampling_error, kernels
 from ..psf.error_parts import AXIS_KERNEL, SPECKLE, SPREAD
-from ..pupil import band_phase, sampled_pupil
-from . import field_point_psf
+from ..pupil import sampled_pupil
+from . import field_point_psf, omissions
 from . import grid as field_grid
-from .field_point_lens import node_lens
 from .reference_bands import WIDTH_NM, references_nm
 
 RINGS = (0, 1, 2, 4, 8)  # tried one after the other
@@ -131,9 +129,18 @@ class FieldKernels:
                 yield wide, np.pad(part, more), core
 
 
-def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> FieldKernels | None:
-    """Return the kernels of a lens whose point spread varies over the field of `mixed`, None where
-    it does not.
+class FieldTiles(NamedTuple):
+    """The tiles of a field."""
+
+    x: np.ndarray  # centres, in the unit of the projection
+    y: np.ndarray
+    projection: str
+    pitch_um: tuple[float, float]  # (y, x) of their images
+
+
+def field_kernels(lens, tiles: FieldTiles, wavelength_nm, flares, axis: kernels.Kernels):
+    """Return the kernels of a lens whose point spread varies over the field, None where it does
+    not.
 
     States in the ledger the error of the grid, measured between its places by the kernels that
     belong there.
@@ -142,8 +149,8 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
     ------
     ConfigError : where the field reaches beyond what is known of the wavefront.
     """
-    x, y = (mixed[d].values.astype(float) for d in ("x", "y"))
-    projection = camera_geometry.projection_of(mixed)
+    x, y, projection, pitch_um = tiles
+    shape = len(y), len(x)
     radius = float(np.hypot(np.abs(x).max(), np.abs(y).max()))
     if not lens.field_varies or radius == 0:
         omissions.one_point_spread()
@@ -151,9 +158,9 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
 
     def seen_from(r, azimuth_rad):
         angle = float(projections.angle_rad(r, 0.0, projection))
-        return node_lens(lens, lens.wavefront_at(angle), azimuth_rad, angle)
+        return lens.at_place(angle, azimuth_rad)
 
-    waves = mixed.wavelength.values.astype(float)
+    waves = np.asarray(wavelength_nm, float)
     along = [seen_from(r, 0.0) for r in np.linspace(0, radius, 9)]
     known = [
         lens.wavefront_at(float(projections.angle_rad(r, 0.0, projection)))
@@ -164,7 +171,7 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
         at.rims or _stretched(at) for at in along
     )
     some = references_nm(along[-1], waves)
-    exact, least = _half(along, some, pitch_um, mixed.shape[1:])
+    exact, least = _half(along, some, pitch_um, shape)
     ends = [(w - WIDTH_NM / 2, w + WIDTH_NM / 2) for w in {some[0], some[-1]}]
     pairs = [
         zip(
@@ -254,7 +261,7 @@ def field_kernels(lens, mixed, flares, axis: kernels.Kernels, pitch_um) -> Field
         )
     band_phase.state(along[1:], waves)
     field_point_psf.state(along, flares, waves, half)
-    if half != tuple(n - 1 for n in mixed.shape[1:]):
+    if half != tuple(n - 1 for n in shape):
         label = (
             f"kernel of the axis, taken for all places farther from a lamp than {half[1]} x"
             f" {half[0]} tiles, where the field ends"

@@ -18,7 +18,7 @@ from isethdr_core.physics.optics import projection as projections
 from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.uncertainty.error_terms import Quantity
 
-from ..lenses import omissions
+from . import omissions
 
 # of a border tile that the smallest image does not reach: less than that does not make the field
 # smaller

@@ -55,7 +55,7 @@ def state(plane: SensorPlane, light, moved, on_sensor) -> None:
     on_sensor : function(light on the sensor plane's tiles) -> DataArray, as the lens makes of its
         light.
     """
-    if (plane.areas is None and plane.scales is None) or not ledger.records_errors():
+    if plane.keeps_grid or not ledger.records_errors():
         return
     ledger.light_part(DETAIL, on_sensor(detail(plane, light)), within_tiles=True)
     label = (

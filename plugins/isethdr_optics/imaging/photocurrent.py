@@ -10,25 +10,34 @@ them by direct sums.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from isethdr_core import ledger, quantities
+from isethdr_core import ledger
 from isethdr_core.physics.convolution.spectral import channels, matrix_product
 from isethdr_core.physics.convolution.transform import error
 from isethdr_core.physics.radiometry import photons_per_energy
-from isethdr_core.uncertainty.budget import CONVOLUTION, TRANSFORMS
+from isethdr_core.uncertainty.budget import TRANSFORMS
 from isethdr_core.uncertainty.error_terms import Quantity
 
-from ..field import retiling
 from . import bright_tiles, spectral_fit
-from .irradiance import Parts, added_light, irradiance, on_sensor, parts, state_kernels
+from .field_optics import FieldOptics
 from .threads import threads
 
 FUNCTIONALS = "functionals"  # key of the error of the functionals of the spectrum
 
 
-def photocurrent(lens, mixed, flares, response, given: Parts | None = None):
-    """Return photocurrent of `mixed` (wavelength, y, x), or irradiance where that is no slower or
+class Photocurrent(NamedTuple):
+    """Photocurrent on the field's own tiles."""
+
+    values: np.ndarray  # (channel, y, x) electrons per m2 and second
+    channels: list[str]  # those that differ
+    efficiency: np.ndarray  # (channel, band) electrons per photon
+
+
+def photocurrent(cube, given: FieldOptics, response) -> Photocurrent | None:
+    """Return photocurrent of mixed radiance (band, y, x), or None where irradiance is no slower or
     more exact.
 
     Parameters
@@ -36,26 +45,7 @@ def photocurrent(lens, mixed, flares, response, given: Parts | None = None):
     response : `isethdr_core.demand.Response` of the sensor. The error in electrons, in every tile
         and channel, stays below `noise_fraction_allowed` of the sensor's noise where it is not
         saturated; the ledger says what it was at the tiles looked at.
-    given : what the lens makes of the field of `mixed`, which has then been checked; None: as the
-        lens makes it by itself.
-
-    Raises
-    ------
-    UnitError : as `imaging.image`.
     """
-    if given is None:
-        quantities.check_mixed(mixed)
-        given = parts(lens, mixed, flares)
-    light = _light(lens, mixed, flares, response, given)
-    return (
-        irradiance(lens, mixed, flares, given, CONVOLUTION * response.error_allowed)
-        if light is None
-        else light
-    )
-
-
-def _light(lens, mixed, flares, response, given: Parts):
-    """Return the photocurrent, or None where irradiance is to be preferred."""
     if (
         given.made is None
         or given.field is not None
@@ -64,10 +54,9 @@ def _light(lens, mixed, flares, response, given: Parts):
     ):
         return None
     efficiency, names = _unlike(response.efficiency(given.wavelength_nm), response.channels)
-    if 3 * len(efficiency) > mixed.sizes["wavelength"]:
+    if 3 * len(efficiency) > len(cube):
         return None
-    counting = efficiency * photons_per_energy(given.wavelength_nm)
-    weights, cube = counting * given.gains, np.asarray(mixed.values)
+    weights = efficiency * photons_per_energy(given.wavelength_nm) * given.gains
     out = np.zeros((len(weights), *cube.shape[1:]), np.float32)
     with threads() as apply:
         fit = spectral_fit.fit(cube, given, weights, response, apply)
@@ -88,15 +77,6 @@ def _light(lens, mixed, flares, response, given: Parts):
         bright_tiles.correct(out, cube, given.relative, weights, fit, given.made, apply)
     low = float(out.min())
     np.maximum(out, 0.0, out=out)
-
-    def placed(moved):
-        channels_of = {"wavelength_nm": given.wavelength_nm, "efficiency": efficiency}
-        return on_sensor(lens, given, quantities.photocurrent, moved, names, **channels_of)
-
-    moved = given.sensor.move(out)
-    retiling.state(given.sensor, out, moved, placed)
-    light = placed(moved)
-    state_kernels(given.made, mixed, lens, given)
     ledger.error(
         fit.noise_share,
         "standard deviations of the sensor's noise",
@@ -114,9 +94,7 @@ def _light(lens, mixed, flares, response, given: Parts):
         key="transforms",
         acts_on=Quantity.ELECTRONS,
     )
-    for added in added_light(lens, mixed, flares, given):
-        light.values += np.tensordot(counting, added, 1)
-    return light
+    return Photocurrent(out, names, efficiency)
 
 
 def _planes(cube, relative, fit):

@@ -17,9 +17,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics import projection as projections
 from isethdr_core.physics.resampling.overlap import borders
 
-from ..field import lateral_colour
-from ..field.field_point_lens import on_axis
-from ..lenses import omissions
+from ..field import lateral_colour, omissions
 
 BORDER_POINTS = 129  # along each side of the field
 CHECKED = 65  # x 65 points of the field at which a map must not fold
@@ -49,11 +47,24 @@ class SensorPlane:
         0.0  # share of a corner tile that the smallest band's image leaves dark, at most
     )
 
+    @property
+    def keeps_grid(self) -> bool:
+        """Whether the sensor's tiles are those of the field."""
+        return self.areas is None and self.scales is None
+
+    def of_tiles(self, tiles: dict[str, slice] | None) -> SensorPlane:
+        """Return the plane of some tiles {y, x} of a field whose grid is kept; None: all."""
+        if tiles is None:
+            return self
+        y, x = tiles["y"], tiles["x"]
+        relative = self.relative[y, x] if np.ndim(self.relative) else self.relative
+        return replace(self, relative=relative, x=self.x[x], y=self.y[y])
+
     def move(self, values) -> np.ndarray:
         """Return irradiance (..., y, x) on the sensor's tiles from that on the field's; the same
         array without distortion.
         """
-        if self.areas is None and self.scales is None:
+        if self.keeps_grid:
             return values
         out = np.empty((*values.shape[:-2], len(self.y), len(self.x)), values.dtype)
         for plane in np.ndindex(values.shape[:-2]):
@@ -108,7 +119,7 @@ def without_geometry(lens):
     """Return the lens that spreads light as on the axis but has neither distortion nor falloff:
     kernels do not depend on them.
     """
-    axis = on_axis(lens)
+    axis = lens.on_axis()
     traced = {"lateral_colour": "none"} if hasattr(axis, "lateral_colour") else {}
     return replace(axis, distortion="none", falloff="none", lateral_colour_percent={}, **traced)
 

@@ -74,7 +74,7 @@ def fit(cube, given, weights, response, apply=map) -> Fit | None:
 
     Parameters
     ----------
-    cube : (band, y, x) radiance. `given` : `imaging.Parts` of its field.
+    cube : (band, y, x) radiance. `given` : `field_optics.FieldOptics` of its field.
     weights : (channel, band) photocurrent per radiance and kernel.
     response : the sensor's, for its noise.
     apply : how to call a function for every block of rows: `map`, or that of a pool of threads.

@@ -38,7 +38,7 @@ def spread_errors(mixed, given, weights) -> tuple[np.ndarray, np.ndarray] | None
 
     Parameters
     ----------
-    mixed : mixed radiance. `given` : `imaging.Parts` of its field.
+    mixed : mixed radiance. `given` : `field_optics.FieldOptics` of its field.
     weights : (channel, band) what is counted of irradiance, electrons per m2 and second for
         example.
 

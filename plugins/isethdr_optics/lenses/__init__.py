@@ -2,9 +2,10 @@
 
 | module              | what                                                                      |
 |---------------------|---------------------------------------------------------------------------|
+| `field_point_lens`  | a lens as light from one field point meets it                             |
 | `isetcam_parity`    | ISETCam's optical image, for comparison only                              |
 | `limits`            | ranges of the fields of lenses and flares, generous, each with its reason |
-| `omissions`         | what a lens leaves out, stated in the plan and at work                    |
 | `prescription_lens` | the lens `prescription`, from traced rays                                 |
-| `thin_lens`         | the lenses `ideal`, `diffraction_limited` and `wavefront`                 |
+| `thin_lens`         | the lenses `ideal` and `diffraction_limited`                              |
+| `wavefront_lens`    | the lens `wavefront`                                                      |
 """

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal
 
-from isethdr_core.data.temporal_modulation import each_component
-
+from .field_point_lens import FieldLens
 from .limits import ErrorAllowed, Falloff
 from .thin_lens import DiffractionLimitedLens
 
@@ -33,7 +32,7 @@ FIELD_POINTS = (
 
 
 @dataclass(frozen=True)
-class PrescribedLens(DiffractionLimitedLens):
+class PrescribedLens(FieldLens):
     """A real lens from its prescription: distortion, vignetting, throughput and wavefronts over the
     field by exact rays.
     """
@@ -54,22 +53,6 @@ class PrescribedLens(DiffractionLimitedLens):
     def __post_init__(self):
         super().__post_init__()
         self.real()
-
-    @each_component
-    def __call__(self, mixed, flares=(), error_allowed=0.0):
-        """Return irradiance of mixed radiance."""
-        from isethdr_core import ledger, quantities
-
-        quantities.check_mixed(mixed)
-        self._state(mixed, ledger)
-        return DiffractionLimitedLens.__call__(self, mixed, flares, error_allowed)
-
-    def photocurrent(self, mixed, flares, response):
-        """Return photocurrent of mixed radiance, as other lenses do."""
-        from isethdr_core import ledger
-
-        self._state(mixed, ledger)
-        return DiffractionLimitedLens.photocurrent(self, mixed, flares, response)
 
     def colour_at(self, angle_rad: float, wavelength_nm: float) -> dict[int, float]:
         """Return what the traced wavefront of a wavelength has on top of `wavefront_at`, {OSA
@@ -304,27 +287,23 @@ class PrescribedLens(DiffractionLimitedLens):
         area = _areas(self.real(), (0.0, *tangent))
         return (1 + tangent**2) ** -2 * area[1:] / area[0]
 
-    def _state(self, mixed, ledger):
+    def state_limits(self, widest_rad: float, wavelength_nm) -> None:
         """State what the prescription would do that this lens does not, at the border of the field
         it is made for.
         """
         import numpy as np
 
-        from isethdr_core.data.camera_geometry import projection_of
-        from isethdr_core.physics.optics.projection import angle_rad
+        from isethdr_core import ledger
         from isethdr_core.uncertainty.error_terms import Quantity
 
         from ..prescription.exit_pupil import exit_pupil
         from ..prescription.figures import distortion, spot_radius_mm
         from ..prescription.rims import rims
 
-        real = self.real()
-        widest = float(
-            angle_rad(np.abs(mixed.x).max(), np.abs(mixed.y).max(), projection_of(mixed))
-        )
+        real, widest = self.real(), widest_rad
         edge = min(float(np.tan(widest)), float(np.tan(np.radians(real.half_field_deg))))
         if "traced" == self.distortion == self.falloff:
-            value = self._uneven(widest, mixed.wavelength.values.astype(float))
+            value = self._uneven(widest, wavelength_nm)
             label = (
                 "uniform light by rays counted from places of the sensor, first and last band, from"
                 " what the attributes say"
@@ -351,9 +330,8 @@ class PrescribedLens(DiffractionLimitedLens):
                 "m (rms radius)",
             )
             return
-        wave = mixed.wavelength.values
         fitted = [_traced_wavefront(real, a)[1] for a in (0.0, widest)]
-        between = max(_between_um(self, a, float(wave[0])) for a in (0.0, widest))
+        between = max(_between_um(self, a, float(wavelength_nm[0])) for a in (0.0, widest))
 
         def shape_error(value, unit, label, key):
             ledger.error(value, unit, "measured", label, key=key, acts_on=Quantity.POINT_SPREAD)

@@ -11,20 +11,18 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any, Literal
 
-from isethdr_core.data.temporal_modulation import each_component
+from isethdr_core.pipeline.imaging_plan import LightBudget, imaged
 from isethdr_core.plugins.ranges import Wavelength, check_ranges
 
 from .limits import (
     ErrorAllowed,
     Falloff,
-    FieldAngle,
     FNumber,
     FocalLength,
     FocalShift,
     LateralColour,
     ObjectDistance,
     Transmittance,
-    Zernikes,
 )
 
 
@@ -49,33 +47,56 @@ class IdealLens:
     # {wavelength nm: image larger by}; lines between
     lateral_colour_percent: dict[Wavelength, LateralColour] = field(default_factory=dict)
 
+    blurs = False  # not fields: no light leaves its tile,
+    field_varies = False  # the same everywhere in the field,
+    aperture_loss = False  # and no flare blocks any
+
     def __post_init__(self):
         _check(self)
 
-    @each_component
     def __call__(self, mixed, flares=(), error_allowed=0.0):
         """Return irradiance of mixed radiance; scatter and added light of `flares` are honoured.
 
         `error_allowed` is relative, of what the lens may take for its convolutions; 0 asks for the
         exact way.
         """
-        from ..imaging.irradiance import image
-
-        return image(self, mixed, _sequence(flares), error_allowed)
+        return imaged(self.plan(flares, mixed, None, LightBudget(error_allowed)), mixed)
 
     def photocurrent(self, mixed, flares, response):
         """Return photocurrent of mixed radiance in the window of a sensor's response, or irradiance
         where that is better for its light.
         """
-        from isethdr_core.data.temporal_modulation import DIM
+        budget = LightBudget(response.error_allowed, response.window_m)
+        return imaged(self.plan(flares, mixed, response, budget), mixed)
 
-        from ..imaging.sensor_limited import photocurrent
+    def plan(self, flares, field, response=None, budget=None):
+        """Return the plan of imaging a field: what of its tiles, bands, kernels, wings and ghosts
+        is needed.
 
-        return (
-            self(mixed, flares, response.error_allowed)
-            if DIM in mixed.dims
-            else photocurrent(self, mixed, _sequence(flares), response)
-        )
+        Parameters
+        ----------
+        flares : sequence or dictionary of flares.
+        field : mixed radiance (wavelength, y, x), or (component, wavelength, y, x).
+        response : `isethdr_core.demand.Response` of the sensors; None asks for irradiance, band by
+            band.
+        budget : `isethdr_core.pipeline.imaging_plan.LightBudget`; None asks for the exact light
+            of all tiles and bands.
+
+        Raises
+        ------
+        UnitError : `field` is no mixed radiance, or holds negative or non-finite light.
+        """
+        from ..plan.planning import plan
+
+        return plan(self, _sequence(flares), field, response, budget or LightBudget())
+
+    def state_limits(self, widest_rad: float, wavelength_nm) -> None:
+        """State in the ledger what of the lens's design its model leaves out.
+
+        Parameters
+        ----------
+        widest_rad : the largest angle of the field off the axis. `wavelength_nm` : the bands.
+        """
 
     @property
     def magnification(self) -> float:
@@ -110,6 +131,10 @@ class IdealLens:
         """
         return self.falloff
 
+    def on_axis(self) -> IdealLens:
+        """Return the lens whose point spread is everywhere that of this lens on the axis."""
+        return self
+
     def image_size_m(
         self, width: float, height: float, projection: str = "tangent"
     ) -> tuple[float, float]:
@@ -127,7 +152,7 @@ class IdealLens:
 
     def narrow(self, demand):
         """Return the demand unchanged, and state what this lens spares whatever the light."""
-        from .omissions import planned
+        from ..field.omissions import planned
 
         planned(self)
         return demand
@@ -140,7 +165,7 @@ class IdealLens:
         ------
         ConfigError : the wavefront is steeper than any pupil can follow.
         """
-        from ..psf.memory import kernel_bytes
+        from ..imaging.kernel_memory import kernel_bytes
 
         return kernel_bytes(self, _sequence(flares), frame)
 
@@ -151,30 +176,15 @@ class IdealLens:
         `weights` (channel, band): what is counted of irradiance; `response` as the light was asked
         for. One tile per tile of that light.
         """
-        from isethdr_core import ledger
-        from isethdr_core.uncertainty.error_terms import ErrorMaps
-
-        from ..field.errors import spread_errors
-        from ..imaging.window import errors_on_window, seen
-        from ..psf.error_parts import KERNELS
-
-        # the terms of the plan have been recorded with its light
-        (mixed, given, _), _ = ledger.collected(
-            lambda: seen(self, mixed, _sequence(flares), response)
-        )
-        label = "kernels beyond their exact core"
-        maps = ErrorMaps(*spread_errors(mixed, given, weights), KERNELS, label)
-        return errors_on_window(maps, self, given, response)
+        plan = self.plan(flares, mixed, response)
+        return plan.light_errors(mixed, weights)
 
     def keeps_light(self, flares) -> bool:
         """Return whether the light of every tile stays where the tile is: no blur, no flare,
         nothing moved.
         """
         return not (
-            flares
-            or hasattr(self, "zernike_um")
-            or self.distortion != "none"
-            or self.lateral_colour_percent
+            flares or self.blurs or self.distortion != "none" or self.lateral_colour_percent
         )
 
     def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=()):
@@ -201,8 +211,8 @@ class DiffractionLimitedLens(IdealLens):
     # relative, allowed per tile at any radius of a kernel, mean over tiles of that radius
     speckle_error: ErrorAllowed = 0.03
 
-    zernike_um = None  # not a field: this lens has no wavefront error
-    field_varies = False  # nor one that varies over the field
+    blurs = True  # not fields: by diffraction alone
+    zernike_um = None  # this lens has no wavefront error
     traced, rims = None, ()  # nor a traced colour, nor rims that cut its stop; see `place_lens`
     uneven = ()  # nor light uneven over the stop
     pupil_matrix = None  # nor an exit pupil that differs from the round stop of its f-number
@@ -236,61 +246,11 @@ class DiffractionLimitedLens(IdealLens):
         DataArray (wavelength, y, x), y and x in metres: the fraction of the light through the pupil
         on each sample. What is missing from a sum of 1 falls outside.
         """
-        from ..field.field_point_lens import on_axis
         from ..psf.kernels import point_spread
 
         return point_spread(
-            on_axis(self), wavelength_nm, pitch_um, size, _sequence(flares), integrated
+            self.on_axis(), wavelength_nm, pitch_um, size, _sequence(flares), integrated
         )
-
-
-@dataclass(frozen=True)
-class WavefrontLens(DiffractionLimitedLens):
-    """Diffraction and a wavefront error in OSA/ANSI Zernike coefficients."""
-
-    zernike_um: Zernikes = field(
-        default_factory=dict
-    )  # {OSA index: rms in micrometres}; 4 is defocus; over the whole stop
-    field_zernike_um: dict[FieldAngle, Zernikes] = field(
-        default_factory=dict
-        # {field angle deg: what comes on top, for light from +x}; lines between, turned about the
-        # axis
-    )
-    # share of a point's light that the grid of places in the field may put wrong
-    error_allowed: ErrorAllowed = 0.05
-
-    def __post_init__(self):
-        super().__post_init__()
-        _check_field(self)
-
-    @property
-    def field_varies(self) -> bool:
-        """Whether the point spread differs over the field."""
-        return bool(self.field_zernike_um)
-
-    def wavefront_at(self, angle_rad: float) -> dict[int, float]:
-        """Return what comes on top of `zernike_um`, {OSA index: um}, for light from an angle off
-        the axis, along +x of the field.
-
-        Raises
-        ------
-        ConfigError : beyond the last angle of `field_zernike_um`.
-        """
-        import numpy as np
-
-        from isethdr_core.errors import ConfigError
-
-        known, angle = list(self.field_zernike_um), float(np.degrees(angle_rad))
-        if angle > known[-1] * (1 + 1e-9):
-            raise ConfigError(
-                f"lens.field_zernike_um ends at {known[-1]:g} degrees, the field reaches"
-                f" {angle:.4g}; expected a longer table, or a smaller field"
-            )
-        table = self.field_zernike_um.values()
-        return {
-            j: float(np.interp(angle, known, [row.get(j, 0.0) for row in table]))
-            for j in sorted({j for row in table for j in row})
-        }
 
 
 def _sequence(flares) -> tuple:
@@ -311,19 +271,6 @@ def _check(lens):
             " twice the focal length; set lens.object_distance_m=.inf for a far object"
         )
     _check_geometry(lens)
-
-
-def _check_field(lens):
-    from isethdr_core.errors import ConfigError
-
-    angles = list(lens.field_zernike_um)
-    if angles and (
-        len(angles) < 2 or angles[0] != 0 or any(a >= b for a, b in zip(angles, angles[1:]))
-    ):
-        raise ConfigError(
-            f"lens.field_zernike_um has the field angles {angles}; expected degrees that rise from"
-            " 0, at least two; type for example +lens.field_zernike_um={0:{},20:{8:0.2}}"
-        )
 
 
 def _check_geometry(lens):

@@ -2,6 +2,7 @@
 
 | module                      | what                                                             |
 |-----------------------------|------------------------------------------------------------------|
+| `band_phase`                | phase that changes too much within a band                        |
 | `error_parts`               | parts of the light and keys that errors of the lens share        |
 | `exact_core`                | a kernel near its axis, integrated over tiles and bands          |
 | `interpolation_wavelengths` | wavelengths at which patterns of a pupil with phase are made     |
@@ -12,6 +13,5 @@
 | `memory`                    | the memory that kernels take; refused where the machine has less |
 | `scaled_pattern`            | kernels of all bands of a pupil without phase                    |
 | `scatter`                   | energy-conserving scatter mixed into a kernel                    |
-| `wing_truncation`           | where a kernel ends because no sensor can tell                   |
 | `wings`                     | kernels beyond the exact core, from lattices of the pattern      |
 """

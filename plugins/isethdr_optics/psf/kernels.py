@@ -25,10 +25,12 @@ from isethdr_core.physics import convolution
 from isethdr_core.physics.convolution.mirrored import Mirrored
 from isethdr_core.physics.diffraction import psf_from_pupil
 from isethdr_core.physics.radiometry import band_widths_nm
+from isethdr_core.pipeline.memory import FLOAT32_BYTES
 
 from ..imaging.threads import MOST_THREADS, cpus, executor
-from ..pupil import band_phase, sampled_pupil
+from ..pupil import sampled_pupil
 from . import (
+    band_phase,
     interpolation_wavelengths,
     kernel_sampling_error,
     kernel_spectra,
@@ -188,7 +190,9 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
     )
     made = _stored(name)
     if made is None:
-        memory.check_kernels(lens, flares, wavelength_nm, pitch_um, reach)
+        memory.check_kernels(
+            held_bytes(lens, flares, wavelength_nm, pitch_um, reach), len(wavelength_nm), reach
+        )
         band_phase.check(lens, flares, wavelength_nm)
         start = perf_counter()
         made = (
@@ -430,6 +434,22 @@ def fine_tiles(lens, shortest_nm, pitch_um, reach) -> Grid:
     """
     split = _split(lens, shortest_nm, pitch_um, reach)
     return Grid(split, [p / split for p in pitch_um], [r * split + split - 1 for r in reach])
+
+
+def held_bytes(lens, flares, wavelength_nm, pitch_um, reach) -> float:
+    """Return the bytes of kernels that reach so many (y, x) tiles, and of lattices; those of traced
+    lenses are not counted.
+    """
+    held = float(FLOAT32_BYTES * len(wavelength_nm) * np.prod([2.0 * r + 1 for r in reach]))
+    shortest = float(np.min(wavelength_nm - band_widths_nm(wavelength_nm) / 2))
+    if not lens.blurs or lens.field_varies or lens.traced is not None or shortest <= 0:
+        return held
+    if without_lattices(lens, shortest, pitch_um, reach):
+        return held
+    frame = _frame(lens, flares, wavelength_nm, pitch_um, reach)
+    if frame is not None:
+        return scaled_pattern.memory_bytes(lens, frame)
+    return held + wings.lattice_bytes(lens, shortest, fine_tiles(lens, shortest, pitch_um, reach))
 
 
 def _described(flare) -> bool:

@@ -8,20 +8,23 @@ Zernike terms have y up.
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from isethdr_core.physics.optics.pupil import Matrix
 from isethdr_core.physics.optics.zernike import mapped
 
-if TYPE_CHECKING:
-    from ..lenses.thin_lens import DiffractionLimitedLens
-
 ROUNDING = 1e-12  # of Zernike coefficients, um or share of the amplitude
 
 
-def over_pupil(lens: DiffractionLimitedLens, terms: dict[int, float]) -> dict[int, float]:
+class MapsPupil(Protocol):
+    """What maps the stop to the pupil: a matrix, or None where both are the same."""
+
+    pupil_matrix: Matrix | None
+
+
+def over_pupil(lens: MapsPupil, terms: dict[int, float]) -> dict[int, float]:
     """Return Zernike terms {OSA index: value} over the pupil of terms over the stop."""
     return (
         terms
@@ -30,7 +33,7 @@ def over_pupil(lens: DiffractionLimitedLens, terms: dict[int, float]) -> dict[in
     )
 
 
-def stop_from_pupil(lens: DiffractionLimitedLens) -> np.ndarray:
+def stop_from_pupil(lens: MapsPupil) -> np.ndarray:
     """Return the matrix from places in the pupil to places in the stop, y up."""
     return np.eye(2) if lens.pupil_matrix is None else np.linalg.inv(_matrix_up(lens))
 

@@ -77,7 +77,7 @@ def test_bands_without_light_go_through_no_lens_and_the_light_is_the_same():
 
 @pytest.mark.parametrize("names", [("bayer",), ("bayer", "rgbw")])
 def test_photocurrent_of_fewer_bands_is_read_as_that_of_all(names, monkeypatch):
-    monkeypatch.setattr("isethdr_optics.imaging.sensor_limited.WORTH", 0)  # however small the frame
+    monkeypatch.setattr("isethdr_optics.plan.planning.WORTH", 0)  # however small the frame
     sensors = {n: build("sensor", n, pitch_um=1.0) for n in names}
     parts = Chain(
         None,

@@ -5,11 +5,11 @@ place gets no tile beyond it.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from isethdr_optics import IdealLens
+from isethdr_optics.plan.region import UNSEEN, region
 
 from isethdr_core import build, compose, run
 from isethdr_core.data.temporal_modulation import stacked
@@ -18,6 +18,7 @@ from isethdr_core.ledger import Ledger
 from isethdr_core.physics.detector.temporal_modulation import Modulation
 from isethdr_core.pipeline import window
 from isethdr_core.pipeline.chain import Chain, chain, on_sensor, plan, union
+from isethdr_core.pipeline.imaging_plan import LightBudget
 from isethdr_core.quantities import RADIANCE, centres, plane
 from isethdr_core.testing import check
 from isethdr_core.uncertainty import ledger
@@ -84,7 +85,7 @@ def light_of(lens, window_m, field=None, flares=()):
         light = on_sensor(
             parts(lens, flares), mixed() if field is None else field, Demand(window_m=window_m)
         )
-    return light, [o for o in rows[0].left_out if o.why == window.WHY]
+    return light, [o for o in rows[0].left_out if o.why == UNSEEN]
 
 
 @pytest.mark.parametrize(
@@ -150,20 +151,18 @@ def test_a_lens_that_keeps_light_in_place_makes_the_same_bits_of_fewer_tiles():
 
 @pytest.mark.parametrize("window_m", [(480e-6, 320e-6), (1.0, 1.0), (np.inf, np.inf)])
 def test_a_window_as_large_as_the_field_changes_nothing(window_m):
-    assert (
-        window.without_unseen(build("lens", "ideal"), field := mixed(), (), window_m).kept is field
-    )
+    part, light = region(build("lens", "ideal"), (), field := mixed(), LightBudget(0.0, window_m))
+    assert part.tiles is None and light is field
 
 
-def test_a_lens_that_spreads_light_or_says_nothing_is_given_all():
+def test_a_lens_that_spreads_light_is_given_all():
     tiny = (90e-6, 90e-6)
     for lens, flares in (
         (build("lens", "diffraction_limited"), ()),
         (build("lens", "ideal"), (build("flare", "haze"),)),
         (build("lens", "ideal", distortion={"model": "brown_conrady", "k1": -0.1}), ()),
-        (SimpleNamespace(), ()),
     ):
-        assert window.without_unseen(lens, field := mixed(), flares, tiny).kept is field
+        assert region(lens, flares, field := mixed(), LightBudget(0.0, tiny))[1] is field
 
 
 def test_light_that_varies_in_time_is_cut_like_any_other():
@@ -193,9 +192,9 @@ def test_runs_of_cropped_cameras_keep_readings_pictures_truths_and_labels():
         "cameras.high.rows=30",
     ]
     few, every = (run(compose([*SMALL, *cameras, f"leave_out={way}"])) for way in ("true", "false"))
-    [row] = [o for r in few.ledger for o in r.left_out if o.why == window.WHY]
+    [row] = [o for r in few.ledger for o in r.left_out if o.why == UNSEEN]
     assert row.what.startswith("3") and not [
-        o for r in every.ledger for o in r.left_out if o.why == window.WHY
+        o for r in every.ledger for o in r.left_out if o.why == UNSEEN
     ]
     for camera in ("wide", "high"):
         first, second = (one.open(f"captures/{camera}") for one in (few, every))
@@ -222,7 +221,7 @@ def test_a_run_through_a_lens_that_spreads_light_states_its_bound_among_the_erro
     ]
     few = run(compose(job))
     [lens] = [r for r in few.ledger if r.stage.startswith("lens")]
-    [row] = [o for o in lens.left_out if o.why.startswith(window.WHY)]
+    [row] = [o for o in lens.left_out if o.why.startswith(UNSEEN)]
     [picture] = [r for r in few.ledger if r.stage.startswith("picture")]
     stated = {e.label: e.value for e in picture.errors if e.how == "bound"}
     assert 0 < row.bound <= stated["electrons of single: all after the renderer"] < 0.1

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, WavefrontLens
 from isethdr_optics.field import errors, field_point_psf, imaging
-from isethdr_optics.field.field_point_lens import node_lens
 from isethdr_optics.field.lateral_colour import READ, Course
+from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.psf import exact_core, kernels
 
 from isethdr_core.data import quantities

@@ -7,7 +7,7 @@ import pytest
 from isethdr_optics import ApertureFlare, PrescribedLens, WavefrontLens
 from isethdr_optics.field import field_point_psf
 from isethdr_optics.field import grid as field_grid
-from isethdr_optics.field.field_point_lens import node_lens
+from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.psf.kernels import _made
 
 from isethdr_core.quantities import centres

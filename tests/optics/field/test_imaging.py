@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from isethdr_optics import DiffractionLimitedLens, PrescribedLens, WavefrontLens
 from isethdr_optics.field import grid, imaging
-from isethdr_optics.field.imaging import node_lens
+from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.prescription.prescription import load
 from isethdr_optics.prescription.wavefront import zernike_um
 from isethdr_optics.pupil import sampled_pupil

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from isethdr_optics import WavefrontLens
 from isethdr_optics.field import field_point_psf
-from isethdr_optics.field.field_point_lens import node_lens
 from isethdr_optics.field.reference_bands import references_nm
+from isethdr_optics.lenses.field_point_lens import node_lens
 
 from isethdr_core.conformance.inputs import pattern
 from isethdr_core.data import quantities

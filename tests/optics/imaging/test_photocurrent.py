@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealLens, WavefrontLens
-from isethdr_optics.imaging import bright_tiles, sensor_limited, spectral_fit
+from isethdr_optics.imaging import bright_tiles, spectral_fit
+from isethdr_optics.plan import planning
 from isethdr_optics.psf import kernel_spectra, kernels
 
 from isethdr_core.data import quantities
@@ -213,7 +214,7 @@ def test_light_that_no_few_functionals_tell_goes_band_by_band(monkeypatch):
 
 
 def test_a_frame_too_small_for_functionals_goes_band_by_band(monkeypatch):
-    monkeypatch.setattr(sensor_limited, "WORTH", night().size + 1)
+    monkeypatch.setattr(planning, "WORTH", night().size + 1)
     assert (
         LENS.photocurrent(night(), FLARES, response(build("sensor", "bayer", pitch_um=3.0))).dims
         == quantities.MIXED_DIMS

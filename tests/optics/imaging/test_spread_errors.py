@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealLens, WavefrontLens
 from isethdr_optics.imaging import photoelectron_map, spread_errors
-from isethdr_optics.imaging.irradiance import parts
+from isethdr_optics.imaging.field_optics import field_optics
 from isethdr_optics.psf import exact_core, kernel_sampling_error
 from isethdr_optics.psf.kernels import _made
 from isethdr_optics.psf.kernels import kernels as made_kernels
@@ -69,7 +69,7 @@ def test_the_deviation_of_light_is_that_of_a_repeat():
 def test_kernels_differ_from_finer_ones_as_stated():
     lens, mixed = street()
     finer = DiffractionLimitedLens(focal_length_mm=6.0, speckle_error=lens.speckle_error / 9)
-    given, weights = parts(lens, mixed, DIRT), np.eye(2)
+    given, weights = field_optics(lens, mixed, DIRT), np.eye(2)
     deviation, bound = spread_errors.spread_errors(mixed, given, weights)
     light = lens(mixed, DIRT).values
     wrong, lit = (
@@ -84,7 +84,7 @@ def test_kernels_differ_from_finer_ones_as_stated():
 
 def test_blocks_state_what_tiles_do(monkeypatch):
     lens, mixed = street()
-    given = parts(lens, mixed, DIRT)
+    given = field_optics(lens, mixed, DIRT)
     fine = spread_errors.spread_errors(mixed, given, np.eye(2))[0]
     monkeypatch.setattr(photoelectron_map, "MOST_BLOCKS", 20)
     coarse = spread_errors.spread_errors(mixed, given, np.eye(2))[0]

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from isethdr_optics.imaging.irradiance import parts
-from isethdr_optics.imaging.photocurrent import FUNCTIONALS, photocurrent
+from isethdr_optics.imaging.field_optics import field_optics
+from isethdr_optics.imaging.photocurrent import FUNCTIONALS
+from isethdr_optics.plan.planning import whole
 
 from isethdr_core import ledger, quantities
 from isethdr_core.demand import Demand
 from isethdr_core.physics.radiometry import photons_per_energy
+from isethdr_core.pipeline.imaging_plan import imaged
 from isethdr_core.plugins.registry import build
 from isethdr_core.uncertainty.budget import Allowed
 
@@ -58,12 +60,12 @@ def against_bands(stage: str, lens, flares, shape) -> Work:
     for allowed in ALLOWED:
         asked = replace(response, noise_fraction_allowed=allowed)
         with ledger.stage(ledger.Ledger(), "lens") as row:
-            photocurrent(lens, mixed, flares, asked)
+            imaged(whole(lens, flares, mixed, asked), mixed)
         counts = [e.label.split(" ")[0] for e in row.errors if e.source.key == FUNCTIONALS]
         name = f"{counts[0]} functionals" if counts else "band by band"
         point(
             f"{allowed:g} allowed: {name}",
-            lambda asked=asked: photocurrent(lens, mixed, flares, asked),
+            lambda asked=asked: whole(lens, flares, mixed, asked).image(mixed),
             "default" if allowed == Allowed.noise_fraction else "",
         )
     point("band by band, exact", lambda: lens(mixed, flares), "peer")
@@ -108,7 +110,7 @@ def direct(mixed, lens, flares, response):
     """Return rows and columns of some tiles, and their electrons (channel, tile): every tile and
     band summed in long double.
     """
-    given, rng = parts(lens, mixed, flares), np.random.default_rng(1)
+    given, rng = field_optics(lens, mixed, flares), np.random.default_rng(1)
     height, width = mixed.shape[1:]
     rows, columns = rng.integers(0, height, PIXELS), rng.integers(0, width, PIXELS)
     light = mixed.values * (1.0 if given.relative is None else given.relative)

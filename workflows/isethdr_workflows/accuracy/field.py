@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 from isethdr_optics import WavefrontLens
 from isethdr_optics.field import grid, imaging
-from isethdr_optics.field.imaging import node_lens
+from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.psf import kernels
 
 from isethdr_core import quantities

@@ -6,18 +6,18 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
-from isethdr_optics.imaging.irradiance import parts as optics
+from isethdr_optics.imaging.field_optics import field_optics as optics
 from scipy.signal import fftconvolve
 
 from isethdr_core import ledger, quantities, store
 from isethdr_core.demand import Demand
 from isethdr_core.ledger import Ledger, Row
-from isethdr_core.pipeline.chain import Chain, narrowed, on_sensor
+from isethdr_core.pipeline.chain import Chain, imaging_plan, narrowed, on_sensor
 from isethdr_core.plugins.registry import build
 from isethdr_core.runs import radiance_cache
 from isethdr_core.seeds import generator
 from isethdr_core.storage.encoding import bits_for, rounding
-from isethdr_core.uncertainty import budget, lens_errors, propagation
+from isethdr_core.uncertainty import budget, propagation
 
 FINER = 9.0  # times less than a lens allows kernels by itself: the truth's, on other points
 WARM = 1  # runs with kernels at hand
@@ -87,9 +87,7 @@ def planned(parts: Chain, scene, fraction: float, folder, truth: list) -> Done:
 
 def by_hand(parts: Chain, scene, setting: Setting, folder, truth: list) -> Done:
     """Return what settings by hand make of it: nobody looks at the light to choose more."""
-    from isethdr_optics.imaging.photocurrent import (
-        photocurrent,  # the way alone: `lens.photocurrent` looks at the light first
-    )
+    from isethdr_optics.plan.planning import whole
 
     (sensor,) = parts.cameras.values()
     lens, flares, response = (
@@ -100,7 +98,7 @@ def by_hand(parts: Chain, scene, setting: Setting, folder, truth: list) -> Done:
 
     def way(mixed):
         return (
-            photocurrent(lens, mixed, flares, response)
+            whole(lens, flares, mixed, response).image(mixed)
             if setting.way == "photocurrent"
             else lens(mixed, flares, response.error_allowed)
         )
@@ -128,9 +126,7 @@ def _stated(parts, demand, rows, mixed, light, scene, truth, fraction) -> float:
     """Return what the last line of a run's ledger says of everything after the renderer, the worst
     capture's.
     """
-    asked = lens_errors.asked_of(
-        parts.lens, tuple(parts.flares.values()), parts.cameras.values(), demand, mixed
-    )
+    asked = imaging_plan(parts, mixed, demand).light_errors
     shots = propagation.electrons(truth[0], light, mixed, scene, 0.0, asked)
     with ledger.stage(Ledger(), "picture") as row:
         propagation.state(propagation.with_parts(shots, truth[0], rows), rows, fraction, (0.0, 0.0))

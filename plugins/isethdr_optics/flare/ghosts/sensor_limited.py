@@ -15,8 +15,8 @@ import numpy as np
 
 from isethdr_core import ledger
 
+from ...imaging import wing_truncation
 from ...imaging.photoelectron_map import electrons
-from ...psf import wing_truncation
 from .ghost_flare import GhostFlare
 
 SHARE = 0.25  # of the error allowed of light

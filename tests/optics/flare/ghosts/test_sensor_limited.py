@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from isethdr_optics import GhostFlare, IdealLens
 from isethdr_optics.flare.ghosts import sensor_limited
-from isethdr_optics.imaging.irradiance import parts
-from isethdr_optics.psf import wing_truncation
+from isethdr_optics.imaging import wing_truncation
+from isethdr_optics.imaging.field_optics import field_optics
 
 from isethdr_core.data import quantities
 from isethdr_core.demand import Demand
@@ -29,7 +29,7 @@ def scene(level=1e-3):
 
 def seen(mixed):
     return sensor_limited.seen_ghosts(
-        LENS, mixed, (GHOSTS,), parts(LENS, mixed, (GHOSTS,)), RESPONSE
+        LENS, mixed, (GHOSTS,), field_optics(LENS, mixed, (GHOSTS,)), RESPONSE
     )
 
 
@@ -92,18 +92,9 @@ def test_uniform_light_piles_up_no_more_than_the_factor_says(prescription, coati
     assert 2 < max(peaks) < sensor_limited.PEAK
 
 
-def test_what_is_left_for_the_rest_of_the_way_is_less(monkeypatch):
-    from isethdr_optics.imaging import photocurrent, sensor_limited
-
-    asked = []
-    monkeypatch.setattr(
-        photocurrent,
-        "photocurrent",
-        lambda lens, mixed, flares, response, given: asked.append((flares, response)),
-    )
-    sensor_limited.photocurrent(LENS, scene(), (GHOSTS,), RESPONSE)
-    [(flares, left)] = asked
+def test_what_is_left_for_the_rest_of_the_way_is_less():
+    plan = LENS.plan((GHOSTS,), scene(), RESPONSE)
     share = seen(scene())[1]
-    assert flares[0].faint and left.noise_fraction_allowed == pytest.approx(
+    assert plan.flares[0].faint and plan.response.noise_fraction_allowed == pytest.approx(
         replace(RESPONSE).noise_fraction_allowed - share
     )

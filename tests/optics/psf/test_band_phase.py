@@ -5,9 +5,9 @@ refused beyond, silent below.
 import numpy as np
 import pytest
 from isethdr_optics import WavefrontLens
-from isethdr_optics.psf import kernels, wings
+from isethdr_optics.psf import band_phase, kernels, wings
 from isethdr_optics.psf.kernels import _Plan
-from isethdr_optics.pupil import band_phase, sampled_pupil
+from isethdr_optics.pupil import sampled_pupil
 
 from isethdr_core.data import quantities
 from isethdr_core.errors import ConfigError

@@ -38,5 +38,5 @@ def planned(lens) -> None:
         no_distortion()
     if not lens.lateral_colour_percent and getattr(lens, "lateral_colour", "none") == "none":
         no_lateral_colour()
-    if hasattr(lens, "zernike_um") and not lens.field_varies:
+    if lens.blurs and not lens.field_varies:
         one_point_spread()

@@ -12,49 +12,61 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from isethdr_core import ledger, quantities
+from isethdr_core.demand import Response
 from isethdr_core.pipeline import window as core
 
-from ..psf import kernels, wing_truncation
+from ..imaging import wing_truncation
+from ..imaging.field_optics import FieldOptics, field_optics
+from ..imaging.photoelectron_map import electrons
+from ..imaging.sensor_plane import sensor_plane, without_geometry
+from ..psf import kernels
 from ..pupil import sampled_pupil
-from .irradiance import Parts, parts
-from .photoelectron_map import electrons
-from .sensor_plane import sensor_plane, without_geometry
+from .region import UNSEEN, state_tiles
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SHARE = 0.25  # of the error allowed of light
 WORTH = 0.75  # of all tiles: more than this left is not worth a kernel that tells how many
 SPARE = 1.1  # what one band tells of the others: the bound is checked with all of them
-WHY = f"{core.WHY}, and too little of their light spreads to one"
+WHY = f"{UNSEEN}, and too little of their light spreads to one"
 
 
-def seen(lens, mixed, flares, response):
-    """Return (mixed, parts, response): the tiles whose light a sensor of `response` can tell, what
-    the lens makes of them, the error left.
+class Seen(NamedTuple):
+    """What sensors see of a field."""
+
+    tiles: dict[str, slice] | None  # of the field, {y, x}; None: all
+    mixed: xr.DataArray  # their light
+    optics: FieldOptics
+    response: Response | None  # with the error that is left for the rest of the way
+
+
+def seen(lens, mixed, flares, response) -> Seen:
+    """Return the tiles whose light a sensor of `response` can tell, and what the lens makes of
+    them.
 
     All tiles are kept where the response states no window, where light is moved, drawn twice or
     spread unlike over the field, and where no bound says that tiles beyond are too dark.
     """
+    plane = sensor_plane(lens, mixed)
     inner = _inner(lens, mixed, flares, response)
-    if inner is None:
-        return mixed, parts(lens, mixed, flares, response), response
-    tried = ledger.collected(lambda: _without_dark(lens, mixed, flares, response, inner))
-    if tried.result:
-        ledger.record_row(tried.row)
-        part, given, left, reach, share = tried.result
+    found = None if inner is None else _without_dark(lens, mixed, flares, response, plane, inner)
+    if found is None:
+        optics = field_optics(lens, mixed, flares, response, plane)
+        found, reach, share = Seen(None, mixed, optics, response), max(mixed.shape), 0.0
     else:
-        part, left, reach, share = mixed, response, max(mixed.shape), 0.0
-        given = parts(lens, mixed, flares, response)
-    if isinstance(
-        given.made, wing_truncation.NearKernels
-    ):  # nothing from farther away is taken anyway
-        part, given = _within_kernels(lens, mixed, part, given, inner, reach)
-    if part is not mixed:
-        bound = share + getattr(given.made, "noise_share", 0.0)
-        omitted = core.left_out(mixed, part, WHY, bound, wing_truncation.UNIT)
-        ledger.record_kept(ledger.Kept(part, (omitted,)))
+        found, reach, share = found
+    if inner is not None and isinstance(found.optics.made, wing_truncation.NearKernels):
+        # nothing from farther away is taken anyway
+        found = _within_kernels(mixed, found, plane, inner, reach)
+    if found.tiles is not None:
+        bound = share + getattr(found.optics.made, "noise_share", 0.0)
+        state_tiles(mixed.shape, found.mixed.shape, WHY, bound, wing_truncation.UNIT)
     if share:
         ledger.error(
             share,
@@ -63,38 +75,12 @@ def seen(lens, mixed, flares, response):
             "light of tiles beyond the window that sensors see, left out",
             key="tiles beyond the window",
         )
-    return part, given, left
-
-
-def on_window(light, response):
-    """Return the tiles of light on the sensor plane that a sensor of `response` sees."""
-    return (
-        light
-        if response is None or response.window_m is None
-        else light.isel(core.tiles(light, response.window_m))
-    )
-
-
-def errors_on_window(errors, lens, given: Parts, response):
-    """Return error maps (channel, y, x) of the sensor plane's tiles at those of `on_window`."""
-    if errors is None or response is None or response.window_m is None:
-        return errors
-    columns, rows = (
-        core.within(c * 1e-3 * lens.focal_length_mm, side)
-        for c, side in zip((given.sensor.x, given.sensor.y), response.window_m)
-    )
-    deviation, bound = (e[:, rows, columns] for e in (errors.deviation, errors.bound))
-    return errors._replace(deviation=deviation, bound=bound)
+    return found
 
 
 def _inner(lens, mixed, flares, response):
     """Return the slices {y, x} of the tiles that the window sees; None where all are kept."""
-    if (
-        response is None
-        or response.window_m is None
-        or not hasattr(lens, "zernike_um")
-        or lens.field_varies
-    ):
+    if response is None or response.window_m is None or not lens.blurs or lens.field_varies:
         return None
     if (
         lens.distortion != "none"
@@ -109,9 +95,9 @@ def _inner(lens, mixed, flares, response):
     return None if core.cut(mixed, inside) is mixed else inside
 
 
-def _without_dark(lens, mixed, flares, response, inner):
-    """Return (mixed, parts, response, reach, bound) without tiles so far out, and so dark, that the
-    sensor cannot tell; None where none are.
+def _without_dark(lens, mixed, flares, response, plane, inner):
+    """Return (`Seen`, reach, bound) without tiles so far out, and so dark, that the sensor cannot
+    tell; None where none are.
     """
     plain, wave, frame = (
         without_geometry(lens),
@@ -121,7 +107,7 @@ def _without_dark(lens, mixed, flares, response, inner):
     most = _largest_reach(inner, frame)
     if most < 0:
         return None
-    relative = ledger.collected(lambda: sensor_plane(lens, mixed)).result.relative
+    relative = plane.relative
     pitch_um = tuple(
         1e3 * lens.focal_length_mm * quantities.tile_pitch(mixed, d) for d in ("y", "x")
     )
@@ -157,50 +143,50 @@ def _without_dark(lens, mixed, flares, response, inner):
     )
     if reach > most:
         return None
-    part = _cut(mixed, inner, (reach, reach))
+    tiles, part = _cut(mixed, inner, (reach, reach))
     left = replace(response, noise_fraction_allowed=(1 - SHARE) * response.noise_fraction_allowed)
-    given = parts(lens, part, flares, left)
+    with ledger.gathered("lens") as tried:
+        given = field_optics(lens, part, flares, left, plane.of_tiles(tiles))
     made, loss = given.made, given.made.transmitted if lens.aperture_loss else 1.0
     outside = np.array([_beyond(b, reach) for b in made.bands])
     centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in made.bands], float)
     share = light.share(2 * outside * loss, centre * loss, everywhere=True, most=brightest(reach))
-    return (part, given, left, reach, share) if share <= allowed else None
+    if share > allowed:
+        return None
+    ledger.record_row(tried)
+    return Seen(tiles, part, given, left), reach, share
 
 
-def _within_kernels(lens, mixed, part, given, inner, reach):
-    """Return (mixed, parts) of those tiles of `part`, `reach` beyond the window, that kernels take
-    light for the window from.
+def _within_kernels(mixed, found: Seen, plane, inner, reach) -> Seen:
+    """Return those tiles, `reach` beyond the window at most, that kernels take light for the window
+    from.
     """
-    near = _cut(mixed, inner, [min(n // 2, reach) for n in given.made.bands[0].shape])
-    if near.shape == part.shape:
-        return part, given
-    # its terms are those of the whole field, which have been recorded
-    plane = ledger.collected(lambda: sensor_plane(lens, near)).result
+    given = found.optics
+    tiles, near = _cut(mixed, inner, [min(n // 2, reach) for n in given.made.bands[0].shape])
+    if near.shape == found.mixed.shape:
+        return found
+    plane = plane.of_tiles(tiles)
+    relative = plane.relative if np.ndim(plane.relative) else None
     made = replace(given.made, frame=near.shape[1:])
-    return near, replace(
-        given,
-        sensor=plane,
-        made=made,
-        relative=plane.relative if np.ndim(plane.relative) else None,
-        counted=None,
-    )
+    optics = replace(given, sensor=plane, made=made, relative=relative, counted=None)
+    return Seen(tiles, near, optics, found.response)
 
 
 def _cut(mixed, inner, reach):
-    """Return the tiles of mixed radiance within `reach` (y, x) of a window, all of them where that
-    is what they are.
+    """Return the tiles within `reach` (y, x) of a window, {y, x} or None for all of them, and their
+    mixed radiance.
 
     Attribute `tiles_beyond` : (y, x) from the window to where the light ends that is known.
     """
-    part = core.cut(
-        mixed,
-        {
-            d: slice(max(inner[d].start - r, 0), min(inner[d].stop + r, mixed.sizes[d]))
-            for d, r in zip(("y", "x"), reach)
-        },
-    )
+    tiles = {
+        d: slice(max(inner[d].start - r, 0), min(inner[d].stop + r, mixed.sizes[d]))
+        for d, r in zip(("y", "x"), reach)
+    }
+    part = core.cut(mixed, tiles)
+    if part is mixed:
+        return None, mixed
     beyond = tuple(min(inner[d].start, mixed.sizes[d] - inner[d].stop) for d in ("y", "x"))
-    return part if part is mixed else part.assign_attrs(tiles_beyond=beyond)
+    return tiles, part.assign_attrs(tiles_beyond=beyond)
 
 
 def _largest_reach(inner, frame) -> int:

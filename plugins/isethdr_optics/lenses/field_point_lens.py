@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from math import cos, sin
 from typing import Any
@@ -10,15 +10,18 @@ from typing import Any
 from isethdr_core.physics.optics.pupil import Matrix
 from isethdr_core.physics.optics.zernike import rotated
 
-from ..lenses.thin_lens import WavefrontLens
+from .limits import Zernikes
+from .thin_lens import DiffractionLimitedLens
 
 ROUNDING = 1e-12  # of the stop's radius
+ERROR_ALLOWED = 0.05  # of the grid of places: the colour of a lens does not depend on it
 
 
 @dataclass(frozen=True)
-class PlaceLens(WavefrontLens):
+class PlaceLens(DiffractionLimitedLens):
     """The wavefront, its colour and the pupil of one place of another lens's field."""
 
+    zernike_um: Zernikes = field(default_factory=dict)  # {OSA index: rms in micrometres}
     traced: Any = None  # lens whose colour it has, if that is traced
     angle_rad: float = 0.0  # of the place
     azimuth_rad: float = 0.0  # counter-clockwise from +x, y up
@@ -68,13 +71,23 @@ class PlaceLens(WavefrontLens):
         return {}
 
 
-def on_axis(lens):
-    """Return the lens whose point spread is everywhere that on the axis of `lens`."""
-    return (
-        node_lens(lens, lens.wavefront_at(0.0), 0.0, 0.0)
-        if getattr(lens, "field_varies", False)
-        else lens
-    )
+@dataclass(frozen=True)
+class FieldLens(DiffractionLimitedLens):
+    """A lens that can tell what it is like as seen from one place of the field."""
+
+    def on_axis(self) -> DiffractionLimitedLens:
+        """Return the lens whose point spread is everywhere that of this lens on the axis."""
+        return self.at_place(0.0, 0.0) if self.field_varies else self
+
+    def at_place(self, angle_rad: float, azimuth_rad: float) -> PlaceLens:
+        """Return the lens as light from one place of the field sees it.
+
+        Parameters
+        ----------
+        angle_rad : of the place, off the axis.
+        azimuth_rad : of the place, counter-clockwise from +x, y up.
+        """
+        return node_lens(self, self.wavefront_at(angle_rad), azimuth_rad, angle_rad)
 
 
 def node_lens(lens, more_um, azimuth_rad: float, angle_rad: float | None = None) -> PlaceLens:
@@ -89,14 +102,16 @@ def node_lens(lens, more_um, azimuth_rad: float, angle_rad: float | None = None)
     zernike_um = dict(lens.zernike_um or {})
     for j, value in rotated(more_um, azimuth_rad).items():
         zernike_um[j] = zernike_um.get(j, 0.0) + value
-    shared = {f.name: getattr(lens, f.name) for f in fields(WavefrontLens) if hasattr(lens, f.name)}
+    shared = {
+        f.name: getattr(lens, f.name)
+        for f in fields(DiffractionLimitedLens)
+        if hasattr(lens, f.name)
+    }
     one = {
         "zernike_um": zernike_um,
-        "field_zernike_um": {},
         "distortion": "none",
         "falloff": "none",
         "lateral_colour_percent": {},
-        "error_allowed": WavefrontLens.error_allowed,
     }
     if angle_rad is None or not hasattr(lens, "colour_at"):
         return PlaceLens(**shared | one)
@@ -138,5 +153,5 @@ def _colour_alone(lens):
         lateral_colour="none",
         lateral_colour_percent={},
         transmittance=1.0,
-        error_allowed=WavefrontLens.error_allowed,
+        error_allowed=ERROR_ALLOWED,
     )

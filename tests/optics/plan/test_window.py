@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from isethdr_optics import DiffractionLimitedLens, GhostFlare, WavefrontLens
-from isethdr_optics.imaging import window
+from isethdr_optics.imaging import wing_truncation
 from isethdr_optics.imaging.sensor_plane import without_geometry
-from isethdr_optics.psf import kernels, wing_truncation
+from isethdr_optics.plan import window
+from isethdr_optics.psf import kernels
 
 from isethdr_core.data import quantities
 from isethdr_core.demand import Demand

@@ -17,12 +17,13 @@ from functools import cached_property
 import numpy as np
 
 from isethdr_core import ledger
+from isethdr_core.demand import Response
 from isethdr_core.physics.convolution import Kernel, prepare
 from isethdr_core.physics.convolution.spectral import matrix_product
 
-from ..imaging.photoelectron_map import electrons
+from ..psf import kernel_spectra, kernels
 from ..pupil import sampled_pupil
-from . import kernel_spectra, kernels
+from .photoelectron_map import electrons
 
 SHARE = 0.5  # of the error allowed of light
 WORTH = 0.5  # of the frame's reach: kernels of more take about as long as those of all of it
@@ -94,12 +95,7 @@ def near_kernels(make, lens, flares, mixed, sensor, pitch_um, response) -> NearK
     sensor : `sensor_plane.SensorPlane`. `pitch_um` : (y, x) of a tile.
     response : `isethdr_core.demand.Response` of the sensors; None where all light is asked for.
     """
-    if (
-        response is None
-        or not hasattr(lens, "zernike_um")
-        or sensor.areas is not None
-        or sensor.scales is not None
-    ):
+    if response is None or not lens.blurs or sensor.areas is not None or sensor.scales is not None:
         return None
     wave, shape = mixed.wavelength.values.astype(float), mixed.shape[1:]
     first, full = _core(lens, wave, pitch_um, shape), [n - 1 for n in shape]
@@ -162,16 +158,30 @@ def state(made: NearKernels) -> None:
     )
 
 
+@dataclass(frozen=True, eq=False)
 class Light:
     """What decides: the brightest light per band, and the least noise of any tile."""
 
-    def __init__(self, cube, relative, weights, response):
-        self.cube, self.relative, self.weights, self.response = cube, relative, weights, response
-        step = max(1, int(np.sqrt(cube[0].size / LOOKED_AT)))
-        self.some = cube[:, step // 2 :: step, step // 2 :: step]
-        self.factor = (
-            relative[step // 2 :: step, step // 2 :: step] if np.ndim(relative) else relative
-        )
+    cube: np.ndarray  # (band, y, x) radiance
+    relative: np.ndarray | float  # factor of the tiles' light, (y, x) or 1
+    weights: np.ndarray  # (channel, band) electrons per m2 and second
+    response: Response
+
+    @cached_property
+    def _step(self) -> int:
+        return max(1, int(np.sqrt(self.cube[0].size / LOOKED_AT)))
+
+    @cached_property
+    def some(self) -> np.ndarray:
+        """The light of the tiles looked at."""
+        return self.cube[:, self._step // 2 :: self._step, self._step // 2 :: self._step]
+
+    @cached_property
+    def factor(self) -> np.ndarray | float:
+        """The factor of the tiles looked at."""
+        if not np.ndim(self.relative):
+            return self.relative
+        return self.relative[self._step // 2 :: self._step, self._step // 2 :: self._step]
 
     @cached_property
     def most(self):

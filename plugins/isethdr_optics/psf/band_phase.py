@@ -13,9 +13,9 @@ from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.radiometry import band_widths_nm
 
-from ..psf import wings
-from ..psf.error_parts import SPREAD
-from . import sampled_pupil
+from ..pupil import sampled_pupil
+from . import wings
+from .error_parts import SPREAD
 
 # Relative per tile, L1 per octave, for a radian rms within a part: measured 0.004 to 0.030 against
 # 40 and 100 parts (f/4 and f/8, tiles of 1.5 to 6 um, defocus, coma and spherical aberration of 3.7

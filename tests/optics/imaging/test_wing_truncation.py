@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens
-from isethdr_optics.imaging import irradiance
-from isethdr_optics.imaging.sensor_plane import without_geometry
-from isethdr_optics.psf import kernels, wing_truncation
+from isethdr_optics.imaging import wing_truncation
+from isethdr_optics.imaging.sensor_plane import sensor_plane, without_geometry
+from isethdr_optics.psf import kernels
 from scipy.special import jv
 
 from isethdr_core.data import quantities
@@ -50,7 +50,7 @@ def needed(mixed, flares=(), allowed=0.1):
         plain,
         flares,
         mixed,
-        irradiance.sensor_plane(LENS, mixed),
+        sensor_plane(LENS, mixed),
         PITCH_UM,
         response(allowed),
     )

@@ -1,0 +1,32 @@
+"""Kernel memory: what the kernels of a frame take, known before any is made."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core.pipeline.memory import Frame
+
+from ..psf import kernels, scatter
+from ..pupil import sampled_pupil
+from . import wing_truncation
+
+
+def kernel_bytes(lens, flares, frame: Frame) -> float:
+    """Return the bytes of the kernels of all bands over a frame, and of the lattices that they are
+    read from.
+
+    With a sensor's response kernels may end at `tails.WORTH` of the frame: so much is certain, and
+    `check_kernels` sees the rest.
+    """
+    wave = np.asarray(frame.wavelength_nm, float)
+    blurred = lens.blurs
+    if not (blurred or scatter.active(flares, wave)):
+        return 0.0
+    part = wing_truncation.WORTH if frame.sensed and blurred else 1.0
+    reach = [int(part * (n - 1)) for n in (frame.rows, frame.columns)]
+    pitch_um = [1e3 * lens.focal_length_mm * p for p in frame.pitch]
+    if blurred and lens.zernike_um:
+        sampled_pupil.core_pitch_mm(
+            lens, min(pitch_um), wave.min(), sampled_pupil.FEWEST_SAMPLES
+        )  # refuses what no pupil can follow
+    return kernels.held_bytes(lens, flares, wave, pitch_um, reach)

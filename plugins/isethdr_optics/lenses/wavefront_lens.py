@@ -1,0 +1,70 @@
+"""The lens `wavefront`: diffraction and a wavefront error, which may vary over the field."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from .field_point_lens import FieldLens
+from .limits import ErrorAllowed, FieldAngle, Zernikes
+
+
+@dataclass(frozen=True)
+class WavefrontLens(FieldLens):
+    """Diffraction and a wavefront error in OSA/ANSI Zernike coefficients."""
+
+    zernike_um: Zernikes = field(
+        default_factory=dict
+    )  # {OSA index: rms in micrometres}; 4 is defocus; over the whole stop
+    field_zernike_um: dict[FieldAngle, Zernikes] = field(
+        default_factory=dict
+        # {field angle deg: what comes on top, for light from +x};
+        # lines between, turned about the axis
+    )
+    # share of a point's light that the grid of places in the field may put wrong
+    error_allowed: ErrorAllowed = 0.05
+
+    def __post_init__(self):
+        super().__post_init__()
+        _check_field(self)
+
+    @property
+    def field_varies(self) -> bool:
+        """Whether the point spread differs over the field."""
+        return bool(self.field_zernike_um)
+
+    def wavefront_at(self, angle_rad: float) -> dict[int, float]:
+        """Return what comes on top of `zernike_um`, {OSA index: um}, for light from an angle off
+        the axis, along +x of the field.
+
+        Raises
+        ------
+        ConfigError : beyond the last angle of `field_zernike_um`.
+        """
+        import numpy as np
+
+        from isethdr_core.errors import ConfigError
+
+        known, angle = list(self.field_zernike_um), float(np.degrees(angle_rad))
+        if angle > known[-1] * (1 + 1e-9):
+            raise ConfigError(
+                f"lens.field_zernike_um ends at {known[-1]:g} degrees, the field reaches"
+                f" {angle:.4g}; expected a longer table, or a smaller field"
+            )
+        table = self.field_zernike_um.values()
+        return {
+            j: float(np.interp(angle, known, [row.get(j, 0.0) for row in table]))
+            for j in sorted({j for row in table for j in row})
+        }
+
+
+def _check_field(lens):
+    from isethdr_core.errors import ConfigError
+
+    angles = list(lens.field_zernike_um)
+    if angles and (
+        len(angles) < 2 or angles[0] != 0 or any(a >= b for a, b in zip(angles, angles[1:]))
+    ):
+        raise ConfigError(
+            f"lens.field_zernike_um has the field angles {angles}; expected degrees that rise from"
+            " 0, at least two; type for example +lens.field_zernike_um={0:{},20:{8:0.2}}"
+        )

@@ -1,0 +1,110 @@
+"""Planning: what of a field, and of a lens's effects, is needed for some sensors; decided once,
+before any light is made.
+"""
+
+from __future__ import annotations
+
+import weakref
+from dataclasses import replace
+
+import numpy as np
+
+from isethdr_core import ledger, quantities
+from isethdr_core.data.camera_geometry import projection_of
+from isethdr_core.data.temporal_modulation import DIM, components
+from isethdr_core.demand import Response
+from isethdr_core.physics.optics.projection import angle_rad
+from isethdr_core.pipeline.imaging_plan import LightBudget
+from isethdr_core.uncertainty.budget import CONVOLUTION, LEFT
+
+from ..flare.ghosts.sensor_limited import seen_ghosts
+from ..imaging import array_backend
+from ..imaging.field_optics import field_optics
+from ..imaging.kernel_statements import Margin, state_kernels
+from .lens_plan import LensPlan
+from .region import region
+from .window import seen
+
+WORTH = 1.5e6  # tiles x bands: to find functionals takes as long as to convolve so many
+NOT_WORTH = (
+    0.1  # of the error that there is anyway: to be more exact than that is not worth the seconds
+)
+
+
+def plan(lens, flares, field, response: Response | None, budget: LightBudget) -> LensPlan:
+    """Return the plan of imaging a field; arguments as
+    `isethdr_core.plugins.protocols.PlansImaging.plan`.
+
+    Kernels end where the sensors of `response` cannot tell, ghosts that they cannot tell are not
+    traced, and tiles beside their window are left out whose light cannot reach it. What is left of
+    the error allowed is for the rest of the way. Light in components is made wavelength by
+    wavelength, to the lens's own error.
+
+    Raises
+    ------
+    UnitError : `field` is no mixed radiance, or holds negative or non-finite light.
+    """
+    for _, one in components(field):
+        quantities.check_mixed(one)
+    if DIM in field.dims:
+        response = None
+    with ledger.gathered("lens") as row:
+        part, light = region(lens, flares, field, budget)
+        _, mixed = components(light)[0]
+        lens.state_limits(_widest_rad(mixed), mixed.wavelength.values.astype(float))
+        found = seen(lens, mixed, flares, response)
+        if found.tiles is not None:
+            part = replace(part, tiles=found.tiles)
+        error_allowed, left = budget.error_allowed, None
+        if response is not None:
+            part = replace(part, window_m=response.window_m)
+            flares, faint = seen_ghosts(lens, found.mixed, flares, found.optics, found.response)
+            left = _left(found, faint)
+            error_allowed = CONVOLUTION * left.error_allowed
+            if found.mixed.size < WORTH or array_backend.place():
+                left = None
+        state_kernels(lens, found.optics, _margin(found.mixed))
+    terms, left_out = tuple(row.errors), tuple(row.left_out)
+    checked = weakref.ref(field)
+    return LensPlan(lens, flares, part, found.optics, error_allowed, left, terms, left_out, checked)
+
+
+def whole(lens, flares, field, response: Response | None = None) -> LensPlan:
+    """Return the plan that leaves nothing of a field out: full kernels, and functionals of the
+    spectrum however small the field.
+    """
+    for _, one in components(field):
+        quantities.check_mixed(one)
+    with ledger.gathered("lens") as row:
+        part, _ = region(lens, flares, field, LightBudget())
+        optics = field_optics(lens, field, flares)
+        state_kernels(lens, optics, _margin(field))
+    error_allowed = CONVOLUTION * response.error_allowed if response else 0.0
+    terms, left_out = tuple(row.errors), tuple(row.left_out)
+    return LensPlan(lens, flares, part, optics, error_allowed, response, terms, left_out)
+
+
+def _left(found, faint: float) -> Response:
+    """Return the response with the share of its noise that is left for the way through the lens."""
+    made, allowed = found.optics.made, found.response.noise_fraction_allowed
+    taken = found.optics.noise_share + getattr(made, "noise_share", 0.0) + faint
+    left = max(allowed - taken, LEFT * allowed, min(allowed, NOT_WORTH * taken))
+    return replace(found.response, noise_fraction_allowed=left)
+
+
+def _widest_rad(mixed) -> float:
+    """Return the largest angle off the axis of a field's tiles."""
+    x, y = (np.abs(mixed[d].values).max() for d in ("x", "y"))
+    return float(angle_rad(x, y, projection_of(mixed)))
+
+
+def _margin(mixed) -> Margin:
+    """Return the tiles of a field beyond the sensors' window, or beyond the camera's field where no
+    window is known.
+    """
+    if known := mixed.attrs.get("tiles_beyond"):
+        return Margin(known, of_window=True)
+    full = quantities.full_field(mixed)[::-1]
+    field = [mixed.attrs.get(k) or n for k, n in zip(("field_height", "field_width"), full)]
+    pitch = [quantities.tile_pitch(mixed, d) for d in ("y", "x")]
+    return Margin(tuple((n - w / p) / 2 for n, w, p in zip(mixed.shape[1:], field, pitch)))

@@ -1,0 +1,153 @@
+"""Region: the bands and tiles of a field that go through the lens, and the light of the others put
+back.
+
+Bands that no sensor sees, or in which there is no light, are dropped at the ends of the spectrum.
+Tiles that no sensor sees are dropped where the lens keeps the light of every tile in its place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from isethdr_core import ledger, quantities
+from isethdr_core.errors import UnitError
+from isethdr_core.pipeline import bands
+from isethdr_core.pipeline import window as core
+from isethdr_core.pipeline.imaging_plan import LightBudget
+from isethdr_core.uncertainty.error_terms import ErrorMaps
+
+from ..imaging.field_optics import FieldOptics
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+UNSEEN = "no sensor sees them"
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """Bands and tiles of one field, and the window of the image plane that sensors see."""
+
+    coordinates: dict[str, np.ndarray]  # of the whole field: wavelength, y, x
+    kept: np.ndarray  # mask of the bands
+    tiles: dict[str, slice] | None = None  # {y, x}; None: all
+    window_m: tuple[float, float] | None = None  # (width, height); None: all
+
+    def of(self, mixed: xr.DataArray) -> xr.DataArray:
+        """Return the part of mixed radiance ([component,] wavelength, y, x) that goes through the
+        lens.
+
+        Raises
+        ------
+        UnitError : `mixed` lies on another field than the plan was made for.
+        """
+        for name, planned in self.coordinates.items():
+            if name not in mixed.coords or not np.array_equal(mixed[name].values, planned):
+                raise UnitError(
+                    f"the plan was made for a field with other values of {name!r}; "
+                    "make a plan for this field with lens.plan(flares, field, response, budget)"
+                )
+        if not self.kept.all():
+            mixed = mixed.sel(wavelength=self.coordinates["wavelength"][self.kept])
+        return mixed if self.tiles is None else core.cut(mixed, self.tiles)
+
+    def widened(self, light: xr.DataArray, efficiency) -> xr.DataArray:
+        """Return the light in the window, with dark bands where none went through the lens.
+
+        Parameters
+        ----------
+        efficiency : function(wavelength_nm) -> (channel, band), of the sensors that photocurrent is
+            made for.
+        """
+        light = on_window(light, self.window_m)
+        if self.kept.all():
+            return light
+        every_nm = self.coordinates["wavelength"]
+        if "wavelength" in light.dims:
+            return light.reindex(wavelength=every_nm, fill_value=0.0)
+        whole = efficiency(np.asarray(every_nm, float))
+        part = whole[:, self.kept]
+        rows = [int(np.abs(part - own).max(1).argmin()) for own in light.attrs["efficiency"]]
+        return light.assign_attrs(wavelength_nm=np.asarray(every_nm, float), efficiency=whole[rows])
+
+
+def region(lens, flares, field: xr.DataArray, budget: LightBudget) -> tuple[Region, xr.DataArray]:
+    """Return the region of a field that a lens has to make light of, and its light; state what is
+    left out.
+    """
+    whole = field
+    coordinates = {d: field[d].values for d in ("wavelength", "y", "x")}
+    tiles = None
+    if budget.window_m is not None and lens.keeps_light(flares):
+        width_m, height_m = lens.image_size_m(1.0, 1.0, field.attrs.get("projection", "tangent"))
+        inside = core.tiles(field, (budget.window_m[0] / width_m, budget.window_m[1] / height_m))
+        part = core.cut(field, inside)
+        if part is not field:
+            state_tiles(field.shape, part.shape, UNSEEN, 0.0, quantities.IRRADIANCE)
+            tiles, field = inside, part
+    every_nm = field.wavelength.values
+    kept = np.ones(len(every_nm), bool)
+    if budget.sensed_nm is not None:
+        kept = np.isin(every_nm, _lit(field, budget.sensed_nm))
+    found = Region(coordinates, kept, tiles)
+    return found, found.of(whole)
+
+
+def on_window(light, window_m):
+    """Return the tiles of light on the sensor plane that lie in a centred window, (width, height)
+    in metres; None: all.
+    """
+    return light if window_m is None else light.isel(core.tiles(light, window_m))
+
+
+def errors_on_window(errors: ErrorMaps, lens, given: FieldOptics, window_m):
+    """Return error maps (channel, y, x) of the sensor plane's tiles at those of `on_window`."""
+    if window_m is None:
+        return errors
+    columns, rows = (
+        core.within(c * 1e-3 * lens.focal_length_mm, side)
+        for c, side in zip((given.sensor.x, given.sensor.y), window_m)
+    )
+    deviation, bound = (e[:, rows, columns] for e in (errors.deviation, errors.bound))
+    return errors._replace(deviation=deviation, bound=bound)
+
+
+def state_tiles(whole: tuple, part: tuple, why: str, bound: float, unit: str) -> None:
+    """State how many tiles of the field are left out; `whole` and `part` are shapes (..., y, x)."""
+    (height, width), (inner_height, inner_width) = whole[-2:], part[-2:]
+    out = height * width - inner_height * inner_width
+    ledger.left_out(
+        f"{out} of {height * width} tiles of the field, beyond the middle {inner_width} x"
+        f" {inner_height}",
+        why,
+        bound,
+        unit,
+        key="tiles",
+        needless=True,
+    )
+
+
+def _lit(mixed, wanted) -> tuple[float, ...]:
+    """Return the bands out of `wanted` between the first and the last in which `mixed` has any
+    light; inner ones are not looked at.
+    """
+    waves = tuple(map(float, wanted))
+
+    def first(order) -> int | None:
+        return next((k for k in order if mixed.sel(wavelength=waves[k]).values.any()), None)
+
+    ends = first(range(len(waves))), first(reversed(range(len(waves))))
+    kept = waves[bands.outer([k in ends for k in range(len(waves))])]
+    if len(kept) < len(waves):
+        ledger.left_out(
+            f"{len(waves) - len(kept)} of {len(waves)} bands",
+            "no light in them",
+            0.0,
+            "W m-2 nm-1",
+            key=bands.BANDS,
+            needless=True,
+        )
+    return kept

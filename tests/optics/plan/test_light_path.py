@@ -1,0 +1,227 @@
+"""One path of light through a lens, counted while images are made.
+
+A CALL ACROSS MODULES is a call, while light on the sensor plane is made of mixed radiance, from a
+function of one traced module to a function of another traced module that is handed light. Traced
+are all modules of `isethdr_optics`, the chain's module and the module of imaging plans of the core.
+
+- Light is what an argument holds, itself or in a tuple or list: a DataArray over tiles, an array
+  (band, y, x), or an array over as many tiles (its last two dims) as any light so far. `self` does
+  not count: a component asked for a number about itself is handed no light.
+- The same function called again from the same module (band by band, flare by flare) is one call.
+- A module IS LEFT when all its functions that were handed light have returned. A call BACK is a
+  call into a module that was left, or that waits for the caller. Methods of the values that a plan
+  carries (sensor plane, kernels, photoelectron map) are counted as calls, but lead no light back:
+  they go wherever their value goes.
+- Kernels are at hand: the image is made once before it is traced. How kernels are made has no light
+  in it.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+import threading
+from dataclasses import dataclass, field, is_dataclass, replace
+from pathlib import Path
+
+import isethdr_optics
+import numpy as np
+import pytest
+import xarray as xr
+from isethdr_optics import (
+    ApertureFlare,
+    DiffractionLimitedLens,
+    GhostFlare,
+    IdealLens,
+    PrescribedLens,
+    WavefrontLens,
+)
+
+from isethdr_core.data import quantities
+from isethdr_core.demand import Demand
+from isethdr_core.pipeline import chain, imaging_plan
+from isethdr_core.pipeline.chain import Chain, on_sensor
+from isethdr_core.plugins.registry import build
+
+MOST = 20  # calls across modules
+ROOT = Path(isethdr_optics.__file__).parent
+SHAPE, TILE = (31, 67), 0.5 / 67  # numbers of tiles that nothing else has
+BANDS = np.linspace(440.0, 660.0, 12)
+SENSOR = build("sensor", "bayer", pitch_um=3.75)
+IN_A_WINDOW = replace(SENSOR, rows=80, columns=160)
+WITHOUT_NOISE = build("sensor", "ideal", pitch_um=3.75)
+
+
+@dataclass
+class Trace:
+    """The calls across modules of one image."""
+
+    shapes: set[tuple[int, int]]  # (y, x) of light
+    bands: int
+    calls: list[tuple[str, str, str]] = field(default_factory=list)  # from, to, function
+    back: list[tuple[str, str, str]] = field(default_factory=list)
+    waiting: dict[str, int] = field(default_factory=dict)  # frames of each module that hold light
+    left: set[str] = field(default_factory=set)
+
+    def __call__(self, frame, event, _arg):
+        """Follow one call or return."""
+        if event not in ("call", "return") or not (module := traced(frame)):
+            return
+        if not self.handed_light(frame):
+            return
+        if event == "return":
+            self.waiting[module] -= 1
+            if not self.waiting[module]:
+                self.left.add(module)
+            return
+        caller = next((m for f in above(frame) if (m := traced(f))), None)
+        if caller not in (None, module):
+            call = caller, module, frame.f_code.co_name
+            if call not in self.calls:
+                self.calls.append(call)
+                of_value = is_dataclass(owner := frame.f_locals.get("self")) and not hasattr(
+                    owner, "plan"
+                )
+                if not of_value and (module in self.left or self.waiting.get(module)):
+                    self.back.append(call)
+        self.waiting[module] = self.waiting.get(module, 0) + 1
+
+    def handed_light(self, frame) -> bool:
+        """Return whether an argument of a function holds light."""
+        code = frame.f_code
+        count = code.co_argcount + code.co_kwonlyargcount
+        names = [n for n in code.co_varnames[:count] if n != "self"]
+        return any(self.is_light(frame.f_locals.get(n)) for n in names)
+
+    def is_light(self, value) -> bool:
+        """Return whether a value holds light."""
+        if isinstance(value, tuple | list):
+            return any(map(self.is_light, value))
+        if isinstance(value, xr.DataArray):
+            if {"y", "x"} <= set(value.dims):
+                self.shapes.add(value.shape[-2:])
+                return True
+            return False
+        if not isinstance(value, np.ndarray) or value.ndim < 2:
+            return False
+        if value.ndim == 3 and len(value) == self.bands:
+            self.shapes.add(value.shape[-2:])
+        return value.shape[-2:] in self.shapes
+
+
+def traced(frame) -> str:
+    """Return the module of a frame where it is traced, else nothing."""
+    name = frame.f_globals.get("__name__", "")
+    known = name in (chain.__name__, imaging_plan.__name__)
+    generated = frame.f_code.co_filename == "<string>"  # the __init__ of a dataclass
+    return name if (known or name.startswith(ROOT.name + ".")) and not generated else ""
+
+
+def above(frame):
+    """Yield the callers of a frame."""
+    while frame := frame.f_back:
+        yield frame
+
+
+def scene(lamp=False):
+    """Return mixed radiance that is dim enough for kernels to end; with a lamp, for none to."""
+    level = 1e-3 * np.random.default_rng(1).uniform(0.5, 1, SHAPE)
+    if lamp:
+        level[15, 33] *= 1e5
+    cube = (level * (1.3 - BANDS / 900)[:, None, None]).astype(np.float32)
+    y, x = (quantities.centres(n, n * TILE) for n in SHAPE)
+    return quantities.plane(cube, BANDS, x, y, quantities.RADIANCE)
+
+
+def trace(lens, flares, sensor, mixed) -> Trace:
+    """Return the calls across modules of an image whose kernels are at hand."""
+    parts = Chain(None, None, None, {}, lens, dict(enumerate(flares)), {"one": sensor}, None, {})
+    demand = sensor.narrow(Demand())
+    on_sensor(parts, mixed, demand)
+    found = Trace({SHAPE}, mixed.sizes["wavelength"])
+    threading.setprofile(found)
+    sys.setprofile(found)
+    try:
+        on_sensor(parts, mixed, demand)
+    finally:
+        sys.setprofile(None)
+        threading.setprofile(None)
+    return found
+
+
+THIN = DiffractionLimitedLens(focal_length_mm=4.0)
+BENT = {"model": "brown_conrady", "k1": -0.05}
+FIELD = WavefrontLens(focal_length_mm=4.0, field_zernike_um={0.0: {}, 40.0: {4: 0.4}})
+
+
+@pytest.mark.parametrize(
+    ("lens", "flares", "sensor", "lamp"),
+    [
+        (IdealLens(focal_length_mm=4.0), (), IN_A_WINDOW, False),
+        (THIN, (), WITHOUT_NOISE, True),
+        (THIN, (), SENSOR, False),
+        (THIN, (ApertureFlare(),), SENSOR, True),
+        (THIN, (), IN_A_WINDOW, False),
+        (THIN, (GhostFlare(),), SENSOR, False),
+        (replace(THIN, distortion=BENT), (), SENSOR, False),
+        (FIELD, (), SENSOR, True),
+        (PrescribedLens(focal_length_mm=4.0), (), SENSOR, False),
+    ],
+    ids=[
+        "no blur, a window",
+        "irradiance",
+        "photocurrent, wings cut",
+        "photocurrent, a lamp and dirt",
+        "photocurrent in a window",
+        "ghosts",
+        "distortion",
+        "point spreads over the field",
+        "prescription",
+    ],
+)
+def test_light_takes_few_calls_across_modules_and_none_back(lens, flares, sensor, lamp):
+    mixed = scene(lamp)
+    if lens.field_varies or flares and not lamp:
+        mixed = mixed.isel(wavelength=slice(0, None, 6))  # quicker
+    found = trace(lens, flares, sensor, mixed)
+    print(len(found.calls), *(f"{a} -> {b}.{f}" for a, b, f in found.calls), sep="\n")
+    assert len(found.calls) > 3, "the trace sees the path"
+    assert len(found.calls) <= MOST
+    assert not found.back
+
+
+def test_modules_of_the_lens_import_each_other_in_one_direction():
+    """No circle, imports inside functions included: what a file needs lies below it."""
+    files = {
+        ".".join((ROOT.name, *p.relative_to(ROOT).with_suffix("").parts)): p
+        for p in ROOT.rglob("*.py")
+        if p.name != "__init__.py"
+    }
+    imports = {name: imported(name, path) & files.keys() for name, path in files.items()}
+    while imports:
+        ground = {name for name, needs in imports.items() if not needs & imports.keys()}
+        assert ground, f"a circle among {sorted(imports)}"
+        imports = {name: needs for name, needs in imports.items() if name not in ground}
+
+
+@pytest.mark.parametrize("folder", ["pupil", "psf", "field", "imaging"])
+def test_nothing_below_a_plan_knows_a_lens_or_the_plan(folder):
+    for path in (ROOT / folder).rglob("*.py"):
+        name = ".".join((ROOT.name, *path.relative_to(ROOT).with_suffix("").parts))
+        above = (f"{ROOT.name}.lenses", f"{ROOT.name}.plan")
+        limits = f"{ROOT.name}.lenses.limits"  # ranges of fields: no lens
+        found = [one for one in imported(name, path) if one.startswith(above)]
+        assert [one for one in found if not one.startswith(limits)] == [], name
+
+
+def imported(name: str, path: Path) -> set[str]:
+    """Return the modules that a file may import, with all names that it takes from packages."""
+    package, out = name.split(".")[:-1], set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            out |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else []
+            whole = ".".join([*base, *filter(None, [node.module])])
+            out |= {whole, *(f"{whole}.{alias.name}" for alias in node.names)}
+    return out
