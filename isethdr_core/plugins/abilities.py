@@ -26,6 +26,14 @@ class Arguments(NamedTuple):
     by_name: tuple[str, ...]
 
 
+class Vocabulary(NamedTuple):
+    """The names that the core uses of components of a kind, {name: Protocol}."""
+
+    callables: dict[str, type]
+    constants: dict[str, type]
+    any_kind: frozenset[str]  # every name that it uses of any kind: none of them is misspelt
+
+
 def check(kind: str, name: str, cls: type) -> None:
     """Refuse a class that lacks what its kind must have, or offers an ability that cannot be used.
 
@@ -141,13 +149,21 @@ def _check_method(who: str, protocol: type, name: str, cls: type) -> None:
 
 
 def _check_spelling(who: str, kind: str, cls: type) -> None:
-    elsewhere = frozenset().union(*map(names, protocols.OPTIONAL)) - names(kind)
-    known = (*protocols.required_of(kind), *protocols.abilities_of(kind))
-    callables = {name: p for p in known for name in methods(p) if name != CALL}
-    values = {name: p for p in known for name in constants(p)}
+    words = _vocabulary(kind)
     for name in _public(cls):
-        if name not in names(kind) and name not in elsewhere:
-            _refuse_near(who, name, cls, callables if _callable(_raw(cls, name)) else values)
+        if name not in words.any_kind:
+            known = words.callables if _callable(_raw(cls, name)) else words.constants
+            _refuse_near(who, name, cls, known)
+
+
+@cache
+def _vocabulary(kind: str) -> Vocabulary:
+    known = (*protocols.required_of(kind), *protocols.abilities_of(kind))
+    return Vocabulary(
+        {name: p for p in known for name in methods(p) if name != CALL},
+        {name: p for p in known for name in constants(p)},
+        frozenset().union(*map(names, protocols.OPTIONAL)),
+    )
 
 
 def _refuse_near(who: str, name: str, cls: type, known: dict[str, type]) -> None:
