@@ -2,6 +2,7 @@
 
 | module          | what                                                                       |
 |-----------------|----------------------------------------------------------------------------|
+| `abilities`     | what lenses and flares of this package offer each other                    |
 | `conf/`         | presets                                                                    |
 | `field/`        | point spread functions and colours that change over the field              |
 | `flare/`        | dirty apertures, haze and ghosts                                           |

@@ -18,7 +18,9 @@ from isethdr_core import ledger
 from isethdr_core.cli.progress import shown, track
 from isethdr_core.physics.convolution import Bound
 from isethdr_core.physics.optics import projection as projections
+from isethdr_core.plugins.protocols import TransmitsPupil
 
+from ..abilities import DrawsPupil
 from ..imaging.overlap_add import overlaid
 from ..imaging.threads import MOST_THREADS, cpus, executor
 from ..psf import band_phase, kernel_sampling_error, kernels
@@ -284,7 +286,7 @@ def _stretched(place) -> bool:
 
 
 def _shaped(flares) -> bool:
-    return any(hasattr(f, "pupil") or hasattr(f, "pupil_shapes") for f in flares)
+    return any(isinstance(f, TransmitsPupil | DrawsPupil) for f in flares)
 
 
 def _half(along, waves, pitch_um, shape):

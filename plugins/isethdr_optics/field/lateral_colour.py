@@ -18,6 +18,7 @@ from isethdr_core.physics.optics import projection as projections
 from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.uncertainty.error_terms import Quantity
 
+from ..abilities import TracesChiefRays
 from . import omissions
 
 # of a border tile that the smallest image does not reach: less than that does not make the field
@@ -53,7 +54,7 @@ def magnifications(lens, wavelength_nm, bent, widest_rad: float, projection: str
     pitch : (x, y) of the sensor's tiles, focal lengths.
     """
     wave = np.asarray(wavelength_nm, float)
-    if lens.lateral_colour_percent or not hasattr(lens, "magnification_at"):
+    if lens.lateral_colour_percent or not isinstance(lens, TracesChiefRays):
         return list(scales(lens, wave))
     angle = np.linspace(0.0, widest_rad, TRACED)
     ratios = [np.asarray(lens.magnification_at(np.tan(angle), w)) for w in wave]

@@ -36,7 +36,7 @@ def planned(lens) -> None:
     """State what a lens is known to spare before it has any light."""
     if lens.distortion == "none":
         no_distortion()
-    if not lens.lateral_colour_percent and getattr(lens, "lateral_colour", "none") == "none":
+    if not lens.lateral_colour_percent and lens.lateral_colour == "none":
         no_lateral_colour()
     if lens.blurs and not lens.field_varies:
         one_point_spread()

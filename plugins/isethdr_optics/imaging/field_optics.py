@@ -13,7 +13,9 @@ import numpy as np
 from isethdr_core import quantities
 from isethdr_core.data.camera_geometry import projection_of
 from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.protocols import TransmitsPupil
 
+from ..abilities import DrawsPupil
 from ..field.imaging import FieldKernels, FieldTiles, field_kernels
 from ..psf import band_phase, scatter
 from ..psf import kernels as kernel_module
@@ -104,7 +106,7 @@ def _kernels(lens, flares, wavelength_nm, pitch_um, reach):
     if lens.blurs:
         return kernel_module.kernels(lens, flares, wavelength_nm, pitch_um, reach)
     for flare in flares:
-        if hasattr(flare, "pupil") or hasattr(flare, "pupil_shapes"):
+        if isinstance(flare, TransmitsPupil | DrawsPupil):
             raise ConfigError(
                 f"lens 'ideal' has no pupil for the flare {type(flare).__name__}; expected a lens"
                 " with diffraction; set lens=diffraction_limited, or remove that flare"

@@ -54,7 +54,7 @@ def state_kernels(lens, given: FieldOptics, margin: Margin) -> None:
         if error > 0:
             label = f"speckle of the kernel {2**octave} to {2 ** (octave + 1)} tiles from a lamp"
             ledger.error(error, "relative", "statistical", label, key=SPECKLE, part=SPREAD)
-    if getattr(lens, "zernike_um", None):
+    if lens.blurs and lens.zernike_um:
         ledger.error(
             sampled_pupil.CELLS,
             "fraction of energy",

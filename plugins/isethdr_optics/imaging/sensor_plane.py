@@ -17,6 +17,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics import projection as projections
 from isethdr_core.physics.resampling.overlap import borders
 
+from ..abilities import TracesColour
 from ..field import lateral_colour, omissions
 
 BORDER_POINTS = 129  # along each side of the field
@@ -120,7 +121,7 @@ def without_geometry(lens):
     kernels do not depend on them.
     """
     axis = lens.on_axis()
-    traced = {"lateral_colour": "none"} if hasattr(axis, "lateral_colour") else {}
+    traced = {"lateral_colour": "none"} if isinstance(axis, TracesColour) else {}
     return replace(axis, distortion="none", falloff="none", lateral_colour_percent={}, **traced)
 
 

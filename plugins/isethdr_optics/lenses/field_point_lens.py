@@ -10,6 +10,7 @@ from typing import Any
 from isethdr_core.physics.optics.pupil import Matrix
 from isethdr_core.physics.optics.zernike import rotated
 
+from ..abilities import TracesColour
 from .limits import Zernikes
 from .thin_lens import DiffractionLimitedLens
 
@@ -102,18 +103,14 @@ def node_lens(lens, more_um, azimuth_rad: float, angle_rad: float | None = None)
     zernike_um = dict(lens.zernike_um or {})
     for j, value in rotated(more_um, azimuth_rad).items():
         zernike_um[j] = zernike_um.get(j, 0.0) + value
-    shared = {
-        f.name: getattr(lens, f.name)
-        for f in fields(DiffractionLimitedLens)
-        if hasattr(lens, f.name)
-    }
+    shared = {f.name: getattr(lens, f.name) for f in fields(DiffractionLimitedLens)}
     one = {
         "zernike_um": zernike_um,
         "distortion": "none",
         "falloff": "none",
         "lateral_colour_percent": {},
     }
-    if angle_rad is None or not hasattr(lens, "colour_at"):
+    if angle_rad is None or not isinstance(lens, TracesColour):
         return PlaceLens(**shared | one)
     turned = tuple(
         (x * cos(azimuth_rad), -x * sin(azimuth_rad), radius)

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
 from typing import Any, Literal
@@ -49,7 +50,8 @@ class IdealLens:
 
     blurs = False  # not fields: no light leaves its tile,
     field_varies = False  # the same everywhere in the field,
-    aperture_loss = False  # and no flare blocks any
+    aperture_loss = False  # no flare blocks any,
+    lateral_colour = "none"  # and no chief rays are traced
 
     def __post_init__(self):
         _check(self)
@@ -254,7 +256,7 @@ class DiffractionLimitedLens(IdealLens):
 
 
 def _sequence(flares) -> tuple:
-    return tuple(flares.values()) if hasattr(flares, "values") else tuple(flares)
+    return tuple(flares.values()) if isinstance(flares, Mapping) else tuple(flares)
 
 
 def _check(lens):

@@ -16,6 +16,7 @@ from isethdr_core.demand import Response
 from isethdr_core.errors import PluginError
 from isethdr_core.ledger import LeftOut
 from isethdr_core.physics.radiometry import photons_per_energy
+from isethdr_core.plugins.protocols import AddsLight
 from isethdr_core.uncertainty.error_terms import ErrorMaps, ErrorTerm
 
 from ..field import errors, retiling
@@ -158,7 +159,7 @@ class LensPlan:
         if isinstance(given.made, wing_truncation.NearKernels):
             yield (given.made.added * given.gains)[:, None, None]
         for flare in self.flares:
-            if not hasattr(flare, "irradiance"):
+            if not isinstance(flare, AddsLight):
                 continue
             if given.sensor.keeps_grid:
                 added = flare.irradiance(self.lens, mixed)

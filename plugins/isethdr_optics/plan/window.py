@@ -19,6 +19,7 @@ import numpy as np
 from isethdr_core import ledger, quantities
 from isethdr_core.demand import Response
 from isethdr_core.pipeline import window as core
+from isethdr_core.plugins.protocols import AddsLight
 
 from ..imaging import wing_truncation
 from ..imaging.field_optics import FieldOptics, field_optics
@@ -86,10 +87,10 @@ def _inner(lens, mixed, flares, response):
         lens.distortion != "none"
         or lens.falloff == "traced"
         or lens.lateral_colour_percent
-        or getattr(lens, "lateral_colour", "none") != "none"
+        or lens.lateral_colour != "none"
     ):
         return None
-    if any(hasattr(flare, "irradiance") for flare in flares):
+    if any(isinstance(flare, AddsLight) for flare in flares):
         return None
     inside = core.tiles(mixed, [side / (1e-3 * lens.focal_length_mm) for side in response.window_m])
     return None if core.cut(mixed, inside) is mixed else inside

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.protocols import ScattersLight
 
 
 def active(flares, wavelength_nm) -> list:
@@ -15,7 +16,7 @@ def active(flares, wavelength_nm) -> list:
     return [
         f
         for f in flares
-        if hasattr(f, "scatter")
+        if isinstance(f, ScattersLight)
         and any(np.any(_values(f, w, angles)) for w in np.atleast_1d(wavelength_nm))
     ]
 

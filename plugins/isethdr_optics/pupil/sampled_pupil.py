@@ -12,7 +12,9 @@ from isethdr_core.physics.diffraction import energy_of
 from isethdr_core.physics.optics import lattice as lattices
 from isethdr_core.physics.optics import pupil as shapes
 from isethdr_core.physics.optics.zernike import wavefront_at, wavefront_um
+from isethdr_core.plugins.protocols import TransmitsPupil
 
+from ..abilities import DrawsPupil
 from . import apodization
 from .pupil_map import over_pupil, stop_from_pupil
 from .wavefronts import coefficients_um, slopes, steepest_um
@@ -94,7 +96,7 @@ def _shapes(lens, flares) -> tuple:
     """Return the stop cut by rims and every iris, and all dirt: (opening, ((shape, loss of
     amplitude, delay um or nothing), ...)).
     """
-    given = [f.pupil_shapes(radius_mm(lens)) for f in flares if hasattr(f, "pupil_shapes")]
+    given = [f.pupil_shapes(radius_mm(lens)) for f in flares if isinstance(f, DrawsPupil)]
     opening = shapes.disc(0.0, 0.0, radius_mm(lens))
     for rim in lens.rims:
         opening = opening & shapes.disc(*(radius_mm(lens) * v for v in rim))
@@ -160,7 +162,7 @@ def amplitude(
     near = [t for t in terms(lens, flares, wavelength_nm) if t[0].low < high and t[0].high > low]
     out = shapes.raster(near, x_mm, y_mm, strips)
     for flare in flares:
-        if hasattr(flare, "pupil") and not hasattr(flare, "pupil_shapes"):
+        if isinstance(flare, TransmitsPupil) and not isinstance(flare, DrawsPupil):
             out = out * _sampled(flare, lens.pupil_matrix, x_mm, y_mm, wavelength_nm, points)
     return out
 
@@ -207,7 +209,7 @@ def round_and_clean(lens, flares) -> bool:
     """
     changed = lens.rims or lens.uneven or lens.pupil_matrix
     return not (
-        has_phase(lens, flares) or changed or any(hasattr(f, "pupil_shapes") for f in flares)
+        has_phase(lens, flares) or changed or any(isinstance(f, DrawsPupil) for f in flares)
     )
 
 
@@ -503,4 +505,4 @@ def open_energy_mm2(lens, flares, wavelength_nm: float) -> float:
 
 def all_shapes(flares) -> bool:
     """Return whether every pupil flare states exact shapes."""
-    return all(hasattr(f, "pupil_shapes") or not hasattr(f, "pupil") for f in flares)
+    return all(isinstance(f, DrawsPupil) or not isinstance(f, TransmitsPupil) for f in flares)
