@@ -56,30 +56,10 @@ def divided(allowed: float, costs: dict[str, Cost]) -> dict[str, float]:
     return errors(high)
 
 
-# Measured (docs/budget.md): CPU seconds for a million values, tiles x bands, of a night drive;
-# errors in standard deviations of the noise.
-COSTS = {"store": Cost(0.007), "kernels": Cost(0.009, 0.7), "functionals": Cost(0.002)}
-RESERVED = {
-    "ghosts": 0.2
-}  # of the fraction: faint ones that are not traced; not bought with seconds
-# fraction for which it is divided: what little the shares change with it is worth no seconds
-USUAL = 0.1
-SHARES = RESERVED | {
-    k: e / USUAL for k, e in divided(USUAL * (1 - sum(RESERVED.values())), COSTS).items()
-}
-
-STORE = SHARES[
-    "store"
-]  # of what a config allows; the lens has the rest, and these are shares of that:
-KERNELS = SHARES["kernels"] / (
-    1 - STORE
-)  # at most: what kernels and ghosts do not take is left to the way through the lens,
-LEFT = SHARES["functionals"] / (1 - STORE)  # which has so much at least. Shares of what is left:
-FUNCTIONALS, TRANSFORMS = (
-    0.9,
-    0.1,
-)  # of the short way, photocurrent; transforms cannot be bought, only checked
-CONVOLUTION = 1.0  # of the long way, irradiance, band by band
+# The rounding of stored radiance has this share of what a config allows; all after it has the rest.
+# It costs the least together with the costs of the bundled lenses, which state their own division
+# of the rest (`isethdr_optics.imaging.accuracy_shares`) and test this figure.
+STORE = 0.10925760665975137
 
 
 @dataclass(frozen=True)

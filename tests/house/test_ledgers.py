@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import ast
 
+from isethdr_optics.field.retiling import BORDER, DETAIL
+from isethdr_optics.flare.ghosts.ghost_flare import PART
+from isethdr_optics.psf.error_parts import KERNELS, SPREAD
+
 from .source import PRODUCT, name_of, tree
 
 
@@ -32,3 +36,16 @@ def test_one_that_is_thrown_away_is_seen():
     silent = ast.parse('with ledger.stage(ledger.Ledger(), "x"): pass').body[0]
     kept = ast.parse('with stage(rows, "x"): pass').body[0]
     assert opens_one(silent.items[0].context_expr) and not opens_one(kept.items[0].context_expr)
+
+
+def test_the_core_names_no_part_or_key_of_a_lens_or_flare():
+    """They are compared for equality only; earlier ledgers are read with their words."""
+    words = {*KERNELS, SPREAD, DETAIL, BORDER, PART, "functionals", "ghosts"}
+    found = [
+        f"{name_of(file)}:{node.lineno}: {node.value!r}"
+        for file in PRODUCT
+        if name_of(file).startswith("isethdr_core") and file.stem != "earlier_terms"
+        for node in ast.walk(tree(file))
+        if isinstance(node, ast.Constant) and node.value in words
+    ]
+    assert not found, "; ".join(found)

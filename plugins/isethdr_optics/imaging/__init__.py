@@ -2,6 +2,7 @@
 
 | module              | what                                                                       |
 |---------------------|----------------------------------------------------------------------------|
+| `accuracy_shares`   | how a lens divides the error allowed over what it spends it on             |
 | `array_backend`     | bands convolved by another array library than NumPy                        |
 | `bright_tiles`      | what a spectral fit misses of their light, added around them band by band  |
 | `field_optics`      | sensor plane, kernels and throughput of one field                          |

@@ -18,10 +18,10 @@ from isethdr_core import ledger
 from isethdr_core.physics.convolution.spectral import channels, matrix_product
 from isethdr_core.physics.convolution.transform import error
 from isethdr_core.physics.radiometry import photons_per_energy
-from isethdr_core.uncertainty.budget import TRANSFORMS
 from isethdr_core.uncertainty.error_terms import Quantity
 
 from . import bright_tiles, spectral_fit
+from .accuracy_shares import TRANSFORMS
 from .field_optics import FieldOptics
 from .threads import threads
 

@@ -15,10 +15,10 @@ from isethdr_core.physics.colour.spectral_basis import (
     shot_noise_moments,
 )
 from isethdr_core.physics.convolution.spectral import matrix_product
-from isethdr_core.uncertainty.budget import FUNCTIONALS
 
 from ..psf.kernel_spectra import NEAR
 from . import bright_tiles
+from .accuracy_shares import FUNCTIONALS
 
 BRIGHT = 100.0  # times the median: tiles that count as bright
 MOST_BRIGHT = 16384

@@ -14,12 +14,12 @@ from dataclasses import replace
 import numpy as np
 
 from isethdr_core.physics.convolution import prepare, transform
-from isethdr_core.uncertainty.budget import KERNELS
 from isethdr_core.uncertainty.propagation import within
 
 from ..psf import kernel_sampling_error
 from ..psf.exact_core import kept_cores
 from ..psf.wings import tile_sums
+from .accuracy_shares import KERNELS
 from .photoelectron_map import Counted, block_of, counted, sums
 
 FINER = (

@@ -15,10 +15,10 @@ from isethdr_core.data.temporal_modulation import DIM, components
 from isethdr_core.demand import Response
 from isethdr_core.physics.optics.projection import angle_rad
 from isethdr_core.pipeline.imaging_plan import LightBudget
-from isethdr_core.uncertainty.budget import CONVOLUTION, LEFT
 
 from ..flare.ghosts.sensor_limited import seen_ghosts
 from ..imaging import array_backend
+from ..imaging.accuracy_shares import CONVOLUTION, LEFT
 from ..imaging.field_optics import field_optics
 from ..imaging.kernel_statements import Margin, state_kernels
 from .lens_plan import LensPlan

@@ -106,15 +106,6 @@ def test_the_error_allowed_is_that_of_the_largest_signal_to_noise_ratio():
     assert replace(response, full_scale_e=inf).error_allowed == 0.0
 
 
-def test_shares_add_up_to_the_whole():
-    assert sum(budget.SHARES.values()) == pytest.approx(1.0, rel=1e-12)
-    of_lens = budget.KERNELS + budget.LEFT + budget.SHARES["ghosts"] / (1 - budget.STORE)
-    assert (
-        of_lens == pytest.approx(1.0, rel=1e-12)
-        and budget.CONVOLUTION == budget.FUNCTIONALS + budget.TRANSFORMS == 1.0
-    )
-
-
 @pytest.mark.parametrize("allowed", [0.003, 0.1, 2.0])
 @pytest.mark.parametrize(
     "costs",

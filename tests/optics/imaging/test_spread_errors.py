@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealLens, WavefrontLens
-from isethdr_optics.imaging import photoelectron_map, spread_errors
+from isethdr_optics.imaging import accuracy_shares, photoelectron_map, spread_errors
 from isethdr_optics.imaging.field_optics import field_optics
 from isethdr_optics.psf import exact_core, kernel_sampling_error
 from isethdr_optics.psf.kernels import _made
@@ -17,7 +17,6 @@ from isethdr_core.data import quantities
 from isethdr_core.demand import Demand
 from isethdr_core.physics.convolution import convolve
 from isethdr_core.plugins.registry import build
-from isethdr_core.uncertainty import budget
 
 DIRT = (ApertureFlare(),)
 HALF = {1.0: 1.0, 0.5: 0.33, 0.25: 0.3}  # of the errors, for that of the lens
@@ -126,7 +125,7 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
         _, share, _ = spread_errors.fine_enough(make, lens, mixed, 1.0, response)
         assert (
             response is None
-            or share <= budget.KERNELS * response.noise_fraction_allowed
+            or share <= accuracy_shares.KERNELS * response.noise_fraction_allowed
             or asked in ([1.0], [1.0, 0.25])
         )
         return asked
@@ -136,7 +135,7 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
         spread_errors.noise_share(
             usual, photoelectron_map.counted(*street(lamp=1e9), 1.0, response), response
         )
-        / budget.KERNELS
+        / accuracy_shares.KERNELS
     )
     # half is enough; a quarter at once, where half is not; no kernel that can be made is fine
     # enough, and none is made in vain
