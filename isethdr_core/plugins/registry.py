@@ -11,10 +11,12 @@ import dataclasses
 import logging
 import os
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata, util
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pluggy
 
@@ -22,6 +24,9 @@ from ..errors import ConfigError, PluginError, did_you_mean
 from . import abilities, hookspecs
 from .component import KEYED, KINDS, PLUGIN_API, Component
 from .ranges import converted
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
 
 log = logging.getLogger(__name__)
 PLACE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")  # package.module:Class
@@ -89,7 +94,8 @@ def components() -> dict[tuple[str, str], Component]:
     found: dict[tuple[str, str], Component] = {}
     for impl in pm.hook.isethdr_components.get_hookimpls():
         try:
-            offered = list(impl.function())
+            returned: Any = impl.function()
+            offered: list[Component] = list(returned)
             for comp in offered:
                 _check(comp)
         except Exception as err:
@@ -117,7 +123,7 @@ def components() -> dict[tuple[str, str], Component]:
     return found
 
 
-def build(kind: str, name: str, /, **fields):
+def build(kind: str, name: str, /, **fields: Any) -> Any:
     """Make the component registered under `kind/name` with the given fields, checked and converted.
 
     Raises
@@ -168,15 +174,15 @@ def on_command_line_before(kind: str) -> str:
     return f"{kind}.NAME." if kind in KEYED else f"{kind}."
 
 
-def build_from_config(kind: str, config):
+def build_from_config(kind: str, config: Mapping[str, Any] | DictConfig) -> Any:
     """Make the component that a composed config node names by its key `name`."""
     from omegaconf import OmegaConf
 
-    params = (
-        OmegaConf.to_container(config, resolve=True)
-        if OmegaConf.is_config(config)
-        else dict(config)
-    )
+    if OmegaConf.is_config(config):
+        found = OmegaConf.to_container(config, resolve=True)
+    else:
+        found = config
+    params = {str(key): value for key, value in found.items()} if isinstance(found, Mapping) else {}
     if "name" not in params:
         raise ConfigError(f"a {kind} in the config has no name; choose one: {kind}=<name>")
     return build(kind, params.pop("name"), **params)
@@ -192,11 +198,11 @@ def package_of_component(comp: Component) -> str:
     return comp.package
 
 
-def _package_name(plugin) -> str:
-    return getattr(plugin, "__name__", type(plugin).__module__).split(".")[0]
+def _package_name(plugin: object) -> str:
+    return str(getattr(plugin, "__name__", type(plugin).__module__)).split(".")[0]
 
 
-def _check(comp) -> None:
+def _check(comp: object) -> None:
     if not isinstance(comp, Component):
         raise PluginError(
             f"isethdr_components() returned {comp!r}; expected isethdr_core.Component(kind, name,"
@@ -214,7 +220,7 @@ def _check(comp) -> None:
 
 
 def _check_class(comp: Component, cls: type) -> None:
-    if not (dataclasses.is_dataclass(cls) and cls.__dataclass_params__.frozen):
+    if not (dataclasses.is_dataclass(cls) and _is_frozen(cls)):
         raise PluginError(
             f"{comp.kind}/{comp.name}: {cls.__qualname__} must be a frozen dataclass; "
             "write @dataclass(frozen=True) above it"
@@ -229,6 +235,12 @@ def _check_class(comp: Component, cls: type) -> None:
             f"{comp.kind}/{comp.name}: field {missing[0]!r} has no default; every field needs one"
         )
     abilities.check(comp.kind, comp.name, cls)
+
+
+def _is_frozen(cls: type) -> bool:
+    """Return whether a dataclass is frozen; dataclasses keeps this where no public name leads."""
+    parameters: Any = getattr(cls, "__dataclass_params__")  # noqa: B009
+    return bool(parameters.frozen)
 
 
 def _refuse_newer(asked: object) -> None:
@@ -262,7 +274,7 @@ def _newer_by_source(entry: metadata.EntryPoint) -> str:
     return ""
 
 
-def _refuse_unknown_hooks(pm, name, plugin) -> None:
+def _refuse_unknown_hooks(pm: pluggy.PluginManager, name: str, plugin: object) -> None:
     """A misspelled hook would silently never be called: name it, with the nearest valid one."""
     known = {n for n in vars(hookspecs) if n.startswith("isethdr_")}
     for attribute in dir(plugin):

@@ -7,6 +7,7 @@ units named a part of the light. Accepted until version 1.0.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from .error_terms import (
     RELATIVE,
@@ -68,8 +69,9 @@ def unit_and_part(unit: str, part: str | None) -> tuple[str, str | None]:
     return RELATIVE, part or UNITS[unit]
 
 
-def maps_of(errors: ErrorMaps | tuple | None) -> ErrorMaps | None:
+def maps_of(errors: ErrorMaps | tuple[Any, Any] | None) -> ErrorMaps | None:
     """Return the error maps of a lens that returned (deviation, bound)."""
     if errors is None or isinstance(errors, ErrorMaps):
         return errors
-    return ErrorMaps(*errors, replaces=KERNELS, label="kernels")
+    deviation, bound = errors
+    return ErrorMaps(deviation, bound, replaces=KERNELS, label="kernels")

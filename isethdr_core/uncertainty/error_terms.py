@@ -97,7 +97,7 @@ class ErrorTerm:
     how: How
     label: str = field(default="", compare=False)
 
-    def identity(self) -> tuple:
+    def identity(self) -> tuple[Any, ...]:
         """Return all fields but the value and the label."""
         return (self.source, self.acts_on, self.part, self.unit, self.how)
 
@@ -119,9 +119,9 @@ def of_sum(parts: Iterable[Iterable[ErrorTerm]]) -> list[ErrorTerm]:
     part. A relative value of the sum is at most the largest relative value of the parts; absolute
     values add up.
     """
-    together: dict[tuple, list[ErrorTerm]] = {}
+    together: dict[tuple[Any, ...], list[ErrorTerm]] = {}
     for terms in parts:
-        seen: dict[tuple, int] = {}
+        seen: dict[tuple[Any, ...], int] = {}
         for term in terms:
             identity = term.identity()
             count = seen[identity] = seen.get(identity, -1) + 1

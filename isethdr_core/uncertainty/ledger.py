@@ -79,12 +79,12 @@ class Row:
 class Ledger(list[Row]):
     """The rows of a run, in the order of the stages."""
 
-    def as_records(self) -> list[dict]:
+    def as_records(self) -> list[dict[str, Any]]:
         """Return plain dictionaries, ready for JSON."""
         return [_record(row) for row in self]
 
     @classmethod
-    def from_records(cls, records: Iterable[dict]) -> Ledger:
+    def from_records(cls, records: Iterable[dict[str, Any]]) -> Ledger:
         """Return the ledger that `as_records` was called on, by this version or an earlier one."""
         return cls(
             Row(
@@ -98,12 +98,12 @@ class Ledger(list[Row]):
         )
 
 
-def _record(row: Row) -> dict:
+def _record(row: Row) -> dict[str, Any]:
     notes = {name: [asdict(note) for note in getattr(row, name)] for name in ("errors", "left_out")}
     return {"stage": row.stage, "seconds": row.seconds, "peak_bytes": row.peak_bytes, **notes}
 
 
-def _term(stored: dict, stage: str) -> ErrorTerm:
+def _term(stored: dict[str, Any], stage: str) -> ErrorTerm:
     if "acts_on" not in stored:  # written by an earlier version
         source = Row(stage).source()
         return term_of(ErrorNote(**stored), source.kind, source.name)
@@ -306,7 +306,7 @@ def row_of_sum(parts: Iterable[Row]) -> Row:
     """
     parts = list(parts)
     out = Row(parts[0].stage if parts else "", errors=error_terms.of_sum(p.errors for p in parts))
-    omitted: dict[tuple, list[LeftOut]] = {}
+    omitted: dict[tuple[Any, ...], list[LeftOut]] = {}
     for note in (note for part in parts for note in part.left_out):
         words = note.key or (note.what, note.why)
         omitted.setdefault((words, note.unit), []).append(note)
@@ -338,12 +338,12 @@ class _PeakWatch:
     elsewhere).
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._peak, self._done = _resident_bytes(), threading.Event()
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._thread.start()
 
-    def _watch(self):
+    def _watch(self) -> None:
         while not self._done.wait(0.02):
             self._peak = max(self._peak, _resident_bytes())
 
