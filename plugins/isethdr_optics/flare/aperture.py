@@ -24,7 +24,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from isethdr_core.errors import ConfigError
+from isethdr_core.physics.optics.pupil import blades, dirt, transmission
+from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.plugins.ranges import Seed, Share, check_ranges
 
 from ..lenses.limits import (
@@ -37,6 +41,7 @@ from ..lenses.limits import (
     PupilRadius,
     Together,
 )
+from ..psf.wings import check_delay
 
 
 @dataclass(frozen=True)
@@ -95,10 +100,6 @@ class ApertureFlare:
         before anything is computed.
         """
         if self.dust_delay_um and self.dust_per_mm2 and len(demand.wavelength_nm or ()):
-            from isethdr_core.physics.radiometry import band_widths_nm
-
-            from ..psf.wings import check_delay
-
             check_delay(
                 self.dust_delay_um, demand.wavelength_nm, band_widths_nm(demand.wavelength_nm)
             )
@@ -108,10 +109,6 @@ class ApertureFlare:
         """Return the amplitude transmission at points of the pupil plane, complex where dust delays
         light.
         """
-        import numpy as np
-
-        from isethdr_core.physics.optics.pupil import transmission
-
         opening, dirt = self.pupil_shapes(0.5)
         losses = [
             (
@@ -126,8 +123,6 @@ class ApertureFlare:
 
     def pupil_shapes(self, radius_mm):
         """Return the iris and its dirt as convex shapes, for a lens whose stop has `radius_mm`."""
-        from isethdr_core.physics.optics.pupil import blades, dirt
-
         radius = self.radius_mm or radius_mm
         drawn = dirt(
             radius,

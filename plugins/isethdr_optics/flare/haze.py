@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
+import numpy as np
+
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..lenses.limits import Exponent, Scattered, Shoulder, Slope
@@ -49,8 +51,6 @@ class HazeFlare:
         For weak scatter a power of wavelength; exact for a rough surface, 1 - exp(-(2 pi dn rms /
         wavelength)^2).
         """
-        import numpy as np
-
         power = (REFERENCE_NM / wavelength_nm) ** self.wavelength_exponent
         return float(-np.expm1(np.log1p(-self.scattered) * power))
 
@@ -58,8 +58,6 @@ class HazeFlare:
         """Return scattered light per steradian at `angle_rad` from the straight ray, as a fraction
         of all light.
         """
-        import numpy as np
-
         sine = np.sin(np.asarray(angle_rad, float))
         if self.scattered == 0:
             return 0.0 * sine
@@ -86,8 +84,6 @@ def _hemisphere(form: str, shoulder: float, slope: float) -> float:
     """Return 2 pi times the integral of the function over its peak, times b db, for b from 0 to
     1.
     """
-    import numpy as np
-
     edges = np.concatenate(
         [[0.0], np.geomspace(1e-6 * shoulder, 1.0, 200)]
     )  # even in decades, as the function falls

@@ -8,6 +8,8 @@ from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import cache
 
+from threadpoolctl import ThreadpoolController
+
 MOST_THREADS = 8
 
 
@@ -69,6 +71,4 @@ def _libraries():
     """Return what controls the linear algebra libraries of this process; to look for them takes
     milliseconds.
     """
-    from threadpoolctl import ThreadpoolController
-
     return ThreadpoolController()

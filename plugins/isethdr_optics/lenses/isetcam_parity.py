@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.physics.diffraction import diffraction_mtf
+
 BORDER = 1e-9  # of the largest irradiance: what the padding holds
 
 
@@ -32,8 +34,6 @@ def optical_image(
     -------
     (wavelength, 1.25 y, 1.25 x) float64, unit of radiance times sr.
     """
-    from isethdr_core.physics.diffraction import diffraction_mtf
-
     light = np.asarray(radiance, float) * lens.throughput_sr()
     pad = [(0, 0)] + [(n // 8, n // 8) for n in light.shape[1:]]
     light = np.pad(light, pad, constant_values=BORDER * light.max())

@@ -6,8 +6,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from math import tan
 from typing import Any, Literal
 
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.data.camera_geometry import distortion_map, table_values
+from isethdr_core.errors import ConfigError
+from isethdr_core.uncertainty.error_terms import Quantity
+
+from ..prescription.amplitude import amplitude
+from ..prescription.exit_pupil import exit_pupil
+from ..prescription.field import check, state
+from ..prescription.figures import chief_mm, distortion, pupil_area_mm2, seen_sr, spot_radius_mm
+from ..prescription.prescription import load
+from ..prescription.rims import rims
+from ..prescription.wavefront import zernike_um
 from .field_point_lens import FieldLens
 from .limits import ErrorAllowed, Falloff
 from .thin_lens import DiffractionLimitedLens
@@ -103,8 +118,6 @@ class PrescribedLens(FieldLens):
         """Return heights on the sensor of traced chief rays of a wavelength over those of the
         reference, at field tangents; 1: no lateral colour.
         """
-        import numpy as np
-
         if self.lateral_colour != "traced":
             return np.ones(np.shape(tangent))
         return np.asarray(
@@ -117,10 +130,6 @@ class PrescribedLens(FieldLens):
         """Return the discs (x, radius), in stop radii, that cut the stop for light from an angle
         off the axis along +x.
         """
-        from math import tan
-
-        from ..prescription.rims import rims
-
         return rims(self.real(), tan(angle_rad))[0]
 
     def exit_pupil_at(self, angle_rad: float) -> tuple[float, float]:
@@ -134,10 +143,6 @@ class PrescribedLens(FieldLens):
         ------
         ConfigError : where rays of that direction do not fill the stop.
         """
-        from math import tan
-
-        from ..prescription.exit_pupil import exit_pupil
-
         real = self.real()
         pupil = exit_pupil(real, tan(angle_rad), real.reference_nm)
         return -2 * self.f_number * pupil.meridional, -2 * self.f_number * pupil.sagittal
@@ -159,8 +164,6 @@ class PrescribedLens(FieldLens):
 
     def real(self):
         """Return the `Prescription`, scaled and stopped down."""
-        from ..prescription.prescription import load
-
         return _as_used(load(self.prescription), self.focal_length_mm, self.f_number)
 
     def throughput_sr(self) -> float:
@@ -171,8 +174,6 @@ class PrescribedLens(FieldLens):
         Where `falloff` multiplies the field before it is moved, the distortion takes its own share
         of the latter: it is that of f^2 here.
         """
-        from isethdr_core.data.camera_geometry import distortion_map
-
         moved = (
             1.0
             if self.falloff in ("cos4", "none")
@@ -190,8 +191,6 @@ class PrescribedLens(FieldLens):
         """Return irradiance / radiance on the axis of bands, sr: colour makes the entrance pupil
         larger or smaller.
         """
-        import numpy as np
-
         real = self.real()
         return (
             self.throughput_sr()
@@ -231,10 +230,6 @@ class PrescribedLens(FieldLens):
         """
         if self.falloff != "traced":
             return self.falloff
-        import numpy as np
-
-        from isethdr_core.data.camera_geometry import distortion_map
-        from isethdr_core.errors import ConfigError
 
         drawn = distortion_map(self.distortion_to(angle_rad))
         for more in (BEYOND, 1.0):
@@ -257,8 +252,6 @@ class PrescribedLens(FieldLens):
         """Return (width, height) in metres of the sensor plane that looks into a field; ConfigError
         where no light gets to its corners.
         """
-        from ..prescription.field import check
-
         check(self, width, height, projection)
         return DiffractionLimitedLens.image_size_m(self, width, height, projection)
 
@@ -266,8 +259,6 @@ class PrescribedLens(FieldLens):
         """State in the ledger what rims take from the corners of a field wider than the
         prescription is made for.
         """
-        from ..prescription.field import state
-
         state(self, width, height, projection)
 
     def beam(self, tangent: float) -> float:
@@ -281,8 +272,6 @@ class PrescribedLens(FieldLens):
         """Return irradiance of a uniform scene at field tangents, 1 on the axis, as it would be
         without distortion.
         """
-        import numpy as np
-
         tangent = np.abs(np.atleast_1d(np.asarray(tangent, float)))
         area = _areas(self.real(), (0.0, *tangent))
         return (1 + tangent**2) ** -2 * area[1:] / area[0]
@@ -291,15 +280,6 @@ class PrescribedLens(FieldLens):
         """State what the prescription would do that this lens does not, at the border of the field
         it is made for.
         """
-        import numpy as np
-
-        from isethdr_core import ledger
-        from isethdr_core.uncertainty.error_terms import Quantity
-
-        from ..prescription.exit_pupil import exit_pupil
-        from ..prescription.figures import distortion, spot_radius_mm
-        from ..prescription.rims import rims
-
         real, widest = self.real(), widest_rad
         edge = min(float(np.tan(widest)), float(np.tan(np.radians(real.half_field_deg))))
         if "traced" == self.distortion == self.falloff:
@@ -363,12 +343,6 @@ class PrescribedLens(FieldLens):
         """Return how far uniform light is from throughput x relative illumination at most, over
         that on the axis.
         """
-        import numpy as np
-
-        from isethdr_core.data.camera_geometry import table_values
-
-        from ..prescription.figures import chief_mm, seen_sr
-
         real, falloff, tangents = (
             self.real(),
             self.falloff_to(widest_rad),
@@ -410,12 +384,6 @@ def _as_used(prescription, focal_length_mm, f_number):
 
 @lru_cache(maxsize=16)
 def _traced_distortion(real, angle_rad):
-    import numpy as np
-
-    from isethdr_core.errors import ConfigError
-
-    from ..prescription.figures import chief_mm
-
     for more in (BEYOND, 1.0):
         tangent = more * np.linspace(0, np.tan(max(angle_rad, 1e-3)), FIELD_POINTS)[1:]
         try:
@@ -434,33 +402,19 @@ def _traced_distortion(real, angle_rad):
 
 @lru_cache(maxsize=256)
 def _traced_magnification(real, tangents, wavelength_nm):
-    import numpy as np
-
-    from ..prescription.figures import chief_mm
-
     near = 1e-3 * max(max(tangents), 1e-3)  # on the axis there is no height to compare
     field = np.maximum(tangents, near)
     return tuple(chief_mm(real, field, wavelength_nm) / chief_mm(real, field, real.reference_nm))
 
 
 def _traced_wavefront(real, angle_rad, wavelength_nm=None):
-    from math import tan
-
-    from ..prescription.wavefront import zernike_um
-
     return zernike_um(real, tan(angle_rad), wavelength_nm or real.reference_nm)
 
 
 def _traced_amplitude(real, angle_rad):
-    from math import tan
-
-    from ..prescription.amplitude import amplitude
-
     return amplitude(real, tan(angle_rad), real.reference_nm)
 
 
 @lru_cache(maxsize=256)
 def _areas(real, tangents, wavelength_nm=None):
-    from ..prescription.figures import pupil_area_mm2
-
     return pupil_area_mm2(real, tangents, wavelength_nm)

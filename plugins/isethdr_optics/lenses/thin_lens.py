@@ -12,9 +12,17 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any, Literal
 
+import numpy as np
+
+from isethdr_core.data.camera_geometry import distortion_map
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.radiometry import irradiance_factor, irradiance_factor_aplanatic
 from isethdr_core.pipeline.imaging_plan import LightBudget, imaged
 from isethdr_core.plugins.ranges import Wavelength, check_ranges
 
+from ..field.omissions import planned
+from ..imaging.array_backend import place
+from ..imaging.sensor_plane import image_size
 from .limits import (
     ErrorAllowed,
     Falloff,
@@ -110,15 +118,11 @@ class IdealLens:
         """Return irradiance / radiance on the axis of a uniform scene with a clean round stop,
         sr.
         """
-        from isethdr_core.physics.radiometry import irradiance_factor, irradiance_factor_aplanatic
-
         rule = irradiance_factor if self.pupil == "tangent" else irradiance_factor_aplanatic
         return self.transmittance * rule(self.f_number, self.magnification)
 
     def gains_sr(self, wavelength_nm):
         """Return irradiance / radiance on the axis of bands with a clean round stop, sr."""
-        import numpy as np
-
         return np.full(len(wavelength_nm), self.throughput_sr())
 
     def distortion_to(self, angle_rad: float) -> str | dict:
@@ -145,8 +149,6 @@ class IdealLens:
 
         `width` and `height` are in the projection's unit: tangents of the field angle, or radians.
         """
-        from ..imaging.sensor_plane import image_size
-
         return tuple(
             1e-3 * self.focal_length_mm * side
             for side in image_size(self, width, height, projection)
@@ -154,8 +156,6 @@ class IdealLens:
 
     def narrow(self, demand):
         """Return the demand unchanged, and state what this lens spares whatever the light."""
-        from ..field.omissions import planned
-
         planned(self)
         return demand
 
@@ -193,8 +193,6 @@ class IdealLens:
         """Return the point spread function (wavelength, y, x): all light on the sample at index
         size // 2.
         """
-        import numpy as np
-
         from ..psf.kernels import psf_array
 
         values = np.zeros((np.size(wavelength_nm), size, size))
@@ -260,12 +258,8 @@ def _sequence(flares) -> tuple:
 
 
 def _check(lens):
-    from isethdr_core.errors import ConfigError
-
     check_ranges(lens)
     if os.environ.get("ISETHDR_ARRAYS"):
-        from ..imaging.array_backend import place
-
         place()  # what it names is there
     if not lens.object_distance_m > 2e-3 * lens.focal_length_mm:
         raise ConfigError(
@@ -276,11 +270,7 @@ def _check(lens):
 
 
 def _check_geometry(lens):
-    from isethdr_core.errors import ConfigError
-
     if isinstance(lens.distortion, dict):
-        from isethdr_core.data.camera_geometry import distortion_map
-
         distortion_map(lens.distortion)
     if isinstance(lens.falloff, str):
         return

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+
 from .field_point_lens import FieldLens
 from .limits import ErrorAllowed, FieldAngle, Zernikes
 
@@ -40,10 +44,6 @@ class WavefrontLens(FieldLens):
         ------
         ConfigError : beyond the last angle of `field_zernike_um`.
         """
-        import numpy as np
-
-        from isethdr_core.errors import ConfigError
-
         known, angle = list(self.field_zernike_um), float(np.degrees(angle_rad))
         if angle > known[-1] * (1 + 1e-9):
             raise ConfigError(
@@ -58,8 +58,6 @@ class WavefrontLens(FieldLens):
 
 
 def _check_field(lens):
-    from isethdr_core.errors import ConfigError
-
     angles = list(lens.field_zernike_um)
     if angles and (
         len(angles) < 2 or angles[0] != 0 or any(a >= b for a, b in zip(angles, angles[1:]))

@@ -18,6 +18,7 @@ from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from isethdr_core.cli.progress import track
 from isethdr_core.errors import ConfigError
@@ -557,8 +558,6 @@ def point_spread(lens, wavelength_nm, pitch_um, size, flares, integrated):
 
 def psf_array(values, wavelength_nm, pitch_um, lens, flares, integrated=True):
     """Return point spread functions as a labelled DataArray, y and x in metres."""
-    import xarray as xr
-
     at = (np.arange(values.shape[-1]) - values.shape[-1] // 2) * pitch_um * 1e-6
     return xr.DataArray(
         values,

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from isethdr_optics.imaging.field_optics import field_optics as optics
+from isethdr_optics.plan.planning import whole
 from scipy.signal import fftconvolve
 
 from isethdr_core import ledger, quantities, store
@@ -87,8 +88,6 @@ def planned(parts: Chain, scene, fraction: float, folder, truth: list) -> Done:
 
 def by_hand(parts: Chain, scene, setting: Setting, folder, truth: list) -> Done:
     """Return what settings by hand make of it: nobody looks at the light to choose more."""
-    from isethdr_optics.plan.planning import whole
-
     (sensor,) = parts.cameras.values()
     lens, flares, response = (
         replace(parts.lens, speckle_error=setting.kernel_error),

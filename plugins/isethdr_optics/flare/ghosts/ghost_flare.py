@@ -8,11 +8,18 @@ from dataclasses import dataclass
 from functools import lru_cache
 from threading import Lock
 
+import numpy as np
 from cachetools import LRUCache
 
+from isethdr_core import ledger, quantities
+from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.ranges import Percent, Share, check_ranges
 
 from ...lenses.limits import Blades, Direction
+from ...prescription.coatings import Powers
+from ...prescription.prescription import check_coating, load
+from .draw import Canvas, Iris, points, sources
+from .trace import beams, boxes, rank, split
 
 
 @dataclass(frozen=True)
@@ -31,8 +38,6 @@ class GhostFlare:
     rotation_deg: Direction = 17.0  # of the iris about the axis
 
     def __post_init__(self):
-        from ...prescription.prescription import check_coating, load
-
         check_ranges(self)
         load(self.prescription)
         if self.coating:
@@ -54,15 +59,11 @@ class GhostFlare:
         """Return the prescription as it stands behind `lens`: its focal length, its f-number, this
         coating.
         """
-        from ...prescription.prescription import load
-
         real = load(self.prescription).scaled(lens.focal_length_mm).stopped(lens.f_number)
         return real.with_coating(self.coating) if self.coating else real
 
     def iris(self, lens):
         """Return the `ghosts_draw.Iris` of this flare in `lens`, None where it is round."""
-        from .draw import Iris
-
         if self.blades < 3:
             return None
         real = self.of_lens(lens)
@@ -72,8 +73,6 @@ class GhostFlare:
         """Return (traced, left out), lists of `ghosts_trace.Pair`, strongest first and weakest
         first.
         """
-        from .trace import split
-
         wave = tuple(map(float, wavelength_nm))
         ranked = _ranked(
             self.of_lens(lens), wave, float(largest_tangent), self.sensor_reflectance_percent / 100
@@ -93,26 +92,16 @@ _lock = Lock()  # reading an entry moves it
 
 @lru_cache(maxsize=8)
 def _powers(real, wavelength_nm, sensor_reflectance):
-    from ...prescription.coatings import Powers
-
     return Powers(real, wavelength_nm, sensor_reflectance)
 
 
 @lru_cache(maxsize=32)
 def _ranked(real, wavelength_nm, largest_tangent, sensor_reflectance):
-    from .trace import rank
-
     return rank(_powers(real, wavelength_nm, sensor_reflectance), largest_tangent)
 
 
 def _irradiance(flare, lens, mixed):
-    import numpy as np
-
-    from isethdr_core import ledger, quantities
     from isethdr_core.cli.progress import track
-    from isethdr_core.errors import ConfigError
-
-    from .draw import Canvas, points, sources
 
     quantities.check_mixed(mixed)
     if mixed.attrs.get("projection", "tangent") != "tangent":
@@ -171,8 +160,6 @@ def _worth_drawing(found, traced, error_allowed):
     """Return [(source, pair), ...] without the weakest, which sum to at most `error_allowed` of the
     light, and that sum.
     """
-    import numpy as np
-
     if not found or not traced:
         return [], 0.0
     light = np.array([s.power.sum() for s in found])
@@ -188,8 +175,6 @@ def _tangents(source, largest):
     """Return two field tangents around a source: the borders of its radial bin, or its own extent
     where that is wider.
     """
-    import numpy as np
-
     reach = np.hypot(source.half_x, source.half_y)
     middle, step = np.hypot(source.x, source.y), largest / RADIAL_BINS
     if reach < step:
@@ -202,10 +187,6 @@ def _beams_of(real, powers, pair, intervals, iris) -> dict:
     """Return {(low, high) tangents: (box, beam at low, beam at high) or None where no light
     passes}, kept in the process.
     """
-    import numpy as np
-
-    from .trace import beams, boxes
-
     lens = (
         real,
         tuple(powers.wavelength_nm),

@@ -1,0 +1,32 @@
+"""Imports inside functions: few, for a reader looks for a module's imports at its top."""
+
+from __future__ import annotations
+
+import ast
+
+from .source import PRODUCT, name_of, tree
+
+# what is left: libraries that take long to import (Mitsuba, Matplotlib, parts of SciPy, DuckDB), what `isethdr --help` does
+# without, and modules that import each other
+MOST = 150
+
+
+def inside_functions(node: ast.AST, inside: bool = False) -> int:
+    """Return the number of import statements below function definitions."""
+    count = 0
+    for child in ast.iter_child_nodes(node):
+        count += inside and isinstance(child, ast.Import | ast.ImportFrom)
+        function = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+        count += inside_functions(child, inside or function)
+    return count
+
+
+def test_most_imports_are_at_the_top():
+    found = {name_of(file): inside_functions(tree(file)) for file in PRODUCT}
+    most = sorted(found.items(), key=lambda item: -item[1])[:10]
+    assert sum(found.values()) < MOST, f"{sum(found.values())} imports inside functions: {most}"
+
+
+def test_the_count_sees_what_it_must():
+    text = "import a\ndef f():\n    import b\n    if b:\n        from c import d\n"
+    assert inside_functions(ast.parse(text)) == 2
