@@ -239,8 +239,8 @@ def _check_class(comp: Component, cls: type) -> None:
 
 def _is_frozen(cls: type) -> bool:
     """Return whether a dataclass is frozen; dataclasses keeps this where no public name leads."""
-    parameters: Any = getattr(cls, "__dataclass_params__")  # noqa: B009
-    return bool(parameters.frozen)
+    dataclass_type: Any = cls
+    return bool(dataclass_type.__dataclass_params__.frozen)
 
 
 def _refuse_newer(asked: object) -> None:
