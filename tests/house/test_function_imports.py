@@ -6,8 +6,8 @@ import ast
 
 from .source import PRODUCT, name_of, tree
 
-# what is left: libraries that take long to import (Mitsuba, Matplotlib, parts of SciPy, DuckDB), what `isethdr --help` does
-# without, and modules that import each other
+# what is left: libraries that take long to import (Mitsuba, Matplotlib, parts of SciPy, DuckDB),
+# what `isethdr --help` does without, and modules that import each other
 MOST = 150
 
 

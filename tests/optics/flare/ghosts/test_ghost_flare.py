@@ -374,7 +374,8 @@ def test_an_equidistant_field_is_refused(bare):
 def test_ghosts_weaker_than_the_error_allowed_are_not_traced_at_all(monkeypatch):
     lens, scene = IdealLens(), lamp(41, 0.01, 12, 30, [500.0, 600.0])
     forced = GhostFlare("double_gauss", error_allowed=0.0).irradiance(lens, scene)
-    monkeypatch.setattr("isethdr_optics.flare.ghosts.ghost_flare.beams", None)  # calling it would fail
+    # calling it would fail
+    monkeypatch.setattr("isethdr_optics.flare.ghosts.ghost_flare.beams", None)
     rows = ledger.Ledger()
     with ledger.stage(rows, "lens"):
         none = GhostFlare("double_gauss", error_allowed=0.5).irradiance(lens, scene)
