@@ -185,9 +185,11 @@ def test_a_stage_with_several_diagrams_is_one_picture(tmp_path, monkeypatch):
         for k, error in enumerate((1e-2, 1e-16, np.nan))
     ]
     monkeypatch.setattr("isethdr_workflows.accuracy.dynamics.measured", lambda: works)
-    rows = accuracy.accuracy(stage="dynamics", pictures=str(tmp_path))
+    pictures = tmp_path / "pictures"
+    pictures.mkdir()
+    rows = accuracy.accuracy(stage="dynamics", pictures=str(pictures))
     assert len(rows) == 12
-    (path,) = tmp_path.iterdir()
+    (path,) = pictures.iterdir()
     assert path.name == "accuracy_dynamics.png" and path.stat().st_size < 120_000
     wide, high = Image.open(path).size
     assert wide == round(diagram.WIDTH_IN * diagram.DPI) and high < 1.2 * wide

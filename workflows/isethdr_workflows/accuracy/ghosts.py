@@ -61,7 +61,7 @@ def measured() -> list[Work]:
         )
     pairs.append(point("discs by matrices", lambda: discs(flare, lens, mixed, image_w), "peer"))
     for nodes in NODES:
-        with changed(trace, beams=partial(trace.beams, nodes=nodes)):
+        with changed(ghost_flare, beams=partial(trace.beams, nodes=nodes)):
             rays.append(
                 point(
                     f"{nodes} x {nodes} rays",
