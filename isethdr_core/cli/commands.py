@@ -13,7 +13,6 @@ import typer
 
 from ..errors import ConfigError, IsetHdrError
 from ..plugins.registry import plugin_manager
-from .summary_tables import print_plan, print_plugins
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -56,6 +55,8 @@ def plan(context: typer.Context) -> None:
             f"plan has no option {flags[0]!r}; expected overrides; "
             "type for example isethdr plan sensor=rgbw"
         )
+    from .summary_tables import print_plan
+
     print_plan(context.args)
 
 
@@ -67,6 +68,8 @@ def plugins(
     strict: bool = typer.Option(False, help="exit with an error when a plugin is broken"),
 ) -> None:
     """Print one table per kind; broken plugins come last, in red."""
+    from .summary_tables import print_plugins
+
     if print_plugins(kind) and strict:
         raise typer.Exit(1)
 

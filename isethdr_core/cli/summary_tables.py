@@ -7,7 +7,6 @@ import math
 from rich.table import Table
 from rich.text import Text
 
-from ..config.composition import compose
 from ..data.scores import objects_remark, shares_remark, unlike_shares
 from ..errors import ConfigError, did_you_mean
 from ..plugins import registry
@@ -201,6 +200,7 @@ def score_text(score: dict) -> str:
 
 def print_plan(overrides) -> None:
     """Print what a run would compute, what is stored already, and what is left out and why."""
+    from ..config.composition import compose
     from ..pipeline import runtime_estimate
     from ..pipeline.chain import chain, plan
     from ..runs import radiance_cache, run

@@ -24,6 +24,10 @@ SLOW = (
     "skimage",
     "pandas",
     "duckdb",
+    "numpy",
+    "hydra",
+    "omegaconf",
+    "pydantic",
 )
 
 

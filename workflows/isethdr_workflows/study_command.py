@@ -16,7 +16,6 @@ from rich.table import Table
 
 from isethdr_core.cli.terminal import console, print_path
 from isethdr_core.errors import ConfigError, did_you_mean
-from isethdr_core.runs.provenance import versions
 
 from . import STUDIES
 
@@ -87,6 +86,7 @@ def keep(name: str, settings: list[str], rows: list[dict]):
     import xarray as xr
 
     from isethdr_core import store
+    from isethdr_core.runs.provenance import versions
 
     columns = {key: ("row", [row.get(key) for row in rows]) for key in (rows[0] if rows else ())}
     created = datetime.now(UTC).isoformat(timespec="seconds")
