@@ -10,7 +10,7 @@ def isethdr_home(tmp_path, monkeypatch):
     """Send every store that a test makes to the test's own folder, and return it."""
     home = tmp_path / "isethdr_home"
     monkeypatch.setenv("ISETHDR_HOME", str(home))
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("ISETHDR_CACHE", str(home / "cache"))
     monkeypatch.delenv("ISETHDR_PLUGINS", raising=False)
     return home
 

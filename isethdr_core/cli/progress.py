@@ -11,15 +11,6 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
 
-from rich.progress import (
-    BarColumn,
-    Progress,
-    SpinnerColumn,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
-
 from .terminal import console
 
 SHOWN_AFTER_S = 2.0
@@ -65,6 +56,14 @@ def _display():
     """Return the one display of this process: rich draws nested stages and bars below each
     other.
     """
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        SpinnerColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
 
     class Late(Progress):
         """Tasks show once they have taken a while, so that quick stages do not flicker."""

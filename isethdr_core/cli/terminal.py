@@ -8,14 +8,18 @@ and
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rich.console import Console
+if TYPE_CHECKING:
+    from rich.console import Console
 
 WIDTH_OF_FILES = 200  # columns of tables that go to a file or a pipe: results are never cut
 
 
 def console(stderr: bool = False) -> Console:
     """Return a console that interprets nothing; wide where the output is no terminal."""
+    from rich.console import Console
+
     plain = {"markup": False, "emoji": False, "highlight": False, "stderr": stderr}
     shown = Console(**plain)
     return shown if shown.is_terminal else Console(width=max(shown.width, WIDTH_OF_FILES), **plain)

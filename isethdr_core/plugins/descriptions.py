@@ -82,9 +82,13 @@ def descriptions(
 
 
 def cache_file() -> Path:
-    """Return where descriptions are kept: `isethdr/components.json` in XDG_CACHE_HOME or
-    ~/.cache.
+    """Return where descriptions are kept.
+
+    This is `components.json` in the folder ISETHDR_CACHE, or in `isethdr` of the user's cache
+    folder, XDG_CACHE_HOME or ~/.cache.
     """
+    if own := os.environ.get("ISETHDR_CACHE"):
+        return Path(own) / "components.json"
     folder = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(folder) / "isethdr" / "components.json"
 

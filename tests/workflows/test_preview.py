@@ -39,9 +39,9 @@ def chain(monkeypatch):
         lighting=build("lighting", "weights", weights={"sky": 1e-3, "lamps": 2.0}),
     )
     monkeypatch.setattr(
-        "isethdr_core.config.composition.compose", lambda overrides: asked.extend(overrides)
+        "isethdr_workflows.preview.compose", lambda overrides: asked.extend(overrides)
     )
-    monkeypatch.setattr("isethdr_core.pipeline.chain.chain", lambda config: parts)
+    monkeypatch.setattr("isethdr_workflows.preview.chain", lambda config: parts)
     return asked
 
 
