@@ -26,8 +26,9 @@ from .region import region
 from .window import seen
 
 WORTH = 1.5e6  # tiles x bands: to find functionals takes as long as to convolve so many
-# Of the error that the kernels have anyway. Functionals of a quarter of it add 3 % to its root sum of
-# squares; a smaller share would send scenes with bright lamps band by band, four times slower.
+# Of the error that the kernels have anyway. Functionals of a quarter of it add 3 % to its root
+# sum of squares. A smaller share would send scenes with bright lamps band by band, several times
+# slower.
 NOT_WORTH = 0.25
 
 
