@@ -104,7 +104,7 @@ def test_isethdr_on_stage_error_is_called_and_the_error_goes_on(monkeypatch):
     def broken(*_, **__):
         raise ArithmeticError("glass broke")
 
-    for way in ("__call__", "photocurrent"):
+    for way in ("__call__", "photocurrent", "plan"):
         monkeypatch.setattr(components()["lens", "ideal"].cls, way, broken)
     with plugged_in(Recorder()) as seen, pytest.raises(ArithmeticError, match="glass broke"):
         run(compose([*SMALL, "sensor=bayer"]))
