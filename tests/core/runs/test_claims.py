@@ -41,7 +41,14 @@ def worker(tmp_path):
 
     def start(seconds: float, name: str = "w") -> subprocess.Popen:
         command = [sys.executable, "-c", WORKER, str(tmp_path), str(seconds), name]
-        child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        child = subprocess.Popen(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            # a shell that starts the tests in the background makes them ignore Ctrl-C
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        )
         children.append(child)
         return child
 
