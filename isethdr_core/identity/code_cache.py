@@ -51,7 +51,7 @@ class KeptTable:
         self._new[key] = record
 
     def save(self) -> None:
-        """Write what is new, beside what other processes have written."""
+        """Add the new records to the file; records of other processes stay."""
         if not self._new or self._path is None:
             return
         self._records = self._read() | self._new

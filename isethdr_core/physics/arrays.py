@@ -12,7 +12,7 @@ import numpy as np
 
 
 def imported_library(name: str) -> ModuleType:
-    """Import the array library of a name, for example "torch", that a user has chosen.
+    """Import the array library that a user has named, for example "torch".
 
     Raises
     ------

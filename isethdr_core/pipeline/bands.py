@@ -10,8 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..errors import UnitError
 from ..physics.photometry import xyz_weights
 from ..plugins.protocols import KnowsItsBands, NarrowsDemand
+from ..plugins.ranges import LEAST_NM, MOST_NM
 from ..uncertainty import ledger
 from .demand import Demand
 
@@ -22,8 +24,21 @@ UNSEEN = 1e-6  # of the largest colour matching function: beyond, a band adds no
 def offered_nm(source) -> tuple[float, ...] | None:
     """Return the band centres, nm, that a scene or renderer would make; None where it does not say
     beforehand.
+
+    Raises
+    ------
+    UnitError : a band lies outside the range of wavelengths, as micrometres or metres do.
     """
-    return tuple(map(float, source.bands_nm())) if isinstance(source, KnowsItsBands) else None
+    if not isinstance(source, KnowsItsBands):
+        return None
+    bands_nm = tuple(map(float, source.bands_nm()))
+    if not all(LEAST_NM <= band <= MOST_NM for band in bands_nm):
+        raise UnitError(
+            f"{type(source).__name__} has bands from {min(bands_nm):g} to {max(bands_nm):g}; "
+            f"expected nanometres, {LEAST_NM:g} to {MOST_NM:g}; multiply micrometres by 1e3, "
+            "metres by 1e9"
+        )
+    return bands_nm
 
 
 def for_sensors_and_truth(offered, sensed) -> tuple[float, ...] | None:

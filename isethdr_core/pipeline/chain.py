@@ -450,7 +450,8 @@ def renderer_errors(
             )
         book.record(*found.terms)
         row.left_out += found.left_out
-    if not row.errors:  # every row states an error: what was left out belongs to the row before
+    # a row without an error is not kept: its omissions move to the row before
+    if not row.errors:
         rows.pop()
         rows[-1].left_out += row.left_out
     return found.errors

@@ -609,12 +609,12 @@ class HasPixelCounts(Protocol):
 
     @property
     def rows(self) -> int | None:
-        """Rows of pixels; None: as many as fill the field."""
+        """Return the number of pixel rows; None where they fill the field."""
         ...
 
     @property
     def columns(self) -> int | None:
-        """Columns of pixels; None: as many as fill the field."""
+        """Return the number of pixel columns; None where they fill the field."""
         ...
 
 

@@ -15,7 +15,7 @@ import isethdr
 import isethdr_core
 
 ROOT = Path(__file__).parents[2]
-# what docs/plugins.md, the example plugin and the bundled plugins import from each
+# names that docs/plugins.md, the example plugin and bundled plugins import, by module
 STAYING = {
     "isethdr_core": "Component Demand Generator Range Score Stage build components compose "
     "generator hookimpl hookspec open_scene run __version__ PLUGIN_API",

@@ -60,8 +60,8 @@ class BrownConrady:
         )
 
     def area_ratio(self, x, y):
-        """Return the determinant of the map's derivative at tangents (broadcast); not above 0 where
-        the field is folded over.
+        """Return the determinant of the map's derivative at tangents (broadcast): 0 or
+        negative where the field folds over.
         """
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         xx, xy, yy = self._jacobian(x, y)

@@ -65,8 +65,8 @@ def entrance_pupil(surfaces, indices) -> tuple[float, float]:
     to_stop = matrices(surfaces, indices, [(k, False) for k in range(stop + 1)], surfaces[0].z_mm)[
         -1
     ]
-    # the ray through the stop's centre: 0 = A y + B u, and it crosses the axis y / u before the
-    # first vertex
+    # A ray of height y and angle u at the first vertex meets the stop's centre where A y + B u = 0.
+    # Its line crosses the axis at -y / u = B / A, which is the place of the entrance pupil.
     return float(surfaces[0].z_mm + to_stop[0, 1] / to_stop[0, 0]), float(
         surfaces[stop].semi_diameter_mm / abs(to_stop[0, 0])
     )

@@ -124,8 +124,9 @@ def remove_parts(key: str) -> None:
 
 
 def _check(a) -> int:
-    """Return the sum of an array's 32-bit words, modulo 2^32: it changes with any one bit, and
-    costs no more than reading.
+    """Return a checksum of an array: the sum of its 32-bit words, modulo 2^32.
+
+    A change of any one bit changes it. It takes as long as reading the array.
     """
     return int(np.add.reduce(np.ascontiguousarray(a).reshape(-1).view(np.uint32), dtype=np.uint32))
 

@@ -4,11 +4,14 @@ the bound.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 import pytest
 
 from isethdr_core import build
 from isethdr_core.demand import Demand
+from isethdr_core.errors import UnitError
 from isethdr_core.physics.photometry import xyz_weights
 from isethdr_core.pipeline import bands
 from isethdr_core.pipeline.chain import Chain, on_sensor, plan
@@ -32,6 +35,23 @@ def chain(sensor, **more):
         {},
         **more,
     )
+
+
+@dataclass(frozen=True)
+class InMetres:
+    """A scene of somebody else that gives its wavelengths in metres."""
+
+    def __call__(self):
+        raise AssertionError("a plan makes no scene")
+
+    def bands_nm(self):
+        return 1e-9 * np.arange(400.0, 701.0, 10.0)
+
+
+def test_bands_that_are_no_nanometres_are_refused_by_the_plan():
+    parts = replace(chain(build("sensor", "bayer")), scene=InMetres())
+    with pytest.raises(UnitError, match="InMetres has bands from 4e-07 .* nanometres, 100 to 3000"):
+        plan(parts, ledger.Ledger())
 
 
 def test_the_truth_keeps_the_bands_that_the_eye_sees_and_a_sensor_its_own():
