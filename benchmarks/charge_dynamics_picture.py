@@ -1,4 +1,4 @@
-"""Draw the picture of docs/charge_dynamics.md: error against run time of every integrator.
+"""Draw error against run time of every integrator, for docs/explanation/charge_dynamics.md.
 
 The methods, the light (100 Hz ripple) and the references are those of `charge_dynamics.py`. Run:
 

@@ -349,7 +349,7 @@ def write(commits: list[str], match: str) -> None:
     digests["core"] = here.frame().digest
     settings = settings_of(ROOT)
     table: dict[str, Any] = {
-        "about": "written by scripts/earlier_names.py; explained in docs/identity.md",
+        "about": "written by scripts/earlier_names.py; explained in docs/explanation/identity.md",
         "editions": [],
         "new_settings": {},
         "unchanged": [],

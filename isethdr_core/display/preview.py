@@ -7,7 +7,7 @@ Coll, Morel 2005). How alike two tiles are is judged by the noise that the rende
 distance, are averaged at all. What comes out is no radiance but X, Y and Z of each light group,
 which weights may still mix: no lens and no sensor takes it, and no store keeps it as light. Where
 light comes from rare paths, most of it is in few tiles, and averaging by likeness keeps less of it
-than there is (docs/accuracy.md).
+than there is (docs/explanation/accuracy.md).
 """
 
 from __future__ import annotations

@@ -127,7 +127,8 @@ class Sensor(Protocol):
 
         Returns
         -------
-        Dataset with `raw (capture, y, x)` in DN and what is needed to read it (docs/contracts.md).
+        Dataset with `raw (capture, y, x)` in DN and what is needed to read it
+        (docs/reference/contracts.md).
         """
 
     def expected(self, light: xr.DataArray, /) -> xr.DataArray:

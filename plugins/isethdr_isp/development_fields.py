@@ -15,7 +15,7 @@ from .readout.shading import read_shading
 
 @dataclass(frozen=True)
 class Development:
-    """How a mosaic of electrons becomes a picture: docs/isp.md, Steps."""
+    """How a mosaic of electrons becomes a picture: docs/explanation/isp.md, Steps."""
 
     balance: Literal["daylight", "halogen", "led", "sodium"] = (
         "daylight"  # light whose grey comes back exactly

@@ -28,7 +28,7 @@ class MergeIsp(Development):
     """
 
     rule: Literal["inverse_variance", "average", "poisson_sum", "isetcam"] = (
-        "inverse_variance"  # docs/isp.md, Merge
+        "inverse_variance"  # docs/explanation/isp.md, Merge
     )
 
     def __call__(self, captures):

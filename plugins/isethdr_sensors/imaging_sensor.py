@@ -55,7 +55,7 @@ class ImagingSensor:
 
     # --- exposure solved from the light; `exposure_s` counts only where it is fixed ---
     exposure_rule: Literal["fixed", "centre", "histogram", "highlights"] = (
-        "fixed"  # docs/sensors.md, Automatic exposure
+        "fixed"  # docs/explanation/sensors.md, Automatic exposure
     )
     exposure_target: Target = 0.5  # metered level / full scale
     exposure_min_s: Exposure = 1e-5

@@ -17,9 +17,9 @@ from .one_reading import OneReadingSensor
 from .readout.lin_log_response import STRAIGHT_E, response
 from .sensor_model import Photodiode, SensorModel
 
-BIAS = (
-    4e-4  # largest of 13 levels, default fields (docs/charge_dynamics.md); below 1e-4 off the bend
-)
+# largest of 13 levels, default fields (docs/explanation/charge_dynamics.md); below 1e-4 away from
+# the bend
+BIAS = 4e-4
 VARIANCE = 0.05  # of the same; below 0.01 off the bend
 
 

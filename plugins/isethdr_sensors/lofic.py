@@ -35,8 +35,9 @@ class LoficSensor(ImagingSensor):
     capacitor: LCG, HCG.
 
     200 uV/e and a full well of 100 000 e are the title of Adachi et al. 2008, the pitch is that of
-    Akahane et al. 2009, both of pixels with a lateral overflow capacitor (docs/sensors.md). Every
-    other figure is an assumption, of the order that such papers give.
+    Akahane et al. 2009, both of pixels with a lateral overflow capacitor
+    (docs/explanation/sensors.md). Every other figure is an assumption, of the order that such
+    papers give.
     """
 
     pitch_um: Pitch = 5.6

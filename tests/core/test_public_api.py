@@ -15,7 +15,7 @@ import isethdr
 import isethdr_core
 
 ROOT = Path(__file__).parents[2]
-# names that docs/plugins.md, the example plugin and bundled plugins import, by module
+# names that docs/how-to/plugins.md, the example plugin and bundled plugins import, by module
 STAYING = {
     "isethdr_core": "Component Demand Generator Range Score Stage build components compose "
     "generator hookimpl hookspec open_scene run __version__ PLUGIN_API",

@@ -16,16 +16,16 @@ from isethdr_core.testing import check
 
 from .source import ROOT
 
-PLUGINS = (ROOT / "docs" / "plugins.md").read_text()
-GLOSSARY = (ROOT / "docs" / "glossary.md").read_text()
-CONTRACTS = (ROOT / "docs" / "contracts.md").read_text()
+PLUGINS = (ROOT / "docs" / "how-to" / "plugins.md").read_text()
+GLOSSARY = (ROOT / "docs" / "reference" / "glossary.md").read_text()
+CONTRACTS = (ROOT / "docs" / "reference" / "contracts.md").read_text()
 HOOKS = {name: spec for name, spec in vars(hookspecs).items() if name.startswith("isethdr_")}
 
 
 @pytest.mark.parametrize("name", HOOKS)
 def test_hooks_are_documented_with_their_signature(name):
     signature = f"{name}{inspect.signature(HOOKS[name])}".replace("'", "")
-    assert f"### {signature}\n" in PLUGINS, f"docs/plugins.md needs the heading: ### {signature}"
+    assert f"### {signature}\n" in PLUGINS, f"plugins.md needs: ### {signature}"
     assert inspect.getdoc(HOOKS[name])
 
 
@@ -51,7 +51,8 @@ def tutorial(number):
     """
     whole = [b for b in blocks("python") if "class " in b and "isethdr_components" in b]
     scope = {"__name__": __name__}
-    exec(compile(whole[number], "docs/plugins.md", "exec", dont_inherit=True), scope)  # noqa: S102
+    code = compile(whole[number], "docs/how-to/plugins.md", "exec", dont_inherit=True)
+    exec(code, scope)  # noqa: S102
     globals()["Darkest"] = scope["Darkest"]  # where pickle looks for it
     [comp] = scope["isethdr_components"]()
     return comp
@@ -129,7 +130,7 @@ def test_the_contracts_list_every_ability_with_its_parameters():
         ]
         written = ", ".join(f"`{member}`" for member in members)
         row = f"| {', '.join(of)} | `{protocol.__name__}` | {written} | "
-        assert f"\n{row}" in CONTRACTS, f"docs/contracts.md needs a row: {row}"
+        assert f"\n{row}" in CONTRACTS, f"docs/reference/contracts.md needs a row: {row}"
 
 
 def test_no_ability_is_listed_that_does_not_exist():

@@ -1,4 +1,4 @@
-"""Captures by the contract of docs/contracts.md, from known radiance, for the tests of the isp."""
+"""Captures as docs/reference/contracts.md defines them, from known radiance, for tests of isps."""
 
 from __future__ import annotations
 

@@ -85,7 +85,7 @@ def test_the_table_reads_noisy_pixels_back_without_bias(mean):
     )
     found = np.interp(raw.astype(float), dn, electrons)
     # 5 standard errors; where the response bends within a width of the noise 0.04 % stays
-    # (docs/charge_dynamics.md)
+    # (docs/explanation/charge_dynamics.md)
     assert found.mean() / mean == pytest.approx(
         1.0,
         abs=5 * found.std() / mean / np.sqrt(raw.size) + (4e-4 if 2.05e4 < mean < 2.4e4 else 0.0),

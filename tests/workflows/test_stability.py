@@ -1,5 +1,5 @@
-"""The stability study: no stage is wrong but where docs/stability.md says so, and a wrong result is
-called wrong.
+"""The stability study: no stage is wrong but where docs/measured/stability.md says so, and a
+wrong result is called wrong.
 """
 
 from __future__ import annotations

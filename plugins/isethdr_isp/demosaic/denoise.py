@@ -3,7 +3,7 @@
 Pixels at one place of the filter array are averaged where their surroundings, all channels of them,
 look alike (Buades, Coll, Morel 2005, on the mosaic as Danielyan et al. 2009). Likeness is judged on
 stabilised values, whose noise is the same everywhere; the averages are of electrons, so that there
-is no inverse to be taken and none to leave a bias (docs/isp.md compares the two).
+is no inverse to be taken and none to leave a bias (docs/explanation/isp.md compares the two).
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def denoised(merged: Merged, cell_shape: tuple[int, int]) -> Merged:
     Var is the larger of sum w^2 Var and sum w^2 (x - mean)^2: what is stated of the samples, and
     how far they are apart. They are further apart where faint texture was taken for noise, and
     which of it is averaged differs from shot to shot. The weights follow the noise as well, which
-    is not in it: see docs/isp.md.
+    is not in it: see docs/explanation/isp.md.
     """
     x, variance, good = merged.signal_e, merged.variance_e2, merged.valid
     level = stabilised(x, variance, good)

@@ -161,7 +161,7 @@ def falloff(captures) -> np.ndarray:
 
 
 def check_captures(captures) -> None:
-    """Raise UnitError unless `captures` holds all that docs/contracts.md lists, with sane
+    """Raise UnitError unless `captures` holds all that docs/reference/contracts.md lists, with sane
     values.
     """
     present = set(getattr(captures, "variables", ()))
@@ -177,8 +177,8 @@ def check_captures(captures) -> None:
     ):
         if name not in present:
             raise UnitError(
-                f"captures lack {name!r}; expected what a sensor returns (docs/contracts.md,"
-                " Captures)"
+                f"captures lack {name!r}; expected what a sensor returns"
+                " (docs/reference/contracts.md, Captures)"
             )
     for name in ATTRIBUTES:
         if name not in captures.attrs:

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 from isethdr_core.uncertainty.budget import STORE, Cost, divided
 
-# Measured (docs/budget.md): CPU seconds for a million values, tiles x bands, of a night drive;
-# errors in standard deviations of the noise.
+# Measured (docs/explanation/budget.md): CPU seconds for a million values, tiles x bands, of a
+# night drive; errors in standard deviations of the noise.
 COSTS = {"kernels": Cost(0.009, 0.7), "functionals": Cost(0.002)}
 STORE_COST = Cost(
     0.007

@@ -27,8 +27,8 @@ FINER = (
     0.25,
 )  # of the lens's own error: still finer lattices outgrow memory, and little is won
 HALVED = 0.35  # what is left of the errors of kernels that are asked for half the error, measured
-# over what is found, 1.5 to 3.7 (docs/budget.md): kernels that are stated to be so much too coarse
-# may well be fine enough
+# over what is found, 1.5 to 3.7 (docs/explanation/budget.md): kernels that are stated to be so
+# much too coarse may well be fine enough
 STATED = 2.0
 
 

@@ -20,7 +20,7 @@ FROM_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", *camera_geometry.C
 
 
 def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
-    """Return the captures Dataset of docs/contracts.md.
+    """Return the captures Dataset of docs/reference/contracts.md.
 
     Parameters
     ----------
