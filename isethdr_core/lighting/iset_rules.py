@@ -26,13 +26,12 @@ class IsetLighting:
     pictures.
     """
 
-    # sky is set to 200000 / dynamic_range, cd/m2
-    dynamic_range: Ratio = 1e4
-    # median of the whole picture; None: lamps keep their luminance
+    dynamic_range: Ratio = 1e4  # dynamic range: the sky is set to 200000 cd/m2 / dynamic_range
+    # median luminance of the whole picture; null keeps the luminance of the lamps
     low_light_cd_m2: Reached | None = 10.0
-    # uniform numbers for headlights, streetlights, other; None: from seed
+    # uniform random numbers for headlights, streetlights and other; null draws them from seed
     draws: tuple[Share, Share, Share] | None = None
-    seed: Seed = 0
+    seed: Seed = 0  # seed of the random luminances
 
     def __post_init__(self):
         check_ranges(self)

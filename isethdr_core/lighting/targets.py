@@ -35,22 +35,21 @@ class TargetsLighting:
     mean.
     """
 
-    targets: dict[str, Any] = field(
-        default_factory=dict
-    )  # {group: {statistic, cd_m2, percentile, lamp_kind, ...}}
-    # {group: weight} of groups without a target
+    # photometric targets {group: {statistic, cd_m2, percentile, lamp_kind, ...}}
+    targets: dict[str, Any] = field(default_factory=dict)
+    # weights of groups without a target {group: weight}
     weights: dict[str, Weight] = field(default_factory=dict)
-    others: Weight = 1.0  # weight of all other groups; 1 = as the scene was built
-    ambient: str = "sky"  # the group that moves to reach dynamic range, median or mean
+    others: Weight = 1.0  # weight of all other groups; 1 keeps the light of the scene
+    # light group that is scaled to reach dynamic_range, median_cd_m2 or mean_cd_m2
+    ambient: str = "sky"
     dynamic_range: Ratio | None = None  # ratio of the two percentiles of the picture's luminance
-    low_percentile: Percent = 1.0  # Hazen's, percent
-    high_percentile: Percent = 100.0  # 100: the brightest tile
-    median_cd_m2: Reached | None = None  # of the whole picture
-    mean_cd_m2: Reached | None = None  # of the whole picture
-    modulation: dict[str, Any] = field(
-        default_factory=dict
-    )  # {group: {frequency_hz, duty or depth, phase}}: light that varies in time
-    seed: Seed = 0  # of targets and phases that are ranges
+    low_percentile: Percent = 1.0  # lower percentile of dynamic_range (Hazen's definition)
+    high_percentile: Percent = 100.0  # upper percentile of dynamic_range; 100 is the brightest tile
+    median_cd_m2: Reached | None = None  # median luminance of the whole picture
+    mean_cd_m2: Reached | None = None  # mean luminance of the whole picture
+    # temporal modulation {group: {frequency_hz, duty or depth, phase}}
+    modulation: dict[str, Any] = field(default_factory=dict)
+    seed: Seed = 0  # seed of targets and phases that are ranges
     WITHIN_FIELD: ClassVar[bool] = True  # the margin's light decides nothing
 
     def __post_init__(self):

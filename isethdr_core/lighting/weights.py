@@ -23,15 +23,14 @@ if TYPE_CHECKING:
 class WeightsLighting:
     """Fixed weights: each light group times its own number, summed."""
 
-    # {group: weight}, 1 = as the scene was built
+    # weights {group: weight}; 1 keeps the light of the scene
     weights: dict[str, Weight] = field(default_factory=dict)
-    others: Weight = 0.0  # weight of every group not named in `weights`
-    # first bring each group to this mean luminance; 0: radiance stays absolute
+    others: Weight = 0.0  # weight of every group that `weights` does not name
+    # mean luminance to which each group is scaled before weighting; 0 keeps absolute radiance
     relative_to_mean_cd_m2: Luminance = 0.0
-    modulation: dict[str, Any] = field(
-        default_factory=dict
-    )  # {group: {frequency_hz, duty or depth, phase}}: light that varies in time
-    seed: Seed = 0  # of phases that are ranges
+    # temporal modulation {group: {frequency_hz, duty or depth, phase}}
+    modulation: dict[str, Any] = field(default_factory=dict)
+    seed: Seed = 0  # seed of phases that are ranges
     WITHIN_FIELD: ClassVar[bool] = True  # the margin's light decides nothing
 
     def __post_init__(self):

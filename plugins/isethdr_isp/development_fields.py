@@ -17,17 +17,16 @@ from .readout.shading import read_shading
 class Development:
     """How a mosaic of electrons becomes a picture: docs/explanation/isp.md, Steps."""
 
-    balance: Literal["daylight", "halogen", "led", "sodium"] = (
-        "daylight"  # light whose grey comes back exactly
-    )
-    # the colour matrix weighs the noise at the light that gives this; inf ignores noise
-    design_snr: Annotated[float, Range(0.1, inf)] = 20.0  # 0.1: noise hides the signal
-    demosaic: Literal["bilinear", "guided", "malvar", "menon", "learned"] = (
-        "bilinear"  # malvar, menon: `pip install isethdr[demosaic]`
-    )
-    denoise: Literal["none", "nl_means"] = "none"
-    # measured relative illumination, as `isethdr_isp.readout.shading` writes it; empty takes the
-    # lens's own statement
+    # light source whose grey is reproduced exactly
+    balance: Literal["daylight", "halogen", "led", "sodium"] = "daylight"
+    # signal-to-noise ratio for which the colour matrix is solved: low values weigh noise more, inf
+    # ignores noise; below 0.1 noise hides the signal
+    design_snr: Annotated[float, Range(0.1, inf)] = 20.0
+    # demosaic method; malvar and menon need `pip install isethdr[demosaic]`
+    demosaic: Literal["bilinear", "guided", "malvar", "menon", "learned"] = "bilinear"
+    denoise: Literal["none", "nl_means"] = "none"  # denoise method, applied before the demosaic
+    # file with measured relative illumination, as `isethdr_isp.readout.shading` writes it; empty
+    # takes what the lens states
     shading_csv: str = ""
 
     def __post_init__(self):

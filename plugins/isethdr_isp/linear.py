@@ -20,7 +20,7 @@ class LinearIsp(Development):
     with variance.
     """
 
-    capture: str = ""  # name of the capture to use; empty takes the first
+    capture: str = ""  # name of the capture to develop; empty takes the first
 
     def check_shot(self, form: ShotForm) -> None:
         """Raise ConfigError where no capture has the name, or `demosaic` is not for the array."""

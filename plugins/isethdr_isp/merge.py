@@ -27,9 +27,8 @@ class MergeIsp(Development):
     rules by name.
     """
 
-    rule: Literal["inverse_variance", "average", "poisson_sum", "isetcam"] = (
-        "inverse_variance"  # docs/explanation/isp.md, Merge
-    )
+    # rule that combines the captures; docs/explanation/isp.md, Merge rules
+    rule: Literal["inverse_variance", "average", "poisson_sum", "isetcam"] = "inverse_variance"
 
     def __call__(self, captures):
         """Return the merged picture; a pixel is valid when every sample in it is unsaturated in

@@ -51,26 +51,22 @@ class MitsubaRenderer:
 
     width: Tiles = 640  # tiles across the camera's field
     height: Tiles = 360  # tiles down the camera's field
-    margin: Margin = 0.1  # more of the field rendered on each side, as a part of it
+    margin: Margin = 0.1  # overscan rendered on each side of the field, as a share of the field
     first_nm: Wavelength = 400.0  # centre of the first band
     last_nm: Wavelength = 700.0  # centre of the last band
     step_nm: BandStep = 10.0  # width and spacing of the bands
-    # paths per tile, the least of them where error_allowed is set; None: as many as the noise
-    # takes, 16 at least
+    # samples per tile; the least number of them where error_allowed is set; null takes as many as
+    # error_allowed needs, at least 16
     samples: Samples | None = None
-    # relative: paths go on until each light group's noise is this low; None: 0.1, or `samples`
-    # where set
+    # allowed relative noise of each light group; null takes 0.1, or no limit where `samples` is set
     error_allowed: ErrorAllowed | None = None
-    # paths per tile at which a light group is given up, where error_allowed is set
-    most_samples: Samples = 4096
-    max_depth: Depth = 5  # longest path, in segments: 2 is direct light only
-    seed: Seed = 0  # of the paths; same seed, same machine, same cube
-    variant: Literal["auto", "llvm", "cuda", "scalar"] = (
-        "auto"  # auto: cuda, else llvm, else scalar, whichever works
-    )
-    normalise: Literal["intensity", "flux"] = (
-        "intensity"  # what a narrow beam keeps: candela on its axis, or lumens
-    )
+    most_samples: Samples = 4096  # largest number of samples per tile, where error_allowed is set
+    max_depth: Depth = 5  # longest light path in segments; 2 is direct light only
+    seed: Seed = 0  # seed of the samples; the same seed gives the same radiance on the same machine
+    # Mitsuba variant; auto takes the first that works of cuda, llvm, scalar
+    variant: Literal["auto", "llvm", "cuda", "scalar"] = "auto"
+    # quantity of a narrow beam that is kept: candela on its axis, or lumens
+    normalise: Literal["intensity", "flux"] = "intensity"
 
     def __post_init__(self):
         check_ranges(self)

@@ -42,10 +42,11 @@ FILES = {
 class IsetExr:
     """A scene of the published ISETHDR deposit, read from its folder of EXR files."""
 
-    folder: str = "."  # holds <scene_id>_skymap.exr, _headlights.exr, ..., <scene_id>.mat
-    scene_id: str = ""  # month, day, hour, minute, second: 1112184733
-    horizontal_field_deg: FileField = 40.0  # full angle; the files do not carry it
-    # ISET's reading: each group rescaled to this mean (100); 0 keeps the absolute level
+    folder: str = "."  # folder with <scene_id>_skymap.exr, _headlights.exr, ..., <scene_id>.mat
+    scene_id: str = ""  # month, day, hour, minute and second, for example 1112184733
+    # full horizontal field angle, which the files do not state
+    horizontal_field_deg: FileField = 40.0
+    # mean luminance to which each group is scaled (ISET: 100); 0 keeps absolute radiance
     normalise_cd_m2: Luminance = 0.0
 
     def __post_init__(self):

@@ -40,40 +40,36 @@ class NightDrive:
     them.
     """
 
-    seed: Seed = 0  # draws all that has a range
-    horizontal_field_deg: RoadField = 45.0  # full field of the camera
+    seed: Seed = 0  # seed of all fields that are ranges
+    horizontal_field_deg: RoadField = 45.0  # full horizontal field angle of the camera
     aspect: Aspect = 16 / 9  # width / height of the field
-    projection: Literal["tangent", "equidistant"] = (
-        "tangent"  # of the grid of tiles; equidistant: angles, for wide lenses
-    )
-    # above the road, behind the windscreen
+    # projection of the grid of tiles; equidistant serves wide lenses
+    projection: Literal["tangent", "equidistant"] = "tangent"
+    # height of the camera above the road, behind the windscreen
     camera_height_m: CameraHeight = 1.3
-    # distance of the oncoming car
-    oncoming_m: tuple[Oncoming, Oncoming] = (23.0, 31.0)
+    oncoming_m: tuple[Oncoming, Oncoming] = (23.0, 31.0)  # distance of the oncoming car
     ahead_m: tuple[Ahead, Ahead] = (19.0, 26.0)  # distance of the car ahead
     cyclist_m: tuple[Cyclist, Cyclist] = (12.5, 16.0)  # distance of the cyclist
     deer_m: tuple[Deer, Deer] = (24.0, 34.0)  # distance of the nearest deer
     truck_m: tuple[Truck, Truck] = (50.0, 60.0)  # distance of the parked truck
-    # pedestrian beside the oncoming headlamp, as seen
+    # angle between the pedestrian and the oncoming headlamp, seen from the camera
     pedestrian_beside_deg: tuple[Beside, Beside] = (1.3, 2.0)
-    # oncoming, ahead, parked, then further ones; 1 to 6
+    # number of vehicles, 1 to 6: oncoming, ahead, parked, then further ones
     vehicles: tuple[Vehicles, Vehicles] = (5, 6)
-    # pedestrian, rider, then further ones; 1 to 4
+    # number of people, 1 to 4: pedestrian, rider, then further ones
     people: tuple[People, People] = (3, 4)
-    animals: tuple[Animals, Animals] = (1, 2)  # deer; 0 to 3
-    trees: tuple[Trees, Trees] = (90, 120)  # trees and bushes; 0 to 400
-    # every 30 m on the left; 0 to 8
+    animals: tuple[Animals, Animals] = (1, 2)  # number of deer, 0 to 3
+    trees: tuple[Trees, Trees] = (90, 120)  # number of trees and bushes, 0 to 400
+    # number of street lamps, 0 to 8, every 30 m on the left
     street_lamps: tuple[StreetLamps, StreetLamps] = (4, 5)
-    # of the road, to the left
+    # curvature of the road; positive curves to the left
     curvature_per_m: tuple[Curvature, Curvature] = (0.0008, 0.0018)
-    headlamp_light: Literal["led_white", "halogen"] = (
-        "led_white"  # spectrum of all vehicle headlamps
-    )
-    street_light: Literal["sodium", "led_white", "metal_halide"] = (
-        "sodium"  # spectrum of the street lamps
-    )
-    braking: bool = False  # the car ahead brakes
-    sky_luminance_cd_m2: SkyLuminance = 4000.0  # of the sky at weight 1
+    # spectrum of all vehicle headlamps
+    headlamp_light: Literal["led_white", "halogen"] = "led_white"
+    # spectrum of the street lamps
+    street_light: Literal["sodium", "led_white", "metal_halide"] = "sodium"
+    braking: bool = False  # brake lights of the car ahead are on
+    sky_luminance_cd_m2: SkyLuminance = 4000.0  # luminance of the sky at weight 1
 
     def __post_init__(self):
         check_ranges(self)

@@ -32,28 +32,24 @@ class Tunnel:
     picture.
     """
 
-    seed: Seed = 0  # draws all that has a range
-    horizontal_field_deg: RoadField = 45.0  # full field of the camera
+    seed: Seed = 0  # seed of all fields that are ranges
+    horizontal_field_deg: RoadField = 45.0  # full horizontal field angle of the camera
     aspect: Aspect = 16 / 9  # width / height of the field
-    projection: Literal["tangent", "equidistant"] = (
-        "tangent"  # of the grid of tiles; equidistant: angles, for wide lenses
-    )
-    # above the road, behind the windscreen
+    # projection of the grid of tiles; equidistant serves wide lenses
+    projection: Literal["tangent", "equidistant"] = "tangent"
+    # height of the camera above the road, behind the windscreen
     camera_height_m: CameraHeight = 1.3
     exit_m: tuple[Exit, Exit] = (75.0, 110.0)  # distance of the exit
     ahead_m: tuple[Ahead, Ahead] = (24.0, 36.0)  # distance of the car ahead
-    # distance of the oncoming car
-    oncoming_m: tuple[Oncoming, Oncoming] = (32.0, 50.0)
-    # distance of the walker
-    pedestrian_m: tuple[Pedestrian, Pedestrian] = (18.0, 26.0)
-    luminaire_spacing_m: Spacing = 12.0  # of both rows of luminaires
-    trees: tuple[Trees, Trees] = (30, 50)  # beyond the exit
+    oncoming_m: tuple[Oncoming, Oncoming] = (32.0, 50.0)  # distance of the oncoming car
+    pedestrian_m: tuple[Pedestrian, Pedestrian] = (18.0, 26.0)  # distance of the pedestrian
+    luminaire_spacing_m: Spacing = 12.0  # spacing of the luminaires in both rows
+    trees: tuple[Trees, Trees] = (30, 50)  # number of trees beyond the exit
     tunnel_light: Literal["led_white", "sodium"] = "sodium"  # spectrum of the luminaires
-    headlamp_light: Literal["led_white", "halogen"] = (
-        "led_white"  # spectrum of all vehicle headlamps
-    )
-    braking: bool = True  # the car ahead brakes
-    sky_luminance_cd_m2: SkyLuminance = 4000.0  # of the sky at weight 1
+    # spectrum of all vehicle headlamps
+    headlamp_light: Literal["led_white", "halogen"] = "led_white"
+    braking: bool = True  # brake lights of the car ahead are on
+    sky_luminance_cd_m2: SkyLuminance = 4000.0  # luminance of the sky at weight 1
 
     def __post_init__(self):
         check_ranges(self)

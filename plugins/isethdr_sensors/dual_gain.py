@@ -31,19 +31,21 @@ class DualGainSensor(ImagingSensor):
 
     pitch_um: Pitch = 2.8
     cfa: str = "GRBG"  # repeated pattern of filters, rows parted by / where it is no square
-    fill_factor: FillFactor = 1.0
-    full_well_e: Capacity = 22000.0
-    dark_e_per_s: DarkCurrent = 25.6  # at 60 C (assumption)
-    dark_spread: DarkSpread = 0.2  # rms over pixels / mean (assumption)
-    prnu: ResponseSpread = 0.005  # rms over pixels / mean (assumption)
+    fill_factor: FillFactor = 1.0  # photodiode area / pixel area
+    full_well_e: Capacity = 22000.0  # full well capacity
+    dark_e_per_s: DarkCurrent = 25.6  # dark current at 60 C (assumption)
+    dark_spread: DarkSpread = 0.2  # dark signal nonuniformity: rms over pixels / mean (assumption)
+    # photo response nonuniformity: rms over pixels / mean (assumption)
+    prnu: ResponseSpread = 0.005
 
     # --- readings: LCG, HCG ---
+    # conversion gains
     conversion_gain_uv_per_e: tuple[ConversionGain, ConversionGain] = (49.0, 200.0)
-    analog_gain: tuple[Gain, Gain] = (1.0, 1.0)  # multipliers
+    analog_gain: tuple[Gain, Gain] = (1.0, 1.0)  # analog gains before the converter
     swing_v: tuple[Swing, Swing] = (1.078, 1.078)  # full scale of the converter
-    read_noise_e: tuple[Noise, Noise] = (3.05, 0.83)  # rms
-    dsnu_e: tuple[Noise, Noise] = (0.0, 0.0)  # rms over pixels of the offset
-    # rms over columns of the offset (assumption)
+    read_noise_e: tuple[Noise, Noise] = (3.05, 0.83)  # rms read noise
+    dsnu_e: tuple[Noise, Noise] = (0.0, 0.0)  # rms over pixels of the offset; persistent
+    # rms over columns of the offset; persistent (assumption)
     column_e: tuple[Noise, Noise] = (0.1, 0.1)
 
     def model(self) -> SensorModel:

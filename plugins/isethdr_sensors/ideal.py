@@ -25,18 +25,20 @@ class IdealSensor:
 
     noise: ClassVar[bool] = False  # one shot is as good as many
 
-    exposure_s: Exposure = 0.016
-    pitch_um: Pitch = 3.0
-    rows: Pixels = 0  # 0: fill the camera's field; else a centred crop
+    exposure_s: Exposure = 0.016  # exposure time
+    pitch_um: Pitch = 3.0  # pixel pitch
+    rows: Pixels = 0  # number of pixel rows: 0 fills the camera's field, less is a centred crop
+    # number of pixel columns: 0 fills the camera's field, less is a centred crop
     columns: Pixels = 0
     fill_factor: FillFactor = 1.0  # photodiode area / pixel area
-    cfa: str = "RGGB"  # repeated pattern of filters, rows parted by / where it is no square
-    curves: Literal["ar0132at", "unit"] = (
-        "ar0132at"  # unit: one electron per photon at every wavelength
-    )
+    # repeated pattern of colour filters; rows separated by / where the pattern is not square
+    cfa: str = "RGGB"
+    # quantum efficiency curves; unit is one electron per photon at every wavelength
+    curves: Literal["ar0132at", "unit"] = "ar0132at"
     peak_qe: QuantumEfficiency = 1.0  # scale of the ar0132at curves, electrons per photon
-    infrared_cut: bool = True  # blocking filter; not applied to unit curves
-    qe_csv: str = ""  # own curves: wavelength_nm and one column per filter
+    infrared_cut: bool = True  # infrared blocking filter; not applied to unit curves
+    # file with own quantum efficiency curves: wavelength_nm and one column per filter
+    qe_csv: str = ""
 
     def input_files(self):
         """Return the user's own curves, if they are named: their content is part of a run's

@@ -37,47 +37,55 @@ from .timing import auto_exposure
 class ImagingSensor:
     """A sensor with photodiodes under a colour filter array; an architecture adds `model`."""
 
-    exposure_s: Exposure = 0.016
-    pitch_um: Pitch = 3.75
-    rows: Pixels = 0  # 0: fill the camera's field; else a centred crop
+    exposure_s: Exposure = 0.016  # exposure time; used where exposure_rule is fixed
+    pitch_um: Pitch = 3.75  # pixel pitch
+    rows: Pixels = 0  # number of pixel rows: 0 fills the camera's field, less is a centred crop
+    # number of pixel columns: 0 fills the camera's field, less is a centred crop
     columns: Pixels = 0
-    cfa: str = "RGGB"  # repeated pattern of filters, rows parted by / where it is no square
-    peak_qe: QuantumEfficiency = 0.65  # scale of the spectral curves, electrons per photon
-    infrared_cut: bool = True  # blocking filter of the camera module
-    qe_csv: str = ""  # own curves: wavelength_nm and one column per filter
-    temperature_c: Temperature = 60.0
-    bits: Bits = 12  # of the linear code; 0: converter off, raw is electrons
-    black_dn: Code = 64.0  # assumption
-    noise: bool = True  # False: means only, no random or fixed pattern
+    # repeated pattern of colour filters; rows separated by / where the pattern is not square
+    cfa: str = "RGGB"
+    # scale of the quantum efficiency curves, electrons per photon
+    peak_qe: QuantumEfficiency = 0.65
+    infrared_cut: bool = True  # infrared blocking filter of the camera module
+    # file with own quantum efficiency curves: wavelength_nm and one column per filter
+    qe_csv: str = ""
+    temperature_c: Temperature = 60.0  # temperature of the sensor, which sets the dark current
+    bits: Bits = 12  # bits of the linear code; 0 switches the converter off: raw is electrons
+    black_dn: Code = 64.0  # black level (assumption)
+    noise: bool = True  # false: mean values only, without random noise and fixed pattern
 
-    # rolling shutter, from row to row: 1650 clocks of 74.25 MHz (assumption); 0: global shutter
+    # time from row to row of the rolling shutter: 1650 clocks of 74.25 MHz (assumption); 0 is a
+    # global shutter
     line_time_s: LineTime = 22.2e-6
 
     # --- exposure solved from the light; `exposure_s` counts only where it is fixed ---
-    exposure_rule: Literal["fixed", "centre", "histogram", "highlights"] = (
-        "fixed"  # docs/explanation/sensors.md, Automatic exposure
-    )
-    exposure_target: Target = 0.5  # metered level / full scale
-    exposure_min_s: Exposure = 1e-5
-    exposure_max_s: Exposure = 0.033  # a frame at 30 Hz
+    # rule of the automatic exposure; docs/explanation/sensors.md, Automatic exposure
+    exposure_rule: Literal["fixed", "centre", "histogram", "highlights"] = "fixed"
+    exposure_target: Target = 0.5  # metered level / full scale at which the automatic exposure aims
+    exposure_min_s: Exposure = 1e-5  # shortest exposure time of the automatic exposure
+    # longest exposure time of the automatic exposure: a frame at 30 Hz
+    exposure_max_s: Exposure = 0.033
 
     # --- off unless a preset knows them: no data sheet of ours states them ---
-    # of a pixel's light at 550 nm, to the 4 neighbours
+    # share of a pixel's light at 550 nm that reaches its 4 neighbours
     optical_crosstalk_percent: Crosstalk = 0.0
-    # that share grows as the wavelength to this power (assumption: as diffraction)
+    # optical crosstalk is proportional to wavelength^power (assumption: diffraction)
     optical_crosstalk_power: Power = 1.0
-    electrical_crosstalk_percent: Crosstalk = 0.0  # of a pixel's electrons, to the 8 neighbours
-    # of the charge beyond the well, along the column; the rest is drained
+    # share of a pixel's electrons that diffuse to its 8 neighbours
+    electrical_crosstalk_percent: Crosstalk = 0.0
+    # share of the charge beyond the full well that spills along the column; the rest is drained
     blooming_percent: Percent = 0.0
-    hot_percent: Percent = 0.0  # of the pixels, persistent
-    # mean over the hot pixels of their extra dark charge, at 60 C (assumption)
+    hot_percent: Percent = 0.0  # share of hot pixels; persistent
+    # mean extra dark current of the hot pixels at 60 C (assumption)
     hot_dark_e_per_s: DarkCurrent = 1000.0
-    row_e: Noise = 0.0  # rms over rows of the offset, persistent
-    row_noise_e: Noise = 0.0  # rms over rows of the offset, new in every reading
-    # of the pixels read 5 times as noisy as the rest; the rms stays
+    row_e: Noise = 0.0  # rms over rows of the offset; persistent
+    row_noise_e: Noise = 0.0  # rms over rows of the offset; new in every reading
+    # share of pixels with 5 times the read noise of the others; the rms stays
     read_tail_percent: Percent = 0.0
-    inl_dn: Code = 0.0  # largest distance of the converter from a straight line
-    companding: tuple[tuple[Code, Code], ...] = ()  # knees [linear DN, companded DN]; none: linear
+    # integral nonlinearity: largest deviation of the converter from a straight line
+    inl_dn: Code = 0.0
+    # knee points [linear DN, companded DN]; empty is linear
+    companding: tuple[tuple[Code, Code], ...] = ()
 
     def input_files(self):
         """Return the user's own curves, if they are named: their content is part of a run's

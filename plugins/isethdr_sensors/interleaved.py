@@ -23,12 +23,12 @@ class InterleavedSensor(SingleSensor):
     quantum efficiency, to which the shorter exposure counts.
     """
 
-    cfa: str = "RGRG/GBGB/rgrg/gbgb"  # pairs of rows, long and short
-    # light of a lower case pixel / that of an upper case one
+    # repeated pattern of pairs of rows; a lower case filter marks pixels that collect less
+    cfa: str = "RGRG/GBGB/rgrg/gbgb"
+    # light of a lower case pixel / light of an upper case pixel
     lower_case_percent: LowerCase = 6.25
-    varies: Literal["exposure", "sensitivity"] = (
-        "exposure"  # exposure: dark charge shrinks with the light
-    )
+    # quantity that differs between the pixels; exposure reduces dark charge as well
+    varies: Literal["exposure", "sensitivity"] = "exposure"
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""

@@ -33,9 +33,10 @@ class LinLogSensor(OneReadingSensor):
     arrive for every code, to read it beyond.
     """
 
-    knee_e: Charge = 20000.0  # charge at which the overflow is `knee_e_per_s` (assumption)
-    knee_e_per_s: ChargeRate = 1.25e6  # knee_e in 16 ms (assumption)
-    # for a factor e of the light, at 60 C: 1.5 kT / e at 110 uV/e (assumption): 99 mV a decade
+    knee_e: Charge = 20000.0  # charge at which the overflow current is `knee_e_per_s` (assumption)
+    knee_e_per_s: ChargeRate = 1.25e6  # overflow current at the knee: knee_e in 16 ms (assumption)
+    # charge that corresponds to a factor e of the overflow current, at 60 C: 1.5 kT / e at 110
+    # uV/e, 99 mV a decade (assumption)
     thermal_e: Charge = 391.0
 
     def model(self) -> SensorModel:

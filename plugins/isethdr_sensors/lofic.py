@@ -41,27 +41,31 @@ class LoficSensor(ImagingSensor):
     """
 
     pitch_um: Pitch = 5.6
-    fill_factor: FillFactor = 1.0  # assumption: microlenses collect over the whole pixel
-    full_well_e: Capacity = 100000.0  # photodiode and overflow capacitor together (published)
-    # charge of the photodiode at which it spills `knee_e_per_s` (assumption)
+    # photodiode area / pixel area (assumption: microlenses collect over the whole pixel)
+    fill_factor: FillFactor = 1.0
+    # full well capacity of photodiode and overflow capacitor together (published)
+    full_well_e: Capacity = 100000.0
+    # charge of the photodiode at which the overflow current is `knee_e_per_s` (assumption)
     knee_e: Charge = 7000.0
-    knee_e_per_s: ChargeRate = 440000.0  # knee_e in 16 ms (assumption)
-    # for a factor e of the spill, at 60 C: 1.2 kT / e at 143 uV/e of the photodiode (assumption)
+    # overflow current at the knee: knee_e in 16 ms (assumption)
+    knee_e_per_s: ChargeRate = 440000.0
+    # charge that corresponds to a factor e of the overflow current, at 60 C: 1.2 kT / e at 143 uV/e
+    # of the photodiode (assumption)
     thermal_e: Charge = 240.0
-    dark_e_per_s: DarkCurrent = 25.6  # at 60 C (assumption)
-    dark_spread: DarkSpread = 0.2  # rms over pixels / mean (assumption)
-    prnu: ResponseSpread = 0.005  # rms over pixels / mean (assumption)
+    dark_e_per_s: DarkCurrent = 25.6  # dark current at 60 C (assumption)
+    dark_spread: DarkSpread = 0.2  # dark signal nonuniformity: rms over pixels / mean (assumption)
+    # photo response nonuniformity: rms over pixels / mean (assumption)
+    prnu: ResponseSpread = 0.005
 
     # --- readings: LCG, HCG ---
-    # LCG: 1 V at the full well
+    # conversion gains; LCG: 1 V at the full well
     conversion_gain_uv_per_e: tuple[ConversionGain, ConversionGain] = (10.0, 200.0)
-    analog_gain: tuple[Gain, Gain] = (1.0, 1.0)  # multipliers
-    # full scale of the converter (assumption)
-    swing_v: tuple[Swing, Swing] = (1.0, 1.0)
-    # rms; LCG: kT C of 16 fF at 60 C; HCG: assumption
+    analog_gain: tuple[Gain, Gain] = (1.0, 1.0)  # analog gains before the converter
+    swing_v: tuple[Swing, Swing] = (1.0, 1.0)  # full scale of the converter (assumption)
+    # rms read noise; LCG: kTC noise of 16 fF at 60 C; HCG: assumption
     read_noise_e: tuple[Noise, Noise] = (54.0, 2.0)
-    dsnu_e: tuple[Noise, Noise] = (0.0, 0.0)  # rms over pixels of the offset
-    # rms over columns of the offset (assumption)
+    dsnu_e: tuple[Noise, Noise] = (0.0, 0.0)  # rms over pixels of the offset; persistent
+    # rms over columns of the offset; persistent (assumption)
     column_e: tuple[Noise, Noise] = (0.1, 0.1)
 
     def model(self) -> SensorModel:

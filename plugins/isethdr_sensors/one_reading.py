@@ -23,16 +23,18 @@ from .sensor_model import Reading
 class OneReadingSensor(ImagingSensor):
     """A sensor with one photodiode and one reading per pixel (AR0132AT figures)."""
 
-    fill_factor: FillFactor = 1.0  # assumption: microlenses collect over the whole pixel
-    conversion_gain_uv_per_e: ConversionGain = 110.0
-    analog_gain: Gain = 1.0  # multiplier
+    # photodiode area / pixel area (assumption: microlenses collect over the whole pixel)
+    fill_factor: FillFactor = 1.0
+    conversion_gain_uv_per_e: ConversionGain = 110.0  # conversion gain of the pixel
+    analog_gain: Gain = 1.0  # analog gain before the converter
     swing_v: Swing = 2.8  # full scale of the converter
-    read_noise_e: Noise = 9.1  # rms; 1 mV
-    dark_e_per_s: DarkCurrent = 9.1  # at 60 C (assumption); 1 mV/s
-    dark_spread: DarkSpread = 0.2  # rms over pixels / mean (assumption)
-    prnu: ResponseSpread = 0.005  # rms over pixels / mean (assumption)
-    dsnu_e: Noise = 0.0  # rms over pixels of the offset
-    column_e: Noise = 0.1  # rms over columns of the offset (assumption)
+    read_noise_e: Noise = 9.1  # rms read noise; 1 mV at 110 uV/e
+    dark_e_per_s: DarkCurrent = 9.1  # dark current at 60 C (assumption); 1 mV/s at 110 uV/e
+    dark_spread: DarkSpread = 0.2  # dark signal nonuniformity: rms over pixels / mean (assumption)
+    # photo response nonuniformity: rms over pixels / mean (assumption)
+    prnu: ResponseSpread = 0.005
+    dsnu_e: Noise = 0.0  # rms over pixels of the offset; persistent
+    column_e: Noise = 0.1  # rms over columns of the offset; persistent (assumption)
 
     def diode_terms(self) -> dict:
         """Return the fields of the `Photodiode` but for its name and full well."""

@@ -11,4 +11,5 @@ from .single import SingleSensor
 class RgbwSensor(SingleSensor):
     """Take one capture with red, green, blue and clear filters (AR0132AT figures)."""
 
-    cfa: str = "RG/WB"  # rows parted by /
+    # repeated pattern of colour filters; rows separated by / where the pattern is not square
+    cfa: str = "RG/WB"

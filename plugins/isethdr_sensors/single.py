@@ -14,7 +14,7 @@ class SingleSensor(OneReadingSensor):
     """Take one capture under any filter array, monochrome unless told (AR0132AT figures)."""
 
     cfa: str = "W"  # repeated pattern of filters, rows parted by / where it is no square
-    full_well_e: Capacity = 25455.0  # 2.8 V at 110 uV/e
+    full_well_e: Capacity = 25455.0  # full well capacity: 2.8 V at 110 uV/e
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""

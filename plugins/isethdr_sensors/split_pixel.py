@@ -43,20 +43,22 @@ class SplitPixelSensor(ImagingSensor):
 
     # --- photodiodes: large, small ---
     fill_factor: tuple[FillFactor, FillFactor] = (1.0, 0.01)  # photodiode area / pixel area
-    full_well_e: tuple[Capacity, Capacity] = (22000.0, 7900.0)
-    dark_e_per_s: tuple[DarkCurrent, DarkCurrent] = (25.6, 4.2)  # at 60 C (assumption)
-    # rms over pixels / mean (assumption)
+    full_well_e: tuple[Capacity, Capacity] = (22000.0, 7900.0)  # full well capacities
+    # dark currents at 60 C (assumption)
+    dark_e_per_s: tuple[DarkCurrent, DarkCurrent] = (25.6, 4.2)
+    # dark signal nonuniformity: rms over pixels / mean (assumption)
     dark_spread: tuple[DarkSpread, DarkSpread] = (0.2, 0.2)
-    # rms over pixels / mean (assumption)
+    # photo response nonuniformity: rms over pixels / mean (assumption)
     prnu: tuple[ResponseSpread, ResponseSpread] = (0.005, 0.005)
 
     # --- readings: LPLG, LPHG, SPLG, and SPHG where a fourth number is given ---
-    conversion_gain_uv_per_e: tuple[ConversionGain, ...] = (49.0, 49.0, 49.0)
-    analog_gain: tuple[Gain, ...] = (1.0, 200 / 49, 1.0)  # multipliers; LPHG ends at 5390 e
+    conversion_gain_uv_per_e: tuple[ConversionGain, ...] = (49.0, 49.0, 49.0)  # conversion gains
+    # analog gains before the converter; LPHG ends at 5390 e
+    analog_gain: tuple[Gain, ...] = (1.0, 200 / 49, 1.0)
     swing_v: tuple[Swing, ...] = (1.078, 1.078, 0.3871)  # full scale of the converter
-    read_noise_e: tuple[Noise, ...] = (3.05, 0.83, 0.83)  # rms
-    dsnu_e: tuple[Noise, ...] = (0.0, 0.0, 0.0)  # rms over pixels of the offset
-    # rms over columns of the offset (assumption)
+    read_noise_e: tuple[Noise, ...] = (3.05, 0.83, 0.83)  # rms read noise
+    dsnu_e: tuple[Noise, ...] = (0.0, 0.0, 0.0)  # rms over pixels of the offset; persistent
+    # rms over columns of the offset; persistent (assumption)
     column_e: tuple[Noise, ...] = (0.1, 0.1, 0.1)
 
     def model(self) -> SensorModel:

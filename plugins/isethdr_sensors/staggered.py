@@ -22,10 +22,10 @@ class StaggeredSensor(SingleSensor):
     """
 
     cfa: str = "RGGB"  # repeated pattern of filters, rows parted by / where it is no square
-    # shares of exposure_s, the first is 1
+    # exposure times / exposure_s; the first is 1
     exposure_ratios: tuple[Ratio, ...] = (1.0, 1 / 16, 1 / 256)
-    # where a rule solves T1, the last exposure is solved for the brightest pixel, those between by
-    # equal steps
+    # with an automatic exposure: T1 is solved by the rule, the last exposure for the brightest
+    # pixel, those between at equal ratios
     exposure_each: bool = False
 
     def __call__(self, light, generator):

@@ -79,11 +79,11 @@ class ContrastDetection:
         True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
     )
 
-    # Michelson contrast of the truth that a pair needs to count
+    # least Michelson contrast in the reference picture of a pair that counts
     lowest_contrast_percent: Percent = 5.0
-    # the measured contrast may differ from the true one by this share of it
+    # largest accepted deviation of the measured contrast, as a share of the true contrast
     interval_percent: Percent = 50.0
-    reach: Reach = 10  # pixels between the two pixels of a pair, at most
+    reach: Reach = 10  # largest distance of the two pixels of a pair, in pixels
 
     def __post_init__(self):
         check_ranges(self)

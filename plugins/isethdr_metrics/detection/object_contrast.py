@@ -21,8 +21,8 @@ class ObjectContrast:
     contrast's SNR per pixel.
     """
 
-    ring: Ring = 0.2  # width of the ring over the square root of the object's area
-    fewest_pixels: Fewest = 9  # objects with fewer valid pixels are left out
+    ring: Ring = 0.2  # width of the ring around an object / square root of the object's area
+    fewest_pixels: Fewest = 9  # objects with fewer valid pixels get no score
 
     def __post_init__(self):
         check_ranges(self)

@@ -28,7 +28,7 @@ class DynamicRange:
     where SNR = 10 dB, in dB.
     """
 
-    # share of the pixels, from the dark end, whose variance is that of the dark
+    # share of the pixels, from the darkest, whose variance is taken as the noise of the dark
     darkest_share: Darkest = 0.2
 
     def __post_init__(self):

@@ -20,8 +20,8 @@ class LineProfile:
     their difference.
     """
 
-    row: Row = -1  # pixel row; -1 takes the row of the truth's brightest pixel
-    floor_cd_m2: Luminance = 1e-3  # luminances below this count as this
+    row: Row = -1  # pixel row; -1 takes the row of the brightest pixel of the reference picture
+    floor_cd_m2: Luminance = 1e-3  # lower luminances are raised to this value
 
     def __post_init__(self):
         check_ranges(self)

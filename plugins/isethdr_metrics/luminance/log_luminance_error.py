@@ -18,7 +18,7 @@ from ..regions import luminances, mean_of, regions_of
 class LogLuminanceError:
     """Rms of log10 (picture / truth) luminance, for the frame and for each object."""
 
-    # luminances below this count as this: an estimate of 0 or less has no logarithm
+    # lower luminances are raised to this value, because an estimate of 0 or less has no logarithm
     floor_cd_m2: Luminance = 1e-3
 
     def __post_init__(self):

@@ -23,7 +23,8 @@ class NormalizedFlare:
     direct reference).
     """
 
-    guard: Guard = 5  # pixels around a source that belong to it: its own blur is not flare
+    # border around a source, in pixels, that is not counted as flare: the blur of the source itself
+    guard: Guard = 5
 
     def __post_init__(self):
         check_ranges(self)

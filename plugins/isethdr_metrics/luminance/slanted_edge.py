@@ -31,7 +31,7 @@ class SlantedEdgeResponse:
     and the value at Nyquist.
     """
 
-    half_width: HalfWidth = 32  # pixels to each side of the edge that are used
+    half_width: HalfWidth = 32  # pixels on each side of the edge that are used
 
     def __post_init__(self):
         check_ranges(self)

@@ -27,9 +27,9 @@ class SnrCurve:
     table.
     """
 
-    # where to score, if the scene has it
+    # luminances to score; those that the scene lacks get no score
     luminances_cd_m2: tuple[Luminance, ...] = (0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
-    bins_per_decade: Bins = 6  # width of a bin of true luminance
+    bins_per_decade: Bins = 6  # number of bins of true luminance per decade
 
     def __post_init__(self):
         check_ranges(self)

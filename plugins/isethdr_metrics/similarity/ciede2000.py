@@ -34,8 +34,8 @@ class Ciede2000:
         "dE00",
     )  # score, function of physics.colour, unit
 
-    # luminance of the white (D65) for both pictures; 0 takes the truth's 99th percentile
-    # without lamps
+    # luminance of the white (D65) of both pictures; 0 takes the 99th percentile of the reference
+    # picture without lamps
     white_cd_m2: White = 0.0
 
     def __post_init__(self):

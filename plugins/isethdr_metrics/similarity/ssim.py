@@ -28,11 +28,11 @@ class Ssim:
         True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
     )
 
-    # luminance shown as white; 0 takes the truth's 99th percentile without lamps
+    # luminance that is displayed as white; 0 takes the 99th percentile of the reference picture
+    # without lamps
     white_cd_m2: White = 0.0
-    compression: Compression = (
-        100.0  # of the tone map in isethdr_core.display.display_view; 0 is linear
-    )
+    # strength of the tone map of isethdr_core.display.display_view; 0 is linear
+    compression: Compression = 100.0
 
     def __post_init__(self):
         check_ranges(self)

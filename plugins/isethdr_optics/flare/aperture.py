@@ -57,32 +57,35 @@ class IdealFlare:
 class ApertureFlare:
     """Diffraction at the iris blades, and at dust and scratches on the glass near it."""
 
-    blades: Blades = 6  # corners of the iris; below 3 it is round
-    rotation_deg: Direction = 17.0  # of the iris about the axis
-    rounding: Share = 0.0  # of the blades: 0 straight, 1 a circle
-    dust_per_mm2: PerArea = 40.0  # grains per area of the pupil
-    dust_radius_um: Micrometres = 9.0  # median of a log-normal
+    blades: Blades = 6  # number of blades of the iris; below 3 the iris is round
+    rotation_deg: Direction = 17.0  # rotation of the iris about the optical axis
+    rounding: Share = 0.0  # roundness of the blades: 0 straight edges, 1 a circle
+    dust_per_mm2: PerArea = 40.0  # grains of dust per area of the pupil
+    dust_radius_um: Micrometres = 9.0  # median radius of the grains (log-normal distribution)
     scratches_per_mm2: PerArea = 5.0  # scratches per area of the pupil
-    scratch_width_um: Micrometres = 3.5  # mean
-    scratch_length_um: Micrometres = 500.0  # mean
-    seed: Seed = 1  # which dirt
-    # of the circle through the corners; 0: the stop of the lens (0.5 where no lens is known)
+    scratch_width_um: Micrometres = 3.5  # mean width of the scratches
+    scratch_length_um: Micrometres = 500.0  # mean length of the scratches
+    seed: Seed = 1  # seed of the positions and sizes of grains and scratches
+    # radius of the circle through the corners of the iris; 0 takes the stop of the lens (0.5 mm
+    # where no lens is known)
     radius_mm: PupilRadius = 0.0
-    dust_spread: LogSpread = 0.5  # sigma of the logarithm of the dust's radius
+    dust_spread: LogSpread = 0.5  # standard deviation of the logarithm of the grains' radius
+    # least and greatest share of the amplitude that a grain blocks
     dust_opacity: tuple[Share, Share] = (
         0.5,
         1.0,
-    )  # least and greatest share of the amplitude that a grain takes
-    dust_delay_um: Delay = (
-        0.0  # optical path difference, (index - 1) x thickness, of light that passes a grain
     )
-    scratch_opacity: tuple[Share, Share] = (0.3, 1.0)  # the same of a scratch
-    scratches_together: Together = (
-        1  # parallel ones in a group, as a wiper leaves them; 1: each alone
-    )
-    scratch_spacing_um: Micrometres = 30.0  # mean, between neighbours in a group
-    scratch_direction_deg: Direction = 0.0  # where the range of directions begins, from x towards y
-    scratch_range_deg: Direction = 180.0  # its width; 180: every direction
+    # optical path difference, (index - 1) x thickness, of light through a grain
+    dust_delay_um: Delay = 0.0
+    # least and greatest share of the amplitude that a scratch blocks
+    scratch_opacity: tuple[Share, Share] = (0.3, 1.0)
+    # parallel scratches in a group, as a wiper leaves them; 1 places each scratch alone
+    scratches_together: Together = 1
+    scratch_spacing_um: Micrometres = 30.0  # mean spacing of neighbouring scratches in a group
+    # start of the range of directions of the scratches, from x towards y
+    scratch_direction_deg: Direction = 0.0
+    # width of the range of directions; 180 allows every direction
+    scratch_range_deg: Direction = 180.0
 
     def __post_init__(self):
         """Refuse dirt that cannot be drawn."""

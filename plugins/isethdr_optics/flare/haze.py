@@ -31,14 +31,16 @@ class HazeFlare:
     values are assumed.
     """
 
-    form: Literal["harvey_shack", "abg"] = "harvey_shack"  # of the scatter function
-    scattered: Scattered = 0.01  # total integrated scatter, fraction of the light, at 550 nm
-    shoulder_deg: Shoulder = 1.0  # angle where the function leaves its plateau, at 550 nm
-    slope: Slope = 2.0  # of the fall beyond the shoulder, log to log
-    wavelength_exponent: Exponent = (
-        2.0  # scatter grows as wavelength^-this; 2: surface roughness, 0: large particles
-    )
-    shoulder_exponent: Exponent = 1.0  # the shoulder grows as wavelength^this; 1: surface roughness
+    form: Literal["harvey_shack", "abg"] = "harvey_shack"  # form of the scatter function
+    scattered: Scattered = 0.01  # total integrated scatter at 550 nm, as a share of the light
+    # angle at which the scatter function leaves its plateau, at 550 nm
+    shoulder_deg: Shoulder = 1.0
+    slope: Slope = 2.0  # slope of the scatter function beyond the shoulder, on logarithmic axes
+    # scatter is proportional to wavelength^-exponent: 2 for surface roughness, 0 for particles
+    # larger than a wavelength
+    wavelength_exponent: Exponent = 2.0
+    # the shoulder is proportional to wavelength^exponent: 1 for surface roughness
+    shoulder_exponent: Exponent = 1.0
 
     def __post_init__(self):
         """Refuse what is no scatter function."""

@@ -52,17 +52,19 @@ class PrescribedLens(FieldLens):
     field by exact rays.
     """
 
-    # name, or path of a .yaml file; scaled to focal_length_mm, stopped to f_number
+    # name of a lens prescription, or path of a .yaml file; it is scaled to focal_length_mm and
+    # stopped to f_number
     prescription: str = "double_gauss"
-    falloff: Literal["traced", "cos4", "none"] | Falloff = "traced"  # off the axis
+    # relative illumination off the axis: traced, a law, or a table {field angle deg: relative
+    # illumination}
+    falloff: Literal["traced", "cos4", "none"] | Falloff = "traced"
+    # distortion: traced, none, or a model as of the lens `ideal`
     distortion: Literal["traced", "none"] | dict[str, Any] = "traced"
-    lateral_colour: Literal["traced", "none"] = (
-        "traced"  # unless lateral_colour_percent says otherwise
-    )
-    wavefront: Literal["traced", "none"] = (
-        "traced"  # none: blur by diffraction alone, the same everywhere
-    )
-    # share of a point's light that the grid of places in the field may put wrong
+    # lateral chromatic aberration, where lateral_colour_percent is empty
+    lateral_colour: Literal["traced", "none"] = "traced"
+    # wavefront of the point spread functions: none keeps diffraction only, the same over the field
+    wavefront: Literal["traced", "none"] = "traced"
+    # share of a point's light that interpolation between field points may misplace
     error_allowed: ErrorAllowed = 0.05
 
     def __post_init__(self):

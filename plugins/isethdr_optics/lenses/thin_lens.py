@@ -39,21 +39,21 @@ from .limits import (
 class IdealLens:
     """No blur: irradiance is a constant times radiance, with or without cos4 falloff."""
 
-    f_number: FNumber = 4.0  # focal length / diameter of the stop
-    focal_length_mm: FocalLength = 4.0  # sensor position = focal length x tangent
-    transmittance: Transmittance = 1.0  # of the glass, all wavelengths
-    pupil: Literal["tangent", "aplanatic"] = (
-        "tangent"  # energy: pi / (1 + 4 N^2), or the sine condition's pi / (4 N^2)
-    )
-    # off the axis; or {field angle deg: relative illumination}
+    f_number: FNumber = 4.0  # focal length / diameter of the entrance pupil
+    # focal length: position on the sensor = focal length x tangent of the field angle
+    focal_length_mm: FocalLength = 4.0
+    transmittance: Transmittance = 1.0  # transmittance of the glass at all wavelengths
+    # irradiance on the axis over radiance: tangent pi / (1 + 4 N^2), aplanatic (sine condition) pi
+    # / (4 N^2)
+    pupil: Literal["tangent", "aplanatic"] = "tangent"
+    # relative illumination off the axis: a law, or a table {field angle deg: relative illumination}
     falloff: Literal["cos4", "none"] | Falloff = "cos4"
-    object_distance_m: ObjectDistance = (
-        inf  # where the lens is focused: widens the working f-number
-    )
-    distortion: Literal["none"] | dict[str, Any] = (
-        "none"  # {model: brown_conrady | kannala_brandt | table, its numbers}
-    )
-    # {wavelength nm: image larger by}; lines between
+    # distance at which the lens is focused; a near object raises the working f-number
+    object_distance_m: ObjectDistance = inf
+    # distortion: {model: brown_conrady | kannala_brandt | table, and its coefficients}; empty is
+    # none
+    distortion: Literal["none"] | dict[str, Any] = "none"
+    # lateral chromatic aberration {wavelength nm: magnification error}; linear interpolation
     lateral_colour_percent: dict[Wavelength, LateralColour] = field(default_factory=dict)
 
     blurs = False  # not fields: no light leaves its tile,
@@ -204,11 +204,12 @@ class IdealLens:
 class DiffractionLimitedLens(IdealLens):
     """Perfect but for diffraction at its round stop, or at what a flare makes of it."""
 
-    aperture_loss: bool = True  # False: as ISETCam, light that flares block is not missing
-    focal_shift_um: dict[Wavelength, FocalShift] = field(
-        default_factory=dict
-    )  # {wavelength nm: focus beyond the sensor}; lines between; longitudinal chromatic aberration
-    # relative, allowed per tile at any radius of a kernel, mean over tiles of that radius
+    # true removes the light that the flares' apertures block; false is ISETCam's rule
+    aperture_loss: bool = True
+    # longitudinal chromatic aberration {wavelength nm: distance of the focus behind the sensor};
+    # linear interpolation
+    focal_shift_um: dict[Wavelength, FocalShift] = field(default_factory=dict)
+    # allowed relative sampling error of a kernel, mean over the tiles of one radius
     speckle_error: ErrorAllowed = 0.03
 
     blurs = True  # not fields: by diffraction alone

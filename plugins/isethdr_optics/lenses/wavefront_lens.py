@@ -16,15 +16,12 @@ from .limits import ErrorAllowed, FieldAngle, Zernikes
 class WavefrontLens(FieldLens):
     """Diffraction and a wavefront error in OSA/ANSI Zernike coefficients."""
 
-    zernike_um: Zernikes = field(
-        default_factory=dict
-    )  # {OSA index: rms in micrometres}; 4 is defocus; over the whole stop
-    field_zernike_um: dict[FieldAngle, Zernikes] = field(
-        default_factory=dict
-        # {field angle deg: what comes on top, for light from +x};
-        # lines between, turned about the axis
-    )
-    # share of a point's light that the grid of places in the field may put wrong
+    # Zernike coefficients over the stop {OSA index: rms}; index 4 is defocus
+    zernike_um: Zernikes = field(default_factory=dict)
+    # coefficients to add at a field angle {field angle deg: {OSA index: rms}}, for light from +x;
+    # linear interpolation, rotated about the axis
+    field_zernike_um: dict[FieldAngle, Zernikes] = field(default_factory=dict)
+    # share of a point's light that interpolation between field points may misplace
     error_allowed: ErrorAllowed = 0.05
 
     def __post_init__(self):

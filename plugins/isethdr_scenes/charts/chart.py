@@ -28,17 +28,17 @@ STEPS = 20  # of the midpoint rule in a band: 2e-6 for tungsten light in bands o
 class Chart:
     """Grid, wavelengths and illuminant of a chart; tiles are square."""
 
-    width: Tiles = 320  # tiles
-    height: Tiles = 180  # tiles
-    horizontal_field_deg: Field = 40.0  # full angle
-    luminance_cd_m2: Luminance = 100.0  # of the brightest part, or of a perfect white
+    width: Tiles = 320  # tiles across
+    height: Tiles = 180  # tiles down
+    horizontal_field_deg: Field = 40.0  # full horizontal field angle
+    luminance_cd_m2: Luminance = 100.0  # luminance of the brightest part, or of a perfect white
     first_nm: Wavelength = 400.0  # centre of the first band
     last_nm: Wavelength = 700.0  # centre of the last band
-    step_nm: BandStep = 10.0
-    spectrum: Literal["D65", "A", "E"] = "D65"  # daylight, tungsten, equal energy
-    projection: Literal["tangent", "equidistant"] = (
-        "tangent"  # equidistant: for lenses wider than 150 degrees
-    )
+    step_nm: BandStep = 10.0  # width and spacing of the bands
+    # spectrum of the light: daylight, tungsten or equal energy
+    spectrum: Literal["D65", "A", "E"] = "D65"
+    # projection of the grid of tiles; equidistant serves lenses wider than 150 degrees
+    projection: Literal["tangent", "equidistant"] = "tangent"
 
     def __post_init__(self):
         check_ranges(self)

@@ -14,8 +14,9 @@ from .chart import Chart
 class LuminanceRamp(Chart):
     """Luminance ramp over eight decades, dark on the left, equal ratios from column to column."""
 
-    luminance_cd_m2: Luminance = 1e6  # of the last column
-    decades: Decades = 8.0  # the first column is darker by 10 to this power
+    luminance_cd_m2: Luminance = 1e6  # luminance of the last column
+    # logarithm (base 10) of the luminance ratio of the last and the first column
+    decades: Decades = 8.0
 
     def __call__(self):
         """Return scene radiance with the single group `sky`; first and last column hold the end

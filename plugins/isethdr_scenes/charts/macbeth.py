@@ -19,7 +19,7 @@ FRAME_REFLECTANCE = 0.03  # of the black cardboard between the patches
 class Macbeth(Chart):
     """Colour checker of 24 patches under a daylight; luminance is that of a perfect white."""
 
-    gap: Gap = 0.1  # width of the black frame between two patches, as a fraction of their spacing
+    gap: Gap = 0.1  # width of the black frame between two patches / spacing of the patches
 
     def reflectances(self):
         """Return the names and the band means of the reflectance, (24, wavelength), left to right,

@@ -20,11 +20,11 @@ class PointLights(Chart):
     range.
     """
 
-    luminance_cd_m2: Luminance = 1e6  # of the first disc, on the left
-    background_cd_m2: Luminance = 0.1
-    disc_diameter_deg: Diameter = 0.5
-    discs: Discs = 5
-    step: Step = 10.0  # luminance of a disc / luminance of the next
+    luminance_cd_m2: Luminance = 1e6  # luminance of the first disc, on the left
+    background_cd_m2: Luminance = 0.1  # luminance of the background
+    disc_diameter_deg: Diameter = 0.5  # diameter of a disc
+    discs: Discs = 5  # number of discs
+    step: Step = 10.0  # luminance of a disc / luminance of the next disc
 
     def __post_init__(self):
         super().__post_init__()

@@ -13,8 +13,8 @@ from .coverage import half_plane
 class SlantedEdge(Chart):
     """Slanted edge through the centre, bright on the right, exact area coverage in every tile."""
 
-    angle_deg: Angle = 5.0  # of the edge, clockwise from upright
-    contrast_ratio: Contrast = 10.0  # bright / dark
+    angle_deg: Angle = 5.0  # angle of the edge, clockwise from vertical
+    contrast_ratio: Contrast = 10.0  # luminance of the bright side / luminance of the dark side
 
     def __call__(self):
         """Return scene radiance with the single group `sky`; the bright side has

@@ -28,14 +28,17 @@ class GhostFlare:
     and coatings.
     """
 
-    # name, or path of a .yaml file; scaled to the lens, stopped to its f-number
+    # name of a lens prescription, or path of a .yaml file; it is scaled to the focal length and
+    # stopped to the f-number of the lens
     prescription: str = "double_gauss_camera"
-    # of all glass surfaces: none, mgf2, multilayer, broadband; empty: as the prescription says
+    # coating of all glass surfaces: none, mgf2, multilayer, broadband; empty takes the coatings of
+    # the prescription
     coating: str = ""
-    error_allowed: Share = 1e-5  # share of the light that all pairs left out may sum to
-    sensor_reflectance_percent: Percent = 2.0  # of the sensor, mirror-like
-    blades: Blades = 0  # corners of the iris; below 3 it is round
-    rotation_deg: Direction = 17.0  # of the iris about the axis
+    # share of the light that all neglected pairs of surfaces may carry together
+    error_allowed: Share = 1e-5
+    sensor_reflectance_percent: Percent = 2.0  # specular reflectance of the sensor
+    blades: Blades = 0  # number of blades of the iris; below 3 the iris is round
+    rotation_deg: Direction = 17.0  # rotation of the iris about the optical axis
 
     def __post_init__(self):
         check_ranges(self)
