@@ -65,7 +65,7 @@ class DualGainSensor(ImagingSensor):
                 Reading(
                     capture,
                     0,
-                    read,
+                    self.read_noise(read, conversion, gain),
                     dsnu,
                     column,
                     **self.reading_terms(),

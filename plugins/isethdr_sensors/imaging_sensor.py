@@ -16,6 +16,7 @@ from .limits import (
     Exposure,
     LineTime,
     Noise,
+    NoiseVoltage,
     Pitch,
     Pixels,
     Power,
@@ -23,6 +24,7 @@ from .limits import (
     Target,
     Temperature,
 )
+from .noise.read_noise import input_referred_e
 from .readout.converter import check_codes, check_reading
 from .readout.shot import expected_electrons, take_shot
 from .sampling.pixel_grid import pixel_counts, pixel_need
@@ -80,6 +82,9 @@ class ImagingSensor:
     hot_dark_e_per_s: DarkCurrent = 1000.0
     row_e: Noise = 0.0  # rms over rows of the offset; persistent
     row_noise_e: Noise = 0.0  # rms over rows of the offset; new in every reading
+    # rms noise behind the analog gain; over conversion gain and analog gain it adds to
+    # `read_noise_e` in squares
+    after_gain_noise_uv: NoiseVoltage = 0.0
     # share of pixels with 5 times the read noise of the others; the rms stays
     read_tail_percent: Percent = 0.0
     # integral nonlinearity: largest deviation of the converter from a straight line
@@ -111,6 +116,19 @@ class ImagingSensor:
             name: getattr(self, name)
             for name in ("row_e", "row_noise_e", "read_tail_percent", "inl_dn", "companding")
         }
+
+    def read_noise(
+        self, floor_e: float, conversion_gain_uv_per_e: float, analog_gain: float
+    ) -> float:
+        """Return the read noise of a reading, electrons rms, at its conversion and analog gain.
+
+        Parameters
+        ----------
+        floor_e : the read noise that no gain lowers, electrons rms.
+        """
+        return input_referred_e(
+            floor_e, self.after_gain_noise_uv, conversion_gain_uv_per_e, analog_gain
+        )
 
     def assemble(self, photodiodes, readings, **more) -> SensorModel:
         """Return the model of these photodiodes and readings."""

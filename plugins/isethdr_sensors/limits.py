@@ -23,6 +23,7 @@ Crosstalk = Annotated[float, Range(0, 80)]  # percent: all of 8 neighbours alike
 Power = Annotated[float, Range(-10, 10)]  # of the wavelength; diffraction has 1 or 2
 DarkCurrent = Annotated[float, Range(0, 1e9)]  # e/s; fills any well within a millisecond
 Noise = Annotated[float, Range(0, 1e6)]  # electrons rms
+NoiseVoltage = Annotated[float, Range(0, 1e6)]  # microvolts rms
 # A normal spread around 1 is cut at 0. Its mean stays 1 only while few pixels are cut.
 ResponseSpread = Annotated[float, Range(0, 0.5)]  # PRNU; 2 % of the pixels are cut at 0.5
 DarkSpread = Annotated[float, Range(0, 1)]  # 16 % of the pixels are cut at 1

@@ -86,7 +86,7 @@ class LoficSensor(ImagingSensor):
                 Reading(
                     capture,
                     0,
-                    read,
+                    self.read_noise(read, conversion, gain),
                     dsnu,
                     column,
                     **self.reading_terms(),

@@ -49,7 +49,7 @@ class OneReadingSensor(ImagingSensor):
         return Reading(
             "single",
             0,
-            self.read_noise_e,
+            self.read_noise(self.read_noise_e, self.conversion_gain_uv_per_e, self.analog_gain),
             self.dsnu_e,
             self.column_e,
             **self.reading_terms(),

@@ -99,7 +99,7 @@ class SplitPixelSensor(ImagingSensor):
             Reading(
                 capture,
                 diode,
-                read,
+                self.read_noise(read, conversion, gain),
                 dsnu,
                 column,
                 **self.reading_terms(),

@@ -8,7 +8,7 @@ the rest. The rms over all pixels stays the stated one.
 from __future__ import annotations
 
 from functools import lru_cache
-from math import sqrt
+from math import hypot, sqrt
 
 import numpy as np
 
@@ -17,6 +17,24 @@ from isethdr_core.physics.detector import noise, random_words
 from .fixed_pattern import chosen
 
 TAIL_WIDTH = 5.0  # read noise of a pixel in the tail / that of the others (assumption)
+
+
+def input_referred_e(
+    floor_e: float, after_gain_uv: float, conversion_gain_uv_per_e: float, analog_gain: float
+) -> float:
+    """Return the read noise in electrons rms: a floor, and noise behind the analog gain over that
+    gain.
+
+    Both are independent, so they add in squares (EMVA 1288 release 4.0 counts both as dark noise).
+
+    Parameters
+    ----------
+    floor_e : noise in front of the analog gain (pixel, source follower), electrons rms.
+    after_gain_uv : noise of the circuits behind it, microvolts rms at their input.
+    conversion_gain_uv_per_e : microvolts per electron at the floating diffusion.
+    analog_gain : volts per volt, a multiplier.
+    """
+    return hypot(floor_e, after_gain_uv / (conversion_gain_uv_per_e * analog_gain))
 
 
 def read_noise(read_noise_e, stream: tuple, first_row: int, rows: int, columns: int):
