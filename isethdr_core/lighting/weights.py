@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class WeightsLighting:
-    """Fixed weights: each light group times its own number, summed."""
+    """Fixed weights: multiply each light group by its weight and sum."""
 
     # weights {group: weight}; 1 keeps the light of the scene
     weights: dict[str, Weight] = field(default_factory=dict)
@@ -78,7 +78,7 @@ class WeightsLighting:
 
 @dataclass(frozen=True)
 class IdealLighting:
-    """All light groups as the scene was built: every weight is 1."""
+    """Sum all light groups with weight 1."""
 
     WITHIN_FIELD: ClassVar[bool] = True
 

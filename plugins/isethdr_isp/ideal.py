@@ -17,8 +17,8 @@ from .spectra import light
 
 @dataclass(frozen=True)
 class IdealIsp:
-    """Plain inverse of an ideal sensor: no demosaic where every pixel samples every channel,
-    least-squares colour matrix.
+    """Inverse of the ideal sensor: least-squares colour matrix, and no demosaic where every pixel
+    samples every channel.
     """
 
     def __call__(self, captures):

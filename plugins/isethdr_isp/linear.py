@@ -16,7 +16,7 @@ from .spectra import light
 
 @dataclass(frozen=True)
 class LinearIsp(Development):
-    """One capture: electrons, bilinear demosaic for any filter array, colour matrix, absolute cd/m2
+    """Develop one capture: electrons, demosaic for any filter array, colour matrix, absolute cd/m2
     with variance.
     """
 

@@ -23,8 +23,8 @@ LARGEST_MISMATCH = 0.5
 
 @dataclass(frozen=True)
 class MergeIsp(Development):
-    """All captures merged in electrons by inverse variance without bias, then as `linear`; other
-    rules by name.
+    """Merge all captures in electrons, by inverse variance without bias or by another rule, then
+    develop as `linear`.
     """
 
     # rule that combines the captures; docs/explanation/isp.md, Merge rules

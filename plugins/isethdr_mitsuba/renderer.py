@@ -39,8 +39,8 @@ Depth = Annotated[int, Range(1, 1000)]  # segments; light has gone after a few d
 
 @dataclass(frozen=True)
 class MitsubaRenderer:
-    """Path tracing with Mitsuba 3: all bands and light groups in one pass, exact labels, exact
-    small lamps.
+    """Path tracing with Mitsuba 3: all bands and light groups in one pass, exact labels and small
+    lamps.
     """
 
     effort_fields: ClassVar[tuple[str, ...]] = (

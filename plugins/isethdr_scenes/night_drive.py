@@ -34,10 +34,10 @@ class NightDrive:
     """Two-lane road with an oncoming car, a car ahead, a parked truck, people, deer, trees and
     street lamps.
 
-    Everything is geometry with spectral materials and lamps in candela; the lighting weights make
-    the hour of the day. At weight 1 the sky is a uniform daylight sky of `sky_luminance_cd_m2`; a
-    moonless night is a weight of 1e-7 to 1e-5. Ranges are (least, most); the seed draws between
-    them.
+    Everything is geometry with spectral materials and lamps in candela; the weights of the lighting
+    set the time of day. At weight 1 the sky is a uniform daylight sky of `sky_luminance_cd_m2`; a
+    moonless night is a weight of 1e-7 to 1e-5. Ranges are (least, most); the seed selects values
+    between them.
     """
 
     seed: Seed = 0  # seed of all fields that are ranges

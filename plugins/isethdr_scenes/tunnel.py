@@ -25,11 +25,11 @@ Trees = Annotated[int, Range(0, 200)]
 
 @dataclass(frozen=True)
 class Tunnel:
-    """A lit tunnel with a car ahead, an oncoming car and a walker, and daylight at its end.
+    """A lit tunnel with a car ahead, an oncoming car and a pedestrian, and daylight at its end.
 
-    At weight 1 the sky outside has `sky_luminance_cd_m2`: with all weights 1 it is day. The walker
-    stands on the right walkway against the tunnel's dim wall; the exit fills a few degrees of the
-    picture.
+    At weight 1 the sky outside has `sky_luminance_cd_m2`: with all weights 1 it is day. The
+    pedestrian stands on the right walkway in front of the dim wall; the exit fills a few degrees of
+    the picture.
     """
 
     seed: Seed = 0  # seed of all fields that are ranges

@@ -11,4 +11,4 @@ from .single import SingleSensor
 class BayerSensor(SingleSensor):
     """Take one capture with an automotive Bayer sensor (AR0132AT figures)."""
 
-    cfa: str = "RGGB"  # repeated pattern of filters, rows parted by / where it is no square
+    cfa: str = "RGGB"

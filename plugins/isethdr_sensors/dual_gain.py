@@ -30,7 +30,7 @@ class DualGainSensor(ImagingSensor):
     """
 
     pitch_um: Pitch = 2.8
-    cfa: str = "GRBG"  # repeated pattern of filters, rows parted by / where it is no square
+    cfa: str = "GRBG"
     fill_factor: FillFactor = 1.0  # photodiode area / pixel area
     full_well_e: Capacity = 22000.0  # full well capacity
     dark_e_per_s: DarkCurrent = 25.6  # dark current at 60 C (assumption)

@@ -68,7 +68,7 @@ class ImagingSensor:
     # longest exposure time of the automatic exposure: a frame at 30 Hz
     exposure_max_s: Exposure = 0.033
 
-    # --- off unless a preset knows them: no data sheet of ours states them ---
+    # --- off unless a preset sets them ---
     # share of a pixel's light at 550 nm that reaches its 4 neighbours
     optical_crosstalk_percent: Crosstalk = 0.0
     # optical crosstalk is proportional to wavelength^power (assumption: diffraction)

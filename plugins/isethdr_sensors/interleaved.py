@@ -19,8 +19,8 @@ class InterleavedSensor(SingleSensor):
     """Take one capture in which pixels written in lower case in `cfa` collect less (AR0132AT
     figures).
 
-    Channels of both cases leave the sensor side by side (R, G, B, r, g, b), each with its own
-    quantum efficiency, to which the shorter exposure counts.
+    The captures hold the channels of both cases (R, G, B, r, g, b), each with its own quantum
+    efficiency; the shorter exposure is part of that quantum efficiency.
     """
 
     # repeated pattern of pairs of rows; a lower case filter marks pixels that collect less

@@ -28,9 +28,9 @@ class LinLogSensor(OneReadingSensor):
     """Take one capture that is linear to a knee and logarithmic beyond (AR0132AT figures below the
     knee).
 
-    Read as any linear sensor it ends at the knee: `top_dn` and `saturated` say so. The captures
-    also hold `response_dn`, `response_e` and `response_variance_e2`, the electrons that have to
-    arrive for every code, to read it beyond.
+    `top_dn` and `saturated` mark codes beyond the knee, so that an isp for linear sensors stops
+    there. The captures also hold `response_dn`, `response_e` and `response_variance_e2`: the mean
+    electrons and their variance for every code, with which codes beyond the knee are read.
     """
 
     knee_e: Charge = 20000.0  # charge at which the overflow current is `knee_e_per_s` (assumption)

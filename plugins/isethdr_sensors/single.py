@@ -11,9 +11,9 @@ from .sensor_model import Photodiode, SensorModel
 
 @dataclass(frozen=True)
 class SingleSensor(OneReadingSensor):
-    """Take one capture under any filter array, monochrome unless told (AR0132AT figures)."""
+    """Take one capture under any filter array, by default monochrome (AR0132AT figures)."""
 
-    cfa: str = "W"  # repeated pattern of filters, rows parted by / where it is no square
+    cfa: str = "W"
     full_well_e: Capacity = 25455.0  # full well capacity: 2.8 V at 110 uV/e
 
     def model(self) -> SensorModel:

@@ -39,7 +39,7 @@ class SplitPixelSensor(ImagingSensor):
     """
 
     pitch_um: Pitch = 2.8
-    cfa: str = "GRBG"  # repeated pattern of filters, rows parted by / where it is no square
+    cfa: str = "GRBG"
 
     # --- photodiodes: large, small ---
     fill_factor: tuple[FillFactor, FillFactor] = (1.0, 0.01)  # photodiode area / pixel area
@@ -51,7 +51,7 @@ class SplitPixelSensor(ImagingSensor):
     # photo response nonuniformity: rms over pixels / mean (assumption)
     prnu: tuple[ResponseSpread, ResponseSpread] = (0.005, 0.005)
 
-    # --- readings: LPLG, LPHG, SPLG, and SPHG where a fourth number is given ---
+    # --- readings: LPLG, LPHG, SPLG (and SPHG) ---
     conversion_gain_uv_per_e: tuple[ConversionGain, ...] = (49.0, 49.0, 49.0)  # conversion gains
     # analog gains before the converter; LPHG ends at 5390 e
     analog_gain: tuple[Gain, ...] = (1.0, 200 / 49, 1.0)

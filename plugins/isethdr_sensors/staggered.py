@@ -21,7 +21,7 @@ class StaggeredSensor(SingleSensor):
     Each exposure of a row starts when the one before it ends.
     """
 
-    cfa: str = "RGGB"  # repeated pattern of filters, rows parted by / where it is no square
+    cfa: str = "RGGB"
     # exposure times / exposure_s; the first is 1
     exposure_ratios: tuple[Ratio, ...] = (1.0, 1 / 16, 1 / 256)
     # with an automatic exposure: T1 is solved by the rule, the last exposure for the brightest

@@ -17,8 +17,8 @@ from ..regions import NAN, luminance_variance, luminances, regions_of, variance_
 
 @dataclass(frozen=True)
 class ObjectContrast:
-    """Weber contrast of each object against a ring around it, in picture and truth, and the
-    contrast's SNR per pixel.
+    """Weber contrast of each object against a ring around it, in picture and reference picture, and
+    its SNR per pixel.
     """
 
     ring: Ring = 0.2  # width of the ring around an object / square root of the object's area

@@ -24,8 +24,8 @@ FALSE_ALARM = 1e-3
 
 @dataclass(frozen=True)
 class DynamicRange:
-    """Largest valid luminance over that where SNR = 1 (EMVA 1288), that of dark noise, and that
-    where SNR = 10 dB, in dB.
+    """Dynamic range in dB: largest valid luminance over that at SNR = 1 (EMVA 1288), at dark noise,
+    and at SNR = 10 dB.
     """
 
     # share of the pixels, from the darkest, whose variance is taken as the noise of the dark

@@ -16,8 +16,8 @@ from ..regions import luminance_variance, luminances, mean_interval
 
 @dataclass(frozen=True)
 class LineProfile:
-    """Log luminance of picture and truth along a row, by default through the brightest lamp; scores
-    their difference.
+    """Difference of log luminance of picture and reference picture along a row, by default through
+    the brightest lamp.
     """
 
     row: Row = -1  # pixel row; -1 takes the row of the brightest pixel of the reference picture

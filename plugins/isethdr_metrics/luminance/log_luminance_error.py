@@ -16,7 +16,7 @@ from ..regions import luminances, mean_of, regions_of
 
 @dataclass(frozen=True)
 class LogLuminanceError:
-    """Rms of log10 (picture / truth) luminance, for the frame and for each object."""
+    """Rms of log10 (luminance / true luminance), for the frame and for each object."""
 
     # lower luminances are raised to this value, because an estimate of 0 or less has no logarithm
     floor_cd_m2: Luminance = 1e-3

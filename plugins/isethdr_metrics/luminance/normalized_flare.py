@@ -19,8 +19,8 @@ from ..regions import NAN, luminances, mean_interval
 
 @dataclass(frozen=True)
 class NormalizedFlare:
-    """Light beyond the truth, away from sources, over the brightest true luminance (IEEE 2020,
-    direct reference).
+    """Luminance above the reference picture, away from sources, over the brightest true luminance
+    (IEEE 2020).
     """
 
     # border around a source, in pixels, that is not counted as flare: the blur of the source itself

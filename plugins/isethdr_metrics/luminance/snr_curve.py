@@ -23,8 +23,8 @@ FEWEST_PIXELS = 6 * PIXELS_PER_INDEPENDENT  # of a bin that a score may use
 
 @dataclass(frozen=True)
 class SnrCurve:
-    """SNR in dB at given luminances, from the picture's own variance; `curve` gives the whole
-    table.
+    """SNR in dB at given luminances, from the variance that the picture states; `curve` returns the
+    whole table.
     """
 
     # luminances to score; those that the scene lacks get no score

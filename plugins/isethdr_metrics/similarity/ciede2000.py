@@ -78,8 +78,8 @@ class Ciede2000:
 
 @dataclass(frozen=True)
 class Cie94(Ciede2000):
-    """Mean CIE 1994 difference (graphic arts) of pixels up to the white, weighted by the truth's
-    chroma.
+    """Mean CIE 1994 difference (graphic arts) of pixels up to the white, weighted by the chroma of
+    the reference picture.
     """
 
     formula: ClassVar[tuple[str, str, str]] = ("cie94", "de94", "dE94")

@@ -20,8 +20,8 @@ from .structural_similarity import similarity
 
 @dataclass(frozen=True)
 class Ssim:
-    """Mean structural similarity (Wang et al. 2004) of picture and truth, both shown by the same
-    display rendering.
+    """Mean structural similarity (Wang et al. 2004) of picture and reference picture, after the
+    same display rendering.
     """
 
     MEAN_OF_PARTS: ClassVar[bool] = (

@@ -31,8 +31,8 @@ P = (
 
 @dataclass(frozen=True)
 class SsimPu21:
-    """Mean SSIM of the PU21-encoded luminances of picture and truth, as an eye before the scene
-    would see it: no tone map.
+    """Mean SSIM of the PU21-encoded luminances of picture and reference picture, without a tone
+    map.
     """
 
     MEAN_OF_PARTS: ClassVar[bool] = (

@@ -27,8 +27,8 @@ REFERENCE_NM = 550.0  # where `scattered` and `shoulder_deg` hold
 
 @dataclass(frozen=True)
 class HazeFlare:
-    """A veil around every light by scatter in the windscreen or lens: Harvey-Shack or ABg; default
-    values are assumed.
+    """Scatter in the windscreen or lens, by the Harvey-Shack or ABg law; default values are
+    assumptions.
     """
 
     form: Literal["harvey_shack", "abg"] = "harvey_shack"  # form of the scatter function

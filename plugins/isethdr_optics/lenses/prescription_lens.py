@@ -48,8 +48,8 @@ FIELD_POINTS = (
 
 @dataclass(frozen=True)
 class PrescribedLens(FieldLens):
-    """A real lens from its prescription: distortion, vignetting, throughput and wavefronts over the
-    field by exact rays.
+    """Lens from a prescription: exact rays give distortion, vignetting, throughput and wavefronts
+    over the field.
     """
 
     # name of a lens prescription, or path of a .yaml file; it is scaled to focal_length_mm and

@@ -37,7 +37,7 @@ from .limits import (
 
 @dataclass(frozen=True)
 class IdealLens:
-    """No blur: irradiance is a constant times radiance, with or without cos4 falloff."""
+    """Lens without blur: irradiance is a constant times radiance, with or without cos4 falloff."""
 
     f_number: FNumber = 4.0  # focal length / diameter of the entrance pupil
     # focal length: position on the sensor = focal length x tangent of the field angle
@@ -202,7 +202,7 @@ class IdealLens:
 
 @dataclass(frozen=True)
 class DiffractionLimitedLens(IdealLens):
-    """Perfect but for diffraction at its round stop, or at what a flare makes of it."""
+    """Blur by diffraction alone, at a round stop or at the aperture that a flare defines."""
 
     # true removes the light that the flares' apertures block; false is ISETCam's rule
     aperture_loss: bool = True

@@ -17,7 +17,7 @@ FRAME_REFLECTANCE = 0.03  # of the black cardboard between the patches
 
 @dataclass(frozen=True)
 class Macbeth(Chart):
-    """Colour checker of 24 patches under a daylight; luminance is that of a perfect white."""
+    """Colour checker of 24 patches; `luminance_cd_m2` is that of a perfect white."""
 
     gap: Gap = 0.1  # width of the black frame between two patches / spacing of the patches
 

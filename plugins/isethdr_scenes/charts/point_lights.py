@@ -16,8 +16,8 @@ from .coverage import disc
 
 @dataclass(frozen=True)
 class PointLights(Chart):
-    """Five discs in a row, each ten times dimmer than the last, on a dark ground: flare and dynamic
-    range.
+    """Discs in a row on a dark background, each `step` times dimmer than the last: for flare and
+    dynamic range.
     """
 
     luminance_cd_m2: Luminance = 1e6  # luminance of the first disc, on the left

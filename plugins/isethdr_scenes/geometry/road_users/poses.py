@@ -1,4 +1,4 @@
-"""Joints of a walker, and a two-bone chain for arms and legs that must reach something."""
+"""Joints of a pedestrian, and a two-bone chain for arms and legs that must reach something."""
 
 from __future__ import annotations
 
