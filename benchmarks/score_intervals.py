@@ -66,7 +66,7 @@ def scores_of(case: str, scene, noise: str, shots: int = 4) -> list:
     """
     import isethdr_core as hdr
     from isethdr_core.ledger import Ledger
-    from isethdr_core.pipeline.chain import on_sensor, plan, through_camera
+    from isethdr_core.pipeline.chain import Shot, on_sensor, plan, through_camera
 
     parts = parts_of(case)
     ((name, sensor),) = parts.cameras.items()
@@ -77,7 +77,8 @@ def scores_of(case: str, scene, noise: str, shots: int = 4) -> list:
     demand = plan(parts, Ledger())
     light = on_sensor(parts, mixed, demand)
     random = hdr.generator(seed=0, device="A", scene=noise)
-    return through_camera(parts, Ledger(), name, light, mixed, scene, random, demand).scores
+    shot = Shot(light, mixed, scene, random, demand)
+    return through_camera(parts, Ledger(), name, shot).scores
 
 
 def true_scores(case: str) -> dict[str, float]:

@@ -21,7 +21,7 @@ from ..plugins.protocols import DeclaresNoise, NarrowsDemand
 from ..plugins.registry import build_from_config, plugin_manager
 from ..runs.names import check_names
 from ..runs.noise_realisations import over_draws, state_spread
-from ..runs.seeds import checked_seed
+from ..runs.seeds import Generator, checked_seed
 from ..uncertainty import budget, propagation, score_errors
 from ..uncertainty import ledger as book
 from ..uncertainty.ledger import Ledger
@@ -81,6 +81,22 @@ class Camera:
     truth: Any
     labels: Any
     scores: list = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What every camera of a run looks at, and the key of its noise."""
+
+    light: Any  # irradiance or photocurrent on the sensor plane
+    mixed: Any  # mixed radiance that the light was made of
+    scene: Any  # scene radiance with its labels
+    generator: Generator  # of the first noise realisation
+    demand: Demand
+
+    def realisation(self, draw: int) -> Generator:
+        """Return the key of the noise of one realisation; the first is 0."""
+        own = self.generator
+        return own.child(f"{own.scene} draw {draw}") if draw else own
 
 
 def chain(config) -> Chain:
@@ -362,20 +378,17 @@ def developed(parts: Chain, captures):
     return with_saturation(parts.isp(captures), captures)
 
 
-def through_camera(
-    parts: Chain, rows: Ledger, name: str, light, mixed, scene, generator, demand: Demand
-) -> Camera:
+def through_camera(parts: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
     """Return what the camera `name` makes of the light, and its scores against truth."""
-    sensor = parts.cameras[name]
-    captures = stage(rows, "sensor", name, sensor, lambda: sensor(light, generator))
+    sensor, light = parts.cameras[name], shot.light
+    captures = stage(rows, "sensor", name, sensor, lambda: sensor(light, shot.generator))
     picture = stage(rows, "isp", name, parts.isp, lambda: developed(parts, captures))
     with book.stage(rows, f"truth {name}"):
-        reference, labels = truth(mixed, picture), labels_on(scene, picture)
+        reference, labels = truth(shot.mixed, picture), labels_on(shot.scene, picture)
     seen = Camera(captures, picture, reference, labels)
 
     def of_draw(draw: int) -> list[Score]:
-        noise = generator.child(f"{generator.scene} draw {draw}")
-        other = developed(parts, sensor(light, noise))
+        other = developed(parts, sensor(light, shot.realisation(draw)))
         return [
             score for metric in parts.metrics.values() for score in metric(other, reference, labels)
         ]
@@ -410,19 +423,17 @@ def through_camera(
             parts,
             rows,
             name,
-            light,
-            mixed,
-            scene,
+            shot,
             seen,
-            lambda changed: developed(parts, sensor(changed, generator)),
+            lambda changed: developed(parts, sensor(changed, shot.generator)),
         )
     seen.scores = over_draws(shots, renderer)
-    state_picture(parts, rows, name, light, mixed, scene, seen, demand)
+    state_picture(parts, rows, name, shot, seen)
     return seen
 
 
 def renderer_errors(
-    parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, again
+    parts: Chain, rows: Ledger, name: str, shot: Shot, camera: Camera, again
 ) -> dict[ScoreKey, RendererError]:
     """Return the error that renderer noise leaves in each score, and add the row that says so.
 
@@ -441,7 +452,13 @@ def renderer_errors(
     with book.stage(rows, f"scores {name}") as row:
         if parts.draws > 1:
             found = score_errors.of_scores(
-                camera, camera.scores, parts.metrics.values(), mixed, scene, light, again
+                camera,
+                camera.scores,
+                parts.metrics.values(),
+                shot.mixed,
+                shot.scene,
+                shot.light,
+                again,
             )
         else:
             why = "one shot does not tell how much the next one differs; draws=4 does"
@@ -457,9 +474,7 @@ def renderer_errors(
     return found.errors
 
 
-def state_picture(
-    parts: Chain, rows: Ledger, name: str, light, mixed, scene, camera: Camera, demand: Demand
-) -> None:
+def state_picture(parts: Chain, rows: Ledger, name: str, shot: Shot, camera: Camera) -> None:
     """Add the row that says how wrong the picture is, in units of the sensor's noise, and what that
     took.
     """
@@ -472,7 +487,8 @@ def state_picture(
                 f"not known: the captures lack {', '.join(lacking)}",
             )
             return
-        errors = imaging_plan(parts, mixed, demand).light_errors
+        mixed, scene = shot.mixed, shot.scene
+        errors = imaging_plan(parts, mixed, shot.demand).light_errors
         looked_at = propagation.some_of(camera.captures) if parts.leave_out else camera.captures
         own = [
             row
@@ -480,7 +496,7 @@ def state_picture(
             if row.stage == f"sensor {name}" or not row.stage.startswith("sensor ")
         ]
         shots = propagation.electrons(
-            looked_at, light, mixed, scene, propagation.stated_noise(own), errors
+            looked_at, shot.light, mixed, scene, propagation.stated_noise(own), errors
         )
         shots = propagation.with_parts(shots, looked_at, own)
         propagation.state(

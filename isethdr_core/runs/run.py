@@ -22,6 +22,7 @@ from ..pipeline.chain import (
     SHOWN,
     Camera,
     Chain,
+    Shot,
     chain,
     checked_config,
     on_sensor,
@@ -209,10 +210,8 @@ def _compute(
     random = generator(
         config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name
     )
-    cameras = {
-        name: through_camera(parts, rows, name, light, mixed, scene, random, demand)
-        for name in parts.cameras
-    }
+    shot = Shot(light, mixed, scene, random, demand)
+    cameras = {name: through_camera(parts, rows, name, shot) for name in parts.cameras}
     for row in rows:
         row.light_parts.clear()  # as large as the light; nobody reads it any more
     attributes = _record(

@@ -12,7 +12,7 @@ import isethdr_core as hdr
 from isethdr_core.data.scores import Score
 from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import Ledger
-from isethdr_core.pipeline.chain import chain, on_sensor, plan, through_camera
+from isethdr_core.pipeline.chain import Shot, chain, on_sensor, plan, through_camera
 from isethdr_core.runs.noise_realisations import over_draws
 from isethdr_core.uncertainty.render_noise import HALVES, luminance_cd_m2
 from isethdr_core.uncertainty.score_intervals import RendererError
@@ -119,7 +119,8 @@ def test_the_intervals_of_a_rendered_scene_hold_the_noise_of_its_renderer():
         )
         random = hdr.generator(seed=0, device="A", scene="chart")
         rows[name] = Ledger()
-        seen = through_camera(parts, rows[name], "bayer", light, mixed, stored, random, demand)
+        shot = Shot(light, mixed, stored, random, demand)
+        seen = through_camera(parts, rows[name], "bayer", shot)
         found[name] = {(s.metric, s.object): s for s in seen.scores}
     width = {name: s["ciede2000", ""].high - s["ciede2000", ""].low for name, s in found.items()}
     assert width["noisy"] > 2 * width["exact"] > 0
