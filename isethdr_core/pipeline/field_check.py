@@ -12,6 +12,7 @@ import math
 
 from ..plugins.protocols import (
     ChecksCameraField,
+    ChecksFocalLength,
     ChecksImageSize,
     KnowsImageSize,
     KnowsItsField,
@@ -35,9 +36,12 @@ def camera_field(
     return width, width / aspect, projection
 
 
+PARAXIAL_FIELD = 1e-6  # tangent of a field so narrow that no lens distorts it
+
+
 def check_fields(scene, lens, sensors) -> None:
-    """Raise ConfigError where a sensor is larger than the image of the camera's field; silent where
-    that is not known yet.
+    """Raise ConfigError where a sensor is larger than the image of the camera's field, or set to
+    what the lens does not allow; silent where that is not known yet.
     """
     if not (isinstance(scene, KnowsItsField) and isinstance(lens, KnowsImageSize)):
         return
@@ -45,6 +49,9 @@ def check_fields(scene, lens, sensors) -> None:
     for sensor in sensors:
         if isinstance(sensor, ChecksImageSize):
             sensor.check_field(*size_m)
+        if isinstance(sensor, ChecksFocalLength):
+            narrow_m, _ = lens.image_size_m(PARAXIAL_FIELD, PARAXIAL_FIELD, "tangent")
+            sensor.check_focal_length(narrow_m / PARAXIAL_FIELD)
 
 
 def check_rendered(scene, renderer) -> None:

@@ -628,6 +628,14 @@ class ChecksImageSize(Protocol):
 
 
 @runtime_checkable
+class ChecksFocalLength(Protocol):
+    """A sensor whose settings may not fit the focal length of a lens."""
+
+    def check_focal_length(self, focal_length_m: float, /) -> None:
+        """Raise ConfigError where a setting contradicts this focal length, metres."""
+
+
+@runtime_checkable
 class CountsPixels(Protocol):
     """A sensor that knows what its captures and the pictures made of them take."""
 
@@ -707,6 +715,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         HasPixelPitch,
         HasPixelCounts,
         ChecksImageSize,
+        ChecksFocalLength,
         CountsPixels,
         ListsCaptures,
     ),

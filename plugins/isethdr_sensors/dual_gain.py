@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 from .imaging_sensor import ImagingSensor
 from .limits import (
@@ -47,6 +48,17 @@ class DualGainSensor(ImagingSensor):
     dsnu_e: tuple[Noise, Noise] = (0.0, 0.0)  # rms over pixels of the offset; persistent
     # rms over columns of the offset; persistent (assumption)
     column_e: tuple[Noise, Noise] = (0.1, 0.1)
+
+    def gained_reading(self) -> int:
+        """Return the number of the reading that automatic gain amplifies: HCG."""
+        return CAPTURES.index("HCG")
+
+    def with_gain(self, factor: float) -> Self:
+        """Return this sensor with the analog gain of HCG multiplied, and left there."""
+        k = self.gained_reading()
+        gains = self.analog_gain
+        raised = (*gains[:k], gains[k] * factor, *gains[k + 1 :])
+        return replace(self, analog_gain=raised, auto_gain_max=1.0)
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""

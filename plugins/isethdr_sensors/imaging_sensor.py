@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Self
 
+from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.early_checks import ShotForm
 from isethdr_core.plugins.ranges import Percent, check_ranges
 
@@ -14,6 +15,9 @@ from .limits import (
     Crosstalk,
     DarkCurrent,
     Exposure,
+    Flicker,
+    GainFactor,
+    LampRatio,
     LineTime,
     Noise,
     NoiseVoltage,
@@ -21,6 +25,7 @@ from .limits import (
     Pixels,
     Power,
     QuantumEfficiency,
+    Speed,
     Target,
     Temperature,
 )
@@ -33,6 +38,7 @@ from .spectral.colour_filter_array import cell
 from .spectral.quantum_efficiency import narrow
 from .spectral.response import ask, full_scale_e
 from .timing import auto_exposure
+from .timing.exposure_limits import exposure_limits
 
 
 @dataclass(frozen=True)
@@ -62,11 +68,22 @@ class ImagingSensor:
 
     # --- exposure solved from the light; `exposure_s` counts only where it is fixed ---
     # rule of the automatic exposure; docs/explanation/sensors.md, Automatic exposure
-    exposure_rule: Literal["fixed", "centre", "histogram", "highlights"] = "fixed"
+    exposure_rule: Literal["fixed", "centre", "histogram", "percentile", "highlights"] = "fixed"
     exposure_target: Target = 0.5  # metered level / full scale at which the automatic exposure aims
     exposure_min_s: Exposure = 1e-5  # shortest exposure time of the automatic exposure
     # longest exposure time of the automatic exposure: a frame at 30 Hz
     exposure_max_s: Exposure = 0.033
+    exposure_percentile: Percent = 95.0  # over the pixels, that the rule `percentile` meters
+    # a lamp over the 95th percentile of the pixels; `highlights` ignores lamps
+    exposure_lamp_ratio: LampRatio = 100.0
+    # speed of the camera in metres per second: an object 5 m beside the lane and 20 m ahead moves
+    # by 2 pixels at most; 0 sets no limit
+    exposure_speed_m_s: Speed = 0.0
+    # frequency of lamps that must not flicker: the longest exposure takes whole periods of it; 0
+    # sets no limit
+    exposure_flicker_hz: Flicker = 0.0
+    # factor by which automatic gain may raise the analog gain, once the exposure is at its limit
+    auto_gain_max: GainFactor = 1.0
 
     # --- off unless a preset sets them ---
     # share of a pixel's light at 550 nm that reaches its 4 neighbours
@@ -102,6 +119,7 @@ class ImagingSensor:
         check_ranges(self)
         auto_exposure.check(self)
         self.model()
+        self._check_gain()
 
     def diode_terms(self) -> dict:
         """Return the fields of a `Photodiode` that all photodiodes share."""
@@ -160,6 +178,30 @@ class ImagingSensor:
         """Return what the sensor is made of."""
         raise NotImplementedError
 
+    def gained_reading(self) -> int:
+        """Return the number of the reading that automatic gain amplifies and meters."""
+        raise NotImplementedError
+
+    def with_gain(self, factor: float) -> Self:
+        """Return this sensor with the analog gain of that reading multiplied, and left there."""
+        raise NotImplementedError
+
+    def _check_gain(self) -> None:
+        if self.auto_gain_max == 1:
+            return
+        try:
+            self.with_gain(self.auto_gain_max)
+        except ConfigError as err:
+            raise ConfigError(
+                f"sensor.auto_gain_max is {self.auto_gain_max:g}, and no sensor has that gain:"
+                f" {err}"
+            ) from None
+
+    def check_focal_length(self, focal_length_m: float) -> None:
+        """Refuse limits of the exposure that contradict each other behind a lens."""
+        if self.exposure_rule != "fixed":
+            exposure_limits(self, focal_length_m)
+
     def __call__(self, light, generator):
         """Return captures of one shot, at the exposure solved for this light unless it is fixed."""
         if self.exposure_rule != "fixed":
@@ -198,8 +240,7 @@ class ImagingSensor:
         blind, and with its response.
         """
         model = self.model()
-        return ask(
-            model,
-            narrow(model, demand),
-            self.exposure_s if self.exposure_rule == "fixed" else self.exposure_max_s,
-        )
+        if self.exposure_rule == "fixed":
+            return ask(model, narrow(model, demand), self.exposure_s)
+        quietest = self.with_gain(self.auto_gain_max).model() if self.auto_gain_max > 1 else model
+        return ask(model, narrow(model, demand), self.exposure_max_s, quietest)

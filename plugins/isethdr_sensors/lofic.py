@@ -4,7 +4,8 @@ what it spilled.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 from .charge import soft_knee
 from .charge.soft_knee_shot import take_shot
@@ -67,6 +68,17 @@ class LoficSensor(ImagingSensor):
     dsnu_e: tuple[Noise, Noise] = (0.0, 0.0)  # rms over pixels of the offset; persistent
     # rms over columns of the offset; persistent (assumption)
     column_e: tuple[Noise, Noise] = (0.1, 0.1)
+
+    def gained_reading(self) -> int:
+        """Return the number of the reading that automatic gain amplifies: HCG."""
+        return CAPTURES.index("HCG")
+
+    def with_gain(self, factor: float) -> Self:
+        """Return this sensor with the analog gain of HCG multiplied, and left there."""
+        k = self.gained_reading()
+        gains = self.analog_gain
+        raised = (*gains[:k], gains[k] * factor, *gains[k + 1 :])
+        return replace(self, analog_gain=raised, auto_gain_max=1.0)
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""

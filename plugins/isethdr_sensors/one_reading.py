@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 from .imaging_sensor import ImagingSensor
 from .limits import (
@@ -43,6 +44,14 @@ class OneReadingSensor(ImagingSensor):
             for name in ("fill_factor", "dark_e_per_s", "dark_spread", "prnu")
         }
         return {**super().diode_terms(), **own}
+
+    def gained_reading(self) -> int:
+        """Return the number of the reading that automatic gain meters: the first or only one."""
+        return 0
+
+    def with_gain(self, factor: float) -> Self:
+        """Return this sensor with the analog gain multiplied, and left there."""
+        return replace(self, analog_gain=self.analog_gain * factor, auto_gain_max=1.0)
 
     def reading(self) -> Reading:
         """Return the reading."""

@@ -7,7 +7,8 @@ small one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 from isethdr_core.errors import ConfigError
 
@@ -60,6 +61,17 @@ class SplitPixelSensor(ImagingSensor):
     dsnu_e: tuple[Noise, ...] = (0.0, 0.0, 0.0)  # rms over pixels of the offset; persistent
     # rms over columns of the offset; persistent (assumption)
     column_e: tuple[Noise, ...] = (0.1, 0.1, 0.1)
+
+    def gained_reading(self) -> int:
+        """Return the number of the reading that automatic gain amplifies: LPHG."""
+        return CAPTURES.index("LPHG")
+
+    def with_gain(self, factor: float) -> Self:
+        """Return this sensor with the analog gain of LPHG multiplied, and left there."""
+        k = self.gained_reading()
+        gains = self.analog_gain
+        raised = (*gains[:k], gains[k] * factor, *gains[k + 1 :])
+        return replace(self, analog_gain=raised, auto_gain_max=1.0)
 
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""

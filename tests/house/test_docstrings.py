@@ -48,6 +48,9 @@ UNITS = (
 # numbers without a unit, and numbers whose unit is part of what they are
 DIMENSIONLESS = {
     "exposure_target": "metered level over full scale",
+    "exposure_percentile": "percent of the pixels",
+    "exposure_lamp_ratio": "lamp / 95th percentile",
+    "auto_gain_max": "multiplier",
     "f_number": "focal length / diameter",
     "transmittance": "share of the light",
     "fill_factor": "share of the pixel's area",

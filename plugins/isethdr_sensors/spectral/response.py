@@ -23,10 +23,13 @@ from .quantum_efficiency import quantum_efficiency
 CLOSE = 1e-12  # relative: two computations of one quantum efficiency
 
 
-def ask(model: SensorModel, demand: Demand, longest_s: float) -> Demand:
+def ask(
+    model: SensorModel, demand: Demand, longest_s: float, quietest: SensorModel | None = None
+) -> Demand:
     """Return the demand with the response of a sensor that exposes for `longest_s` at most; without
     one where there is no noise.
 
+    `quietest` is the model at the gain at which it reads with the least noise, if not `model`.
     Without noise no error can be small beside it, so that light is asked for wavelength by
     wavelength.
     """
@@ -47,7 +50,7 @@ def ask(model: SensorModel, demand: Demand, longest_s: float) -> Demand:
             tuple(names),
             partial(_efficiency, model),
             area_s,
-            min(r.read_noise_e for r in model.readings),
+            min(r.read_noise_e for r in (quietest or model).readings),
             max(full_scale_e(model)),
             window_m=demand.window_m,
         ),

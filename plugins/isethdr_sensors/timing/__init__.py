@@ -2,6 +2,8 @@
 
 | module            | what                                                                       |
 |-------------------|----------------------------------------------------------------------------|
-| `auto_exposure`   | the time at which the metered level of the mean electrons meets its target |
+| `auto_exposure`   | the time and the gain at which the metered level meets its target          |
+| `exposure_limits` | the exposures that motion and flickering lamps allow                       |
 | `exposure_timing` | when each row of each capture is exposed                                   |
+| `metering`        | which level of the mean electrons an exposure rule looks at                |
 """

@@ -1,28 +1,40 @@
-"""Automatic exposure: the time at which the metered level of the mean electrons meets its target.
-Noise does not enter.
+"""Automatic exposure and gain: the time, then the analog gain, at which the metered level of the
+mean electrons meets its target. Noise does not enter.
 
-| rule         | metered level, as a share of the scale of a capture                      |
-|--------------|--------------------------------------------------------------------------|
-| `centre`     | mean over pixels, weighted by a Gaussian, a quarter of the diagonal wide |
-| `histogram`  | median over pixels: half of them lie below it, whatever the lamps do     |
-| `highlights` | brightest pixel, in the capture that fills last                          |
-
-All captures keep their shares of the exposure, so several exposures form a bracket around the
-solved one; or each is solved on its own (`exposed_each`).
+The exposure goes first, within the limits that motion and flickering lamps set. Where it ends
+below the target, analog gain takes over, up to `auto_gain_max` times. All captures keep their
+shares of the exposure, so several exposures form a bracket around the solved one; or each is
+solved on its own (`exposed_each`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from math import inf
+from typing import NamedTuple
 
 import numpy as np
 
 from isethdr_core import ledger
+from isethdr_core.data.derived_once import once
 from isethdr_core.data.temporal_modulation import time_mean
 from isethdr_core.errors import ConfigError, did_you_mean
 
-RULES = ("fixed", "centre", "histogram", "highlights")
+from .exposure_limits import exposure_limits, whole_periods_s
+from .metering import RULES, Metering, meter
+
 LOG_TOLERANCE = 1e-12  # of the natural logarithm of the exposure
+
+
+class Solved(NamedTuple):
+    """An exposure in seconds, a factor on the analog gain, and how they were found."""
+
+    exposure_s: float
+    gain: float
+    iterations: int  # of Brent's method
+    limit: str  # the field that stopped the exposure, or empty
+    residual: float  # of the metered level against its target, relative
 
 
 def check(sensor) -> None:
@@ -44,96 +56,131 @@ def check(sensor) -> None:
             f" {sensor.exposure_max_s!r}; expected seconds above 0, at most 3600, the smaller one"
             " first"
         )
+    exposure_limits(sensor, None)
 
 
 def exposed(sensor, light, generator):
-    """Return the captures of `sensor` at the exposure solved for this light; attribute
-    `exposure_iterations` says in how many steps.
+    """Return the captures of `sensor` at the exposure and gain solved for this light.
+
+    Attribute `exposure_iterations` says in how many steps, `analog_gain_factor` by how much the
+    analog gain was raised.
     """
-    exposure_s, iterations = solve(sensor, light)
-    out = replace(sensor, exposure_rule="fixed", exposure_s=exposure_s)(light, generator)
-    out.attrs["exposure_iterations"] = iterations
+    found = settle(sensor, light)
+    fixed = sensor.with_gain(found.gain) if found.gain > 1 else sensor
+    out = replace(fixed, exposure_rule="fixed", exposure_s=found.exposure_s)(light, generator)
+    out.attrs["exposure_iterations"] = found.iterations
+    out.attrs["analog_gain_factor"] = found.gain
     return out
 
 
 def exposed_each(sensor, light, generator):
     """Return the captures of a staggered sensor with every exposure solved: the first by the rule,
-    the last for the brightest pixel.
+    the last for the brightest pixel, lamps included.
 
     Those between lie at equal ratios. Where the first already keeps the brightest pixel, the shares
     stay as they are: the bracket is then wider than the light.
     """
-    first_s, iterations = solve(replace(sensor, exposure_each=False), light)
+    first = settle(replace(sensor, exposure_each=False), light)
     last_s, more = solve(
-        replace(sensor, exposure_each=False, exposure_rule="highlights", exposure_ratios=(1.0,)),
+        replace(
+            sensor,
+            exposure_each=False,
+            exposure_rule="highlights",
+            exposure_ratios=(1.0,),
+            exposure_lamp_ratio=inf,
+            exposure_speed_m_s=0.0,
+            exposure_flicker_hz=0.0,
+        ),
         light,
     )
-    fixed = replace(sensor, exposure_rule="fixed", exposure_s=first_s)
+    fixed = sensor.with_gain(first.gain) if first.gain > 1 else sensor
+    fixed = replace(fixed, exposure_rule="fixed", exposure_s=first.exposure_s)
+    last_s /= first.gain  # the full scale is that much smaller
     count = len(sensor.exposure_ratios)
-    if count > 1 and last_s < first_s:
-        fixed = replace(
-            fixed,
-            exposure_ratios=tuple(float(r) for r in np.geomspace(1.0, last_s / first_s, count)),
-        )
+    if count > 1 and last_s < first.exposure_s:
+        shares = np.geomspace(1.0, last_s / first.exposure_s, count)
+        fixed = replace(fixed, exposure_ratios=tuple(float(r) for r in shares))
     out = fixed(light, generator)
-    out.attrs["exposure_iterations"] = iterations + more
+    out.attrs["exposure_iterations"] = first.iterations + more
+    out.attrs["analog_gain_factor"] = first.gain
     return out
 
 
 def solve(sensor, light) -> tuple[float, int]:
-    """Return the exposure in seconds and the iterations of Brent's method; the residual goes to the
-    ledger.
+    """Return the exposure in seconds and the iterations, as `settle` does."""
+    found = settle(sensor, light)
+    return found.exposure_s, found.iterations
+
+
+def settle(sensor, light) -> Solved:
+    """Return the exposure and the gain solved for `light`; the residual goes to the ledger.
 
     Mean electrons, dark charge included, are proportional to the exposure, so they are computed
     once. Light that varies in time is metered by its mean over time: a camera meters over many
     frames. A target out of reach within the limits gives the nearer limit.
-    """
-    from scipy.optimize import brentq
 
-    share_per_s = (
-        sensor.expected(time_mean(light)).values
-        / np.reshape(sensor.full_scale_e(), (-1, 1, 1))
-        / sensor.exposure_s
-    )
-    level = _meter(sensor.exposure_rule, share_per_s)
-    shortest, longest, target = sensor.exposure_min_s, sensor.exposure_max_s, sensor.exposure_target
-    iterations, exposure_s = 0, None
-    if level(longest) <= target:
-        exposure_s, limit = longest, "exposure_max_s"
-    elif level(shortest) >= target:
-        exposure_s, limit = shortest, "exposure_min_s"
-    if exposure_s is None:
-        log_s, run = brentq(
-            lambda u: np.log(level(np.exp(u)) / target),
-            np.log(shortest),
-            np.log(longest),
-            xtol=LOG_TOLERANCE,
-            full_output=True,
-        )
-        exposure_s, iterations, limit = float(np.exp(log_s)), run.iterations, ""
-    reached = f"at its limit {limit}" if limit else f"after {iterations} iterations"
+    Raises
+    ------
+    ConfigError : limits that no exposure meets through the lens of this light.
+    """
+    found = once(("automatic exposure", sensor), (light,), lambda: _settled(sensor, light))
+    reached = f"after {found.iterations} iterations"
+    if found.limit:
+        reached = f"at its limit {found.limit}"
+    if found.gain > 1:
+        reached += f", analog gain times {found.gain:.4g}"
     ledger.error(
-        abs(level(exposure_s) / target - 1),
+        found.residual,
         "relative",
         "measured",
         f"metered level, {sensor.exposure_rule}, against its target, {reached}",
     )
-    return exposure_s, iterations
+    return found
 
 
-def _meter(rule: str, share_per_s):
-    """Return the metered level as a function of the exposure in seconds, from the shares (capture,
-    y, x) filled per second.
+def _settled(sensor, light) -> Solved:
+    limits = exposure_limits(sensor, 1e-3 * light.attrs["focal_length_mm"])
+    scale_e = np.reshape(sensor.full_scale_e(), (-1, 1, 1))
+    electrons_per_s = sensor.expected(time_mean(light)).values / sensor.exposure_s
+    how = Metering(sensor.exposure_rule, sensor.exposure_percentile, sensor.exposure_lamp_ratio)
+    target = sensor.exposure_target
+    level = meter(how, electrons_per_s / scale_e)
+    exposure_s, iterations = _met(level, limits.shortest_s, limits.longest_s, target)
+    limit = ""
+    if not iterations:
+        limit = limits.longest_by if exposure_s == limits.longest_s else limits.shortest_by
+    exposure_s = whole_periods_s(exposure_s, sensor.exposure_flicker_hz)
+    gain, at = 1.0, level(exposure_s)
+    if sensor.auto_gain_max > 1 and at < target:
+        k = sensor.gained_reading()
+        reading = sensor.model().readings[k]
+
+        def amplified(factor: float) -> float:
+            full_e = min(float(scale_e[k, 0, 0]), reading.swing_e / factor)
+            return meter(how, electrons_per_s[k : k + 1] / full_e)(exposure_s)
+
+        gain, more = _met(amplified, 1.0, sensor.auto_gain_max, target)
+        iterations += more
+        if gain > 1:
+            at = amplified(gain)
+    return Solved(exposure_s, gain, iterations, limit, abs(at / target - 1))
+
+
+def _met(level: Callable[[float], float], least: float, most: float, target: float):
+    """Return where the rising `level` meets `target` between two limits, and the iterations of
+    Brent's method; the nearer limit and 0 where it does not.
     """
-    if rule == "highlights":
-        brightest = share_per_s.max(axis=(1, 2)).min()
-        return lambda t: brightest * t
-    first = share_per_s[0]
-    if rule == "histogram":
-        middle = np.median(first)
-        return lambda t: middle * t
-    height, width = first.shape
-    y, x = np.arange(height)[:, None] - (height - 1) / 2, np.arange(width) - (width - 1) / 2
-    weight = np.exp(-(y**2 + x**2) / 2 / ((height**2 + width**2) / 16))
-    weight /= weight.sum()
-    return lambda t: float(np.sum(weight * np.minimum(first * t, 1.0)))
+    from scipy.optimize import brentq
+
+    if level(most) <= target:
+        return most, 0
+    if level(least) >= target:
+        return least, 0
+    log, run = brentq(
+        lambda u: np.log(level(np.exp(u)) / target),
+        np.log(least),
+        np.log(most),
+        xtol=LOG_TOLERANCE,
+        full_output=True,
+    )
+    return float(np.exp(log)), run.iterations

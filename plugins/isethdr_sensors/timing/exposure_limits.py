@@ -1,0 +1,84 @@
+"""Exposure limits: the shortest and longest exposure that motion and flickering lamps allow.
+
+Motion: an object 5 m beside the lane, 20 m ahead, may move by two pixels at most while the camera
+drives towards it. Flicker: an exposure of whole periods of a lamp counts its mean, whatever its
+phase and the row.
+"""
+
+from __future__ import annotations
+
+from math import ceil, floor, inf
+from typing import NamedTuple
+
+from isethdr_core.errors import ConfigError
+
+ASIDE_M = 5.0  # of the object beside the lane
+AHEAD_M = 20.0  # of the object at the start of the exposure
+PIXELS = 2.0  # that it may move
+ROUNDING = 1e-9  # relative: periods that are whole but for the rounding of a product
+
+
+class Limits(NamedTuple):
+    """The shortest and the longest exposure, seconds, and the fields that set them."""
+
+    shortest_s: float
+    longest_s: float
+    shortest_by: str
+    longest_by: str
+
+
+def motion_limit_s(speed_m_s: float, focal_length_m: float, pitch_m: float) -> float:
+    """Return the exposure in which the object moves by `PIXELS`, seconds; inf where nothing moves.
+
+    A pinhole camera sees a point at (X, Z) at f X / Z. After the distance d = v t it is at
+    f X / (Z - d), so d = Z - 1 / (1 / Z + s / (f X)) moves it by s.
+
+    Parameters
+    ----------
+    speed_m_s : of the camera along its axis. `pitch_m` : distance between pixel centres.
+    """
+    if not speed_m_s:
+        return inf
+    path_m = AHEAD_M - 1 / (1 / AHEAD_M + PIXELS * pitch_m / (focal_length_m * ASIDE_M))
+    return path_m / speed_m_s
+
+
+def exposure_limits(sensor, focal_length_m: float | None) -> Limits:
+    """Return the limits of the automatic exposure of `sensor`.
+
+    Parameters
+    ----------
+    focal_length_m : of the lens; None where it is not known yet: then motion sets no limit.
+
+    Raises
+    ------
+    ConfigError : limits that no exposure meets.
+    """
+    shortest_s, shortest_by = sensor.exposure_min_s, "exposure_min_s"
+    longest_s, longest_by = sensor.exposure_max_s, "exposure_max_s"
+    if focal_length_m:
+        motion_s = motion_limit_s(sensor.exposure_speed_m_s, focal_length_m, sensor.pitch_um * 1e-6)
+        if motion_s < longest_s:
+            longest_s, longest_by = motion_s, "exposure_speed_m_s"
+    if hertz := sensor.exposure_flicker_hz:
+        whole_s = max(ceil(shortest_s * hertz * (1 - ROUNDING)), 1) / hertz
+        if whole_s > shortest_s * (1 + ROUNDING):
+            shortest_s, shortest_by = whole_s, "exposure_flicker_hz"
+    if shortest_s > longest_s * (1 + ROUNDING):
+        raise ConfigError(
+            f"sensor.{shortest_by} = {getattr(sensor, shortest_by):g} asks for exposures of at"
+            f" least {shortest_s:.4g} s, sensor.{longest_by} = {getattr(sensor, longest_by):g} for"
+            f" at most {longest_s:.4g} s; expected limits that some exposure meets; type"
+            f" sensor.{shortest_by}=<other number> or sensor.{longest_by}=<other number>"
+        )
+    return Limits(shortest_s, longest_s, shortest_by, longest_by)
+
+
+def whole_periods_s(exposure_s: float, flicker_hz: float) -> float:
+    """Return the longest exposure of whole periods up to `exposure_s`; itself for 0 Hz.
+
+    `exposure_s` is at least one period long.
+    """
+    if not flicker_hz:
+        return exposure_s
+    return floor(exposure_s * flicker_hz * (1 + ROUNDING)) / flicker_hz
