@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import inspect
 import re
+import sys
+import types
 
 import pytest
 
@@ -19,6 +21,7 @@ from .source import ROOT
 PLUGINS = (ROOT / "docs" / "how-to" / "plugins.md").read_text()
 GLOSSARY = (ROOT / "docs" / "reference" / "glossary.md").read_text()
 CONTRACTS = (ROOT / "docs" / "reference" / "contracts.md").read_text()
+SENSOR_TUTORIAL = (ROOT / "docs" / "tutorials" / "sensor_plugin.md").read_text()
 HOOKS = {name: spec for name, spec in vars(hookspecs).items() if name.startswith("isethdr_")}
 
 
@@ -77,6 +80,16 @@ def test_the_ten_lines_work_and_the_kit_says_what_they_lack(offer):
 @pytest.mark.filterwarnings("error::RuntimeWarning")  # such as a quantile of no pixels
 def test_the_tutorials_second_version_keeps_every_promise(offer):
     comp = tutorial(1)
+    offer(comp.kind, comp.name, comp.cls)
+    check(comp.kind, comp.name)
+
+
+def test_the_sensor_of_the_tutorial_keeps_every_promise(offer, monkeypatch):
+    [source] = re.findall(r"```python\n(from dataclasses.*?)```", SENSOR_TUTORIAL, re.DOTALL)
+    module = types.ModuleType("acme_mono")
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    exec(source, module.__dict__)  # noqa: S102
+    [comp] = module.isethdr_components()
     offer(comp.kind, comp.name, comp.cls)
     check(comp.kind, comp.name)
 
