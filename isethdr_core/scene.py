@@ -2,11 +2,14 @@
 
 from .data.scene_description import (
     Camera,
+    Facets,
+    Granular,
     Lamp,
     Material,
     Model,
     Part,
     Placed,
+    RetroReflection,
     SceneDescription,
     Spectrum,
     flat,
@@ -14,11 +17,14 @@ from .data.scene_description import (
 
 __all__ = [
     "Camera",
+    "Facets",
+    "Granular",
     "Lamp",
     "Material",
     "Model",
     "Part",
     "Placed",
+    "RetroReflection",
     "SceneDescription",
     "Spectrum",
     "flat",

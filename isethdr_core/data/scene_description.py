@@ -34,6 +34,52 @@ def flat(value: float) -> Spectrum:
 
 
 @dataclass(frozen=True)
+class Facets:
+    """Rough facets of a dielectric, which reflect as by Fresnel's equations and absorb nothing."""
+
+    roughness: float  # alpha of the distribution of slopes
+    index: float  # of refraction
+    distribution: Literal["beckmann", "ggx"] = "ggx"
+
+
+@dataclass(frozen=True)
+class Granular:
+    """A surface of grains, such as a road: matt grains that shade each other, and facets.
+
+    BSDF = (1 - gloss) x reflectance x grains + gloss x ((1 - narrow_share) x wide + narrow_share x
+    narrow). The grains are the diffuse part of Burley (2015): `flatness` 1 goes as 1 / (cos_i +
+    cos_o), the law of Lommel and Seeliger, `flatness` 0 is nearly Lambertian.
+    """
+
+    gloss: float
+    roughness: float  # of the grains, 0..1
+    flatness: float
+    wide: Facets
+    narrow: Facets
+    narrow_share: float = 0.0
+
+
+@dataclass(frozen=True)
+class RetroReflection:
+    """Light that is sent back to where it came from, on a share of a surface.
+
+    The rest of the surface, 1 - `share`, reflects as its kind says. With t = 1 - cos(observation
+    angle), h the entrance angle of the half vector, and R the reflectance, f = R peak
+    (1 + t / width)^-falloff times exp(-(tan h / entrance)^power) / (cos_i cos_o) for a sheet, or
+    times 1 / (cos_i + cos_o) for beads. So R_A of a sheet is f cos_i cos_o, cd lx-1 m-2, and R_L of
+    beads hardly depends on distance.
+    """
+
+    peak: float  # 1/sr, at reflectance 1
+    width: float  # of t
+    falloff: float  # above 1
+    entrance: float = 1.0  # tangent
+    power: float = 2.0
+    form: Literal["sheet", "beads"] = "sheet"
+    share: float = 0.25  # `peak` is that of the whole surface, whatever the share
+
+
+@dataclass(frozen=True)
 class Material:
     """How a surface reflects. `reflectance` is 0..1; `roughness` is the Beckmann alpha (0 =
     mirror).
@@ -41,13 +87,17 @@ class Material:
     diffuse: Lambertian. plastic: a Lambertian base under a rough dielectric coat of `index`.
     conductor: a rough metal of that normal-incidence reflectance.
     thin_glass: a clear pane of `index`; `reflectance` is then its inner transmittance.
+    granular: as `granular` says; `reflectance` is that of the grains.
+    `retro` adds retro-reflection to any opaque kind, coloured by `reflectance` too.
     """
 
     name: str
-    kind: Literal["diffuse", "plastic", "conductor", "thin_glass"] = "diffuse"
+    kind: Literal["diffuse", "plastic", "conductor", "thin_glass", "granular"] = "diffuse"
     reflectance: Spectrum = field(default_factory=lambda: flat(0.5))
     roughness: float = 0.1
     index: float = 1.5
+    granular: Granular | None = None
+    retro: RetroReflection | None = None
 
 
 @dataclass(frozen=True)

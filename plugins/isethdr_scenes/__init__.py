@@ -8,6 +8,8 @@
 | limits, validation | ranges of fields; checks of several fields together |
 | materials, lamps, lamp_spectra | spectral reflectances; lamps in candela; their spectra |
 | measured_spectra | tables of colour-science, kept on disk after their first use |
+| road_surfaces | asphalt, dry to wet, and markings, by numbers fitted to r-tables |
+| road_photometry | Q0, S1, S2 and R_L of any surface |
 | geometry | meshes computed from parameters |
 | charts | test charts whose radiance is known |
 | iset_exr | scenes rendered by others |

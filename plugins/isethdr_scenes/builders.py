@@ -72,8 +72,8 @@ IN_PLACE = ("road", "field", "grass", "guard_rail", "tunnel")  # built in world 
 def describe(
     name: str, scene, ground, spots: list[Spot], target, light: dict[str, str]
 ) -> SceneDescription:
-    """Return the description of a `scene` (a component with camera and sky fields) whose camera
-    looks at `target`.
+    """Return the description of a `scene` (a component with the fields of camera, sky and road
+    surface) whose camera looks at `target`.
     """
     models, objects = place(spots, ground, light)
     position = eye(ground, scene.camera_height_m)
@@ -85,7 +85,12 @@ def describe(
         scene.projection,
     )
     return SceneDescription(
-        name, models, objects, used(models), camera, sky_of(scene.sky_luminance_cd_m2)
+        name,
+        models,
+        objects,
+        used(models, scene.road_surface),
+        camera,
+        sky_of(scene.sky_luminance_cd_m2),
     )
 
 

@@ -3,13 +3,15 @@
 Every value is a plausible model written down by hand, not a measurement: diffuse reflectances of
 paint, cloth, skin, fur, leaves, asphalt and concrete in the range that measurements of such
 surfaces have, with the features that matter to a camera (chlorophyll's green peak and red edge,
-skin's haemoglobin dip, the steep edges of red and yellow pigments). There is no retro-reflection:
-plates, vest bands, marker posts and road paint are ordinary surfaces.
+skin's haemoglobin dip, the steep edges of red and yellow pigments). Asphalt and markings are fitted
+to measurements: `road_surfaces`.
 """
 
 from __future__ import annotations
 
 from isethdr_core.scene import Material, Spectrum, flat
+
+from .road_surfaces import DEFAULT, RoadSurfaceName, road_materials
 
 Nodes = float | list[tuple[float, float]]
 
@@ -62,7 +64,6 @@ COATED = {  # name: (reflectance of the base, roughness of the coat)
     "skin_dark": ([(w, v * 0.35) for w, v in SKIN], 0.4),
     "leather": (0.03, 0.3),
     "antler": ([(400, 0.18), (600, 0.32), (700, 0.38)], 0.4),
-    "asphalt": ([(400, 0.065), (700, 0.085)], 0.55),
     "window_dark": (0.02, 0.03),
     "box_white": (0.70, 0.15),
 }
@@ -120,7 +121,6 @@ MATT = {
         (740, 0.3),
     ],
     "gravel": [(400, 0.17), (700, 0.23)],
-    "road_paint": 0.55,
     "concrete": [(400, 0.26), (700, 0.34)],
     "tunnel_tile": 0.55,
     "tunnel_lining": [(400, 0.22), (700, 0.28)],
@@ -141,9 +141,11 @@ MATERIALS: dict[str, Material] = (
     | {n: Material(n, "diffuse", _spectrum(v)) for n, v in MATT.items()}
     | {n: Material(n, "conductor", _spectrum(v), a) for n, (v, a) in METAL.items()}
     | {n: Material(n, "thin_glass", _spectrum(v)) for n, v in GLASS.items()}
+    | road_materials(DEFAULT)
 )
 
 
-def used(models) -> dict[str, Material]:
-    """Return the materials that the parts of `models` name."""
-    return {n: MATERIALS[n] for n in sorted({p.material for m in models.values() for p in m.parts})}
+def used(models, road_surface: RoadSurfaceName = DEFAULT) -> dict[str, Material]:
+    """Return the materials that the parts of `models` name; asphalt and markings by surface."""
+    known = MATERIALS | road_materials(road_surface)
+    return {n: known[n] for n in sorted({p.material for m in models.values() for p in m.parts})}

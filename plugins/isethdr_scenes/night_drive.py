@@ -12,6 +12,7 @@ from .builders import describe
 from .lamps import groups_of
 from .limits import Aspect, CameraHeight, RoadField, SkyLuminance
 from .placement import OWN_LANE_M, plan
+from .road_surfaces import DEFAULT, RoadSurfaceName
 from .validation import check_order
 
 # where the things of the scene still stand beside each other
@@ -69,6 +70,8 @@ class NightDrive:
     # spectrum of the street lamps
     street_light: Literal["sodium", "led_white", "metal_halide"] = "sodium"
     braking: bool = False  # brake lights of the car ahead are on
+    # asphalt: dry r1 to r4, c1 and c2; damp; wet w1, w2, c2w3 and c2w4 (docs/scenes.md)
+    road_surface: RoadSurfaceName = DEFAULT
     sky_luminance_cd_m2: SkyLuminance = 4000.0  # luminance of the sky at weight 1
 
     def __post_init__(self):

@@ -31,7 +31,8 @@ def test_materials_have_the_features_a_camera_sees():
         assert at(plant, 760) > 5 * at(plant, 680)  # red edge
     assert at("skin", 650) > 1.5 * at("skin", 550)
     assert at("cloth_red", 640) > 10 * at("cloth_red", 540)
-    assert at("asphalt", 550) < 0.1 and at("road_paint", 550) > 0.4
+    # grains cover 30 % of asphalt, so they are brighter than the road that they make
+    assert at("asphalt", 550) < 0.2 and at("road_paint", 550) > 0.4
 
 
 @pytest.mark.parametrize("name", NAMES)

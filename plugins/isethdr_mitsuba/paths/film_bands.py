@@ -29,6 +29,7 @@ from ..world.materials import coloured_surfaces, regular
 from ..world.view import check_square
 
 BLOCK = 4
+LOST_BEADS = 0.5  # of a dry marking's luminance in the own headlamps: R_L 77 instead of 150
 
 
 def film_pass(description, view, lamps, groups, bands_nm, settings):
@@ -36,6 +37,9 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
     angles = view.projection == "equidistant"
     if not angles:
         check_square(settings.width, settings.height, view.field[0] / view.field[1])
+    if any(m.retro and m.retro.form == "beads" for m in description.materials.values()):
+        why = "each path that meets them would call Python: 14 times the cost"
+        ledger.left_out("beads of road markings", why, LOST_BEADS, "relative", key="beads")
     rows, columns = view.shape
     span = bands_nm[0] - settings.step_nm / 2, bands_nm[-1] + settings.step_nm / 2
     integrator = mi.load_dict({"type": "path", "max_depth": settings.max_depth, "rr_depth": 1000})

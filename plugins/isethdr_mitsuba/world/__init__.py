@@ -5,6 +5,7 @@
 | `angle_sensor`    | a camera on a grid of angles for Mitsuba's own integrators           |
 | `geometry`        | parts, models and poses as a Mitsuba scene                           |
 | `materials`       | materials as Mitsuba surfaces                                        |
+| `retro_surface`   | retro-reflection as a Mitsuba surface, in Python                     |
 | `triangle_chords` | triangles cut until chords serve for arcs on a grid of angles        |
 | `view`            | the camera as a grid of tiles in tangents or angles, margin included |
 """

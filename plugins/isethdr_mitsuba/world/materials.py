@@ -8,15 +8,21 @@ evenly spaced tables, which are looked up without a search.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
-from isethdr_core.scene import Material, Spectrum
+from isethdr_core.errors import ConfigError
+from isethdr_core.scene import Facets, Granular, Material, Spectrum
 
 STEP_NM = 5.0  # spacing of the reflectance tables, nm
 RAMP_NM = (400.0, 500.0)  # where the reflectance of a ramp surface is 0 and 1
 RAMP = Spectrum(RAMP_NM, (0.0, 1.0))
+# a marking without beads: grains alone, R_L about 125 mcd m-2 lx-1 at a reflectance of 1
+WORN_MARKING = Granular(
+    gloss=0.0, roughness=1.0, flatness=1.0, wide=Facets(0.4, 1.5), narrow=Facets(0.4, 1.5)
+)
 
 
 def ramp_surfaces(description) -> dict:
@@ -29,6 +35,8 @@ def ramp_surfaces(description) -> dict:
     for name, m in description.materials.items():
         told = {"roughness": m.roughness} if m.kind in ("plastic", "conductor") else {}
         told |= {"index": m.index} if m.kind in ("plastic", "thin_glass") else {}
+        told |= {"granular": m.granular} if m.kind == "granular" else {}
+        told |= {"retro": m.retro} if m.retro else {}
         made[name] = _ramp_surface(mi.variant(), m.kind, **told)
     return made
 
@@ -79,10 +87,6 @@ def surface(material, first_nm: float, last_nm: float) -> dict:
     light both ways.
     """
     table = regular(material.reflectance, first_nm, last_nm, limit=1.0)
-    rough = material.roughness > 0
-    microfacets = (
-        {"alpha": float(max(material.roughness, 1e-3)), "distribution": "beckmann"} if rough else {}
-    )
     if material.kind == "thin_glass":
         return {
             "type": "thindielectric",
@@ -90,23 +94,102 @@ def surface(material, first_nm: float, last_nm: float) -> dict:
             "ext_ior": 1.0,
             "specular_transmittance": table,
         }
+    inner = _opaque(material, table)
+    if material.retro is not None:
+        inner = _with_retro_reflection(material, inner, table)
+    return {"type": "twosided", "side": inner}
+
+
+def _opaque(material, table: dict) -> dict:
+    """Return the Mitsuba dictionary of an opaque `material` of reflectance `table`."""
     if material.kind == "diffuse":
-        inner = {"type": "diffuse", "reflectance": table}
-    elif material.kind == "plastic":
-        inner = {
+        return {"type": "diffuse", "reflectance": table}
+    if material.kind == "granular":
+        return _granular(_granular_of(material), table)
+    rough = material.roughness > 0
+    microfacets = (
+        {"alpha": float(max(material.roughness, 1e-3)), "distribution": "beckmann"} if rough else {}
+    )
+    if material.kind == "plastic":
+        return {
             "type": "roughplastic" if rough else "plastic",
             "diffuse_reflectance": table,
             "int_ior": float(material.index),
             "ext_ior": 1.0,
             **microfacets,
         }
-    else:
-        # 'none' is a perfect mirror, so the reflectance is all there is; its rise towards grazing
-        # angles is left out
-        inner = {
-            "type": "roughconductor" if rough else "conductor",
-            "material": "none",
-            "specular_reflectance": table,
-            **microfacets,
-        }
-    return {"type": "twosided", "side": inner}
+    # 'none' is a perfect mirror, so the reflectance is all there is; its rise towards grazing
+    # angles is left out
+    return {
+        "type": "roughconductor" if rough else "conductor",
+        "material": "none",
+        "specular_reflectance": table,
+        **microfacets,
+    }
+
+
+def _granular_of(material) -> Granular:
+    if material.granular is None:
+        raise ConfigError(
+            f"material {material.name!r} is of kind granular without lobes; expected them; type"
+            " Material(..., granular=isethdr_core.scene.Granular(...))"
+        )
+    return material.granular
+
+
+def _granular(surface: Granular, table: dict) -> dict:
+    """Return grains and facets, mixed by their shares."""
+    grains = {
+        "type": "principled",
+        "base_color": table,
+        "roughness": float(surface.roughness),
+        "flatness": float(surface.flatness),
+        "specular": 0.0,
+        # else directions are drawn for a gloss of strength 0, and density and samples differ
+        "main_specular_sampling_rate": 0.0,
+    }
+    facets = {
+        "type": "blendbsdf",
+        "weight": float(surface.narrow_share),
+        "bsdf_0": _facets(surface.wide),
+        "bsdf_1": _facets(surface.narrow),
+    }
+    return {
+        "type": "blendbsdf",
+        "weight": float(surface.gloss),
+        "bsdf_0": grains,
+        "bsdf_1": facets,
+    }
+
+
+def _facets(facets: Facets) -> dict:
+    """Return microfacets of a dielectric: a conductor of that index that does not absorb."""
+    return {
+        "type": "roughconductor",
+        "distribution": facets.distribution,
+        "alpha": float(facets.roughness),
+        "eta": float(facets.index),
+        "k": 0.0,
+    }
+
+
+def _with_retro_reflection(material, base: dict, table: dict) -> dict:
+    """Return `base` on its part of the surface, and the retro-reflection on the rest.
+
+    Beads on a whole road cost a scalar variant fourteen times the rest, one call of Python for each
+    path: there a marking gets grains alone, which send back as much as a worn marking does.
+    """
+    import mitsuba as mi
+
+    from .retro_surface import retro_surface
+
+    retro = material.retro
+    if retro.form == "beads" and mi.variant().startswith("scalar"):
+        return _granular(WORN_MARKING, table)
+    strong = replace(retro, peak=retro.peak / retro.share)
+    return {
+        "type": "blendbsdf",
+        "weight": float(retro.share),
+        "bsdf_0": base,
+        "bsdf_1": retro_surface(strong, table),
+    }

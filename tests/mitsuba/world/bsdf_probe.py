@@ -1,0 +1,111 @@
+"""Evaluate, sample and test a Mitsuba BSDF on arrays of directions (z up)."""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+NM = 550.0
+
+
+def vectors(v):
+    """Return directions (..., 3) as one Mitsuba vector."""
+    return mi.Vector3f(*np.ascontiguousarray(np.reshape(v, (-1, 3)).T.astype(np.float32)))
+
+
+def seen_from(observer):
+    """Return surface interactions seen from directions (..., 3)."""
+    wi = vectors(observer)
+    si = dr.zeros(mi.SurfaceInteraction3f, dr.width(wi))
+    si.wi, si.wavelengths = wi, mi.Spectrum(NM)
+    return si
+
+
+def value(bsdf, light, observer):
+    """Return f, 1/sr, at 550 nm."""
+    light, observer = np.broadcast_arrays(light, observer)
+    found = bsdf.eval(mi.BSDFContext(), seen_from(observer), vectors(light))
+    return np.array(found)[0].reshape(light.shape[:-1]) / light[..., 2]
+
+
+def towards(elevation_deg, azimuth_deg=20.0):
+    """Return the unit vector at an elevation above the surface."""
+    e, a = np.radians(elevation_deg), np.radians(azimuth_deg)
+    return np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+
+
+def drawn(bsdf, observer, count, seed=1):
+    """Return `count` sampled directions, their weights and their densities, seen from one place."""
+    rng = mi.PCG32(size=count, initstate=seed)
+    point = mi.Point2f(rng.next_float32(), rng.next_float32())
+    si = seen_from(np.tile(observer, (count, 1)))
+    sample, weight = bsdf.sample(mi.BSDFContext(), si, rng.next_float32(), point)
+    return np.array(sample.wo).T.astype(float), np.array(weight)[0], np.array(sample.pdf)
+
+
+def albedo(bsdf, elevation_deg, count=200_000):
+    """Return the share of the light from that elevation that is reflected, by sampling."""
+    return float(drawn(bsdf, towards(elevation_deg), count)[1].mean())
+
+
+def reciprocity(bsdf, count=50_000, seed=0):
+    """Return the largest |f(a, b) - f(b, a)| over their mean; half of all within 5 degrees of
+    grazing.
+    """
+    rng = np.random.default_rng(seed)
+    grazing = rng.random((count, 2)) < 0.5
+    up = np.where(grazing, rng.random((count, 2)) * 0.087, rng.random((count, 2))) + 1e-3
+    up, turn = np.minimum(up, 1), 2 * np.pi * rng.random((count, 2))
+    across = np.sqrt(1 - up**2)
+    d = np.stack([across * np.cos(turn), across * np.sin(turn), up], -1)
+    a, b = value(bsdf, d[:, 0], d[:, 1]), value(bsdf, d[:, 1], d[:, 0])
+    return float((2 * np.abs(a - b) / np.maximum(a + b, 1e-9)).max())
+
+
+def samples_agree(bsdf, elevation_deg, count=50_000):
+    """Return the largest relative differences of density and of weight x density between samples
+    and evaluation.
+    """
+    observer = towards(elevation_deg)
+    wo, weight, density = drawn(bsdf, observer, count, 3)
+    on = weight > 0
+    si = seen_from(np.tile(observer, (count, 1)))
+    value_at, density_at = bsdf.eval_pdf(mi.BSDFContext(), si, vectors(wo))
+    again, light = np.array(density_at)[on], np.array(value_at)[0][on]
+    density_off = np.abs(density[on] / again - 1).max()
+    return float(density_off), float(np.abs((weight * density)[on] / light - 1).max())
+
+
+def chi_square_p(bsdf, observer, edges, samples, seed=5, order=6, sectors=16):
+    """Return the p value of samples against density, in rings and sectors about `observer`.
+
+    A grid over the sphere has cells of a degree, too wide for lobes of half a degree. `edges` of
+    the rings are those of t = 1 - cos(angle from the observer).
+    """
+    from scipy.stats import chi2
+
+    node, weight = np.polynomial.legendre.leggauss(order)
+    middle, half = (edges[1:] + edges[:-1]) / 2, np.diff(edges) / 2
+    t, t_weight = (middle[:, None] + half[:, None] * node).ravel(), np.outer(half, weight).ravel()
+    sector = np.linspace(-np.pi, np.pi, sectors + 1)
+    psi_half = np.pi / sectors
+    psi = ((sector[1:] + sector[:-1])[:, None] / 2 + psi_half * node).ravel()
+    frame = mi.Frame3f(mi.Vector3f(*map(float, observer)))
+    s, u, n = (np.array(v).ravel() for v in (frame.s, frame.t, frame.n))
+    tt, pp = np.meshgrid(t, psi, indexing="ij")
+    sine = np.sqrt(tt * (2 - tt))[..., None]
+    wo = n * (1 - tt)[..., None] + sine * (np.cos(pp)[..., None] * s + np.sin(pp)[..., None] * u)
+    si = seen_from(np.tile(observer, (tt.size, 1)))
+    density = np.array(bsdf.pdf(mi.BSDFContext(), si, vectors(wo))).reshape(tt.shape)
+    cells = density * t_weight[:, None] * np.tile(psi_half * weight, sectors)
+    rings = len(edges) - 1
+    expected = cells.reshape(rings, order, sectors, order).sum((1, 3)) * samples
+    found_wo, found_weight, _ = drawn(bsdf, observer, samples, seed)
+    found_wo = found_wo[found_weight > 0]  # a direction drawn below the surface has weight 0
+    t_found = ((found_wo - n) ** 2).sum(-1) / 2
+    turn = np.arctan2(found_wo @ u, found_wo @ s)
+    found, _, _ = np.histogram2d(t_found, turn, bins=(edges, sector))
+    used = expected > 20
+    statistic = ((found - expected)[used] ** 2 / expected[used]).sum()
+    return float(chi2.sf(statistic, used.sum() - 1))
