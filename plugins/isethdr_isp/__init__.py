@@ -9,6 +9,7 @@
 | `linear`             | one capture to a picture, nothing but linear steps                   |
 | `merge`              | all captures of one shot to one picture                              |
 | `raw_file`           | one capture as a digital negative (DNG 1.4, a TIFF/EP)               |
+| `scene_light`        | which of the known lights, or mixture of two, a shot was taken in    |
 | `spectra`            | lights of a driving scene and smooth reflectances, all from formulas |
 | `conf/`              | presets                                                              |
 | `demosaic/`          | every channel at every pixel, and denoising before it                |

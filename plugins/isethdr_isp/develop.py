@@ -21,12 +21,12 @@ from .demosaic.methods import interpolate
 from .development_fields import Development
 from .readout.noise_propagation import independent
 from .readout.shading import shading
-from .spectra import LIGHTS, light, radiances
+from .spectra import LIGHTS, Illuminant, Mixture, light, radiances
 
 DENOISERS = ("none", "nl_means")
 
 
-def develop(merged, reads, captures, how: Development):
+def develop(merged, reads, captures, how: Development, balance: Illuminant):
     """Return the picture of a mosaic.
 
     Parameters
@@ -36,6 +36,7 @@ def develop(merged, reads, captures, how: Development):
     reads : `readout.Readout` of the charge whose electrons these are.
     captures : the captures Dataset, for the filter array, the grid and the lens.
     how : the fields of the isp.
+    balance : the light whose grey comes back exactly.
     """
     filters, names = captures["filter"].values, [str(name) for name in captures["channel"].values]
     if how.denoise not in DENOISERS:
@@ -57,9 +58,9 @@ def develop(merged, reads, captures, how: Development):
     )
     response, dark_var_e2 = reads[0].response, floor_e2(reads)
     matrix = solve_matrix(
-        response, captures.wavelength.values, how.balance, how.design_snr, dark_var_e2
+        response, captures.wavelength.values, balance, how.design_snr, dark_var_e2
     )
-    attrs = picture_attrs(captures, response, how, dark_var_e2)
+    attrs = picture_attrs(captures, response, how, balance, dark_var_e2)
     if noise_map is None or how.denoise != "none":
         attrs[VARIANCE_KNOWN] = False
         noise = PictureNoise(*np.full((2, len(matrix), *valid.shape), np.nan))
@@ -94,8 +95,10 @@ def finish(matrix, planes, noise: PictureNoise, valid, captures, attrs: dict):
     return make_picture(xyz, temporal, valid, captures.x.values, captures.y.values, fixed, **attrs)
 
 
-def picture_attrs(captures, response, how: Development, dark_var_e2: float = 0.0) -> dict:
-    """Return the attributes of a picture: the lens's, the white of `how.balance`, the level of the
+def picture_attrs(
+    captures, response, how: Development, balance: Illuminant, dark_var_e2: float = 0.0
+) -> dict:
+    """Return the attributes of a picture: the lens's, the white of `balance`, the level of the
     colour matrix.
     """
     attrs = {
@@ -106,8 +109,10 @@ def picture_attrs(captures, response, how: Development, dark_var_e2: float = 0.0
     # the XYZ of a white in the light that `balance` names, for views
     wavelength_nm = captures.wavelength.values
     attrs["white_xyz"] = [
-        float(v) for v in xyz_weights(wavelength_nm) @ light(how.balance, wavelength_nm)
+        float(v) for v in xyz_weights(wavelength_nm) @ light(balance, wavelength_nm)
     ]
+    if isinstance(balance, Mixture):
+        attrs["scene_light"] = str(balance)
     # the level at which the matrix weighs noise rightly; absent where noise is not thought of
     if np.isfinite(how.design_snr):
         samples = radiances(wavelength_nm)
@@ -118,19 +123,20 @@ def picture_attrs(captures, response, how: Development, dark_var_e2: float = 0.0
 
 
 def solve_matrix(
-    response, wavelength_nm, balance: str, design_snr: float, dark_var_e2: float = 0.0
+    response, wavelength_nm, balance: Illuminant, design_snr: float, dark_var_e2: float = 0.0
 ) -> np.ndarray:
     """Return the matrix (3, channel) from electrons to XYZ in cd/m2, and state its residual in the
     ledger.
 
-    Least squares over smooth reflectances in four lights, exact for a grey in the light `balance`.
+    Least squares over smooth reflectances in four lights, exact for a grey in the light `balance`;
+    in that light alone where it was found in the shot (`scene_light`).
     The covariance of the sensor's noise at `design_luminance` is a penalty (Tikhonov), so that a
     white pixel, which is nearly the sum of the coloured ones, lowers noise instead of being
     subtracted from them; an infinite `design_snr` leaves it out, and plain least squares remain.
     """
     weights, samples, white = (
         xyz_weights(wavelength_nm),
-        radiances(wavelength_nm),
+        radiances(wavelength_nm, (balance,) if isinstance(balance, Mixture) else LIGHTS),
         light(balance, wavelength_nm),
     )
     electrons, target = samples @ response.T, samples @ weights.T

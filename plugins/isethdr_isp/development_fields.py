@@ -18,7 +18,7 @@ class Development:
     """How a mosaic of electrons becomes a picture: docs/explanation/isp.md, Steps."""
 
     # light source whose grey is reproduced exactly
-    balance: Literal["daylight", "halogen", "led", "sodium"] = "daylight"
+    balance: Literal["daylight", "halogen", "led", "sodium", "automatic"] = "daylight"
     # signal-to-noise ratio for which the colour matrix is solved: low values weigh noise more, inf
     # ignores noise; below 0.1 noise hides the signal
     design_snr: Annotated[float, Range(0.1, inf)] = 20.0

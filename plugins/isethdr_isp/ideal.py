@@ -43,7 +43,7 @@ class IdealIsp:
         mosaics = [plain(read) for read in reads]
         how = Development(design_snr=np.inf)
         if not alone:
-            return develop(mosaics[0], reads[:1], captures, how)
+            return develop(mosaics[0], reads[:1], captures, how, how.balance)
         response = np.stack([r.response[filters[0, 0]] for r in reads])
         level = falloff(captures)
         matrix = solve_matrix(response, wavelength_nm, how.balance, how.design_snr)
@@ -57,5 +57,10 @@ class IdealIsp:
         planes = np.stack([m.signal_e for m in mosaics]) / level
         valid = np.all([m.valid for m in mosaics], axis=0)
         return finish(
-            matrix, planes, noise, valid, captures, picture_attrs(captures, response, how)
+            matrix,
+            planes,
+            noise,
+            valid,
+            captures,
+            picture_attrs(captures, response, how, how.balance),
         )

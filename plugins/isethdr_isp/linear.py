@@ -11,6 +11,7 @@ from .develop import develop
 from .development_fields import Development
 from .readout.combine import fold, read_charge
 from .readout.electrons import check_captures, chosen, readouts
+from .scene_light import illuminant
 from .spectra import light
 
 
@@ -38,6 +39,7 @@ class LinearIsp(Development):
         """
         check_captures(captures)
         one = chosen(captures, self.capture)
-        [read] = readouts(one, light(self.balance, one.wavelength.values))
+        balance = illuminant(one, self.balance)
+        [read] = readouts(one, light(balance, one.wavelength.values))
         merged = fold([read_charge([read], read.sensitivity[one["filter"].values])])
-        return develop(merged, [read], one, self)
+        return develop(merged, [read], one, self, balance)

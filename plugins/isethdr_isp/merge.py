@@ -15,7 +15,8 @@ from .development_fields import Development
 from .readout.electrons import check_captures, readouts
 from .readout.interleaved import is_interleaved, merge_interleaved
 from .readout.merge_rules import RULES
-from .spectra import light, radiances
+from .scene_light import illuminant
+from .spectra import Illuminant, light, radiances
 
 # two generations of one photodiode differ by about 0.1, two primary colours by far more than 1
 LARGEST_MISMATCH = 0.5
@@ -42,10 +43,11 @@ class MergeIsp(Development):
         check_captures(captures)
         if is_interleaved(captures):
             return self._of_two_cases(captures)
-        groups, per_light = charges(captures, self.balance)
+        balance = illuminant(captures, self.balance)
+        groups, per_light = charges(captures, balance)
         merged = RULES[self.rule](groups, per_light)
         _state_spectral_mismatch(groups, captures.wavelength.values)
-        picture = develop(merged, groups[-1], captures, self)
+        picture = develop(merged, groups[-1], captures, self, balance)
         picture["source"] = (("y", "x"), merged.source)
         return picture
 
@@ -63,10 +65,11 @@ class MergeIsp(Development):
                     f"isp.{field}={getattr(self, field)} cannot merge upper and lower case filters"
                     f" of one array; expected {only}"
                 )
-        merged = merge_interleaved(captures, self.balance, self.shading_csv)
+        balance = illuminant(captures, self.balance)
+        merged = merge_interleaved(captures, balance, self.shading_csv)
         dark_var_e2 = floor_e2([merged.read])
         matrix = solve_matrix(
-            merged.response, captures.wavelength.values, self.balance, self.design_snr, dark_var_e2
+            merged.response, captures.wavelength.values, balance, self.design_snr, dark_var_e2
         )
         # every channel comes from samples of its own
         noise = PictureNoise(
@@ -75,13 +78,13 @@ class MergeIsp(Development):
                 for values in (merged.variances, merged.fixed)
             )
         )
-        attrs = picture_attrs(captures, merged.response, self, dark_var_e2)
+        attrs = picture_attrs(captures, merged.response, self, balance, dark_var_e2)
         picture = finish(matrix, merged.planes, noise, merged.valid, captures, attrs)
         picture["source"] = (("y", "x"), np.zeros(picture["valid"].shape, np.uint8))
         return picture
 
 
-def charges(captures, balance: str):
+def charges(captures, balance: Illuminant):
     """Return the reads of every charge, least sensitive charge first, and its pixels' electrons per
     cd/m2 (y, x).
     """

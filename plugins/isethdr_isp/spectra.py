@@ -11,7 +11,8 @@ from formulas.
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -22,11 +23,30 @@ Light = Literal["daylight", "halogen", "led", "sodium"]
 LIGHTS = ("daylight", "halogen", "led", "sodium")
 
 
-def light(name: str, wavelength_nm) -> np.ndarray:
+class Mixture(NamedTuple):
+    """Light of two sources together."""
+
+    first: Light
+    second: Light
+    share: float  # of the luminance, that `second` gives
+
+    def __str__(self) -> str:
+        if self.share in (0.0, 1.0):
+            return self.second if self.share else self.first
+        return f"{1 - self.share:.0%} {self.first} and {self.share:.0%} {self.second}"
+
+
+Illuminant = str | Mixture
+
+
+def light(name: Illuminant, wavelength_nm) -> np.ndarray:
     """Return the spectral radiance (wavelength) of a perfect white in this light, W m-2 sr-1 nm-1,
     scaled to 1 cd/m2.
     """
     w = np.asarray(wavelength_nm, float)
+    if isinstance(name, Mixture):
+        first, second = light(name.first, w), light(name.second, w)
+        return (1 - name.share) * first + name.share * second
     if name in ("daylight", "halogen"):
         shape = planck_radiance(w, 6504.0 if name == "daylight" else 3200.0)
     elif name == "led":
@@ -53,12 +73,12 @@ def reflectances(wavelength_nm) -> np.ndarray:
     return np.array(out)
 
 
-def radiances(wavelength_nm) -> np.ndarray:
+def radiances(wavelength_nm, lights: Sequence[Illuminant] = LIGHTS) -> np.ndarray:
     """Return every reflectance in every light (sample, wavelength), each scaled to 1 cd/m2: all
     count alike.
     """
     w = np.asarray(wavelength_nm, float)
-    lit = np.concatenate([reflectances(w) * light(name, w) for name in LIGHTS])
+    lit = np.concatenate([reflectances(w) * light(name, w) for name in lights])
     return lit / (lit @ xyz_weights(w)[1])[:, None]
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from isethdr_core.errors import UnitError
 
 from ..demosaic.interpolation import demosaic
-from ..spectra import light
+from ..spectra import Illuminant, light
 from .combine import read_charge, weight
 from .electrons import Readout, charge_variance, readouts
 from .fixed_pattern import fixed_pattern
@@ -45,7 +45,7 @@ class Interleaved(NamedTuple):
     read: Readout
 
 
-def merge_interleaved(captures, balance: str, shading_csv: str = "") -> Interleaved:
+def merge_interleaved(captures, balance: Illuminant, shading_csv: str = "") -> Interleaved:
     """Return the capture as electrons of upper case pixels, one channel per colour.
 
     A colour that comes in one case alone keeps it. Electrons are freed of dark charge and of the

@@ -1,0 +1,87 @@
+"""Automatic white balance: the light is found from the shot, and the colour matrix follows it."""
+
+import numpy as np
+import pytest
+from isethdr_isp import LinearIsp, MergeIsp
+from isethdr_isp.develop import solve_matrix
+from isethdr_isp.scene_light import illuminant
+from isethdr_isp.spectra import LIGHTS, Mixture, light, radiances
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.photometry import xyz, xyz_weights
+from isethdr_core.plugins.registry import build
+
+SHAPE = (12, 16)
+MIXTURES = [
+    *(Mixture(name, name, 0.0) for name in LIGHTS),
+    Mixture("daylight", "halogen", 0.37),
+    Mixture("halogen", "sodium", 0.6),
+    Mixture("led", "sodium", 0.25),
+]
+
+
+def array(bench, filters):
+    return (bench.BAYER, bench.QE) if filters == "bayer" else (bench.RGBW, bench.QE_W)
+
+
+@pytest.mark.parametrize("mixed", MIXTURES, ids=str)
+@pytest.mark.parametrize("filters", ["bayer", "rgbw"])
+def test_a_grey_in_any_mixture_keeps_its_colour(bench, mixed, filters):
+    pattern, qe = array(bench, filters)
+    grey = 7.0 * light(mixed, bench.WAVELENGTH)
+    mosaic = bench.mosaic_of(grey, SHAPE, pattern, qe)
+    picture = MergeIsp(balance="automatic")(bench.make(mosaic, pattern=pattern, qe=qe))
+    # Mixtures are tried in steps of 1 %; three channels tell any of these apart.
+    np.testing.assert_allclose(picture.xyz.values[5, 5], xyz(grey, bench.WAVELENGTH), rtol=1e-9)
+    white = np.array(picture.attrs["white_xyz"])
+    np.testing.assert_allclose(7 * white, picture.xyz.values[5, 5], rtol=1e-9)
+
+
+def test_all_captures_of_a_split_pixel_count(bench):
+    """Steps from darkness to beyond the large photodiode, a cell of the array each, with noise."""
+    mixed = Mixture("daylight", "halogen", 0.5)
+    grey = light(mixed, bench.WAVELENGTH)
+    mosaic = bench.mosaic_of(grey, (64, 64)) * np.repeat(np.geomspace(0.3, 3e5, 32), 2)
+    captures = bench.make(mosaic, bench.SPLIT, rng=np.random.default_rng(3))
+    found = illuminant(captures, "automatic")
+    assert (found.first, found.second) == ("daylight", "halogen")
+    # The brightest tenth decides: 1e6 e through diodes of 1/100, SNR 100 a pixel, 1e-3 a channel,
+    # over the 0.5 by which red over blue changes with the share.
+    assert found.share == pytest.approx(0.5, abs=0.02)
+
+
+def test_lamps_do_not_count(bench):
+    wall, lamp = light("halogen", bench.WAVELENGTH), light("sodium", bench.WAVELENGTH)
+    mosaic = bench.mosaic_of(wall, (40, 40))
+    mosaic[8:12, 8:12] = 200 * bench.mosaic_of(lamp, (4, 4))
+    assert str(illuminant(bench.make(mosaic), "automatic")) == "halogen"
+
+
+def test_the_matrix_is_the_best_one_in_that_light(bench):
+    """Surfaces in halogen light: 0.56 of the squared error that the matrices of all
+    lights leave, and no other of them does better.
+    """
+    response = bench.electrons_per_radiance()
+    samples = radiances(bench.WAVELENGTH, ("halogen",))
+    target = samples @ xyz_weights(bench.WAVELENGTH).T
+
+    def error(balance):
+        matrix = solve_matrix(response, bench.WAVELENGTH, balance, np.inf)
+        return np.sum((samples @ response.T @ matrix.T - target) ** 2)
+
+    found = Mixture("halogen", "halogen", 0.0)
+    assert error(found) < 0.6 * min(error("daylight"), error("halogen"))
+    assert error(found) < min(error(name) for name in LIGHTS)
+
+
+def test_one_channel_and_darkness_are_taken_for_daylight(bench):
+    one = bench.make(np.full(SHAPE, 50.0), pattern=np.array([[0]]), qe=bench.QE[1:2])
+    dark = bench.make(np.zeros(SHAPE))
+    for captures in (one, dark):
+        found, named = (LinearIsp(balance=b)(captures) for b in ("automatic", "daylight"))
+        np.testing.assert_array_equal(found.xyz.values, named.xyz.values)
+
+
+def test_an_unknown_light_is_refused():
+    with pytest.raises(ConfigError, match="did you mean 'automatic'"):
+        build("isp", "merge", balance="automatik")
