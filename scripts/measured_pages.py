@@ -1,0 +1,215 @@
+"""Run the commands behind one page of docs/measured and write the page.
+
+    python scripts/measured_pages.py             # list the pages and their commands
+    python scripts/measured_pages.py stability   # run its commands, write docs/measured/stability.md
+
+The page names the command, the date, the processor and the libraries. A command that has failed
+leaves the page as it is. Some pages take hours; the list says how long each command took.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import textwrap
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+MEASURED = ROOT / "docs" / "measured"
+LIBRARIES = ("numpy", "scipy", "mitsuba")
+
+
+@dataclass(frozen=True)
+class Page:
+    """One page: its title, the commands that are run for it, and what their rows mean."""
+
+    title: str
+    about: str
+    commands: tuple[str, ...]
+    takes: str  # in words, from the last time the commands were run
+
+
+PAGES = {
+    "accuracy": Page(
+        "Error against run time of each stage",
+        "One row for each setting of a stage. `mark` is `default` for the default setting and"
+        " `peer` for the rule of other simulators. `front` marks settings that no other setting"
+        " beats in both error and time.",
+        ("isethdr study accuracy pictures=docs/images",),
+        "hours",
+    ),
+    "budget": Page(
+        "The allowed error: kept, and what it costs",
+        "Three scenes with three allowed errors, against a reference in float64 with kernels from"
+        " nine times the points, and against the cheapest of 24 settings chosen by hand.",
+        ("isethdr study budget",),
+        "several minutes",
+    ),
+    "charge_dynamics": Page(
+        "Integrators of a pixel that overflows",
+        "Error against run time of integrators of the charge equation.",
+        ("python benchmarks/charge_dynamics.py",),
+        "minutes",
+    ),
+    "convolution": Page(
+        "Convolution methods beside bright lamps",
+        "Error relative to the pixel and CPU time, by brightness of the lamps.",
+        ("isethdr study convolution_methods",),
+        "a minute",
+    ),
+    "emva1288": Page(
+        "Sensors measured by EMVA 1288",
+        "Each figure of a simulated sensor against the field that it should equal.",
+        ("isethdr study emva1288 sensor=all",),
+        "minutes",
+    ),
+    "isp": Page(
+        "Merge rules and demosaic methods",
+        "Signal-to-noise ratio, bias and stated variance of merge rules; quality of demosaic"
+        " methods.",
+        ("isethdr study merge_rules", "isethdr study demosaic_methods"),
+        "minutes",
+    ),
+    "lens_speed": Page(
+        "Speed of the lens",
+        "31 bands of 1080 x 1920 tiles against SciPy and against the common rule of image"
+        " simulators.",
+        ("python benchmarks/spectral_path.py",),
+        "half an hour",
+    ),
+    "omission": Page(
+        "Runs that leave out what they do not need",
+        "Ten cases, each with and without `leave_out`: CPU time and largest difference.",
+        ("isethdr study omission",),
+        "half an hour",
+    ),
+    "published_figures": Page(
+        "Sensors against published figures",
+        "Figures that data sheets and papers state, and the same figures of the simulated sensor.",
+        ("isethdr study published_figures",),
+        "5 CPU s",
+    ),
+    "renderer": Page(
+        "Noise and run time of the renderer",
+        "Stated and true noise, and the samples and seconds that an allowed noise takes.",
+        (
+            "python benchmarks/render_error_allowed.py",
+            "python benchmarks/render_noise.py",
+            "python benchmarks/render_light_groups.py",
+        ),
+        "half an hour",
+    ),
+    "scores": Page(
+        "Intervals of scores",
+        "Stated errors of scores against repeated renderings.",
+        ("python benchmarks/score_errors.py", "python benchmarks/score_intervals.py"),
+        "hours",
+    ),
+    "sensor_speed": Page(
+        "Speed of a shot",
+        "CPU time of one shot of each sensor.",
+        ("python benchmarks/shot.py",),
+        "a minute",
+    ),
+    "stability": Page(
+        "Stability: hard cases and their verdicts",
+        "Each case drives one stage, or the whole chain, to an end of its range. A case is"
+        " **right** where a result was expected and its error lies within the bound that the"
+        " stage states. It is **refused** where an error was expected and one of our own errors"
+        " was raised. Anything else is **WRONG**: beyond the bound, NaN, a crash, a numerical"
+        " warning. The last column names the closed form or the exact sum that a result is"
+        " compared with, or the text of the error.",
+        ("isethdr study stability",),
+        "10 CPU s",
+    ),
+}
+
+
+def main(names: list[str]) -> int:
+    """Write the pages that are named, or list all of them."""
+    unknown = [name for name in names if name not in PAGES]
+    if unknown:
+        print(f"no page {unknown[0]!r}; expected one of {', '.join(PAGES)}", file=sys.stderr)
+        return 2
+    if not names:
+        for name, page in PAGES.items():
+            print(f"{name} ({page.takes}): {'; '.join(page.commands)}")
+    for name in names:
+        text = page_text(name, PAGES[name])
+        (MEASURED / f"{name}.md").write_text(text)
+        print(MEASURED / f"{name}.md")
+    return 0
+
+
+def page_text(name: str, page: Page) -> str:
+    """Return the text of a page after its commands have been run.
+
+    Raises
+    ------
+    subprocess.CalledProcessError : a command failed.
+    """
+    parts = [f"# {page.title}", f"Made by `python scripts/measured_pages.py {name}`."]
+    parts.append(textwrap.fill(page.about, 100))
+    when = f"Measured on {datetime.now(UTC):%Y-%m-%d}, {machine()}."
+    parts.append(textwrap.fill(when, 100))
+    for command in page.commands:
+        parts += [f"## `{command}`", result_of(command)]
+    return "\n\n".join(parts) + "\n"
+
+
+def machine() -> str:
+    """Return the processor and the versions of the libraries that do the work."""
+    model = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        lines = [line for line in info.read_text().splitlines() if line.startswith("model name")]
+        model = lines[0].partition(":")[2].strip() if lines else model
+    versions = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
+    cores, load = os.cpu_count(), os.getloadavg()[0]
+    return f"{model}, {cores} cores with a load of {load:.1f} at the end; {versions}"
+
+
+def result_of(command: str) -> str:
+    """Return what a command prints: a table of a study, a code block of anything else."""
+    words = command.split()
+    if words[:2] != ["isethdr", "study"]:
+        done = subprocess.run(
+            [sys.executable, *words[1:]], cwd=ROOT, check=True, capture_output=True, text=True
+        )
+        return f"```text\n{done.stdout.rstrip()}\n```"
+    with tempfile.TemporaryDirectory() as folder:
+        rows = Path(folder) / "rows.csv"
+        home = os.environ | {"ISETHDR_HOME": folder}
+        run = [*words, "--csv", str(rows)]
+        subprocess.run(run, cwd=ROOT, check=True, env=home, stdout=subprocess.DEVNULL)
+        with rows.open(newline="") as file:
+            return markdown(list(csv.DictReader(file)))
+
+
+def markdown(rows: list[dict[str, str]]) -> str:
+    """Return rows as a Markdown table, numbers with four digits."""
+    columns = list(rows[0])
+    lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
+    for row in rows:
+        cells = [short(value).replace("|", "\\|").replace("\n", " ") for value in row.values()]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def short(text: str) -> str:
+    """Return a number with four digits, any other text as it is."""
+    try:
+        return f"{float(text):.4g}" if "." in text or "e" in text else text
+    except ValueError:
+        return text
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
