@@ -1,7 +1,7 @@
 """Run the commands behind one page of docs/measured and write the page.
 
     python scripts/measured_pages.py             # list the pages and their commands
-    python scripts/measured_pages.py stability   # run its commands, write docs/measured/stability.md
+    python scripts/measured_pages.py stability   # run its commands, write its page
 
 The page names the command, the date, the processor and the libraries. A command that has failed
 leaves the page as it is. Some pages take hours; the list says how long each command took.
