@@ -12,6 +12,7 @@ from __future__ import annotations
 import csv
 import os
 import platform
+import re
 import subprocess
 import sys
 import tempfile
@@ -23,6 +24,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "docs" / "measured"
+# folders of an absolute path: they belong to one machine
+FOLDERS = re.compile(r"(?<![\w.:/])/(?:[\w.-]+/)+")
 LIBRARIES = ("numpy", "scipy", "mitsuba")
 
 
@@ -198,7 +201,8 @@ def markdown(rows: list[dict[str, str]]) -> str:
     columns = list(rows[0])
     lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
     for row in rows:
-        cells = [short(value).replace("|", "\\|").replace("\n", " ") for value in row.values()]
+        plain = [FOLDERS.sub("", short(value)) for value in row.values()]
+        cells = [value.replace("|", "\\|").replace("\n", " ") for value in plain]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
 
