@@ -54,6 +54,10 @@ if TYPE_CHECKING:
     from .config.composition import compose as compose
     from .data.scores import Score as Score
     from .pipeline.demand import Demand as Demand
+    from .plugins.accuracy_knobs import AccuracyKnob as AccuracyKnob
+    from .plugins.accuracy_knobs import Cost as Cost
+    from .plugins.accuracy_knobs import ErrorShare as ErrorShare
+    from .plugins.accuracy_knobs import Spaced as Spaced
     from .plugins.component import PLUGIN_API as PLUGIN_API
     from .plugins.component import Component as Component
     from .plugins.component import Stage as Stage
@@ -70,12 +74,16 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "AccuracyKnob",
     "Component",
+    "Cost",
     "Demand",
+    "ErrorShare",
     "Generator",
     "PLUGIN_API",
     "Range",
     "Score",
+    "Spaced",
     "Stage",
     "__version__",
     "build",
@@ -100,12 +108,16 @@ __all__ = [
     "truth",
 ]
 _MODULE_OF = {  # public name: the module of this package that defines it
+    "AccuracyKnob": "plugins.accuracy_knobs",
     "Component": "plugins.component",
+    "Cost": "plugins.accuracy_knobs",
     "Demand": "pipeline.demand",
+    "ErrorShare": "plugins.accuracy_knobs",
     "Generator": "runs.seeds",
     "PLUGIN_API": "plugins.component",
     "Range": "plugins.ranges",
     "Score": "data.scores",
+    "Spaced": "plugins.accuracy_knobs",
     "Stage": "plugins.component",
     "build": "plugins.registry",
     "components": "plugins.registry",

@@ -22,7 +22,7 @@ from ..plugins.registry import build_from_config, plugin_manager
 from ..runs.names import check_names
 from ..runs.noise_realisations import over_draws, state_spread
 from ..runs.seeds import Generator, checked_seed
-from ..uncertainty import budget, propagation, score_errors
+from ..uncertainty import budget, propagation, score_errors, spending
 from ..uncertainty import ledger as book
 from ..uncertainty.ledger import Ledger
 from ..uncertainty.score_intervals import RendererError, ScoreKey
@@ -50,6 +50,7 @@ class Chain:
     leave_out: bool = True  # False: everything is computed, needed or not
     looked_at: bool = True  # a report shows the scene, under all versions
     unseen: tuple[str, ...] = ()  # versions that were asked for and that nobody looks at
+    shares: budget.Division | None = None  # of the error allowed; None: as the components declare
 
     def components(self) -> list:
         """Return every component, left to right."""
@@ -160,7 +161,7 @@ def chain(config) -> Chain:
     check_rendered(parts.scene, parts.renderer)
     early_checks.check_shots(tuple(parts.cameras.values()), parts.isp)
     early_checks.check_scene(parts.scene, parts.lighting, tuple(parts.versions.values()))
-    return parts
+    return spending.told(parts, lambda: relative_allowed(parts))
 
 
 TABLES = {"sensor": "cameras", "lighting": "versions", "flare": "flare", "metric": "metric"}
@@ -214,9 +215,11 @@ def plan(parts: Chain, rows: Ledger) -> Demand:
         else:
             from ..data.quantities import LABELS  # needs xarray, which is slow to import
 
+            asked = asked_of_sensors(parts, Demand())
             demand = Demand(
                 labels=frozenset(LABELS),
-                error_allowed=asked_of_sensors(parts, Demand()).error_allowed,
+                error_allowed=asked.error_allowed,
+                stored_error_allowed=asked.stored_error_allowed,
             )
         check_memory(parts, demand)
         return demand
@@ -282,8 +285,21 @@ def asked_of_sensors(parts: Chain, demand: Demand) -> Demand:
     also as it is stored, whatever is left out.
     """
     return budget.budgeted(
-        union([narrowed(sensor, demand) for sensor in parts.cameras.values()]), parts.allowed
+        union([narrowed(sensor, demand) for sensor in parts.cameras.values()]),
+        parts.allowed,
+        parts.shares or budget.division(spending.of_chain(parts)),
     )
+
+
+def relative_allowed(parts: Chain) -> float:
+    """Return the relative error allowed of all light after the radiance; 0: the exact way."""
+    asked = book.collected(
+        lambda: union([narrowed(sensor, Demand()) for sensor in parts.cameras.values()])
+    )
+    response = asked.result.response
+    if response is None:
+        return 0.0
+    return replace(response, noise_fraction_allowed=parts.allowed.noise_fraction).error_allowed
 
 
 def state_labels(parts: Chain, demand: Demand) -> None:
@@ -318,6 +334,7 @@ def union(demands: list[Demand]) -> Demand:
             ),
             labels=first.labels | other.labels,
             error_allowed=min(first.error_allowed, other.error_allowed),
+            stored_error_allowed=min(first.stored_error_allowed, other.stored_error_allowed),
             response=joined(first.response, other.response),
             margin=first.margin or other.margin,
             window_m=window.wider(first.window_m, other.window_m),

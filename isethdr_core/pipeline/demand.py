@@ -75,6 +75,7 @@ class Demand:
         # (width, height) of the image plane about the axis that sensors see, inf: all along an axis
         None
     )
+    stored_error_allowed: float = 0.0  # relative, of the rounding of stored radiance
 
     def with_groups(self, groups: Iterable[str]) -> Demand:
         """Return the demand for no other light group than `groups`."""

@@ -2,6 +2,7 @@
 
 | module      | what                                                                           |
 |-------------|--------------------------------------------------------------------------------|
+| `accuracy_knobs` | fields that trade accuracy for time, as a component declares them             |
 | `abilities` | compare a component's class with the Protocols of its kind                     |
 | `builtin`   | the components of the core: lightings                                          |
 | `component` | what a plugin offers under `kind/name`; one component at work                  |

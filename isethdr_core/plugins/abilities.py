@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from ..errors import PluginError, did_you_mean
 from . import protocols
+from .accuracy_knobs import check_knobs, check_shares
 
 NEAR = 0.8  # difflib ratio: two letters swapped in a word of five; bundled methods reach 0.76
 CALL = "__call__"
@@ -51,6 +52,10 @@ def check(kind: str, name: str, cls: type) -> None:
         _check_required(who, kind, protocol, cls)
     for protocol in protocols.abilities_of(kind):
         _check_offered(who, protocol, cls)
+    if offers(cls, "accuracy_knobs"):
+        check_knobs(who, kind, _raw(cls, "accuracy_knobs"), _defaults(cls))
+    if offers(cls, "error_shares"):
+        check_shares(who, kind, _raw(cls, "error_shares"))
     _check_spelling(who, kind, cls)
 
 
@@ -202,6 +207,12 @@ def offers(cls: type, name: str) -> bool:
 def _fields(cls: type) -> frozenset[str]:
     fields = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
     return frozenset(f.name for f in fields)
+
+
+def _defaults(cls: type) -> dict[str, Any]:
+    """Return {field: default} of the fields that users set; `MISSING` where a function makes it."""
+    fields = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
+    return {f.name: f.default for f in fields if f.init}
 
 
 @cache

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from ..runs.seeds import Generator
     from ..uncertainty.error_terms import ErrorMaps, ErrorTerm
     from ..uncertainty.ledger import LeftOut
+    from .accuracy_knobs import AccuracyKnob, ErrorShare
 
     Numbers: TypeAlias = npt.NDArray[np.floating[Any]]
 
@@ -262,6 +263,20 @@ class ChoosesKernels(Protocol):
     def kernels(self) -> dict[str, str]:
         """Return {library: what it picked in this process}, for those that were used."""
         ...
+
+
+@runtime_checkable
+class DeclaresAccuracy(Protocol):
+    """A component with fields that trade accuracy for time."""
+
+    accuracy_knobs: ClassVar[Sequence[AccuracyKnob]]  # a study varies them, a budget may set them
+
+
+@runtime_checkable
+class DividesErrorAllowed(Protocol):
+    """A lens that divides the error allowed over what it spends the error on."""
+
+    error_shares: ClassVar[Sequence[ErrorShare]]  # their costs; the lens is told the sum
 
 
 # --- abilities of scenes and renderers ------------------------------------------------------------
@@ -686,7 +701,13 @@ REQUIRED: dict[str, type] = {  # a flare has at least one of `FLARES` instead
     "metric": Metric,
 }
 FLARES: tuple[type, ...] = (TransmitsPupil, ScattersLight, AddsLight)
-OF_ANY_KIND: tuple[type, ...] = (NarrowsDemand, ReadsFiles, ChoosesKernels)
+OF_ANY_KIND: tuple[type, ...] = (
+    NarrowsDemand,
+    ReadsFiles,
+    ChoosesKernels,
+    DeclaresAccuracy,
+    DividesErrorAllowed,  # refused where the kind is no lens
+)
 OPTIONAL: dict[str, tuple[type, ...]] = {
     "scene": (KnowsItsBands, CountsTiles, KnowsItsField, ListsGroups, ChecksFiles),
     "renderer": (

@@ -9,5 +9,6 @@
 | `propagation`     | stated errors carried to the electrons of each capture                     |
 | `render_noise`    | the renderer's own noise, tile by tile, and in the pixels of a camera      |
 | `score_errors`    | how far the renderer's noise moves the scores                              |
+| `spending`        | what the components of a chain spend the error allowed on                  |
 | `score_intervals` | one 95 % interval per score, over sensor noise and renderer noise together |
 """

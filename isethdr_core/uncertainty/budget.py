@@ -11,30 +11,20 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 from ..errors import ConfigError
 from ..pipeline.demand import Demand
+from ..plugins.accuracy_knobs import Cost, ErrorShare, knobs_of
 from . import ledger
 
-
-@dataclass(frozen=True)
-class Cost:
-    """What an error costs: seconds x error^-power, or where `power` is 0 so many seconds for every
-    factor e that it is less.
-    """
-
-    seconds: float
-    power: float = 0.0
-
-    def of(self, error: float) -> float:
-        """Return the seconds of an error, but for a constant."""
-        return self.seconds * (error**-self.power if self.power else -math.log(error))
+STORE_KEY, LIGHT_KEY = "store", "light"  # whose costs the core knows
+Key = TypeVar("Key")
 
 
-def divided(allowed: float, costs: dict[str, Cost]) -> dict[str, float]:
+def divided(allowed: float, costs: Mapping[Key, Cost]) -> dict[Key, float]:
     """Return the errors, `allowed` in all, that cost least.
 
     Lagrange: at the least total every stage gains as much from a little more error, -cost'(e) =
@@ -42,7 +32,7 @@ def divided(allowed: float, costs: dict[str, Cost]) -> dict[str, float]:
     with the rate.
     """
 
-    def errors(log_rate: float) -> dict[str, float]:
+    def errors(log_rate: float) -> dict[Key, float]:
         return {
             k: math.exp((math.log(c.seconds * (c.power or 1.0)) - log_rate) / (1 + c.power))
             for k, c in costs.items()
@@ -56,10 +46,69 @@ def divided(allowed: float, costs: dict[str, Cost]) -> dict[str, float]:
     return errors(high)
 
 
-# The rounding of stored radiance has this share of what a config allows; all after it has the rest.
-# It costs the least together with the costs of the bundled lenses, which state their own division
-# of the rest (`isethdr_optics.imaging.accuracy_shares`) and test this figure.
+# CPU seconds of rounding stored radiance, for a million values: measured (docs/budget.md).
+STORE_COST = Cost(0.007)
+# The share of that rounding in what a config allows, where the light has the costs of the bundled
+# lenses. Light of which no component declares any cost is left the rest.
 STORE = 0.10925760665975137
+# Shares are found for this fraction of the noise: what little they change with it is worth no
+# seconds.
+USUAL = 0.1
+
+
+@dataclass(frozen=True)
+class Spending:
+    """What one component spends the error allowed on.
+
+    Parameters
+    ----------
+    kind : of the component. `who` : its kind and name, for people.
+    share : cost of an error, or the share that is reserved.
+    field : of the component that takes the share; "": the component divides it by itself.
+    """
+
+    kind: str
+    who: str
+    share: ErrorShare
+    field: str = ""
+
+
+@dataclass(frozen=True)
+class Division:
+    """Shares of the error allowed, 1 in all."""
+
+    store: float  # rounding of stored radiance
+    light: float  # what the lens is told
+    told: dict[tuple[str, str], float] = field(default_factory=dict)  # {(who, field): share}
+
+
+def division(spending: Sequence[Spending] = ()) -> Division:
+    """Return the cheapest division of the error allowed over the store and all that spend it.
+
+    A lens that declares no cost is taken for one whose cost leaves it the usual 89 % beside the
+    store.
+
+    Raises
+    ------
+    ConfigError : components reserve all of the error allowed.
+    """
+    if not spending:
+        return Division(STORE, 1 - STORE)
+    costs: dict[Any, Cost] = {STORE_KEY: STORE_COST}
+    if not any(one.kind == "lens" for one in spending):
+        costs[LIGHT_KEY] = Cost(STORE_COST.seconds * (1 - STORE) / STORE)
+    costs |= {k: one.share.cost for k, one in enumerate(spending) if one.share.cost is not None}
+    reserved = {k: one.share.reserved for k, one in enumerate(spending) if one.share.cost is None}
+    if sum(reserved.values()) >= 1:
+        listed = ", ".join(f"{spending[k].who} {share:g}" for k, share in reserved.items())
+        raise ConfigError(
+            f"components reserve all of the error allowed ({listed}); leave one of them out"
+        )
+    bought = divided(USUAL * (1 - sum(reserved.values())), costs)
+    shares = {key: error / USUAL for key, error in bought.items()} | reserved
+    told = {(one.who, one.field): shares[k] for k, one in enumerate(spending) if one.field}
+    light = sum(shares[k] for k, one in enumerate(spending) if one.kind == "lens")
+    return Division(shares[STORE_KEY], shares.get(LIGHT_KEY, 0.0) + light, told)
 
 
 @dataclass(frozen=True)
@@ -100,6 +149,8 @@ def _check(name: str, value: object, most: float, expected: str, example: str) -
 def with_render_error(renderer: Any, given: Allowed) -> Any:
     """Return the renderer told to go on until its noise is allowed; ConfigError where it cannot be
     told, or is told otherwise.
+
+    It is told in the field that it declares as a budgeted knob, else in one named `error_allowed`.
     """
     if given.render_error is None:
         return renderer
@@ -108,28 +159,35 @@ def with_render_error(renderer: Any, given: Allowed) -> Any:
             "accuracy.render_error_allowed is set, but the run has no renderer; type"
             " accuracy.render_error_allowed=null"
         )
-    if "error_allowed" not in {f.name for f in dataclasses.fields(renderer)}:
+    name = next((k.field for k in knobs_of(renderer) if k.budgeted), "error_allowed")
+    if name not in {f.name for f in dataclasses.fields(renderer)}:
         raise ConfigError(
             f"accuracy.render_error_allowed is set, but {type(renderer).__name__} has no field"
-            " error_allowed; choose another renderer, or type accuracy.render_error_allowed=null"
+            f" {name}; choose another renderer, or type accuracy.render_error_allowed=null"
         )
-    if renderer.error_allowed not in (None, given.render_error):
+    now = getattr(renderer, name)
+    if now not in (None, given.render_error):
         raise ConfigError(
-            f"renderer.error_allowed is {renderer.error_allowed!r}, accuracy.render_error_allowed"
+            f"renderer.{name} is {now!r}, accuracy.render_error_allowed"
             f" {given.render_error!r}; set one of them"
         )
-    return replace(renderer, error_allowed=given.render_error)
+    return replace(renderer, **{name: given.render_error})
 
 
-def budgeted(demand: Demand, given: Allowed) -> Demand:
+def budgeted(demand: Demand, given: Allowed, shares: Division | None = None) -> Demand:
     """Return the demand with the error allowed of all light after the radiance, in the sensors'
     terms and relative.
 
     Sensors without noise put no response into the demand: nothing is small beside their noise, and
     light is asked for exactly.
+
+    Parameters
+    ----------
+    shares : who has how much of it; None: the store its own, and the lens the rest.
     """
     if demand.response is None:
         return demand
+    shares = shares or division()
     whole = replace(demand.response, noise_fraction_allowed=given.noise_fraction)
     ledger.error(
         whole.error_allowed,
@@ -137,12 +195,13 @@ def budgeted(demand: Demand, given: Allowed) -> Demand:
         "bound",
         f"allowed of light after the radiance: {given.noise_fraction:g} of the noise at full scale",
     )
-    response = replace(whole, noise_fraction_allowed=(1 - STORE) * given.noise_fraction)
+    response = replace(whole, noise_fraction_allowed=shares.light * given.noise_fraction)
+    stored = shares.store * whole.error_allowed
     ledger.error(
-        STORE * whole.error_allowed,
+        stored,
         "relative",
         "bound",
-        f"of it for the store's rounding, {STORE * given.noise_fraction:.2g} of the noise",
+        f"of it for the store's rounding, {shares.store * given.noise_fraction:.2g} of the noise",
     )
     ledger.error(
         response.error_allowed,
@@ -150,11 +209,19 @@ def budgeted(demand: Demand, given: Allowed) -> Demand:
         "bound",
         f"of it for lens and flares, {response.noise_fraction_allowed:.2g} of the noise",
     )
-    return replace(demand, response=response, error_allowed=response.error_allowed)
+    for (who, name), share in shares.told.items():
+        label = f"of it for {who}, {share * given.noise_fraction:.2g} of the noise, as {name}"
+        ledger.error(share * whole.error_allowed, "relative", "bound", label)
+    return replace(
+        demand,
+        response=response,
+        error_allowed=response.error_allowed,
+        stored_error_allowed=stored,
+    )
 
 
 def stored_error(demand: Demand) -> float:
     """Return the relative error that a store's rounding may have, 0 where no sensor says what it
     can tell.
     """
-    return demand.error_allowed * STORE / (1 - STORE)
+    return demand.stored_error_allowed

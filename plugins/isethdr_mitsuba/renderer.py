@@ -10,7 +10,9 @@ import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.plugins.accuracy_knobs import AccuracyKnob, Cost
 from isethdr_core.plugins.ranges import Range, Seed, Wavelength, check_ranges
+from isethdr_core.uncertainty.error_terms import Quantity
 
 from .doctor import choose_variant
 from .frame import render_frame
@@ -35,6 +37,38 @@ BandStep = Annotated[float, Range(0.1, 3000)]  # nm
 Samples = Annotated[int, Range(1, 10_000_000)]  # noise falls to 0.03 % of one path's
 ErrorAllowed = Annotated[float, Range(1e-5, 0.999)]
 Depth = Annotated[int, Range(1, 1000)]  # segments; light has gone after a few dozen
+
+OTHER_PATHS = {"seed": 2**40 + 1}  # for a reference with noise of its own
+# noise falls with the root of the paths
+ACCURACY_KNOBS = (
+    AccuracyKnob(
+        "samples",
+        (16, 64, 256),
+        Quantity.RADIANCE,
+        Cost(1.0, -1.0),
+        reference=1024,
+        independent=OTHER_PATHS,
+        matters=lambda renderer: renderer.error_allowed is None,
+    ),
+    AccuracyKnob(
+        "error_allowed",
+        (0.4, 0.2, 0.1),
+        Quantity.RADIANCE,
+        Cost(1.0, 2.0),
+        reference=0.05,
+        independent=OTHER_PATHS,
+        budgeted=True,
+        matters=lambda renderer: renderer.samples is None,
+    ),
+    AccuracyKnob(
+        "max_depth",
+        (2, 3, 4, 5, 8),
+        Quantity.RADIANCE,
+        reference=16,
+        independent=OTHER_PATHS,
+    ),
+    AccuracyKnob("step_nm", (50.0, 30.0, 20.0, 10.0), Quantity.ELECTRONS, reference=5.0),
+)
 
 
 @dataclass(frozen=True)
@@ -67,6 +101,8 @@ class MitsubaRenderer:
     variant: Literal["auto", "llvm", "cuda", "scalar"] = "auto"
     # quantity of a narrow beam that is kept: candela on its axis, or lumens
     normalise: Literal["intensity", "flux"] = "intensity"
+
+    accuracy_knobs: ClassVar[tuple[AccuracyKnob, ...]] = ACCURACY_KNOBS
 
     def __post_init__(self):
         check_ranges(self)

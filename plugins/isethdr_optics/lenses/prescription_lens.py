@@ -16,6 +16,7 @@ from isethdr_core.data.camera_geometry import distortion_map, table_values
 from isethdr_core.errors import ConfigError
 from isethdr_core.uncertainty.error_terms import Quantity
 
+from ..imaging.accuracy_shares import PLACES_KNOB, SPECKLE_KNOB
 from ..prescription.amplitude import amplitude
 from ..prescription.exit_pupil import exit_pupil
 from ..prescription.field import check, state
@@ -66,6 +67,8 @@ class PrescribedLens(FieldLens):
     wavefront: Literal["traced", "none"] = "traced"
     # share of a point's light that interpolation between field points may misplace
     error_allowed: ErrorAllowed = 0.05
+
+    accuracy_knobs = (SPECKLE_KNOB, PLACES_KNOB)  # no field
 
     def __post_init__(self):
         super().__post_init__()

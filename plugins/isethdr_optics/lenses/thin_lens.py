@@ -21,6 +21,7 @@ from isethdr_core.pipeline.imaging_plan import LightBudget, imaged
 from isethdr_core.plugins.ranges import Wavelength, check_ranges
 
 from ..field.omissions import planned
+from ..imaging.accuracy_shares import ERROR_SHARES, SPECKLE_KNOB
 from ..imaging.array_backend import place
 from ..imaging.sensor_plane import image_size
 from .limits import (
@@ -212,7 +213,9 @@ class DiffractionLimitedLens(IdealLens):
     # allowed relative sampling error of a kernel, mean over the tiles of one radius
     speckle_error: ErrorAllowed = 0.03
 
-    blurs = True  # not fields: by diffraction alone
+    accuracy_knobs = (SPECKLE_KNOB,)  # not fields
+    error_shares = ERROR_SHARES
+    blurs = True  # by diffraction alone
     zernike_um = None  # this lens has no wavefront error
     traced, rims = None, ()  # nor a traced colour, nor rims that cut its stop; see `place_lens`
     uneven = ()  # nor light uneven over the stop

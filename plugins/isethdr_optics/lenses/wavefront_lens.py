@@ -8,6 +8,7 @@ import numpy as np
 
 from isethdr_core.errors import ConfigError
 
+from ..imaging.accuracy_shares import PLACES_KNOB, SPECKLE_KNOB
 from .field_point_lens import FieldLens
 from .limits import ErrorAllowed, FieldAngle, Zernikes
 
@@ -23,6 +24,8 @@ class WavefrontLens(FieldLens):
     field_zernike_um: dict[FieldAngle, Zernikes] = field(default_factory=dict)
     # share of a point's light that interpolation between field points may misplace
     error_allowed: ErrorAllowed = 0.05
+
+    accuracy_knobs = (SPECKLE_KNOB, PLACES_KNOB)  # no field
 
     def __post_init__(self):
         super().__post_init__()

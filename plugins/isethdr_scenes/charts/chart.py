@@ -15,8 +15,10 @@ from isethdr_core.extras import needed
 from isethdr_core.physics.photometry import luminance
 from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.pipeline.field_check import camera_field
+from isethdr_core.plugins.accuracy_knobs import AccuracyKnob, Cost
 from isethdr_core.plugins.ranges import Wavelength, check_ranges
 from isethdr_core.quantities import centres, scene_radiance
+from isethdr_core.uncertainty.error_terms import Quantity
 
 from ..limits import BandStep, Field, Luminance, Tiles
 from .daylight import DAYLIGHT_K, daylight
@@ -39,6 +41,17 @@ class Chart:
     spectrum: Literal["D65", "A", "E"] = "D65"
     # projection of the grid of tiles; equidistant serves lenses wider than 150 degrees
     projection: Literal["tangent", "equidistant"] = "tangent"
+
+    # no field; light goes through the camera band by band
+    accuracy_knobs = (
+        AccuracyKnob(
+            "step_nm",
+            (50.0, 30.0, 20.0, 10.0, 5.0),
+            Quantity.ELECTRONS,
+            Cost(1.0, 1.0),
+            reference=2.0,
+        ),
+    )
 
     def __post_init__(self):
         check_ranges(self)

@@ -11,14 +11,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from isethdr_core import compose
+from isethdr_core import AccuracyKnob, ErrorShare, compose
 from isethdr_core.demand import Demand, Response
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain import Chain, chain, on_sensor, plan
 from isethdr_core.plugins.registry import build
 from isethdr_core.storage.encoding import KEEPBITS, bits_for, rounding
-from isethdr_core.uncertainty import budget, ledger
+from isethdr_core.uncertainty import budget, ledger, spending
 from isethdr_core.uncertainty.budget import Cost
+from isethdr_core.uncertainty.error_terms import Quantity
 
 SMALL = [
     "scene=uniform",
@@ -184,3 +185,84 @@ def test_only_a_lens_that_takes_an_error_is_told_one():
         parts = Chain(None, None, None, {}, lens, {}, {"a": SimpleNamespace()}, None, {})
         on_sensor(parts, mixed, Demand(error_allowed=0.01))
     assert told == [0.01, "none"]
+
+
+@dataclass(frozen=True)
+class Veil:
+    """A flare of an outside package that spends the error allowed on its own rays."""
+
+    error_allowed: float | None = None
+
+    accuracy_knobs = (
+        AccuracyKnob(
+            "error_allowed", (0.1, 0.01), Quantity.IRRADIANCE, Cost(0.02, 1.5), budgeted=True
+        ),
+    )
+
+    def irradiance(self, lens, mixed):
+        raise NotImplementedError
+
+
+def test_the_budget_is_divided_over_whatever_the_components_declare():
+    parts = Chain(
+        None, None, None, {}, build("lens", "diffraction_limited"), {"v": Veil()}, {}, None, {}
+    )
+    shares = budget.division(found := spending.of_chain(parts))
+    assert [one.who for one in found] == ["lens"] * 3 + ["flare v"]
+    [(who, veil)] = shares.told.items()
+    assert who == ("flare v", "error_allowed")
+    assert shares.store + shares.light + veil == pytest.approx(1.0, rel=1e-12)
+    # Lagrange: a little more error saves the flare as many seconds as it saves the store
+    rate = budget.STORE_COST.seconds / (budget.USUAL * shares.store)
+    cost, error = found[-1].share.cost, budget.USUAL * veil
+    assert cost.seconds * cost.power * error ** -(cost.power + 1) == pytest.approx(rate, rel=1e-9)
+
+
+def test_without_declarations_and_with_bundled_lenses_the_store_has_its_usual_share():
+    of = {}
+    for name in ("ideal", "diffraction_limited", "wavefront", "prescription"):
+        lens = build("lens", name)
+        of[name] = budget.division(
+            spending.of_chain(Chain(None, None, None, {}, lens, {}, {}, None, {}))
+        )
+    for shares in of.values():
+        # the root is found to 2e-12
+        assert shares.store == pytest.approx(budget.STORE, rel=1e-11) and not shares.told
+        assert shares.light == pytest.approx(1 - budget.STORE, rel=1e-11)
+    lone = budget.division([budget.Spending("flare", "f", ErrorShare("e", Cost(1.0)), "e")])
+    # a lens that declares nothing beside a flare that does: their ratio is that of the costs
+    light = budget.STORE_COST.seconds * (1 - budget.STORE) / budget.STORE
+    assert lone.told["f", "e"] / lone.light == pytest.approx(1.0 / light, rel=1e-9)
+
+
+def test_a_component_is_told_its_share_in_its_field_unless_a_user_has_set_it():
+    lens, sensor = build("lens", "diffraction_limited"), build("sensor", "bayer")
+    flares = {"told": Veil(), "set": Veil(0.25)}
+    parts = Chain(None, None, None, {}, lens, flares, {"c": sensor}, None, {})
+    done = spending.told(parts, lambda: 1e-3)
+    share = done.shares.told["flare told", "error_allowed"]
+    assert done.flares == {"told": Veil(share * 1e-3), "set": Veil(0.25)} and share > 0
+    assert ("flare set", "error_allowed") not in done.shares.told
+    assert done.lens is lens and done.cameras == {"c": sensor}
+    exact = spending.told(parts, lambda: 0.0)
+    assert exact.flares == flares  # light is asked for exactly: nobody is told an error
+
+
+def test_all_reserved_is_refused():
+    every = [budget.Spending("lens", "lens", ErrorShare("a", reserved=0.5)) for _ in range(2)]
+    with pytest.raises(ConfigError, match="reserve all of the error allowed"):
+        budget.division(every)
+
+
+def test_a_renderer_is_told_in_the_field_that_it_declares():
+    @dataclass(frozen=True)
+    class Acme:
+        target: float | None = None
+        accuracy_knobs = (
+            AccuracyKnob("target", (0.1, 0.01), Quantity.RADIANCE, Cost(1.0, 2.0), budgeted=True),
+        )
+
+    given = budget.Allowed(render_error=0.2)
+    assert budget.with_render_error(Acme(), given) == Acme(0.2)
+    with pytest.raises(ConfigError, match="renderer.target is 0.3.*set one of them"):
+        budget.with_render_error(Acme(0.3), given)

@@ -3,7 +3,7 @@
 import pytest
 from isethdr_optics.imaging import accuracy_shares as shares
 
-from isethdr_core.uncertainty.budget import STORE, divided
+from isethdr_core.uncertainty.budget import STORE, STORE_COST, USUAL, divided
 
 
 def test_shares_add_up_to_the_whole():
@@ -14,9 +14,9 @@ def test_shares_add_up_to_the_whole():
 
 def test_the_share_of_the_store_is_that_of_the_cheapest_division_of_all():
     """A part of the cheapest division is the cheapest division of what that part has."""
-    whole = shares.USUAL * (1 - shares.FAINT_GHOSTS)
-    found = divided(whole, shares.COSTS | {"store": shares.STORE_COST})
+    whole = USUAL * (1 - shares.FAINT_GHOSTS)
+    found = divided(whole, shares.COSTS | {"store": STORE_COST})
     # the root is found to 2e-12
-    assert found["store"] / shares.USUAL == pytest.approx(STORE, rel=1e-11)
+    assert found["store"] / USUAL == pytest.approx(STORE, rel=1e-11)
     for name, share in shares.SHARES.items():
-        assert found[name] / shares.USUAL == pytest.approx(share, rel=1e-11)
+        assert found[name] / USUAL == pytest.approx(share, rel=1e-11)

@@ -13,13 +13,17 @@ from cachetools import LRUCache
 
 from isethdr_core import ledger, quantities
 from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.accuracy_knobs import AccuracyKnob, Cost
 from isethdr_core.plugins.ranges import Percent, Share, check_ranges
+from isethdr_core.uncertainty.error_terms import Quantity
 
 from ...lenses.limits import Blades, Direction
 from ...prescription.coatings import Powers
 from ...prescription.prescription import check_coating, load
 from .draw import Canvas, Iris, points, sources
 from .trace import beams, boxes, rank, split
+
+PART = "light of ghosts"  # the part of the light that the errors of ghosts act on
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,17 @@ class GhostFlare:
     sensor_reflectance_percent: Percent = 2.0  # specular reflectance of the sensor
     blades: Blades = 0  # number of blades of the iris; below 3 the iris is round
     rotation_deg: Direction = 17.0  # rotation of the iris about the optical axis
+
+    accuracy_knobs = (  # no field; with each factor the same number of pairs more
+        AccuracyKnob(
+            "error_allowed",
+            (1e-3, 1e-4, 1e-5, 1e-6),
+            Quantity.IRRADIANCE,
+            Cost(1.0),
+            part=PART,
+            reference=1e-8,
+        ),
+    )
 
     def __post_init__(self):
         check_ranges(self)
@@ -84,7 +99,6 @@ class GhostFlare:
 
 
 RADIAL_BINS = 24  # of the field, in which rays of lamps are traced once and kept
-PART = "light of ghosts"  # the part of the light that the errors of ghosts act on
 # of a tile's ghosts, in 99 % of the tiles; measured on three prescriptions against 4 times the rays
 # and points
 DRAWING = 0.1
