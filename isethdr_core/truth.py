@@ -5,7 +5,9 @@ from .data.reference_picture import (
     FLOAT32,
     PICTURE_DIMS,
     TIE,
+    UNDENOISED,
     VARIANCE_KNOWN,
+    before_denoising,
     check_picture,
     labels_on,
     make_picture,
@@ -14,6 +16,7 @@ from .data.reference_picture import (
     total_variance,
     truth,
     variance_known,
+    with_undenoised,
 )
 
 __all__ = [
@@ -21,7 +24,9 @@ __all__ = [
     "FLOAT32",
     "PICTURE_DIMS",
     "TIE",
+    "UNDENOISED",
     "VARIANCE_KNOWN",
+    "before_denoising",
     "check_picture",
     "labels_on",
     "make_picture",
@@ -30,4 +35,5 @@ __all__ = [
     "total_variance",
     "truth",
     "variance_known",
+    "with_undenoised",
 ]

@@ -22,6 +22,7 @@ from .quantities import LUMINANCE, check_mixed, names, tile_pitch
 from .temporal_modulation import time_mean
 
 PICTURE_DIMS = ("y", "x", "xyz_channel")
+UNDENOISED = "undenoised_"  # prefix of what a denoised picture holds of the picture before
 VARIANCE_KNOWN = "variance_known"  # optional attribute of a picture; absent means True
 FIXED_PATTERN = "fixed_pattern_variance"  # optional variable of a picture
 FLOAT32 = 2.0**-24  # relative: half a unit in the last place of a float32
@@ -89,6 +90,25 @@ def variance_known(picture: xr.Dataset) -> bool:
     no score may use them.
     """
     return bool(picture.attrs.get(VARIANCE_KNOWN, True))
+
+
+def with_undenoised(picture: xr.Dataset, before: xr.Dataset) -> xr.Dataset:
+    """Return a denoised picture that also holds what it was before: values and variances."""
+    held = [name for name in ("xyz", "variance", FIXED_PATTERN) if name in before]
+    return picture.assign({UNDENOISED + name: before[name] for name in held})
+
+
+def before_denoising(picture: xr.Dataset) -> xr.Dataset:
+    """Return the picture before it was denoised, with its variance; itself where nothing was
+    denoised, or where the image processing keeps nothing of before.
+    """
+    held = [name for name in picture.data_vars if str(name).startswith(UNDENOISED)]
+    if not held:
+        return picture
+    plain = {str(name).removeprefix(UNDENOISED): picture[name] for name in held}
+    out = picture.drop_vars([FIXED_PATTERN, *held], errors="ignore").assign(plain)
+    out.attrs = {k: v for k, v in picture.attrs.items() if k != VARIANCE_KNOWN}
+    return out
 
 
 def check_picture(picture: xr.Dataset, what: str = "picture") -> None:

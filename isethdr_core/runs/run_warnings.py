@@ -107,8 +107,9 @@ def median_object_snr_db(picture: xr.Dataset, labels: xr.Dataset) -> float:
     """
     import numpy as np
 
-    from ..data.reference_picture import total_variance, variance_known
+    from ..data.reference_picture import before_denoising, total_variance, variance_known
 
+    picture = before_denoising(picture)
     if "instance" not in labels or not variance_known(picture):
         return math.nan
     measured = picture["valid"].values & (labels["instance"].values > 0)

@@ -28,6 +28,9 @@ NOTES = {
 }
 
 
+UNDENOISED = "undenoised_"  # as `reference_picture.UNDENOISED`
+
+
 def rounded_picture(ds) -> dict:
     """Return the rounded variables of a picture, by name; empty where `ds` is no picture.
 
@@ -46,7 +49,14 @@ def rounded_picture(ds) -> dict:
     The largest error is the same, but medians and shares over many pixels are not those of one
     grid. Values that float32 itself resolves less well are only as exact as float32.
     """
-    found = {n: ds.variables[n] for n in NOTES if n in ds.variables}
+    out = _rounded({n: ds.variables[n] for n in NOTES if n in ds.variables})
+    before = {n: UNDENOISED + n for n in NOTES if UNDENOISED + n in ds.variables}
+    rounded = _rounded({n: ds.variables[long] for n, long in before.items()})
+    return out | {before[n]: variable for n, variable in rounded.items()}
+
+
+def _rounded(found: dict) -> dict:
+    """Return the rounded variables of one picture by name, empty where they are none."""
     if "xyz" not in found or found["xyz"].dims[-1:] != ("xyz_channel",):
         return {}
     if any(v.dims != found["xyz"].dims or v.dtype.kind != "f" for v in found.values()):

@@ -13,7 +13,7 @@ from isethdr_core.data import camera_geometry
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.physics.colour.colour_spaces import colour_matrix
 from isethdr_core.physics.photometry import xyz_weights
-from isethdr_core.truth import VARIANCE_KNOWN, make_picture
+from isethdr_core.truth import VARIANCE_KNOWN, make_picture, variance_known, with_undenoised
 
 from .demosaic.denoise import denoised
 from .demosaic.interpolation import array_period
@@ -35,16 +35,31 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
         (y, x).
     reads : `readout.Readout` of the charge whose electrons these are.
     captures : the captures Dataset, for the filter array, the grid and the lens.
-    how : the fields of the isp.
+    how : the fields of the isp. A denoised picture also holds the picture before, whose variance is
+        known (`truth.before_denoising`).
     balance : the light whose grey comes back exactly.
     """
-    filters, names = captures["filter"].values, [str(name) for name in captures["channel"].values]
     if how.denoise not in DENOISERS:
         raise ConfigError(
             f"isp denoise {how.denoise!r} is unknown{did_you_mean(how.denoise, DENOISERS)}"
         )
-    if how.denoise == "nl_means":
-        merged = denoised(merged, array_period(filters))
+    response, dark_var_e2 = reads[0].response, floor_e2(reads)
+    matrix = solve_matrix(
+        response, captures.wavelength.values, balance, how.design_snr, dark_var_e2
+    )
+    attrs = picture_attrs(captures, response, how, balance, dark_var_e2)
+    picture = _developed(merged, captures, how, matrix, attrs)
+    if how.denoise == "none":
+        return picture
+    smooth = denoised(merged, array_period(captures["filter"].values))
+    attrs[VARIANCE_KNOWN] = False
+    out = _developed(smooth, captures, how, matrix, attrs)
+    return with_undenoised(out, picture) if variance_known(picture) else out
+
+
+def _developed(merged, captures, how: Development, matrix, attrs: dict):
+    """Return the picture that one mosaic makes through the colour matrix (3, channel)."""
+    filters, names = captures["filter"].values, [str(name) for name in captures["channel"].values]
     # the falloff goes first, while every sample still stands at its own place: a uniform scene is
     # then flat to the demosaic
     level = shading(captures, how.shading_csv)
@@ -56,13 +71,8 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
     planes, touched, noise_map = interpolate(
         how.demosaic, merged.signal_e / level, filters, names, variance, ~valid
     )
-    response, dark_var_e2 = reads[0].response, floor_e2(reads)
-    matrix = solve_matrix(
-        response, captures.wavelength.values, balance, how.design_snr, dark_var_e2
-    )
-    attrs = picture_attrs(captures, response, how, balance, dark_var_e2)
-    if noise_map is None or how.denoise != "none":
-        attrs[VARIANCE_KNOWN] = False
+    if noise_map is None or not attrs.get(VARIANCE_KNOWN, True):
+        attrs = {**attrs, VARIANCE_KNOWN: False}
         noise = PictureNoise(*np.full((2, len(matrix), *valid.shape), np.nan))
     else:
         fixed = merged.fixed.scaled(1 / level)

@@ -10,7 +10,7 @@ import numpy as np
 from markupsafe import Markup
 
 from isethdr_core.extras import needed
-from isethdr_core.truth import total_variance
+from isethdr_core.truth import before_denoising, total_variance
 
 COLOURS = {"truth": "#222222"}
 CYCLE = ("#c1272d", "#0b6fa4", "#2e8b57", "#b8860b", "#6a4c93")
@@ -125,7 +125,8 @@ def snr_curve(
 
     Bins are of true luminance: binned by the noisy estimate, dark bins would hold mostly noise.
     """
-    y, variance = truth["xyz"].values[..., 1], total_variance(picture).values[..., 1]
+    stated = total_variance(before_denoising(picture))
+    y, variance = truth["xyz"].values[..., 1], stated.values[..., 1]
     good = picture["valid"].values & (y > 0) & (variance > 0)
     y, variance = y[good], variance[good]
     if not y.size:

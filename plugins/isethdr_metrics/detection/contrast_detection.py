@@ -14,6 +14,7 @@ from isethdr_core import ledger
 from isethdr_core.data.derived_once import once
 from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
+from isethdr_core.truth import before_denoising
 
 from ..limits import Percent, Reach
 from ..luminance.noise_line import noise_line
@@ -100,6 +101,7 @@ class ContrastDetection:
         interval is that of a median, as if one pixel in `SMOOTH` x `SMOOTH` were independent: the
         picture's mean is taken over such windows.
         """
+        picture = before_denoising(picture)
         if not variance_stated(picture, "contrast_detection", "probability"):
             return []
         model, scores = self._model(picture, truth), []

@@ -10,6 +10,7 @@ from isethdr_core import ledger
 from isethdr_core.data.derived_once import once
 from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
+from isethdr_core.truth import before_denoising
 
 from ..limits import Fewest, Ring
 from ..regions import NAN, luminance_variance, luminances, regions_of, variance_stated
@@ -43,8 +44,9 @@ class ObjectContrast:
         if labels is None or "instance" not in labels:
             ledger.left_out("object_contrast", "the scene has no label 'instance'", NAN, "Weber")
             return []
-        variance, scores = luminance_variance(picture), []
-        noisy = variance_stated(picture, "object_contrast_snr", "")
+        before = before_denoising(picture)
+        variance, scores = luminance_variance(before), []
+        noisy = variance_stated(before, "object_contrast_snr", "")
         for region in regions_of(y.shape, labels)[1:]:
             name = region.name
             ring = once(("ring", self.ring, name), (labels,), lambda r=region: self._ring(r))

@@ -13,6 +13,7 @@ from isethdr_core import ledger
 from isethdr_core.data.derived_once import intervals_wanted
 from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
+from isethdr_core.truth import before_denoising
 
 from ..limits import Darkest
 from ..regions import NAN, luminance_variance, luminances, variance_stated
@@ -51,6 +52,7 @@ class DynamicRange:
         confidence limit. The interval of a range is the jackknife's over the groups of dark pixels,
         and the noise of the brightest pixel.
         """
+        picture = before_denoising(picture)
         y, true, valid = luminances(picture, truth)
         if not variance_stated(picture, "dynamic_range", "dB"):
             return []

@@ -1,0 +1,70 @@
+"""The typical cameras at night: noise before denoising, and what denoising takes from an edge."""
+
+import numpy as np
+import pytest
+from isethdr_isp.spectra import LIGHTS
+from isethdr_isp.spectra import light as white
+
+import isethdr_core as hdr
+from isethdr_core.data.reference_picture import before_denoising, truth
+from isethdr_core.plugins.registry import build_from_config
+
+LEAST_DB = {"typical_bayer": 15.0, "typical_rgbw": 15.0, "typical_split_pixel": 10.0}
+INNER = slice(8, -8)  # without what the border mirrors
+
+
+def parts(camera):
+    config = hdr.compose([f"sensor={camera}", "lens=typical_f1_6", "isp=merge_denoised"])
+    return [build_from_config(kind, config[kind]) for kind in ("lens", "sensor", "isp")]
+
+
+@pytest.mark.parametrize("camera", LEAST_DB)
+def test_half_a_candela_stands_out_of_the_noise(camera):
+    """Mean over rms over the pixels of a flat field, in the light that is worst for it: shot noise,
+    reading, fixed pattern, demosaic and colour matrix together.
+    """
+    lens, sensor, isp = parts(camera)
+    fields = {"width": 64, "height": 64, "horizontal_field_deg": 2.6}
+    mixed = hdr.build("lighting", "ideal")(hdr.build("scene", "uniform", **fields)())
+    for name in LIGHTS:
+        spectrum = 0.5 * white(name, mixed.wavelength.values)
+        lit = mixed.copy(data=np.broadcast_to(spectrum[:, None, None], mixed.shape).copy())
+        shot = sensor(lens(lit), hdr.generator(seed=1))
+        assert float(shot["exposure_s"].max()) <= 0.033
+        y = before_denoising(isp(shot))["xyz"].values[INNER, INNER, 1]
+        assert y.mean() == pytest.approx(0.5, rel=0.02)  # noise of 3e3 pixels, and the aperture
+        assert 20 * np.log10(y.mean() / y.std()) > LEAST_DB[camera]
+
+
+@pytest.mark.parametrize("camera", LEAST_DB)
+def test_the_read_noise_at_a_gain_of_one_is_that_of_its_source(camera):
+    sensor = parts(camera)[1]
+    found = [reading.read_noise_e for reading in sensor.model().readings]
+    # ISETCam's 3.05 e and 0.83 e; the presets hold three digits of a floor and of a voltage
+    np.testing.assert_allclose(found, [3.05, 0.83, 0.83][: len(found)], rtol=1e-3)
+
+
+@pytest.mark.parametrize("camera", LEAST_DB)
+@pytest.mark.parametrize("contrast", [2.0, 10.0])
+def test_denoising_takes_at_most_a_fifth_of_mtf50(camera, contrast):
+    lens, sensor, isp = parts(camera)
+    scene = hdr.build(
+        "scene",
+        "slanted_edge",
+        width=240,
+        height=200,
+        horizontal_field_deg=7.0,
+        luminance_cd_m2=2.0,
+        contrast_ratio=contrast,
+    )()
+    mixed = hdr.build("lighting", "ideal")(scene)
+    light, metric = lens(mixed), hdr.build("metric", "slanted_edge")
+    found = []
+    for seed in range(3):  # of the noise, which moves one measurement by some per cent
+        picture = isp(sensor(light, hdr.generator(seed=seed)))
+        reference = truth(mixed, picture)
+        pair = [metric(p, reference)[0] for p in (picture, before_denoising(picture))]
+        assert all(score.metric == "slanted_edge_mtf50" for score in pair)
+        found.append([score.value for score in pair])
+    smooth, plain = np.mean(found, axis=0)
+    assert 0.8 * plain < smooth < 1.1 * plain
