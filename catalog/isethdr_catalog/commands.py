@@ -7,9 +7,8 @@ from __future__ import annotations
 import json
 
 import typer
-from rich.table import Table
 
-from isethdr_core.cli.terminal import console, print_path
+from isethdr_core.cli.terminal import print_path, print_table
 from isethdr_core.data.scores import UNLIKE_SHARES, are_unlike
 from isethdr_core.errors import CatalogError
 from isethdr_core.plugins.registry import build
@@ -45,7 +44,7 @@ def find(
     order_by, limit = pairs.pop("order_by", order_by), _count(pairs.pop("limit", limit))
     rows = query(home(), order_by=order_by or None, limit=limit, **pairs)
     paths = list(dict.fromkeys(str(home() / row.pop("path")) for row in rows))
-    _table(list(rows[0]) if rows else ["nothing found"], [list(r.values()) for r in rows])
+    print_table(list(rows[0]) if rows else ["nothing found"], [list(r.values()) for r in rows])
     if remark := _remark_on_shares(rows):
         print(remark)
     if paths:
@@ -73,7 +72,7 @@ def sql(text: str) -> None:
     """Print the result of one DuckDB query."""
     from .query import sql as query
 
-    _table(*query(home(), text))
+    print_table(*query(home(), text))
 
 
 @catalog.command(
@@ -116,7 +115,7 @@ def score(
     metric = build("metric", fields.pop("metric"), **fields)
     rows = scores_of(query(home(), name)["path"], metric)
     columns = ("camera", "metric", "object", "value", "unit", "low", "high")
-    _table(columns, [[row[column] for column in columns] for row in rows])
+    print_table(columns, [[row[column] for column in columns] for row in rows])
 
 
 @catalog.command(
@@ -128,7 +127,7 @@ def verify() -> None:
 
     reports = check(home())
     rows = [[r.path.name, r.arrays, r.state] for r in reports]
-    _table(["store", "arrays", "state"], rows)
+    print_table(["store", "arrays", "state"], rows)
     damaged = [str(r.path) for r in reports if r.problems]
     if damaged:
         print("\n".join(["damaged:", *damaged]))
@@ -173,10 +172,3 @@ def _count(text: str | int) -> int:
             f"limit is {text!r}; expected a whole number of rows; type for example limit=50"
         )
     return int(text)
-
-
-def _table(columns, rows) -> None:
-    table = Table(*map(str, columns), box=None)
-    for row in rows:
-        table.add_row(*("" if cell is None else str(cell) for cell in row))
-    console().print(table)

@@ -13,6 +13,7 @@ import typer
 
 from ..errors import ConfigError, IsetHdrError
 from ..plugins.registry import plugin_manager
+from .deferred_libraries import defer
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -78,6 +79,7 @@ def main() -> None:
     """Entry point of the `isethdr` command: a user's mistake is one clear line, never a
     traceback.
     """
+    defer()
     try:
         plugin_manager().hook.isethdr_commands(app=app)
         app()

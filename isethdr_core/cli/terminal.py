@@ -7,6 +7,7 @@ and
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,3 +29,22 @@ def console(stderr: bool = False) -> Console:
 def print_path(label: str, path: Path | str) -> None:
     """Print a label, and below it the path alone on its line, so that it can be copied whole."""
     print(f"{label}:\n{path}")
+
+
+def print_table(
+    columns: Iterable[object], rows: Iterable[Sequence[object]], title: str = ""
+) -> None:
+    """Print rows under the names of their columns; None is an empty cell.
+
+    Parameters
+    ----------
+    columns, rows : the names, and a cell for each of them in every row.
+    title : above a table with lines; without a title there are no lines.
+    """
+    from rich.table import Table
+
+    names = [str(column) for column in columns]
+    table = Table(*names, title=title) if title else Table(*names, box=None)
+    for row in rows:
+        table.add_row(*("" if cell is None else str(cell) for cell in row))
+    console().print(table)

@@ -1,5 +1,8 @@
 """Where Hydra meets a run: single runs, sweeps (`-m`) and launchers; a failure is one line, and its
 exit code says which kind.
+
+A config is composed without xarray and SciPy, so that a mistake in it is answered soon. What a run
+needs (`job`) and what tries a sweep (`sweeps`) are imported when it is there.
 """
 
 from __future__ import annotations
@@ -11,13 +14,15 @@ import hydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 
-from ..cli.summary_tables import print_result
 from ..errors import IsetHdrError
 from ..runs.parent_watch import end_with_parent, exit_on_sigterm
-from ..runs.run import check_writable, run
-from ..storage.store import home
-from .composition import CONFIG_MODULE, compose, register_with_hydra, user_mistakes, with_choices
-from .sweeps import prepared
+from .composition import (
+    CONFIG_MODULE,
+    check_choices,
+    register_with_hydra,
+    user_mistakes,
+    with_choices,
+)
 from .trust import check_arguments
 
 MISTAKE, CRASH, INTERRUPTED = (
@@ -36,11 +41,12 @@ def run_with_hydra(arguments: list[str]) -> None:
     register_with_hydra()
     with user_mistakes():
         check_arguments(arguments)
-    if not any(a.startswith("-") for a in arguments):
-        compose(arguments)  # a mistake gets our own message, with the nearest valid name
-    elif {"-m", "--multirun"} & set(arguments):
+        if not any(a.startswith("-") for a in arguments):
+            check_choices(arguments)
+    if {"-m", "--multirun"} & set(arguments):
+        from .sweeps import prepared  # as heavy as a run
+
         arguments = prepared(arguments)
-        check_writable(home())  # Hydra makes a folder for the sweep before the first job
     sys.argv = ["isethdr run", *arguments]
     os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises errors as they are, and we explain them
     exit_on_sigterm()
@@ -74,7 +80,10 @@ def task(config) -> None:
     hydra_config = HydraConfig.get()
     sweeping = hydra_config.mode == RunMode.MULTIRUN
     try:
-        print_result(run(with_choices(config.copy(), hydra_config.runtime.choices)))
+        config = with_choices(config.copy(), hydra_config.runtime.choices)
+        from .job import run_and_print  # the chain with all its libraries
+
+        run_and_print(config)
     except Exception as err:  # a plugin's code: anything may happen
         text, code = complaint(err)
         if sweeping:

@@ -12,6 +12,8 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from ..errors import ConfigError, IsetHdrError
 from ..pipeline.chain import chain
 from ..plugins.component import KINDS
+from ..runs.run import check_writable
+from ..storage.store import home
 from .composition import compose
 
 
@@ -25,7 +27,14 @@ def prepared(arguments: list[str]) -> list[str]:
     Raises
     ------
     ConfigError : a name, key or value is wrong; no job has started yet.
+    CatalogError : no store could be written.
     """
+    tried = _tried(arguments)
+    check_writable(home())  # Hydra makes a folder for the sweep before the first job
+    return tried
+
+
+def _tried(arguments: list[str]) -> list[str]:
     flags = [a for a in arguments if a.startswith("-")]
     if not set(flags) <= {"-m", "--multirun"}:
         return arguments

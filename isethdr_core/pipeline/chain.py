@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from omegaconf import DictConfig, OmegaConf
+
 from ..cli import progress
 from ..config.composition import resolved
 from ..data.derived_once import shared, values_only
@@ -176,8 +178,6 @@ def checked_config(config):
     ------
     ConfigError : overrides or a name were given instead, or an interpolation leads nowhere.
     """
-    from omegaconf import DictConfig, OmegaConf
-
     if not isinstance(config, DictConfig | dict):
         raise ConfigError(
             f"the config is {config!r}; expected a composed config; "
@@ -213,8 +213,6 @@ def plan(parts: Chain, rows: Ledger) -> Demand:
         if parts.leave_out:
             demand = asked_backwards(parts)
         else:
-            from ..data.quantities import LABELS  # needs xarray, which is slow to import
-
             asked = asked_of_sensors(parts, Demand())
             demand = Demand(
                 labels=frozenset(LABELS),

@@ -28,7 +28,6 @@ from .arrays import write_dataset, write_group
 from .atomic_write import remove_leftovers, temporary_path
 from .encoding import KEEPBITS, LIGHT, jsonable, portable, restored, rounding
 from .home_folder import home as home
-from .join import join_scenes
 from .manifest import (
     ADVICE,
     MANIFEST,
@@ -341,6 +340,8 @@ def open_scene(path_or_id: str | os.PathLike[str]) -> xr.Dataset:
         for p, attrs in _complete_stores(path.parent)
         if recipe and p != path and attrs.get("recipe") == recipe
     ]
+    from .join import join_scenes  # loads parts of xarray, which naming a folder does not need
+
     return join_scenes([base, *(open_store(p) for p in siblings)])
 
 

@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
-from isethdr_core.cli.terminal import console, print_path
+from isethdr_core.cli.terminal import print_path, print_table
 from isethdr_core.errors import ConfigError, did_you_mean
 
 from . import STUDIES
@@ -122,7 +121,5 @@ def keep(name: str, settings: list[str], rows: list[dict]):
 
 def show(rows: list[dict], title: str) -> None:
     """Print rows as one table; numbers with four digits."""
-    table = Table(*(rows[0] if rows else ["no rows"]), title=title)
-    for row in rows:
-        table.add_row(*(f"{v:.4g}" if isinstance(v, float) else str(v) for v in row.values()))
-    console().print(table)
+    cells = [[f"{v:.4g}" if isinstance(v, float) else v for v in row.values()] for row in rows]
+    print_table(rows[0] if rows else ["no rows"], cells, title)

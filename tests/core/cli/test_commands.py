@@ -69,6 +69,13 @@ def test_a_mistake_is_one_line():
     assert len(lines) == 1 and lines[0].startswith("error: ") and "did you mean 'rgbw'" in lines[0]
 
 
+def test_a_choice_by_interpolation_is_one_line():
+    """Hydra would resolve it to nothing, and name keys of its own."""
+    shown = isethdr("run", *SMALL, "sensor=${seed}")
+    assert shown.returncode == 2
+    assert shown.stderr.startswith("error: sensor is '${seed}'; expected a name")
+
+
 def test_run_and_plan(isethdr_home, capsys):
     quick = {
         "ISETHDR_PLUGINS": "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows"

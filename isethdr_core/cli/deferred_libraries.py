@@ -1,0 +1,80 @@
+"""Deferred libraries: large libraries that the command line loads when they are first used.
+
+Components are imported to compose a config, for their fields are the config. Most of their modules
+import xarray, and xarray imports pandas: together half of the time to compose. A mistake in a
+config, or `isethdr run --cfg job`, needs neither. Programs that import isethdr are not affected.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec, PathFinder
+from threading import RLock
+from types import ModuleType
+from typing import Any
+
+LIBRARIES = ("xarray",)  # only such as are imported whole: `import xarray as xr`
+
+_loading = RLock()
+
+
+class _Deferred(ModuleType):
+    """A module that is executed when a name of it is first asked for.
+
+    `importlib.util.LazyLoader` executes it at the second `import` statement already, because that
+    statement reads the module's specification.
+    """
+
+    def __getattr__(self, name: str) -> Any:
+        with _loading:
+            if type(self) is _Deferred:
+                self.__class__ = ModuleType
+                loader = self.__spec__ and self.__spec__.loader
+                assert isinstance(loader, _DeferringLoader)
+                loader.execute(self)
+        return getattr(self, name)
+
+
+class _DeferringLoader(Loader):
+    """Leaves the code of a module for later."""
+
+    def __init__(self, loader: Loader) -> None:
+        self._loader = loader
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        """Return the module as the library's own loader makes it; None for an ordinary one."""
+        return self._loader.create_module(spec)
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Leave the module empty until a name of it is asked for."""
+        module.__class__ = _Deferred
+
+    def execute(self, module: ModuleType) -> None:
+        """Execute the module."""
+        if module.__spec__ is not None:
+            module.__spec__.loader = self._loader
+        module.__loader__ = self._loader
+        self._loader.exec_module(module)
+
+
+class _Finder(MetaPathFinder):
+    """Finds deferred libraries before Python's own finders do."""
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Return the specification of a library that is not there yet; None for all others."""
+        if name not in LIBRARIES or name in sys.modules:
+            return None
+        spec = PathFinder.find_spec(name, path, target)
+        if spec is not None and spec.loader is not None:
+            spec.loader = _DeferringLoader(spec.loader)
+        return spec
+
+
+def defer() -> None:
+    """Load large libraries on first use from now on; those that are loaded stay."""
+    if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _Finder())

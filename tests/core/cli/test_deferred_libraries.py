@@ -1,0 +1,43 @@
+"""Large libraries are loaded when they are first used: a config is composed without them."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+from isethdr_core.cli import deferred_libraries
+
+from ..command_line import isethdr
+
+LIBRARY = """
+from deferred_example_parts import number  # a name of its own, while it is loaded
+loaded = loaded + 1 if "loaded" in globals() else 1
+"""
+
+
+def test_a_config_is_composed_without_xarray_pandas_the_chain_and_tables():
+    """What a mistake in a config needs, too; each of them takes as long as Hydra itself."""
+    shown = isethdr("run", "--cfg", "job", PYTHONPROFILEIMPORTTIME="1")
+    assert shown.returncode == 0 and "noise_fraction_allowed: 0.1" in shown.stdout
+    loaded = {line.rpartition("|")[2].strip() for line in shown.stderr.splitlines()}
+    assert "isethdr_sensors.single" in loaded, "components were imported for their fields"
+    assert not {"pandas", "xarray.core", "isethdr_core.pipeline.chain", "rich.table"} & loaded
+
+
+def test_a_deferred_library_is_loaded_once_by_the_first_name(tmp_path, monkeypatch):
+    (tmp_path / "deferred_example.py").write_text(LIBRARY)
+    (tmp_path / "deferred_example_parts.py").write_text("number = 7\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(deferred_libraries, "LIBRARIES", ("deferred_example",))
+    monkeypatch.setattr(sys, "meta_path", list(sys.meta_path))
+    deferred_libraries.defer()
+    deferred_libraries.defer()
+    first = importlib.import_module("deferred_example")
+    again = importlib.import_module("deferred_example")
+    assert first is again and "number" not in vars(first)
+    assert "deferred_example_parts" not in sys.modules
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: (first.number, first.loaded), range(8)))
+    assert found == [(7, 1)] * 8
+    assert importlib.reload(first).loaded == 2, "afterwards it is a module like any other"
