@@ -5,7 +5,8 @@
 | `commands`       | the commands `isethdr run`, `plan`, `plugins`, `doctor` and those of plugins |
 | `deferred_libraries` | large libraries that the command line loads when they are first used |
 | `progress`       | which stage is running, for how long, and how long it still takes            |
-| `summary_tables` | the table of a run, the plan of one, and the list of plugins                 |
+| `plan_summary`   | what a run would compute, what is stored, and what is left out               |
+| `summary_tables` | the tables of a run, and the list of plugins                                 |
 | `terminal`       | the one console that prints for people, without markup                       |
 """
 

@@ -56,7 +56,7 @@ def plan(context: typer.Context) -> None:
             f"plan has no option {flags[0]!r}; expected overrides; "
             "type for example isethdr plan sensor=rgbw"
         )
-    from .summary_tables import print_plan
+    from .plan_summary import print_plan
 
     print_plan(context.args)
 

@@ -1,4 +1,4 @@
-"""What the command line prints: the table of a run, the plan of one, and the list of plugins."""
+"""What the command line prints: the tables of a run, and the list of plugins."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..plugins import registry
 from ..plugins.component import KINDS
 from ..plugins.descriptions import descriptions
 from ..runs.run_warnings import sentence
-from ..uncertainty.ledger import Ledger, Row
+from ..uncertainty.ledger import Row
 from .terminal import console as open_console
 from .terminal import print_path
 
@@ -196,53 +196,6 @@ def score_text(score: dict) -> str:
     low, high = score["low"], score["high"]
     known = low is not None and high is not None and 0 < high - low < math.inf  # false for NaN too
     return f"{score['value']:.4g}" + (f" ± {(high - low) / 2:.1g}" if known else "")
-
-
-def print_plan(overrides) -> None:
-    """Print what a run would compute, what is stored already, and what is left out and why."""
-    from ..config.composition import compose
-    from ..pipeline import runtime_estimate
-    from ..pipeline.chain import chain, plan
-    from ..runs import radiance_cache, run
-
-    console, rows = open_console(), Ledger()
-    config = compose(overrides)
-    parts = chain(config)
-    demand = plan(parts, rows)
-    stored = run.find_run(config, parts)
-    if stored:
-        console.print(f"run {stored.stem} is stored: nothing to compute")
-    console.print(f"light groups  {', '.join(demand.groups) if demand.groups else 'all'}")
-    console.print(f"labels        {', '.join(sorted(demand.labels)) or 'none'}")
-    bands = demand.wavelength_nm
-    console.print(
-        f"bands         {f'{len(bands)} from {bands[0]:g} to {bands[-1]:g} nm' if bands else 'all'}"
-    )
-    window = "all"
-    if demand.window_m:
-        sides_mm = " x ".join(f"{1e3 * side:.4g}" for side in demand.window_m)
-        window = f"{sides_mm} mm of the image plane"
-    console.print(f"window        {window}")
-    console.print(f"cameras       {', '.join(parts.cameras)}")
-    held, missing = radiance_cache.held_and_missing(parts, demand)
-    if parts.renderer is not None:
-        groups = sorted({g for s in held for g in s["groups"]})
-        console.print(
-            f"radiance      recipe {radiance_cache.recipe_hash(parts)}: "
-            + (f"stored groups {', '.join(groups)}" if groups else "nothing stored")
-        )
-    if not stored:
-        plain = run.plain(config)
-        known = runtime_estimate.expected_s(parts, plain, missing)
-        console.print(
-            forecast_table(
-                {
-                    stage: known.get(stage)
-                    for stage in runtime_estimate.stages(parts, plain, missing)
-                }
-            )
-        )
-    console.print(ledger_table(rows, details=True))
 
 
 def print_plugins(kind: str = "") -> int:

@@ -8,8 +8,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
 
 SATURATED_FRAME = "saturated_frame"  # share of the frame outside lamps that no capture measured
@@ -82,8 +83,6 @@ def lamp_pixels(truth: xr.Dataset, labels: xr.Dataset) -> np.ndarray:
     These are the pixels of `view.lamp_mask`, and those of objects with a lamp in the scene's table
     that are brighter than the white of the scene: the body of a car is no lamp, its headlights are.
     """
-    import numpy as np
-
     from ..display.display_view import lamp_mask, luminance, white_cd_m2
 
     y = luminance(truth)
@@ -105,8 +104,6 @@ def median_object_snr_db(picture: xr.Dataset, labels: xr.Dataset) -> float:
     Infinite without noise, minus infinite where the median object shows no light. NaN where the
     picture states no variance or no object has a valid pixel: nothing is known then.
     """
-    import numpy as np
-
     from ..data.reference_picture import before_denoising, total_variance, variance_known
 
     picture = before_denoising(picture)

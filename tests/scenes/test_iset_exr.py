@@ -8,7 +8,7 @@ from isethdr_scenes import iset_exr_files
 from isethdr_scenes.iset_exr import IsetExr
 from scipy.io import savemat
 
-from isethdr_core.cli.summary_tables import print_plan
+from isethdr_core.cli.plan_summary import print_plan
 from isethdr_core.data import quantities
 from isethdr_core.errors import CatalogError, ConfigError, UnitError
 from isethdr_core.physics.photometry import luminance

@@ -51,7 +51,7 @@ def test_plan_computes_nothing(isethdr_home):
 
 def test_the_plan_of_the_main_job_loads_no_renderer(isethdr_home):
     code = (
-        "import sys\nfrom isethdr_core.cli.summary_tables import"
+        "import sys\nfrom isethdr_core.cli.plan_summary import"
         " print_plan\nprint_plan([])\nprint(sorted({'mitsuba', 'drjit', 'matplotlib', 'skimage',"
         " 'colour'} & {m.split('.')[0] for m in sys.modules}))"
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from isethdr_core.cli.summary_tables import print_plan
+from isethdr_core.cli.plan_summary import print_plan
 
 from ..command_line import isethdr, write_plugin
 

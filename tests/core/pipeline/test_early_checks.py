@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from isethdr_core.cli.commands import main
-from isethdr_core.cli.summary_tables import print_plan
+from isethdr_core.cli.plan_summary import print_plan
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.early_checks import ListsCaptures, ListsGroups
 from isethdr_core.plugins.registry import build, components
