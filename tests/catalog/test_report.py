@@ -1,15 +1,21 @@
 """The report: whole, self-contained, and made of what was computed."""
 
+import base64
+import gzip
+import io
+import json
 import re
 import socket
 
 import numpy as np
 import pytest
 import xarray as xr
-from isethdr_catalog.report import page, pictures, plots, tables, write_report
+from isethdr_catalog.report import page, pictures, plots, tables, templates, viewer, write_report
+from PIL import Image
 
 import isethdr_core as hdr
 from isethdr_core.display import display_view
+from isethdr_core.truth import total_variance
 from isethdr_core.uncertainty import ledger
 
 SMALL = [
@@ -37,17 +43,18 @@ def result(home, monkeypatch):
 
 def test_a_run_writes_its_report_beside_its_store(result):
     html = result.path.with_suffix(".html").read_text()
-    for title in (
-        "The scene",
-        "Through the cameras",
+    titles = (
+        "Pictures",
+        "Cameras",
         "Line through the brightest light",
         "Labels",
         "Scores",
+        "The scene before any camera",
         "Ledger",
-        "What was left out",
         "Config and versions",
-    ):
-        assert f"<h2>{title}" in html
+    )
+    places = [html.index(f"<h2>{title}") for title in titles]
+    assert places == sorted(places), "what was asked for comes first"
     for camera in ("bayer", "split_pixel", "rgbw"):
         assert f"<b>{camera}</b>" in html
     for row in result.ledger:
@@ -60,7 +67,84 @@ def test_it_needs_no_network(result):
     # namespaces of embedded vector graphics are names, not addresses that a browser loads
     loaded = re.findall(r'(?:src|href)="(?!data:|#)([^"]+)"', html)
     assert not loaded, loaded
-    assert "<script" not in html and "@import" not in html
+    assert "<script" not in without_scripts(html) and "@import" not in html
+
+
+def without_scripts(html):
+    """Return the page without its two scripts: the viewer's numbers, and the viewer itself."""
+    code = templates.script("viewer.js")
+    policy = (
+        f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src '{code.digest}'"
+    )
+    assert f'http-equiv="Content-Security-Policy" content="{policy}"' in html
+    data = re.search(r'<script type="application/json" id="viewer-data">([^<]*)</script>', html)
+    return html.replace(data[0], "").replace(f"<script>{code.text}</script>", "")
+
+
+def shown_numbers(html):
+    """Return what the viewer reads, as Python values."""
+    return json.loads(re.search(r'id="viewer-data">([^<]*)</script>', html)[1])
+
+
+def unpacked(text, itemsize):
+    """Return the whole numbers of a plane that `viewer.packed` wrote, in rows."""
+    rows = np.frombuffer(gzip.decompress(base64.b64decode(text)), np.uint8)
+    return rows.reshape(itemsize, -1).T.copy().view(f"<u{itemsize}").ravel()
+
+
+def test_the_viewer_holds_what_the_store_says_of_each_pixel(result):
+    data = shown_numbers(page.page(result))
+    assert [entry["name"] for entry in data["entries"]] == ["reference", *result.cameras]
+    for entry in data["entries"][1:]:
+        picture = result.open(f"picture/{entry['name']}").load()
+        captures = result.open(f"captures/{entry['name']}").load()
+        y = display_view.luminance(picture).ravel()
+        upper = unpacked(entry["luminance"], 2).astype("<u4") << 16
+        # 8 significant bits, rounded to nearest: half of 2^-7
+        np.testing.assert_allclose(upper.view("<f4"), y, rtol=2.0**-8)
+        for k, plane in enumerate(captures["raw"].values):
+            np.testing.assert_array_equal(unpacked(entry["raw"][k], 4), plane.ravel())
+        mosaic = unpacked(entry["filter"], 1)
+        np.testing.assert_array_equal(mosaic, captures["filter"].values.ravel())
+        sd = np.sqrt(total_variance(picture).values[..., 1].ravel())
+        steps = unpacked(entry["snr"], 1).astype(float)
+        known = (y > 0) & picture.valid.values.ravel() & (sd > 0)
+        assert not steps[~known].any(), "0 stands for unknown"
+        snr_db = 20 * np.log10(y[known] / sd[known])
+        low, high = data["lowest_db"] + data["step_db"], data["lowest_db"] + 255 * data["step_db"]
+        told = data["lowest_db"] + data["step_db"] * steps[known]
+        # half a step of rounding, and its own rounding
+        np.testing.assert_allclose(
+            told, np.clip(snr_db, low, high), atol=data["step_db"] / 2 + 1e-6
+        )
+
+
+def test_a_page_of_very_many_pixels_leaves_their_numbers_out(result, monkeypatch):
+    monkeypatch.setattr(viewer, "MOST_PIXELS", 100)
+    data = shown_numbers(page.page(result))
+    assert not data["told"] and "luminance" not in data["entries"][0]
+
+
+def test_pictures_are_stored_without_loss():
+    rgb = np.random.default_rng(0).integers(0, 256, (5, 7, 3), np.uint8)
+    address = pictures.embedded(rgb).removeprefix("data:image/png;base64,")
+    with Image.open(io.BytesIO(base64.b64decode(address))) as image:
+        np.testing.assert_array_equal(np.asarray(image), rgb)
+
+
+@pytest.mark.parametrize(
+    "value, width, text",
+    [
+        (29.7312, 0.41, "29.73"),
+        (0.054321, 0.012, "0.054"),
+        (61512.0, 2300.0, "61,500"),
+        (-31.943, 0.057, "-31.943"),
+        (-0.0001, 0.1, "0.00"),
+        (float("nan"), 1.0, "–"),
+    ],
+)
+def test_scores_have_as_many_digits_as_their_interval_allows(value, width, text):
+    assert tables.rounded(value, width) == text
 
 
 def test_a_missing_report_is_made_again_and_an_old_one_stays(result):
@@ -132,7 +216,7 @@ class Renamed:
 
 
 def test_names_are_text_and_never_markup(result):
-    html = page.page(Renamed(result))
+    html = without_scripts(page.page(Renamed(result)))
     assert "<script" not in html and "onerror=" not in html
     assert html.count("&lt;script&gt;alert(1)&lt;/script&gt;") >= 30, "shown wherever a name is"
     assert "{{ 7 * 7 }}{% raw %}" in html, "a name is no template"

@@ -4,9 +4,10 @@
 |------------|-----------------------------------------------------------------------|
 | `page`     | what each section of the page shows                                   |
 | `templates` | the templates in `templates/`, filled in with every value escaped    |
-| `pictures` | display views, false colour and labels as embedded images             |
+| `viewer`   | numbers of every pixel, for the pictures that a reader zooms into     |
+| `pictures` | display views, the false-colour scale and labels as embedded images   |
 | `plots`    | line profile, signal-to-noise ratio, error beside seconds             |
-| `tables`   | scores, ledger, what was left out, config and versions                |
+| `tables`   | cameras, scores, ledger, what was left out, config and versions                |
 """
 
 from __future__ import annotations

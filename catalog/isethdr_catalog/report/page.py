@@ -14,9 +14,11 @@ from isethdr_core.runs.run_warnings import sentence
 
 from . import pictures, plots, tables
 from .pictures import Figure
-from .templates import filled
+from .templates import filled, script
+from .viewer import Look, finest_look, looks, viewer
 
 if TYPE_CHECKING:
+    import xarray as xr
     from markupsafe import Markup
 
     from isethdr_core.runs.run import Result
@@ -36,15 +38,13 @@ def page(result: Result) -> Markup:
     from omegaconf import OmegaConf
 
     a = result.attributes
-    seen = {
-        name: (result.open(f"picture/{name}").load(), result.open(f"truth/{name}").load())
-        for name in result.cameras
-    }
-    truth = next(iter(seen.values()))[1]
-    white = display_view.white_cd_m2(truth)
-    main = _inside(result.open("versions/main"))
-    scale = _range(main)
-    curves = {name: plots.snr_curve(*both) for name, both in seen.items()}
+    cameras = looks(result)
+    reference = finest_look(cameras).truth
+    white = display_view.white_cd_m2(reference)
+    compressed = pictures.compression(reference, white)
+    scale = _range(reference)
+    views = _views(cameras, reference, white, compressed)
+    curves = {look.name: plots.snr_curve(look.picture, look.truth) for look in cameras}
     curves = {name: curve for name, curve in curves.items() if len(curve[0])}
     sources = {f"source of {name}": digest for name, digest in a["code"].items()}
     return filled(
@@ -58,14 +58,17 @@ def page(result: Result) -> Markup:
         targets=_targets(a["lighting_notes"]),
         lens=a["lens"],
         notes=[*_notes(a["lighting_notes"]), *map(sentence, a.get("warnings", []))],
-        scene=_scene(result, main, white, scale),
-        cameras=_cameras(seen, main, white, scale),
+        viewer=viewer(cameras, views, scale),
+        script=script("viewer.js"),
+        views=views,
         scale=pictures.colour_scale(*scale) if scale else None,
+        cameras=tables.cameras(cameras),
         plots=[
-            Figure("", LINE_NOTE, drawing=_profile(seen)),
+            Figure("", LINE_NOTE, drawing=_profile(cameras)),
             Figure("", SNR_NOTE, drawing=plots.snr_against_luminance(curves)),
         ],
-        labels=_labels(truth, white),
+        labels=_labels(reference, white),
+        scene=_scene(result),
         remarks=remarks(result),
         frame_scores=tables.scores(result, of_objects=False),
         object_scores=tables.scores(result, of_objects=True),
@@ -92,18 +95,16 @@ def _notes(notes: dict) -> list[str]:
     return [notes["infeasible"]] if notes.get("infeasible") else []
 
 
-def _scene(result: Result, main, white: float, scale: tuple[float, float] | None) -> list[Figure]:
-    """Return the scene before any camera: each lighting, and the luminance of the one in use."""
-    lighting = result.attributes["lighting"]
-    compressed = pictures.compression(main, white)
-    figures = [pictures.shown(main, white, f"{lighting}, scene radiance", compressed)]
-    for name in result.attributes["versions_shown"]:
+def _scene(result: Result) -> list[Figure]:
+    """Return the scene before any camera: the lighting in use, then each other version of it."""
+    shown = {result.attributes["lighting"]: "main"}
+    shown |= {name: name for name in result.attributes["versions_shown"]}
+    figures = []
+    for title, name in shown.items():
         version = _inside(result.open(f"versions/{name}"))
-        its_white = display_view.white_cd_m2(version)
-        compressed = pictures.compression(version, its_white)
-        figures.append(pictures.shown(version, its_white, f"{name}, scene radiance", compressed))
-    if scale:
-        figures.append(pictures.false_colour(main, *scale, f"{lighting}, luminance"))
+        white = display_view.white_cd_m2(version)
+        compressed = pictures.compression(version, white)
+        figures.append(pictures.shown(version, white, f"{title}, scene radiance", compressed))
     return figures
 
 
@@ -113,16 +114,14 @@ def _inside(version):
     return version.sel(x=slice(-half_x, half_x), y=slice(-half_y, half_y)).load()
 
 
-def _cameras(seen, main, white: float, scale: tuple[float, float] | None) -> list[Figure]:
-    """Return each camera's picture with the truth's white, then the luminance of each."""
-    compressed = pictures.compression(main, white)
-    figures = [
-        pictures.shown(picture, white, name, compressed) for name, (picture, _) in seen.items()
-    ]
-    if scale:
-        for name, (picture, _) in seen.items():
-            figures.append(pictures.false_colour(picture, *scale, f"{name}, luminance"))
-    return figures
+def _views(
+    cameras: list[Look], reference: xr.Dataset, white: float, compressed: float
+) -> list[Figure]:
+    """Return the reference and each camera's picture, lossless, all with one white and one tone
+    curve.
+    """
+    named = [("Reference", reference), *((look.name, look.picture) for look in cameras)]
+    return [pictures.shown(view, white, name, compressed) for name, view in named]
 
 
 def _range(scene) -> tuple[float, float] | None:
@@ -134,13 +133,13 @@ def _range(scene) -> tuple[float, float] | None:
     return (low, high) if 0 < low < high else None
 
 
-def _profile(seen) -> Markup:
+def _profile(cameras: list[Look]) -> Markup:
     profiles, floor = {}, np.inf
-    for name, (picture, truth) in seen.items():
-        y = display_view.luminance(truth)
+    for look in cameras:
+        y = display_view.luminance(look.truth)
         row = int(np.unravel_index(np.argmax(y), y.shape)[0])
-        angle = _angles_deg(picture, row)
-        profiles[name] = (angle, display_view.luminance(picture)[row])
+        angle = _angles_deg(look.picture, row)
+        profiles[look.name] = (angle, display_view.luminance(look.picture)[row])
         profiles["truth"] = (angle, y[row])
         floor = min(floor, max(float(y[row].min()) / 10, 1e-12))
     return plots.line_profile(profiles, floor)

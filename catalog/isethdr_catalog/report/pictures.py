@@ -30,14 +30,27 @@ class Scale:
     ticks: list[tuple[float, str, int | None]]
 
 
-def embedded(rgb: np.ndarray, quality: int = 90) -> str:
-    """Return a data address that carries a uint8 picture (y, x, 3) inside itself."""
+def embedded(rgb: np.ndarray) -> str:
+    """Return a data address that carries a uint8 picture (y, x, 3) inside itself, lossless (PNG)."""
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(rgb)).save(buffer, "PNG", compress_level=6)
+    return _address(buffer, "png")
+
+
+def embedded_small(rgb: np.ndarray, quality: int = 90) -> str:
+    """Return a data address of a picture that is only looked at, as JPEG: a quarter of the bytes."""
     from PIL import Image
 
     buffer = io.BytesIO()
     image = Image.fromarray(np.ascontiguousarray(rgb))
     image.save(buffer, "JPEG", quality=quality, subsampling=0)
-    return f"data:image/jpeg;base64,{base64.b64encode(buffer.getvalue()).decode()}"
+    return _address(buffer, "jpeg")
+
+
+def _address(buffer: io.BytesIO, kind: str) -> str:
+    return f"data:image/{kind};base64,{base64.b64encode(buffer.getvalue()).decode()}"
 
 
 MIDDLE = 0.4  # displayed value, before the sRGB curve, of a scene's median: a middle grey
@@ -65,12 +78,6 @@ def shown(
     return Figure(caption, f"white = {white_cd_m2:.3g} cd/m²", embedded(rgb))
 
 
-def false_colour(picture, low: float, high: float, caption: str) -> Figure:
-    """Return luminance in false colour between `low` and `high` cd/m2, to be read with a scale."""
-    rgb, _ = display_view.false_colour(picture, low, high)
-    return Figure(caption, source=embedded(rgb))
-
-
 def colour_scale(low: float, high: float) -> Scale:
     """Return the scale of the false colours: a bar with one tick per decade, cd/m2."""
     ramp, _ = display_view.false_colour(
@@ -80,7 +87,7 @@ def colour_scale(low: float, high: float) -> Scale:
     span = np.log10(high / low)
     decades = np.arange(first, last + 1)
     ticks = [(100 * float(d - np.log10(low)) / span, *power(d)) for d in decades]
-    return Scale(embedded(ramp, 95), ticks)
+    return Scale(embedded(ramp), ticks)
 
 
 def power(exponent: float) -> tuple[str, int | None]:
@@ -134,4 +141,4 @@ def labelled(xyz, white_cd_m2: float, labels, objects: list[dict]) -> Figure:
         draw.rectangle(box, fill=(0, 0, 0))
         draw.text((x, y), text, fill=(255, 255, 255), font=font, anchor="lb")
     note = "instance tint, category and distance from the camera"
-    return Figure("Labels", note, embedded(np.asarray(image)))
+    return Figure("Labels", note, embedded_small(np.asarray(image)))

@@ -12,8 +12,11 @@ from markupsafe import Markup
 from isethdr_core.extras import needed
 from isethdr_core.truth import before_denoising, total_variance
 
-COLOURS = {"truth": "#222222"}
-CYCLE = ("#c1272d", "#0b6fa4", "#2e8b57", "#b8860b", "#6a4c93")
+# drawn in the page's own colour of text, so that a plot reads on a light and on a dark page
+TEXT = "#010203"
+TRUTH = TEXT
+# each has a contrast of 3 or more to white and to near black
+CYCLE = ("#d1495b", "#2a84c6", "#3b9a54", "#b8860b", "#8b6fc0")
 
 
 def _svg(draw, width: float = 7.0, height: float = 3.4) -> Markup:
@@ -33,16 +36,20 @@ def _svg(draw, width: float = 7.0, height: float = 3.4) -> Markup:
             "axes.spines.right": False,
             "axes.grid": True,
             "grid.alpha": 0.25,
+            **dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor"), TEXT),
+            **dict.fromkeys(("xtick.color", "ytick.color", "grid.color"), TEXT),
         }
     ):
         fig, ax = plt.subplots(figsize=(width, height), layout="constrained")
         draw(ax)
         buffer = io.StringIO()
-        fig.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+        fig.savefig(
+            buffer, format="svg", transparent=True, metadata={"Date": None, "Creator": None}
+        )
         plt.close(fig)
-    return Markup(
-        buffer.getvalue()[buffer.getvalue().index("<svg") :]
-    )  # matplotlib escapes its texts
+    drawing = buffer.getvalue()
+    drawing = drawing[drawing.index("<svg") :].replace(TEXT, "currentColor")
+    return Markup(drawing)  # matplotlib escapes its texts
 
 
 def legible(name: str) -> str:
@@ -55,7 +62,7 @@ def legible(name: str) -> str:
 
 def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: float) -> Markup:
     """Return log luminance along a row: {name: (x in degrees, cd/m2)}; `truth` is drawn last, in
-    black.
+    the colour of text.
 
     Estimates at or below `floor` cd/m2, negative ones among them, are drawn at the floor.
     """
@@ -76,7 +83,7 @@ def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: floa
                 x,
                 np.maximum(y, floor),
                 lw=1.3,
-                color=COLOURS["truth"],
+                color=TRUTH,
                 label="truth, without flare and noise",
             )
         ax.set_xlabel("field angle, degrees (right positive)")

@@ -1,4 +1,4 @@
-"""Tables of the report: scores, ledger, what was left out, versions."""
+"""Tables of the report: cameras, scores, ledger, what was left out, versions."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
     from isethdr_core.ledger import Ledger
     from isethdr_core.runs.run import Result
+
+    from .viewer import Look
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,39 @@ Cell = str | list[Part]
 def table(header: list[str], rows: list[list[Cell]], numeric: tuple[int, ...] = ()) -> Markup:
     """Return an HTML table of escaped cells; columns in `numeric` are right-aligned."""
     return filled("tables.html", header=header, rows=rows, numeric=numeric)
+
+
+def cameras(all_looks: list[Look]) -> Markup:
+    """Return one column per camera: pixels, optics, and exposure, gain and noise of each capture."""
+    rows: list[list[Cell]] = [
+        ["pixels", *(_by(look.captures.raw.shape[1:][::-1]) for look in all_looks)],
+        ["pitch, µm", *(number(look.captures.attrs.get("pitch_um")) for look in all_looks)],
+        ["f-number", *(number(look.captures.attrs.get("f_number")) for look in all_looks)],
+        ["filters", *(", ".join(_names(look, "channel")) for look in all_looks)],
+        ["captures", *(", ".join(_names(look, "capture")) or "1" for look in all_looks)],
+        ["exposure, ms", *(_each(look, "exposure_s", 1e3) for look in all_looks)],
+        ["gain, DN/e", *(_each(look, "gain_dn_per_e") for look in all_looks)],
+        ["read noise, e", *(_each(look, "read_noise_e") for look in all_looks)],
+        ["largest signal, DN", *(_each(look, "top_dn") for look in all_looks)],
+    ]
+    names = [look.name for look in all_looks]
+    return table(["", *names], rows, tuple(range(1, len(names) + 1)))
+
+
+def _by(size: tuple[int, ...]) -> str:
+    return " × ".join(str(n) for n in size)
+
+
+def _names(look: Look, dimension: str) -> list[str]:
+    return [str(name) for name in look.captures[dimension].values]
+
+
+def _each(look: Look, field: str, factor: float = 1.0) -> str:
+    """Return a number of every capture, or one where they agree; a dash where it is not stored."""
+    if field not in look.captures:
+        return number(None)
+    values = [number(factor * float(value)) for value in look.captures[field].values]
+    return values[0] if len(set(values)) == 1 else ", ".join(values)
 
 
 def scores(result: Result, of_objects: bool) -> Markup:
@@ -57,7 +92,19 @@ def _value(score: dict) -> Cell:
     low, high = score["low"], score["high"]
     if low is None or high is None or not 0 < high - low < math.inf:  # NaN compares as unknown
         return number(score["value"])
-    return [Part(number(score["value"])), Part(f"{number(low)} to {number(high)}", small=True)]
+    value, low, high = (rounded(v, high - low) for v in (score["value"], low, high))
+    return [Part(value), Part(f"{low} to {high}", small=True)]
+
+
+def rounded(value: float, width: float) -> str:
+    """Return a number with the digits that an interval of `width` allows: two of the width's."""
+    if value is None or not math.isfinite(value):
+        return number(None)
+    decimals = 1 - math.floor(math.log10(width))
+    shown = round(value, decimals) + 0.0  # no negative zero
+    if decimals > 6 or abs(shown) >= 1e6:
+        return f"{value:.4g}"
+    return f"{shown:,.{max(decimals, 0)}f}"
 
 
 def ledger(rows: Ledger) -> Markup:

@@ -1,13 +1,16 @@
 """Templates of the report (in `templates/`), filled in with every value escaped.
 
 Names come from users and from other people's plugins. Jinja2 escapes each of them, so that no name
-can
-add markup, a link or a script to the page. Only `Markup` passes unchanged: pictures and plots made
-here.
+can add markup, a link or a script to the page. Only `Markup` passes unchanged: plots made
+here, and the scripts in `templates/`.
+A browser runs those scripts only: the page names them by their digest and forbids any other.
 """
 
 from __future__ import annotations
 
+import base64
+import hashlib
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +26,21 @@ FOLDER = Path(__file__).parent / "templates"
 def filled(name: str, **values: Any) -> Markup:
     """Return the template `name` with its values; a value that the template lacks is an error."""
     return Markup(_environment().get_template(name).render(values))
+
+
+@dataclass(frozen=True)
+class Script:
+    """A script of the page, and its SHA-256 digest as a content security policy names it."""
+
+    text: Markup
+    digest: str
+
+
+def script(name: str) -> Script:
+    """Return the script `name` of the templates' folder."""
+    text = (FOLDER / name).read_text(encoding="utf-8")
+    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+    return Script(Markup(text), f"sha256-{digest}")
 
 
 @cache

@@ -1,0 +1,189 @@
+"""The viewer of the report: pictures to zoom into and compare, and what each pixel says.
+
+The page holds numbers of every pixel, so that a reader may point at one without the store: luminance,
+signal-to-noise ratio, raw values, filter and label. Each plane is compressed by itself and read by
+the browser when the page opens (`templates/viewer.js`). No network is needed.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from isethdr_core.display import display_view
+from isethdr_core.truth import total_variance, variance_known
+
+from . import pictures
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.runs.run import Result
+
+REFERENCE = "reference"
+# signal-to-noise ratio as one byte: half decibels above the lowest, 0 where it is unknown
+LOWEST_DB = -40.0
+STEP_DB = 0.5
+# pixels of all pictures together whose numbers a page carries: some 25 MB
+MOST_PIXELS = 6_000_000
+COLOURS = 256  # steps of the false colours
+LEVEL = 6  # of gzip: 9 saves 2 % and takes three times as long
+
+
+@dataclass(frozen=True)
+class Look:
+    """What one camera saw of a scene, and what it should have seen; pictures are (y, x)."""
+
+    name: str
+    picture: xr.Dataset
+    truth: xr.Dataset
+    captures: xr.Dataset
+
+
+def looks(result: Result) -> list[Look]:
+    """Return what each camera of a run saw, read from its store."""
+    return [
+        Look(
+            name,
+            result.open(f"picture/{name}").load(),
+            result.open(f"truth/{name}").load(),
+            result.open(f"captures/{name}").load(),
+        )
+        for name in result.cameras
+    ]
+
+
+def viewer(
+    all_looks: list[Look], figures: list[pictures.Figure], scale: tuple[float, float] | None
+) -> dict[str, Any]:
+    """Return what the viewer shows: one entry for the reference and one for each camera.
+
+    Parameters
+    ----------
+    all_looks : what each camera saw; the reference is the truth of the one with most pixels.
+    figures : the views, in the order of the entries: reference, then cameras.
+    scale : (low, high) of the false colours, cd/m2; None offers none.
+
+    Returns
+    -------
+    A dictionary of plain values that JSON can hold. Planes are gzip in base64, row by row,
+    little-endian.
+    """
+    finest = finest_look(all_looks)
+    pixels = sum(look.picture.valid.size for look in all_looks) + finest.truth.valid.size
+    told = pixels <= MOST_PIXELS
+    entries = [_entry(REFERENCE, finest.truth, told) | _labels(finest.truth, told)]
+    for look in all_looks:
+        entry = _entry(look.name, look.picture, told)
+        if told:
+            entry |= _labels(look.truth, told) | {"snr": _snr(look.picture)} | _raw(look.captures)
+        entries.append(entry)
+    for i, entry in enumerate(entries):
+        entry["image"] = f"view-{i}"
+        entry["title"] = figures[i].title
+    return {
+        "entries": entries,
+        "lowest_db": LOWEST_DB,
+        "step_db": STEP_DB,
+        "false_colours": _false_colours(*scale) if scale and told else None,
+        "told": told,
+    }
+
+
+def finest_look(all_looks: list[Look]) -> Look:
+    """Return the look with most pixels."""
+    return max(all_looks, key=lambda look: look.picture.valid.size)
+
+
+def _entry(name: str, picture: xr.Dataset, told: bool) -> dict[str, Any]:
+    """Return a picture's size, the rectangle of the image plane that it covers in m, luminance."""
+    height, width = picture.valid.shape
+    entry = {
+        "name": name,
+        "width": width,
+        "height": height,
+        "x_m": _edges(picture.x.values),
+        "y_m": _edges(picture.y.values),
+    }
+    if told:
+        entry["luminance"] = packed(_upper_half(display_view.luminance(picture)))
+    return entry
+
+
+def _edges(centres: np.ndarray) -> list[float]:
+    """Return where the first pixel begins and the last ends, from the centres of a row's pixels."""
+    centres = np.asarray(centres, float)
+    step = (centres[-1] - centres[0]) / (len(centres) - 1) if len(centres) > 1 else 1.0
+    return [float(centres[0] - step / 2), float(centres[-1] + step / 2)]
+
+
+def _upper_half(values: np.ndarray) -> np.ndarray:
+    """Return the upper 16 bits of float32, rounded to nearest: sign, exponent, 8 significant bits.
+
+    The relative error is at most 2^-8, 0.4 %: far below the noise of a pixel at night.
+    """
+    bits = np.ascontiguousarray(values, "<f4").view("<u4").astype(np.uint64)
+    return ((bits + 0x8000) >> 16).clip(0, 0xFFFF).astype("<u2")
+
+
+def packed(plane: np.ndarray) -> str:
+    """Return a plane of whole numbers as base64 of gzip; of two bytes all low ones come first.
+
+    High bytes are alike from pixel to pixel and compress well only among themselves.
+    """
+    plane = np.ascontiguousarray(plane)
+    rows = plane.view(np.uint8).reshape(-1, plane.itemsize).T
+    return base64.b64encode(gzip.compress(rows.tobytes(), LEVEL, mtime=0)).decode()
+
+
+def _snr(picture: xr.Dataset) -> str:
+    """Return the signal-to-noise ratio of each pixel's luminance in steps of half a decibel.
+
+    0 stands for unknown: a pixel that is not valid, an estimate at or below 0, no stated variance.
+    """
+    y = display_view.luminance(picture)
+    variance = total_variance(picture).values[..., 1].astype(float)
+    known = picture.valid.values & (y > 0) & (variance > 0)
+    if not variance_known(picture):
+        known[:] = False
+    ratio = np.where(known, y, 1.0) / np.sqrt(np.where(known, variance, 1.0))
+    steps = np.rint((20 * np.log10(ratio) - LOWEST_DB) / STEP_DB)
+    return packed(np.where(known, np.clip(steps, 1, 255), 0).astype(np.uint8))
+
+
+def _raw(captures: xr.Dataset) -> dict[str, Any]:
+    """Return the raw values of every capture in DN, which of them are saturated, and the filter."""
+    return {
+        "captures": [str(name) for name in captures["capture"].values],
+        "raw": [packed(plane.astype("<u4")) for plane in captures["raw"].values],
+        "saturated": [packed(plane.astype(np.uint8)) for plane in captures["saturated"].values],
+        "filters": [str(name) for name in captures["channel"].values],
+        "filter": packed(captures["filter"].values.astype(np.uint8)),
+    }
+
+
+def _labels(truth: xr.Dataset, told: bool) -> dict[str, Any]:
+    """Return the instance of each pixel and what each instance is; nothing without labels."""
+    if not told or "instance" not in truth:
+        return {}
+    names = {
+        str(thing["instance"]): _described(thing) for thing in truth.attrs.get("objects") or []
+    }
+    return {"instance": packed(truth["instance"].values.astype("<u4")), "names": names}
+
+
+def _described(thing: dict[str, Any]) -> str:
+    """Return an object's name and distance in words."""
+    name = thing.get("name") or thing["category"]
+    distance_m = thing.get("distance_m")
+    return f"{name}, {distance_m:.0f} m" if distance_m else str(name)
+
+
+def _false_colours(low: float, high: float) -> dict[str, Any]:
+    """Return the colours between `low` and `high` cd/m2, on a logarithmic scale."""
+    ramp, _ = display_view.false_colour(np.geomspace(low, high, COLOURS)[None, :], low, high)
+    return {"low": low, "high": high, "colours": packed(ramp.astype(np.uint8))}
