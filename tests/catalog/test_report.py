@@ -244,6 +244,17 @@ def test_compression_brings_the_median_to_a_middle_grey():
     )  # too dark to reach: the default
 
 
+def test_a_grey_scene_with_lamps_shows_grey():
+    dark = np.full((40, 60), 0.1)
+    dark[20, 30] = 1e6
+    white = pictures.shown_white_cd_m2(dark)
+    rgb = display_view.display(
+        np.repeat(dark[..., None], 3, axis=-1), white, pictures.compression(dark, white)
+    )
+    assert 100 < rgb[0, 0].mean() < 200, "neither black nor white"
+    assert rgb[20, 30].min() > 240, "the lamp is white, in the colour of equal energy"
+
+
 def test_snr_of_a_constant_variance_is_level_over_noise(result):
     picture, truth = result.open("picture/bayer").load(), result.open("truth/bayer").load()
     picture["variance"][:] = 1.0

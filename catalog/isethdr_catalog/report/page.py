@@ -40,7 +40,7 @@ def page(result: Result) -> Markup:
     a = result.attributes
     cameras = looks(result)
     reference = finest_look(cameras).truth
-    white = display_view.white_cd_m2(reference)
+    white = pictures.shown_white_cd_m2(reference)
     compressed = pictures.compression(reference, white)
     scale = _range(reference)
     views = _views(cameras, reference, white, compressed)
@@ -102,7 +102,7 @@ def _scene(result: Result) -> list[Figure]:
     figures = []
     for title, name in shown.items():
         version = _inside(result.open(f"versions/{name}"))
-        white = display_view.white_cd_m2(version)
+        white = pictures.shown_white_cd_m2(version)
         compressed = pictures.compression(version, white)
         figures.append(pictures.shown(version, white, f"{title}, scene radiance", compressed))
     return figures

@@ -56,6 +56,20 @@ def _address(buffer: io.BytesIO, kind: str) -> str:
 MIDDLE = 0.4  # displayed value, before the sRGB curve, of a scene's median: a middle grey
 
 
+# luminance shown as white, at least: times the median. Beside its lamps a scene may be one grey.
+WHITE_OVER_MEDIAN = 4.0
+
+
+def shown_white_cd_m2(truth) -> float:
+    """Return the luminance that the page shows as white, cd/m2.
+
+    It is the white of the scores (`display_view.white_cd_m2`), but at least four times the median:
+    where all but the lamps is one dark grey, that grey would otherwise show as white.
+    """
+    median = float(np.median(display_view.luminance(truth)))
+    return max(display_view.white_cd_m2(truth), WHITE_OVER_MEDIAN * median)
+
+
 def compression(scene, white_cd_m2: float) -> float:
     """Return the tone curve's compression that shows the scene's median as a middle grey, at most
     the view's default.
