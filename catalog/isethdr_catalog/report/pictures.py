@@ -31,7 +31,7 @@ class Scale:
 
 
 def embedded(rgb: np.ndarray) -> str:
-    """Return a data address that carries a uint8 picture (y, x, 3) inside itself, lossless (PNG)."""
+    """Return a data address that holds a uint8 picture (y, x, 3) without loss, as PNG."""
     from PIL import Image
 
     buffer = io.BytesIO()
@@ -40,7 +40,7 @@ def embedded(rgb: np.ndarray) -> str:
 
 
 def embedded_small(rgb: np.ndarray, quality: int = 90) -> str:
-    """Return a data address of a picture that is only looked at, as JPEG: a quarter of the bytes."""
+    """Return a data address of a picture as JPEG, with a quarter of the bytes."""
     from PIL import Image
 
     buffer = io.BytesIO()

@@ -35,7 +35,7 @@ def table(header: list[str], rows: list[list[Cell]], numeric: tuple[int, ...] = 
 
 
 def cameras(all_looks: list[Look]) -> Markup:
-    """Return one column per camera: pixels, optics, and exposure, gain and noise of each capture."""
+    """Return one column per camera: pixels, optics; exposure, gain and noise of each capture."""
     rows: list[list[Cell]] = [
         ["pixels", *(_by(look.captures.raw.shape[1:][::-1]) for look in all_looks)],
         ["pitch, µm", *(number(look.captures.attrs.get("pitch_um")) for look in all_looks)],

@@ -1,6 +1,6 @@
 """The viewer of the report: pictures to zoom into and compare, and what each pixel says.
 
-The page holds numbers of every pixel, so that a reader may point at one without the store: luminance,
+The page holds numbers of every pixel, so that a reader may point at one: luminance,
 signal-to-noise ratio, raw values, filter and label. Each plane is compressed by itself and read by
 the browser when the page opens (`templates/viewer.js`). No network is needed.
 """
