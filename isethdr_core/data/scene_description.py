@@ -100,6 +100,37 @@ class Material:
     retro: RetroReflection | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class IntensityTable:
+    """Luminous intensity over two angles, linear between nodes, 0 beyond them.
+
+    Angles are those of a lamp that stands upright and looks along its axis: `left_deg` is the
+    azimuth about the vertical, `up_deg` the elevation above the horizontal plane.
+    """
+
+    left_deg: np.ndarray  # (columns,) increasing, within -90..90
+    up_deg: np.ndarray  # (rows,) increasing, within -90..90
+    value: np.ndarray  # (rows, columns) relative intensity, 0 or more
+
+    def at(self, left_deg: npt.ArrayLike, up_deg: npt.ArrayLike) -> np.ndarray:
+        """Return the relative intensity at angles in degrees (broadcast)."""
+        left, up = np.broadcast_arrays(np.asarray(left_deg, float), np.asarray(up_deg, float))
+        column, right = _cell(self.left_deg, left)
+        row, above = _cell(self.up_deg, up)
+        low = self.value[row, column] * (1 - right) + self.value[row, column + 1] * right
+        high = self.value[row + 1, column] * (1 - right) + self.value[row + 1, column + 1] * right
+        inside = (left >= self.left_deg[0]) & (left <= self.left_deg[-1])
+        inside &= (up >= self.up_deg[0]) & (up <= self.up_deg[-1])
+        return np.where(inside, low * (1 - above) + high * above, 0.0)
+
+
+def _cell(nodes: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the number of the cell between nodes, and the place in it, 0..1."""
+    cell = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
+    place = (at - nodes[cell]) / (nodes[cell + 1] - nodes[cell])
+    return cell, np.clip(place, 0, 1)
+
+
 @dataclass(frozen=True)
 class Lamp:
     """What an emitting part sends out, as built: a lighting weight of 1 means exactly this.
@@ -108,6 +139,9 @@ class Lamp:
     of the cosine to zero at `outer_deg`, and keeps `lambertian_share` of the total flux as a
     Lambertian floor, so that the lamp never turns black off its axis. `outer_deg` 90 and
     `inner_deg` 90: Lambertian.
+
+    With a `table` the cone does not count: the whole part has `intensity_cd` times the table in
+    each direction, and its radiance is that over the area that its faces show there.
     """
 
     kind: str  # low_beam, drl, tail, brake, indicator, street, window, ...
@@ -118,6 +152,7 @@ class Lamp:
     inner_deg: float = 90.0
     outer_deg: float = 90.0
     lambertian_share: float = 1e-3
+    table: IntensityTable | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,10 @@
 | builders | from places to models and a description |
 | limits, validation | ranges of fields; checks of several fields together |
 | materials, lamps, lamp_spectra | spectral reflectances; lamps in candela; their spectra |
+| dipped_beam | candela of a dipped beam over two angles |
 | measured_spectra | tables of colour-science, kept on disk after their first use |
 | road_surfaces | asphalt, dry to wet, and markings, by numbers fitted to r-tables |
+| retro_reflectors | sheeting, reflectors and animal eyes |
 | road_photometry | Q0, S1, S2 and R_L of any surface |
 | geometry | meshes computed from parameters |
 | charts | test charts whose radiance is known |

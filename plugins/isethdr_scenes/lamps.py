@@ -1,14 +1,11 @@
 """Lamps: what each kind of lamp sends out, in candela, degrees and a named spectrum.
 
 Intensities are typical values. The limits beside them (minimum and maximum on the reference axis)
-are assumptions: they name the UN regulation that they are meant to be, but were not checked against
-its text. Regulations give limits, not beam shapes, so the angles are models.
+name the UN regulation that they are meant to be. Regulations give limits, not beam shapes, so the
+angles are models.
 
-A dipped beam is seven modules, because one round beam cannot keep the road wide and yet stay below
-the cut-off: a hot spot just below the horizon towards the own side of the road, a middle lobe, two
-shoulders and two sides on the road, and the stray light above the cut-off, which is what glares
-into oncoming eyes. Right-hand traffic. Summed they stay inside the limits assumed for a class B
-dipped beam (UN R112) at the points that a test lists.
+A dipped beam is a table over two angles that holds all of UN R112, class B: `dipped_beam`. All
+other lamps are round.
 """
 
 from __future__ import annotations
@@ -20,6 +17,7 @@ import numpy as np
 
 from isethdr_core.scene import Lamp
 
+from .dipped_beam import PEAK_CD, dipped_beam
 from .lamp_spectra import spectrum_of
 
 
@@ -36,16 +34,9 @@ class Kind:
 
 
 KINDS = {
-    # vehicle headlamps; axes of the dipped beam: `LOW_BEAM`
-    "low_beam": Kind("headlights", 18_000, "led_white", 0.9, 1.6),  # hot spot
-    "low_beam_middle": Kind("headlights", 4_000, "led_white", 2.0, 5.0),  # road ahead
-    "low_beam_shoulder": Kind(
-        "headlights", 4_000, "led_white", 1.2, 2.2
-    ),  # beside the hot spot, far away
-    "low_beam_side": Kind("headlights", 5_000, "led_white", 3.5, 7.5),  # one side of the road
-    "low_beam_stray": Kind(
-        "headlights", 300, "led_white", 8, 50, 0.02
-    ),  # everywhere, also above the cut-off
+    # vehicle headlamps
+    # dipped beam: a table of candela, `dipped_beam`; a little glow of the lens towards all sides
+    "low_beam": Kind("headlights", PEAK_CD, "led_white", lambertian_share=4e-3),
     "position": Kind(
         "headlights", 40, "led_white", 20, 80, 0.05
     ),  # UN R7: 4-140 cd; daytime lamps are dimmed to it
@@ -70,17 +61,6 @@ KINDS = {
     ),  # tunnel luminaire, some 4 klm
 }
 
-# kind of each module of the dipped beam, and its axis: degrees down, degrees to the left
-LOW_BEAM = {
-    "hot": ("low_beam", 1.5, -0.9),
-    "middle": ("low_beam_middle", 5.0, 0.0),
-    "side_left": ("low_beam_side", 7.5, 10.0),
-    "side_right": ("low_beam_side", 7.5, -10.0),
-    "shoulder_left": ("low_beam_shoulder", 2.2, 4.3),
-    "shoulder_right": ("low_beam_shoulder", 2.2, -4.9),
-    "stray": ("low_beam_stray", 0.0, 0.0),
-}
-
 
 def groups_of(kinds: Iterable[str]) -> tuple[str, ...]:
     """Return the light groups of a scene under a sky with these kinds of lamps: `sky` first."""
@@ -102,11 +82,5 @@ def lamp(kind: str, axis) -> Lamp:
         k.inner_deg,
         k.outer_deg,
         k.lambertian_share,
+        dipped_beam() if kind == "low_beam" else None,
     )
-
-
-def low_beam(module: str) -> Lamp:
-    """Return one module of a dipped beam that looks along +x, by its name in `LOW_BEAM`."""
-    kind, down, left = LOW_BEAM[module]
-    a, b = np.radians([down, left])
-    return lamp(kind, (np.cos(a) * np.cos(b), np.cos(a) * np.sin(b), -np.sin(a)))

@@ -4,13 +4,14 @@ Every value is a plausible model written down by hand, not a measurement: diffus
 paint, cloth, skin, fur, leaves, asphalt and concrete in the range that measurements of such
 surfaces have, with the features that matter to a camera (chlorophyll's green peak and red edge,
 skin's haemoglobin dip, the steep edges of red and yellow pigments). Asphalt and markings are fitted
-to measurements: `road_surfaces`.
+to measurements: `road_surfaces`; what sends light back is in `retro_reflectors`.
 """
 
 from __future__ import annotations
 
 from isethdr_core.scene import Material, Spectrum, flat
 
+from .retro_reflectors import AMBER_OVER_RED, retro_reflection
 from .road_surfaces import DEFAULT, RoadSurfaceName, road_materials
 
 Nodes = float | list[tuple[float, float]]
@@ -57,15 +58,37 @@ COATED = {  # name: (reflectance of the base, roughness of the coat)
     "lamp_white": (0.80, 0.03),
     "lamp_red": ([(400, 0.008), (585, 0.009), (610, 0.14), (640, 0.26), (700, 0.28)], 0.04),
     "lamp_amber": ([(400, 0.02), (540, 0.05), (580, 0.35), (620, 0.55), (700, 0.58)], 0.04),
-    "plate_white": (0.70, 0.2),
     "plate_ink": (0.02, 0.2),
-    "reflector_red": ([(400, 0.015), (590, 0.03), (620, 0.5), (700, 0.55)], 0.1),
     "skin": (SKIN, 0.45),
     "skin_dark": ([(w, v * 0.35) for w, v in SKIN], 0.4),
     "leather": (0.03, 0.3),
     "antler": ([(400, 0.18), (600, 0.32), (700, 0.38)], 0.4),
     "window_dark": (0.02, 0.03),
     "box_white": (0.70, 0.15),
+}
+# name: (reflectance of the base, roughness of its coat, retro-reflector, times its R_A)
+RETRO = {
+    "plate_white": (0.70, 0.2, "ra1", 1.0),
+    "post_reflector": (0.60, 0.2, "ra2", 1.0),
+    "reflective_band": (0.35, 0.3, "clothing", 1.0),
+    "reflector_red": (
+        [(400, 0.015), (590, 0.03), (620, 0.5), (700, 0.55)],
+        0.1,
+        "vehicle_red",
+        1.0,
+    ),
+    "reflector_amber": (
+        [(400, 0.02), (540, 0.05), (580, 0.35), (620, 0.55), (700, 0.58)],
+        0.1,
+        "vehicle_red",
+        AMBER_OVER_RED,
+    ),
+    "eye_deer": (
+        [(400, 0.015), (500, 0.035), (550, 0.04), (600, 0.032), (700, 0.02)],
+        0.04,
+        "animal_eye",
+        1.0,
+    ),
 }
 MATT = {
     "gap": 0.008,
@@ -135,12 +158,21 @@ METAL = {
 }  # normal reflectance, roughness
 GLASS = {"glass": 0.84, "glass_tinted": 0.35}  # inner transmittance of the pane
 
+
+def _retro(name: str, value: Nodes, roughness: float, kind: str, times: float) -> Material:
+    """Return a plastic surface that sends light back."""
+    colour = _spectrum(value)
+    retro = retro_reflection(kind, colour, times)
+    return Material(name, "plastic", colour, roughness, retro=retro)
+
+
 MATERIALS: dict[str, Material] = (
     {f"paint_{n}": Material(f"paint_{n}", "plastic", _spectrum(v), 0.06) for n, v in PAINT.items()}
     | {n: Material(n, "plastic", _spectrum(v), a) for n, (v, a) in COATED.items()}
     | {n: Material(n, "diffuse", _spectrum(v)) for n, v in MATT.items()}
     | {n: Material(n, "conductor", _spectrum(v), a) for n, (v, a) in METAL.items()}
     | {n: Material(n, "thin_glass", _spectrum(v)) for n, v in GLASS.items()}
+    | {n: _retro(n, *told) for n, told in RETRO.items()}
     | road_materials(DEFAULT)
 )
 

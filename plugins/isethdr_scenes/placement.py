@@ -32,10 +32,6 @@ SIDE_WALK_Y_M = EDGE_M - 0.25  # pedestrians walk on the paved shoulder
 
 DRIVING = (
     "low_beam",
-    "low_beam_middle",
-    "low_beam_shoulder",
-    "low_beam_side",
-    "low_beam_stray",
     "position",
     "tail",
     "marker",

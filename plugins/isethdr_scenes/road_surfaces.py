@@ -29,9 +29,9 @@ from typing import Literal
 
 import numpy as np
 
-from isethdr_core.physics.photometry import v_lambda
 from isethdr_core.scene import Facets, Granular, Material, RetroReflection, Spectrum
 
+from .retro_reflectors import luminous_mean
 from .road_photometry import EN_1436_DEG
 
 RoadSurfaceName = Literal["r1", "r2", "r3", "r4", "c1", "c2", "damp", "w1", "w2", "c2w3", "c2w4"]
@@ -97,8 +97,7 @@ def asphalt(name: RoadSurfaceName) -> Material:
     """Return the asphalt of a surface; its grains have the fitted reflectance weighed by V."""
     surface = road_surfaces()[name]
     nm, shape = np.array(ASPHALT_NODES).T
-    fine = np.arange(380.0, 781.0)
-    mean = float(np.average(np.interp(fine, nm, shape), weights=v_lambda(fine)))
+    mean = luminous_mean(Spectrum(tuple(nm.tolist()), tuple(shape.tolist())))
     value = np.minimum(surface.reflectance * shape / mean, 1.0)
     spectrum = Spectrum(tuple(nm.tolist()), tuple(value.tolist()))
     return Material("asphalt", "granular", spectrum, granular=surface.granular)

@@ -50,7 +50,7 @@ class Tunnel:
     # spectrum of all vehicle headlamps
     headlamp_light: Literal["led_white", "halogen"] = "led_white"
     braking: bool = True  # brake lights of the car ahead are on
-    # asphalt: dry r1 to r4, c1 and c2; damp; wet w1, w2, c2w3 and c2w4 (docs/scenes.md)
+    # asphalt: dry r1 to r4, c1, c2; damp; wet w1, w2, c2w3, c2w4 (docs/explanation/scenes.md)
     road_surface: RoadSurfaceName = DEFAULT
     sky_luminance_cd_m2: SkyLuminance = 4000.0  # luminance of the sky at weight 1
 

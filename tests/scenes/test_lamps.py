@@ -1,12 +1,15 @@
-"""Lamps: intensities inside the regulations' limits, and the dipped beam at the test points of UN
-R112.
-"""
+"""Lamps: intensities inside the regulations' limits, and the dipped beam against UN R112."""
 
 from __future__ import annotations
 
+import csv
+from pathlib import Path
+
 import numpy as np
 import pytest
-from isethdr_scenes.lamps import KINDS, LOW_BEAM, lamp, low_beam
+from isethdr_scenes.lamps import KINDS, lamp
+
+from isethdr_core.scene import IntensityTable
 
 LIMITS_CD = {  # least and most on the reference axis
     "position": (4, 140),
@@ -18,74 +21,116 @@ LIMITS_CD = {  # least and most on the reference axis
 }
 
 
-def intensity_cd(lamps, left_deg, up_deg):
-    """Sum of the beams in one direction, by the rule in `isethdr_core.scene.Lamp`; the Lambertian
-    floors are left out.
-    """
-    a, b = np.radians([up_deg, left_deg])
-    direction = np.array([np.cos(a) * np.cos(b), np.cos(a) * np.sin(b), np.sin(a)])
-    total = 0.0
-    for one in lamps:
-        cosine, inner, outer = (
-            direction @ np.array(one.axis),
-            *np.cos(np.radians([one.inner_deg, one.outer_deg])),
+# zone III: corners (left, up) in degrees; light that would glare
+ZONE_III = [(8, 1), (8, 4), (-8, 4), (-8, 2), (-6, 1.5), (-1.5, 1.5), (0, 0), (4, 0)]
+RECEIVER_DEG = 0.149  # 65 mm at 25 m
+LAMP_HEIGHT_M, LAMP_ASIDE_M = 0.65, 0.65
+
+
+def intensity_cd(left_deg, up_deg):
+    """Candela of the dipped beam in a direction."""
+    one = lamp("low_beam", (1.0, 0.0, 0.0))
+    return one.intensity_cd * one.table.at(left_deg, up_deg)
+
+
+def points():
+    """{name: (left, up, least, most)} of UN R112, class B; points of a sum together."""
+    text = Path(__file__).with_name("r112_class_b.csv").read_text().splitlines()
+    found = {}
+    for row in csv.DictReader(line for line in text if not line.startswith("#")):
+        limits = float(row["least_cd"] or 0), float(row["most_cd"] or np.inf)
+        found.setdefault(row["name"], []).append(
+            (float(row["left_deg"]), float(row["up_deg"]), *limits)
         )
-        t = np.clip((cosine - outer) / (inner - outer), 0, 1)
-        total += one.intensity_cd * t * t * (3 - 2 * t)
-    return total
+    return found
 
 
-BEAM = [low_beam(m) for m in LOW_BEAM]
+@pytest.mark.parametrize("name", list(points()))
+def test_dipped_beam_meets_the_points_of_r112_class_b(name):
+    left, up, least, most = np.array(points()[name]).T
+    assert least[0] <= intensity_cd(left, up).sum() <= most[0]
 
 
-@pytest.mark.parametrize(
-    "name, left, up, least, most",
-    [
-        ("B50L", 3.43, 0.57, 0, 350),  # oncoming eyes at 50 m
-        ("75R", -1.15, -0.57, 10_100, 44_100),
-        ("50R", -1.72, -0.86, 10_100, 44_100),
-        ("50V", 0.0, -0.86, 5_100, 44_100),
-        ("50L", 3.43, -0.86, 0, 13_200),
-        ("75L", 3.43, -0.57, 0, 10_600),
-        ("25L", 9.0, -1.72, 1_700, 44_100),
-        ("25R", -9.0, -1.72, 1_700, 44_100),
-        ("zone III, left", 8.0, 2.0, 0, 625),
-        ("zone III, ahead", 0.0, 1.5, 0, 625),
-    ],
-)
-def test_dipped_beam_meets_the_points_of_r112_class_b(name, left, up, least, most):
-    assert least <= intensity_cd(BEAM, left, up) <= most
+def test_dipped_beam_meets_the_zones_of_r112_class_b():
+    left, up = np.meshgrid(np.arange(-8, 8.01, 0.05), np.arange(0, 4.01, 0.05))
+    glare = intensity_cd(left, up)[inside(ZONE_III, left, up)]
+    assert len(glare) > 10_000 and glare.max() <= 625
+    left, up = np.meshgrid(np.arange(-5.15, 5.16, 0.05), np.arange(-1.72, -0.859, 0.02))
+    assert intensity_cd(left, up).min() >= 2_500  # zone IV
+    left, up = np.meshgrid(np.arange(-9, 9.1, 0.1), np.arange(-4, -1.719, 0.05))
+    assert intensity_cd(left, up).max() < 2 * intensity_cd(-1.72, -0.86)  # zone I
 
 
-def test_dipped_beam_leaves_no_dark_hole_on_the_road():
-    # from 6 m (6.2 degrees below the horizon for a lamp 0.65 m high) to 25 m, half a lane to either
-    # side
-    for distance in (6, 8, 10, 15, 25):
-        up = -np.degrees(np.arctan(0.65 / distance))
-        for y in (-1.75, 0.0, 1.75):
-            assert intensity_cd(BEAM, np.degrees(np.arctan(y / distance)), up) > 800, (distance, y)
+def inside(corners, x, y):
+    """Points within a polygon or on its border: a ray to the right crosses it an odd number of
+    times.
+    """
+    odd, border = np.zeros(np.shape(x), bool), np.zeros(np.shape(x), bool)
+    for (x0, y0), (x1, y1) in zip(corners, corners[1:] + corners[:1]):
+        if y0 != y1:
+            at = x0 + (y - y0) / (y1 - y0) * (x1 - x0)
+            odd ^= ((y0 > y) != (y1 > y)) & (x < at)
+        length = np.hypot(x1 - x0, y1 - y0)
+        along = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / length
+        off = np.abs((x - x0) * (y1 - y0) - (y - y0) * (x1 - x0)) / length
+        border |= (off < 1e-9) & (along >= 0) & (along <= length)
+    return odd | border
+
+
+def test_the_cut_off_is_sharp_straight_and_aimed():
+    """UN R112: the steepest step of log E over 0.1 degrees, scanned downwards by the receiver."""
+    up = np.arange(-1.5, 0.51, 0.01)
+    disc = np.array([(a, b) for a in np.linspace(-1, 1, 9) for b in np.linspace(-1, 1, 9)])
+    disc = disc[np.hypot(*disc.T) <= 1] * RECEIVER_DEG / 2
+
+    def through(left, up_deg):
+        return intensity_cd(left + disc[:, :1], up_deg + disc[:, 1:]).mean(0)
+
+    inflection = []
+    for left in (1.5, 2.5, 3.5):
+        step = np.log10(through(left, up - 0.05) / through(left, up + 0.05))
+        assert 0.13 <= step.max() <= 0.40
+        inflection.append(up[step.argmax()])
+    assert inflection[1] == pytest.approx(-0.57, abs=0.05)  # as a lamp is aimed
+    assert np.ptp(inflection) <= 0.2
+
+
+def test_light_on_the_road_falls_steadily_from_10_to_50_m():
+    """Both lamps on a plane that faces them: R_L of a dry road hardly depends on distance."""
+    metres = np.arange(10.0, 50.1, 0.5)
+    for across in (-1.75, 0.0, 1.75):
+        lux = road_lux(metres, across)
+        assert (np.diff(np.log(lux)) < 0).all() and lux[-1] > 2
+        # no hole: nowhere does the fall bend by more than a factor of 1.1 from a metre to the next
+        assert np.abs(np.diff(np.log(lux), 2)).max() < np.log(1.1)
+    assert road_lux(np.array([6.0]), 0.0) > road_lux(np.array([10.0]), 0.0)
+
+
+def road_lux(metres, across):
+    """Illuminance of the road from the own lamps on a plane that faces them, lx."""
+    lux = 0.0
+    for side in (LAMP_ASIDE_M, -LAMP_ASIDE_M):
+        away = np.hypot(metres, across - side)
+        left = np.degrees(np.arctan2(across - side, metres))
+        down = np.degrees(np.arctan(LAMP_HEIGHT_M / away))
+        lux = lux + intensity_cd(left, -down) / (away**2 + LAMP_HEIGHT_M**2)
+    return lux
 
 
 def test_dipped_beam_has_the_flux_of_a_headlamp():
-    u = np.linspace(np.cos(np.radians(60)), 1, 1500)  # cosine to +x; the ring's measure is du dphi
-    phi = np.linspace(0, 2 * np.pi, 120, endpoint=False)
-    total = 0.0
-    for one in BEAM:
-        k, p = np.meshgrid(u, phi, indexing="ij")
-        s = np.sqrt(1 - k * k)
-        cosine = np.stack([k, s * np.cos(p), s * np.sin(p)], -1) @ np.array(one.axis)
-        inner, outer = np.cos(np.radians([one.inner_deg, one.outer_deg]))
-        t = np.clip((cosine - outer) / (inner - outer), 0, 1)
-        total += (
-            one.intensity_cd
-            * (t * t * (3 - 2 * t)).mean()
-            * 2
-            * np.pi
-            * (1 - np.cos(np.radians(60)))
-        )
-    assert (
-        400 < total < 1200
-    )  # lm: an H7 low beam projects some 700 lm onto the road, LED units up to 1000
+    left, up = np.arange(-49.75, 50, 0.5), np.arange(-49.95, 50, 0.1)[:, None]
+    each = np.radians(0.5) * np.radians(0.1) * np.cos(np.radians(up))
+    # lm: an H7 low beam projects some 700 lm onto the road, LED units up to 1000
+    assert 400 < (intensity_cd(left, up) * each).sum() < 1200
+
+
+def test_a_table_is_linear_between_its_nodes_and_ends_at_them():
+    table = IntensityTable(
+        np.array([-10.0, 0, 30]), np.array([-5.0, 5]), np.arange(6).reshape(2, 3)
+    )
+    np.testing.assert_allclose(table.at([-10, -5, 0, 15, 30], -5), [0, 0.5, 1, 1.5, 2])
+    assert table.at(0, 0) == 2.5 and table.at(30, 5) == 5
+    assert not table.at([-10.1, 30.1, 0, 0], [0, 0, -5.1, 5.1]).any()
 
 
 @pytest.mark.parametrize("kind", sorted(LIMITS_CD))

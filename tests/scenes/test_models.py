@@ -125,14 +125,13 @@ def test_vehicle_has_glass_wheels_plates_and_a_lamp_of_each_kind_on_both_sides(m
     kinds = {p.lamp.kind for p in model.parts if p.lamp}
     assert {
         "low_beam",
-        "low_beam_stray",
         "position",
         "tail",
         "brake",
         "indicator",
         "reverse",
     } <= kinds
-    for kind in ("low_beam", "low_beam_stray", "low_beam_middle", "position", "tail"):
+    for kind in ("low_beam", "position", "tail"):
         y = [p.vertices[:, 1].mean() for p in model.parts if p.lamp and p.lamp.kind == kind]
         assert len(y) == 2 and sum(y) == pytest.approx(0, abs=0.03) and max(y) > 0.45, kind
     for part in (p for p in model.parts if p.lamp and p.lamp.kind == "low_beam"):

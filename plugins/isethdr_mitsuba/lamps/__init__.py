@@ -3,6 +3,8 @@
 | module             | what                                               |
 |--------------------|----------------------------------------------------|
 | `beam_lamp`        | the beam-limited area light as a Mitsuba emitter   |
+| `device_grids`     | grids of luminance on the device                   |
+| `intensity_grid`   | the luminance that makes a table of candela        |
 | `lamp_tables`      | lamps as lookup tables for shadow rays             |
 | `placed_lamps`     | lamps in the world: luminous intensity to radiance |
 | `spatial_sampling` | how likely a lamp is looked for from a surface     |

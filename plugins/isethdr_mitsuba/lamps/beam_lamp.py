@@ -10,6 +10,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from .device_grids import DeviceGrids
 from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_table
 
 PLUGIN = "isethdr_beam_lamp"
@@ -39,7 +40,7 @@ def beam_lamp(placed: PlacedLamp, hidden_from=None, mirrored_only: bool = False)
         "values": ", ".join(f"{v:.9g}" for v in table),
     }
     point = [1e30] * 3 if hidden_from is None else [float(v) for v in hidden_from]
-    return mi.load_dict(
+    emitter = mi.load_dict(
         {
             "type": PLUGIN,
             "radiance": spectrum if table.any() else {"type": "uniform", "value": 0.0},
@@ -51,6 +52,9 @@ def beam_lamp(placed: PlacedLamp, hidden_from=None, mirrored_only: bool = False)
             **({"mirrored_only": True, "sampling_weight": NEVER} if mirrored_only else {}),
         }
     )
+    if placed.grid is not None:
+        emitter.follow_grid(placed)
+    return emitter
 
 
 def film(wavelength_nm, step_nm: float, width: int, height: int) -> dict:
@@ -118,15 +122,28 @@ def _beam_class():
             )
             self.on, self.mirrored_only = True, properties.get("mirrored_only", False)
             self.lambertian = properties["cos_inner"] <= LAMBERTIAN_COS
+            self.grid_pattern = None  # luminance relative to the largest of a lamp with a table
             self.m_flags = mi.EmitterFlags.Surface
             self.m_needs_sample_3 = True
+
+        def follow_grid(self, placed):
+            if dr.is_jit_v(mi.Float):
+                grids, number = DeviceGrids([placed]), dr.opaque(mi.UInt32, 0)
+                self.grid_pattern = lambda d, active: grids.pattern(
+                    number, d, self.axis, mi.Float(0), mi.Bool(active)
+                )
+            else:
+                highest = placed.grid.value.max()
+                self.grid_pattern = lambda d, _: float(placed.grid.at(np.array(d)) / highest)
 
         def traverse(self, callback):
             callback.put("radiance", self.radiance, mi.ParamFlags.Differentiable)
 
         def light(self, si, outwards, normal, active):
             pattern = 1.0
-            if not self.lambertian:
+            if self.grid_pattern is not None:
+                pattern = (self.grid_pattern(outwards, active) + self.floor) / (1 + self.floor)
+            elif not self.lambertian:
                 t = dr.clip(
                     (dr.dot(outwards, self.axis) - self.cos_outer)
                     / dr.maximum(self.cos_inner - self.cos_outer, 1e-6),

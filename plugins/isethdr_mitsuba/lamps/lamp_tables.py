@@ -13,6 +13,7 @@ import mitsuba as mi
 import numpy as np
 
 from ..world.geometry import World
+from .device_grids import DeviceGrids
 from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_table
 from .spatial_sampling import Chances, areas, light_at_points
 
@@ -61,6 +62,7 @@ class LampTables:
         self.floor = last([p.floor for p in lamps], 0)
         self.peak = last([p.peak_cd_m2 for p in lamps], 0)
         self.per_area = last([1 / p.area_m2 for p in lamps], 0)
+        self.grids = DeviceGrids(lamps)
         self.placed, self.members = (
             list(lamps),
             [[i for i in range(len(lamps)) if group[i] == g] for g in range(len(groups))],
@@ -106,10 +108,13 @@ class LampTables:
     def luminance(self, lamp, direction, active=True):
         """Return the luminance, cd/m2, that `lamp` sends out along the unit vector `direction`."""
         take = lambda table: dr.gather(type(table), table, lamp, active)
-        return _luminance(
-            dr.dot(direction, take(self.axis)),
-            *map(take, (self.cos_inner, self.cos_outer, self.floor, self.peak)),
+        axis = take(self.axis)
+        inner, outer, floor, peak = map(
+            take, (self.cos_inner, self.cos_outer, self.floor, self.peak)
         )
+        pattern = _cone(dr.dot(direction, axis), inner, outer)
+        pattern = self.grids.pattern(lamp, direction, axis, pattern, active)
+        return peak * (pattern + floor) / (1 + floor)
 
     def density(self, lamp, place, distance2, cos_lamp, active=True):
         """Return the density per solid angle with which one candidate from `place` falls on this
@@ -153,7 +158,9 @@ class LampTables:
             cos_here = dr.dot(d, side)
             seen = active & (cos_lamp > 0) & (cos_here > 0)
             each = _density(per_area * self.chances.of(lamp, place, active), r2, cos_lamp)
-            sent = _luminance(-dr.dot(d, axis), inner, outer, floor, peak)
+            pattern = _cone(-dr.dot(d, axis), inner, outer)
+            pattern = self.grids.pattern(lamp, -d, axis, pattern, seen)
+            sent = peak * (pattern + floor) / (1 + floor)
             value = dr.select(seen, sent * cos_here, 0)
             weight = dr.select(seen, value / each, 0)
             total += weight
@@ -173,10 +180,9 @@ class LampTables:
         return dr.gather(mi.UInt32, targets.row, triangle, active), point, direction, level, density
 
 
-def _luminance(cosine, inner, outer, floor, peak):
+def _cone(cosine, inner, outer):
     t = dr.clip((cosine - outer) / dr.maximum(inner - outer, 1e-6), 0, 1)
-    pattern = dr.select(inner <= LAMBERTIAN_COS, 1.0, t * t * (3 - 2 * t))
-    return peak * (pattern + floor) / (1 + floor)
+    return dr.select(inner <= LAMBERTIAN_COS, 1.0, t * t * (3 - 2 * t))
 
 
 def _density(per_area, distance2, cos_lamp):

@@ -12,6 +12,8 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import LM_PER_W, v_lambda
 from isethdr_core.scene import Lamp, Spectrum
 
+from .intensity_grid import IntensityGrid, intensity_grid
+
 SPECTRUM_NM = np.arange(
     360.0, 831.0
 )  # grid on which emission spectra are tabulated and weighed, nm
@@ -30,6 +32,14 @@ class PlacedLamp:
     floor: float  # Lambertian share of the pattern, relative to the beam's 1
     cos_inner: float
     cos_outer: float
+    grid: IntensityGrid | None = None  # of a lamp with a table: stands for the cone
+
+    def relative(self, directions) -> np.ndarray:
+        """Return luminance relative to the peak towards unit vectors (..., 3) that leave it."""
+        if self.grid is None:
+            return self.pattern(directions @ self.axis)
+        highest = self.peak_cd_m2 / (1 + self.floor)
+        return (self.grid.at(directions) / highest + self.floor) / (1 + self.floor)
 
     @property
     def area_m2(self) -> float:
@@ -37,8 +47,8 @@ class PlacedLamp:
         return float(np.linalg.norm(_area_vectors(self.triangles), axis=1).sum())
 
     def pattern(self, cos_axis):
-        """Return radiance relative to that on the axis, at the cosine of the angle from the
-        axis.
+        """Return radiance relative to that on the axis, at the cosine of the angle from the axis
+        of a round beam.
         """
         return (beam(cos_axis, self.cos_inner, self.cos_outer) + self.floor) / (1 + self.floor)
 
@@ -119,6 +129,8 @@ def _place(part, pose, number, name, normalise, dark):
         return PlacedLamp(
             number, name, lamp, tri, axis, 0.0, 0.0, float(cos_inner), float(cos_outer)
         )
+    if lamp.table is not None:
+        return _with_table(part, pose, number, name, axis)
     area = np.linalg.norm(vectors, axis=1).sum()
     in_beam = _beam_flux(vectors, axis, cos_inner, cos_outer)  # flux at beam radiance 1
     floor = 0.0
@@ -130,6 +142,42 @@ def _place(part, pose, number, name, normalise, dark):
     return PlacedLamp(
         number, name, lamp, tri, axis, peak, floor, float(cos_inner), float(cos_outer)
     )
+
+
+def _with_table(part, pose, number, name, axis):
+    """Return a lamp whose candela is that of its table, whatever its faces; the largest luminance
+    is its peak. Its flux follows from the table alone.
+    """
+    lamp, tri = part.lamp, world_triangles(part, pose)
+    vectors = _area_vectors(tri)
+    upright = pose[:3, :3] @ np.array([0.0, 0.0, 1.0])
+    left = np.cross(upright, axis)
+    if np.linalg.norm(left) < 1e-6 * np.linalg.norm(upright):
+        raise ConfigError(
+            f"lamp {part.name!r} ({lamp.kind}) of object {name!r} has a table and looks straight up"
+            " or down, where left is not known; expected an axis nearer to level"
+        )
+    left /= np.linalg.norm(left)
+    grid = intensity_grid(lamp.table, lamp.intensity_cd, axis, left, vectors)
+    peak = float(grid.value.max())
+    flux = lamp.intensity_cd * _table_flux(lamp.table)
+    floor = 0.0
+    if peak > 0:
+        area = np.linalg.norm(vectors, axis=1).sum()
+        floor = lamp.lambertian_share / (1 - lamp.lambertian_share) * flux / (np.pi * area * peak)
+    return PlacedLamp(number, name, lamp, tri, axis, peak * (1 + floor), floor, 1.0, 0.0, grid)
+
+
+def _table_flux(table) -> float:
+    """Return the integral of a table over directions, sr, by the midpoint rule."""
+    cells = 1000
+    left, up = (
+        np.linspace(v[0], v[-1], cells + 1)[:-1] + (v[-1] - v[0]) / cells / 2
+        for v in (table.left_deg, table.up_deg)
+    )
+    each = np.radians(left[1] - left[0]) * np.radians(up[1] - up[0])
+    value = table.at(left, up[:, None]) * np.cos(np.radians(up))[:, None]
+    return float(value.sum() * each)
 
 
 def _area_vectors(tri):

@@ -20,6 +20,7 @@ PIECE_M = 0.3  # larger lamps become several spots
 # spots stand this far in front of the foremost point of their piece, out of its own shadow
 CLEAR_M = 2e-3
 WIDEST_DEG = 88.0  # of a spot: a Lambertian lamp loses 0.12 % of its flux beyond
+TABLE_DEG, OF_TABLE = 40.0, 1024  # cone of a lamp with a table, and texels: 0.1 degrees each
 NARROW, WIDE = (
     128,
     512,
@@ -64,14 +65,19 @@ def spots(lamps: list[PlacedLamp]) -> list[Spot]:
 def _beam(number, lamp):
     if lamp.cos_inner <= LAMBERTIAN_COS:
         return
-    cutoff = min(float(np.degrees(np.arccos(lamp.cos_outer))) + 1e-3, WIDEST_DEG)
     frame = _frame(lamp.axis)
-    direction = _directions(cutoff, NARROW) @ frame.T
-    pattern = (
-        beam(direction @ lamp.axis, lamp.cos_inner, lamp.cos_outer)
-        * lamp.peak_cd_m2
-        / (1 + lamp.floor)
-    )
+    if lamp.grid is not None:
+        cutoff = TABLE_DEG
+        direction = _directions(cutoff, OF_TABLE) @ frame.T
+        pattern = lamp.grid.at(direction)
+    else:
+        cutoff = min(float(np.degrees(np.arccos(lamp.cos_outer))) + 1e-3, WIDEST_DEG)
+        direction = _directions(cutoff, NARROW) @ frame.T
+        pattern = (
+            beam(direction @ lamp.axis, lamp.cos_inner, lamp.cos_outer)
+            * lamp.peak_cd_m2
+            / (1 + lamp.floor)
+        )
     for area, centre, corners in _pieces(lamp.triangles, lambda areas: np.zeros((len(areas), 3))):
         facing = np.zeros(direction.shape[:2])
         for chunk in np.array_split(area, max(1, len(area) // 64)):

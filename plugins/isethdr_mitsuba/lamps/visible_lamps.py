@@ -180,7 +180,7 @@ def _luminance(world, view, placed, index, flat, normal, corner):
     )
     direction = view.to_world(ray.reshape(-1, 3))
     seen = _sees(world, view, direction, distance.ravel(), index).reshape(distance.shape)
-    pattern = placed.pattern(-(direction @ placed.axis)).reshape(distance.shape)
+    pattern = placed.relative(-direction).reshape(distance.shape)
     return area * placed.peak_cd_m2 * (pattern * seen).mean(1), seen.mean(1)
 
 

@@ -152,7 +152,7 @@ def bicycle(colour="paint_blue", crank=35.0):
     return m, pedals, grips, saddle
 
 
-RIDER = Person(top="cloth_vest", legs="cloth_dark", helmet="paint_white")
+RIDER = Person(top="cloth_vest", legs="cloth_dark", helmet="paint_white", bands=True)
 
 
 def rider(look: Person = RIDER, crank: float = 35.0, seed: int = 0) -> Assembly:

@@ -109,7 +109,7 @@ def deer(name="deer", height=1.0, antlers=True, head_up=1.0, step=0.16, turn=0.0
                 top + d * 0.36 + [0, s * 0.052, 0.022],
                 (0.014, 0.010, 0.013),
                 "eye",
-                "gloss_black",
+                "eye_deer",
                 6,
             ),
         )

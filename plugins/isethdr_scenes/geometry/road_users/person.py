@@ -127,7 +127,7 @@ def figure(j, look=Person(), name="person", seed=0):
         for k in (0.02, -0.16):
             t = (coat.vertices - j["chest"]) @ up
             band, coat, _ = cut(coat, np.abs(t - k) - 0.026)
-            m.add(band.named("reflective_band", "plate_white"))
+            m.add(band.named("reflective_band", "reflective_band"))
     m.add(coat)
     head(m, j["head"], j["neck"], look)
     for s, q in (("l", 1), ("r", -1)):

@@ -43,7 +43,9 @@ def guard_rail(ground: Ground, start_m: float, end_m: float, y: float) -> Assemb
         post = box((0, 0, 0), (0.10, 0.055, 1.0), "post", "galvanised")
         m.add(post.moved(ground.place(q, y - face * 0.06, z=z - 0.42)))
         if k % 6 == 0:
-            reflector = box((-0.02, 0, 0), (0.01, 0.06, 0.09), "reflector", "lamp_amber", 0.003)
+            reflector = box(
+                (-0.02, 0, 0), (0.01, 0.06, 0.09), "reflector", "reflector_amber", 0.003
+            )
             m.add(reflector.moved(ground.place(q, y + face * 0.03, z=z)))
     return m
 
@@ -53,7 +55,7 @@ def marker_post():
     return Assembly("marker_post").add(
         box((0, 0, 0.5), (0.10, 0.12, 1.0), "post", "lamp_white", 0.03),
         box((0, 0, 0.80), (0.104, 0.124, 0.20), "band", "plastic_black", 0.03),
-        box((-0.053, 0, 0.80), (0.006, 0.05, 0.15), "reflector", "plate_white", 0.002),
+        box((-0.053, 0, 0.80), (0.006, 0.05, 0.15), "reflector", "post_reflector", 0.002),
     )
 
 

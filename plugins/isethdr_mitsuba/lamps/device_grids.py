@@ -1,0 +1,72 @@
+"""Grids of luminance on the device: the pattern of lamps that have a table of candela."""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from .intensity_grid import BEND_X, BEND_Y, COLUMNS, ROWS
+from .placed_lamps import PlacedLamp
+
+NONE = -1.0  # where a lamp's first cell would stand: it has no grid
+
+
+class DeviceGrids:
+    """Device tables of the grids of some lamps; no code for them where no lamp has one."""
+
+    def __init__(self, lamps: list[PlacedLamp]):
+        """Lay the grids of `lamps`, by their numbers, one after the other."""
+        with_grid = [p for p in lamps if p.grid is not None]
+        self.any = bool(with_grid)
+        if not self.any:
+            return
+        rows, quads, shared = [], [], {}
+        for placed in lamps:
+            grid = placed.grid
+            if grid is None:
+                rows += [[0, 0, 0, NONE], [0, 0, 0, 0]]
+                continue
+            own = grid.quads().astype(np.float32)
+            first = shared.setdefault(own.tobytes(), len(shared))
+            if first == len(quads):
+                quads.append(own)
+            # float32 counts the cells of a thousand lamps
+            rows.append([*grid.left, first * COLUMNS * ROWS])
+            rows.append([COLUMNS / 2 / grid.reach[0], ROWS / 2 / grid.reach[1], 0, 0])
+        rows += [[0, 0, 0, NONE], [0, 0, 0, 0]]  # of "no lamp"
+        # from lists: packets are read in one go where memory is aligned, which NumPy's is by chance
+        self.rows = mi.Float(np.ravel(rows).tolist())
+        self.quads = mi.Float(np.concatenate(quads).ravel().tolist())
+        dr.eval(self.rows, self.quads)
+
+    def pattern(self, lamp, direction, axis, otherwise, active):
+        """Return the luminance relative to the largest towards the unit vector `direction`, which
+        leaves the lamp; `otherwise` of lamps without a grid.
+        """
+        if not self.any:
+            return otherwise
+        row = dr.gather(mi.Vector4f, self.rows, 2 * lamp, active)
+        has_grid = active & (row.w > NONE)
+        scale = dr.gather(mi.Vector4f, self.rows, 2 * lamp + 1, has_grid)
+        left = mi.Vector3f(row.x, row.y, row.z)
+        forward, aside = dr.dot(direction, axis), dr.dot(direction, left)
+        above = dr.dot(direction, dr.cross(axis, left))
+        level = dr.sqrt(forward * forward + aside * aside)
+        x = aside / dr.maximum(dr.maximum(forward, 0) + BEND_X * dr.abs(aside), 1e-12) * scale.x
+        y = above / dr.maximum(level + BEND_Y * dr.abs(above), 1e-12) * scale.y
+        inside = has_grid & (forward > 0)
+        inside &= (dr.abs(x) <= COLUMNS / 2) & (dr.abs(y) <= ROWS / 2)
+        column, right = _cell(x, COLUMNS)
+        line, over = _cell(y, ROWS)
+        cell = mi.UInt32(dr.maximum(row.w, 0)) + line * COLUMNS + column
+        corner = dr.gather(mi.Vector4f, self.quads, cell, inside)
+        low, high = dr.lerp(corner.x, corner.y, right), dr.lerp(corner.z, corner.w, right)
+        return dr.select(has_grid, dr.select(inside, dr.lerp(low, high, over), 0), otherwise)
+
+
+def _cell(place, count):
+    """Return the number of the cell and the place in it, from -count / 2..count / 2."""
+    along = dr.clip(place + count / 2, 0, count)
+    cell = dr.minimum(mi.UInt32(along), count - 1)
+    return cell, along - mi.Float(cell)

@@ -1,0 +1,61 @@
+"""The dipped beam of a car: candela over two angles, inside all limits of UN R112, class B.
+
+A model for right-hand traffic, designed by hand, not measured: a hot spot a little to the right,
+which falls towards the near road so that the road's luminance falls steadily with distance; a wide
+flood on the road; a cut-off, level on the left and rising by 15 degrees on the right; and stray
+light above it, which the test points for overhead signs ask for. The cut-off's inflection at 2.5
+degrees left lies 0.57 degrees below the horizon, as the regulation aims a lamp.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from isethdr_core.scene import IntensityTable
+
+# --- degrees ---
+CUT_OFF_DOWN = 0.81  # of the middle of the step at the left; its inflection lies at 0.57
+RISE = np.tan(np.radians(15.0))  # of the cut-off on the right
+STEP_WIDTH = 0.105  # of the logistic step; the sharpness G is 0.2 to 0.3
+HOT_RIGHT, HOT_HALF_WIDTH = 1.0, 4.2
+HOT_DOWN, FLOOD_DOWN = 2.1, 4.5  # where hot spot and flood have half of their light, below
+FLOOD_HALF_WIDTH = 22.0
+STRAY_UP, STRAY_ASIDE = 10.0, 30.0
+EDGE = 50.0  # the table ends there
+# --- candela ---
+HOT_CD, FLOOD_CD, STRAY_CD = 15_000.0, 4_800.0, 170.0
+
+
+def candela(left_deg: np.ndarray, up_deg: np.ndarray) -> np.ndarray:
+    """Return the luminous intensity, cd, at angles left of and above the axis, degrees."""
+    left, up = np.broadcast_arrays(np.asarray(left_deg, float), np.asarray(up_deg, float))
+    down = np.maximum(-up, 0.0)
+    cut_off = -CUT_OFF_DOWN + RISE * np.maximum(-left, 0.0)
+    below = 1 / (1 + np.exp(np.clip((up - cut_off) / STEP_WIDTH, -60, 60)))
+    hot = HOT_CD / (1 + (down / HOT_DOWN) ** 2)
+    hot = hot * np.exp(-(((left + HOT_RIGHT) / HOT_HALF_WIDTH) ** 2))
+    flood = FLOOD_CD / (1 + (down / FLOOD_DOWN) ** 2) * np.exp(-((left / FLOOD_HALF_WIDTH) ** 2))
+    stray = STRAY_CD * np.exp(-((up / STRAY_UP) ** 2) - (left / STRAY_ASIDE) ** 2)
+    return below * (hot + flood) + stray
+
+
+@cache
+def dipped_beam() -> IntensityTable:
+    """Return the beam as a table relative to its largest intensity, which is `PEAK_CD`."""
+    left, up = nodes_deg()
+    value = candela(left, up[:, None])
+    return IntensityTable(left, up, value / value.max())
+
+
+def nodes_deg() -> tuple[np.ndarray, np.ndarray]:
+    """Return the nodes (left, up) of the table, degrees: fine about the cut-off."""
+    aside = np.r_[np.arange(0, 8, 0.25), np.arange(8, 20, 1.0), np.arange(20, EDGE + 1, 3.0)]
+    down = np.r_[np.arange(2.0, 6, 0.25), np.arange(6, 14, 1.0), np.arange(14, EDGE + 1, 3.0)]
+    above = np.r_[np.arange(3.0, 6, 0.25), np.arange(6, EDGE + 1, 4.0)]
+    up = np.r_[-down[::-1], np.arange(-1.95, 2.96, 0.05), above]
+    return np.r_[-aside[:0:-1], aside], up
+
+
+PEAK_CD = float(candela(nodes_deg()[0], nodes_deg()[1][:, None]).max())

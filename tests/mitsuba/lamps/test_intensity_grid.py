@@ -1,0 +1,123 @@
+"""Lamps with a table: candela whatever the faces, on the host, on the device and as spots."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
+from isethdr_mitsuba.lamps.spots import spots
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.scene import IntensityTable, Lamp
+
+NODES = np.arange(-40.0, 40.1, 0.5)
+# a smooth beam with a step at the horizon, which is what a dipped beam has
+TABLE = IntensityTable(
+    NODES,
+    NODES,
+    np.exp(-((NODES / 12) ** 2))
+    / (1 + np.exp(NODES[:, None] / 0.6))
+    * np.exp(-(NODES[:, None] ** 2) / 80),
+)
+PEAK = 5000.0
+
+
+def directions(count=4000, seed=0):
+    """Unit vectors within 30 degrees of +x, and their angles."""
+    left, up = np.random.default_rng(seed).uniform(-30, 30, (2, count))
+    a, b = np.radians([left, up])
+    return np.stack([np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b)], -1), left, up
+
+
+def placed(make, mesh, pose=None, share=0.0, axis=(1.0, 0, 0)):
+    lamp = Lamp("low_beam", "headlights", PEAK, make.flat(1.0), axis, 90, 90, share, TABLE)
+    at = make.pose() if pose is None else pose
+    (one,) = placed_lamps(make.describe([("l", "car", (make.part(mesh, "black", lamp),), at)]))
+    return one
+
+
+def tilted(make):
+    """A lens of two panes, turned away from each other and tilted back, as in a car's corner."""
+    v, f = make.quad(0.05, 0.04)
+    a, b = make.pose(turn_deg=35.0, pitch_deg=-20.0), make.pose(0, 0.2, 0, -15.0)
+    corners = np.concatenate([v @ m[:3, :3].T + m[:3, 3] for m in (a, b)])
+    return corners, np.concatenate([f, f + len(v)])
+
+
+def candela(one, direction):
+    """Luminance towards directions times the area that all faces show there."""
+    tri = one.triangles
+    area = np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0]) / 2
+    return one.peak_cd_m2 * one.relative(direction) * np.maximum(direction @ area.T, 0).sum(-1)
+
+
+def test_candela_is_that_of_the_table_whatever_the_faces(make):
+    direction, left, up = directions()
+    for mesh in (make.quad(0.1, 0.1), tilted(make)):
+        found = candela(placed(make, mesh), direction)
+        # linear in luminance on a grid of its own: 1 % of the peak where the step bends
+        np.testing.assert_allclose(found, PEAK * TABLE.at(left, up), atol=0.012 * PEAK)
+        assert found.sum() == pytest.approx(PEAK * TABLE.at(left, up).sum(), rel=5e-3)
+
+
+def test_a_turned_lamp_takes_its_beam_along(make):
+    direction, left, up = directions(500)
+    pose = make.pose(5, 3, 1, 130.0)
+    turned = candela(placed(make, tilted(make), pose), direction @ pose[:3, :3].T)
+    # float32 nowhere: both are the same numbers but for rounding
+    np.testing.assert_allclose(turned, candela(placed(make, tilted(make)), direction), atol=1e-6)
+
+
+def test_the_lens_glows_with_its_share_of_the_flux(make):
+    one = placed(make, make.quad(0.1, 0.1), share=0.02)
+    u = (np.arange(1, 2000) - 0.5) / 2000
+    up, left = np.degrees(np.arcsin(2 * u - 1)), (np.arange(720) - 359.5) / 4
+    a, b = np.radians(left), np.radians(up[:, None])
+    sphere = np.stack(
+        [np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b) + 0 * a], -1
+    )  # the front half
+    total = candela(one, sphere).mean() * 2 * np.pi
+    glow = one.peak_cd_m2 * one.floor / (1 + one.floor) * np.pi * one.area_m2
+    assert glow / total == pytest.approx(0.02, rel=0.01)
+
+
+def test_the_device_agrees_with_the_host(make):
+    import mitsuba as mi
+    from isethdr_mitsuba.doctor import choose_variant
+
+    mi.set_variant(choose_variant("llvm"))
+    from isethdr_mitsuba.lamps.beam_lamp import beam_lamp
+    from isethdr_mitsuba.lamps.device_grids import DeviceGrids
+
+    lamps = [
+        placed(make, tilted(make)),
+        placed(make, make.quad(0.1, 0.1), make.pose(turn_deg=90.0)),
+    ]
+    direction, _, _ = directions()
+    vector = mi.Vector3f(*direction.T.astype(np.float32))
+    for number, one in enumerate(lamps):
+        axis = mi.Vector3f(*map(float, one.axis))
+        lamp, every = mi.UInt32(number), mi.Bool(True)
+        found = DeviceGrids(lamps).pattern(lamp, vector, axis, mi.Float(7), every)
+        # float32 directions: 1e-7 of a place, 1e-4 of a cell
+        np.testing.assert_allclose(np.array(found), one.relative(direction), atol=2e-4)
+        alone = beam_lamp(one).grid_pattern(vector, True)
+        np.testing.assert_allclose(np.array(alone), one.relative(direction), atol=2e-4)
+
+
+def test_spots_have_the_candela_of_the_table(make):
+    import mitsuba as mi
+
+    mi.set_variant("scalar_spectral")
+    one = placed(make, make.quad(0.05, 0.05))
+    direction, left, up = directions(1000)
+    found = sum(s.candela(direction) for s in spots([one]))
+    # by the nearest texel, 0.1 degrees wide where the step falls by 1 % of the peak
+    np.testing.assert_allclose(found, PEAK * TABLE.at(left, up), atol=0.02 * PEAK)
+
+
+def test_a_table_that_looks_straight_up_is_refused(make):
+    v, f = make.quad(0.1, 0.1)
+    with pytest.raises(ConfigError, match="straight up"):
+        placed(make, (v[:, [2, 1, 0]], f[:, ::-1]), axis=(0.0, 0, 1.0))

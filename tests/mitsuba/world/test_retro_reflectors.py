@@ -1,0 +1,116 @@
+"""Retro-reflectors as Mitsuba evaluates them: R_A of the sources, energy, sampling."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+import mitsuba as mi
+from isethdr_scenes.materials import MATERIALS, RETRO
+from isethdr_scenes.retro_reflectors import luminous_mean, retro_reflection
+
+from isethdr_core.scene import Material, flat
+
+from .bsdf_probe import albedo, chi_square_p, reciprocity, samples_agree, towards, value
+
+# R_A, cd lx-1 m-2, at (observation, entrance), degrees; sources: `retro_reflectors`
+R_A = {
+    "ra1": {(0.2, 5): 70, (0.2, 30): 30, (0.333, 5): 50, (0.333, 40): 9, (2, 5): 5, (2, 30): 2.5},
+    "ra2": {(0.2, 5): 250, (0.2, 30): 150, (0.333, 5): 180, (0.333, 40): 95, (2, 5): 5},
+    "clothing": {(0.2, 5): 330, (0.2, 30): 180, (0.333, 5): 250, (1, 5): 25, (1.5, 5): 10},
+    "vehicle_red": {(0.333, 0): 100, (0.333, 10): 67, (0.333, 20): 33, (1.5, 0): 1.67},
+    "animal_eye": {(0.333, 0): 60, (1, 0): 33, (2, 0): 9},
+}
+BLACK = 1e-6  # the base's part; a reflectance of 0 would send nothing back
+
+
+@pytest.fixture(autouse=True)
+def llvm():
+    from isethdr_mitsuba.doctor import choose_variant
+
+    mi.set_variant(choose_variant("llvm"))
+
+
+def loaded(material):
+    from isethdr_mitsuba.world.materials import surface
+
+    return mi.load_dict(surface(material, 400.0, 700.0))
+
+
+def geometry(observation_deg, entrance_deg):
+    """Unit vectors to light and observer in one plane with the normal."""
+    at = lambda deg: np.stack([np.sin(np.radians(deg)), 0 * deg, np.cos(np.radians(deg))], -1)
+    return at(entrance_deg), at(entrance_deg - observation_deg)
+
+
+@pytest.mark.parametrize("name", sorted(R_A))
+def test_r_a_is_that_of_the_source(name):
+    bsdf = loaded(Material("s", "diffuse", flat(BLACK), retro=retro_reflection(name, flat(BLACK))))
+    angles = np.array(list(R_A[name]))
+    light, observer = geometry(angles[:, 0], angles[:, 1])
+    found = value(bsdf, light, observer) * light[:, 2] * observer[:, 2]
+    # the product of two laws of one angle each, fitted to the whole table
+    np.testing.assert_allclose(found, list(R_A[name].values()), rtol=0.30)
+
+
+@pytest.mark.parametrize("name", sorted(RETRO))
+def test_materials_send_back_their_r_a_in_their_colour(name):
+    material = MATERIALS[name]
+    kind, times = RETRO[name][2:]
+    observation, entrance = next(iter(R_A[kind]))
+    light, observer = geometry(np.array([observation]), np.array([float(entrance)]))
+    found = (value(loaded(material), light, observer) * light[:, 2] * observer[:, 2])[0]
+    # evaluated at 550 nm: the colour over its luminous mean
+    colour = float(material.reflectance.at(550.0)) / luminous_mean(material.reflectance)
+    assert found == pytest.approx(times * colour * R_A[kind][observation, entrance], rel=0.2)
+
+
+@pytest.mark.parametrize("name", sorted(RETRO))
+def test_no_reflector_sends_back_more_than_its_light(name):
+    bsdf = loaded(MATERIALS[name])
+    for elevation_deg in (1.0, 20.0, 50.0, 90.0):
+        assert albedo(bsdf, elevation_deg, 20_000) < 0.95
+
+
+def test_a_reflector_is_reciprocal_and_sampled_as_it_is_evaluated():
+    bsdf = loaded(MATERIALS["plate_white"])
+    assert reciprocity(bsdf) < 1e-3  # roughplastic's own tables are reciprocal to 4e-4
+    for elevation_deg in (30.0, 85.0):
+        assert max(samples_agree(bsdf, elevation_deg)) < 2e-3
+
+
+def chi_square(name, entrance_deg, samples, order=6):
+    """The p value of the retro-reflecting part alone, in rings of its own width."""
+    retro = retro_reflection(name, flat(1.0))
+    bsdf = loaded(Material("s", "diffuse", flat(BLACK), retro=retro))
+    rings = np.r_[0, np.geomspace(retro.width / 30, 1.9, 24)]
+    return chi_square_p(bsdf, towards(90 - entrance_deg), rings, samples, order=order)
+
+
+@pytest.mark.parametrize("name", ["clothing", "animal_eye"])
+def test_directions_are_drawn_as_the_density_says(name):
+    """A p of 1e-4 by chance: the seed is fixed."""
+    assert chi_square(name, 30.0, 50_000) > 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(R_A))
+@pytest.mark.parametrize("entrance_deg", [5.0, 30.0, 60.0])
+def test_directions_are_drawn_as_the_density_says_everywhere(name, entrance_deg):
+    """15 tests: a p of 1e-4 by chance; the seed is fixed."""
+    assert chi_square(name, entrance_deg, 1_000_000, order=10) > 1e-4
+
+
+def test_the_scalar_variant_has_the_same_reflector():
+    directions = [(0.333, 5.0), (2.0, 30.0)]
+    light, observer = geometry(*np.array(directions).T)
+    expected = value(loaded(MATERIALS["plate_white"]), light, observer)
+    mi.set_variant("scalar_spectral")
+    bsdf = loaded(MATERIALS["plate_white"])
+    for way, eye, wanted in zip(light, observer, expected):
+        si = mi.SurfaceInteraction3f()
+        si.wi, si.wavelengths = mi.Vector3f(*eye), mi.Spectrum(550.0)
+        found = bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(*way))[0] / way[2]
+        assert found == pytest.approx(wanted, rel=1e-3)  # float32
