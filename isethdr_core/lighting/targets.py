@@ -5,6 +5,7 @@ picture.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -40,8 +41,11 @@ class TargetsLighting:
     # weights of groups without a target {group: weight}
     weights: dict[str, Weight] = field(default_factory=dict)
     others: Weight = 1.0  # weight of all other groups; 1 keeps the light of the scene
-    # light group that is scaled to reach dynamic_range, median_cd_m2 or mean_cd_m2
-    ambient: str = "sky"
+    # light groups that may be scaled, all by one factor, to reach dynamic_range, median_cd_m2 or
+    # mean_cd_m2; all others keep their light
+    moves: list[str] = field(default_factory=lambda: ["sky"])
+    # earlier spelling of `moves` with a single group; accepted until version 1.0
+    ambient: str | None = None
     dynamic_range: Ratio | None = None  # ratio of the two percentiles of the picture's luminance
     low_percentile: Percent = 1.0  # lower percentile of dynamic_range (Hazen's definition)
     high_percentile: Percent = 100.0  # upper percentile of dynamic_range; 100 is the brightest tile
@@ -61,6 +65,13 @@ class TargetsLighting:
                     f"group {t.group!r} has both a target and a weight; type"
                     f" ~lighting.weights.{t.group} to drop one"
                 )
+        if self.ambient is not None:
+            warnings.warn(
+                f"lighting.ambient is now lighting.moves; type lighting.moves=[{self.ambient}]",
+                FutureWarning,
+                stacklevel=3,
+            )
+        self._check_moves()
         if not self.low_percentile < self.high_percentile:
             raise ConfigError(
                 f"low_percentile is {self.low_percentile:g} and high_percentile "
@@ -71,6 +82,23 @@ class TargetsLighting:
             raise ConfigError(
                 "lighting has both median_cd_m2 and mean_cd_m2; one scale cannot reach two levels; "
                 "type lighting.mean_cd_m2=null"
+            )
+
+    def _check_moves(self) -> None:
+        """Raise ConfigError where a group that may be moved is also held by a target."""
+        moves = self._moves()
+        if isinstance(moves, str) or not moves or not all(isinstance(g, str) for g in moves):
+            raise ConfigError(
+                f"lighting.moves is {moves!r}; expected names of light groups; type"
+                " 'lighting.moves=[sky]'"
+            )
+        held = [g for g in moves if self.targets.get(g) is not None]
+        if self._moving() and held:
+            raise ConfigError(
+                f"group {held[0]!r} has a target of its own, and lighting.moves lets it move to"
+                " reach the picture's dynamic range or level; type"
+                f" ~lighting.targets.{held[0]} to let it move, or name other groups, for example"
+                " 'lighting.moves=[headlights,streetlights,other]'"
             )
 
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
@@ -95,10 +123,11 @@ class TargetsLighting:
                     "which the lighting has a target for; "
                     f"type ~lighting.targets.{t.group} to leave it out"
                 )
-        if self._moving() and self.ambient not in groups:
+        if self._moving() and not set(self._moves()) & set(groups):
+            first = self._moves()[0]
             raise ConfigError(
-                f"lighting.ambient is {self.ambient!r}; expected a light group of the scene"
-                f"{did_you_mean(self.ambient, groups)}; type lighting.ambient=<group>"
+                f"lighting.moves is {list(self._moves())}, and the scene has no such light group"
+                f"{did_you_mean(first, groups)}; type 'lighting.moves=[{groups[0]}]'"
             )
         all_weights(self.weights, self.others, groups)
         check_groups(self._varying(), groups)
@@ -108,8 +137,12 @@ class TargetsLighting:
         return [t for t in target.parse(self.targets) if t.high > 0 or t.group in groups]
 
     def _moving(self) -> bool:
-        """Return whether the ambient group moves to reach a target of the whole picture."""
+        """Return whether groups move to reach a target of the whole picture."""
         return bool(self._level() or self.dynamic_range)
+
+    def _moves(self) -> Sequence[str]:
+        """Return the groups that may be moved."""
+        return self.moves if self.ambient is None else [self.ambient]
 
     def narrow(self, demand: Demand) -> Demand:
         """Return the demand without the groups whose weight is known to be 0."""
@@ -119,7 +152,7 @@ class TargetsLighting:
         """Return weights that are 0 where it is known beforehand that they are."""
         known = {**self.weights, **{t.group: t.high for t in target.parse(self.targets)}}
         if self._moving():
-            known[self.ambient] = 1.0
+            known |= {g: known.get(g, self.others) or 1.0 for g in self._moves()}
         return known
 
     def _varying(self):
@@ -143,34 +176,30 @@ class TargetsLighting:
             lambda group: mix.luminance_map(radiance, group)
         )  # read once, and only where a target asks
         self.check_groups(groups)
-        moving, own = self.ambient if self._moving() else None, self._own(groups)
+        own = self._own(groups)
         weights = mix.all_weights(self.weights, self.others, groups)
         wanted = target.draw(target.parse(self.targets), self.seed)
-        at_one = {t.group: _statistic(radiance, t, map_of) for t in own if t.group != moving}
+        at_one = {t.group: _statistic(radiance, t, map_of) for t in own}
         for group, value in at_one.items():
             # a group without light cannot be scaled to any: as built, and reported
             weights[group] = wanted[group] / value if value > 0 else 1.0
         picture = {}
-        if moving:
-            if moving in wanted:
-                ledger.left_out(
-                    f"target of {moving}",
-                    "it moves to reach the dynamic range or level of the picture",
-                    0.0,
-                    "cd/m2",
-                )
-            weights, picture = self._move(moving, weights, map_of)
+        if self._moving():
+            # a group of weight 0 that may move starts from the light it was built with
+            start = {g: weights[g] or 1.0 for g in self._moves() if g in groups}
+            weights, picture = self._move(start, weights, map_of)
         lamps = {
             g: {"wanted": wanted[g], "reached": weights[g] * value} for g, value in at_one.items()
         }
         return weights, {**lamps, **picture}
 
-    def _move(self, moving, weights, map_of):
-        """Return the weights after the ambient group, then all, moved to the picture's targets; and
-        what was reached.
+    def _move(self, start, weights, map_of):
+        """Return the weights after the groups of `start`, then all, moved to the picture's
+        targets; and what was reached.
         """
-        level, ambient = self._level(), map_of(moving)
-        rest = sum((w * map_of(g) for g, w in weights.items() if g != moving and w), 0.0 * ambient)
+        level, ambient = self._level(), sum(w * map_of(g) for g, w in start.items())
+        still = {g: w for g, w in weights.items() if g not in start and w}
+        rest = sum((w * map_of(g) for g, w in still.items()), 0.0 * ambient)
         if self.dynamic_range:
             weight = solver.weight_for_dynamic_range(
                 rest, ambient, self.dynamic_range, self.low_percentile, self.high_percentile
@@ -179,7 +208,7 @@ class TargetsLighting:
             weight = solver.weight_for_mean(rest, ambient, level[2])
         else:
             weight = solver.weight_for_percentile(rest, ambient, level[1], level[2])
-        weights = {**weights, moving: weight}
+        weights = {**weights, **{g: weight * w for g, w in start.items()}}
         whole = rest + weight * ambient
         picture = {}
         if self.dynamic_range:
@@ -188,9 +217,7 @@ class TargetsLighting:
         if level:
             name = "mean_cd_m2" if level[0] == "mean" else "median_cd_m2"
             found = solver.statistic(whole, level[0], level[1])
-            if (
-                self.dynamic_range and found > 0
-            ):  # the ambient group is spent: all groups move together
+            if self.dynamic_range and found > 0:  # what may move is spent: all groups move together
                 scale = level[2] / found
                 weights = {g: scale * w for g, w in weights.items()}
                 found *= scale

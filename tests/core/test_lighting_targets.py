@@ -163,8 +163,8 @@ def test_identical_collinear_dark_and_absent_groups():
     for bad, said in (
         ({"targets": {"head": {"cd_m2": 1.0}}}, "no light group 'head'"),
         (
-            {"ambient": "moon", "median_cd_m2": 1.0},
-            "lighting.ambient is 'moon'; expected a light group",
+            {"moves": ["moon"], "median_cd_m2": 1.0},
+            r"lighting.moves is \['moon'\], and the scene has no such light group",
         ),
     ):
         with pytest.raises(ConfigError, match=said):
@@ -276,12 +276,33 @@ def test_presets_light_a_scene_of_four_groups(night, name):
         assert alone.mean() == pytest.approx(0.02, rel=STORED)
 
 
-def test_dynamic_range_override_works_on_the_night_preset(night):
-    light = build_from_config(
-        "lighting", compose(["+lighting=night", "lighting.dynamic_range=1e5"], None).lighting
-    )
-    mixed = light(night)
-    assert mixed.attrs["targets"].keys() == {"dynamic_range"} and mixed.attrs["infeasible"] == ""
+def test_a_night_of_another_dynamic_range_stays_a_night(night):
+    """The preset lets its lamps move and holds its sky, whatever range is asked for."""
+    for wanted in (1e4, 1e6):
+        overrides = ["+lighting=night", f"lighting.dynamic_range={wanted:g}"]
+        mixed = build_from_config("lighting", compose(overrides, None).lighting)(night)
+        assert mixed.attrs["infeasible"] == ""
+        low, high = np.percentile(found(mixed), [1, 100], method="hazen")
+        assert high / low == pytest.approx(wanted, rel=REACHED)
+        assert mixed.attrs["targets"]["sky"]["reached"] == pytest.approx(0.02, rel=REACHED)
+        weights = mixed.attrs["weights"]
+        assert weights["headlights"] == weights["streetlights"], "one factor for all that move"
+
+
+def test_the_sky_moves_where_that_is_asked_for(night):
+    overrides = ["+lighting=night", "lighting.dynamic_range=1e5", "lighting.moves=[sky]"]
+    with pytest.raises(ConfigError, match="a target of its own.*~lighting.targets.sky"):
+        build_from_config("lighting", compose(overrides, None).lighting)
+    overrides.append("~lighting.targets.sky")
+    mixed = build_from_config("lighting", compose(overrides, None).lighting)(night)
+    assert mixed.attrs["weights"]["headlights"] == 1.0 and mixed.attrs["infeasible"] == ""
+
+
+def test_the_earlier_name_of_the_field_is_accepted(night):
+    with pytest.warns(FutureWarning, match=r"lighting.moves=\[sky\]"):
+        earlier = TargetsLighting(ambient="sky", dynamic_range=1e4)(night)
+    now = TargetsLighting(moves=["sky"], dynamic_range=1e4)(night)
+    assert earlier.attrs["weights"] == now.attrs["weights"]
 
 
 @pytest.mark.parametrize(
@@ -294,7 +315,7 @@ def test_dynamic_range_override_works_on_the_night_preset(night):
         (
             "targets",
             {
-                "targets": {"sky": {"statistic": "mean", "cd_m2": 0.02}},
+                "targets": {"other": {"statistic": "mean", "cd_m2": 0.02}},
                 "dynamic_range": 1e4,
                 "median_cd_m2": 1.0,
             },

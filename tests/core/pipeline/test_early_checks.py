@@ -36,7 +36,7 @@ TARGETS = ["lighting=targets", "lighting.median_cd_m2=1"]
             [*TARGETS, "+lighting.targets.ambient={statistic: max, cd_m2: 1}"],
             "no light group 'ambient'.*type ~lighting.targets.ambient",
         ),
-        ([*TARGETS, "lighting.ambient=moon"], "lighting.ambient is 'moon'; expected a light group"),
+        ([*TARGETS, "lighting.moves=[moon]"], "has no such light group"),
         (["lighting=weights", "+lighting.weights.tail=1"], "no light group 'tail'"),
         (["lighting=iset"], "lighting iset needs the groups"),
         (
