@@ -30,6 +30,7 @@ from .limits import (
     Temperature,
 )
 from .noise.read_noise import input_referred_e
+from .readout import chip_combination
 from .readout.converter import check_codes, check_reading
 from .readout.shot import expected_electrons, take_shot
 from .sampling.pixel_grid import pixel_counts, pixel_need
@@ -108,6 +109,9 @@ class ImagingSensor:
     inl_dn: Code = 0.0
     # knee points [linear DN, companded DN]; empty is linear
     companding: tuple[tuple[Code, Code], ...] = ()
+    # bits of one linear code into which the chip combines all captures, companded as above; 0
+    # keeps the captures apart
+    combine_bits: Literal[0, 20, 24] = 0
 
     def input_files(self):
         """Return the user's own curves, if they are named: their content is part of a run's
@@ -118,7 +122,9 @@ class ImagingSensor:
     def __post_init__(self):
         check_ranges(self)
         auto_exposure.check(self)
-        self.model()
+        model = self.model()
+        if self.combine_bits:
+            chip_combination.check(model)
         self._check_gain()
 
     def diode_terms(self) -> dict:
@@ -130,10 +136,11 @@ class ImagingSensor:
 
     def reading_terms(self) -> dict:
         """Return the fields of a `Reading` that all readings share."""
-        return {
+        terms = {
             name: getattr(self, name)
-            for name in ("row_e", "row_noise_e", "read_tail_percent", "inl_dn", "companding")
+            for name in ("row_e", "row_noise_e", "read_tail_percent", "inl_dn")
         }
+        return {**terms, "companding": () if self.combine_bits else self.companding}
 
     def read_noise(
         self, floor_e: float, conversion_gain_uv_per_e: float, analog_gain: float
@@ -171,6 +178,8 @@ class ImagingSensor:
             optical_crosstalk_power=self.optical_crosstalk_power,
             electrical_crosstalk_percent=self.electrical_crosstalk_percent,
             line_time_s=self.line_time_s,
+            combine_bits=self.combine_bits,
+            combine_companding=self.companding if self.combine_bits else (),
             **more,
         )
 
@@ -214,7 +223,10 @@ class ImagingSensor:
 
     def full_scale_e(self) -> list[float]:
         """Return the electrons of every capture at which it stops measuring light."""
-        return full_scale_e(self.model())
+        model = self.model()
+        if self.combine_bits:
+            model = chip_combination.combined_model(model)
+        return full_scale_e(model)
 
     def expected(self, light):
         """Return mean electrons (capture, y, x), dark charge included."""
@@ -223,6 +235,8 @@ class ImagingSensor:
     def shot_form(self) -> ShotForm:
         """Return the names of the captures and the filter array, known before a shot."""
         names = tuple(reading.capture for reading in self.model().readings)
+        if self.combine_bits:
+            names = (chip_combination.CAPTURE,)
         return ShotForm(names, cell(self.cfa))
 
     def check_field(self, width_m: float, height_m: float):

@@ -14,6 +14,7 @@ from .charge import soft_knee
 from .charge.soft_knee_shot import take_shot
 from .limits import Charge, ChargeRate
 from .one_reading import OneReadingSensor
+from .readout.captures import with_response
 from .readout.lin_log_response import STRAIGHT_E, response
 from .sensor_model import Photodiode, SensorModel
 
@@ -96,11 +97,4 @@ class LinLogSensor(OneReadingSensor):
                 "variance that a reading states of itself there, mean over readings",
             )
         tables = response(self.model().readings[0], self.exposure_s, self.well(), self.noise)
-        for name, values, units in zip(
-            ("response_dn", "response_e", "response_variance_e2"),
-            tables,
-            ("DN", "e", "e2"),
-            strict=True,
-        ):
-            out[name] = ("capture", "response_entry"), values[None], {"units": units}
-        return out
+        return with_response(out, tables)

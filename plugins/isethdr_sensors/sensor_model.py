@@ -91,6 +91,9 @@ class SensorModel:
         0.0  # rolling shutter: from the start of a row to that of the next; 0: global shutter
     )
 
+    combine_bits: int = 0  # of one code for all readings, made on the chip; 0: all leave it
+    combine_companding: tuple[tuple[float, float], ...] = ()  # knees of that code
+
     def __post_init__(self):
         for name in ("exposure_s", "pitch_um", "peak_qe"):
             _expect(getattr(self, name), name, lambda v: 0 < v < inf, "a finite number above 0")

@@ -98,6 +98,14 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
     return out
 
 
+def with_response(captures: xr.Dataset, table) -> xr.Dataset:
+    """Return captures of one reading with its response table: linear DN, electrons, variance."""
+    names = ("response_dn", "response_e", "response_variance_e2")
+    for name, values, units in zip(names, table, ("DN", "e", "e2"), strict=True):
+        captures[name] = ("capture", "response_entry"), values[None], {"units": units}
+    return captures
+
+
 def electrons(model, grid, values) -> xr.DataArray:
     """Return (capture, y, x) electrons on the pixel grid."""
     return xr.DataArray(

@@ -23,7 +23,7 @@ from ..spectral import response
 from ..spectral.colour_filter_array import filter_map
 from ..spectral.quantum_efficiency import line_error, quantum_efficiency, smooth_spectrum_error
 from ..timing import exposure_timing
-from . import captures, converter, interleave
+from . import captures, chip_combination, converter, interleave
 
 
 def take_shot(model: SensorModel, light, generator):
@@ -42,7 +42,15 @@ def take_shot(model: SensorModel, light, generator):
     grid, filters, qe, light_e = once(key, (light,), lambda: light_electrons(model, light))
     state_errors(model, light)
     raw, saturated = readings(model, light_e, generator)
-    return captures.captures(model, light, grid, raw, saturated, filters, qe)
+    if not model.combine_bits:
+        return captures.captures(model, light, grid, raw, saturated, filters, qe)
+    code, lost = chip_combination.combine(model, raw, saturated)
+    one = chip_combination.combined_model(model)
+    out = captures.captures(one, light, grid, code, lost, filters, qe)
+    # the steps that a reader finds in the codes are those of the finest converter
+    finest = model.readings[chip_combination.sources(model)[-1].number]
+    out["quantisation_e"][:] = converter.quantisation_e(finest)
+    return captures.with_response(out, chip_combination.response(model))
 
 
 def check_generator(model: SensorModel, generator) -> None:
@@ -64,6 +72,10 @@ def expected_electrons(model: SensorModel, light):
     It is affine in the light; in darkness it is `dark_e` of the captures.
     """
     grid, _, _, light_e = light_electrons(model, light)
+    if model.combine_bits:
+        best = chip_combination.sources(model)[-1].diode
+        mean_e = light_e[best] + dark_charge_e(model, model.photodiodes[best])
+        return captures.electrons(chip_combination.combined_model(model), grid, mean_e[None])
     mean_e = [
         light_e[reading.diode] + dark_charge_e(model, model.diode_of(reading))
         for reading in model.readings

@@ -139,6 +139,8 @@ def settle(sensor, light) -> Solved:
 
 
 def _settled(sensor, light) -> Solved:
+    if sensor.combine_bits:  # each reading is metered by itself
+        sensor = replace(sensor, combine_bits=0, companding=())
     limits = exposure_limits(sensor, 1e-3 * light.attrs["focal_length_mm"])
     scale_e = np.reshape(sensor.full_scale_e(), (-1, 1, 1))
     electrons_per_s = sensor.expected(time_mean(light)).values / sensor.exposure_s

@@ -51,11 +51,19 @@ def emva1288(
 
 
 def chosen(name: str):
-    """Return the sensor of that name or preset."""
+    """Return the sensor of that name or preset, at its fixed exposure and with all its readings.
+
+    The standard varies the light at one exposure, and tells readings that a chip combines apart.
+    """
     from omegaconf import OmegaConf
 
     fields = OmegaConf.to_container(compose([f"sensor={name}"]).sensor, resolve=True)
-    return build("sensor", fields.pop("name"), **fields)
+    sensor = build("sensor", fields.pop("name"), **fields)
+    if not isinstance(sensor, ImagingSensor):
+        return sensor
+    if sensor.combine_bits:
+        sensor = replace(sensor, combine_bits=0, companding=())
+    return replace(sensor, exposure_rule="fixed")
 
 
 def measurable_sensors() -> list[str]:
@@ -65,11 +73,12 @@ def measurable_sensors() -> list[str]:
         for f in files("isethdr_sensors.conf").joinpath("sensor").iterdir()
         if f.name.endswith(".yaml")
     ]
-    return [
-        name
-        for name in sorted([c.name for c in isethdr_components()] + presets)
-        if measurable(chosen(name))
-    ]
+    found: dict[str, object] = {}
+    for name in sorted([c.name for c in isethdr_components()] + presets):
+        sensor = chosen(name)
+        if measurable(sensor) and sensor not in found.values():  # presets may differ on the chip
+            found[name] = sensor
+    return list(found)
 
 
 def measurable(sensor) -> bool:

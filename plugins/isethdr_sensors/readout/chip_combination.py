@@ -1,0 +1,219 @@
+"""Combination on the chip: all captures of a shot become one linear code of 20 or 24 bits.
+
+Every reading is freed of its black level and mean dark charge, and scaled to electrons of the most
+sensitive photodiode. From the least to the most sensitive, each reading takes the place of those
+before it, by a weight that falls linearly from 1 to 0 between two shares of its own full scale. A
+weight that follows the noisy reading t biases the result by Var t / (width of the ramp).
+
+What a code means, and how noisy it is, leaves with the capture as its response table: electrons and
+variance of one reading against the linear code, the steps of code and companding included.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import floor
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+
+from ..noise.dark_current import dark_electrons
+from ..sensor_model import Reading, SensorModel
+from . import companding, converter
+
+CAPTURE = "combined"
+RAMP = (0.8, 0.95)  # shares of a reading's full scale between which it gives way (assumption)
+ENTRIES = 2000  # of the response table, equal steps of the logarithm beyond one read noise
+BITS = (20, 24)
+
+
+@dataclass(frozen=True)
+class Source:
+    """One reading, in electrons of the most sensitive photodiode."""
+
+    number: int  # of the reading in the model
+    diode: int
+    ratio: float  # its light / that of the most sensitive photodiode
+    dark_e: float  # mean dark charge, own electrons
+    top_e: float  # full scale, own electrons, dark charge included
+    noise_e2: float  # variance of a reading beyond shot noise, own electrons
+
+
+def sources(model: SensorModel) -> list[Source]:
+    """Return all readings, the least sensitive first; of one charge, the widest first."""
+    exposed = [d.fill_factor * d.exposure_share for d in model.photodiodes]
+    out = []
+    for number, reading in enumerate(model.readings):
+        diode = model.diode_of(reading)
+        top = (converter.top_dn(reading, diode) - reading.black_dn) / reading.gain_dn_per_e
+        step_e2 = converter.quantisation_e(reading) ** 2 / 12
+        noise_e2 = (reading.read_noise_e**2 + reading.row_noise_e**2) * model.noise + step_e2
+        out.append(
+            Source(
+                number,
+                reading.diode,
+                exposed[reading.diode] / max(exposed),
+                dark_electrons(diode.dark_e_per_s, model.exposure_of(diode), model.temperature_c),
+                top,
+                noise_e2,
+            )
+        )
+    return sorted(out, key=lambda s: (s.ratio, -s.top_e))
+
+
+def check(model: SensorModel) -> None:
+    """Refuse a combination of one reading, of readings without a converter, or into knees that do
+    not end at the top code.
+
+    Raises
+    ------
+    ConfigError : as said.
+    """
+    bits = model.combine_bits
+    if len(model.readings) < 2:
+        raise ConfigError(
+            f"sensor.combine_bits is {bits}, and the sensor takes one capture; expected several;"
+            " type sensor.combine_bits=0, or sensor=dual_gain, split_pixel or staggered"
+        )
+    if any(not reading.bits for reading in model.readings):
+        raise ConfigError(
+            f"sensor.combine_bits is {bits}, and sensor.bits=0 makes no codes to combine; type"
+            " sensor.bits=12"
+        )
+    top = 2**bits - 1
+    if knees := model.combine_companding:
+        companding.table(knees, top)
+        if knees[-1][0] != top:
+            raise ConfigError(
+                f"sensor.companding ends at {knees[-1][0]:g} DN; expected its last knee at the top"
+                f" code {top} of sensor.combine_bits={bits}"
+            )
+        if any(code != int(code) for _, code in knees):
+            raise ConfigError(
+                f"sensor.companding is {knees!r}; expected whole companded codes, so that each is"
+                " decoded to its own"
+            )
+
+
+def combined_model(model: SensorModel) -> SensorModel:
+    """Return the model of the one capture that leaves the chip: its code over the whole range."""
+    order = sources(model)
+    best = order[-1]
+    reading, diode = model.readings[best.number], model.photodiodes[best.diode]
+    reach_e = max((s.top_e - s.dark_e) / s.ratio for s in order) + best.dark_e
+    black_e = reading.black_dn / reading.gain_dn_per_e  # holds as much noise as the reading's own
+    top = 2**model.combine_bits - 1
+    # whole parts of the finest reading's steps, so that two roundings do not beat
+    largest = (top - 1) / (reach_e + black_e)
+    fits = largest >= reading.gain_dn_per_e
+    gain = reading.gain_dn_per_e * floor(largest / reading.gain_dn_per_e) if fits else largest
+    black = float(round(black_e * gain)) if fits else float(floor(black_e * gain))
+    code = replace(
+        reading,
+        capture=CAPTURE,
+        diode=0,
+        bits=model.combine_bits,
+        black_dn=black,
+        gain_dn_per_e=gain,
+        swing_e=(top - black) / gain,
+        inl_dn=0.0,
+        companding=model.combine_companding,
+    )
+    whole = replace(diode, full_well_e=reach_e)
+    return replace(model, photodiodes=(whole,), readings=(code,), combine_bits=0)
+
+
+def combine(model: SensorModel, raw, saturated) -> tuple[np.ndarray, np.ndarray]:
+    """Return the codes (1, y, x) that leave the chip, and which of them measure no light.
+
+    Parameters
+    ----------
+    raw, saturated : (capture, y, x) linear DN, and whether a reading measures no light.
+    """
+    order = sources(model)
+    one = combined_model(model)
+    [code] = one.readings
+    value, lost = None, None
+    for source in order:
+        own = _electrons(model.readings[source.number], raw[source.number])
+        light_e = (own - source.dark_e) / source.ratio
+        if value is None:
+            value, lost = light_e, saturated[source.number].copy()
+            continue
+        share = weight(own, source)
+        value = share * light_e + (1 - share) * value
+        # a full well may read below its top
+        lost = np.where(saturated[source.number], lost, lost & (share < 1))
+    top = converter.top_code(code)
+    dn = code.black_dn + code.gain_dn_per_e * (value + order[-1].dark_e)
+    dn = np.where(lost, top, np.clip(np.floor(dn + 0.5), 0.0, top))
+    codes = converter.companded(dn, code).astype(converter.raw_dtype([code]))
+    return codes[None], lost[None]
+
+
+def weight(own_e, source: Source) -> np.ndarray:
+    """Return the share of a reading where it reads `own_e` electrons of its own."""
+    begin, end = (share * source.top_e for share in RAMP)
+    return np.clip((end - own_e) / (end - begin), 0.0, 1.0)
+
+
+def bias_e(source: Source) -> float:
+    """Return the largest bias that the noise of the weight leaves where `source` gives way, in
+    electrons of the most sensitive photodiode.
+    """
+    end = RAMP[1] * source.top_e
+    return (end + source.noise_e2) / (end - RAMP[0] * source.top_e) / source.ratio
+
+
+def response(model: SensorModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the response table (entry,): linear DN, electrons that have to arrive (dark charge
+    included), and the variance of one reading, e^2.
+
+    The variance is that of a reading whose mean is the entry. Readings of one photodiode share
+    their shot noise.
+    """
+    order = sources(model)
+    [code] = combined_model(model).readings
+    dark_e, black_e = order[-1].dark_e, code.black_dn / code.gain_dn_per_e
+    reach_e = combined_model(model).photodiodes[0].full_well_e
+    least_e = max(1e-3, 1 / code.gain_dn_per_e)
+    electrons = np.concatenate(
+        [np.linspace(-black_e, 0.0, 3), np.geomspace(least_e, reach_e, ENTRIES)]
+    )
+    shares = np.zeros((len(order), len(electrons)))
+    for k, source in enumerate(order):
+        own = (electrons - dark_e) * source.ratio + source.dark_e
+        share = weight(own, source) if k else np.ones_like(electrons)
+        shares[:k] *= 1 - share
+        shares[k] = share
+    variance = np.zeros_like(electrons)
+    for diode in {source.diode for source in order}:
+        here = [k for k, source in enumerate(order) if source.diode == diode]
+        of = order[here[0]]
+        own = np.maximum((electrons - dark_e) * of.ratio + of.dark_e, 0.0)
+        shot = own * model.noise / of.ratio**2
+        variance += shares[here].sum(0) ** 2 * shot
+        variance += sum(shares[k] ** 2 * order[k].noise_e2 / of.ratio**2 for k in here)
+    dn = code.black_dn + code.gain_dn_per_e * electrons
+    # codes of the most sensitive reading lie on codes that leave the chip, whose rounding then adds
+    # what is wider than its own
+    own_step = np.where(
+        shares[-1] == 1, converter.quantisation_e(model.readings[order[-1].number]), 0
+    )
+    step = code_steps(code, dn) / code.gain_dn_per_e
+    variance += np.maximum(step**2 - own_step**2, 0.0) / 12
+    return dn, electrons, variance
+
+
+def code_steps(code: Reading, dn) -> np.ndarray:
+    """Return the width of a code that leaves the chip, in linear DN, at linear `dn`."""
+    if not code.companding:
+        return np.ones_like(dn)
+    linear, companded = companding.table(code.companding, converter.top_code(code))
+    slope = np.diff(linear) / np.diff(companded)
+    return slope[np.clip(np.searchsorted(linear, dn, side="right") - 1, 0, len(slope) - 1)]
+
+
+def _electrons(reading: Reading, raw) -> np.ndarray:
+    return (raw.astype(float) - reading.black_dn) / reading.gain_dn_per_e
