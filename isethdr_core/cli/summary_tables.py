@@ -24,6 +24,12 @@ def print_result(result) -> None:
     if not result.computed:
         console.print(f"already computed: {result.key}")
     console.print(ledger_table(result.ledger, expected=result.attributes.get("expected_s", {})))
+    if any(row.reused for row in result.ledger):
+        console.print(
+            "kept: the result of an earlier run, with the seconds and memory that it took then;"
+            " cache_gb=0 computes everything",
+            soft_wrap=True,
+        )
     for row in result.ledger:
         if row.stage.startswith("picture ") and row.errors:
             console.print(
@@ -77,7 +83,7 @@ def ledger_table(ledger, details: bool = False, expected: dict | None = None) ->
         )
         table.add_row(
             row.stage,
-            f"{row.seconds:.2f}",
+            f"{row.seconds:.2f}{' kept' if row.reused else ''}",
             *([seconds_text(expected.get(row.stage))] if known else []),
             f"{row.peak_bytes / 1e6:.0f}",
             errors,
@@ -93,7 +99,8 @@ def metrics_together(ledger) -> list:
     rows: dict[str, Row] = {}
     for row in ledger:
         title = title_of(row.stage)
-        whole = rows.setdefault(title, Row(title))
+        whole = rows.setdefault(title, Row(title, reused=True))
+        whole.reused &= row.reused
         whole.seconds += row.seconds
         whole.peak_bytes = max(whole.peak_bytes, row.peak_bytes)
         whole.errors += row.errors

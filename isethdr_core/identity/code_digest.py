@@ -61,6 +61,8 @@ WITHOUT_RESULT = (
     "isethdr_core.runs.provenance",
     "isethdr_core.storage.arrays",
     "isethdr_core.storage.atomic_write",
+    "isethdr_core.storage.bounded_cache",
+    "isethdr_core.storage.exact_encoding",
     "isethdr_core.storage.join",
     "isethdr_core.storage.manifest",
     "isethdr_core.storage.reader",

@@ -11,5 +11,6 @@
 | `memory`           | how much memory a run takes; refused where the machine has less   |
 | `overscan`         | whether tiles beyond the camera's field are needed                |
 | `runtime_estimate` | how long each stage will take, from stored runs                   |
+| `shot`             | what cameras look at, and what each makes of it                   |
 | `window`           | the part of the image plane that sensors see                      |
 """

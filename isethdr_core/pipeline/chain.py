@@ -4,6 +4,7 @@ other way.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -15,7 +16,6 @@ from ..config.composition import resolved
 from ..data.derived_once import shared, values_only
 from ..data.quantities import LABELS
 from ..data.reference_picture import labels_on, truth
-from ..data.saturation import with_saturation
 from ..data.scores import Score, state_errors
 from ..errors import ConfigError, PluginError
 from ..plugins.component import Stage
@@ -23,7 +23,8 @@ from ..plugins.protocols import DeclaresNoise, NarrowsDemand
 from ..plugins.registry import build_from_config, plugin_manager
 from ..runs.names import check_names
 from ..runs.noise_realisations import over_draws, state_spread
-from ..runs.seeds import Generator, checked_seed
+from ..runs.reuse import NOT_KEPT, Kept
+from ..runs.seeds import checked_seed
 from ..uncertainty import budget, propagation, score_errors, spending
 from ..uncertainty import ledger as book
 from ..uncertainty.ledger import Ledger
@@ -32,6 +33,7 @@ from . import bands, early_checks, memory, overscan, window
 from .demand import Demand
 from .field_check import check_fields, check_rendered, state_field
 from .imaging_plan import ImagingPlan, LightBudget, TrivialPlan, imaged, plans_imaging
+from .shot import CameraShot, Shot, developed
 
 
 @dataclass(frozen=True)
@@ -84,22 +86,6 @@ class Camera:
     truth: Any
     labels: Any
     scores: list = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class Shot:
-    """What every camera of a run looks at, and the key of its noise."""
-
-    light: Any  # irradiance or photocurrent on the sensor plane
-    mixed: Any  # mixed radiance that the light was made of
-    scene: Any  # scene radiance with its labels
-    generator: Generator  # of the first noise realisation
-    demand: Demand
-
-    def realisation(self, draw: int) -> Generator:
-        """Return the key of the noise of one realisation; the first is 0."""
-        own = self.generator
-        return own.child(f"{own.scene} draw {draw}") if draw else own
 
 
 def chain(config) -> Chain:
@@ -347,8 +333,12 @@ def joined(first, second):
     return first + second
 
 
-def stage(rows: Ledger, kind: str, name: str, component, call):
-    """Run `call()` as one stage: hooks around it, a row in the ledger, the result back."""
+def stage(rows: Ledger, kind: str, name: str, component, call, kept: Kept = NOT_KEPT):
+    """Run `call()` as one stage: hooks around it, a row in the ledger, the result back.
+
+    `kept` : where a result of an earlier run may be, which takes the place of the call, and its row
+        that of this one.
+    """
     hook, at_work, title = (
         plugin_manager().hook,
         Stage(kind, name, component),
@@ -357,7 +347,18 @@ def stage(rows: Ledger, kind: str, name: str, component, call):
     hook.isethdr_before_stage(stage=at_work)
     try:
         with book.stage(rows, title) as at_work.row, progress.shown(title):
-            at_work.result = call()
+            earlier, start_s = kept.reuse.earlier(kept.name), time.process_time()
+            if earlier is None:
+                at_work.result = call()
+            else:
+                book.record_row(earlier.row)
+                at_work.result = earlier.result
+        if earlier is None:
+            cpu_s = time.process_time() - start_s
+            kept.reuse.keep(kept.name, at_work.result, at_work.row, cpu_s)
+        else:
+            at_work.row.seconds, at_work.row.reused = earlier.row.seconds, True
+            at_work.row.peak_bytes = earlier.row.peak_bytes
     except BaseException as err:
         at_work.error = err
         err.add_note(f"in stage {title}")
@@ -388,25 +389,33 @@ def on_sensor(parts: Chain, mixed, demand: Demand):
     return imaged(imaging_plan(parts, mixed, demand), mixed)
 
 
-def developed(parts: Chain, captures):
-    """Return the picture that the isp makes of the captures, with its saturated pixels marked."""
-    return with_saturation(parts.isp(captures), captures)
-
-
 def through_camera(parts: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
     """Return what the camera `name` makes of the light, and its scores against truth."""
     sensor, light = parts.cameras[name], shot.light
-    captures = stage(rows, "sensor", name, sensor, lambda: sensor(light, shot.generator))
-    picture = stage(rows, "isp", name, parts.isp, lambda: developed(parts, captures))
+    camera = CameraShot(shot, sensor, parts.isp)
+    captures = stage(
+        rows,
+        "sensor",
+        name,
+        sensor,
+        lambda: sensor(light, shot.generator),
+        camera.kept_captures(),
+    )
+    picture = stage(
+        rows,
+        "isp",
+        name,
+        parts.isp,
+        lambda: developed(parts.isp, captures),
+        camera.kept_picture(),
+    )
     with book.stage(rows, f"truth {name}"):
         reference, labels = truth(shot.mixed, picture), labels_on(shot.scene, picture)
     seen = Camera(captures, picture, reference, labels)
 
     def of_draw(draw: int) -> list[Score]:
-        other = developed(parts, sensor(light, shot.realisation(draw)))
-        return [
-            score for metric in parts.metrics.values() for score in metric(other, reference, labels)
-        ]
+        metrics = parts.metrics.values()
+        return camera.values_of(draw, metrics, lambda m, other: m(other, reference, labels))
 
     def again(draw: int) -> list[Score]:
         """Return the scores of the same shot with other noise; its terms are those of the first
@@ -423,6 +432,7 @@ def through_camera(parts: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
                 f"{key} {name}",
                 metric,
                 lambda k=key, m=metric: scored(k, m(picture, reference, labels)),
+                camera.kept_scores(metric),
             )
         shots = [seen.scores]
         if parts.draws > 1 and parts.metrics:
@@ -434,28 +444,20 @@ def through_camera(parts: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
                 )
                 shots += others
                 state_spread(over_draws(shots), parts.draws)
-        renderer = renderer_errors(
-            parts,
-            rows,
-            name,
-            shot,
-            seen,
-            lambda changed: developed(parts, sensor(changed, shot.generator)),
-        )
+        renderer = renderer_errors(parts, rows, name, seen, camera)
     seen.scores = over_draws(shots, renderer)
-    state_picture(parts, rows, name, shot, seen)
+    state_picture(parts, rows, name, seen, camera)
     return seen
 
 
 def renderer_errors(
-    parts: Chain, rows: Ledger, name: str, shot: Shot, camera: Camera, again
+    parts: Chain, rows: Ledger, name: str, camera: Camera, results: CameraShot
 ) -> dict[ScoreKey, RendererError]:
     """Return the error that renderer noise leaves in each score, and add the row that says so.
 
     Parameters
     ----------
-    camera : with the scores of its picture. `again` : function(light) -> the picture that the same
-        shot makes of it.
+    camera : with the scores of its picture. `results` : makes pictures of changed light.
 
     Returns
     -------
@@ -466,14 +468,18 @@ def renderer_errors(
         return {}
     with book.stage(rows, f"scores {name}") as row:
         if parts.draws > 1:
-            found = score_errors.of_scores(
-                camera,
-                camera.scores,
-                parts.metrics.values(),
-                shot.mixed,
-                shot.scene,
-                shot.light,
-                again,
+            shot, metrics = results.shot, list(parts.metrics.values())
+            found = shot.reuse.value(
+                results.score_errors_name(metrics),
+                lambda: score_errors.of_scores(
+                    camera,
+                    camera.scores,
+                    metrics,
+                    shot.mixed,
+                    shot.scene,
+                    shot.light,
+                    results.picture_of,
+                ),
             )
         else:
             why = "one shot does not tell how much the next one differs; draws=4 does"
@@ -489,10 +495,13 @@ def renderer_errors(
     return found.errors
 
 
-def state_picture(parts: Chain, rows: Ledger, name: str, shot: Shot, camera: Camera) -> None:
+def state_picture(
+    parts: Chain, rows: Ledger, name: str, camera: Camera, results: CameraShot
+) -> None:
     """Add the row that says how wrong the picture is, in units of the sensor's noise, and what that
     took.
     """
+    shot = results.shot
     with book.stage(rows, f"picture {name}"):
         if lacking := propagation.missing(camera.captures):
             book.error(
@@ -502,20 +511,25 @@ def state_picture(parts: Chain, rows: Ledger, name: str, shot: Shot, camera: Cam
                 f"not known: the captures lack {', '.join(lacking)}",
             )
             return
-        mixed, scene = shot.mixed, shot.scene
-        errors = imaging_plan(parts, mixed, shot.demand).light_errors
         looked_at = propagation.some_of(camera.captures) if parts.leave_out else camera.captures
         own = [
             row
             for row in rows
             if row.stage == f"sensor {name}" or not row.stage.startswith("sensor ")
         ]
-        shots = propagation.electrons(
-            looked_at, shot.light, mixed, scene, propagation.stated_noise(own), errors
-        )
-        shots = propagation.with_parts(shots, looked_at, own)
+        noise = propagation.stated_noise(own)
+
+        def electrons() -> list[propagation.Electrons]:
+            errors = imaging_plan(parts, shot.mixed, shot.demand).light_errors
+            found = propagation.electrons(
+                looked_at, shot.light, shot.mixed, shot.scene, noise, errors
+            )
+            return propagation.with_parts(found, looked_at, own)
+
+        known = results.electrons_name([noise, parts.leave_out])
+        shots = shot.reuse.value(known, electrons)
         propagation.state(
-            shots, own, parts.allowed.noise_fraction, propagation.seconds(rows, name, scene)
+            shots, own, parts.allowed.noise_fraction, propagation.seconds(rows, name, shot.scene)
         )
 
 

@@ -9,6 +9,8 @@
 | `processor`           | which processor computed a result, and which library kernels it used |
 | `provenance`          | code of the components, library versions, input files                |
 | `radiance_cache`      | stored scene radiance: what is missing is rendered                   |
+| `result_names`        | what intermediate results are called, by what made them              |
+| `reuse`               | intermediate results of earlier runs, and what their stages stated   |
 | `run`                 | one stored run, named by the hash of what made it                    |
 | `run_warnings`        | exposures that make the scores of a run say little                   |
 | `sample_accumulation` | several stored renderings of the same light as one                   |

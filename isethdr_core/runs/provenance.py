@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Collection
+from dataclasses import asdict
 from functools import cache
 from importlib import metadata
+from typing import Any
 
 from ..identity.code_digest import Code, code_of, frame_code, keep
 from ..plugins import registry
@@ -37,6 +40,17 @@ def identity(component: object) -> str:
         if offered.class_name == cls.__name__ and offered.cls is cls
     )
     return names[0] if names else cls.__qualname__
+
+
+def described(component: object, without: Collection[str] = ()) -> dict[str, Any]:
+    """Return a component's identity (kind and registered name) and fields as plain data.
+
+    Parameters
+    ----------
+    without : fields that are left out.
+    """
+    fields = {k: v for k, v in asdict(component).items() if k not in without}
+    return {"component": identity(component), **fields}
 
 
 def fingerprint(*components: object, frame: bool = False) -> dict[str, str]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import asdict, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -33,7 +33,7 @@ from ..uncertainty.error_terms import RELATIVE, ErrorTerm, Quantity, Source
 from ..uncertainty.ledger import Ledger, error, left_out, record
 from .claims import claimed
 from .processor import kernels
-from .provenance import fingerprint, identity, libraries, versions
+from .provenance import described, fingerprint, libraries, versions
 from .sample_accumulation import ALL_BANDS, Known, holds, known
 
 ROUNDING = "store rounding"  # key of the rounding of stored radiance
@@ -62,12 +62,6 @@ def recipe_hash(parts: Chain) -> str:
 
 def _is_stored(folder: Path, recipe: str) -> bool:
     return any(folder.glob(f"{recipe}-*.zarr"))
-
-
-def described(component, without=()) -> dict:
-    """Return a component's identity (kind and registered name) and fields as plain data."""
-    fields = {k: v for k, v in asdict(component).items() if k not in without}
-    return {"component": identity(component), **fields}
 
 
 def effort(parts: Chain) -> tuple[str, ...]:

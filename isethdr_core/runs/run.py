@@ -13,6 +13,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from omegaconf import OmegaConf
 from threadpoolctl import threadpool_limits
 
 from ..data.quantities import tristimulus
@@ -31,6 +32,7 @@ from ..pipeline.chain import (
     through_camera,
 )
 from ..pipeline.runtime_estimate import expected_s
+from ..pipeline.shot import LightNames
 from ..plugins.component import Stage
 from ..plugins.registry import plugin_manager
 from ..storage import store
@@ -38,12 +40,17 @@ from ..uncertainty.ledger import Ledger
 from .processor import kernels
 from .provenance import fingerprint, input_digests, libraries, versions
 from .radiance_cache import described, held_and_missing, scene_radiance
+from .result_names import of_light, of_mixed, of_radiance
+from .reuse import Kept, Reuse, cache_bytes
 from .run_warnings import warnings_of
 from .seeds import generator
 
 if TYPE_CHECKING:
     import xarray as xr
     from omegaconf import DictConfig
+
+# of a config: Hydra's own, names of presets, and what changes no result
+BESIDE = ("hydra", "experiment", "choices", "cache_gb")
 
 
 @dataclass
@@ -94,10 +101,11 @@ def run(config: DictConfig) -> Result:
     IsetHdrError : bad input, named before expensive work starts; nothing already stored is lost.
     """
     config = checked_config(config)
+    reuse = Reuse.below(cache_bytes(config))
     parts, settings = chain(config), plain(config)
     key = run_key(settings, parts)
     folder = store.home() / "runs"
-    path = find_run(settings, parts)
+    path = find_run(config, parts)
     if path is not None:
         return announced(Result(path, store.read_attrs(path), computed=False), parts)
     check_writable(folder)
@@ -106,7 +114,7 @@ def run(config: DictConfig) -> Result:
         with threadpool_limits(
             1, "blas"
         ):  # its own threads would spin beside those of the stages, and longer than they work
-            path = _compute(config, settings, parts, key, folder)
+            path = _compute(config, parts, key, reuse)
     except Exception as err:
         with suppress(OSError):  # a full disk must not hide the error that it caused
             failed.parent.mkdir(parents=True, exist_ok=True)
@@ -165,52 +173,78 @@ def find_run(config: Mapping[str, Any] | DictConfig, parts: Chain) -> Path | Non
     ------
     CatalogError : the store is damaged.
     """
-    folder, settings = store.home() / "runs", plain(config)
-    if path := store.find_complete(folder, run_key(settings, parts)):
+    folder = store.home() / "runs"
+    if path := store.find_complete(folder, run_key(config, parts)):
         return path
     components = parts.components()
     if not folder.is_dir():
         return None
-    earlier = run_names(settings, components, input_digests(*components))
+    earlier = run_names(whole(config), components, input_digests(*components))
     found = (store.find_complete(folder, name) for name in earlier)
     return next(filter(None, found), None)
 
 
 def plain(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
-    """Return a composed config as plain data, without Hydra's own node."""
-    from omegaconf import OmegaConf
+    """Return a composed config as plain data: what the run is made of, without Hydra's own node.
 
-    if OmegaConf.is_config(config):
-        data = OmegaConf.to_container(config, resolve=True)
-    else:
-        data = dict(config)
-    assert isinstance(data, dict)
-    return {str(k): v for k, v in data.items() if k not in ("hydra", "experiment", "choices")}
+    The table of cameras is left out where a sensor is named, which takes its place.
+    """
+    data = whole(config)
+    if data.get("sensor"):
+        data.pop("cameras", None)
+    elif isinstance(cameras := data.get("cameras"), dict):
+        data["cameras"] = {name: node for name, node in cameras.items() if node}
+    return data
 
 
-def _compute(
-    config: DictConfig, settings: dict[str, Any], parts: Chain, key: str, folder: Path
-) -> Path:
-    rows = Ledger()
+def whole(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
+    """Return all of a composed config that is not about how a run is carried out."""
+    data = OmegaConf.to_container(config, resolve=True) if OmegaConf.is_config(config) else config
+    assert isinstance(data, Mapping)
+    return {str(k): v for k, v in data.items() if k not in BESIDE}
+
+
+def _compute(config: DictConfig, parts: Chain, key: str, reuse: Reuse) -> Path:
+    rows, settings = Ledger(), plain(config)
     demand = plan(parts, rows)
     expected = expected_s(parts, settings, held_and_missing(parts, demand)[1])
     scene, ids = scene_radiance(parts, demand, rows, config)
+    radiance = of_radiance(parts.scene, ids, demand) if reuse.is_on else None
+    of_main = of_mixed(radiance, parts.lighting)
     mixed = stage(
-        rows, "lighting", config.lighting.name, parts.lighting, lambda: parts.lighting(scene)
+        rows,
+        "lighting",
+        config.lighting.name,
+        parts.lighting,
+        lambda: parts.lighting(scene),
+        Kept(reuse, of_main),
     )
     versions_mixed = {
-        name: stage(rows, "lighting", name, light, lambda part=light: part(scene))
+        name: stage(
+            rows,
+            "lighting",
+            name,
+            light,
+            lambda part=light: part(scene),
+            Kept(reuse, of_mixed(radiance, light)),
+        )
         for name, light in parts.versions.items()
         if scene.sizes["light_group"] > 1
     }
+    names = LightNames(radiance, of_main, of_light(of_main, parts, demand, mixed))
     light = stage(
-        rows, "lens", config.lens.name, parts.lens, lambda: on_sensor(parts, mixed, demand)
+        rows,
+        "lens",
+        config.lens.name,
+        parts.lens,
+        lambda: on_sensor(parts, mixed, demand),
+        Kept(reuse, names.light),
     )
     # the recipe, not the store: which groups were rendered when must not change the noise
     random = generator(
         config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name
     )
-    shot = Shot(light, mixed, scene, random, demand)
+    shot = Shot(light, mixed, scene, random, demand, reuse, names)
     cameras = {name: through_camera(parts, rows, name, shot) for name in parts.cameras}
     for row in rows:
         row.light_parts.clear()  # as large as the light; nobody reads it any more
@@ -218,7 +252,7 @@ def _compute(
         config, settings, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows
     ) | {"expected_s": expected}
     return store.write_store(
-        folder,
+        store.home() / "runs",
         key,
         _groups(cameras, {SHOWN: mixed, **versions_mixed} if parts.looked_at else {}),
         attributes,

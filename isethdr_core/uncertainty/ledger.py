@@ -44,7 +44,10 @@ class LeftOut:
 
 @dataclass
 class Row:
-    """One stage of one run; its title is `kind name`."""
+    """One stage of one run; its title is `kind name`.
+
+    `reused` : the result was kept of an earlier run, which took these seconds and this memory.
+    """
 
     stage: str
     seconds: float = 0.0
@@ -54,6 +57,7 @@ class Row:
     light_parts: dict[str, LightPart] = field(
         default_factory=dict, compare=False, repr=False
     )  # of this run; never stored
+    reused: bool = False
 
     @property
     def error(self) -> float | None:
@@ -93,6 +97,7 @@ class Ledger(list[Row]):
                 r["peak_bytes"],
                 [_term(e, r["stage"]) for e in r["errors"]],
                 [LeftOut(**o) for o in r["left_out"]],
+                reused=r.get("reused", False),
             )
             for r in records
         )
@@ -100,7 +105,8 @@ class Ledger(list[Row]):
 
 def _record(row: Row) -> dict[str, Any]:
     notes = {name: [asdict(note) for note in getattr(row, name)] for name in ("errors", "left_out")}
-    return {"stage": row.stage, "seconds": row.seconds, "peak_bytes": row.peak_bytes, **notes}
+    work = {"seconds": row.seconds, "peak_bytes": row.peak_bytes, "reused": row.reused}
+    return {"stage": row.stage, **work, **notes}
 
 
 def _term(stored: dict[str, Any], stage: str) -> ErrorTerm:

@@ -118,7 +118,11 @@ def ledger(rows: Ledger) -> Markup:
             errors.append(Part(f" {error.unit}"))
             acts_on = ", ".join(filter(None, (error.acts_on, error.part)))
             errors.append(Part(f"{error.how}, of {acts_on}", small=True))
-        cells: list[Cell] = [row.stage, f"{row.seconds:.2f}", f"{row.peak_bytes / 1e6:,.0f}"]
+        cells: list[Cell] = [
+            row.stage,
+            f"{row.seconds:.2f}{' kept' if row.reused else ''}",
+            f"{row.peak_bytes / 1e6:,.0f}",
+        ]
         body.append([*cells, errors or number(None)])
     seconds = sum(row.seconds for row in rows)
     peak_bytes = max((row.peak_bytes for row in rows), default=0)

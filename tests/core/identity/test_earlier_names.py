@@ -18,7 +18,7 @@ from isethdr_core.pipeline.chain import chain
 from isethdr_core.quantities import centres, scene_radiance
 from isethdr_core.runs import provenance
 from isethdr_core.runs.radiance_cache import recipe_hash
-from isethdr_core.runs.run import find_run, plain
+from isethdr_core.runs.run import find_run, whole
 from isethdr_core.storage import store
 
 CHOSEN = ["scene=uniform", "lens=ideal", "lighting=ideal", "~versions", "~flare.dirt"]
@@ -104,7 +104,7 @@ def table(monkeypatch, tmp_path, config):
             for name, c in known.items()
         },
         "frame": codes["core"],
-        "settings": {k: v for k, v in plain(config).items() if k not in earlier_names.COMPONENTS},
+        "settings": {k: v for k, v in whole(config).items() if k not in earlier_names.COMPONENTS},
     }
     found = {"editions": [edition], "new_settings": {}, "unchanged": [], "not_claimed": []}
     path = tmp_path / "earlier_names.json"
@@ -147,7 +147,7 @@ def old_recipe(**fields) -> str:
 def old_run(config) -> str:
     return old_hash(
         {
-            "config": plain(config),
+            "config": whole(config),
             "code": {n: d for n, d in OLD_BYTES.items() if not n.startswith("isethdr_core.")},
             "versions": old_versions(),
             "inputs": {},

@@ -1,0 +1,164 @@
+"""Shot: what every camera of a run looks at, and what one camera makes of it in each realisation.
+
+Captures, pictures and scores are taken from the cache where an earlier run has left them there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..data.saturation import with_saturation
+from ..data.scores import Score
+from ..runs import result_names
+from ..runs.reuse import NOTHING_KEPT, Kept, Reuse
+from ..runs.seeds import Generator
+from .demand import Demand
+
+
+class LightNames(NamedTuple):
+    """What scene radiance, mixed radiance and light are called; None has no name."""
+
+    scene: str | None = None
+    mixed: str | None = None
+    light: str | None = None
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What every camera of a run looks at, and the key of its noise."""
+
+    light: Any  # irradiance or photocurrent on the sensor plane
+    mixed: Any  # mixed radiance that the light was made of
+    scene: Any  # scene radiance with its labels
+    generator: Generator  # of the first noise realisation
+    demand: Demand
+    reuse: Reuse = NOTHING_KEPT
+    names: LightNames = LightNames()
+
+    def realisation(self, draw: int) -> Generator:
+        """Return the key of the noise of one realisation; the first is 0."""
+        own = self.generator
+        return own.child(f"{own.scene} draw {draw}") if draw else own
+
+
+def developed(isp: Any, captures: Any) -> Any:
+    """Return the picture that the isp makes of the captures, with its saturated pixels marked."""
+    return with_saturation(isp(captures), captures)
+
+
+@dataclass(frozen=True)
+class CameraShot:
+    """What one camera makes of a shot.
+
+    The captures, picture and scores of the first realisation are stages of the run (`kept_...` say
+    where their results are). Those of the others are values, which state nothing.
+    """
+
+    shot: Shot
+    sensor: Any
+    isp: Any
+
+    @property
+    def _light(self) -> str | None:
+        """The name of the light; None where nothing is looked up."""
+        return self.shot.names.light if self.shot.reuse.is_on else None
+
+    @cached_property
+    def _sensor(self) -> dict[str, Any] | None:
+        return result_names.record(self.sensor)
+
+    @cached_property
+    def _isp(self) -> dict[str, Any] | None:
+        return result_names.record(self.isp)
+
+    def _captures_name(self, light: str | None, draw: int = 0) -> str | None:
+        if light is None:
+            return None
+        noise = self.shot.realisation(draw)
+        key = [noise.seed, noise.device, noise.scene]
+        return result_names.named("captures", light, self._sensor, key)
+
+    def _picture_name(self, draw: int = 0) -> str | None:
+        captures = self._captures_name(self._light, draw)
+        return captures and result_names.named("picture", captures, self._isp)
+
+    def _scores_name(self, metric: Any, draw: int = 0) -> str | None:
+        picture = self._picture_name(draw)
+        if picture is None:
+            return None
+        names = self.shot.names
+        # reference picture and labels follow from the radiance and the picture's grid
+        record = result_names.record(metric)
+        return result_names.named("scores", picture, names.mixed, names.scene, record)
+
+    def score_errors_name(self, metrics: Sequence[Any]) -> str | None:
+        """Return the name of what renderer noise leaves in the scores of the first picture."""
+        scores = [self._scores_name(metric) for metric in metrics]
+        return None if None in scores else result_names.named("score errors", scores)
+
+    def electrons_name(self, settings: Sequence[Any]) -> str | None:
+        """Return the name of the electrons behind the captures of the first realisation."""
+        captures = self._captures_name(self._light)
+        names = self.shot.names
+        return captures and result_names.named(
+            "electrons", captures, names.mixed, names.scene, settings
+        )
+
+    def kept_captures(self) -> Kept:
+        """Return where the captures of the first realisation are kept."""
+        return Kept(self.shot.reuse, self._captures_name(self._light))
+
+    def kept_picture(self) -> Kept:
+        """Return where the picture of the first realisation is kept."""
+        return Kept(self.shot.reuse, self._picture_name())
+
+    def kept_scores(self, metric: Any) -> Kept:
+        """Return where the scores of the first realisation are kept."""
+        return Kept(self.shot.reuse, self._scores_name(metric))
+
+    def values_of(self, draw: int, metrics: Any, asked: Callable[[Any, Any], list[Score]]) -> list:
+        """Return the scores of all metrics in one further realisation; only their values count.
+
+        Parameters
+        ----------
+        draw : number of the realisation, from 1.
+        metrics : of the run. `asked` : function(metric, picture) -> scores of that picture.
+        """
+        reuse, shot = self.shot.reuse, self.shot
+
+        def captures() -> Any:
+            return self.sensor(shot.light, shot.realisation(draw))
+
+        @cache
+        def picture() -> Any:
+            name = self._captures_name(self._light, draw)
+            make = lambda: developed(self.isp, reuse.value(name, captures))
+            return reuse.value(self._picture_name(draw), make)
+
+        found: list[Score] = []
+        for metric in metrics:
+            name = self._scores_name(metric, draw)
+            found += reuse.value(name, lambda m=metric: asked(m, picture()))
+        return found
+
+    def picture_of(self, light: Any) -> Any:
+        """Return the picture of other light on the same grid, with the noise of the first
+        realisation.
+
+        Its captures are kept by the values of the light, for the next isp.
+        """
+        name = None
+        if self._light is not None:
+            values = np.ascontiguousarray(light.values)
+            digest = hashlib.sha256(values.data).hexdigest()
+            changed = result_names.named("changed light", self._light, digest, values.dtype.str)
+            name = self._captures_name(changed)
+        noise = self.shot.generator
+        captures = self.shot.reuse.value(name, lambda: self.sensor(light, noise))
+        return developed(self.isp, captures)

@@ -1,0 +1,108 @@
+"""Result names: what the intermediate results of a run are called, by what made them.
+
+A name is the hash of the components with their fields, code, libraries and input files, of the part
+of the core that runs the chain, and of the names of the results that went in. It holds no name that
+a user chose for a camera, flare or metric, and nothing that the result does not depend on: light
+does not depend on how it is developed, captures do not depend on other cameras.
+
+A component whose source nobody can read has no name that holds in another process. Its results have
+none either, nor has what follows from them (None).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from ..pipeline import bands
+from ..pipeline.demand import Demand, Response
+from ..storage.store import content_hash
+from .provenance import CORE, described, fingerprint, have_source, input_digests, libraries
+
+STEP_NM = 1.0  # at which the answer of a sensor is part of the name of its light
+
+
+def named(what: str, *made_of: Any) -> str | None:
+    """Return the name of a result; None where something that made it has none.
+
+    Parameters
+    ----------
+    what : kind of the result. `made_of` : names and plain data.
+    """
+    if any(part is None for part in made_of):
+        return None
+    frame = fingerprint(frame=True)[CORE], libraries(frame=True)
+    return content_hash({"result": what, "frame": frame, "of": made_of})
+
+
+def record(component: object) -> dict[str, Any] | None:
+    """Return all that a component's results depend on beside its input; None where nobody can
+    tell.
+    """
+    if not have_source(component):
+        return None
+    made_by = {"code": fingerprint(component), "libraries": libraries(component)}
+    return described(component) | made_by | {"inputs": input_digests(component)}
+
+
+def of_radiance(scene: object, store_ids: list[str], demand: Demand) -> str | None:
+    """Return the name of the scene radiance that a run reads.
+
+    Parameters
+    ----------
+    store_ids : names of the stores that it is read from; none of radiance that the scene itself
+        makes.
+    """
+    asked = [demand.groups, demand.wavelength_nm, demand.labels, demand.margin]
+    return named("radiance", store_ids or record(scene), asked)
+
+
+def of_mixed(radiance: str | None, lighting: object) -> str | None:
+    """Return the name of mixed radiance."""
+    return named("mixed", radiance, record(lighting))
+
+
+def of_light(name: str | None, parts: Any, demand: Demand, mixed: Any) -> str | None:
+    """Return the name of the light on the sensor plane.
+
+    Parameters
+    ----------
+    name : of the mixed radiance. `mixed` : it itself, for its bands.
+    parts : the chain. Of its sensors only what they ask of the light counts.
+    """
+    if name is None:
+        return None
+    sensors, wavelength_nm = parts.cameras.values(), mixed.wavelength.values
+    flares = _all(map(record, parts.flares.values()))
+    asked = [
+        parts.leave_out,
+        demand.error_allowed,
+        demand.window_m,
+        _answer(demand.response, wavelength_nm),
+        bands.sensed_nm(sensors, wavelength_nm),
+        sorted({digest for sensor in sensors for digest in fingerprint(sensor).values()}),
+    ]
+    return named("light", name, record(parts.lens), flares, asked)
+
+
+def _all(records: Iterable[Any]) -> list[Any] | None:
+    found = list(records)
+    return None if any(one is None for one in found) else found
+
+
+def _answer(response: Response | None, wavelength_nm: np.ndarray) -> list[Any]:
+    """Return what sensors answer to light as plain data: nothing where they need irradiance."""
+    if response is None:
+        return []
+    every_nm = np.arange(wavelength_nm[0], wavelength_nm[-1], STEP_NM)
+    return [
+        response.channels,
+        [response.efficiency(nm) for nm in (wavelength_nm, every_nm) if len(nm)],
+        response.area_exposure_m2_s,
+        response.read_noise_e,
+        response.full_scale_e,
+        response.noise_fraction_allowed,
+        response.window_m,
+    ]

@@ -1,0 +1,154 @@
+"""Reuse: intermediate results of earlier runs, with all that their stages stated.
+
+A stage whose result is kept is not computed again. Its row of the ledger is that of the run that
+computed it: the same errors, the same omissions, the seconds that it took then (`Row.reused`). The
+stage states them as if it had run, so nothing downstream can tell the difference.
+
+What takes longer to write and read than to compute is not kept: see `WORTH_BYTES_PER_S`.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+from ..data.scores import Score
+from ..errors import ConfigError
+from ..storage.bounded_cache import BoundedCache
+from ..storage.exact_encoding import Types
+from ..storage.home_folder import home
+from ..uncertainty.error_terms import (
+    ErrorMaps,
+    ErrorTerm,
+    LightPart,
+    Quantity,
+    Reading,
+    Source,
+)
+from ..uncertainty.ledger import LeftOut, Row
+from ..uncertainty.propagation import Electrons
+from ..uncertainty.score_errors import ScoreErrors
+from ..uncertainty.score_intervals import RendererError
+
+T = TypeVar("T")
+
+VALUE = "value-"  # before the name of a result without a row of its own
+FOLDER = "intermediate"  # below the home folder
+# A result of which a second of work makes more bytes is computed again: see docs/catalog.md.
+WORTH_BYTES_PER_S = 100e6
+DEFAULT_GB = 4.0  # of a config that does not say
+SMALL_BYTES = 1e6  # worth keeping however fast it was
+
+
+@dataclass(frozen=True)
+class Made:
+    """What a stage returned, and what it stated."""
+
+    result: Any
+    row: Row
+
+
+TYPES = Types.of(
+    (
+        *(ErrorTerm, Source, Quantity, LightPart, Reading, LeftOut, Row, Made),
+        *(Electrons, ErrorMaps, Score, ScoreErrors, RendererError),
+    )
+)
+
+
+@dataclass(frozen=True)
+class Reuse:
+    """Looks intermediate results up by name, and keeps what is new.
+
+    Parameters
+    ----------
+    cache : None: everything is computed, and nothing is kept.
+    """
+
+    cache: BoundedCache | None = None
+
+    @property
+    def is_on(self) -> bool:
+        """Whether anything is looked up."""
+        return self.cache is not None
+
+    @classmethod
+    def below(cls, most_bytes: int) -> Reuse:
+        """Return what keeps results in the home folder, `most_bytes` of them; 0: none at all."""
+        if not most_bytes:
+            return cls()
+        return cls(BoundedCache(home() / FOLDER, most_bytes, TYPES))
+
+    def value(self, name: str | None, compute: Callable[[], T]) -> T:
+        """Return `compute()`, which states nothing, or what it returned in an earlier run."""
+        if self.cache is None or name is None:
+            return compute()
+        kept = self.cache.get(VALUE + name)
+        if kept is not None:
+            return kept
+        start = time.process_time()
+        result = compute()
+        self.cache.put(VALUE + name, result, _worth(time.process_time() - start))
+        return result
+
+    def earlier(self, name: str | None) -> Made | None:
+        """Return what the stage of a result returned and stated in an earlier run, if it is
+        kept.
+        """
+        return self.cache.get(name) if self.cache is not None and name is not None else None
+
+    def keep(self, name: str | None, result: Any, row: Row, cpu_s: float) -> None:
+        """Keep what a stage has returned and stated, which took `cpu_s`.
+
+        What the stage states of itself is kept without the stage's name, which users choose.
+        """
+        if self.cache is None or name is None:
+            return
+        of_itself = row.source().kind, row.source().name
+        errors = [
+            replace(term, source=Source(key=term.source.key))
+            if (term.source.kind, term.source.name) == of_itself
+            else term
+            for term in row.errors
+        ]
+        made = Made(result, replace(row, stage="", errors=errors))
+        self.cache.put(name, made, _worth(cpu_s))
+
+
+NOTHING_KEPT = Reuse()
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Where the result of a stage is looked up and kept, and its name there."""
+
+    reuse: Reuse = NOTHING_KEPT
+    name: str | None = None
+
+
+NOT_KEPT = Kept()
+
+
+def cache_bytes(config: Mapping[str, Any]) -> int:
+    """Return how many bytes of intermediate results a run may keep.
+
+    Raises
+    ------
+    ConfigError : `cache_gb` is no finite number, or negative.
+    """
+    asked = config.get("cache_gb", DEFAULT_GB)
+    number = isinstance(asked, (int, float)) and not isinstance(asked, bool)
+    if not (number and 0 <= asked < math.inf):
+        raise ConfigError(
+            f"cache_gb is {asked!r}; expected the gigabytes that intermediate results may take, 0 "
+            "to keep none; type for example cache_gb=4"
+        )
+    return int(asked * 1e9)
+
+
+def _worth(cpu_s: float) -> float:
+    """Return how large a result may be that took so long."""
+    return max(SMALL_BYTES, cpu_s * WORTH_BYTES_PER_S)

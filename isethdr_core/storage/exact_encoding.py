@@ -1,0 +1,246 @@
+"""Exact encoding: results as bytes and back, without any loss.
+
+What is read equals what was written in every bit: types, order of entries, and how arrays lie in
+memory, by which NumPy chooses the order of a sum. A value that cannot be kept so is refused
+(`NotExact`). Reading runs no code of the data, unlike pickle.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields, is_dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from xarray.core.indexes import PandasIndex
+
+ALIGNED = 64  # bytes: where each array begins
+HEAD = 8  # bytes: length of the JSON text that follows
+NUMBERS = "biufcSU"  # kinds of arrays that are their bytes
+MOST_GAPS = 2  # times the values of an array: memory that it may take with its gaps
+TAG = "is"  # of a JSON object: the type that it stands for
+
+
+class NotExact(Exception):
+    """A value that would not come back as it is; it is not kept."""
+
+
+@dataclass(frozen=True)
+class Types:
+    """The classes that may be written beside those of Python, NumPy and xarray.
+
+    Attributes
+    ----------
+    known : dataclasses, named tuples and enums, by name. A subclass of one of them is not known.
+    """
+
+    known: dict[str, type] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, classes: Iterable[type]) -> Types:
+        """Return the table of some classes, whose names differ."""
+        return cls({one.__name__: one for one in classes})
+
+    def encoded(self, value: Any) -> list[memoryview | bytes]:
+        """Return the bytes of a value, in pieces.
+
+        Raises
+        ------
+        NotExact : some part of the value would not come back as it is.
+        """
+        writing = _Writing(self)
+        content = writing.json(value)
+        text = json.dumps({"value": content, "places": writing.places}).encode()
+        pieces: list[memoryview | bytes] = [len(text).to_bytes(HEAD, "little"), text]
+        pieces.append(bytes(-(HEAD + len(text)) % ALIGNED))
+        for array in writing.arrays:
+            pieces += [array.data, bytes(-array.nbytes % ALIGNED)]
+        return pieces
+
+    def decoded(self, data: np.ndarray) -> Any:
+        """Return the value that `encoded` was called with.
+
+        Parameters
+        ----------
+        data : bytes (uint8) of all pieces; arrays of the result are views of it.
+        """
+        end = HEAD + int.from_bytes(data[:HEAD].tobytes(), "little")
+        found = json.loads(data[HEAD:end].tobytes())
+        arrays = data[_aligned(end) :]
+        parts = [arrays[first : first + size] for first, size in found["places"]]
+        return _Reading(self, parts).value(found["value"])
+
+
+def _aligned(size: int) -> int:
+    return size + -size % ALIGNED
+
+
+def _memory(values: np.ndarray) -> np.ndarray:
+    """Return the memory of an array from its first to its last value, gaps included (uint8).
+
+    Raises
+    ------
+    NotExact : it counts backwards, is mostly gaps, or values do not lie one item apart.
+    """
+    if not values.size:
+        return np.empty(0, np.uint8)
+    size = values.itemsize
+    steps = [(n - 1) * s for n, s in zip(values.shape, values.strides) if n > 1]
+    if any(step < 0 or step % size for step in steps):
+        raise NotExact("an array that counts backwards, or a field of records")
+    items = sum(steps) // size + 1
+    if items > MOST_GAPS * values.size:
+        raise NotExact("an array that is mostly gaps")
+    flat = np.lib.stride_tricks.as_strided(values, (items,), (size,), writeable=False)
+    return flat.view(np.uint8)
+
+
+class _Writing:
+    """A value on its way into JSON, its arrays beside it."""
+
+    def __init__(self, types: Types) -> None:
+        self.types = types
+        self.arrays: list[np.ndarray] = []
+        self.places: list[tuple[int, int]] = []
+        self.end = 0
+
+    def json(self, value: Any) -> Any:
+        cls = type(value)
+        if value is None or cls in (bool, int, float, str):
+            return value
+        if cls is list:
+            return [self.json(v) for v in value]
+        if cls is tuple:
+            return {TAG: "tuple", "v": [self.json(v) for v in value]}
+        if cls is dict:
+            return {TAG: "dict", "v": [[self.json(k), self.json(v)] for k, v in value.items()]}
+        if cls is np.ndarray:
+            return self.array(value)
+        if isinstance(value, np.generic) and value.dtype.kind in NUMBERS and value.nbytes:
+            return {TAG: "number", "dtype": value.dtype.str, "v": value.tobytes().hex()}
+        if cls is xr.Dataset:
+            return self.dataset(value)
+        if cls is xr.DataArray:
+            return self.data_array(value)
+        if self.types.known.get(cls.__name__) is not cls:
+            raise NotExact(f"a value of {cls.__module__}.{cls.__qualname__}")
+        if issubclass(cls, Enum):
+            return {TAG: "enum", "of": cls.__name__, "v": self.json(value.value)}
+        if is_dataclass(cls):
+            parts = [[f.name, self.json(getattr(value, f.name))] for f in fields(cls)]
+            return {TAG: "fields", "of": cls.__name__, "v": parts}
+        return {TAG: "named", "of": cls.__name__, "v": [self.json(v) for v in value]}
+
+    def array(self, values: np.ndarray) -> dict[str, Any]:
+        if values.dtype == object:
+            flat = list(values.flat)
+            if not all(type(text) is str for text in flat):
+                raise NotExact("an array of objects that are no texts")
+            return {TAG: "texts", "shape": values.shape, "v": flat}
+        if values.dtype.kind not in NUMBERS or not values.dtype.itemsize:
+            raise NotExact(f"an array of {values.dtype}")
+        flat = _memory(values)
+        self.arrays.append(flat)
+        self.places.append((self.end, flat.nbytes))
+        self.end += _aligned(flat.nbytes)
+        layout = {"dtype": values.dtype.str, "shape": values.shape, "strides": values.strides}
+        return {TAG: "array", **layout, "v": len(self.arrays) - 1}
+
+    def variable(self, name: Any, variable: xr.Variable) -> list[Any]:
+        dims = [self.json(d) for d in variable.dims]
+        return [self.json(name), dims, self.json(variable.values), self.json(dict(variable.attrs))]
+
+    def coordinates(self, data: xr.Dataset | xr.DataArray) -> list[Any]:
+        indexed = {name for name, index in data.xindexes.items() if type(index) is PandasIndex}
+        if indexed != set(data.xindexes) or indexed != set(data.coords) & set(data.dims):
+            raise NotExact("coordinates with an index of their own")
+        return [self.variable(name, coord.variable) for name, coord in data.coords.items()]
+
+    def dataset(self, data: xr.Dataset) -> dict[str, Any]:
+        return {
+            TAG: "dataset",
+            "coords": self.coordinates(data),
+            "v": [self.variable(name, one.variable) for name, one in data.data_vars.items()],
+            "attrs": self.json(dict(data.attrs)),
+        }
+
+    def data_array(self, data: xr.DataArray) -> dict[str, Any]:
+        return {
+            TAG: "data_array",
+            "coords": self.coordinates(data),
+            "v": self.variable(data.name, data.variable),
+        }
+
+
+class _Reading:
+    """A value on its way out of JSON."""
+
+    def __init__(self, types: Types, arrays: list[np.ndarray]) -> None:
+        self.types = types
+        self.arrays = arrays
+
+    def value(self, found: Any) -> Any:
+        if isinstance(found, list):
+            return [self.value(v) for v in found]
+        if not isinstance(found, dict):
+            return found
+        readers = {
+            "tuple": self._tuple,
+            "dict": self._dict,
+            "number": self._number,
+            "texts": self._texts,
+            "array": self._array,
+            "enum": self._enum,
+            "fields": self._fields,
+            "named": self._named,
+            "dataset": self._dataset,
+            "data_array": self._data_array,
+        }
+        return readers[found[TAG]](found)
+
+    def _tuple(self, found: dict[str, Any]) -> tuple[Any, ...]:
+        return tuple(self.value(v) for v in found["v"])
+
+    def _dict(self, found: dict[str, Any]) -> dict[Any, Any]:
+        return {self.value(k): self.value(v) for k, v in found["v"]}
+
+    def _number(self, found: dict[str, Any]) -> np.generic:
+        return np.frombuffer(bytes.fromhex(found["v"]), found["dtype"])[0]
+
+    def _texts(self, found: dict[str, Any]) -> np.ndarray:
+        values = np.empty(len(found["v"]), object)
+        values[:] = found["v"]
+        return values.reshape(found["shape"])
+
+    def _array(self, found: dict[str, Any]) -> np.ndarray:
+        memory, dtype = self.arrays[found["v"]], np.dtype(found["dtype"])
+        if not memory.size:
+            return np.empty(found["shape"], dtype)
+        return np.ndarray(found["shape"], dtype, memory.data, strides=found["strides"])
+
+    def _enum(self, found: dict[str, Any]) -> Any:
+        return self.types.known[found["of"]](self.value(found["v"]))
+
+    def _fields(self, found: dict[str, Any]) -> Any:
+        return self.types.known[found["of"]](**{k: self.value(v) for k, v in found["v"]})
+
+    def _named(self, found: dict[str, Any]) -> Any:
+        return self.types.known[found["of"]](*(self.value(v) for v in found["v"]))
+
+    def _variable(self, found: list[Any]) -> tuple[Any, xr.Variable]:
+        name, dims, values, attrs = (self.value(part) for part in found)
+        return name, xr.Variable(dims, values, attrs)
+
+    def _dataset(self, found: dict[str, Any]) -> xr.Dataset:
+        coords = dict(map(self._variable, found["coords"]))
+        return xr.Dataset(dict(map(self._variable, found["v"])), coords, self.value(found["attrs"]))
+
+    def _data_array(self, found: dict[str, Any]) -> xr.DataArray:
+        name, variable = self._variable(found["v"])
+        coords = dict(map(self._variable, found["coords"]))
+        return xr.DataArray(
+            variable.values, coords, variable.dims, name, attrs=dict(variable.attrs)
+        )

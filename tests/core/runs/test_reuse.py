@@ -1,0 +1,200 @@
+"""Results of earlier runs are reused, and nobody can tell from the numbers."""
+
+import shutil
+import time
+from collections import Counter
+from dataclasses import dataclass
+
+import pytest
+from isethdr_isp.linear import LinearIsp
+from isethdr_sensors.bayer import BayerSensor
+
+import isethdr_core as hdr
+from isethdr_core.errors import ConfigError
+from isethdr_core.runs import reuse
+from isethdr_core.storage.bounded_cache import entries, trim
+from isethdr_core.storage.manifest import read_manifest
+
+CALLS: Counter = Counter()
+
+
+@dataclass(frozen=True)
+class CountingSensor(BayerSensor):
+    """Sensor: counts its shots."""
+
+    def __call__(self, irradiance, generator):
+        CALLS["sensor"] += 1
+        return super().__call__(irradiance, generator)
+
+
+@dataclass(frozen=True)
+class SlowIsp(LinearIsp):
+    """Isp: counts its pictures, each of which takes long enough to be worth its space."""
+
+    def __call__(self, captures):
+        CALLS["isp"] += 1
+        end = time.process_time() + 0.01
+        while time.process_time() < end:
+            pass
+        return super().__call__(captures)
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Metric: mean luminance."""
+
+    power: float = 1.0
+
+    def __call__(self, picture, truth, labels):
+        CALLS["metric"] += 1
+        value = float((picture["xyz"][..., 1] ** self.power).mean())
+        return [hdr.Score("mean", value, "cd/m2", low=0.9 * value, high=1.1 * value)]
+
+
+SMALL = [
+    "experiment=five_lights",
+    "scene=macbeth",
+    "scene.width=48",
+    "scene.height=32",
+    "~flare.dirt",
+    *(f"~metric.{name}" for name in "shares dynamic_range snr ssim log_luminance".split()),
+    *("~metric.contrast", "~metric.detection"),
+    "+metric@metric.mean=mean",
+    "lens=ideal",
+    "lens.focal_length_mm=0.25",
+    "sensor=counting",
+    "sensor.rows=24",
+    "sensor.columns=36",
+    "isp=slow",
+    "report=false",
+]
+
+
+@pytest.fixture(autouse=True)
+def components(offer):
+    offer("sensor", "counting", CountingSensor)
+    offer("isp", "slow", SlowIsp)
+    offer("metric", "mean", Mean)
+    CALLS.clear()
+
+
+def run(*overrides):
+    return hdr.run(hdr.compose([*SMALL, *overrides]))
+
+
+def calls(*overrides):
+    """Return how often the components were called in a run."""
+    CALLS.clear()
+    assert run(*overrides).computed
+    return dict(CALLS)
+
+
+def arrays(result):
+    """Return the checksums of all that a run has stored beside its record."""
+    files = read_manifest(result.path).files
+    return {name: record for name, record in files.items() if name != "zarr.json"}
+
+
+def stated(result):
+    """Return what the rows of the ledger state, apart from seconds and memory."""
+    return [
+        (row.stage, [(t.identity(), t.value) for t in row.errors], row.left_out)
+        for row in result.ledger
+    ]
+
+
+def assert_same(one, other):
+    assert repr(one.scores) == repr(other.scores)
+    assert arrays(one) == arrays(other)
+    assert stated(one) == stated(other)
+    assert one.warnings == other.warnings and one.key == other.key
+
+
+def forget_runs(home):
+    shutil.rmtree(home / "runs")
+
+
+def test_a_run_has_the_same_bytes_with_an_empty_cache_a_full_one_and_none(isethdr_home):
+    without = run("draws=2", "cache_gb=0")
+    assert not (isethdr_home / reuse.FOLDER).exists()
+    assert not any(row.reused for row in without.ledger)
+    kept_apart = isethdr_home.rename(isethdr_home.with_name("without"))
+    without.path = kept_apart / "runs" / without.path.name
+    first = run("draws=2")
+    forget_runs(isethdr_home)
+    CALLS.clear()
+    again = run("draws=2")
+    assert not CALLS  # sensor, isp and metric are asked nothing
+    kinds = {row.kind for row in again.ledger if row.reused}
+    assert kinds == {"lighting", "lens", "sensor", "isp", "metric"}
+    seconds = {row.stage: row.seconds for row in first.ledger}
+    assert all(row.seconds == seconds[row.stage] for row in again.ledger if row.reused)
+    for other in (first, again):
+        assert_same(without, other)
+    trim(isethdr_home / reuse.FOLDER, 0)
+    forget_runs(isethdr_home)
+    assert_same(without, run("draws=2"))
+
+
+def test_damaged_results_are_computed_again(isethdr_home):
+    first = run("draws=2")
+    for entry in entries(isethdr_home / reuse.FOLDER):
+        data = bytearray(entry.path.read_bytes())
+        data[len(data) // 2] ^= 1
+        entry.path.write_bytes(data)
+    kept, numbers = isethdr_home / "runs", repr(first.scores)
+    before = arrays(first)
+    shutil.rmtree(kept)
+    again = run("draws=2")
+    assert not any(row.reused for row in again.ledger)
+    assert repr(again.scores) == numbers and arrays(again) == before
+
+
+def test_more_realisations_make_only_those_that_are_new():
+    assert calls("draws=4") == {"sensor": 4, "isp": 4, "metric": 4}
+    eight = {"sensor": 4, "isp": 4, "metric": 4}
+    assert calls("draws=8") == eight
+    assert "sensor" not in calls("draws=3", "+metric@metric.more=pixel_shares")
+
+
+def test_another_isp_reads_captures_and_another_metric_reads_pictures():
+    run("draws=2")
+    assert calls("draws=2", "isp.demosaic=malvar") == {"isp": 2, "metric": 2}
+    assert calls("draws=2", "+metric@metric.other=mean", "metric.other.power=2") == {"metric": 2}
+
+
+def test_names_that_a_user_chose_are_those_of_the_run(isethdr_home):
+    first = run("draws=2")
+    renamed = ["~metric.colour", "+metric@metric.own=ciede2000", "draws=2"]
+    second = run(*renamed)
+    assert [row.stage for row in second.ledger if row.reused and row.kind == "metric"] == [
+        "metric mean counting",
+        "metric own counting",
+    ]
+    names = {
+        str(term.source).partition(":")[0]
+        for row in second.ledger
+        for term in row.errors
+        if row.kind == "metric"
+    }
+    assert names == {"metric/mean counting", "metric/own counting"}
+    assert sorted(map(repr, second.scores)) == sorted(map(repr, first.scores))
+
+
+def test_a_camera_that_is_not_in_use_changes_no_name_and_is_in_no_record():
+    first = run("draws=1")
+    second = run("draws=1", "cameras.bayer.exposure_s=0.5", "cameras.rgbw=null")
+    assert not second.computed and second.key == first.key
+    assert "cameras" not in first.attributes["config"]
+
+
+def test_the_space_for_results_changes_no_name_and_is_in_no_record():
+    first = run("draws=1", "cache_gb=0")
+    assert not run("draws=1", "cache_gb=1").computed
+    assert "cache_gb" not in first.attributes["config"]
+
+
+@pytest.mark.parametrize("asked", ["-1", "many", ".inf", "true"])
+def test_the_space_for_results_is_a_number_of_gigabytes(asked):
+    with pytest.raises(ConfigError, match="cache_gb is .*gigabytes.*cache_gb=4"):
+        run(f"cache_gb={asked}")
