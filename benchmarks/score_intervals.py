@@ -66,7 +66,8 @@ def scores_of(case: str, scene, noise: str, shots: int = 4) -> list:
     """
     import isethdr_core as hdr
     from isethdr_core.ledger import Ledger
-    from isethdr_core.pipeline.chain import Shot, on_sensor, plan, through_camera
+    from isethdr_core.pipeline.chain import on_sensor, plan, through_camera
+    from isethdr_core.pipeline.shot import Shot
 
     parts = parts_of(case)
     ((name, sensor),) = parts.cameras.items()

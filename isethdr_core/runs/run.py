@@ -23,7 +23,6 @@ from ..pipeline.chain import (
     SHOWN,
     Camera,
     Chain,
-    Shot,
     chain,
     checked_config,
     on_sensor,
@@ -32,14 +31,14 @@ from ..pipeline.chain import (
     through_camera,
 )
 from ..pipeline.runtime_estimate import expected_s
-from ..pipeline.shot import LightNames
+from ..pipeline.shot import LightNames, Shot
 from ..plugins.component import Stage
 from ..plugins.registry import plugin_manager
 from ..storage import store
 from ..uncertainty.ledger import Ledger
 from .processor import kernels
-from .provenance import fingerprint, input_digests, libraries, versions
-from .radiance_cache import described, held_and_missing, scene_radiance
+from .provenance import described, fingerprint, input_digests, libraries, versions
+from .radiance_cache import held_and_missing, scene_radiance
 from .result_names import of_light, of_mixed, of_radiance
 from .reuse import Kept, Reuse, cache_bytes
 from .run_warnings import warnings_of

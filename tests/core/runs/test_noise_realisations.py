@@ -12,7 +12,8 @@ import isethdr_core as hdr
 from isethdr_core.data.scores import Score
 from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import Ledger
-from isethdr_core.pipeline.chain import Shot, chain, on_sensor, plan, through_camera
+from isethdr_core.pipeline.chain import chain, on_sensor, plan, through_camera
+from isethdr_core.pipeline.shot import Shot
 from isethdr_core.runs.noise_realisations import over_draws
 from isethdr_core.uncertainty.render_noise import HALVES, luminance_cd_m2
 from isethdr_core.uncertainty.score_intervals import RendererError
