@@ -12,6 +12,7 @@ from isethdr_core.quantities import scene_radiance
 
 from .lamps.placed_lamps import placed_lamps
 from .paths.passes import estimate
+from .world.coat_energy import lost_light
 from .world.materials import ramp_surfaces
 from .world.view import view_of
 
@@ -47,6 +48,10 @@ def render_frame(
         view = wide.within_field()
     lamps = placed_lamps(description, settings.normalise, groups)
     surfaces = ramp_surfaces(description)
+    lost, worst = lost_light(description.materials.values())
+    if lost > 0:
+        why = f"Mitsuba follows light to one facet alone; most at grazing angles, of {worst}"
+        ledger.left_out("light from facet to facet", why, lost, "relative", key="facets")
     world = build_world(description, surfaces)
     if variant.startswith("scalar"):
         from .paths.film_bands import film_pass

@@ -3,6 +3,7 @@
 | module            | what                                                                 |
 |-------------------|----------------------------------------------------------------------|
 | `angle_sensor`    | a camera on a grid of angles for Mitsuba's own integrators           |
+| `coat_energy`     | light lost between facets, and what is given back                    |
 | `geometry`        | parts, models and poses as a Mitsuba scene                           |
 | `materials`       | materials as Mitsuba surfaces                                        |
 | `retro_surface`   | retro-reflection as a Mitsuba surface, in Python                     |

@@ -16,6 +16,8 @@ import numpy as np
 from isethdr_core.errors import ConfigError
 from isethdr_core.scene import Facets, Granular, Material, Spectrum
 
+from .coat_energy import coat_energy
+
 STEP_NM = 5.0  # spacing of the reflectance tables, nm
 RAMP_NM = (400.0, 500.0)  # where the reflectance of a ramp surface is 0 and 1
 RAMP = Spectrum(RAMP_NM, (0.0, 1.0))
@@ -111,9 +113,10 @@ def _opaque(material, table: dict) -> dict:
         {"alpha": float(max(material.roughness, 1e-3)), "distribution": "beckmann"} if rough else {}
     )
     if material.kind == "plastic":
+        base = coat_energy("plastic", material.roughness, material.index).base
         return {
             "type": "roughplastic" if rough else "plastic",
-            "diffuse_reflectance": table,
+            "diffuse_reflectance": _times(table, base),
             "int_ior": float(material.index),
             "ext_ior": 1.0,
             **microfacets,
@@ -126,6 +129,14 @@ def _opaque(material, table: dict) -> dict:
         "specular_reflectance": table,
         **microfacets,
     }
+
+
+def _times(table: dict, factor: float) -> dict:
+    """Return a table of `regular` with all its values times `factor`."""
+    if table["type"] == "uniform":
+        return {"type": "uniform", "value": factor * table["value"]}
+    values = [factor * float(v) for v in table["values"].split(",")]
+    return {**table, "values": ", ".join(f"{v:.9g}" for v in values)}
 
 
 def _granular_of(material) -> Granular:
