@@ -17,6 +17,9 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+MOST_LISTED = 100  # names in a message
+ALIKE = 8  # of more names, so many that are most like the wrong one
+
 
 class IsetHdrError(Exception):
     """Base of all errors that are the user's to fix."""
@@ -39,8 +42,14 @@ class PluginError(IsetHdrError):
 
 
 def did_you_mean(name: str, known: Iterable[object]) -> str:
-    """Return `; did you mean 'x'? (one of: ...)` for a name that is not among `known`."""
+    """Return `; did you mean 'x'? (one of: ...)` for a name that is not among `known`.
+
+    Of very many names only those most like `name` are listed.
+    """
     names = sorted(map(str, known))
     near = difflib.get_close_matches(str(name), names, 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
+    if len(names) > MOST_LISTED:
+        alike = difflib.get_close_matches(str(name), names, ALIKE, 0.0)
+        return f"{hint} ({len(names)} names are known, among them {', '.join(alike)})"
     return f"{hint} (one of: {', '.join(names) or 'none'})"

@@ -33,7 +33,7 @@ def print_result(result) -> None:
     for row in result.ledger:
         if row.stage.startswith("picture ") and row.errors:
             console.print(
-                f"{row.stage}: off by at most {row.error:.3g} {row.error_unit}:"
+                f"{row.stage}: error at most {row.error:.3g} {row.error_unit}:"
                 f" {row.errors[0].label}",
                 soft_wrap=True,
             )

@@ -56,18 +56,25 @@ def compose(overrides: Sequence[str] = (), config_name: str = "config") -> DictC
 
 
 def check_choices(overrides: Sequence[str]) -> None:
-    """Refuse a choice that is no name: Hydra resolves nothing there, and fails without a message.
+    """Refuse a choice that is no name: Hydra fails there without a message for people.
 
     Raises
     ------
-    ConfigError : an interpolation is given where the name of a config is expected.
+    ConfigError : `null` or an interpolation stands where the name of a config is expected.
     """
     for override in OverridesParser.create().parse_overrides(list(overrides)):
         group, value = override.key_or_group.partition("@")[0], override.value()
-        if group in (*KINDS, "experiment") and "${" in str(value):
+        if group not in (*KINDS, "experiment"):
+            continue
+        if value is None and not override.is_delete():
             raise ConfigError(
-                f"{group} is {str(value)!r}; expected a name; type {group}=<name>, "
-                "and `isethdr plugins` for the names"
+                f"{group} is null; expected a name; type ~{group} to leave it out,"
+                f" or {group}=<name>"
+            )
+        if "${" in str(value):
+            raise ConfigError(
+                f"{group} is {str(value)!r}; expected a name; type {group}=<name>;"
+                " `isethdr plugins` lists the names"
             )
 
 
@@ -82,8 +89,8 @@ def user_mistakes() -> Iterator[None]:
         yield
     except OverrideParseException as err:
         raise ConfigError(
-            f"the override {err.override!r} cannot be read; expected key=value; type quotes around"
-            " text with blanks, brackets or quotes, for example \"key='a b'\""
+            f"the override {err.override!r} cannot be read; expected key=value; put quotes around"
+            " text with spaces, brackets or quotes, for example \"key='a b'\""
         ) from None
     except (HydraException, OmegaConfBaseException) as err:
         raise ConfigError(explain(err)) from None
@@ -136,7 +143,7 @@ def explain(err: BaseException) -> str:
         known = [o for o in err.options if not o.startswith("_")]
         return (
             f"{group} {name!r} is not installed{did_you_mean(name, known)}; `isethdr plugins`"
-            " describes them"
+            " describes all of them"
         )
     # Hydra wraps what OmegaConf raises about an override
     for missing in (err, err.__cause__):
@@ -164,7 +171,7 @@ def _no_such_key(missing: Any, overridden: bool, text: str) -> str:
     quoted = re.search(r"override '([^']+)'", text)
     where = quoted.group(1) if overridden and quoted else key
     if overridden and owner is dict and key in KINDS:
-        return f"{where} has no owner: no {key} is chosen; type {key}=<name> before it"
+        return f"{where} sets a field, but no {key} is chosen; type {key}=<name> as well"
     if overridden and owner is dict and "." in str(missing.full_key):  # a table that users fill
         added = re.search(r"append to your config use (\S+)", text)
         typed = added.group(1) if added else f"+{where}=<value>"

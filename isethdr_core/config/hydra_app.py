@@ -55,7 +55,7 @@ def run_with_hydra(arguments: list[str]) -> None:
             _start_hydra()
     except KeyboardInterrupt:
         print(
-            "interrupted: what is stored is whole; the same command goes on where this one stopped",
+            "interrupted: stored results are complete; type the same command again to continue",
             file=sys.stderr,
         )
         sys.exit(INTERRUPTED)
@@ -92,7 +92,9 @@ def task(config) -> None:
                 file=sys.stderr,
                 flush=True,
             )
-            raise JobsFailed("failed as said above; the other jobs are stored") from None
+            raise JobsFailed(
+                "a job failed, as printed above; the results of the other jobs are stored"
+            ) from None
         print(f"error: {text}", file=sys.stderr)
         sys.exit(code)
 

@@ -48,9 +48,10 @@ def check_folder(folder: str | Path) -> None:
     path = Path(folder).resolve()
     if not any(path.is_relative_to(trusted) for trusted in trusted_folders()):
         raise ConfigError(
-            f"config files in {path} are not trusted: they can run any code; expected files of an"
-            f" installed package, in ./{OWN_FOLDER}, or in a folder that {VARIABLE} names; once you"
-            f" have read them, type {VARIABLE}={path} before the command"
+            f"config files in {path} are not trusted, because a config file can run any code;"
+            f" expected files of an installed package, in ./{OWN_FOLDER}, or in a folder that"
+            f" {VARIABLE} names; if you trust these files, type {VARIABLE}={path}"
+            " before the command"
         )
 
 

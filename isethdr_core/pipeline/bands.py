@@ -56,7 +56,7 @@ def for_sensors_and_truth(offered, sensed) -> tuple[float, ...] | None:
     dropped = [w for w in offered if w not in kept]
     ledger.left_out(
         f"{len(dropped)} of {len(offered)} bands, {dropped[0]:g} to {dropped[-1]:g} nm",
-        "neither a sensor nor the truth sees them",
+        "neither a sensor nor the reference picture responds to them",
         UNSEEN,
         "electrons, and luminance, of the same light at the peak",
         key=BANDS,
@@ -75,7 +75,7 @@ def of_demand(scene, demand: Demand):
     every = scene.sizes["wavelength"]
     ledger.left_out(
         f"chunks of {every - len(bands)} of {every} bands of the scene's light",
-        "not demanded, so not read",
+        "no component asks for them",
         0.0,
         "W m-2 sr-1 nm-1",
         key=BANDS,
@@ -121,7 +121,7 @@ def with_bands(demand: Demand, offered) -> Demand:
     ):
         ledger.left_out(
             f"{blind} of {len(offered)} bands through the lens",
-            "no sensor sees them",
+            "no sensor responds to them",
             UNSEEN,
             "electrons per electron that the same photons make at the peak",
             key=BANDS,

@@ -193,7 +193,7 @@ def plan(parts: Chain, rows: Ledger) -> Demand:
     """
     with book.stage(rows, "plan"):
         book.error(
-            0.0, "1", "bound", "nothing is computed yet; what is left out is bounded one by one"
+            0.0, "1", "bound", "a plan computes nothing; each omission states a bound of its own"
         )
         state_field(parts.scene, parts.lens)
         if parts.leave_out:
@@ -541,7 +541,7 @@ def varies(parts: Chain, sensor) -> bool:
     if not parts.leave_out or noisy:
         return True
     book.left_out(
-        f"{parts.draws - 1} more draws of the noise",
+        f"{parts.draws - 1} more noise realisations",
         "the sensor has none: they would be the same",
         0.0,
         "relative",

@@ -188,8 +188,8 @@ def _refuse_near(who: str, name: str, cls: type, known: dict[str, type]) -> None
     else:
         right, what = near, "class attribute"
     raise PluginError(
-        f"{who}: nothing asks for the {what} {name!r}; did you mean {right} ({protocol.__name__})? "
-        "If it is meant to be another, begin its name with an underscore"
+        f"{who}: unknown {what} {name!r}; did you mean {right} ({protocol.__name__})? "
+        f"A {what} of your own needs a name that begins with an underscore"
     )
 
 

@@ -99,10 +99,7 @@ def _acquired(folder: Path, name: str, tell, rhythm: Rhythm) -> tuple[_Claim, bo
         before = _claims(folder, name)
         if before and not watch.is_dead(before[-1]):
             if watch.is_new():
-                tell(
-                    f"waiting: {name} is being made by {_described(before[-1])}; it is used once it"
-                    " is stored"
-                )
+                tell(f"waiting for {name}: {_described(before[-1])} computes it")
             waited = True
             time.sleep(rhythm.look_s)
             continue

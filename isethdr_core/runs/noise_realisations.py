@@ -58,5 +58,5 @@ def state_spread(scores: list[Score], count: int) -> None:
         max(relative, default=0.0),
         "relative",
         "statistical",
-        f"scores of the whole picture, 95 %, over {count} draws of the noise",
+        f"scores of the whole picture, 95 %, over {count} noise realisations",
     )

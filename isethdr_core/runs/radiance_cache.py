@@ -181,7 +181,7 @@ def made(scene):
     """
     result = scene()
     if isinstance(result, SceneDescription):
-        error(0.0, "m", "bound", "geometry, materials and lamps are what they are said to be")
+        error(0.0, "m", "bound", "geometry, materials and lamps are exact by definition")
     return result
 
 
@@ -236,7 +236,7 @@ def _record_pooled(joined, held, before, said) -> None:
     for group, paths in joined.attrs.get("paths", {}).items():
         noise = joined.attrs["noise"].get(group)
         if noise is not None and group not in stated:
-            label = f"{paths} paths a tile: median over tiles, light group {group}"
+            label = f"{paths} samples per tile: median over tiles, light group {group}"
             source = Source("renderer", key=NOISE)
             record(
                 ErrorTerm(source, Quantity.RADIANCE, group, noise, RELATIVE, "statistical", label)
@@ -245,7 +245,7 @@ def _record_pooled(joined, held, before, said) -> None:
             [s for s in held if s["id"] in before], group, joined.wavelength.values
         ).paths:
             left_out(
-                f"{reused} of {paths} paths a tile of light group {group}",
+                f"{reused} of {paths} samples per tile of light group {group}",
                 "stored by an earlier run",
                 0.0,
                 "relative",

@@ -458,10 +458,10 @@ def state(
         return
     most = max(found, key=lambda one: one.whole)
     label = (
-        f"99 % of the unsaturated pixels of {most.capture} (the worst {most.worst:.3g}): renderer"
-        f" {most.renderer:.3g}, {seconds[0]:.3g} s, and all after it {most.later:.3g} where"
-        f" {allowed:g} is allowed, {seconds[1]:.3g} s{_why(found, shots, rows, allowed)}; the"
-        f" sensor counts to {most.sensor:.3g}"
+        f"99 % of the unsaturated pixels of {most.capture} (worst pixel {most.worst:.3g}): renderer"
+        f" {most.renderer:.3g} in {seconds[0]:.3g} s; later stages {most.later:.3g} of the allowed"
+        f" {allowed:g} in {seconds[1]:.3g} s{_why(found, shots, rows, allowed)}; error of the"
+        f" sensor {most.sensor:.3g}"
     )
     _record_figure(most.whole, "statistical", label, WHOLE)
     for one in found:

@@ -68,7 +68,7 @@ def _developed(merged, captures, how: Development, matrix, attrs: dict):
         np.where(level > 0, level, 1.0),
     )  # where no light passes the lens
     variance = merged.variance_e2 / level**2
-    planes, touched, noise_map = interpolate(
+    planes, invalid, noise_map = interpolate(
         how.demosaic, merged.signal_e / level, filters, names, variance, ~valid
     )
     if noise_map is None or not attrs.get(VARIANCE_KNOWN, True):
@@ -79,7 +79,7 @@ def _developed(merged, captures, how: Development, matrix, attrs: dict):
         noise = PictureNoise(
             noise_map.variance(matrix, independent(variance)), noise_map.variance(matrix, fixed)
         )
-    return finish(matrix, planes, noise, valid & ~touched, captures, attrs)
+    return finish(matrix, planes, noise, valid & ~invalid, captures, attrs)
 
 
 class PictureNoise(NamedTuple):
@@ -97,8 +97,16 @@ def floor_e2(reads) -> float:
 
 
 def finish(matrix, planes, noise: PictureNoise, valid, captures, attrs: dict):
-    """Return the picture of electrons (channel, y, x) that are known in every channel and freed of
-    the lens's falloff.
+    """Return the picture of demosaiced electrons.
+
+    Parameters
+    ----------
+    matrix : (xyz_channel, channel), from electrons to XYZ in cd/m2.
+    planes : electrons (channel, y, x), divided by the relative illumination of the lens.
+    noise : variances of the picture.
+    valid : (y, x) bool.
+    captures : the captures Dataset, for the grid.
+    attrs : attributes of the picture.
     """
     xyz = np.tensordot(matrix, planes, axes=1)
     xyz, temporal, fixed = (np.moveaxis(values, 0, -1) for values in (xyz, *noise))
@@ -108,8 +116,15 @@ def finish(matrix, planes, noise: PictureNoise, valid, captures, attrs: dict):
 def picture_attrs(
     captures, response, how: Development, balance: Illuminant, dark_var_e2: float = 0.0
 ) -> dict:
-    """Return the attributes of a picture: the lens's, the white of `balance`, the level of the
-    colour matrix.
+    """Return the attributes of a picture: those of the lens, the white, the design luminance.
+
+    Parameters
+    ----------
+    captures : the captures Dataset.
+    response : (channel, wavelength) electrons per band mean radiance.
+    how : the fields of the isp.
+    balance : the light whose white becomes `white_xyz`.
+    dark_var_e2 : variance of the best reading in the dark, e^2.
     """
     attrs = {
         k: captures.attrs[k]
@@ -143,6 +158,14 @@ def solve_matrix(
     The covariance of the sensor's noise at `design_luminance` is a penalty (Tikhonov), so that a
     white pixel, which is nearly the sum of the coloured ones, lowers noise instead of being
     subtracted from them; an infinite `design_snr` leaves it out, and plain least squares remain.
+
+    Parameters
+    ----------
+    response : (channel, wavelength) electrons per band mean radiance.
+    wavelength_nm : centres of the bands.
+    balance : light whose grey is reproduced exactly.
+    design_snr : signal-to-noise ratio at which the noise is weighed.
+    dark_var_e2 : variance of the best reading in the dark, e^2.
     """
     weights, samples, white = (
         xyz_weights(wavelength_nm),
@@ -170,8 +193,15 @@ def solve_matrix(
 
 
 def design_luminance(electrons_per_cd_m2: float, design_snr: float, dark_var_e2: float) -> float:
-    """Return the luminance, cd/m2, at which a channel has this ratio of signal to noise: e / sqrt(e
-    + v) = SNR solved for e.
+    """Return the luminance, cd/m2, at which a channel has a given signal-to-noise ratio.
+
+    The equation e / sqrt(e + v) = SNR is solved for the electrons e.
+
+    Parameters
+    ----------
+    electrons_per_cd_m2 : mean response of the channels to luminance.
+    design_snr : signal-to-noise ratio.
+    dark_var_e2 : v, variance in the dark, e^2.
     """
     if not np.isfinite(design_snr):
         return np.inf

@@ -115,11 +115,13 @@ def _state_spectral_mismatch(groups, wavelength_nm) -> None:
     long, samples = groups[-1][0], radiances(wavelength_nm)
     reference = samples @ (long.response / long.sensitivity[:, None]).T
     shorter = (samples @ (g[0].response / g[0].sensitivity[:, None]).T for g in groups[:-1])
-    worst = max((np.sqrt(np.mean((seen / reference - 1) ** 2)) for seen in shorter), default=0.0)
+    worst = max(
+        (np.sqrt(np.mean((response / reference - 1) ** 2)) for response in shorter), default=0.0
+    )
     if worst > LARGEST_MISMATCH:
         raise UnitError(
             f"the captures see different colours: their electrons differ by {worst:.0%} (rms) on"
-            " coloured light; expected one set of filters, seen more or less brightly; use"
+            " coloured light; expected one set of filters at different sensitivities; use"
             " isp=ideal, or isp=linear with isp.capture"
         )
     if worst > 1e-9:

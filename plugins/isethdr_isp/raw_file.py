@@ -80,7 +80,14 @@ def write_dng(captures, path, capture: str = "") -> Path:
 
 
 def tags(one, names, mono: bool) -> list[tuple]:
-    """Return (code, type, count, value) of every tag of one capture."""
+    """Return (code, type, count, value) of every tag of one capture.
+
+    Parameters
+    ----------
+    one : a captures Dataset with one capture.
+    names : name of each channel.
+    mono : whether every pixel samples the same channel.
+    """
     [read] = readouts(one, light("daylight", one.wavelength.values))
     get = {
         name: float(one[name].values[0])

@@ -49,6 +49,12 @@ def channel_means(reads: list[Readout], filters, channels: int) -> np.ndarray | 
     saturated sample, in cd/m2 of daylight; None of one channel, or where some mean is not above 0.
 
     Each sample comes from the most sensitive capture that measures it.
+
+    Parameters
+    ----------
+    reads : readouts of the captures.
+    filters : (y, x) number of the channel that each pixel samples.
+    channels : number of channels.
     """
     if channels < 2 or not all(np.all(read.sensitivity > 0) for read in reads):
         return None
@@ -78,6 +84,8 @@ def nearest_mixture(means, read: Readout, wavelength_nm) -> tuple[Mixture, float
     Parameters
     ----------
     means : (channel,) in units of the white for which `read` states its sensitivity.
+    read : a readout of the captures, for response and sensitivity.
+    wavelength_nm : centres of the bands.
     """
     white = np.array([read.response @ light(name, wavelength_nm) for name in LIGHTS])
     white /= read.sensitivity

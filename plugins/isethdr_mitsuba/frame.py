@@ -165,7 +165,7 @@ def state_noise(result, groups, settings):
             noise,
             "relative",
             "statistical",
-            f"{samples} paths a tile{stored}, {seconds:.3g} s, nine of ten tiles within"
+            f"{samples} samples per tile{stored}, {seconds:.3g} s, nine of ten tiles within"
             f" {rare_light(samples):.1f} times what is stated of each: median over tiles, light"
             f" group {group}",
             key="sampling noise",
@@ -174,8 +174,9 @@ def state_noise(result, groups, settings):
         if settings.error_allowed is not None and noise > settings.error_allowed:
             needed = math.ceil(samples * (noise / settings.error_allowed) ** 2)
             print(
-                f"renderer: light group {group} has a noise of {noise:.2g} after {samples} paths,"
-                f" {settings.error_allowed:g} is allowed; type renderer.most_samples={needed}",
+                f"renderer: light group {group} has a noise of {noise:.2g} after {samples} samples"
+                f" per tile, {settings.error_allowed:g} is allowed;"
+                f" type renderer.most_samples={needed}",
                 file=sys.stderr,
                 flush=True,
             )

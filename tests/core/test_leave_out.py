@@ -37,7 +37,7 @@ def same_readings(first, second) -> bool:
 def test_draws_of_a_noise_that_is_not_there_are_left_out():
     for sensor in (["sensor=ideal"], ["sensor=bayer", "sensor.noise=false"]):
         few, every = (run(compose([*DRAWS, *sensor, *more])) for more in ([], ["leave_out=false"]))
-        assert "2 more draws of the noise" in left(few) and "2 more draws of the noise" not in left(
+        assert "2 more noise realisations" in left(few) and "2 more noise realisations" not in left(
             every
         )
         assert same_readings(few, every) and few.scores == every.scores

@@ -170,7 +170,9 @@ def test_a_group_that_cannot_get_there_is_given_up_and_said_so(make, capsys):
     assert "light group headlights has a noise of" in said and "type renderer.most_samples=" in said
     noise = {e.label.split()[-1]: e.value for e in row.errors if "light group" in e.label}
     assert noise == ds.attrs["noise"] and noise["headlights"] > 1e-3
-    assert "12 paths a tile" in next(e.label for e in row.errors if e.label.endswith("headlights"))
+    assert "12 samples per tile" in next(
+        e.label for e in row.errors if e.label.endswith("headlights")
+    )
 
 
 def test_known_paths_are_not_followed_again_and_count(make):
@@ -228,7 +230,7 @@ def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
             rows,
             SimpleNamespace(scene=name, renderer=name),
         )
-        return scene, ids, [o.what for row in rows for o in row.left_out if "paths" in o.what]
+        return scene, ids, [o.what for row in rows for o in row.left_out if "samples" in o.what]
 
     coarse, ids, reused = stored(samples=8, error_allowed=0.3)
     assert len(ids) == 1 and reused == []
@@ -236,7 +238,7 @@ def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
     fine, ids, reused = stored(samples=8, error_allowed=0.08)
     both = fine.attrs["paths"]["streetlights"]
     assert len(ids) == 2 and reused == [
-        f"{first} of {both} paths a tile of light group streetlights"
+        f"{first} of {both} samples per tile of light group streetlights"
     ]
     assert fine.attrs["noise"]["streetlights"] <= 0.08 < coarse.attrs["noise"]["streetlights"]
     # the second store holds the other paths alone, and both make the mean

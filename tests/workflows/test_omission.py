@@ -41,7 +41,7 @@ def test_a_case_without_noise_agrees_bit_for_bit():
         "display view of the scene",
         "99.9 % of the camera's field through the lens",
         "1532 of 1536 tiles of the field, beyond the middle 2 x 2",
-        "3 more draws of the noise",
+        "3 more noise realisations",
     ]
     assert row["cpu_s"] > 0
 

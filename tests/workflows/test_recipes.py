@@ -189,12 +189,12 @@ def test_of_two_that_want_the_same_scene_one_renders_and_the_other_waits(
         assert STARTED.wait(60)
         second = pool.submit(run, both[1])
         said = ""
-        while "waiting: " not in said and not second.done():
+        while "waiting for " not in said and not second.done():
             said += capsys.readouterr().err
             time.sleep(0.01)
         GO.set()
         assert first.result().key != second.result().key
-    assert "is being made by process" in said
+    assert "waiting for" in said
     assert CALLS == [(("sky", "headlights"), 8)] and len(scenes(isethdr_home)) == 1
     assert not list((isethdr_home / "scenes").glob(".*"))
 
@@ -229,7 +229,7 @@ def radiance(config):
     """
     parts, rows = chain(config), Ledger()
     scene, _ = scene_radiance_of(parts, plan(parts, rows), rows, config)
-    said = [o.what for row in rows for o in row.left_out if "paths" in o.what]
+    said = [o.what for row in rows for o in row.left_out if "samples" in o.what]
     return scene, float(scene.radiance[0].values.ravel()[0]), said, rows
 
 
@@ -244,17 +244,19 @@ def test_more_paths_are_pooled_with_those_that_are_stored(isethdr_home, config):
     )
     _, level, reused, _ = radiance(config(**sky, samples=32))
     assert CALLS[1:] == [(("sky",), [8, 32])], "none of the first paths is followed again"
-    assert reused == ["8 of 32 paths a tile of light group sky"] and level == pytest.approx(
+    assert reused == ["8 of 32 samples per tile of light group sky"] and level == pytest.approx(
         LEVELS[:32].mean(), **rounded
     )
     # what is known well enough is not rendered again, however it is asked for
     _, same, reused, _ = radiance(config(**sky, samples=4, error_allowed=0.2))
     assert (
-        len(CALLS) == 2 and reused == ["32 of 32 paths a tile of light group sky"] and same == level
+        len(CALLS) == 2
+        and reused == ["32 of 32 samples per tile of light group sky"]
+        and same == level
     )
     scene, level, reused, rows = radiance(config(**sky, samples=4, error_allowed=0.1))
     assert CALLS[2:] == [(("sky",), [32, 100])] and reused == [
-        "32 of 100 paths a tile of light group sky"
+        "32 of 100 samples per tile of light group sky"
     ]
     assert level == pytest.approx(LEVELS[:100].mean(), **rounded) and scene.attrs["paths"] == {
         "sky": 100

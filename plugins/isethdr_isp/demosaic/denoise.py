@@ -77,9 +77,16 @@ def denoised(merged: Merged, cell_shape: tuple[int, int]) -> Merged:
 
 
 def stabilised(x, variance, good):
-    """Return values (y, x) with a noise of 1: the integral of dx / sqrt(Var(x) + 3/8), Var(x) as
-    reported.
+    """Return values (y, x) with a noise of 1: the integral of dx / sqrt(Var(x) + 3/8).
 
+    Parameters
+    ----------
+    x : electrons (y, x).
+    variance : temporal variance of the electrons (y, x), e^2, as the readout states it: Var(x).
+    good : (y, x) bool, the samples that are valid.
+
+    Notes
+    -----
     For one capture, Var = x + v, this is the generalised Anscombe transformation 2 sqrt(x + 3/8 +
     v) (Murtagh, Starck, Bijaoui 1995).
     """

@@ -36,7 +36,7 @@ def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
     -------
     planes : (channel, y, x) values.
     variances : same shape, the exact variance of the linear map, or None.
-    touched : (y, x) bool, pixels any of whose channels uses a bad sample.
+    invalid : (y, x) bool, pixels any of whose channels uses a bad sample.
     """
     mosaic, filters = np.asarray(mosaic, float), np.asarray(filters)
     if mosaic.shape != filters.shape:
@@ -45,7 +45,7 @@ def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
         )
     rule = bilinear(filters, channels)
     variances = None if variance is None else rule.variance(np.eye(channels), independent(variance))
-    return interpolated(rule, mosaic), variances, spoilt(rule, bad)
+    return interpolated(rule, mosaic), variances, using_invalid(rule, bad)
 
 
 def interpolated(rule: Kernels, mosaic) -> np.ndarray:
@@ -60,7 +60,7 @@ def interpolated(rule: Kernels, mosaic) -> np.ndarray:
     return planes
 
 
-def spoilt(rule: Kernels, bad) -> np.ndarray:
+def using_invalid(rule: Kernels, bad) -> np.ndarray:
     """Return which pixels (y, x) use a sample that is `bad`, (y, x) bool or None for none."""
     out = np.zeros(rule.shape, bool)
     if bad is None or not np.any(bad):
@@ -101,11 +101,12 @@ def bilinear(filters, channels: int) -> Kernels:
 
 
 def folded(row, column, taps, shape, repeat_edge: bool = False) -> Kernel:
-    """Return the kernel of `taps`, per channel a list of (dy, dx, weight), with samples beyond the
-    border mirrored inside.
+    """Return the kernel of a group of pixels, with samples beyond the border mirrored inside.
 
     Parameters
     ----------
+    taps : for each channel a list of (dy, dx, weight): the offset of a sample in pixels.
+    shape : rows and columns of the mosaic.
     row, column : regular indices of the pixels; single ones where a tap lies beyond the border.
     repeat_edge : whether the outermost sample is its own mirror image.
     """

@@ -99,16 +99,26 @@ def _inside(count: int, period: int):
 
 
 def matching(filters, names, table):
-    """Return the filters (row, column, class, channel, tap) of the array that `filters` repeats,
-    from its upper left pixel on.
+    """Return the filters (row, column, class, channel, tap) of a filter array.
+
+    Parameters
+    ----------
+    filters : (y, x) number of the channel that each pixel samples.
+    names : name of each channel.
+    table : trained filters by the repeated cell of their filter array, as "RGGB".
+
+    Raises
+    ------
+    UnitError : no filters are trained for this array.
     """
-    seen = np.array(names)[filters]
+    letters = np.array(names)[filters]
     for cell, trained in table.items():
         tile = cell_of(cell)
         for dy, dx in np.ndindex(tile.shape):
             rolled = np.roll(tile, (-dy, -dx), (0, 1))
             if np.array_equal(
-                rolled[np.ix_(*(np.arange(n) % k for n, k in zip(seen.shape, tile.shape)))], seen
+                rolled[np.ix_(*(np.arange(n) % k for n, k in zip(letters.shape, tile.shape)))],
+                letters,
             ):
                 own = [channels_of(cell).index(name) for name in names]
                 return np.roll(trained, (-dy, -dx), (0, 1))[:, :, :, own]

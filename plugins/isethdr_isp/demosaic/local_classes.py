@@ -60,7 +60,7 @@ def _change(mosaic, filters, variance, axis):
     same = one == other
     share = np.maximum(local_mean(same.astype(float)), 1e-9)
     change, noise = (
-        local_mean(np.where(same, seen, 0.0)) / share for seen in ((a - b) ** 2, v + w)
+        local_mean(np.where(same, part, 0.0)) / share for part in ((a - b) ** 2, v + w)
     )
     return change, noise, share * WINDOW**2
 

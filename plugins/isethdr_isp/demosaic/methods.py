@@ -23,7 +23,7 @@ from isethdr_core.extras import needed
 
 from ..readout.noise_propagation import Kernels, NoiseMap
 from . import learned
-from .interpolation import bilinear, demosaic, folded, interpolated, places, spoilt
+from .interpolation import bilinear, demosaic, folded, interpolated, places, using_invalid
 
 BAYER_ALONE = ("malvar", "menon")
 BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
@@ -38,15 +38,28 @@ class Interpolated(NamedTuple):
     """A demosaiced mosaic."""
 
     planes: np.ndarray  # (channel, y, x)
-    touched: np.ndarray  # (y, x) bool, a sample that is not to be trusted went into the pixel
+    invalid: np.ndarray  # (y, x) bool, the pixel depends on a sample that is not valid
     noise_map: (
         NoiseMap | None
     )  # what the samples' noise becomes; None where the method does not say
 
 
 def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -> Interpolated:
-    """Return the mosaic demosaiced by `method`; `names` are those of the channels, the rest as in
-    `demosaic`.
+    """Return a demosaiced mosaic.
+
+    Parameters
+    ----------
+    method : one of `METHODS`.
+    mosaic : electrons (y, x).
+    filters : (y, x) number of the channel that each pixel samples.
+    names : name of each channel.
+    variance : temporal variance of the mosaic (y, x), e^2.
+    bad : (y, x) bool, the samples that are not valid.
+
+    Raises
+    ------
+    ConfigError : an unknown method.
+    UnitError : a method that does not work on this filter array.
     """
     if method not in METHODS:
         raise ConfigError(f"isp demosaic {method!r} is unknown{did_you_mean(method, METHODS)}")
@@ -61,7 +74,7 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
         _state_unknown_variance(method)
         return Interpolated(bayer(method, mosaic, filters, names), _near(bad, REACH), None)
     rule = bilinear(filters, len(names))
-    planes, touched = interpolated(rule, mosaic), spoilt(rule, bad)
+    planes, invalid = interpolated(rule, mosaic), using_invalid(rule, bad)
     if method == "guided" and len(names) > 1:
         lead = leading_channel(filters, len(names))
         if lead is None:
@@ -71,10 +84,10 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
                 np.nan,
                 "",
             )
-            return Interpolated(planes, touched, rule)
+            return Interpolated(planes, invalid, rule)
         _state_unknown_variance(method)
-        return Interpolated(_guided(mosaic, planes, filters, variance, lead), touched, None)
-    return Interpolated(planes, touched, rule)
+        return Interpolated(_guided(mosaic, planes, filters, variance, lead), invalid, None)
+    return Interpolated(planes, invalid, rule)
 
 
 def check_array(method: str, cell: Sequence[str]) -> None:
@@ -111,8 +124,18 @@ def _state_unknown_variance(method: str) -> None:
 
 
 def bayer(method: str, mosaic, filters, names):
-    """Return (channel, y, x) by Malvar, He, Cutler 2004 or Menon, Andriani, Calvagno 2007, through
-    colour-demosaicing.
+    """Return planes (channel, y, x) by a method of colour-demosaicing.
+
+    Parameters
+    ----------
+    method : "malvar" (Malvar, He, Cutler 2004) or "menon" (Menon, Andriani, Calvagno 2007).
+    mosaic : electrons (y, x).
+    filters : (y, x) number of the channel that each pixel samples.
+    names : name of each channel.
+
+    Raises
+    ------
+    UnitError : the array is no Bayer array.
     """
     pattern = "".join(names[k] for k in np.asarray(filters)[:2, :2].ravel())
     if sorted(names) != ["B", "G", "R"] or pattern not in BAYER or not _repeats(filters):

@@ -145,14 +145,20 @@ def fold(charges: list[Charge]) -> Merged:
 
 
 def _relative(per_light, reference):
-    """Return the light that a charge sees over that of another, 1 where neither sees any."""
-    seen = np.asarray(reference) > 0
-    return np.divide(per_light, reference, out=np.ones(np.shape(seen)), where=seen)
+    """Return the sensitivity of a charge over that of another, 1 where both are 0."""
+    sensitive = np.asarray(reference) > 0
+    return np.divide(per_light, reference, out=np.ones(np.shape(sensitive)), where=sensitive)
 
 
 def weight(t, charge: Charge, short: Charge, ratio):
-    """Return G and its derivative at `t`: share of the more sensitive charge against one that sees
-    `ratio` of its light.
+    """Return the weight G of the more sensitive charge, and its derivative.
+
+    Parameters
+    ----------
+    t : electrons (y, x) of the more sensitive charge, at which G is taken.
+    charge : the more sensitive charge.
+    short : the less sensitive charge.
+    ratio : electrons of `short` per electron of `charge`, a number or (y, x).
     """
     mean = np.maximum(t, 0.0)
     own = mean + charge.read_var_e2

@@ -60,8 +60,15 @@ class WeightedRead(NamedTuple):
 
 
 def device_spread(captures, i: int, offset_gain: np.ndarray | float = 1.0) -> DeviceSpread:
-    """Return what capture `i` states; a term that the captures lack is 0, `silicon` is then
-    `charge`.
+    """Return the spread between devices that one capture states.
+
+    A term that the captures lack is 0; without `silicon`, `charge` takes its place.
+
+    Parameters
+    ----------
+    captures : the captures Dataset.
+    i : number of the capture.
+    offset_gain : electrons of the result per electron of an offset, a number or (y, x).
     """
     terms = {name: float(captures[name].values[i]) for name in TERMS if name in captures}
     silicon = captures[SILICON if SILICON in captures else "charge"].values[i]

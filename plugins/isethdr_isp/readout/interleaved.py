@@ -48,8 +48,18 @@ class Interleaved(NamedTuple):
 def merge_interleaved(captures, balance: Illuminant, shading_csv: str = "") -> Interleaved:
     """Return the capture as electrons of upper case pixels, one channel per colour.
 
-    A colour that comes in one case alone keeps it. Electrons are freed of dark charge and of the
-    lens's falloff.
+    A colour that comes in one case alone keeps it. Dark charge is subtracted, and electrons are
+    divided by the relative illumination of the lens.
+
+    Parameters
+    ----------
+    captures : a captures Dataset with one capture.
+    balance : light whose grey is reproduced exactly.
+    shading_csv : file with measured relative illumination; empty takes what the lens states.
+
+    Raises
+    ------
+    UnitError : several captures, or a filter that passes nothing of `balance`.
     """
     if captures.sizes["capture"] != 1:
         raise UnitError(
@@ -93,7 +103,7 @@ def merge_interleaved(captures, balance: Illuminant, shading_csv: str = "") -> I
     )
     single_fixed = pattern.total_e2() + np.zeros(filters.shape)
 
-    alone, alone_var, touched = demosaic(
+    alone, alone_var, invalid = demosaic(
         single, filters, len(names), single_var, ~charge.good & ~long_here
     )
     alone_fixed = demosaic(single, filters, len(names), single_fixed)[1]
@@ -118,5 +128,5 @@ def merge_interleaved(captures, balance: Illuminant, shading_csv: str = "") -> I
         else:
             planes[place], variances[place], fixed[place] = alone[k], alone_var[k], alone_fixed[k]
     return Interleaved(
-        planes, variances, fixed, ~touched, read.response[[names.index(c) for c in colours]], read
+        planes, variances, fixed, ~invalid, read.response[[names.index(c) for c in colours]], read
     )

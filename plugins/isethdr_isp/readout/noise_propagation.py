@@ -54,8 +54,13 @@ class NoisePart(NamedTuple):
         return list(found.values())
 
     def weighted(self, weights, groups, near) -> np.ndarray:
-        """Return the variance (out, pixel) of `weights` (out, sample) times samples whose noise
-        `near` is (sample, pixel).
+        """Return the variance (out, pixel) of weighted sums of samples.
+
+        Parameters
+        ----------
+        weights : (out, sample).
+        groups : numbers of the samples that deviate alike, as `groups` returns them.
+        near : noise (sample, pixel) of the samples of each pixel, as `samples` returns it.
         """
         if self.alone():
             return weights**2 @ near

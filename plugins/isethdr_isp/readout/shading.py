@@ -99,7 +99,14 @@ def measured_shading(captures, capture: str = ""):
 
 
 def write_shading(path, radius_mm, relative) -> None:
-    """Write a measured table for `isp.shading_csv`."""
+    """Write a measured table for `isp.shading_csv`.
+
+    Parameters
+    ----------
+    path : file to write.
+    radius_mm : (row,) distance from the axis on the sensor plane.
+    relative : (row,) relative illumination.
+    """
     with open(path, "w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)

@@ -24,7 +24,7 @@ from ..imaging.field_optics import FieldOptics
 if TYPE_CHECKING:
     import xarray as xr
 
-UNSEEN = "no sensor sees them"
+UNSEEN = "no sensor responds to them"
 
 
 @dataclass(frozen=True, eq=False)

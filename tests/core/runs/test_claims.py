@@ -70,7 +70,7 @@ def test_one_works_and_the_other_waits_and_says_for_whom(tmp_path, worker):
         assert waited and first.wait(10) == 0
         assert claims(tmp_path) == [".scene.claim-0"]
     [line] = said
-    assert line.startswith(f"waiting: scene is being made by process {first.pid} on ")
+    assert line.startswith(f"waiting for scene: process {first.pid} on ")
     assert claims(tmp_path) == []
 
 

@@ -124,7 +124,7 @@ def test_what_a_lens_knows_of_its_kernels_takes_the_place_of_what_it_stated():
     np.testing.assert_allclose(bound, 0.25 + 1.0 + 1.0, rtol=1e-14)
     np.testing.assert_allclose(deviation, 5.0, rtol=1e-14)
     label = _said([shot], [stated], 0.01)
-    assert "where 0.01 is allowed" in label and "by: errors tile by tile" in label
+    assert "of the allowed 0.01 in" in label and "by: errors tile by tile" in label
     assert "more than allowed" not in _said([shot], [stated], 1.0)
 
 
@@ -211,7 +211,7 @@ def test_a_run_ends_with_how_wrong_its_picture_is():
     )
     row = hdr.run(config).ledger[-1]
     assert row.stage == "picture bayer" and row.error_unit == UNIT and 0 < row.error < 0.1
-    assert "renderer 0, 0 s" in row.errors[0].label and "0.1 is allowed" in row.errors[0].label
+    assert "renderer 0 in 0 s" in row.errors[0].label and "allowed 0.1" in row.errors[0].label
 
 
 def test_a_run_with_lamps_and_dust_keeps_what_is_allowed():
@@ -253,7 +253,7 @@ def test_a_run_with_lamps_and_dust_keeps_what_is_allowed():
     )  # kernels are not exact
     assert (
         0 < reached < 0.1
-        and f"all after it {reached:.3g} where 0.1 is allowed" in first.label
+        and f"later stages {reached:.3g} of the allowed 0.1" in first.label
         and "more than" not in first.label
     )
 
