@@ -248,6 +248,8 @@ def test_narrow_drops_only_what_is_known_to_be_dark():
     "name",
     [
         "night",
+        "night_rural",
+        "night_city",
         "dusk",
         "day",
         "tunnel",
@@ -274,6 +276,19 @@ def test_presets_light_a_scene_of_four_groups(night, name):
             ds.radiance.sel(light_group="sky").values.astype(float), BANDS
         )
         assert alone.mean() == pytest.approx(0.02, rel=STORED)
+
+
+@pytest.mark.parametrize(
+    ("name", "least_cd_m2", "most_cd_m2"),
+    # moonless and natural: 5e-4 to 2e-3 lx on the ground, over pi; a city's zenith
+    [("night_rural", 5e-4 / np.pi, 2e-3 / np.pi), ("night_city", 5e-3, 5e-2)],
+)
+def test_the_sky_of_a_night_is_as_bright_as_skies_are(night, name, least_cd_m2, most_cd_m2):
+    """The scene's sky is uniform: its brightest tile is the sky itself, at every weight."""
+    light = build_from_config("lighting", compose([f"+lighting={name}"], None).lighting)
+    weight = light(night).attrs["weights"]["sky"]
+    sky = luminance(night.radiance.sel(light_group="sky").values.astype(float), BANDS)
+    assert least_cd_m2 <= weight * sky.max() <= most_cd_m2
 
 
 def test_a_night_of_another_dynamic_range_stays_a_night(night):
