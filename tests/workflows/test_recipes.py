@@ -268,7 +268,7 @@ def test_more_paths_are_pooled_with_those_that_are_stored(isethdr_home, config):
         if row.stage == "radiance" and "light group sky" in e.label
     ]
     # three renderings of 1 / sqrt(paths) each: that of all their paths
-    assert [e.value for e in stated] == [pytest.approx(0.1)] and "100 paths" in stated[0].label
+    assert [e.value for e in stated] == [pytest.approx(0.1)] and "100 samples" in stated[0].label
 
 
 def test_a_new_group_begins_with_its_own_first_path(isethdr_home, config):

@@ -105,7 +105,7 @@ def test_of_many_that_wait_for_a_killed_holder_one_at_a_time_takes_over(tmp_path
     first = worker(60, "first")
     assert first.stdout.readline() == "holds False\n"
     waiting = [worker(0.02, f"w{k}") for k in range(5)]
-    assert all(w.stdout.readline().startswith("waiting:") for w in waiting)
+    assert all(w.stdout.readline().startswith("waiting for ") for w in waiting)
     first.kill()
     (tmp_path / "inside").unlink()
     assert [w.wait(60) for w in waiting] == [0] * 5, waiting[0].stderr.read()
@@ -128,7 +128,7 @@ def test_a_holder_that_stands_still_is_replaced_and_leaves_its_successor_alone(t
 def test_a_waiting_process_that_ends_leaves_nothing(tmp_path, worker, number):
     with claimed(tmp_path, "scene", print, QUICK):
         other = worker(0)
-        assert other.stdout.readline().startswith("waiting:")
+        assert other.stdout.readline().startswith("waiting for ")
         other.send_signal(number)
         other.wait(10)
         assert claims(tmp_path) == [".scene.claim-0"]
