@@ -6,9 +6,10 @@
 | `index`         | `refresh`: rebuild index.parquet, a cache of all records   |
 | `query`         | `find`, `sql`, `show`                                      |
 | `stored_scores` | what a metric says of the pictures of a stored run         |
+| `space`         | what takes how much of the disk, and its removal           |
 | `verify`        | read every file and name what is damaged                   |
 | `adopt`         | give stores of format 1 a manifest                         |
-| `commands`      | `isethdr catalog find|sql|show|score|verify|adopt|refresh` |
+| `commands`      | `isethdr catalog find|sql|show|score|verify|adopt|refresh|du|gc|rm` |
 | `report`        | one self-contained page per run                            |
 """
 

@@ -1,5 +1,5 @@
-"""Commands: `isethdr catalog find|sql|show|score|verify|adopt|refresh`, on the folder ISETHDR_HOME
-or ./runs.
+"""Commands: `isethdr catalog find|sql|show|score|verify|adopt|refresh|du|gc|rm`, on the folder
+ISETHDR_HOME or ./runs.
 """
 
 from __future__ import annotations
@@ -13,6 +13,9 @@ from isethdr_core.data.scores import UNLIKE_SHARES, are_unlike
 from isethdr_core.errors import CatalogError
 from isethdr_core.plugins.registry import build
 from isethdr_core.storage.home_folder import home
+
+from . import space
+from .index import stores as every_store
 
 catalog = typer.Typer(
     no_args_is_help=True, help="Find, query, check and index stored scenes and runs."
@@ -163,6 +166,68 @@ def refresh() -> None:
     print_path(f"{done.records} records in", done.path)
     for path, why in done.skipped.items():
         print_path(f"skipped ({why})", path)
+
+
+@catalog.command(help="Show what takes how much of the disk; --stores lists every store.")
+def du(stores: bool = typer.Option(False, help="list every store, the largest first")) -> None:
+    """Print one row per part of the home folder, and one per store if asked."""
+    found = space.usage(home())
+    rows = [[u.part, u.what, u.entries, _megabytes(u.size)] for u in found]
+    rows.append(["all", "", "", _megabytes(sum(u.size for u in found))])
+    print_table(["part", "what", "entries", "MB"], rows)
+    if stores:
+        sizes = {path: space.size_of(path) for path in every_store(home())}
+        largest = sorted(sizes, key=lambda path: -sizes[path])
+        cells = [[p.parent.name, p.stem, _megabytes(sizes[p])] for p in largest]
+        print_table(["part", "store", "MB"], cells)
+
+
+@catalog.command(
+    help=(
+        "Remove what is made again when it is needed; --dry-run shows it, --scenes adds radiance"
+        " that no run has read."
+    )
+)
+def gc(
+    dry_run: bool = typer.Option(False, "--dry-run", help="remove nothing"),
+    scenes: bool = typer.Option(False, help="also radiance that no stored run has read"),
+) -> None:
+    """Print how much was set free, or would be."""
+    items = space.removable(home(), scenes)
+    together: dict[str, list[int]] = {}
+    for item in items:
+        together.setdefault(item.why, []).append(item.size)
+    rows = [[why, len(sizes), _megabytes(sum(sizes))] for why, sizes in together.items()]
+    print_table(["would be removed" if dry_run else "removed", "entries", "MB"], rows)
+    if not dry_run:
+        print(f"{_megabytes(space.collect(home(), items))} MB set free")
+    unread = [] if scenes else space.unread_scenes(home())
+    if unread:
+        size = _megabytes(sum(item.size for item in unread))
+        print(f"{len(unread)} scenes that no run has read stay, {size} MB; --scenes removes them")
+
+
+@catalog.command(
+    help="Remove one run or scene: isethdr catalog rm ID (its first digits are enough)"
+)
+def rm(
+    name: str,
+    yes: bool = typer.Option(False, "--yes", "-y", help="do not ask"),
+    force: bool = typer.Option(False, help="also radiance that runs have read"),
+) -> None:
+    """Print what was removed; exit code 1 where the answer was no."""
+    path = space.find_one(home(), name)
+    needed = space.dependents(home(), path)
+    if force or not (needed.readers or needed.unknown):
+        size = _megabytes(space.size_of(path))
+        if not (yes or typer.confirm(f"remove {path.parent.name}/{path.name}, {size} MB?")):
+            raise typer.Exit(1)
+    free = space.remove_store(home(), path, force)
+    print_path(f"removed, {_megabytes(free)} MB set free:", path)
+
+
+def _megabytes(size: int) -> str:
+    return f"{size / 1e6:.1f}"
 
 
 def _count(text: str | int) -> int:

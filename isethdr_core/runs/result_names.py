@@ -34,7 +34,10 @@ def named(what: str, *made_of: Any) -> str | None:
     if any(part is None for part in made_of):
         return None
     frame = fingerprint(frame=True)[CORE], libraries(frame=True)
-    return content_hash({"result": what, "frame": frame, "of": made_of})
+    try:
+        return content_hash({"result": what, "frame": frame, "of": made_of})
+    except TypeError:  # a field of a plugin's component that is no plain value
+        return None
 
 
 def record(component: object) -> dict[str, Any] | None:

@@ -1,0 +1,259 @@
+"""Space: what takes how much of the home folder, and its removal.
+
+Rendered radiance and runs stay until somebody removes them. What is made again when it is needed
+goes with `collect`. A store that is removed gets a temporary name first, so that no process ever
+sees a part of it.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from isethdr_core.errors import CatalogError, did_you_mean
+from isethdr_core.runs.reuse import FOLDER as INTERMEDIATE
+from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
+from isethdr_core.store import read_attrs
+
+from .index import stores
+
+PARTS = {  # of a home folder
+    "scenes": "rendered radiance",
+    "runs": "runs, with their reports",
+    "studies": "tables of studies",
+    INTERMEDIATE: "results that later runs may reuse: made again",
+    "kernels": "point spread functions: made again",
+    "spectra": "measured spectra of lamps: looked up again",
+    "sweeps": "folders of sweeps",
+    "failed": "tracebacks of runs that failed",
+    "index.parquet": "index of the catalog: made again",
+}
+MADE_AGAIN = (INTERMEDIATE, "kernels")  # that `collect` empties
+OTHER = "other files"
+REPORT = ".html"
+# seconds: a store that was written so lately may belong to a run that is at work
+MAY_BE_IN_USE_S = 3600.0
+
+
+@dataclass(frozen=True)
+class Usage:
+    """What one part of a home folder takes on disk."""
+
+    part: str
+    what: str
+    entries: int  # stores or files directly in it
+    size: int  # bytes
+
+
+@dataclass(frozen=True)
+class Removable:
+    """One file or folder, why it may be removed, and what it takes on disk."""
+
+    path: Path
+    why: str
+    size: int  # bytes
+
+
+@dataclass(frozen=True)
+class Dependents:
+    """What needs a store: runs that read it, and runs that are damaged and cannot tell."""
+
+    readers: tuple[str, ...]
+    unknown: tuple[str, ...] = ()
+
+
+def usage(folder: str | os.PathLike[str]) -> list[Usage]:
+    """Return what each part of a home folder takes on disk; parts that are not there are left
+    out.
+    """
+    root, found = Path(folder), []
+    for part, what in PARTS.items():
+        path = root / part
+        if path.exists():
+            entries = sum(1 for _ in path.iterdir()) if path.is_dir() else 1
+            found.append(Usage(part, what, entries, size_of(path)))
+    other = [p for p in root.iterdir() if p.name not in PARTS] if root.is_dir() else []
+    if other:
+        found.append(Usage(OTHER, "not made by isethdr, or left behind", len(other), _sum(other)))
+    return found
+
+
+def size_of(path: Path) -> int:
+    """Return the bytes that a file, or a folder with all in it, takes on disk."""
+    if not path.is_dir():
+        return _blocks(path)
+    return sum(_blocks(Path(here, name)) for here, _, names in os.walk(path) for name in names)
+
+
+def removable(folder: str | os.PathLike[str], scenes: bool = False) -> list[Removable]:
+    """Return what may be removed without losing a result.
+
+    Parameters
+    ----------
+    scenes : include rendered radiance that no stored run has read. It takes long to render.
+
+    Raises
+    ------
+    CatalogError : with `scenes`, where a run is damaged and cannot tell what it has read.
+    """
+    root = Path(folder)
+    found = [
+        Removable(path, PARTS[part], size_of(path))
+        for part in MADE_AGAIN
+        for path in _visible(root / part)
+    ]
+    for page in sorted((root / "runs").glob(f"*{REPORT}")):
+        if not page.with_suffix(".zarr").exists():
+            found.append(Removable(page, "report of a run that is not there", size_of(page)))
+    return found + (unread_scenes(root) if scenes else [])
+
+
+def unread_scenes(folder: str | os.PathLike[str]) -> list[Removable]:
+    """Return the radiance that no stored run has read, and that no run can be at work on.
+
+    Raises
+    ------
+    CatalogError : a run is damaged and cannot tell what it has read.
+    """
+    root = Path(folder)
+    read_by = _readers(root)
+    if unknown := read_by.pop("", []):
+        raise CatalogError(
+            f"the run {unknown[0]} is damaged and cannot tell which radiance it has read; remove"
+            f" it first: isethdr catalog rm {unknown[0]}"
+        )
+    found = []
+    for path in sorted((root / "scenes").glob("*.zarr")):
+        if path.stem not in read_by and time.time() - path.stat().st_mtime > MAY_BE_IN_USE_S:
+            found.append(Removable(path, "radiance that no run has read", size_of(path)))
+    return found
+
+
+def collect(folder: str | os.PathLike[str], items: list[Removable]) -> int:
+    """Remove what `removable` has listed, and temporary files of killed writers.
+
+    Returns
+    -------
+    Bytes that were set free, temporary files apart.
+    """
+    root, free = Path(folder), 0
+    for part in ("", *PARTS):
+        remove_leftovers(root / part)
+    for item in items:
+        _remove(item.path)
+        free += item.size
+    return free
+
+
+def dependents(folder: str | os.PathLike[str], path: Path) -> Dependents:
+    """Return the stored runs that have read a store; runs, and tables of studies, are read by
+    nobody.
+    """
+    if path.parent.name != "scenes":
+        return Dependents(())
+    read_by = _readers(Path(folder))
+    return Dependents(tuple(read_by.get(path.stem, ())), tuple(read_by.get("", ())))
+
+
+def find_one(folder: str | os.PathLike[str], name: str) -> Path:
+    """Return the path of the store that is called `name` or begins so, whole or damaged.
+
+    Raises
+    ------
+    CatalogError : there is none, or several.
+    """
+    known = stores(folder)
+    found = [p for p in known if p.stem.startswith(name.removesuffix(".zarr"))]
+    found = [p for p in found if p.stem == name.removesuffix(".zarr")] or found
+    if not name or len(found) != 1:
+        several = f"could be any of {', '.join(p.stem for p in found)}"
+        none = f"names no store{did_you_mean(name, [p.stem for p in known])}"
+        raise CatalogError(f"{name!r} {several if found else none}; looked in {folder}")
+    return found[0]
+
+
+def remove_store(folder: str | os.PathLike[str], path: Path, force: bool = False) -> int:
+    """Remove a store, and the report beside a run.
+
+    Parameters
+    ----------
+    force : also where runs have read it. They stay complete; what they lack is rendered again.
+
+    Returns
+    -------
+    Bytes that were set free.
+
+    Raises
+    ------
+    CatalogError : runs have read the store, or cannot tell whether they have.
+    """
+    needed = dependents(folder, path)
+    if not force and (needed.readers or needed.unknown):
+        runs = ", ".join((needed.readers + needed.unknown)[:4])
+        many = len(needed.readers) + len(needed.unknown)
+        verb = "has read" if needed.readers else "is damaged and may have read"
+        raise CatalogError(
+            f"{path.stem} is radiance that {many} run{'s' * (many > 1)} {verb}: {runs}; with other"
+            " settings such a run would render it again; type --force to remove it all the same"
+        )
+    page = path.with_suffix(REPORT)
+    free = size_of(path) + (size_of(page) if page.exists() else 0)
+    _remove(path)
+    _remove(page)
+    return free
+
+
+def _remove(path: Path) -> None:
+    """Remove a file, or a folder under a temporary name; one that is gone already is no error.
+
+    Raises
+    ------
+    CatalogError : no permission.
+    """
+    try:
+        if not path.is_dir():
+            path.unlink(missing_ok=True)
+            return
+        hidden = temporary_path(path.parent, path.name)
+        path.rename(hidden)
+        shutil.rmtree(hidden)
+    except FileNotFoundError:  # another process was faster
+        return
+    except OSError as error:
+        raise CatalogError(f"cannot remove {path}: {error.strerror}") from error
+
+
+def _readers(root: Path) -> dict[str, list[str]]:
+    """Return {radiance: runs that have read it}; under "" the runs that are damaged."""
+    found: dict[str, list[str]] = {}
+    for path in sorted((root / "runs").glob("*.zarr")):
+        try:
+            attributes = read_attrs(path)
+        except CatalogError:
+            found.setdefault("", []).append(path.stem)
+            continue
+        for scene in attributes.get("scene_ids") or [attributes.get("scene_id")]:
+            if scene:
+                found.setdefault(str(scene), []).append(path.stem)
+    return found
+
+
+def _visible(folder: Path) -> Iterator[Path]:
+    """Yield what lies in a folder, but for temporary names, which belong to writers."""
+    if folder.is_dir():
+        yield from sorted(p for p in folder.iterdir() if not p.name.startswith("."))
+
+
+def _sum(paths: list[Path]) -> int:
+    return sum(map(size_of, paths))
+
+
+def _blocks(path: Path) -> int:
+    try:
+        return 512 * path.lstat().st_blocks
+    except FileNotFoundError:  # removed by another process just now
+        return 0

@@ -1,0 +1,115 @@
+"""What is made again may go at any time; what somebody needs stays, and is named."""
+
+import os
+
+import numpy as np
+import pytest
+from isethdr_catalog import space
+from isethdr_catalog.commands import catalog
+from isethdr_catalog.stored_scores import scores_of
+from isethdr_catalog.verify import verify
+from typer.testing import CliRunner
+
+import isethdr_core as hdr
+from isethdr_core.errors import CatalogError
+from isethdr_core.storage.bounded_cache import BoundedCache
+from isethdr_core.storage.store import write_store
+
+LONG_AGO_S = 1_000_000_000
+
+
+@pytest.fixture
+def home(isethdr_home):
+    """A home with two scenes, one of which a run has read, and results for reuse."""
+    for name in ("read", "unread"):
+        path = write_store(isethdr_home / "scenes", name, {}, {"kind": "scene", "recipe": name})
+        os.utime(path, (LONG_AGO_S, LONG_AGO_S))
+    run = {"kind": "run", "key": "reader", "scene_ids": ["read"], "cameras": []}
+    write_store(isethdr_home / "runs", "reader", {}, run)
+    (isethdr_home / "runs" / "reader.html").write_text("page")
+    (isethdr_home / "runs" / "gone.html").write_text("page of a run that was removed by hand")
+    BoundedCache(isethdr_home / "intermediate", 10**6).put("a" * 16, np.ones(1000))
+    (isethdr_home / "kernels").mkdir()
+    (isethdr_home / "kernels" / "psf.npy").write_bytes(bytes(5000))
+    return isethdr_home
+
+
+def called(*arguments, answer=None):
+    return CliRunner().invoke(catalog, list(arguments), input=answer)
+
+
+def test_usage_counts_what_the_disk_holds(home):
+    found = {one.part: one for one in space.usage(home)}
+    assert found.keys() == {"scenes", "runs", "intermediate", "kernels"}
+    assert found["scenes"].entries == 2 and found["runs"].entries == 3
+    assert found["kernels"].size == 8192  # two blocks of 4096 bytes
+    files = [p for p in home.rglob("*") if p.is_file()]
+    assert sum(one.size for one in found.values()) == sum(512 * p.stat().st_blocks for p in files)
+    said = called("du", "--stores").output
+    assert "intermediate" in said and "unread" in said
+    assert space.usage(home / "absent") == []
+
+
+def test_a_dry_run_removes_nothing_and_gc_what_is_made_again(home):
+    before = sorted(home.rglob("*"))
+    assert "would be removed" in called("gc", "--dry-run").output
+    assert sorted(home.rglob("*")) == before
+    said = called("gc").output
+    assert "MB set free" in said and "1 scenes that no run has read stay" in said
+    assert not list((home / "intermediate").iterdir()) and not list((home / "kernels").iterdir())
+    assert not (home / "runs" / "gone.html").exists()
+    assert (home / "runs" / "reader.html").exists() and (home / "scenes" / "unread.zarr").exists()
+    called("gc", "--scenes")
+    assert [p.stem for p in (home / "scenes").glob("*.zarr")] == ["read"]
+    assert [report.problems for report in verify(home)] == [(), ()]
+
+
+def test_radiance_that_may_be_in_use_stays(home):
+    os.utime(home / "scenes" / "unread.zarr")  # as if just rendered, its run still at work
+    assert space.unread_scenes(home) == []
+
+
+def test_a_damaged_run_may_have_read_anything(home):
+    (home / "runs" / "reader.zarr" / "zarr.json").write_text("{")
+    with pytest.raises(CatalogError, match="reader is damaged.*catalog rm reader"):
+        space.unread_scenes(home)
+    with pytest.raises(CatalogError, match="damaged and may have read.*--force"):
+        space.remove_store(home, home / "scenes" / "unread.zarr")
+    assert called("rm", "reader", "--yes").exit_code == 0
+    assert len(space.unread_scenes(home)) == 2
+
+
+def test_rm_removes_a_run_with_its_report_once_it_may(home):
+    assert called("rm", "read", "--yes").exit_code != 0  # the scene, which `reader` has read
+    assert (home / "scenes" / "read.zarr").exists()
+    assert called("rm", "reader", answer="n\n").exit_code == 1
+    assert (home / "runs" / "reader.zarr").exists()
+    assert called("rm", "reader", answer="y\n").exit_code == 0
+    assert not list((home / "runs").glob("*reader*"))
+    assert called("rm", "read", "--yes").exit_code == 0
+    with pytest.raises(CatalogError, match="names no store.*looked in"):
+        space.find_one(home, "reader")
+
+
+def test_radiance_that_a_run_has_read_goes_by_force_alone(home):
+    path = home / "scenes" / "read.zarr"
+    with pytest.raises(CatalogError, match="1 run has read: reader;.*--force"):
+        space.remove_store(home, path)
+    assert called("rm", "read", "--yes", "--force").exit_code == 0 and not path.exists()
+
+
+def test_a_run_is_complete_without_what_is_kept_for_reuse(isethdr_home, monkeypatch):
+    chart = ["scene=macbeth", "scene.width=48", "scene.height=32", "~flare.dirt", "lens=ideal"]
+    camera = ["sensor=bayer", "sensor.rows=24", "sensor.columns=36", "lens.focal_length_mm=0.25"]
+    asked = ["experiment=five_lights", *chart, *camera, "draws=1"]
+    with monkeypatch.context() as without_page:
+        without_page.setattr("isethdr_catalog.report.write_report", lambda result: None)
+        result = hdr.run(hdr.compose(asked))
+    assert any((isethdr_home / "intermediate").iterdir())
+    assert called("gc").exit_code == 0
+    assert not any((isethdr_home / "intermediate").iterdir())
+    assert [report.problems for report in verify(isethdr_home)] == [()]
+    assert called("show", result.key).exit_code == 0
+    assert not hdr.run(hdr.compose(asked)).computed
+    assert "macbeth" in result.path.with_suffix(".html").read_text()
+    assert scores_of(result.path, hdr.build("metric", "pixel_shares"))
