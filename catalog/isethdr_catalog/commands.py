@@ -14,9 +14,6 @@ from isethdr_core.errors import CatalogError
 from isethdr_core.plugins.registry import build
 from isethdr_core.storage.home_folder import home
 
-from . import space
-from .index import stores as every_store
-
 catalog = typer.Typer(
     no_args_is_help=True, help="Find, query, check and index stored scenes and runs."
 )
@@ -171,12 +168,14 @@ def refresh() -> None:
 @catalog.command(help="Show what takes how much of the disk; --stores lists every store.")
 def du(stores: bool = typer.Option(False, help="list every store, the largest first")) -> None:
     """Print one row per part of the home folder, and one per store if asked."""
+    from . import space
+
     found = space.usage(home())
     rows = [[u.part, u.what, u.entries, _megabytes(u.size)] for u in found]
     rows.append(["all", "", "", _megabytes(sum(u.size for u in found))])
     print_table(["part", "what", "entries", "MB"], rows)
     if stores:
-        sizes = {path: space.size_of(path) for path in every_store(home())}
+        sizes = {path: space.size_of(path) for path in space.stores(home())}
         largest = sorted(sizes, key=lambda path: -sizes[path])
         cells = [[p.parent.name, p.stem, _megabytes(sizes[p])] for p in largest]
         print_table(["part", "store", "MB"], cells)
@@ -193,6 +192,8 @@ def gc(
     scenes: bool = typer.Option(False, help="also radiance that no stored run has read"),
 ) -> None:
     """Print how much was set free, or would be."""
+    from . import space
+
     items = space.removable(home(), scenes)
     together: dict[str, list[int]] = {}
     for item in items:
@@ -216,6 +217,8 @@ def rm(
     force: bool = typer.Option(False, help="also radiance that runs have read"),
 ) -> None:
     """Print what was removed; exit code 1 where the answer was no."""
+    from . import space
+
     path = space.find_one(home(), name)
     needed = space.dependents(home(), path)
     if force or not (needed.readers or needed.unknown):
