@@ -4,6 +4,7 @@
 |----------------------|-------------------------------------------------------------------------|
 | `diffraction`        | the point spread function of any complex pupil                          |
 | `distortion`         | maps between field coordinates and distorted ones                       |
+| `exact_tiles`        | light from tile to tile near the axis, from one sampled pattern         |
 | `glass`              | refractive index against wavelength, from published dispersion formulas |
 | `half_plane_pattern` | the diffraction pattern of a pupil without phase, sampled once          |
 | `lattice`            | the diffraction pattern of a pupil over a whole frame                   |

@@ -35,6 +35,9 @@ class Place:
     reach: int  # tiles from the axis to both ends of the columns
     pitch_um: tuple[float, float]  # (y, x)
     band_nm: tuple[float, float]  # both ends
+    step: float = STEP  # of the pattern's samples, wavelengths x f-number
+    moves: float = MOVES  # tiles from one wavelength to the next
+    period: float = PERIOD  # of the field along y, in reaches
 
 
 def columns(pupil: RealPupil, place: Place) -> np.ndarray:
@@ -43,14 +46,14 @@ def columns(pupil: RealPupil, place: Place) -> np.ndarray:
     """
     short, long = place.band_nm
     pitch_y, pitch_x = place.pitch_um
-    step = STEP * short * 1e-3 * pupil.distance_mm / (2 * pupil.radius_mm)
+    step = place.step * short * 1e-3 * pupil.distance_mm / (2 * pupil.radius_mm)
     far = int(np.ceil((place.reach + 2) * pitch_y / step)) + 1
     last = place.first + place.count
     near = int((place.first - 1) * pitch_x * short / long / step) - 1
     across = step * np.arange(near, int(np.ceil(last * pitch_x / step)) + 2)
-    density = _density(pupil, short, across, far, step)
+    density = _density(pupil, place, across, far, step)
     outer = np.hypot(last * pitch_x, place.reach * pitch_y) / min(pitch_x, pitch_y)
-    count = int(np.ceil(max(6, outer * (long - short) / short / MOVES)))
+    count = int(np.ceil(max(6, outer * (long - short) / short / place.moves)))
     total = 0.0
     for wave in short + (np.arange(count) + 0.5) / count * (long - short):
         u = short / wave
@@ -77,9 +80,10 @@ def _triangles(tiles, pitch_um, at_um) -> csr_array:
     return csr_array((weight.ravel(), sample.ravel(), ends), (len(tiles), len(at_um)))
 
 
-def _density(pupil, wavelength_nm, across_um, far, step_um) -> np.ndarray:
+def _density(pupil, place, across_um, far, step_um) -> np.ndarray:
     """Return the pattern (column, y) per um2 at `across_um` and at -far .. far steps along y."""
-    period = sf.next_fast_len(int(np.ceil(PERIOD * far)))
+    wavelength_nm = place.band_nm[0]
+    period = sf.next_fast_len(int(np.ceil(place.period * far)))
     scale = wavelength_nm * 1e-6 * pupil.distance_mm  # mm2
     cell = 1e3 * scale / (period * step_um)  # mm
     rows = 2 * (int(np.ceil(pupil.radius_mm / cell)) + (ORDER + 1) // 2)

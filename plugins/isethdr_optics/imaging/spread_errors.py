@@ -9,14 +9,16 @@ field adds may have one sign: its share of L k adds up as it is.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from isethdr_core.physics.convolution import prepare, transform
+from isethdr_core.physics.convolution import Kernel, prepare, transform
 from isethdr_core.uncertainty.propagation import within
 
-from ..psf import kernel_sampling_error
+from ..psf import kernel_sampling_error, kernels
 from ..psf.exact_core import kept_cores
 from ..psf.wings import tile_sums
 from .accuracy_shares import KERNELS
@@ -26,6 +28,8 @@ FINER = (
     0.5,
     0.25,
 )  # of the lens's own error: still finer lattices outgrow memory, and little is won
+# of what is allowed, so much at most comes from outside of a wider exact core: the rest is its own
+CORE_LEAVES = 0.8
 HALVED = 0.35  # what is left of the errors of kernels that are asked for half the error, measured
 # over what is found, 1.5 to 3.7 (docs/explanation/budget.md): kernels that are stated to be so
 # much too coarse may well be fine enough
@@ -55,13 +59,13 @@ def spread_errors(mixed, given, weights) -> tuple[np.ndarray, np.ndarray] | None
         return nothing, nothing
     block = block_of((ny, nx))
     factor = 1.0 if given.relative is None else sums(given.relative, block) / block**2
-    share, variance, wrapped, _ = _kernels(made, block, (ny, nx))
+    known = _kernels(made, block, (ny, nx))
     gains = np.asarray(weights) * given.gains
-    squares = np.tensordot((gains * share) ** 2, sums(mixed.values, block, 2), 1) * factor**2
+    squares = np.tensordot((gains * known.bands) ** 2, sums(mixed.values, block, 2), 1) * factor**2
     once = np.tensordot(gains, sums(mixed.values, block), 1) * factor
     out = (
-        np.sqrt([_spread(c, variance) for c in squares]),
-        np.array([_spread(c, wrapped) for c in once]),
+        np.sqrt([_spread(c, known.variance) for c in squares]),
+        np.array([_spread(c, known.wrapped) for c in once]),
     )
     return tuple(given.sensor.move(_tiles(a, block, (ny, nx))) for a in out)
 
@@ -90,10 +94,13 @@ def fine_enough(make, lens, mixed, relative, response):
         if exact(made):
             return made, 0.0, None
         seen = counted(lens, mixed, relative, response)
-        allowed, share = (
-            KERNELS * response.noise_fraction_allowed,
-            noise_share(made, seen, response),
-        )
+        allowed = KERNELS * response.noise_fraction_allowed
+        share = noise_share(made, seen, response)
+        if share <= allowed:
+            return made, share, seen
+        if made.scaled is not None:
+            made = _with_wider_core(made, seen, response, allowed)
+            return made, noise_share(made, seen, response), seen
         for finer in FINER if HALVED * share <= allowed else FINER[1:]:
             if (
                 share <= allowed or HALVED**2 * share > STATED * allowed
@@ -105,17 +112,39 @@ def fine_enough(make, lens, mixed, relative, response):
     return made, share, seen
 
 
+def _with_wider_core(made, seen: Counted, response, allowed: float):
+    """Return kernels from one pattern with the smallest exact core that is enough; where none is,
+    with one that takes no longer than the kernels did.
+
+    A wider core costs seconds where finer rings all over the frame cost a minute, and beside a lamp
+    the nearest rings err most.
+    """
+    sizes = kernels.wider_cores(made)
+    # of the rings outside of each
+    left = _beyond_cores(made, seen, [size.tiles for size in sizes])
+    shares = [_noise_share(seen, response, one) for one in left]
+    enough = [n.tiles for n, share in zip(sizes, shares) if share <= CORE_LEAVES * allowed]
+    quick = [n.tiles for n in sizes if n.quick]
+    if not (enough or quick):
+        return made
+    return kernels.with_core(made, enough[0] if enough else quick[-1])
+
+
 def noise_share(made, seen: Counted, response) -> float:
     """Return what 99 % of the tiles' errors are at most, over the noise of the sensor's charge; no
     tile is taken for brighter than it is.
     """
-    band_share, variance, wrapped, far = _kernels(made, seen.block, seen.frame)
+    return _noise_share(seen, response, _kernels(made, seen.block, seen.frame))
+
+
+def _noise_share(seen: Counted, response, given: _ErrorKernels) -> float:
     found = [0.0]
     for row, whole, least in zip(seen.weights, seen.sums, seen.least):
         deviation, bound = (
-            _spread(np.tensordot((row * band_share) ** 2, seen.squares, 1), variance),
-            _spread(whole, wrapped),
+            _spread(np.tensordot((row * given.bands) ** 2, seen.squares, 1), given.variance),
+            _spread(whole, given.wrapped),
         )
+        far = given.light
         afar = np.maximum(transform.plain(whole, far.spectrum, far.size)[0] * far.peak, 0.0)
         least = least + afar  # what comes from near is left out
         noise, lit = (
@@ -127,45 +156,80 @@ def noise_share(made, seen: Counted, response) -> float:
     return max(found)
 
 
-def _kernels(made, block, frame):
-    """Return the error of every band over the worst one's, and what that one adds from block to
-    block to variance, bound and light.
-    """
-    known = made.__dict__.setdefault("_error_kernels", {})  # of frozen kernels: made once
+class _ErrorKernels(NamedTuple):
+    """What kernels are wrong by, from block to block of tiles."""
+
+    bands: np.ndarray  # error of every band over the worst one's
+    variance: Kernel  # of the worst band's light
+    wrapped: Kernel  # bound on what the period of the far field adds
+    light: Kernel  # that the worst band brings
+
+
+def _kernels(made, block, frame) -> _ErrorKernels:
+    """Return what kernels are wrong by; of frozen kernels: made once."""
+    known = made.__dict__.setdefault("_error_kernels", {})
     if (block, frame) not in known:
-        points, steps, first = made.sampled
-        shape = made.bands[0].shape
-        octave, away = (
-            kernel_sampling_error.octaves(shape),
-            [np.abs(np.arange(n) - n // 2) for n in shape],
-        )
-        cut, tiles = (
-            tuple(slice(f, None, s) for f, s in zip(first, steps)),
-            np.maximum(away[0][:, None], away[1]),
-        )
-        share = (
-            points
-            * np.moveaxis(made.deviation[:, octave[cut]], 0, -1)
-            * (tiles[cut][..., None] > made.core)
-        ).sum((0, 1))
-        worst = int(share.argmax())
-        kernel, beyond = (
-            np.asarray(made.bands[worst], float),
-            made.deviation[worst][octave] * (tiles > made.core[worst]),
-        )
-        edge = np.maximum(
-            *np.meshgrid(
-                *(a / max(n // 2, 1) for a, n in zip(away, shape)), indexing="ij", sparse=True
-            )
-        )
-        light = kernel * (beyond > 0)
-        parts = (kernel * beyond) ** 2, light * (made.wrap * edge**2), light
-        blocks = [-(-n // block) for n in frame]  # kernels may end before it does
-        known[block, frame] = (
-            share / share[worst],
-            *(prepare(tile_sums(_padded(part, block), block) / block**2, blocks) for part in parts),
-        )
+        worst, bands = _worst(made)
+        kernel = np.asarray(made.bands[worst], np.float32)
+        variance = _squares(made, kernel, worst)
+        light = np.where(variance > 0, kernel, np.float32(0.0))
+        y, x = ((np.arange(n) - n // 2) / max(n // 2, 1) for n in kernel.shape)
+        wrapped = light * np.maximum(y[:, None] ** 2, x**2).astype(np.float32)
+        wrapped *= np.float32(made.wrap)
+        parts = (_in_blocks(part, block, frame) for part in (variance, wrapped, light))
+        known[block, frame] = _ErrorKernels(bands, *parts)
     return known[block, frame]
+
+
+def _beyond_cores(made, seen: Counted, sizes) -> Iterator[_ErrorKernels]:
+    """Yield what kernels would be wrong by if exact within so many tiles; `sizes` rise."""
+    known, (worst, _) = _kernels(made, seen.block, seen.frame), _worst(made)
+    variance = _squares(made, np.asarray(made.bands[worst], np.float32), worst)
+    for tiles in sizes:
+        middle = [n // 2 for n in variance.shape]
+        variance[tuple(slice(max(m - tiles, 0), m + tiles + 1) for m in middle)] = 0.0
+        yield known._replace(variance=_in_blocks(variance, seen.block, seen.frame))
+
+
+def _worst(made) -> tuple[int, np.ndarray]:
+    """Return the band whose errors are largest, and the error of every band over its own."""
+    points, steps, first = made.sampled
+    away = [np.arange(n) - n // 2 for n in made.bands[0].shape]
+    y, x = (a[f::s] for a, f, s in zip(away, first, steps))
+    share = np.array(
+        [
+            (points[..., band] * _deviation(made, band, y, x)).sum()
+            for band in range(points.shape[-1])
+        ]
+    )
+    worst = int(share.argmax())
+    return worst, share / share[worst]
+
+
+def _deviation(made, band, y, x) -> np.ndarray:
+    """Return the relative error of a band's kernel at tiles `y` from the axis, and `x`."""
+    octave = kernel_sampling_error.octave_of(y[:, None], x)
+    tiles = np.maximum(np.abs(y)[:, None], np.abs(x))
+    out = made.deviation[band].astype(np.float32)[octave]
+    out[tiles <= made.core[band]] = 0.0
+    if made.wide is not None:
+        inside = tiles <= made.wide.tiles
+        out[inside] = made.wide.deviation.astype(np.float32)[octave[inside]]
+    return out
+
+
+def _squares(made, kernel, band) -> np.ndarray:
+    """Return the squares of a band's errors."""
+    y, x = (np.arange(n) - n // 2 for n in kernel.shape)
+    out = _deviation(made, band, y, x)
+    out *= kernel
+    return np.square(out, out=out)
+
+
+def _in_blocks(part, block, frame) -> Kernel:
+    """Return a kernel of tiles as one of blocks, ready for images of the frame."""
+    blocks = [-(-n // block) for n in frame]  # kernels may end before the frame does
+    return prepare(tile_sums(_padded(part, block), block).astype(float) / block**2, blocks)
 
 
 def _spread(light, kernel):
@@ -175,6 +239,8 @@ def _spread(light, kernel):
     Rounding is some 1e-16 of the lamps' light everywhere: far less than the noise of any tile, and
     no tile need be summed directly.
     """
+    if not kernel.spectrum.size:  # nothing is wrong anywhere
+        return np.zeros(light.shape)
     out, norm = transform.plain(light, kernel.spectrum, kernel.size)
     rounding = transform.error(norm * kernel.norm, float(np.linalg.norm(out)), kernel.size)
     return (np.maximum(out, 0.0) + rounding) * kernel.peak

@@ -20,9 +20,15 @@ LEAST_BLOCKS = 16  # of an octave, else its neighbours are not compared
 def octaves(shape) -> np.ndarray:
     """Return the octave (y, x), int8, of every tile of a kernel, the axis in its middle."""
     y, x = (np.arange(n) - n // 2 for n in shape)
-    return np.minimum(np.log2(np.maximum(np.hypot(y[:, None], x), 1.0)), OCTAVES - 1).astype(
-        np.int8
-    )
+    return octave_of(y[:, None], x)
+
+
+def octave_of(y, x) -> np.ndarray:
+    """Return the octave, int8, of tiles `y` and `x` from the axis."""
+    squares = np.maximum(np.square(y, dtype=np.float32) + np.square(x, dtype=np.float32), 1.0)
+    # the exponent of a float: log2, rounded down
+    exponent = np.frexp(squares)[1] - 1
+    return np.minimum(exponent // 2, OCTAVES - 1).astype(np.int8)
 
 
 def core(wrong) -> int:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass, is_dataclass, replace
 from functools import cached_property
 from threading import Lock
 from time import perf_counter
@@ -56,6 +56,13 @@ SAMPLED = 64  # points of a kernel along each axis that stand for all of it
 WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
 
 
+class Wide(NamedTuple):
+    """What is known of an exact core that is wider than the usual one."""
+
+    tiles: int  # from the axis, along y and along x
+    deviation: np.ndarray  # per octave within it, as `Kernels.deviation`
+
+
 @dataclass(frozen=True, eq=False)
 class Kernels:
     """Kernels of all bands (float32, the axis in the middle) and what is known of their errors."""
@@ -83,6 +90,9 @@ class Kernels:
     keep: tuple = ()
 
     name: str | None = None  # under which they are kept on disk
+    scaled: scaled_pattern.Frame | None = None  # of kernels from one pattern, which can have
+    wide: Wide | None = None  # a wider exact core
+    key: tuple = ()  # in the cache
 
     @cached_property
     def profiles(self) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -219,11 +229,49 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
             )
             kernel_store.remove_parts(name)
             made = _stored(name) or made  # mapped, no longer this process's own
+    return _held(key, replace(made, key=key))
+
+
+def _held(key, made: Kernels) -> Kernels:
+    """Keep kernels in this process under a key, and return them."""
     with _lock:
         _cache[key] = made
         while len(_cache) > 1 and sum(k.held_bytes for k in _cache.values()) > CACHE_BYTES:
             _cache.popitem(last=False)
     return made
+
+
+def wider_cores(made: Kernels) -> list[scaled_pattern.CoreSize]:
+    """Return the sizes that an exact core of kernels can have beyond its own."""
+    if made.scaled is None or made.wide is not None:
+        return []
+    return scaled_pattern.wider_cores(made.keep[0], made.scaled)
+
+
+def with_core(made: Kernels, tiles: int) -> Kernels:
+    """Return kernels from one pattern with an exact core of so many tiles, one of `wider_cores`;
+    kept in the process.
+    """
+    key = (*made.key, tiles)
+    with _lock:
+        if key in _cache:
+            _cache.move_to_end(key)
+            return _cache[key]
+    lens, flares = made.keep
+    with executor(min(cpus(), MOST_THREADS)) as pool:
+        core = scaled_pattern.wider_core(lens, flares, made.scaled, tiles, pool.map)
+    _scatter(core.halves, lens, flares, made.scaled)
+    bands, (rows, columns) = [], core.reach
+    for band, inner in zip(made.bands, core.halves):
+        half, middle = band.half.copy(), band.half.shape[1] // 2
+        half[: rows + 1, middle - columns : middle + columns + 1] = inner
+        bands.append(Mirrored(half))
+    outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
+    inside = 2.0 ** (np.arange(len(core.relative)) + 1) <= tiles  # whole octaves
+    speckle = np.where(inside, core.relative, made.speckle)
+    wide = Wide(tiles, core.deviation)
+    changed = {"bands": bands, "outside": outside, "speckle": speckle}
+    return _held(key, replace(made, **changed, wide=wide, key=key))
 
 
 def _stored(name):
@@ -277,11 +325,7 @@ def _scaled(lens, flares, frame) -> Kernels:
     """Return kernels of all bands from one pattern."""
     with executor(min(cpus(), MOST_THREADS)) as pool:
         halves, errors = scaled_pattern.fine_enough(lens, flares, frame, pool.map)
-    if scatter.active(flares, frame.edges_nm.mean(axis=1)):
-        for half, wave in zip(halves, frame.edges_nm.mean(axis=1)):
-            whole = np.asarray(Mirrored(half))
-            mixed = scatter.mix(whole, flares, wave, frame.pitch_um, lens.focal_length_mm)
-            half[...] = mixed[len(whole) // 2 :]
+    _scatter(halves, lens, flares, frame)
     bands, count = [Mirrored(half) for half in halves], len(halves)
     energy = sampled_pupil.open_energy_mm2(
         lens, flares, frame.shortest_nm
@@ -295,7 +339,19 @@ def _scaled(lens, flares, frame) -> Kernels:
         np.tile(errors.deviation, (count, 1)),
         np.full(count, float(min(frame.core) if errors.relative.any() else max(bands[0].shape))),
         (lens, flares),
+        scaled=frame,
     )
+
+
+def _scatter(halves, lens, flares, frame) -> None:
+    """Mix the scatter of flares into halves of kernels."""
+    waves = frame.edges_nm.mean(axis=1)
+    if not scatter.active(flares, waves):
+        return
+    for half, wave in zip(halves, waves):
+        whole = np.asarray(Mirrored(half))
+        mixed = scatter.mix(whole, flares, wave, frame.pitch_um, lens.focal_length_mm)
+        half[...] = mixed[len(whole) // 2 :]
 
 
 def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None) -> Kernels:

@@ -1,7 +1,7 @@
 """Scaled pattern: kernels of all bands of a pupil without phase, from its diffraction pattern at
 one wavelength.
 
-Close to the axis tiles are integrated exactly, by weights on band-limited samples (`tile_weights`).
+Close to the axis tiles are integrated exactly, by weights on band-limited samples (`exact_tiles`).
 Farther out means over tiles and bands are read from running sums along rays (`ray_sums`), ring by
 ring, from lattices that are finer the nearer they are: there a band moves a tile's light by so
 little that few speckles are averaged.
@@ -10,15 +10,13 @@ little that few speckles are averaged.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from isethdr_core.physics.diffraction import sampled_psf
+from isethdr_core.physics.optics import exact_tiles, pattern_columns, ray_sums
 from isethdr_core.physics.optics import half_plane_pattern as patterns
-from isethdr_core.physics.optics import pattern_columns, ray_sums
-from isethdr_core.physics.optics.tile_weights import BEYOND, STEP, tile_weights
 
 from ..pupil import sampled_pupil
 from . import kernel_sampling_error
@@ -30,6 +28,8 @@ USUAL_TILE = (
     1.9  # wavelengths x f-number wide; wider ones take more rays, so that these lie as close
 )
 USUAL_ERROR = 0.03  # of a tile's light that these leave at most
+DENSE = 1.5  # wavelengths of an exact core per speckle that its border moves within a band
+MOST_WAVELENGTHS = 64  # of a band, however wide
 LEAST_CORE = 8  # tiles from the axis: nearer, rays are too few
 WORTH = 0.9  # of the error: finer kernels that leave more of it are not made finer still
 FEWEST = 2.0  # samples across a tile
@@ -39,6 +39,10 @@ WRAP = (
     0.0015  # largest error of the border tiles from the period of the field, as `far.WRAP_SHARED`
 )
 COLUMNS = 8  # of tiles, looked at together
+FINE_COLUMNS = {"step": 0.2, "moves": 0.3, "period": 6.0}  # of direct sums that are right to 1e-3
+NEAREST = 8  # tiles from the axis: nearer, no error of a wider core was found
+MOST_SUMS = 1e11  # of a wider core: some 6 CPU seconds
+USUAL_SUMS = 8e3  # for every value of the kernels: as long as the other rings take
 ELSEWHERE = (
     1.25  # times their errors' deviation is stated: whole kernels showed up to 1.5, most below 1.2
 )
@@ -111,7 +115,7 @@ def fine_enough(lens, flares, frame: Frame, apply: Callable = map) -> tuple[np.n
     `FINEST` allows.
     """
     fine = min(FINEST, max(1.0, USUAL_ERROR / lens.speckle_error))
-    core = core_halves(lens, flares, frame, apply)
+    core = exact_halves(lens, flares, frame, frame.core, apply)
     before = np.inf
     while True:
         made = halves(lens, flares, frame, core, fine, apply)
@@ -141,7 +145,7 @@ def halves(
 
     Parameters
     ----------
-    core : of `core_halves`. `fine` : times the samples and rays that are read as usual.
+    core : of `exact_halves`. `fine` : times the samples and rays that are read as usual.
     apply : `map`, or the `map` of a pool of threads.
     """
     rows, columns = frame.reach
@@ -233,54 +237,41 @@ def _rows(out, frame):
     return write
 
 
-def core_halves(lens, flares, frame: Frame, apply: Callable = map) -> np.ndarray:
-    """Return (band, y = 0 .. core, x = -core .. core), integrated exactly over tiles and averaged
-    over wavelengths of each band.
+def exact_halves(lens, flares, frame: Frame, reach: tuple[int, int], apply: Callable = map):
+    """Return (band, y = 0 .. reach, x = -reach .. reach), integrated exactly over tiles and
+    averaged over wavelengths of each band.
 
     The pattern is sampled once, where samples carry all of it; each wavelength weights the samples
     drawn to its scale.
+
+    Parameters
+    ----------
+    reach : (y, x) tiles from the axis. `apply` : `map`, or the `map` of a pool of threads.
     """
-    wave, pitch, core = frame.shortest_nm, frame.pitch_um, frame.core
-    h = sampled_pupil.blur_um(lens, wave) * STEP
-    far = [int(np.ceil((c + 1.5) * p / h)) + BEYOND for c, p in zip(core, pitch)]
-    extent = 2 * h * (max(far) + 1)
-    cell = sampled_pupil.core_pitch_mm(lens, extent, wave, sampled_pupil.FEWEST_SAMPLES)
-    axis = sampled_pupil.axis_mm(lens, cell)
-    cells = sampled_pupil.amplitude(lens, flares, axis, axis, wave).astype(float)
-    psf = sampled_psf(
-        cells,
-        sampled_pupil.scaled_nm(lens, wave),
-        (cell, cell),
-        sampled_pupil.distance_mm(lens),
-        [2 * n + 1 for n in far],
-        (h, h),
-        sampled_pupil.open_energy_mm2(lens, flares, wave),
-        cell_means=True,
-    )
-    down, across = (np.arange(-n, n + 1) for n in far)
+    blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
+    lattice = exact_tiles.exact_lattice(frame.pitch_um, reach, blur)
+    wave = sampled_pupil.scaled_nm(lens, frame.shortest_nm)
+    pattern = patterns.half_pattern(pupil_of(lens, flares, frame.shortest_nm), wave, lattice, apply)
+    tiles = exact_tiles.ExactTiles(pattern, frame.pitch_um, reach)
 
-    def one(wavelength_nm):
-        u = sampled_pupil.scaled_nm(lens, wave) / sampled_pupil.scaled_nm(lens, wavelength_nm)
-        tall, wide = (p * u / h for p in pitch)
-        rows = tile_weights(np.arange(core[0] + 1) * tall, down, tall)
-        columns = tile_weights(np.arange(-core[1], core[1] + 1) * wide, across, wide)
-        return rows @ psf @ columns.T
+    def one(band_nm):
+        waves = exact_wavelengths(lens, band_nm, frame.pitch_um, reach)
+        return sum(tiles.at(sampled_pupil.scaled_nm(lens, w)) for w in waves) / np.float32(
+            len(waves)
+        )
 
-    waves = [_core_wavelengths(lens, band, pitch, core) for band in frame.edges_nm]
-    made = iter(apply(one, [w for band in waves for w in band]))
-    return np.stack([sum(next(made) for _ in band) / len(band) for band in waves]).astype(
-        np.float32
-    )
+    return np.stack(list(apply(one, frame.edges_nm)))
 
 
-def _core_wavelengths(lens, band_nm, pitch_um, core):
-    """Return midpoints of equal sub-bands: from one to the next the pattern at the core's border
-    moves by a speckle at most.
+def exact_wavelengths(lens, band_nm, pitch_um, reach) -> np.ndarray:
+    """Return midpoints of equal sub-bands: from one to the next the pattern at `reach` moves by
+    1 / `DENSE` of a speckle at most.
     """
     low, high = band_nm
     middle, width = (low + high) / 2, high - low
-    count = max(core) * max(pitch_um) * width / (middle * sampled_pupil.blur_um(lens, middle))
-    count = int(np.clip(np.ceil(count), 3 if width > 1.5 else 1, 32))
+    moved = max(r * p for r, p in zip(reach, pitch_um)) * width / middle
+    count = DENSE * moved / sampled_pupil.blur_um(lens, middle)
+    count = int(np.clip(np.ceil(count), 3 if width > 1.5 else 1, MOST_WAVELENGTHS))
     return middle + ((np.arange(count) + 0.5) / count - 0.5) * width
 
 
@@ -322,11 +313,83 @@ def errors(lens, flares, frame: Frame, made: np.ndarray, apply: Callable = map) 
     return Errors(relative, ELSEWHERE * deviation, float(mean.max()))
 
 
-def _wrong(lens, flares, frame, half, first, band):
-    """Return the error and the light, (y, column), of columns from `first` on."""
+class Core(NamedTuple):
+    """An exact core wider than the usual one."""
+
+    reach: tuple[int, int]  # (y, x) tiles from the axis
+    halves: np.ndarray  # as `exact_halves`
+    relative: np.ndarray  # mean magnitude of the error per tile, per octave
+    deviation: np.ndarray  # of light of any pattern, as `kernel_errors.deviation`
+
+
+def wider_core(lens, flares, frame: Frame, tiles: int, apply: Callable = map) -> Core:
+    """Return an exact core of so many tiles, with its error against direct sums over the pupil.
+
+    Direct sums are made finer than for `errors`, because the core errs by less than those do.
+    """
+    reach = wider_reach(frame, tiles)
+    made = exact_halves(lens, flares, frame, reach, apply)
+    order, last = np.argsort(frame.edges_nm[:, 0]), max(2, reach[1] + 1 - COLUMNS)
+    inside = replace(frame, reach=reach, core=(NEAREST, NEAREST))
+    asked = {(min(f, last), b) for f in (NEAREST, last) for b in (order[0], order[-1])}
+
+    def one(place):
+        first, band = place
+        wrong, light = _wrong(lens, flares, inside, made[band], first, band, **FINE_COLUMNS)
+        found = kernel_sampling_error.ColumnErrors()
+        found.add(wrong, light, first, inside.core)
+        return found.relative(), found.deviation()
+
+    relative, deviation = (np.max(part, axis=0) for part in zip(*apply(one, sorted(asked))))
+    return Core(reach, made, relative, ELSEWHERE * deviation)
+
+
+def wider_reach(frame: Frame, tiles: int) -> tuple[int, int]:
+    """Return the (y, x) reach of an exact core of so many tiles."""
+    return tuple(min(tiles, r) for r in frame.reach)
+
+
+class CoreSize(NamedTuple):
+    """A size that an exact core can have, and what it takes."""
+
+    tiles: int
+    quick: bool  # it takes no longer than the rings of the usual kernels
+
+
+def wider_cores(lens, frame: Frame) -> list[CoreSize]:
+    """Return the sizes that an exact core of a frame can have: each time the root of two wider than
+    the usual one, as far as `MOST_SUMS` lets it.
+    """
+    sizes, tiles = [], float(max(frame.core))
+    usual = USUAL_SUMS * len(frame.edges_nm) * np.prod([r + 1.0 for r in frame.reach])
+    while tiles < max(frame.reach):
+        tiles = min(tiles * np.sqrt(2), max(frame.reach))
+        sums = exact_sums(lens, frame, wider_reach(frame, int(tiles)))
+        if sums > MOST_SUMS:
+            break
+        sizes.append(CoreSize(int(tiles), sums <= usual))
+    return sizes
+
+
+def exact_sums(lens, frame: Frame, reach: tuple[int, int]) -> float:
+    """Return the multiplications that `exact_halves` takes."""
+    wave = frame.shortest_nm
+    step = exact_tiles.STEP * sampled_pupil.blur_um(lens, wave)
+    rows, columns = ((2 * r + 3) * p / step for r, p in zip(reach, frame.pitch_um))
+    tall, wide = (
+        (exact_tiles.BLOCK + 2) * p / step + 2 * exact_tiles.SUPPORT for p in frame.pitch_um
+    )
+    waves = sum(len(exact_wavelengths(lens, b, frame.pitch_um, reach)) for b in frame.edges_nm)
+    return waves * (reach[1] + 1.0) * (wide * rows + (2 * reach[0] + 1) * tall)
+
+
+def _wrong(lens, flares, frame, half, first, band, **fine):
+    """Return the error and the light, (y, column), of columns from `first` on; `fine` as the
+    fields of a `pattern_columns.Place`.
+    """
     count = min(COLUMNS, frame.reach[1] + 1 - first)
     edges = tuple(float(sampled_pupil.scaled_nm(lens, w)) for w in frame.edges_nm[band])
-    place = pattern_columns.Place(first, count, frame.reach[0], frame.pitch_um, edges)
+    place = pattern_columns.Place(first, count, frame.reach[0], frame.pitch_um, edges, **fine)
     light = pattern_columns.columns(pupil_of(lens, flares, frame.shortest_nm), place)
     middle = frame.reach[1]
     right = half[:, middle + first : middle + first + count]

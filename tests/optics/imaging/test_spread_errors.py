@@ -9,7 +9,7 @@ import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealLens, WavefrontLens
 from isethdr_optics.imaging import accuracy_shares, photoelectron_map, spread_errors
 from isethdr_optics.imaging.field_optics import field_optics
-from isethdr_optics.psf import exact_core, kernel_sampling_error
+from isethdr_optics.psf import exact_core, kernel_sampling_error, scaled_pattern
 from isethdr_optics.psf.kernels import _made
 from isethdr_optics.psf.kernels import kernels as made_kernels
 
@@ -118,6 +118,7 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
             asked.append(one.speckle_error / lens.speckle_error)
             return replace(
                 usual,
+                scaled=None,  # as kernels of lattices are
                 speckle=asked[-1] * usual.speckle,
                 deviation=HALF[asked[-1]] * usual.deviation,
             )
@@ -142,6 +143,31 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
     for allowed, asked in ((share / 2, [1.0, 0.5]), (share / 5, [1.0, 0.25]), (share / 30, [1.0])):
         assert asked_for(1e9, replace(response, noise_fraction_allowed=allowed)) == asked
     assert asked_for(1e9, None) == [1.0]  # no sensor says what it can tell
+
+
+def test_kernels_from_one_pattern_get_a_wider_exact_core(monkeypatch):
+    """The smallest that is enough; where none is, one that is quickly made, or none."""
+    response = build("sensor", "bayer").narrow(Demand()).response
+    lens, mixed = street(lamp=1e9)
+    usual = made_kernels(lens, DIRT, BANDS, (10.0, 10.0), (33, 49))
+    seen = photoelectron_map.counted(lens, mixed, 1.0, response)
+    before = spread_errors.noise_share(usual, seen, response)
+
+    def best(allowed, quick=4e3):
+        monkeypatch.setattr(scaled_pattern, "USUAL_SUMS", quick)
+        fraction = allowed / accuracy_shares.KERNELS
+        asked = replace(response, noise_fraction_allowed=fraction)
+        return spread_errors.fine_enough(lambda one: usual, lens, mixed, 1.0, asked)[:2]
+
+    assert best(1.1 * before) == (usual, before)
+    wider, share = best(0.7 * before)
+    assert max(usual.scaled.core) < wider.wide.tiles < 49 and share < 0.7 * before
+    assert (wider.wide.deviation < 0.01).all()  # direct sums agree with it
+    rest = np.asarray(wider.bands[0]) != np.asarray(usual.bands[0])
+    assert not rest[:, : 49 - wider.wide.tiles].any() and rest[33, 49 - wider.wide.tiles + 1]
+    assert best(0.0, quick=0.0)[0] is usual
+    whole, share = best(0.0, quick=1e9)
+    assert whole.wide.tiles == 49 and share < 0.2 * before
 
 
 def test_cores_are_kept_while_kernels_are_made_again():

@@ -9,7 +9,6 @@ from isethdr_core.physics.optics import half_plane_pattern as patterns
 from isethdr_core.physics.optics import pattern_columns, ray_sums
 from isethdr_core.physics.optics.diffraction import integrated_airy
 from isethdr_core.physics.optics.pupil import disc
-from isethdr_core.physics.optics.tile_weights import BEYOND, STEP, tile_weights
 
 RADIUS_MM, DISTANCE_MM, PITCH_UM = 0.5, 4.0, 3.0
 ROUND = patterns.RealPupil(
@@ -72,12 +71,3 @@ def test_a_wide_pupil_is_summed_modulo_the_period():
     same = coarse.density[:far, coarse.middle - far : coarse.middle + far + 1]
     # float32 sums of cells of order 1 leave 1e-7 of the peak's amplitude
     np.testing.assert_allclose(same, some, rtol=0.02, atol=3e-7 * some.max())
-
-
-def test_weights_integrate_a_band_limited_function_over_tiles():
-    """A cosine of 0.3 cycles per sample, averaged over two tiles, is a cosine times sinc^2."""
-    width, frequency = 3.3, 0.3 * STEP / (1 / 3)
-    samples, at = np.arange(-3 * BEYOND, 3 * BEYOND + 1), np.linspace(-20.0, 20.0, 17)
-    found = tile_weights(at, samples, width) @ np.cos(2 * np.pi * frequency * samples)
-    want = width * np.sinc(frequency * width) ** 2 * np.cos(2 * np.pi * frequency * at)
-    np.testing.assert_allclose(found, want, atol=1e-3)  # the table's lines between places

@@ -1,0 +1,85 @@
+"""Exact tiles: the light from one tile to the tiles around it, at any wavelength, from one sampled
+pattern.
+
+The pattern of a pupil without phase only scales with wavelength: P(x; w) = u^2 P(u x; w0), u =
+w0 / w. Sampled at a third of wavelength x f-number, weights on its samples integrate it exactly
+over tiles that are u times as wide (`tile_weights`). Weights end a few samples past a tile, so that
+a block of tiles along one axis is a small dense product.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from .half_plane_pattern import HalfPattern, half_lattice
+from .tile_weights import STEP, SUPPORT, TileWeights, tile_weights
+
+BLOCK = 16  # tiles along an axis: narrow enough to skip the zeros, wide enough for a fast product
+PERIOD = 4.0  # of the field, in reaches: light from beyond it stays below 1e-3 of the border's
+
+
+def exact_lattice(pitch_um, reach, blur_um: float):
+    """Return the `half_plane_pattern.HalfLattice` from which tiles can be integrated.
+
+    Parameters
+    ----------
+    pitch_um, reach : (y, x) of a tile, um, and tiles from the axis to the border.
+    blur_um : wavelength x f-number at the pattern's wavelength, um.
+    """
+    step = STEP * blur_um
+    extent = [(r + 1.5) * p + (SUPPORT + 2) * step for r, p in zip(reach, pitch_um)]
+    return half_lattice(extent, step, PERIOD)
+
+
+class ExactTiles:
+    """Integrals of a pattern over tiles.
+
+    Parameters
+    ----------
+    pattern : on an `exact_lattice` of these tiles, at the shortest wavelength or a shorter one.
+    pitch_um, reach : (y, x) of a tile, um, and tiles from the axis to the border.
+    """
+
+    def __init__(self, pattern: HalfPattern, pitch_um, reach):
+        self._pitch, self._reach, self._wave = pitch_um, reach, pattern.wavelength_nm
+        self._step = pattern.step_um
+        # samples on the other side of the axis that tiles beside it take: the mirror image
+        self._before = min(len(pattern.density) - 1, 2 + SUPPORT + int(pitch_um[1] / self._step))
+        before = pattern.density[self._before : 0 : -1, ::-1]
+        self._density = np.concatenate([before, pattern.density])
+        self._middle = pattern.middle
+
+    def at(self, wavelength_nm: float) -> np.ndarray:
+        """Return (y = 0 .. reach, x = -reach .. reach) float32, fractions of the pupil's energy."""
+        rows, columns = self._reach
+        tall, wide = (p * self._wave / wavelength_nm / self._step for p in self._pitch)
+        across = tile_weights(np.arange(columns + 1) * wide, wide)
+        down = tile_weights(np.arange(-rows, rows + 1) * tall, tall)
+        lines = np.empty((columns + 1, self._density.shape[1]), np.float32)
+        for tiles, samples, weight in _blocks(across, self._before, len(self._density)):
+            np.matmul(weight, self._density[samples], out=lines[tiles])
+        right = np.empty((columns + 1, 2 * rows + 1), np.float32)
+        for tiles, samples, weight in _blocks(down, self._middle, lines.shape[1]):
+            right[:, tiles] = lines[:, samples] @ weight.T
+        right *= np.float32(self._step**2)
+        out = np.empty((rows + 1, 2 * columns + 1), np.float32)
+        out[:, columns:] = right[:, rows:].T
+        out[:, : columns + 1] = right[::-1, rows::-1].T
+        return out
+
+
+def _blocks(weights: TileWeights, middle: int, count: int) -> Iterator:
+    """Yield (tiles, samples, weights (tile, sample)) of blocks of neighbouring tiles; sample 0 has
+    the index `middle` of `count`.
+    """
+    first, taps = weights.first + middle, np.arange(weights.weight.shape[1])
+    for start in range(0, len(first), BLOCK):
+        stop = min(start + BLOCK, len(first))
+        low, high = int(first[start]), int(first[stop - 1]) + len(taps)
+        dense = np.zeros((stop - start, high - low), np.float32)
+        at = first[start:stop, None] - low + taps
+        dense[np.arange(stop - start)[:, None], at] = weights.weight[start:stop]
+        inside = slice(max(low, 0), min(high, count))
+        yield slice(start, stop), inside, dense[:, inside.start - low : inside.stop - low]

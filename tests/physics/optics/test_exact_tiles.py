@@ -1,0 +1,50 @@
+"""Integrals over tiles: weights against closed forms, and tiles of a pattern against other ways."""
+
+import numpy as np
+import pytest
+
+from isethdr_core.physics.diffraction import integrated_airy
+from isethdr_core.physics.optics import half_plane_pattern as patterns
+from isethdr_core.physics.optics.exact_tiles import ExactTiles, exact_lattice
+from isethdr_core.physics.optics.pupil import disc
+from isethdr_core.physics.optics.tile_weights import STEP, SUPPORT, tile_weights
+
+
+@pytest.mark.parametrize("width", [0.7, 3.3, 8.0])
+@pytest.mark.parametrize("frequency", [0.0, 0.2, STEP])
+def test_weights_integrate_a_band_limited_function_over_tiles(width, frequency):
+    """A cosine averaged over two tiles is a cosine times sinc^2, whatever its phase."""
+    at = np.linspace(-20.0, 20.0, 17)
+    first, weight = tile_weights(at, width)
+    samples = first[:, None] + np.arange(weight.shape[1])
+    found = (weight * np.cos(2 * np.pi * frequency * samples + 0.3)).sum(1)
+    want = width * np.sinc(frequency * width) ** 2 * np.cos(2 * np.pi * frequency * at + 0.3)
+    # lines between places of the table: (2 pi f / 128)^2 / 8 at most
+    np.testing.assert_allclose(found, want, atol=4e-5 * width)
+
+
+def test_weights_end_past_the_tile():
+    """No sample farther than a tile and the support takes part: light there may be far brighter."""
+    width, at = 5.7, np.array([100.0])
+    first, weight = tile_weights(at, width)
+    last = first[0] + weight.shape[1] - 1
+    assert first[0] >= at[0] - width - SUPPORT and last <= at[0] + width + SUPPORT + 1
+    assert abs(weight[0, -1]) < 1e-6 * weight.max()
+
+
+def test_tiles_of_a_round_pupil_are_those_of_the_airy_pattern():
+    radius_mm, distance_mm, wave, pitch, reach = 0.75, 6.0, 450.0, (3.0, 4.0), (30, 40)
+    blur_um = wave * 1e-3 * distance_mm / (2 * radius_mm)
+    stop = [(disc(0.0, 0.0, radius_mm), 1.0)]
+    pupil = patterns.RealPupil(stop, radius_mm, distance_mm, np.pi * radius_mm**2)
+    pattern = patterns.half_pattern(pupil, wave, exact_lattice(pitch, reach, blur_um))
+    tiles = ExactTiles(pattern, pitch, reach)
+    for scale in (1.0, 1.4):
+        found = tiles.at(scale * wave)
+        sides = [2 * r + 1 for r in reach]
+        want = integrated_airy(radius_mm, scale * wave, distance_mm, sides, pitch, boxes=2)
+        want = want[reach[0] :]
+        # the same light, also in the darkest tiles, a thousandth of what is around them
+        assert np.abs(found - want).sum() < 2e-4 * want.sum()
+        assert np.abs(found - want)[20:].sum() < 3e-3 * want[20:].sum()
+        assert found.min() > 0
