@@ -23,6 +23,7 @@ class ShotForm(NamedTuple):
 
     captures: tuple[str, ...]  # names, in their order
     filters: tuple[str, ...]  # rows of the filter array's repeated cell, one letter per pixel
+    black_rows: int = 0  # optical black rows that leave the sensor
 
 
 def check_scene(scene: Any, lighting: Any, versions: Sequence[Any]) -> None:

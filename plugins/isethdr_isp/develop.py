@@ -19,6 +19,7 @@ from .demosaic.denoise import denoised
 from .demosaic.interpolation import array_period
 from .demosaic.methods import interpolate
 from .development_fields import Development
+from .readout.defects import MAP, corrected
 from .readout.noise_propagation import independent
 from .readout.shading import shading
 from .spectra import LIGHTS, Illuminant, Mixture, light, radiances
@@ -43,6 +44,9 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
         raise ConfigError(
             f"isp denoise {how.denoise!r} is unknown{did_you_mean(how.denoise, DENOISERS)}"
         )
+    if how.defects == "interpolated" and MAP in captures:
+        cell = array_period(captures["filter"].values)
+        merged = corrected(merged, captures[MAP].values, cell)
     response, dark_var_e2 = reads[0].response, floor_e2(reads)
     matrix = solve_matrix(
         response, captures.wavelength.values, balance, how.design_snr, dark_var_e2

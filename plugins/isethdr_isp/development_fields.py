@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import Annotated, Literal
 
+from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.early_checks import ShotForm
 from isethdr_core.plugins.ranges import Range, check_ranges
 
@@ -24,6 +25,10 @@ class Development:
     design_snr: Annotated[float, Range(0.1, inf)] = 20.0
     # demosaic method; malvar and menon need `pip install isethdr[demosaic]`
     demosaic: Literal["bilinear", "guided", "malvar", "menon", "learned"] = "bilinear"
+    # black level and dark charge: as the sensor states them, or the mean of its optical black rows
+    black: Literal["stated", "optical"] = "stated"
+    # pixels that the sensor's map of defects names: kept as they are, or taken from neighbours
+    defects: Literal["kept", "interpolated"] = "kept"
     denoise: Literal["none", "nl_means"] = "none"  # denoise method, applied before the demosaic
     # file with measured relative illumination, as `isethdr_isp.readout.shading` writes it; empty
     # takes what the lens states
@@ -36,8 +41,15 @@ class Development:
             read_shading(self.shading_csv)
 
     def check_shot(self, form: ShotForm) -> None:
-        """Raise ConfigError where `demosaic` is not for the filter array."""
+        """Raise ConfigError where `demosaic` is not for the filter array, or the black level is to
+        be measured and cannot.
+        """
         check_array(self.demosaic, form.filters)
+        if self.black == "optical" and not form.black_rows:
+            raise ConfigError(
+                "isp.black is optical, and the sensor has no optical black rows; type"
+                " sensor.black_rows=16, or isp.black=stated"
+            )
 
     def input_files(self):
         """Return the user's own shading table, if one is named: its content is part of a run's

@@ -9,6 +9,7 @@ from isethdr_core.pipeline.early_checks import ShotForm
 
 from .develop import develop
 from .development_fields import Development
+from .readout.black_level import with_black_level
 from .readout.combine import fold, read_charge
 from .readout.electrons import check_captures, chosen, readouts
 from .scene_light import illuminant
@@ -38,7 +39,7 @@ class LinearIsp(Development):
         it.
         """
         check_captures(captures)
-        one = chosen(captures, self.capture)
+        one = with_black_level(chosen(captures, self.capture), self.black)
         balance = illuminant(one, self.balance)
         [read] = readouts(one, light(balance, one.wavelength.values))
         merged = fold([read_charge([read], read.sensitivity[one["filter"].values])])

@@ -12,6 +12,7 @@ from isethdr_core.errors import ConfigError, UnitError, did_you_mean
 
 from .develop import PictureNoise, develop, finish, floor_e2, picture_attrs, solve_matrix
 from .development_fields import Development
+from .readout.black_level import with_black_level
 from .readout.electrons import check_captures, readouts
 from .readout.interleaved import is_interleaved, merge_interleaved
 from .readout.merge_rules import RULES
@@ -41,6 +42,7 @@ class MergeIsp(Development):
         if self.rule not in RULES:
             raise ConfigError(f"isp rule {self.rule!r} is unknown{did_you_mean(self.rule, RULES)}")
         check_captures(captures)
+        captures = with_black_level(captures, self.black)
         if is_interleaved(captures):
             return self._of_two_cases(captures)
         balance = illuminant(captures, self.balance)

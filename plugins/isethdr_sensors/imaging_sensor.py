@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import Literal, Self
 
 from isethdr_core.errors import ConfigError
@@ -14,6 +15,7 @@ from .limits import (
     Code,
     Crosstalk,
     DarkCurrent,
+    DefectCurrent,
     Exposure,
     Flicker,
     GainFactor,
@@ -105,6 +107,15 @@ class ImagingSensor:
     after_gain_noise_uv: NoiseVoltage = 0.0
     # share of pixels with 5 times the read noise of the others; the rms stays
     read_tail_percent: Percent = 0.0
+    # share of pixels with a trap that reads as random telegraph noise; persistent
+    telegraph_percent: Percent = 0.0
+    # mean step of these traps (assumption): readings move by it, by minus it or not at all
+    telegraph_e: Noise = 0.0
+    # rows behind metal that are read after the image: black level and dark charge alone
+    black_rows: Pixels = 0
+    # extra dark current at 60 C from which on a hot pixel is in the device's map of defects; inf:
+    # no pixel is
+    defect_e_per_s: DefectCurrent = inf
     # integral nonlinearity: largest deviation of the converter from a straight line
     inl_dn: Code = 0.0
     # knee points [linear DN, companded DN]; empty is linear
@@ -138,7 +149,14 @@ class ImagingSensor:
         """Return the fields of a `Reading` that all readings share."""
         terms = {
             name: getattr(self, name)
-            for name in ("row_e", "row_noise_e", "read_tail_percent", "inl_dn")
+            for name in (
+                "row_e",
+                "row_noise_e",
+                "read_tail_percent",
+                "inl_dn",
+                "telegraph_percent",
+                "telegraph_e",
+            )
         }
         return {**terms, "companding": () if self.combine_bits else self.companding}
 
@@ -178,6 +196,8 @@ class ImagingSensor:
             optical_crosstalk_power=self.optical_crosstalk_power,
             electrical_crosstalk_percent=self.electrical_crosstalk_percent,
             line_time_s=self.line_time_s,
+            black_rows=self.black_rows,
+            defect_e_per_s=self.defect_e_per_s,
             combine_bits=self.combine_bits,
             combine_companding=self.companding if self.combine_bits else (),
             **more,
@@ -237,7 +257,7 @@ class ImagingSensor:
         names = tuple(reading.capture for reading in self.model().readings)
         if self.combine_bits:
             names = (chip_combination.CAPTURE,)
-        return ShotForm(names, cell(self.cfa))
+        return ShotForm(names, cell(self.cfa), self.black_rows)
 
     def check_field(self, width_m: float, height_m: float):
         """Refuse a field, in metres on the sensor plane, that the pixels do not fit into."""

@@ -26,6 +26,7 @@ Target = Annotated[float, Range(1e-4, 0.999)]  # share of the full scale
 Crosstalk = Annotated[float, Range(0, 80)]  # percent: all of 8 neighbours alike is 89
 Power = Annotated[float, Range(-10, 10)]  # of the wavelength; diffraction has 1 or 2
 DarkCurrent = Annotated[float, Range(0, 1e9)]  # e/s; fills any well within a millisecond
+DefectCurrent = Annotated[float, Range(0, inf)]  # e/s; inf: no pixel has that
 Noise = Annotated[float, Range(0, 1e6)]  # electrons rms
 NoiseVoltage = Annotated[float, Range(0, 1e6)]  # microvolts rms
 # A normal spread around 1 is cut at 0. Its mean stays 1 only while few pixels are cut.

@@ -7,8 +7,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Self
 
-from isethdr_core.errors import ConfigError
-
 from .charge import soft_knee
 from .charge.soft_knee_shot import take_shot
 from .imaging_sensor import ImagingSensor
@@ -85,11 +83,6 @@ class LoficSensor(ImagingSensor):
     def model(self) -> SensorModel:
         """Return what the sensor is made of."""
         soft_knee.check(self)
-        if self.combine_bits:
-            raise ConfigError(
-                f"sensor.combine_bits is {self.combine_bits}; a pixel that overflows softly is"
-                " combined in the isp alone; type sensor.combine_bits=0"
-            )
         diode = Photodiode(
             "pixel",
             self.fill_factor,

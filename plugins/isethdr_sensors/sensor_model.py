@@ -57,6 +57,8 @@ class Reading:
     row_e: float = 0.0  # rms over rows of the offset, persistent
     row_noise_e: float = 0.0  # rms over rows of the offset, new in every reading
     read_tail_percent: float = 0.0  # of the pixels with a wider read noise, persistent
+    telegraph_percent: float = 0.0  # of the pixels with random telegraph noise, persistent
+    telegraph_e: float = 0.0  # mean step of their traps
     inl_dn: float = 0.0  # largest distance of the converter from a straight line
     companding: tuple[
         tuple[float, float], ...
@@ -91,6 +93,8 @@ class SensorModel:
         0.0  # rolling shutter: from the start of a row to that of the next; 0: global shutter
     )
 
+    black_rows: int = 0  # without light, read after the image
+    defect_e_per_s: float = inf  # extra dark charge of a pixel that the map of defects names
     combine_bits: int = 0  # of one code for all readings, made on the chip; 0: all leave it
     combine_companding: tuple[tuple[float, float], ...] = ()  # knees of that code
 

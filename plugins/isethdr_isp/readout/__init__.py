@@ -2,7 +2,9 @@
 
 | module               | what                                                                  |
 |----------------------|-----------------------------------------------------------------------|
+| `black_level`        | black level, stated or measured on optical black rows                 |
 | `combine`            | any number of captures of one shot into one mosaic of electrons       |
+| `defects`            | pixels of the sensor's map of defects, taken from their neighbours    |
 | `electrons`          | DN back to electrons with their variance, and their light             |
 | `fixed_pattern`      | how far another device of the same model would differ                 |
 | `interleaved`        | one capture in which some pixels of the filter array collect less     |

@@ -132,12 +132,18 @@ def readouts(captures, white_radiance) -> list[Readout]:
 def decompanded(captures, i: int):
     """Return linear DN (y, x) of capture `i`, linear DN per code there (y, x), and at the top; 1
     without companding.
+    """
+    return linear_dn(captures, i, captures["raw"].values[i].astype(float))
+
+
+def linear_dn(captures, i: int, raw):
+    """Return linear DN of codes `raw` of capture `i`, linear DN per code there, and at the top; 1
+    without companding.
 
     The sensor's table `companding_dn` -> `companding_linear_dn` is followed on straight lines
     between its entries; padding with NaN is left out. Black level, gain, top and quantisation are
     those of linear DN, one step being one of them.
     """
-    raw = captures["raw"].values[i].astype(float)
     if "companding_dn" not in captures:
         return raw, 1.0, 1.0
     code, linear = (

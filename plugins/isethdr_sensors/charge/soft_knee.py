@@ -34,6 +34,17 @@ def check(sensor) -> None:
     """Refuse fields of `sensor` that describe no knee, and blooming: what overflows here goes
     through its own path.
     """
+    for name, off in (
+        ("combine_bits", 0),
+        ("black_rows", 0),
+        ("telegraph_percent", 0.0),
+        ("defect_e_per_s", inf),
+    ):
+        if getattr(sensor, name) != off:
+            raise ConfigError(
+                f"sensor.{name} is {getattr(sensor, name)}, and a pixel that overflows softly has"
+                f" no such model; type sensor.{name}={off}"
+            )
     for name in ("knee_e", "thermal_e", "knee_e_per_s"):
         value = getattr(sensor, name)
         if not 0 < value < inf:

@@ -8,4 +8,5 @@
 | `read_noise`       | one normal draw per pixel and reading, in electrons before the converter |
 | `row_noise`        | one normal offset per row and reading, new in every shot                 |
 | `shot_noise`       | the Poisson count of light and dark electrons                            |
+| `telegraph_noise`  | traps that are filled or empty when a pixel is read                      |
 """

@@ -39,14 +39,18 @@ def factor(relative_rms: float, stream: tuple, rows: int, columns: int):
     )
 
 
+def below(share: float) -> int:
+    """Return the signed 64-bit word below which a `share` of all words lies."""
+    return min(int(share * 2.0**64), 2**64 - 1) - 2**63
+
+
 def chosen(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray:
     """Return (y, x) bool: pixels of the device picked with probability `share`, each on its own."""
     out = np.empty((rows, columns), bool)
-    below = min(int(share * 2.0**64), 2**64 - 1) - 2**63
     block = noise.rows_per_block(columns)
     for y in range(0, rows, block):
         last = min(y + block, rows)
-        out[y:last] = random_words.words(stream, y, last, 0, columns) < below
+        out[y:last] = random_words.words(stream, y, last, 0, columns) < below(share)
     return out
 
 

@@ -8,5 +8,6 @@
 | `converter`        | electrons through conversion gain and analog gain to DN         |
 | `interleave`       | pixels of one filter array that collect or expose less          |
 | `lin_log_response` | the table that reads a lin-log pixel back                       |
+| `optical_black`    | rows behind metal that show black level and dark charge         |
 | `shot`             | one shot in the order in which it happens                       |
 """

@@ -12,6 +12,7 @@ import xarray as xr
 from isethdr_core.data import camera_geometry
 from isethdr_core.quantities import bands_nm, names
 
+from ..noise import telegraph_noise
 from ..noise.dark_current import dark_electrons
 from ..spectral.colour_filter_array import channels
 from . import companding, converter
@@ -55,7 +56,16 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
                 (converter.top_dn(r, d) for r, d in zip(readings, diodes, strict=True)), "DN"
             ),
             "read_noise_e": each(
-                (hypot(r.read_noise_e, r.row_noise_e) * model.noise for r in readings), "e"
+                (
+                    hypot(
+                        r.read_noise_e,
+                        r.row_noise_e,
+                        telegraph_noise.rms_e(r.telegraph_e, r.telegraph_percent),
+                    )
+                    * model.noise
+                    for r in readings
+                ),
+                "e",
             ),
             "dark_e": each(dark, "e"),
             "quantisation_e": each((converter.quantisation_e(r) for r in readings), "e"),

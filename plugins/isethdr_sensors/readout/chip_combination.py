@@ -18,6 +18,7 @@ import numpy as np
 
 from isethdr_core.errors import ConfigError
 
+from ..noise import telegraph_noise
 from ..noise.dark_current import dark_electrons
 from ..sensor_model import Reading, SensorModel
 from . import companding, converter
@@ -48,7 +49,9 @@ def sources(model: SensorModel) -> list[Source]:
         diode = model.diode_of(reading)
         top = (converter.top_dn(reading, diode) - reading.black_dn) / reading.gain_dn_per_e
         step_e2 = converter.quantisation_e(reading) ** 2 / 12
-        noise_e2 = (reading.read_noise_e**2 + reading.row_noise_e**2) * model.noise + step_e2
+        traps_e = telegraph_noise.rms_e(reading.telegraph_e, reading.telegraph_percent)
+        read_e2 = reading.read_noise_e**2 + reading.row_noise_e**2 + traps_e**2
+        noise_e2 = read_e2 * model.noise + step_e2
         out.append(
             Source(
                 number,

@@ -14,7 +14,7 @@ from isethdr_core.physics.detector.noise import LARGEST_MEAN_E, rows_per_block
 from isethdr_core.uncertainty.error_terms import Quantity
 
 from ..charge import blooming, crosstalk, full_well
-from ..noise import fixed_pattern, read_noise, row_noise, shot_noise
+from ..noise import fixed_pattern, read_noise, row_noise, shot_noise, telegraph_noise
 from ..noise.dark_current import dark_electrons
 from ..sampling import area_integration
 from ..sampling.pixel_grid import check_tiles, pixel_grid
@@ -23,7 +23,7 @@ from ..spectral import response
 from ..spectral.colour_filter_array import filter_map
 from ..spectral.quantum_efficiency import line_error, quantum_efficiency, smooth_spectrum_error
 from ..timing import exposure_timing
-from . import captures, chip_combination, converter, interleave
+from . import captures, chip_combination, converter, interleave, optical_black
 
 
 def take_shot(model: SensorModel, light, generator):
@@ -41,12 +41,22 @@ def take_shot(model: SensorModel, light, generator):
     key = "light electrons", model
     grid, filters, qe, light_e = once(key, (light,), lambda: light_electrons(model, light))
     state_errors(model, light)
-    raw, saturated = readings(model, light_e, generator)
+    raw, saturated = readings(
+        model, optical_black.with_black_rows(light_e, model.black_rows), generator
+    )
+    one = model
+    if model.combine_bits:
+        raw, saturated = chip_combination.combine(model, raw, saturated)
+        one = chip_combination.combined_model(model)
+    raw, black = optical_black.parted(raw, model.black_rows)
+    saturated, _ = optical_black.parted(saturated, model.black_rows)
+    out = captures.captures(one, light, grid, raw, saturated, filters, qe)
+    if model.black_rows:
+        out = optical_black.with_optical_black(out, black)
+    if model.noise and np.isfinite(model.defect_e_per_s):
+        out[DEFECT] = ("y", "x"), defects(model, generator, *raw.shape[1:])
     if not model.combine_bits:
-        return captures.captures(model, light, grid, raw, saturated, filters, qe)
-    code, lost = chip_combination.combine(model, raw, saturated)
-    one = chip_combination.combined_model(model)
-    out = captures.captures(one, light, grid, code, lost, filters, qe)
+        return out
     # the steps that a reader finds in the codes are those of the finest converter
     finest = model.readings[chip_combination.sources(model)[-1].number]
     out["quantisation_e"][:] = converter.quantisation_e(finest)
@@ -62,6 +72,7 @@ def check_generator(model: SensorModel, generator) -> None:
         )
 
 
+DEFECT = "defect"  # variable of the captures: the device's map of defects
 PLACE_IN_BAND = "place in band"  # key of what is left out: where in its bands light lies
 
 
@@ -268,6 +279,17 @@ def read_dn(model: SensorModel, reading, electrons, offset_e, width_e, generator
         electrons = electrons + read_noise.read_noise(
             width_e, generator.stream(reading.capture, "read"), first_row, *electrons.shape
         )
+    if model.noise and reading.telegraph_percent and reading.telegraph_e:
+        steps = telegraph_noise.steps_e(
+            reading.telegraph_e,
+            reading.telegraph_percent,
+            generator.device_stream(reading.capture, "traps"),
+            range(first_row, first_row + len(electrons)),
+            electrons.shape[1],
+        )
+        electrons = electrons + telegraph_noise.telegraph_noise(
+            steps, generator.stream(reading.capture, "telegraph"), first_row
+        )
     if model.noise and reading.row_noise_e:
         electrons = electrons + row_noise.row_noise(
             reading.row_noise_e, generator.stream(reading.capture, "row"), first_row, len(electrons)
@@ -323,6 +345,19 @@ def device_maps(model: SensorModel, generator, height: int, width: int):
         for r in model.readings
     ]
     return prnu, dark, offsets, widths
+
+
+def defects(model: SensorModel, generator, height: int, width: int) -> np.ndarray:
+    """Return the device's map of defects, (y, x) bool: pixels in which some photodiode is hot by
+    `defect_e_per_s` or more.
+    """
+    found = np.zeros((height, width), bool)
+    for diode in model.photodiodes:
+        if diode.hot_percent and diode.hot_dark_e_per_s:
+            stream = generator.device_stream(diode.silicon or diode.name, "hot")
+            hot = fixed_pattern.hot_dark(diode.hot_percent / 100, stream, height, width)
+            found |= (hot > 0) & (hot * diode.hot_dark_e_per_s >= model.defect_e_per_s)
+    return found
 
 
 def part(values, rows: slice):

@@ -1,0 +1,52 @@
+"""Black level: as the sensor states it, or measured on its optical black rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.errors import UnitError
+
+from .electrons import linear_dn
+
+BLACK = "optical_black"  # variable of the captures, (capture, black_row, x) DN
+
+
+def with_black_level(captures, source: str):
+    """Return captures whose `black_dn` is right for the black level that `source` names.
+
+    Measured, black level and mean dark charge are the mean linear DN over all optical black pixels
+    of a capture; `dark_e` stays what the sensor states. The ledger has the largest standard error.
+
+    Parameters
+    ----------
+    source : "stated", which leaves the captures as they are, or "optical".
+
+    Raises
+    ------
+    UnitError : the black level is to be measured, and the captures hold no optical black pixels.
+    """
+    if source == "stated":
+        return captures
+    if BLACK not in captures or not captures[BLACK].size:
+        raise UnitError(
+            f"captures have no {BLACK!r}, on which isp.black=optical measures; expected a sensor"
+            " with sensor.black_rows above 0; or type isp.black=stated"
+        )
+    raw, gain = captures[BLACK].values.astype(float), captures["gain_dn_per_e"].values
+    linear = np.array([linear_dn(captures, i, codes)[0] for i, codes in enumerate(raw)])
+    pixels = linear[0].size
+    error_e = linear.std(axis=(1, 2)) / np.sqrt(pixels) / gain
+    ledger.error(
+        float(error_e.max()),
+        "electrons",
+        "statistical",
+        f"black level measured on {pixels} optical black pixels, standard error",
+    )
+    black = linear.mean(axis=(1, 2)) - gain * captures["dark_e"].values
+    moved = black - captures["black_dn"].values
+    out = captures.assign(black_dn=captures["black_dn"].copy(data=black))
+    if "response_dn" in captures:
+        table = captures["response_dn"]
+        out = out.assign(response_dn=table.copy(data=table.values + moved[:, None]))
+    return out

@@ -1,0 +1,52 @@
+"""Defects: pixels that the sensor's own map names become the mean of neighbours of one filter."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .combine import Merged
+
+MAP = "defect"  # variable of the captures, (y, x) bool
+
+
+def corrected(merged: Merged, defect, cell_shape: tuple[int, int]) -> Merged:
+    """Return the mosaic with every defect replaced by the mean of opposite neighbours.
+
+    Of the two pairs of neighbours at the period of the filter array, above and below, left and
+    right, that pair counts whose values differ less beside their noise, as long as both are sound;
+    else the mean of all sound ones of the four. A linear ramp is kept by either pair. A defect
+    without a sound neighbour is not valid.
+
+    Parameters
+    ----------
+    merged : electrons and variance (y, x).
+    defect : (y, x) bool.
+    cell_shape : rows and columns of the filter array's period.
+    """
+    y, x = np.nonzero(defect)
+    if not len(y):
+        return merged
+    rows, columns = cell_shape
+    height, width = defect.shape
+    steps = np.array([(-rows, 0), (rows, 0), (0, -columns), (0, columns)])
+    at_y, at_x = (place[:, None] + step for place, step in zip((y, x), steps.T, strict=True))
+    inside = (at_y >= 0) & (at_y < height) & (at_x >= 0) & (at_x < width)
+    at_y, at_x = np.clip(at_y, 0, height - 1), np.clip(at_x, 0, width - 1)
+    sound = inside & ~defect[at_y, at_x] & merged.valid[at_y, at_x]
+    value, variance = merged.signal_e[at_y, at_x], merged.variance_e2[at_y, at_x]
+    pairs = sound[:, ::2] & sound[:, 1::2]  # (defect, direction)
+    apart = np.abs(value[:, ::2] - value[:, 1::2])
+    noise = np.sqrt(np.maximum(variance[:, ::2] + variance[:, 1::2], 1e-12))
+    best = np.where(pairs, apart / noise, np.inf).argmin(1)
+    use = np.where(pairs.any(1)[:, None], np.arange(4) // 2 == best[:, None], sound)
+    count = np.maximum(use.sum(1), 1)
+    signal, spread, valid = (
+        np.array(values) for values in (merged.signal_e, merged.variance_e2, merged.valid)
+    )
+    some = use.any(1)
+    signal[y[some], x[some]] = ((value * use).sum(1) / count)[some]
+    spread[y[some], x[some]] = ((variance * use).sum(1) / count**2)[some]
+    valid[y, x] = some
+    return replace(merged, signal_e=signal, variance_e2=spread, valid=valid)

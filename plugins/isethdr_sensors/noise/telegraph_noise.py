@@ -1,0 +1,55 @@
+"""Random telegraph noise: a trap in a pixel's source follower that is filled or empty in each of
+the two samples whose difference is read.
+
+With both states equally likely and the samples independent of each other, the difference is the
+trap's step, minus that step, or nothing, with probabilities 1/4, 1/4 and 1/2: the three peaks of
+published histograms of correlated double sampling. The steps differ from pixel to pixel; they are
+taken as exponentially distributed (assumption).
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from isethdr_core.physics.detector import random_words
+
+from .fixed_pattern import below
+
+
+def steps_e(step_e: float, percent: float, stream: tuple, rows: range, columns: int):
+    """Return the (y, x) float32 step of every pixel's trap in `rows`, electrons; 0 without a trap.
+
+    Parameters
+    ----------
+    step_e : mean over the pixels with a trap. `percent` : of the pixels that have one.
+    stream : the device's.
+    """
+    out = np.zeros((len(rows), columns), np.float32)
+    words = random_words.words(stream, rows.start, rows.stop, 0, columns)
+    trapped = words < below(percent / 100)
+    depth = random_words.words((*stream, "depth"), rows.start, rows.stop, 0, columns)
+    p, upper = random_words.tail(depth[trapped])
+    out[trapped] = -step_e * np.log(np.where(upper, p, 1.0 - p))
+    return out
+
+
+def telegraph_noise(steps, stream: tuple, first_row: int) -> np.ndarray:
+    """Return what the traps of a block of rows add to one reading, (y, x) electrons.
+
+    Parameters
+    ----------
+    steps : (y, x) step of each pixel's trap, electrons.
+    """
+    rows, columns = steps.shape
+    words = random_words.words(stream, first_row, first_row + rows, 0, columns)
+    before, after = words & 1, (words >> 1) & 1
+    return steps * (before - after).astype(np.float32)
+
+
+def rms_e(step_e: float, percent: float) -> float:
+    """Return the rms over all pixels and readings, electrons: half of them read a step of the
+    exponential distribution, whose mean square is 2 `step_e`^2.
+    """
+    return step_e * sqrt(percent / 100)

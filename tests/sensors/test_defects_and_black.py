@@ -1,0 +1,178 @@
+"""Optical black rows, random telegraph noise and the map of defects, and what an isp makes of
+them.
+"""
+
+import numpy as np
+import pytest
+from isethdr_isp import LinearIsp, MergeIsp
+from isethdr_sensors import BayerSensor, SplitPixelSensor
+from isethdr_sensors.noise import telegraph_noise
+from isethdr_sensors.readout.shot import readings
+
+import isethdr_core as hdr
+from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.pipeline.early_checks import check_shots
+from isethdr_core.seeds import generator
+
+KEY = generator(3, "A", "s1")
+SIZE = (200, 250)
+N = SIZE[0] * SIZE[1]
+CLEAN = dict(prnu=0.0, dark_spread=0.0, column_e=0.0, dark_e_per_s=0.0)
+
+
+def dark(sensor, key=KEY):
+    model = sensor.model()
+    raw, _ = readings(model, [np.zeros(SIZE)], key)
+    reading = model.readings[0]
+    return (raw[0].astype(float) - reading.black_dn) / reading.gain_dn_per_e
+
+
+# --- random telegraph noise ---
+
+
+def test_telegraph_noise_has_three_peaks_and_its_variance():
+    """Steps of an exponential distribution: -1, 0, 1 with 1/4, 1/2, 1/4; 5 standard errors."""
+    rows, percent, step = range(0, 400), 30.0, 20.0
+    steps = telegraph_noise.steps_e(step, percent, ("t",), rows, 500)
+    found = telegraph_noise.telegraph_noise(steps, ("shot",), 0)
+    trapped = steps > 0
+    share, n = percent / 100, trapped.size
+    assert trapped.mean() == pytest.approx(share, abs=5 * np.sqrt(share * (1 - share) / n))
+    sign = np.divide(found, steps, out=np.zeros_like(steps), where=trapped)[trapped]
+    assert set(np.unique(sign)) == {-1.0, 0.0, 1.0}
+    for value, probability in ((-1, 0.25), (0, 0.5), (1, 0.25)):
+        error = 5 * np.sqrt(probability * (1 - probability) / len(sign))
+        assert np.mean(sign == value) == pytest.approx(probability, abs=error)
+    # fourth moment of such a product: share x 24 step^4 / 2
+    want = telegraph_noise.rms_e(step, percent) ** 2
+    spread = np.sqrt((12 * share * step**4 - want**2) / n)
+    assert np.mean(found**2) == pytest.approx(want, abs=5 * spread)
+    assert want == pytest.approx(share * step**2)
+
+
+def test_blocks_of_rows_hold_the_same_traps():
+    whole = telegraph_noise.steps_e(5.0, 10.0, ("t",), range(0, 64), 40)
+    part = telegraph_noise.steps_e(5.0, 10.0, ("t",), range(32, 64), 40)
+    np.testing.assert_array_equal(part, whole[32:])
+
+
+def test_captures_state_telegraph_noise_as_read_noise(flat):
+    fields = {**CLEAN, "read_noise_e": 3.0, "bits": 0}
+    plain, traps = (
+        BayerSensor(**fields, telegraph_percent=p, telegraph_e=20.0) for p in (0.0, 10.0)
+    )
+    stated = float(traps(flat(1e-6, 8, 8), KEY)["read_noise_e"][0])
+    assert stated == pytest.approx(np.sqrt(9.0 + 0.1 * 400.0))
+    # 5 standard errors of the traps' own fourth moment, 12 x share x step^4
+    spread = np.sqrt((12 * 0.1 * 20.0**4 + 2 * 9.0**2) / N)
+    assert dark(traps).var() == pytest.approx(stated**2, abs=5 * spread)
+    same = np.isclose(dark(traps), dark(plain), atol=1e-4)
+    assert same.mean() == pytest.approx(0.95, abs=0.01)  # half of a tenth moved
+    again = np.isclose(dark(traps, generator(4, "A")), dark(plain, generator(4, "A")), atol=1e-4)
+    both = (~same & ~again).mean()
+    assert both == pytest.approx(0.1 * 0.25, abs=0.005)  # the same pixels, drawn anew
+
+
+# --- optical black ---
+
+
+def test_black_rows_leave_the_image_as_it_is_and_show_the_dark(flat):
+    fields = {"dark_e_per_s": 2000.0, "exposure_s": 0.02}
+    light = flat(2e-5, 40, 64)
+    plain = BayerSensor(**fields)(light, KEY)
+    covered = BayerSensor(**fields, black_rows=30)(light, KEY)
+    np.testing.assert_array_equal(plain.raw.values, covered.raw.values)
+    black = covered["optical_black"].values[0].astype(float)
+    assert black.shape == (30, plain.sizes["x"])
+    gain, want = float(plain.gain_dn_per_e[0]), 64 + 40.0 * float(plain.gain_dn_per_e[0])
+    noise_dn = gain * np.sqrt(9.1**2 + 40.0 + 8.0**2) + 0.3
+    assert black.mean() == pytest.approx(want, abs=5 * noise_dn / np.sqrt(black.size))
+
+
+@pytest.mark.parametrize("fields", [{}, {"combine_bits": 20}], ids=["apart", "combined"])
+def test_a_measured_black_level_needs_no_stated_one(fields, flat):
+    """Black level and dark charge stated wrong by 9 DN: measured, the picture does not change."""
+    sensor = SplitPixelSensor(**fields, black_rows=16, dark_e_per_s=(2000.0, 300.0))
+    shot = sensor(flat(2e-6, 64, 64), KEY)
+    wrong = shot.assign(black_dn=shot["black_dn"] - 9.0)
+    if "response_dn" in shot:
+        wrong = wrong.assign(response_dn=shot["response_dn"] - 9.0)
+    right, off = (MergeIsp(black="optical")(one)["xyz"].values for one in (shot, wrong))
+    np.testing.assert_allclose(off, right, rtol=1e-9, atol=1e-9 * np.abs(right).max())
+    stated = MergeIsp()(shot)["xyz"].values[..., 1]
+    # 16 x 64 black pixels of 3 e beside the mean of 60 e
+    assert right[..., 1].mean() == pytest.approx(stated.mean(), rel=0.01)
+
+
+def test_no_black_rows_are_refused_before_any_work(flat):
+    with pytest.raises(ConfigError, match="no optical black rows; type sensor.black_rows=16"):
+        check_shots((BayerSensor(),), LinearIsp(black="optical"))
+    check_shots((BayerSensor(black_rows=4),), LinearIsp(black="optical"))
+    with pytest.raises(UnitError, match="optical_black"):
+        LinearIsp(black="optical")(BayerSensor()(flat(1e-6, 8, 8), KEY))
+
+
+# --- defects ---
+
+
+def hot(**fields):
+    return BayerSensor(
+        **{**CLEAN, "hot_percent": 1.0, "hot_dark_e_per_s": 1e5, "defect_e_per_s": 500.0, **fields}
+    )
+
+
+def test_the_map_names_hot_pixels_and_stays(flat):
+    light = flat(1e-6, 96, 96)
+    one, two = (hot()(light, generator(k, "A", "x"))["defect"].values for k in (1, 2))
+    np.testing.assert_array_equal(one, two)
+    # exponential beyond 500 of 1e5 e/s: a share of exp(-0.005)
+    assert one.mean() == pytest.approx(0.01 * np.exp(-0.005), abs=5 * np.sqrt(0.01 / one.size))
+    assert "defect" not in hot(defect_e_per_s=np.inf)(light, KEY)
+
+
+def test_defects_are_interpolated_and_nothing_else_moves(flat):
+    light = flat(5e-5, 96, 96)
+    shot = hot()(light, KEY)
+    kept, mended = (LinearIsp(defects=d)(shot)["xyz"].values for d in ("kept", "interpolated"))
+    clean = LinearIsp()(hot(hot_percent=0.0)(light, KEY))["xyz"].values
+    near = np.zeros(shot["defect"].shape, bool)
+    y, x = np.nonzero(shot["defect"].values)
+    for dy in (-1, 0, 1):
+        for dx in (-1, 0, 1):
+            near[np.clip(y + dy, 0, 95), np.clip(x + dx, 0, 95)] = True
+    np.testing.assert_array_equal(mended[~near], kept[~near])
+    worst = np.abs(mended - clean)[..., 1].max()
+    assert worst < 6 * clean[..., 1].std() < np.abs(kept - clean)[..., 1].max()
+
+
+def test_a_ramp_is_kept_and_a_border_is_not_invented():
+    from isethdr_isp.readout.combine import Merged
+    from isethdr_isp.readout.defects import corrected
+
+    y, x = np.mgrid[0:20, 0:20].astype(float)
+    ramp = 3 * x + 2 * y
+    spoilt = np.zeros(ramp.shape, bool)
+    spoilt[10, 10] = spoilt[5, 12] = spoilt[0, 0] = True
+    valid, source = np.ones(ramp.shape, bool), np.zeros(ramp.shape, np.uint8)
+    mosaic = Merged(np.where(spoilt, 999.0, ramp), np.full(ramp.shape, 4.0), valid, source)
+    out = corrected(mosaic, spoilt, (2, 2))
+    np.testing.assert_allclose(out.signal_e[1:], ramp[1:], rtol=1e-12)
+    assert out.signal_e[0, 0] == np.mean([ramp[2, 0], ramp[0, 2]])
+    assert out.variance_e2[10, 10] == 2.0 and out.valid.all()
+    alone = corrected(mosaic, np.ones(ramp.shape, bool), (2, 2))
+    assert not alone.valid.any()
+
+
+@pytest.mark.parametrize("name", ["lofic", "lin_log"])
+@pytest.mark.parametrize("field", ["black_rows", "telegraph_percent", "defect_e_per_s"])
+def test_soft_knees_refuse_what_they_do_not_model(name, field):
+    with pytest.raises(ConfigError, match=f"sensor.{field} is"):
+        hdr.build("sensor", name, **{field: 4})
+
+
+@pytest.mark.parametrize(
+    "fields", [{"telegraph_percent": 101.0}, {"telegraph_e": -1.0}, {"black_rows": -1}]
+)
+def test_bad_fields_are_refused_by_name(fields):
+    with pytest.raises(ConfigError, match=f"{next(iter(fields))} is"):
+        BayerSensor(**fields)
