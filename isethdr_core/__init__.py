@@ -52,10 +52,10 @@ if TYPE_CHECKING:
     from . import testing as testing
     from . import truth as truth
     from .config.composition import compose as compose
+    from .data.error_costs import Cost as Cost
     from .data.scores import Score as Score
     from .pipeline.demand import Demand as Demand
     from .plugins.accuracy_knobs import AccuracyKnob as AccuracyKnob
-    from .plugins.accuracy_knobs import Cost as Cost
     from .plugins.accuracy_knobs import ErrorShare as ErrorShare
     from .plugins.accuracy_knobs import Spaced as Spaced
     from .plugins.component import PLUGIN_API as PLUGIN_API
@@ -110,7 +110,7 @@ __all__ = [
 _MODULE_OF = {  # public name: the module of this package that defines it
     "AccuracyKnob": "plugins.accuracy_knobs",
     "Component": "plugins.component",
-    "Cost": "plugins.accuracy_knobs",
+    "Cost": "data.error_costs",
     "Demand": "pipeline.demand",
     "ErrorShare": "plugins.accuracy_knobs",
     "Generator": "runs.seeds",

@@ -45,14 +45,14 @@ PAGES = {
         "One row for each setting of a stage. `mark` is `default` for the default setting and"
         " `peer` for the rule of other simulators. `front` marks settings that no other setting"
         " beats in both error and time.",
-        ("isethdr study accuracy pictures=docs/images",),
+        ("python -m isethdr_measured accuracy pictures=docs/images",),
         "hours",
     ),
     "budget": Page(
         "The allowed error: kept, and what it costs",
         "Three scenes with three allowed errors, against a reference in float64 with kernels from"
         " nine times the points, and against the cheapest of 24 settings chosen by hand.",
-        ("isethdr study budget",),
+        ("python -m isethdr_measured budget",),
         "several minutes",
     ),
     "charge_dynamics": Page(
@@ -64,7 +64,7 @@ PAGES = {
     "convolution": Page(
         "Convolution methods beside bright lamps",
         "Error relative to the pixel and CPU time, by brightness of the lamps.",
-        ("isethdr study convolution_methods",),
+        ("python -m isethdr_measured convolution_methods",),
         "a minute",
     ),
     "emva1288": Page(
@@ -77,7 +77,7 @@ PAGES = {
         "Merge rules and demosaic methods",
         "Signal-to-noise ratio, bias and stated variance of merge rules; quality of demosaic"
         " methods.",
-        ("isethdr study merge_rules", "isethdr study demosaic_methods"),
+        ("python -m isethdr_measured merge_rules", "python -m isethdr_measured demosaic_methods"),
         "minutes",
     ),
     "lens_speed": Page(
@@ -90,7 +90,7 @@ PAGES = {
     "omission": Page(
         "Runs that leave out what they do not need",
         "Ten cases, each with and without `leave_out`: CPU time and largest difference.",
-        ("isethdr study omission",),
+        ("python -m isethdr_measured omission",),
         "half an hour",
     ),
     "published_figures": Page(
@@ -129,7 +129,7 @@ PAGES = {
         " was raised. Anything else is **WRONG**: beyond the bound, NaN, a crash, a numerical"
         " warning. The last column names the closed form or the exact sum that a result is"
         " compared with, or the text of the error.",
-        ("isethdr study stability",),
+        ("python -m isethdr_measured stability",),
         "10 CPU s",
     ),
 }
@@ -182,7 +182,11 @@ def machine() -> str:
 def result_of(command: str) -> str:
     """Return what a command prints: a table of a study, a code block of anything else."""
     words = command.split()
-    if words[:2] != ["isethdr", "study"]:
+    if words[:2] == ["isethdr", "study"]:
+        study = words
+    elif words[:3] == ["python", "-m", "isethdr_measured"]:
+        study = [sys.executable, *words[1:]]
+    else:
         done = subprocess.run(
             [sys.executable, *words[1:]], cwd=ROOT, check=True, capture_output=True, text=True
         )
@@ -190,7 +194,7 @@ def result_of(command: str) -> str:
     with tempfile.TemporaryDirectory() as folder:
         rows = Path(folder) / "rows.csv"
         home = os.environ | {"ISETHDR_HOME": folder}
-        run = [*words, "--csv", str(rows)]
+        run = [*study, "--csv", str(rows)]
         subprocess.run(run, cwd=ROOT, check=True, env=home, stdout=subprocess.DEVNULL)
         with rows.open(newline="") as file:
             return markdown(list(csv.DictReader(file)))

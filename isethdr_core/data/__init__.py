@@ -4,6 +4,7 @@
 |-----------------------|------------------------------------------------------------------------|
 | `camera_geometry`     | where a sensor looks: projection, distortion, relative illumination    |
 | `categories`          | names and numbers of object categories                                 |
+| `error_costs`         | what a smaller error costs, and the division of an error at least cost |
 | `derived_once`        | what metrics derive from reference picture and labels alone, kept      |
 | `quantities`          | dims, units and attributes of radiance, irradiance, captures, pictures |
 | `reference_picture`   | the picture of a camera without noise, blur and flare, and its labels  |

@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from ..data.error_costs import Cost
 from ..errors import PluginError
 from ..uncertainty.error_terms import LIGHT, Quantity
 from .protocols import DeclaresAccuracy, DividesErrorAllowed
@@ -24,26 +25,6 @@ from .protocols import DeclaresAccuracy, DividesErrorAllowed
 LEAST_VALUES = 2  # of a knob: one value cannot be compared with another
 LIGHT_KINDS = ("lighting", "lens", "flare", "sensor")  # whose errors reach the electrons
 BUDGETED_KINDS = ("renderer", *LIGHT_KINDS)
-
-
-@dataclass(frozen=True)
-class Cost:
-    """Seconds as a power law: seconds x value^-power; where `power` is 0, so many seconds for every
-    factor e that the value is less.
-
-    Parameters
-    ----------
-    seconds : CPU seconds of the value 1, for a million values (tiles x bands). Knobs that no budget
-        divides are only compared with themselves: 1.0 serves.
-    power : above 0 where small values are dear (an error), below 0 where large ones are (samples).
-    """
-
-    seconds: float
-    power: float = 0.0
-
-    def of(self, value: float) -> float:
-        """Return the seconds of a value above 0; without a power, but for a constant."""
-        return self.seconds * (value**-self.power if self.power else -math.log(value))
 
 
 CostModel: TypeAlias = Cost | Callable[[Any], float]

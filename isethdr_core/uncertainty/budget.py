@@ -10,50 +10,17 @@ config node `accuracy`:
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import Any
 
+from ..data.error_costs import STORE, STORE_COST, USUAL, Cost, divided
 from ..errors import ConfigError
 from ..pipeline.demand import Demand
-from ..plugins.accuracy_knobs import Cost, ErrorShare, knobs_of
+from ..plugins.accuracy_knobs import ErrorShare, knobs_of
 from . import ledger
 
 STORE_KEY, LIGHT_KEY = "store", "light"  # whose costs the core knows
-Key = TypeVar("Key")
-
-
-def divided(allowed: float, costs: Mapping[Key, Cost]) -> dict[Key, float]:
-    """Return the errors, `allowed` in all, that cost least.
-
-    Lagrange: at the least total every stage gains as much from a little more error, -cost'(e) =
-    rate, so that e = (seconds x power / rate)^(1 / (1 + power)), or seconds / rate. The sum falls
-    with the rate.
-    """
-
-    def errors(log_rate: float) -> dict[Key, float]:
-        return {
-            k: math.exp((math.log(c.seconds * (c.power or 1.0)) - log_rate) / (1 + c.power))
-            for k, c in costs.items()
-        }
-
-    # by halving: SciPy's root finders would add 0.2 s to every command that only plans
-    low, high = -700.0, 700.0
-    for _ in range(80):
-        middle = (low + high) / 2
-        low, high = (middle, high) if sum(errors(middle).values()) > allowed else (low, middle)
-    return errors(high)
-
-
-# CPU seconds of rounding stored radiance, for a million values: measured (docs/budget.md).
-STORE_COST = Cost(0.007)
-# The share of that rounding in what a config allows, where the light has the costs of the bundled
-# lenses. Light of which no component declares any cost is left the rest.
-STORE = 0.10925760665975137
-# Shares are found for this fraction of the noise: what little they change with it is worth no
-# seconds.
-USUAL = 0.1
 
 
 @dataclass(frozen=True)

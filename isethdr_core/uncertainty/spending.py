@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any, TypeVar
 
-from ..plugins.accuracy_knobs import Cost, ErrorShare, knobs_of, shares_of
+from ..data.error_costs import Cost
+from ..plugins.accuracy_knobs import ErrorShare, knobs_of, shares_of
 from .budget import Division, Spending, division
 
 SINGLE = ("lighting", "lens")  # fields of a chain that hold one component

@@ -11,12 +11,12 @@ from omegaconf import open_dict
 
 from isethdr_core import compose, run
 from isethdr_core.conformance.renderer import world
+from isethdr_core.data.error_costs import STORE
 from isethdr_core.data.scores import Score, half_interval, state_errors
 from isethdr_core.plugins.registry import components
 from isethdr_core.quantities import centres, scene_radiance
 from isethdr_core.storage.encoding import KEEPBITS, rounding
 from isethdr_core.uncertainty import ledger
-from isethdr_core.uncertainty.budget import STORE
 
 CHART = [
     "scene=point_lights",

@@ -95,9 +95,17 @@ def test_the_pattern_for_paths_finds_them():
     )
 
 
+# makes pages of our own docs, from a checkout
+NOT_SHIPPED = {"isethdr_measured"}
+
+
 def test_every_package_is_shipped():
     text = (ROOT / "pyproject.toml").read_text()
+    shipped = text.partition("[tool.hatch.build.targets.wheel]")[2].partition("\n[")[0]
+    assert not [name for name in NOT_SHIPPED if name in shipped]
     for name, folder in PACKAGES.items():
+        if name in NOT_SHIPPED:
+            continue
         assert f'"{name_of(folder)}"' in text, (
             f"{name} is not in [tool.hatch.build.targets.wheel] of pyproject.toml"
         )

@@ -9,8 +9,9 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
+from isethdr_measured.accuracy import transport
 from isethdr_mitsuba.renderer import MitsubaRenderer
-from isethdr_workflows.accuracy import point, transport
+from isethdr_workflows.accuracy import point
 
 from isethdr_core.display.preview import denoised, tristimulus
 

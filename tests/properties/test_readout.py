@@ -8,8 +8,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from isethdr_isp.readout.electrons import readouts
+from isethdr_measured.stability.inputs import irradiance
 from isethdr_sensors import SingleSensor
-from isethdr_workflows.stability.inputs import irradiance
 
 GREEN = np.array([550.0])
 

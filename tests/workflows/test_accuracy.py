@@ -6,8 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_workflows import accuracy, study_command
-from isethdr_workflows.accuracy import basis, dynamics, point, psf, stored
+from isethdr_measured import accuracy
+from isethdr_measured.accuracy import basis, dynamics, psf, stored
+from isethdr_workflows import study_command
+from isethdr_workflows.accuracy import point
 from isethdr_workflows.accuracy.point import Point, Work, as_rows, front, refuse_what_does_not_fit
 
 from isethdr_core.errors import ConfigError

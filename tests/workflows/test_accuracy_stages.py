@@ -6,17 +6,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from isethdr_workflows import accuracy
-from isethdr_workflows.accuracy import (
+from isethdr_measured import accuracy
+from isethdr_measured.accuracy import (
     aberrated,
     basis,
     denoise,
-    diagram,
     field,
     ghosts,
     ghosts_by_chance,
-    point,
 )
+from isethdr_workflows.accuracy import diagram, point
 from isethdr_workflows.accuracy.point import Point, Work
 
 from isethdr_core.physics.optics.surfaces import Surface
@@ -184,7 +183,7 @@ def test_a_stage_with_several_diagrams_is_one_picture(tmp_path, monkeypatch):
         Work(f"part {k}", "relative error", "closed form", error, points)
         for k, error in enumerate((1e-2, 1e-16, np.nan))
     ]
-    monkeypatch.setattr("isethdr_workflows.accuracy.dynamics.measured", lambda: works)
+    monkeypatch.setattr("isethdr_measured.accuracy.dynamics.measured", lambda: works)
     pictures = tmp_path / "pictures"
     pictures.mkdir()
     rows = accuracy.accuracy(stage="dynamics", pictures=str(pictures))

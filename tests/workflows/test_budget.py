@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_workflows import budget
-from isethdr_workflows.budget import scenes
+from isethdr_measured import budget
+from isethdr_measured.budget import scenes
 from isethdr_workflows.empty_home import empty_home
 
 from isethdr_core.errors import ConfigError

@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_workflows.omission import cases, omission
-from isethdr_workflows.omission.cases import CASES, CHART, SHARP, TILES, Case, only
-from isethdr_workflows.omission.compare import NOISE_SD, compared, largest
+from isethdr_measured.omission import cases, omission
+from isethdr_measured.omission.cases import CASES, CHART, SHARP, TILES, Case, only
+from isethdr_measured.omission.compare import NOISE_SD, compared, largest
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import LeftOut, Row

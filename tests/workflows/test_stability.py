@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_workflows.stability import STAGES, lens, stability
-from isethdr_workflows.stability.dynamics import exact
-from isethdr_workflows.stability.verdict import Case, Measured, judged, relative
+from isethdr_measured.stability import STAGES, lens, stability
+from isethdr_measured.stability.dynamics import exact
+from isethdr_measured.stability.verdict import Case, Measured, judged, relative
 
 from isethdr_core.errors import ConfigError, IsetHdrError, UnitError
 

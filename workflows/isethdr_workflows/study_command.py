@@ -6,6 +6,9 @@ from __future__ import annotations
 
 import csv
 import inspect
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib import import_module
 from pathlib import Path
@@ -16,57 +19,118 @@ import typer
 from isethdr_core.cli.terminal import print_path, print_table
 from isethdr_core.errors import ConfigError, did_you_mean
 
-from . import STUDIES
+from . import SHOWN, STUDIES
 
+INTERRUPTED = 130  # exit code after Ctrl-C: 128 + SIGINT
 NUMBERS = {"int": int, "float": float}
 
 
-def study(
-    name: Annotated[str, typer.Argument(help="name of a study; none lists them")] = "",
-    settings: Annotated[
-        list[str] | None, typer.Argument(help="key=value, as the study's function takes them")
-    ] = None,
-    csv_file: Annotated[str, typer.Option("--csv", help="also write the rows to this file")] = "",
-) -> None:
-    """Run a study: a table of results that needs no scene. Without a name: list the studies."""
-    if not name:
-        for known in STUDIES:
-            typer.echo(f"{known}: {(inspect.getdoc(function_of(known)) or '').splitlines()[0]}")
-        return
-    if csv_file and not Path(csv_file).resolve().parent.is_dir():
-        raise ConfigError(
-            f"--csv is {csv_file}; expected a file in a folder that exists; make the folder first"
-        )
-    rows = run_study(name, settings or [])
-    show(rows, name)
-    print_path("stored", keep(name, settings or [], rows))
-    if csv_file:
-        with open(csv_file, "w", newline="") as file:
-            writer = csv.DictWriter(file, list(rows[0]) if rows else [])
-            writer.writeheader()
-            writer.writerows(rows)
+@dataclass(frozen=True)
+class Studies:
+    """The studies of one package.
 
-
-def function_of(name: str):
-    """Return the function of a study."""
-    if name not in STUDIES:
-        raise ConfigError(f"no study {name!r}{did_you_mean(name, STUDIES)}")
-    module, function = STUDIES[name].split(":")
-    return getattr(import_module(f".{module}", __package__), function)
-
-
-def run_study(name: str, settings: list[str]) -> list[dict]:
-    """Return the rows of a study; `settings` are key=value, converted to the number that the
-    function's parameter names.
+    Parameters
+    ----------
+    table : {name: "module:function" in the package}; a function returns rows, list[dict].
+    package : where the modules are.
+    shown : {name: "module:function"} of what a terminal shows in place of all rows.
     """
-    function = function_of(name)
+
+    table: Mapping[str, str]
+    package: str
+    shown: Mapping[str, str] = field(default_factory=dict)
+
+    def function_of(self, name: str) -> Callable[..., list[dict]]:
+        """Return the function of a study; ConfigError where there is none of that name."""
+        if name not in self.table:
+            raise ConfigError(f"no study {name!r}{did_you_mean(name, self.table)}")
+        return self._function(self.table[name])
+
+    def for_people(self, name: str, rows: list[dict]) -> list[dict]:
+        """Return the rows that a terminal shows."""
+        return self._function(self.shown[name])(rows) if name in self.shown else rows
+
+    def _function(self, place: str) -> Callable[..., list[dict]]:
+        module, function = place.split(":")
+        return getattr(import_module(f".{module}", self.package), function)
+
+
+OF_USERS = Studies(STUDIES, __package__, SHOWN)
+
+
+def study_of(studies: Studies) -> Callable[..., None]:
+    """Return the command of some studies."""
+
+    def study(
+        name: Annotated[str, typer.Argument(help="name of a study; none lists them")] = "",
+        settings: Annotated[
+            list[str] | None, typer.Argument(help="key=value, as the study's function takes them")
+        ] = None,
+        csv_file: Annotated[
+            str, typer.Option("--csv", help="also write the rows to this file")
+        ] = "",
+    ) -> None:
+        """Run a study: a table of results. Without a name: list the studies."""
+        if not name:
+            for known in studies.table:
+                about = (inspect.getdoc(studies.function_of(known)) or "").splitlines()[0]
+                typer.echo(f"{known}: {about}")
+            return
+        if csv_file and not Path(csv_file).resolve().parent.is_dir():
+            raise ConfigError(
+                f"--csv is {csv_file}; expected a file in a folder that exists; make the folder"
+                " first"
+            )
+        try:
+            rows = run_study(name, settings or [], studies)
+        except KeyboardInterrupt:
+            print("interrupted", file=sys.stderr)
+            raise typer.Exit(INTERRUPTED) from None
+        show(studies.for_people(name, rows), name)
+        print_path("stored", keep(name, settings or [], rows))
+        if csv_file:
+            with open(csv_file, "w", newline="") as file:
+                writer = csv.DictWriter(file, list(rows[0]) if rows else [])
+                writer.writeheader()
+                writer.writerows(rows)
+
+    return study
+
+
+study = study_of(OF_USERS)
+
+
+def function_of(name: str) -> Callable[..., list[dict]]:
+    """Return the function of a study that users run."""
+    return OF_USERS.function_of(name)
+
+
+def run_study(name: str, settings: list[str], studies: Studies = OF_USERS) -> list[dict]:
+    """Return the rows of a study.
+
+    Parameters
+    ----------
+    settings : key=value, converted to the number that the function's parameter names. A function
+        with `*overrides` gets all others as they are: they compose a config.
+
+    Raises
+    ------
+    ConfigError : an unknown study or setting, or a value that is no number.
+    """
+    function = studies.function_of(name)
     known = inspect.signature(function).parameters
-    values = {}
+    kinds = {p.name: p.kind for p in known.values()}
+    composes = inspect.Parameter.VAR_POSITIONAL in kinds.values()
+    named = [key for key, kind in kinds.items() if kind is not inspect.Parameter.VAR_POSITIONAL]
+    values, overrides = {}, []
     for text in settings:
         key, equals, value = text.partition("=")
-        if not equals or key not in known:
+        if composes and key not in named:
+            overrides.append(text)
+            continue
+        if not equals or key not in named:
             raise ConfigError(
-                f"study {name} has no setting {text!r}{did_you_mean(key, known)}; type key=value"
+                f"study {name} has no setting {text!r}{did_you_mean(key, named)}; type key=value"
             )
         try:
             values[key] = NUMBERS.get(known[key].annotation, str)(value)
@@ -75,7 +139,7 @@ def run_study(name: str, settings: list[str]) -> list[dict]:
                 f"study {name}: {key}={value!r} is no number; type for example"
                 f" {key}={known[key].default}"
             ) from None
-    return function(**values)
+    return function(*overrides, **values)
 
 
 def keep(name: str, settings: list[str], rows: list[dict]):

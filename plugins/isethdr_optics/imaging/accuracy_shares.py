@@ -4,8 +4,8 @@ how it divides what it is told over kernels, ghosts and the functionals of the s
 
 from __future__ import annotations
 
-from isethdr_core.plugins.accuracy_knobs import AccuracyKnob, Cost, ErrorShare
-from isethdr_core.uncertainty.budget import STORE, USUAL, divided
+from isethdr_core.data.error_costs import STORE, USUAL, Cost, divided
+from isethdr_core.plugins.accuracy_knobs import AccuracyKnob, ErrorShare
 from isethdr_core.uncertainty.error_terms import Quantity
 
 from ..psf.error_parts import SPREAD
@@ -30,14 +30,14 @@ FUNCTIONALS = 0.9  # of the short way, photocurrent
 TRANSFORMS = 0.1  # of the short way too: rounding cannot be bought, only checked
 CONVOLUTION = 1.0  # of the long way, irradiance, band by band
 
-# the reference has kernels of three times less error, from other points than all of `values`
+# the reference has kernels of a fifth of the error, from other points than all of `values`
 SPECKLE_KNOB = AccuracyKnob(
     "speckle_error",
     (0.12, 0.06, 0.03, 0.015),
     Quantity.IRRADIANCE,
     COSTS["kernels"],
     part=SPREAD,
-    reference=0.005,
+    reference=0.003,
 )
 # linear interpolation between places errs by the square of their distance: as many places as one
 # over the error

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from isethdr_core import AccuracyKnob, ErrorShare, compose
+from isethdr_core.data.error_costs import STORE, STORE_COST, USUAL, Cost, divided
 from isethdr_core.demand import Demand, Response
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain import Chain, chain, on_sensor, plan
 from isethdr_core.plugins.registry import build
 from isethdr_core.storage.encoding import KEEPBITS, bits_for, rounding
 from isethdr_core.uncertainty import budget, ledger, spending
-from isethdr_core.uncertainty.budget import Cost
 from isethdr_core.uncertainty.error_terms import Quantity
 
 SMALL = [
@@ -117,7 +117,7 @@ def test_the_error_allowed_is_that_of_the_largest_signal_to_noise_ratio():
     ],
 )
 def test_no_other_division_costs_less(costs, allowed):
-    errors = budget.divided(allowed, costs)
+    errors = divided(allowed, costs)
     assert sum(errors.values()) == pytest.approx(allowed, rel=1e-12)
     least = sum(c.of(errors[k]) for k, c in costs.items())
     rng, shares = np.random.default_rng(0), np.arange(1, 200) / 200
@@ -137,7 +137,7 @@ def test_no_other_division_costs_less(costs, allowed):
 
 
 def test_where_only_logarithms_are_paid_shares_are_as_the_seconds():
-    errors = budget.divided(0.1, {"a": Cost(3.0), "b": Cost(1.0)})
+    errors = divided(0.1, {"a": Cost(3.0), "b": Cost(1.0)})
     assert errors["a"] == pytest.approx(0.075, rel=1e-12)
 
 
@@ -149,7 +149,7 @@ def test_a_store_keeps_the_bits_that_its_share_asks_for():
         error = budget.stored_error(demand)
         snr = demand.response.noise_fraction_allowed / demand.error_allowed
         assert error * snr == pytest.approx(
-            budget.STORE * fraction, rel=1e-12
+            STORE * fraction, rel=1e-12
         )  # of the noise, at full scale, where it is the most
         bits = bits_for(error)
         assert rounding(bits) <= error and (bits == KEEPBITS or rounding(bits - 1) > error)
@@ -160,7 +160,7 @@ def test_the_plan_passes_it_on():
     rows = ledger.Ledger()
     demand = plan(chain(compose([*SMALL, "accuracy.noise_fraction_allowed=0.5"])), rows)
     full_e = max(build("sensor", "bayer").full_scale_e())
-    left = 0.5 * (1 - budget.STORE)  # the store takes its share first
+    left = 0.5 * (1 - STORE)  # the store takes its share first
     assert (
         demand.response.noise_fraction_allowed == left
         and demand.error_allowed == demand.response.error_allowed
@@ -213,8 +213,8 @@ def test_the_budget_is_divided_over_whatever_the_components_declare():
     assert who == ("flare v", "error_allowed")
     assert shares.store + shares.light + veil == pytest.approx(1.0, rel=1e-12)
     # Lagrange: a little more error saves the flare as many seconds as it saves the store
-    rate = budget.STORE_COST.seconds / (budget.USUAL * shares.store)
-    cost, error = found[-1].share.cost, budget.USUAL * veil
+    rate = STORE_COST.seconds / (USUAL * shares.store)
+    cost, error = found[-1].share.cost, USUAL * veil
     assert cost.seconds * cost.power * error ** -(cost.power + 1) == pytest.approx(rate, rel=1e-9)
 
 
@@ -227,11 +227,11 @@ def test_without_declarations_and_with_bundled_lenses_the_store_has_its_usual_sh
         )
     for shares in of.values():
         # the root is found to 2e-12
-        assert shares.store == pytest.approx(budget.STORE, rel=1e-11) and not shares.told
-        assert shares.light == pytest.approx(1 - budget.STORE, rel=1e-11)
+        assert shares.store == pytest.approx(STORE, rel=1e-11) and not shares.told
+        assert shares.light == pytest.approx(1 - STORE, rel=1e-11)
     lone = budget.division([budget.Spending("flare", "f", ErrorShare("e", Cost(1.0)), "e")])
     # a lens that declares nothing beside a flare that does: their ratio is that of the costs
-    light = budget.STORE_COST.seconds * (1 - budget.STORE) / budget.STORE
+    light = STORE_COST.seconds * (1 - STORE) / STORE
     assert lone.told["f", "e"] / lone.light == pytest.approx(1.0 / light, rel=1e-9)
 
 

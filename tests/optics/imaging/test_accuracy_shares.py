@@ -3,7 +3,7 @@
 import pytest
 from isethdr_optics.imaging import accuracy_shares as shares
 
-from isethdr_core.uncertainty.budget import STORE, STORE_COST, USUAL, divided
+from isethdr_core.data.error_costs import STORE, STORE_COST, USUAL, divided
 
 
 def test_shares_add_up_to_the_whole():

@@ -1,7 +1,7 @@
 """The demosaic study: rows for every array, and the order of the methods where it is known."""
 
 import pytest
-from isethdr_workflows.isp.demosaic_methods import ARRAYS, CHARTS, demosaic_methods
+from isethdr_measured.demosaic_methods import ARRAYS, CHARTS, demosaic_methods
 
 
 def test_guided_and_published_methods_are_ahead_where_they_claim_it():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from isethdr_workflows.isp.merge_rules import (
+from isethdr_measured.merge_rules import (
     asked,
     default_levels,
     ends_e,

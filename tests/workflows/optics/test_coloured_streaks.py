@@ -3,7 +3,7 @@ error they state.
 """
 
 import pytest
-from isethdr_workflows.optics.coloured_streaks import coloured_streaks
+from isethdr_measured.coloured_streaks import coloured_streaks
 
 
 @pytest.mark.slow

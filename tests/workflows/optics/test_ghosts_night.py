@@ -4,7 +4,7 @@ study.
 
 import numpy as np
 import pytest
-from isethdr_workflows.optics.ghosts_night import study
+from isethdr_workflows.ghosts_night import study
 
 from isethdr_core.quantities import RADIANCE, centres, plane
 

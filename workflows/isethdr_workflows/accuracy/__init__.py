@@ -1,91 +1,211 @@
-"""Accuracy: error against run time and memory of every stage that can be made cheaper or better.
+"""Accuracy: error against run time of any configuration, by the accuracy knobs that its components
+declare.
 
-| file         | what is varied                                                    |
-|--------------|-------------------------------------------------------------------|
-| `point`      | one setting measured, and which settings no other beats           |
-| `diagram`    | the picture of one stage: error against seconds                   |
-| `changed`    | a setting that users need not know, for the time of a measurement |
-| `transport`  | paths per tile of the renderer, per light group                   |
-| `bands`      | bands that light is carried in                                    |
-| `stored`     | mantissa bits kept in a store                                     |
-| `denoise`    | the denoising preview in place of more paths                      |
-| `psf`        | sub-bands of a point spread, and how far it reaches               |
-| `field`      | places of the field at which a point spread is made               |
-| `ghosts`     | pairs of surfaces and rays that ghosts are drawn from             |
-| `ghosts_by_chance` | its reference: photons of chance                            |
-| `basis`      | functionals of the spectrum in place of bands                     |
-| `aberrated`  | the same through a pupil with a wavefront                         |
-| `convolve`   | ways to convolve twelve decades of light                          |
-| `dynamics`   | integrators of a pixel that overflows                             |
-| `demosaic`   | ways to fill in missing colours                                   |
-| `merge`      | rules that merge captures                                         |
-| `metrics`    | how many pairs and draws a score is taken from                    |
+| file               | what                                                                     |
+|--------------------|--------------------------------------------------------------------------|
+| `configured_knobs` | the knobs of a composed configuration, and the settings to measure       |
+| `stage_results`    | the chain stage by stage, with the CPU seconds of the stages             |
+| `differences`      | how far a setting is from the reference, in own units and in noise       |
+| `summary`          | one row for each knob, for a terminal                                    |
+| `point`            | one setting measured, and which settings no other beats                  |
+| `diagram`          | work-precision diagrams: error against seconds                           |
 """
 
 from __future__ import annotations
 
-from importlib import import_module
+import csv
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
-from isethdr_core.cli.progress import track
-from isethdr_core.errors import ConfigError, did_you_mean
+from threadpoolctl import threadpool_limits
 
+from isethdr_core.cli.progress import shown, track
+from isethdr_core.config.composition import compose
+from isethdr_core.errors import CatalogError
+from isethdr_core.pipeline.chain import chain, checked_config
+from isethdr_core.storage import store
+from isethdr_core.uncertainty.error_terms import Quantity
+
+from .configured_knobs import Found, Setting, chosen, find, setting
 from .diagram import draw
-from .point import as_rows
+from .differences import Noise, difference, noise_of
+from .point import Point, Work
+from .stage_results import SENSOR, Results, all_stages, measured, span
 
-STAGES = (
-    "transport",
-    "bands",
-    "denoise",
-    "stored",
-    "psf",
-    "field",
-    "ghosts",
-    "basis",
-    "aberrated",
-    "convolve",
-    "dynamics",
-    "demosaic",
-    "merge",
-    "metrics",
-)
+TABLE, PICTURE = "accuracy.csv", "accuracy.png"
+REFERENCE = "reference"  # in the place of a value
+SAME = "as the reference"
+OF = {
+    Quantity.PICTURE: "luminance, in standard deviations of the picture's noise",
+    Quantity.SCORE: "scores, over half of their 95 % intervals",
+}
+OF_ELECTRONS = "electrons, in standard deviations of the sensor's noise"
 
 
-def accuracy(stage: str = "", pictures: str = "", reference: int = 0) -> list[dict]:
-    """Measure error against seconds and memory for every stage with an accuracy knob: one
-    work-precision diagram each.
+@dataclass(frozen=True)
+class Job:
+    """One setting of one knob to measure."""
+
+    found: Found
+    setting: Setting
+    value: Any
+    is_reference: bool = False
+
+
+@dataclass
+class Study:
+    """What is known while the study goes on."""
+
+    base: Results  # of the configuration as it is
+    noise: Noise
+    allowed: float  # share of the noise
+    references: dict[str, Results] = field(default_factory=dict)
+    rows: list[dict] = field(default_factory=list)
+
+    def measure(self, job: Job) -> dict | None:
+        """Return the row of a setting; None for a reference, which is kept."""
+        found, knob = job.found, job.found.knob
+        first, last = span(found.kind, knob.error_of)
+        exact = job.is_reference and found.exact
+        done = measured(job.setting, self.base, first, last, exact)
+        if job.is_reference:
+            self.references[found.name] = done.results
+            return None
+        off = difference(done.results, self.references[found.name], knob.error_of, self.noise)
+        row = {
+            "knob": found.name,
+            "value": job.value,
+            "now": job.value == found.now,
+            "error": off.own,
+            "unit": off.unit,
+            "compared": str(off.compared),
+            "error_of_noise": off.of_noise,
+            "cpu_s": done.first_s,
+            "cpu_s_again": done.again_s,
+            "declared_cost": knob.seconds(job.value),
+            "part": knob.part or "",
+            "reference": _written(found),
+            "allowed": self.allowed,
+            "noise": "all" if self.noise.known else "shot noise alone",
+        }
+        self.rows.append(row)
+        return row
+
+
+def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = "") -> list[dict]:
+    """Measure error against run time of your own configuration, knob by knob.
 
     Parameters
     ----------
-    stage : one stage alone; empty takes all.
-    reference : points per tile of the reference of the stage `psf`, the one that can outgrow
-        memory; 0 takes its own.
-    pictures : folder for the diagrams; empty draws none.
+    overrides : compose the configuration, as those of `isethdr run`: scene=... lens=...
+    knob : one knob alone, for example lens.speckle_error; empty takes all.
+    values : of that knob, from the cheapest to the finest, for example 0.1,0.03; empty takes those
+        that the component declares.
+    folder : for accuracy.csv and accuracy.png; empty makes one in the home folder.
 
     Returns
     -------
-    rows with stage, setting, error and what it is one of, CPU seconds, peak memory above the start
-    (MB), mark (`default`, `peer`), front (no other setting is both better and cheaper), the
-    reference and the reference's own error.
+    rows with knob, value, now (whether the configuration has it), error with its unit and the
+    quantity compared, error in standard deviations of the sensor's noise, CPU seconds with nothing
+    at hand and at once again, the declared cost, the part of the light, the reference, and the
+    share of the noise that the configuration allows. Errors are those of 99 % of the values.
 
     Raises
     ------
-    ConfigError : an unknown stage, or a reference that does not fit in memory.
+    ConfigError : no component declares a knob, or a component refuses a value of its knob.
+    KeyboardInterrupt : after Ctrl-C; what was measured is in the folder.
     """
-    if stage and stage not in STAGES:
-        raise ConfigError(
-            f"study accuracy has no stage {stage!r}{did_you_mean(stage, STAGES)}; a stage without"
-            " knobs has no diagram"
+    config = checked_config(compose(list(overrides)))
+    base = Setting(config, chain(config))
+    found = chosen(find(config, base.parts), knob, values)
+    jobs = [job for one in found for job in _jobs(config, one)]  # refused before any work
+    into = _folder(folder, overrides)
+    last = max(SENSOR, *(span(one.kind, one.knob.error_of)[1] for one in found))
+    with threadpool_limits(1, "blas"):  # as a run
+        with shown("the configuration as it is"):
+            results = all_stages(base, Results(), 0, last, exact=False)
+        noise = noise_of(base, results)
+        study = Study(results, noise, base.parts.allowed.noise_fraction)
+        try:
+            with (into / TABLE).open("w", newline="") as file:
+                _measure_all(study, jobs, file)
+        except KeyboardInterrupt:
+            tried = sum(not job.is_reference for job in jobs)
+            print(f"stopped: {len(study.rows)} of {tried} settings are measured", file=sys.stderr)
+            raise
+        finally:
+            if study.rows:
+                draw(works(study.rows), into / PICTURE)
+            print(f"table and picture:\n{into}", file=sys.stderr)
+    return study.rows
+
+
+def works(rows: Sequence[dict]) -> list[Work]:
+    """Return one diagram per knob: error in units of the noise against CPU seconds."""
+    found: dict[str, Work] = {}
+    for row in rows:
+        error_of = OF.get(row["compared"], OF_ELECTRONS)
+        work = found.setdefault(
+            row["knob"],
+            Work(
+                row["knob"],
+                error_of,
+                row["reference"],
+                math.nan,
+                [],
+                row["allowed"],
+                math.inf,
+                SAME,
+            ),
         )
-    if reference and stage != "psf":
-        raise ConfigError(
-            "study accuracy has a reference of a size to choose for the stage psf alone; type"
-            " stage=psf"
-        )
-    rows = []
-    for name in track([stage] if stage else list(STAGES), "stages"):
-        works = import_module(f".{name}", __package__).measured(*([reference] if reference else []))
-        rows += [row for work in works for row in as_rows(work)]
-        if pictures:
-            draw(works, Path(pictures) / f"accuracy_{name}.png")
-    return rows
+        mark = "now" if row["now"] else ""
+        text = f"{row['value']:g}" if isinstance(row["value"], float) else str(row["value"])
+        work.points.append(Point(text, row["error_of_noise"], row["cpu_s"], mark=mark))
+    return list(found.values())
+
+
+def _jobs(config: Any, one: Found) -> list[Job]:
+    """Return the reference of a knob, and its settings from the cheapest to the finest."""
+    jobs = [Job(one, setting(config, one, one.reference), REFERENCE, is_reference=True)]
+    return jobs + [
+        Job(one, setting(config, one, {one.name: value}), value) for value in one.values()
+    ]
+
+
+def _measure_all(study: Study, jobs: list[Job], file: Any) -> None:
+    """Measure all settings; each row is in the file before the next setting starts."""
+    writer = None
+    for job in track(jobs, "settings"):
+        row = study.measure(job)
+        if row is None:
+            continue
+        if writer is None:
+            writer = csv.DictWriter(file, list(row))
+            writer.writeheader()
+        writer.writerow(row)
+        file.flush()
+
+
+def _written(one: Found) -> str:
+    """Return the reference of a knob as the command line takes it."""
+    listed = " ".join(f"{path}={value}" for path, value in one.reference.items())
+    return f"{listed} nothing left out".strip() if one.exact else listed
+
+
+def _folder(name: str, overrides: Sequence[str]) -> Path:
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    own = f"accuracy-{store.content_hash([list(overrides), now])[:8]}"
+    folder = Path(name) if name else store.home() / "studies" / own
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / TABLE).touch()
+    except OSError as err:
+        raise CatalogError(
+            f"cannot write into {folder}: {err.strerror}; choose another folder with folder=PATH"
+        ) from err
+    return folder

@@ -14,16 +14,22 @@ from isethdr_core.extras import needed
 
 from .point import Work, front
 
-COLOURS = {"default": "#c0392b", "peer": "#7f8c8d", "view": "#2e8b57", "": "#2c6fad"}
-SHAPES = {"default": "D", "peer": "X", "view": "^", "": "o"}
+COLOURS = {
+    "default": "#c0392b",
+    "now": "#c0392b",
+    "peer": "#7f8c8d",
+    "view": "#2e8b57",
+    "": "#2c6fad",
+}
+SHAPES = {"default": "D", "now": "D", "peer": "X", "view": "^", "": "o"}
 NAMES = {
     "default": "default",
+    "now": "as configured",
     "peer": "rule of other simulators",
     "view": "denoised",
     "": "setting",
 }
-ORDER = {"": 2, "peer": 3, "view": 3, "default": 4}  # on top of others
-FAILS = 100.0  # an error of so much is drawn there, whatever it is
+ORDER = {"": 2, "peer": 3, "view": 3, "default": 4, "now": 4}  # on top of others
 WIDTH_IN, DPI = (
     7.0,
     130,
@@ -104,11 +110,12 @@ def save(fig, path) -> None:
 def panel(ax, work: Work, wide: bool):
     """Draw one diagram; return its [(text, x, y)] still to be placed, and its dots [(x, y)]."""
     shown = sorted((p for p in work.points if p.error >= 0), key=lambda p: p.cpu_s)
-    some = [p.error for p in shown if 0 < p.error < FAILS] or [1e-16]
+    fails = work.fails_at
+    some = [p.error for p in shown if 0 < p.error < fails] or [1e-16]
     floor = min(some) / 10
 
     def height(point):
-        return min(max(point.error, floor), FAILS)
+        return min(max(point.error, floor), fails)
 
     best = front(shown)
     ax.plot(
@@ -134,6 +141,8 @@ def panel(ax, work: Work, wide: bool):
     near = work.reference_error >= floor  # else far below all points, and said in words
     if near:
         ax.axhline(work.reference_error, ls=":", color="#555", lw=1, label="reference's own error")
+    if work.allowed >= 0:
+        ax.axhline(work.allowed, ls="--", color="#2e8b57", lw=1, label="allowed")
     lines = textwrap.wrap(work.error_of, 60 if wide else 34)
     ax.set(xscale="log", yscale="log", xlabel="CPU seconds", ylabel="\n".join(lines))
     right = f"(reference right to {work.reference_error:.1g})" if work.reference_error >= 0 else ""
@@ -143,12 +152,14 @@ def panel(ax, work: Work, wide: bool):
     limits(
         ax,
         [p.cpu_s for p in shown],
-        [height(p) for p in shown] + ([work.reference_error] if near else []),
+        [height(p) for p in shown]
+        + [work.reference_error] * near
+        + [work.allowed] * (work.allowed >= 0),
     )
     ax.grid(True, which="major", color="#eee")
     texts = [
         (p.label or p.setting)
-        + (" (fails)" if p.error >= FAILS else " (exact)" if p.error == 0 else "")
+        + (" (fails)" if p.error >= fails else f" ({work.no_error})" if p.error == 0 else "")
         for p in shown
     ]
     dots = [(p.cpu_s, height(p)) for p in shown]

@@ -4,6 +4,7 @@ beats.
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, field
 
@@ -22,7 +23,9 @@ class Point:
     cpu_s: float
     peak_mb: float = 0.0
     mark: str = (
-        ""  # default: what runs use; peer: what other simulators do; view: denoised for eyes
+        # default: what runs use; now: what a configuration has; peer: what other simulators do;
+        # view: denoised for eyes
+        ""
     )
     label: str = ""  # in the diagram, where the setting is too long
 
@@ -36,6 +39,9 @@ class Work:
     reference: str
     reference_error: float  # in the unit of the errors
     points: list[Point] = field(default_factory=list)
+    allowed: float = math.nan  # what a configuration allows, in the unit of the errors
+    fails_at: float = 100.0  # larger errors are drawn here
+    no_error: str = "exact"  # what a setting without any error is called
 
 
 def timed(call, repeat: int = 2):

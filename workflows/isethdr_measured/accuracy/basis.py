@@ -8,6 +8,7 @@ import numpy as np
 from isethdr_optics.imaging.field_optics import field_optics
 from isethdr_optics.imaging.photocurrent import FUNCTIONALS
 from isethdr_optics.plan.planning import whole
+from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core import ledger, quantities
 from isethdr_core.demand import Demand
@@ -15,8 +16,6 @@ from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.pipeline.imaging_plan import imaged
 from isethdr_core.plugins.registry import build
 from isethdr_core.uncertainty.budget import Allowed
-
-from .point import Point, Work, timed
 
 SHAPE, TILE = (48, 64), 0.0005  # of the frame; of a tile, tangents
 BANDS_NM = np.arange(400.0, 701.0, 10.0)

@@ -6,12 +6,11 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core import store
 from isethdr_core.plugins.registry import build
 from isethdr_core.storage.encoding import KEEPBITS
-
-from .point import Point, Work, timed
 
 BITS = (4, 6, 8, 10, 12, 16, None)  # None keeps all 23
 

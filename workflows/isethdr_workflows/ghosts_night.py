@@ -10,7 +10,7 @@ from isethdr_core.display.display_view import display
 from isethdr_core.plugins.registry import build
 from isethdr_core.quantities import tristimulus
 
-from ..paper.rendered_scene import rendered, write_sheet
+from .paper.rendered_scene import rendered, write_sheet
 
 COATINGS = {
     "none": 1.0,

@@ -9,13 +9,13 @@ from functools import lru_cache
 
 import numpy as np
 from isethdr_mitsuba import frame
+from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core import Demand
 from isethdr_core.physics.photometry import luminance
 from isethdr_core.plugins.registry import build
 
 from .changed import changed
-from .point import Point, Work, timed
 
 SIZE = {"width": 96, "height": 54}
 SAMPLES = (6, 24, 96, 384)

@@ -7,6 +7,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
+from isethdr_workflows.empty_home import empty_home
 
 from isethdr_core import compose, run
 from isethdr_core.ledger import Ledger
@@ -16,7 +17,6 @@ from isethdr_core.pipeline.chain import chain, plan
 from isethdr_core.runs import radiance_cache
 from isethdr_core.runs import run as runs
 
-from ..empty_home import empty_home
 from .cases import CHART, CLEAN, SHARP, TILES
 
 FLOAT32 = 2.0**-22  # relative: irradiance and what is made of it, each rounded to float32

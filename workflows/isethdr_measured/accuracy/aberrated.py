@@ -4,10 +4,11 @@ mirror images of themselves.
 
 from __future__ import annotations
 
+from isethdr_workflows.accuracy.point import Work
+
 from isethdr_core.plugins.registry import build
 
 from .basis import against_bands
-from .point import Work
 
 SHAPE, F_NUMBER = (
     (135, 240),

@@ -8,9 +8,8 @@ import numpy as np
 from isethdr_optics import DiffractionLimitedLens
 from isethdr_optics.psf.kernels import _Plan
 from isethdr_optics.pupil.sampled_pupil import distance_mm, radius_mm
+from isethdr_workflows.accuracy.point import Point, Work, refuse_what_does_not_fit, timed
 from scipy.special import j1
-
-from .point import Point, Work, refuse_what_does_not_fit, timed
 
 TILE_UM, BAND_NM, WIDTH_NM = 3.75, 550.0, 30.0
 F_NUMBER, FOCAL_MM = 4.0, 6.0

@@ -12,12 +12,12 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
+from isethdr_workflows.empty_home import empty_home
 
 from isethdr_core.cli.progress import track
 from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.registry import build
 
-from ..empty_home import empty_home
 from .chains import Setting, by_hand, errors, exact, parts_of, planned
 from .scenes import CAMERAS, scene
 

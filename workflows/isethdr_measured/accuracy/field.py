@@ -9,11 +9,11 @@ from isethdr_optics import WavefrontLens
 from isethdr_optics.field import grid, imaging
 from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.psf import kernels
+from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core import quantities
 
 from .changed import changed
-from .point import Point, Work, timed
 
 SHAPE = (21, 29)  # tiles; so few that the exact core of a kernel reaches over all of them
 PITCH = 0.0015  # tangents: 6 um of a 4 mm lens

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core.display.preview import denoised, tristimulus
 from isethdr_core.extras import needed
 
-from .point import Point, Work, timed
 from .transport import ERROR_OF, LONG, median_error, rendered, setting
 
 

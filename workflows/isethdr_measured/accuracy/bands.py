@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from isethdr_workflows.accuracy.point import Point, Work
 
 from isethdr_core.plugins.registry import build
 
-from .point import Point, Work
 from .transport import of_paths
 
 SIZE = {"width": 64, "height": 36}

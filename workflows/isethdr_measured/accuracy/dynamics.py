@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core.extras import needed
 from isethdr_core.physics.detector.charge_dynamics import Well, flow
@@ -13,8 +14,6 @@ from isethdr_core.physics.detector.charge_dynamics_steps import (
     graded,
     implicit_steps,
 )
-
-from .point import Point, Work, timed
 
 T_S, KNEE_E, THERMAL_E = 0.016, 20000.0, 530.0
 TIMES_SATURATION = np.array([0.01, 0.1, 1.0, 10.0, 100.0])

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core.plugins.registry import build
 
-from ..isp.merge_rules import default_levels, judged, near_top, rules, shot
-from .point import Point, Work, timed
+from ..merge_rules import default_levels, judged, near_top, rules, shot
 
 DRAWS = 40000
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.fft as sf
+from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core.physics.convolution import convolve
 
-from ..optics.convolution_methods import METHODS, direct, frame, prepare
-from .point import Point, Work, timed
+from ..convolution_methods import METHODS, direct, frame, prepare
 
 SHAPE = (270, 480)
 ALLOWED = (

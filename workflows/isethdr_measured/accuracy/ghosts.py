@@ -8,12 +8,12 @@ from functools import partial
 import numpy as np
 from isethdr_optics import GhostFlare, IdealLens
 from isethdr_optics.flare.ghosts import ghost_flare, trace
+from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core import quantities
 
 from .changed import changed
 from .ghosts_by_chance import flux_by_chance
-from .point import Point, Work, timed
 
 PRESCRIPTION, F_NUMBER, FOCAL_MM, COATING = (
     "cooke_triplet",

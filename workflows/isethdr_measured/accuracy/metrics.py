@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core import generator
 from isethdr_core.config.composition import compose
 from isethdr_core.plugins.registry import build
 from isethdr_core.truth import truth
-
-from .point import Point, Work, timed
 
 DRAWS = (1, 2, 4, 8, 16)
 MANY = 96

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core import generator
 from isethdr_core.plugins.registry import build
 from isethdr_core.truth import truth
 
-from ..isp.demosaic_methods import ARRAYS, PITCH_UM, radiance
-from .point import Point, Work, timed
+from ..demosaic_methods import ARRAYS, PITCH_UM, radiance
 
 SIZE = (240, 320)
 BORDER = 8

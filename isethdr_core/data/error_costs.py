@@ -1,0 +1,63 @@
+"""Error costs: what a smaller error costs, and the division of an error at the least cost."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeVar
+
+Key = TypeVar("Key")
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Seconds as a power law: seconds x value^-power; where `power` is 0, so many seconds for every
+    factor e that the value is less.
+
+    Parameters
+    ----------
+    seconds : CPU seconds of the value 1, for a million values (tiles x bands). Knobs that no budget
+        divides are only compared with themselves: 1.0 serves.
+    power : above 0 where small values are dear (an error), below 0 where large ones are (samples).
+    """
+
+    seconds: float
+    power: float = 0.0
+
+    def of(self, value: float) -> float:
+        """Return the seconds of a value above 0; without a power, but for a constant."""
+        return self.seconds * (value**-self.power if self.power else -math.log(value))
+
+
+# CPU seconds of rounding stored radiance, for a million values; measured, see
+# docs/explanation/budget.md.
+STORE_COST = Cost(0.007)
+# The share of that rounding in what a config allows, where the light has the costs of the bundled
+# lenses. Light of which no component declares any cost is left the rest.
+STORE = 0.10925760665975137
+# Shares are found for this fraction of the noise: what little they change with it is worth no
+# seconds.
+USUAL = 0.1
+
+
+def divided(allowed: float, costs: Mapping[Key, Cost]) -> dict[Key, float]:
+    """Return the errors, `allowed` in all, that cost least.
+
+    Lagrange: at the least total every stage gains as much from a little more error, -cost'(e) =
+    rate, so that e = (seconds x power / rate)^(1 / (1 + power)), or seconds / rate. The sum falls
+    with the rate.
+    """
+
+    def errors(log_rate: float) -> dict[Key, float]:
+        return {
+            k: math.exp((math.log(c.seconds * (c.power or 1.0)) - log_rate) / (1 + c.power))
+            for k, c in costs.items()
+        }
+
+    # by halving: SciPy's root finders would add 0.2 s to every command that only plans
+    low, high = -700.0, 700.0
+    for _ in range(80):
+        middle = (low + high) / 2
+        low, high = (middle, high) if sum(errors(middle).values()) > allowed else (low, middle)
+    return errors(high)

@@ -1,0 +1,182 @@
+"""The study of accuracy on any configuration: errors of knobs with a closed form, what is kept
+after Ctrl-C, mistakes.
+"""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+import typer
+from isethdr_workflows import accuracy as package
+from isethdr_workflows.accuracy import accuracy, summary
+from isethdr_workflows.study_command import study
+from typer.testing import CliRunner
+
+from isethdr_core import AccuracyKnob, Component, Cost, Score
+from isethdr_core.errors import ConfigError
+from isethdr_core.plugins import registry
+from isethdr_core.uncertainty.error_terms import Quantity
+
+from .command import FAST, WITHOUT_REPORT, isethdr
+
+SMALL = ["scene=uniform", *FAST, "lighting=ideal", "sensor=bayer"]
+PLUGIN = """
+from dataclasses import dataclass
+from typing import ClassVar
+import numpy as np
+from isethdr_core import AccuracyKnob, Component, Cost, hookimpl
+from isethdr_core.data import quantities
+from isethdr_core.error_terms import Quantity
+
+@dataclass(frozen=True)
+class AcmeVeil:
+    '''A uniform veil, found with so many rays: 1 / rays of itself too bright.'''
+    share: float = 0.5
+    rays: int = 16
+    accuracy_knobs: ClassVar = (
+        AccuracyKnob("rays", (4, 16, 64), Quantity.IRRADIANCE, Cost(1.0, -1.0), reference=1024),
+    )
+
+    def irradiance(self, lens, mixed):
+        share = self.share * (1 + 1 / self.rays)
+        values = share * lens.throughput_sr() * np.asarray(mixed.values)
+        x, y = (mixed[d].values * 1e-3 * lens.focal_length_mm for d in ("x", "y"))
+        return quantities.plane(values, mixed.wavelength.values, x, y, quantities.IRRADIANCE)
+
+@hookimpl
+def isethdr_components():
+    return [Component("flare", "acme_veil", AcmeVeil)]
+"""
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """A metric of an outside package that is 1 / pairs too large."""
+
+    pairs: int = 10
+
+    accuracy_knobs = (
+        AccuracyKnob("pairs", (10, 100), Quantity.SCORE, Cost(1.0, -1.0), reference=10_000),
+    )
+
+    def __call__(self, picture, truth, labels):
+        value = 2.0 * (1 + 1 / self.pairs)
+        return [Score("acme", value, "1", low=value - 0.1, high=value + 0.1)]
+
+
+@pytest.fixture
+def home(tmp_path, monkeypatch):
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "home"))
+    return tmp_path
+
+
+def table(folder) -> list[dict]:
+    with (folder / package.TABLE).open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_command_measures_a_knob_of_an_outside_plugin(tmp_path):
+    site, info = tmp_path / "site", tmp_path / "site" / "acme-1.0.dist-info"
+    info.mkdir(parents=True)
+    (site / "acme.py").write_text(PLUGIN)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: acme\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[isethdr]\nacme = acme\n")
+    settings = ["lens.falloff=none", "+flare@flare.veil=acme_veil", "knob=flare.veil.rays"]
+    done = isethdr(
+        "study",
+        "accuracy",
+        *SMALL,
+        *settings,
+        f"folder={tmp_path / 'out'}",
+        plugins=[site],
+        ISETHDR_HOME=str(tmp_path / "home"),
+        ISETHDR_PLUGINS=WITHOUT_REPORT,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "flare.veil.rays" in done.stdout
+    assert len((done.stdout + done.stderr).splitlines()) <= 20
+    rows = table(tmp_path / "out")
+    assert [int(row["value"]) for row in rows] == [4, 16, 64]
+    assert [row["now"] for row in rows] == ["False", "True", "False"]
+    for row in rows:
+        # light of the image and of the veil, uniform: 1 + s (1 + 1 / rays), over the reference
+        light, right = (1 + 0.5 * (1 + 1 / n) for n in (int(row["value"]), 1024))
+        assert row["compared"] == "irradiance"
+        # float32: 6e-8 of 1.5 each
+        assert float(row["error"]) == pytest.approx(light / right - 1, rel=1e-4)
+        assert float(row["declared_cost"]) == int(row["value"])
+        assert float(row["cpu_s"]) > 0 and float(row["cpu_s_again"]) > 0
+    # electrons follow light, and a pixel's noise is the same for all
+    of_noise, own = (np.array([float(r[k]) for r in rows]) for k in ("error_of_noise", "error"))
+    assert of_noise / of_noise[0] == pytest.approx(own / own[0], rel=1e-4)
+    assert (tmp_path / "out" / package.PICTURE).stat().st_size > 5000
+
+
+def test_scores_are_compared_in_half_intervals(home, monkeypatch):
+    monkeypatch.setitem(
+        registry.components(), ("metric", "acme"), Component("metric", "acme", Pairs)
+    )
+    rows = accuracy(*SMALL, "+metric@metric.acme=acme", knob="metric.acme.pairs", folder=str(home))
+    right = 2.0 * (1 + 1e-4)
+    for row in rows:
+        off = 2.0 * (1 + 1 / row["value"]) - right
+        assert row["compared"] == "score" and row["error"] == pytest.approx(off / right, rel=1e-9)
+        assert row["error_of_noise"] == pytest.approx(off / 0.1, rel=1e-9)
+
+
+def test_narrower_bands_are_better_down_to_the_reference(home):
+    rows = accuracy(
+        *SMALL, "lens.falloff=none", knob="scene.step_nm", values="30,10,2", folder=str(home)
+    )
+    errors = [row["error_of_noise"] for row in rows]
+    assert errors[0] > errors[1] > errors[2] == 0.0  # the last is the reference's own value
+    [line] = summary.by_knob(rows)
+    assert line["knob"] == "scene.step_nm" and line["now"] == 10.0 and line["tried"] == 3
+
+
+def test_after_ctrl_c_what_was_measured_is_kept(home, monkeypatch):
+    measure = package.Study.measure
+
+    def stopped(self, job):
+        if len(self.rows) == 2:
+            raise KeyboardInterrupt
+        return measure(self, job)
+
+    monkeypatch.setattr(package.Study, "measure", stopped)
+    app = typer.Typer()
+    app.command("study")(study)
+    app.command("other")(lambda: None)
+    arguments = ["study", "accuracy", *SMALL, "knob=scene.step_nm", f"folder={home}"]
+    done = CliRunner().invoke(app, arguments)
+    assert done.exit_code == 130 and "stopped: 2 of 5 settings are measured" in done.output
+    assert [float(row["value"]) for row in table(home)] == [50.0, 30.0]
+    assert (home / package.PICTURE).exists()
+
+
+def test_a_configuration_without_knobs_is_refused(home, monkeypatch):
+    from isethdr_scenes.charts.chart import Chart
+
+    monkeypatch.setattr(Chart, "accuracy_knobs", None)
+    with pytest.raises(ConfigError, match="no component .* declares an accuracy knob .*type for"):
+        accuracy(*SMALL)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"knob": "scene.stepnm"}, "did you mean 'scene.step_nm'"),
+        ({"values": "10,5"}, "no knob; type knob=scene.step_nm"),
+        ({"knob": "scene.step_nm", "values": "10,["}, "cannot be read; .*values=50.0,30.0"),
+        (
+            {"knob": "scene.step_nm", "values": "10,-5"},
+            "scene.step_nm cannot be set to scene.step_nm=-5: .*0.1 to 3000",
+        ),
+    ],
+)
+def test_mistakes_are_told_before_any_work(home, monkeypatch, settings, said):
+    monkeypatch.setattr(package, "all_stages", lambda *_, **__: pytest.fail("work has started"))
+    with pytest.raises(ConfigError, match=said):
+        accuracy(*SMALL, **settings)

@@ -1,0 +1,29 @@
+"""Measured: the studies whose tables are pages of `docs/measured`. They run from a checkout, with
+`python -m isethdr_measured NAME key=value ...`; the wheel does not hold them.
+
+| module                | what                                                                     |
+|-----------------------|--------------------------------------------------------------------------|
+| `__main__`            | the command                                                              |
+| `coloured_streaks`    | streaks of a dusty lens: one wavelength per band, and whole bands        |
+| `convolution_methods` | error against run time beside lamps up to 1e12 times the background      |
+| `demosaic_methods`    | demosaic methods compared on charts                                      |
+| `merge_rules`         | merge rules over eight decades of light                                  |
+| `accuracy/`           | error against run time of each stage of the bundled components           |
+| `budget/`             | whether the error allowed is kept                                        |
+| `omission/`           | runs that leave out what they do not need, against runs that do not      |
+| `stability/`          | every stage and the whole chain through hard cases                       |
+"""
+
+from __future__ import annotations
+
+# {name: "module:function" in this package}; as `isethdr_workflows.STUDIES`
+STUDIES = {
+    "accuracy": "accuracy:accuracy",
+    "budget": "budget:budget",
+    "coloured_streaks": "coloured_streaks:coloured_streaks",
+    "convolution_methods": "convolution_methods:convolution_methods",
+    "demosaic_methods": "demosaic_methods:demosaic_methods",
+    "merge_rules": "merge_rules:merge_rules",
+    "omission": "omission:omission",
+    "stability": "stability:stability",
+}

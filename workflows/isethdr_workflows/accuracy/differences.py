@@ -1,0 +1,137 @@
+"""Differences: how far the results of one setting are from those of the reference, in the
+quantity's own unit and in standard deviations of the sensor's noise.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from isethdr_core.data.scores import half_interval
+from isethdr_core.uncertainty import propagation
+from isethdr_core.uncertainty.error_terms import Quantity
+
+from .configured_knobs import Setting
+from .stage_results import Results, captured
+
+SHARE = propagation.SHARE  # of the values, that a figure speaks for
+RELATIVE = "relative"
+LIGHT = {
+    Quantity.RADIANCE: "mixed",
+    Quantity.IRRADIANCE: "light",
+    Quantity.PHOTOCURRENT: "light",
+}
+
+
+class Noise(NamedTuple):
+    """The sensor's noise in the configuration as it is, by camera."""
+
+    sigma_e: dict[str, np.ndarray]  # (capture, y, x) standard deviation, electrons
+    counts: dict[str, np.ndarray]  # (capture, y, x): pixels below saturation
+    known: bool  # False: shot noise alone, because captures do not tell the rest
+
+
+class Difference(NamedTuple):
+    """How wrong one setting is: 99 % of all values are off by at most so much."""
+
+    own: float
+    unit: str
+    compared: str  # the quantity
+    of_noise: float  # standard deviations of the sensor's noise
+
+
+def noise_of(one: Setting, results: Results) -> Noise:
+    """Return the noise of every camera for the light of a configuration."""
+    sigma, counts, known = {}, {}, True
+    for name, captures in captured(one, results).items():
+        electrons = results.electrons[name]
+        counts[name] = ~captures["saturated"].values if "saturated" in captures else None
+        shots = None
+        if not propagation.missing(captures):
+            shots = propagation.electrons(captures, results.light, results.mixed, results.scene)
+            sigma[name] = np.stack([shot.sigma for shot in shots])
+        if shots is None or sigma[name].shape != electrons.shape:
+            known = False
+            sigma[name] = np.sqrt(np.maximum(electrons.values, 1.0))
+        if counts[name] is None or counts[name].shape != electrons.shape:
+            counts[name] = np.ones(electrons.shape, bool)
+    return Noise(sigma, counts, known)
+
+
+def difference(one: Results, reference: Results, error_of: Quantity, noise: Noise) -> Difference:
+    """Return how wrong `one` is against the reference.
+
+    Light that lies on another grid, or in other bands, than that of the reference is compared in
+    electrons.
+
+    Parameters
+    ----------
+    error_of : the quantity that is compared; electrons where it is none of the chain's.
+    """
+    if error_of == Quantity.SCORE:
+        return _of_scores(one, reference)
+    if error_of == Quantity.PICTURE:
+        return _of_pictures(one, reference)
+    of_noise = max(_in_noise(one, reference, noise, name) for name in one.electrons)
+    if error_of in LIGHT:
+        a, b = (getattr(results, LIGHT[error_of]) for results in (one, reference))
+        if _alike(a, b):
+            return Difference(_relative(a.values, b.values), RELATIVE, a.name or error_of, of_noise)
+    own = max(
+        _most(np.abs(one.electrons[name].values - r.values)[noise.counts[name]])
+        for name, r in reference.electrons.items()
+    )
+    return Difference(own, "electrons", Quantity.ELECTRONS, of_noise)
+
+
+def _in_noise(one: Results, reference: Results, noise: Noise, name: str) -> float:
+    off = np.abs(one.electrons[name].values - reference.electrons[name].values)
+    shares = (off / noise.sigma_e[name])[noise.counts[name]]
+    return _most(shares)
+
+
+def _of_pictures(one: Results, reference: Results) -> Difference:
+    own, of_noise = [], []
+    for name, right in reference.pictures.items():
+        valid = right["valid"].values & one.pictures[name]["valid"].values
+        y, y_right = (p["xyz"].sel(xyz_channel="Y").values for p in (one.pictures[name], right))
+        own.append(_relative(y[valid], y_right[valid]))
+        variance = right["variance"]
+        if "xyz_channel" in variance.dims:
+            variance = variance.sel(xyz_channel="Y")
+        with np.errstate(invalid="ignore", divide="ignore"):
+            shares = (np.abs(y - y_right) / np.sqrt(variance.values))[valid]
+        of_noise.append(_most(shares[np.isfinite(shares)]))
+    return Difference(max(own), RELATIVE, Quantity.PICTURE, max(of_noise))
+
+
+def _of_scores(one: Results, reference: Results) -> Difference:
+    """Return the largest difference of a score: relative, and over half of its interval."""
+    own, of_noise = [0.0], [math.nan]
+    for name, scores in reference.scores.items():
+        found = {(s.metric, s.object): s for s in one.scores[name]}
+        for right in scores:
+            score = found.get((right.metric, right.object))
+            if score is None or not math.isfinite(right.value - score.value):
+                continue
+            off = abs(score.value - right.value)
+            own.append(off / abs(right.value) if right.value else off)
+            if half_interval(right) > 0:
+                of_noise.append(off / half_interval(right))
+    return Difference(max(own), RELATIVE, Quantity.SCORE, float(np.nanmax(of_noise)))
+
+
+def _alike(a: Any, b: Any) -> bool:
+    return a.dims == b.dims and all(np.array_equal(a[d].values, b[d].values) for d in a.dims)
+
+
+def _relative(values: np.ndarray, right: np.ndarray) -> float:
+    """Return what 99 % of the relative errors are at most, where the reference has light."""
+    lit = right > 0
+    return _most(np.abs(values[lit] - right[lit]).astype(float) / right[lit])
+
+
+def _most(errors: np.ndarray) -> float:
+    return float(np.quantile(errors, SHARE)) if errors.size else math.nan

@@ -1,0 +1,145 @@
+"""Stage results: the chain run stage by stage, from a stage on, with the CPU seconds that the
+stages take.
+"""
+
+from __future__ import annotations
+
+import time
+from contextlib import nullcontext
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+from isethdr_core.data.reference_picture import labels_on, truth
+from isethdr_core.data.scores import Score
+from isethdr_core.pipeline.chain import imaging_plan, plan
+from isethdr_core.pipeline.imaging_plan import TrivialPlan, imaged
+from isethdr_core.pipeline.shot import developed
+from isethdr_core.runs.radiance_cache import scene_radiance
+from isethdr_core.runs.seeds import generator
+from isethdr_core.uncertainty import ledger
+from isethdr_core.uncertainty.error_terms import Quantity
+from isethdr_core.uncertainty.ledger import Ledger
+
+from ..empty_home import empty_home
+from .configured_knobs import Setting
+
+STAGES = ("scene", "lighting", "lens", "sensor", "isp", "metric")
+FIRST = {"scene": 0, "renderer": 0, "lighting": 1, "lens": 2, "flare": 2, "sensor": 3, "isp": 4}
+LAST = {
+    Quantity.RADIANCE: 0,
+    Quantity.IRRADIANCE: 2,
+    Quantity.PHOTOCURRENT: 2,
+    Quantity.ELECTRONS: 3,
+    Quantity.PICTURE: 4,
+    Quantity.SCORE: 5,
+}
+SENSOR, ISP, METRIC = 3, 4, 5
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """What the stages of one configuration made; None and empty where they were not run."""
+
+    scene: Any = None  # scene radiance
+    mixed: Any = None
+    light: Any = None  # irradiance or photocurrent
+    electrons: dict[str, Any] = field(default_factory=dict)  # {camera: mean electrons}
+    captures: dict[str, Any] = field(default_factory=dict)
+    pictures: dict[str, Any] = field(default_factory=dict)
+    scores: dict[str, list[Score]] = field(default_factory=dict)
+
+
+class Measured(NamedTuple):
+    """Results, and the CPU seconds of the stages that were measured."""
+
+    results: Results
+    first_s: float  # with nothing kept from before
+    again_s: float  # at once again; NaN where the stages were run once
+
+
+def span(kind: str, error_of: Quantity) -> tuple[int, int]:
+    """Return the first and the last stage that a knob's cost and error are measured over."""
+    first = FIRST.get(kind, METRIC)
+    return first, max(first, LAST.get(error_of, SENSOR))
+
+
+def all_stages(one: Setting, before: Results, first: int, last: int, exact: bool) -> Results:
+    """Return the results of the stages from `first` to `last`.
+
+    Parameters
+    ----------
+    before : the results of the stages before `first`.
+    exact : the lens leaves nothing out, and makes irradiance band by band.
+    """
+    parts, config, rows = one.parts, one.config, Ledger()
+    demand = plan(parts, rows)
+    out = before
+    if first <= 0:
+        scene = scene_radiance(parts, demand, rows, config)[0].load()
+        out = replace(out, scene=scene)
+    if first <= 1 <= last:
+        with ledger.stage(rows, "lighting"):
+            out = replace(out, mixed=parts.lighting(out.scene))
+    if first <= 2 <= last:
+        with ledger.stage(rows, "lens"):
+            flares = tuple(parts.flares.values())
+            made = (
+                TrivialPlan(parts.lens, flares) if exact else imaging_plan(parts, out.mixed, demand)
+            )
+            out = replace(out, light=imaged(made, out.mixed))
+    if first <= SENSOR <= last:
+        with ledger.stage(rows, "sensor"):
+            electrons = {k: s.expected(out.light) for k, s in parts.cameras.items()}
+            out = replace(out, electrons=electrons)
+    if first <= ISP <= last:
+        out = _developed(one, out, rows, sensed=first <= SENSOR)
+    if first <= METRIC <= last:
+        with ledger.stage(rows, "metric"):
+            out = replace(out, scores=_scores(one, out))
+    return out
+
+
+def captured(one: Setting, before: Results) -> dict[str, Any]:
+    """Return {camera: captures} of the light, with the noise of the configuration."""
+    config = one.config
+    random = generator(config.seed, config.device, config.scene.name)
+    with ledger.stage(Ledger(), "sensor"):
+        return {k: sensor(before.light, random) for k, sensor in one.parts.cameras.items()}
+
+
+def measured(one: Setting, before: Results, first: int, last: int, exact: bool) -> Measured:
+    """Return the results of the stages and their CPU seconds, then of the stages up to the
+    electrons, which are not measured.
+
+    Parameters
+    ----------
+    before, first, last, exact : as `all_stages`.
+    """
+    once = first == 0 and one.parts.renderer is not None  # a second rendering reads the first
+    alone = empty_home() if first in (0, 2) else nullcontext()  # nothing of before is at hand
+    with alone:
+        start = time.process_time()
+        out = all_stages(one, before, first, last, exact)
+        middle = time.process_time()
+        if not once:
+            all_stages(one, before, first, last, exact)
+        again_s = float("nan") if once else time.process_time() - middle
+    if last < SENSOR:
+        out = all_stages(one, out, last + 1, SENSOR, exact)
+    return Measured(out, middle - start, again_s)
+
+
+def _developed(one: Setting, before: Results, rows: Ledger, sensed: bool) -> Results:
+    captures = captured(one, before) if sensed or not before.captures else before.captures
+    with ledger.stage(rows, "isp"):
+        pictures = {k: developed(one.parts.isp, c) for k, c in captures.items()}
+    return replace(before, captures=captures, pictures=pictures)
+
+
+def _scores(one: Setting, out: Results) -> dict[str, list[Score]]:
+    found = {}
+    for name, picture in out.pictures.items():
+        reference, labels = truth(out.mixed, picture), labels_on(out.scene, picture)
+        metrics = one.parts.metrics.values()
+        found[name] = [score for m in metrics for score in m(picture, reference, labels)]
+    return found
