@@ -1,6 +1,4 @@
-"""Noise line: read noise and shot noise of a picture, from how its variance grows with
-luminance.
-"""
+"""Noise line: read and shot noise of a picture, from a line through variance over luminance."""
 
 from __future__ import annotations
 
@@ -8,11 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-GROUPS = 20  # of dark pixels; two unknowns need a few, and each group enough pixels for a median
-REACH = 12.0  # times the noise of the darkest pixels: levels up to which the line is fitted
-DEPTH = 1e3  # ratio of luminances over which groups are laid; what is darker is one group
-FEW = 16  # pixels of a group, at least
-DARKEST_SHARE = 0.2  # of the pixels: their noise is that of the dark
+# number of groups of dark pixels: several for two unknowns, few enough for medians of many pixels
+GROUPS = 20
+# the line is fitted up to this luminance, over the noise of the darkest pixels
+REACH = 12.0
+# ratio of the brightest and the darkest group; all darker pixels are in one group
+DEPTH = 1e3
+FEW = 16  # least number of pixels in a group
+DARKEST_SHARE = 0.2  # share of the pixels that are taken as dark
 
 
 class NoiseLine(NamedTuple):
@@ -27,15 +28,15 @@ def noise_line(luminance, variance, darkest_share: float = DARKEST_SHARE) -> Noi
 
     Parameters
     ----------
-    luminance, variance : numbers or flat arrays, cd/m2 and (cd/m2)^2, without fixed pattern.
-    darkest_share : share of the pixels whose noise sets up to which level the line is fitted.
+    luminance : number or flat array, cd/m2.
+    variance : number or flat array, (cd/m2)^2, without fixed pattern.
+    darkest_share : share of the pixels whose noise limits the range of the fit.
 
     Notes
     -----
-    A luminance that is the sum of Poisson counts N_i of weight w_i has a variance of sum(w_i^2
-    N_i), which
-    is sum(w_i^2 N_i) / sum(w_i N_i) times its mean. That ratio is `step`; for one count it is its
-    weight.
+    A luminance that is the sum of Poisson counts N_i with weights w_i has the variance sum(w_i^2
+    N_i). Over the mean luminance this is sum(w_i^2 N_i) / sum(w_i N_i): the `step`. For one count
+    it is the weight of that count.
     """
     luminance, variance = (np.atleast_1d(np.asarray(v, float)) for v in (luminance, variance))
     if not luminance.size:
@@ -44,29 +45,43 @@ def noise_line(luminance, variance, darkest_share: float = DARKEST_SHARE) -> Noi
 
 
 def dark_medians(luminance, variance, darkest_share: float) -> tuple:
-    """Return median luminance and variance of groups of dark pixels, the darkest first."""
+    """Return median luminance and variance of groups of dark pixels, the darkest first.
+
+    Parameters
+    ----------
+    luminance : flat array, cd/m2.
+    variance : flat array, (cd/m2)^2.
+    darkest_share : share of the pixels whose noise limits the groups.
+    """
     dark = luminance <= np.quantile(luminance, darkest_share)
     noise = float(np.sqrt(np.median(variance[dark])))
     return medians(luminance, variance, max(REACH * noise, float(luminance[dark].max())))
 
 
 def medians(luminance, variance, reach: float) -> tuple:
-    """Return median luminance and variance of groups of pixels up to `reach`, the darkest first."""
+    """Return median luminance and variance of groups of pixels, the darkest first.
+
+    Parameters
+    ----------
+    luminance : flat array, cd/m2.
+    variance : flat array, (cd/m2)^2.
+    reach : largest luminance, cd/m2.
+    """
     below = luminance <= reach
     luminance, variance = luminance[below], variance[below]
     level = np.maximum(luminance / (reach or 1.0), 1 / DEPTH)
     group = np.ceil(GROUPS * (1 + np.log(level) / np.log(DEPTH))).astype(np.uint8)
-    order = np.argsort(group, kind="stable")  # one byte: sorted by counting
+    order = np.argsort(group, kind="stable")  # radix sort, as the keys have one byte
     parts = np.split(order, np.cumsum(np.bincount(group))[:-1])
     enough = [part for part in parts if len(part) >= FEW]
-    if len(enough) < 3:  # so few luminances, or pixels, that groups of equal numbers serve better
+    if len(enough) < 3:  # few distinct luminances or few pixels: use groups of equal size
         order = np.argsort(luminance, kind="stable")
         enough = np.array_split(order, min(GROUPS, len(luminance)))
     return tuple(np.array([np.median(v[part]) for part in enough]) for v in (luminance, variance))
 
 
 def line_through(luminance, variance) -> NoiseLine:
-    """Return the line through points by relative least squares, neither term negative."""
+    """Return the line by relative least squares, with read and shot noise not negative."""
     from scipy.optimize import nnls
 
     luminance, variance = (np.atleast_1d(np.asarray(v, float)) for v in (luminance, variance))

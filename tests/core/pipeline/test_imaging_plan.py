@@ -1,5 +1,5 @@
-"""Imaging plans: a lens without one gets a plan that leaves nothing out, and one that plans is
-asked once.
+"""Imaging plans: a lens without a plan gets one that leaves nothing out; a plan states its errors
+once.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def chain(lens, leave_out=True):
 
 
 class OnlyCall:
-    """A lens of the least kind."""
+    """A lens with `__call__` alone."""
 
     def __call__(self, mixed, flares=()):
         """Return irradiance."""
@@ -40,7 +40,7 @@ class OnlyCall:
 
 @dataclass(frozen=True)
 class Darker(IdealLens):
-    """A lens that makes its own light and inherits a plan of other light."""
+    """A lens that overrides `__call__` and inherits the plan of its base class."""
 
     def __call__(self, mixed, flares=(), error_allowed=0.0):
         """Return half the irradiance."""
@@ -56,7 +56,7 @@ def test_only_call_is_required_of_a_lens():
     assert plan.light_errors(mixed(), np.ones((1, 3))) is None
 
 
-def test_a_subclass_that_makes_other_light_is_not_planned_by_what_it_inherits():
+def test_the_inherited_plan_of_a_subclass_with_its_own_call_is_not_used():
     assert plans_imaging(IdealLens()) and not plans_imaging(Darker())
     whole, half = (
         on_sensor(chain(one), mixed(), Demand()).values for one in (IdealLens(), Darker())
@@ -64,16 +64,16 @@ def test_a_subclass_that_makes_other_light_is_not_planned_by_what_it_inherits():
     np.testing.assert_array_equal(half, whole / 2)
 
 
-def test_nothing_is_left_out_where_that_is_switched_off():
+def test_leave_out_false_leaves_nothing_out():
     plan = imaging_plan(chain(IdealLens(), leave_out=False), mixed(), SENSOR.narrow(Demand()))
     assert isinstance(plan, TrivialPlan) and plan.image(mixed()).shape == mixed().shape
 
 
-def test_what_a_plan_leaves_out_and_its_errors_are_stated_once_by_whoever_makes_the_light():
+def test_errors_and_omissions_of_a_plan_are_stated_once_when_light_is_imaged():
     lens, budget = DiffractionLimitedLens(), LightBudget()
     with ledger.stage(rows := ledger.Ledger(), "lens"):
         plan = lens.plan((), mixed(), None, budget)
-        assert not rows and not plan.left_out == ()
+        assert not rows and plan.left_out
         imaged(plan, mixed())
     [row] = rows
     assert [row.left_out.count(one) for one in plan.left_out] == [1] * len(plan.left_out)
@@ -84,7 +84,7 @@ def test_a_plan_serves_other_light_on_the_same_field():
     lens, light = DiffractionLimitedLens(), mixed()
     plan = lens.plan((), light, None, LightBudget())
     twice = light.copy(data=2 * light.values)
-    # float32: twice the light, but for the rounding of the transforms
+    # twice the light, up to the rounding of the transforms in float32
     np.testing.assert_allclose(plan.image(twice).values, 2 * plan.image(light).values, rtol=1e-6)
 
 
@@ -95,14 +95,14 @@ def test_a_plan_refuses_light_on_another_field(other):
         plan.image(mixed(**other))
 
 
-def test_a_plan_refuses_light_that_is_none_though_its_field_was_sound():
+def test_a_plan_refuses_negative_light_on_its_own_field():
     plan, light = IdealLens().plan((), mixed(), None, LightBudget()), mixed()
     light.values[0, 0, 0] = -1.0
     with pytest.raises(UnitError):
         plan.image(light)
 
 
-def test_bands_that_no_sensor_sees_are_dark_in_the_light_and_were_not_computed():
+def test_bands_beyond_every_sensor_are_dark_and_not_computed():
     budget = LightBudget(sensed_nm=(550.0, 650.0))
     plan = IdealLens().plan((), mixed(), None, budget)
     light = plan.image(mixed())
@@ -110,16 +110,13 @@ def test_bands_that_no_sensor_sees_are_dark_in_the_light_and_were_not_computed()
     assert not light.values[0].any() and plan.optics.gains.shape == (2,)
 
 
-def test_a_window_cuts_the_light_of_a_lens_that_keeps_it_in_place():
+def test_a_window_crops_the_light_of_a_lens_without_blur():
     response = SENSOR.narrow(Demand()).response
     budget = LightBudget(window_m=response.window_m)
-    seen = IdealLens().plan((), mixed(), response, budget).image(mixed())
-    whole = IdealLens()(mixed()).sel(x=seen.x, y=seen.y)
-    assert seen.size < mixed().size
-    np.testing.assert_array_equal(seen.values, whole.values)
-    all_of_it = replace(response, window_m=None)
-    assert IdealLens().plan((), mixed(), all_of_it, LightBudget()).image(mixed()).shape == (
-        3,
-        8,
-        12,
-    )
+    cropped = IdealLens().plan((), mixed(), response, budget).image(mixed())
+    whole = IdealLens()(mixed()).sel(x=cropped.x, y=cropped.y)
+    assert cropped.size < mixed().size
+    np.testing.assert_array_equal(cropped.values, whole.values)
+    uncropped = replace(response, window_m=None)
+    plan = IdealLens().plan((), mixed(), uncropped, LightBudget())
+    assert plan.image(mixed()).shape == mixed().shape

@@ -19,11 +19,19 @@ W_BEAM = (
     (0.08, 0.115),
     (0.03, 0.15),
     (0, 0.155),
-)  # profile: towards the road, up
+)  # profile of a W-beam in metres: distance towards the road, height
 
 
 def guard_rail(ground: Ground, start_m: float, end_m: float, y: float) -> Assembly:
-    """Return a W-beam on posts that faces the road, with its ends bent down."""
+    """Return a W-beam guard rail on posts, facing the road, with both ends bent down.
+
+    Parameters
+    ----------
+    ground : the ground that carries the posts.
+    start_m : start along the road.
+    end_m : end along the road.
+    y : lateral position in metres, positive to the left.
+    """
     m = Assembly("guard_rail")
     face = float(np.sign(-y))
     profile = np.array(W_BEAM)
@@ -51,7 +59,7 @@ def guard_rail(ground: Ground, start_m: float, end_m: float, y: float) -> Assemb
 
 
 def marker_post():
-    """Roadside delineator, 1 m, black band and reflector facing -x."""
+    """Return a delineator post of 1 m with a black band and a reflector that faces -x."""
     return Assembly("marker_post").add(
         box((0, 0, 0.5), (0.10, 0.12, 1.0), "post", "lamp_white", 0.03),
         box((0, 0, 0.80), (0.104, 0.124, 0.20), "band", "plastic_black", 0.03),
@@ -60,7 +68,14 @@ def marker_post():
 
 
 def street_lamp(name="street_lamp", tall=8.0, reach=1.8):
-    """Pole at the origin, arm towards +y, luminaire emitting downwards."""
+    """Return a street lamp: pole at the origin, arm towards +y, luminaire emitting downwards.
+
+    Parameters
+    ----------
+    name : name of the object.
+    tall : height in metres.
+    reach : length of the arm in metres.
+    """
     t = np.linspace(0, np.pi / 2, 9)
     arm = np.stack([0 * t, reach * (1 - np.cos(t)), tall - 0.9 + 0.9 * np.sin(t)], 1)
     m = Assembly(name).add(
