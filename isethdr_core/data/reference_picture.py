@@ -1,8 +1,7 @@
-"""Truth: the picture that a camera without noise, blur and flare would make, and the labels on its
-pixels.
+"""Reference picture (`truth`): the picture without noise, blur and flare, and labels on its pixels.
 
-Truth comes from the mixed radiance alone, by exact area integration over the pixels of the picture
-it is compared with.
+It follows from the mixed radiance alone, by exact area integration over the pixels of the picture
+that is compared with it.
 """
 
 from __future__ import annotations
@@ -22,11 +21,11 @@ from .quantities import LUMINANCE, check_mixed, names, tile_pitch
 from .temporal_modulation import time_mean
 
 PICTURE_DIMS = ("y", "x", "xyz_channel")
-UNDENOISED = "undenoised_"  # prefix of what a denoised picture holds of the picture before
+UNDENOISED = "undenoised_"  # prefix of variables of a denoised picture: values before denoising
 VARIANCE_KNOWN = "variance_known"  # optional attribute of a picture; absent means True
 FIXED_PATTERN = "fixed_pattern_variance"  # optional variable of a picture
 FLOAT32 = 2.0**-24  # relative: half a unit in the last place of a float32
-TIE = 1e-6  # of a tile: rounding of coordinates
+TIE = 1e-6  # rounding error of coordinates, as a share of a tile
 
 
 def make_picture(
@@ -86,22 +85,20 @@ def total_variance(picture: xr.Dataset) -> xr.DataArray:
 
 
 def variance_known(picture: xr.Dataset) -> bool:
-    """Return whether the picture states its variance; where it does not, its variances are NaN and
-    no score may use them.
+    """Return whether the picture states its variance. If not, its variances are NaN, and no score
+    may use them.
     """
     return bool(picture.attrs.get(VARIANCE_KNOWN, True))
 
 
 def with_undenoised(picture: xr.Dataset, before: xr.Dataset) -> xr.Dataset:
-    """Return a denoised picture that also holds what it was before: values and variances."""
+    """Return a denoised picture that also holds values and variances before denoising."""
     held = [name for name in ("xyz", "variance", FIXED_PATTERN) if name in before]
     return picture.assign({UNDENOISED + name: before[name] for name in held})
 
 
 def before_denoising(picture: xr.Dataset) -> xr.Dataset:
-    """Return the picture before it was denoised, with its variance; itself where nothing was
-    denoised, or where the image processing keeps nothing of before.
-    """
+    """Return the picture before denoising, or `picture` itself where it holds no such variables."""
     held = [name for name in picture.data_vars if str(name).startswith(UNDENOISED)]
     if not held:
         return picture
@@ -138,13 +135,13 @@ def check_picture(picture: xr.Dataset, what: str = "picture") -> None:
 
 
 def truth(mixed: xr.DataArray, picture: xr.Dataset) -> xr.Dataset:
-    """Return the true picture on the grid of `picture`: the mean XYZ of the radiance that each
-    pixel looks at.
+    """Return the reference picture on the grid of `picture`: the mean XYZ of the radiance within the
+    field of view of each pixel.
 
     Notes
     -----
-    A pixel at x on the sensor looks at the field coordinate x / focal length, or at the
-    quadrilateral of the field that the lens's distortion puts there. Colour matching comes before
+    A pixel at x on the sensor images the field coordinate x / focal length, or the quadrilateral
+    of the field that a distorting lens images there. Colour matching comes before
     the integration; both are linear, so their order does not matter. Variance is 0 and every pixel
     is valid. Light that varies in time counts with its mean over time.
     """
@@ -180,12 +177,17 @@ def truth(mixed: xr.DataArray, picture: xr.Dataset) -> xr.Dataset:
 
 
 def seen(tiles: np.ndarray, field: xr.DataArray | xr.Dataset, picture: xr.Dataset) -> np.ndarray:
-    """Return the mean (..., y, x) of constant tiles (..., y, x) on the grid of `field` over the
-    part of the field that each pixel looks at.
+    """Return the mean (..., y, x) of constant tiles over the field of view of each pixel.
+
+    Parameters
+    ----------
+    tiles : (..., y, x) on the grid of `field`.
+    field : light or radiance, for coordinates and distortion.
+    picture : a picture, for the grid of pixels.
 
     Raises
     ------
-    UnitError : pixels that look beyond the field.
+    UnitError : pixels whose field of view exceeds the field.
     """
     f_m, pitch = _focal_length_m(picture), _pitch_m(picture)
     try:

@@ -30,15 +30,16 @@ def wide(make, field_deg=190.0, aspect=16 / 9, target=(1, 0, 0), at=(0, 0, 0)):
 
 
 def towards(angle_deg, turn_deg):
-    """Unit vector in the world at an angle off the axis +x; turn 0 is to the right (-y), 90 down
-    (-z).
+    """Return the unit vector at an angle off the axis +x.
+
+    A turn of 0 degrees points right (-y), 90 degrees down (-z).
     """
     a, t = np.radians([angle_deg, turn_deg])
     return np.array([np.cos(a), -np.sin(a) * np.cos(t), -np.sin(a) * np.sin(t)])
 
 
 def disc(direction, distance_m, radius_m, corners=24):
-    """A disc that faces the origin from a direction."""
+    """Return a disc in a given direction that faces the origin."""
     side = np.linalg.svd(direction[None])[2][1:]
     if np.dot(np.cross(*side), direction) > 0:
         side = side[::-1]
@@ -77,7 +78,7 @@ def test_a_uniform_sky_is_uniform_at_every_angle(make):
 
 @pytest.mark.parametrize("angle_deg", [60.0, 80.0, 88.0, 94.0])
 @pytest.mark.parametrize("turn_deg", [0.0, 160.0])
-def test_a_lamp_lands_on_the_tile_of_its_angle_and_keeps_its_flux(make, angle_deg, turn_deg):
+def test_a_lamp_is_imaged_at_its_angle_with_its_flux(make, angle_deg, turn_deg):
     direction = towards(angle_deg, turn_deg)
     ds = MitsubaRenderer(width=96, height=54, **QUICK, max_depth=1)(
         lamp_at(make, direction, wide(make))
@@ -107,14 +108,14 @@ def test_a_lamp_lands_on_the_tile_of_its_angle_and_keeps_its_flux(make, angle_de
 
 
 def test_a_large_lamp_beside_the_camera_covers_its_solid_angle(make):
-    """A disc of half angle 14 degrees, 85 degrees off the axis: its border is far from straight on
-    the grid.
-    """
+    """A disc of 28 degrees, 85 degrees off the axis: its border is curved on the grid."""
     direction, half = towards(85.0, 30.0), np.radians(14.0)
     scene = lamp_at(make, direction, wide(make, 220.0, 1.5), distance_m=1.0, radius_m=np.tan(half))
     ds = MitsubaRenderer(width=48, height=32, **QUICK, max_depth=1)(scene)
     light = luminance(ds.radiance.values[0].astype(float), ds.wavelength.values)
-    light /= np.median(light[light > 0.5 * light.max()])  # those wholly covered
+    light /= np.median(
+        light[light > 0.5 * light.max()]
+    )  # level of the tiles that are wholly covered
     ray = projections.direction(*np.meshgrid(ds.x, ds.y), "equidistant")
     world = np.stack([ray[2], -ray[0], -ray[1]])
     angle = np.arccos(np.einsum("k,kyx->yx", direction, world))
@@ -139,10 +140,8 @@ def test_a_large_lamp_beside_the_camera_covers_its_solid_angle(make):
     assert light[outer].max() == 0
 
 
-def test_labels_look_along_the_same_rays(make):
-    """Cubes ahead, beside and behind the camera: labels against the box that each ray meets, by
-    slabs.
-    """
+def test_labels_agree_with_boxes_on_the_same_rays(make):
+    """Cubes ahead, beside and behind the camera; the box that a ray meets follows from slabs."""
     parts = (make.part(make.cube),)
     places = {"ahead": (11.0, 1.0, 0.0), "beside": (0.5, -6.0, 0.3), "behind": (-5.0, -4.0, 1.0)}
     scene = make.describe(
@@ -174,17 +173,15 @@ def test_labels_look_along_the_same_rays(make):
         ds.depth.values[same], (distance * world[..., 0])[same], rtol=1e-3, atol=1e-3
     )
     assert ds.depth.values[wanted == 3].max() < 0
-    # nothing stands in front of anything: what is filled is what is seen, to the grazing rays
+    # no cube hides another: each is visible in full, up to grazing rays
     for entry in ds.attrs["objects"]:
         assert entry["visible_fraction"] == pytest.approx(1, abs=0.02)
         rows, columns = np.nonzero(ds.instance.values == entry["instance"])
         assert entry["box"] == [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
 
 
-def test_chords_stand_for_arcs(make):
-    """Parts of triangles of any size: together they cover the triangle, and their sides are as
-    straight as asked.
-    """
+def test_triangles_are_cut_until_chords_replace_arcs(make):
+    """The parts cover their triangle, and their sides are as straight as required."""
     rng = np.random.default_rng(5)
     view = view_of(wide(make, 240.0, 1.6), 64, 40, 0.0)
     triangles = 3 * rng.normal(size=(40, 3, 3))
@@ -199,18 +196,15 @@ def test_chords_stand_for_arcs(make):
         found = np.abs(arc[..., 0] * side[..., 1] - arc[..., 1] * side[..., 0]) / np.linalg.norm(
             side, axis=-1
         )
-        # asked of the middle: an arc is farthest from its chord there, but for the arc's own change
-        # of bend
+        # the rule tests the middle of an arc, where its distance from the chord is nearly largest
         assert off / 4 < found.max() <= 1.5 * off
         # nothing is covered twice, and those wholly on the grid lose nothing
         whole = np.bincount(which, area(parts), len(triangles)) / area(triangles)
         assert (whole < 1 + 1e-9).all() and np.sum(whole > 1 - 1e-9) > 10
 
 
-def test_the_same_scene_on_tangents_and_on_angles(make):
-    """Where both see: tangents brought to the tiles of angles by exact areas of overlap, in
-    standard errors of the difference.
-    """
+def test_tangent_and_equidistant_projections_agree(make):
+    """Within the common field: the tangent picture is resampled by exact areas of overlap."""
     from dataclasses import replace
 
     scene, at, repeats = make.street(0), ((0, 0, 1.4), (18, 0, 1.2)), 6
@@ -253,8 +247,8 @@ def test_the_same_scene_on_tangents_and_on_angles(make):
 
 
 def test_a_fisheye_camera_from_the_street_to_the_picture(make):
-    """190 degrees through a Kannala-Brandt lens: the picture is its truth where no lamp is, and
-    labels lie on it.
+    """190 degrees through a Kannala-Brandt lens: the picture equals its reference picture outside
+    lamps, and labels agree with it.
     """
     from dataclasses import replace
 
@@ -279,10 +273,10 @@ def test_a_fisheye_camera_from_the_street_to_the_picture(make):
         picture.attrs["projection"] == "equidistant"
         and picture.attrs["distortion"]["model"] == "kannala_brandt"
     )
-    seen, wanted = picture["xyz"].values[..., 1], true["xyz"].values[..., 1]
+    found, wanted = picture["xyz"].values[..., 1], true["xyz"].values[..., 1]
     # pixels of a tile and a quarter, moved by exact areas twice: half a per cent in the middle of
     # even surfaces, more at edges
-    assert np.median(np.abs(seen / wanted - 1)) < 0.01
+    assert np.median(np.abs(found / wanted - 1)) < 0.01
     # the picture is wider than any grid of tangents: its middle row looks beyond 75 degrees on both
     # sides
     lens_map = camera_geometry.map_of(picture)
@@ -290,12 +284,13 @@ def test_a_fisheye_camera_from_the_street_to_the_picture(make):
     assert np.degrees(np.abs(at).max()) > 85
     beside = np.degrees(np.abs(at)) > 76
     assert (
-        set(labels["instance"].values[-4:, beside].ravel()) == {1} and (seen[-4:, beside] > 0).all()
+        set(labels["instance"].values[-4:, beside].ravel()) == {1}
+        and (found[-4:, beside] > 0).all()
     )  # the road goes on there
 
 
-def test_the_scalar_way_has_angles_too(make):
-    """Without LLVM, tiles that are not square: every tile sees what it sees with it."""
+def test_the_scalar_variant_renders_equidistant_fields(make):
+    """Tiles that are not square: both variants agree tile by tile."""
     scene = make.street(4)
     scene = replace(
         scene, camera=replace(scene.camera, projection="equidistant", horizontal_field_deg=150.0)
@@ -319,10 +314,10 @@ def test_the_scalar_way_has_angles_too(make):
         1, abs=0.1
     )  # skew noise of 0.5 a tile, its median of 30
     upside_down = np.abs(sky[0][::-1] - sky[1]).max()
-    assert upside_down > 0.5 * sky[1].max(), "the test would see a camera on its head"
+    assert upside_down > 0.5 * sky[1].max(), "the test could not detect an inverted picture"
 
 
-def test_fields_that_a_grid_cannot_show_are_refused_with_what_to_type(make):
+def test_fields_beyond_the_projection_are_refused_with_advice(make):
     sky = {"sky": make.flat(1.0)}
     for camera, margin, message in (
         (make.camera((0, 0, 0), (1, 0, 0), 170.0, 1.0), 0.0, "scene.projection=equidistant"),

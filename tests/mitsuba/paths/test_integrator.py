@@ -16,7 +16,7 @@ NM = np.arange(360.0, 831.0)
 
 
 def photopic(spectrum):
-    """Luminance integral of a spectrum, over all wavelengths, not the bands alone."""
+    """Return the luminance of a spectrum over all wavelengths, also beyond the bands."""
     return LM_PER_W * float(spectrum.at(NM) @ v_lambda(NM))
 
 
@@ -34,7 +34,7 @@ def test_a_uniform_sky_returns_its_own_spectrum(make):
 
 
 def test_white_furnace(make):
-    """Inside a closed diffuse sphere that glows everywhere, radiance is emission / (1 -
+    """Inside a closed diffuse sphere with uniform emission, radiance is emission / (1 -
     reflectance).
     """
     rho = 0.5
@@ -49,14 +49,14 @@ def test_white_furnace(make):
 
 
 def photopic_share(ds, spectrum):
-    """Part of a spectrum's luminance that falls on the bands of `ds`."""
+    """Return the share of a spectrum's luminance within the bands of `ds`."""
     return float(
         luminance(spectrum.at(ds.wavelength.values)[:, None], ds.wavelength.values)[0]
     ) / photopic(spectrum)
 
 
 def sphere(n, inside_out):
-    """A convex ball of triangles: the emission is constant, so its facets do not matter."""
+    """Return a convex polyhedron; with constant emission its facets do not matter."""
     theta, phi = np.linspace(0, np.pi, n + 1), np.linspace(0, 2 * np.pi, 2 * n, endpoint=False)
     v = np.array(
         [[np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)] for t in theta for p in phi]
@@ -133,9 +133,7 @@ def test_same_seed_gives_the_same_cube_and_another_seed_does_not(make):
 
 
 def test_a_group_is_the_same_bit_for_bit_when_the_others_are_not_rendered(make):
-    """So the groups' sum is the picture with all lamps on, and a group left out is absent, not
-    black.
-    """
+    """A group that is not rendered is absent from the result, not black."""
     scene, renderer = make.street(6), MitsubaRenderer(width=48, height=27, samples=8)
     whole = renderer(scene)
     assert list(whole.light_group.values) == ["sky", "headlights", "other", "streetlights"]

@@ -1,5 +1,5 @@
-"""Kernel store: shared by processes, never wrong when damaged, named by everything that kernels
-depend on.
+"""Kernel store: processes share its files, damaged files are computed again, and a name depends on
+everything that determines the kernels.
 """
 
 import dataclasses
@@ -38,10 +38,8 @@ def everything_is_kept(monkeypatch):
     kernels._cache.clear()
 
 
-def made(monkeypatch=None):
-    """Return kernels as a new process would get them; with `monkeypatch`, computing any is an
-    error.
-    """
+def fresh_kernels(monkeypatch=None):
+    """Return kernels with an empty memory cache; with `monkeypatch`, computing kernels fails."""
     kernels._cache.clear()
     if monkeypatch:
         monkeypatch.setattr(kernels, "_made", None)
@@ -62,7 +60,7 @@ def started(refuse):
     )
 
 
-def test_two_processes_at_once_and_a_third_share_one_file(isethdr_home):
+def test_three_processes_share_one_file(isethdr_home):
     both = [started(False) for _ in range(2)]
     sums = [float(p.communicate(timeout=100)[0]) for p in both]
     assert len(files(isethdr_home)) == 1  # one name, and no temporary file is left
@@ -71,9 +69,7 @@ def test_two_processes_at_once_and_a_third_share_one_file(isethdr_home):
     assert third.returncode == 0
 
 
-def test_bands_that_were_made_before_a_run_was_stopped_are_not_made_again(
-    monkeypatch, isethdr_home
-):
+def test_bands_of_an_interrupted_run_are_not_computed_again(monkeypatch, isethdr_home):
     band, done = kernels._Plan.band, []
 
     def one(plan, centre, width):
@@ -86,16 +82,16 @@ def test_bands_that_were_made_before_a_run_was_stopped_are_not_made_again(
     monkeypatch.setattr(kernels._Plan, "band", one)
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     with pytest.raises(KeyboardInterrupt):
-        made()
+        fresh_kernels()
     assert done == [500.0] and len(files(isethdr_home)) == 1
     monkeypatch.setattr(
         kernels._Plan,
         "band",
         lambda plan, centre, width: done.append(centre) or band(plan, centre, width),
     )
-    found = made()
-    assert done == [500.0, 600.0]  # the second alone
-    [file] = files(isethdr_home)  # of both: what was kept of one is removed
+    found = fresh_kernels()
+    assert done == [500.0, 600.0]  # only the second band was computed
+    [file] = files(isethdr_home)  # one file of both bands; the file of one band was removed
     assert kernel_store.PART not in file.name
     for name in ("speckle", "deviation", "transmitted", "core", "outside"):
         np.testing.assert_array_equal(getattr(found, name), getattr(whole, name))
@@ -103,21 +99,21 @@ def test_bands_that_were_made_before_a_run_was_stopped_are_not_made_again(
         np.testing.assert_array_equal(have, want)
 
 
-def test_what_comes_back_is_what_was_made(monkeypatch):
-    fresh = kernels._made(LENS, FLARES, *SAMPLING)
-    made()
-    back = made(monkeypatch)
+def test_what_comes_back_is_what_was_fresh_kernels(monkeypatch):
+    computed = kernels._made(LENS, FLARES, *SAMPLING)
+    fresh_kernels()
+    back = fresh_kernels(monkeypatch)
     assert all(isinstance(b, np.memmap) for b in back.bands)
     assert back.held_bytes == 0
-    for a, b in zip(fresh.bands, back.bands):
+    for a, b in zip(computed.bands, back.bands):
         np.testing.assert_array_equal(a, b)
     for fact in ("outside", "speckle", "transmitted", "wrap"):
-        np.testing.assert_array_equal(getattr(fresh, fact), getattr(back, fact))
+        np.testing.assert_array_equal(getattr(computed, fact), getattr(back, fact))
 
 
 @pytest.mark.parametrize("where", ["cut", "facts", "kernels", "empty", "text"])
 def test_a_damaged_file_is_computed_again(isethdr_home, where):
-    want = [np.array(b) for b in made().bands]
+    want = [np.array(b) for b in fresh_kernels().bands]
     (path,) = files(isethdr_home)
     content = bytearray(path.read_bytes())
     if where in ("facts", "kernels"):
@@ -127,9 +123,9 @@ def test_a_damaged_file_is_computed_again(isethdr_home, where):
     path.unlink()
     path.write_bytes(content)
     assert kernel_store.load(path.stem) is None
-    for a, b in zip(want, made().bands):
+    for a, b in zip(want, fresh_kernels().bands):
         np.testing.assert_array_equal(a, b)
-    assert kernel_store.load(path.stem) is not None  # replaced by a good one
+    assert kernel_store.load(path.stem) is not None  # the damaged file was replaced
 
 
 @pytest.mark.parametrize(
@@ -181,13 +177,13 @@ def test_the_name_changes_with_sampling_class_and_code(monkeypatch):
     assert name() not in names
 
 
-def test_nothing_is_kept_where_nothing_can_be_written(tmp_path, monkeypatch):
+def test_kernels_are_computed_where_the_store_cannot_be_written(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("a file, no folder")
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "file"))
-    assert float(made().bands[0].sum()) > 0.5
+    assert float(fresh_kernels().bands[0].sum()) > 0.5
 
 
-def test_those_unused_for_longest_go_first(isethdr_home, monkeypatch):
+def test_least_recently_used_files_are_removed_first(isethdr_home, monkeypatch):
     def save(key):
         kernel_store.save(key, (1, 50, 50), "<f4", [np.ones((50, 50))], lambda: np.zeros((4, 1)))
 
