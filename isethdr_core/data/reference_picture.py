@@ -135,8 +135,9 @@ def check_picture(picture: xr.Dataset, what: str = "picture") -> None:
 
 
 def truth(mixed: xr.DataArray, picture: xr.Dataset) -> xr.Dataset:
-    """Return the reference picture on the grid of `picture`: the mean XYZ of the radiance within the
-    field of view of each pixel.
+    """Return the reference picture on the grid of `picture`.
+
+    It is the mean XYZ of the radiance within the field of view of each pixel.
 
     Notes
     -----

@@ -99,7 +99,7 @@ def test_bands_of_an_interrupted_run_are_not_computed_again(monkeypatch, isethdr
         np.testing.assert_array_equal(have, want)
 
 
-def test_what_comes_back_is_what_was_fresh_kernels(monkeypatch):
+def test_stored_kernels_equal_computed_kernels(monkeypatch):
     computed = kernels._made(LENS, FLARES, *SAMPLING)
     fresh_kernels()
     back = fresh_kernels(monkeypatch)
