@@ -68,3 +68,22 @@ def test_denoising_takes_at_most_a_fifth_of_mtf50(camera, contrast):
         found.append([score.value for score in pair])
     smooth, plain = np.mean(found, axis=0)
     assert 0.8 * plain < smooth < 1.1 * plain
+
+
+@pytest.mark.parametrize(
+    ("experiment", "f_number", "pupil", "denoise"),
+    [
+        ("night_drive_typical", 1.6, "aplanatic", "nl_means"),
+        ("night_drive_isethdr", 4.0, "tangent", "none"),
+    ],
+)
+def test_the_main_job_runs_with_either_cameras(experiment, f_number, pupil, denoise):
+    config = hdr.compose([f"experiment={experiment}"])
+    assert (config.lens.f_number, config.lens.pupil) == (f_number, pupil)
+    assert config.isp.denoise == denoise
+    cameras = {name: build_from_config("sensor", node) for name, node in config.cameras.items()}
+    assert list(cameras) == ["bayer", "split_pixel", "rgbw"]
+    automatic = experiment == "night_drive_typical"
+    for sensor in cameras.values():
+        assert (sensor.exposure_rule != "fixed") == automatic == (sensor.auto_gain_max > 1)
+        assert sensor.exposure_max_s <= 0.033
