@@ -1,6 +1,4 @@
-"""Empty home: a study's own folder for stores and kernels, with none at hand, in this process
-neither.
-"""
+"""Empty home: a temporary folder for stores and kernels, and an empty cache of kernels."""
 
 from __future__ import annotations
 
@@ -13,7 +11,7 @@ from isethdr_optics.psf import kernels
 
 @contextmanager
 def empty_home():
-    """Yield a new home folder; the one before is back afterwards, and the new one gone."""
+    """Yield a temporary home folder; afterwards restore the earlier one and remove the folder."""
     before = os.environ.get("ISETHDR_HOME")
     with tempfile.TemporaryDirectory() as folder:
         os.environ["ISETHDR_HOME"] = folder
@@ -21,7 +19,7 @@ def empty_home():
         try:
             yield folder
         finally:
-            kernels._cache.clear()  # some are mapped from files that go with the folder
+            kernels._cache.clear()  # some are mapped from files of the folder
             os.environ.pop("ISETHDR_HOME")
             if before is not None:
                 os.environ["ISETHDR_HOME"] = before

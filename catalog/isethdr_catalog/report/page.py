@@ -1,4 +1,4 @@
-"""The page of the report: what each section shows, put into the template."""
+"""The page of the report: the content of each section, filled into the template."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from isethdr_core.runs.run import Result
 
 LINE_NOTE = (
-    "Luminance along the row through the brightest light of the truth; "
+    "Luminance along the row through the brightest light of the reference picture; "
     "estimates at or below zero are drawn at the lower edge"
 )
 SNR_NOTE = (
     "Signal-to-noise ratio of the median pixel of each true luminance, "
-    "from the variance that each picture carries"
+    "from the variance that each picture states"
 )
 
 
@@ -86,12 +86,12 @@ def _title(a: dict) -> str:
 
 
 def _targets(notes: dict) -> list[tuple[str, dict]]:
-    """Return the photometric targets by name: what was wanted and what was reached."""
+    """Return the photometric targets by name, wanted and reached."""
     return [(name, t) for name, t in (notes.get("targets") or {}).items() if isinstance(t, dict)]
 
 
 def _notes(notes: dict) -> list[str]:
-    """Return what a reader must know before anything else."""
+    """Return the notes at the top of the page."""
     return [notes["infeasible"]] if notes.get("infeasible") else []
 
 
@@ -109,7 +109,7 @@ def _scene(result: Result) -> list[Figure]:
 
 
 def _inside(version):
-    """Cut the margin away: only what lies in the camera's field is shown."""
+    """Crop the overscan: show the camera's field only."""
     half_x, half_y = version.attrs["field_width"] / 2, version.attrs["field_height"] / 2
     return version.sel(x=slice(-half_x, half_x), y=slice(-half_y, half_y)).load()
 
@@ -125,7 +125,7 @@ def _views(
 
 
 def _range(scene) -> tuple[float, float] | None:
-    """Return the luminances between which false colour runs, cd/m2; None for a scene of one
+    """Return the range of luminances of the false colours, cd/m2; None for a scene of one
     luminance.
     """
     y = display_view.luminance(scene)

@@ -1,6 +1,4 @@
-"""A vehicle body: the shell as one sheet, out of which glass, lamps, gaps and wheel houses are
-cut.
-"""
+"""A vehicle body: one sheet, from which glass, lamps, gaps and wheel houses are cut."""
 
 from __future__ import annotations
 
@@ -15,7 +13,7 @@ from .shell import loft
 
 
 class Body:
-    """The shell as one sheet; `take` cuts a region out of what is still paint."""
+    """The shell as one painted sheet; `take` cuts a region out of the paint."""
 
     def __init__(self, shell, axles=(), tyre=0.33):
         self.shell, self.axles, self.tyre = shell, axles, tyre
@@ -24,7 +22,7 @@ class Body:
         self.parts = []
 
     def at(self, part=None):
-        """Return u, |y|, z, y of the vertices of a part (the paint where None), m."""
+        """Return u, |y|, z, y in metres of the vertices of a part, by default the paint."""
         v = (part or self.paint).vertices
         return self.shell.length / 2 - v[:, 0], np.abs(v[:, 1]), v[:, 2], v[:, 1]
 
@@ -37,8 +35,8 @@ class Body:
         return v[d < 0.06, 2].max() if (d < 0.06).any() else float(self.upper(u))
 
     def take(self, name, material, value, sunk=0.0, rim=None, lamp=None, keep=True):
-        """Cut the region value < 0 out of the paint; `sunk` pushes it inwards and `rim` closes the
-        step.
+        """Cut the region with value < 0 out of the paint; `sunk` (m) moves it inwards, and a
+        surface of the material `rim` closes the step.
         """
         inside, self.paint, seam = cut(self.paint, value)
         if sunk:
@@ -50,8 +48,8 @@ class Body:
         return inside
 
     def carve(self, part, name, material, value, lamp=None):
-        """Cut the region value < 0 out of a part taken before; return it and what is left, which
-        both replace the part.
+        """Cut the region with value < 0 out of an earlier part. Return the region and the rest,
+        which replace the part.
         """
         self.parts = [p for p in self.parts if p is not part]
         inside, outside, _ = cut(part, value)
