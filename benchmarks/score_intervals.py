@@ -66,7 +66,7 @@ def scores_of(case: str, scene, noise: str, shots: int = 4) -> list:
     """
     import isethdr_core as hdr
     from isethdr_core.ledger import Ledger
-    from isethdr_core.pipeline.chain import on_sensor, plan, through_camera
+    from isethdr_core.pipeline.chain import imaging, plan, through_camera
     from isethdr_core.pipeline.shot import Shot
 
     parts = parts_of(case)
@@ -76,9 +76,10 @@ def scores_of(case: str, scene, noise: str, shots: int = 4) -> list:
     lens = replace(parts.lens, focal_length_mm=focal_length_mm)
     parts = replace(parts, lens=lens, draws=shots)
     demand = plan(parts, Ledger())
-    light = on_sensor(parts, mixed, demand)
+    made = imaging(parts, mixed, demand)
+    light = made.light()
     random = hdr.generator(seed=0, device="A", scene=noise)
-    shot = Shot(light, mixed, scene, random, demand)
+    shot = Shot(light, mixed, scene, random, made)
     return through_camera(parts, Ledger(), name, shot).scores
 
 

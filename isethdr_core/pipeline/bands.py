@@ -6,8 +6,6 @@ to its neighbours.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from ..errors import UnitError
@@ -84,11 +82,6 @@ def of_demand(scene, demand: Demand):
     return scene.sel(wavelength=list(bands))
 
 
-def _between(offered, sensed):
-    """Return the bands out of `offered` from the first to the last that is sensed, two at least."""
-    return offered[outer([w in sensed for w in offered])]
-
-
 def outer(needed) -> slice:
     """Return the slice from the first to the last true entry, of two entries at least; everything
     where none is true.
@@ -108,23 +101,3 @@ def sensed_nm(sensors, bands) -> tuple[float, ...]:
         narrowed = sensor.narrow(asked) if isinstance(sensor, NarrowsDemand) else asked
         kept |= set(narrowed.wavelength_nm or asked.wavelength_nm)
     return tuple(sorted(kept))
-
-
-def with_bands(demand: Demand, offered) -> Demand:
-    """Return the demand for the bands that are needed of those `offered`; `demand` has what the
-    sensors ask for, and lenses are given.
-    """
-    if (
-        offered
-        and demand.wavelength_nm
-        and (blind := len(offered) - len(_between(offered, demand.wavelength_nm)))
-    ):
-        ledger.left_out(
-            f"{blind} of {len(offered)} bands through the lens",
-            "no sensor responds to them",
-            UNSEEN,
-            "electrons per electron that the same photons make at the peak",
-            key=BANDS,
-            needless=True,
-        )
-    return replace(demand, wavelength_nm=for_sensors_and_truth(offered, demand.wavelength_nm))

@@ -19,7 +19,7 @@ from ..data.reference_picture import labels_on, truth
 from ..data.scores import Score, state_errors
 from ..errors import ConfigError, PluginError
 from ..plugins.component import Stage
-from ..plugins.protocols import DeclaresNoise, NarrowsDemand
+from ..plugins.protocols import DeclaresNoise, KnowsItsField, NarrowsDemand
 from ..plugins.registry import build_from_config, plugin_manager
 from ..runs.names import check_names
 from ..runs.noise_realisations import over_draws, state_spread
@@ -32,7 +32,16 @@ from ..uncertainty.score_intervals import RendererError, ScoreKey
 from . import bands, early_checks, memory, overscan, window
 from .demand import Demand
 from .field_check import check_fields, check_rendered, state_field
-from .imaging_plan import ImagingPlan, LightBudget, TrivialPlan, imaged, plans_imaging
+from .imaging_plan import (
+    FieldAhead,
+    Imaging,
+    ImagingOutline,
+    ImagingPlan,
+    LightBudget,
+    TrivialPlan,
+    outlined,
+    plans_imaging,
+)
 from .shot import CameraShot, Shot, developed
 
 
@@ -255,13 +264,29 @@ def asked_backwards(parts: Chain) -> Demand:
     demand = asked_of_sensors(parts, demand)
     for flare in parts.flares.values():
         demand = narrowed(flare, demand)
-    demand = bands.with_bands(narrowed(parts.lens, demand), offered)
+    demand = narrowed(parts.lens, demand)
+    outline = imaging_outline(parts, demand, offered)
+    book.record_left_out(*outline.left_out)
+    needed = bands.for_sensors_and_truth(offered, demand.wavelength_nm)
     lightings = parts.lighting, *parts.versions.values()
-    window.planned(parts.scene, parts.lens, tuple(parts.flares.values()), demand.window_m)
     demand = overscan.left_out_where_unseen(
-        demand, parts.renderer, parts.lens, tuple(parts.flares.values()), lightings
+        replace(demand, wavelength_nm=needed), parts.renderer, outline, lightings
     )
     return union([narrowed(light, demand) for light in lightings])
+
+
+def imaging_outline(parts: Chain, demand: Demand, offered_nm) -> ImagingOutline:
+    """Return what the plan of the lens will need of the light that `demand` asks for.
+
+    Parameters
+    ----------
+    demand : of the sensors, narrowed by flares and lens.
+    offered_nm : all bands of the light; None where they are not known beforehand.
+    """
+    size = parts.scene.camera_field() if isinstance(parts.scene, KnowsItsField) else None
+    asked = LightBudget(demand.error_allowed, demand.window_m, demand.wavelength_nm)
+    flares = tuple(parts.flares.values())
+    return outlined(parts.lens, flares, FieldAhead(size, offered_nm), asked)
 
 
 def asked_of_sensors(parts: Chain, demand: Demand) -> Demand:
@@ -382,11 +407,16 @@ def imaging_plan(parts: Chain, mixed, demand: Demand) -> ImagingPlan:
     return parts.lens.plan(flares, mixed, demand.response, asked)
 
 
-def on_sensor(parts: Chain, mixed, demand: Demand):
-    """Return the light on the sensor plane: photocurrent where all sensors ask for it and the lens
-    can, else irradiance.
+def imaging(parts: Chain, mixed, demand: Demand) -> Imaging:
+    """Return how the light on the sensor plane is made of mixed radiance: planned once, when its
+    plan is first asked for.
     """
-    return imaged(imaging_plan(parts, mixed, demand), mixed)
+    return Imaging(mixed, lambda: imaging_plan(parts, mixed, demand))
+
+
+def on_sensor(parts: Chain, mixed, demand: Demand):
+    """Return the light on the sensor plane, for whoever needs its plan no more."""
+    return imaging(parts, mixed, demand).light()
 
 
 def through_camera(parts: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
@@ -520,7 +550,7 @@ def state_picture(
         noise = propagation.stated_noise(own)
 
         def electrons() -> list[propagation.Electrons]:
-            errors = imaging_plan(parts, shot.mixed, shot.demand).light_errors
+            errors = shot.imaging.plan.light_errors
             found = propagation.electrons(
                 looked_at, shot.light, shot.mixed, shot.scene, noise, errors
             )

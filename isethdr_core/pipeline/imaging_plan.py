@@ -1,17 +1,28 @@
 """Imaging plan: how a lens makes the light of one field, decided once, with what that leaves out
 and its errors.
 
-A lens with a method `plan` (`PlansImaging`) decides which tiles, bands, kernels, wings and ghosts
-sensors can tell. Any other lens gets a `TrivialPlan`, which leaves nothing out.
+A lens with a method `plan` (`PlansImaging`) decides what of the field, and of its own effects,
+sensors can tell. It may tell beforehand what its plan will need (`OutlinesImaging`), so that no
+light is rendered in vain. Any other lens gets a `TrivialPlan`, which leaves nothing out, and an
+outline that says the same.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from inspect import signature
 from typing import TYPE_CHECKING, Any, TypeGuard
 
-from ..plugins.protocols import ImagingPlan, MakesPhotocurrent, PlansImaging, StatesErrors
+from ..plugins.protocols import (
+    ImagingPlan,
+    KeepsLight,
+    MakesPhotocurrent,
+    OutlinesImaging,
+    PlansImaging,
+    StatesErrors,
+)
 from ..uncertainty import ledger
 from ..uncertainty.earlier_terms import maps_of
 from ..uncertainty.error_terms import ErrorMaps, ErrorTerm
@@ -32,21 +43,42 @@ class LightBudget:
     sensed_nm: tuple[float, ...] | None = None  # bands that sensors see; None: all
 
 
+@dataclass(frozen=True)
+class FieldAhead:
+    """What is known of a field before there is any light of it; None: not known."""
+
+    size: tuple[float, float, str] | None = None  # (width, height, projection) of the camera's
+    bands_nm: tuple[float, ...] | None = None  # centres of all bands that the light will have
+
+
+@dataclass(frozen=True)
+class ImagingOutline:
+    """What a plan will need and leave out, known before there is any light."""
+
+    margin: bool = True  # light of tiles beyond the camera's field, which may get into it
+    left_out: tuple[LeftOut, ...] = ()
+
+
 def plans_imaging(lens: Any) -> TypeGuard[PlansImaging]:
     """Return whether a lens makes plans of its own light.
 
     A subclass that overrides how light is made (`__call__`, `photocurrent` or `spread_errors`), but
     not `plan`, makes other light than the plan that it inherits.
     """
-    if not isinstance(lens, PlansImaging):
-        return False
+    return isinstance(lens, PlansImaging) and _tells_of_its_own_light(lens, "plan")
+
+
+def _tells_of_its_own_light(lens: Any, method: str) -> bool:
+    """Return whether a method of a lens knows the light that the lens makes: no subclass of the
+    class that defines it makes other light.
+    """
     classes = type(lens).__mro__
 
     def defined(name: str) -> int:
         return next((k for k, one in enumerate(classes) if name in vars(one)), len(classes))
 
     makes_light = ("__call__", "photocurrent", "spread_errors")
-    return defined("plan") <= min(map(defined, makes_light))
+    return defined(method) <= min(map(defined, makes_light))
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +108,47 @@ class TrivialPlan:
         return maps_of(self.lens.spread_errors(mixed, self.flares, weights, self.response))
 
 
+def outlined(
+    lens: Any, flares: Sequence[Any], ahead: FieldAhead, budget: LightBudget
+) -> ImagingOutline:
+    """Return what the plan of a lens will need, as the lens says; everything where it says
+    nothing.
+    """
+    if plans_imaging(lens) and isinstance(lens, OutlinesImaging):
+        return lens.outline(flares, ahead, budget)
+    in_place = (
+        isinstance(lens, KeepsLight)
+        and _tells_of_its_own_light(lens, "keeps_light")
+        and lens.keeps_light(flares)
+    )
+    return ImagingOutline(margin=not in_place)
+
+
 def imaged(plan: ImagingPlan, mixed: xr.DataArray) -> xr.DataArray:
     """Return the light that a plan makes; what the plan leaves out, and its errors, are stated in
     the ledger.
     """
     ledger.record(*plan.terms)
-    ledger.record_kept(ledger.Kept(plan, tuple(plan.left_out)))
+    ledger.record_left_out(*plan.left_out)
     return plan.image(mixed)
+
+
+@dataclass(eq=False)
+class Imaging:
+    """How the light on the sensor plane is made of mixed radiance: planned once, when the plan is
+    first asked for.
+    """
+
+    mixed: xr.DataArray
+    make_plan: Callable[[], ImagingPlan]
+
+    @cached_property
+    def plan(self) -> ImagingPlan:
+        """The plan of the lens: it makes the light, and knows the errors of it."""
+        return self.make_plan()
+
+    def light(self) -> xr.DataArray:
+        """Return the light on the sensor plane: photocurrent where all sensors ask for it and the
+        lens can, else irradiance.
+        """
+        return imaged(self.plan, self.mixed)

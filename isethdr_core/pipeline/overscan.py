@@ -1,28 +1,27 @@
 """Margin: tiles beyond the camera's field, rendered so that a lens can spread their light into it.
 
-A lens that spreads none says so (`KeepsLight`), and a lighting that looks at nothing beyond the
-field does (`LooksWithinField`). Where all do, the margin is left out; where any of them does not,
-it stays.
+The margin is left out where the lens's plan needs none of it (`ImagingOutline.margin`) and every
+lighting looks at nothing beyond the field (`LooksWithinField`).
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from ..plugins.protocols import KeepsLight, LooksWithinField, RendersMargin
+from ..plugins.protocols import LooksWithinField, RendersMargin
 from ..uncertainty import ledger
 from .demand import Demand
+from .imaging_plan import ImagingOutline
 
 
-def left_out_where_unseen(demand: Demand, renderer, lens, flares, lightings) -> Demand:
+def left_out_where_unseen(demand: Demand, renderer, outline: ImagingOutline, lightings) -> Demand:
     """Return the demand without the renderer's margin where no light of it can reach the camera's
     field.
     """
     if not (
         isinstance(renderer, RendersMargin)
         and renderer.margin
-        and isinstance(lens, KeepsLight)
-        and lens.keeps_light(flares)
+        and not outline.margin
         and all(isinstance(light, LooksWithinField) and light.WITHIN_FIELD for light in lightings)
     ):
         return demand

@@ -18,7 +18,7 @@ from ..data.scores import Score
 from ..runs import result_names
 from ..runs.reuse import NOTHING_KEPT, Kept, Reuse
 from ..runs.seeds import Generator
-from .demand import Demand
+from .imaging_plan import Imaging
 
 
 class LightNames(NamedTuple):
@@ -37,7 +37,7 @@ class Shot:
     mixed: Any  # mixed radiance that the light was made of
     scene: Any  # scene radiance with its labels
     generator: Generator  # of the first noise realisation
-    demand: Demand
+    imaging: Imaging  # how the light was made
     reuse: Reuse = NOTHING_KEPT
     names: LightNames = LightNames()
 

@@ -2,23 +2,17 @@
 
 A sensor smaller than the field states its window in the demand, centred on the axis; one that says
 nothing sees everything. What need not go through the lens is decided in its plan (`imaging_plan`).
-Beforehand it is known of a lens that keeps every tile's light in place (`keeps_light(flares)`).
 """
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ..data.quantities import full_field
-from ..plugins.protocols import KeepsLight, KnowsImageSize, KnowsItsField
-from ..uncertainty import ledger
 
 SLIVER = (
     1e-10  # of a tile: rounding of coordinates; the area that a sensor sees of such a tile is none
 )
-IRRADIANCE = "W m-2 nm-1"  # as `quantities`, which needs xarray
 
 
 def wider(first, second):
@@ -56,29 +50,3 @@ def cut(mixed, inside: dict[str, slice]):
         mixed.attrs.get(k) or n for k, n in zip(("field_width", "field_height"), full_field(mixed))
     )
     return mixed.isel(inside).assign_attrs(field_width=width, field_height=height)
-
-
-def planned(scene, lens, flares, window_m) -> None:
-    """State what is known beforehand: the share of the camera's field that goes through no lens."""
-    if window_m is None or not isinstance(scene, KnowsItsField) or not _keeps(lens, flares):
-        return
-    seen = math.prod(
-        min(side / full, 1.0)
-        for side, full in zip(window_m, lens.image_size_m(*scene.camera_field()))
-    )
-    if seen < 1 - SLIVER:
-        ledger.left_out(
-            f"{100 * (1 - seen):.3g} % of the camera's field through the lens",
-            "no sensor sees it",
-            0.0,
-            IRRADIANCE,
-            needless=True,
-        )
-
-
-def _keeps(lens, flares) -> bool:
-    return (
-        isinstance(lens, KeepsLight)
-        and isinstance(lens, KnowsImageSize)
-        and lens.keeps_light(flares)
-    )

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from ..data.scores import Score
     from ..pipeline.demand import Demand, Response
     from ..pipeline.early_checks import ShotForm
-    from ..pipeline.imaging_plan import LightBudget
+    from ..pipeline.imaging_plan import FieldAhead, ImagingOutline, LightBudget
     from ..pipeline.memory import Frame, Need
     from ..runs.sample_accumulation import Known
     from ..runs.seeds import Generator
@@ -461,7 +461,11 @@ class StatesFieldBorder(Protocol):
 
 @runtime_checkable
 class KeepsLight(Protocol):
-    """A lens that can leave the light of every tile where the tile is."""
+    """A lens that can leave the light of every tile where the tile is.
+
+    It needs no light from beyond the camera's field. A lens that outlines its plan says so there
+    (`OutlinesImaging`), and is not asked.
+    """
 
     def keeps_light(self, flares: Sequence[Flare], /) -> bool:
         """Return whether it does: no blur, no flare, no distortion."""
@@ -528,6 +532,25 @@ class PlansImaging(Protocol):
         field : mixed radiance `([component,] wavelength, y, x)`.
         response : of all sensors; None where one of them needs light wavelength by wavelength.
         budget : what of the light is needed, and how wrong it may be.
+        """
+        ...
+
+
+@runtime_checkable
+class OutlinesImaging(Protocol):
+    """A lens whose plan is partly known before there is any light."""
+
+    def outline(
+        self, flares: Sequence[Flare], ahead: FieldAhead, budget: LightBudget, /
+    ) -> ImagingOutline:
+        """Return what the plan will need of the field, and what it will leave out for certain.
+
+        The lens has to plan its imaging too (`PlansImaging`): nothing else may be left out.
+
+        Parameters
+        ----------
+        flares, budget : as of `PlansImaging.plan`; `sensed_nm` is None where it is not known.
+        ahead : what is known of the field.
         """
         ...
 
@@ -726,6 +749,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         KeepsLight,
         CountsKernels,
         PlansImaging,
+        OutlinesImaging,
         MakesPhotocurrent,
         StatesErrors,
         HasPointSpread,

@@ -25,7 +25,7 @@ from ..pipeline.chain import (
     Chain,
     chain,
     checked_config,
-    on_sensor,
+    imaging,
     plan,
     stage,
     through_camera,
@@ -231,19 +231,13 @@ def _compute(config: DictConfig, parts: Chain, key: str, reuse: Reuse) -> Path:
         if scene.sizes["light_group"] > 1
     }
     names = LightNames(radiance, of_main, of_light(of_main, parts, demand, mixed))
-    light = stage(
-        rows,
-        "lens",
-        config.lens.name,
-        parts.lens,
-        lambda: on_sensor(parts, mixed, demand),
-        Kept(reuse, names.light),
-    )
+    made = imaging(parts, mixed, demand)
+    light = stage(rows, "lens", config.lens.name, parts.lens, made.light, Kept(reuse, names.light))
     # the recipe, not the store: which groups were rendered when must not change the noise
     random = generator(
         config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name
     )
-    shot = Shot(light, mixed, scene, random, demand, reuse, names)
+    shot = Shot(light, mixed, scene, random, made, reuse, names)
     cameras = {name: through_camera(parts, rows, name, shot) for name in parts.cameras}
     for row in rows:
         row.light_parts.clear()  # as large as the light; nobody reads it any more

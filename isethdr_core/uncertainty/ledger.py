@@ -234,6 +234,12 @@ def left_out(
         row.left_out.append(LeftOut(what, why, float(bound), unit, key, needless))
 
 
+def record_left_out(*notes: LeftOut) -> None:
+    """Add what was left out to the running stage."""
+    if row := _row.get():
+        row.left_out += notes
+
+
 class Kept(NamedTuple):
     """What is kept of some data, and what that leaves out."""
 
@@ -243,8 +249,7 @@ class Kept(NamedTuple):
 
 def record_kept(kept: Kept) -> Any:
     """Add what was left out to the running stage, and return what is kept."""
-    if row := _row.get():
-        row.left_out += kept.left_out
+    record_left_out(*kept.left_out)
     return kept.kept
 
 

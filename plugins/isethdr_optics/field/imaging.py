@@ -155,7 +155,7 @@ def field_kernels(lens, tiles: FieldTiles, wavelength_nm, flares, axis: kernels.
     shape = len(y), len(x)
     radius = float(np.hypot(np.abs(x).max(), np.abs(y).max()))
     if not lens.field_varies or radius == 0:
-        omissions.one_point_spread()
+        ledger.record_left_out(omissions.ONE_POINT_SPREAD)
         return None
 
     def seen_from(r, azimuth_rad):

@@ -108,7 +108,7 @@ def coloured(lens, mixed, plane, bent):
         for f in (np.min, np.max)
     )
     if (low == 1).all() and (high == 1).all():
-        omissions.no_lateral_colour()
+        ledger.record_left_out(omissions.NO_LATERAL_COLOUR)
         return plane
     whole = len(plane.y), len(plane.x)
     y, x = (_wider(a, p, high.max()) for a, p in zip((plane.y, plane.x), pitch[::-1]))

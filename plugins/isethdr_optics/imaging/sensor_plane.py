@@ -155,7 +155,7 @@ def sensor_plane(lens, mixed) -> SensorPlane:
         for k, n in zip(("field_width", "field_height"), quantities.full_field(mixed))
     )
     if kept:
-        omissions.no_distortion()
+        ledger.record_left_out(omissions.NO_DISTORTION)
         return lateral_colour.coloured(
             lens, mixed, SensorPlane(relative, x, y, field, attrs | falloff), bent
         )

@@ -20,10 +20,10 @@ from isethdr_core.physics.radiometry import irradiance_factor, irradiance_factor
 from isethdr_core.pipeline.imaging_plan import LightBudget, imaged
 from isethdr_core.plugins.ranges import Wavelength, check_ranges
 
-from ..field.omissions import planned
 from ..imaging.accuracy_shares import ERROR_SHARES, SPECKLE_KNOB
 from ..imaging.array_backend import place
 from ..imaging.sensor_plane import image_size
+from ..plan.outline import outline as outlined
 from .limits import (
     ErrorAllowed,
     Falloff,
@@ -97,9 +97,21 @@ class IdealLens:
         ------
         UnitError : `field` is no mixed radiance, or holds negative or non-finite light.
         """
-        from ..plan.planning import plan
+        from ..plan.planning import plan  # with all that makes kernels: not to compose a config
 
         return plan(self, _sequence(flares), field, response, budget or LightBudget())
+
+    def outline(self, flares, ahead, budget):
+        """Return what the plan will need of a field, and leave out for certain, before there is any
+        light.
+
+        Parameters
+        ----------
+        flares : sequence or dictionary of flares.
+        ahead : `isethdr_core.pipeline.imaging_plan.FieldAhead`, what is known of the field.
+        budget : `isethdr_core.pipeline.imaging_plan.LightBudget`.
+        """
+        return outlined(self, _sequence(flares), ahead, budget)
 
     def state_limits(self, widest_rad: float, wavelength_nm) -> None:
         """State in the ledger what of the lens's design its model leaves out.
@@ -154,11 +166,6 @@ class IdealLens:
             1e-3 * self.focal_length_mm * side
             for side in image_size(self, width, height, projection)
         )
-
-    def narrow(self, demand):
-        """Return the demand unchanged, and state what this lens spares whatever the light."""
-        planned(self)
-        return demand
 
     def kernel_bytes(self, frame, flares) -> float:
         """Return the bytes that kernels over an `isethdr_core.pipeline.memory.Frame` take, and what

@@ -10,14 +10,23 @@ import numpy as np
 import pytest
 from isethdr_optics import DiffractionLimitedLens, IdealLens
 
-from isethdr_core import build
+from isethdr_core import build, compose, run
 from isethdr_core.demand import Demand
 from isethdr_core.errors import UnitError
 from isethdr_core.pipeline.chain import Chain, imaging_plan, on_sensor
-from isethdr_core.pipeline.imaging_plan import LightBudget, TrivialPlan, imaged, plans_imaging
+from isethdr_core.pipeline.imaging_plan import (
+    FieldAhead,
+    ImagingOutline,
+    LightBudget,
+    TrivialPlan,
+    imaged,
+    outlined,
+    plans_imaging,
+)
 from isethdr_core.quantities import RADIANCE, centres, plane
 from isethdr_core.uncertainty import ledger
 
+METRICS = ("dynamic_range", "snr", "colour", "ssim", "log_luminance", "contrast", "detection")
 SENSOR = build("sensor", "bayer", pitch_um=20.0, rows=4, columns=6)
 
 
@@ -120,3 +129,35 @@ def test_a_window_crops_the_light_of_a_lens_without_blur():
     uncropped = replace(response, window_m=None)
     plan = IdealLens().plan((), mixed(), uncropped, LightBudget())
     assert plan.image(mixed()).shape == mixed().shape
+
+
+def test_the_outline_of_a_lens_without_a_plan_leaves_nothing_out():
+    """Whatever sensors see: all bands and tiles of such a lens are made."""
+    budget = LightBudget(window_m=(1e-4, 1e-4), sensed_nm=(550.0,))
+    ahead = FieldAhead((0.4, 0.3, "tangent"), (450.0, 550.0, 650.0))
+    assert outlined(OnlyCall(), (), ahead, budget) == ImagingOutline()
+    assert outlined(Darker(), (), ahead, budget) == ImagingOutline()
+    known = outlined(IdealLens(falloff="none"), (), ahead, budget)
+    assert not known.margin
+    assert [note.what for note in known.left_out][-2:] == [
+        "1 of 3 bands through the lens",
+        "99.5 % of the camera's field through the lens",
+    ]
+
+
+def test_a_run_plans_its_light_once(monkeypatch, isethdr_home):
+    """Also where its pictures state what the errors of the lens do to them, camera by camera."""
+    made, own = [], IdealLens.plan
+
+    def counted(self, flares, field, response=None, budget=None):
+        made.append(budget)
+        return own(self, flares, field, response, budget)
+
+    monkeypatch.setattr(IdealLens, "plan", counted)
+    overrides = ["scene=uniform", "scene.width=24", "scene.height=16", "lighting=ideal"]
+    overrides += ["scene.horizontal_field_deg=2", "~renderer", "~versions", "lens=ideal"]
+    overrides += ["~flare.dirt", "report=false", "draws=1"]
+    result = run(compose([*overrides, *(f"~metric.{m}" for m in METRICS)]))
+    assert len(result.cameras) == 3
+    assert sum(row.stage.startswith("picture ") for row in result.ledger) == 3
+    assert len(made) == 1

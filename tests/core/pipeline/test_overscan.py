@@ -4,13 +4,16 @@ else.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import pytest
+from isethdr_optics import IdealLens
 
 from isethdr_core import build
 from isethdr_core.demand import Demand
 from isethdr_core.pipeline.chain import Chain, union
+from isethdr_core.pipeline.imaging_plan import FieldAhead, LightBudget, outlined
 from isethdr_core.pipeline.overscan import left_out_where_unseen
 from isethdr_core.runs import radiance_cache
 from isethdr_core.storage import store
@@ -21,7 +24,8 @@ WEIGHTS, TARGETS = build("lighting", "weights"), build("lighting", "targets")
 
 
 def wanted(lens, flares=(), lightings=(WEIGHTS,), renderer=RENDERER):
-    return left_out_where_unseen(Demand(), renderer, lens, flares, lightings).margin
+    outline = outlined(lens, flares, FieldAhead(), LightBudget())
+    return left_out_where_unseen(Demand(), renderer, outline, lightings).margin
 
 
 def test_only_a_lens_that_spreads_nothing_needs_no_margin():
@@ -45,6 +49,43 @@ def test_a_lens_or_lighting_that_says_nothing_keeps_the_margin():
     assert wanted(SimpleNamespace()) and wanted(
         build("lens", "ideal"), lightings=(WEIGHTS, SimpleNamespace())
     )
+
+
+def test_a_lens_that_makes_its_own_light_is_not_outlined_by_what_it_inherits():
+    """Else light from beyond the field would be lost without a word."""
+
+    @dataclass(frozen=True)
+    class Spreading(IdealLens):
+        """A lens that inherits that it keeps light in place, and spreads it."""
+
+        def __call__(self, mixed, flares=(), error_allowed=0.0):
+            """Return irradiance, the same everywhere."""
+            light = super().__call__(mixed, flares, error_allowed)
+            return light.copy(data=light.values * 0 + light.values.mean((1, 2), keepdims=True))
+
+    @dataclass(frozen=True)
+    class Outlined(IdealLens):
+        """A lens that outlines its plan alone."""
+
+        def keeps_light(self, flares):
+            """Return the opposite."""
+            return False
+
+    assert not wanted(IdealLens()) and wanted(Spreading()) and wanted(Outlined())
+
+
+def test_a_lens_without_a_plan_may_say_that_it_keeps_light_in_place():
+    class Plain:
+        """A lens of the least kind."""
+
+        def __call__(self, mixed, flares=()):
+            """Return irradiance."""
+
+        def keeps_light(self, flares):
+            """Return whether nothing is spread."""
+            return not flares
+
+    assert not wanted(Plain()) and wanted(Plain(), flares=(build("flare", "haze"),))
 
 
 def test_one_camera_that_needs_the_margin_is_enough():

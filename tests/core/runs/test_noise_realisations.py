@@ -12,7 +12,7 @@ import isethdr_core as hdr
 from isethdr_core.data.scores import Score
 from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import Ledger
-from isethdr_core.pipeline.chain import chain, on_sensor, plan, through_camera
+from isethdr_core.pipeline.chain import chain, imaging, plan, through_camera
 from isethdr_core.pipeline.shot import Shot
 from isethdr_core.runs.noise_realisations import over_draws
 from isethdr_core.uncertainty.render_noise import HALVES, luminance_cd_m2
@@ -108,7 +108,8 @@ def test_the_intervals_of_a_rendered_scene_hold_the_noise_of_its_renderer():
     parts = replace(parts, metrics={"colour": parts.metrics["colour"]})
     demand, scene = plan(parts, Ledger()), parts.scene().load()
     mixed = parts.lighting(scene)
-    light = on_sensor(parts, mixed, demand)
+    made = imaging(parts, mixed, demand)
+    light = made.light()
     halves = np.zeros((scene.sizes["light_group"], *mixed.shape[1:]))
     halves[0] = (
         0.3 * luminance_cd_m2(mixed) / mixed.attrs["weights"][str(scene.light_group.values[0])]
@@ -120,7 +121,7 @@ def test_the_intervals_of_a_rendered_scene_hold_the_noise_of_its_renderer():
         )
         random = hdr.generator(seed=0, device="A", scene="chart")
         rows[name] = Ledger()
-        shot = Shot(light, mixed, stored, random, demand)
+        shot = Shot(light, mixed, stored, random, made)
         seen = through_camera(parts, rows[name], "bayer", shot)
         found[name] = {(s.metric, s.object): s for s in seen.scores}
     width = {name: s["ciede2000", ""].high - s["ciede2000", ""].low for name, s in found.items()}

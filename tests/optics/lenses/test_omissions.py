@@ -11,10 +11,10 @@ from isethdr_optics.imaging import sensor_plane
 
 from isethdr_core import compose
 from isethdr_core.data import quantities
-from isethdr_core.demand import Demand
 from isethdr_core.ledger import Ledger
 from isethdr_core.physics.optics.distortion import BrownConrady
 from isethdr_core.pipeline.chain import chain, plan
+from isethdr_core.pipeline.imaging_plan import FieldAhead, LightBudget
 from isethdr_core.uncertainty import ledger
 
 SMALL = [
@@ -43,11 +43,15 @@ def scene(bands=(450.0, 550.0, 650.0)):
     return quantities.plane(values, list(bands), x, y, quantities.RADIANCE)
 
 
-def stated(lens, *light):
+def stated(lens, light):
     rows = Ledger()
     with ledger.stage(rows, "lens"):
-        out = lens(*light) if light else lens.narrow(Demand())
+        out = lens(light)
     return out, {o.what: o for o in rows[0].left_out}
+
+
+def ahead(lens):
+    return {o.what: o for o in lens.outline((), FieldAhead(), LightBudget()).left_out}
 
 
 def test_the_plan_names_what_the_lens_spares_each_with_its_bound():
@@ -72,7 +76,7 @@ def test_the_plan_names_what_the_lens_spares_each_with_its_bound():
 
 def test_the_lens_at_work_says_the_same_as_the_plan():
     lens = DiffractionLimitedLens()
-    _, planned = stated(lens)
+    planned = ahead(lens)
     _, worked = stated(lens, scene((550.0,))[:, :6, :8])
     assert planned and planned == {what: o for what, o in worked.items() if what in planned}
 
@@ -130,5 +134,5 @@ def test_bands_that_no_sensor_sees_are_not_sent_through_the_lens_and_the_plan_sa
 
 
 def test_a_wavefront_that_varies_states_no_such_row():
-    _, rows = stated(WavefrontLens(field_zernike_um={0: {}, 30: {8: 0.1}}))
+    rows = ahead(WavefrontLens(field_zernike_um={0: {}, 30: {8: 0.1}}))
     assert "point spreads off the axis" not in rows and "moving light along a distortion" in rows

@@ -13,7 +13,7 @@ from scipy.signal import fftconvolve
 from isethdr_core import ledger, quantities, store
 from isethdr_core.demand import Demand
 from isethdr_core.ledger import Ledger, Row
-from isethdr_core.pipeline.chain import Chain, imaging_plan, narrowed, on_sensor
+from isethdr_core.pipeline.chain import Chain, imaging, narrowed, on_sensor
 from isethdr_core.plugins.registry import build
 from isethdr_core.runs import radiance_cache
 from isethdr_core.seeds import generator
@@ -80,10 +80,11 @@ def planned(parts: Chain, scene, fraction: float, folder, truth: list) -> Done:
         parts, scene, lambda mixed: on_sensor(parts, mixed, demand), bits, folder, truth
     )
     rows, mixed = Ledger(), parts.lighting(scene)
+    made = imaging(parts, mixed, demand)
     with ledger.stage(rows, "lens"):
-        light = on_sensor(parts, mixed, demand)
+        light = made.light()
     rows.append(Row("radiance", errors=[radiance_cache.rounding_term(rounding(bits))]))
-    return replace(done, stated=_stated(parts, demand, rows, mixed, light, scene, truth, fraction))
+    return replace(done, stated=_stated(made.plan, rows, mixed, light, scene, truth, fraction))
 
 
 def by_hand(parts: Chain, scene, setting: Setting, folder, truth: list) -> Done:
@@ -121,12 +122,11 @@ def _measured(parts, scene, way, bits, folder, truth) -> Done:
     return Done(rates, min(taken[1:]), max(taken[0] - min(taken[1:]), 0.0), bits)
 
 
-def _stated(parts, demand, rows, mixed, light, scene, truth, fraction) -> float:
+def _stated(plan, rows, mixed, light, scene, truth, fraction) -> float:
     """Return what the last line of a run's ledger says of everything after the renderer, the worst
     capture's.
     """
-    asked = imaging_plan(parts, mixed, demand).light_errors
-    shots = propagation.electrons(truth[0], light, mixed, scene, 0.0, asked)
+    shots = propagation.electrons(truth[0], light, mixed, scene, 0.0, plan.light_errors)
     with ledger.stage(Ledger(), "picture") as row:
         propagation.state(propagation.with_parts(shots, truth[0], rows), rows, fraction, (0.0, 0.0))
     return max(e.value for e in row.errors if e.source.key == propagation.AFTER_RENDERER)

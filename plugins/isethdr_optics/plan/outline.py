@@ -1,0 +1,57 @@
+"""Outline: what the plan of a lens will need of a field, and leave out for certain, known before
+there is any light.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from isethdr_core import quantities
+from isethdr_core.ledger import LeftOut
+from isethdr_core.pipeline import bands
+from isethdr_core.pipeline.imaging_plan import FieldAhead, ImagingOutline, LightBudget
+from isethdr_core.pipeline.window import SLIVER
+
+from ..field.omissions import known_ahead
+
+
+def outline(lens, flares, ahead: FieldAhead, budget: LightBudget) -> ImagingOutline:
+    """Return the outline of the plan of a lens; arguments as
+    `isethdr_core.plugins.protocols.OutlinesImaging.outline`.
+    """
+    in_place = lens.keeps_light(flares)
+    left_out = [*known_ahead(lens), *_bands(ahead.bands_nm, budget.sensed_nm)]
+    if in_place:
+        left_out += _tiles(lens, ahead.size, budget.window_m)
+    return ImagingOutline(margin=not in_place, left_out=tuple(left_out))
+
+
+def _bands(offered_nm, sensed_nm) -> list[LeftOut]:
+    """Return the outer bands that no sensor sees."""
+    if not offered_nm or not sensed_nm:
+        return []
+    through = bands.outer(np.isin(offered_nm, sensed_nm))
+    blind = len(offered_nm) - len(offered_nm[through])
+    if not blind:
+        return []
+    what = f"{blind} of {len(offered_nm)} bands through the lens"
+    unit = "electrons per electron that the same photons make at the peak"
+    return [
+        LeftOut(
+            what, "no sensor responds to them", bands.UNSEEN, unit, key=bands.BANDS, needless=True
+        )
+    ]
+
+
+def _tiles(lens, size, window_m) -> list[LeftOut]:
+    """Return the share of the camera's field that no sensor sees."""
+    if size is None or window_m is None:
+        return []
+    whole_m = lens.image_size_m(*size)
+    seen = math.prod(min(side / full, 1.0) for side, full in zip(window_m, whole_m, strict=True))
+    if seen >= 1 - SLIVER:
+        return []
+    what = f"{100 * (1 - seen):.3g} % of the camera's field through the lens"
+    return [LeftOut(what, "no sensor sees it", 0.0, quantities.IRRADIANCE, needless=True)]
