@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from . import error_terms
 from .earlier_terms import PARTS, ErrorNote, term_of, unit_and_part
@@ -40,6 +40,9 @@ class LeftOut:
     needless: bool = (
         False  # nobody needs it; otherwise it is not known, or the setting leaves it out
     )
+
+
+Note: TypeAlias = ErrorTerm | LeftOut  # what a function states of its result
 
 
 @dataclass
@@ -232,6 +235,15 @@ def left_out(
     """
     if row := _row.get():
         row.left_out.append(LeftOut(what, why, float(bound), unit, key, needless))
+
+
+def record_notes(notes: Iterable[Note]) -> None:
+    """Add error terms, and what was left out, to the running stage; see `record`."""
+    for note in notes:
+        if isinstance(note, LeftOut):
+            record_left_out(note)
+        else:
+            record(note)
 
 
 def record_left_out(*notes: LeftOut) -> None:

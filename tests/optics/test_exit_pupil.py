@@ -13,8 +13,8 @@ from isethdr_optics.prescription.exit_pupil import exit_pupil
 from isethdr_optics.pupil import sampled_pupil
 
 from isethdr_core.data import quantities
+from isethdr_core.error_terms import ErrorTerm
 from isethdr_core.physics.diffraction import energy_of
-from isethdr_core.uncertainty import ledger
 
 from .traced_rays import chief_mm, direct_sum, exit_sphere_mm, traced
 
@@ -203,9 +203,9 @@ def test_a_point_keeps_its_light_whatever_the_shape_of_its_pupil():
 def test_the_ledger_states_what_the_ellipse_leaves():
     found, wanted, _ = both("double_gauss", 3.0, 14.0)
     lens = PrescribedLens(f_number=3.0, focal_length_mm=FOCAL_MM, distortion="none", falloff="none")
-    x, rows = quantities.centres(9, 2 * np.tan(np.radians(14.0))), ledger.Ledger()
-    with ledger.stage(rows, "lens"):
-        lens.state_limits(float(np.arctan(x.max())), [REFERENCE_NM])
-    [stated] = [e for e in rows[0].errors if e.source.key == "exit pupil"]
+    x = quantities.centres(9, 2 * np.tan(np.radians(14.0)))
+    notes = lens.limits(float(np.arctan(x.max())), [REFERENCE_NM])
+    errors = [note for note in notes if isinstance(note, ErrorTerm)]
+    [stated] = [e for e in errors if e.source.key == "exit pupil"]
     assert stated.unit == "relative" and np.abs(found - wanted).sum() < stated.value < 0.04
-    assert not any("foreshortened" in e.label for e in rows[0].errors)
+    assert not any("foreshortened" in e.label for e in errors)

@@ -17,10 +17,10 @@ from isethdr_optics.psf import kernels
 from isethdr_optics.pupil import apodization, sampled_pupil
 
 from isethdr_core.data import quantities
+from isethdr_core.error_terms import ErrorTerm
 from isethdr_core.physics.optics import paraxial
 from isethdr_core.physics.optics.pupil import disc, energy
 from isethdr_core.physics.optics.ray_trace import collimated, follow, sequential
-from isethdr_core.uncertainty import ledger
 
 # of the light: the border of the exit pupil is up to 0.009 of its radius off an ellipse, over a
 # part of the border; 320 cells
@@ -181,7 +181,6 @@ def test_a_vignetted_kernel_keeps_its_light_and_the_ledger_says_how_well_rims_ar
         for one in (cut, replace(cut, rims=()))
     ]
     assert cut.rims and sums[0] == pytest.approx(sums[1], abs=5e-3) and 0.9 < sums[0] < 1
-    x, rows = quantities.centres(9, 0.5), ledger.Ledger()
-    with ledger.stage(rows, "lens"):
-        lens.state_limits(float(np.arctan(x.max())), [587.56])
-    assert any("rims" in e.label and 0 < e.value < 1e-3 for e in rows[0].errors)
+    notes = lens.limits(float(np.arctan(quantities.centres(9, 0.5).max())), [587.56])
+    [drawn] = [e for e in notes if isinstance(e, ErrorTerm) and e.source.key == "rims"]
+    assert 0 < drawn.value < 1e-3

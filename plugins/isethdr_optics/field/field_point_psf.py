@@ -18,12 +18,13 @@ import numpy as np
 import scipy.fft as sf
 from scipy.sparse import csr_array
 
-from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics import pupil as shapes
 from isethdr_core.physics.radiometry import band_widths_nm
+from isethdr_core.uncertainty.error_terms import ErrorTerm
 
 from ..psf import kernel_sampling_error, kernels, scatter
+from ..psf.error_parts import term
 from ..pupil import sampled_pupil
 
 FIRST_NM = 380.0
@@ -81,8 +82,8 @@ def one(lens, flares, wavelength_nm: float, pitch_um, half) -> np.ndarray:
     )
 
 
-def state(lenses, flares, wavelength_nm, half) -> None:
-    """State how far kernels between knots are from exact ones; `lenses` of places from the axis to
+def errors(lenses, flares, wavelength_nm, half) -> list[ErrorTerm]:
+    """Return how far kernels between knots are from exact ones; `lenses` of places from the axis to
     the border of the field.
     """
     wave, found = np.asarray(wavelength_nm, float), []
@@ -95,13 +96,14 @@ def state(lenses, flares, wavelength_nm, half) -> None:
             for _, ends in band
         }
         found += [sampled_pupil.phase_change(lens, flares, c[0], c[-1]) for c in cells]
-    if found:
-        value = ALIASED + STRAIGHT * max(found) ** 2
-        label = (
-            "point spreads of places, drawn between those of some wavelengths: share of a point's"
-            " light, L1"
-        )
-        ledger.error(value, "relative", "measured", label, key="place wavelengths")
+    if not found:
+        return []
+    value = ALIASED + STRAIGHT * max(found) ** 2
+    label = (
+        "point spreads of places, drawn between those of some wavelengths: share of a point's"
+        " light, L1"
+    )
+    return [term(value, "relative", "measured", label, key="place wavelengths")]
 
 
 def _lines(lens, flares, wave, read, pitch_um, half) -> kernels.Kernels:

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from isethdr_core import ledger
 from isethdr_core.cli.progress import shown, track
+from isethdr_core.ledger import LeftOut, Note
 from isethdr_core.physics.convolution import Bound
 from isethdr_core.physics.optics import projection as projections
 from isethdr_core.plugins.protocols import TransmitsPupil
@@ -24,7 +24,7 @@ from ..abilities import DrawsPupil
 from ..imaging.overlap_add import overlaid
 from ..imaging.threads import MOST_THREADS, cpus, executor
 from ..psf import band_phase, kernel_sampling_error, kernels
-from ..psf.error_parts import AXIS_KERNEL, SPECKLE, SPREAD
+from ..psf.error_parts import AXIS_KERNEL, SPECKLE, SPREAD, term
 from ..pupil import sampled_pupil
 from . import field_point_psf, omissions
 from . import grid as field_grid
@@ -140,12 +140,13 @@ class FieldTiles(NamedTuple):
     pitch_um: tuple[float, float]  # (y, x) of their images
 
 
-def field_kernels(lens, tiles: FieldTiles, wavelength_nm, flares, axis: kernels.Kernels):
+def field_kernels(
+    lens, tiles: FieldTiles, wavelength_nm, flares, axis: kernels.Kernels
+) -> tuple[FieldKernels | None, list[Note]]:
     """Return the kernels of a lens whose point spread varies over the field, None where it does
-    not.
+    not; and their errors, or what was spared.
 
-    States in the ledger the error of the grid, measured between its places by the kernels that
-    belong there.
+    The error of the grid is measured between its places by the kernels that belong there.
 
     Raises
     ------
@@ -155,8 +156,7 @@ def field_kernels(lens, tiles: FieldTiles, wavelength_nm, flares, axis: kernels.
     shape = len(y), len(x)
     radius = float(np.hypot(np.abs(x).max(), np.abs(y).max()))
     if not lens.field_varies or radius == 0:
-        ledger.record_left_out(omissions.ONE_POINT_SPREAD)
-        return None
+        return None, [omissions.ONE_POINT_SPREAD]
 
     def seen_from(r, azimuth_rad):
         angle = float(projections.angle_rad(r, 0.0, projection))
@@ -230,13 +230,13 @@ def field_kernels(lens, tiles: FieldTiles, wavelength_nm, flares, axis: kernels.
             if error <= lens.error_allowed:
                 break
     if rings == 0:
-        ledger.left_out(
+        spared = LeftOut(
             "point spreads off the axis",
             "they differ less than the error allowed",
-            error + omissions.SHARED,
+            float(error + omissions.SHARED),
             "share of a point's light",
         )
-        return None
+        return None, [spared]
     chosen = [(place, radius / rings) for place in field_grid.places(rings, radius, symmetric)]
     if len(RINGS) > 1:  # of a single number, as a study asks for, all places stay
         chosen, error = _thinned(core, rings, radius, symmetric, some, lens.error_allowed)
@@ -252,7 +252,7 @@ def field_kernels(lens, tiles: FieldTiles, wavelength_nm, flares, axis: kernels.
         f"point spread between {len(grid)} places of the field, share of a point's light, L1, worst"
         f" of {', '.join(f'{w:g}' for w in some)} nm{more}"
     )
-    ledger.error(error, "relative", "measured", label, key="field places")
+    notes: list[Note] = [term(error, "relative", "measured", label, key="field places")]
     with executor(min(cpus(), MOST_THREADS)) as pool:
         made = FieldKernels(
             axis,
@@ -261,22 +261,22 @@ def field_kernels(lens, tiles: FieldTiles, wavelength_nm, flares, axis: kernels.
             list(track(pool.map(cores, grid), "places of the field", len(grid))),
             unlike,
         )
-    band_phase.state(along[1:], waves)
-    field_point_psf.state(along, flares, waves, half)
+    notes += band_phase.errors(along[1:], waves)
+    notes += field_point_psf.errors(along, flares, waves, half)
     if half != tuple(n - 1 for n in shape):
         label = (
             f"kernel of the axis, taken for all places farther from a lamp than {half[1]} x"
             f" {half[0]} tiles, where the field ends"
         )
-        ledger.error(far_error, "relative", "measured", label, key=AXIS_KERNEL, part=SPREAD)
+        notes.append(term(far_error, "relative", "measured", label, key=AXIS_KERNEL, part=SPREAD))
     if any(one.speckle.any() for one in made.cores):
         speckle = max(float(one.speckle.max()) for one in made.cores)
         label = (
             "speckle of the kernels of places of the field, where their blur is wider than an exact"
             " core"
         )
-        ledger.error(speckle, "relative", "statistical", label, key=SPECKLE, part=SPREAD)
-    return made
+        notes.append(term(speckle, "relative", "statistical", label, key=SPECKLE, part=SPREAD))
+    return made, notes
 
 
 def _stretched(place) -> bool:

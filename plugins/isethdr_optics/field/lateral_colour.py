@@ -11,14 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from isethdr_core import ledger, quantities
+from isethdr_core import quantities
 from isethdr_core.data import camera_geometry
 from isethdr_core.errors import ConfigError
+from isethdr_core.ledger import LeftOut
 from isethdr_core.physics.optics import projection as projections
 from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.uncertainty.error_terms import Quantity
 
 from ..abilities import TracesChiefRays
+from ..psf.error_parts import term
 from . import omissions
 
 # of a border tile that the smallest image does not reach: less than that does not make the field
@@ -94,8 +96,8 @@ def coloured(lens, mixed, plane, bent):
     """Return the sensor plane with the magnification of every band, as many tiles larger as the
     largest image needs: no light is cut.
 
-    The camera's field shrinks to what images of all bands cover. States in the ledger what this
-    changes beside the light's place. The same plane where all magnifications are 1.
+    The camera's field shrinks to what images of all bands cover. What this changes beside the
+    light's place is added to the plane's notes. Nothing else changes where all magnifications are 1.
     """
     wave, projection = mixed.wavelength.values.astype(float), camera_geometry.projection_of(mixed)
     pitch = [quantities.tile_pitch(mixed, d) for d in ("x", "y")]
@@ -108,8 +110,7 @@ def coloured(lens, mixed, plane, bent):
         for f in (np.min, np.max)
     )
     if (low == 1).all() and (high == 1).all():
-        ledger.record_left_out(omissions.NO_LATERAL_COLOUR)
-        return plane
+        return replace(plane, notes=(*plane.notes, omissions.NO_LATERAL_COLOUR))
     whole = len(plane.y), len(plane.x)
     y, x = (_wider(a, p, high.max()) for a, p in zip((plane.y, plane.x), pitch[::-1]))
     field = tuple(
@@ -121,7 +122,7 @@ def coloured(lens, mixed, plane, bent):
         "uniform light of a band, spread over a larger or smaller image, from what the"
         " attributes say"
     )
-    ledger.error(
+    magnified_light = term(
         thinner, "relative", "measured", label, key="magnified light", acts_on=Quantity.ATTRIBUTES
     )
     larger = max(np.abs(s - 1).max() for s in (low, high))
@@ -136,7 +137,7 @@ def coloured(lens, mixed, plane, bent):
         if len(wave) > 1
         else np.zeros(1)
     )
-    ledger.left_out(
+    one_each = LeftOut(
         "change of magnification within a band",
         "each band has one",
         float(radius * within.max()),
@@ -152,6 +153,7 @@ def coloured(lens, mixed, plane, bent):
         whole=whole,
         stretched=stretched,
         lacking=sum(lacking),
+        notes=(*plane.notes, magnified_light, one_each),
     )
 
 

@@ -11,11 +11,14 @@ light and of its square.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from isethdr_core import ledger
+from isethdr_core.uncertainty.error_terms import ErrorTerm
 
 from ..imaging.sensor_plane import SensorPlane
+from ..psf.error_parts import term
 
 DETAIL, BORDER = (
     "detail within tiles",
@@ -45,24 +48,28 @@ def border(plane: SensorPlane, moved) -> np.ndarray:
     return out
 
 
-def state(plane: SensorPlane, light, moved, on_sensor) -> None:
-    """State the errors of moving `light` (..., y, x), which lies on the field's tiles; nothing
-    where the grid is kept.
+class Retiled(NamedTuple):
+    """What light loses where its tiles are moved."""
+
+    terms: list[ErrorTerm]
+    within_tiles: np.ndarray  # (..., y, x): the part `DETAIL`, a standard deviation
+    of_border: np.ndarray | None  # (..., y, x): the part `BORDER`; None: nothing is lost there
+
+
+def losses(plane: SensorPlane, light, moved) -> Retiled:
+    """Return the errors of moving `light` (..., y, x), which lies on the field's tiles, to a grid of
+    other tiles.
 
     Parameters
     ----------
     moved : the same light on the sensor plane's tiles.
-    on_sensor : function(light on the sensor plane's tiles) -> DataArray, as the lens makes of its
-        light.
     """
-    if plane.keeps_grid or not ledger.records_errors():
-        return
-    ledger.light_part(DETAIL, on_sensor(detail(plane, light)), within_tiles=True)
     label = (
         "detail of the size of a tile, where moved tiles are shared among those of the sensor plane"
     )
-    ledger.error(1.0, "relative", "measured", label, key="retiling", part=DETAIL)
-    if plane.lacking:
-        ledger.light_part(BORDER, on_sensor(border(plane, moved)))
-        label = "light that border tiles lack, of the smallest band's image"
-        ledger.error(plane.lacking, "relative", "bound", label, key="border", part=BORDER)
+    terms = [term(1.0, "relative", "measured", label, key="retiling", part=DETAIL)]
+    if not plane.lacking:
+        return Retiled(terms, detail(plane, light), None)
+    label = "light that border tiles lack, of the smallest band's image"
+    terms.append(term(plane.lacking, "relative", "bound", label, key="border", part=BORDER))
+    return Retiled(terms, detail(plane, light), border(plane, moved))

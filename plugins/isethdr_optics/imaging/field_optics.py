@@ -13,6 +13,7 @@ import numpy as np
 from isethdr_core import quantities
 from isethdr_core.data.camera_geometry import projection_of
 from isethdr_core.errors import ConfigError
+from isethdr_core.ledger import Note
 from isethdr_core.plugins.protocols import TransmitsPupil
 
 from ..abilities import DrawsPupil
@@ -40,6 +41,7 @@ class FieldOptics:
     counted: Counted | None = (
         None  # what the sensor counts of the field's light, where that had to be known
     )
+    notes: tuple[Note, ...] = ()  # of the kernels of the field; the sensor plane has its own
 
 
 def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None = None):
@@ -78,13 +80,13 @@ def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None 
     made = wing_truncation.near_kernels(
         make, plain, flares, mixed, sensor, pitch_um, asked
     ) or make(tuple(mixed.sizes[d] - 1 for d in ("y", "x")))
-    field = None
+    field, notes = None, []
     if lens.blurs:
-        band_phase.state((plain,), wavelength_nm)
         tiles = FieldTiles(
             *(mixed[d].values.astype(float) for d in ("x", "y")), projection_of(mixed), pitch_um
         )
-        field = field_kernels(lens, tiles, wavelength_nm, flares, made)
+        field, of_places = field_kernels(lens, tiles, wavelength_nm, flares, made)
+        notes = [*band_phase.errors((plain,), wavelength_nm), *of_places]
     loss = (
         made.transmitted if made is not None and lens.aperture_loss else np.ones(len(wavelength_nm))
     )
@@ -98,6 +100,7 @@ def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None 
         wavelength_nm,
         pitch_um,
         *found[-1],
+        tuple(notes),
     )
 
 

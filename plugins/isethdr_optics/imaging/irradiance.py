@@ -6,23 +6,32 @@ Radiance -> times throughput -> times falloff of its own field angle -> convolut
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 import numpy as np
 import scipy.fft as sf
 
-from isethdr_core import ledger, quantities
+from isethdr_core import quantities
 from isethdr_core.physics.convolution import convolve_into
+from isethdr_core.uncertainty.error_terms import ErrorTerm
 
+from ..psf.error_parts import term
 from . import array_backend
 from .field_optics import FieldOptics
 from .threads import threads
 
 
-def irradiance(values, given: FieldOptics, error_allowed: float = 0.0):
-    """Return irradiance (band, y, x) on the field's own tiles of mixed radiance (band, y, x).
+class Irradiance(NamedTuple):
+    """Irradiance on the field's own tiles."""
+
+    values: np.ndarray  # (band, y, x)
+    terms: list[ErrorTerm]  # of the convolutions
+
+
+def irradiance(values, given: FieldOptics, error_allowed: float = 0.0) -> Irradiance:
+    """Return irradiance of mixed radiance (band, y, x).
 
     The whole grid takes part; nothing wraps. Convolutions are right to `error_allowed`, relative.
-    The errors of the convolutions are stated in the ledger.
     """
     made, field, gains = given.made, given.field, given.gains
     put = array_backend.place()
@@ -55,9 +64,9 @@ def irradiance(values, given: FieldOptics, error_allowed: float = 0.0):
                 ),
                 range(len(gains)),
             )
-    if made is not None:
-        _state_convolution(list(bounds), float(np.finfo(out.dtype).eps) / 2)
-    return out
+    if made is None:
+        return Irradiance(out, [])
+    return Irradiance(out, _errors(list(bounds), float(np.finfo(out.dtype).eps) / 2))
 
 
 def _band(out, light, kernel, relative, gain, apply, error_allowed, put):
@@ -72,25 +81,20 @@ def _band(out, light, kernel, relative, gain, apply, error_allowed, put):
     return convolve_into(out, light, kernel, error_allowed, factor=relative, gain=gain, apply=apply)
 
 
-def _state_convolution(bounds, rounding):
-    """State the error of each band's convolution as it came out, and the `rounding` of the dtype
-    they are kept in.
+def _errors(bounds, rounding) -> list[ErrorTerm]:
+    """Return the errors of the bands' convolutions as they came out, and the `rounding` of the
+    dtype they are kept in.
     """
-    ledger.error(
-        max(b.relative for b in bounds) + rounding,
-        "relative",
-        "bound",
-        "convolution of the given kernel",
-        key="convolution",
+    most = max(b.relative for b in bounds) + rounding
+    label = "convolution of the given kernel"
+    relative = term(most, "relative", "bound", label, key="convolution")
+    if not any(b.pixels for b in bounds):
+        return [relative]
+    worst = max(bounds, key=lambda b: b.absolute)
+    tiles = max(b.pixels for b in bounds)
+    label = (
+        f"convolution of up to {tiles} tiles per band, too dark beside the lamps for the row"
+        " above and too many to sum"
     )
-    if any(b.pixels for b in bounds):
-        worst = max(bounds, key=lambda b: b.absolute)
-        tiles = max(b.pixels for b in bounds)
-        ledger.error(
-            worst.absolute,
-            quantities.IRRADIANCE,
-            "bound",
-            f"convolution of up to {tiles} tiles per band, too dark beside the lamps for the row"
-            " above and too many to sum",
-            key="convolution of dark tiles",
-        )
+    key = "convolution of dark tiles"
+    return [relative, term(worst.absolute, quantities.IRRADIANCE, "bound", label, key=key)]

@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from isethdr_core import ledger
 from isethdr_core.physics.convolution.spectral import channels, matrix_product
 from isethdr_core.physics.convolution.transform import error
 from isethdr_core.physics.radiometry import photons_per_energy
-from isethdr_core.uncertainty.error_terms import Quantity
+from isethdr_core.uncertainty.error_terms import ErrorTerm, Quantity
 
+from ..psf.error_parts import term
 from . import bright_tiles, spectral_fit
 from .accuracy_shares import TRANSFORMS
 from .field_optics import FieldOptics
@@ -34,6 +34,7 @@ class Photocurrent(NamedTuple):
     values: np.ndarray  # (channel, y, x) electrons per m2 and second
     channels: list[str]  # those that differ
     efficiency: np.ndarray  # (channel, band) electrons per photon
+    terms: tuple[ErrorTerm, ...]  # of the functionals and of the transforms
 
 
 def photocurrent(cube, given: FieldOptics, response) -> Photocurrent | None:
@@ -44,7 +45,7 @@ def photocurrent(cube, given: FieldOptics, response) -> Photocurrent | None:
     ----------
     response : `isethdr_core.demand.Response` of the sensor. The error in electrons, in every tile
         and channel, stays below `noise_fraction_allowed` of the sensor's noise where it is not
-        saturated; the ledger says what it was at the tiles looked at.
+        saturated; `terms` say what it was at the tiles looked at.
     """
     if (
         given.made is None
@@ -77,7 +78,7 @@ def photocurrent(cube, given: FieldOptics, response) -> Photocurrent | None:
         bright_tiles.correct(out, cube, given.relative, weights, fit, given.made, apply)
     low = float(out.min())
     np.maximum(out, 0.0, out=out)
-    ledger.error(
+    functionals = term(
         fit.noise_share,
         "standard deviations of the sensor's noise",
         "measured",
@@ -86,7 +87,7 @@ def photocurrent(cube, given: FieldOptics, response) -> Photocurrent | None:
         key=FUNCTIONALS,
         acts_on=Quantity.PHOTOCURRENT,
     )
-    ledger.error(
+    rounding = term(
         max(rounding_e, -low * response.area_exposure_m2_s),
         "electrons",
         "bound",
@@ -94,7 +95,7 @@ def photocurrent(cube, given: FieldOptics, response) -> Photocurrent | None:
         key="transforms",
         acts_on=Quantity.ELECTRONS,
     )
-    return Photocurrent(out, names, efficiency)
+    return Photocurrent(out, names, efficiency, (functionals, rounding))
 
 
 def _planes(cube, relative, fit):

@@ -11,14 +11,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from isethdr_core import ledger, quantities
+from isethdr_core import quantities
 from isethdr_core.data import camera_geometry
 from isethdr_core.errors import ConfigError
+from isethdr_core.ledger import Note
 from isethdr_core.physics.optics import projection as projections
 from isethdr_core.physics.resampling.overlap import borders
+from isethdr_core.uncertainty.error_terms import ErrorTerm
 
 from ..abilities import TracesColour
 from ..field import lateral_colour, omissions
+from ..psf.error_parts import term
 
 BORDER_POINTS = 129  # along each side of the field
 CHECKED = 65  # x 65 points of the field at which a map must not fold
@@ -47,6 +50,7 @@ class SensorPlane:
     lacking: float = (
         0.0  # share of a corner tile that the smallest band's image leaves dark, at most
     )
+    notes: tuple[Note, ...] = ()  # errors of moving light there, and what was spared
 
     @property
     def keeps_grid(self) -> bool:
@@ -126,8 +130,7 @@ def without_geometry(lens):
 
 
 def sensor_plane(lens, mixed) -> SensorPlane:
-    """Return the sensor plane of a lens for the field of `mixed`, and state in the ledger what
-    distortion does.
+    """Return the sensor plane of a lens for the field of `mixed`, with what distortion does.
 
     The sensor's tiles have the pitch of the field's, and cover the largest centred rectangle that
     looks at known light only.
@@ -155,10 +158,9 @@ def sensor_plane(lens, mixed) -> SensorPlane:
         for k, n in zip(("field_width", "field_height"), quantities.full_field(mixed))
     )
     if kept:
-        ledger.record_left_out(omissions.NO_DISTORTION)
-        return lateral_colour.coloured(
-            lens, mixed, SensorPlane(relative, x, y, field, attrs | falloff), bent
-        )
+        spared = (omissions.NO_DISTORTION,)
+        plane = SensorPlane(relative, x, y, field, attrs | falloff, notes=spared)
+        return lateral_colour.coloured(lens, mixed, plane, bent)
     seen = _inscribed(bent, half)
     sensor = [_tiles(len(c), 2 * h * seen, p) for c, h, p in zip((x, y), half, pitch)]
     grids = [borders(c, p) for c, p in zip((x, y, *sensor), (*pitch, *pitch))]
@@ -166,16 +168,19 @@ def sensor_plane(lens, mixed) -> SensorPlane:
         areas = camera_geometry.field_areas(bent, *grids) / (pitch[0] * pitch[1])
     except ValueError as err:
         raise ConfigError(f"lens.distortion does not fit the field: {err}") from None
-    stretched = _state(
-        bent,
-        areas @ np.broadcast_to(relative, (len(y), len(x))).ravel(),
-        attrs | falloff,
-        sensor,
-        half,
-    )
+    uniform = areas @ np.broadcast_to(relative, (len(y), len(x))).ravel()
+    error = _error_of_uniform_light(uniform, attrs | falloff, sensor)
     inner = _inscribed(bent, [w / 2 for w in field])
     seen = tuple(min(w * inner, len(c) * p) for w, c, p in zip(field, sensor, pitch))
-    plane = SensorPlane(relative, *sensor, seen, attrs | falloff, areas, stretched=stretched)
+    plane = SensorPlane(
+        relative,
+        *sensor,
+        seen,
+        attrs | falloff,
+        areas,
+        stretched=_stretched(bent, half),
+        notes=(error,),
+    )
     return lateral_colour.coloured(lens, mixed, plane, bent)
 
 
@@ -270,20 +275,20 @@ def _tiles(count, width, pitch):
     return quantities.centres(fits, fits * pitch)
 
 
-def _state(bent, uniform, attrs, sensor, half) -> float:
-    """State how far uniform light comes out from what the attributes say; return by how much
-    distortion draws out images.
-    """
+def _error_of_uniform_light(uniform, attrs, sensor) -> ErrorTerm:
+    """Return how far uniform light comes out from what the attributes say."""
     x, y = np.meshgrid(*sensor)
     stated = camera_geometry.relative_illumination(attrs, x, y)
-    ledger.error(
-        np.abs(uniform.reshape(x.shape) - stated).max() / stated.max(),
-        "relative",
-        "measured",
+    worst = np.abs(uniform.reshape(x.shape) - stated).max() / stated.max()
+    label = (
         "uniform light moved along the distortion: tiles have straight sides and one relative"
-        " illumination each",
-        key="uniform light",
+        " illumination each"
     )
+    return term(worst, "relative", "measured", label, key="uniform light")
+
+
+def _stretched(bent, half) -> float:
+    """Return by how much distortion draws out images at most, relative."""
     u, v = np.meshgrid(*(np.linspace(-h, h, 17) * (1 - 1e-4) for h in half))
     step = 1e-5 * max(half)
     across, down = (

@@ -16,12 +16,13 @@ from functools import cached_property
 
 import numpy as np
 
-from isethdr_core import ledger
 from isethdr_core.demand import Response
+from isethdr_core.ledger import LeftOut, Note
 from isethdr_core.physics.convolution import Kernel, prepare
 from isethdr_core.physics.convolution.spectral import matrix_product
 
 from ..psf import kernel_spectra, kernels
+from ..psf.error_parts import term
 from ..pupil import sampled_pupil
 from .photoelectron_map import electrons
 
@@ -138,10 +139,10 @@ def near_kernels(make, lens, flares, mixed, sensor, pitch_um, response) -> NearK
     )
 
 
-def state(made: NearKernels) -> None:
-    """State what was left out, and its bound."""
+def notes(made: NearKernels) -> list[Note]:
+    """Return what was left out, and its bound."""
     rows, columns = (n // 2 for n in made.bands[0].shape)
-    ledger.left_out(
+    spared = LeftOut(
         f"where light goes that is spread more than {columns} x {rows} tiles,"
         f" {made.outside.max():.2g} of it at most",
         "no tile is so bright that the sensor could tell",
@@ -149,13 +150,8 @@ def state(made: NearKernels) -> None:
         UNIT,
         needless=True,
     )
-    ledger.error(
-        made.noise_share,
-        UNIT,
-        "bound",
-        "far tail of the point spread, the same light added to every tile in its place",
-        key="far tail",
-    )
+    label = "far tail of the point spread, the same light added to every tile in its place"
+    return [spared, term(made.noise_share, UNIT, "bound", label, key="far tail")]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,10 +11,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from isethdr_core import ledger
 from isethdr_core.data.camera_geometry import distortion_map, table_values
 from isethdr_core.errors import ConfigError
-from isethdr_core.uncertainty.error_terms import Quantity
+from isethdr_core.ledger import LeftOut, Note
+from isethdr_core.uncertainty.error_terms import ErrorTerm, Quantity
 
 from ..imaging.accuracy_shares import PLACES_KNOB, SPECKLE_KNOB
 from ..prescription.amplitude import amplitude
@@ -24,6 +24,7 @@ from ..prescription.figures import chief_mm, distortion, pupil_area_mm2, seen_sr
 from ..prescription.prescription import load
 from ..prescription.rims import rims
 from ..prescription.wavefront import zernike_um
+from ..psf.error_parts import term
 from .field_point_lens import FieldLens
 from .limits import ErrorAllowed, Falloff
 from .thin_lens import DiffractionLimitedLens
@@ -281,68 +282,84 @@ class PrescribedLens(FieldLens):
         area = _areas(self.real(), (0.0, *tangent))
         return (1 + tangent**2) ** -2 * area[1:] / area[0]
 
-    def state_limits(self, widest_rad: float, wavelength_nm) -> None:
-        """State what the prescription would do that this lens does not, at the border of the field
-        it is made for.
+    def limits(self, widest_rad: float, wavelength_nm) -> list[Note]:
+        """Return what the prescription would do that this lens does not, at the border of the field
+        it is made for, and the errors of how it is drawn.
+
+        Parameters
+        ----------
+        widest_rad : the largest angle of the field off the axis. `wavelength_nm` : the bands.
         """
         real, widest = self.real(), widest_rad
         edge = min(float(np.tan(widest)), float(np.tan(np.radians(real.half_field_deg))))
+        notes: list[Note] = []
         if "traced" == self.distortion == self.falloff:
-            value = self._uneven(widest, wavelength_nm)
             label = (
                 "uniform light by rays counted from places of the sensor, first and last band, from"
                 " what the attributes say"
             )
-            ledger.error(
-                value,
+            counted = term(
+                self._uneven(widest, wavelength_nm),
                 "of that on the axis",
                 "measured",
                 label,
                 key="traced illumination",
                 acts_on=Quantity.ATTRIBUTES,
             )
+            notes.append(counted)
         if self.distortion == "none" and edge > 0:
             bent = abs(float(distortion(real, edge)[0]))
-            ledger.left_out(
-                "distortion of the prescription", "the lens keeps the grid", bent, "of the position"
-            )
+            what = "distortion of the prescription"
+            notes.append(LeftOut(what, "the lens keeps the grid", bent, "of the position"))
         if not self.field_varies:
             spot = max(spot_radius_mm(real, t) for t in (0.0, 0.7 * edge, edge))
-            ledger.left_out(
+            aberrations = LeftOut(
                 "geometric aberrations of the prescription",
                 "its blur is diffraction alone",
-                spot * 1e-3,
+                float(spot) * 1e-3,
                 "m (rms radius)",
             )
-            return
+            return [*notes, aberrations]
+        return [*notes, *self._limits_of_places(widest, wavelength_nm)]
+
+    def _limits_of_places(self, widest: float, wavelength_nm) -> list[Note]:
+        """Return the errors of how the pupil and the wavefront of places are drawn."""
+        real = self.real()
         fitted = [_traced_wavefront(real, a)[1] for a in (0.0, widest)]
         between = max(_between_um(self, a, float(wavelength_nm[0])) for a in (0.0, widest))
 
-        def shape_error(value, unit, label, key):
-            ledger.error(value, unit, "measured", label, key=key, acts_on=Quantity.POINT_SPREAD)
+        def shape_error(value, unit, label, key) -> ErrorTerm:
+            return term(value, unit, "measured", label, key=key, acts_on=Quantity.POINT_SPREAD)
 
-        shape_error(max(fitted), "um rms", "wavefront that its Zernike terms leave", "Zernike fit")
-        shape_error(between, "um rms", "wavefront between traced wavelengths", "traced wavelengths")
+        notes: list[Note] = [
+            shape_error(
+                max(fitted), "um rms", "wavefront that its Zernike terms leave", "Zernike fit"
+            ),
+            shape_error(
+                between, "um rms", "wavefront between traced wavelengths", "traced wavelengths"
+            ),
+        ]
         even = [
             u
             for u in (_traced_amplitude(real, a)[1] for a in np.linspace(0.0, widest, 5))
             if u <= EVEN
         ]
         if even:
-            ledger.left_out(
-                "light uneven over the stop",
-                "next to none",
-                2 * max(even),
-                "share of a point's light",
+            share = 2 * float(max(even))
+            notes.append(
+                LeftOut(
+                    "light uneven over the stop", "next to none", share, "share of a point's light"
+                )
             )
         border = max(
             exit_pupil(real, float(np.tan(a)), real.reference_nm).off_ellipse
             for a in np.linspace(0.0, widest, 5)
         )
         label = "exit pupil off the axis, drawn as an ellipse: share of a point's light, L1"
-        ledger.error(BORDER_SHARE * border, "relative", "measured", label, key="exit pupil")
+        notes.append(term(BORDER_SHARE * border, "relative", "measured", label, key="exit pupil"))
         label = "rims that cut the stop off the axis, drawn as arcs of circles"
-        shape_error(rims(real, float(np.tan(widest)))[1], "radii of the stop", label, "rims")
+        off_arcs = rims(real, float(np.tan(widest)))[1]
+        return [*notes, shape_error(off_arcs, "radii of the stop", label, "rims")]
 
     def _uneven(self, widest_rad, waves):
         """Return how far uniform light is from throughput x relative illumination at most, over

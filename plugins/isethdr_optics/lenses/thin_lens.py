@@ -16,6 +16,7 @@ import numpy as np
 
 from isethdr_core.data.camera_geometry import distortion_map
 from isethdr_core.errors import ConfigError
+from isethdr_core.ledger import Note
 from isethdr_core.physics.radiometry import irradiance_factor, irradiance_factor_aplanatic
 from isethdr_core.pipeline.imaging_plan import LightBudget, imaged
 from isethdr_core.plugins.ranges import Wavelength, check_ranges
@@ -113,13 +114,14 @@ class IdealLens:
         """
         return outlined(self, _sequence(flares), ahead, budget)
 
-    def state_limits(self, widest_rad: float, wavelength_nm) -> None:
-        """State in the ledger what of the lens's design its model leaves out.
+    def limits(self, widest_rad: float, wavelength_nm) -> list[Note]:
+        """Return what of the lens's design its model leaves out, and the errors of that: nothing.
 
         Parameters
         ----------
         widest_rad : the largest angle of the field off the axis. `wavelength_nm` : the bands.
         """
+        return []
 
     @property
     def magnification(self) -> float:

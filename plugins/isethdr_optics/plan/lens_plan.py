@@ -70,11 +70,16 @@ class LensPlan:
         if self.response is not None:
             found = photocurrent.photocurrent(cube, self.optics, self.response)
         if found is None:
-            values = irradiance.irradiance(cube, self.optics, self.error_allowed)
+            made = irradiance.irradiance(cube, self.optics, self.error_allowed)
+            ledger.record(*made.terms)
             light = self._placed(
-                values, quantities.plane, self.optics.wavelength_nm, units=quantities.IRRADIANCE
+                made.values,
+                quantities.plane,
+                self.optics.wavelength_nm,
+                units=quantities.IRRADIANCE,
             )
         else:
+            ledger.record(*found.terms)
             light = self._placed(
                 found.values,
                 quantities.photocurrent,
@@ -117,7 +122,12 @@ class LensPlan:
         if sensor.keeps_grid:
             return placed(values)
         moved = sensor.move(values)
-        retiling.state(sensor, values, moved, placed)
+        if ledger.records_errors():
+            lost = retiling.losses(sensor, values, moved)
+            ledger.record(*lost.terms)
+            ledger.light_part(retiling.DETAIL, placed(lost.within_tiles), within_tiles=True)
+            if lost.of_border is not None:
+                ledger.light_part(retiling.BORDER, placed(lost.of_border))
         return placed(moved)
 
     def _on_sensor(self, make, values, first, **attrs):

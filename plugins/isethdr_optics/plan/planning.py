@@ -9,18 +9,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from isethdr_core import ledger, quantities
+from isethdr_core import quantities
 from isethdr_core.data.camera_geometry import projection_of
 from isethdr_core.data.temporal_modulation import DIM, components
 from isethdr_core.demand import Response
+from isethdr_core.ledger import LeftOut, Note
 from isethdr_core.physics.optics.projection import angle_rad
 from isethdr_core.pipeline.imaging_plan import LightBudget
+from isethdr_core.uncertainty.error_terms import ErrorTerm
 
 from ..flare.ghosts.sensor_limited import seen_ghosts
 from ..imaging import array_backend
 from ..imaging.accuracy_shares import CONVOLUTION, LEFT
 from ..imaging.field_optics import field_optics
-from ..imaging.kernel_statements import Margin, state_kernels
+from ..imaging.kernel_statements import Margin, kernel_notes
 from .lens_plan import LensPlan
 from .region import region
 from .window import seen
@@ -49,25 +51,26 @@ def plan(lens, flares, field, response: Response | None, budget: LightBudget) ->
         quantities.check_mixed(one)
     if DIM in field.dims:
         response = None
-    with ledger.gathered("lens") as row:
-        part, light = region(lens, flares, field, budget)
-        _, mixed = components(light)[0]
-        lens.state_limits(_widest_rad(mixed), mixed.wavelength.values.astype(float))
-        found = seen(lens, mixed, flares, response)
-        if found.tiles is not None:
-            part = replace(part, tiles=found.tiles)
-        error_allowed, left = budget.error_allowed, None
-        if response is not None:
-            part = replace(part, window_m=response.window_m)
-            flares, faint = seen_ghosts(lens, found.mixed, flares, found.optics, found.response)
-            left = _left(found, faint)
-            error_allowed = CONVOLUTION * left.error_allowed
-            if found.mixed.size < WORTH or array_backend.place():
-                left = None
-        state_kernels(lens, found.optics, _margin(found.mixed))
-    terms, left_out = tuple(row.errors), tuple(row.left_out)
+    part, light, dark = region(lens, flares, field, budget)
+    _, mixed = components(light)[0]
+    limits = lens.limits(_widest_rad(mixed), mixed.wavelength.values.astype(float))
+    found = seen(lens, mixed, flares, response)
+    optics = found.optics
+    notes = [*dark, *limits, *optics.sensor.notes, *optics.notes, *found.notes]
+    if found.tiles is not None:
+        part = replace(part, tiles=found.tiles)
+    error_allowed, left = budget.error_allowed, None
+    if response is not None:
+        part = replace(part, window_m=response.window_m)
+        flares, faint, of_ghosts = seen_ghosts(lens, found.mixed, flares, optics, found.response)
+        notes += of_ghosts
+        left = _left(found, faint)
+        error_allowed = CONVOLUTION * left.error_allowed
+        if found.mixed.size < WORTH or array_backend.place():
+            left = None
+    notes += kernel_notes(lens, optics, _margin(found.mixed))
     checked = weakref.ref(field)
-    return LensPlan(lens, flares, part, found.optics, error_allowed, left, terms, left_out, checked)
+    return LensPlan(lens, flares, part, optics, error_allowed, left, *_sorted(notes), checked)
 
 
 def whole(lens, flares, field, response: Response | None = None) -> LensPlan:
@@ -76,13 +79,17 @@ def whole(lens, flares, field, response: Response | None = None) -> LensPlan:
     """
     for _, one in components(field):
         quantities.check_mixed(one)
-    with ledger.gathered("lens") as row:
-        part, _ = region(lens, flares, field, LightBudget())
-        optics = field_optics(lens, field, flares)
-        state_kernels(lens, optics, _margin(field))
+    part = region(lens, flares, field, LightBudget()).region
+    optics = field_optics(lens, field, flares)
+    notes = [*optics.sensor.notes, *optics.notes, *kernel_notes(lens, optics, _margin(field))]
     error_allowed = CONVOLUTION * response.error_allowed if response else 0.0
-    terms, left_out = tuple(row.errors), tuple(row.left_out)
-    return LensPlan(lens, flares, part, optics, error_allowed, response, terms, left_out)
+    return LensPlan(lens, flares, part, optics, error_allowed, response, *_sorted(notes))
+
+
+def _sorted(notes: list[Note]) -> tuple[tuple[ErrorTerm, ...], tuple[LeftOut, ...]]:
+    """Return the error terms of notes, and what was left out."""
+    terms = tuple(note for note in notes if isinstance(note, ErrorTerm))
+    return terms, tuple(note for note in notes if isinstance(note, LeftOut))
 
 
 def _left(found, faint: float) -> Response:

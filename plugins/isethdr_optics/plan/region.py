@@ -8,12 +8,13 @@ Tiles that no sensor sees are dropped where the lens keeps the light of every ti
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from isethdr_core import ledger, quantities
+from isethdr_core import quantities
 from isethdr_core.errors import UnitError
+from isethdr_core.ledger import LeftOut
 from isethdr_core.pipeline import bands
 from isethdr_core.pipeline import window as core
 from isethdr_core.pipeline.imaging_plan import LightBudget
@@ -74,11 +75,17 @@ class Region:
         return light.assign_attrs(wavelength_nm=np.asarray(every_nm, float), efficiency=whole[rows])
 
 
-def region(lens, flares, field: xr.DataArray, budget: LightBudget) -> tuple[Region, xr.DataArray]:
-    """Return the region of a field that a lens has to make light of, and its light; state what is
-    left out.
-    """
-    whole = field
+class Chosen(NamedTuple):
+    """The part of a field that a lens has to make light of."""
+
+    region: Region
+    mixed: xr.DataArray  # its light
+    left_out: list[LeftOut]
+
+
+def region(lens, flares, field: xr.DataArray, budget: LightBudget) -> Chosen:
+    """Return the region of a field that a lens has to make light of."""
+    whole, left_out = field, []
     coordinates = {d: field[d].values for d in ("wavelength", "y", "x")}
     tiles = None
     if budget.window_m is not None and lens.keeps_light(flares):
@@ -86,14 +93,18 @@ def region(lens, flares, field: xr.DataArray, budget: LightBudget) -> tuple[Regi
         inside = core.tiles(field, (budget.window_m[0] / width_m, budget.window_m[1] / height_m))
         part = core.cut(field, inside)
         if part is not field:
-            state_tiles(field.shape, part.shape, UNSEEN, 0.0, quantities.IRRADIANCE)
+            left_out.append(
+                tiles_left_out(field.shape, part.shape, UNSEEN, 0.0, quantities.IRRADIANCE)
+            )
             tiles, field = inside, part
     every_nm = field.wavelength.values
     kept = np.ones(len(every_nm), bool)
     if budget.sensed_nm is not None:
-        kept = np.isin(every_nm, _lit(field, budget.sensed_nm))
+        lit_nm, dark = _lit(field, budget.sensed_nm)
+        kept = np.isin(every_nm, lit_nm)
+        left_out += dark
     found = Region(coordinates, kept, tiles)
-    return found, found.of(whole)
+    return Chosen(found, found.of(whole), left_out)
 
 
 def on_window(light, window_m):
@@ -115,24 +126,24 @@ def errors_on_window(errors: ErrorMaps, lens, given: FieldOptics, window_m):
     return errors._replace(deviation=deviation, bound=bound)
 
 
-def state_tiles(whole: tuple, part: tuple, why: str, bound: float, unit: str) -> None:
-    """State how many tiles of the field are left out; `whole` and `part` are shapes (..., y, x)."""
+def tiles_left_out(whole: tuple, part: tuple, why: str, bound: float, unit: str) -> LeftOut:
+    """Return how many tiles of the field are left out; `whole` and `part` are shapes (..., y, x)."""
     (height, width), (inner_height, inner_width) = whole[-2:], part[-2:]
     out = height * width - inner_height * inner_width
-    ledger.left_out(
+    return LeftOut(
         f"{out} of {height * width} tiles of the field, beyond the middle {inner_width} x"
         f" {inner_height}",
         why,
-        bound,
+        float(bound),
         unit,
         key="tiles",
         needless=True,
     )
 
 
-def _lit(mixed, wanted) -> tuple[float, ...]:
+def _lit(mixed, wanted) -> tuple[tuple[float, ...], list[LeftOut]]:
     """Return the bands out of `wanted` between the first and the last in which `mixed` has any
-    light; inner ones are not looked at.
+    light, and those that are left out; inner ones are not looked at.
     """
     waves = tuple(map(float, wanted))
 
@@ -141,13 +152,14 @@ def _lit(mixed, wanted) -> tuple[float, ...]:
 
     ends = first(range(len(waves))), first(reversed(range(len(waves))))
     kept = waves[bands.outer([k in ends for k in range(len(waves))])]
-    if len(kept) < len(waves):
-        ledger.left_out(
-            f"{len(waves) - len(kept)} of {len(waves)} bands",
-            "no light in them",
-            0.0,
-            "W m-2 nm-1",
-            key=bands.BANDS,
-            needless=True,
-        )
-    return kept
+    if len(kept) == len(waves):
+        return kept, []
+    dark = LeftOut(
+        f"{len(waves) - len(kept)} of {len(waves)} bands",
+        "no light in them",
+        0.0,
+        "W m-2 nm-1",
+        key=bands.BANDS,
+        needless=True,
+    )
+    return kept, [dark]

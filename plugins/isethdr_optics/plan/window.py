@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from isethdr_core import ledger, quantities
+from isethdr_core import quantities
 from isethdr_core.demand import Response
+from isethdr_core.ledger import Note
 from isethdr_core.pipeline import window as core
 from isethdr_core.plugins.protocols import AddsLight
 
@@ -26,8 +27,9 @@ from ..imaging.field_optics import FieldOptics, field_optics
 from ..imaging.photoelectron_map import electrons
 from ..imaging.sensor_plane import sensor_plane, without_geometry
 from ..psf import kernels
+from ..psf.error_parts import term
 from ..pupil import sampled_pupil
-from .region import UNSEEN, state_tiles
+from .region import UNSEEN, tiles_left_out
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,6 +47,7 @@ class Seen(NamedTuple):
     mixed: xr.DataArray  # their light
     optics: FieldOptics
     response: Response | None  # with the error that is left for the rest of the way
+    notes: tuple[Note, ...] = ()  # what of the tiles is left out, and its error
 
 
 def seen(lens, mixed, flares, response) -> Seen:
@@ -65,18 +68,14 @@ def seen(lens, mixed, flares, response) -> Seen:
     if inner is not None and isinstance(found.optics.made, wing_truncation.NearKernels):
         # nothing from farther away is taken anyway
         found = _within_kernels(mixed, found, plane, inner, reach)
+    unit, notes = wing_truncation.UNIT, []
     if found.tiles is not None:
         bound = share + getattr(found.optics.made, "noise_share", 0.0)
-        state_tiles(mixed.shape, found.mixed.shape, WHY, bound, wing_truncation.UNIT)
+        notes.append(tiles_left_out(mixed.shape, found.mixed.shape, WHY, bound, unit))
     if share:
-        ledger.error(
-            share,
-            wing_truncation.UNIT,
-            "bound",
-            "light of tiles beyond the window that sensors see, left out",
-            key="tiles beyond the window",
-        )
-    return found
+        label = "light of tiles beyond the window that sensors see, left out"
+        notes.append(term(share, unit, "bound", label, key="tiles beyond the window"))
+    return found._replace(notes=tuple(notes))
 
 
 def _inner(lens, mixed, flares, response):
@@ -146,15 +145,13 @@ def _without_dark(lens, mixed, flares, response, plane, inner):
         return None
     tiles, part = _cut(mixed, inner, (reach, reach))
     left = replace(response, noise_fraction_allowed=(1 - SHARE) * response.noise_fraction_allowed)
-    with ledger.gathered("lens") as tried:
-        given = field_optics(lens, part, flares, left, plane.of_tiles(tiles))
+    given = field_optics(lens, part, flares, left, plane.of_tiles(tiles))
     made, loss = given.made, given.made.transmitted if lens.aperture_loss else 1.0
     outside = np.array([_beyond(b, reach) for b in made.bands])
     centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in made.bands], float)
     share = light.share(2 * outside * loss, centre * loss, everywhere=True, most=brightest(reach))
     if share > allowed:
         return None
-    ledger.record_row(tried)
     return Seen(tiles, part, given, left), reach, share
 
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.radiometry import band_widths_nm
+from isethdr_core.uncertainty.error_terms import ErrorTerm
 
 from ..pupil import sampled_pupil
 from . import wings
-from .error_parts import SPREAD
+from .error_parts import SPREAD, term
 
 # Relative per tile, L1 per octave, for a radian rms within a part: measured 0.004 to 0.030 against
 # 40 and 100 parts (f/4 and f/8, tiles of 1.5 to 6 um, defocus, coma and spherical aberration of 3.7
@@ -46,18 +46,19 @@ def check(lens, flares, wavelength_nm) -> None:
         )
 
 
-def state(lenses, wavelength_nm) -> None:
-    """State in the ledger what more parts of a band than are made would change; `lenses` of the
-    places of the field.
+def errors(lenses, wavelength_nm) -> list[ErrorTerm]:
+    """Return what more parts of a band than are made would change; `lenses` of the places of the
+    field.
     """
     change, wave, _ = _worst(lenses, wavelength_nm)
-    if _needed(change) > wings.MOST_PARTS:
-        value = STANDING * (change / wings.MOST_PARTS) ** 2
-        label = (
-            f"speckle that {_needed(change)} parts of the band at {wave:g} nm would wash out, made"
-            f" of {wings.MOST_PARTS}"
-        )
-        ledger.error(value, "relative", "measured", label, key="band phase", part=SPREAD)
+    if _needed(change) <= wings.MOST_PARTS:
+        return []
+    value = STANDING * (change / wings.MOST_PARTS) ** 2
+    label = (
+        f"speckle that {_needed(change)} parts of the band at {wave:g} nm would wash out, made"
+        f" of {wings.MOST_PARTS}"
+    )
+    return [term(value, "relative", "measured", label, key="band phase", part=SPREAD)]
 
 
 def _needed(change: float) -> int:

@@ -1,8 +1,10 @@
-"""Error parts: the parts of its light that the lens declares, and keys that more than one module
-uses.
+"""Error parts: the parts of its light that the lens declares, keys that more than one module uses,
+and terms of light.
 """
 
 from __future__ import annotations
+
+from isethdr_core.uncertainty.error_terms import ErrorTerm, How, Quantity, Source
 
 SPREAD = "spread light"  # all light that does not come from the tiles a pixel looks at
 
@@ -11,3 +13,23 @@ SPECKLE = "kernel speckle"
 FAR_PERIOD = "kernel far field period"
 AXIS_KERNEL = "kernel of the axis"
 KERNELS = (SPECKLE, FAR_PERIOD, AXIS_KERNEL)
+
+
+def term(
+    value: float,
+    unit: str,
+    how: How,
+    label: str,
+    *,
+    key: str = "",
+    part: str | None = None,
+    acts_on: Quantity = Quantity.IRRADIANCE,
+) -> ErrorTerm:
+    """Return an error of light; the stage that records it becomes its source.
+
+    Parameters
+    ----------
+    value, unit, how, label, part, acts_on : as in `isethdr_core.error_terms.ErrorTerm`.
+    key : sets the error apart within its stage.
+    """
+    return ErrorTerm(Source(key=key), acts_on, part, float(value), unit, how, label)

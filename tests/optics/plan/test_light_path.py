@@ -214,6 +214,24 @@ def test_nothing_below_a_plan_knows_a_lens_or_the_plan(folder):
         assert [one for one in found if not one.startswith(limits)] == [], name
 
 
+STAGES = (  # what the core calls, and so states in the ledger what it finds
+    "plan/lens_plan.py",
+    "flare/ghosts/ghost_flare.py",
+    "prescription/field.py",
+)
+
+
+def test_only_what_the_core_calls_writes_into_the_ledger():
+    """All other functions return their terms with their result, which may be discarded."""
+    found = [
+        (path.relative_to(ROOT).as_posix(), node.lineno)
+        for path in ROOT.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom) and any(a.name == "ledger" for a in node.names)
+    ]
+    assert sorted({file for file, _ in found}) == sorted(STAGES)
+
+
 def imported(name: str, path: Path) -> set[str]:
     """Return the modules that a file may import, with all names that it takes from packages."""
     package, out = name.split(".")[:-1], set()

@@ -10,13 +10,15 @@ share of the light / magnification squared. That is paraxial; real rays of unifo
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 
-from isethdr_core import ledger
+from isethdr_core.ledger import LeftOut, Note
 
 from ...imaging import wing_truncation
 from ...imaging.photoelectron_map import electrons
+from ...psf.error_parts import term
 from .ghost_flare import GhostFlare
 
 SHARE = 0.25  # of the error allowed of light
@@ -38,13 +40,19 @@ class SeenGhosts(GhostFlare):
         return [p for p in traced if p not in faint], sorted(left + faint, key=lambda p: p.share)
 
 
-def seen_ghosts(lens, mixed, flares, given, response) -> tuple[tuple, float]:
-    """Return the flares without ghosts that the sensor cannot tell, and a bound on those in
-    standard deviations of its noise.
-    """
+class SeenFlares(NamedTuple):
+    """Flares without what a sensor cannot tell."""
+
+    flares: tuple
+    bound: float = 0.0  # on the rest, standard deviations of the sensor's noise
+    notes: tuple[Note, ...] = ()  # what was left out, and its error
+
+
+def seen_ghosts(lens, mixed, flares, given, response) -> SeenFlares:
+    """Return the flares without ghosts that the sensor cannot tell."""
     if not any(type(flare) is GhostFlare for flare in flares):
-        return flares, 0.0
-    wave, total, out = given.wavelength_nm, 0.0, []
+        return SeenFlares(flares)
+    wave, total, out, notes = given.wavelength_nm, 0.0, [], []
     centre = (
         1.0
         if given.made is None
@@ -61,22 +69,23 @@ def seen_ghosts(lens, mixed, flares, given, response) -> tuple[tuple, float]:
     )  # ghosts as bright as the brightest tile
     for flare in flares:
         if type(flare) is GhostFlare:
-            faint, share = _faint(
+            faint, share, left_out = _faint(
                 flare, lens, mixed, wave, PEAK * unit, SHARE * response.noise_fraction_allowed
             )
             total += share
+            notes += left_out
             flare = (
                 SeenGhosts(**{f.name: getattr(flare, f.name) for f in fields(flare)}, faint=faint)
                 if faint
                 else flare
             )
         out.append(flare)
-    return tuple(out), total
+    return SeenFlares(tuple(out), total, tuple(notes))
 
 
 def _faint(flare, lens, mixed, wave, unit, allowed):
-    """Return the (front, back) of pairs whose ghosts together stay below what is `allowed`, and
-    their bound.
+    """Return the (front, back) of pairs whose ghosts together stay below what is `allowed`, their
+    bound, and the notes that say so.
     """
     x, y = (np.abs(mixed[d].values).max() for d in ("x", "y"))
     traced, _ = flare.pairs(lens, wave, float(np.hypot(x, y)))
@@ -87,14 +96,15 @@ def _faint(flare, lens, mixed, wave, unit, allowed):
     bounds = unit * np.cumsum([r[0] for r in ranked])
     count = int(np.searchsorted(bounds, allowed, side="right"))
     if not count:
-        return (), 0.0
-    ledger.left_out(
+        return (), 0.0, []
+    bound = float(bounds[count - 1])
+    left_out = LeftOut(
         f"ghosts of {count} of {len(ranked)} pairs of surfaces",
         "no tile is so bright that the sensor could tell",
-        bounds[count - 1],
+        bound,
         wing_truncation.UNIT,
         needless=True,
     )
     label = "ghosts of pairs of surfaces that were left out"
-    ledger.error(bounds[count - 1], wing_truncation.UNIT, "bound", label)
-    return tuple((front, back) for _, front, back in ranked[:count]), float(bounds[count - 1])
+    error = term(bound, wing_truncation.UNIT, "bound", label)
+    return tuple((front, back) for _, front, back in ranked[:count]), bound, [left_out, error]
