@@ -97,7 +97,8 @@ def coloured(lens, mixed, plane, bent):
     largest image needs: no light is cut.
 
     The camera's field shrinks to what images of all bands cover. What this changes beside the
-    light's place is added to the plane's notes. Nothing else changes where all magnifications are 1.
+    light's place is added to the plane's notes. Nothing else changes where all magnifications
+    are 1.
     """
     wave, projection = mixed.wavelength.values.astype(float), camera_geometry.projection_of(mixed)
     pitch = [quantities.tile_pitch(mixed, d) for d in ("x", "y")]

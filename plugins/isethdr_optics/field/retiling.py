@@ -57,8 +57,8 @@ class Retiled(NamedTuple):
 
 
 def losses(plane: SensorPlane, light, moved) -> Retiled:
-    """Return the errors of moving `light` (..., y, x), which lies on the field's tiles, to a grid of
-    other tiles.
+    """Return the errors of moving `light` (..., y, x), which lies on the field's tiles, to other
+    tiles.
 
     Parameters
     ----------

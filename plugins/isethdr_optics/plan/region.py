@@ -127,7 +127,7 @@ def errors_on_window(errors: ErrorMaps, lens, given: FieldOptics, window_m):
 
 
 def tiles_left_out(whole: tuple, part: tuple, why: str, bound: float, unit: str) -> LeftOut:
-    """Return how many tiles of the field are left out; `whole` and `part` are shapes (..., y, x)."""
+    """Return how many tiles are left out; `whole` and `part` are shapes (..., y, x) of a field."""
     (height, width), (inner_height, inner_width) = whole[-2:], part[-2:]
     out = height * width - inner_height * inner_width
     return LeftOut(

@@ -151,8 +151,8 @@ def test_a_lens_that_keeps_light_in_place_makes_the_same_bits_of_fewer_tiles():
 
 @pytest.mark.parametrize("window_m", [(480e-6, 320e-6), (1.0, 1.0), (np.inf, np.inf)])
 def test_a_window_as_large_as_the_field_changes_nothing(window_m):
-    part, light = region(build("lens", "ideal"), (), field := mixed(), LightBudget(0.0, window_m))
-    assert part.tiles is None and light is field
+    found = region(build("lens", "ideal"), (), field := mixed(), LightBudget(0.0, window_m))
+    assert found.region.tiles is None and found.mixed is field and not found.left_out
 
 
 def test_a_lens_that_spreads_light_is_given_all():
@@ -162,7 +162,7 @@ def test_a_lens_that_spreads_light_is_given_all():
         (build("lens", "ideal"), (build("flare", "haze"),)),
         (build("lens", "ideal", distortion={"model": "brown_conrady", "k1": -0.1}), ()),
     ):
-        assert region(lens, flares, field := mixed(), LightBudget(0.0, tiny))[1] is field
+        assert region(lens, flares, field := mixed(), LightBudget(0.0, tiny)).mixed is field
 
 
 def test_light_that_varies_in_time_is_cut_like_any_other():
