@@ -13,6 +13,7 @@ from .data.scene_description import (
     RetroReflection,
     SceneDescription,
     Spectrum,
+    Texture,
     flat,
 )
 
@@ -29,5 +30,6 @@ __all__ = [
     "RetroReflection",
     "SceneDescription",
     "Spectrum",
+    "Texture",
     "flat",
 ]

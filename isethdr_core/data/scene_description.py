@@ -80,6 +80,23 @@ class RetroReflection:
 
 
 @dataclass(frozen=True)
+class Texture:
+    """A second reflectance that a surface has here more, there less, by seeded noise in space.
+
+    Reflectance = (1 - m) x the material's + m x `other`, with m = 1/2 + patches n(p / patch_m) / 2
+    + grain n(p / grain_m) / 2, clipped to 0..1. n is smooth noise between -1 and 1 at points p of
+    the world. So the mean reflectance is that half-way between both.
+    """
+
+    other: Spectrum
+    seed: int = 0
+    patch_m: float = 1.0
+    patches: float = 0.7  # 0..1
+    grain_m: float = 0.02
+    grain: float = 0.3  # 0..1
+
+
+@dataclass(frozen=True)
 class Material:
     """How a surface reflects. `reflectance` is 0..1; `roughness` is the Beckmann alpha (0 =
     mirror).
@@ -98,6 +115,15 @@ class Material:
     index: float = 1.5
     granular: Granular | None = None
     retro: RetroReflection | None = None
+    texture: Texture | None = None
+
+    def mean_reflectance(self) -> Spectrum:
+        """Return the reflectance without texture: half-way between both."""
+        if self.texture is None:
+            return self.reflectance
+        nm = sorted({*self.reflectance.wavelength_nm, *self.texture.other.wavelength_nm})
+        value = (self.reflectance.at(nm) + self.texture.other.at(nm)) / 2
+        return Spectrum(tuple(map(float, nm)), tuple(value.tolist()))
 
 
 @dataclass(frozen=True, eq=False)

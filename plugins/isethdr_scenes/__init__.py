@@ -10,6 +10,7 @@
 | dipped_beam | candela of a dipped beam over two angles |
 | measured_spectra | tables of colour-science, kept on disk after their first use |
 | road_surfaces | asphalt, dry to wet, and markings, by numbers fitted to r-tables |
+| textures | from place to place a surface lies between two spectra |
 | retro_reflectors | sheeting, reflectors and animal eyes |
 | road_photometry | Q0, S1, S2 and R_L of any surface |
 | geometry | meshes computed from parameters |

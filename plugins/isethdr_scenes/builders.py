@@ -88,7 +88,7 @@ def describe(
         name,
         models,
         objects,
-        used(models, scene.road_surface),
+        used(models, scene.road_surface, scene.seed),
         camera,
         sky_of(scene.sky_luminance_cd_m2),
     )

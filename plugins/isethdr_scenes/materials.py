@@ -13,6 +13,7 @@ from isethdr_core.scene import Material, Spectrum, flat
 
 from .retro_reflectors import AMBER_OVER_RED, retro_reflection
 from .road_surfaces import DEFAULT, RoadSurfaceName, road_materials
+from .textures import textured
 
 Nodes = float | list[tuple[float, float]]
 
@@ -177,7 +178,10 @@ MATERIALS: dict[str, Material] = (
 )
 
 
-def used(models, road_surface: RoadSurfaceName = DEFAULT) -> dict[str, Material]:
-    """Return the materials that the parts of `models` name; asphalt and markings by surface."""
+def used(models, road_surface: RoadSurfaceName = DEFAULT, seed: int = 0) -> dict[str, Material]:
+    """Return the materials that the parts of `models` name, with textures of that seed; asphalt and
+    markings by surface.
+    """
     known = MATERIALS | road_materials(road_surface)
-    return {n: known[n] for n in sorted({p.material for m in models.values() for p in m.parts})}
+    names = sorted({p.material for m in models.values() for p in m.parts})
+    return {n: textured(known[n], seed) for n in names}

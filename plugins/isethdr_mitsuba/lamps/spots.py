@@ -20,7 +20,8 @@ PIECE_M = 0.3  # larger lamps become several spots
 # spots stand this far in front of the foremost point of their piece, out of its own shadow
 CLEAR_M = 2e-3
 WIDEST_DEG = 88.0  # of a spot: a Lambertian lamp loses 0.12 % of its flux beyond
-TABLE_DEG, OF_TABLE = 40.0, 1024  # cone of a lamp with a table, and texels: 0.1 degrees each
+# cone of a lamp with a table, beyond which its light is lost, and texels: 0.1 degrees each
+TABLE_DEG, OF_TABLE = 40.0, 1024
 NARROW, WIDE = (
     128,
     512,
@@ -65,24 +66,53 @@ def spots(lamps: list[PlacedLamp]) -> list[Spot]:
 def _beam(number, lamp):
     if lamp.cos_inner <= LAMBERTIAN_COS:
         return
-    frame = _frame(lamp.axis)
     if lamp.grid is not None:
-        cutoff = TABLE_DEG
-        direction = _directions(cutoff, OF_TABLE) @ frame.T
-        pattern = lamp.grid.at(direction)
-    else:
-        cutoff = min(float(np.degrees(np.arccos(lamp.cos_outer))) + 1e-3, WIDEST_DEG)
-        direction = _directions(cutoff, NARROW) @ frame.T
-        pattern = (
-            beam(direction @ lamp.axis, lamp.cos_inner, lamp.cos_outer)
-            * lamp.peak_cd_m2
-            / (1 + lamp.floor)
-        )
+        yield from _with_table(number, lamp)
+        return
+    cutoff = min(float(np.degrees(np.arccos(lamp.cos_outer))) + 1e-3, WIDEST_DEG)
+    frame = _frame(lamp.axis)
+    direction = _directions(cutoff, NARROW) @ frame.T
+    pattern = (
+        beam(direction @ lamp.axis, lamp.cos_inner, lamp.cos_outer)
+        * lamp.peak_cd_m2
+        / (1 + lamp.floor)
+    )
     for area, centre, corners in _pieces(lamp.triangles, lambda areas: np.zeros((len(areas), 3))):
         facing = np.zeros(direction.shape[:2])
         for chunk in np.array_split(area, max(1, len(area) // 64)):
             facing += np.maximum(direction @ chunk.T, 0).sum(-1)
         yield from _spot(number, centre, corners, frame, cutoff, *_scaled(pattern * facing))
+
+
+def _with_table(number, lamp):
+    """The table itself, from each piece as much as it shows of the area towards the axis."""
+    axis = lamp.grid.axis
+    frame = np.stack([lamp.grid.left, lamp.grid.up, axis], 1)
+    peak, picture = _table_picture(lamp.lamp.table)
+    pieces = list(_pieces(lamp.triangles, lambda areas: np.zeros((len(areas), 3))))
+    shown = np.array([np.maximum(area @ axis, 0).sum() for area, _, _ in pieces])
+    for (_, centre, corners), share in zip(pieces, shown / shown.sum()):
+        candela = float(share * lamp.lamp.intensity_cd * peak)
+        yield from _spot(number, centre, corners, frame, TABLE_DEG, candela, picture)
+
+
+@cache
+def lost_beyond(table) -> float:
+    """Return the share of a table's light outside the square picture of its spot."""
+    left, up = np.meshgrid(np.arange(-89.5, 90), np.arange(-89.5, 90))
+    a, b = np.radians([left, up])
+    light = table.at(left, up) * np.cos(b)
+    ahead = np.cos(b) * np.cos(a)
+    widest = np.maximum(np.abs(np.cos(b) * np.sin(a)), np.abs(np.sin(b)))
+    outside = widest > ahead * np.tan(np.radians(TABLE_DEG))
+    return float(light[outside].sum() / max(light.sum(), 1e-300))
+
+
+@cache
+def _table_picture(table):
+    """Return the largest value of a table and its picture, shared by all lamps that have it."""
+    x, y, z = np.moveaxis(_directions(TABLE_DEG, OF_TABLE), -1, 0)
+    return _scaled(table.at(np.degrees(np.arctan2(x, z)), np.degrees(np.arcsin(y))))
 
 
 def _floor(number, lamp):

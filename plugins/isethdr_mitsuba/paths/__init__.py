@@ -9,4 +9,5 @@
 | `passes`         | passes of the integrator, summed in float64 outside Mitsuba |
 | `spectra`        | colours of surfaces and of light, band by band              |
 | `surface_tables` | which material a ray met, its reflectance table             |
+| `texture_noise`  | where a surface has its second reflectance                  |
 """

@@ -243,6 +243,12 @@ def _trace(
             depth, beta = mi.UInt32(0), [mi.Spectrum(1) for _ in range(packets)]
         active |= again
 
+        if dr.hint(surfaces.textures.any, mode="scalar"):
+            second, part = surfaces.textures.share(material, si.p, active)
+            other = spectra.at(place, second, active & (part > 0))
+            for k in range(packets):
+                colour[k] = dr.lerp(colour[k], other[k], part)
+
         # light looked for: one shadow ray for each group
         smooth = active & surfaces.is_smooth(material, active)
         origin = dr.select(depth == 0, block, lamps.chances.cell(si.p))

@@ -14,15 +14,22 @@ import mitsuba as mi
 import numpy as np
 
 from ..lamps.placed_lamps import SPECTRUM_NM
+from .texture_noise import TextureTables
 
 
 class SurfaceTables:
     """Device tables of the materials of a world of ramp surfaces (`materials.ramp_surfaces`)."""
 
     def __init__(self, world, materials, surfaces):
+        materials = list(materials)
+        second = [m.texture.other for m in materials if m.texture is not None]
         self.reflectance = np.array(
-            [np.clip(m.reflectance.at(SPECTRUM_NM), 0, 1) for m in materials]
+            [
+                np.clip(spectrum.at(SPECTRUM_NM), 0, 1)
+                for spectrum in (*(m.reflectance for m in materials), *second)
+            ]
         ).reshape(-1, len(SPECTRUM_NM))
+        self.textures = TextureTables(materials, len(materials))
         surfaces = list(surfaces) or [mi.load_dict({"type": "diffuse"})]
         unique = {id(s): s for s in surfaces}
         order = {key: k for k, key in enumerate(unique)}

@@ -88,7 +88,7 @@ def surface(material, first_nm: float, last_nm: float) -> dict:
     Opaque kinds reflect on both sides, so that the winding of a mesh does not matter; glass passes
     light both ways.
     """
-    table = regular(material.reflectance, first_nm, last_nm, limit=1.0)
+    table = regular(material.mean_reflectance(), first_nm, last_nm, limit=1.0)
     if material.kind == "thin_glass":
         return {
             "type": "thindielectric",

@@ -1,0 +1,78 @@
+"""Textures on the device: how much of its second reflectance a surface has at a point.
+
+Smooth noise between random values at the corners of a cubic lattice, one value for each corner and
+seed (value noise; Perlin 1985 describes the kind). Random values are hashes of whole numbers, so
+that there is no table and no seam.
+"""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+SPAN = 1 << 20  # lattice cells that world coordinates may be off on either side of the origin
+
+
+class TextureTables:
+    """Device tables of the textures of materials; no code for them where none has one."""
+
+    def __init__(self, materials, first_row: int):
+        """`first_row` : row of the first second reflectance in the table of spectra; they stand in
+        the order of the materials that have one.
+        """
+        self.any = any(m.texture is not None for m in materials)
+        if not self.any:
+            return
+        rows, second = [], []
+        for number, material in enumerate(materials):
+            texture = material.texture
+            if texture is None:
+                rows.append([0.0, 0.0, 0.0, 0.0])
+                second.append([number, 0])
+                continue
+            strength = texture.patches / 2, texture.grain / 2
+            rows.append([1 / texture.patch_m, strength[0], 1 / texture.grain_m, strength[1]])
+            second.append([first_row, texture.seed & 0xFFFFFFFF])
+            first_row += 1
+        # from a list: packets are read in one go where memory is aligned; NumPy's is by chance
+        self.rows = mi.Float(np.ravel(rows).tolist())
+        self.second = mi.UInt32(np.array(second, np.uint32)[:, 0])
+        self.seed = mi.UInt32(np.array(second, np.uint32)[:, 1])
+        dr.eval(self.rows, self.second, self.seed)
+
+    def share(self, material, point, active):
+        """Return the row of the second reflectance of a material and its share at a world point;
+        the material's own row and 0 where it has none.
+        """
+        row = dr.gather(mi.Vector4f, self.rows, material, active)
+        second = dr.gather(mi.UInt32, self.second, material, active)
+        seed = dr.gather(mi.UInt32, self.seed, material, active)
+        textured = active & (row.x > 0)
+        share = 0.5 + row.y * noise(point * row.x, seed) + row.w * noise(point * row.z, seed + 1)
+        return second, dr.select(textured, dr.clip(share, 0, 1), 0)
+
+
+def noise(place, seed):
+    """Return smooth noise, -1..1, at `place` in cells of a lattice."""
+    low = dr.floor(place)
+    at = place - low
+    ease = at * at * (3 - 2 * at)
+    corner = mi.Vector3u(mi.Vector3i(low) + SPAN)
+    total = mi.Float(0)
+    for k in range(8):
+        step = k & 1, (k >> 1) & 1, k >> 2
+        weight = mi.Float(1)
+        for axis in range(3):
+            weight *= ease[axis] if step[axis] else 1 - ease[axis]
+        total += weight * _random(mi.Vector3u(*(corner[i] + step[i] for i in range(3))), seed)
+    return total
+
+
+def _random(corner, seed):
+    """Return a random value, -1..1, of a corner of the lattice (a hash after Mueller, 2012)."""
+    h = corner.x * 0x8DA6B343 + corner.y * 0xD8163841 + corner.z * 0xCB1AB31F + seed * 0x9E3779B9
+    for _ in range(2):
+        h = (h ^ (h >> 16)) * 0x45D9F3B
+    h ^= h >> 16
+    return mi.Float(h >> 8) * (2.0 / (1 << 24)) - 1

@@ -1,0 +1,76 @@
+"""Textures of the ground, of plants and of masonry: no such surface is one flat spectrum.
+
+Every texture is a model: from place to place a surface lies between two spectra, and the mean of
+both is the material's own. Sizes are those of patches and grain in the world, so that two plants,
+posts or stretches of a road differ.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from isethdr_core.scene import Material, Spectrum, Texture
+
+
+@dataclass(frozen=True)
+class Look:
+    """How far both spectra are from their mean, and how large patches and grain are."""
+
+    contrast: float  # relative, of both spectra at 550 nm
+    tilt: float = 0.0  # relative per 100 nm: the brighter one is redder by so much
+    patch_m: float = 1.0
+    grain_m: float = 0.02
+    grain: float = 0.3  # share of the grain, the rest are patches
+
+
+LOOKS = {
+    "asphalt": Look(0.15, 0.01, patch_m=2.5, grain_m=0.02, grain=0.4),
+    "road_paint": Look(0.15, 0.02, patch_m=0.7, grain_m=0.03),
+    "gravel": Look(0.25, 0.03, patch_m=1.5, grain_m=0.04, grain=0.5),
+    "meadow": Look(0.35, 0.12, patch_m=3.0, grain_m=0.10),
+    "grass": Look(0.30, 0.12, patch_m=2.0, grain_m=0.15),
+    "grass_dry": Look(0.25, 0.05, patch_m=2.0, grain_m=0.15),
+    "leaf": Look(0.30, 0.10, patch_m=5.0, grain_m=0.25),
+    "leaf_light": Look(0.30, 0.10, patch_m=4.0, grain_m=0.25),
+    "needle": Look(0.30, 0.08, patch_m=6.0, grain_m=0.25),
+    "bark": Look(0.35, 0.03, patch_m=0.5, grain_m=0.04, grain=0.5),
+    "bark_pale": Look(0.35, 0.03, patch_m=0.5, grain_m=0.04, grain=0.5),
+    "concrete": Look(0.20, 0.02, patch_m=1.5, grain_m=0.03),
+    "tunnel_lining": Look(0.25, 0.02, patch_m=2.0, grain_m=0.05),
+    "tunnel_tile": Look(0.10, 0.01, patch_m=1.0, grain_m=0.30),
+    "wall": Look(0.12, 0.02, patch_m=1.5, grain_m=0.03),
+    "roof_tile": Look(0.25, 0.05, patch_m=0.8, grain_m=0.25, grain=0.5),
+    "wood": Look(0.25, 0.04, patch_m=0.3, grain_m=0.02),
+    "galvanised": Look(0.15, 0.01, patch_m=0.4, grain_m=0.05),
+    "fur": Look(0.20, 0.03, patch_m=0.25, grain_m=0.03),
+}
+STEP_NM = 20.0
+
+
+def textured(material: Material, seed: int) -> Material:
+    """Return `material` with its texture, where it has one; its mean reflectance stays."""
+    look = LOOKS.get(material.name)
+    if look is None:
+        return material
+    own = material.reflectance
+    nm = np.unique(np.r_[own.wavelength_nm, np.arange(380.0, 781.0, STEP_NM)])
+    value = own.at(nm)
+    change = look.contrast + look.tilt * (nm - 550.0) / 100.0
+    # both stay reflectances: what one loses the other would gain
+    change = np.clip(change, -0.9, np.minimum(0.9, 1 / np.maximum(value, 1e-9) - 1))
+    first, other = (
+        Spectrum(tuple(nm.tolist()), tuple((value * (1 + sign * change)).tolist()))
+        for sign in (-1, 1)
+    )
+    name_seed = int(np.frombuffer(material.name.encode().ljust(8, b"_")[:8], np.uint64)[0] % 2**31)
+    texture = Texture(
+        other,
+        seed=(seed + name_seed) % 2**32,
+        patch_m=look.patch_m,
+        patches=1 - look.grain,
+        grain_m=look.grain_m,
+        grain=look.grain,
+    )
+    return replace(material, reflectance=first, texture=texture)

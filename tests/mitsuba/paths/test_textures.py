@@ -1,0 +1,88 @@
+"""Textures: seeded noise whose mean is the middle of two spectra, in space and not in time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+import mitsuba as mi
+from isethdr_mitsuba.renderer import MitsubaRenderer
+from isethdr_scenes.materials import MATERIALS
+from isethdr_scenes.textures import LOOKS, textured
+
+from isethdr_core.scene import Material, Texture, flat
+
+
+@pytest.fixture(autouse=True)
+def llvm():
+    from isethdr_mitsuba.doctor import choose_variant
+
+    mi.set_variant(choose_variant("llvm"))
+
+
+def share(points, **fields):
+    """The share of the second reflectance at points (n, 3)."""
+    from isethdr_mitsuba.paths.texture_noise import TextureTables
+
+    material = Material("m", reflectance=flat(0.2), texture=Texture(flat(0.4), **fields))
+    tables = TextureTables([Material("plain"), material], 2)
+    place = mi.Point3f(*np.asarray(points, np.float32).T)
+    second, found = tables.share(mi.UInt32(1), place, mi.Bool(True))
+    assert np.array(second)[0] == 2
+    return np.array(found)
+
+
+def cloud(count=200_000, seed=0):
+    return np.random.default_rng(seed).uniform(-200, 200, (count, 3))
+
+
+def test_half_of_each_on_average_and_another_seed_is_another_texture():
+    points = cloud()
+    one, again, other = (share(points, seed=s) for s in (3, 3, 4))
+    assert np.array_equal(one, again)
+    # one patch of a metre each: 200,000 independent values whose spread is 0.2
+    assert one.mean() == pytest.approx(0.5, abs=0.003) and 0.1 < one.std() < 0.4
+    assert abs(np.corrcoef(one, other)[0, 1]) < 0.02
+    assert one.min() >= 0 and one.max() <= 1
+
+
+def test_noise_is_smooth_within_a_patch_and_new_in_the_next():
+    points = cloud(50_000)
+    here = share(points, patch_m=2.0, patches=1.0, grain=0.0)
+    near = share(points + [0.002, 0, 0], patch_m=2.0, patches=1.0, grain=0.0)
+    # slopes of smoothstep: 1.5 per cell, between values 2 apart
+    assert np.abs(near - here).max() < 0.002 / 2.0 * 1.5 + 1e-4
+    apart = share(points + [20.0, 0, 0], patch_m=2.0, patches=1.0, grain=0.0)
+    assert abs(np.corrcoef(here, apart)[0, 1]) < 0.02
+
+
+def test_the_integrator_shows_both_spectra_and_their_mean(make):
+    """A white sky over a matt plane: its radiance is the reflectance, tile by tile."""
+    texture = Texture(flat(0.6), seed=1, patch_m=1.0, patches=1.0, grain=0.0)
+    wall = Material("wall", reflectance=flat(0.2), texture=texture)
+    scene = make.describe(
+        [("wall", "building", (make.part(make.quad(60, 60, 20.0), "wall"),), make.pose())],
+        make.camera((0, 0, 0), (1, 0, 0), 60.0, 1.0),
+        make.flat(1.0),
+        [wall],
+    )
+    settings = MitsubaRenderer(
+        width=48, height=48, margin=0.0, step_nm=100.0, samples=64, max_depth=2
+    )
+    found = settings(scene).radiance.values[0, 1]
+    # 530 patches: 0.2 of 0.4 spread, over the root of it
+    assert found.mean() == pytest.approx(0.4, abs=0.02)
+    assert 0.2 < np.quantile(found, 0.02) < 0.3 and 0.5 < np.quantile(found, 0.98) < 0.6
+    assert wall.mean_reflectance().at(550.0) == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize("name", sorted(LOOKS))
+def test_a_textured_material_keeps_its_mean_and_is_possible(name):
+    plain, made = MATERIALS[name], textured(MATERIALS[name], 7)
+    nm = np.arange(380.0, 781.0)
+    np.testing.assert_allclose(made.mean_reflectance().at(nm), plain.reflectance.at(nm), rtol=0.01)
+    for spectrum in (made.reflectance, made.texture.other):
+        assert 0 < spectrum.at(nm).min() and spectrum.at(nm).max() <= 1
+    assert np.ptp(made.texture.other.at(nm) / made.reflectance.at(nm)) > 0.005  # colours differ
