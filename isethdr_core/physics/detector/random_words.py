@@ -9,8 +9,13 @@ tuple of strings and numbers, as `isethdr_core.seeds.Generator` makes them.
 from __future__ import annotations
 
 import hashlib
+import threading
+from collections import OrderedDict
 
 import numpy as np
+
+KEPT = 32  # generators of streams in use: a shot draws from a dozen of them, block after block
+_of_thread = threading.local()
 
 
 def philox(stream: tuple) -> np.random.Philox:
@@ -19,6 +24,17 @@ def philox(stream: tuple) -> np.random.Philox:
     """
     key = hashlib.blake2b(repr(tuple(stream)).encode(), digest_size=16).digest()
     return np.random.Philox(key=int.from_bytes(key, "little"))
+
+
+def _kept(stream: tuple) -> np.random.Philox:
+    """Return the Philox of a stream, of this thread alone; its counter is where it was left."""
+    found = _of_thread.__dict__.setdefault("found", OrderedDict())
+    key = repr(tuple(stream))
+    if key not in found:
+        found[key] = philox(stream)
+        if len(found) > KEPT:
+            found.popitem(last=False)
+    return found[key]
 
 
 def words(stream: tuple, y0: int, y1: int, x0: int, x1: int) -> np.ndarray:
@@ -33,7 +49,7 @@ def words(stream: tuple, y0: int, y1: int, x0: int, x1: int) -> np.ndarray:
     -------
     (y1 - y0, x1 - x0) int64 array, all 2^64 values equally likely.
     """
-    bits = philox(stream)
+    bits = _kept(stream)  # the counter is set for every row
     state, first = bits.state, x0 % 4
     out = np.empty((y1 - y0, x1 - x0), np.int64)
     for y in range(y0, y1):

@@ -127,6 +127,8 @@ def _mean_spectrum(light):
     """
     if "wavelength" not in light.dims:
         return None
+    if light.dims[0] == "wavelength":  # sums in pairs: the light's own precision is enough
+        return light.values.reshape(light.sizes["wavelength"], -1).mean(axis=1).astype(float)
     return light.values.mean(
         axis=tuple(k for k, d in enumerate(light.dims) if d != "wavelength"), dtype=float
     )
