@@ -49,6 +49,7 @@ UNITS = {
     "_lux": "lx",
     "_nm": "nm",
     "_um": "um",
+    "_uv": "uV",
     "_mm": "mm",
     "_m": "m",
     "_s": "s",
