@@ -82,6 +82,7 @@ class Study:
             "value": job.value,
             "now": job.value == found.now,
             "error": off.own,
+            "error_of_half": off.half,
             "unit": off.unit,
             "compared": str(off.compared),
             "error_of_noise": off.of_noise,
@@ -110,10 +111,11 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
 
     Returns
     -------
-    rows with knob, value, now (whether the configuration has it), error with its unit and the
-    quantity compared, error in standard deviations of the sensor's noise, CPU seconds with nothing
-    at hand and at once again, the declared cost, the part of the light, the reference, and the
-    share of the noise that the configuration allows. Errors are those of 99 % of the values.
+    rows with knob, value, now (whether the configuration has it), error of 99 % and of half of the
+    values with its unit and the quantity compared, error of 99 % of the pixels in standard
+    deviations of the sensor's noise, CPU seconds with nothing at hand and at once again, the
+    declared cost, the part of the light, the reference, and the share of the noise that the
+    configuration allows.
 
     Raises
     ------

@@ -34,9 +34,10 @@ class Noise(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """How wrong one setting is: 99 % of all values are off by at most so much."""
+    """How wrong one setting is."""
 
-    own: float
+    own: float  # 99 % of the values are off by at most this
+    half: float  # half of them
     unit: str
     compared: str  # the quantity
     of_noise: float  # standard deviations of the sensor's noise
@@ -78,12 +79,14 @@ def difference(one: Results, reference: Results, error_of: Quantity, noise: Nois
     if error_of in LIGHT:
         a, b = (getattr(results, LIGHT[error_of]) for results in (one, reference))
         if _alike(a, b):
-            return Difference(_relative(a.values, b.values), RELATIVE, a.name or error_of, of_noise)
-    own = max(
-        _most(np.abs(one.electrons[name].values - r.values)[noise.counts[name]])
-        for name, r in reference.electrons.items()
-    )
-    return Difference(own, "electrons", Quantity.ELECTRONS, of_noise)
+            off = _relative(a.values, b.values)
+            return Difference(_most(off), _half(off), RELATIVE, a.name or error_of, of_noise)
+    off_e = [
+        np.abs(one.electrons[name].values - right.values)[noise.counts[name]]
+        for name, right in reference.electrons.items()
+    ]
+    own, half = max(map(_most, off_e)), max(map(_half, off_e))
+    return Difference(own, half, "electrons", Quantity.ELECTRONS, of_noise)
 
 
 def _in_noise(one: Results, reference: Results, noise: Noise, name: str) -> float:
@@ -104,12 +107,14 @@ def _of_pictures(one: Results, reference: Results) -> Difference:
         with np.errstate(invalid="ignore", divide="ignore"):
             shares = (np.abs(y - y_right) / np.sqrt(variance.values))[valid]
         of_noise.append(_most(shares[np.isfinite(shares)]))
-    return Difference(max(own), RELATIVE, Quantity.PICTURE, max(of_noise))
+    most, half = max(map(_most, own)), max(map(_half, own))
+    return Difference(most, half, RELATIVE, Quantity.PICTURE, max(of_noise))
 
 
 def _of_scores(one: Results, reference: Results) -> Difference:
     """Return the largest difference of a score: relative, and over half of its interval."""
-    own, of_noise = [0.0], [math.nan]
+    own: list[float] = []
+    of_noise: list[float] = []
     for name, scores in reference.scores.items():
         found = {(s.metric, s.object): s for s in one.scores[name]}
         for right in scores:
@@ -120,18 +125,24 @@ def _of_scores(one: Results, reference: Results) -> Difference:
             own.append(off / abs(right.value) if right.value else off)
             if half_interval(right) > 0:
                 of_noise.append(off / half_interval(right))
-    return Difference(max(own), RELATIVE, Quantity.SCORE, float(np.nanmax(of_noise)))
+    in_intervals = max((share for share in of_noise if share >= 0), default=math.nan)
+    half = float(np.median(own)) if own else math.nan
+    return Difference(max(own, default=math.nan), half, RELATIVE, Quantity.SCORE, in_intervals)
 
 
 def _alike(a: Any, b: Any) -> bool:
     return a.dims == b.dims and all(np.array_equal(a[d].values, b[d].values) for d in a.dims)
 
 
-def _relative(values: np.ndarray, right: np.ndarray) -> float:
-    """Return what 99 % of the relative errors are at most, where the reference has light."""
+def _relative(values: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return the relative errors, where the reference has light."""
     lit = right > 0
-    return _most(np.abs(values[lit] - right[lit]).astype(float) / right[lit])
+    return np.abs(values[lit] - right[lit]).astype(float) / right[lit]
 
 
 def _most(errors: np.ndarray) -> float:
     return float(np.quantile(errors, SHARE)) if errors.size else math.nan
+
+
+def _half(errors: np.ndarray) -> float:
+    return float(np.median(errors)) if errors.size else math.nan
