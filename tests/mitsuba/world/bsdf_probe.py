@@ -83,8 +83,6 @@ def chi_square_p(bsdf, observer, edges, samples, seed=5, order=6, sectors=16):
     A grid over the sphere has cells of a degree, too wide for lobes of half a degree. `edges` of
     the rings are those of t = 1 - cos(angle from the observer).
     """
-    from scipy.stats import chi2
-
     node, weight = np.polynomial.legendre.leggauss(order)
     middle, half = (edges[1:] + edges[:-1]) / 2, np.diff(edges) / 2
     t, t_weight = (middle[:, None] + half[:, None] * node).ravel(), np.outer(half, weight).ravel()
@@ -106,6 +104,42 @@ def chi_square_p(bsdf, observer, edges, samples, seed=5, order=6, sectors=16):
     t_found = ((found_wo - n) ** 2).sum(-1) / 2
     turn = np.arctan2(found_wo @ u, found_wo @ s)
     found, _, _ = np.histogram2d(t_found, turn, bins=(edges, sector))
+    return _p_value(found, expected)
+
+
+def chi_square_above_p(bsdf, elevation_deg, samples, seed=5, order=8, cells=(24, 32)):
+    """Return the p value of samples against density, on a grid over the upper hemisphere.
+
+    Cells end at the horizon, where the density of a surface seen at a grazing angle jumps to 0;
+    they are smallest there and about the mirror direction.
+    """
+    observer = towards(elevation_deg, 0.0)
+    up_edges = np.linspace(0, 1, cells[0] + 1) ** 2
+    turn_edges = np.pi * np.linspace(-1, 1, cells[1] + 1) ** 3  # 0 away from the observer
+    node, weight = np.polynomial.legendre.leggauss(order)
+
+    def points(edges):
+        middle, half = (edges[1:] + edges[:-1]) / 2, np.diff(edges) / 2
+        return (middle[:, None] + half[:, None] * node).ravel(), np.outer(half, weight).ravel()
+
+    (up, up_weight), (turn, turn_weight) = points(up_edges), points(turn_edges)
+    z, a = np.meshgrid(up, turn, indexing="ij")
+    across = np.sqrt(1 - z**2)
+    wo = np.stack([-across * np.cos(a), -across * np.sin(a), z], -1)
+    si = seen_from(np.tile(observer, (z.size, 1)))
+    density = np.array(bsdf.pdf(mi.BSDFContext(), si, vectors(wo))).reshape(z.shape)
+    whole = density * np.outer(up_weight, turn_weight)
+    expected = whole.reshape(cells[0], order, cells[1], order).sum((1, 3)) * samples
+    found_wo, found_weight, _ = drawn(bsdf, observer, samples, seed)
+    found_wo = found_wo[found_weight > 0]
+    around = np.arctan2(-found_wo[:, 1], -found_wo[:, 0])
+    found, _, _ = np.histogram2d(found_wo[:, 2], around, bins=(up_edges, turn_edges))
+    return _p_value(found, expected)
+
+
+def _p_value(found, expected):
+    from scipy.stats import chi2
+
     used = expected > 20
     statistic = ((found - expected)[used] ** 2 / expected[used]).sum()
     return float(chi2.sf(statistic, used.sum() - 1))
