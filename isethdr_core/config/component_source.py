@@ -9,8 +9,8 @@ from hydra.core.object_type import ObjectType
 from hydra.plugins.config_source import ConfigResult, ConfigSource
 from omegaconf import DictConfig, OmegaConf
 
+from ..plugins import registry
 from ..plugins.component import KINDS
-from ..plugins.registry import components
 from .composition import schema
 
 SCHEME = "isethdr-components"
@@ -43,13 +43,15 @@ class ComponentSource(ConfigSource):
 
     def is_config(self, config_path: str) -> bool:
         """Return whether a path names a component."""
-        return _parted(config_path) in components()
+        return _parted(config_path) in registry.components()
 
     def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
         """Return the names of a kind's components, sorted."""
         if results_filter == ObjectType.GROUP:
             return [] if config_path.strip("/") else sorted(KINDS)
-        return sorted(name for kind, name in components() if kind == config_path.strip("/"))
+        return sorted(
+            name for kind, name in registry.components() if kind == config_path.strip("/")
+        )
 
 
 def _parted(config_path: str) -> tuple[str, str]:
@@ -60,5 +62,5 @@ def _parted(config_path: str) -> tuple[str, str]:
 
 @cache
 def _node(kind: str, name: str) -> DictConfig:
-    node: DictConfig = OmegaConf.structured(schema(components()[kind, name]))
+    node: DictConfig = OmegaConf.structured(schema(registry.components()[kind, name]))
     return node
