@@ -1,0 +1,145 @@
+"""A sweep over isp settings against what only they need: CPU seconds of the isp and of the metrics.
+
+The main job with its radiance stored, and no result kept for reuse. The runs of the sweep are whole
+runs: three cameras, four noise realisations, intervals of scores, a store each, no report. Within
+the same runs the CPU seconds inside the isp and the metrics are counted: those of the noise
+realisations, and those of the changed scenes from which intervals know the renderer's noise.
+Everything else, light and captures of the first run included, is what the sweep costs beside.
+Target: at most 1.5 times what the settings need. Run:
+
+    python benchmarks/isp_sweep.py                  # 20 settings, the main job's frame
+    python benchmarks/isp_sweep.py --settings 6 --width 192 --height 108 --samples 16
+
+Radiance that is not stored in ISETHDR_HOME is rendered first and not counted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import time
+from collections import Counter
+from contextlib import contextmanager
+
+LARGEST_RATIO = 1.5
+FIELDS = {  # every setting makes other pictures
+    "rule": ("inverse_variance", "average", "poisson_sum", "isetcam"),
+    "design_snr": (5.0, 10.0, 20.0, 40.0, 80.0),
+}
+
+
+class Clock:
+    """CPU seconds inside the isp and the metrics, by what they are for."""
+
+    def __init__(self) -> None:
+        self.spent_s: Counter[str] = Counter()
+        self.purpose = "realisations"
+        self.depth = 0
+
+    def timed(self, cls: type) -> None:
+        """Count the seconds of a component's calls; one that calls another counts once."""
+        call = cls.__call__
+
+        def counted(component, *given, **named):
+            start = time.process_time()
+            self.depth += 1
+            try:
+                return call(component, *given, **named)
+            finally:
+                self.depth -= 1
+                if not self.depth:
+                    self.spent_s[self.purpose] += time.process_time() - start
+
+        cls.__call__ = counted
+
+    @contextmanager
+    def on(self, purpose: str):
+        """Count what is called within as another purpose."""
+        before, self.purpose = self.purpose, purpose
+        try:
+            yield
+        finally:
+            self.purpose = before
+
+
+def settings(count: int) -> list[list[str]]:
+    """Return the overrides of the first `count` settings, isps that differ in two fields."""
+    pairs = [(rule, snr) for snr in FIELDS["design_snr"] for rule in FIELDS["rule"]]
+    return [[f"isp.rule={rule}", f"isp.design_snr={snr}"] for rule, snr in pairs[:count]]
+
+
+def frame(given) -> list[str]:
+    """Return the overrides of a smaller frame than the main job's."""
+    asked = {"width": given.width, "height": given.height, "samples": given.samples}
+    return [f"renderer.{name}={value}" for name, value in asked.items() if value]
+
+
+def render(overrides: list[str]) -> None:
+    """Store the radiance of the job, unless it is stored."""
+    import isethdr_core as hdr
+    from isethdr_core.pipeline.chain import chain, plan
+    from isethdr_core.runs.radiance_cache import scene_radiance
+    from isethdr_core.uncertainty.ledger import Ledger
+
+    config, rows = hdr.compose(overrides), Ledger()
+    parts = chain(config)
+    scene_radiance(parts, plan(parts, rows), rows, config)
+
+
+def watched(overrides: list[str]) -> Clock:
+    """Return the clock of all isps and metrics of the job."""
+    import isethdr_core as hdr
+    from isethdr_core.pipeline.chain import chain
+    from isethdr_core.uncertainty import score_errors
+
+    clock, parts = Clock(), chain(hdr.compose(overrides))
+    for cls in {type(component) for component in (parts.isp, *parts.metrics.values())}:
+        clock.timed(cls)
+    of_scores = score_errors.of_scores
+
+    def of_changed_scenes(*given, **named):
+        with clock.on("changed scenes"):
+            return of_scores(*given, **named)
+
+    score_errors.of_scores = of_changed_scenes
+    return clock
+
+
+def main() -> None:
+    """Run the sweep and print what it costs."""
+    reading = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    for name, default in (("settings", 20), ("width", 0), ("height", 0), ("samples", 0)):
+        reading.add_argument(f"--{name}", type=int, default=default)
+    given = reading.parse_args()
+
+    import isethdr_core as hdr
+    from isethdr_core.runs.reuse import FOLDER
+    from isethdr_core.storage.home_folder import home
+
+    job = [*frame(given), "report=false"]
+    render(job)
+    shutil.rmtree(home() / FOLDER, ignore_errors=True)
+    clock, all_s = watched(job), []
+    for overrides in settings(given.settings):
+        start, before_s = time.process_time(), sum(clock.spent_s.values())
+        result = hdr.run(hdr.compose([*job, *overrides]))
+        if not result.computed:
+            raise SystemExit(f"{result.path} is stored already; choose an empty ISETHDR_HOME")
+        all_s.append(time.process_time() - start)
+        own_s = sum(clock.spent_s.values()) - before_s
+        print(f"{' '.join(overrides):48s} {all_s[-1]:6.1f} CPU s, needed {own_s:.1f}", flush=True)
+    needed_s = sum(clock.spent_s.values())
+    ratio = sum(all_s) / needed_s
+    print(f"sweep of {len(all_s)} settings      {sum(all_s):8.1f} CPU s")
+    for purpose, spent_s in clock.spent_s.items():
+        print(f"isp and metrics, {purpose:14s} {spent_s:6.1f} CPU s")
+    if len(all_s) > 1:
+        further = sum(all_s[1:]) / (len(all_s) - 1)
+        print(f"first setting {all_s[0]:.1f} CPU s, each further one {further:.1f}")
+    verdict = "met" if ratio <= LARGEST_RATIO else "not met"
+    print(f"ratio {ratio:.2f}, at most {LARGEST_RATIO}: {verdict}")
+    print(f"ratio to the noise realisations alone {sum(all_s) / clock.spent_s['realisations']:.2f}")
+
+
+if __name__ == "__main__":
+    main()
