@@ -111,7 +111,9 @@ class CodeCache:
                 self._facts[key] = Facts.from_record(record)
         return self._facts[key]
 
-    def digest(self, key: str, made: Callable[[], tuple[dict, list[str]]]) -> dict:
+    def digest(
+        self, key: str, made: Callable[[], tuple[dict[str, Any], list[str]]]
+    ) -> dict[str, Any]:
         """Return the record of `key`, made again where something that it rests on has changed.
 
         Parameters
@@ -121,7 +123,8 @@ class CodeCache:
         kept = self._kept_digests.get(key)
         if kept is not None:
             if all(stamp_of(path) == tuple(stamp) for path, stamp in kept["stamps"].items()):
-                return kept["record"]
+                found: dict[str, Any] = kept["record"]
+                return found
         record, paths = made()
         # of a file as it was when it was read
         stamps = {path: self._contents.get(path, (stamp_of(path),))[0] for path in sorted(paths)}

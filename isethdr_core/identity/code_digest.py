@@ -30,7 +30,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib import metadata, util
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..plugins import registry
 from .code_cache import CodeCache, cache_folder
@@ -339,7 +339,7 @@ class CodeReader:
             tuple(record["data"]),
         )
 
-    def _made(self, roots: list[str], names: list[str]) -> tuple[dict, list[str]]:
+    def _made(self, roots: list[str], names: list[str]) -> tuple[dict[str, Any], list[str]]:
         """Return the record of what `roots` reach, and the files and folders that it rests on."""
         reached = self._reached(roots)
         hashes = {name: module.own for name, module in reached.items()}
@@ -495,7 +495,7 @@ class CodeReader:
         """Follow names from a module to where they are defined, through what passes them on."""
         located = self.sources.locate(at)
         facts = self._facts(located)
-        if not rest or facts is None:
+        if not rest or located is None or facts is None:
             return self._at(at, rest, through)
         name, more = rest[0], rest[1:]
         passed = facts.imported.get(name)
@@ -628,7 +628,7 @@ def code_of_class(cls: type) -> Code:
 
 def code_of(component: object) -> Code:
     """Return the code of a component."""
-    return code_of_class(type(component))
+    return code_of_class(type(component))  # type: ignore[arg-type]  # classes are hashable
 
 
 @cache

@@ -27,7 +27,7 @@ import hashlib
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 RULES = 2  # raised when the normal form changes: every digest then changes
 PATH_LIKE = re.compile(r"[\w.*-]+(/[\w.*-]+)*")  # strings that may name a file or a folder
@@ -109,7 +109,7 @@ class Facts:
     dynamic: bool = False  # imports something that its text does not tell
 
     @classmethod
-    def from_record(cls, record: dict) -> Facts:
+    def from_record(cls, record: dict[str, Any]) -> Facts:
         """Return the facts that `asdict` was called on, after JSON made lists of its tuples."""
         record = dict(record)
         record["references"] = [Reference(*r) for r in record["references"]]
@@ -378,7 +378,7 @@ class _NormalForm:
 
     # names
 
-    def _reference(self, node: ast.Name | ast.Attribute) -> str:
+    def _reference(self, node: ast.expr) -> str:
         attributes: list[str] = []
         while isinstance(node, ast.Attribute):
             attributes.insert(0, node.attr)

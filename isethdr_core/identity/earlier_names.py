@@ -51,7 +51,7 @@ class Edition:
     commit: str
     version: str  # of the distribution
     packages: dict[str, str]  # digest of the bytes of a package, or of a module of the core
-    components: dict[str, dict]  # by identity: class, fields, code
+    components: dict[str, dict[str, Any]]  # by identity: class, fields, code
     frame: str  # digest of the part of the core that runs a chain
     settings: dict[str, Any]  # what a config holds beside components, by default
 
@@ -81,7 +81,9 @@ def radiance_names(scene: object, renderer: object, effort: Sequence[str]) -> It
             continue
 
 
-def run_names(config: dict, components: Sequence[object], inputs: dict) -> Iterator[str]:
+def run_names(
+    config: dict[str, Any], components: Sequence[object], inputs: dict[str, Any]
+) -> Iterator[str]:
     """Yield the names under which a run may be stored.
 
     Parameters
@@ -105,11 +107,11 @@ def run_names(config: dict, components: Sequence[object], inputs: dict) -> Itera
             continue
 
 
-def same_class(stored: dict, component: object) -> bool:
+def same_class(stored: dict[str, Any], component: object) -> bool:
     """Return whether a component's record in a store, old or new, is of this component's class."""
     name = provenance.identity(component)
     if "component" in stored:
-        return stored["component"] == name
+        return bool(stored["component"] == name)
     return any(
         edition.components.get(name, {}).get("class") == stored.get("class")
         for edition in editions()
@@ -123,11 +125,12 @@ def editions() -> tuple[Edition, ...]:
 
 
 @cache
-def _table() -> dict:
-    return json.loads(TABLE.read_text())
+def _table() -> dict[str, Any]:
+    table: dict[str, Any] = json.loads(TABLE.read_text())
+    return table
 
 
-def _described(edition: Edition, component: object, without: Sequence[str] = ()) -> dict:
+def _described(edition: Edition, component: Any, without: Sequence[str] = ()) -> dict[str, Any]:
     """Return a component as it was described in an edition."""
     values = {k: v for k, v in asdict(component).items() if k not in without}
     known = edition.components.get(provenance.identity(component))
@@ -142,7 +145,7 @@ def _described(edition: Edition, component: object, without: Sequence[str] = ())
     return {"class": known["class"], **values}
 
 
-def _default(added: Field) -> Any:
+def _default(added: Field[Any]) -> Any:
     return added.default_factory() if added.default_factory is not MISSING else added.default
 
 
@@ -196,7 +199,7 @@ def _versions(edition: Edition) -> dict[str, str]:
     return provenance.versions() | {"isethdr": edition.version}
 
 
-def _settings(edition: Edition, config: dict) -> dict:
+def _settings(edition: Edition, config: dict[str, Any]) -> dict[str, Any]:
     """Return a config as plain data as it would have been in the edition.
 
     Fields that components have got since are left out: `_described` has found them at their
@@ -261,7 +264,8 @@ def bytes_digest(package: str) -> str:
     if spec is None:
         raise Different(package)
     if spec.submodule_search_locations is None:
-        return file_digest(Path(spec.origin)) if spec.has_location else folder_digest([])
+        known = spec.origin if spec.has_location else None
+        return file_digest(Path(known)) if known else folder_digest([])
     return folder_digest([Path(folder) for folder in sorted(spec.submodule_search_locations)])
 
 

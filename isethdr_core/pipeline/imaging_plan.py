@@ -86,7 +86,7 @@ class TrivialPlan:
     """The plan of a lens that makes none: all light of all tiles and bands."""
 
     lens: Any
-    flares: tuple = ()
+    flares: tuple[Any, ...] = ()
     response: Response | None = None
     error_allowed: float = 0.0
     terms: tuple[ErrorTerm, ...] = ()
@@ -99,7 +99,8 @@ class TrivialPlan:
         known = {}
         if self.error_allowed and "error_allowed" in signature(self.lens.__call__).parameters:
             known = {"error_allowed": self.error_allowed}
-        return self.lens(mixed, flares=self.flares, **known)
+        light: xr.DataArray = self.lens(mixed, flares=self.flares, **known)
+        return light
 
     def light_errors(self, mixed: xr.DataArray, weights: np.ndarray) -> ErrorMaps | None:
         """Return what the lens knows of its errors; None where it does not say."""

@@ -6,7 +6,9 @@ lighting looks at nothing beyond the field (`LooksWithinField`).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from ..plugins.protocols import LooksWithinField, RendersMargin
 from ..uncertainty import ledger
@@ -14,7 +16,9 @@ from .demand import Demand
 from .imaging_plan import ImagingOutline
 
 
-def left_out_where_unseen(demand: Demand, renderer, outline: ImagingOutline, lightings) -> Demand:
+def left_out_where_unseen(
+    demand: Demand, renderer: Any, outline: ImagingOutline, lightings: Sequence[Any]
+) -> Demand:
     """Return the demand without the renderer's margin where no light of it can reach the camera's
     field.
     """

@@ -6,30 +6,41 @@ nothing sees everything. What need not go through the lens is decided in its pla
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
 import numpy as np
 
 from ..data.quantities import full_field
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    import xarray as xr
+
+Size: TypeAlias = tuple[float, float]  # (width, height)
 
 SLIVER = (
     1e-10  # of a tile: rounding of coordinates; the area that a sensor sees of such a tile is none
 )
 
 
-def wider(first, second):
+def wider(first: Size | None, second: Size | None) -> Size | None:
     """Return the window (width, height) that holds both; None, all of the image plane, where either
     is None.
     """
-    return None if None in (first, second) else (max(first[0], second[0]), max(first[1], second[1]))
+    if first is None or second is None:
+        return None
+    return max(first[0], second[0]), max(first[1], second[1])
 
 
-def tiles(data, window) -> dict[str, slice]:
+def tiles(data: xr.DataArray, window: Sequence[float]) -> dict[str, slice]:
     """Return the slices {y, x} of the tiles of `data` that a centred window (width, height) in its
     unit sees, two at least along an axis.
     """
     return {d: within(data[d].values, side) for d, side in zip(("x", "y"), window)}
 
 
-def within(centres, side) -> slice:
+def within(centres: npt.NDArray[Any], side: float) -> slice:
     """Return the slice of evenly spaced tiles, by their centres, that an interval of length `side`
     about 0 sees; two at least.
     """
@@ -40,7 +51,7 @@ def within(centres, side) -> slice:
     return slice(int(seen[0]), int(seen[-1]) + 1)
 
 
-def cut(mixed, inside: dict[str, slice]):
+def cut(mixed: xr.DataArray, inside: dict[str, slice]) -> xr.DataArray:
     """Return those tiles of mixed radiance, or all of them where that is what they are; the
     camera's field stays what it was.
     """

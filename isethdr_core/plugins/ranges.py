@@ -111,9 +111,10 @@ def converted(who: str, cls: type, values: Mapping[str, Any], to_type: str) -> d
     from pydantic import ValidationError
 
     try:
-        return _adapter(cls).validate_python(dict(values))
+        found: dict[str, Any] = _adapter(cls).validate_python(dict(values))
     except ValidationError as err:
         raise ConfigError(f"{who}: {_complaint(cls, values, err, to_type)}") from None
+    return found
 
 
 def check_ranges(component: Any) -> None:
@@ -185,7 +186,7 @@ def _expectation(problem: Mapping[str, Any]) -> str:
     """Return what pydantic expected, as the end of a sentence."""
     if problem["type"] == TOO_SHORT:
         return "one more element"
-    text = problem["msg"].removeprefix("Input should be ")
+    text = str(problem["msg"]).removeprefix("Input should be ")
     return text[0].lower() + text[1:]
 
 

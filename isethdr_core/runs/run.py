@@ -63,7 +63,7 @@ class Result:
     @property
     def key(self) -> str:
         """The run's name: the hash of its config, code, versions and inputs."""
-        return self.attributes["key"]
+        return str(self.attributes["key"])
 
     @cached_property
     def ledger(self) -> Ledger:
@@ -73,17 +73,17 @@ class Result:
     @property
     def scores(self) -> list[dict[str, Any]]:
         """One dictionary per camera, metric and object."""
-        return self.attributes["scores"]
+        return list(self.attributes["scores"])
 
     @property
     def warnings(self) -> list[dict[str, Any]]:
         """One dictionary per warning: key, camera, value, limit and unit (`run_warnings`)."""
-        return self.attributes.get("warnings", [])
+        return list(self.attributes.get("warnings", []))
 
     @property
     def cameras(self) -> list[str]:
         """Names of the cameras."""
-        return self.attributes["cameras"]
+        return list(self.attributes["cameras"])
 
     def open(self, group: str) -> xr.Dataset:
         """Return one group of the store as a Dataset: `picture/bayer`, `captures/bayer`,

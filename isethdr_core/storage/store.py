@@ -282,7 +282,7 @@ def open_store(path: str | os.PathLike[str], group: str = "") -> xr.Dataset:
         check_metadata(path, manifest, group)
         source = ManifestStore(path, manifest)
     try:
-        ds = xr.open_zarr(
+        ds: xr.Dataset = xr.open_zarr(
             source,
             group=group or None,
             consolidated=False,

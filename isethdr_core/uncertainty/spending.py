@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from ..data.error_costs import Cost
 from ..plugins.accuracy_knobs import ErrorShare, knobs_of, shares_of
@@ -54,7 +54,7 @@ def told(parts: Parts, relative: Callable[[], float]) -> Parts:
     chain: Any = replace(parts, shares=shares)  # type: ignore[type-var]
     allowed = relative() if shares.told else 0.0
     if not allowed:
-        return chain
+        return cast(Parts, chain)
     for kind in SINGLE:
         component = _told(getattr(chain, kind), kind, shares, allowed)
         chain = replace(chain, **{kind: component})
@@ -64,7 +64,7 @@ def told(parts: Parts, relative: Callable[[], float]) -> Parts:
             for name, component in getattr(chain, table).items()
         }
         chain = replace(chain, **{table: components})
-    return chain
+    return cast(Parts, chain)
 
 
 def _components(parts: Any) -> Iterator[tuple[str, str, Any]]:
