@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..config.composition import compose
 from ..pipeline import runtime_estimate
-from ..pipeline.chain import chain, plan
+from ..pipeline.chain import chain, frame_of, plan
 from ..runs import radiance_cache, run
 from ..uncertainty.ledger import Ledger
 from .summary_tables import forecast_table, ledger_table
@@ -41,7 +41,7 @@ def print_plan(overrides) -> None:
         )
     if not stored:
         plain = run.plain(config)
-        known = runtime_estimate.expected_s(parts, plain, missing)
+        known = runtime_estimate.expected_s(parts, plain, missing, frame_of(parts, demand))
         console.print(
             forecast_table(
                 {

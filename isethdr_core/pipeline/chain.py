@@ -222,19 +222,22 @@ def check_memory(parts: Chain, demand: Demand) -> None:
     """Raise ConfigError where what `demand` asks for does not fit into the memory of this
     machine.
     """
-    source = parts.renderer or parts.scene
-    wavelength_nm = demand.wavelength_nm or bands.offered_nm(source)
-    frame = memory.frame_of(
-        source, parts.scene, wavelength_nm, demand.margin, sensed=demand.response is not None
-    )
     memory.check_run(
-        source,
+        parts.renderer or parts.scene,
         parts.scene,
         parts.lens,
         tuple(parts.flares.values()),
         tuple(parts.cameras.values()),
-        frame,
+        frame_of(parts, demand),
     )
+
+
+def frame_of(parts: Chain, demand: Demand) -> memory.Frame | None:
+    """Return the tiles and bands of the light that a run will make; None where nobody tells."""
+    source = parts.renderer or parts.scene
+    wavelength_nm = demand.wavelength_nm or bands.offered_nm(source)
+    sensed = demand.response is not None
+    return memory.frame_of(source, parts.scene, wavelength_nm, demand.margin, sensed)
 
 
 def asked_backwards(parts: Chain) -> Demand:

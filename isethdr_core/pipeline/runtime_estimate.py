@@ -2,7 +2,8 @@
 already.
 
 The seconds of the same stage of the stored run nearest in size, times the ratio of the sizes. A
-stage that no stored run had is not guessed.
+stage that no stored run had is not guessed. A lens may know better what its light takes
+(`EstimatesImaging`): its own estimate is then corrected by what stored runs took over theirs.
 """
 
 from __future__ import annotations
@@ -14,25 +15,30 @@ from typing import Any
 
 from ..errors import CatalogError
 from ..identity.earlier_names import same_class
-from ..plugins.protocols import EstimatesSamples
+from ..plugins.protocols import EstimatesImaging, EstimatesSamples
 from ..storage import store
+from .imaging_plan import plans_imaging
+from .memory import Frame
 
 NEWEST = 32  # runs, and stores of scenes, that are looked at: reading one takes a millisecond
 RENDERING = ("scene", "renderer", "store")  # stages that a run lacks where its radiance is stored
+IMAGING = "imaging_s"  # attribute of a run: what its lens expected
 IN_BANDS = ("renderer", "lighting", "lens")  # stages that look at every band
 
 
-def expected_s(parts, config: dict, missing) -> dict[str, float]:
-    """Return {stage: seconds} of those stages that a stored run had.
+def expected_s(parts, config: dict, missing, frame: Frame | None = None) -> dict[str, float]:
+    """Return {stage: seconds} of those stages that a stored run had, or that a lens estimates.
 
     Parameters
     ----------
     parts : the chain. `config` : as plain data, what it was built from.
     missing : the demand for what has to be rendered; None where all radiance is stored, or known
         without a renderer.
+    frame : of the light that the run will make; None where it is not known.
     """
     found: dict[str, tuple[float, float]] = {}  # stage: (distance in size, seconds)
-    for attributes in _newest("runs"):
+    runs = _newest("runs")
+    for attributes in runs:
         if attributes["config"].get("leave_out", True) == parts.leave_out:
             for row in attributes["ledger"]:
                 kind = row["stage"].split()[0]
@@ -50,11 +56,39 @@ def expected_s(parts, config: dict, missing) -> dict[str, float]:
                         if kind == "renderer"
                         else 1.0,
                     )
+    own = imaging_s(parts, frame)
+    if own is not None:
+        stage = f"lens {config['lens']['name']}"
+        found[stage] = 0.0, own * _correction(runs, stage, own)
     return {
         stage: seconds
         for stage, (_, seconds) in found.items()
         if stage in stages(parts, config, missing)
     }
+
+
+def imaging_s(parts, frame: Frame | None) -> float | None:
+    """Return the seconds that the lens expects for the light of a frame; None where it does not
+    say.
+    """
+    if frame is None or not (
+        plans_imaging(parts.lens) and isinstance(parts.lens, EstimatesImaging)
+    ):
+        return None
+    return parts.lens.expected_s(frame, tuple(parts.flares.values()))
+
+
+def _correction(runs, stage: str, own: float) -> float:
+    """Return what the stored run nearest in its lens's estimate took over that estimate; 1 without
+    any.
+    """
+    found: dict[str, tuple[float, float]] = {}
+    for attributes in runs:
+        then = attributes.get(IMAGING)
+        for row in attributes["ledger"]:
+            if then and row["stage"] == stage and not row.get("reused"):
+                _nearer(found, {**row, "seconds": row["seconds"] / own}, own / then)
+    return found.get(stage, (0.0, 1.0))[1]
 
 
 def stages(parts, config: dict, missing) -> list[str]:

@@ -481,6 +481,15 @@ class CountsKernels(Protocol):
         ...
 
 
+@runtime_checkable
+class EstimatesImaging(Protocol):
+    """A lens that can tell how long the light of a frame takes it."""
+
+    def expected_s(self, frame: Frame, flares: Sequence[Flare], /) -> float | None:
+        """Return seconds, with what earlier runs left at hand; None where it cannot tell."""
+        ...
+
+
 class ImagingPlan(Protocol):
     """How the light of one field is made; `PlansImaging` returns it."""
 
@@ -748,6 +757,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         StatesFieldBorder,
         KeepsLight,
         CountsKernels,
+        EstimatesImaging,
         PlansImaging,
         OutlinesImaging,
         MakesPhotocurrent,

@@ -25,12 +25,13 @@ from ..pipeline.chain import (
     Chain,
     chain,
     checked_config,
+    frame_of,
     imaging,
     plan,
     stage,
     through_camera,
 )
-from ..pipeline.runtime_estimate import expected_s
+from ..pipeline.runtime_estimate import IMAGING, expected_s, imaging_s
 from ..pipeline.shot import LightNames, Shot
 from ..plugins.component import Stage
 from ..plugins.registry import plugin_manager
@@ -206,7 +207,9 @@ def whole(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
 def _compute(config: DictConfig, parts: Chain, key: str, reuse: Reuse) -> Path:
     rows, settings = Ledger(), plain(config)
     demand = plan(parts, rows)
-    expected = expected_s(parts, settings, held_and_missing(parts, demand)[1])
+    frame = frame_of(parts, demand)
+    expected = expected_s(parts, settings, held_and_missing(parts, demand)[1], frame)
+    own_s = imaging_s(parts, frame)  # with what is at hand now
     scene, ids = scene_radiance(parts, demand, rows, config)
     radiance = of_radiance(parts.scene, ids, demand) if reuse.is_on else None
     of_main = of_mixed(radiance, parts.lighting)
@@ -243,7 +246,7 @@ def _compute(config: DictConfig, parts: Chain, key: str, reuse: Reuse) -> Path:
         row.light_parts.clear()  # as large as the light; nobody reads it any more
     attributes = _record(
         config, settings, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows
-    ) | {"expected_s": expected}
+    ) | {"expected_s": expected, IMAGING: own_s}
     return store.write_store(
         store.home() / "runs",
         key,

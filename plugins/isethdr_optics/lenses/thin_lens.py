@@ -181,6 +181,14 @@ class IdealLens:
 
         return kernel_bytes(self, _sequence(flares), frame)
 
+    def expected_s(self, frame, flares) -> float | None:
+        """Return the seconds that the light of an `isethdr_core.pipeline.memory.Frame` takes, with
+        the kernels that are at hand; None where the lens cannot tell.
+        """
+        from ..plan.imaging_seconds import expected_s
+
+        return expected_s(self, _sequence(flares), frame)
+
     def spread_errors(self, mixed, flares, weights, response=None):
         """Return how wrong the kernels may make light of `mixed`, as
         `isethdr_core.uncertainty.error_terms.ErrorMaps` (channel, y, x).

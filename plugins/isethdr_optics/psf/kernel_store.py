@@ -22,6 +22,7 @@ from isethdr_core.runs import provenance
 
 LIMIT_BYTES = 8 << 30  # of all files together; beyond it those unused for longest go
 PART = "-band-"  # in the name of a file that holds one band, until all are made
+REACH = "-reach-"  # in a name, before the tiles to the border, (y, x)
 ABANDONED_S = 3600.0  # age at which a temporary file's writer is taken for dead
 
 
@@ -34,13 +35,12 @@ def name(lens, flares, wavelength_nm, pitch_um, reach, way: str | None = None) -
     if not provenance.have_source(lens, *flares):
         return None
     try:
-        return store.content_hash(
+        made_of = store.content_hash(
             {
                 "optics": [_named(c) for c in (lens, *flares)],
                 "sampling": [
                     np.asarray(wavelength_nm, float),
                     np.round(pitch_um, 9),
-                    list(reach),
                     way,
                 ],
                 "code": provenance.fingerprint(lens, *flares),
@@ -50,6 +50,7 @@ def name(lens, flares, wavelength_nm, pitch_um, reach, way: str | None = None) -
         )
     except (TypeError, ValueError, OSError):  # fields that are no values
         return None
+    return f"{made_of}{REACH}{'x'.join(map(str, reach))}"
 
 
 def _named(component):
@@ -78,6 +79,15 @@ def load(key: str):
     except (OSError, ValueError, EOFError):
         return None
     return facts, bands
+
+
+def holds(key: str) -> bool:
+    """Return whether there are kernels of that name, or such as reach farther or less far; whether
+    they are sound `load` finds out.
+    """
+    made_of = key.partition(REACH)[0]
+    files = _folder().glob(f"{made_of}{REACH}*.npy")
+    return any(PART not in path.name for path in files)
 
 
 def save(key: str, shape, dtype, bands, facts) -> None:

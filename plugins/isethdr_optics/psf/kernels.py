@@ -53,6 +53,7 @@ MOST_TILES = 4e6  # of a kernel whose coarse tiles were divided
 CACHE_BYTES = 3 << 30  # of kernels held by this process and not by a file
 SPECTRA_BYTES = 1 << 30  # of transforms of one lens's kernels that are held and not on disk
 SAMPLED = 64  # points of a kernel along each axis that stand for all of it
+WITHOUT_REACH = 4  # items of a cache's key, before how far kernels reach
 WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
 
 
@@ -179,26 +180,12 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
         however fast they were made.
     """
     wavelength_nm = np.asarray(wavelength_nm, float)
-    key = (
-        repr((lens, flares)),
-        tuple(map(id, flares)) if any(not _described(f) for f in flares) else (),
-        tuple(wavelength_nm),
-        tuple(np.round(pitch_um, 9)),
-        tuple(reach),
-        make,
-    )
+    key = _key(lens, flares, wavelength_nm, pitch_um, reach, make)
     with _lock:
         if key in _cache:
             _cache.move_to_end(key)
             return _cache[key]
-    # Kernels from one pattern are made faster than they are read from a disk: none are kept there
-    described = all(map(_described, (lens, *flares)))
-    quick = not make and _frame(lens, flares, wavelength_nm, pitch_um, reach) is not None
-    name = (
-        kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach, make and make.__module__)
-        if described and not quick
-        else None
-    )
+    name = _name(lens, flares, wavelength_nm, pitch_um, reach, make)
     made = _stored(name)
     if made is None:
         memory.check_kernels(
@@ -230,6 +217,45 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
             kernel_store.remove_parts(name)
             made = _stored(name) or made  # mapped, no longer this process's own
     return _held(key, replace(made, key=key))
+
+
+def at_hand(lens, flares, wavelength_nm, pitch_um, reach) -> bool:
+    """Return whether this process or the disk holds the kernels, or such as reach farther or less
+    far: how far they have to is known with the light. Arguments as `kernels`.
+    """
+    wavelength_nm = np.asarray(wavelength_nm, float)
+    same = _key(lens, flares, wavelength_nm, pitch_um, reach)[:WITHOUT_REACH]
+    with _lock:
+        if any(key[:WITHOUT_REACH] == same for key in _cache):
+            return True
+    name = _name(lens, flares, wavelength_nm, pitch_um, reach)
+    return name is not None and kernel_store.holds(name)
+
+
+def from_one_pattern(lens, flares, wavelength_nm, pitch_um, reach) -> bool:
+    """Return whether one pattern gives the kernels of all bands; arguments as `kernels`."""
+    return _frame(lens, flares, np.asarray(wavelength_nm, float), pitch_um, reach) is not None
+
+
+def _key(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> tuple:
+    return (
+        repr((lens, flares)),
+        tuple(map(id, flares)) if any(not _described(f) for f in flares) else (),
+        tuple(wavelength_nm),
+        tuple(np.round(pitch_um, 9)),
+        tuple(reach),
+        make,
+    )
+
+
+def _name(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> str | None:
+    """Return the name under which kernels are kept on disk, None where they are not."""
+    if not all(map(_described, (lens, *flares))):
+        return None
+    # Kernels from one pattern are made faster than they are read from a disk: none are kept there
+    if not make and from_one_pattern(lens, flares, wavelength_nm, pitch_um, reach):
+        return None
+    return kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach, make and make.__module__)
 
 
 def _held(key, made: Kernels) -> Kernels:

@@ -4,13 +4,17 @@ known is not guessed.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from isethdr_core import compose, run
 from isethdr_core.cli.summary_tables import forecast_table, ledger_table, together
 from isethdr_core.demand import Demand
+from isethdr_core.pipeline import runtime_estimate
 from isethdr_core.pipeline.chain import chain
-from isethdr_core.pipeline.runtime_estimate import _rendering, expected_s, size, stages
+from isethdr_core.pipeline.memory import Frame
+from isethdr_core.pipeline.runtime_estimate import IMAGING, _rendering, expected_s, size, stages
 from isethdr_core.runs.run import plain
 
 from .test_chain import SMALL
@@ -44,6 +48,41 @@ def test_seconds_of_stored_runs_grow_with_the_tiles():
     assert all(four[stage] == pytest.approx(4 * same[stage]) for stage in same)
     again = run(compose([*FAST, "seed=1"]))
     assert again.attributes["expected_s"] == pytest.approx(same)
+
+
+class Tells:
+    """A lens whose light takes as many seconds as its frame has rows, or that cannot tell."""
+
+    def __init__(self, tells=True):
+        self.tells = tells
+
+    def plan(self, flares, field, response, budget):
+        """No light is made here."""
+
+    def expected_s(self, frame, flares):
+        return float(frame.rows) if self.tells else None
+
+
+def test_a_lens_that_can_tell_is_believed_and_corrected_by_what_runs_took(monkeypatch):
+    parts, config = chain(compose(FAST)), plain(compose(FAST))
+    frame = Frame(100, 200, (1e-3, 1e-3), (500.0, 600.0), True)
+
+    def lens_s(lens, *rows):
+        stored = [{"config": config, "ledger": [row], IMAGING: then} for row, then in rows]
+        monkeypatch.setattr(runtime_estimate, "_newest", lambda kind: stored)
+        known = expected_s(replace(parts, lens=lens), config, None, frame)
+        return known.get("lens ideal")
+
+    def took(seconds, **more):
+        return {"stage": "lens ideal", "seconds": seconds, **more}
+
+    assert lens_s(Tells()) == 100.0
+    # the run whose estimate was nearest took twice its estimate
+    assert lens_s(Tells(), (took(5.0), 10.0), (took(160.0), 80.0)) == pytest.approx(200.0)
+    assert lens_s(Tells(), (took(0.1, reused=True), 90.0), (took(5.0), 10.0)) == pytest.approx(50.0)
+    # a lens that cannot tell, or does not plan its light, takes what stored runs took
+    assert lens_s(Tells(False), (took(5.0), None)) == 5.0
+    assert expected_s(replace(parts, lens=Tells()), config, None) == {"lens ideal": 5.0}
 
 
 def test_all_stages_of_a_run_are_forecast_and_in_its_order():

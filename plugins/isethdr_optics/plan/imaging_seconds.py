@@ -1,0 +1,42 @@
+"""Imaging seconds: what a lens expects to take for the light of a frame, before there is any.
+
+Measured costs of the parts, added up: kernels that are not at hand, their transforms, convolutions.
+Ghosts, and a wider exact core beside lamps, depend on the light and are not in it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core.pipeline.memory import Frame
+
+from ..imaging.threads import MOST_THREADS, cpus
+from ..psf import kernels
+
+# CPU seconds, 2 GHz server cores beside other work (docs/measured/lens_kernels.md), for a million
+# tiles x bands, but for those of whole kernels
+CONVOLVED_S = 0.06
+TRANSFORMED_S = 0.075
+PATTERN_S, PATTERN_VALUES_S = 0.8, 0.11  # kernels from one pattern: a start, and values
+LATTICES_BAND_S, LATTICES_VALUES_S = 0.24, 2.5  # kernels of lattices: each band, and values
+
+
+def expected_s(lens, flares, frame: Frame) -> float | None:
+    """Return the seconds that a lens takes for the light of a frame; None where it cannot tell:
+    without blur, with point spreads that vary over the field, with a traced prescription.
+    """
+    if not lens.blurs or lens.field_varies or lens.traced is not None:
+        return None
+    wave = np.asarray(frame.wavelength_nm, float)
+    values = 1e-6 * len(wave) * frame.rows * frame.columns
+    seconds = CONVOLVED_S * values
+    reach = (frame.rows - 1, frame.columns - 1)
+    pitch_um = tuple(1e3 * lens.focal_length_mm * p for p in frame.pitch)
+    if not kernels.at_hand(lens, flares, wave, pitch_um, reach):
+        seconds += TRANSFORMED_S * values
+        if kernels.from_one_pattern(lens, flares, wave, pitch_um, reach):
+            seconds += PATTERN_S + PATTERN_VALUES_S * values
+        else:
+            seconds += LATTICES_BAND_S * len(wave) + LATTICES_VALUES_S * values
+    # two threads on two cores take 0.65 to 0.77 of the CPU seconds
+    return float(seconds / min(cpus(), MOST_THREADS) ** 0.5)
