@@ -16,6 +16,8 @@ from isethdr_core.data.error_costs import STORE, STORE_COST, USUAL, Cost, divide
 from isethdr_core.demand import Demand, Response
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain import Chain, chain, on_sensor, plan
+from isethdr_core.plugins import registry
+from isethdr_core.plugins.component import Component
 from isethdr_core.plugins.registry import build
 from isethdr_core.storage.encoding import KEEPBITS, bits_for, rounding
 from isethdr_core.uncertainty import budget, ledger, spending
@@ -266,3 +268,23 @@ def test_a_renderer_is_told_in_the_field_that_it_declares():
     assert budget.with_render_error(Acme(), given) == Acme(0.2)
     with pytest.raises(ConfigError, match="renderer.target is 0.3.*set one of them"):
         budget.with_render_error(Acme(0.3), given)
+
+
+def test_a_flare_of_an_outside_package_is_told_its_share_by_the_composed_chain(monkeypatch):
+    outside = Component("flare", "acme", Veil)
+    monkeypatch.setitem(registry.components(), ("flare", "acme"), outside)
+    told = [*SMALL, "+flare@flare.v=acme", "lens=diffraction_limited"]
+    parts = chain(compose(told))
+    rows = ledger.Ledger()
+    demand = plan(parts, rows)
+    share = parts.shares.told["flare v", "error_allowed"]
+    allowed = [e.value for e in rows[0].errors if e.label.startswith("allowed of light")]
+    assert parts.flares["v"].error_allowed == pytest.approx(share * allowed[0], rel=1e-12)
+    assert demand.response.noise_fraction_allowed == pytest.approx(
+        0.1 * parts.shares.light, rel=1e-12
+    )
+    assert budget.stored_error(demand) == pytest.approx(parts.shares.store * allowed[0], rel=1e-12)
+    mine = chain(compose([*told, "flare.v.error_allowed=0.01"]))
+    assert mine.flares["v"] == Veil(0.01) and not mine.shares.told
+    exact = chain(compose([*told, "sensor.noise=false"]))
+    assert exact.flares["v"] == Veil()  # nothing is small beside no noise
