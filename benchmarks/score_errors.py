@@ -30,12 +30,19 @@ WHOLE = 10**6  # pixels: no picture is cut into parts
 
 
 def camera_of(scene, weights, tiles_wide, pitch_um):
-    """Return (camera, its scores, metrics, mixed, scene, light, again) of a scene whose tiles are 3
-    um wide on the sensor: as `score_errors.of_scores` takes them.
+    """Return a shot of a scene whose tiles are 3 um wide on the sensor, and the metrics: as
+    `score_errors.of_scores` takes them.
+
+    Parameters
+    ----------
+    scene : scene radiance.
+    weights : of light groups; 1 for those that it lacks.
+    tiles_wide : tiles across the field.
+    pitch_um : pixel pitch.
     """
     import isethdr_core as hdr
-    from isethdr_core.pipeline.chain import Camera
     from isethdr_core.truth import truth
+    from isethdr_core.uncertainty.changed_scenes import ScoredShot
 
     mixed = hdr.build(
         "lighting",
@@ -55,19 +62,24 @@ def camera_of(scene, weights, tiles_wide, pitch_um):
     )
     again = lambda changed: isp(sensor(changed, hdr.generator(seed=0)))
     picture = again(light)
-    camera = Camera(None, picture, truth(mixed, picture), None)
-    scores = [s for metric in metrics for s in metric(picture, camera.truth, None)]
-    return camera, scores, metrics, mixed, scene, light, again
+    reference = truth(mixed, picture)
+    scores = [s for metric in metrics for s in metric(picture, reference, None)]
+    return ScoredShot(picture, reference, None, scores, light, mixed, scene, again), metrics
 
 
-def stated(given, block: int, count: int) -> dict[str, float]:
-    """Return the error that is stated of each score, with parts made of blocks of so many
-    pixels.
+def stated(shot, metrics, block: int, count: int) -> dict[str, float]:
+    """Return the error that is stated of each score.
+
+    Parameters
+    ----------
+    shot, metrics : as `camera_of` returns them.
+    block : side of a block of pixels, of which parts are made.
+    count : changes of the scene.
     """
-    from isethdr_core.uncertainty import score_errors
+    from isethdr_core.uncertainty import changed_scenes, score_errors
 
-    score_errors.BLOCK = block
-    return {t.part: t.value for t in score_errors.of_scores(*given, count=count).terms}
+    changed_scenes.BLOCK = block
+    return {t.part: t.value for t in score_errors.of_scores(shot, metrics, count).terms}
 
 
 def compare(title, description, weights, tiles, pitch_um, samples, seeds, judge, ways) -> None:
@@ -81,14 +93,14 @@ def compare(title, description, weights, tiles, pitch_um, samples, seeds, judge,
         return camera_of(scene, weights, tiles[0], pitch_um)
 
     start = time.process_time()
-    true = {s.metric: s.value for s in seen(99, judge)[1]}
+    true = {s.metric: s.value for s in seen(99, judge)[0].scores}
     found, said = {}, {way: {} for way in ways}
     for seed in range(seeds):
-        given = seen(seed, samples)
-        for s in given[1]:
+        shot, metrics = seen(seed, samples)
+        for s in shot.scores:
             found.setdefault(s.metric, []).append(s.value - true.get(s.metric, np.nan))
         for way, (block, count) in ways.items():
-            for name, value in stated(given, block, count).items():
+            for name, value in stated(shot, metrics, block, count).items():
                 said[way].setdefault(name, []).append(value)
     print(
         f"\n{title}, {samples} paths, {seeds} renderings against one of {judge} paths"

@@ -11,12 +11,16 @@ two renderings with 4096 samples per tile. That mean has noise too, about a fift
 rendering with 256. Run:
 
     python benchmarks/score_intervals.py [--first-seed 3000] [night_drive tunnel rural]
+
+Large pictures, which are asked in parts:
+
+    python benchmarks/score_intervals.py --tiles 96 --pixels 528 --renderings 20 --samples 128
 """
 
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -26,53 +30,78 @@ CASES = {
     "rural": ("experiment=night_drive", "scene=night_drive_rural", "sensor=rgbw", "scene.seed=12"),
 }
 COMMON = (
-    "renderer.width=48",
-    "renderer.height=27",
     "renderer.step_nm=30",
     "report=false",
     "~flare.dirt",
     "+metric@metric.level=ideal",
 )
-PIXELS = 96  # across the camera
-FIRST_SEED, RENDERINGS, SAMPLES = 2000, 40, 256
-TRUE_SEEDS, TRUE_SAMPLES, TRUE_SHOTS = (9001, 9002), 4096, 48
+TRUE_SEEDS = (9001, 9002)
 
 
-def parts_of(case: str):
-    """Return the chain of a case, with two pixels per tile across the field."""
+@dataclass(frozen=True)
+class Setting:
+    """Size of a check. Pictures of 288 pixels and more along both axes are asked in parts."""
+
+    tiles: int = 48  # across the field
+    pixels: int = 96  # across the camera
+    first_seed: int = 2000  # of the renderer
+    renderings: int = 40
+    samples: int = 256  # per tile
+    true_samples: int = 4096
+    true_shots: int = 48
+
+
+def parts_of(case: str, setting: Setting):
+    """Return the chain of a case."""
     import isethdr_core as hdr
     from isethdr_core.pipeline.chain import chain
 
+    size = f"renderer.width={setting.tiles}", f"renderer.height={setting.tiles * 9 // 16}"
     trees = () if case == "tunnel" else ("scene.trees=[1,2]",)
-    return chain(hdr.compose([*CASES[case], *COMMON, *trees]))
+    return chain(hdr.compose([*CASES[case], *COMMON, *size, *trees]))
 
 
-def rendered(case: str, samples: int, seed: int):
-    """Return the scene radiance of one rendering."""
+def rendered(case: str, setting: Setting, samples: int, seed: int):
+    """Return the scene radiance of one rendering.
+
+    Parameters
+    ----------
+    case : name of the case.
+    setting : size of the check.
+    samples : per tile.
+    seed : of the renderer.
+    """
     from isethdr_core.ledger import Ledger
     from isethdr_core.pipeline.chain import plan
     from isethdr_core.quantities import LABELS
 
-    parts = parts_of(case)
+    parts = parts_of(case, setting)
     renderer = replace(parts.renderer, samples=samples, seed=seed)
     scene = renderer(parts.scene(), plan(parts, Ledger())).load()
     # without labels there are no scores of objects, which take most of the time
     return scene.drop_vars([label for label in LABELS if label in scene])
 
 
-def scores_of(case: str, scene, noise: str, shots: int = 4) -> list:
-    """Return the scores of a camera that looks at a rendering; `noise` names the sensor's noise
-    realisations.
+def scores_of(case: str, setting: Setting, scene, noise: str, shots: int = 4) -> list:
+    """Return the scores of a camera that looks at a rendering.
+
+    Parameters
+    ----------
+    case : name of the case.
+    setting : size of the check.
+    scene : scene radiance.
+    noise : names the sensor's noise realisations.
+    shots : how many of these there are.
     """
     import isethdr_core as hdr
     from isethdr_core.ledger import Ledger
     from isethdr_core.pipeline.chain import imaging, plan, through_camera
     from isethdr_core.pipeline.shot import Shot
 
-    parts = parts_of(case)
+    parts = parts_of(case, setting)
     ((name, sensor),) = parts.cameras.items()
     mixed = parts.lighting(scene)
-    focal_length_mm = PIXELS * sensor.pitch_um * 1e-3 / mixed.attrs["field_width"]
+    focal_length_mm = setting.pixels * sensor.pitch_um * 1e-3 / mixed.attrs["field_width"]
     lens = replace(parts.lens, focal_length_mm=focal_length_mm)
     parts = replace(parts, lens=lens, draws=shots)
     demand = plan(parts, Ledger())
@@ -83,30 +112,31 @@ def scores_of(case: str, scene, noise: str, shots: int = 4) -> list:
     return through_camera(parts, Ledger(), name, shot).scores
 
 
-def true_scores(case: str) -> dict[str, float]:
+def true_scores(case: str, setting: Setting) -> dict[str, float]:
     """Return the mean scores of many shots of long renderings."""
     found: dict[str, list[float]] = {}
     for seed in TRUE_SEEDS:
         # without half buffers no renderer noise is looked for
-        scene = rendered(case, TRUE_SAMPLES, seed).drop_vars("half_difference")
-        for score in scores_of(case, scene, f"{case} {seed}", TRUE_SHOTS):
+        scene = rendered(case, setting, setting.true_samples, seed).drop_vars("half_difference")
+        for score in scores_of(case, setting, scene, f"{case} {seed}", setting.true_shots):
             found.setdefault(score.metric, []).append(score.value)
     return {name: float(np.mean(values)) for name, values in found.items()}
 
 
-def intervals(case: str, first_seed: int) -> dict[str, np.ndarray]:
+def intervals(case: str, setting: Setting) -> dict[str, np.ndarray]:
     """Return an array (value, low, high) per rendering, of each score."""
     found: dict[str, list] = {}
-    for seed in range(first_seed, first_seed + RENDERINGS):
-        for score in scores_of(case, rendered(case, SAMPLES, seed), f"{case} {seed}"):
+    for seed in range(setting.first_seed, setting.first_seed + setting.renderings):
+        scene = rendered(case, setting, setting.samples, seed)
+        for score in scores_of(case, setting, scene, f"{case} {seed}"):
             found.setdefault(score.metric, []).append((score.value, score.low, score.high))
     return {name: np.array(rows) for name, rows in found.items()}
 
 
-def compare(case: str, first_seed: int) -> list[bool]:
+def compare(case: str, setting: Setting) -> list[bool]:
     """Print the table of one case; return which intervals hold their score."""
-    true, found = true_scores(case), intervals(case, first_seed)
-    print(f"\n{case}: {RENDERINGS} renderings of {SAMPLES} samples per tile")
+    true, found = true_scores(case, setting), intervals(case, setting)
+    print(f"\n{case}: {setting}")
     print(f"{'score':32s} {'true':>9s} {'rms off':>9s} {'rms half':>9s} {'inside':>7s} {'of':>4s}")
     every: list[bool] = []
     for name, rows in found.items():
@@ -129,11 +159,12 @@ def main() -> None:
     """Print the tables of the named cases, or of all, and the share over all scores."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("cases", nargs="*", choices=[*CASES, []], help="default: all")
-    parser.add_argument("--first-seed", type=int, default=FIRST_SEED, help="of the renderer")
-    options = parser.parse_args()
-    every = [
-        inside for case in options.cases or CASES for inside in compare(case, options.first_seed)
-    ]
+    for name, default in asdict(Setting()).items():
+        parser.add_argument(f"--{name.replace('_', '-')}", type=int, default=default)
+    options = vars(parser.parse_args())
+    cases = options.pop("cases")
+    setting = Setting(**options)
+    every = [inside for case in cases or CASES for inside in compare(case, setting)]
     print(f"\nall scenes: {np.mean(every):.3f} of {len(every)} intervals")
 
 

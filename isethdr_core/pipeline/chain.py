@@ -27,6 +27,7 @@ from ..runs.reuse import NOT_KEPT, Kept
 from ..runs.seeds import checked_seed
 from ..uncertainty import budget, propagation, score_errors, spending
 from ..uncertainty import ledger as book
+from ..uncertainty.changed_scenes import ScoredShot
 from ..uncertainty.ledger import Ledger
 from ..uncertainty.score_intervals import RendererError, ScoreKey
 from . import bands, early_checks, memory, overscan, window
@@ -457,7 +458,7 @@ def through_camera(parts: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
         with values_only():
             return book.collected(lambda: of_draw(draw)).result
 
-    with shared(reference, labels, light):
+    with shared(reference, labels, light, picture):
         for key, metric in parts.metrics.items():
             seen.scores += stage(
                 rows,
@@ -490,7 +491,8 @@ def renderer_errors(
 
     Parameters
     ----------
-    camera : with the scores of its picture. `results` : makes pictures of changed light.
+    camera : with the scores of its picture.
+    results : makes pictures of changed light.
 
     Returns
     -------
@@ -502,17 +504,19 @@ def renderer_errors(
     with book.stage(rows, f"scores {name}") as row:
         if parts.draws > 1:
             shot, metrics = results.shot, list(parts.metrics.values())
+            scored_shot = ScoredShot(
+                picture=camera.picture,
+                truth=camera.truth,
+                labels=camera.labels,
+                scores=camera.scores,
+                light=shot.light,
+                mixed_radiance=shot.mixed,
+                scene=shot.scene,
+                expose=results.picture_of,
+            )
             found = shot.reuse.value(
                 results.score_errors_name(metrics),
-                lambda: score_errors.of_scores(
-                    camera,
-                    camera.scores,
-                    metrics,
-                    shot.mixed,
-                    shot.scene,
-                    shot.light,
-                    results.picture_of,
-                ),
+                lambda: score_errors.of_scores(scored_shot, metrics),
             )
         else:
             why = "one shot does not tell how much the next one differs; draws=4 does"
@@ -551,17 +555,16 @@ def state_picture(
             if row.stage == f"sensor {name}" or not row.stage.startswith("sensor ")
         ]
         noise = propagation.stated_noise(own)
+        exposure = propagation.Exposure(looked_at, shot.light, shot.mixed, shot.scene)
 
         def electrons() -> list[propagation.Electrons]:
             errors = shot.imaging.plan.light_errors
-            found = propagation.electrons(
-                looked_at, shot.light, shot.mixed, shot.scene, noise, errors
-            )
-            return propagation.with_parts(found, looked_at, own)
+            each = propagation.electrons(exposure, noise, errors)
+            return propagation.with_parts(each, looked_at, own)
 
         known = results.electrons_name([noise, parts.leave_out])
         shots = shot.reuse.value(known, electrons)
-        propagation.state(
+        propagation.record_figures(
             shots, own, parts.allowed.noise_fraction, propagation.seconds(rows, name, shot.scene)
         )
 

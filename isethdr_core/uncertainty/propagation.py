@@ -11,15 +11,16 @@ sensor, the sensor, or all together.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.special import erf
 
 from ..data import camera_geometry
 from ..data.quantities import IRRADIANCE, PHOTOCURRENT
-from ..data.reference_picture import seen
+from ..data.reference_picture import seen as mean_over_pixels
 from ..data.temporal_modulation import time_mean
 from ..physics.radiometry import photons_per_energy
 from ..physics.resampling.area import detail_error, resample_mean
@@ -27,6 +28,11 @@ from . import error_terms, ledger
 from .error_terms import ErrorMaps, ErrorTerm, LightPart, Quantity, Reading, Source
 from .ledger import Row
 from .render_noise import nearest_xyz, pixel_variance, relative_noise
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    MapsOfErrors = Callable[[xr.DataArray, np.ndarray], ErrorMaps | None]
 
 UNIT = "standard deviations of the sensor's noise"
 # kinds of the stages after the renderer whose errors reach the electrons as light does; of
@@ -68,7 +74,40 @@ class Electrons:
     )  # electrons of the parts of the light that stages declared
 
 
-def missing(captures) -> list[str]:
+class Seconds(NamedTuple):
+    """What a picture took."""
+
+    rendering: float  # in this run or when it was stored
+    later: float  # everything after it
+
+
+class Bounds(NamedTuple):
+    """The errors (y, x) of one capture: bounds, and the standard deviation of statistical ones."""
+
+    bound: np.ndarray
+    deviation: np.ndarray
+
+
+class TermsAfter(NamedTuple):
+    """Errors of the stages after the renderer."""
+
+    of_electrons: list[ErrorTerm]
+    others: list[ErrorTerm]  # that have no way to electrons
+
+
+class Rates(NamedTuple):
+    """Per m2 and second, at each pixel (y, x) in its own channel."""
+
+    total: np.ndarray  # all electrons
+    image: np.ndarray  # those of the tiles that the pixel looks at
+    renderer: np.ndarray  # standard deviation that the noise of the scene makes
+
+    def scaled(self, scale: float) -> Rates:
+        """Return the rates times `scale`."""
+        return Rates(*(scale * values for values in self))
+
+
+def missing(captures: xr.Dataset) -> list[str]:
     """Return what `electrons` needs and captures of a sensor lack; what an isp of ours reads is
     enough.
     """
@@ -87,7 +126,7 @@ def missing(captures) -> list[str]:
     ]
 
 
-def some_of(captures):
+def some_of(captures: xr.Dataset) -> xr.Dataset:
     """Return captures at every so many pixels along both axes, `ENOUGH` at least; all of them where
     a lens distorts, which asks for whole areas.
 
@@ -113,60 +152,85 @@ def some_of(captures):
     return few
 
 
+@dataclass(frozen=True, eq=False)
+class Exposure:
+    """Captures, and the light that they were made of.
+
+    Attributes
+    ----------
+    captures : captures Dataset.
+    light : irradiance or photocurrent on the sensor plane.
+    mixed : mixed radiance that the light was made of, W m-2 sr-1 nm-1.
+    scene : scene radiance, with `xyz_noise` where a renderer states it.
+    """
+
+    captures: xr.Dataset
+    light: xr.DataArray
+    mixed: xr.DataArray
+    scene: xr.Dataset
+
+
 def electrons(
-    captures, light, mixed, scene, whole: float = 0.0, error_maps=None
+    exposure: Exposure, scene_noise: float = 0.0, error_maps: MapsOfErrors | None = None
 ) -> list[Electrons]:
     """Return what each capture holds, from the light itself.
 
     Parameters
     ----------
-    captures : captures Dataset. `light` : irradiance or photocurrent it was made of. `mixed` :
-        mixed radiance that the light was made of.
-    scene : scene radiance, with `xyz_noise` where a renderer states it.
-    whole : relative noise of a scene that states none tile by tile, as `stated_noise`.
+    exposure : the captures and their light.
+    scene_noise : relative noise of a scene that states none tile by tile, as `stated_noise`.
     error_maps : function(mixed, weights) -> `ErrorMaps` of `weights` (channel, band) times
-        irradiance, on the grid of `light`, or None. Where there is none, the terms that the lens
+        irradiance, on the grid of the light, or None. Where there is none, the terms that the lens
         states are taken.
     """
-    light, mixed = time_mean(light), time_mean(mixed)
-    f_m = captures.attrs["focal_length_mm"] * 1e-3
-    gain = captures.attrs["throughput_sr"] * camera_geometry.relative_illumination(
-        captures.attrs, captures.x.values[None, :] / f_m, captures.y.values[:, None] / f_m
-    )
-    noise = relative_noise(scene, mixed)
-    known: dict[bytes, tuple] = {}  # most captures of one sensor see light alike
+    captures = exposure.captures
+    light, mixed = time_mean(exposure.light), time_mean(exposure.mixed)
+    at_mean = replace(exposure, light=light, mixed=mixed)
+    noise = relative_noise(exposure.scene, mixed)
+    known: dict[bytes, tuple[Rates, ErrorMaps | None]] = {}  # most captures see light alike
     out = []
     for k, name in enumerate(map(str, captures.capture.values)):
         one = captures.isel(capture=k)
         counting = one["quantum_efficiency"].values * photons_per_energy(captures.wavelength.values)
         if counting.tobytes() not in known:
+            maps = error_maps(mixed, counting) if error_maps else None
             known[counting.tobytes()] = (
-                _rates(counting, captures, light, mixed, noise, gain, whole),
-                error_maps and _at_filters(error_maps(mixed, counting), captures, light),
+                _rates(counting, at_mean, noise, scene_noise),
+                _at_filters(maps, captures, light),
             )
         scale = float(one["exposure_s"]) * float(one["area_m2"])
-        (total, image, renderer), maps = known[counting.tobytes()]
-        total, image, renderer = scale * total, scale * image, scale * renderer
+        rates, maps = known[counting.tobytes()]
+        rates = rates.scaled(scale)
+        if maps is not None:
+            maps = maps._replace(deviation=scale * maps.deviation, bound=scale * maps.bound)
         read = float(one["read_noise_e"]) ** 2 + float(one["quantisation_e"]) ** 2 / 12
-        sigma = np.sqrt(np.maximum(total + float(one["dark_e"]) + read, np.finfo(float).tiny))
+        variance = np.maximum(rates.total + float(one["dark_e"]) + read, np.finfo(float).tiny)
         out.append(
             Electrons(
-                name,
-                total,
-                image,
-                sigma,
-                renderer,
-                ~one["saturated"].values,
-                scale * float(counting.sum(1).max()),
-                maps and maps._replace(deviation=scale * maps.deviation, bound=scale * maps.bound),
+                capture=name,
+                total=rates.total,
+                image=rates.image,
+                sigma=np.sqrt(variance),
+                renderer=rates.renderer,
+                unsaturated=~one["saturated"].values,
+                per_irradiance=scale * float(counting.sum(1).max()),
+                maps=maps,
             )
         )
     return out
 
 
-def with_parts(shots: list[Electrons], captures, rows: list[Row]) -> list[Electrons]:
+def with_parts(
+    shots: list[Electrons], captures: xr.Dataset, rows: Sequence[Row]
+) -> list[Electrons]:
     """Return the shots with the electrons of every part of the light that a row declares
     (`ledger.light_part`).
+
+    Parameters
+    ----------
+    shots : one per capture, as `electrons` returns them.
+    captures : captures Dataset that the shots are of.
+    rows : of the ledger.
     """
     declared = {name: part for row in rows for name, part in row.light_parts.items()}
     if not declared:
@@ -185,11 +249,12 @@ def with_parts(shots: list[Electrons], captures, rows: list[Row]) -> list[Electr
     return out
 
 
-def _at_pixels(captures, part: LightPart) -> np.ndarray:
+def _at_pixels(captures: xr.Dataset, part: LightPart) -> np.ndarray:
     """Return the electrons of one capture that a part of the light makes at each pixel in its own
     channel.
     """
     light = part.light
+    assert light is not None  # a part without light is read from all light
     energy = photons_per_energy(captures.wavelength.values)
     counting = captures["quantum_efficiency"].values * energy
     scale = float(captures["exposure_s"]) * float(captures["area_m2"])
@@ -205,7 +270,9 @@ def _at_pixels(captures, part: LightPart) -> np.ndarray:
     return scale * out
 
 
-def _at_filters(maps: ErrorMaps | None, captures, light) -> ErrorMaps | None:
+def _at_filters(
+    maps: ErrorMaps | None, captures: xr.Dataset, light: xr.DataArray
+) -> ErrorMaps | None:
     """Return maps (channel, y, x) of light at each pixel in its own channel: neighbouring tiles as
     if they erred alike.
     """
@@ -228,7 +295,7 @@ def _at_filters(maps: ErrorMaps | None, captures, light) -> ErrorMaps | None:
     return maps._replace(deviation=out[0], bound=out[1])
 
 
-def stated_noise(rows: list[Row]) -> float:
+def stated_noise(rows: Sequence[Row]) -> float:
     """Return the largest relative noise that a renderer states as one number for a light group; 0
     where there is no renderer.
     """
@@ -244,17 +311,26 @@ def stated_noise(rows: list[Row]) -> float:
     )
 
 
-def _rates(counting, captures, light, mixed, noise, gain, whole):
-    """Return per m2 and second, at each pixel in its own channel: all electrons, those of the tiles
-    it looks at, and their standard deviation.
+def _rates(
+    counting: np.ndarray, exposure: Exposure, noise: np.ndarray | None, scene_noise: float
+) -> Rates:
+    """Return what one capture counts per m2 and second.
+
+    Parameters
+    ----------
+    counting : electrons per energy in each channel and band.
+    exposure : with light and mixed radiance constant over time.
+    noise : relative standard errors (3, y, x) of X, Y and Z of the mixed radiance; None for none.
+    scene_noise : relative noise of all direct light where `noise` is None.
     """
+    captures, light, mixed = exposure.captures, exposure.light, exposure.mixed
+    f_m = captures.attrs["focal_length_mm"] * 1e-3
+    gain = captures.attrs["throughput_sr"] * camera_geometry.relative_illumination(
+        captures.attrs, captures.x.values[None, :] / f_m, captures.y.values[:, None] / f_m
+    )
     side, place = captures.attrs["pitch_um"] * 1e-6, (captures.x.values, captures.y.values)
     filters = captures["filter"].values
-    total, image, variance = (
-        np.zeros(filters.shape),
-        np.zeros(filters.shape),
-        np.zeros(filters.shape),
-    )
+    total, image, variance = np.zeros((3, *filters.shape))
     for channel, row in enumerate(counting):
         mine = filters == channel
         if not mine.any():
@@ -263,31 +339,27 @@ def _rates(counting, captures, light, mixed, noise, gain, whole):
         total[mine] = resample_mean(
             _plane(row, captures, light), light.x.values, light.y.values, *place, side, side
         )[mine]
-        image[mine] = (gain * seen(tiles, mixed, captures))[mine]
+        image[mine] = (gain * mean_over_pixels(tiles, mixed, captures))[mine]
         if noise is not None:
-            variance[mine] = (
-                gain**2
-                * pixel_variance(
-                    (noise[nearest_xyz(row, mixed.wavelength.values)] * tiles) ** 2, mixed, captures
-                )
-            )[mine]
-    return total, image, np.sqrt(variance) if noise is not None else whole * image
+            of_channel = noise[nearest_xyz(row, mixed.wavelength.values)]
+            of_pixels = pixel_variance((of_channel * tiles) ** 2, mixed, captures)
+            variance[mine] = (gain**2 * of_pixels)[mine]
+    return Rates(total, image, np.sqrt(variance) if noise is not None else scene_noise * image)
 
 
-def _plane(row, captures, light):
+def _plane(row: np.ndarray, captures: xr.Dataset, light: xr.DataArray) -> np.ndarray:
     """Return the electrons per m2 and second (y, x) that light makes in a channel of `row`,
     electrons per energy in each band.
     """
     if light.attrs["units"] != PHOTOCURRENT:
         return _sum(row[np.isin(captures.wavelength.values, light.wavelength.values)], light.values)
     efficiency = row / photons_per_energy(captures.wavelength.values)
-    apart = np.abs(np.asarray(light.attrs["efficiency"]) - efficiency).max(
-        1
-    )  # not 0 with crosstalk, which mixes channels
+    # not 0 with crosstalk, which mixes channels
+    apart = np.abs(np.asarray(light.attrs["efficiency"]) - efficiency).max(1)
     return light.values[int(apart.argmin())]
 
 
-def _sum(row, cube):
+def _sum(row: np.ndarray, cube: np.ndarray) -> np.ndarray:
     out = np.zeros(cube.shape[1:])
     for weight, band in zip(row, cube):
         if weight:
@@ -295,9 +367,8 @@ def _sum(row, cube):
     return out
 
 
-def after(shot: Electrons, terms: Sequence[ErrorTerm]) -> tuple[np.ndarray, np.ndarray]:
-    """Return (bound, standard deviation), (y, x) in electrons of one capture, of what `terms` of
-    the stages after the renderer leave.
+def after(shot: Electrons, terms: Sequence[ErrorTerm]) -> Bounds:
+    """Return what `terms` of the stages after the renderer leave, in electrons of one capture.
 
     Terms without a way to electrons are skipped.
     """
@@ -312,12 +383,18 @@ def after(shot: Electrons, terms: Sequence[ErrorTerm]) -> tuple[np.ndarray, np.n
             squares += error_e**2
         else:
             linear += error_e
-    return linear, np.sqrt(squares)
+    return Bounds(linear, np.sqrt(squares))
 
 
-def within(bound, deviation, share: float = SHARE) -> float:
+def within(bound: np.ndarray, deviation: np.ndarray, share: float = SHARE) -> float:
     """Return what a share of all errors is at most: each is a bound plus the magnitude of a normal
     deviate with its own deviation.
+
+    Parameters
+    ----------
+    bound : of each error, any shape and unit.
+    deviation : standard deviation of each error's normal part, same shape and unit.
+    share : of the errors, above 0 and below 1.
     """
     from scipy.optimize import brentq
 
@@ -337,28 +414,25 @@ def within(bound, deviation, share: float = SHARE) -> float:
         return highest  # some error has no bound, or most are bounds of this very value
     # bounds without deviation make steps, at which the method needs more evaluations than usual
     xtol = np.finfo(float).tiny
-    return brentq(missing, 0.0, highest, xtol=xtol, rtol=CLOSE, maxiter=1000)
+    return float(brentq(missing, 0.0, highest, xtol=xtol, rtol=CLOSE, maxiter=1000))
 
 
-def _in_electrons(term: ErrorTerm, shot: Electrons):
+def _in_electrons(term: ErrorTerm, shot: Electrons) -> np.ndarray | float | None:
     """Return the electrons that a term makes a pixel wrong by, (y, x) or one for all; None where
     its unit has no way to them.
     """
     if term.unit == error_terms.RELATIVE:
         # a part that nobody declared is at most all light
         return term.value * (shot.parts.get(term.part, shot.total) if term.part else shot.total)
-    return {
-        IRRADIANCE: term.value * shot.per_irradiance,
-        "electrons": term.value,
-        UNIT: term.value * shot.sigma,
-    }.get(term.unit)
+    if term.unit == IRRADIANCE:
+        return term.value * shot.per_irradiance
+    if term.unit == "electrons":
+        return term.value
+    return term.value * shot.sigma if term.unit == UNIT else None
 
 
-def terms_after(
-    rows: list[Row], replaced: Sequence[str] = ()
-) -> tuple[list[ErrorTerm], list[ErrorTerm]]:
-    """Return the errors of the stages after the renderer, up to the sensor: those that have a way
-    to electrons and those that have none.
+def terms_after(rows: Sequence[Row], replaced: Sequence[str] = ()) -> TermsAfter:
+    """Return the errors of the stages after the renderer, up to the sensor.
 
     Parameters
     ----------
@@ -371,20 +445,21 @@ def terms_after(
         for term in row.errors
         if term.source.kind in AFTER and term.acts_on != Quantity.TARGET
     ]
-    kept, without = [], []
+    kept: list[ErrorTerm] = []
+    without: list[ErrorTerm] = []
     for term in error_terms.largest_alternatives(terms):
         if term.unit not in UNITS or term.acts_on not in error_terms.LIGHT:
             without += [term] if term.value else []
         elif not (term.source.kind == "lens" and term.source.key in replaced):
             kept.append(term)
-    return kept, without
+    return TermsAfter(kept, without)
 
 
-def _terms_of(shot: Electrons, rows: list[Row]) -> tuple[list[ErrorTerm], list[ErrorTerm]]:
+def _terms_of(shot: Electrons, rows: Sequence[Row]) -> TermsAfter:
     return terms_after(rows, shot.maps.replaces if shot.maps else ())
 
 
-def terms_of_sensor(rows: list[Row]) -> list[ErrorTerm]:
+def terms_of_sensor(rows: Sequence[Row]) -> list[ErrorTerm]:
     """Return what sensors state of the electrons that they count; noise and non-linearity belong to
     the sensor and are no errors.
     """
@@ -414,18 +489,22 @@ class Figures:
 
 
 def figures_of(
-    shot: Electrons, terms: list[ErrorTerm], of_sensor: Sequence[ErrorTerm] = ()
+    shot: Electrons, terms: Sequence[ErrorTerm], of_sensor: Sequence[ErrorTerm] = ()
 ) -> Figures | None:
     """Return the figures of one capture, None where all its pixels are saturated.
 
-    `terms` : of the stages after the renderer. `of_sensor` : as `terms_of_sensor`.
+    Parameters
+    ----------
+    shot : the capture.
+    terms : of the stages after the renderer.
+    of_sensor : as `terms_of_sensor`.
     """
-    seen = shot.unsaturated
-    if not seen.any():
+    use = shot.unsaturated
+    if not use.any():
         return None
-    renderer = shot.renderer[seen] / shot.sigma[seen]
-    bound, deviation = (e[seen] / shot.sigma[seen] for e in after(shot, terms))
-    counting = [e[seen] / shot.sigma[seen] for e in after(replace(shot, maps=None), of_sensor)]
+    renderer = shot.renderer[use] / shot.sigma[use]
+    bound, deviation = (e[use] / shot.sigma[use] for e in after(shot, terms))
+    counting = [e[use] / shot.sigma[use] for e in after(replace(shot, maps=None), of_sensor)]
     bounds, deviations = bound + counting[0], np.sqrt(renderer**2 + deviation**2 + counting[1] ** 2)
     return Figures(
         whole=within(bounds, deviations),
@@ -437,34 +516,39 @@ def figures_of(
     )
 
 
-def state(
-    shots: list[Electrons], rows: list[Row], allowed: float, seconds: tuple[float, float]
+def record_figures(
+    shots: Sequence[Electrons], rows: Sequence[Row], allowed: float, seconds: Seconds
 ) -> None:
     """State in the ledger how wrong a picture is in units of its own noise, first of all captures,
     then of each.
 
     Parameters
     ----------
-    shots : as `electrons`. `rows` : the ledger so far, of the sensors that of the picture's alone.
+    shots : as `electrons` returns them.
+    rows : the ledger so far, of the sensors that of the picture's alone.
     allowed : share of the noise that everything after the renderer may take.
-    seconds : of the rendering, and of everything after it.
+    seconds : that the picture took.
     """
     terms = {shot.capture: _terms_of(shot, rows) for shot in shots}
     counting = terms_of_sensor(rows)
-    found = [one for shot in shots if (one := figures_of(shot, terms[shot.capture][0], counting))]
-    if not found:
+    figures = [
+        one
+        for shot in shots
+        if (one := figures_of(shot, terms[shot.capture].of_electrons, counting))
+    ]
+    if not figures:
         label = "no pixel is below saturation"
         _record_figure(0.0, "statistical", label, WHOLE)
         return
-    most = max(found, key=lambda one: one.whole)
+    most = max(figures, key=lambda one: one.whole)
     label = (
         f"99 % of the unsaturated pixels of {most.capture} (worst pixel {most.worst:.3g}): renderer"
-        f" {most.renderer:.3g} in {seconds[0]:.3g} s; later stages {most.later:.3g} of the allowed"
-        f" {allowed:g} in {seconds[1]:.3g} s{_why(found, shots, rows, allowed)}; error of the"
-        f" sensor {most.sensor:.3g}"
+        f" {most.renderer:.3g} in {seconds.rendering:.3g} s; later stages {most.later:.3g} of the"
+        f" allowed {allowed:g} in {seconds.later:.3g} s{_why(figures, shots, rows, allowed)}; error"
+        f" of the sensor {most.sensor:.3g}"
     )
     _record_figure(most.whole, "statistical", label, WHOLE)
-    for one in found:
+    for one in figures:
         of = f"electrons of {one.capture}"
         _record_figure(one.renderer, "statistical", f"{of}: renderer", RENDERER, one.capture)
         label = f"{of}: all after the renderer"
@@ -480,7 +564,7 @@ def state(
             np.inf,
             UNIT,
         )
-    for term in terms[shots[-1].capture][1]:
+    for term in terms[shots[-1].capture].others:
         ledger.left_out(
             term.label, "no error of a pixel's electrons follows from it", term.value, term.unit
         )
@@ -493,23 +577,36 @@ def _record_figure(
     ledger.record(term)
 
 
-def _why(found: list[Figures], shots, rows, allowed) -> str:
+def _why(
+    figures: Sequence[Figures], shots: Sequence[Electrons], rows: Sequence[Row], allowed: float
+) -> str:
     """Return which error is most of what is more than allowed; nothing where all is within."""
-    most = max(found, key=lambda one: one.later)
+    most = max(figures, key=lambda one: one.later)
     if most.later <= allowed:
         return ""
     shot = next(s for s in shots if s.capture == most.capture)
     alone = replace(shot, maps=None, renderer=np.zeros_like(shot.renderer))
-    causes = [(figures_of(alone, [term]).later, term) for term in _terms_of(shot, rows)[0]]
+    causes = [(_later(alone, [term]), term.label) for term in _terms_of(shot, rows).of_electrons]
     if shot.maps:
-        causes.append((figures_of(replace(alone, maps=shot.maps), []).later, shot.maps))
-    share, cause = max(causes, key=lambda one: one[0])
-    return f"; more than allowed, {share:.3g} of it by: {cause.label}"
+        causes.append((_later(replace(alone, maps=shot.maps), []), shot.maps.label))
+    share, label = max(causes, key=lambda one: one[0])
+    return f"; more than allowed, {share:.3g} of it by: {label}"
 
 
-def seconds(rows: list[Row], camera: str, scene) -> tuple[float, float]:
-    """Return the seconds that one camera's picture took: of the rendering, in this run or when it
-    was stored, and of all after it.
+def _later(shot: Electrons, terms: Sequence[ErrorTerm]) -> float:
+    """Return the figure of a capture that is not all saturated, for these stages alone."""
+    figures = figures_of(shot, terms)
+    return figures.later if figures else 0.0
+
+
+def seconds(rows: Sequence[Row], camera: str, scene: xr.Dataset) -> Seconds:
+    """Return the seconds that one camera's picture took.
+
+    Parameters
+    ----------
+    rows : of the ledger.
+    camera : name of the camera.
+    scene : scene radiance, which says how long it was rendered.
     """
     own = [
         row.seconds
@@ -517,4 +614,4 @@ def seconds(rows: list[Row], camera: str, scene) -> tuple[float, float]:
         if row.kind in ("radiance", "lighting", "lens")
         or row.stage in (f"sensor {camera}", f"isp {camera}")
     ]
-    return float(scene.attrs.get("rendered_s", 0.0)), sum(own)
+    return Seconds(float(scene.attrs.get("rendered_s", 0.0)), sum(own))

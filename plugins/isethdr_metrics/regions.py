@@ -31,20 +31,26 @@ def check_pair(picture, truth) -> None:
 
 
 def luminances(picture, truth):
-    """Return Y of picture and truth and which pixels are valid, each (y, x)."""
+    """Return Y of picture and truth and which pixels are valid, each (y, x); not to be changed."""
     check_pair(picture, truth)
-    return (
-        picture["xyz"].values[..., 1].astype(float),
-        truth["xyz"].values[..., 1].astype(float),
-        picture["valid"].values,
-    )
+    return _luminance(picture), _luminance(truth), picture["valid"].values
+
+
+def _luminance(picture) -> np.ndarray:
+    return once("luminance", (picture,), lambda: picture["xyz"].values[..., 1].astype(float))
 
 
 def luminance_variance(picture) -> np.ndarray:
     """Return the variance (y, x) of the luminance of a pixel, (cd/m2)^2: temporal and fixed
-    pattern.
+    pattern; not to be changed.
     """
-    return total_variance(picture).values[..., 1].astype(float)
+
+    def variance():
+        # of this one channel: the sum over all three would take three times as long
+        of_luminance = picture.isel(xyz_channel=[1])
+        return total_variance(of_luminance).values[..., 0].astype(float)
+
+    return once("luminance variance", (picture,), variance)
 
 
 def variance_stated(picture, score: str, unit: str) -> bool:

@@ -13,10 +13,10 @@ from isethdr_mitsuba.renderer import MitsubaRenderer
 
 import isethdr_core as hdr
 from isethdr_core.physics.photometry import xyz_weights
-from isethdr_core.pipeline.chain import Camera
 from isethdr_core.plugins.registry import build
 from isethdr_core.truth import truth
 from isethdr_core.uncertainty import propagation, score_errors
+from isethdr_core.uncertainty.changed_scenes import ScoredShot
 
 SEEDS = 12
 
@@ -37,7 +37,9 @@ def test_the_stated_error_of_electrons_agrees_with_repeats(make, pitch_um):
             "lens", "ideal", f_number=2.0, focal_length_mm=6e-3 * 64 / mixed.attrs["field_width"]
         )(mixed)
         sensor = build("sensor", "bayer", pitch_um=pitch_um)
-        (shot,) = propagation.electrons(sensor(light, hdr.generator(seed=0)), light, mixed, scene)
+        (shot,) = propagation.electrons(
+            propagation.Exposure(sensor(light, hdr.generator(seed=0)), light, mixed, scene)
+        )
         expected.append(sensor.expected(light).values[0])
         stated.append(np.where(shot.unsaturated, shot.renderer / shot.sigma, np.nan))
         sigma = shot.sigma
@@ -89,10 +91,11 @@ def test_the_stated_error_of_scores_agrees_with_repeats(make):
             "lens", "ideal", f_number=2.0, focal_length_mm=3e-3 * 48 / mixed.attrs["field_width"]
         )(mixed)
         picture = again(light)
-        camera = Camera(None, picture, truth(mixed, picture), None)
-        found = [s for metric in metrics for s in metric(picture, camera.truth, None)]
-        stated = score_errors.of_scores(camera, found, metrics, mixed, scene, light, again)
-        for s in found:
+        reference = truth(mixed, picture)
+        one = [s for metric in metrics for s in metric(picture, reference, None)]
+        shot = ScoredShot(picture, reference, None, one, light, mixed, scene, again)
+        stated = score_errors.of_scores(shot, metrics)
+        for s in one:
             scores.setdefault(s.metric, []).append(s.value)
         for term in stated.terms:
             errors.setdefault(term.part, []).append(term.value)

@@ -13,10 +13,10 @@ pytest.importorskip("mitsuba")
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
 import isethdr_core as hdr
-from isethdr_core.pipeline.chain import Camera
 from isethdr_core.runs.noise_realisations import over_draws
 from isethdr_core.truth import truth
 from isethdr_core.uncertainty import score_errors
+from isethdr_core.uncertainty.changed_scenes import ScoredShot
 
 METRICS = ("ideal", "snr_curve", "dynamic_range", "ciede2000", "ssim", "log_luminance_error")
 SEEDS, SAMPLES = range(12), 96
@@ -42,9 +42,8 @@ def scores_of(scene, noise: str, shots: int) -> list:
         [s for metric in metrics for s in metric(shot(light, k), reference, None)]
         for k in range(shots)
     ]
-    camera = Camera(None, picture, reference, None)
-    found = score_errors.of_scores(camera, draws[0], metrics, mixed, scene, light, shot)
-    return over_draws(draws, found.errors)
+    scored = ScoredShot(picture, reference, None, draws[0], light, mixed, scene, shot)
+    return over_draws(draws, score_errors.of_scores(scored, metrics).errors)
 
 
 @pytest.mark.slow

@@ -53,7 +53,7 @@ def shots_of(flares):
         light = lens(mixed, flares)
     sensor = hdr.build("sensor", "bayer", pitch_um=4.0, exposure_s=0.004)
     captures = sensor(light, hdr.generator(seed=0))
-    shots = propagation.electrons(captures, light, mixed, mixed)
+    shots = propagation.electrons(propagation.Exposure(captures, light, mixed, mixed))
     return propagation.with_parts(shots, captures, rows), rows
 
 
@@ -75,7 +75,7 @@ def test_it_is_the_figure_of_the_picture_and_its_cause():
 
     def stated(one, its_rows):
         with ledger.stage(ledger.Ledger(), "picture bayer") as row:
-            propagation.state([one], its_rows, 0.1, (0.0, 0.0))
+            propagation.record_figures([one], its_rows, 0.1, propagation.Seconds(0.0, 0.0))
         [figure] = [t.value for t in row.errors if t.source.key == AFTER_RENDERER]
         assert row.errors[0].unit == UNIT
         return figure, row.errors[0].label

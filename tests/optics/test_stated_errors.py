@@ -57,10 +57,10 @@ def stated(lens, flares, mixed, exposure_s) -> Stated:
     )
     captures = sensor(light, hdr.generator(seed=0))
     errors = TrivialPlan(lens, flares).light_errors
-    shots = propagation.electrons(captures, light, mixed, mixed, 0.0, errors)
+    shots = propagation.electrons(propagation.Exposure(captures, light, mixed, mixed), 0.0, errors)
     [shot] = propagation.with_parts(shots, captures, rows)
     with ledger.stage(ledger.Ledger(), "picture") as row:
-        propagation.state([shot], rows, 0.1, (0.0, 0.0))
+        propagation.record_figures([shot], rows, 0.1, propagation.Seconds(0.0, 0.0))
     figure = next(e.value for e in row.errors if e.source.key == AFTER_RENDERER)
     return Stated(shot, captures, figure, rows)
 

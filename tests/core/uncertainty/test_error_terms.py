@@ -50,7 +50,7 @@ def shot_of(seed: int, capture: str = "a", pixels: int = 400, **fields) -> Elect
 
 def stated(shots, rows) -> list[ErrorTerm]:
     with ledger.stage(Ledger(), "picture") as row:
-        propagation.state(shots, rows, 0.1, (0.0, 0.0))
+        propagation.record_figures(shots, rows, 0.1, propagation.Seconds(0.0, 0.0))
     return row.errors
 
 

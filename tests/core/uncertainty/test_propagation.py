@@ -48,7 +48,11 @@ def noisy(relative, level=100.0):
 def shots_of(scene, mixed, light, **fields):
     sensor = build("sensor", "bayer", **fields)
     captures = sensor(light, hdr.generator(seed=0))
-    return propagation.electrons(captures, light, mixed, scene), captures, sensor
+    return (
+        propagation.electrons(propagation.Exposure(captures, light, mixed, scene)),
+        captures,
+        sensor,
+    )
 
 
 def test_a_tile_per_pixel_has_its_tile_s_noise():
@@ -130,7 +134,7 @@ def test_what_a_lens_knows_of_its_kernels_takes_the_place_of_what_it_stated():
 
 def _said(shots, rows, allowed):
     with ledger.stage(ledger.Ledger(), "picture") as row:
-        propagation.state(shots, rows, allowed, (0.0, 0.0))
+        propagation.record_figures(shots, rows, allowed, propagation.Seconds(0.0, 0.0))
     return row.errors[0].label
 
 
@@ -273,7 +277,7 @@ def test_noise_stated_as_one_number_is_taken_for_all_direct_light():
             )
         ]
     )
-    (shot,) = propagation.electrons(captures, light, mixed, scene, whole)
+    (shot,) = propagation.electrons(propagation.Exposure(captures, light, mixed, scene), whole)
     np.testing.assert_allclose(shot.renderer, 0.03 * shot.image, rtol=1e-12)
 
 
@@ -307,7 +311,7 @@ def test_some_pixels_hold_what_they_hold_among_all():
         light, hdr.generator(seed=0)
     )
     (few,), (every,) = (
-        propagation.electrons(c, light, mixed, scene)
+        propagation.electrons(propagation.Exposure(c, light, mixed, scene))
         for c in (propagation.some_of(captures), captures)
     )
     for name in ("total", "image", "renderer", "sigma", "unsaturated"):
@@ -330,5 +334,5 @@ def test_noise_that_is_not_known_is_said_to_be_so():
     (shot,), *_ = shots_of(scene, mixed, light, pitch_um=3.0, exposure_s=0.004)
     rows = ledger.Ledger()
     with ledger.stage(rows, "picture"):
-        propagation.state([shot], [Row("radiance")], 0.1, (0.0, 0.0))
+        propagation.record_figures([shot], [Row("radiance")], 0.1, propagation.Seconds(0.0, 0.0))
     assert [(o.what, o.bound) for o in rows[0].left_out] == [("noise of the renderer", np.inf)]

@@ -4,6 +4,8 @@ parts, and who is asked what.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -13,10 +15,10 @@ from isethdr_core.data.scores import Score
 from isethdr_core.data.temporal_modulation import stacked, time_mean
 from isethdr_core.physics.detector.temporal_modulation import Modulation
 from isethdr_core.physics.radiometry import photons_per_energy
-from isethdr_core.pipeline.chain import Camera
 from isethdr_core.plugins.registry import build
 from isethdr_core.truth import make_picture, truth
-from isethdr_core.uncertainty import score_errors
+from isethdr_core.uncertainty import changed_scenes, score_errors
+from isethdr_core.uncertainty.changed_scenes import Pair, ScoredShot
 from isethdr_core.uncertainty.render_noise import (
     HALVES,
     NOISE,
@@ -30,9 +32,13 @@ SMALL, LARGE = (12, 16), (288, 300)  # the latter is cut into parts
 LEVEL = 100.0  # cd/m2
 
 
-def seen(relative, tiles=SMALL):
-    """Return (camera, scene, mixed, light, again) of a uniform field whose halves differ so much in
-    every tile; a camera with three colours in every pixel.
+def uniform_shot(relative, tiles=SMALL):
+    """Return the shot of a uniform field by a camera with three colours in every pixel.
+
+    Parameters
+    ----------
+    relative : half of the relative difference of the half buffers, of each tile or of all.
+    tiles : rows and columns, of tiles and pixels alike.
     """
     scene = build(
         "scene", "uniform", width=tiles[1], height=tiles[0], luminance_cd_m2=LEVEL, step_nm=50.0
@@ -62,21 +68,21 @@ def seen(relative, tiles=SMALL):
     )
     true = truth(mixed, grid)
 
-    def again(changed):
+    def expose(changed):
         return true.assign(
             xyz=true.xyz.copy(
                 data=true.xyz.values * (changed.values[3] / light.values[3])[..., None]
             )
         )
 
-    return Camera(None, true, true, None), scene, mixed, light, again
+    return ScoredShot(true, true, None, [], light, mixed, scene, expose)
 
 
-def stated(metrics, camera, scene, mixed, light, again, **count):
+def stated(metrics, shot, **count):
     """Return {score: (rms error, what it says)}."""
-    scores = [s for metric in metrics for s in metric(camera.picture, camera.truth, camera.labels)]
-    found = score_errors.of_scores(camera, scores, metrics, mixed, scene, light, again, **count)
-    return {term.part: (term.value, term.label) for term in found.terms}
+    scores = [s for metric in metrics for s in metric(shot.picture, shot.truth, shot.labels)]
+    errors = score_errors.of_scores(replace(shot, scores=scores), metrics, **count)
+    return {term.part: (term.value, term.label) for term in errors.terms}
 
 
 class Mean:
@@ -95,18 +101,18 @@ class PartMean(Mean):
 
 
 def test_a_mean_scatters_as_independent_tiles_do():
-    error, said = stated([Mean()], *seen(0.1), count=60)["mean"]
+    error, said = stated([Mean()], uniform_shot(0.1), count=60)["mean"]
     # an rms of 60 draws is known to 9 %: three of these
     assert error == pytest.approx(0.1 / np.sqrt(np.prod(SMALL)), rel=0.27) and "60 changes" in said
 
 
 def test_parts_tell_it_of_the_whole():
-    error, said = stated([PartMean()], *seen(0.1, LARGE))["mean"]
-    # the scatter of nine parts is known to 25 %: three of these
+    error, said = stated([PartMean()], uniform_shot(0.1, LARGE))["mean"]
+    # the scatter of six parts is known to 32 %: three of these
     assert (
-        error == pytest.approx(0.1 / np.sqrt(np.prod(LARGE)), rel=0.75)
-        and "9 parts" in said
-        and "factor of 1.6" in said
+        error == pytest.approx(0.1 / np.sqrt(np.prod(LARGE)), rel=0.96)
+        and "6 parts" in said
+        and "factor of 1.8" in said
     )
 
 
@@ -115,7 +121,7 @@ def test_what_noise_adds_to_one_side_is_stated_too(metric, tiles):
     """The mean square of 1 + n with n of variance v is 1 + v: a shift that no number of tiles
     averages out.
     """
-    error, said = stated([metric], *seen(0.4, tiles), count=30)["mean"]
+    error, said = stated([metric], uniform_shot(0.4, tiles), count=30)["mean"]
     # the mean shift itself scatters by 2 v^(1/2) over the root of tiles and changes: 0.3 % of the
     # large one, 7 % of the small: three of these
     assert float(said.split("of it ")[1].split(" to")[0]) == pytest.approx(
@@ -129,15 +135,16 @@ def test_no_light_becomes_negative():
     """Halves that differ by more than the light itself, as rounding and pooling may leave them,
     differ by all of it: each tile has twice its light or none.
     """
-    error, _ = stated([Mean(2)], *seen(5.0))["mean"]
-    assert error == stated([Mean(2)], *seen(1.0))["mean"][0]
+    error, _ = stated([Mean(2)], uniform_shot(5.0))["mean"]
+    assert error == stated([Mean(2)], uniform_shot(1.0))["mean"][0]
     assert error == pytest.approx(
         1.0, rel=0.15
     )  # the mean of 0 and 4, less 1; 2 / sqrt(192 tiles) of scatter
 
 
 def test_groups_weigh_as_in_the_light_and_a_single_pass_says_nothing():
-    _, scene, mixed, _, _ = seen(0.1)
+    shot = uniform_shot(0.1)
+    scene, mixed = shot.scene, shot.mixed
     doubled = mixed.copy(data=mixed.values * 2)
     doubled.attrs["weights"] = {g: 2 * w for g, w in mixed.attrs["weights"].items()}
     np.testing.assert_allclose(
@@ -149,34 +156,35 @@ def test_groups_weigh_as_in_the_light_and_a_single_pass_says_nothing():
 
 
 def test_noise_without_halves_leaves_scores_without_errors_and_says_so():
-    camera, scene, mixed, light, again = seen(0.1)
+    shot = uniform_shot(0.1)
+    scene = shot.scene
     for noisy, said in (
         (scene.drop_vars(HALVES), []),
         (scene.drop_vars(HALVES).assign({NOISE: scene[HALVES]}), ["renderer noise in scores"]),
     ):
-        found = score_errors.of_scores(camera, [], [Mean()], mixed, noisy, light, again)
+        found = score_errors.of_scores(replace(shot, scene=noisy), [Mean()])
         assert found.errors == {} and found.terms == ()
         assert [left.what for left in found.left_out] == said
 
 
 def test_light_that_was_spread_stays():
-    camera, scene, mixed, light, again = seen(0.1)
+    shot = uniform_shot(0.1)
+    light, mixed = shot.light, shot.mixed
     np.testing.assert_allclose(direct_share(light, mixed), 1.0, rtol=1e-6)  # float32
     veiled = light.copy(data=light.values * 4)
     np.testing.assert_allclose(direct_share(veiled, mixed), 0.25, rtol=1e-6)
-    assert (
-        direct_share(light.copy(data=light.values / 2), mixed) == 1.0
-    ).all()  # a lens may lose light that comes straight
-    straight, _ = stated([Mean()], camera, scene, mixed, light, again)["mean"]
+    # a lens may lose light that comes straight
+    assert (direct_share(light.copy(data=light.values / 2), mixed) == 1.0).all()
+    straight, _ = stated([Mean()], shot)["mean"]
     # three quarters of the light are veil: the picture is four times as bright, and moves as much
     # as before
-    assert stated(
-        [Mean()], Camera(None, again(veiled), camera.truth, None), scene, mixed, veiled, again
-    )["mean"][0] == pytest.approx(straight, rel=1e-4)
+    behind_veil = replace(shot, picture=shot.expose(veiled), light=veiled)
+    assert stated([Mean()], behind_veil)["mean"][0] == pytest.approx(straight, rel=1e-4)
 
 
 def test_photocurrent_is_as_straight_as_the_light_it_is_made_of():
-    _, _, mixed, light, _ = seen(0.1)
+    shot = uniform_shot(0.1)
+    mixed, light = shot.mixed, shot.light
     efficiency = np.stack(
         [np.linspace(0.1, 0.6, len(mixed.wavelength)), np.linspace(0.5, 0.0, len(mixed.wavelength))]
     )
@@ -196,27 +204,52 @@ def test_photocurrent_is_as_straight_as_the_light_it_is_made_of():
 
 
 def test_light_that_varies_in_time_changes_in_all_its_components():
-    camera, scene, mixed, light, again = seen(0.1)
+    shot = uniform_shot(0.1)
+    light, mixed = shot.light, shot.mixed
     quarters = [light.copy(data=light.values * share) for share in (0.25, 0.75)]
     varying = stacked(["lamp", "sun"], [Modulation(100.0, 0.5, 0.0, 0.0), Modulation()], quarters)
     np.testing.assert_allclose(direct_share(varying, mixed), 1.0, rtol=1e-6)
-    whole, _ = stated([Mean()], camera, scene, mixed, light, again)["mean"]
-    changed, _ = stated(
-        [Mean()], camera, scene, mixed, varying, lambda light: again(time_mean(light))
-    )["mean"]
+    whole, _ = stated([Mean()], shot)["mean"]
+    exposed = replace(shot, light=varying, expose=lambda light: shot.expose(time_mean(light)))
+    changed, _ = stated([Mean()], exposed)["mean"]
     np.testing.assert_allclose(changed, whole, rtol=1e-4)  # float32
 
 
-def test_parts_are_all_of_the_picture_each_with_some_of_every_row_and_column():
-    lists = score_errors._parts(seen(0.1, LARGE)[0].truth)
+def test_parts_are_all_of_the_picture_three_of_them_have_some_of_every_row_and_column():
+    parts = changed_scenes.parts_of(uniform_shot(0.1, LARGE).truth)
+    across = changed_scenes.PARTS_ACROSS
     count = np.zeros(LARGE, int)
-    for parts in lists:
-        assert sorted(int(r) for p in parts for r in p["y"]) == list(range(LARGE[0]))
-        assert sorted(int(c) for p in parts for c in p["x"]) == list(range(LARGE[1]))
-        for p in parts:
-            count[np.ix_(p["y"], p["x"])] += 1
-    assert (count == 1).all() and len(lists) == score_errors.SIDE
-    assert score_errors._parts(seen(0.1)[0].truth) == []
+    for p in parts:
+        count[np.ix_(p["y"], p["x"])] += 1
+    assert (count == 1).all() and len(parts) == across**2
+    for k in range(0, len(parts), across):
+        three = parts[k : k + across]
+        assert sorted(int(r) for p in three for r in p["y"]) == list(range(LARGE[0]))
+        assert sorted(int(c) for p in three for c in p["x"]) == list(range(LARGE[1]))
+    assert changed_scenes.parts_of(uniform_shot(0.1).truth) == []
+
+
+def test_each_block_is_the_first_in_half_of_the_joined_pictures():
+    first = Pair(*[uniform_shot(0.1, LARGE).truth] * 2)
+    second = Pair(*[first.truth.assign(xyz=first.truth.xyz * 2)] * 2)
+    pairs = list(changed_scenes.joined_in_blocks(first, second, 6))
+    shares = [pair.picture.xyz.values / first.truth.xyz.values for pair in pairs]
+    assert all(set(np.unique(share)) == {1.0, 2.0} for share in shares)
+    np.testing.assert_array_equal(sum(shares), 9.0)  # three times 1 and three times 2
+    for pair in pairs:
+        np.testing.assert_array_equal(pair.picture.xyz.values, pair.truth.xyz.values)
+
+
+def test_pictures_joined_of_blocks_tell_scatter_and_shift():
+    """The mean of a large picture scatters as its tiles do; its mean square shifts, too."""
+    mean, said = stated([Mean()], uniform_shot(0.1, LARGE))["mean"]
+    # five degrees of freedom: known to a third; two of these
+    assert mean == pytest.approx(0.1 / np.sqrt(np.prod(LARGE)), rel=0.67)
+    assert "6 pictures" in said
+    square, said = stated([Mean(2)], uniform_shot(0.4, LARGE))["mean"]
+    # opposite lots cancel: the shift is exact but for float32, the scatter 2 % of it
+    assert float(said.split("of it ")[1].split(" to")[0]) == pytest.approx(0.16, rel=1e-3)
+    assert square == pytest.approx(0.16, rel=0.001)
 
 
 def test_how_well_the_rms_of_few_changes_is_known():
@@ -231,7 +264,7 @@ def test_how_well_the_rms_of_few_changes_is_known():
 
 
 def test_objects_are_left_out_of_changes_where_they_do_not_matter():
-    asked, (camera, *rest) = [], seen(0.1, LARGE)
+    asked, shot = [], uniform_shot(0.1, LARGE)
     labels = xr.Dataset(
         {"instance": (("y", "x"), np.arange(np.prod(LARGE), dtype=np.uint32).reshape(LARGE) % 3)}
     )  # two objects, and none
@@ -254,9 +287,7 @@ def test_objects_are_left_out_of_changes_where_they_do_not_matter():
             )
         ]
 
-    found = stated(
-        [of_objects, whole, with_objects], Camera(None, camera.picture, camera.truth, labels), *rest
-    )
+    found = stated([of_objects, whole, with_objects], replace(shot, labels=labels))
     once = score_errors.CHANGES + 1  # and the smoothed scene
     assert {name: asked.count(name) for name in asked} == {
         "objects": 2,
@@ -267,22 +298,23 @@ def test_objects_are_left_out_of_changes_where_they_do_not_matter():
     }
     assert (
         list(found) == ["mean", "of objects"]
-        and f"by {score_errors.CHANGES} changes of the scene, right within a factor of 1.7"
+        and f"by {score_errors.CHANGES} pictures of two opposite changes of the scene, right within a factor of 1.8"
         in found["mean"][1]
     )
 
 
 def test_every_score_of_a_small_picture_has_an_error_those_of_objects_too():
-    camera, scene, mixed, light, again = seen(0.1)
-    camera.labels = xr.Dataset({"instance": (("y", "x"), np.ones(SMALL, np.uint32))})
+    labels = xr.Dataset({"instance": (("y", "x"), np.ones(SMALL, np.uint32))})
+    shot = replace(uniform_shot(0.1), labels=labels)
+    unchanged = float(shot.picture.xyz.mean())
 
     def both(picture, truth, labels):
         mean = float(picture.xyz.mean())
-        rare = [Score("rare", 1.0, "dB")] if mean == float(camera.picture.xyz.mean()) else []
+        rare = [Score("rare", 1.0, "dB")] if mean == unchanged else []
         return [Score("mean", mean, "cd m-2"), Score("mean", 2 * mean, "cd m-2", "car"), *rare]
 
-    scores = both(camera.picture, camera.truth, camera.labels)
-    found = score_errors.of_scores(camera, scores, [both], mixed, scene, light, again)
+    scores = both(shot.picture, shot.truth, labels)
+    found = score_errors.of_scores(replace(shot, scores=scores), [both])
     errors = found.errors
     frame, car = (errors["mean", "cd m-2", name] for name in ("", "car"))
     assert frame.standard_error > 0
@@ -295,11 +327,11 @@ def test_every_score_of_a_small_picture_has_an_error_those_of_objects_too():
 
 
 def test_objects_of_a_large_picture_are_said_to_lack_renderer_noise():
-    camera, scene, mixed, light, again = seen(0.1, LARGE)
-    camera.labels = xr.Dataset({"instance": (("y", "x"), np.ones(LARGE, np.uint32))})
+    labels = xr.Dataset({"instance": (("y", "x"), np.ones(LARGE, np.uint32))})
     scores = [Score("mean", 1.0, "", "car")]
     metric = lambda picture, truth, labels: scores
-    found = score_errors.of_scores(camera, scores, [metric], mixed, scene, light, again)
+    shot = replace(uniform_shot(0.1, LARGE), labels=labels, scores=scores)
+    found = score_errors.of_scores(shot, [metric])
     assert found.errors == {} and [left.what for left in found.left_out] == [
         "renderer noise in scores of objects"
     ]
@@ -333,19 +365,19 @@ def test_smoothing_tells_how_far_noise_has_shifted_a_score():
     """
     rng = np.random.default_rng(9)
     noise = 0.3
-    camera, scene, mixed, light, _ = seen(noise * rng.standard_normal(SMALL))
+    quiet = uniform_shot(noise * rng.standard_normal(SMALL))
     noisy = 1 + noise * rng.standard_normal(SMALL)
-    mixed = mixed.copy(data=mixed.values * noisy)
-    light = light.copy(data=light.values * noisy)
-    picture = camera.picture.assign(xyz=camera.picture.xyz * noisy[..., None])
-    camera = Camera(None, picture, picture, None)
+    mixed = quiet.mixed.copy(data=quiet.mixed.values * noisy)
+    light = quiet.light.copy(data=quiet.light.values * noisy)
+    picture = quiet.picture.assign(xyz=quiet.picture.xyz * noisy[..., None])
 
-    def again(changed):
+    def expose(changed):
         share = changed.values[3] / light.values[3]
         return picture.assign(xyz=picture.xyz.copy(data=picture.xyz.values * share[..., None]))
 
     scores = Mean(2)(picture, picture)
-    errors = score_errors.of_scores(camera, scores, [Mean(2)], mixed, scene, light, again).errors
+    shot = ScoredShot(picture, picture, None, scores, light, mixed, quiet.scene, expose)
+    errors = score_errors.of_scores(shot, [Mean(2)]).errors
     error = errors["mean", "", ""]
     # the window's mean keeps a ninth of the variance, tiles that differ by chance keep more
     assert -1.1 * noise**2 < error.less_noise < -0.4 * noise**2
@@ -359,10 +391,12 @@ def test_a_score_that_rests_on_few_tiles_is_known_with_fewer_degrees_of_freedom(
     trials, tiles, changes = 20000, score_errors.FEW_TILES, score_errors.CHANGES
     halves = rng.standard_normal((trials, 1, tiles))
     signs = np.where(rng.random((trials, changes, tiles)) < 0.5, 1.0, -1.0)
-    scatter = (signs * halves).sum(-1).std(axis=1, ddof=1)
+    changes_of_score = (signs * halves).sum(-1)
+    scatter = changes_of_score.std(axis=1, ddof=1)
     off = np.abs(rng.standard_normal((trials, tiles)).sum(-1))
-    one = {("a", "", ""): [0.0] * (changes - 1) + [1.0]}
-    freedom = score_errors._errors(one, {("a", "", ""): [0.0]})["a", "", ""].degrees_of_freedom
+    movement = score_errors._of_lots(changes_of_score[0])
+    assert movement.scatter == pytest.approx(scatter[0])
+    freedom = score_errors._error(movement, 0.0).degrees_of_freedom
     inside = {f: np.mean(off < student_factor(f) * scatter) for f in (freedom, changes - 1)}
     # chance: 0.0015; the two estimates make the tails a little heavier than Student's
     assert 0.94 < inside[freedom] < 0.965

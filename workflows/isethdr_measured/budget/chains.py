@@ -126,14 +126,17 @@ def _stated(plan, rows, mixed, light, scene, truth, fraction) -> float:
     """Return what the last line of a run's ledger says of everything after the renderer, the worst
     capture's.
     """
-    shots = propagation.electrons(truth[0], light, mixed, scene, 0.0, plan.light_errors)
+    exposure = propagation.Exposure(truth[0], light, mixed, scene)
+    shots = propagation.electrons(exposure, 0.0, plan.light_errors)
+    shots = propagation.with_parts(shots, truth[0], rows)
     with ledger.stage(Ledger(), "picture") as row:
-        propagation.state(propagation.with_parts(shots, truth[0], rows), rows, fraction, (0.0, 0.0))
+        propagation.record_figures(shots, rows, fraction, propagation.Seconds(0.0, 0.0))
     return max(e.value for e in row.errors if e.source.key == propagation.AFTER_RENDERER)
 
 
 def _electrons(light, mixed, scene, truth):
-    return [shot.total for shot in propagation.electrons(truth[0], light, mixed, scene)]
+    exposure = propagation.Exposure(truth[0], light, mixed, scene)
+    return [shot.total for shot in propagation.electrons(exposure)]
 
 
 def exact(parts: Chain, scene) -> list:
@@ -167,10 +170,7 @@ def exact(parts: Chain, scene) -> list:
     (sensor,) = parts.cameras.values()
     captures = sensor(light, generator(seed=0))
     shots = propagation.electrons(
-        captures,
-        light,
-        mixed,
-        scene,
+        propagation.Exposure(captures, light, mixed, scene),
         0.0,
         lambda mean, weights: lens.spread_errors(mean, flares, weights),
     )

@@ -1,0 +1,95 @@
+"""The share of the truth machinery in a run: CPU seconds of noise realisations, score intervals and
+picture statements over those of everything after the radiance.
+
+The machinery is what a run would not spend with one noise realisation, without intervals of scores
+and without the statement of how wrong a picture is: the ledger rows `draws`, `scores` and
+`picture`. The first realisation, its scores and the reference pictures belong to the run itself.
+
+The radiance is read from its store, or rendered first. Kernels of the lens are those found on disk,
+or made. The noise has a new seed, so that nothing after the radiance is found in a store. Run:
+
+    python benchmarks/truth_machinery.py [overrides of the config]
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from unittest import mock
+
+MACHINERY = ("draws", "scores", "picture")
+BEFORE = ("plan", "scene", "renderer", "store", "radiance")
+
+
+class Clock:
+    """CPU seconds of this process, per kind of ledger row, and when the radiance was there."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self.radiance_s = 0.0
+        self.stored_s = 0.0
+        self._running = 0
+
+    def watch(self, stage):
+        """Return `ledger.stage` with its outermost rows timed."""
+
+        @contextmanager
+        def timed(rows, title: str) -> Iterator:
+            start, self._running = time.process_time(), self._running + 1
+            try:
+                with stage(rows, title) as row:
+                    yield row
+            finally:
+                self._running -= 1
+                if not self._running:
+                    self._add(title.partition(" ")[0], time.process_time() - start)
+
+        return timed
+
+    def _add(self, kind: str, seconds: float) -> None:
+        self.seconds[kind] = self.seconds.get(kind, 0.0) + seconds
+        if kind in BEFORE:
+            self.radiance_s = time.process_time()
+
+    def stored(self, write_store):
+        """Return `write_store` with the time noted at which it ends."""
+
+        def timed(*args, **options):
+            path = write_store(*args, **options)
+            self.stored_s = time.process_time()
+            return path
+
+        return timed
+
+
+def main() -> None:
+    """Run the main job with the overrides of the command line, and print its shares."""
+    import isethdr_core as hdr
+    from isethdr_core.storage import store
+    from isethdr_core.uncertainty import ledger
+
+    clock = Clock()
+    # as `isethdr_core.run`, the module has the name of a function that the package exports
+    import_module("isethdr_core.runs.run")
+    config = hdr.compose([f"seed={random.SystemRandom().randrange(2**31)}", *sys.argv[1:]])
+    with (
+        mock.patch.object(ledger, "stage", clock.watch(ledger.stage)),
+        mock.patch.object(store, "write_store", clock.stored(store.write_store)),
+    ):
+        hdr.run(config)
+    end_s = time.process_time()
+    machinery = sum(clock.seconds.get(kind, 0.0) for kind in MACHINERY)
+    for kind, seconds in clock.seconds.items():
+        print(f"{kind:10s} {seconds:7.2f}" + ("  machinery" if kind in MACHINERY else ""))
+    to_store, to_end = clock.stored_s - clock.radiance_s, end_s - clock.radiance_s
+    print(f"\nmachinery: {machinery:.2f} CPU s")
+    print(f"radiance to written store: {to_store:.2f} CPU s, share {machinery / to_store:.3f}")
+    print(f"radiance to end, with the report: {to_end:.2f} CPU s, share {machinery / to_end:.3f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,214 @@
+"""Changed scenes: the picture and the reference picture that a camera would have of a scene whose
+renderer noise is other.
+
+A renderer says by how much the light that either half of its paths found differs from their mean. A
+changed scene shows the light of one half or the other in each tile, by lot (the wild bootstrap: Wu
+1986). It goes through sensor and image processing again, with the same noise of the sensor; the
+reference picture is changed alike. What of the light was spread stays: noise has averaged out in
+it.
+
+Sensor and image processing take most of the time, and a pixel depends on tiles nearby only. So two
+changed pictures serve for many: of one lot and of its opposite, by which every tile shows each half
+once. A picture that is the first in some blocks and the second in the others is that of one more
+lot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..data.reference_picture import seen as mean_over_pixels
+from ..data.temporal_modulation import time_mean
+from . import ledger
+from .render_noise import (
+    direct_share,
+    luminance_cd_m2,
+    on_light,
+    relative_halves,
+    smoothing_change,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..data.scores import Score
+
+# pixels: side of a block, at least. Borders of blocks are no part of the scene; windows of metrics
+# are about 10 wide
+BLOCK = 48
+PARTS_ACROSS = 3  # a picture is cut into PARTS_ACROSS x PARTS_ACROSS parts
+LOT_SEED = 20260  # of its own: the shot's noise must not depend on whether scores are asked for
+
+
+class Pair(NamedTuple):
+    """A picture and its reference picture."""
+
+    picture: xr.Dataset
+    truth: xr.Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class ScoredShot:
+    """One shot of a camera with its scores, and what the camera makes of other light.
+
+    Attributes
+    ----------
+    picture, truth : picture and reference picture on one grid (y, x).
+    labels : labels on that grid, or None.
+    scores : of the picture, as the metrics return them.
+    light : irradiance or photocurrent on the sensor plane that the shot was made of.
+    mixed_radiance : mixed radiance that the light was made of, W m-2 sr-1 nm-1.
+    scene : scene radiance, with `half_difference` where a renderer states it.
+    expose : function(light) -> the picture of it with the shot's own noise.
+    """
+
+    picture: xr.Dataset
+    truth: xr.Dataset
+    labels: xr.Dataset | None
+    scores: Sequence[Score]
+    light: xr.DataArray
+    mixed_radiance: xr.DataArray
+    scene: xr.Dataset
+    expose: Callable[[xr.DataArray], xr.Dataset]
+
+    @property
+    def pair(self) -> Pair:
+        """The picture and its reference picture."""
+        return Pair(self.picture, self.truth)
+
+    @cached_property
+    def mixed(self) -> xr.DataArray:
+        """The mixed radiance, constant over time."""
+        return time_mean(self.mixed_radiance)
+
+    @cached_property
+    def relative_halves(self) -> np.ndarray | None:
+        """The relative difference (y, x) of either half of the paths from their mean; None where
+        the scene does not state it.
+        """
+        return relative_halves(self.scene, self.mixed)
+
+
+@dataclass(frozen=True, eq=False)
+class ChangedScenes:
+    """The pictures that the camera of a shot has of scenes with other renderer noise.
+
+    Attributes
+    ----------
+    shot : of which `relative_halves` is known.
+    """
+
+    shot: ScoredShot
+
+    def by_lot(self, lot: int, opposite: bool = False) -> Pair:
+        """Return the pair with one half of the paths or the other in each tile, by lot.
+
+        Parameters
+        ----------
+        lot : number of the lot; each has random numbers of its own.
+        opposite : each tile shows the other half.
+        """
+        halves = self._halves
+        heads = np.random.default_rng([lot, LOT_SEED]).random(halves.shape) < 0.5
+        return self._changed(np.where(heads != opposite, halves, -halves))
+
+    def smoothed(self) -> Pair:
+        """Return the pair with renderer noise smoothed away where it hides the scene."""
+        return self._changed(smoothing_change(self._halves, self._level_cd_m2))
+
+    @property
+    def _halves(self) -> np.ndarray:
+        halves = self.shot.relative_halves
+        assert halves is not None  # nobody asks for changes of a scene without half buffers
+        return halves
+
+    @cached_property
+    def _level_cd_m2(self) -> np.ndarray:
+        return luminance_cd_m2(self.shot.mixed)
+
+    @cached_property
+    def _true_cd_m2(self) -> np.ndarray:
+        true = mean_over_pixels(self._level_cd_m2, self.shot.mixed, self.shot.picture)
+        return np.where(true > 0, true, 1.0)
+
+    @cached_property
+    def _direct_share(self) -> np.ndarray:
+        return direct_share(self.shot.light, self.shot.mixed)
+
+    def _changed(self, change: np.ndarray) -> Pair:
+        """Return the pair of a scene whose luminance changes by a relative `change` (y, x), all
+        colours alike.
+        """
+        shot = self.shot
+        change_cd_m2 = mean_over_pixels(change * self._level_cd_m2, shot.mixed, shot.picture)
+        of_pixels = (1 + change_cd_m2 / self._true_cd_m2)[..., None]
+        on_sensor = on_light(change.astype(np.float32), shot.mixed, shot.light)
+        factor = (1 + self._direct_share * on_sensor).astype(shot.light.dtype)
+        light = shot.light.copy(data=shot.light.values * factor)
+        # the terms of a changed scene are those of the scene, which have been recorded
+        picture = ledger.collected(lambda: shot.expose(light)).result
+        xyz = shot.truth["xyz"]
+        return Pair(picture, shot.truth.assign(xyz=xyz.copy(data=xyz.values * of_pixels)))
+
+
+def parts_of(picture: xr.Dataset) -> list[dict[str, np.ndarray]]:
+    """Return indices {y, x} of the disjoint parts that a picture is cut into; none of a small one.
+
+    A part holds blocks from all over the picture, so that it is like the whole, and each block is
+    large enough to look like a picture itself.
+    """
+    cuts = {}
+    for dim in ("y", "x"):
+        size = picture.sizes[dim]
+        blocks = size // (PARTS_ACROSS * BLOCK)
+        if blocks < 2:
+            return []
+        strips = np.array_split(np.arange(size), PARTS_ACROSS * blocks)
+        cuts[dim] = [np.concatenate(strips[k::PARTS_ACROSS]) for k in range(PARTS_ACROSS)]
+    # the first ones have some of every row and column
+    return [
+        {"y": cuts["y"][k], "x": cuts["x"][(k + shift) % PARTS_ACROSS]}
+        for shift in range(PARTS_ACROSS)
+        for k in range(PARTS_ACROSS)
+    ]
+
+
+def joined_in_blocks(first: Pair, second: Pair, count: int) -> Iterator[Pair]:
+    """Yield pairs that are the first in some blocks of the picture and the second in the others, by
+    lot; each block is the first in half of them.
+
+    Parameters
+    ----------
+    first, second : on one grid.
+    count : number of pairs, even.
+    """
+    rows, columns = (
+        np.array_split(np.arange(first.picture.sizes[d]), first.picture.sizes[d] // BLOCK)
+        for d in ("y", "x")
+    )
+    blocks = [np.s_[r[0] : r[-1] + 1, c[0] : c[-1] + 1] for r in rows for c in columns]
+    order = np.random.default_rng([count, LOT_SEED]).random((len(blocks), count)).argsort(axis=1)
+    for k in range(count):
+        of_second = [block for block, place in zip(blocks, order[:, k]) if place < count // 2]
+        yield Pair(*(_joined(*both, of_second) for both in zip(first, second)))
+
+
+def _joined(
+    first: xr.Dataset, second: xr.Dataset, blocks: Sequence[tuple[slice, slice]]
+) -> xr.Dataset:
+    """Return `first` with `second` in some blocks of rows and columns."""
+    variables = {}
+    for name, variable in first.data_vars.items():
+        values, other = variable.values, second[name].values
+        if variable.dims[:2] != ("y", "x") or values is other:
+            continue
+        values = values.copy()
+        for block in blocks:
+            values[block] = other[block]
+        variables[name] = variable.copy(data=values)
+    return first.assign(variables)
