@@ -105,10 +105,10 @@ def scores_of(case: str, setting: Setting, scene, noise: str, shots: int = 4) ->
     lens = replace(parts.lens, focal_length_mm=focal_length_mm)
     parts = replace(parts, lens=lens, draws=shots)
     demand = plan(parts, Ledger())
-    made = imaging(parts, mixed, demand)
-    light = made.light()
+    optics = imaging(parts, mixed, demand)
+    light = optics.light()
     random = hdr.generator(seed=0, device="A", scene=noise)
-    shot = Shot(light, mixed, scene, random, made)
+    shot = Shot(light, mixed, scene, random, optics)
     return through_camera(parts, Ledger(), name, shot).scores
 
 

@@ -3,6 +3,7 @@
 | module            | what                                                                       |
 |-------------------|----------------------------------------------------------------------------|
 | `budget`          | the error allowed, and how the stages share it                             |
+| `changed_scenes`  | pictures of the scene with other renderer noise                            |
 | `earlier_terms`   | error terms as stored by earlier versions, and stated by their plugins     |
 | `error_terms`     | stated errors as data: source, quantity, part, value, unit, how known      |
 | `ledger`          | seconds, peak memory, errors and what was left out, per stage              |

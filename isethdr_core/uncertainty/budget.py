@@ -141,7 +141,7 @@ def with_render_error(renderer: Any, given: Allowed) -> Any:
     return replace(renderer, **{name: given.render_error})
 
 
-def budgeted(demand: Demand, given: Allowed, shares: Division | None = None) -> Demand:
+def budgeted(demand: Demand, allowed: Allowed, shares: Division | None = None) -> Demand:
     """Return the demand with the error allowed of all light after the radiance, in the sensors'
     terms and relative.
 
@@ -150,25 +150,28 @@ def budgeted(demand: Demand, given: Allowed, shares: Division | None = None) -> 
 
     Parameters
     ----------
+    demand : with the response of the sensors.
+    allowed : share of the sensors' noise that a config allows.
     shares : who has how much of it; None: the store its own, and the lens the rest.
     """
     if demand.response is None:
         return demand
     shares = shares or division()
-    whole = replace(demand.response, noise_fraction_allowed=given.noise_fraction)
+    whole = replace(demand.response, noise_fraction_allowed=allowed.noise_fraction)
     ledger.error(
         whole.error_allowed,
         "relative",
         "bound",
-        f"allowed of light after the radiance: {given.noise_fraction:g} of the noise at full scale",
+        f"allowed of light after the radiance: {allowed.noise_fraction:g} of the noise at full"
+        " scale",
     )
-    response = replace(whole, noise_fraction_allowed=shares.light * given.noise_fraction)
+    response = replace(whole, noise_fraction_allowed=shares.light * allowed.noise_fraction)
     stored = shares.store * whole.error_allowed
     ledger.error(
         stored,
         "relative",
         "bound",
-        f"of it for the store's rounding, {shares.store * given.noise_fraction:.2g} of the noise",
+        f"of it for the store's rounding, {shares.store * allowed.noise_fraction:.2g} of the noise",
     )
     ledger.error(
         response.error_allowed,
@@ -177,7 +180,7 @@ def budgeted(demand: Demand, given: Allowed, shares: Division | None = None) -> 
         f"of it for lens and flares, {response.noise_fraction_allowed:.2g} of the noise",
     )
     for (who, name), share in shares.told.items():
-        label = f"of it for {who}, {share * given.noise_fraction:.2g} of the noise, as {name}"
+        label = f"of it for {who}, {share * allowed.noise_fraction:.2g} of the noise, as {name}"
         ledger.error(share * whole.error_allowed, "relative", "bound", label)
     return replace(
         demand,

@@ -47,7 +47,13 @@ class ErrorNote:
 
 
 def term_of(note: ErrorNote, kind: str, name: str) -> ErrorTerm:
-    """Return the term of an earlier note that a stage of this kind and name stated."""
+    """Return the term of an earlier note.
+
+    Parameters
+    ----------
+    note : as an earlier version wrote it.
+    kind, name : of the stage that stated it.
+    """
     unit, part = unit_and_part(note.unit, note.part or None)
     # A key set apart what the unit now leaves alike.
     key = f"{note.source}, {note.unit}" if note.source and unit != note.unit else note.source

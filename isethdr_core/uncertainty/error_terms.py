@@ -121,11 +121,11 @@ def of_sum(parts: Iterable[Iterable[ErrorTerm]]) -> list[ErrorTerm]:
     """
     together: dict[tuple[Any, ...], list[ErrorTerm]] = {}
     for terms in parts:
-        seen: dict[tuple[Any, ...], int] = {}
+        positions: dict[tuple[Any, ...], int] = {}
         for term in terms:
             identity = term.identity()
-            count = seen[identity] = seen.get(identity, -1) + 1
-            together.setdefault((identity, count), []).append(term)
+            position = positions[identity] = positions.get(identity, -1) + 1
+            together.setdefault((identity, position), []).append(term)
     return [
         replace(
             max(terms, key=lambda term: term.value), value=total((t.value for t in terms), unit)

@@ -181,6 +181,7 @@ def light_part(name: str, light: xr.DataArray, within_tiles: bool = False) -> No
 
     Parameters
     ----------
+    name : under which terms name the part.
     light : irradiance or photocurrent on the sensor plane, on any grid of tiles.
     within_tiles : `light` is the standard deviation of the light within each tile, of which a pixel
         feels what its borders divide.

@@ -202,6 +202,12 @@ def on_light(tiles: np.ndarray, mixed: xr.DataArray, light: xr.DataArray) -> np.
     over what each tile of the sensor plane looks at.
 
     Where a lens magnifies colours differently the sensor plane reaches a little beyond the field.
+
+    Parameters
+    ----------
+    tiles : values (..., y, x) of the field, any unit.
+    mixed : mixed radiance on the grid of the tiles.
+    light : irradiance or photocurrent on the sensor plane.
     """
     lens, f_m = camera_geometry.map_of(light), light.attrs["focal_length_mm"] * 1e-3
     inside = window.tiles(mixed, [side / f_m for side in full_field(light)])

@@ -121,7 +121,7 @@ def _of_small_picture(
     with shared(shot.labels):
         answers = [_changes(questions, scenes.by_lot(k), objects=True) for k in range(count)]
         smoothed = _changes(questions, scenes.smoothed(), objects=True)
-    movements = {key: _of_lots(found) for key, found in _by_score(answers).items()}
+    movements = {key: _of_lots(values) for key, values in _by_score(answers).items()}
     return _stated(shot.scores, movements, smoothed)
 
 
@@ -158,8 +158,8 @@ def _of_large_picture(
         before = _before(shot.scores)
         every = [*of_whole, *(Question(metric, None, before) for metric in of_parts)]
         less_noise = _changes(every, smoothed)
-    movements = {key: _of_blocks(found) for key, found in _by_score(answers).items()}
-    movements |= {key: _of_parts(found) for key, found in _by_score(samples).items()}
+    movements = {key: _of_blocks(values) for key, values in _by_score(answers).items()}
+    movements |= {key: _of_parts(values) for key, values in _by_score(samples).items()}
     return _stated(frame, movements, less_noise, left_out)
 
 

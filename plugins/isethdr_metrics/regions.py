@@ -56,6 +56,11 @@ def luminance_variance(picture) -> np.ndarray:
 def variance_stated(picture, score: str, unit: str) -> bool:
     """Return whether the picture states its variance; where it does not, say that `score` is left
     out.
+
+    Parameters
+    ----------
+    picture : picture Dataset.
+    score, unit : of the score, for the ledger.
     """
     if variance_known(picture):
         return True

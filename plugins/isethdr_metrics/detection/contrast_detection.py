@@ -105,20 +105,20 @@ class ContrastDetection:
         if not variance_stated(picture, "contrast_detection", "probability"):
             return []
         model, scores = self._model(picture, truth), []
-        asked = once(
+        regions = once(
             ("contrast", self.lowest_contrast_percent, self.reach),
             (truth, labels),
             lambda: self._asked(model.true, labels),
         )
         # all regions at once: many small calls would take several times as long
-        together = Pairs(*(np.concatenate(parts) for parts in zip(*(one.pairs for one in asked))))
+        together = Pairs(*(np.concatenate(parts) for parts in zip(*(one.pairs for one in regions))))
         value = self._probability(model, together)
-        ends = np.cumsum([one.pairs.first.size for one in asked])[:-1]
-        for one, found in zip(asked, np.split(value, ends), strict=True):
+        ends = np.cumsum([one.pairs.first.size for one in regions])[:-1]
+        for one, values in zip(regions, np.split(value, ends), strict=True):
             if one.place is not None:
-                found = np.bincount(one.place, found) / np.bincount(one.place)
-            if found.size:
-                median = median_interval(found, min(found.size, one.pixels // SMOOTH**2))
+                values = np.bincount(one.place, values) / np.bincount(one.place)
+            if values.size:
+                median = median_interval(values, min(values.size, one.pixels // SMOOTH**2))
                 scores.append(Score("contrast_detection", median[0], "", one.name, *median[1:]))
             else:
                 what = f"contrast_detection of {one.name}" if one.name else "contrast_detection"
@@ -196,7 +196,7 @@ class ContrastDetection:
         if pixels.size > FRAME_PIXELS:
             chosen = np.random.default_rng(0).choice(pixels, FRAME_PIXELS, replace=False)
         row, column = np.divmod(chosen, width)
-        places, found = [], []
+        places, counted = [], []
         for dy, dx in steps:
             inside = (0 <= row + dy) & (row + dy < height)
             inside &= (0 <= column + dx) & (column + dx < width)
@@ -204,8 +204,8 @@ class ContrastDetection:
             first = chosen[place]
             pairs, counts = self._with_their_contrast(true, first, first + dy * width + dx)
             places.append(place[counts])
-            found.append(pairs)
-        pairs = Pairs(*(np.concatenate(parts) for parts in zip(*found)))
+            counted.append(pairs)
+        pairs = Pairs(*(np.concatenate(parts) for parts in zip(*counted)))
         # pixels without any pair that counts are none of the frame's
         _, place = np.unique(np.concatenate(places), return_inverse=True)
         return Asked("", pairs, pixels.size, place)
@@ -230,16 +230,15 @@ class ContrastDetection:
         """
         (height, width), left = true.shape, max(-dx, 0)
         across, rows = max(width - abs(dx), 0), max(PIECE // width, 1)
-        least, found = (
-            self.lowest_contrast_percent / 100 * (1 - 1e-9),
-            [np.zeros(0, int)],
-        )  # rounding: decided when the contrast is worked out
+        # less by rounding: decided when the contrast is worked out
+        least = self.lowest_contrast_percent / 100 * (1 - 1e-9)
+        pixels = [np.zeros(0, int)]
         for top in range(0, height - dy, rows):
             a = true[top : min(top + rows, height - dy), left : left + across]
             b = true[top + dy : top + dy + len(a), left + dx : left + dx + across]
             row, column = np.nonzero(np.abs(a - b) > least * (a + b))
-            found.append((top + row) * width + left + column)
-        return np.concatenate(found)
+            pixels.append((top + row) * width + left + column)
+        return np.concatenate(pixels)
 
     def _with_their_contrast(self, true, first, second):
         """Return the pairs that have contrast, and which they are.
@@ -304,10 +303,12 @@ def pair_probability(
         one_electron = _growth(b, b_variance, d, d_variance)
     else:
         one_electron = np.broadcast_to(np.asarray(step, float), values[0].shape).ravel()
-    found = of_signals(
+    probability = of_signals(
         Signal(b, b_variance, one_electron), Signal(d, d_variance, one_electron), k, interval
     )
-    return float(found[0]) if values[0].ndim == 0 else found.reshape(values[0].shape)
+    if values[0].ndim == 0:
+        return float(probability[0])
+    return probability.reshape(values[0].shape)
 
 
 def _growth(bright, bright_variance, dark, dark_variance):
@@ -319,6 +320,11 @@ def _growth(bright, bright_variance, dark, dark_variance):
 
 def both_positive(h, k, rho):
     """Return P(h + u > 0 and k + v > 0) for standard normals u and v of correlation `rho`.
+
+    Parameters
+    ----------
+    h, k : means over their standard deviations, any shape.
+    rho : correlation, -1 to 1, of that shape.
 
     Notes
     -----

@@ -44,6 +44,12 @@ class Mixture(NamedTuple):
 def of_signals(bright: Signal, dark: Signal, contrast, interval: float) -> np.ndarray:
     """Return `contrast_detection.pair_probability` of flat arrays; each signal has its own step.
 
+    Parameters
+    ----------
+    bright, dark : signals of the truly brighter pixel and of the other of each pair.
+    contrast : true Michelson contrast (pair,), above 0.
+    interval : share of the contrast, below 1.
+
     Notes
     -----
     Every signal becomes a mixture of normal distributions, see `representation`. The probability
@@ -164,7 +170,7 @@ def _pieces(pairs, bright: Signal, dark: Signal, of_counts: bool):
 
 def _sum(bright: Mixture, dark: Mixture, contrast, interval: float):
     """Return the probability of mixtures: the weighted sum of that of their components."""
-    found = _wedge(
+    probability = _wedge(
         bright.mean[:, :, None],
         bright.variance[:, None, None],
         dark.mean[:, None, :],
@@ -172,7 +178,7 @@ def _sum(bright: Mixture, dark: Mixture, contrast, interval: float):
         contrast[:, None, None],
         interval,
     )
-    return np.clip(np.einsum("pi,pj,pij->p", bright.weight, dark.weight, found), 0.0, 1.0)
+    return np.clip(np.einsum("pi,pj,pij->p", bright.weight, dark.weight, probability), 0.0, 1.0)
 
 
 def _wedge(bright, bright_variance, dark, dark_variance, contrast, interval):

@@ -43,8 +43,8 @@ class SlantedEdgeResponse:
         Without one straight, slanted edge across the frame there is no response, and the number of
         rows is 0.
         """
-        found = self.curve(picture, truth)
-        if not found:
+        curve = self.curve(picture, truth)
+        if not curve:
             ledger.left_out(
                 "slanted_edge",
                 "the truth has no straight slanted edge across the frame",
@@ -54,20 +54,22 @@ class SlantedEdgeResponse:
             ledger.error(0.0, "rows", "bound", "no row was used")
             return [Score("slanted_edge_rows", 0.0, "rows")]
         half = [
-            _falls_to_half(found["cycles_per_pixel"], m)
-            for m in (found["response"], *found["resampled"])
+            _falls_to_half(curve["cycles_per_pixel"], m)
+            for m in (curve["response"], *curve["resampled"])
         ]
         nyquist = [
-            float(np.interp(0.5, found["cycles_per_pixel"], m))
-            for m in (found["response"], *found["resampled"])
+            float(np.interp(0.5, curve["cycles_per_pixel"], m))
+            for m in (curve["response"], *curve["resampled"])
         ]
         scores = []
-        parts = found["segments"]
+        segments = curve["segments"]
         for name, unit, values in (("mtf50", "cycles per pixel", half), ("nyquist", "", nyquist)):
             # Student's factor, and the root that resampling so few segments leaves out
             spread = (
-                np.std(values[1:]) * np.sqrt(parts / (parts - 1)) * stdtrit(parts - 1, 0.975)
-                if parts > 1
+                np.std(values[1:])
+                * np.sqrt(segments / (segments - 1))
+                * stdtrit(segments - 1, 0.975)
+                if segments > 1
                 else NAN
             )
             scores.append(
@@ -80,7 +82,7 @@ class SlantedEdgeResponse:
                     float(values[0] + spread),
                 )
             )
-        return [*scores, Score("slanted_edge_rows", float(found["rows"]), "rows")]
+        return [*scores, Score("slanted_edge_rows", float(curve["rows"]), "rows")]
 
     def curve(self, picture, truth) -> dict:
         """Return cycles_per_pixel, response, resampled (draw, frequency), angle_deg, rows,
@@ -109,25 +111,27 @@ class SlantedEdgeResponse:
         across = (distance[use] + reach) * OVERSAMPLING
         place = np.floor(across).astype(int).clip(0, bins - 1)
         segment = rows[use] // SEGMENT
-        parts = segment.max() + 1 if segment.size else 0
+        segments = segment.max() + 1 if segment.size else 0
         sums = np.stack(
             [
-                np.bincount(segment * bins + place, weight, minlength=parts * bins).reshape(
-                    parts, bins
+                np.bincount(segment * bins + place, weight, minlength=segments * bins).reshape(
+                    segments, bins
                 )
                 for weight in (np.ones(len(place)), across, values[use])
             ]
         )
         sums = sums[:, sums[0].sum(1) > 0]
-        parts = sums.shape[1]
-        if parts * SEGMENT < FEWEST_ROWS:
+        segments = sums.shape[1]
+        if segments * SEGMENT < FEWEST_ROWS:
             return {}
         frequency = np.linspace(0, 1, FREQUENCIES)
         # resampling is part of the score's definition, so its seed is fixed
-        picks = np.random.default_rng(0).multinomial(parts, np.full(parts, 1 / parts), RESAMPLES)
+        picks = np.random.default_rng(0).multinomial(
+            segments, np.full(segments, 1 / segments), RESAMPLES
+        )
         lines = [
             _line_spread(*np.tensordot(sums, weight, axes=(1, 0)))
-            for weight in (np.ones(parts), *picks)
+            for weight in (np.ones(segments), *picks)
         ]
         if lines[0].sum() == 0:
             return {}
@@ -144,7 +148,7 @@ class SlantedEdgeResponse:
             "resampled": responses[1:],
             "angle_deg": float(np.degrees(np.arctan(slope))),
             "rows": int(np.unique(rows[use]).size),
-            "segments": parts,
+            "segments": segments,
         }
 
 

@@ -64,17 +64,17 @@ class Ssim:
         shown = true_shown, display(picture, white, self.compression)
         # float32 halves the time; the smallest stabilising constant is 6.5, rounding of the
         # windowed squares 2e-3
-        found = (
+        similarities = (
             sum(
                 similarity(*(p[..., k].astype(np.float32) for p in shown), data_range=255.0)
                 for k in range(3)
             )
             / 3
         )
-        found[~valid & (true < white)] = 0.0
+        similarities[~valid & (true < white)] = 0.0
         scores = [
             Score("ssim", value, "", region.name, low, high)
             for region in regions_of(shape, labels)
-            for value, low, high in [mean_of(found, region)]
+            for value, low, high in [mean_of(similarities, region)]
         ]
         return [*scores, Score("ssim_white", float(white), "cd m-2")]

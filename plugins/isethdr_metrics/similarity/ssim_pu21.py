@@ -57,13 +57,13 @@ class SsimPu21:
                 f"a picture of {y.shape} pixels is smaller than the window of SSIM; expected at"
                 " least 11 rows and columns"
             )
-        found = similarity(pu21(true), pu21(y), data_range=256.0)
-        found[~valid & (true < HIGHEST_CD_M2)] = 0.0
+        similarities = similarity(pu21(true), pu21(y), data_range=256.0)
+        similarities[~valid & (true < HIGHEST_CD_M2)] = 0.0
         clamped = [np.mean((v < LOWEST_CD_M2) | (v > HIGHEST_CD_M2)) for v in (y, true)]
         scores = [
             Score("ssim_pu21", value, "", name, low, high)
             for name, region in frame_and_objects(y.shape, labels)
-            for value, low, high in [mean_interval(found, region)]
+            for value, low, high in [mean_interval(similarities, region)]
         ]
         return [*scores, Score("ssim_pu21_clamped", float(max(clamped)), "share of the frame")]
 
