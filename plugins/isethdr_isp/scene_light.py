@@ -19,7 +19,8 @@ from .spectra import LIGHTS, Illuminant, Mixture, light
 
 AUTOMATIC = "automatic"
 REFERENCE = "daylight"  # captures are compared in this light; also the answer where nothing is seen
-LAMP_PERCENTILE, LAMP_MULTIPLE = 95.0, 100.0  # a lamp is that much brighter than the percentile
+# brighter than this multiple of the percentile is a lamp, or its glare
+LAMP_PERCENTILE, LAMP_MULTIPLE = 95.0, 2.0
 STEPS = 100  # of a mixture's share
 
 
