@@ -84,7 +84,8 @@ class ScoredShot:
     @cached_property
     def mixed(self) -> xr.DataArray:
         """The mixed radiance, constant over time."""
-        return time_mean(self.mixed_radiance)
+        mean: xr.DataArray = time_mean(self.mixed_radiance)
+        return mean
 
     @cached_property
     def relative_halves(self) -> np.ndarray | None:

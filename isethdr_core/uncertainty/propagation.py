@@ -356,7 +356,8 @@ def _plane(row: np.ndarray, captures: xr.Dataset, light: xr.DataArray) -> np.nda
     efficiency = row / photons_per_energy(captures.wavelength.values)
     # not 0 with crosstalk, which mixes channels
     apart = np.abs(np.asarray(light.attrs["efficiency"]) - efficiency).max(1)
-    return light.values[int(apart.argmin())]
+    plane: np.ndarray = light.values[int(apart.argmin())]
+    return plane
 
 
 def _sum(row: np.ndarray, cube: np.ndarray) -> np.ndarray:
