@@ -69,7 +69,7 @@ def plugins(
     strict: bool = typer.Option(False, help="exit with an error when a plugin is broken"),
 ) -> None:
     """Print one table per kind; broken plugins come last, in red."""
-    from .summary_tables import print_plugins
+    from .plugin_list import print_plugins
 
     if print_plugins(kind) and strict:
         raise typer.Exit(1)

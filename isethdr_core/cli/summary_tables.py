@@ -1,17 +1,12 @@
-"""What the command line prints: the tables of a run, and the list of plugins."""
+"""What the command line prints of a run: its tables and its warnings."""
 
 from __future__ import annotations
 
 import math
 
 from rich.table import Table
-from rich.text import Text
 
 from ..data.scores import objects_remark, shares_remark, unlike_shares
-from ..errors import ConfigError, did_you_mean
-from ..plugins import registry
-from ..plugins.component import KINDS
-from ..plugins.descriptions import descriptions
 from ..runs.run_warnings import sentence
 from ..uncertainty.ledger import Row
 from .terminal import console as open_console
@@ -203,30 +198,3 @@ def score_text(score: dict) -> str:
     low, high = score["low"], score["high"]
     known = low is not None and high is not None and 0 < high - low < math.inf  # false for NaN too
     return f"{score['value']:.4g}" + (f" ± {(high - low) / 2:.1g}" if known else "")
-
-
-def print_plugins(kind: str = "") -> int:
-    """Print every component with its fields; return how many plugins are broken."""
-    if kind and kind not in KINDS:
-        raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
-    console = open_console()
-    kinds = [kind] if kind else list(KINDS)
-    members = [comp for comp in registry.components().values() if comp.kind in kinds]
-    shown, failed = descriptions(members)
-    for k in kinds:
-        console.print(k, style="bold")
-        for comp in sorted((c for c in shown if c.kind == k), key=lambda c: c.name):
-            line = Text.assemble(
-                ("  " + comp.name, "cyan"),
-                f"  {shown[comp].summary}  ",
-                (f"({comp.package})", "dim"),
-            )
-            console.print(line, soft_wrap=True)
-            if shown[comp].fields:
-                fields = "  ".join(shown[comp].fields)
-                console.print(f"      {fields}", style="dim", soft_wrap=True)
-    every = [*registry.broken_plugins(), *failed]
-    for broken in every:
-        text = f"broken plugin {broken.entry_point} (package {broken.package}): {broken.reason}"
-        console.print(text, style="bold red")
-    return len(every)

@@ -41,3 +41,11 @@ def test_a_deferred_library_is_loaded_once_by_the_first_name(tmp_path, monkeypat
         found = list(pool.map(lambda _: (first.number, first.loaded), range(8)))
     assert found == [(7, 1)] * 8
     assert importlib.reload(first).loaded == 2, "afterwards it is a module like any other"
+
+
+def test_known_components_are_listed_without_numpy():
+    """Descriptions are kept; `isethdr plugins` answers as quickly as a shell's completion."""
+    isethdr("plugins", "lens")  # makes descriptions where there are none yet
+    shown = isethdr("plugins", "lens", PYTHONPROFILEIMPORTTIME="1")
+    loaded = {line.rpartition("|")[2].strip() for line in shown.stderr.splitlines()}
+    assert "wavefront" in shown.stdout and "rich.text" in loaded and "numpy" not in loaded

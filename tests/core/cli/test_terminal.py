@@ -12,7 +12,7 @@ from isethdr_workflows.study_command import show
 from typer.testing import CliRunner
 
 from isethdr_core import Component
-from isethdr_core.cli import progress, summary_tables
+from isethdr_core.cli import plugin_list, progress, summary_tables
 from isethdr_core.cli.terminal import console, print_path
 from isethdr_core.ledger import Ledger, LeftOut, Row
 from isethdr_core.plugins import registry
@@ -67,7 +67,7 @@ def test_plugins_are_listed_as_they_are_named(text, monkeypatch, capsys):
     broken = (registry.BrokenPlugin("odd", "acme", f"it says {text}"),)
     monkeypatch.setattr(registry, "components", lambda: known)
     monkeypatch.setattr(registry, "broken_plugins", lambda: broken)
-    assert summary_tables.print_plugins("sensor") == 1
+    assert plugin_list.print_plugins("sensor") == 1
     shown = capsys.readouterr().out
     assert f"A sensor {text}." in shown and f"it says {text}" in shown
 
