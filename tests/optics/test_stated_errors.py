@@ -23,6 +23,7 @@ from isethdr_core.physics.resampling.area import resample_mean
 from isethdr_core.pipeline.imaging_plan import TrivialPlan
 from isethdr_core.plugins.registry import build
 from isethdr_core.uncertainty import ledger, propagation
+from isethdr_core.uncertainty.error_terms import ErrorTerm
 from isethdr_core.uncertainty.propagation import AFTER_RENDERER
 
 F_MM = 4.0
@@ -140,12 +141,13 @@ def test_labels_decide_nothing(monkeypatch):
     steady = scene((24, 32), 3e-3 / F_MM, (450.0, 550.0, 650.0), 2.0, 0.5)
     pulsed = stacked(["a", "b"], [Modulation(), Modulation(90.0, 0.1)], [steady, steady / 2])
     named = stated(lens, dusty, pulsed, 0.01)
-    words, term = np.random.default_rng(3), ledger.ErrorTerm
+    words, as_stated = np.random.default_rng(3), ErrorTerm.__init__
 
-    def relabelled(*fields):
-        return term(*fields[:6], label=words.bytes(9).hex())
+    def relabelled(term, *fields, **named_fields):
+        as_stated(term, *fields, **named_fields)
+        object.__setattr__(term, "label", words.bytes(9).hex())  # the class is frozen
 
-    monkeypatch.setattr(ledger, "ErrorTerm", relabelled)
+    monkeypatch.setattr(ErrorTerm, "__init__", relabelled)
     nameless = stated(lens, dusty, pulsed, 0.01)
     assert nameless.figure == named.figure and named.figure > 0
     old, new = (of.rows[0].errors for of in (named, nameless))

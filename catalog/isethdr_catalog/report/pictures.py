@@ -35,7 +35,7 @@ def embedded(rgb: np.ndarray) -> str:
     from PIL import Image
 
     buffer = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(rgb)).save(buffer, "PNG", compress_level=6)
+    Image.fromarray(np.ascontiguousarray(rgb)).save(buffer, "PNG", compress_level=2)
     return _address(buffer, "png")
 
 

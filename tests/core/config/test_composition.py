@@ -99,7 +99,7 @@ def test_every_component_is_a_config_group_entry_with_its_name():
         ),
         (["sensr=rgbw"], "no key 'sensr'; did you mean 'sensor'"),
         (["sensor=rgbw", "sensor.exposure_s=long"], "sensor.exposure_s=long.*Float"),
-        (["renderer=null"], "type ~<kind>, for example ~renderer"),
+        (["renderer=null"], "type ~renderer to leave it out, or renderer=<name>"),
         (["seed=many"], "seed is 'many'; expected a whole number"),
     ],
 )

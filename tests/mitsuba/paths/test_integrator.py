@@ -143,9 +143,8 @@ def test_a_group_is_the_same_bit_for_bit_when_the_others_are_not_rendered(make):
             alone = renderer(scene, Demand(groups=(name,)))
         assert list(alone.light_group.values) == [name]
         assert np.array_equal(alone.radiance.values[0], whole.radiance.sel(light_group=name).values)
-        assert {o.what for o in row.left_out} == {
-            f"light group {g}" for g in whole.light_group.values if g != name
-        }
+        groups = {o.what for o in row.left_out if o.what.startswith("light group")}
+        assert groups == {f"light group {g}" for g in whole.light_group.values if g != name}
 
 
 def test_all_lamps_in_one_group_give_the_sum_of_the_groups(make):

@@ -51,7 +51,9 @@ def noise_of(one: Setting, results: Results) -> Noise:
         counts[name] = ~captures["saturated"].values if "saturated" in captures else None
         shots = None
         if not propagation.missing(captures):
-            shots = propagation.electrons(captures, results.light, results.mixed, results.scene)
+            shots = propagation.electrons(
+                propagation.Exposure(captures, results.light, results.mixed, results.scene)
+            )
             sigma[name] = np.stack([shot.sigma for shot in shots])
         if shots is None or sigma[name].shape != electrons.shape:
             known = False
