@@ -43,12 +43,13 @@ WORST = {
     "prescription, table": 2.5e-3,
 }
 INNER = slice(8, -8)
+SLOW = ("traced", "prescription")
 
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.slow) if n.startswith("traced") else n for n in LENSES],
-)  # one more is traced
+    [pytest.param(n, marks=pytest.mark.slow) if n.startswith(SLOW) else n for n in LENSES],
+)
 def test_a_uniform_scene_comes_back_flat(name):
     kind, fields = LENSES[name]
     lens = hdr.build("lens", kind, focal_length_mm=4.0, f_number=4.0, **fields)

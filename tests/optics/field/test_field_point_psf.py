@@ -118,6 +118,7 @@ def test_a_thinned_grid_is_a_partition_of_unity_where_it_has_places():
     assert [p for p, _ in everywhere] == field_grid.places(4, 1.0, False)
 
 
+@pytest.mark.slow
 def test_a_lens_that_changes_at_the_border_has_its_places_there():
     from isethdr_core.data import quantities
 

@@ -14,6 +14,7 @@ from isethdr_core.data import quantities
 from isethdr_core.testing import check
 
 
+@pytest.mark.slow
 def test_fewer_bands_leave_the_others_as_they_are():
     """Neighbours in a row, so that bands keep their width: the same places, cores of the same
     reach, knots of the same size.

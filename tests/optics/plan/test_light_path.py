@@ -154,18 +154,21 @@ BENT = {"model": "brown_conrady", "k1": -0.05}
 FIELD = WavefrontLens(focal_length_mm=4.0, field_zernike_um={0.0: {}, 40.0: {4: 0.4}})
 
 
+PRESCRIBED = PrescribedLens(focal_length_mm=4.0)
+
+
 @pytest.mark.parametrize(
     ("lens", "flares", "sensor", "lamp"),
     [
         (IdealLens(focal_length_mm=4.0), (), IN_A_WINDOW, False),
         (THIN, (), WITHOUT_NOISE, True),
         (THIN, (), SENSOR, False),
-        (THIN, (ApertureFlare(),), SENSOR, True),
+        pytest.param(THIN, (ApertureFlare(),), SENSOR, True, marks=pytest.mark.slow),
         (THIN, (), IN_A_WINDOW, False),
         (THIN, (GhostFlare(),), SENSOR, False),
         (replace(THIN, distortion=BENT), (), SENSOR, False),
         (FIELD, (), SENSOR, True),
-        (PrescribedLens(focal_length_mm=4.0), (), SENSOR, False),
+        pytest.param(PRESCRIBED, (), SENSOR, False, marks=pytest.mark.slow),
     ],
     ids=[
         "no blur, a window",
