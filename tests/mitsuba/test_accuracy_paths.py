@@ -16,6 +16,7 @@ from isethdr_workflows.accuracy import point
 from isethdr_core.display.preview import denoised, tristimulus
 
 
+@pytest.mark.slow
 def test_runs_on_one_scene_are_renderings_of_their_own(make, monkeypatch):
     monkeypatch.setattr(point, "SHORT_S", 0.0)
     scene = make.street()

@@ -101,6 +101,7 @@ def test_a_lens_that_keeps_the_sine_condition_is_even_however_its_stop_is_filled
     )
 
 
+@pytest.mark.slow
 def test_even_light_changes_nothing_and_uneven_light_keeps_its_energy():
     lens, angle = (
         PrescribedLens(prescription="cooke_triplet", f_number=5.6, focal_length_mm=6.0),

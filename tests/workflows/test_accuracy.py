@@ -40,6 +40,7 @@ def test_a_front_keeps_what_no_other_setting_beats():
     ]
 
 
+@pytest.mark.slow
 def test_bits_kept_halve_the_error_each(monkeypatch):
     monkeypatch.setattr(stored, "SIZE", (64, 36))
     (work,) = stored.measured()

@@ -61,6 +61,7 @@ def test_a_sweep_stores_every_combination_once_and_the_same_from_every_launcher(
         assert one == two, "processes must not change a result"
 
 
+@pytest.mark.slow
 def test_a_killed_sweep_goes_on_where_it_stopped(isethdr_home, tmp_path):
     plugins = [installed_trouble(tmp_path / "plugins")]
     sweep = ["run", "-m", *LIGHTS, "lighting=ideal", "sensor=ideal", "seed=1,2"]

@@ -56,6 +56,7 @@ def needed(mixed, flares=(), allowed=0.1):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("flares", "bands"),
     [pytest.param((), BANDS, marks=pytest.mark.slow), ((HEXAGON,), BANDS[::12])],

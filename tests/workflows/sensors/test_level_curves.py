@@ -23,6 +23,7 @@ def test_light_is_seen_better_until_the_well_is_full():
     )  # what is saturated shows no contrast
 
 
+@pytest.mark.slow
 def test_three_captures_reach_further_and_dip_where_one_takes_over():
     one, three = (level_curves(sensor=name, per_decade=2) for name in ("bayer", "split_pixel"))
     lasts = [
