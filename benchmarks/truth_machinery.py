@@ -73,7 +73,7 @@ def main() -> None:
     from isethdr_core.uncertainty import ledger
 
     clock = Clock()
-    # as `isethdr_core.run`, the module has the name of a function that the package exports
+    # The module is imported by its full path: `isethdr_core.run` is the function of that name.
     import_module("isethdr_core.runs.run")
     config = hdr.compose([f"seed={random.SystemRandom().randrange(2**31)}", *sys.argv[1:]])
     with (

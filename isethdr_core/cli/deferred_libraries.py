@@ -18,6 +18,7 @@ from typing import Any
 LIBRARIES = ("xarray",)  # only such as are imported whole: `import xarray as xr`
 
 _loading = RLock()
+_executing: list[ModuleType] = []  # modules whose code runs now, in the thread that holds the lock
 
 
 class _Deferred(ModuleType):
@@ -28,13 +29,29 @@ class _Deferred(ModuleType):
     """
 
     def __getattr__(self, name: str) -> Any:
-        with _loading:
+        with _loading:  # other threads wait until the module is complete
             if type(self) is _Deferred:
-                self.__class__ = ModuleType
-                loader = self.__spec__ and self.__spec__.loader
-                assert isinstance(loader, _DeferringLoader)
-                loader.execute(self)
+                self._execute(name)
         return getattr(self, name)
+
+    def _execute(self, name: str) -> None:
+        """Execute the module and make it an ordinary one.
+
+        Raises
+        ------
+        AttributeError
+            If the module itself asks for `name` before it has defined it.
+        """
+        if self in _executing:
+            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r} yet")
+        loader = self.__spec__ and self.__spec__.loader
+        assert isinstance(loader, _DeferringLoader)
+        _executing.append(self)
+        try:
+            loader.execute(self)
+            self.__class__ = ModuleType
+        finally:
+            _executing.remove(self)
 
 
 class _DeferringLoader(Loader):
@@ -52,11 +69,11 @@ class _DeferringLoader(Loader):
         module.__class__ = _Deferred
 
     def execute(self, module: ModuleType) -> None:
-        """Execute the module."""
+        """Execute the module, and let its own loader stand for it from then on."""
+        self._loader.exec_module(module)
         if module.__spec__ is not None:
             module.__spec__.loader = self._loader
         module.__loader__ = self._loader
-        self._loader.exec_module(module)
 
 
 class _Finder(MetaPathFinder):

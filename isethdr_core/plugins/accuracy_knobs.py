@@ -99,7 +99,7 @@ class AccuracyKnob:
         return self.tried()[-1] if self.reference is None else self.reference
 
     def seconds(self, value: Any) -> float:
-        """Return what a value costs by the declared model; NaN where none is declared."""
+        """Return the cost of a value by the declared model (see `Cost`); NaN without a model."""
         if self.cost is None or value is None:
             return math.nan
         return float(self.cost.of(value) if isinstance(self.cost, Cost) else self.cost(value))

@@ -202,7 +202,7 @@ def joined_in_blocks(first: Pair, second: Pair, count: int) -> Iterator[Pair]:
 def _joined(
     first: xr.Dataset, second: xr.Dataset, blocks: Sequence[tuple[slice, slice]]
 ) -> xr.Dataset:
-    """Return `first` with `second` in some blocks of rows and columns."""
+    """Return a copy of `first` whose pixels inside `blocks` are those of `second`."""
     variables = {}
     for name, variable in first.data_vars.items():
         values, other = variable.values, second[name].values

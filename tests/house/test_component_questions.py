@@ -35,9 +35,7 @@ MAY_STAY = {
     },
     "plugins/isethdr_isp/readout/electrons.py": {"getattr(captures, 'variables', ())": DATA},
     "plugins/isethdr_optics/imaging/array_backend.py": {"hasattr(xp, 'Device')": LIBRARY},
-    "plugins/isethdr_optics/plan/planning.py": {"getattr(made, 'noise_share', 0.0)": KERNELS},
     "plugins/isethdr_optics/plan/window.py": {
-        "getattr(found.optics.made, 'noise_share', 0.0)": KERNELS
     },
     "plugins/isethdr_scenes/iset_exr_files.py": {
         "getattr(content.get('sceneMeta'), 'depthMap', None)": LIBRARY

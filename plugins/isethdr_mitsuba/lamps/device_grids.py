@@ -35,7 +35,8 @@ class DeviceGrids:
             rows.append([*grid.left, first * COLUMNS * ROWS])
             rows.append([COLUMNS / 2 / grid.reach[0], ROWS / 2 / grid.reach[1], 0, 0])
         rows += [[0, 0, 0, NONE], [0, 0, 0, 0]]  # of "no lamp"
-        # from lists: packets are read in one go where memory is aligned, which NumPy's is by chance
+        # From lists: the renderer copies them into aligned memory. It would use NumPy arrays where
+        # they lie, which are aligned only by chance, and then compiles another kernel.
         self.rows = mi.Float(np.ravel(rows).tolist())
         self.quads = mi.Float(np.concatenate(quads).ravel().tolist())
         dr.eval(self.rows, self.quads)

@@ -215,7 +215,8 @@ class _Targets:
             normal,
             each(lambda _, p: p.axis),
         )
-        # from lists: packets are read in one go where memory is aligned, which NumPy's is by chance
+        # From lists: the renderer copies them into aligned memory. It would use NumPy arrays where
+        # they lie, which are aligned only by chance, and then compiles another kernel.
         rows = np.stack(
             [np.column_stack([v, beam[:, k]]) for k, v in enumerate(vectors)], 1
         ).astype(np.float32)  # (triangle, 5, 4)

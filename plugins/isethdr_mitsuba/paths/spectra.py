@@ -58,7 +58,9 @@ class BandTable:
         )
 
     def on_device(self, u: float):
-        """Return `at(u)`, flat. From a list: packets are read in one go where memory is aligned,
-        which NumPy's is by chance: another kernel.
+        """Return `at(u)`, flat.
+
+        It goes through a list, which the renderer copies into aligned memory. It would use a NumPy
+        array where that lies, which is aligned only by chance, and then compiles another kernel.
         """
         return mi.Float(self.at(u).astype(np.float32).ravel().tolist())

@@ -35,7 +35,8 @@ class TextureTables:
             rows.append([1 / texture.patch_m, strength[0], 1 / texture.grain_m, strength[1]])
             second.append([first_row, texture.seed & 0xFFFFFFFF])
             first_row += 1
-        # from a list: packets are read in one go where memory is aligned; NumPy's is by chance
+        # From a list: the renderer copies it into aligned memory. It would use a NumPy array where
+        # that lies, which is aligned only by chance, and then compiles another kernel.
         self.rows = mi.Float(np.ravel(rows).tolist())
         self.second = mi.UInt32(np.array(second, np.uint32)[:, 0])
         self.seed = mi.UInt32(np.array(second, np.uint32)[:, 1])

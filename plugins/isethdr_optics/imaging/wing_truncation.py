@@ -85,6 +85,11 @@ class NearKernels(kernels.Kernels):
         return prepare(self.bands[band], self.frame)
 
 
+def cut_noise_share(made: kernels.Kernels | None) -> float:
+    """Return the share of the sensor's noise that the cut tail of kernels may take; 0 if uncut."""
+    return made.noise_share if isinstance(made, NearKernels) else 0.0
+
+
 def near_kernels(make, lens, flares, mixed, sensor, pitch_um, response) -> NearKernels | None:
     """Return kernels that end where a sensor no longer sees the difference; None where all of the
     frame is needed.

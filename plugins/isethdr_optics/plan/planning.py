@@ -23,6 +23,7 @@ from ..imaging import array_backend
 from ..imaging.accuracy_shares import CONVOLUTION, LEFT
 from ..imaging.field_optics import field_optics
 from ..imaging.kernel_statements import Margin, kernel_notes
+from ..imaging.wing_truncation import cut_noise_share
 from .lens_plan import LensPlan
 from .region import region
 from .window import seen
@@ -94,8 +95,8 @@ def _sorted(notes: list[Note]) -> tuple[tuple[ErrorTerm, ...], tuple[LeftOut, ..
 
 def _left(found, faint: float) -> Response:
     """Return the response with the share of its noise that is left for the way through the lens."""
-    made, allowed = found.optics.made, found.response.noise_fraction_allowed
-    taken = found.optics.noise_share + getattr(made, "noise_share", 0.0) + faint
+    allowed = found.response.noise_fraction_allowed
+    taken = found.optics.noise_share + cut_noise_share(found.optics.made) + faint
     left = max(allowed - taken, LEFT * allowed, min(allowed, NOT_WORTH * taken))
     return replace(found.response, noise_fraction_allowed=left)
 

@@ -70,7 +70,7 @@ def seen(lens, mixed, flares, response) -> Seen:
         found = _within_kernels(mixed, found, plane, inner, reach)
     unit, notes = wing_truncation.UNIT, []
     if found.tiles is not None:
-        bound = share + getattr(found.optics.made, "noise_share", 0.0)
+        bound = share + wing_truncation.cut_noise_share(found.optics.made)
         notes.append(tiles_left_out(mixed.shape, found.mixed.shape, WHY, bound, unit))
     if share:
         label = "light of tiles beyond the window that sensors see, left out"

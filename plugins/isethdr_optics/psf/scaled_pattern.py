@@ -1,5 +1,7 @@
-"""Scaled pattern: kernels of all bands of a pupil without phase, from its diffraction pattern at
-one wavelength.
+"""Scaled pattern: the kernels of all bands from one diffraction pattern, for pupils without phase.
+
+The pattern of such a pupil keeps its shape and grows in proportion to the wavelength. So it is
+computed at one wavelength, and scaled for all others.
 
 Close to the axis tiles are integrated exactly, by weights on band-limited samples (`exact_tiles`).
 Farther out means over tiles and bands are read from running sums along rays (`ray_sums`), ring by

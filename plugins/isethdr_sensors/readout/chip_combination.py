@@ -107,7 +107,8 @@ def combined_model(model: SensorModel) -> SensorModel:
     reach_e = max((s.top_e - s.dark_e) / s.ratio for s in order) + best.dark_e
     black_e = reading.black_dn / reading.gain_dn_per_e  # holds as much noise as the reading's own
     top = 2**model.combine_bits - 1
-    # whole parts of the finest reading's steps, so that two roundings do not beat
+    # A step of the code is the finest reading's step divided by a whole number. With any other
+    # step, rounding to the code after rounding to the reading would leave a periodic pattern.
     largest = (top - 1) / (reach_e + black_e)
     fits = largest >= reading.gain_dn_per_e
     gain = reading.gain_dn_per_e * floor(largest / reading.gain_dn_per_e) if fits else largest

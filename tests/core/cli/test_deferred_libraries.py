@@ -6,12 +6,17 @@ import importlib
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
+import pytest
+
 from isethdr_core.cli import deferred_libraries
 
 from ..command_line import isethdr
 
 LIBRARY = """
-from deferred_example_parts import number  # a name of its own, while it is loaded
+import time, deferred_example
+early = hasattr(deferred_example, "number")  # of itself, while it is loaded
+time.sleep(0.05)  # other threads ask for names in the meantime
+from deferred_example_parts import number
 loaded = loaded + 1 if "loaded" in globals() else 1
 """
 
@@ -38,9 +43,21 @@ def test_a_deferred_library_is_loaded_once_by_the_first_name(tmp_path, monkeypat
     assert first is again and "number" not in vars(first)
     assert "deferred_example_parts" not in sys.modules
     with ThreadPoolExecutor(4) as pool:
-        found = list(pool.map(lambda _: (first.number, first.loaded), range(8)))
-    assert found == [(7, 1)] * 8
+        found = list(pool.map(lambda _: (first.number, first.loaded, first.early), range(8)))
+    assert found == [(7, 1, False)] * 8
     assert importlib.reload(first).loaded == 2, "afterwards it is a module like any other"
+
+
+def test_a_deferred_library_that_fails_says_so_each_time(tmp_path, monkeypatch):
+    (tmp_path / "deferred_broken.py").write_text("raise ValueError('broken')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(deferred_libraries, "LIBRARIES", ("deferred_broken",))
+    monkeypatch.setattr(sys, "meta_path", list(sys.meta_path))
+    deferred_libraries.defer()
+    broken = importlib.import_module("deferred_broken")
+    for _ in range(2):
+        with pytest.raises(ValueError, match="broken"):
+            _ = broken.number
 
 
 def test_known_components_are_listed_without_numpy():

@@ -1,5 +1,5 @@
-"""Kernels from one pattern: against kernels made finer, those of single wavelengths' lattices,
-direct sums over the pupil, and what is stated of their errors.
+"""Kernels from one diffraction pattern are compared with finer kernels, with kernels computed
+wavelength by wavelength, and with direct sums over the pupil. Stated errors hold.
 """
 
 import numpy as np

@@ -64,7 +64,7 @@ def span(kind: str, error_of: Quantity) -> tuple[int, int]:
 
 
 def all_stages(one: Setting, before: Results, first: int, last: int, exact: bool) -> Results:
-    """Return the results of the stages from `first` to `last`.
+    """Run the stages number `first` to `last`, and return the results of all stages so far.
 
     Parameters
     ----------
