@@ -11,7 +11,6 @@ LOADING = "a plugin is looked over when it is loaded"
 DATA = "data, not a component: anything may be passed here"
 ERROR = "an exception of another library, of which some have it"
 LIBRARY = "another library, or what it read from a file"
-KERNELS = "kernels, not a component: those without PSF wings state what the wings were worth"
 MODULE = "a module, or the syntax tree of one"
 # {file: {call as Python writes it: why it may stay}}
 MAY_STAY = {
@@ -35,8 +34,6 @@ MAY_STAY = {
     },
     "plugins/isethdr_isp/readout/electrons.py": {"getattr(captures, 'variables', ())": DATA},
     "plugins/isethdr_optics/imaging/array_backend.py": {"hasattr(xp, 'Device')": LIBRARY},
-    "plugins/isethdr_optics/plan/window.py": {
-    },
     "plugins/isethdr_scenes/iset_exr_files.py": {
         "getattr(content.get('sceneMeta'), 'depthMap', None)": LIBRARY
     },
